@@ -1,0 +1,36 @@
+//! The vocabulary of Lumivox: what is rendered, from where, and in which light.
+//!
+//! Nothing here knows a GPU, a file format, a window or an engine. The walk of a scan starts with a
+//! [`Volume`], is given a look by a [`TransferFunction`] inside a [`Medium`], is placed in a [`Scene`] and seen
+//! by a [`PerspectiveCamera`].
+//!
+//! # Conventions
+//! - **Patient space** is DICOM's LPS in millimetres: +x to the patient's left, +y to the back, +z to the head.
+//! - **World space** is right-handed, +y up, in metres; a camera looks along -z. [`world_from_patient`] places an
+//!   upright patient so that a viewer on the +z side sees the face.
+//! - **Voxel space** has voxel `(i, j, k)`'s *centre* at `(i, j, k)`; the volume fills `-0.5 ..= dims - 0.5`.
+//! - Transforms are named `a_from_b`: they take coordinates in `b` and give coordinates in `a`.
+//! - Colours are linear, with sRGB primaries.
+
+pub mod camera;
+pub mod environment;
+pub mod framing;
+pub mod medium;
+pub mod presets;
+pub mod scene;
+pub mod statistics;
+pub mod task;
+pub mod transfer_function;
+pub mod volume;
+
+pub use glam;
+
+pub use camera::{Orbit, PerspectiveCamera, Ray};
+pub use environment::{Environment, EnvironmentMap, EnvironmentSource};
+pub use medium::{ExtinctionSpace, Filter, Medium, SurfaceReflection};
+pub use presets::{Preset, UnknownPreset};
+pub use scene::{Scene, VolumeInstance, world_from_patient};
+pub use statistics::ValueStatistics;
+pub use task::{CancelToken, Cancelled, Progress, Stage};
+pub use transfer_function::{ColorStop, Ease, OpacityKnot, TransferFunction, TransferFunctionError};
+pub use volume::{Modality, Volume, VolumeError, Voxels};

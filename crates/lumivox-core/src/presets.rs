@@ -1,0 +1,277 @@
+//! Looks that suit a kind of scan at once.
+//!
+//! CT presets are fixed in Hounsfield units. MR has no fixed scale, so its presets place themselves by the scan's own
+//! statistics.
+
+use crate::{
+    medium::{Medium, SurfaceReflection},
+    statistics::ValueStatistics,
+    transfer_function::{Ease, TransferFunction},
+    volume::{Modality, Volume},
+};
+
+/// A named look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Preset {
+    /// Skeleton, with vessels where contrast makes them as dense.
+    CtBone,
+    /// The surface of the body, as if alive.
+    CtSkin,
+    /// Muscle and organs under clear fat, with vessels and bone.
+    CtMuscle,
+    /// Airways and vessels of the lung in a clear body.
+    CtLung,
+    /// Contrast-filled vessels before translucent bone.
+    CtAngiography,
+    /// Skin and brain of a head.
+    MrHead,
+}
+
+/// A preset of that name does not exist.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no preset '{name}'; did you mean '{nearest}'? Presets: {}", Preset::names().join(", "))]
+pub struct UnknownPreset {
+    /// The name asked for.
+    pub name: String,
+    /// The existing name closest to it.
+    pub nearest: &'static str,
+}
+
+impl Preset {
+    /// Every preset.
+    pub const ALL: [Preset; 6] = [
+        Preset::CtBone,
+        Preset::CtSkin,
+        Preset::CtMuscle,
+        Preset::CtLung,
+        Preset::CtAngiography,
+        Preset::MrHead,
+    ];
+
+    /// The name people type.
+    pub fn name(self) -> &'static str {
+        match self {
+            Preset::CtBone => "ct-bone",
+            Preset::CtSkin => "ct-skin",
+            Preset::CtMuscle => "ct-muscle",
+            Preset::CtLung => "ct-lung",
+            Preset::CtAngiography => "ct-angiography",
+            Preset::MrHead => "mr-head",
+        }
+    }
+
+    /// One line on what it shows.
+    pub fn description(self) -> &'static str {
+        match self {
+            Preset::CtBone => "the skeleton, white and crisp",
+            Preset::CtSkin => "skin and soft tissue",
+            Preset::CtMuscle => "muscle, organs and vessels under clear fat, with bone",
+            Preset::CtLung => "airways and vessels of the lung in a clear body",
+            Preset::CtAngiography => "contrast-filled vessels before translucent bone",
+            Preset::MrHead => "a head from MR, placed by the scan's own statistics",
+        }
+    }
+
+    /// All names.
+    pub fn names() -> Vec<&'static str> {
+        Self::ALL.iter().map(|p| p.name()).collect()
+    }
+
+    /// The preset of a name, in any case, with `_` or a space for `-`.
+    ///
+    /// # Errors
+    /// [`UnknownPreset`] with the nearest name.
+    pub fn from_name(name: &str) -> Result<Self, UnknownPreset> {
+        let wanted = name.trim().to_lowercase().replace(['_', ' '], "-");
+        if let Some(preset) = Self::ALL.into_iter().find(|p| p.name() == wanted) {
+            return Ok(preset);
+        }
+        let nearest = Self::ALL
+            .into_iter()
+            .map(Preset::name)
+            .min_by_key(|known| edit_distance(&wanted, known))
+            .expect("there are presets");
+        Err(UnknownPreset { name: name.to_owned(), nearest })
+    }
+
+    /// The preset that suits a volume when nobody chose one.
+    pub fn default_for(volume: &Volume) -> Self {
+        match volume.modality() {
+            Modality::Ct => Preset::CtMuscle,
+            Modality::Mr => Preset::MrHead,
+            Modality::Pet | Modality::Other => {
+                let [min, max] = volume.value_range();
+                if min <= -500.0 && max >= 300.0 { Preset::CtMuscle } else { Preset::MrHead }
+            }
+        }
+    }
+
+    /// The look, placed for `volume`.
+    pub fn medium(self, volume: &Volume) -> Medium {
+        let surface = |gradient_per_mm: f64, roughness: f64, specular: f64| SurfaceReflection {
+            strength: 1.0,
+            gradient_per_mm,
+            roughness,
+            specular,
+        };
+        match self {
+            Preset::CtBone => Medium {
+                density_scale: 3.0,
+                surface: surface(150.0, 0.45, 0.04),
+                ..Medium::new(tf(
+                    &[(120.0, 0.0), (220.0, 0.08), (330.0, 0.45), (700.0, 1.0)],
+                    &[
+                        (120.0, [0.62, 0.20, 0.13]),
+                        (220.0, [0.80, 0.48, 0.32]),
+                        (330.0, [0.93, 0.82, 0.66]),
+                        (700.0, [0.98, 0.94, 0.86]),
+                        (1500.0, [1.0, 0.98, 0.95]),
+                    ],
+                ))
+            },
+            Preset::CtSkin => Medium {
+                density_scale: 2.5,
+                surface: surface(120.0, 0.42, 0.035),
+                ..Medium::new(tf(
+                    &[(-600.0, 0.0), (-280.0, 0.35), (-50.0, 0.6), (200.0, 0.9), (500.0, 1.0)],
+                    &[
+                        (-600.0, [0.90, 0.63, 0.50]),
+                        (-250.0, [0.91, 0.64, 0.50]),
+                        (-50.0, [0.88, 0.50, 0.37]),
+                        (60.0, [0.72, 0.20, 0.14]),
+                        (300.0, [0.96, 0.86, 0.74]),
+                        (1000.0, [1.0, 0.97, 0.92]),
+                    ],
+                ))
+            },
+            Preset::CtMuscle => Medium {
+                density_scale: 2.0,
+                surface: surface(110.0, 0.40, 0.04),
+                ..Medium::new(tf(
+                    &[(-30.0, 0.0), (20.0, 0.06), (60.0, 0.28), (140.0, 0.40), (260.0, 0.55), (600.0, 1.0)],
+                    &[
+                        (-40.0, [0.86, 0.62, 0.40]),
+                        (10.0, [0.78, 0.28, 0.19]),
+                        (60.0, [0.66, 0.13, 0.09]),
+                        (130.0, [0.74, 0.17, 0.11]),
+                        (220.0, [0.90, 0.50, 0.36]),
+                        (350.0, [0.95, 0.85, 0.70]),
+                        (800.0, [1.0, 0.96, 0.89]),
+                    ],
+                ))
+            },
+            Preset::CtLung => Medium {
+                density_scale: 0.9,
+                surface: surface(160.0, 0.45, 0.04),
+                ..Medium::new(tf(
+                    &[
+                        (-1000.0, 0.0),
+                        (-880.0, 0.0),
+                        (-700.0, 0.012),
+                        (-560.0, 0.05),
+                        (-300.0, 0.28),
+                        (-120.0, 0.02),
+                        (60.0, 0.003),
+                        (180.0, 0.02),
+                        (400.0, 0.10),
+                        (900.0, 0.25),
+                    ],
+                    &[
+                        (-880.0, [0.55, 0.75, 0.95]),
+                        (-600.0, [0.92, 0.62, 0.58]),
+                        (-300.0, [0.93, 0.42, 0.36]),
+                        (60.0, [0.80, 0.45, 0.38]),
+                        (250.0, [0.95, 0.86, 0.72]),
+                        (900.0, [1.0, 0.97, 0.92]),
+                    ],
+                ))
+            },
+            Preset::CtAngiography => Medium {
+                density_scale: 2.5,
+                surface: surface(140.0, 0.32, 0.05),
+                ..Medium::new(tf(
+                    &[(110.0, 0.0), (160.0, 0.12), (260.0, 0.55), (450.0, 0.6), (700.0, 0.75), (1200.0, 1.0)],
+                    &[
+                        (110.0, [0.72, 0.10, 0.07]),
+                        (220.0, [0.80, 0.09, 0.06]),
+                        (330.0, [0.86, 0.16, 0.10]),
+                        (520.0, [0.94, 0.80, 0.64]),
+                        (900.0, [1.0, 0.96, 0.89]),
+                    ],
+                ))
+            },
+            Preset::MrHead => mr_head(volume),
+        }
+    }
+}
+
+/// Skin and fat are bright in T1, the brain in the middle; air is darker than half of Otsu's threshold.
+fn mr_head(volume: &Volume) -> Medium {
+    let stats = ValueStatistics::new(volume, 4096);
+    let air = stats.otsu_threshold();
+    let bright = stats.percentile(0.998).max(air * 1.5).max(air + f64::MIN_POSITIVE);
+    let at = |t: f64| air + (bright - air) * t;
+    let low = stats.range[0] + (air - stats.range[0]) * 0.45;
+    Medium {
+        density_scale: 2.0,
+        surface: SurfaceReflection {
+            strength: 1.0,
+            gradient_per_mm: (bright - stats.range[0]) * 0.08,
+            roughness: 0.45,
+            specular: 0.035,
+        },
+        ..Medium::new(tf(
+            &[(low, 0.0), (air, 0.25), (at(0.4), 0.6), (at(1.0), 1.0)],
+            &[
+                (low, [0.86, 0.55, 0.43]),
+                (air, [0.88, 0.58, 0.45]),
+                (at(0.4), [0.92, 0.68, 0.54]),
+                (at(1.0), [0.97, 0.86, 0.72]),
+            ],
+        ))
+    }
+}
+
+fn tf(opacity: &[(f64, f64)], color: &[(f64, [f64; 3])]) -> TransferFunction {
+    TransferFunction::from_points(Ease::InOut, opacity, color).expect("presets are valid")
+}
+
+/// Levenshtein's distance.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, &cb) in b.iter().enumerate() {
+            let replace = diagonal + usize::from(ca != cb);
+            diagonal = row[j + 1];
+            row[j + 1] = replace.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::Voxels;
+    use glam::DAffine3;
+
+    #[test]
+    fn an_unknown_name_gets_the_nearest() {
+        assert_eq!(Preset::from_name("CT_bone"), Ok(Preset::CtBone));
+        assert_eq!(Preset::from_name("ct-bome").unwrap_err().nearest, "ct-bone");
+        assert_eq!(Preset::from_name("head").unwrap_err().nearest, "mr-head");
+    }
+
+    #[test]
+    fn every_preset_shows_something_and_survives_a_constant_volume() {
+        let id = DAffine3::IDENTITY;
+        let flat = Volume::new([2; 3], Voxels::U16(vec![5; 8]), [1.0, 0.0], id, Modality::Mr).unwrap();
+        for preset in Preset::ALL {
+            let medium = preset.medium(&flat);
+            assert!(!medium.transfer_function.is_transparent(), "{}", preset.name());
+            assert_eq!(medium.clone().sanitized(), medium, "{} is within its ranges", preset.name());
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! What values a volume holds: range, histogram, percentiles.
+//!
+//! Presets for modalities without a fixed scale (MR) place themselves by these numbers; `lumivox info` prints them.
+
+use rayon::prelude::*;
+
+use crate::volume::{Volume, VolumeError, Voxels};
+
+/// Samples that one task looks at; large enough to make scheduling cheap.
+const CHUNK: usize = 1 << 18;
+
+/// Smallest and largest stored sample; an error names the first sample that is not finite.
+pub(crate) fn stored_range(voxels: &Voxels) -> Result<[f64; 2], VolumeError> {
+    fn fold<T: Copy + PartialOrd + Send + Sync>(v: &[T]) -> [T; 2] {
+        v.par_chunks(CHUNK)
+            .map(|chunk| {
+                let mut range = [chunk[0]; 2];
+                for &x in chunk {
+                    range[0] = if x < range[0] { x } else { range[0] };
+                    range[1] = if x > range[1] { x } else { range[1] };
+                }
+                range
+            })
+            .reduce_with(|a, b| {
+                [if b[0] < a[0] { b[0] } else { a[0] }, if b[1] > a[1] { b[1] } else { a[1] }]
+            })
+            .expect("a volume has samples")
+    }
+    Ok(match voxels {
+        Voxels::U8(v) => fold(v).map(f64::from),
+        Voxels::U16(v) => fold(v).map(f64::from),
+        Voxels::F32(v) => {
+            if let Some(bad) = v.par_iter().position_first(|x| !x.is_finite()) {
+                return Err(VolumeError::NotFinite(bad));
+            }
+            fold(v).map(f64::from)
+        }
+    })
+}
+
+/// A histogram of a volume's physical values over its value range.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ValueStatistics {
+    /// Smallest and largest physical value.
+    pub range: [f64; 2],
+    /// Voxel counts of equal-width bins over `range`.
+    pub histogram: Vec<u64>,
+}
+
+impl ValueStatistics {
+    /// Counts every voxel of `volume` into `bins` bins.
+    pub fn new(volume: &Volume, bins: usize) -> Self {
+        let bins = bins.max(1);
+        let range = volume.value_range();
+        let scale = if range[1] > range[0] { bins as f64 / (range[1] - range[0]) } else { 0.0 };
+        let bin = |stored: f64| {
+            let value = stored * volume.slope() + volume.intercept();
+            (((value - range[0]) * scale) as usize).min(bins - 1)
+        };
+        let count = |indices: std::ops::Range<usize>| {
+            let mut counts = vec![0u64; bins];
+            for i in indices {
+                counts[bin(volume.voxels().get(i))] += 1;
+            }
+            counts
+        };
+        let n = volume.voxel_count();
+        let histogram = (0..n.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|c| count(c * CHUNK..((c + 1) * CHUNK).min(n)))
+            .reduce(
+                || vec![0; bins],
+                |mut a, b| {
+                    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+                    a
+                },
+            );
+        Self { range, histogram }
+    }
+
+    /// The value below which a fraction `p` (0 to 1) of the voxels lies, to within a bin.
+    pub fn percentile(&self, p: f64) -> f64 {
+        let total: u64 = self.histogram.iter().sum();
+        let target = p.clamp(0.0, 1.0) * total as f64;
+        let width = (self.range[1] - self.range[0]) / self.histogram.len() as f64;
+        let mut below = 0.0;
+        for (i, &count) in self.histogram.iter().enumerate() {
+            let count = count as f64;
+            if count > 0.0 && below + count >= target {
+                return self.range[0] + width * (i as f64 + (target - below) / count);
+            }
+            below += count;
+        }
+        self.range[1]
+    }
+
+    /// Otsu's threshold (IEEE Trans. SMC 9, 1979): the value that best parts the voxels into two classes. For a scan
+    /// in air it lies between the air and the body.
+    pub fn otsu_threshold(&self) -> f64 {
+        let total: f64 = self.histogram.iter().map(|&c| c as f64).sum();
+        let sum: f64 = self.histogram.iter().enumerate().map(|(i, &c)| i as f64 * c as f64).sum();
+        let (mut weight, mut partial, mut best) = (0.0, 0.0, -1.0);
+        // Where no voxel lies between the classes, every bin of the gap is as good: take its middle.
+        let mut best_bins = [0, 0];
+        for (i, &count) in self.histogram.iter().enumerate() {
+            weight += count as f64;
+            partial += i as f64 * count as f64;
+            if weight <= 0.0 || weight >= total {
+                continue;
+            }
+            let gap = partial / weight - (sum - partial) / (total - weight);
+            let between = weight * (total - weight) * gap * gap;
+            if between > best {
+                (best, best_bins) = (between, [i, i]);
+            } else if between == best {
+                best_bins[1] = i;
+            }
+        }
+        let width = (self.range[1] - self.range[0]) / self.histogram.len() as f64;
+        self.range[0] + width * ((best_bins[0] + best_bins[1]) as f64 / 2.0 + 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::Modality;
+    use glam::DAffine3;
+
+    fn volume(samples: Vec<u16>) -> Volume {
+        let n = samples.len();
+        let id = DAffine3::IDENTITY;
+        Volume::new([n, 1, 1], Voxels::U16(samples), [1.0, -10.0], id, Modality::Other).unwrap()
+    }
+
+    #[test]
+    fn percentiles_of_a_ramp_are_its_values() {
+        let stats = ValueStatistics::new(&volume((0..=1000).collect()), 1000);
+        for p in [0.0, 0.25, 0.5, 0.99, 1.0] {
+            assert!((stats.percentile(p) - (p * 1000.0 - 10.0)).abs() < 2.0, "{p}: {}", stats.percentile(p));
+        }
+        assert_eq!(stats.histogram.iter().sum::<u64>(), 1001);
+    }
+
+    #[test]
+    fn otsu_parts_air_from_body() {
+        let samples = (0..900).map(|i| i % 20).chain((0..300).map(|i| 500 + i % 50)).collect();
+        let threshold = ValueStatistics::new(&volume(samples), 256).otsu_threshold();
+        assert!((10.0..490.0).contains(&threshold), "{threshold}");
+    }
+
+    #[test]
+    fn a_constant_volume_has_statistics() {
+        let stats = ValueStatistics::new(&volume(vec![7; 50]), 16);
+        assert_eq!(stats.percentile(0.5), -3.0);
+        assert_eq!(stats.histogram[0], 50);
+    }
+}

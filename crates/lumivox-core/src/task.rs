@@ -1,0 +1,87 @@
+//! Long work that shows how far it is and can be stopped.
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering},
+};
+
+/// Asks work on other threads to stop. Clones share one flag.
+#[derive(Clone, Debug, Default)]
+pub struct CancelToken(Arc<AtomicBool>);
+
+/// The work was stopped through its [`CancelToken`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;
+
+impl CancelToken {
+    /// A token nobody has cancelled yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Asks the work to stop.
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the work was asked to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// [`Cancelled`] once the work was asked to stop, for use with `?`.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn check(&self) -> Result<(), Cancelled> {
+        if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
+    }
+}
+
+/// What long work is busy with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Stage {
+    /// Looking through files and reading their headers.
+    Scanning,
+    /// Decoding slices or blocks of voxels.
+    Decoding,
+    /// Computing voxels.
+    Generating,
+    /// Writing files.
+    Writing,
+}
+
+impl Stage {
+    /// What a progress bar says.
+    pub fn label(self) -> &'static str {
+        match self {
+            Stage::Scanning => "reading headers",
+            Stage::Decoding => "decoding slices",
+            Stage::Generating => "growing the phantom",
+            Stage::Writing => "writing slices",
+        }
+    }
+}
+
+/// Receives `(stage, done, total)`, from any thread, `done` not always rising. Cheap to call.
+#[derive(Clone, Copy)]
+pub struct Progress<'a>(Option<&'a (dyn Fn(Stage, u64, u64) + Sync)>);
+
+impl<'a> Progress<'a> {
+    /// Tells nobody.
+    pub const SILENT: Progress<'static> = Progress(None);
+
+    /// Tells `callback`.
+    pub fn new(callback: &'a (dyn Fn(Stage, u64, u64) + Sync)) -> Self {
+        Self(Some(callback))
+    }
+
+    /// Reports that `done` of `total` steps of `stage` are finished.
+    pub fn report(&self, stage: Stage, done: u64, total: u64) {
+        if let Some(callback) = self.0 {
+            callback(stage, done, total);
+        }
+    }
+}

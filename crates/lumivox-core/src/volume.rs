@@ -1,0 +1,305 @@
+//! A scan as a scalar grid in physical units, at its true place in the patient.
+//!
+//! The first stop of the walk: an importer or a phantom makes a [`Volume`], and everything after it reads one.
+
+use glam::{DAffine3, DMat3, DVec3};
+
+/// The stored samples of a [`Volume`], x fastest, then y, then z.
+///
+/// A physical value is `stored * slope + intercept` (see [`Volume::slope`]). Signed 16-bit scans are kept as `U16`
+/// with their offset in the intercept, so that they go to a GPU as they are, without loss and without a copy.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Voxels {
+    /// 8-bit samples.
+    U8(Vec<u8>),
+    /// 16-bit samples.
+    U16(Vec<u16>),
+    /// Floating-point samples; every one is finite.
+    F32(Vec<f32>),
+}
+
+impl Voxels {
+    /// The number of samples.
+    pub fn len(&self) -> usize {
+        match self {
+            Voxels::U8(v) => v.len(),
+            Voxels::U16(v) => v.len(),
+            Voxels::F32(v) => v.len(),
+        }
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Bytes of one sample.
+    pub fn bytes_per_sample(&self) -> usize {
+        match self {
+            Voxels::U8(_) => 1,
+            Voxels::U16(_) => 2,
+            Voxels::F32(_) => 4,
+        }
+    }
+
+    /// The samples as they lie in memory.
+    pub fn as_bytes(&self) -> &[u8] {
+        match self {
+            Voxels::U8(v) => v,
+            Voxels::U16(v) => bytemuck::cast_slice(v),
+            Voxels::F32(v) => bytemuck::cast_slice(v),
+        }
+    }
+
+    /// The stored sample at a linear index.
+    #[inline]
+    pub fn get(&self, index: usize) -> f64 {
+        match self {
+            Voxels::U8(v) => v[index] as f64,
+            Voxels::U16(v) => v[index] as f64,
+            Voxels::F32(v) => v[index] as f64,
+        }
+    }
+}
+
+/// What made the scan, which says what its values mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Modality {
+    /// Computed tomography: values are Hounsfield units (air -1000, water 0).
+    Ct,
+    /// Magnetic resonance: values have no fixed scale.
+    Mr,
+    /// Positron emission tomography.
+    Pet,
+    /// Anything else, or not known.
+    #[default]
+    Other,
+}
+
+impl Modality {
+    /// The unit of a physical value, for people.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Modality::Ct => "HU",
+            _ => "",
+        }
+    }
+}
+
+/// Why a [`Volume`] could not be made.
+#[derive(Debug, thiserror::Error, PartialEq)]
+#[non_exhaustive]
+pub enum VolumeError {
+    /// A side of the grid has no voxel.
+    #[error("a volume needs at least one voxel along each axis, not {0:?}")]
+    Empty([usize; 3]),
+    /// The grid and the number of samples disagree.
+    #[error("a grid of {dims:?} has {expected} voxels, but {actual} samples were given")]
+    SampleCount {
+        /// Voxels along x, y, z.
+        dims: [usize; 3],
+        /// Product of `dims`; `usize::MAX` if it overflows.
+        expected: usize,
+        /// Samples given.
+        actual: usize,
+    },
+    /// `patient_from_voxel` is singular or not finite.
+    #[error("patient_from_voxel is not an invertible, finite transform")]
+    Transform,
+    /// Slope and intercept are not finite, or the slope is zero.
+    #[error("rescale slope {slope} and intercept {intercept} do not map samples to values")]
+    Rescale {
+        /// The slope.
+        slope: f64,
+        /// The intercept.
+        intercept: f64,
+    },
+    /// A floating-point sample is NaN or infinite.
+    #[error("sample {0} is not a finite number")]
+    NotFinite(usize),
+}
+
+/// A scalar grid in physical units (HU for CT) with its place in the patient.
+#[derive(Clone, Debug)]
+pub struct Volume {
+    dims: [usize; 3],
+    voxels: Voxels,
+    slope: f64,
+    intercept: f64,
+    patient_from_voxel: DAffine3,
+    modality: Modality,
+    stored_range: [f64; 2],
+}
+
+impl Volume {
+    /// A volume of `dims` voxels whose physical value is `stored * slope + intercept`.
+    ///
+    /// `patient_from_voxel` maps voxel indices (centres at integers) to LPS millimetres; it may shear (a tilted
+    /// gantry) and mirror.
+    ///
+    /// # Errors
+    /// [`VolumeError`] when the parts do not fit together, or a sample is not finite.
+    pub fn new(
+        dims: [usize; 3],
+        voxels: Voxels,
+        [slope, intercept]: [f64; 2],
+        patient_from_voxel: DAffine3,
+        modality: Modality,
+    ) -> Result<Self, VolumeError> {
+        if dims.contains(&0) {
+            return Err(VolumeError::Empty(dims));
+        }
+        let expected =
+            dims[0].checked_mul(dims[1]).and_then(|n| n.checked_mul(dims[2])).unwrap_or(usize::MAX);
+        if expected != voxels.len() {
+            return Err(VolumeError::SampleCount { dims, expected, actual: voxels.len() });
+        }
+        let determinant = patient_from_voxel.matrix3.determinant();
+        if !patient_from_voxel.is_finite() || !determinant.is_normal() {
+            return Err(VolumeError::Transform);
+        }
+        if !slope.is_normal() || !intercept.is_finite() {
+            return Err(VolumeError::Rescale { slope, intercept });
+        }
+        let stored_range = crate::statistics::stored_range(&voxels)?;
+        Ok(Self { dims, voxels, slope, intercept, patient_from_voxel, modality, stored_range })
+    }
+
+    /// Voxels along x (fastest), y and z.
+    pub fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
+    /// The number of voxels.
+    pub fn voxel_count(&self) -> usize {
+        self.voxels.len()
+    }
+
+    /// The samples.
+    pub fn voxels(&self) -> &Voxels {
+        &self.voxels
+    }
+
+    /// Physical units per stored unit.
+    pub fn slope(&self) -> f64 {
+        self.slope
+    }
+
+    /// The physical value of a stored 0.
+    pub fn intercept(&self) -> f64 {
+        self.intercept
+    }
+
+    /// LPS millimetres from voxel indices.
+    pub fn patient_from_voxel(&self) -> DAffine3 {
+        self.patient_from_voxel
+    }
+
+    /// What made the scan.
+    pub fn modality(&self) -> Modality {
+        self.modality
+    }
+
+    /// The same volume, said to come from another modality.
+    #[must_use]
+    pub fn with_modality(mut self, modality: Modality) -> Self {
+        self.modality = modality;
+        self
+    }
+
+    /// Smallest and largest stored sample.
+    pub fn stored_range(&self) -> [f64; 2] {
+        self.stored_range
+    }
+
+    /// Smallest and largest physical value.
+    pub fn value_range(&self) -> [f64; 2] {
+        let [a, b] = self.stored_range.map(|s| s * self.slope + self.intercept);
+        [a.min(b), a.max(b)]
+    }
+
+    /// The physical value of voxel `(x, y, z)`.
+    ///
+    /// # Panics
+    /// When the index is outside the grid.
+    #[inline]
+    pub fn value(&self, [x, y, z]: [usize; 3]) -> f64 {
+        debug_assert!(x < self.dims[0] && y < self.dims[1]);
+        self.voxels.get((z * self.dims[1] + y) * self.dims[0] + x) * self.slope + self.intercept
+    }
+
+    /// Distance between neighbouring voxel centres along each axis, in mm.
+    pub fn spacing_mm(&self) -> DVec3 {
+        let m = self.patient_from_voxel.matrix3;
+        DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length())
+    }
+
+    /// Unit directions of the voxel axes in the patient, as the columns of a matrix.
+    pub fn directions(&self) -> DMat3 {
+        let m = self.patient_from_voxel.matrix3;
+        DMat3::from_cols(m.x_axis.normalize(), m.y_axis.normalize(), m.z_axis.normalize())
+    }
+
+    /// Patient millimetres from box coordinates, where the volume fills the unit cube `[0, 1]^3`.
+    pub fn patient_from_box(&self) -> DAffine3 {
+        let size = DVec3::from_array(self.dims.map(|n| n as f64));
+        self.patient_from_voxel * DAffine3::from_translation(DVec3::splat(-0.5)) * DAffine3::from_scale(size)
+    }
+
+    /// The centre of the volume in patient millimetres.
+    pub fn center_mm(&self) -> DVec3 {
+        self.patient_from_box().transform_point3(DVec3::splat(0.5))
+    }
+
+    /// The edge lengths of the volume's box, in mm.
+    pub fn size_mm(&self) -> DVec3 {
+        self.spacing_mm() * DVec3::from_array(self.dims.map(|n| n as f64))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp() -> Volume {
+        let place = DAffine3::from_scale_rotation_translation(
+            DVec3::new(0.5, 0.5, 2.0),
+            glam::DQuat::IDENTITY,
+            DVec3::new(10.0, 20.0, 30.0),
+        );
+        Volume::new([2, 3, 4], Voxels::U16((0..24).collect()), [2.0, -1000.0], place, Modality::Ct).unwrap()
+    }
+
+    #[test]
+    fn x_is_fastest_and_values_are_rescaled() {
+        let volume = ramp();
+        assert_eq!(volume.value([1, 0, 0]), -998.0);
+        assert_eq!(volume.value([0, 1, 0]), -996.0);
+        assert_eq!(volume.value([0, 0, 1]), -988.0);
+        assert_eq!(volume.value_range(), [-1000.0, -954.0]);
+    }
+
+    #[test]
+    fn the_box_spans_half_a_voxel_beyond_the_outer_centres() {
+        let volume = ramp();
+        let corner = volume.patient_from_box().transform_point3(DVec3::ZERO);
+        assert_eq!(corner, DVec3::new(9.75, 19.75, 29.0));
+        assert_eq!(volume.size_mm(), DVec3::new(1.0, 1.5, 8.0));
+    }
+
+    #[test]
+    fn parts_that_do_not_fit_are_refused() {
+        let new = |dims, voxels, rescale, place| {
+            Volume::new(dims, voxels, rescale, place, Modality::Other).map(|_| ()).unwrap_err()
+        };
+        let id = DAffine3::IDENTITY;
+        assert_eq!(new([0, 1, 1], Voxels::U8(vec![]), [1.0, 0.0], id), VolumeError::Empty([0, 1, 1]));
+        assert!(matches!(
+            new([usize::MAX, 2, 1], Voxels::U8(vec![1]), [1.0, 0.0], id),
+            VolumeError::SampleCount { .. }
+        ));
+        assert_eq!(new([1; 3], Voxels::U8(vec![1]), [1.0, 0.0], DAffine3::ZERO), VolumeError::Transform);
+        assert!(matches!(new([1; 3], Voxels::U8(vec![1]), [0.0, 0.0], id), VolumeError::Rescale { .. }));
+        assert_eq!(new([1; 3], Voxels::F32(vec![f32::NAN]), [1.0, 0.0], id), VolumeError::NotFinite(0));
+    }
+}

@@ -1,0 +1,98 @@
+//! Why a scan could not be read, and what to do about it.
+
+use std::path::{Path, PathBuf};
+
+use lumivox_core::{Cancelled, VolumeError};
+
+/// Why a scan could not be read. Every message names the file, what is wrong and what to do; none holds a patient's
+/// name or number.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// The file or folder cannot be opened or read.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// No reader knows this content.
+    #[error("{path}: {found}. Lumivox reads DICOM, NIfTI, NRRD, MetaImage and RAW with a description (see 'lumivox render --help')", path = path.display())]
+    UnknownFormat {
+        /// The file or folder.
+        path: PathBuf,
+        /// What was found instead.
+        found: String,
+    },
+    /// A header field is missing, damaged or impossible.
+    #[error("{path}: {field} {problem}. {remedy}", path = path.display())]
+    Field {
+        /// The file.
+        path: PathBuf,
+        /// The field by its format's own name, with its tag for DICOM: `PixelSpacing (0028,0030)`.
+        field: String,
+        /// What is wrong with it, as a verb phrase: `is missing`, `is 0\0, not two positive lengths in mm`.
+        problem: String,
+        /// What the user can do, a sentence.
+        remedy: String,
+    },
+    /// The header promises more data than there is.
+    #[error("{path}: holds {actual} bytes of image data where its header promises {expected}. The file is cut short; copy or export it again", path = path.display())]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// Bytes promised.
+        expected: u64,
+        /// Bytes there.
+        actual: u64,
+    },
+    /// The content is understood, but cannot be shown as a volume.
+    #[error("{path}: {what}. {remedy}", path = path.display())]
+    Unsupported {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        what: String,
+        /// What the user can do, a sentence.
+        remedy: String,
+    },
+    /// A DICOM folder holds no series of images.
+    #[error("{path}: none of its {files} files is an image that makes up a volume. {detail}", path = path.display())]
+    NoSeries {
+        /// The folder.
+        path: PathBuf,
+        /// Files looked at.
+        files: usize,
+        /// The commonest reason, a sentence.
+        detail: String,
+    },
+    /// The series asked for is not there.
+    #[error("{path}: there is no series '{wanted}'. It has: {available}", path = path.display())]
+    NoSuchSeries {
+        /// The folder.
+        path: PathBuf,
+        /// What was asked for.
+        wanted: String,
+        /// What is there.
+        available: String,
+    },
+    /// The parts do not make a volume.
+    #[error("{path}: {source}", path = path.display())]
+    Volume {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: VolumeError,
+    },
+    /// The user stopped it.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl ImportError {
+    /// An [`ImportError::Io`] about `path`, for `map_err`.
+    pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |source| Self::Io { path: path.to_owned(), source }
+    }
+}
