@@ -6,13 +6,24 @@
 //! Nothing a file says is believed before it is checked: sizes against what is there, numbers for being finite.
 
 mod error;
+mod format;
+mod metaimage;
+mod nifti;
+mod nrrd;
+mod payload;
+mod raw;
 mod report;
+mod sample;
+mod scan;
+mod text_header;
 
 use std::path::{Path, PathBuf};
 
 pub use error::ImportError;
 use lumivox_core::{CancelToken, Progress, Volume};
+pub use raw::{RawDescription, RawDescriptionError, load_raw};
 pub use report::{ImportReport, SeriesSummary, SkippedFile};
+pub use sample::{SampleType, UnknownSampleType};
 
 /// What to load when there is a choice.
 #[derive(Clone, Debug, Default)]

@@ -1,1 +1,26 @@
-//! Placeholder.
+//! Turns a scene, a camera and a budget into a [`Recording`]: what a host has to do on its GPU, in order.
+//!
+//! This crate owns no device and knows no graphics API, window or engine. The host keeps a [`SceneCache`] per scene
+//! and a [`View`] per camera, asks them to record, and replays the recording with its executor (`lumivox-wgpu` is
+//! one). The walk: [`SceneCache::update`] puts volumes, tables, majorants and light on the GPU;
+//! [`View::record_samples`] traces; [`View::record_display`] or [`View::record_read_film`] brings the image out.
+
+mod atlas;
+pub mod display;
+mod environment;
+mod error;
+pub mod film;
+mod ids;
+pub mod majorant_grid;
+pub mod recording;
+mod scene_cache;
+mod transfer_table;
+mod view;
+
+pub use display::{Background, DisplaySettings, ToneMap};
+pub use error::RenderError;
+pub use film::Film;
+pub use recording::{Recording, ResourceId, Step};
+pub use scene_cache::{DeviceLimits, LightSampling, SceneCache};
+pub use transfer_table::TransferTable;
+pub use view::{View, ViewSettings};

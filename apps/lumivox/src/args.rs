@@ -1,0 +1,442 @@
+//! The command line: what can be asked for, and what makes no sense.
+
+use std::{path::PathBuf, str::FromStr, time::Duration};
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use lumivox_core::{Filter, Preset, glam::DVec3};
+use lumivox_import::RawDescription;
+use lumivox_renderer::ToneMap;
+
+const EXIT_CODES: &str = "\
+Exit codes:
+    0  done
+    1  failed: the output cannot be written, for example
+    2  wrong usage
+    3  bad input: missing, damaged, or not a scan
+    4  no usable GPU, or it was lost
+  130  stopped by Ctrl-C; what was rendered is kept";
+
+const EXAMPLES: &str = "\
+Examples:
+  lumivox phantom head --out phantom          make a scan to try things on
+  lumivox render phantom -o head.png          a DICOM folder to a picture
+  lumivox info head.nii.gz                    what is in a file, and a preset that suits it
+  lumivox doctor                              which GPUs are seen, and what is missing
+
+'lumivox render --help' has all options of rendering.
+
+";
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  lumivox render FOLDER -o out.png
+  lumivox render FOLDER --preset ct-bone --azimuth 35 --elevation 10 -o bone.png
+  lumivox render ct.nii.gz --transfer-function skin.tf --environment sky.hdr -o skin.png
+  lumivox render FOLDER --size 1920x1080 --time 60 --background transparent -o hd.png
+  lumivox render ct.nrrd pet.nrrd --preset ct-bone --preset mr-head -o both.png
+  lumivox render head.raw --raw 256x256x108:i16le:spacing=1,1,1.5 -o raw.png
+
+";
+
+/// Turns CT and MR scans into photorealistic images by tracing light through them.
+#[derive(Debug, Parser)]
+#[command(name = "lumivox", version, after_help = [EXAMPLES, EXIT_CODES].concat())]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render scans to a PNG
+    #[command(after_help = [RENDER_EXAMPLES, EXIT_CODES].concat())]
+    Render(Box<RenderArgs>),
+    /// Say what a scan holds: geometry, values, a suggested preset; never the patient's name
+    #[command(after_help = EXIT_CODES)]
+    Info(InfoArgs),
+    /// Make a procedural scan, written as a DICOM series
+    #[command(after_help = EXIT_CODES)]
+    Phantom(PhantomArgs),
+    /// List the presets
+    Presets,
+    /// Say which GPUs and drivers are seen, what is missing and how to install it
+    #[command(after_help = EXIT_CODES)]
+    Doctor,
+}
+
+/// Which scans, shared by the commands that read any.
+#[derive(Args, Debug)]
+pub struct InputArgs {
+    /// Scans: a DICOM folder or its files, .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd or .raw
+    #[arg(required = true, value_name = "SCAN")]
+    pub inputs: Vec<PathBuf>,
+    /// DICOM series to take: its UID, number, or place in 'lumivox info' [default: the one with the most voxels]
+    #[arg(long, value_name = "SERIES")]
+    pub series: Option<String>,
+    /// Layout of RAW files: size, sample type, then any of spacing (mm), header (bytes), slope, intercept, modality,
+    /// such as 256x256x108:i16le:spacing=0.957,0.957,1.5 [default: from a file beside it, or from its name]
+    #[arg(long, value_name = "LAYOUT")]
+    pub raw: Option<RawDescription>,
+}
+
+/// `lumivox render`.
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub input: InputArgs,
+    /// The PNG to write
+    #[arg(short, long, value_name = "FILE.png")]
+    pub output: PathBuf,
+
+    /// Named look, one for all scans or one for each [default: what suits the scan; see 'lumivox presets']
+    #[arg(long, value_name = "NAME", help_heading = "Look", value_parser = Preset::from_name)]
+    pub preset: Vec<Preset>,
+    /// File with opacity and colour by value, one for all scans or one for each; UnityVolumeRendering's .tf too
+    #[arg(long, value_name = "FILE", help_heading = "Look", conflicts_with = "preset")]
+    pub transfer_function: Vec<PathBuf>,
+    /// Factor on the extinction [default: the preset's]
+    #[arg(long, value_name = "FACTOR", help_heading = "Look", value_parser = number(0.0, 1e6))]
+    pub density: Option<f64>,
+    /// Fraction of light that survives a scattering, 0 to 1 [default: the preset's]
+    #[arg(long, value_name = "FRACTION", help_heading = "Look", value_parser = number(0.0, 1.0))]
+    pub albedo: Option<f64>,
+    /// Henyey-Greenstein mean cosine g, -0.99 to 0.99; positive scatters forward [default: the preset's]
+    #[arg(long, value_name = "G", help_heading = "Look", allow_negative_numbers = true, value_parser = number(-0.99, 0.99))]
+    pub anisotropy: Option<f64>,
+    /// Most scatterings along a path, 1 to 1000 [default: the preset's]
+    #[arg(long, value_name = "N", help_heading = "Look", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub bounces: Option<u32>,
+    /// Reflection where the value changes quickly: crisp bone and skin [default: the preset's]
+    #[arg(long, help_heading = "Look")]
+    pub surface: Option<Switch>,
+    /// How values between voxels are found
+    #[arg(long, help_heading = "Look", default_value = "trilinear")]
+    pub filter: FilterName,
+    /// Part to keep, as fractions along the voxel axes: lowx,lowy,lowz,highx,highy,highz
+    #[arg(long, value_name = "BOX", help_heading = "Look")]
+    pub clip: Option<Clip>,
+
+    /// Degrees the camera turns around the patient; 0 sees the face, 90 the patient's left
+    #[arg(long, value_name = "DEGREES", help_heading = "Camera", allow_negative_numbers = true, default_value = "0", value_parser = number(-3600.0, 3600.0))]
+    pub azimuth: f64,
+    /// Degrees the camera rises, -90 to 90
+    #[arg(long, value_name = "DEGREES", help_heading = "Camera", allow_negative_numbers = true, default_value = "0", value_parser = number(-90.0, 90.0))]
+    pub elevation: f64,
+    /// How many times closer than where everything fits
+    #[arg(long, value_name = "FACTOR", help_heading = "Camera", default_value = "1", value_parser = number(1e-3, 1e3))]
+    pub zoom: f64,
+    /// Degrees between the bottom and the top of the image
+    #[arg(long, value_name = "DEGREES", help_heading = "Camera", default_value = "28", value_parser = number(0.1, 170.0))]
+    pub fov: f64,
+    /// Camera position in mm from the first scan's centre: x to the patient's left, y to the head, z to the viewer
+    #[arg(long, value_name = "X,Y,Z", help_heading = "Camera", allow_hyphen_values = true, conflicts_with_all = ["azimuth", "elevation", "zoom"])]
+    pub eye: Option<Point>,
+    /// Point looked at, as --eye [default: the centre of what is seen]
+    #[arg(long, value_name = "X,Y,Z", help_heading = "Camera", allow_hyphen_values = true)]
+    pub target: Option<Point>,
+
+    /// Light: studio, uniform, gradient, or an equirectangular .hdr file
+    #[arg(long, value_name = "LIGHT", help_heading = "Light", default_value = "studio")]
+    pub environment: EnvironmentName,
+    /// Factor on the light
+    #[arg(long, value_name = "FACTOR", help_heading = "Light", default_value = "1", value_parser = number(0.0, 1e6))]
+    pub environment_strength: f64,
+    /// Degrees the light turns around the vertical, as --azimuth turns the camera
+    #[arg(long, value_name = "DEGREES", help_heading = "Light", allow_negative_numbers = true, default_value = "0", value_parser = number(-3600.0, 3600.0))]
+    pub environment_rotation: f64,
+
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", help_heading = "Image", default_value = "768x768")]
+    pub size: Size,
+    /// Paths per pixel: four times as many halve the noise [default: 64]
+    #[arg(long, value_name = "N", help_heading = "Image", conflicts_with = "time", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
+    pub samples: Option<u32>,
+    /// Seconds to render instead of a number of samples
+    #[arg(long, value_name = "SECONDS", help_heading = "Image", value_parser = seconds)]
+    pub time: Option<Duration>,
+    /// Another seed gives other noise; the same gives the same image
+    #[arg(long, value_name = "N", help_heading = "Image", default_value = "0")]
+    pub seed: u32,
+    /// Stops brighter (or darker, if negative)
+    #[arg(long, value_name = "EV", help_heading = "Image", allow_negative_numbers = true, default_value = "0", value_parser = number(-32.0, 32.0))]
+    pub exposure: f64,
+    /// How light becomes pixels: agx and aces are filmic, plain clips
+    #[arg(long, help_heading = "Image", default_value = "agx")]
+    pub tone: Tone,
+    /// Exponent 1/GAMMA on the pixels after the tone map
+    #[arg(long, value_name = "GAMMA", help_heading = "Image", default_value = "1", value_parser = number(0.1, 10.0))]
+    pub gamma: f64,
+    /// What stands behind: transparent, environment, or a colour as #rrggbb
+    #[arg(long, value_name = "WHAT", help_heading = "Image", default_value = "#000000")]
+    pub background: Background,
+
+    /// Take the GPU whose name contains this [default: the fastest kind]
+    #[arg(long, value_name = "NAME", help_heading = "Running")]
+    pub gpu: Option<String>,
+    /// Say nothing but errors
+    #[arg(short, long, help_heading = "Running")]
+    pub quiet: bool,
+}
+
+/// `lumivox info`.
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub input: InputArgs,
+    /// For programs: one JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `lumivox phantom`.
+#[derive(Args, Debug)]
+pub struct PhantomArgs {
+    /// Which one
+    pub kind: PhantomKind,
+    /// The folder to write the series to; new, or empty but for an earlier run's files
+    #[arg(short, long, value_name = "FOLDER")]
+    pub out: PathBuf,
+    /// Voxels along the longest side [default: 256]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=1024))]
+    pub size: Option<u32>,
+    /// Seed of noise and anatomical variation
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub seed: u64,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// The phantoms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PhantomKind {
+    /// A human head as a CT sees it
+    Head,
+    /// Density falling from the centre of a cube to its corners
+    Cube,
+    /// A homogeneous slab
+    Slab,
+    /// A homogeneous sphere
+    Sphere,
+}
+
+/// On or off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// On
+    On,
+    /// Off
+    Off,
+}
+
+/// Tone maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Tone {
+    /// sRGB, clipped
+    Plain,
+    /// Filmic, after AgX
+    Agx,
+    /// Filmic, after ACES
+    Aces,
+}
+
+/// Interpolations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FilterName {
+    /// The nearest voxel
+    Nearest,
+    /// Linear along each axis
+    Trilinear,
+    /// Cubic B-spline: smooth, slightly blurred
+    Tricubic,
+}
+
+impl From<Tone> for ToneMap {
+    fn from(tone: Tone) -> Self {
+        match tone {
+            Tone::Plain => ToneMap::Plain,
+            Tone::Agx => ToneMap::Agx,
+            Tone::Aces => ToneMap::Aces,
+        }
+    }
+}
+
+impl From<FilterName> for Filter {
+    fn from(name: FilterName) -> Self {
+        match name {
+            FilterName::Nearest => Filter::Nearest,
+            FilterName::Trilinear => Filter::Trilinear,
+            FilterName::Tricubic => Filter::Tricubic,
+        }
+    }
+}
+
+/// A parser of finite numbers within a range.
+fn number(low: f64, high: f64) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let number = text.trim().parse::<f64>().map_err(|_| "not a number".to_owned())?;
+        if (low..=high).contains(&number) { Ok(number) } else { Err(format!("must be {low} to {high}")) }
+    }
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    number(0.01, 1e7)(text.trim_end_matches('s')).map(Duration::from_secs_f64)
+}
+
+/// `n` finite numbers between commas.
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let error = || format!("must be {N} numbers with commas between them");
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|part| part.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+    numbers.ok_or_else(error)?.try_into().map_err(|_| error())
+}
+
+/// An image size in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Pixels from left to right.
+    pub width: u32,
+    /// Pixels from top to bottom.
+    pub height: u32,
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        const LARGEST: u32 = 32_768;
+        let side = |text: &str| text.trim().parse().ok().filter(|side| (1..=LARGEST).contains(side));
+        let (width, height) = text.split_once(['x', 'X']).ok_or("must be WIDTHxHEIGHT, such as 1920x1080")?;
+        match (side(width), side(height)) {
+            (Some(width), Some(height)) => Ok(Self { width, height }),
+            _ => Err(format!("width and height must be 1 to {LARGEST}")),
+        }
+    }
+}
+
+/// A point in millimetres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point(pub DVec3);
+
+impl FromStr for Point {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        numbers(text).map(|point| Self(DVec3::from_array(point)))
+    }
+}
+
+/// Opposite corners of what is kept, in box coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clip(pub [DVec3; 2]);
+
+impl FromStr for Clip {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let [a, b, c, d, e, f] = numbers(text)?;
+        let corners = [DVec3::new(a, b, c), DVec3::new(d, e, f)];
+        let inside = corners.iter().all(|p| p.min_element() >= 0.0 && p.max_element() <= 1.0);
+        if inside && corners[0].cmplt(corners[1]).all() {
+            Ok(Self(corners))
+        } else {
+            Err("must be fractions from 0 to 1, each low one below its high one".into())
+        }
+    }
+}
+
+/// What stands behind the volumes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Background {
+    /// Nothing: the PNG has an alpha channel.
+    Transparent,
+    /// The light.
+    Environment,
+    /// A colour, as the screen shows it (sRGB).
+    Color([u8; 3]),
+}
+
+impl FromStr for Background {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "transparent" => return Ok(Self::Transparent),
+            "environment" => return Ok(Self::Environment),
+            _ => {}
+        }
+        text.strip_prefix('#')
+            .filter(|hex| hex.len() == 6 && hex.bytes().all(|b| b.is_ascii_hexdigit()))
+            .and_then(|hex| u32::from_str_radix(hex, 16).ok())
+            .map(|rgb| Self::Color([(rgb >> 16) as u8, (rgb >> 8) as u8, rgb as u8]))
+            .ok_or_else(|| "must be transparent, environment or a colour such as #202428".into())
+    }
+}
+
+/// Where light comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum EnvironmentName {
+    /// The built-in studio.
+    Studio,
+    /// The same from everywhere.
+    Uniform,
+    /// An overcast sky over dim ground.
+    Gradient,
+    /// A panorama.
+    File(PathBuf),
+}
+
+impl FromStr for EnvironmentName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "studio" => Ok(Self::Studio),
+            "uniform" => Ok(Self::Uniform),
+            "gradient" => Ok(Self::Gradient),
+            // A bare word is a typing error rather than a file.
+            _ if !text.contains(['.', '/', '\\']) => {
+                Err("must be studio, uniform, gradient or an .hdr file".into())
+            }
+            _ => Ok(Self::File(text.into())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn values_are_read_or_refused() {
+        assert_eq!("1920x1080".parse(), Ok(Size { width: 1920, height: 1080 }));
+        for bad in ["", "100", "0x5", "5x0", "99999x1", "1x2x3", "-1x5"] {
+            assert!(bad.parse::<Size>().is_err(), "{bad}");
+        }
+        assert_eq!("1, -2.5,3".parse(), Ok(Point(DVec3::new(1.0, -2.5, 3.0))));
+        for bad in ["1,2", "1,2,3,4", "a,b,c", "nan,0,0", "inf,0,0"] {
+            assert!(bad.parse::<Point>().is_err(), "{bad}");
+        }
+        assert!("0,0,0,1,1,0.5".parse::<Clip>().is_ok());
+        for bad in ["0,0,0,1,1,0", "0,0,0,1,1,2", "-1,0,0,1,1,1", "0,0,0"] {
+            assert!(bad.parse::<Clip>().is_err(), "{bad}");
+        }
+        assert_eq!("#0a0B0c".parse(), Ok(Background::Color([10, 11, 12])));
+        for bad in ["#12345", "#12345g", "red", "#+12345"] {
+            assert!(bad.parse::<Background>().is_err(), "{bad}");
+        }
+        assert_eq!("sky.hdr".parse(), Ok(EnvironmentName::File("sky.hdr".into())));
+        assert!("studoi".parse::<EnvironmentName>().is_err());
+        assert!(seconds("0").is_err() && seconds("2.5s") == Ok(Duration::from_secs_f64(2.5)));
+    }
+}

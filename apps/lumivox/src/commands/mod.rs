@@ -1,0 +1,7 @@
+//! One module per command.
+
+pub mod doctor;
+pub mod info;
+pub mod phantom;
+pub mod presets;
+pub mod render;

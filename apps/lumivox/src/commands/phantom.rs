@@ -1,0 +1,69 @@
+//! `lumivox phantom`: a procedural scan, written as the files a scanner would have sent.
+
+use lumivox_core::Volume;
+use lumivox_phantom::{AnatomyOptions, SeriesDescription, WriteError};
+
+use crate::{
+    args::{PhantomArgs, PhantomKind},
+    exit::{self, Exit, Failure},
+    inputs, output,
+    progress::Reporter,
+};
+
+/// Voxels along the longest side unless asked otherwise.
+const DEFAULT_SIZE: u32 = 256;
+
+/// Hounsfield units of the homogeneous bodies: bone, which every CT preset shows.
+const BODY_HU: f64 = 1000.0;
+
+/// Voxels of air that the phantoms put around a homogeneous body, on both sides together.
+const AIR_VOXELS: u32 = 6;
+
+/// Makes the phantom and writes it.
+pub fn run(args: &PhantomArgs) -> Result<(), Failure> {
+    let reporter = Reporter::new(args.quiet);
+    let cancel = exit::cancel_on_ctrl_c()?;
+    let size = args.size.unwrap_or(DEFAULT_SIZE);
+    let inside = f64::from(size.saturating_sub(AIR_VOXELS).max(1));
+    let volume: Volume = match args.kind {
+        PhantomKind::Head => {
+            let options =
+                AnatomyOptions { size: size as usize, seed: args.seed, ..AnatomyOptions::default() };
+            reporter.stages(|progress| lumivox_phantom::anatomy(options, progress, &cancel))?
+        }
+        PhantomKind::Cube => lumivox_phantom::cube(size as usize),
+        PhantomKind::Slab => lumivox_phantom::slab(BODY_HU, inside / 10.0, 1.0),
+        PhantomKind::Sphere => lumivox_phantom::sphere(BODY_HU, inside / 2.0 - 0.5, 1.0),
+    };
+    cancel.check()?;
+    reporter.say(&inputs::describe(&volume));
+
+    let description = SeriesDescription {
+        series: description(args.kind).into(),
+        seed: args.seed,
+        ..SeriesDescription::default()
+    };
+    let shown = args.out.display();
+    let written = reporter.stages(|progress| {
+        lumivox_phantom::write_dicom_series(&volume, &args.out, &description, progress, &cancel)
+    });
+    let files = written.map_err(|error| match error {
+        WriteError::Cancelled(_) => {
+            Failure::new(Exit::Interrupted, format!("Stopped; the series in {shown} is not complete."))
+        }
+        error => Failure::other(error.to_string()),
+    })?;
+    if !args.quiet {
+        output::print(&format!("Wrote {files} DICOM files to {shown}\n"))?;
+    }
+    Ok(())
+}
+
+fn description(kind: PhantomKind) -> &'static str {
+    match kind {
+        PhantomKind::Head => "Head and neck, contrast",
+        PhantomKind::Cube => "Test cube",
+        PhantomKind::Slab => "Homogeneous slab",
+        PhantomKind::Sphere => "Homogeneous sphere",
+    }
+}

@@ -1,0 +1,204 @@
+//! `lumivox render`: scans to a PNG.
+
+use std::{path::PathBuf, sync::Arc, time::Instant};
+
+use lumivox_core::{
+    Environment, EnvironmentSource, Medium, PerspectiveCamera, Preset, Scene, SurfaceReflection, Volume,
+    VolumeInstance, framing,
+    glam::{DAffine3, DVec3},
+    world_from_patient,
+};
+use lumivox_renderer::{Background, DisplaySettings};
+
+use crate::{
+    args::{self, EnvironmentName, RenderArgs, Switch},
+    exit::{self, Exit, Failure},
+    inputs, output,
+    output::PngOutput,
+    progress::{Reporter, human_duration},
+    trace::{self, Request, Stop},
+};
+
+/// Paths per pixel unless asked otherwise.
+const DEFAULT_SAMPLES: u32 = 64;
+
+const METRES_PER_MM: f64 = 1e-3;
+
+/// Loads, traces and writes.
+pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let start = Instant::now();
+    let reporter = Reporter::new(args.quiet);
+    // Everything that can be wrong is looked at before the long work.
+    let output = PngOutput::prepare(&args.output)?;
+    let environment = environment(args)?;
+    let cancel = exit::cancel_on_ctrl_c()?;
+
+    let scans = inputs::load(&args.input, reporter, &cancel)?;
+    let looks = looks(args, scans.len())?;
+    for scan in &scans {
+        reporter.say(&format!("{}: {}", scan.report.format, inputs::describe(&scan.volume)));
+        scan.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
+        if !scan.report.skipped.is_empty() {
+            let count = scan.report.skipped.len();
+            reporter.say(&format!("  note: {count} files were left out; 'lumivox info' says why"));
+        }
+    }
+    let volumes = scans.into_iter().map(|scan| Arc::new(scan.volume)).collect();
+    let scene = scene(args, volumes, &looks, environment, reporter)?;
+    let camera = camera(args, &scene);
+    cancel.check()?;
+
+    let stop = match args.time {
+        Some(time) => Stop::Time(time),
+        None => Stop::Samples(args.samples.unwrap_or(DEFAULT_SAMPLES)),
+    };
+    let display = DisplaySettings {
+        background: match args.background {
+            args::Background::Environment => Background::Environment,
+            // A colour is put behind the finished picture: it is what the screen is to show, not a light.
+            args::Background::Transparent | args::Background::Color(_) => Background::Transparent,
+        },
+        exposure_ev: args.exposure,
+        tone_map: args.tone.into(),
+        gamma: args.gamma,
+    };
+    let request =
+        Request { scene, camera, size: args.size, stop, seed: args.seed, display, gpu: args.gpu.clone() };
+    let mut line = reporter.tracing();
+    let mut traced =
+        trace::trace(&request, &|text| reporter.say(text), &mut |status| line.update(status), &cancel)?;
+    line.finish();
+
+    if let args::Background::Color(color) = args.background {
+        traced.picture.put_on(color);
+    }
+    output.write(&traced.picture)?;
+    let took = human_duration(start.elapsed());
+    let wrote = format!(
+        "{} ({} x {}, {} samples, {took})",
+        args.output.display(),
+        args.size.width,
+        args.size.height,
+        traced.samples
+    );
+    if cancel.is_cancelled() {
+        return Err(Failure::new(Exit::Interrupted, format!("Stopped early; what there was is in {wrote}")));
+    }
+    if !args.quiet {
+        output::print(&format!("Wrote {wrote}\n"))?;
+    }
+    Ok(())
+}
+
+/// How one scan is to look.
+enum Look {
+    Automatic,
+    Preset(Preset),
+    File(PathBuf),
+}
+
+/// One look per scan, from options given once for all or once for each.
+fn looks(args: &RenderArgs, scans: usize) -> Result<Vec<Look>, Failure> {
+    let (option, given): (_, Vec<Look>) = if args.transfer_function.is_empty() {
+        ("--preset", args.preset.iter().map(|&preset| Look::Preset(preset)).collect())
+    } else {
+        ("--transfer-function", args.transfer_function.iter().cloned().map(Look::File).collect())
+    };
+    match given.len() {
+        0 => Ok((0..scans).map(|_| Look::Automatic).collect()),
+        1 => Ok((0..scans)
+            .map(|_| match &given[0] {
+                Look::Preset(preset) => Look::Preset(*preset),
+                Look::File(path) => Look::File(path.clone()),
+                Look::Automatic => Look::Automatic,
+            })
+            .collect()),
+        n if n == scans => Ok(given),
+        n => Err(Failure::usage(format!(
+            "{option} is given {n} times for {scans} scans; give it once for all, or once for each"
+        ))),
+    }
+}
+
+fn medium(args: &RenderArgs, volume: &Volume, look: &Look, reporter: Reporter) -> Result<Medium, Failure> {
+    let mut medium = match look {
+        Look::Preset(preset) => preset.medium(volume),
+        Look::Automatic => {
+            let preset = Preset::default_for(volume);
+            reporter.say(&format!("  preset {} ({})", preset.name(), preset.description()));
+            preset.medium(volume)
+        }
+        // The rest of the look comes from the preset that suits the scan.
+        Look::File(path) => Medium {
+            transfer_function: lumivox_import::load_transfer_function(path, volume.value_range())?,
+            ..Preset::default_for(volume).medium(volume)
+        },
+    };
+    medium.density_scale = args.density.unwrap_or(medium.density_scale);
+    medium.albedo = args.albedo.unwrap_or(medium.albedo);
+    medium.anisotropy = args.anisotropy.unwrap_or(medium.anisotropy);
+    medium.max_bounces = args.bounces.unwrap_or(medium.max_bounces);
+    medium.filter = args.filter.into();
+    match args.surface {
+        Some(Switch::Off) => medium.surface = SurfaceReflection::OFF,
+        Some(Switch::On) if medium.surface.strength == 0.0 => medium.surface.strength = 1.0,
+        Some(Switch::On) | None => {}
+    }
+    Ok(medium.sanitized())
+}
+
+/// All scans in the patient space they share, around the centre of the first.
+fn scene(
+    args: &RenderArgs,
+    volumes: Vec<Arc<Volume>>,
+    looks: &[Look],
+    environment: Environment,
+    reporter: Reporter,
+) -> Result<Scene, Failure> {
+    let center = volumes.first().map(|volume| volume.center_mm()).unwrap_or_default();
+    let world_from_patient = world_from_patient() * DAffine3::from_translation(-center);
+    let clip_box = args.clip.map_or([DVec3::ZERO, DVec3::ONE], |clip| clip.0);
+    let volumes = volumes
+        .into_iter()
+        .zip(looks)
+        .map(|(volume, look)| {
+            let medium = medium(args, &volume, look, reporter)?;
+            Ok(VolumeInstance { volume, medium, world_from_patient, clip_box })
+        })
+        .collect::<Result<_, Failure>>()?;
+    Ok(Scene { volumes, environment })
+}
+
+fn camera(args: &RenderArgs, scene: &Scene) -> PerspectiveCamera {
+    let aspect = f64::from(args.size.width) / f64::from(args.size.height);
+    let fov = args.fov.to_radians();
+    let mut orbit =
+        framing::frame(scene, args.azimuth.to_radians(), args.elevation.to_radians(), fov, aspect);
+    if let Some(target) = args.target {
+        orbit.target = target.0 * METRES_PER_MM;
+    }
+    match args.eye {
+        Some(eye) => PerspectiveCamera::look_at(eye.0 * METRES_PER_MM, orbit.target, DVec3::Y, fov),
+        None => {
+            orbit.distance /= args.zoom;
+            orbit.camera()
+        }
+    }
+}
+
+fn environment(args: &RenderArgs) -> Result<Environment, Failure> {
+    let source = match &args.environment {
+        EnvironmentName::Studio => EnvironmentSource::Studio,
+        EnvironmentName::Uniform => EnvironmentSource::Uniform([1.0; 3]),
+        EnvironmentName::Gradient => EnvironmentSource::Gradient {
+            zenith: [1.5, 1.6, 1.8],
+            horizon: [1.0, 1.0, 1.0],
+            nadir: [0.16, 0.15, 0.14],
+        },
+        EnvironmentName::File(path) => {
+            EnvironmentSource::Map(Arc::new(lumivox_import::load_environment(path)?))
+        }
+    };
+    let rotation = args.environment_rotation.to_radians();
+    Ok(Environment { source, rotation, strength: args.environment_strength })
+}

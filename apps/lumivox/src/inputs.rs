@@ -1,0 +1,112 @@
+//! From the scans named on the command line to volumes.
+
+use std::{
+    ffi::OsStr,
+    path::{Path, PathBuf},
+};
+
+use lumivox_core::{CancelToken, Volume};
+use lumivox_import::{ImportOptions, Imported};
+
+use crate::{args::InputArgs, exit::Failure, progress::Reporter};
+
+/// Loads every scan, in the order given.
+pub fn load(args: &InputArgs, reporter: Reporter, cancel: &CancelToken) -> Result<Vec<Imported>, Failure> {
+    let mut options = ImportOptions::default();
+    options.series.clone_from(&args.series);
+    options.raw.clone_from(&args.raw);
+    scans(&args.inputs)
+        .into_iter()
+        .map(|files| {
+            let loaded =
+                reporter.stages(|progress| lumivox_import::load(&files, &options, progress, cancel))?;
+            Ok(loaded)
+        })
+        .collect()
+}
+
+/// One entry per scan. The slices of a DICOM folder, as a shell's `folder/*.dcm` lists them, are one.
+fn scans(inputs: &[PathBuf]) -> Vec<Vec<PathBuf>> {
+    let mut scans: Vec<Vec<PathBuf>> = Vec::new();
+    for input in inputs {
+        let belongs = |scan: &&mut Vec<PathBuf>| {
+            may_be_a_slice(input) && may_be_a_slice(&scan[0]) && scan[0].parent() == input.parent()
+        };
+        match scans.last_mut().filter(belongs) {
+            Some(scan) => scan.push(input.clone()),
+            None => scans.push(vec![input.clone()]),
+        }
+    }
+    scans
+}
+
+fn may_be_a_slice(path: &Path) -> bool {
+    const WHOLE_SCANS: [&str; 8] = ["nii", "gz", "nrrd", "nhdr", "mha", "mhd", "raw", "zip"];
+    let extension = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
+    path.is_file() && !WHOLE_SCANS.contains(&extension.as_str())
+}
+
+/// `CT, 512 x 512 x 275 voxels of 0.78 x 0.78 x 1.00 mm, -1000 to 3071 HU`.
+pub fn describe(volume: &Volume) -> String {
+    let [x, y, z] = volume.dims();
+    let spacing = volume.spacing_mm();
+    let [low, high] = volume.value_range();
+    let line = format!(
+        "{modality}{x} x {y} x {z} voxels of {:.2} x {:.2} x {:.2} mm, {} to {} {unit}",
+        spacing.x,
+        spacing.y,
+        spacing.z,
+        number(low),
+        number(high),
+        modality = modality(volume).map(|name| format!("{name}, ")).unwrap_or_default(),
+        unit = volume.modality().unit(),
+    );
+    line.trim_end().to_owned()
+}
+
+/// DICOM's word for what made the scan.
+pub fn modality(volume: &Volume) -> Option<&'static str> {
+    use lumivox_core::Modality::{Ct, Mr, Other, Pet};
+    match volume.modality() {
+        Ct => Some("CT"),
+        Mr => Some("MR"),
+        Pet => Some("PT"),
+        Other => None,
+    }
+}
+
+/// A value with as many digits as people want to read.
+pub fn number(value: f64) -> String {
+    if value == 0.0 || (0.01..1e7).contains(&value.abs()) {
+        let digits = if value.abs() >= 100.0 || value.fract() == 0.0 { 0 } else { 2 };
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slices_of_one_folder_are_one_scan() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = ["1.dcm", "2.dcm", "IM0003", "a.nii", "b.nii.gz"].map(|name| folder.path().join(name));
+        for path in &paths {
+            std::fs::write(path, "").unwrap();
+        }
+        let counts: Vec<usize> = scans(&paths).iter().map(Vec::len).collect();
+        assert_eq!(counts, [3, 1, 1]);
+        let folders = [folder.path().to_owned(), folder.path().to_owned()];
+        assert_eq!(scans(&folders).len(), 2, "folders are scans of their own");
+    }
+
+    #[test]
+    fn numbers_read_well() {
+        assert_eq!(
+            [-1000.0, 0.0, 12.5, 0.001, 3e9].map(number),
+            ["-1000", "0", "12.50", "1.000e-3", "3.000e9"]
+        );
+    }
+}

@@ -1,0 +1,196 @@
+//! Writing: text to a terminal that may have gone away, and pictures that are whole or not there.
+
+use std::{
+    fs::{self, File},
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use crate::exit::Failure;
+
+/// Writes to stdout. Whoever reads may stop early (`lumivox presets | head -1`): that is no error.
+pub fn print(text: &str) -> Result<(), Failure> {
+    match io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Failure::other(format!("cannot write to stdout: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A picture: rows from the top, red, green, blue and straight alpha, 8 bits each.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Pixels from left to right.
+    pub width: u32,
+    /// Pixels from top to bottom.
+    pub height: u32,
+    /// `width * height * 4` bytes.
+    pub rgba: Vec<u8>,
+}
+
+impl Picture {
+    /// Puts an opaque sRGB colour behind the picture. Light adds up, so the blend is linear.
+    pub fn put_on(&mut self, color: [u8; 3]) {
+        let linear: [f32; 256] = std::array::from_fn(|code| srgb_decode(code as f32 / 255.0));
+        for pixel in self.rgba.chunks_exact_mut(4) {
+            let alpha = f32::from(pixel[3]) / 255.0;
+            if pixel[3] < 255 {
+                for (channel, behind) in pixel.iter_mut().zip(color) {
+                    let light =
+                        alpha * linear[usize::from(*channel)] + (1.0 - alpha) * linear[usize::from(behind)];
+                    *channel = (srgb_encode(light) * 255.0 + 0.5) as u8;
+                }
+            }
+            pixel[3] = 255;
+        }
+    }
+}
+
+/// The sRGB transfer function, IEC 61966-2-1.
+fn srgb_decode(code: f32) -> f32 {
+    if code <= 0.04045 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
+}
+
+fn srgb_encode(light: f32) -> f32 {
+    if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// A PNG that is going to be written.
+pub struct PngOutput {
+    path: PathBuf,
+    partial: PathBuf,
+}
+
+impl PngOutput {
+    /// Checks, before any work is done, that `path` can be written.
+    pub fn prepare(path: &Path) -> Result<Self, Failure> {
+        let shown = path.display();
+        if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
+            return Err(Failure::usage(format!("{shown}: the output must end in .png")));
+        }
+        let Some(name) = path.file_name() else {
+            return Err(Failure::usage(format!("{shown}: the output has no file name")));
+        };
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        if !folder.is_dir() {
+            return Err(Failure::other(format!(
+                "cannot write {shown}: there is no folder {}; make it first",
+                folder.display()
+            )));
+        }
+        if path.exists() && !path.is_file() {
+            return Err(Failure::other(format!("cannot write {shown}: it exists and is not a file")));
+        }
+        let mut partial = std::ffi::OsString::from(".");
+        partial.push(name);
+        partial.push(format!(".{}.partial", std::process::id()));
+        let output = Self { path: path.to_owned(), partial: folder.join(partial) };
+        let probe = File::create(&output.partial);
+        let _ = fs::remove_file(&output.partial);
+        probe.map_err(|error| Failure::other(format!("cannot write {shown}: {error}")))?;
+        Ok(output)
+    }
+
+    /// Writes the picture under another name, then renames it: nobody ever sees half of one. If that fails, the
+    /// picture is kept in the system's folder for temporary files, and the failure says where.
+    pub fn write(self, picture: &Picture) -> Result<(), Failure> {
+        let result = write_png(&self.partial, picture).and_then(|()| fs::rename(&self.partial, &self.path));
+        let Err(error) = result else { return Ok(()) };
+        let _ = fs::remove_file(&self.partial);
+        let problem = format!("cannot write {}: {error}", self.path.display());
+        let rescue = std::env::temp_dir().join(format!("lumivox-{}.png", std::process::id()));
+        match write_png(&rescue, picture) {
+            Ok(()) => Err(Failure::other(format!("{problem}\nThe picture is kept in {}", rescue.display()))),
+            Err(_) => {
+                let _ = fs::remove_file(&rescue);
+                Err(Failure::other(problem))
+            }
+        }
+    }
+}
+
+fn write_png(path: &Path, picture: &Picture) -> io::Result<()> {
+    let opaque = picture.rgba.chunks_exact(4).all(|pixel| pixel[3] == 255);
+    let mut file = BufWriter::new(File::create(path)?);
+    let mut encoder = png::Encoder::new(&mut file, picture.width, picture.height);
+    encoder.set_color(if opaque { png::ColorType::Rgb } else { png::ColorType::Rgba });
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header()?;
+    if opaque {
+        let rgb: Vec<u8> = picture.rgba.chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
+        writer.write_image_data(&rgb)?;
+    } else {
+        writer.write_image_data(&picture.rgba)?;
+    }
+    writer.finish()?;
+    file.flush()?;
+    // A full disk may only show now.
+    file.get_ref().sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exit::Exit;
+
+    fn picture(alpha: u8) -> Picture {
+        Picture { width: 2, height: 1, rgba: vec![1, 2, 3, 255, 4, 5, 6, alpha] }
+    }
+
+    fn read(path: &Path) -> (png::ColorType, Vec<u8>) {
+        let decoder = png::Decoder::new(io::BufReader::new(File::open(path).unwrap()));
+        let mut reader = decoder.read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        (reader.info().color_type, pixels)
+    }
+
+    #[test]
+    fn a_background_shows_exactly_where_nothing_else_is() {
+        let rgba = vec![200, 100, 50, 0, 200, 100, 50, 255, 255, 255, 255, 128];
+        let mut picture = Picture { width: 3, height: 1, rgba };
+        picture.put_on([10, 20, 30]);
+        assert_eq!(picture.rgba[..8], [10, 20, 30, 255, 200, 100, 50, 255]);
+        // Half of white light, not half of its code.
+        assert!((186..=190).contains(&picture.rgba[8]), "{:?}", picture.rgba);
+    }
+
+    #[test]
+    fn a_picture_survives_and_leaves_nothing_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        PngOutput::prepare(&path).unwrap().write(&picture(128)).unwrap();
+        assert_eq!(read(&path), (png::ColorType::Rgba, vec![1, 2, 3, 255, 4, 5, 6, 128]));
+        PngOutput::prepare(&path).unwrap().write(&picture(255)).unwrap();
+        assert_eq!(read(&path), (png::ColorType::Rgb, vec![1, 2, 3, 4, 5, 6]));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_refused_before_the_work() {
+        let folder = tempfile::tempdir().unwrap();
+        let exit = |name: &str| PngOutput::prepare(&folder.path().join(name)).err().map(|f| f.exit);
+        assert_eq!(exit("a.jpg"), Some(Exit::Usage));
+        assert_eq!(exit("a"), Some(Exit::Usage));
+        assert_eq!(exit("missing/a.png"), Some(Exit::Failure));
+        fs::create_dir(folder.path().join("folder.png")).unwrap();
+        assert_eq!(exit("folder.png"), Some(Exit::Failure));
+        assert_eq!(exit("a.PNG"), None);
+    }
+
+    #[test]
+    fn a_picture_whose_place_vanished_is_kept_elsewhere() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = PngOutput::prepare(&folder.path().join("a.png")).unwrap();
+        drop(folder);
+        let message = output.write(&picture(255)).unwrap_err().message;
+        let kept = Path::new(message.rsplit("kept in ").next().unwrap()).to_owned();
+        assert_eq!(read(&kept).1.len(), 6, "{message}");
+        fs::remove_file(kept).unwrap();
+    }
+}

@@ -1,0 +1,193 @@
+//! What the user sees while waiting: bars on a terminal, a few lines elsewhere, nothing if asked to be quiet.
+
+use std::{
+    io::IsTerminal,
+    sync::Mutex,
+    time::{Duration, Instant},
+};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use lumivox_core::{Progress, Stage};
+
+/// Seconds between two lines about the same work where there is no terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(10);
+
+/// Talks to the user on stderr.
+#[derive(Clone, Copy, Debug)]
+pub struct Reporter {
+    quiet: bool,
+    bars: bool,
+}
+
+impl Reporter {
+    /// A reporter that is quiet if asked to.
+    pub fn new(quiet: bool) -> Self {
+        Self { quiet, bars: !quiet && std::io::stderr().is_terminal() }
+    }
+
+    /// Says a line.
+    pub fn say(&self, line: &str) {
+        if !self.quiet {
+            eprintln!("{line}");
+        }
+    }
+
+    /// Runs `work` and shows how far it is.
+    pub fn stages<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
+        if self.quiet {
+            return work(Progress::SILENT);
+        }
+        let current: Mutex<Option<(Stage, Line)>> = Mutex::new(None);
+        let result = work(Progress::new(&|stage, done, total| {
+            let mut current = current.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            if current.as_ref().is_none_or(|(shown, _)| *shown != stage) {
+                if let Some((_, line)) = current.take() {
+                    line.finish();
+                }
+                *current = Some((stage, Line::new(self.bars, stage.label())));
+            }
+            if let Some((_, line)) = current.as_mut() {
+                line.update(done, total, "");
+            }
+        }));
+        if let Some((_, line)) = current.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()) {
+            line.finish();
+        }
+        result
+    }
+
+    /// Shows how far the tracing is.
+    pub fn tracing(&self) -> TracingLine {
+        TracingLine((!self.quiet).then(|| Line::new(self.bars, "tracing light")))
+    }
+}
+
+/// How far the tracing is.
+#[derive(Clone, Copy, Debug)]
+pub struct TracingStatus {
+    /// Samples per pixel so far.
+    pub samples: u32,
+    /// Fraction of the work that is done, 0 to 1.
+    pub fraction: f64,
+    /// Estimated standard error relative to the image's mean, once there is one.
+    pub noise: Option<f64>,
+}
+
+/// The line about the tracing; nothing when quiet.
+pub struct TracingLine(Option<Line>);
+
+impl TracingLine {
+    /// Shows a new state.
+    pub fn update(&mut self, status: TracingStatus) {
+        let Some(line) = &mut self.0 else { return };
+        let mut words = format!("{} samples", status.samples);
+        if let Some(noise) = status.noise {
+            words += &format!(", noise {:.1}%", noise * 100.0);
+        }
+        if let Some(left) = time_left(line.start.elapsed(), status.fraction) {
+            words += &format!(", {} left", human_duration(left));
+        }
+        line.update((status.fraction.clamp(0.0, 1.0) * 1000.0) as u64, 1000, &words);
+    }
+
+    /// Leaves the last state on screen.
+    pub fn finish(self) {
+        if let Some(line) = self.0 {
+            line.finish();
+        }
+    }
+}
+
+/// Time left at the pace so far; `None` until the pace means something.
+fn time_left(elapsed: Duration, fraction: f64) -> Option<Duration> {
+    let left = elapsed.as_secs_f64() * (1.0 - fraction) / fraction;
+    (fraction > 0.0 && elapsed > Duration::from_millis(500))
+        .then(|| Duration::try_from_secs_f64(left).ok())
+        .flatten()
+}
+
+/// `7 s`, `2 min 5 s`, `1 h 3 min`.
+pub fn human_duration(duration: Duration) -> String {
+    let seconds = duration.as_secs_f64().round() as u64;
+    match seconds {
+        0..60 => format!("{seconds} s"),
+        60..3600 => format!("{} min {} s", seconds / 60, seconds % 60),
+        _ => format!("{} h {} min", seconds / 3600, seconds / 60 % 60),
+    }
+}
+
+/// One piece of work: a bar, or lines now and then.
+struct Line {
+    bar: Option<ProgressBar>,
+    label: &'static str,
+    start: Instant,
+    said: Instant,
+    words: String,
+}
+
+impl Line {
+    fn new(bars: bool, label: &'static str) -> Self {
+        let bar = bars.then(|| {
+            let style = ProgressStyle::with_template("{prefix:>18} [{bar:36}] {percent:>3}%  {msg}");
+            let style = style.expect("a valid template").progress_chars("=> ");
+            let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr_with_hz(10));
+            bar.with_style(style).with_prefix(label)
+        });
+        let now = Instant::now();
+        Self { bar, label, start: now, said: now, words: String::new() }
+    }
+
+    fn update(&mut self, done: u64, total: u64, words: &str) {
+        if self.words != words {
+            words.clone_into(&mut self.words);
+        }
+        if let Some(bar) = &self.bar {
+            bar.set_length(total);
+            bar.set_position(done);
+            if !words.is_empty() {
+                bar.set_message(words.to_owned());
+            }
+        } else if self.said.elapsed() >= LINE_INTERVAL {
+            self.said = Instant::now();
+            let percent = done.saturating_mul(100) / total.max(1);
+            let gap = if words.is_empty() { "" } else { ", " };
+            eprintln!("{}: {percent}%{gap}{words}", self.label);
+        }
+    }
+
+    fn finish(self) {
+        if let Some(bar) = self.bar {
+            bar.abandon();
+        } else {
+            let mut words = self.words;
+            // What is left is not worth saying at the end.
+            if let Some(end) = words.rfind(", ").filter(|_| words.ends_with(" left")) {
+                words.truncate(end);
+            }
+            let gap = if words.is_empty() { "" } else { ", " };
+            eprintln!("{}: done in {:.1} s{gap}{words}", self.label, self.start.elapsed().as_secs_f64());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_read_well() {
+        let read = |seconds: f64| human_duration(Duration::from_secs_f64(seconds));
+        assert_eq!(
+            [read(0.2), read(59.4), read(125.0), read(3780.0)],
+            ["0 s", "59 s", "2 min 5 s", "1 h 3 min"]
+        );
+    }
+
+    #[test]
+    fn time_left_follows_the_pace() {
+        let second = Duration::from_secs(1);
+        assert_eq!(time_left(second, 0.25), Some(3 * second));
+        assert_eq!(time_left(second, 0.0), None);
+        assert_eq!(time_left(Duration::from_millis(1), 0.5), None);
+    }
+}

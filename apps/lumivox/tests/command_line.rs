@@ -1,0 +1,242 @@
+//! What the command says and how it exits, run as users run it. Rendering itself is tested in `render.rs`.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output, Stdio},
+};
+
+struct Run {
+    code: Option<i32>,
+    stdout: String,
+    stderr: String,
+}
+
+impl From<Output> for Run {
+    fn from(output: Output) -> Self {
+        Self {
+            code: output.status.code(),
+            stdout: String::from_utf8(output.stdout).expect("stdout is UTF-8"),
+            stderr: String::from_utf8(output.stderr).expect("stderr is UTF-8"),
+        }
+    }
+}
+
+fn lumivox(folder: &Path, arguments: &[&str]) -> Run {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
+    command.current_dir(folder).args(arguments).stdin(Stdio::null());
+    Run::from(command.output().expect("the command runs"))
+}
+
+/// Checks the exit code and that stderr holds every one of `words`, without a panic.
+#[track_caller]
+fn fails(folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
+    let run = lumivox(folder, arguments);
+    assert_eq!(run.code, Some(code), "{arguments:?}\n{}", run.stderr);
+    for word in words {
+        assert!(run.stderr.contains(word), "'{word}' is missing for {arguments:?}:\n{}", run.stderr);
+    }
+    assert!(!run.stderr.contains("panicked"), "{}", run.stderr);
+    assert_eq!(run.stdout, "", "{arguments:?}");
+}
+
+/// A folder with a small scan `head` of real DICOM files.
+fn folder_with_scan() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    let run = lumivox(folder.path(), &["phantom", "sphere", "--size", "16", "--out", "scan", "--quiet"]);
+    assert_eq!((run.code, run.stdout.as_str(), run.stderr.as_str()), (Some(0), "", ""));
+    folder
+}
+
+fn empty_folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a folder for temporary files")
+}
+
+#[test]
+fn help_has_examples_and_exit_codes() {
+    let folder = empty_folder();
+    for arguments in [&["--help"][..], &["render", "--help"]] {
+        let run = lumivox(folder.path(), arguments);
+        assert_eq!(run.code, Some(0));
+        assert!(run.stdout.contains("Examples:") && run.stdout.contains("Exit codes:"), "{}", run.stdout);
+        assert!(run.stdout.contains("130"));
+    }
+    let run = lumivox(folder.path(), &["--version"]);
+    assert_eq!((run.code, run.stdout.starts_with("lumivox ")), (Some(0), true));
+}
+
+#[test]
+fn wrong_usage_exits_2_and_says_what_is_right() {
+    let folder = empty_folder();
+    let render = |more: &[&str], words: &[&str]| {
+        fails(folder.path(), &[&["render", "scan", "-o", "a.png"], more].concat(), 2, words);
+    };
+    fails(folder.path(), &[], 2, &["Usage"]);
+    fails(folder.path(), &["rendr"], 2, &["render"]);
+    fails(folder.path(), &["render", "scan"], 2, &["--output"]);
+    fails(folder.path(), &["render", "-o", "a.png"], 2, &["SCAN"]);
+    render(&["--preset", "ct-bome"], &["ct-bome", "did you mean 'ct-bone'", "ct-skin"]);
+    render(&["--samples", "0"], &["--samples", "1.."]);
+    render(&["--samples", "many"], &["--samples"]);
+    render(&["--samples", "9", "--time", "9"], &["cannot be used with"]);
+    render(&["--time", "0"], &["--time"]);
+    render(&["--size", "0x100"], &["--size", "1 to"]);
+    render(&["--size", "100"], &["1920x1080"]);
+    render(&["--size", "99999999999x2"], &["--size"]);
+    render(&["--bounces", "1001"], &["1..=1000"]);
+    render(&["--albedo", "1.5"], &["must be 0 to 1"]);
+    render(&["--anisotropy", "nan"], &["--anisotropy"]);
+    render(&["--density", "-1"], &["--density"]);
+    render(&["--tone", "agy"], &["agx"]);
+    render(&["--environment", "studoi"], &["studio, uniform, gradient"]);
+    render(&["--background", "grey"], &["#202428"]);
+    render(&["--clip", "0,0,0,1,1"], &["6 numbers"]);
+    render(&["--eye", "0,0,9", "--azimuth", "3"], &["cannot be used with"]);
+    render(&["--raw", "12"], &["--raw"]);
+    fails(folder.path(), &["render", "scan", "-o", "a.jpg"], 2, &["a.jpg", ".png"]);
+    fails(folder.path(), &["phantom", "torso", "--out", "a"], 2, &["head", "cube"]);
+    fails(folder.path(), &["phantom", "cube", "--size", "0", "--out", "a"], 2, &["--size"]);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "nothing was written");
+}
+
+#[test]
+fn bad_input_exits_3_and_names_the_file() {
+    let folder = empty_folder();
+    let path = folder.path();
+    fs::create_dir(path.join("empty")).unwrap();
+    fs::write(path.join("nothing.dcm"), "").unwrap();
+    fs::write(path.join("page.dcm"), "<html><body>not a scan</body></html>").unwrap();
+    fs::write(path.join("cut.nii"), [0x5c, 1, 0, 0, 7]).unwrap();
+    fs::write(path.join("cut.nrrd"), "NRRD0004\ntype: short\ndimension: 3\nsizes: 9 9 9\n").unwrap();
+    for name in ["missing", "empty", "nothing.dcm", "page.dcm", "cut.nii", "cut.nrrd"] {
+        fails(path, &["info", name], 3, &[name]);
+        fails(path, &["render", name, "-o", "a.png"], 3, &[name]);
+    }
+    assert!(!path.join("a.png").exists());
+}
+
+#[test]
+fn looks_and_lights_that_cannot_be_read_exit_3() {
+    let folder = folder_with_scan();
+    let path = folder.path();
+    fs::write(path.join("broken.tf"), "{ \"colourPoints\": [").unwrap();
+    fs::write(path.join("page.hdr"), "<html>").unwrap();
+    let render = |more: &[&str], words: &[&str]| {
+        fails(path, &[&["render", "scan", "-o", "a.png"], more].concat(), 3, words);
+    };
+    render(&["--transfer-function", "broken.tf"], &["broken.tf"]);
+    render(&["--transfer-function", "missing.tf"], &["missing.tf"]);
+    render(&["--environment", "page.hdr"], &["page.hdr"]);
+    render(&["--environment", "missing.hdr"], &["missing.hdr"]);
+    render(&["--series", "77"], &["77"]);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_fails_before_any_work() {
+    let folder = empty_folder();
+    let path = folder.path();
+    fs::create_dir(path.join("folder.png")).unwrap();
+    // The scan is missing too: the output is looked at first.
+    fails(path, &["render", "missing", "-o", "no/such/a.png"], 1, &["no/such"]);
+    fails(path, &["render", "missing", "-o", "folder.png"], 1, &["folder.png"]);
+}
+
+#[test]
+fn looks_must_be_one_or_as_many_as_scans() {
+    let folder = folder_with_scan();
+    let presets = ["--preset", "ct-bone", "--preset", "ct-skin", "--preset", "ct-lung"];
+    let arguments = [&["render", "scan", "scan", "-o", "a.png"][..], &presets].concat();
+    fails(folder.path(), &arguments, 2, &["--preset", "3 times for 2 scans"]);
+}
+
+#[test]
+fn presets_are_listed() {
+    let run = lumivox(empty_folder().path(), &["presets"]);
+    assert_eq!(run.code, Some(0));
+    for preset in lumivox_core::Preset::ALL {
+        assert!(run.stdout.contains(preset.name()) && run.stdout.contains(preset.description()));
+    }
+}
+
+#[test]
+fn a_phantom_becomes_dicom_and_info_reads_it() {
+    let folder = folder_with_scan();
+    let run = lumivox(folder.path(), &["info", "scan"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    for words in ["DICOM", "CT", "1.0000 x 1.0000 x 1.0000 mm", "HU", "ct-muscle", "█"] {
+        assert!(run.stdout.contains(words), "'{words}' is missing:\n{}", run.stdout);
+    }
+
+    let run = lumivox(folder.path(), &["info", "scan", "--json"]);
+    assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""));
+    let json: serde_json::Value = serde_json::from_str(&run.stdout).expect("JSON");
+    let scan = &json["scans"][0];
+    assert_eq!(scan["modality"], "CT");
+    assert_eq!(scan["value_range"][1], 1000.0);
+    let voxels: u64 = scan["dims"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).product();
+    let counted = scan["histogram"]["counts"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap());
+    assert_eq!(counted.sum::<u64>(), voxels);
+}
+
+#[test]
+fn info_never_names_the_patient() {
+    let folder = folder_with_scan();
+    // The phantom's patient is called Phantom^Lumivox; a file name may hold a name too.
+    fs::write(folder.path().join("scan/Mustermann_Erika.txt"), "letter").unwrap();
+    for more in [&[][..], &["--json"]] {
+        let run = lumivox(folder.path(), &[&["info", "scan"], more].concat());
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let all = (run.stdout + &run.stderr).to_lowercase();
+        for name in ["phantom^", "lumivox-phantom", "mustermann"] {
+            assert!(!all.contains(name), "{name} in:\n{all}");
+        }
+    }
+}
+
+#[test]
+fn a_phantom_does_not_mix_with_other_files() {
+    let folder = empty_folder();
+    fs::create_dir(folder.path().join("mine")).unwrap();
+    fs::write(folder.path().join("mine/letter.txt"), "dear").unwrap();
+    let arguments = ["phantom", "cube", "--size", "8", "--out", "mine", "--quiet"];
+    fails(folder.path(), &arguments, 1, &["letter.txt", "empty folder"]);
+    fs::write(folder.path().join("file"), "").unwrap();
+    fails(folder.path(), &["phantom", "cube", "--size", "8", "--out", "file", "--quiet"], 1, &["file"]);
+}
+
+/// A file-size limit stands in for a full disk: the write fails in the middle.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_an_error_and_leaves_no_half_slices() {
+    let folder = empty_folder();
+    let script = "trap '' XFSZ; ulimit -f 4; exec \"$0\" phantom cube --size 64 --out scan --quiet";
+    let output = Command::new("sh")
+        .current_dir(folder.path())
+        .args(["-c", script, env!("CARGO_BIN_EXE_lumivox")])
+        .output()
+        .expect("sh runs");
+    let run = Run::from(output);
+    assert_eq!(run.code, Some(1), "{}", run.stderr);
+    assert!(run.stderr.contains("scan") && run.stderr.contains("error: cannot"), "{}", run.stderr);
+    let slices = fs::read_dir(folder.path().join("scan")).unwrap().flatten();
+    assert_eq!(slices.filter(|entry| entry.path().extension().is_some_and(|e| e == "dcm")).count(), 0);
+}
+
+/// `lumivox presets | head -1` must not panic because nobody reads on.
+#[cfg(unix)]
+#[test]
+fn a_reader_that_stops_early_is_no_error() {
+    let script = "\"$0\" render --help | true; \"$0\" presets | true";
+    let output =
+        Command::new("sh").args(["-c", script, env!("CARGO_BIN_EXE_lumivox")]).output().expect("sh runs");
+    let run = Run::from(output);
+    assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn doctor_reports_and_its_exit_code_tells_whether_rendering_works() {
+    let run = lumivox(empty_folder().path(), &["doctor"]);
+    assert!(run.stdout.starts_with("lumivox "), "{}", run.stdout);
+    let works = run.stdout.contains("All is well") || run.stdout.contains("Rendering works");
+    assert_eq!(run.code, Some(if works { 0 } else { 4 }), "{}\n{}", run.stdout, run.stderr);
+}

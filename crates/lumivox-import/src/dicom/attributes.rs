@@ -1,0 +1,91 @@
+//! The attributes that Lumivox reads, by DICOM's own keywords (PS3.6).
+
+use std::fmt;
+
+/// A DICOM attribute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Attribute {
+    /// Group in the upper, element in the lower half.
+    pub(crate) tag: u32,
+    /// Its keyword.
+    pub(crate) keyword: &'static str,
+}
+
+impl fmt::Display for Attribute {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({:04X},{:04X})", self.keyword, self.tag >> 16, self.tag & 0xFFFF)
+    }
+}
+
+macro_rules! attributes {
+    ($list:ident: $($name:ident = $keyword:literal $tag:literal;)*) => {
+        $(pub(crate) const $name: Attribute = Attribute { tag: $tag, keyword: $keyword };)*
+        const $list: &[u32] = &[$($tag),*];
+    };
+}
+
+attributes! { VALUES:
+    FILE_META_INFORMATION_GROUP_LENGTH = "FileMetaInformationGroupLength" 0x0002_0000;
+    TRANSFER_SYNTAX_UID = "TransferSyntaxUID" 0x0002_0010;
+    IMAGE_TYPE = "ImageType" 0x0008_0008;
+    SOP_CLASS_UID = "SOPClassUID" 0x0008_0016;
+    MODALITY = "Modality" 0x0008_0060;
+    FRAME_TYPE = "FrameType" 0x0008_9007;
+    COMPLEX_IMAGE_COMPONENT = "ComplexImageComponent" 0x0008_9208;
+    SLICE_THICKNESS = "SliceThickness" 0x0018_0050;
+    SPACING_BETWEEN_SLICES = "SpacingBetweenSlices" 0x0018_0088;
+    ECHO_NUMBERS = "EchoNumbers" 0x0018_0086;
+    IMAGER_PIXEL_SPACING = "ImagerPixelSpacing" 0x0018_1164;
+    SERIES_INSTANCE_UID = "SeriesInstanceUID" 0x0020_000E;
+    SERIES_NUMBER = "SeriesNumber" 0x0020_0011;
+    ACQUISITION_NUMBER = "AcquisitionNumber" 0x0020_0012;
+    INSTANCE_NUMBER = "InstanceNumber" 0x0020_0013;
+    IMAGE_POSITION_PATIENT = "ImagePositionPatient" 0x0020_0032;
+    IMAGE_ORIENTATION_PATIENT = "ImageOrientationPatient" 0x0020_0037;
+    TEMPORAL_POSITION_IDENTIFIER = "TemporalPositionIdentifier" 0x0020_0100;
+    TEMPORAL_POSITION_INDEX = "TemporalPositionIndex" 0x0020_9128;
+    SAMPLES_PER_PIXEL = "SamplesPerPixel" 0x0028_0002;
+    PHOTOMETRIC_INTERPRETATION = "PhotometricInterpretation" 0x0028_0004;
+    NUMBER_OF_FRAMES = "NumberOfFrames" 0x0028_0008;
+    ROWS = "Rows" 0x0028_0010;
+    COLUMNS = "Columns" 0x0028_0011;
+    PIXEL_SPACING = "PixelSpacing" 0x0028_0030;
+    BITS_ALLOCATED = "BitsAllocated" 0x0028_0100;
+    BITS_STORED = "BitsStored" 0x0028_0101;
+    HIGH_BIT = "HighBit" 0x0028_0102;
+    PIXEL_REPRESENTATION = "PixelRepresentation" 0x0028_0103;
+    PIXEL_PADDING_VALUE = "PixelPaddingValue" 0x0028_0120;
+    PIXEL_PADDING_RANGE_LIMIT = "PixelPaddingRangeLimit" 0x0028_0121;
+    RESCALE_INTERCEPT = "RescaleIntercept" 0x0028_1052;
+    RESCALE_SLOPE = "RescaleSlope" 0x0028_1053;
+    GRID_FRAME_OFFSET_VECTOR = "GridFrameOffsetVector" 0x3004_000C;
+}
+
+attributes! { SEQUENCES:
+    MR_IMAGE_FRAME_TYPE_SEQUENCE = "MRImageFrameTypeSequence" 0x0018_9226;
+    CT_IMAGE_FRAME_TYPE_SEQUENCE = "CTImageFrameTypeSequence" 0x0018_9329;
+    PET_FRAME_TYPE_SEQUENCE = "PETFrameTypeSequence" 0x0018_9751;
+    FRAME_CONTENT_SEQUENCE = "FrameContentSequence" 0x0020_9111;
+    PLANE_POSITION_SEQUENCE = "PlanePositionSequence" 0x0020_9113;
+    PLANE_ORIENTATION_SEQUENCE = "PlaneOrientationSequence" 0x0020_9116;
+    MODALITY_LUT_SEQUENCE = "ModalityLUTSequence" 0x0028_3000;
+    PIXEL_MEASURES_SEQUENCE = "PixelMeasuresSequence" 0x0028_9110;
+    PIXEL_VALUE_TRANSFORMATION_SEQUENCE = "PixelValueTransformationSequence" 0x0028_9145;
+    SHARED_FUNCTIONAL_GROUPS_SEQUENCE = "SharedFunctionalGroupsSequence" 0x5200_9229;
+    PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE = "PerFrameFunctionalGroupsSequence" 0x5200_9230;
+}
+
+pub(crate) const FLOAT_PIXEL_DATA: Attribute = Attribute { tag: 0x7FE0_0008, keyword: "FloatPixelData" };
+pub(crate) const DOUBLE_FLOAT_PIXEL_DATA: Attribute =
+    Attribute { tag: 0x7FE0_0009, keyword: "DoubleFloatPixelData" };
+pub(crate) const PIXEL_DATA: Attribute = Attribute { tag: 0x7FE0_0010, keyword: "PixelData" };
+
+/// Whether a value of `tag` is kept when a header is read.
+pub(crate) fn is_wanted_value(tag: u32) -> bool {
+    VALUES.contains(&tag)
+}
+
+/// Whether the items of sequence `tag` are read, not skipped.
+pub(crate) fn is_wanted_sequence(tag: u32) -> bool {
+    SEQUENCES.contains(&tag)
+}

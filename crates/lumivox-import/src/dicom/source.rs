@@ -1,0 +1,249 @@
+//! Where the bytes of a DICOM file come from: a file, or an entry of a zip archive that stays zipped.
+
+use std::{
+    fs::File,
+    io::{self, BufReader, Read, Seek, SeekFrom},
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use flate2::read::DeflateDecoder;
+
+use crate::ImportError;
+
+/// Read at a time while a header is walked: few headers are longer.
+const BUFFER: usize = 16 << 10;
+/// Deflated data may always grow to this size, and beyond it to [`INFLATION`] times its own. A real scan stays far
+/// below; a bomb grows 1000 times.
+const INFLATED_AT_LEAST: u64 = 64 << 20;
+const INFLATION: u64 = 64;
+
+/// The most bytes that `compressed` bytes of deflated data may grow to.
+pub(crate) fn inflation_limit(compressed: u64) -> u64 {
+    INFLATED_AT_LEAST.saturating_add(compressed.saturating_mul(INFLATION))
+}
+
+/// A place that a DICOM file can be read from, again and again and from several threads.
+#[derive(Clone, Debug)]
+pub(crate) enum Source {
+    /// A file of its own.
+    File(PathBuf),
+    /// An entry of a zip archive.
+    Entry {
+        /// The archive.
+        archive: Arc<Path>,
+        /// The entry's path in the archive.
+        name: String,
+        /// Where its data start in the archive.
+        start: u64,
+        /// Its size in the archive.
+        compressed: u64,
+        /// Its size when unpacked, as the archive says.
+        size: u64,
+        /// Deflated, or stored as it is.
+        deflated: bool,
+    },
+}
+
+impl Source {
+    /// The path shown to people; for an entry, the archive's with the entry's appended.
+    pub(crate) fn path(&self) -> PathBuf {
+        match self {
+            Source::File(path) => path.clone(),
+            Source::Entry { archive, name, .. } => archive.join(name),
+        }
+    }
+
+    /// Opens it at its first byte.
+    pub(crate) fn open(&self) -> io::Result<Input> {
+        match self {
+            Source::File(path) => {
+                let file = File::open(path)?;
+                let length = Some(file.metadata()?.len());
+                let reader = Reader::File(BufReader::with_capacity(BUFFER, file));
+                Ok(Input { reader, position: 0, length })
+            }
+            Source::Entry { archive, start, compressed, size, deflated, .. } => {
+                let mut file = File::open(archive)?;
+                file.seek(SeekFrom::Start(*start))?;
+                let data = file.take(*compressed);
+                let reader = if *deflated {
+                    Reader::Stream(Box::new(BufReader::with_capacity(
+                        BUFFER,
+                        DeflateDecoder::new(data).take(*size),
+                    )))
+                } else {
+                    Reader::Stream(Box::new(BufReader::with_capacity(BUFFER, data)))
+                };
+                Ok(Input { reader, position: 0, length: Some(*size) })
+            }
+        }
+    }
+}
+
+/// An open [`Source`] that knows where it is.
+pub(crate) struct Input {
+    reader: Reader,
+    position: u64,
+    /// `None` for an inflated data set, whose length shows at its end.
+    length: Option<u64>,
+}
+
+enum Reader {
+    File(BufReader<File>),
+    Stream(Box<dyn Read + Send>),
+}
+
+impl Input {
+    /// An input over bytes in memory.
+    #[cfg(test)]
+    pub(crate) fn from_bytes(bytes: Vec<u8>) -> Self {
+        let length = Some(bytes.len() as u64);
+        Self { reader: Reader::Stream(Box::new(io::Cursor::new(bytes))), position: 0, length }
+    }
+
+    /// Bytes read or skipped so far.
+    pub(crate) fn position(&self) -> u64 {
+        self.position
+    }
+
+    /// Bytes still to come, where that is known.
+    pub(crate) fn remaining(&self) -> Option<u64> {
+        self.length.map(|length| length.saturating_sub(self.position))
+    }
+
+    /// Fills `buffer` as far as there are bytes, and says how far.
+    pub(crate) fn read_up_to(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let mut filled = 0;
+        while filled < buffer.len() {
+            let result = match &mut self.reader {
+                Reader::File(reader) => reader.read(&mut buffer[filled..]),
+                Reader::Stream(reader) => reader.read(&mut buffer[filled..]),
+            };
+            match result {
+                Ok(0) => break,
+                Ok(n) => filled += n,
+                Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+                Err(e) => return Err(e),
+            }
+        }
+        self.position += filled as u64;
+        Ok(filled)
+    }
+
+    /// Fills `buffer`; an early end is [`io::ErrorKind::UnexpectedEof`].
+    pub(crate) fn read_exact(&mut self, buffer: &mut [u8]) -> io::Result<()> {
+        if self.read_up_to(buffer)? < buffer.len() {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        Ok(())
+    }
+
+    /// Reads `length` bytes without ever holding more memory than there are bytes.
+    pub(crate) fn read_vec(&mut self, length: u64) -> io::Result<Vec<u8>> {
+        if self.remaining().is_some_and(|remaining| length > remaining) {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        let mut bytes = Vec::new();
+        let taken = match &mut self.reader {
+            Reader::File(reader) => reader.take(length).read_to_end(&mut bytes)?,
+            Reader::Stream(reader) => reader.take(length).read_to_end(&mut bytes)?,
+        };
+        self.position += taken as u64;
+        if (taken as u64) < length {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        Ok(bytes)
+    }
+
+    /// Steps over `length` bytes; an early end is [`io::ErrorKind::UnexpectedEof`].
+    pub(crate) fn skip(&mut self, length: u64) -> io::Result<()> {
+        if self.remaining().is_some_and(|remaining| length > remaining) {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        match &mut self.reader {
+            Reader::File(reader) => {
+                let step = i64::try_from(length).map_err(|_| io::ErrorKind::UnexpectedEof)?;
+                reader.seek_relative(step)?;
+            }
+            Reader::Stream(reader) => {
+                if io::copy(&mut reader.take(length), &mut io::sink())? < length {
+                    return Err(io::ErrorKind::UnexpectedEof.into());
+                }
+            }
+        }
+        self.position += length;
+        Ok(())
+    }
+
+    /// `prefix` and what follows, inflated (Deflated Explicit VR Little Endian), as an input that starts at 0.
+    pub(crate) fn inflate(self, prefix: Vec<u8>) -> Self {
+        let left = inflation_limit(self.remaining().unwrap_or(0));
+        let deflated: Box<dyn Read + Send> = match self.reader {
+            Reader::File(reader) => Box::new(io::Cursor::new(prefix).chain(reader)),
+            Reader::Stream(reader) => Box::new(io::Cursor::new(prefix).chain(reader)),
+        };
+        let inflated = Limited { inner: DeflateDecoder::new(deflated), left };
+        let reader = Reader::Stream(Box::new(BufReader::with_capacity(BUFFER, inflated)));
+        Self { reader, position: 0, length: None }
+    }
+}
+
+/// Fails once more than `left` bytes were read, where [`Read::take`] would look like an early end.
+struct Limited<R> {
+    inner: R,
+    left: u64,
+}
+
+impl<R: Read> Read for Limited<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.left = self
+            .left
+            .checked_sub(n as u64)
+            .ok_or_else(|| io::Error::other("the deflated data set grows beyond any scan's size"))?;
+        Ok(n)
+    }
+}
+
+/// The entries of a zip archive that may be DICOM files, and those left out with the reason.
+pub(crate) fn zip_entries(path: &Path) -> Result<(Vec<Source>, Vec<(PathBuf, String)>), ImportError> {
+    let damaged = |e: zip::result::ZipError| ImportError::Damaged {
+        path: path.to_owned(),
+        problem: format!("is not a zip archive that can be read ({e})"),
+    };
+    let file = File::open(path).map_err(ImportError::io(path))?;
+    let mut archive = zip::ZipArchive::new(BufReader::new(file)).map_err(damaged)?;
+    let shared: Arc<Path> = path.into();
+    let (mut sources, mut skipped) = (Vec::new(), Vec::new());
+    for index in 0..archive.len() {
+        let entry = archive.by_index_raw(index).map_err(damaged)?;
+        let name = entry.name().map(|name| name.into_owned()).unwrap_or_else(|_| format!("entry {index}"));
+        if entry.is_dir() || name.split('/').any(is_junk) {
+            continue;
+        }
+        let deflated = match entry.compression() {
+            zip::CompressionMethod::Stored => false,
+            zip::CompressionMethod::Deflated => true,
+            other => {
+                skipped.push((path.join(&name), format!("packed with {other}, not deflate")));
+                continue;
+            }
+        };
+        let (compressed, size) = (entry.compressed_size(), entry.size());
+        if entry.encrypted() {
+            skipped.push((path.join(&name), "encrypted with a password".to_owned()));
+        } else if size > inflation_limit(compressed) || (!deflated && size != compressed) {
+            skipped.push((path.join(&name), "a damaged entry of the archive".to_owned()));
+        } else if let Some(start) = entry.data_start() {
+            let archive = shared.clone();
+            sources.push(Source::Entry { archive, name, start, compressed, size, deflated });
+        }
+    }
+    Ok((sources, skipped))
+}
+
+/// Whether a file or folder of this name is left by an operating system, not a part of a study.
+pub(crate) fn is_junk(name: &str) -> bool {
+    name == "__MACOSX" || name.starts_with('.') || name.eq_ignore_ascii_case("Thumbs.db")
+}

@@ -1,0 +1,369 @@
+//! NRRD scans: `.nrrd` with the samples behind the header, `.nhdr` with the samples in other files.
+//!
+//! After Gordon Kindlmann's "Definition of NRRD File Format" (<https://teem.sourceforge.net/nrrd/format.html>).
+
+use std::path::{Path, PathBuf};
+
+use lumivox_core::{
+    CancelToken, Modality, Progress,
+    glam::{DAffine3, DMat3, DVec3},
+};
+
+use crate::{
+    Imported,
+    error::ImportError,
+    payload::{ByteSkip, Encoding, Payload},
+    sample::SampleType,
+    scan::{Scan, axis_aligned, is_placement, lps_from_ras},
+    text_header::{Field, Fields, HeaderLines, expand_pattern, parse_list},
+};
+
+/// What every NRRD file begins with, before its version.
+pub(crate) const MAGIC: &[u8] = b"NRRD000";
+
+/// The newest version that has been published.
+const NEWEST: char = '5';
+
+/// A header, and what the lines after it say.
+struct Header<'a> {
+    fields: Fields<'a>,
+    /// Lines after `data file: LIST`.
+    list: Vec<String>,
+    /// Where the samples begin, if they are in the same file.
+    end: u64,
+}
+
+/// The axes of the grid that lie in space, and how many grids follow each other.
+struct Axes {
+    dims: [usize; 3],
+    /// Positions of the spatial axes among all, in order; two for an image.
+    spatial: Vec<usize>,
+    phases: usize,
+}
+
+/// Loads a NRRD scan; of several phases the first.
+pub(crate) fn load(path: &Path, progress: Progress<'_>, cancel: &CancelToken) -> Result<Imported, ImportError> {
+    let header = read_header(path)?;
+    let fields = &header.fields;
+    let mut notes = Vec::new();
+    let axes = axes(fields, &mut notes)?;
+    let payload = payload(&header, &mut notes)?;
+    let patient_from_voxel = placement(fields, &axes, &mut notes)?;
+    let decoded = payload.read(path, axes.dims, axes.phases, progress, cancel)?;
+    let detached = payload.files[0] != path;
+    Scan {
+        path,
+        format: "NRRD",
+        dims: axes.dims,
+        files: payload.files.len() + usize::from(detached),
+        decoded,
+        rescale: [1.0, 0.0],
+        patient_from_voxel,
+        modality: modality(fields),
+        notes,
+    }
+    .import()
+}
+
+fn read_header(path: &Path) -> Result<Header<'_>, ImportError> {
+    let mut lines = HeaderLines::open(path)?;
+    let magic = lines.next()?.unwrap_or_default();
+    let version = magic.strip_prefix("NRRD000").and_then(|v| v.chars().next());
+    match version {
+        Some('1'..=NEWEST) => {}
+        _ => {
+            return Err(ImportError::Unsupported {
+                path: path.to_owned(),
+                what: format!("NRRD of an unknown version ('{}')", magic.chars().take(20).collect::<String>()),
+                remedy: format!("Save it as NRRD000{NEWEST} or older"),
+            });
+        }
+    }
+    let mut fields = Vec::new();
+    let mut list = Vec::new();
+    let mut in_list = false;
+    while let Some(text) = lines.next()? {
+        if in_list {
+            if !text.trim().is_empty() {
+                list.push(text.trim().to_owned());
+            }
+            continue;
+        }
+        if text.is_empty() {
+            break;
+        }
+        if text.starts_with('#') {
+            continue;
+        }
+        // `key:=value` holds anything; `field: description` belongs to the format.
+        let split = match (text.split_once(":="), text.split_once(": ")) {
+            (Some(pair), None) => Some(pair),
+            (Some(pair), Some(field)) if pair.0.len() < field.0.len() => Some(pair),
+            (_, Some(field)) => Some(field),
+            (None, None) => text.strip_suffix(':').map(|name| (name, "")),
+        };
+        let Some((name, value)) = split else {
+            let start: String = text.chars().take(40).collect();
+            return Err(ImportError::Field {
+                path: path.to_owned(),
+                field: format!("line {}", lines.line),
+                problem: format!("('{start}') is neither a field nor a comment"),
+                remedy: "The header is damaged; copy or export the file again".to_owned(),
+            });
+        };
+        let field = Field { name: name.to_owned(), value: value.trim().to_owned(), line: lines.line };
+        let data_file = ["data file", "datafile"].iter().any(|n| field.name.eq_ignore_ascii_case(n));
+        in_list = data_file && field.value.split_whitespace().next() == Some("LIST");
+        fields.push(field);
+    }
+    Ok(Header { fields: Fields { path, fields }, list, end: lines.offset })
+}
+
+/// Sorts the axes into those in space and one of phases.
+fn axes(fields: &Fields, notes: &mut Vec<String>) -> Result<Axes, ImportError> {
+    let dimension = fields.require(&["dimension"])?;
+    let rank: usize = fields.number(dimension, "a number of axes")?;
+    if !(1..=16).contains(&rank) {
+        return Err(fields.bad(dimension, "a number of axes"));
+    }
+    let field = fields.require(&["sizes"])?;
+    let sizes: Vec<usize> = fields.numbers(field, rank, "sizes, one for each axis")?;
+    if sizes.contains(&0) {
+        return Err(fields.bad(field, "numbers of voxels"));
+    }
+
+    let kinds: Vec<&str> = fields.get(&["kinds"]).map_or(vec![], |f| f.value.split_whitespace().collect());
+    let directions: Vec<Option<Vec<f64>>> =
+        fields.get(&["space directions"]).map_or(Ok(vec![]), |f| vectors(fields, f))?;
+    let spatial: Vec<usize> = (0..rank)
+        .filter(|&axis| {
+            let kind = kinds.get(axis).is_none_or(|k| ["domain", "space", "???", "none"].contains(k));
+            kind && directions.get(axis).is_none_or(Option::is_some)
+        })
+        .collect();
+    // Of more than three, the slowest axes are taken for phases.
+    let spatial: Vec<usize> = spatial.into_iter().take(3).collect();
+    let other: Vec<usize> = (0..rank).filter(|axis| !spatial.contains(axis)).collect();
+    let interleaved = other.iter().any(|axis| sizes[*axis] > 1 && spatial.iter().any(|s| s > axis));
+    if spatial.is_empty() || interleaved {
+        let what = format!(
+            "{} values for each voxel (sizes {}, kinds {})",
+            sizes[0],
+            field.value,
+            if kinds.is_empty() { "not given".to_owned() } else { kinds.join(" ") }
+        );
+        return Err(ImportError::Unsupported {
+            path: fields.path.to_owned(),
+            what,
+            remedy: "Export one component (not a colour or vector volume) as a scan of its own".to_owned(),
+        });
+    }
+    // Sizes that overflow here are refused by the payload, which sees them all.
+    let product = other.iter().try_fold(1usize, |n, axis| n.checked_mul(sizes[*axis]));
+    let phases = product.ok_or_else(|| fields.bad(field, "sizes that any file can have"))?;
+    if phases > 1 {
+        notes.push(format!("the first of {phases} phases is shown"));
+    }
+    let size = |i: usize| spatial.get(i).map_or(1, |axis| sizes[*axis]);
+    Ok(Axes { dims: [size(0), size(1), size(2)], spatial, phases })
+}
+
+/// The vectors of a field; `none` where an axis is not in space.
+fn vectors(fields: &Fields, field: &Field) -> Result<Vec<Option<Vec<f64>>>, ImportError> {
+    let mut rest = field.value.trim();
+    let mut vectors = Vec::new();
+    while !rest.is_empty() {
+        if let Some(after) = rest.strip_prefix("none") {
+            vectors.push(None);
+            rest = after.trim_start();
+            continue;
+        }
+        let vector = rest.strip_prefix('(').and_then(|r| r.split_once(')'));
+        let Some((vector, after)) = vector else { return Err(fields.bad(field, "vectors as (1,0,0)")) };
+        let numbers: Vec<f64> =
+            parse_list(vector).ok_or_else(|| fields.bad(field, "vectors of numbers as (1,0,0)"))?;
+        // An axis outside of space may also be written as a vector of NaN.
+        vectors.push(if numbers.iter().all(|n| n.is_nan()) { None } else { Some(numbers) });
+        rest = after.trim_start();
+    }
+    Ok(vectors)
+}
+
+/// LPS millimetres from voxel indices.
+fn placement(fields: &Fields, axes: &Axes, notes: &mut Vec<String>) -> Result<DAffine3, ImportError> {
+    let Some(directions) = fields.get(&["space directions"]) else {
+        notes.push("no orientation is given: axes are taken for left, posterior, superior".to_owned());
+        return Ok(axis_aligned(spacings(fields, axes)?, [0.0; 3]));
+    };
+    let vectors = vectors(fields, directions)?;
+    let expected = "one vector of 3 numbers for each axis in space";
+    let mut columns = Vec::new();
+    for axis in &axes.spatial {
+        match vectors.get(*axis) {
+            Some(Some(v)) if v.len() >= 3 => columns.push(DVec3::new(v[0], v[1], v[2])),
+            Some(Some(v)) if v.len() == 2 => columns.push(DVec3::new(v[0], v[1], 0.0)),
+            _ => return Err(fields.bad(directions, expected)),
+        }
+    }
+    // An image has no third direction: it is one voxel thick across its plane.
+    while columns.len() < 3 {
+        let across = match columns[..] {
+            [] => DVec3::X,
+            [x] => x.any_orthonormal_vector(),
+            _ => columns[0].cross(columns[1]).normalize_or(DVec3::Z),
+        };
+        columns.push(across);
+    }
+    let origin = match fields.get(&["space origin"]) {
+        None => DVec3::ZERO,
+        Some(field) => match parse_list::<f64>(&field.value).as_deref() {
+            Some([x, y]) => DVec3::new(*x, *y, 0.0),
+            Some([x, y, z, ..]) => DVec3::new(*x, *y, *z),
+            _ => return Err(fields.bad(field, "a point as (0,0,0)")),
+        },
+    };
+    let space_from_voxel =
+        DAffine3::from_mat3_translation(DMat3::from_cols(columns[0], columns[1], columns[2]), origin);
+    let patient_from_voxel = patient_from_space(fields, notes)? * space_from_voxel;
+    if !is_placement(patient_from_voxel) {
+        return Err(fields.bad(directions, "three independent directions with a finite space origin"));
+    }
+    Ok(patient_from_voxel)
+}
+
+/// LPS millimetres from the header's space.
+fn patient_from_space(fields: &Fields, notes: &mut Vec<String>) -> Result<DAffine3, ImportError> {
+    let flips = match fields.get(&["space"]) {
+        None => {
+            notes.push("space is not given: taken for left-posterior-superior".to_owned());
+            DAffine3::IDENTITY
+        }
+        Some(space) => {
+            let name = space.value.to_ascii_lowercase();
+            match name.strip_suffix("-time").unwrap_or(&name) {
+                "left-posterior-superior" | "lps" | "lpst" => DAffine3::IDENTITY,
+                "right-anterior-superior" | "ras" | "rast" => lps_from_ras(),
+                "left-anterior-superior" | "las" | "last" => DAffine3::from_scale(DVec3::new(1.0, -1.0, 1.0)),
+                "scanner-xyz" | "3d-right-handed" | "3d-left-handed" => {
+                    notes.push(format!("space {name} says nothing of the patient: taken for LPS"));
+                    DAffine3::IDENTITY
+                }
+                _ => return Err(fields.bad(space, "a space such as left-posterior-superior")),
+            }
+        }
+    };
+    let mm = match fields.get(&["space units"]) {
+        None => 1.0,
+        Some(units) => {
+            match units.value.split('"').map(str::trim).find(|u| !u.is_empty()).unwrap_or("mm") {
+                "m" | "meter" | "meters" => 1000.0,
+                "cm" => 10.0,
+                "um" | "µm" | "micron" | "microns" => 0.001,
+                "nm" => 1e-6,
+                _ => 1.0,
+            }
+        }
+    };
+    Ok(DAffine3::from_scale(DVec3::splat(mm)) * flips)
+}
+
+/// Distances between voxels where there are no directions.
+fn spacings(fields: &Fields, axes: &Axes) -> Result<[f64; 3], ImportError> {
+    let mut spacing = [1.0; 3];
+    let Some(field) = fields.get(&["spacings"]) else { return Ok(spacing) };
+    let all: Vec<f64> = parse_list(&field.value).ok_or_else(|| fields.bad(field, "one length for each axis"))?;
+    for (mm, axis) in spacing.iter_mut().zip(&axes.spatial) {
+        match all.get(*axis) {
+            Some(length) if length.is_normal() => *mm = length.abs(),
+            // NRRD writes NaN for what is not known.
+            Some(length) if length.is_nan() => {}
+            _ => return Err(fields.bad(field, "one length for each axis")),
+        }
+    }
+    Ok(spacing)
+}
+
+/// Where the samples are.
+fn payload(header: &Header, notes: &mut Vec<String>) -> Result<Payload, ImportError> {
+    let fields = &header.fields;
+    let unsupported = |what: String, remedy: &str| ImportError::Unsupported {
+        path: fields.path.to_owned(),
+        what,
+        remedy: remedy.to_owned(),
+    };
+    let sample_field = fields.require(&["type"])?;
+    let sample: SampleType = sample_field
+        .value
+        .parse()
+        .map_err(|_| fields.bad(sample_field, "a type of numbers such as 'short' or 'float'"))?;
+    let encoding_field = fields.require(&["encoding"])?;
+    let encoding = match encoding_field.value.to_ascii_lowercase().as_str() {
+        "raw" => Encoding::Raw,
+        "gz" | "gzip" => Encoding::Deflate,
+        "txt" | "text" | "ascii" => Encoding::Text,
+        other @ ("bz2" | "bzip2" | "hex" | "zrl" | "zstd") => {
+            return Err(unsupported(format!("NRRD data encoded as {other}"), "Save it with encoding gzip or raw"));
+        }
+        _ => return Err(fields.bad(encoding_field, "raw, gzip or text")),
+    };
+    let big_endian = match fields.get(&["endian"]) {
+        Some(endian) => match endian.value.to_ascii_lowercase().as_str() {
+            "little" => false,
+            "big" => true,
+            _ => return Err(fields.bad(endian, "'little' or 'big'")),
+        },
+        None => {
+            if sample.bytes() > 1 && encoding != Encoding::Text {
+                notes.push("the byte order is not given: taken for little endian".to_owned());
+            }
+            false
+        }
+    };
+    let line_skip =
+        fields.get(&["line skip", "lineskip"]).map_or(Ok(0), |f| fields.number(f, "a number of lines"))?;
+    let byte_skip = match fields.get(&["byte skip", "byteskip"]) {
+        None => ByteSkip::Bytes(0),
+        Some(field) => match fields.number::<i64>(field, "a number of bytes, or -1")? {
+            -1 if encoding == Encoding::Raw => ByteSkip::Tail,
+            skip => {
+                ByteSkip::Bytes(u64::try_from(skip).map_err(|_| fields.bad(field, "a number of bytes, or -1"))?)
+            }
+        },
+    };
+    let files = data_files(header)?;
+    let start = if files.is_empty() { header.end } else { 0 };
+    let files = if files.is_empty() { vec![fields.path.to_owned()] } else { files };
+    Ok(Payload { files, start, line_skip, byte_skip, encoding, sample, big_endian })
+}
+
+/// The files that hold the samples; none when they follow the header.
+fn data_files(header: &Header) -> Result<Vec<PathBuf>, ImportError> {
+    let fields = &header.fields;
+    let Some(field) = fields.get(&["data file", "datafile"]) else { return Ok(Vec::new()) };
+    let folder = fields.path.parent().unwrap_or(Path::new(""));
+    let words: Vec<&str> = field.value.split_whitespace().collect();
+    let range = |i: usize| words.get(i).and_then(|w| w.parse::<i64>().ok());
+    let names = match (words.first(), range(1), range(2), range(3)) {
+        (Some(&"LIST"), ..) => header.list.clone(),
+        (Some(pattern), Some(first), Some(last), Some(step)) if pattern.contains('%') => {
+            expand_pattern(pattern, [first, last, step])
+                .ok_or_else(|| fields.bad(field, "a pattern such as 'slice%03d.raw 1 100 1'"))?
+        }
+        _ => vec![field.value.clone()],
+    };
+    if names.iter().all(String::is_empty) {
+        return Err(fields.complain(field, "names no file", "Name the file that holds the samples"));
+    }
+    Ok(names.iter().map(|name| folder.join(name)).collect())
+}
+
+/// The modality, where a program such as 3D Slicer left it.
+fn modality(fields: &Fields) -> Option<Modality> {
+    let field = fields.get(&["modality", "DICOM_0008_0060_Modality", "dicom.modality"])?;
+    match field.value.to_ascii_uppercase().as_str() {
+        "CT" => Some(Modality::Ct),
+        "MR" => Some(Modality::Mr),
+        "PT" | "PET" => Some(Modality::Pet),
+        _ => None,
+    }
+}

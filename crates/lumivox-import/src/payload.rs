@@ -1,0 +1,480 @@
+//! The image data behind a header: in which files, after how many bytes, in which encoding.
+//!
+//! NIfTI, NRRD, MetaImage and RAW differ in their headers only. What the header promises is compared with the size of
+//! the files before any memory is asked for, and no more than that is ever inflated.
+
+use std::{
+    fs::File,
+    io::{self, BufRead, BufReader, Read, Seek, SeekFrom},
+    path::{Path, PathBuf},
+};
+
+use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
+use lumivox_core::{CancelToken, Progress, Stage};
+
+use crate::{
+    error::ImportError,
+    sample::{Decoded, SampleType, VoxelBuilder},
+};
+
+/// Bytes decoded between two looks at the cancel token; a multiple of every sample's size.
+const CHUNK: usize = 1 << 20;
+
+/// Deflate cannot shrink data by more than this factor.
+const DEFLATE_LIMIT: u64 = 1032;
+
+/// How samples are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Encoding {
+    /// As they lie in memory.
+    Raw,
+    /// Deflated, with a gzip or zlib wrapper, whichever is found.
+    Deflate,
+    /// Decimal numbers between white space or commas.
+    Text,
+}
+
+/// What lies before the samples of each file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ByteSkip {
+    /// So many bytes, counted after inflating.
+    Bytes(u64),
+    /// Whatever leaves the samples at the end of the file.
+    Tail,
+}
+
+/// Where the samples of a scan are.
+#[derive(Clone, Debug)]
+pub(crate) struct Payload {
+    /// The files that hold the samples, each the same number, in order.
+    pub files: Vec<PathBuf>,
+    /// Where the data begins in each file: after the header, where both share one.
+    pub start: u64,
+    /// Lines to skip from `start`, before inflating.
+    pub line_skip: u64,
+    /// Bytes to skip then.
+    pub byte_skip: ByteSkip,
+    pub encoding: Encoding,
+    pub sample: SampleType,
+    pub big_endian: bool,
+}
+
+impl Payload {
+    /// Samples of type `sample` that begin at `byte_skip` of one file.
+    pub fn in_file(path: &Path, sample: SampleType, big_endian: bool, byte_skip: u64) -> Self {
+        Self {
+            files: vec![path.to_owned()],
+            start: 0,
+            line_skip: 0,
+            byte_skip: ByteSkip::Bytes(byte_skip),
+            encoding: Encoding::Raw,
+            sample,
+            big_endian,
+        }
+    }
+
+    /// Reads the first of `phases` grids of `dims` voxels. `header` is the file that promised them.
+    pub fn read(
+        &self,
+        header: &Path,
+        dims: [usize; 3],
+        phases: usize,
+        progress: Progress<'_>,
+        cancel: &CancelToken,
+    ) -> Result<Decoded, ImportError> {
+        let field = |field: &str, problem: String, remedy: &str| ImportError::Field {
+            path: header.to_owned(),
+            field: field.to_owned(),
+            problem,
+            remedy: remedy.to_owned(),
+        };
+        let [x, y, z] = dims;
+        let too_large = || {
+            let size = format!("{x} x {y} x {z} x {phases}");
+            field("the size of the grid", format!("{size} is impossible"), "The header is damaged")
+        };
+        let count = x.checked_mul(y).and_then(|n| n.checked_mul(z)).ok_or_else(too_large)?;
+        let total = count
+            .checked_mul(phases)
+            .filter(|n| n.checked_mul(self.sample.bytes()).is_some_and(|bytes| bytes <= isize::MAX as usize))
+            .ok_or_else(too_large)?;
+        if count == 0 {
+            return Err(field(
+                "the size of the grid",
+                format!("{x} x {y} x {z} has no voxel"),
+                "Export the scan again",
+            ));
+        }
+        if self.files.is_empty() || !total.is_multiple_of(self.files.len()) {
+            let problem = format!("names {} files, which cannot share {total} samples", self.files.len());
+            return Err(field("the list of data files", problem, "Name one file for each slice"));
+        }
+        let per_file = (total / self.files.len() * self.sample.bytes()) as u64;
+        let starts: Vec<u64> =
+            self.files.iter().map(|file| self.check(header, file, per_file)).collect::<Result<_, _>>()?;
+
+        let mut builder = VoxelBuilder::new(self.sample, self.big_endian, count).map_err(|_| {
+            let what = format!("a grid of {x} x {y} x {z} voxels, more than this machine has memory for");
+            let remedy = "Resample the scan to fewer voxels".to_owned();
+            ImportError::Unsupported { path: header.to_owned(), what, remedy }
+        })?;
+        let wanted = (count * self.sample.bytes()) as u64;
+        let mut done = 0;
+        let mut buffer = vec![0; CHUNK.min(wanted as usize)];
+        for (file, start) in self.files.iter().zip(starts) {
+            let mut input = self.open(file, start)?;
+            let mut left = per_file.min(wanted - done);
+            let whole = left == per_file;
+            let mut read = 0;
+            while left > 0 {
+                cancel.check()?;
+                progress.report(Stage::Decoding, done, wanted);
+                let chunk = &mut buffer[..(CHUNK as u64).min(left) as usize];
+                let got = fill(&mut *input, chunk).map_err(|e| self.damaged(file, e))?;
+                read += got as u64;
+                if got < chunk.len() {
+                    let path = file.clone();
+                    return Err(ImportError::Truncated { path, expected: per_file, actual: read });
+                }
+                builder.push(chunk);
+                done += got as u64;
+                left -= got as u64;
+            }
+            // Only at its end does a deflated stream compare its checksum.
+            if whole && self.encoding == Encoding::Deflate {
+                match input.read(&mut [0]) {
+                    Err(e) if e.to_string().contains("checksum") => return Err(self.damaged(file, e)),
+                    _ => {}
+                }
+            }
+            if done == wanted {
+                break;
+            }
+        }
+        progress.report(Stage::Decoding, wanted, wanted);
+        builder.finish().ok_or_else(|| {
+            field("the image data", "holds not one finite number".to_owned(), "Export the scan again")
+        })
+    }
+
+    /// Compares the size of a data file with what it must hold, and gives the position of its data.
+    fn check(&self, header: &Path, file: &Path, bytes: u64) -> Result<u64, ImportError> {
+        let metadata = match std::fs::metadata(file) {
+            Err(e) if e.kind() == io::ErrorKind::NotFound && file != header => {
+                return Err(ImportError::Field {
+                    path: header.to_owned(),
+                    field: "the data file".to_owned(),
+                    problem: format!("'{}' is not there", file.display()),
+                    remedy: "Keep the header and its data files together, under their own names".to_owned(),
+                });
+            }
+            other => other.map_err(ImportError::io(file))?,
+        };
+        // Devices and pipes have no end to check against.
+        if !metadata.is_file() {
+            return Err(ImportError::Unsupported {
+                path: file.to_owned(),
+                what: "image data that is not in a plain file".to_owned(),
+                remedy: "Name a plain file in the header".to_owned(),
+            });
+        }
+        let there = metadata.len().saturating_sub(self.start);
+        let skip = match self.byte_skip {
+            ByteSkip::Bytes(skip) => skip,
+            ByteSkip::Tail => 0,
+        };
+        let expected = bytes.saturating_add(skip);
+        let truncated = || {
+            let actual = there.saturating_sub(skip);
+            Err(ImportError::Truncated { path: file.to_owned(), expected: bytes, actual })
+        };
+        match self.encoding {
+            Encoding::Raw if there < expected => return truncated(),
+            // A digit and a space for each sample but the last.
+            Encoding::Text if there < 2 * (bytes / self.sample.bytes() as u64) - 1 => {
+                return Err(ImportError::Field {
+                    path: file.to_owned(),
+                    field: "the image data".to_owned(),
+                    problem: format!("of {there} characters cannot hold the numbers that the header promises"),
+                    remedy: "The file is cut short; copy or export it again".to_owned(),
+                });
+            }
+            Encoding::Deflate if there.saturating_mul(DEFLATE_LIMIT) < expected => {
+                return Err(ImportError::Field {
+                    path: file.to_owned(),
+                    field: "the compressed image data".to_owned(),
+                    problem: format!("of {there} bytes cannot hold the {expected} bytes the header promises"),
+                    remedy: "The file is cut short or damaged; copy or export it again".to_owned(),
+                });
+            }
+            _ => {}
+        }
+        Ok(match self.byte_skip {
+            ByteSkip::Tail => metadata.len().saturating_sub(bytes).max(self.start),
+            ByteSkip::Bytes(_) => self.start,
+        })
+    }
+
+    fn open(&self, path: &Path, start: u64) -> Result<Box<dyn Read>, ImportError> {
+        let mut file = BufReader::with_capacity(1 << 16, File::open(path).map_err(ImportError::io(path))?);
+        file.seek(SeekFrom::Start(start)).map_err(ImportError::io(path))?;
+        for _ in 0..self.line_skip {
+            if file.skip_until(b'\n').map_err(ImportError::io(path))? == 0 {
+                break;
+            }
+        }
+        let mut input: Box<dyn Read> = match self.encoding {
+            Encoding::Raw => Box::new(file),
+            Encoding::Deflate => inflate(file).map_err(ImportError::io(path))?,
+            Encoding::Text => Box::new(TextSamples::new(file, self.sample, self.big_endian)),
+        };
+        if let ByteSkip::Bytes(skip @ 1..) = self.byte_skip {
+            let skipped = io::copy(&mut (&mut input).take(skip), &mut io::sink());
+            skipped.map_err(|e| self.damaged(path, e))?;
+        }
+        Ok(input)
+    }
+
+    /// What a failed read means: the system's trouble, or damaged data.
+    fn damaged(&self, path: &Path, source: io::Error) -> ImportError {
+        let content = matches!(
+            source.kind(),
+            io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput | io::ErrorKind::UnexpectedEof
+        );
+        if self.encoding == Encoding::Raw || !content {
+            return ImportError::Io { path: path.to_owned(), source };
+        }
+        ImportError::Field {
+            path: path.to_owned(),
+            field: "the image data".to_owned(),
+            problem: format!("is damaged ({source})"),
+            remedy: "Copy or export the file again".to_owned(),
+        }
+    }
+}
+
+/// Inflates gzip (of one or more members) or zlib data, whichever it is.
+pub(crate) fn inflate(mut file: impl BufRead + 'static) -> io::Result<Box<dyn Read>> {
+    let gzip = file.fill_buf()?.starts_with(&GZIP_MAGIC[..1]);
+    Ok(if gzip { Box::new(MultiGzDecoder::new(file)) } else { Box::new(ZlibDecoder::new(file)) })
+}
+
+/// The first bytes of gzip data.
+pub(crate) const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
+
+/// Fills `buffer` as far as `input` goes; fewer bytes mean its end. A deflated stream that breaks off ends there.
+pub(crate) fn fill(input: &mut dyn Read, buffer: &mut [u8]) -> io::Result<usize> {
+    let mut filled = 0;
+    while filled < buffer.len() {
+        match input.read(&mut buffer[filled..]) {
+            Ok(0) => break,
+            Ok(n) => filled += n,
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+            Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => break,
+            Err(e) => return Err(e),
+        }
+    }
+    Ok(filled)
+}
+
+/// Decimal numbers, read as the bytes of the type that the header names.
+struct TextSamples<R> {
+    input: R,
+    sample: SampleType,
+    big_endian: bool,
+    pending: Vec<u8>,
+}
+
+impl<R: BufRead> TextSamples<R> {
+    fn new(input: R, sample: SampleType, big_endian: bool) -> Self {
+        Self { input, sample, big_endian, pending: Vec::new() }
+    }
+
+    /// The next number's characters; none at the end.
+    fn token(&mut self) -> io::Result<String> {
+        /// Longer than any number that a program writes.
+        const LONGEST: usize = 400;
+        let mut token = String::new();
+        loop {
+            let buffer = self.input.fill_buf()?;
+            let Some(&byte) = buffer.first() else { return Ok(token) };
+            self.input.consume(1);
+            if byte.is_ascii_whitespace() || byte == b',' {
+                if !token.is_empty() {
+                    return Ok(token);
+                }
+            } else {
+                token.push(byte as char);
+                if token.len() > LONGEST {
+                    return Err(io::Error::new(io::ErrorKind::InvalidData, "it is not a list of numbers"));
+                }
+            }
+        }
+    }
+
+    fn encode(&self, token: &str) -> Option<Vec<u8>> {
+        macro_rules! bytes {
+            ($type:ty) => {
+                token.parse::<$type>().ok()?.to_le_bytes().to_vec()
+            };
+        }
+        let mut bytes = match self.sample {
+            SampleType::U8 => bytes!(u8),
+            SampleType::I8 => bytes!(i8),
+            SampleType::U16 => bytes!(u16),
+            SampleType::I16 => bytes!(i16),
+            SampleType::U32 => bytes!(u32),
+            SampleType::I32 => bytes!(i32),
+            SampleType::U64 => bytes!(u64),
+            SampleType::I64 => bytes!(i64),
+            SampleType::F32 => bytes!(f32),
+            SampleType::F64 => bytes!(f64),
+        };
+        if self.big_endian {
+            bytes.reverse();
+        }
+        Some(bytes)
+    }
+}
+
+impl<R: BufRead> Read for TextSamples<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.pending.is_empty() {
+            let token = self.token()?;
+            if token.is_empty() {
+                return Ok(0);
+            }
+            self.pending = self.encode(&token).ok_or_else(|| {
+                let message = format!("'{token}' is no number of type {}", self.sample);
+                io::Error::new(io::ErrorKind::InvalidData, message)
+            })?;
+        }
+        let n = self.pending.len().min(buffer.len());
+        buffer[..n].copy_from_slice(&self.pending[..n]);
+        self.pending.drain(..n);
+        Ok(n)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use flate2::{Compression, write::GzEncoder, write::ZlibEncoder};
+
+    use super::*;
+
+    fn read(payload: &Payload, dims: [usize; 3], phases: usize) -> Result<Vec<f64>, ImportError> {
+        let header = Path::new("scan.hdr");
+        let decoded = payload.read(header, dims, phases, Progress::SILENT, &CancelToken::new())?;
+        let [slope, intercept] = decoded.rescale;
+        Ok((0..decoded.voxels.len()).map(|i| decoded.voxels.get(i) * slope + intercept).collect())
+    }
+
+    fn file(bytes: &[u8]) -> tempfile::NamedTempFile {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(bytes).unwrap();
+        file
+    }
+
+    fn gzip(bytes: &[u8]) -> Vec<u8> {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    fn payload(path: &Path, encoding: Encoding) -> Payload {
+        Payload { encoding, ..Payload::in_file(path, SampleType::U8, false, 0) }
+    }
+
+    #[test]
+    fn gzip_of_several_members_and_zlib_are_inflated() {
+        let gz = file(&[gzip(&[1, 2, 3]), gzip(&[4])].concat());
+        assert_eq!(read(&payload(gz.path(), Encoding::Deflate), [4, 1, 1], 1).unwrap(), [1.0, 2.0, 3.0, 4.0]);
+        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(&[9, 5, 6]).unwrap();
+        let zlib = file(&encoder.finish().unwrap());
+        let skipping =
+            Payload { byte_skip: ByteSkip::Bytes(1), ..payload(zlib.path(), Encoding::Deflate) };
+        assert_eq!(read(&skipping, [2, 1, 1], 1).unwrap(), [5.0, 6.0]);
+    }
+
+    #[test]
+    fn damaged_and_short_deflated_data_is_refused() {
+        let data: Vec<u8> = (0..2000u32).map(|i| (i * i % 251) as u8).collect();
+        let whole = gzip(&data);
+        let short = file(&whole[..whole.len() / 2]);
+        let error = read(&payload(short.path(), Encoding::Deflate), [2000, 1, 1], 1).unwrap_err();
+        assert!(matches!(error, ImportError::Truncated { expected: 2000, .. }), "{error}");
+        let mut wrong = whole.clone();
+        let crc = wrong.len() - 8;
+        wrong[crc] ^= 1;
+        let wrong = file(&wrong);
+        let error = read(&payload(wrong.path(), Encoding::Deflate), [2000, 1, 1], 1).unwrap_err();
+        assert!(error.to_string().contains("checksum"), "{error}");
+        // A promise that no deflate stream of this size can keep.
+        let error = read(&payload(wrong.path(), Encoding::Deflate), [1 << 20, 1 << 10, 64], 1).unwrap_err();
+        assert!(error.to_string().contains("cannot hold"), "{error}");
+    }
+
+    #[test]
+    fn raw_data_is_measured_before_it_is_read() {
+        let data = file(&[0; 100]);
+        let raw = payload(data.path(), Encoding::Raw);
+        let error = read(&raw, [101, 1, 1], 1).unwrap_err();
+        assert!(matches!(error, ImportError::Truncated { expected: 101, actual: 100, .. }));
+        assert!(read(&raw, [1 << 40, 1, 1], 1).is_err());
+        assert!(read(&raw, [usize::MAX, 2, 1], 1).unwrap_err().to_string().contains("impossible"));
+        assert!(read(&raw, [0, 2, 1], 1).unwrap_err().to_string().contains("no voxel"));
+        assert_eq!(read(&raw, [10, 5, 1], 2).unwrap().len(), 50);
+    }
+
+    #[test]
+    fn tails_lines_and_several_files() {
+        let a = file(b"junk\nmore\n\x01\x02");
+        let b = file(b"\n\n\x03\x04tail");
+        let lines = Payload {
+            files: vec![a.path().to_owned(), b.path().to_owned()],
+            line_skip: 2,
+            ..payload(a.path(), Encoding::Raw)
+        };
+        assert_eq!(read(&lines, [2, 2, 1], 1).unwrap(), [1.0, 2.0, 3.0, 4.0]);
+        assert!(read(&lines, [3, 1, 1], 1).unwrap_err().to_string().contains("cannot share"));
+        let tail = Payload { byte_skip: ByteSkip::Tail, ..payload(a.path(), Encoding::Raw) };
+        assert_eq!(read(&tail, [2, 1, 1], 1).unwrap(), [1.0, 2.0]);
+    }
+
+    #[test]
+    fn text_is_read_and_nonsense_in_it_is_named() {
+        let text = file(b" 1 2,3\n-4 ");
+        let numbers = Payload { sample: SampleType::I16, ..payload(text.path(), Encoding::Text) };
+        assert_eq!(read(&numbers, [4, 1, 1], 1).unwrap(), [1.0, 2.0, 3.0, -4.0]);
+        let text = file(b"1 2 three 4");
+        let numbers = Payload { sample: SampleType::F32, ..payload(text.path(), Encoding::Text) };
+        let error = read(&numbers, [4, 1, 1], 1).unwrap_err().to_string();
+        assert!(error.contains("'three' is no number of type f32"), "{error}");
+        let error = read(&numbers, [400, 1, 1], 1).unwrap_err().to_string();
+        assert!(error.contains("11 characters"), "{error}");
+    }
+
+    #[test]
+    fn a_missing_data_file_is_named_with_its_header() {
+        let error = read(&payload(Path::new("/nowhere/data.raw"), Encoding::Raw), [1, 1, 1], 1).unwrap_err();
+        assert!(error.to_string().starts_with("scan.hdr: the data file '/nowhere/data.raw' is not there"));
+    }
+
+    #[test]
+    fn cancelling_stops_it() {
+        let data = file(&[0; 10]);
+        let cancel = CancelToken::new();
+        cancel.cancel();
+        let result = payload(data.path(), Encoding::Raw).read(
+            data.path(),
+            [10, 1, 1],
+            1,
+            Progress::SILENT,
+            &cancel,
+        );
+        assert!(matches!(result, Err(ImportError::Cancelled(_))));
+    }
+}

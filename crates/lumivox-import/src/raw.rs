@@ -1,0 +1,367 @@
+//! RAW scans: samples without a header, described by a file beside them, by their name, or by the user.
+//!
+//! | description | example |
+//! |---|---|
+//! | a [`RawDescription`], from a flag | `256x256x108:i16le:spacing=1,1,2` |
+//! | a file beside it: `head.raw.ini`, `head.ini`, `head.raw.toml`, `head.toml` | see below |
+//! | the file's own name | `head_256x256x108_int16_0.5x0.5x2mm.raw` |
+//!
+//! A file beside it has one `key: value` or `key = value` per line:
+//!
+//! ```text
+//! dims: 256 256 108        (or dimx, dimy, dimz on three lines, as UnityVolumeRendering has them)
+//! format: int16            (type does as well)
+//! endianness: LittleEndian
+//! skip: 0                  (header_bytes does as well)
+//! spacing: 0.957 0.957 1.5
+//! slope: 1
+//! intercept: -1024
+//! modality: CT
+//! ```
+
+use std::{
+    fmt,
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use lumivox_core::{CancelToken, Modality, Progress};
+
+use crate::{
+    Imported,
+    error::ImportError,
+    payload::Payload,
+    sample::SampleType,
+    scan::{Scan, axis_aligned},
+    text_header::{Field, Fields, parse_list},
+};
+
+/// What the bytes of a file without a header mean.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RawDescription {
+    /// Voxels along x (fastest), y and z.
+    pub dims: [usize; 3],
+    /// The type of each sample.
+    pub sample: SampleType,
+    /// Whether the most significant byte comes first.
+    pub big_endian: bool,
+    /// Bytes before the first sample.
+    pub header_bytes: u64,
+    /// Distances between voxels, in mm.
+    pub spacing_mm: [f64; 3],
+    /// Physical units per stored unit.
+    pub slope: f64,
+    /// The physical value of a stored 0.
+    pub intercept: f64,
+    /// What made the scan, if known.
+    pub modality: Option<Modality>,
+}
+
+/// Why a text is no [`RawDescription`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("'{part}' is not {expected}. A RAW volume is described as 256x256x108:i16le:spacing=1,1,2 with any of spacing, header, slope, intercept and modality")]
+pub struct RawDescriptionError {
+    /// The part of the text that is wrong.
+    pub part: String,
+    /// What it should be.
+    pub expected: &'static str,
+}
+
+impl RawDescription {
+    /// Little-endian samples without a header at 1 mm.
+    pub fn new(dims: [usize; 3], sample: SampleType) -> Self {
+        Self {
+            dims,
+            sample,
+            big_endian: false,
+            header_bytes: 0,
+            spacing_mm: [1.0; 3],
+            slope: 1.0,
+            intercept: 0.0,
+            modality: None,
+        }
+    }
+
+    /// Parses `256x256x108:i16le:spacing=1,1,2`: the size, the type with `le` or `be`, then any of `spacing` (mm),
+    /// `header` (bytes), `slope`, `intercept` and `modality` (`CT`, `MR`, `PET`).
+    ///
+    /// # Errors
+    /// [`RawDescriptionError`] names the part that cannot be understood.
+    pub fn parse(text: &str) -> Result<Self, RawDescriptionError> {
+        let wrong =
+            |part: &str, expected| RawDescriptionError { part: part.to_owned(), expected };
+        let mut parts = text.trim().split(':');
+        let size = parts.next().unwrap_or_default();
+        let dims = parse_dims(size).ok_or_else(|| wrong(size, "a size such as 256x256x108"))?;
+        let name = parts.next().unwrap_or_default();
+        let (sample, big_endian) =
+            parse_sample(name).ok_or_else(|| wrong(name, "a type such as u8, i16le, u16be or f32le"))?;
+        let mut description = Self { big_endian, ..Self::new(dims, sample) };
+        for part in parts {
+            let (key, value) = part.split_once('=').ok_or_else(|| wrong(part, "of the form key=value"))?;
+            match description.set(key.trim(), value.trim()) {
+                Ok(true) => {}
+                Ok(false) => {
+                    return Err(wrong(key, "one of spacing, header, slope, intercept and modality"));
+                }
+                Err(expected) => return Err(wrong(part, expected)),
+            }
+        }
+        Ok(description)
+    }
+
+    /// What the name of a file tells: `head_256x256x108_int16_0.957x0.957x1.5mm.raw`. It must hold the size and the
+    /// type.
+    pub fn from_file_name(path: &Path) -> Option<Self> {
+        let name = path.file_name()?.to_str()?;
+        let name = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+        let words = || name.split(|c: char| "_- ,()[]".contains(c)).filter(|word| !word.is_empty());
+        let dims = words().find_map(parse_dims)?;
+        let (sample, big_endian) = words().find_map(parse_sample)?;
+        let spacing = words().find_map(|word| {
+            let lengths: Option<Vec<f64>> = word.strip_suffix("mm")?.split('x').map(|n| n.parse().ok()).collect();
+            parse_spacing(&lengths?)
+        });
+        let spacing_mm = spacing.unwrap_or([1.0; 3]);
+        Some(Self { big_endian, spacing_mm, ..Self::new(dims, sample) })
+    }
+
+    /// Sets a field by name. `false` when there is none of that name, an error when the value does not fit.
+    fn set(&mut self, key: &str, value: &str) -> Result<bool, &'static str> {
+        fn number(value: &str) -> Result<f64, &'static str> {
+            value.parse().ok().filter(|n: &f64| n.is_finite()).ok_or("a finite number")
+        }
+        match key.to_ascii_lowercase().as_str() {
+            "spacing" | "spacing_mm" => {
+                let lengths = parse_list(value.trim_matches(['[', ']'])).unwrap_or_default();
+                self.spacing_mm =
+                    parse_spacing(&lengths).ok_or("three positive lengths in mm such as 0.5,0.5,2")?;
+            }
+            "header" | "header_bytes" | "skip" | "bytestoskip" => {
+                self.header_bytes = value.parse().map_err(|_| "a number of bytes")?;
+            }
+            "slope" => {
+                self.slope = number(value)?;
+                if !self.slope.is_normal() {
+                    return Err("a number other than 0");
+                }
+            }
+            "intercept" => self.intercept = number(value)?,
+            "modality" => {
+                self.modality = Some(match value.to_ascii_uppercase().as_str() {
+                    "CT" => Modality::Ct,
+                    "MR" | "MRI" => Modality::Mr,
+                    "PET" | "PT" => Modality::Pet,
+                    "OTHER" => Modality::Other,
+                    _ => return Err("one of CT, MR, PET and other"),
+                });
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Bytes that a file of this description has; `None` when that is more than any file.
+    fn file_bytes(&self) -> Option<u64> {
+        let samples = self.dims.iter().try_fold(1u64, |n, size| n.checked_mul(*size as u64))?;
+        samples.checked_mul(self.sample.bytes() as u64)?.checked_add(self.header_bytes)
+    }
+}
+
+impl FromStr for RawDescription {
+    type Err = RawDescriptionError;
+
+    fn from_str(text: &str) -> Result<Self, RawDescriptionError> {
+        Self::parse(text)
+    }
+}
+
+impl fmt::Display for RawDescription {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.dims;
+        write!(f, "{x}x{y}x{z}:{}{}", self.sample, if self.big_endian { "be" } else { "le" })?;
+        let [sx, sy, sz] = self.spacing_mm;
+        write!(f, ":spacing={sx},{sy},{sz}")?;
+        if self.header_bytes != 0 {
+            write!(f, ":header={}", self.header_bytes)?;
+        }
+        if (self.slope, self.intercept) != (1.0, 0.0) {
+            write!(f, ":slope={}:intercept={}", self.slope, self.intercept)?;
+        }
+        match self.modality {
+            None => Ok(()),
+            Some(Modality::Ct) => f.write_str(":modality=CT"),
+            Some(Modality::Mr) => f.write_str(":modality=MR"),
+            Some(Modality::Pet) => f.write_str(":modality=PET"),
+            Some(Modality::Other) => f.write_str(":modality=other"),
+        }
+    }
+}
+
+/// Loads the samples of `path` as a description says.
+///
+/// # Errors
+/// [`ImportError`] when the file cannot be read, or is not as long as the description makes it.
+pub fn load_raw(
+    path: &Path,
+    description: &RawDescription,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Imported, ImportError> {
+    load_described(path, description, "as described", progress, cancel)
+}
+
+/// Loads a RAW scan that a file beside it or its own name describes.
+pub(crate) fn load(path: &Path, progress: Progress<'_>, cancel: &CancelToken) -> Result<Imported, ImportError> {
+    let (description, source) = find_description(path)?.ok_or_else(|| ImportError::UnknownFormat {
+        path: path.to_owned(),
+        found: "nothing beside it and nothing in its name says how many voxels of which type it has".to_owned(),
+    })?;
+    load_described(path, &description, &source, progress, cancel)
+}
+
+/// The description of a RAW file and where it was found, if there is one.
+pub(crate) fn find_description(path: &Path) -> Result<Option<(RawDescription, String)>, ImportError> {
+    if let Some(sidecar) = sidecar(path) {
+        let name = sidecar.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        return Ok(Some((read_sidecar(&sidecar)?, format!("described by {name}"))));
+    }
+    Ok(RawDescription::from_file_name(path).map(|d| (d, "described by its name".to_owned())))
+}
+
+fn load_described(
+    path: &Path,
+    description: &RawDescription,
+    source: &str,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Imported, ImportError> {
+    let RawDescription { dims, sample, big_endian, header_bytes, slope, intercept, .. } = *description;
+    let actual = std::fs::metadata(path).map_err(ImportError::io(path))?.len();
+    match description.file_bytes() {
+        Some(expected) if expected < actual => {
+            return Err(ImportError::Field {
+                path: path.to_owned(),
+                field: "the description".to_owned(),
+                problem: format!("({description}) makes {expected} bytes, but the file has {actual}"),
+                remedy: format!(
+                    "Correct the size or the type, or give the {} bytes before the samples as the header",
+                    header_bytes.saturating_add(actual - expected)
+                ),
+            });
+        }
+        _ => {}
+    }
+    let notes = vec![
+        format!("{source}: {description}"),
+        "RAW has no orientation: axes are taken for left, posterior, superior".to_owned(),
+    ];
+    let payload = Payload::in_file(path, sample, big_endian, header_bytes);
+    let decoded = payload.read(path, dims, 1, progress, cancel)?;
+    Scan {
+        path,
+        format: "RAW",
+        dims,
+        files: 1,
+        decoded,
+        rescale: [slope, intercept],
+        patient_from_voxel: axis_aligned(description.spacing_mm, [0.0; 3]),
+        modality: description.modality,
+        notes,
+    }
+    .import()
+}
+
+/// `256x256x108`.
+fn parse_dims(text: &str) -> Option<[usize; 3]> {
+    let sizes: Option<Vec<usize>> = text.trim().split(['x', 'X']).map(|n| n.parse().ok()).collect();
+    <[usize; 3]>::try_from(sizes?).ok().filter(|dims| !dims.contains(&0))
+}
+
+/// A type with its byte order: `i16le`, `int16`, `u16be`.
+fn parse_sample(text: &str) -> Option<(SampleType, bool)> {
+    let text = text.trim().to_ascii_lowercase();
+    if let Ok(sample) = text.parse() {
+        return Some((sample, false));
+    }
+    let (name, big_endian) = match (text.strip_suffix("le"), text.strip_suffix("be")) {
+        (Some(name), _) => (name, false),
+        (_, Some(name)) => (name, true),
+        _ => return None,
+    };
+    Some((name.parse().ok()?, big_endian))
+}
+
+fn parse_spacing(lengths: &[f64]) -> Option<[f64; 3]> {
+    <[f64; 3]>::try_from(lengths).ok().filter(|mm| mm.iter().all(|mm| mm.is_normal() && *mm > 0.0))
+}
+
+/// The file beside `path` that describes it.
+fn sidecar(path: &Path) -> Option<PathBuf> {
+    let appended = |extension: &str| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(extension);
+        PathBuf::from(name)
+    };
+    [appended(".ini"), appended(".toml"), path.with_extension("ini"), path.with_extension("toml")]
+        .into_iter()
+        .find(|candidate| candidate.is_file() && candidate != path)
+}
+
+fn read_sidecar(path: &Path) -> Result<RawDescription, ImportError> {
+    /// Longer than any description.
+    const LONGEST: u64 = 1 << 16;
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(ImportError::io(path))?;
+    file.take(LONGEST).read_to_end(&mut bytes).map_err(ImportError::io(path))?;
+    let text = String::from_utf8_lossy(&bytes);
+    let fields = text
+        .lines()
+        .enumerate()
+        .filter(|(_, text)| !text.trim_start().starts_with(['#', ';', '[']))
+        .filter_map(|(i, text)| {
+            let (name, value) = text.split_once([':', '='])?;
+            let value = value.trim().trim_matches(['"', '\'']).to_owned();
+            Some(Field { name: name.trim().to_owned(), value, line: i + 1 })
+        })
+        .collect();
+    let fields = Fields { path, fields };
+
+    let dims = match fields.get(&["dims"]) {
+        Some(field) => {
+            let list = field.value.trim_matches(['[', ']']);
+            let dims = parse_list(list).and_then(|d: Vec<usize>| d.try_into().ok()).or_else(|| parse_dims(list));
+            dims.ok_or_else(|| fields.bad(field, "three numbers of voxels"))?
+        }
+        None => {
+            let size = |name: &str| fields.number(fields.require(&[name])?, "a number of voxels");
+            [size("dimx")?, size("dimy")?, size("dimz")?]
+        }
+    };
+    let format = fields.require(&["format", "type"])?;
+    let (sample, big_endian) = parse_sample(&format.value)
+        .ok_or_else(|| fields.bad(format, "a type such as uint8, int16, uint16 or float32"))?;
+    let mut description = RawDescription { big_endian, ..RawDescription::new(dims, sample) };
+    for field in &fields.fields {
+        match field.name.to_ascii_lowercase().as_str() {
+            "dims" | "dimx" | "dimy" | "dimz" | "format" | "type" => {}
+            "endian" | "endianness" | "big_endian" => {
+                description.big_endian = match field.value.to_ascii_lowercase().as_str() {
+                    "little" | "littleendian" | "le" | "false" => false,
+                    "big" | "bigendian" | "be" | "true" => true,
+                    _ => return Err(fields.bad(field, "LittleEndian or BigEndian")),
+                };
+            }
+            key => {
+                let known = description.set(key, &field.value).map_err(|expected| fields.bad(field, expected))?;
+                if !known {
+                    let known = "It may hold dims, format, endianness, skip, spacing, slope, intercept, modality";
+                    return Err(fields.complain(field, "means nothing here", known));
+                }
+            }
+        }
+    }
+    Ok(description)
+}

@@ -1,0 +1,95 @@
+//! The last step of every reader of single files: header and samples become an [`Imported`].
+
+use std::path::Path;
+
+use lumivox_core::{
+    Modality, Volume, Voxels,
+    glam::{DAffine3, DMat3, DVec3},
+};
+
+use crate::{
+    Imported,
+    error::ImportError,
+    report::{ImportReport, SeriesSummary},
+    sample::Decoded,
+};
+
+/// What a reader found.
+pub(crate) struct Scan<'a> {
+    pub path: &'a Path,
+    /// The format's name: `NIfTI`.
+    pub format: &'static str,
+    pub dims: [usize; 3],
+    /// Files that were read.
+    pub files: usize,
+    pub decoded: Decoded,
+    /// The header's slope and intercept, on top of the decoder's.
+    pub rescale: [f64; 2],
+    pub patient_from_voxel: DAffine3,
+    /// What the header says it is, if it does.
+    pub modality: Option<Modality>,
+    pub notes: Vec<String>,
+}
+
+impl Scan<'_> {
+    /// Makes the volume and its report.
+    pub fn import(self) -> Result<Imported, ImportError> {
+        let Self { path, decoded, mut notes, .. } = self;
+        let bits = 8 * decoded.voxels.bytes_per_sample();
+        let kind = if matches!(decoded.voxels, Voxels::F32(_)) { " float" } else { "" };
+        notes.extend(decoded.notes);
+        let [slope, intercept] = self.rescale;
+        let [own_slope, own_intercept] = decoded.rescale;
+        let rescale = [slope * own_slope, slope * own_intercept + intercept];
+        let modality = self.modality.unwrap_or_default();
+        let mut volume = Volume::new(self.dims, decoded.voxels, rescale, self.patient_from_voxel, modality)
+            .map_err(|source| ImportError::Volume { path: path.to_owned(), source })?;
+        if self.modality.is_none() && decoded.integral && looks_like_hounsfield(volume.value_range()) {
+            volume = volume.with_modality(Modality::Ct);
+            let [min, max] = volume.value_range();
+            notes.push(format!("values from {min} to {max} look like Hounsfield units: taken for CT"));
+        }
+        let [x, y, z] = self.dims;
+        let modality = match volume.modality() {
+            Modality::Ct => "CT, ",
+            Modality::Mr => "MR, ",
+            Modality::Pet => "PET, ",
+            Modality::Other => "",
+        };
+        let summary = SeriesSummary {
+            id: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+            description: format!("{modality}{x} x {y} x {z}, {bits}-bit{kind}"),
+            files: self.files,
+        };
+        let report = ImportReport {
+            format: self.format.to_owned(),
+            series: vec![summary],
+            notes,
+            ..ImportReport::default()
+        };
+        Ok(Imported { volume, report })
+    }
+}
+
+/// Air at -1000 and bone above 300 in one scan of integers are hardly ever anything but CT.
+fn looks_like_hounsfield([min, max]: [f64; 2]) -> bool {
+    (-10_000.0..=-900.0).contains(&min) && (300.0..=70_000.0).contains(&max)
+}
+
+/// LPS from RAS: NIfTI's and 3D Slicer's axes point the other way in x and y.
+pub(crate) fn lps_from_ras() -> DAffine3 {
+    DAffine3::from_scale(DVec3::new(-1.0, -1.0, 1.0))
+}
+
+/// A placement without rotation.
+pub(crate) fn axis_aligned(spacing_mm: [f64; 3], origin_mm: [f64; 3]) -> DAffine3 {
+    DAffine3::from_mat3_translation(
+        DMat3::from_diagonal(DVec3::from_array(spacing_mm)),
+        DVec3::from_array(origin_mm),
+    )
+}
+
+/// Whether voxels can lie there: finite and not flattened.
+pub(crate) fn is_placement(patient_from_voxel: DAffine3) -> bool {
+    patient_from_voxel.is_finite() && patient_from_voxel.matrix3.determinant().is_normal()
+}

@@ -1,0 +1,285 @@
+//! A volume at its place in the world: filtered values, gradients, extinction.
+//!
+//! Everything is evaluated from its definition at every call. No table, no cell, no footprint: what these functions
+//! return is what the words in `lumivox-core` mean.
+
+use lumivox_core::glam::{DAffine3, DMat3, DVec3};
+use lumivox_core::medium::SIGMA_UNIT_PER_MM;
+use lumivox_core::{ExtinctionSpace, Filter, Medium, Ray, Scene, Volume, VolumeInstance};
+
+/// A volume, its medium, and the transforms that its place implies.
+#[derive(Clone, Debug)]
+pub struct PlacedMedium<'a> {
+    volume: &'a Volume,
+    medium: Medium,
+    voxel_from_world: DAffine3,
+    box_from_world: DAffine3,
+    patient_from_world: DMat3,
+    clip_box: [DVec3; 2],
+    sigma_maj_per_mm: f64,
+}
+
+/// The media of a scene; volumes of no extent (a singular transform) are left out.
+pub fn place(scene: &Scene) -> Vec<PlacedMedium<'_>> {
+    scene.volumes.iter().filter_map(PlacedMedium::new).collect()
+}
+
+impl<'a> PlacedMedium<'a> {
+    /// The medium of an instance, or `None` if its transform squeezes it into nothing.
+    pub fn new(instance: &'a VolumeInstance) -> Option<Self> {
+        let determinant = instance.world_from_patient.matrix3.determinant();
+        if !instance.world_from_patient.is_finite() || !determinant.is_normal() {
+            return None;
+        }
+        let volume = &*instance.volume;
+        let medium = instance.medium.clone().sanitized();
+        let patient_from_world = instance.world_from_patient.inverse();
+        Some(Self {
+            voxel_from_world: volume.patient_from_voxel().inverse() * patient_from_world,
+            box_from_world: instance.world_from_box().inverse(),
+            patient_from_world: patient_from_world.matrix3,
+            clip_box: [instance.clip_box[0].max(DVec3::ZERO), instance.clip_box[1].min(DVec3::ONE)],
+            sigma_maj_per_mm: largest_opacity(&medium, volume.value_range())
+                * medium.density_scale
+                * SIGMA_UNIT_PER_MM,
+            volume,
+            medium,
+        })
+    }
+
+    /// The look, every number inside its documented range.
+    pub fn medium(&self) -> &Medium {
+        &self.medium
+    }
+
+    /// The largest extinction anywhere in the volume, in 1/mm.
+    pub fn sigma_maj_per_mm(&self) -> f64 {
+        self.sigma_maj_per_mm
+    }
+
+    /// Extinction in 1/mm at a world point inside the box.
+    pub fn sigma_t_per_mm(&self, point: DVec3) -> f64 {
+        self.medium.sigma_t_per_mm(self.value(point))
+    }
+
+    /// Millimetres, in the sense of the medium's extinction space, that a ray passes per world metre.
+    pub fn mm_per_metre(&self, direction: DVec3) -> f64 {
+        match self.medium.extinction_space {
+            ExtinctionSpace::Volume => (self.patient_from_world * direction).length(),
+            ExtinctionSpace::World => 1000.0,
+        }
+    }
+
+    /// The part of a ray, in world metres from its origin, that lies in the clipped box; `None` if there is none.
+    pub fn interval(&self, ray: &Ray) -> Option<[f64; 2]> {
+        let origin = self.box_from_world.transform_point3(ray.origin);
+        let direction = self.box_from_world.transform_vector3(ray.direction);
+        let [low, high] = self.clip_box;
+        if low.cmpge(high).any() {
+            return None;
+        }
+        let (mut near, mut far) = (0.0_f64, f64::INFINITY);
+        for axis in 0..3 {
+            let (o, d) = (origin[axis], direction[axis]);
+            if d == 0.0 {
+                if o < low[axis] || o > high[axis] {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((low[axis] - o) / d, (high[axis] - o) / d);
+            near = near.max(a.min(b));
+            far = far.min(a.max(b));
+        }
+        (near < far && far.is_finite()).then_some([near, far])
+    }
+
+    /// The filtered physical value at a world point.
+    pub fn value(&self, point: DVec3) -> f64 {
+        self.value_at_voxel(self.voxel_from_world.transform_point3(point))
+    }
+
+    /// The filtered physical value at continuous voxel coordinates; beyond the grid its edge goes on.
+    pub fn value_at_voxel(&self, p: DVec3) -> f64 {
+        match self.medium.filter {
+            Filter::Nearest => {
+                let i = (p + 0.5).floor();
+                self.tap([i.x, i.y, i.z])
+            }
+            Filter::Trilinear => self.weighted(p, 0, |t| [1.0 - t, t]),
+            Filter::Tricubic => self.weighted(p, -1, cubic_b_spline),
+        }
+    }
+
+    /// Sum of the taps around `p` under separable `weights` of its fraction; `first` is the offset of the first tap.
+    fn weighted<const N: usize>(&self, p: DVec3, first: i32, weights: fn(f64) -> [f64; N]) -> f64 {
+        let base = p.floor();
+        let weights = (p - base).to_array().map(weights);
+        let tap = |axis: usize, i: usize| base[axis] + f64::from(first) + i as f64;
+        let mut sum = 0.0;
+        for k in 0..N {
+            for j in 0..N {
+                for i in 0..N {
+                    let weight = weights[0][i] * weights[1][j] * weights[2][k];
+                    sum += weight * self.tap([tap(0, i), tap(1, j), tap(2, k)]);
+                }
+            }
+        }
+        sum
+    }
+
+    /// The value of the voxel at integer coordinates, clamped to the grid.
+    fn tap(&self, index: [f64; 3]) -> f64 {
+        let dims = self.volume.dims();
+        // A float-to-integer cast saturates: what lies below zero becomes zero.
+        self.volume.value(std::array::from_fn(|axis| (index[axis] as usize).min(dims[axis] - 1)))
+    }
+
+    /// Gradient in value units per mm of patient space at a world point: central differences of the filtered value
+    /// over one voxel to each side. Where the value is constant it is exactly zero.
+    pub fn gradient_per_mm(&self, point: DVec3) -> DVec3 {
+        let p = self.voxel_from_world.transform_point3(point);
+        // The weights of a filter add up to 1 but for rounding, which must not pass for a direction.
+        let [low, high] = self.volume.value_range();
+        let rounding = 1e-13 * low.abs().max(high.abs());
+        let voxel_gradient = DVec3::from_array(DMat3::IDENTITY.to_cols_array_2d().map(|axis| {
+            let step = DVec3::from_array(axis);
+            let difference = self.value_at_voxel(p + step) - self.value_at_voxel(p - step);
+            if difference.abs() > rounding { difference / 2.0 } else { 0.0 }
+        }));
+        // A gradient is a covector: it goes over by the inverse transpose.
+        self.volume.patient_from_voxel().matrix3.inverse().transpose() * voxel_gradient
+    }
+
+    /// The unit normal in the world of a gradient in patient space; `None` where there is no gradient.
+    pub fn world_normal(&self, gradient_per_mm: DVec3) -> Option<DVec3> {
+        (self.patient_from_world.transpose() * gradient_per_mm).try_normalize()
+    }
+}
+
+/// The four weights of a cubic B-spline at fraction `t` between its two middle taps (de Boor, *A Practical Guide to
+/// Splines*, 1978).
+pub fn cubic_b_spline(t: f64) -> [f64; 4] {
+    let s = 1.0 - t;
+    [
+        s * s * s / 6.0,
+        (3.0 * t * t * t - 6.0 * t * t + 4.0) / 6.0,
+        (3.0 * s * s * s - 6.0 * s * s + 4.0) / 6.0,
+        t * t * t / 6.0,
+    ]
+}
+
+/// The largest opacity over `[low, high]`. Between two knots the curve is monotone, so it lies at a knot or an end.
+fn largest_opacity(medium: &Medium, [low, high]: [f64; 2]) -> f64 {
+    let curve = &medium.transfer_function;
+    let inside = curve.opacity_knots().iter().filter(|k| (low..=high).contains(&k.value));
+    inside.map(|k| k.opacity).fold(curve.opacity(low).max(curve.opacity(high)), f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+    use lumivox_core::{Ease, Modality, TransferFunction, Voxels};
+    use lumivox_testing::scenes;
+    use std::sync::Arc;
+
+    /// A volume with spacing (0.5, 1, 2) mm whose voxel (x, y, z) is `value(x, y, z)`.
+    fn grid(dims: [usize; 3], filter: Filter, value: impl Fn(DVec3) -> f64) -> VolumeInstance {
+        let mut samples = Vec::new();
+        for z in 0..dims[2] {
+            for y in 0..dims[1] {
+                for x in 0..dims[0] {
+                    samples.push(value(DVec3::new(x as f64, y as f64, z as f64)) as f32);
+                }
+            }
+        }
+        let place = DAffine3::from_scale(DVec3::new(0.5, 1.0, 2.0));
+        let volume = Volume::new(dims, Voxels::F32(samples), [1.0, 0.0], place, Modality::Other).unwrap();
+        let tf = TransferFunction::from_points(
+            Ease::Linear,
+            &[(0.0, 0.0), (3.0, 0.9), (3.5, 0.2), (9.0, 0.5)],
+            &[(0.0, [1.0; 3])],
+        )
+        .unwrap();
+        VolumeInstance::centered(Arc::new(volume), Medium { filter, ..Medium::new(tf) })
+    }
+
+    #[test]
+    fn the_b_spline_is_a_partition_of_unity_and_reproduces_lines() {
+        for i in 0..=100 {
+            let t = i as f64 / 100.0;
+            let weights = cubic_b_spline(t);
+            assert!(weights.iter().all(|w| *w >= 0.0));
+            assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            let line: f64 = weights.iter().zip([-1.0, 0.0, 1.0, 2.0]).map(|(w, x)| w * x).sum();
+            assert!((line - t).abs() < 1e-15);
+        }
+        assert_eq!(cubic_b_spline(0.0), [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0, 0.0]);
+    }
+
+    #[test]
+    fn smooth_filters_reproduce_a_plane_and_its_gradient() {
+        for filter in [Filter::Trilinear, Filter::Tricubic] {
+            let plane = |p: DVec3| 2.0 + 0.5 * p.x - 0.25 * p.y + 0.125 * p.z;
+            let instance = grid([10, 9, 8], filter, plane);
+            let placed = PlacedMedium::new(&instance).unwrap();
+            let p = DVec3::new(4.3, 4.6, 3.9);
+            assert!((placed.value_at_voxel(p) - plane(p)).abs() < 1e-12, "{filter:?}");
+            let world = placed.voxel_from_world.inverse().transform_point3(p);
+            assert!((placed.value(world) - plane(p)).abs() < 1e-9, "{filter:?}");
+            let gradient = placed.gradient_per_mm(world);
+            assert!(gradient.distance(DVec3::new(1.0, -0.25, 0.0625)) < 1e-9, "{filter:?} {gradient}");
+        }
+    }
+
+    #[test]
+    fn filters_agree_with_their_definitions_and_clamp_at_the_edge() {
+        let value = |p: DVec3| (p.x * 7.0 + p.y * 3.0 + p.z * 5.0) % 4.0;
+        let nearest = grid([4, 4, 4], Filter::Nearest, value);
+        let placed = PlacedMedium::new(&nearest).unwrap();
+        assert_eq!(placed.value_at_voxel(DVec3::new(1.4, 1.6, -0.3)), value(DVec3::new(1.0, 2.0, 0.0)));
+        assert_eq!(placed.value_at_voxel(DVec3::new(3.49, -0.49, 9.0)), value(DVec3::new(3.0, 0.0, 3.0)));
+        let linear = grid([4, 4, 4], Filter::Trilinear, value);
+        let placed = PlacedMedium::new(&linear).unwrap();
+        let between = 0.75 * value(DVec3::new(1.0, 2.0, 3.0)) + 0.25 * value(DVec3::new(2.0, 2.0, 3.0));
+        assert!((placed.value_at_voxel(DVec3::new(1.25, 2.0, 3.4)) - between).abs() < 1e-15);
+        assert!((placed.value_at_voxel(DVec3::new(-0.4, 0.0, 0.0)) - value(DVec3::ZERO)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn no_point_exceeds_the_majorant() {
+        let mut rng = Rng::new(0, 0, 0);
+        for test in scenes::all() {
+            for instance in &test.scene.volumes {
+                let placed = PlacedMedium::new(instance).unwrap();
+                for _ in 0..2000 {
+                    let p = DVec3::from_array(std::array::from_fn(|_| rng.uniform()));
+                    let sigma_t = placed.sigma_t_per_mm(instance.world_from_box().transform_point3(p));
+                    assert!(sigma_t <= placed.sigma_maj_per_mm() * (1.0 + 1e-12), "{}", test.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_ray_meets_the_clipped_box_where_it_should() {
+        let mut instance = grid([10, 10, 10], Filter::Trilinear, |_| 1.0);
+        instance.world_from_patient =
+            DAffine3::from_scale(DVec3::new(2.0, 1.0, 1.0)) * instance.world_from_patient;
+        instance.clip_box = [DVec3::new(-1.0, 0.0, 0.0), DVec3::new(0.5, 1.0, 1.0)];
+        let placed = PlacedMedium::new(&instance).unwrap();
+        // 10 voxels of 0.5 mm, stretched twofold, in the middle of the world; the right half is clipped.
+        let ray = |x: f64, y: f64, d: DVec3| Ray { origin: DVec3::new(x, y, 0.0), direction: d };
+        let [near, far] = placed.interval(&ray(-1.0, 0.0, DVec3::X)).unwrap();
+        assert!((near - 0.995).abs() < 1e-12 && (far - 1.0).abs() < 1e-12);
+        let [near, far] = placed.interval(&ray(-0.001, 0.0, DVec3::X)).unwrap();
+        assert!(near == 0.0 && (far - 0.001).abs() < 1e-12);
+        assert!(placed.interval(&ray(1.0, 0.0, DVec3::X)).is_none());
+        assert!(placed.interval(&ray(-1.0, 0.2, DVec3::X)).is_none());
+        assert!(placed.interval(&ray(0.001, 0.0, DVec3::Y)).is_none());
+        // 5 mm of patient space became 10 mm of the world.
+        assert!((placed.mm_per_metre(DVec3::X) - 500.0).abs() < 1e-9);
+        assert!((placed.mm_per_metre(DVec3::Y) - 1000.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,165 @@
+//! The integrator: analog delta tracking, one path per sample.
+//!
+//! Woodcock et al., *Techniques used in the GEM code for Monte Carlo neutronics calculations*, 1965, as told by
+//! Novák, Georgiev, Hanika and Jarosz, *Monte Carlo Methods for Volumetric Light Transport Simulation*, CGF 37(2),
+//! 2018, section 5.1. A path does what a photon would do, backwards: it flies, collides, scatters and at last escapes
+//! to the light. Nothing is weighted but by albedo, so there is no density that could be wrong.
+
+use lumivox_core::glam::DVec3;
+use lumivox_core::{Environment, EnvironmentSource, PerspectiveCamera, Ray, Scene};
+use rayon::prelude::*;
+
+use crate::image::{PixelSums, ReferenceImage};
+use crate::medium::{PlacedMedium, place};
+use crate::rng::Rng;
+use crate::scattering::Collision;
+
+/// How the environment is looked up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Light {
+    /// In its equirectangular map, as every host sees it: an image is then compared under identical light.
+    #[default]
+    Map,
+    /// By its formula, where it has one.
+    Exact,
+}
+
+/// What to render.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReferenceSettings {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    /// Paths per pixel; at least 2, or no variance can be known.
+    pub samples: u32,
+    /// Images of different seeds are independent.
+    pub seed: u64,
+    /// How the environment is looked up.
+    pub light: Light,
+}
+
+impl Default for ReferenceSettings {
+    fn default() -> Self {
+        Self { width: 64, height: 64, samples: 256, seed: 0, light: Light::Map }
+    }
+}
+
+/// Renders a scene without its background; rows are shared among threads, the image is the same for any number.
+pub fn render(scene: &Scene, camera: &PerspectiveCamera, settings: &ReferenceSettings) -> ReferenceImage {
+    let media = place(scene);
+    let environment = match settings.light {
+        Light::Exact => scene.environment.clone(),
+        Light::Map => {
+            Environment { source: EnvironmentSource::Map(scene.environment.to_map()), ..scene.environment }
+        }
+    };
+    let (width, height) = (settings.width, settings.height);
+    let forward = -camera.world_from_camera.matrix3.z_axis.normalize();
+    let eye = camera.world_from_camera.translation;
+    let pixels: Vec<PixelSums> = (0..width * height)
+        .into_par_iter()
+        .with_min_len(width.max(1))
+        .map(|pixel| {
+            let (x, y) = ((pixel % width) as f64, (pixel / width) as f64);
+            let mut sums = PixelSums::default();
+            for sample in 0..settings.samples {
+                let mut rng = Rng::new(settings.seed, pixel as u64, sample);
+                // The pixel's filter is a box: uniform over its square.
+                let uv = [(x + rng.uniform()) / width as f64, (y + rng.uniform()) / height as f64];
+                let ray = camera.ray(uv, width as f64 / height as f64);
+                let path = trace(&media, &environment, ray, &mut rng);
+                sums.add(&path, |point| (point - eye).dot(forward));
+            }
+            sums
+        })
+        .collect();
+    ReferenceImage::new(width, height, settings.samples, &pixels)
+}
+
+/// One path from the camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PathSample {
+    /// Radiance that arrives at the camera; zero if nothing was hit, since the background is hidden.
+    pub radiance: [f64; 3],
+    /// Where and what the path first collided with.
+    pub first_hit: Option<FirstHit>,
+}
+
+/// The first collision of a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstHit {
+    /// Where, in the world.
+    pub point: DVec3,
+    /// Albedo there, colour included.
+    pub albedo: [f64; 3],
+    /// Unit normal towards the viewer, or zero.
+    pub normal: DVec3,
+}
+
+/// Traces one path to its end.
+pub fn trace(media: &[PlacedMedium], environment: &Environment, mut ray: Ray, rng: &mut Rng) -> PathSample {
+    let mut path = PathSample::default();
+    let mut throughput = [1.0; 3];
+    let mut bounces = 0;
+    while let Some((medium, t)) = nearest_collision(media, &ray, rng) {
+        let point = ray.origin + t * ray.direction;
+        let collision = Collision::new(medium, point, ray.direction);
+        path.first_hit.get_or_insert(FirstHit { point, albedo: collision.albedo, normal: collision.normal });
+        bounces += 1;
+        if bounces > medium.medium().max_bounces {
+            return path;
+        }
+        let (wi, weight) = collision.sample(rng);
+        throughput = std::array::from_fn(|i| throughput[i] * weight[i]);
+        // Nothing can come back from black.
+        if throughput == [0.0; 3] {
+            return path;
+        }
+        ray = Ray { origin: point, direction: wi };
+    }
+    if path.first_hit.is_some() {
+        let radiance = environment.radiance(ray.direction);
+        path.radiance = std::array::from_fn(|i| throughput[i] * radiance[i]);
+    }
+    path
+}
+
+/// The collision that comes first: every medium has its own free flight, since independent Poisson processes superpose.
+pub fn nearest_collision<'m, 'v>(
+    media: &'m [PlacedMedium<'v>],
+    ray: &Ray,
+    rng: &mut Rng,
+) -> Option<(&'m PlacedMedium<'v>, f64)> {
+    let mut nearest = None;
+    let mut t_max = f64::INFINITY;
+    for medium in media {
+        if let Some(t) = free_flight(medium, ray, t_max, rng) {
+            t_max = t;
+            nearest = Some((medium, t));
+        }
+    }
+    nearest
+}
+
+/// Delta tracking in one medium: the distance in metres to its first real collision before `t_max`.
+fn free_flight(medium: &PlacedMedium, ray: &Ray, t_max: f64, rng: &mut Rng) -> Option<f64> {
+    let [near, far] = medium.interval(ray)?;
+    let sigma_maj = medium.sigma_maj_per_mm() * medium.mm_per_metre(ray.direction);
+    if sigma_maj == 0.0 {
+        return None;
+    }
+    let end = far.min(t_max);
+    let mut t = near;
+    loop {
+        // 1 - u lies in (0, 1], where the logarithm is finite.
+        t -= (1.0 - rng.uniform()).ln() / sigma_maj;
+        if t >= end {
+            return None;
+        }
+        let sigma_t = medium.sigma_t_per_mm(ray.origin + t * ray.direction);
+        if rng.uniform() * medium.sigma_maj_per_mm() < sigma_t {
+            return Some(t);
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! An environment's importance grid: where light comes from, so that samples go there.
+
+use std::f64::consts::PI;
+
+use lumivox_core::EnvironmentMap;
+use lumivox_shaders::layout::ImportanceCell;
+
+/// Largest importance grid; finer maps are summed into it.
+const MAX_GRID: [usize; 2] = [1024, 512];
+
+/// Cells of equal size over the map's unit square, to be drawn in proportion to luminance times sin(theta).
+#[derive(Debug)]
+pub(crate) struct ImportanceGrid {
+    pub size: [usize; 2],
+    pub cells: Vec<ImportanceCell>,
+}
+
+impl ImportanceGrid {
+    pub fn new(map: &EnvironmentMap) -> Self {
+        let size = [map.width.min(MAX_GRID[0]), map.height.min(MAX_GRID[1])];
+        let mut weights = vec![0.0f64; size[0] * size[1]];
+        for y in 0..map.height {
+            // Light from a row of the map fills a solid angle in proportion to the sine of its polar angle.
+            let sin_theta = ((y as f64 + 0.5) / map.height as f64 * PI).sin();
+            for x in 0..map.width {
+                // Bilinear radiance spreads a texel over its neighbours' cells; so does its weight, or light would
+                // arrive from where no sample goes.
+                let [r, g, b] = map.texels[y * map.width + x].map(f64::from);
+                let weight = (0.2126 * r + 0.7152 * g + 0.0722 * b) * sin_theta;
+                for (dx, dy, share) in NEIGHBOURS {
+                    let nx = (x as i64 + dx).rem_euclid(map.width as i64) as usize;
+                    let ny = (y as i64 + dy).clamp(0, map.height as i64 - 1) as usize;
+                    let cell = ny * size[1] / map.height * size[0] + nx * size[0] / map.width;
+                    weights[cell] += weight * share;
+                }
+            }
+        }
+        Self { size, cells: alias_table(&weights) }
+    }
+}
+
+/// Shares of a texel's bilinear tent that fall into its own and its neighbours' squares: 3/4 and 1/8 along an axis.
+const NEIGHBOURS: [(i64, i64, f64); 9] = [
+    (-1, -1, 0.015625),
+    (0, -1, 0.09375),
+    (1, -1, 0.015625),
+    (-1, 0, 0.09375),
+    (0, 0, 0.5625),
+    (1, 0, 0.09375),
+    (-1, 1, 0.015625),
+    (0, 1, 0.09375),
+    (1, 1, 0.015625),
+];
+
+/// Vose's construction ("A Linear Algorithm for Generating Random Numbers with a Given Distribution", 1991). Without
+/// any weight, every cell is as likely.
+fn alias_table(weights: &[f64]) -> Vec<ImportanceCell> {
+    let n = weights.len();
+    let total: f64 = weights.iter().sum();
+    let density = |i: usize| if total > 0.0 { weights[i] * n as f64 / total } else { 1.0 };
+    let mut cells: Vec<ImportanceCell> = (0..n)
+        .map(|i| ImportanceCell {
+            threshold: 1.0,
+            alias_index: i as u32,
+            density: density(i) as f32,
+            padding: 0.0,
+        })
+        .collect();
+    let mut rest: Vec<f64> = (0..n).map(density).collect();
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| rest[i] < 1.0);
+    while let (Some(&poor), Some(&rich)) = (small.last(), large.last()) {
+        small.pop();
+        cells[poor].threshold = rest[poor] as f32;
+        cells[poor].alias_index = rich as u32;
+        rest[rich] -= 1.0 - rest[poor];
+        if rest[rich] < 1.0 {
+            large.pop();
+            small.push(rich);
+        }
+    }
+    cells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_alias_table_draws_what_the_densities_say() {
+        let weights: Vec<f64> = (0..64).map(|i| ((i * 37) % 11) as f64).collect();
+        let cells = alias_table(&weights);
+        let mut drawn = vec![0.0; weights.len()];
+        for (i, cell) in cells.iter().enumerate() {
+            drawn[i] += f64::from(cell.threshold);
+            drawn[cell.alias_index as usize] += 1.0 - f64::from(cell.threshold);
+        }
+        for (drawn, cell) in drawn.iter().zip(&cells) {
+            assert!((drawn - f64::from(cell.density)).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_black_map_has_a_table() {
+        assert!(alias_table(&[0.0; 4]).iter().all(|c| c.threshold == 1.0 && c.density == 1.0));
+    }
+}

@@ -1,0 +1,55 @@
+//! Why a scene cannot be recorded.
+
+/// Why a scene cannot be recorded for a device.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// A volume has more voxels along an axis than the GPU's 3D textures.
+    #[error(
+        "a volume of {dims:?} voxels is larger than this GPU's 3D textures ({limit} along each axis). \
+         Resample it, or render it on another GPU"
+    )]
+    VolumeTooLarge {
+        /// Voxels of the volume.
+        dims: [usize; 3],
+        /// Largest side.
+        limit: u32,
+    },
+    /// All volumes together do not fit into one texture.
+    #[error(
+        "the {count} volumes of the scene do not fit together into one 3D texture of this GPU ({limit} voxels along \
+         each axis). Leave some out, or resample them"
+    )]
+    TooManyVolumes {
+        /// Volumes in the scene.
+        count: usize,
+        /// Largest side.
+        limit: u32,
+    },
+    /// A buffer is larger than the GPU binds at once.
+    #[error("the {what} needs {bytes} bytes, more than the {limit} that this GPU can bind. {remedy}")]
+    BufferTooLarge {
+        /// What it holds.
+        what: &'static str,
+        /// Its size.
+        bytes: u64,
+        /// The GPU's limit.
+        limit: u64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A volume's placement cannot be inverted.
+    #[error("volume {index} is placed by a transform that flattens it or is not finite")]
+    Placement {
+        /// The volume's place in the scene.
+        index: usize,
+    },
+    /// An image without pixels.
+    #[error("an image needs at least one pixel, not {width} x {height}")]
+    EmptyImage {
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+    },
+}

@@ -1,0 +1,128 @@
+//! A film brought back to the CPU: sums over samples, and what they mean.
+
+/// Floats of a pixel in one plane.
+const CHANNELS: usize = 4;
+
+/// A film's sums. Planes of `(radiance, alpha)`, `(view depth, squared luminance, samples, 0)` and, where the view
+/// has guides, `(first-hit albedo, 0)` and `(first-hit normal, 0)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    width: u32,
+    height: u32,
+    planes: Vec<Vec<[f32; CHANNELS]>>,
+}
+
+impl Film {
+    /// A film of 2 or 4 planes without a sample.
+    pub fn new(width: u32, height: u32, guides: bool) -> Self {
+        let pixels = width as usize * height as usize;
+        Self { width, height, planes: vec![vec![[0.0; CHANNELS]; pixels]; plane_count(guides)] }
+    }
+
+    /// Replaces the window at `origin` by a read-back of a view's film buffer.
+    ///
+    /// # Panics
+    /// When the bytes are not a window of that size, or it does not fit.
+    pub fn insert(&mut self, origin: [u32; 2], [width, height]: [u32; 2], bytes: &[u8]) {
+        let pixels: Vec<[f32; CHANNELS]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
+        let count = width as usize * height as usize;
+        assert_eq!(pixels.len(), count * self.planes.len(), "a window has as many planes as the film");
+        for (plane, window) in self.planes.iter_mut().zip(pixels.chunks_exact(count)) {
+            for (y, row) in window.chunks_exact(width as usize).enumerate() {
+                let start = (origin[1] as usize + y) * self.width as usize + origin[0] as usize;
+                plane[start..start + width as usize].copy_from_slice(row);
+            }
+        }
+    }
+
+    /// Pixels across and down.
+    pub fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+
+    /// The number of samples of a pixel, rows from the top.
+    pub fn samples(&self, pixel: usize) -> f32 {
+        self.planes[1][pixel][2]
+    }
+
+    /// The fewest samples of any pixel.
+    pub fn min_samples(&self) -> u32 {
+        self.planes[1].iter().map(|m| m[2]).fold(f32::INFINITY, f32::min) as u32
+    }
+
+    fn mean(&self, plane: usize, pixel: usize) -> [f64; CHANNELS] {
+        let n = f64::from(self.samples(pixel).max(1.0));
+        self.planes[plane][pixel].map(|x| f64::from(x) / n)
+    }
+
+    /// Mean radiance scattered by the volumes, linear RGB; the background is not in it.
+    pub fn radiance(&self, pixel: usize) -> [f64; 3] {
+        let [r, g, b, _] = self.mean(0, pixel);
+        [r, g, b]
+    }
+
+    /// The fraction of primary rays that hit something.
+    pub fn alpha(&self, pixel: usize) -> f64 {
+        self.mean(0, pixel)[3]
+    }
+
+    /// Distance along the view direction to the first collision, in world units, averaged over hits; infinite
+    /// without any.
+    pub fn depth(&self, pixel: usize) -> f64 {
+        let hits = f64::from(self.planes[0][pixel][3]);
+        if hits > 0.0 { f64::from(self.planes[1][pixel][0]) / hits } else { f64::INFINITY }
+    }
+
+    /// Mean albedo of the first hits; `None` where the film has no guides.
+    pub fn albedo(&self, pixel: usize) -> Option<[f64; 3]> {
+        self.guide(2, pixel)
+    }
+
+    /// Mean normal of the first hits, in world space; `None` where the film has no guides.
+    pub fn normal(&self, pixel: usize) -> Option<[f64; 3]> {
+        self.guide(3, pixel)
+    }
+
+    fn guide(&self, plane: usize, pixel: usize) -> Option<[f64; 3]> {
+        let sum = self.planes.get(plane)?[pixel];
+        let hits = f64::from(self.planes[0][pixel][3].max(1.0));
+        Some([0, 1, 2].map(|i| f64::from(sum[i]) / hits))
+    }
+
+    /// Mean luminance, and the variance of that mean.
+    pub fn luminance(&self, pixel: usize) -> (f64, f64) {
+        let n = f64::from(self.samples(pixel));
+        let [r, g, b] = self.radiance(pixel);
+        let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let squares = f64::from(self.planes[1][pixel][1]);
+        // Unbiased sample variance, over n for the mean's.
+        let variance =
+            if n > 1.0 { (squares - n * mean * mean).max(0.0) / (n - 1.0) / n } else { f64::INFINITY };
+        (mean, variance)
+    }
+
+    /// The noise left: root mean square standard error of the pixels that show something, as a fraction of their
+    /// mean luminance. `None` before a second sample, or where nothing is seen.
+    pub fn noise(&self) -> Option<f64> {
+        let (mut variance, mut mean, mut seen) = (0.0, 0.0, 0.0);
+        for pixel in 0..self.planes[0].len() {
+            if self.planes[0][pixel][3] > 0.0 && self.samples(pixel) > 1.0 {
+                let (m, v) = self.luminance(pixel);
+                variance += v;
+                mean += m;
+                seen += 1.0;
+            }
+        }
+        (mean > 0.0).then(|| (variance / seen).sqrt() / (mean / seen))
+    }
+}
+
+/// Planes of a film.
+pub(crate) fn plane_count(guides: bool) -> usize {
+    if guides { 4 } else { 2 }
+}
+
+/// Bytes of a pixel in all planes.
+pub(crate) fn bytes_per_pixel(guides: bool) -> u64 {
+    (plane_count(guides) * CHANNELS * size_of::<f32>()) as u64
+}

@@ -1,0 +1,83 @@
+//! A transfer function as the GPU reads it: samples over the values that occur, linear between them.
+
+use lumivox_core::{TransferFunction, Volume};
+use lumivox_shaders::layout::{RANGE_MAXIMUM_LEVELS, TABLE_SIZE};
+
+/// Opacity and colour at [`TABLE_SIZE`] equidistant values. Between entries the table is linear; it meets the curve
+/// exactly at its entries, and a jump is spread over one entry.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransferTable {
+    /// Physical values of the first and the last entry.
+    pub domain: [f64; 2],
+    /// Opacity of each entry.
+    pub opacity: Vec<f32>,
+    /// Linear RGB of each entry, and a zero.
+    pub color: Vec<[f32; 4]>,
+}
+
+impl TransferTable {
+    /// Samples `function` where `volume` has values and the function changes.
+    pub fn new(function: &TransferFunction, volume: &Volume) -> Self {
+        let values = volume.value_range();
+        let changes = function.value_range();
+        let low = changes[0].clamp(values[0], values[1]);
+        let mut high = changes[1].clamp(values[0], values[1]);
+        if high - low <= f64::EPSILON * low.abs().max(high.abs()) {
+            high = low + low.abs().max(1.0) * 1e-3;
+        }
+        let value = |i: usize| low + (high - low) * i as f64 / (TABLE_SIZE - 1) as f64;
+        Self {
+            domain: [low, high],
+            opacity: (0..TABLE_SIZE).map(|i| function.opacity(value(i)) as f32).collect(),
+            color: (0..TABLE_SIZE)
+                .map(|i| {
+                    let [r, g, b] = function.color(value(i)).map(|c| c as f32);
+                    [r, g, b, 0.0]
+                })
+                .collect(),
+        }
+    }
+
+    /// `(scale, bias)` that send `texel * per_texel + at_zero`, a physical value, to a table coordinate.
+    pub(crate) fn coordinate(&self, texel: crate::atlas::TexelScale) -> (f64, f64) {
+        let entries_per_value = (TABLE_SIZE - 1) as f64 / (self.domain[1] - self.domain[0]);
+        (texel.per_texel * entries_per_value, (texel.at_zero - self.domain[0]) * entries_per_value)
+    }
+
+    /// Each entry's opacity with its successor's, so that the GPU interpolates from one load.
+    pub(crate) fn opacity_pairs(&self) -> Vec<[f32; 2]> {
+        (0..TABLE_SIZE).map(|i| [self.opacity[i], self.opacity[(i + 1).min(TABLE_SIZE - 1)]]).collect()
+    }
+
+    /// Level `k`, entry `i`: the largest opacity of entries `i .. i + 2^k`.
+    pub(crate) fn range_maxima(&self) -> Vec<f32> {
+        let mut levels = self.opacity.clone();
+        for level in 1..RANGE_MAXIMUM_LEVELS {
+            let below = (level - 1) * TABLE_SIZE;
+            let half = 1 << (level - 1);
+            for i in 0..TABLE_SIZE {
+                levels.push(levels[below + i].max(levels[below + (i + half).min(TABLE_SIZE - 1)]));
+            }
+        }
+        levels
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn range_maxima_are_maxima() {
+        let opacity: Vec<f32> = (0..TABLE_SIZE).map(|i| ((i * 7919) % 4093) as f32).collect();
+        let table = TransferTable { domain: [0.0, 1.0], opacity: opacity.clone(), color: vec![] };
+        let maxima = table.range_maxima();
+        for (low, high) in [(0, 0), (5, 6), (17, 1000), (0, TABLE_SIZE - 1), (4000, 4095)] {
+            let level = (high - low + 1usize).ilog2() as usize;
+            let a = maxima[level * TABLE_SIZE + low];
+            let b = maxima[level * TABLE_SIZE + high + 1 - (1 << level)];
+            let expected = opacity[low..=high].iter().copied().fold(0.0, f32::max);
+            assert_eq!(a.max(b), expected, "{low}..={high}");
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! One camera's film, and how it fills: samples, bands, budget.
+
+use lumivox_core::PerspectiveCamera;
+use lumivox_core::glam::DVec3;
+use lumivox_shaders::{Kernel, layout};
+
+use crate::display::DisplaySettings;
+use crate::error::RenderError;
+use crate::film::{bytes_per_pixel, plane_count};
+use crate::recording::{Recording, ResourceId, Step};
+use crate::scene_cache::SceneCache;
+
+/// Most samples of one dispatch: enough to keep a GPU's lanes busy, few enough to keep it responsive.
+const MAX_SAMPLES_PER_DISPATCH: u32 = 64;
+
+/// What a view shows, besides scene and camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ViewSettings {
+    /// Pixels of the whole image across and down.
+    pub image_size: [u32; 2],
+    /// Top left pixel of the window of the image that this view holds.
+    pub window_origin: [u32; 2],
+    /// Pixels of the window.
+    pub window_size: [u32; 2],
+    /// Chooses the random numbers; the same seed gives the same image.
+    pub seed: u32,
+    /// Whether the film also holds first-hit albedo and normal.
+    pub guides: bool,
+    /// Bounces before Russian roulette may end a path.
+    pub roulette_start: u32,
+}
+
+impl ViewSettings {
+    /// A view of a whole image.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self {
+            image_size: [width, height],
+            window_origin: [0, 0],
+            window_size: [width, height],
+            seed: 0,
+            guides: false,
+            roulette_start: 4,
+        }
+    }
+
+    /// Bytes of a pixel of the film.
+    pub fn bytes_per_pixel(&self) -> u64 {
+        bytes_per_pixel(self.guides)
+    }
+}
+
+/// A film on the GPU. Each view of a scene has its own, and none knows of another.
+#[derive(Debug)]
+pub struct View {
+    settings: ViewSettings,
+    film: ResourceId,
+    pixels: Option<ResourceId>,
+    camera: Option<PerspectiveCamera>,
+    scene_version: u64,
+    /// Samples that every pixel has.
+    complete: u32,
+    /// Samples that the rows above `next_row` have beyond `complete`, while a pass is under way.
+    pass_samples: u32,
+    next_row: u32,
+}
+
+impl View {
+    /// A view with an empty film.
+    ///
+    /// # Errors
+    /// [`RenderError`] when the image has no pixel, or the film is larger than the device binds.
+    pub fn new(
+        settings: ViewSettings,
+        cache: &SceneCache,
+        recording: &mut Recording,
+    ) -> Result<Self, RenderError> {
+        let [width, height] = settings.window_size;
+        if width == 0 || height == 0 {
+            return Err(RenderError::EmptyImage { width, height });
+        }
+        let bytes = u64::from(width) * u64::from(height) * settings.bytes_per_pixel();
+        let limit = cache.limits().max_storage_binding;
+        if bytes > limit {
+            let remedy = "Render it in windows";
+            return Err(RenderError::BufferTooLarge { what: "film", bytes, limit, remedy });
+        }
+        let film = recording.create_buffer("film", bytes);
+        Ok(Self {
+            settings,
+            film,
+            pixels: None,
+            camera: None,
+            scene_version: 0,
+            complete: 0,
+            pass_samples: 0,
+            next_row: 0,
+        })
+    }
+
+    /// The view's settings.
+    pub fn settings(&self) -> &ViewSettings {
+        &self.settings
+    }
+
+    /// Samples that every pixel has.
+    pub fn samples(&self) -> u32 {
+        self.complete
+    }
+
+    /// Records more samples, at most `max_pixel_samples` of them and until every pixel has `target_samples`.
+    /// Starts over if the camera or the scene changed. Returns how many pixel samples were recorded: 0 at the target.
+    pub fn record_samples(
+        &mut self,
+        cache: &SceneCache,
+        camera: &PerspectiveCamera,
+        target_samples: u32,
+        max_pixel_samples: u64,
+        recording: &mut Recording,
+    ) -> u64 {
+        if self.camera != Some(*camera) || self.scene_version != cache.version() {
+            if self.camera.is_some() {
+                recording.push(Step::ClearBuffer { id: self.film });
+            }
+            self.camera = Some(*camera);
+            self.scene_version = cache.version();
+            (self.complete, self.pass_samples, self.next_row) = (0, 0, 0);
+        }
+        let [width, height] = self.settings.window_size;
+        let (row, mut recorded) = (u64::from(width), 0);
+        while self.complete < target_samples {
+            let affordable = max_pixel_samples.saturating_sub(recorded);
+            if self.next_row == 0 {
+                let left = u64::from(target_samples - self.complete);
+                let samples = (affordable / (row * u64::from(height)))
+                    .clamp(1, left.min(u64::from(MAX_SAMPLES_PER_DISPATCH)));
+                self.pass_samples = samples as u32;
+            }
+            // A row is the least that is done, however small the budget: it makes progress.
+            let rows =
+                (affordable / (row * u64::from(self.pass_samples))).min(u64::from(height - self.next_row));
+            if rows == 0 && recorded > 0 {
+                break;
+            }
+            let rows = rows.max(1) as u32;
+            self.record_band(cache, camera, rows, recording);
+            recorded += row * u64::from(rows) * u64::from(self.pass_samples);
+            self.next_row += rows;
+            if self.next_row == height {
+                self.next_row = 0;
+                self.complete += self.pass_samples;
+            }
+            if recorded >= max_pixel_samples {
+                break;
+            }
+        }
+        recorded
+    }
+
+    fn record_band(
+        &self,
+        cache: &SceneCache,
+        camera: &PerspectiveCamera,
+        rows: u32,
+        recording: &mut Recording,
+    ) {
+        let kernel = Kernel::PathTrace(cache.variant(self.settings.guides));
+        let mut frame = self.frame(cache, camera);
+        frame.sample_begin = self.complete;
+        frame.sample_end = self.complete + self.pass_samples;
+        frame.row_begin = self.next_row;
+        frame.row_end = self.next_row + rows;
+        let mut resources = cache.path_trace_resources();
+        resources.push(self.film);
+        let [x, y] = kernel.workgroup_size();
+        recording.push(Step::Dispatch {
+            kernel,
+            uniforms: vec![bytemuck::bytes_of(&frame).to_vec()],
+            resources,
+            workgroups: [self.settings.window_size[0].div_ceil(x), rows.div_ceil(y)],
+        });
+    }
+
+    fn frame(&self, cache: &SceneCache, camera: &PerspectiveCamera) -> layout::Frame {
+        let half = (camera.vertical_fov / 2.0).tan();
+        let [width, height] = self.settings.image_size;
+        let aspect = f64::from(width) / f64::from(height);
+        let axis = |v: DVec3| camera.world_from_camera.transform_vector3(v).as_vec3().to_array();
+        let mut frame = layout::Frame {
+            camera_position: camera.world_from_camera.translation.as_vec3().to_array(),
+            seed: self.settings.seed,
+            camera_right: axis(DVec3::X * half * aspect),
+            camera_up: axis(DVec3::Y * half),
+            camera_forward: axis(DVec3::NEG_Z),
+            image_size: self.settings.image_size,
+            film_origin: self.settings.window_origin,
+            film_size: self.settings.window_size,
+            row_end: self.settings.window_size[1],
+            roulette_start: self.settings.roulette_start,
+            ..Default::default()
+        };
+        cache.fill_frame(&mut frame);
+        frame
+    }
+
+    /// Records that the film comes back, for [`Film::insert`](crate::Film::insert).
+    pub fn record_read_film(&self, recording: &mut Recording) {
+        let [width, height] = self.settings.window_size;
+        let bytes = u64::from(width) * u64::from(height) * self.settings.bytes_per_pixel();
+        recording.push(Step::ReadBuffer { id: self.film, range: 0..bytes });
+    }
+
+    /// Records the film's way to displayable pixels and returns their buffer: four bytes each, red first, alpha not
+    /// premultiplied, rows from the top.
+    pub fn record_display(
+        &mut self,
+        cache: &SceneCache,
+        settings: &DisplaySettings,
+        recording: &mut Recording,
+    ) -> ResourceId {
+        let [width, height] = self.settings.window_size;
+        let pixels = *self.pixels.get_or_insert_with(|| {
+            recording.create_buffer("pixels", u64::from(width) * u64::from(height) * 4)
+        });
+        let camera = self
+            .camera
+            .unwrap_or(PerspectiveCamera { world_from_camera: Default::default(), vertical_fov: 1.0 });
+        let frame = self.frame(cache, &camera);
+        let [x, y] = Kernel::Display.workgroup_size();
+        recording.push(Step::Dispatch {
+            kernel: Kernel::Display,
+            uniforms: vec![
+                bytemuck::bytes_of(&frame).to_vec(),
+                bytemuck::bytes_of(&settings.params()).to_vec(),
+            ],
+            resources: vec![self.film, cache.environment_map(), pixels],
+            workgroups: [width.div_ceil(x), height.div_ceil(y)],
+        });
+        pixels
+    }
+
+    /// Planes of the film: 2, or 4 with guides.
+    pub fn plane_count(&self) -> usize {
+        plane_count(self.settings.guides)
+    }
+
+    /// Records that everything is freed.
+    pub fn free(self, recording: &mut Recording) {
+        recording.push(Step::Free { id: self.film });
+        recording.free(self.pixels);
+    }
+}

@@ -1,0 +1,118 @@
+//! Rust twins of the WGSL structs, byte for byte; `tests/reflection.rs` compares them with what naga says.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Entries of a transfer function's table.
+pub const TABLE_SIZE: usize = 4096;
+
+/// Levels of a range-maximum table over [`TABLE_SIZE`] entries.
+pub const RANGE_MAXIMUM_LEVELS: usize = TABLE_SIZE.ilog2() as usize + 1;
+
+/// Twin of `Frame`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in frame.wgsl")]
+pub struct Frame {
+    pub camera_position: [f32; 3],
+    pub seed: u32,
+    pub camera_right: [f32; 3],
+    pub volume_count: u32,
+    pub camera_up: [f32; 3],
+    pub sample_begin: u32,
+    pub camera_forward: [f32; 3],
+    pub sample_end: u32,
+    pub image_size: [u32; 2],
+    pub film_origin: [u32; 2],
+    pub film_size: [u32; 2],
+    pub row_begin: u32,
+    pub row_end: u32,
+    pub inverse_atlas_size: [f32; 3],
+    pub environment_strength: f32,
+    pub environment_rotation: [f32; 2],
+    pub environment_size: [u32; 2],
+    pub importance_size: [u32; 2],
+    pub roulette_start: u32,
+    pub padding: u32,
+}
+
+/// Twin of `Instance`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in frame.wgsl")]
+pub struct Instance {
+    pub voxel_from_world: [[f32; 4]; 3],
+    pub patient_from_world: [[f32; 4]; 3],
+    pub patient_gradient_from_voxel: [[f32; 4]; 3],
+    pub clip_low: [f32; 3],
+    pub density: f32,
+    pub clip_high: [f32; 3],
+    pub albedo: f32,
+    pub atlas_origin: [f32; 3],
+    pub anisotropy: f32,
+    pub dims: [f32; 3],
+    pub max_bounces: u32,
+    pub grid_dims: [u32; 3],
+    pub grid_offset: u32,
+    pub cell_size: f32,
+    pub cells_per_voxel: f32,
+    pub table_scale: f32,
+    pub table_bias: f32,
+    pub table_offset: u32,
+    pub filter_kind: u32,
+    pub value_per_texel: f32,
+    pub world_millimetres: f32,
+    pub surface_strength: f32,
+    pub surface_inverse_gradient: f32,
+    pub surface_lobe_anisotropy: f32,
+    pub surface_specular: f32,
+}
+
+/// Twin of `ImportanceCell`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in light_sampling.wgsl")]
+pub struct ImportanceCell {
+    pub threshold: f32,
+    pub alias_index: u32,
+    pub density: f32,
+    pub padding: f32,
+}
+
+/// Twin of `MajorantParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in majorant_grid.wgsl")]
+pub struct MajorantParams {
+    pub cell_count: u32,
+    pub range_offset: u32,
+    pub majorant_offset: u32,
+    pub row_length: u32,
+    pub table_scale: f32,
+    pub table_bias: f32,
+    pub padding: [u32; 2],
+}
+
+/// Twin of `DisplayParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in display.wgsl")]
+pub struct DisplayParams {
+    pub background: [f32; 3],
+    pub background_kind: u32,
+    pub exposure_scale: f32,
+    pub tone_operator: u32,
+    pub inverse_gamma: f32,
+    pub padding: f32,
+}
+
+/// Twin of `SampleParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in sample_directions.wgsl")]
+pub struct SampleParams {
+    pub axis: [f32; 3],
+    pub sampler: u32,
+    pub anisotropy: f32,
+    pub count: u32,
+    pub padding: [u32; 2],
+}

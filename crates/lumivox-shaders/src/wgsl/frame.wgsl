@@ -1,0 +1,79 @@
+// What one dispatch needs to know, and where a volume lies. Twins of `layout.rs`, checked by reflection.
+//
+// Spaces: `world` is the scene's, in metres. `voxel` is continuous: a volume of `dims` voxels fills [0, dims], voxel
+// i's centre lies at i + 0.5. A ray keeps one parameter t in all spaces: positions are origin + t * direction, with
+// the direction of unit length in the world only.
+
+struct Frame {
+    // Camera axes, right and up scaled so that a pixel's direction is right * x + up * y + forward, x and y in [-1, 1].
+    camera_position: vec3f,
+    seed: u32,
+    camera_right: vec3f,
+    volume_count: u32,
+    camera_up: vec3f,
+    sample_begin: u32,
+    camera_forward: vec3f,
+    sample_end: u32,
+    // The whole image, and the window of it that the film holds, in pixels.
+    image_size: vec2u,
+    film_origin: vec2u,
+    film_size: vec2u,
+    // The film's rows of this dispatch.
+    row_begin: u32,
+    row_end: u32,
+    inverse_atlas_size: vec3f,
+    environment_strength: f32,
+    // Cosine and sine of the environment's rotation.
+    environment_rotation: vec2f,
+    environment_size: vec2u,
+    // Cells of the environment's importance grid.
+    importance_size: vec2u,
+    // Bounces before Russian roulette may end a path.
+    roulette_start: u32,
+    padding: u32,
+}
+
+struct Instance {
+    // Rows of the affine map to voxel space.
+    voxel_from_world: array<vec4f, 3>,
+    // Rows of the linear map of directions to patient millimetres; w is unused.
+    patient_from_world: array<vec4f, 3>,
+    // Rows of the map of a voxel-space gradient to one per patient millimetre; w is unused.
+    patient_gradient_from_voxel: array<vec4f, 3>,
+    // What is kept of the volume, in voxels.
+    clip_low: vec3f,
+    // Extinction per millimetre at opacity 1.
+    density: f32,
+    clip_high: vec3f,
+    albedo: f32,
+    // First voxel in the atlas.
+    atlas_origin: vec3f,
+    anisotropy: f32,
+    dims: vec3f,
+    max_bounces: u32,
+    // Cells of the majorant grid, and its first cell in the buffer.
+    grid_dims: vec3u,
+    grid_offset: u32,
+    // Voxels along a side of a majorant cell, and its inverse.
+    cell_size: f32,
+    cells_per_voxel: f32,
+    // Transfer function table coordinate of a texel: texel * table_scale + table_bias, in [0, TABLE_SIZE - 1].
+    table_scale: f32,
+    table_bias: f32,
+    table_offset: u32,
+    // 0 nearest, 1 trilinear, 2 tricubic.
+    filter_kind: u32,
+    // Physical value units per texel unit.
+    value_per_texel: f32,
+    // Millimetres per world unit, or 0 where the volume's own millimetres count.
+    world_millimetres: f32,
+    surface_strength: f32,
+    // One over the gradient, in value units per mm, of a full surface.
+    surface_inverse_gradient: f32,
+    surface_lobe_anisotropy: f32,
+    surface_specular: f32,
+}
+
+const TABLE_SIZE: u32 = 4096u;
+const NO_VOLUME: u32 = 0xffffffffu;
+const PI: f32 = 3.14159265358979;

@@ -1,0 +1,146 @@
+// The path tracer: one invocation follows one pixel's paths, sample after sample.
+//
+// The two loops of the textbook (over samples, over bounces) are one here: an invocation whose path has ended starts
+// its next sample at once instead of waiting for its neighbours' longest path.
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<storage, read> instances: array<Instance>;
+@group(0) @binding(2) var<storage, read> opacity_table: array<vec2f>;
+@group(0) @binding(3) var<storage, read> color_table: array<vec4f>;
+@group(0) @binding(4) var<storage, read> majorants: array<f32>;
+@group(0) @binding(5) var atlas: texture_3d<f32>;
+@group(0) @binding(6) var atlas_sampler: sampler;
+@group(0) @binding(7) var environment_map: texture_2d<f32>;
+@group(0) @binding(8) var<storage, read> environment_importance: array<ImportanceCell>;
+// Planes of sums over samples: (radiance, alpha), (view depth, squared luminance, number of samples, 0) and, with
+// GUIDES, (first-hit albedo, 0), (first-hit normal, 0).
+@group(0) @binding(9) var<storage, read_write> film: array<vec4f>;
+
+fn luminance(c: vec3f) -> f32 {
+    return dot(c, vec3f(0.2126, 0.7152, 0.0722));
+}
+
+fn camera_ray(pixel: vec2u, jitter: vec2f) -> vec3f {
+    let uv = (vec2f(pixel) + jitter) / vec2f(frame.image_size) * 2.0 - 1.0;
+    return normalize(frame.camera_right * uv.x - frame.camera_up * uv.y + frame.camera_forward);
+}
+
+@compute @workgroup_size(WORKGROUP_X, WORKGROUP_Y)
+fn path_trace(@builtin(global_invocation_id) id: vec3u) {
+    let pixel = vec2u(id.x, id.y + frame.row_begin);
+    if (pixel.x >= frame.film_size.x || pixel.y >= frame.row_end) {
+        return;
+    }
+    let image_pixel = pixel + frame.film_origin;
+
+    var sum = vec4f(0.0);
+    var moments = vec4f(0.0, 0.0, f32(frame.sample_end - frame.sample_begin), 0.0);
+    var albedo_sum = vec3f(0.0);
+    var normal_sum = vec3f(0.0);
+
+    var sample_index = frame.sample_begin;
+    var alive = false;
+    var rng = Rng(vec2u(0u), 0u);
+    var origin = vec3f(0.0);
+    var direction = vec3f(0.0);
+    var throughput = vec3f(1.0);
+    var radiance = vec3f(0.0);
+    var bounces = 0u;
+    var pdf = 0.0;
+
+    loop {
+        if (!alive) {
+            if (sample_index == frame.sample_end) {
+                break;
+            }
+            rng = rng_new(image_pixel, sample_index, frame.seed);
+            sample_index += 1u;
+            origin = frame.camera_position;
+            direction = camera_ray(image_pixel, rng_next2(&rng));
+            throughput = vec3f(1.0);
+            radiance = vec3f(0.0);
+            bounces = 0u;
+            alive = true;
+        }
+
+        let hit = next_collision(origin, direction, 1e30, &rng);
+        if (hit.volume == NO_VOLUME) {
+            // What the camera sees without a collision is the background: the display pass adds it.
+            if (bounces > 0u) {
+                var weight = 1.0;
+                if (LIGHT_SAMPLING) {
+                    weight = pdf / (pdf + environment_pdf(direction));
+                }
+                radiance += throughput * weight * environment_radiance(direction);
+            }
+            alive = false;
+        } else {
+            let v = hit.volume;
+            bounces += 1u;
+            origin += hit.t * direction;
+            let scattering_albedo = instances[v].albedo * color(v, hit.texel);
+            var gradient = vec3f(0.0);
+            if ((SURFACE && instances[v].surface_strength > 0.0) || (GUIDES && bounces == 1u)) {
+                gradient = voxel_gradient(v, voxel_from_world(v, origin));
+            }
+            if (bounces == 1u) {
+                sum.w += 1.0;
+                moments.x += dot(origin - frame.camera_position, frame.camera_forward);
+                if (GUIDES) {
+                    albedo_sum += scattering_albedo;
+                    normal_sum += facing_normal(v, gradient, -direction);
+                }
+            }
+            if (bounces > instances[v].max_bounces) {
+                alive = false;
+            } else {
+                let event = choose_event(v, gradient, scattering_albedo, -direction, &rng);
+                throughput *= event.weight;
+                // Russian roulette: what survives is weighted up by what did not.
+                let brightest = max(throughput.r, max(throughput.g, throughput.b));
+                if (brightest <= 0.0) {
+                    alive = false;
+                } else if (bounces >= frame.roulette_start && brightest < 1.0) {
+                    if (rng_next(&rng) >= brightest) {
+                        alive = false;
+                    } else {
+                        throughput /= brightest;
+                    }
+                }
+                if (alive) {
+                    if (LIGHT_SAMPLING) {
+                        let light = sample_environment(&rng);
+                        let event_density = event_pdf(event, light.direction);
+                        if (light.pdf > 0.0 && event_density > 0.0) {
+                            // Balance heuristic (Veach 1997): event_density / light.pdf * light.pdf / (both).
+                            let weight = event_density / (light.pdf + event_density);
+                            let arriving = weight * environment_radiance(light.direction);
+                            if (luminance(arriving) > 0.0) {
+                                radiance += throughput * arriving
+                                    * transmittance(origin, light.direction, 1e30, &rng);
+                            }
+                        }
+                    }
+                    direction = event_sample(event, rng_next2(&rng));
+                    if (LIGHT_SAMPLING) {
+                        pdf = event_pdf(event, direction);
+                    }
+                }
+            }
+        }
+        if (!alive) {
+            sum += vec4f(radiance, 0.0);
+            let l = luminance(radiance);
+            moments.y += l * l;
+        }
+    }
+
+    let plane = frame.film_size.x * frame.film_size.y;
+    let index = pixel.y * frame.film_size.x + pixel.x;
+    film[index] += sum;
+    film[plane + index] += moments;
+    if (GUIDES) {
+        film[2u * plane + index] += vec4f(albedo_sum, 0.0);
+        film[3u * plane + index] += vec4f(normal_sum, 0.0);
+    }
+}

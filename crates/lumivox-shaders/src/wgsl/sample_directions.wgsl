@@ -1,0 +1,34 @@
+// For the tests: draws directions from one sampler and writes them with their density.
+
+struct SampleParams {
+    axis: vec3f,
+    // 0 environment, 1 Henyey-Greenstein about the axis, 2 cosine-weighted about the axis.
+    sampler: u32,
+    anisotropy: f32,
+    count: u32,
+    padding: vec2u,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<uniform> params: SampleParams;
+@group(0) @binding(2) var environment_map: texture_2d<f32>;
+@group(0) @binding(3) var<storage, read> environment_importance: array<ImportanceCell>;
+// Direction, and its density over solid angle.
+@group(0) @binding(4) var<storage, read_write> directions: array<vec4f>;
+
+@compute @workgroup_size(64)
+fn sample_directions(@builtin(global_invocation_id) id: vec3u) {
+    if (id.x >= params.count) {
+        return;
+    }
+    var rng = rng_new(vec2u(id.x, 0u), 0u, frame.seed);
+    if (params.sampler == 0u) {
+        let light = sample_environment(&rng);
+        directions[id.x] = vec4f(light.direction, environment_pdf(light.direction));
+        return;
+    }
+    let kind = select(DIFFUSE, PHASE, params.sampler == 1u);
+    let event = Event(kind, params.axis, params.anisotropy, vec3f(1.0));
+    let wi = event_sample(event, rng_next2(&rng));
+    directions[id.x] = vec4f(wi, event_pdf(event, wi));
+}

@@ -1,0 +1,53 @@
+// From scene-linear light to display values in [0, 1]. CPU twin: lumivox-renderer's `tone_map.rs`.
+
+const TONE_PLAIN: u32 = 0u;
+const TONE_AGX: u32 = 1u;
+const TONE_ACES: u32 = 2u;
+
+// The sRGB transfer function, IEC 61966-2-1.
+fn srgb_encode(c: vec3f) -> vec3f {
+    return select(1.055 * pow(max(c, vec3f(0.0031308)), vec3f(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3f(0.0031308));
+}
+
+// A filmic curve in the manner of AgX (T. Sobotka): mix the primaries so that bright colours fade to white, take the
+// logarithm over 16.5 stops around middle grey, apply an S-curve that keeps 0.18 at its place, unmix. Gives display
+// values already encoded.
+fn agx(c: vec3f) -> vec3f {
+    let crosstalk = 0.12;
+    let mean = (c.r + c.g + c.b) / 3.0;
+    let mixed = max(mix(c, vec3f(mean), crosstalk), vec3f(1e-10));
+    let stops = clamp((log2(mixed / 0.18) + 10.0) / 16.5, vec3f(0.0), vec3f(1.0));
+    let curved = agx_curve(stops);
+    let curved_mean = (curved.r + curved.g + curved.b) / 3.0;
+    return clamp((curved - crosstalk * curved_mean) / (1.0 - crosstalk), vec3f(0.0), vec3f(1.0));
+}
+
+// An S-curve through (pivot, middle grey encoded), slope AGX_SLOPE there, flat at both ends: x = pivot + d is sent to
+// grey + slope * d / (1 + (slope * |d| / room)^power)^(1 / power).
+fn agx_curve(x: vec3f) -> vec3f {
+    let pivot = 10.0 / 16.5;
+    let grey = 0.4613;
+    let slope = 2.35;
+    let d = x - pivot;
+    let room = select(vec3f(grey), vec3f(1.0 - grey), d >= vec3f(0.0));
+    // The power that lets the curve reach its end value at the end of the range would be infinite; this leaves 1%.
+    let power = select(vec3f(2.6), vec3f(2.2), d >= vec3f(0.0));
+    let linear = slope * d;
+    return grey + linear / pow(1.0 + pow(abs(linear) / room, power), 1.0 / power);
+}
+
+// K. Narkowicz's fit of the ACES reference rendering, 2016.
+fn aces(c: vec3f) -> vec3f {
+    let x = c * 0.6;
+    return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), vec3f(0.0), vec3f(1.0));
+}
+
+fn tone_map(c: vec3f, curve: u32, inverse_gamma: f32) -> vec3f {
+    var display: vec3f;
+    switch curve {
+        case TONE_AGX: { display = agx(c); }
+        case TONE_ACES: { display = srgb_encode(aces(c)); }
+        default: { display = srgb_encode(clamp(c, vec3f(0.0), vec3f(1.0))); }
+    }
+    return pow(display, vec3f(inverse_gamma));
+}

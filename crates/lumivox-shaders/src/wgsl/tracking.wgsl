@@ -1,0 +1,137 @@
+// Free flights and transmittance through the volumes, against local majorants.
+//
+// Delta tracking (Woodcock et al. 1965) and ratio tracking (Novak et al., "Residual Ratio Tracking", 2014) over a
+// grid of majorants walked by 3D-DDA (Amanatides and Woo 1987): a cell's majorant bounds the opacity of every point
+// in it, so tentative collisions are sampled from a piecewise constant rate and accepted with sigma_t / sigma_maj.
+
+// A ray's walk through one volume's majorant cells.
+struct March {
+    origin: vec3f,     // in voxels
+    direction: vec3f,  // in voxels per unit of t
+    t: f32,
+    t_end: f32,
+    t_next: vec3f,     // where the ray leaves its cell along each axis
+    t_delta: vec3f,    // t from one cell to the next along each axis
+    cell: i32,         // index of the cell
+    step: vec3i,       // index steps to the next cell along each axis
+    scale: f32,        // extinction per unit of t at opacity 1
+}
+
+fn march_begin(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> March {
+    var m: March;
+    m.origin = voxel_from_world(v, origin);
+    m.direction = voxel_direction(v, direction);
+    // A component of exactly 0 would turn into 0 * infinity; this one leaves the cell after any t that matters.
+    let d = select(m.direction, vec3f(1e-20), abs(m.direction) < vec3f(1e-20));
+    let inverse = 1.0 / d;
+    let a = (instances[v].clip_low - m.origin) * inverse;
+    let b = (instances[v].clip_high - m.origin) * inverse;
+    let entry = min(a, b);
+    let exit = max(a, b);
+    m.t = max(max(entry.x, entry.y), max(entry.z, 0.0));
+    m.t_end = min(min(exit.x, exit.y), min(exit.z, t_max));
+    if (m.t >= m.t_end) {
+        return m;
+    }
+    let world_scale = instances[v].world_millimetres;
+    let patient_scale = length(rotate_rows(instances[v].patient_from_world, direction));
+    m.scale = instances[v].density * select(patient_scale, world_scale, world_scale > 0.0);
+
+    let dims = vec3i(instances[v].grid_dims);
+    let stride = vec3i(1, dims.x, dims.x * dims.y);
+    let p = (m.origin + m.t * m.direction) * instances[v].cells_per_voxel;
+    let cell = clamp(vec3i(floor(p)), vec3i(0), dims - 1);
+    let forward = d > vec3f(0.0);
+    let side = vec3f(cell) + select(vec3f(0.0), vec3f(1.0), forward);
+    m.t_next = (side * instances[v].cell_size - m.origin) * inverse;
+    m.t_delta = abs(instances[v].cell_size * inverse);
+    m.cell = dot(cell, stride) + i32(instances[v].grid_offset);
+    m.step = select(-stride, stride, forward);
+    return m;
+}
+
+// Walks on until `depth` of majorant optical depth is spent. Returns the majorant at the tentative collision at
+// `m.t`, or 0 where the ray leaves the volume first.
+fn march_to_tentative(m: ptr<function, March>, depth: f32) -> f32 {
+    var rest = depth;
+    while ((*m).t < (*m).t_end) {
+        let majorant = majorants[(*m).cell] * (*m).scale;
+        let t_exit = min(min((*m).t_next.x, (*m).t_next.y), min((*m).t_next.z, (*m).t_end));
+        let available = majorant * (t_exit - (*m).t);
+        if (rest < available) {
+            (*m).t += rest / majorant;
+            return majorant;
+        }
+        rest -= max(available, 0.0);
+        (*m).t = max((*m).t, t_exit);
+        // Exactly one axis steps, or the ray could cut a corner through a cell whose majorant it never read.
+        if ((*m).t_next.x <= (*m).t_next.y && (*m).t_next.x <= (*m).t_next.z) {
+            (*m).cell += (*m).step.x;
+            (*m).t_next.x += (*m).t_delta.x;
+        } else if ((*m).t_next.y <= (*m).t_next.z) {
+            (*m).cell += (*m).step.y;
+            (*m).t_next.y += (*m).t_delta.y;
+        } else {
+            (*m).cell += (*m).step.z;
+            (*m).t_next.z += (*m).t_delta.z;
+        }
+    }
+    return 0.0;
+}
+
+struct Collision {
+    t: f32,
+    volume: u32,  // NO_VOLUME: the ray escaped
+    texel: f32,   // stored value there
+}
+
+// The first collision along a ray. Media are independent Poisson processes: a free flight is sampled in each volume,
+// and the nearest collision wins.
+fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function, Rng>) -> Collision {
+    var nearest = Collision(t_max, NO_VOLUME, 0.0);
+    for (var v = 0u; v < frame.volume_count; v++) {
+        var m = march_begin(v, origin, direction, nearest.t);
+        if (m.t >= m.t_end) {
+            continue;
+        }
+        loop {
+            let majorant = march_to_tentative(&m, -log(1.0 - rng_next(rng)));
+            if (majorant == 0.0) {
+                break;
+            }
+            let texel = sample_volume(v, m.origin + m.t * m.direction);
+            if (rng_next(rng) * majorant < opacity(v, texel) * m.scale) {
+                nearest = Collision(m.t, v, texel);
+                break;
+            }
+        }
+    }
+    return nearest;
+}
+
+// An unbiased estimate of the transmittance to t_max. Transmittances of several volumes multiply. Once little is
+// left, Russian roulette decides whether it is worth walking on.
+fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function, Rng>) -> f32 {
+    var product = 1.0;
+    for (var v = 0u; v < frame.volume_count; v++) {
+        var m = march_begin(v, origin, direction, t_max);
+        if (m.t >= m.t_end) {
+            continue;
+        }
+        loop {
+            let majorant = march_to_tentative(&m, -log(1.0 - rng_next(rng)));
+            if (majorant == 0.0) {
+                break;
+            }
+            let sigma_t = opacity(v, sample_volume(v, m.origin + m.t * m.direction)) * m.scale;
+            product *= max(1.0 - sigma_t / majorant, 0.0);
+            if (product < 0.1) {
+                if (rng_next(rng) * 0.1 >= product) {
+                    return 0.0;
+                }
+                product = 0.1;
+            }
+        }
+    }
+    return product;
+}

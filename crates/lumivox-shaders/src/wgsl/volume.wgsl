@@ -1,0 +1,108 @@
+// Reading a volume: filter, transfer function, gradient. Expects `instances`, `atlas`, `atlas_sampler`, `frame`,
+// `opacity_table` and `color_table`.
+
+// Stored value in [0, 1] at a point of voxel space. Taps clamp to the volume's own voxels, so that neighbours in the
+// atlas never leak in.
+fn sample_trilinear(v: u32, p: vec3f) -> f32 {
+    let q = clamp(p, vec3f(0.5), instances[v].dims - 0.5) + instances[v].atlas_origin;
+    return textureSampleLevel(atlas, atlas_sampler, q * frame.inverse_atlas_size, 0.0).r;
+}
+
+fn sample_nearest(v: u32, p: vec3f) -> f32 {
+    let q = clamp(floor(p), vec3f(0.0), instances[v].dims - 1.0) + instances[v].atlas_origin;
+    return textureLoad(atlas, vec3i(q), 0).r;
+}
+
+// Cubic B-spline from eight trilinear taps (Sigg and Hadwiger, "Fast Third-Order Texture Filtering", GPU Gems 2,
+// chapter 20): along each axis two taps stand for four samples.
+fn sample_tricubic(v: u32, p: vec3f) -> f32 {
+    let x = p - 0.5;
+    let i = floor(x);
+    let f = x - i;
+    let f2 = f * f;
+    let f3 = f2 * f;
+    let w0 = (1.0 - 3.0 * f + 3.0 * f2 - f3) / 6.0;
+    let w1 = (4.0 - 6.0 * f2 + 3.0 * f3) / 6.0;
+    let w3 = f3 / 6.0;
+    let g1 = 1.0 - w0 - w1;
+    let g0 = w0 + w1;
+    // Texel centres i - 1, i, i + 1, i + 2 lie at i - 0.5 ... i + 2.5; each tap between its two, by their weights.
+    let h0 = i - 0.5 + w1 / g0;
+    let h1 = i + 1.5 + w3 / g1;
+    var sum = 0.0;
+    for (var corner = 0u; corner < 8u; corner++) {
+        let high = (vec3u(corner) >> vec3u(0u, 1u, 2u)) & vec3u(1u);
+        let at = select(h0, h1, high == vec3u(1u));
+        let weight = select(g0, g1, high == vec3u(1u));
+        sum += weight.x * weight.y * weight.z * sample_trilinear(v, at);
+    }
+    return sum;
+}
+
+fn sample_volume(v: u32, p: vec3f) -> f32 {
+    if (MIXED_FILTERS) {
+        switch instances[v].filter_kind {
+            case 0u: { return sample_nearest(v, p); }
+            case 2u: { return sample_tricubic(v, p); }
+            default: {}
+        }
+    }
+    return sample_trilinear(v, p);
+}
+
+struct TableAddress {
+    index: u32,
+    fraction: f32,
+}
+
+fn table_address(v: u32, texel: f32) -> TableAddress {
+    let u = clamp(texel * instances[v].table_scale + instances[v].table_bias, 0.0, f32(TABLE_SIZE - 1u));
+    let index = min(u32(u), TABLE_SIZE - 2u);
+    return TableAddress(instances[v].table_offset + index, u - f32(index));
+}
+
+// Opacity of a stored value. An entry holds its own and the next one's opacity: one load.
+fn opacity(v: u32, texel: f32) -> f32 {
+    let a = table_address(v, texel);
+    let pair = opacity_table[a.index];
+    return mix(pair.x, pair.y, a.fraction);
+}
+
+fn color(v: u32, texel: f32) -> vec3f {
+    let a = table_address(v, texel);
+    return mix(color_table[a.index].rgb, color_table[a.index + 1u].rgb, a.fraction);
+}
+
+// Central differences over one voxel to each side, per voxel, in stored units.
+fn voxel_gradient(v: u32, p: vec3f) -> vec3f {
+    let e = vec3f(1.0, 0.0, 0.0);
+    return 0.5 * vec3f(
+        sample_volume(v, p + e.xyy) - sample_volume(v, p - e.xyy),
+        sample_volume(v, p + e.yxy) - sample_volume(v, p - e.yxy),
+        sample_volume(v, p + e.yyx) - sample_volume(v, p - e.yyx),
+    );
+}
+
+fn rotate_rows(rows: array<vec4f, 3>, d: vec3f) -> vec3f {
+    return vec3f(dot(rows[0].xyz, d), dot(rows[1].xyz, d), dot(rows[2].xyz, d));
+}
+
+fn voxel_from_world(v: u32, p: vec3f) -> vec3f {
+    let h = vec4f(p, 1.0);
+    return vec3f(
+        dot(instances[v].voxel_from_world[0], h),
+        dot(instances[v].voxel_from_world[1], h),
+        dot(instances[v].voxel_from_world[2], h),
+    );
+}
+
+fn voxel_direction(v: u32, d: vec3f) -> vec3f {
+    return rotate_rows(instances[v].voxel_from_world, d);
+}
+
+// Gradients transform with the transposed map: they are covectors.
+fn world_gradient(v: u32, g: vec3f) -> vec3f {
+    return instances[v].voxel_from_world[0].xyz * g.x
+        + instances[v].voxel_from_world[1].xyz * g.y
+        + instances[v].voxel_from_world[2].xyz * g.z;
+}

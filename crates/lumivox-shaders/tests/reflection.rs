@@ -1,0 +1,176 @@
+//! The Rust twins have the layout that the shaders see, and the bindings are declared as the shaders use them.
+
+use std::collections::HashMap;
+use std::mem::{offset_of, size_of};
+
+use lumivox_shaders::{BindingKind, Kernel, layout::*};
+
+fn module(kernel: Kernel) -> naga::Module {
+    naga::front::wgsl::parse_str(&kernel.wgsl())
+        .unwrap_or_else(|e| panic!("{kernel:?}: {}", e.emit_to_string(&kernel.wgsl())))
+}
+
+/// Offsets of a WGSL struct's members, and its size.
+fn layout_in(kernel: Kernel, name: &str) -> (HashMap<String, u32>, u32) {
+    let module = module(kernel);
+    let (_, ty) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).expect(name);
+    let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+    (members.iter().map(|m| (m.name.clone().unwrap(), m.offset)).collect(), *span)
+}
+
+macro_rules! assert_twin {
+    ($kernel:expr, $type:ident { $($field:ident),* $(,)? }) => {
+        let (offsets, size) = layout_in($kernel, stringify!($type));
+        let twin: HashMap<String, u32> =
+            [$((stringify!($field).to_owned(), offset_of!($type, $field) as u32)),*].into();
+        assert_eq!(twin, offsets, "members of {}", stringify!($type));
+        assert_eq!(size_of::<$type>() as u32, size, "size of {}", stringify!($type));
+    };
+}
+
+#[test]
+fn twins_have_the_shaders_layout() {
+    let path_trace = Kernel::PathTrace(Default::default());
+    assert_twin!(
+        path_trace,
+        Frame {
+            camera_position,
+            seed,
+            camera_right,
+            volume_count,
+            camera_up,
+            sample_begin,
+            camera_forward,
+            sample_end,
+            image_size,
+            film_origin,
+            film_size,
+            row_begin,
+            row_end,
+            inverse_atlas_size,
+            environment_strength,
+            environment_rotation,
+            environment_size,
+            importance_size,
+            roulette_start,
+            padding,
+        }
+    );
+    assert_twin!(
+        path_trace,
+        Instance {
+            voxel_from_world,
+            patient_from_world,
+            patient_gradient_from_voxel,
+            clip_low,
+            density,
+            clip_high,
+            albedo,
+            atlas_origin,
+            anisotropy,
+            dims,
+            max_bounces,
+            grid_dims,
+            grid_offset,
+            cell_size,
+            cells_per_voxel,
+            table_scale,
+            table_bias,
+            table_offset,
+            filter_kind,
+            value_per_texel,
+            world_millimetres,
+            surface_strength,
+            surface_inverse_gradient,
+            surface_lobe_anisotropy,
+            surface_specular,
+        }
+    );
+    assert_twin!(path_trace, ImportanceCell { threshold, alias_index, density, padding });
+    assert_twin!(
+        Kernel::MajorantGrid,
+        MajorantParams {
+            cell_count,
+            range_offset,
+            majorant_offset,
+            row_length,
+            table_scale,
+            table_bias,
+            padding,
+        }
+    );
+    assert_twin!(
+        Kernel::Display,
+        DisplayParams { background, background_kind, exposure_scale, tone_operator, inverse_gamma, padding }
+    );
+    assert_twin!(Kernel::SampleDirections, SampleParams { axis, sampler, anisotropy, count, padding });
+}
+
+#[test]
+fn bindings_and_workgroups_are_as_declared() {
+    use naga::{AddressSpace, ImageClass, ImageDimension, StorageAccess, TypeInner};
+    for kernel in Kernel::all() {
+        let module = module(kernel);
+        let mut found: Vec<(u32, BindingKind)> = module
+            .global_variables
+            .iter()
+            .filter_map(|(_, variable)| {
+                let binding = variable.binding.as_ref()?;
+                assert_eq!(binding.group, 0);
+                let kind = match (variable.space, &module.types[variable.ty].inner) {
+                    (AddressSpace::Uniform, _) => BindingKind::Uniform,
+                    (AddressSpace::Storage { access }, _) if access.contains(StorageAccess::STORE) => {
+                        BindingKind::StorageReadWrite
+                    }
+                    (AddressSpace::Storage { .. }, _) => BindingKind::StorageRead,
+                    (_, TypeInner::Sampler { .. }) => BindingKind::LinearSampler,
+                    (
+                        _,
+                        TypeInner::Image {
+                            dim: ImageDimension::D3, class: ImageClass::Sampled { .. }, ..
+                        },
+                    ) => BindingKind::Texture3dFiltered,
+                    (_, TypeInner::Image { dim: ImageDimension::D2, .. }) => BindingKind::Texture2dLoaded,
+                    other => panic!("{kernel:?}: unexpected global {other:?}"),
+                };
+                Some((binding.binding, kind))
+            })
+            .collect();
+        found.sort_by_key(|(index, _)| *index);
+        let declared: Vec<_> = (0..).zip(kernel.bindings().iter().copied()).collect();
+        assert_eq!(found, declared, "{kernel:?}");
+        let entry = &module.entry_points[0];
+        assert_eq!(entry.name, kernel.entry_point());
+        let [x, y] = kernel.workgroup_size();
+        assert_eq!(entry.workgroup_size, [x, y, 1], "{kernel:?}");
+    }
+}
+
+#[test]
+fn every_kernel_becomes_spirv_1_3_hlsl_and_msl() {
+    use naga::back::{hlsl, msl, spv};
+    for kernel in Kernel::all() {
+        let module = module(kernel);
+        // No capability beyond WebGPU's baseline.
+        let mut validator = naga::valid::Validator::new(
+            naga::valid::ValidationFlags::all(),
+            naga::valid::Capabilities::empty(),
+        );
+        let info = validator.validate(&module).unwrap_or_else(|e| panic!("{kernel:?}: {e:?}"));
+
+        let options = spv::Options { lang_version: (1, 3), ..Default::default() };
+        let words = spv::write_vec(&module, &info, &options, None).unwrap();
+        assert_eq!(words[0], 0x0723_0203, "SPIR-V's magic number");
+
+        let mut text = String::new();
+        let options = hlsl::Options { fake_missing_bindings: true, ..Default::default() };
+        let pipeline = hlsl::PipelineOptions::default();
+        hlsl::Writer::new(&mut text, &options, &pipeline).write(&module, &info, None).unwrap();
+        assert!(text.contains(kernel.entry_point()));
+
+        let options = msl::Options { fake_missing_bindings: true, ..Default::default() };
+        let (text, _) =
+            msl::write_string(&module, &info, &options, &msl::PipelineOptions::default()).unwrap();
+        assert!(text.contains(kernel.entry_point()));
+    }
+}

@@ -1,0 +1,260 @@
+//! A whole image without a window: progress, cancel, and what was rendered so far.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use lumivox_core::{PerspectiveCamera, Scene};
+use lumivox_renderer::{Film, LightSampling, Recording, SceneCache, View, ViewSettings};
+
+use crate::error::{GpuError, HeadlessError};
+use crate::gpu::Gpu;
+
+/// What to render.
+#[derive(Clone, Copy, Debug)]
+pub struct RenderRequest {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Samples per pixel; the image is complete when it has them.
+    pub samples: u32,
+    /// The image is complete, too, when so much time has gone into it.
+    pub time: Option<Duration>,
+    /// Chooses the random numbers.
+    pub seed: u32,
+    /// Whether the film also holds first-hit albedo and normal.
+    pub guides: bool,
+    /// How paths find the light.
+    pub light_sampling: LightSampling,
+    /// Side of a majorant cell in voxels, where the default is not wanted.
+    pub cell_size: Option<usize>,
+}
+
+impl RenderRequest {
+    /// An image of `samples` samples per pixel.
+    pub fn new(width: u32, height: u32, samples: u32) -> Self {
+        Self {
+            width,
+            height,
+            samples,
+            time: None,
+            seed: 0,
+            guides: false,
+            light_sampling: LightSampling::Auto,
+            cell_size: None,
+        }
+    }
+}
+
+/// How far a render is.
+#[derive(Clone, Copy, Debug)]
+pub struct RenderProgress {
+    /// Samples of the average pixel.
+    pub samples: f64,
+    /// Samples asked for.
+    pub target: u32,
+    /// Time since tracing began.
+    pub elapsed: Duration,
+    /// Time until the image is complete, by what it took so far.
+    pub left: Duration,
+    /// Relative noise at the last look (see [`Film::noise`]).
+    pub noise: Option<f64>,
+}
+
+/// How a render ended.
+#[derive(Clone, Debug)]
+pub enum Outcome {
+    /// As asked for.
+    Complete,
+    /// The progress callback stopped it.
+    Stopped,
+    /// The GPU failed; the film is the last that came back.
+    Failed(GpuError),
+}
+
+/// An image, finished or as far as it came.
+#[derive(Debug)]
+pub struct Rendered {
+    /// The sums.
+    pub film: Film,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Time spent on uploads and majorants.
+    pub prepare: Duration,
+    /// Time spent tracing, read-backs left out.
+    pub trace: Duration,
+}
+
+/// The time one submission may take: short enough for Ctrl-C and a shared desktop, long enough to keep the GPU busy.
+const SUBMISSION: Duration = Duration::from_millis(120);
+
+/// The first submission's pixel samples; later ones follow the speed measured.
+const FIRST_SUBMISSION: u64 = 1 << 14;
+
+/// Least time between two looks at the film while rendering.
+const LOOK_EVERY: Duration = Duration::from_secs(4);
+
+/// Renders a scene; `on_progress` is called a few times a second and may stop it.
+///
+/// # Errors
+/// [`HeadlessError`] when nothing was rendered. A failure later is the [`Rendered::outcome`], with the film so far.
+pub fn render(
+    gpu: &mut Gpu,
+    scene: &Scene,
+    camera: &PerspectiveCamera,
+    request: &RenderRequest,
+    on_progress: &mut dyn FnMut(&RenderProgress) -> ControlFlow<()>,
+) -> Result<Rendered, HeadlessError> {
+    let begin = Instant::now();
+    let mut cache = SceneCache::new(gpu.executor.limits());
+    cache.set_light_sampling(request.light_sampling);
+    cache.set_cell_size(request.cell_size);
+    let mut recording = Recording::new();
+    cache.update(scene, &mut recording)?;
+    let mut views = windows(request, &cache, &mut recording)?;
+    gpu.executor.execute(&recording)?;
+    gpu.executor.wait()?;
+    drop(recording);
+    let prepare = begin.elapsed();
+
+    let mut film = Film::new(request.width, request.height, request.guides);
+    let mut tracing = Tracing {
+        begin: Instant::now(),
+        trace: Duration::ZERO,
+        pixel_samples: 0,
+        budget: FIRST_SUBMISSION,
+        last_look: Instant::now(),
+        noise: None,
+    };
+    let outcome = match tracing.run(gpu, &cache, &mut views, camera, request, &mut film, on_progress) {
+        Ok(outcome) => outcome,
+        Err(error) => Outcome::Failed(error),
+    };
+    if !matches!(outcome, Outcome::Failed(_)) {
+        let read = read_film(gpu, &views, &mut film);
+        if let Err(error) = read {
+            return Ok(Rendered { film, outcome: Outcome::Failed(error), prepare, trace: tracing.trace });
+        }
+    }
+    let mut recording = Recording::new();
+    views.into_iter().for_each(|view| view.free(&mut recording));
+    cache.free(&mut recording);
+    // A device that is gone has freed everything already.
+    let _ = gpu.executor.execute(&recording);
+    Ok(Rendered { film, outcome, prepare, trace: tracing.trace })
+}
+
+/// Views that together hold the image, each small enough for the device: bands of rows, and of columns where a row
+/// alone is too long.
+fn windows(
+    request: &RenderRequest,
+    cache: &SceneCache,
+    recording: &mut Recording,
+) -> Result<Vec<View>, HeadlessError> {
+    let whole = ViewSettings {
+        seed: request.seed,
+        guides: request.guides,
+        ..ViewSettings::new(request.width, request.height)
+    };
+    let pixels = cache.limits().max_storage_binding / whole.bytes_per_pixel();
+    let width = u64::from(request.width.max(1)).min(pixels).max(1);
+    let height = (pixels / width).clamp(1, u64::from(request.height.max(1)));
+    let mut views = vec![];
+    let (width, height) = (width as u32, height as u32);
+    for y in (0..request.height.max(1)).step_by(height as usize) {
+        for x in (0..request.width.max(1)).step_by(width as usize) {
+            let size =
+                [width.min(request.width.saturating_sub(x)), height.min(request.height.saturating_sub(y))];
+            let settings = ViewSettings { window_origin: [x, y], window_size: size, ..whole };
+            views.push(View::new(settings, cache, recording)?);
+        }
+    }
+    Ok(views)
+}
+
+fn read_film(gpu: &mut Gpu, views: &[View], film: &mut Film) -> Result<(), GpuError> {
+    for view in views {
+        let mut recording = Recording::new();
+        view.record_read_film(&mut recording);
+        for read_back in gpu.executor.execute(&recording)? {
+            let bytes = read_back.wait()?;
+            film.insert(view.settings().window_origin, view.settings().window_size, &bytes);
+        }
+    }
+    gpu.check()
+}
+
+struct Tracing {
+    begin: Instant,
+    trace: Duration,
+    pixel_samples: u64,
+    budget: u64,
+    last_look: Instant,
+    noise: Option<f64>,
+}
+
+impl Tracing {
+    #[expect(clippy::too_many_arguments, reason = "the loop's whole state, used once")]
+    fn run(
+        &mut self,
+        gpu: &mut Gpu,
+        cache: &SceneCache,
+        views: &mut [View],
+        camera: &PerspectiveCamera,
+        request: &RenderRequest,
+        film: &mut Film,
+        on_progress: &mut dyn FnMut(&RenderProgress) -> ControlFlow<()>,
+    ) -> Result<Outcome, GpuError> {
+        loop {
+            let submitted = Instant::now();
+            let mut recording = Recording::new();
+            // The window that is furthest behind is next, so that an unfinished image is evenly unfinished.
+            let behind = views.iter_mut().min_by_key(|v| v.samples()).expect("an image has a window");
+            let recorded = behind.record_samples(cache, camera, request.samples, self.budget, &mut recording);
+            if recorded == 0 {
+                return Ok(Outcome::Complete);
+            }
+            gpu.executor.execute(&recording)?;
+            gpu.executor.wait()?;
+            gpu.check()?;
+            let took = submitted.elapsed();
+            self.trace += took;
+            self.pixel_samples += recorded;
+            self.adapt(recorded, took);
+
+            if on_progress(&self.progress(request)).is_break() {
+                return Ok(Outcome::Stopped);
+            }
+            if request.time.is_some_and(|limit| self.begin.elapsed() >= limit) {
+                return Ok(Outcome::Complete);
+            }
+            if self.last_look.elapsed() >= LOOK_EVERY {
+                read_film(gpu, views, film)?;
+                self.noise = film.noise();
+                self.last_look = Instant::now();
+            }
+        }
+    }
+
+    /// Aims the next submission at its time; at most doubles, for the first ones tell little.
+    fn adapt(&mut self, recorded: u64, took: Duration) {
+        let per_second = recorded as f64 / took.as_secs_f64().max(1e-6);
+        let wanted = (per_second * SUBMISSION.as_secs_f64()) as u64;
+        self.budget = wanted.clamp(1024, self.budget.max(recorded) * 2);
+    }
+
+    fn progress(&self, request: &RenderRequest) -> RenderProgress {
+        let pixels = f64::from(request.width) * f64::from(request.height);
+        let samples = self.pixel_samples as f64 / pixels;
+        let elapsed = self.begin.elapsed();
+        let by_samples = elapsed.as_secs_f64() / samples.max(1e-9) * (f64::from(request.samples) - samples);
+        let by_time = request.time.map_or(f64::INFINITY, |t| t.saturating_sub(elapsed).as_secs_f64());
+        RenderProgress {
+            samples,
+            target: request.samples,
+            elapsed,
+            left: Duration::from_secs_f64(by_samples.clamp(0.0, 1e9).min(by_time)),
+            noise: self.noise,
+        }
+    }
+}

@@ -1,0 +1,120 @@
+# Shared by script/run and script/test: what a machine needs before it can build and render.
+# Runs under bash 3.2 too, which macOS has.
+
+say() { printf '==> %s\n' "$*"; }
+die() { printf 'error: %s\n' "$*" >&2; exit 1; }
+
+RUST_VERSION=1.95
+
+# Leaves a usable `cargo` in PATH, or says how to get one.
+need_rust() {
+    if ! command -v cargo >/dev/null 2>&1 && [ -x "$HOME/.cargo/bin/cargo" ]; then
+        PATH="$HOME/.cargo/bin:$PATH"
+        export PATH
+    fi
+    local install="curl --proto '=https' --tlsv1.2 -sSf https://sh.rustup.rs | sh -s -- -y --default-toolchain $RUST_VERSION.0"
+    command -v cargo >/dev/null 2>&1 || die "Rust is not installed. Install it with
+    $install
+and run this script again in a new shell."
+    local version oldest
+    version=$(cargo --version </dev/null | cut -d' ' -f2) || die "'cargo --version' fails; repair the Rust toolchain."
+    oldest=$(printf '%s\n%s\n' "$RUST_VERSION" "${version%%-*}" | sort -t. -k1,1n -k2,2n | head -n 1)
+    [ "$oldest" = "$RUST_VERSION" ] || die "Rust $version is too old, Lumivox needs $RUST_VERSION. Update it with
+    rustup update
+or, without rustup, with
+    $install"
+}
+
+has_vulkan_loader() {
+    # Not grep -q: it stops reading, and pipefail would take ldconfig's broken pipe for an answer.
+    { ldconfig -p || /sbin/ldconfig -p; } 2>/dev/null | grep 'libvulkan\.so\.1' >/dev/null
+}
+
+# Whether a Vulkan driver whose manifest matches the pattern $1 is installed.
+has_vulkan_driver() {
+    [ -z "${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-}" ] || return 0
+    local folder manifest
+    for folder in /usr/share/vulkan/icd.d /usr/local/share/vulkan/icd.d /etc/vulkan/icd.d "$HOME/.local/share/vulkan/icd.d"; do
+        for manifest in "$folder"/$1; do
+            [ ! -e "$manifest" ] || return 0
+        done
+    done
+    return 1
+}
+
+has_gpu() {
+    local device
+    for device in /dev/dri/renderD* /dev/nvidia0 /dev/dxg; do
+        [ ! -e "$device" ] || return 0
+    done
+    return 1
+}
+
+# Fills MISSING (Debian packages) and REASONS with what this Linux lacks.
+find_missing() {
+    MISSING=
+    REASONS=
+    lack() {
+        MISSING="$MISSING $1"
+        REASONS="$REASONS
+    $1: $2"
+    }
+    if ! command -v cc >/dev/null 2>&1 || ! command -v c++ >/dev/null 2>&1; then
+        lack build-essential "a linker, and a C++ compiler for the JPEG decoders"
+    fi
+    command -v cmake >/dev/null 2>&1 || lack cmake "builds the JPEG-LS decoder"
+    has_vulkan_loader || lack libvulkan1 "the Vulkan loader"
+    if has_gpu; then
+        has_vulkan_driver '*.json' || lack mesa-vulkan-drivers "Vulkan drivers, in hardware (AMD, Intel) and in software"
+    else
+        has_vulkan_driver 'lvp_icd*.json' || lack mesa-vulkan-drivers "Vulkan in software, as this machine shows no GPU"
+    fi
+    # crates.io is reached over HTTPS.
+    [ -e /etc/ssl/certs/ca-certificates.crt ] || [ ! -e /etc/debian_version ] || lack ca-certificates "downloads over HTTPS"
+}
+
+# Installs what is missing; asks nothing, and says what to do where it lacks the rights.
+need_packages() {
+    case "$(uname -s)" in
+        Linux) ;;
+        Darwin)
+            xcode-select -p >/dev/null 2>&1 || die "The command line tools are missing. Install them with
+    xcode-select --install"
+            command -v cmake >/dev/null 2>&1 || die "cmake is missing (it builds the JPEG-LS decoder). Install it with
+    brew install cmake"
+            return 0
+            ;;
+        *) return 0 ;;
+    esac
+    find_missing
+    [ -n "$MISSING" ] || return 0
+    say "This machine lacks:$REASONS"
+    local root=
+    if ! command -v apt-get >/dev/null 2>&1; then
+        die "Install these, or what your system calls them, and run this script again:$MISSING"
+    elif [ "$(id -u)" -eq 0 ]; then
+        root=env
+    elif command -v sudo >/dev/null 2>&1 && sudo -n true 2>/dev/null </dev/null; then
+        root="sudo -n env"
+    else
+        die "Installing them needs root. Run
+    sudo apt-get update && sudo apt-get install -y --no-install-recommends$MISSING
+and then this script again."
+    fi
+    say "Installing$MISSING"
+    local log
+    log=$(mktemp)
+    # Unquoted on purpose: both are lists of words.
+    # shellcheck disable=SC2086
+    if ! {
+        $root DEBIAN_FRONTEND=noninteractive apt-get update -q &&
+            $root DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $MISSING
+    } >"$log" 2>&1 </dev/null; then
+        tail -n 20 "$log" >&2
+        rm -f "$log"
+        die "apt-get could not install:$MISSING"
+    fi
+    rm -f "$log"
+    find_missing
+    [ -z "$MISSING" ] || die "Still missing after the installation:$REASONS"
+}
