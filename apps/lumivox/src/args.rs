@@ -51,7 +51,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render scans to a PNG
-    #[command(after_help = [RENDER_EXAMPLES, EXIT_CODES].concat())]
+    #[command(after_help = [RENDER_EXAMPLES, EXIT_CODES].concat(), allow_negative_numbers = true)]
     Render(Box<RenderArgs>),
     /// Say what a scan holds: geometry, values, a suggested preset; never the patient's name
     #[command(after_help = EXIT_CODES)]
@@ -75,8 +75,8 @@ pub struct InputArgs {
     /// DICOM series to take: its UID, number, or place in 'lumivox info' [default: the one with the most voxels]
     #[arg(long, value_name = "SERIES")]
     pub series: Option<String>,
-    /// Layout of RAW files: size, sample type, then any of spacing (mm), header (bytes), slope, intercept, modality,
-    /// such as 256x256x108:i16le:spacing=0.957,0.957,1.5 [default: from a file beside it, or from its name]
+    /// Layout of the scans, which are RAW: size, sample type, then any of spacing (mm), header (bytes), slope,
+    /// intercept, modality: 256x256x108:i16le:spacing=0.9,0.9,1.5 [default: from a file beside it, or its name]
     #[arg(long, value_name = "LAYOUT")]
     pub raw: Option<RawDescription>,
 }
@@ -104,7 +104,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FRACTION", help_heading = "Look", value_parser = number(0.0, 1.0))]
     pub albedo: Option<f64>,
     /// Henyey-Greenstein mean cosine g, -0.99 to 0.99; positive scatters forward [default: the preset's]
-    #[arg(long, value_name = "G", help_heading = "Look", allow_negative_numbers = true, value_parser = number(-0.99, 0.99))]
+    #[arg(long, value_name = "G", help_heading = "Look", value_parser = number(-0.99, 0.99))]
     pub anisotropy: Option<f64>,
     /// Most scatterings along a path, 1 to 1000 [default: the preset's]
     #[arg(long, value_name = "N", help_heading = "Look", value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -120,10 +120,10 @@ pub struct RenderArgs {
     pub clip: Option<Clip>,
 
     /// Degrees the camera turns around the patient; 0 sees the face, 90 the patient's left
-    #[arg(long, value_name = "DEGREES", help_heading = "Camera", allow_negative_numbers = true, default_value = "0", value_parser = number(-3600.0, 3600.0))]
+    #[arg(long, value_name = "DEGREES", help_heading = "Camera", default_value = "0", value_parser = number(-3600.0, 3600.0))]
     pub azimuth: f64,
     /// Degrees the camera rises, -90 to 90
-    #[arg(long, value_name = "DEGREES", help_heading = "Camera", allow_negative_numbers = true, default_value = "0", value_parser = number(-90.0, 90.0))]
+    #[arg(long, value_name = "DEGREES", help_heading = "Camera", default_value = "0", value_parser = number(-90.0, 90.0))]
     pub elevation: f64,
     /// How many times closer than where everything fits
     #[arg(long, value_name = "FACTOR", help_heading = "Camera", default_value = "1", value_parser = number(1e-3, 1e3))]
@@ -145,7 +145,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FACTOR", help_heading = "Light", default_value = "1", value_parser = number(0.0, 1e6))]
     pub environment_strength: f64,
     /// Degrees the light turns around the vertical, as --azimuth turns the camera
-    #[arg(long, value_name = "DEGREES", help_heading = "Light", allow_negative_numbers = true, default_value = "0", value_parser = number(-3600.0, 3600.0))]
+    #[arg(long, value_name = "DEGREES", help_heading = "Light", default_value = "0", value_parser = number(-3600.0, 3600.0))]
     pub environment_rotation: f64,
 
     /// Width and height in pixels
@@ -161,7 +161,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", help_heading = "Image", default_value = "0")]
     pub seed: u32,
     /// Stops brighter (or darker, if negative)
-    #[arg(long, value_name = "EV", help_heading = "Image", allow_negative_numbers = true, default_value = "0", value_parser = number(-32.0, 32.0))]
+    #[arg(long, value_name = "EV", help_heading = "Image", default_value = "0", value_parser = number(-32.0, 32.0))]
     pub exposure: f64,
     /// How light becomes pixels: agx and aces are filmic, plain clips
     #[arg(long, help_heading = "Image", default_value = "agx")]

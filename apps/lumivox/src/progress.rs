@@ -8,9 +8,13 @@ use std::{
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lumivox_core::{Progress, Stage};
+use lumivox_wgpu::RenderProgress;
 
 /// Seconds between two lines about the same work where there is no terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(10);
+
+/// Work that took less needs no line of its own.
+const WORTH_SAYING: Duration = Duration::from_secs(1);
 
 /// Talks to the user on stderr.
 #[derive(Clone, Copy, Debug)]
@@ -62,32 +66,23 @@ impl Reporter {
     }
 }
 
-/// How far the tracing is.
-#[derive(Clone, Copy, Debug)]
-pub struct TracingStatus {
-    /// Samples per pixel so far.
-    pub samples: u32,
-    /// Fraction of the work that is done, 0 to 1.
-    pub fraction: f64,
-    /// Estimated standard error relative to the image's mean, once there is one.
-    pub noise: Option<f64>,
-}
-
 /// The line about the tracing; nothing when quiet.
 pub struct TracingLine(Option<Line>);
 
 impl TracingLine {
-    /// Shows a new state.
-    pub fn update(&mut self, status: TracingStatus) {
+    /// Shows how far it is.
+    pub fn update(&mut self, progress: &RenderProgress) {
         let Some(line) = &mut self.0 else { return };
-        let mut words = format!("{} samples", status.samples);
-        if let Some(noise) = status.noise {
+        let mut words = format!("{:.0} samples", progress.samples);
+        if let Some(noise) = progress.noise {
             words += &format!(", noise {:.1}%", noise * 100.0);
         }
-        if let Some(left) = time_left(line.start.elapsed(), status.fraction) {
-            words += &format!(", {} left", human_duration(left));
+        // The first pace means little.
+        if progress.elapsed > Duration::from_millis(500) {
+            words += &format!(", {} left", human_duration(progress.left));
         }
-        line.update((status.fraction.clamp(0.0, 1.0) * 1000.0) as u64, 1000, &words);
+        let (elapsed, left) = (progress.elapsed.as_secs_f64(), progress.left.as_secs_f64());
+        line.update((elapsed / (elapsed + left).max(1e-9) * 1000.0) as u64, 1000, &words);
     }
 
     /// Leaves the last state on screen.
@@ -96,14 +91,6 @@ impl TracingLine {
             line.finish();
         }
     }
-}
-
-/// Time left at the pace so far; `None` until the pace means something.
-fn time_left(elapsed: Duration, fraction: f64) -> Option<Duration> {
-    let left = elapsed.as_secs_f64() * (1.0 - fraction) / fraction;
-    (fraction > 0.0 && elapsed > Duration::from_millis(500))
-        .then(|| Duration::try_from_secs_f64(left).ok())
-        .flatten()
 }
 
 /// `7 s`, `2 min 5 s`, `1 h 3 min`.
@@ -142,7 +129,10 @@ impl Line {
             words.clone_into(&mut self.words);
         }
         if let Some(bar) = &self.bar {
-            bar.set_length(total);
+            // Each of these may draw: a length that moves along would make the bar jump.
+            if bar.length() != Some(total) {
+                bar.set_length(total);
+            }
             bar.set_position(done);
             if !words.is_empty() {
                 bar.set_message(words.to_owned());
@@ -156,14 +146,15 @@ impl Line {
     }
 
     fn finish(self) {
+        // What was left a moment ago is not worth keeping on screen.
+        let words = match self.words.rsplit_once(", ") {
+            Some((before, last)) if last.ends_with(" left") => before.to_owned(),
+            _ => self.words,
+        };
         if let Some(bar) = self.bar {
+            bar.set_message(words);
             bar.abandon();
-        } else {
-            let mut words = self.words;
-            // What is left is not worth saying at the end.
-            if let Some(end) = words.rfind(", ").filter(|_| words.ends_with(" left")) {
-                words.truncate(end);
-            }
+        } else if self.start.elapsed() >= WORTH_SAYING {
             let gap = if words.is_empty() { "" } else { ", " };
             eprintln!("{}: done in {:.1} s{gap}{words}", self.label, self.start.elapsed().as_secs_f64());
         }
@@ -181,13 +172,5 @@ mod tests {
             [read(0.2), read(59.4), read(125.0), read(3780.0)],
             ["0 s", "59 s", "2 min 5 s", "1 h 3 min"]
         );
-    }
-
-    #[test]
-    fn time_left_follows_the_pace() {
-        let second = Duration::from_secs(1);
-        assert_eq!(time_left(second, 0.25), Some(3 * second));
-        assert_eq!(time_left(second, 0.0), None);
-        assert_eq!(time_left(Duration::from_millis(1), 0.5), None);
     }
 }

@@ -1,85 +1,108 @@
-//! The way to the GPU: everything above this file is plain data, everything below is an executor.
+//! The way to the GPU: everything above this file is plain data, everything below is `lumivox-wgpu`.
 
-use std::time::Duration;
+use std::{ops::ControlFlow, time::Duration};
 
 use lumivox_core::{CancelToken, PerspectiveCamera, Scene};
-use lumivox_renderer::DisplaySettings;
+use lumivox_renderer::{DisplaySettings, Film};
+use lumivox_wgpu::{Gpu, GpuDescription, GpuError, HeadlessError, Outcome, RenderRequest};
 
 use crate::{
-    args::Size,
     exit::{Exit, Failure},
     output::Picture,
-    progress::TracingStatus,
+    progress::Reporter,
 };
 
-/// What to trace.
-#[derive(Debug)]
-pub struct Request {
-    /// Volumes and light.
-    pub scene: Scene,
-    /// From where.
-    pub camera: PerspectiveCamera,
-    /// Pixels.
-    pub size: Size,
-    /// When to stop.
-    pub stop: Stop,
-    /// Seed of the random numbers.
-    pub seed: u32,
-    /// Radiance to pixels.
-    pub display: DisplaySettings,
-    /// A part of the name of the GPU to take.
-    pub gpu: Option<String>,
-}
-
-/// When tracing ends.
-#[derive(Clone, Copy, Debug)]
-pub enum Stop {
-    /// After so many paths per pixel.
-    Samples(u32),
-    /// After so long, but not before the first sample.
-    Time(Duration),
-}
-
-/// What came out; possibly fewer samples than asked for, if it was cancelled.
+/// What came out, finished or as far as it came.
 #[derive(Debug)]
 pub struct Traced {
-    /// The picture so far.
-    pub picture: Picture,
-    /// Samples per pixel in it.
+    film: Film,
+    /// Samples of the pixel that has the fewest.
     pub samples: u32,
+    /// Why it is not finished, if it is not.
+    pub cut_short: Option<Failure>,
 }
 
-/// A GPU, or a CPU that acts as one.
-#[derive(Clone, Debug)]
-pub struct Adapter {
-    /// Its maker's name for it.
-    pub name: String,
-    /// Kind, API and driver, for people.
-    pub detail: String,
-    /// Whether it is a CPU.
-    pub software: bool,
+impl Traced {
+    /// The picture so far.
+    pub fn picture(&self, display: &DisplaySettings, scene: &Scene, camera: &PerspectiveCamera) -> Picture {
+        let [width, height] = self.film.size();
+        let rgba = display.pixels(&self.film, &scene.environment, camera).into_flattened();
+        Picture { width, height, rgba }
+    }
 }
 
-/// What can render here, the one taken by default first.
-pub fn adapters() -> Result<Vec<Adapter>, Failure> {
-    Err(not_built())
-}
-
-/// Traces until done or cancelled, and keeps what there is in both cases. `say` gets lines for the user, such as the
-/// name of the GPU.
+/// Traces until done or cancelled, and keeps what there is in both cases.
 ///
 /// # Errors
-/// [`Exit::Gpu`] when there is no usable GPU, or it was lost before the first sample.
+/// [`Exit::Gpu`] when there is no usable GPU, or it was lost before anything came back; [`Exit::Failure`] when the
+/// scene does not fit it; [`Exit::Interrupted`] when nothing was rendered yet.
 pub fn trace(
-    request: &Request,
-    say: &dyn Fn(&str),
-    progress: &mut dyn FnMut(TracingStatus),
+    scene: &Scene,
+    camera: &PerspectiveCamera,
+    request: &RenderRequest,
+    gpu: Option<&str>,
+    reporter: Reporter,
     cancel: &CancelToken,
 ) -> Result<Traced, Failure> {
-    let _ = (request, say, progress, cancel);
-    Err(not_built())
+    let mut gpu = Gpu::open(gpu).map_err(gpu_failure)?;
+    reporter.say(&format!("tracing on {}", describe(&gpu.description)));
+    let mut line = reporter.tracing();
+    let rendered = lumivox_wgpu::render(&mut gpu, scene, camera, request, &mut |progress| {
+        line.update(progress);
+        if cancel.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })
+    .map_err(|error| match error {
+        HeadlessError::Gpu(error) => gpu_failure(error),
+        error => Failure::other(error.to_string()),
+    })?;
+    line.finish();
+
+    let samples = rendered.film.min_samples();
+    let cut_short = match rendered.outcome {
+        Outcome::Complete => None,
+        Outcome::Stopped => Some(Failure::new(Exit::Interrupted, "Stopped early.")),
+        Outcome::Failed(error) => Some(gpu_failure(error)),
+    };
+    match cut_short {
+        Some(failure) if is_blank(&rendered.film) => {
+            Err(Failure { message: format!("{} Nothing was rendered yet.", failure.message), ..failure })
+        }
+        cut_short => {
+            reporter.say(&summary(&rendered.film, samples, rendered.prepare, rendered.trace));
+            Ok(Traced { film: rendered.film, samples, cut_short })
+        }
+    }
 }
 
-fn not_built() -> Failure {
-    Failure::new(Exit::Gpu, "this build has no GPU executor")
+fn is_blank(film: &Film) -> bool {
+    let [width, height] = film.size();
+    (0..width as usize * height as usize).all(|pixel| film.samples(pixel) == 0.0)
+}
+
+fn summary(film: &Film, samples: u32, prepare: Duration, trace: Duration) -> String {
+    let mut text = format!(
+        "prepared in {:.2} s, {samples} samples in {:.2} s: {:.2} ms per sample",
+        prepare.as_secs_f64(),
+        trace.as_secs_f64(),
+        trace.as_secs_f64() * 1e3 / f64::from(samples.max(1)),
+    );
+    if let Some(noise) = film.noise() {
+        text += &format!(", noise {:.1}%", noise * 100.0);
+    }
+    text
+}
+
+/// `NVIDIA H200 (Vulkan, 580.1)`.
+pub fn describe(gpu: &GpuDescription) -> String {
+    let kind = if gpu.software { ", software" } else { "" };
+    format!("{} ({}, {}{kind})", gpu.name, gpu.backend, gpu.driver)
+}
+
+fn gpu_failure(error: GpuError) -> Failure {
+    let hint = match error {
+        GpuError::NoAdapter | GpuError::Unsuitable { .. } => "\n'lumivox doctor' says what to install.",
+        GpuError::Lost(_) => "\nTry a smaller --size or fewer --bounces.",
+        _ => "",
+    };
+    Failure::new(Exit::Gpu, format!("{error}{hint}"))
 }

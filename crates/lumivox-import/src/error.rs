@@ -47,6 +47,14 @@ pub enum ImportError {
         /// Bytes there.
         actual: u64,
     },
+    /// The file's structure is broken.
+    #[error("{path}: {problem}. The file is damaged or cut short; copy or export it again", path = path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, as a verb phrase: `ends in the middle of its header`.
+        problem: String,
+    },
     /// The content is understood, but cannot be shown as a volume.
     #[error("{path}: {what}. {remedy}", path = path.display())]
     Unsupported {

@@ -5,25 +5,32 @@
 //!
 //! Nothing a file says is believed before it is checked: sizes against what is there, numbers for being finite.
 
+mod dicom;
+mod environment_file;
 mod error;
 mod format;
 mod metaimage;
 mod nifti;
 mod nrrd;
 mod payload;
+mod radiance;
 mod raw;
 mod report;
 mod sample;
 mod scan;
 mod text_header;
+mod transfer_function_file;
 
 use std::path::{Path, PathBuf};
 
+pub use environment_file::load_environment;
 pub use error::ImportError;
+use format::Format;
 use lumivox_core::{CancelToken, Progress, Volume};
 pub use raw::{RawDescription, RawDescriptionError, load_raw};
 pub use report::{ImportReport, SeriesSummary, SkippedFile};
 pub use sample::{SampleType, UnknownSampleType};
+pub use transfer_function_file::{load_transfer_function, save_transfer_function};
 
 /// What to load when there is a choice.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +39,8 @@ pub struct ImportOptions {
     /// A DICOM SeriesInstanceUID, series number, or 1-based position in [`ImportReport::series`]; `None` takes the
     /// series with the most voxels.
     pub series: Option<String>,
+    /// What the bytes of a file mean that no other reader knows.
+    pub raw: Option<RawDescription>,
 }
 
 /// A scan and what became of its files.
@@ -42,4 +51,70 @@ pub struct Imported {
     pub volume: Volume,
     /// How it was read.
     pub report: ImportReport,
+}
+
+/// Loads the volume in `paths`: one file of any format, a folder, a zip archive, or several DICOM files.
+///
+/// A folder is a DICOM study with all that is in it; one without any DICOM may hold one volume of another format. Of
+/// several series the one with the most voxels is loaded, unless [`ImportOptions::series`] names another.
+///
+/// # Errors
+/// [`ImportError`] names the file, what is wrong and what to do.
+pub fn load(
+    paths: &[PathBuf],
+    options: &ImportOptions,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Imported, ImportError> {
+    match paths {
+        [folder] if folder.is_dir() => match dicom::load_folder(folder, options, progress, cancel)? {
+            Some(imported) => Ok(imported),
+            None => load_file(&only_volume_in(folder, cancel)?, options, progress, cancel),
+        },
+        [file] => load_file(file, options, progress, cancel),
+        _ => dicom::load(paths, options, progress, cancel),
+    }
+}
+
+/// Loads a single file.
+fn load_file(
+    path: &Path,
+    options: &ImportOptions,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Imported, ImportError> {
+    let format = match (&options.raw, format::recognise(path)) {
+        (Some(description), Ok(Format::Raw)) => return load_raw(path, description, progress, cancel),
+        (Some(description), Err(error)) if !matches!(error, ImportError::Io { .. }) => {
+            return load_raw(path, description, progress, cancel);
+        }
+        (_, format) => format?,
+    };
+    match format {
+        Format::Dicom | Format::Zip => dicom::load(&[path.to_owned()], options, progress, cancel),
+        Format::Nifti => nifti::load(path, progress, cancel),
+        Format::Nrrd => nrrd::load(path, progress, cancel),
+        Format::MetaImage => metaimage::load(path, progress, cancel),
+        Format::Raw => raw::load(path, progress, cancel),
+    }
+}
+
+/// The one file of a folder without DICOM that is a volume.
+fn only_volume_in(folder: &Path, cancel: &CancelToken) -> Result<PathBuf, ImportError> {
+    let mut files = dicom::files_below(folder, cancel)?;
+    let count = files.len();
+    files.retain(|file| format::recognise(file).is_ok());
+    match files.len() {
+        1 => Ok(files.remove(0)),
+        0 => Err(ImportError::NoSeries {
+            path: folder.to_owned(),
+            files: count,
+            detail: "None is of a format that Lumivox reads".to_owned(),
+        }),
+        n => Err(ImportError::Unsupported {
+            path: folder.to_owned(),
+            what: format!("it holds {n} volumes"),
+            remedy: "Open one of its files".to_owned(),
+        }),
+    }
 }

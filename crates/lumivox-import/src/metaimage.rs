@@ -64,6 +64,7 @@ pub(crate) fn load(path: &Path, progress: Progress<'_>, cancel: &CancelToken) ->
             remedy: "Open the image that it belongs to".to_owned(),
         });
     }
+    fields.require(&["ElementDataFile"])?;
     let field = fields.require(&["NDims"])?;
     let rank: usize = fields.number(field, "a number of axes")?;
     if !(1..=10).contains(&rank) {
@@ -137,7 +138,6 @@ fn read_header(path: &Path) -> Result<Header<'_>, ImportError> {
             return Ok(Header { fields, list, end });
         }
     }
-    fields.require(&["ElementDataFile"])?;
     Ok(Header { fields, list, end: lines.offset })
 }
 
@@ -280,5 +280,118 @@ fn modality(fields: &Fields) -> Option<Modality> {
         "MET_MOD_MR" => Some(Modality::Mr),
         "MET_MOD_PET" => Some(Modality::Pet),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use flate2::{Compression, write::ZlibEncoder};
+
+    use super::*;
+
+    const GRID: &str = "ObjectType = Image\nNDims = 3\nDimSize = 2 1 2\n";
+
+    fn load_bytes(bytes: &[u8]) -> Result<Imported, ImportError> {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), bytes).unwrap();
+        load(file.path(), Progress::SILENT, &CancelToken::new())
+    }
+
+    fn with(header: &str, data: &[u8]) -> Result<Imported, ImportError> {
+        load_bytes(&[format!("{GRID}{header}\nElementDataFile = LOCAL\n").as_bytes(), data].concat())
+    }
+
+    fn values(imported: &Imported) -> Vec<f64> {
+        let [x, y, z] = imported.volume.dims();
+        (0..x * y * z).map(|i| imported.volume.value([i % x, i / x % y, i / (x * y)])).collect()
+    }
+
+    #[test]
+    fn encodings_and_byte_orders() {
+        let data = [1i16, -2, 300, 4];
+        let little: Vec<u8> = data.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let big: Vec<u8> = data.iter().flat_map(|v| v.to_be_bytes()).collect();
+        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(&little).unwrap();
+        for (header, data) in [
+            ("BinaryDataByteOrderMSB = False", &little[..]),
+            ("ElementByteOrderMSB = True", &big),
+            ("CompressedData = True\nCompressedDataSize = 16", &encoder.finish().unwrap()),
+            ("BinaryData = False", b"1 -2 300 4"),
+        ] {
+            let header = format!("ElementType = MET_SHORT\n{header}");
+            assert_eq!(values(&with(&header, data).unwrap()), [1.0, -2.0, 300.0, 4.0], "{header}");
+        }
+    }
+
+    #[test]
+    fn places_are_lps_with_a_direction_for_each_axis() {
+        let header = "ElementType = MET_UCHAR\nElementSpacing = 2 3 4\nOffset = 10 20 30\n\
+                      TransformMatrix = 0 1 0 -1 0 0 0 0 1\nModality = MET_MOD_CT";
+        let volume = with(header, &[1, 2, 3, 4]).unwrap().volume;
+        let place = volume.patient_from_voxel();
+        assert_eq!(place.translation, DVec3::new(10.0, 20.0, 30.0));
+        assert_eq!(place.matrix3.x_axis, DVec3::new(0.0, 2.0, 0.0));
+        assert_eq!(place.matrix3.y_axis, DVec3::new(-3.0, 0.0, 0.0));
+        assert_eq!(place.matrix3.z_axis, DVec3::new(0.0, 0.0, 4.0));
+        assert_eq!(volume.modality(), Modality::Ct);
+    }
+
+    #[test]
+    fn detached_data_with_headers_lists_and_patterns() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scan.mhd");
+        for (name, data) in [("a.raw", [0, 1, 2]), ("b.raw", [0, 3, 4])] {
+            std::fs::write(folder.path().join(name), data).unwrap();
+        }
+        std::fs::write(folder.path().join("all.raw"), [9, 1, 2, 3, 4]).unwrap();
+        std::fs::write(folder.path().join("s1.raw"), [9, 1, 2]).unwrap();
+        std::fs::write(folder.path().join("s2.raw"), [9, 3, 4]).unwrap();
+        for (size, data) in [(1, "LIST\na.raw\nb.raw\n"), (-1, "all.raw"), (1, "s%d.raw 1 2 1")] {
+            let header =
+                format!("{GRID}ElementType = MET_UCHAR\nHeaderSize = {size}\nElementDataFile = {data}");
+            std::fs::write(&path, header).unwrap();
+            let imported = load(&path, Progress::SILENT, &CancelToken::new()).unwrap();
+            assert_eq!(values(&imported), [1.0, 2.0, 3.0, 4.0], "{data}");
+        }
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_line() {
+        let error = |header: &str| with(header, &[0; 4]).unwrap_err().to_string();
+        assert!(error("").contains("ElementType is missing"));
+        assert!(error("ElementType = MET_STRING").contains("ElementType (line 4) is 'MET_STRING'"));
+        assert!(error("ElementType = MET_UCHAR\nElementSpacing = 1 0 1").contains("positive lengths"));
+        assert!(error("ElementType = MET_UCHAR\nElementSpacing = 1 1").contains("ElementSpacing (line 5)"));
+        assert!(error("ElementNumberOfChannels = 3").contains("3 values for each voxel"));
+        assert!(error("ElementType = MET_UCHAR\nTransformMatrix = 1 0 0 1 0 0 0 0 1").contains("independent"));
+        assert!(error("ElementType = MET_UCHAR\nCompressedData = maybe").contains("True or False"));
+        assert!(error("no pair").contains("line 4 ('no pair')"));
+        let short = with("ElementType = MET_SHORT", &[0; 7]);
+        assert!(matches!(short, Err(ImportError::Truncated { expected: 8, actual: 7, .. })));
+        let mesh = load_bytes(b"ObjectType = Mesh\nNDims = 3\n").unwrap_err().to_string();
+        assert!(mesh.contains("type 'Mesh', not an image"), "{mesh}");
+        assert!(load_bytes(GRID.as_bytes()).unwrap_err().to_string().contains("ElementDataFile is missing"));
+    }
+
+    #[test]
+    fn no_byte_of_a_header_can_do_harm() {
+        let header = format!(
+            "{GRID}ElementSpacing = 1 1 1\nTransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 0 0 0\n\
+             CompressedData = False\nHeaderSize = 0\nElementType = MET_SHORT\nElementDataFile = LOCAL\n"
+        );
+        let whole = [header.as_bytes(), &[0; 8]].concat();
+        for length in 0..whole.len() {
+            assert!(load_bytes(&whole[..length]).is_err(), "cut to {length}");
+        }
+        for i in 0..whole.len() {
+            for value in [b'\n', b'9', b'-', b'=', b' ', 0xff] {
+                let mut bytes = whole.clone();
+                bytes[i] = value;
+                let _ = load_bytes(&bytes);
+            }
+        }
     }
 }

@@ -365,3 +365,123 @@ fn read_sidecar(path: &Path) -> Result<RawDescription, ImportError> {
     }
     Ok(description)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn descriptions_are_parsed_and_printed() {
+        let text = "256x256x108:i16be:spacing=0.5,1,2.25:header=12:slope=2:intercept=-1024:modality=CT";
+        let description = RawDescription::parse(text).unwrap();
+        let expected = RawDescription {
+            dims: [256, 256, 108],
+            sample: SampleType::I16,
+            big_endian: true,
+            header_bytes: 12,
+            spacing_mm: [0.5, 1.0, 2.25],
+            slope: 2.0,
+            intercept: -1024.0,
+            modality: Some(Modality::Ct),
+        };
+        assert_eq!(description, expected);
+        assert_eq!(description.to_string(), text);
+        assert_eq!(text.parse(), Ok(expected));
+        let plain = RawDescription::parse("2x3x4:u8").unwrap();
+        assert_eq!(plain, RawDescription::new([2, 3, 4], SampleType::U8));
+        assert_eq!(RawDescription::parse(&plain.to_string()), Ok(plain));
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_description_is_named() {
+        for (text, part) in [
+            ("", "''"),
+            ("256x256:u8", "'256x256'"),
+            ("0x1x1:u8", "'0x1x1'"),
+            ("1x1x1", "''"),
+            ("1x1x1:i12", "'i12'"),
+            ("1x1x1:u8:spacing", "'spacing'"),
+            ("1x1x1:u8:spacing=1,2", "'spacing=1,2'"),
+            ("1x1x1:u8:spacing=1,2,NaN", "'spacing=1,2,NaN'"),
+            ("1x1x1:u8:slope=0", "'slope=0'"),
+            ("1x1x1:u8:header=-1", "'header=-1'"),
+            ("1x1x1:u8:size=5", "'size'"),
+            ("99999999999999999999x1x1:u8", "'99999999999999999999x1x1'"),
+        ] {
+            let error = RawDescription::parse(text).unwrap_err().to_string();
+            assert!(error.starts_with(part), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn names_tell_size_type_and_spacing() {
+        let of = |name: &str| RawDescription::from_file_name(Path::new(name));
+        let head = of("head_ct_256x256x108_int16_0.957x0.957x1.5mm.raw").unwrap();
+        assert_eq!((head.dims, head.sample), ([256, 256, 108], SampleType::I16));
+        assert_eq!(head.spacing_mm, [0.957, 0.957, 1.5]);
+        assert_eq!(of("bonsai_64x32x16_uint8.raw").unwrap().spacing_mm, [1.0; 3]);
+        assert!(of("a-4x4x4-uint16be.raw").unwrap().big_endian);
+        assert_eq!(of("bonsai_64x32x16.raw"), None);
+        assert_eq!(of("uint8.raw"), None);
+    }
+
+    fn folder_with(sidecar: &str, text: &str, data: &[u8]) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("head.raw");
+        std::fs::write(&path, data).unwrap();
+        std::fs::write(folder.path().join(sidecar), text).unwrap();
+        (folder, path)
+    }
+
+    fn load_raw_file(path: &Path) -> Result<Imported, ImportError> {
+        load(path, Progress::SILENT, &CancelToken::new())
+    }
+
+    #[test]
+    fn files_beside_it_describe_it() {
+        let data = [9, 9, 0xff, 0xfe, 0x00, 0x07];
+        let unity = "dimx:2\ndimy:1\ndimz:1\nskip:2\nformat:int16\nendianness:BigEndian";
+        let own = "# ours\ndims = [2, 1, 1]\ntype = \"i16be\"\nheader_bytes = 2\nspacing = [1, 2, 3]\nslope = 2.0";
+        for (name, text, low) in [("head.raw.ini", unity, -2.0), ("head.ini", unity, -2.0), ("head.raw.toml", own, -4.0)]
+        {
+            let (_folder, path) = folder_with(name, text, &data);
+            let imported = load_raw_file(&path).unwrap();
+            assert_eq!(imported.volume.value_range()[0], low, "{name}");
+            assert!(imported.report.notes[0].contains(name), "{:?}", imported.report.notes);
+        }
+    }
+
+    #[test]
+    fn mistakes_beside_it_are_named_with_their_line() {
+        let good = "dimx:2\ndimy:1\ndimz:1\nformat:uint8\n";
+        for (text, message) in [
+            (good.replace("dimz:1\n", ""), "dimz is missing"),
+            (good.replace("uint8", "int12"), "format (line 4) is 'int12'"),
+            (good.replace("dimy:1", "dimy:-1"), "dimy (line 2) is '-1'"),
+            (format!("{good}spacing: 1 0 1"), "spacing (line 5) is '1 0 1'"),
+            (format!("{good}colour: red"), "colour (line 5) means nothing here"),
+            (String::new(), "dimx is missing"),
+        ] {
+            let (_folder, path) = folder_with("head.raw.ini", &text, &[1, 2]);
+            let error = load_raw_file(&path).unwrap_err().to_string();
+            assert!(error.contains(message), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_size_must_fit_the_file() {
+        let (_folder, path) = folder_with("other.txt", "", &[1, 2, 3, 4]);
+        let with = |text: &str| {
+            let description = RawDescription::parse(text).unwrap();
+            load_raw(&path, &description, Progress::SILENT, &CancelToken::new())
+        };
+        assert_eq!(with("2x2x1:u8").unwrap().volume.value_range(), [1.0, 4.0]);
+        assert!(matches!(with("5x1x1:u8"), Err(ImportError::Truncated { expected: 5, actual: 4, .. })));
+        let error = with("3x1x1:u8").unwrap_err().to_string();
+        assert!(error.contains("makes 3 bytes, but the file has 4"), "{error}");
+        assert!(error.contains("give the 1 bytes"), "{error}");
+        assert!(with("4294967296x4294967296x4294967296:f64").is_err());
+        assert!(with("2x1x1:u8:header=18446744073709551615").is_err());
+        assert!(load_raw_file(&path).unwrap_err().to_string().contains("nothing beside it"));
+    }
+}

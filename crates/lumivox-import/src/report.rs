@@ -8,6 +8,8 @@ use std::path::PathBuf;
 pub struct SeriesSummary {
     /// SeriesInstanceUID, or the file's name where there is none.
     pub id: String,
+    /// DICOM's SeriesNumber.
+    pub number: Option<i64>,
     /// What it is, without a word about the patient: `CT, 275 slices, 512 x 512`.
     pub description: String,
     /// Files that make it up.

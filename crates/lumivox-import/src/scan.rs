@@ -58,8 +58,10 @@ impl Scan<'_> {
         };
         let summary = SeriesSummary {
             id: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+            number: None,
             description: format!("{modality}{x} x {y} x {z}, {bits}-bit{kind}"),
             files: self.files,
+            ..SeriesSummary::default()
         };
         let report = ImportReport {
             format: self.format.to_owned(),

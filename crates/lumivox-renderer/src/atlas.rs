@@ -16,7 +16,6 @@ const UPLOAD_BYTES: usize = 32 << 20;
 pub(crate) struct Atlas {
     pub texture: ResourceId,
     pub size: [u32; 3],
-    pub format: TextureFormat,
     /// First voxel of each volume.
     pub origins: Vec<[u32; 3]>,
 }
@@ -79,7 +78,7 @@ impl Atlas {
         for (volume, &origin) in volumes.iter().zip(&origins) {
             record_upload(volume, texture, format, origin, recording);
         }
-        Ok(Self { texture, size, format, origins })
+        Ok(Self { texture, size, origins })
     }
 }
 

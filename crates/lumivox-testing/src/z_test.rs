@@ -3,13 +3,14 @@
 //! After Mitsuba's `test_renders.py`, which follows Subr and Arvo, *Statistical Hypothesis Testing for Assessing Monte
 //! Carlo Estimators*, Pacific Graphics 2007. Under the hypothesis that both have the same mean, the difference of two
 //! averages over their joint standard error is nearly standard normal. Every pixel's p-value is compared with a
-//! significance corrected for their number ([`sidak`]); the mean over the image is tested on top, since a small bias
-//! everywhere hides in every single pixel.
+//! significance corrected for their number ([`sidak`]). Two tests of the whole come on top, since a small bias
+//! everywhere hides in every single pixel: of the mean over the image, and of the sum of z^2, which follows a
+//! chi-square distribution and finds biases that cancel in the mean.
 
 use std::fmt;
 
 use crate::failures::Difference;
-use crate::special::{normal_two_sided_p_value, sidak};
+use crate::special::{chi_square_p_value, normal_two_sided_p_value, sidak};
 
 /// An image's means and the variances of those means, all channels of a pixel side by side.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,8 +69,10 @@ impl Estimate {
 
     /// Averages over blocks of `size * size` pixels (fewer at the right and bottom edge).
     ///
-    /// Few samples of a rare bright event are far from normal, and their variance follows their mean; larger averages
-    /// are closer to what the z-test assumes and see smaller biases.
+    /// Few samples of a rare bright event are far from normal, and their variance follows their mean: a pixel that
+    /// missed the sun believes itself exact. Larger averages are closer to what the z-test assumes and see smaller
+    /// biases. A block should expect dozens of the rarest event that matters, above all when the other image has
+    /// little noise.
     #[must_use]
     pub fn blocks(&self, size: usize) -> Self {
         let size = size.max(1);
@@ -99,7 +102,7 @@ impl Estimate {
 /// What a z-test tolerates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZTest {
-    /// Probability of each of the two parts, pixels and means, to reject images that agree.
+    /// Probability of each of the three parts (pixels, means, spreads) to reject images that agree.
     pub significance: f64,
     /// Fraction of values that may be rejected all the same: the noise of rare events is not quite normal.
     pub allowed_fraction: f64,
@@ -109,6 +112,12 @@ pub struct ZTest {
     pub absolute_tolerance: f64,
     /// Test blocks of that many pixels across instead of single ones; see [`Estimate::blocks`].
     pub block: usize,
+    /// Whether no value's variance may be less than its mean is worth by the image's average (variance per mean).
+    ///
+    /// A block that met fewer of a rare bright event than it should has both too low a mean and too low a variance,
+    /// and looks wrong with confidence. Noise of rare events is like Poisson noise, its variance in proportion to the
+    /// mean, so the whole image tells what a block could not know. Costs some power where noise is truly low.
+    pub pool_variance: bool,
     /// How many z-tests are made together.
     pub tests: usize,
 }
@@ -121,6 +130,7 @@ impl Default for ZTest {
             relative_tolerance: 0.0,
             absolute_tolerance: 0.0,
             block: 1,
+            pool_variance: true,
             tests: 1,
         }
     }
@@ -139,6 +149,17 @@ pub struct MeanTest {
     pub p_value: f64,
 }
 
+/// A test of how far one channel's z spread over the whole image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpreadTest {
+    /// Mean of z^2 over values that have noise: near 1 when the variances are honest and the images agree.
+    pub mean_square_z: f64,
+    /// Number of these values.
+    pub count: usize,
+    /// Probability of z as large, were the images equal.
+    pub p_value: f64,
+}
+
 /// The outcome of a z-test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZTestResult {
@@ -152,12 +173,12 @@ pub struct ZTestResult {
     pub rejected: usize,
     /// Number of values that may be rejected.
     pub allowed: usize,
-    /// Mean of z^2 over values that have noise: near 1 when the variances are honest and the images agree.
-    pub mean_square_z: f64,
     /// The test of each channel's mean.
     pub means: Vec<MeanTest>,
-    /// The p-value under which a mean is rejected.
-    pub mean_threshold: f64,
+    /// The test of each channel's spread.
+    pub spreads: Vec<SpreadTest>,
+    /// The p-value under which a mean or a spread is rejected.
+    pub whole_threshold: f64,
 }
 
 impl fmt::Display for ZTestResult {
@@ -165,20 +186,19 @@ impl fmt::Display for ZTestResult {
         let smallest = self.p_values.iter().copied().fold(1.0, f64::min);
         write!(
             f,
-            "{} of {} values rejected ({} allowed; smallest p {smallest:.1e}, threshold {:.1e}; mean z^2 {:.3}); means (threshold {:.1e}):",
+            "{} of {} values rejected ({} allowed; smallest p {smallest:.1e}, threshold {:.1e}); means and spreads (threshold {:.1e}):",
             self.rejected,
             self.p_values.len(),
             self.allowed,
             self.threshold,
-            self.mean_square_z,
-            self.mean_threshold
+            self.whole_threshold
         )?;
-        for m in &self.means {
+        for (m, s) in self.means.iter().zip(&self.spreads) {
             let difference = m.image - m.reference;
             write!(
                 f,
-                " {:.6} - {:.6} = {difference:+.6} +- {:.6} (p {:.1e})",
-                m.image, m.reference, m.standard_error, m.p_value
+                " {:.6} - {:.6} = {difference:+.6} +- {:.6} (p {:.1e}), mean z^2 {:.3} (p {:.1e});",
+                m.image, m.reference, m.standard_error, m.p_value, s.mean_square_z, s.p_value
             )?;
         }
         Ok(())
@@ -196,29 +216,35 @@ impl ZTest {
             (reference.width, reference.height, reference.channels),
             "images of one size"
         );
-        let (a, b) = (image.blocks(self.block), reference.blocks(self.block));
-        let mut z_squares = Vec::new();
-        let p_values: Vec<f64> = (0..a.mean.len())
-            .map(|i| {
-                let variance = a.variance[i] + b.variance[i];
-                let z = self.z(a.mean[i], b.mean[i], variance);
-                if variance > 0.0 && variance.is_finite() {
-                    z_squares.push(z * z);
-                }
-                normal_two_sided_p_value(z)
+        let (mut a, mut b) = (image.blocks(self.block), reference.blocks(self.block));
+        if self.pool_variance {
+            pool_variances(&mut a, &mut b);
+        }
+        let z = |i: usize| self.z(a.mean[i], b.mean[i], a.variance[i] + b.variance[i]);
+        let p_values: Vec<f64> = (0..a.mean.len()).map(|i| normal_two_sided_p_value(z(i))).collect();
+        let threshold = sidak(self.significance, p_values.len() * self.tests);
+        let passed = p_values.iter().filter(|p| **p >= threshold).count();
+        // What is not a number did not pass either.
+        let rejected = p_values.len() - passed;
+        let allowed = (self.allowed_fraction * p_values.len() as f64) as usize;
+
+        let channels = 0..image.channels;
+        let means: Vec<MeanTest> = channels.clone().map(|c| self.mean_test(image, reference, c)).collect();
+        let spreads: Vec<SpreadTest> = channels
+            .map(|channel| {
+                let noisy = |i: &usize| {
+                    let variance = a.variance[*i] + b.variance[*i];
+                    variance > 0.0 && variance.is_finite()
+                };
+                let values = (channel..a.mean.len()).step_by(a.channels).filter(noisy);
+                SpreadTest::new(&values.map(z).collect::<Vec<f64>>())
             })
             .collect();
-        let mean_square_z = z_squares.iter().sum::<f64>() / z_squares.len().max(1) as f64;
-
-        let threshold = sidak(self.significance, p_values.len() * self.tests);
-        // A NaN anywhere is rejected: it compares false.
-        let rejected = p_values.iter().filter(|p| !(**p >= threshold)).count();
-        let allowed = (self.allowed_fraction * p_values.len() as f64) as usize;
-        let means: Vec<MeanTest> =
-            (0..image.channels).map(|channel| self.mean_test(image, reference, channel)).collect();
-        let mean_threshold = sidak(self.significance, means.len() * self.tests);
-        let accepted = rejected <= allowed && means.iter().all(|m| m.p_value >= mean_threshold);
-        ZTestResult { accepted, p_values, threshold, rejected, allowed, mean_square_z, means, mean_threshold }
+        let whole_threshold = sidak(self.significance, image.channels * self.tests);
+        let accepted = rejected <= allowed
+            && means.iter().all(|m| m.p_value >= whole_threshold)
+            && spreads.iter().all(|s| s.p_value >= whole_threshold);
+        ZTestResult { accepted, p_values, threshold, rejected, allowed, means, spreads, whole_threshold }
     }
 
     /// [`run`](Self::run), and on rejection pictures of what differs.
@@ -278,6 +304,33 @@ impl ZTest {
     }
 }
 
+/// Raises each variance to what the larger of the two means is worth by its image's average.
+fn pool_variances(a: &mut Estimate, b: &mut Estimate) {
+    let means: Vec<f64> = a.mean.iter().zip(&b.mean).map(|(a, b)| a.abs().max(b.abs())).collect();
+    for estimate in [a, b] {
+        for channel in 0..estimate.channels {
+            let indices = || (channel..means.len()).step_by(estimate.channels);
+            let known = || indices().filter(|i| estimate.variance[*i].is_finite());
+            let mean: f64 = known().map(|i| means[i]).sum();
+            let variance_per_mean = known().map(|i| estimate.variance[i]).sum::<f64>() / mean;
+            if mean > 0.0 {
+                indices().for_each(|i| {
+                    estimate.variance[i] = estimate.variance[i].max(variance_per_mean * means[i]);
+                });
+            }
+        }
+    }
+}
+
+impl SpreadTest {
+    fn new(z: &[f64]) -> Self {
+        let sum: f64 = z.iter().map(|z| z * z).sum();
+        let count = z.len();
+        let p_value = if count == 0 { 1.0 } else { chi_square_p_value(sum, count as f64) };
+        Self { mean_square_z: sum / count.max(1) as f64, count, p_value }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -308,7 +361,7 @@ mod tests {
             let b = noisy(2 * seed + 1, |i| i as f64, 0.3);
             let result = ZTest { tests: 20, ..ZTest::default() }.run(&a, &b);
             assert!(result.accepted, "{result}");
-            assert!((result.mean_square_z - 1.0).abs() < 0.15, "{result}");
+            assert!((result.spreads[0].mean_square_z - 1.0).abs() < 0.15, "{result}");
         }
     }
 
@@ -328,6 +381,43 @@ mod tests {
         assert!(!result.accepted && result.rejected == 0, "{result}");
         assert!(ZTest { relative_tolerance: 0.03, ..ZTest::default() }.run(&a, &b).accepted);
         assert!(!ZTest { block: 16, ..ZTest::default() }.run(&a, &b).accepted);
+    }
+
+    #[test]
+    fn biases_that_cancel_in_the_mean_are_found_in_the_spread() {
+        let a = noisy(1, |_| 1.0, 0.1);
+        let b = noisy(2, |i| if i % 2 == 0 { 1.05 } else { 0.95 }, 0.1);
+        let result = ZTest::default().run(&a, &b);
+        assert!(!result.accepted && result.rejected == 0, "{result}");
+        assert!(result.means[0].p_value > 0.01 && result.spreads[0].p_value < 1e-4, "{result}");
+    }
+
+    #[test]
+    fn rare_events_are_forgiven_when_variances_are_pooled_but_a_bias_is_not() {
+        // Every sample is 1000 with probability 1/1000; a pixel takes 1000 of them, so one in three sees none.
+        let poisson = |seed: u64, rate: f64| {
+            let mut state = seed;
+            let mut estimate = noisy(seed, |_| 0.0, 0.0);
+            for i in 0..64 * 64 {
+                let hits = (0..1000)
+                    .filter(|_| {
+                        state = state
+                            .wrapping_mul(6_364_136_223_846_793_005)
+                            .wrapping_add(1_442_695_040_888_963_407);
+                        ((state >> 33) as f64 / (1u64 << 31) as f64) < rate * 1e-3
+                    })
+                    .count() as f64;
+                (estimate.mean[i], estimate.variance[i]) = (hits, hits);
+            }
+            estimate
+        };
+        let exact = noisy(0, |_| 1.0, 0.0);
+        let pooled = ZTest { block: 2, pool_variance: true, allowed_fraction: 0.0, ..ZTest::default() };
+        let unpooled = ZTest { pool_variance: false, ..pooled };
+        assert!(!unpooled.run(&poisson(1, 1.0), &exact).accepted);
+        let result = pooled.run(&poisson(1, 1.0), &exact);
+        assert!(result.accepted, "{result}");
+        assert!(!pooled.run(&poisson(2, 1.1), &exact).accepted);
     }
 
     #[test]

@@ -5,24 +5,22 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use lumivox_wgpu::{Gpu, GpuDescription};
+
 use crate::{
     exit::{Exit, Failure},
-    output,
-    trace::{self, Adapter},
+    output, trace,
 };
 
 /// Prints what is seen; fails when nothing can render.
 pub fn run() -> Result<(), Failure> {
     let system = System::look();
-    let adapters = trace::adapters();
-    output::print(&report(&system, adapters.as_deref()))?;
-    match adapters {
-        Ok(adapters) if adapters.is_empty() => {
-            Err(Failure::new(Exit::Gpu, format!("no GPU can be used. {}", system.remedy())))
-        }
-        Ok(_) => Ok(()),
-        Err(failure) => Err(failure),
+    let gpus = Gpu::list();
+    output::print(&report(&system, &gpus))?;
+    if gpus.iter().any(|gpu| gpu.unsuitable.is_none()) {
+        return Ok(());
     }
+    Err(Failure::new(Exit::Gpu, format!("no GPU can be used. {}.", system.remedy())))
 }
 
 /// What can be seen of GPUs without asking a graphics API.
@@ -91,7 +89,7 @@ fn files_in(folder: &Path, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf> {
     files
 }
 
-fn report(system: &System, adapters: Result<&[Adapter], &Failure>) -> String {
+fn report(system: &System, gpus: &[GpuDescription]) -> String {
     let mut text =
         format!("lumivox {} on {} {}\n", env!("CARGO_PKG_VERSION"), system.os, std::env::consts::ARCH);
     if system.os == "linux" {
@@ -103,19 +101,22 @@ fn report(system: &System, adapters: Result<&[Adapter], &Failure>) -> String {
         let _ = writeln!(text, "Vulkan loader   {}", list(system.loader.as_slice()));
         let _ = writeln!(text, "Vulkan drivers  {}", list(&system.drivers));
     }
-    let Ok(adapters) = adapters else { return text };
+    let (usable, unusable): (Vec<_>, Vec<_>) = gpus.iter().partition(|gpu| gpu.unsuitable.is_none());
     text += "\nCan render, the one taken by default first:\n";
-    for adapter in adapters {
-        let _ = writeln!(text, "  {}\n      {}", adapter.name, adapter.detail);
-    }
-    if adapters.is_empty() {
+    usable.iter().for_each(|gpu| text += &format!("  {}\n", trace::describe(gpu)));
+    if usable.is_empty() {
         text += "  none\n";
-    } else if adapters.iter().all(|adapter| adapter.software) {
+    }
+    for gpu in unusable {
+        let reason = gpu.unsuitable.as_deref().unwrap_or_default();
+        let _ = writeln!(text, "Cannot render: {}: {reason}", trace::describe(gpu));
+    }
+    if !usable.is_empty() && usable.iter().all(|gpu| gpu.software) {
         text += "\nRendering works, on the CPU, and is slow.\n";
         if !system.devices.is_empty() {
             let _ = writeln!(text, "This machine has a GPU that is not used. {}.", system.remedy());
         }
-    } else {
+    } else if !usable.is_empty() {
         text += "\nAll is well.\n";
     }
     text
@@ -125,26 +126,32 @@ fn report(system: &System, adapters: Result<&[Adapter], &Failure>) -> String {
 mod tests {
     use super::*;
 
-    fn adapter(software: bool) -> Adapter {
-        Adapter { name: "llvmpipe".into(), detail: "Vulkan, CPU".into(), software }
+    fn gpu(software: bool) -> GpuDescription {
+        GpuDescription {
+            name: "llvmpipe".into(),
+            driver: "Mesa".into(),
+            backend: "Vulkan".into(),
+            software,
+            unsuitable: None,
+        }
     }
 
     #[test]
     fn the_report_says_what_is_missing() {
         let linux = System { os: "linux", ..System::default() };
         assert!(linux.remedy().contains("libvulkan1"));
-        let text = report(&linux, Ok(&[]));
+        let text = report(&linux, &[]);
         assert!(text.contains("Vulkan loader   none") && text.contains("  none\n"), "{text}");
 
-        let gpu = System {
+        let nvidia = System {
             os: "linux",
             devices: vec!["/dev/nvidia0".into()],
             loader: Some("/usr/lib/libvulkan.so.1".into()),
             ..System::default()
         };
-        let text = report(&gpu, Ok(&[adapter(true)]));
+        let text = report(&nvidia, &[gpu(true)]);
         assert!(text.contains("a GPU that is not used") && text.contains("NVIDIA"), "{text}");
-        let text = report(&gpu, Ok(&[adapter(false)]));
+        let text = report(&nvidia, &[gpu(false)]);
         assert!(text.contains("All is well"), "{text}");
     }
 }

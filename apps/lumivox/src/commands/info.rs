@@ -138,7 +138,7 @@ fn histogram(statistics: &ValueStatistics, unit: &str) -> String {
         let length =
             ((count as f64 + 1.0).ln() / (most as f64 + 1.0).ln() * COLUMNS as f64 * 8.0).round() as usize;
         let mut bar = "█".repeat(length / 8);
-        bar.extend([' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉'].get(length % 8).filter(|_| length % 8 > 0));
+        bar.extend(['▏', '▎', '▍', '▌', '▋', '▊', '▉'].get((length % 8).wrapping_sub(1)));
         let share = 100.0 * count as f64 / total.max(1) as f64;
         let padding = " ".repeat((COLUMNS + 1).saturating_sub(bar.chars().count()));
         let _ = writeln!(text, "{from:>12}  {bar}{padding}{share:7.3}%");

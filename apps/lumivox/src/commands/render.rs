@@ -9,18 +9,22 @@ use lumivox_core::{
     world_from_patient,
 };
 use lumivox_renderer::{Background, DisplaySettings};
+use lumivox_wgpu::RenderRequest;
 
 use crate::{
     args::{self, EnvironmentName, RenderArgs, Switch},
-    exit::{self, Exit, Failure},
+    exit::{self, Failure},
     inputs, output,
     output::PngOutput,
     progress::{Reporter, human_duration},
-    trace::{self, Request, Stop},
+    trace,
 };
 
 /// Paths per pixel unless asked otherwise.
 const DEFAULT_SAMPLES: u32 = 64;
+
+/// The film counts in 32-bit floats, which are exact up to here.
+const MOST_SAMPLES: u32 = 1 << 24;
 
 const METRES_PER_MM: f64 = 1e-3;
 
@@ -31,10 +35,10 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     // Everything that can be wrong is looked at before the long work.
     let output = PngOutput::prepare(&args.output)?;
     let environment = environment(args)?;
+    let looks = looks(args, inputs::count(&args.input))?;
     let cancel = exit::cancel_on_ctrl_c()?;
 
     let scans = inputs::load(&args.input, reporter, &cancel)?;
-    let looks = looks(args, scans.len())?;
     for scan in &scans {
         reporter.say(&format!("{}: {}", scan.report.format, inputs::describe(&scan.volume)));
         scan.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
@@ -48,11 +52,40 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let camera = camera(args, &scene);
     cancel.check()?;
 
-    let stop = match args.time {
-        Some(time) => Stop::Time(time),
-        None => Stop::Samples(args.samples.unwrap_or(DEFAULT_SAMPLES)),
-    };
-    let display = DisplaySettings {
+    let mut request =
+        RenderRequest::new(args.size.width, args.size.height, args.samples.unwrap_or(DEFAULT_SAMPLES));
+    request.seed = args.seed;
+    if let Some(time) = args.time {
+        request.samples = MOST_SAMPLES;
+        request.time = Some(time);
+    }
+    let traced = trace::trace(&scene, &camera, &request, args.gpu.as_deref(), reporter, &cancel)?;
+    let mut picture = traced.picture(&display(args), &scene, &camera);
+    if let args::Background::Color(color) = args.background {
+        picture.put_on(color);
+    }
+    output.write(&picture)?;
+
+    let wrote = format!(
+        "{} ({} x {}, {} samples, {})",
+        args.output.display(),
+        picture.width,
+        picture.height,
+        traced.samples,
+        human_duration(start.elapsed()),
+    );
+    if let Some(failure) = traced.cut_short {
+        let message = format!("{}\nWhat there was is in {wrote}", failure.message);
+        return Err(Failure { message, ..failure });
+    }
+    if !args.quiet {
+        output::print(&format!("Wrote {wrote}\n"))?;
+    }
+    Ok(())
+}
+
+fn display(args: &RenderArgs) -> DisplaySettings {
+    DisplaySettings {
         background: match args.background {
             args::Background::Environment => Background::Environment,
             // A colour is put behind the finished picture: it is what the screen is to show, not a light.
@@ -61,33 +94,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         exposure_ev: args.exposure,
         tone_map: args.tone.into(),
         gamma: args.gamma,
-    };
-    let request =
-        Request { scene, camera, size: args.size, stop, seed: args.seed, display, gpu: args.gpu.clone() };
-    let mut line = reporter.tracing();
-    let mut traced =
-        trace::trace(&request, &|text| reporter.say(text), &mut |status| line.update(status), &cancel)?;
-    line.finish();
-
-    if let args::Background::Color(color) = args.background {
-        traced.picture.put_on(color);
     }
-    output.write(&traced.picture)?;
-    let took = human_duration(start.elapsed());
-    let wrote = format!(
-        "{} ({} x {}, {} samples, {took})",
-        args.output.display(),
-        args.size.width,
-        args.size.height,
-        traced.samples
-    );
-    if cancel.is_cancelled() {
-        return Err(Failure::new(Exit::Interrupted, format!("Stopped early; what there was is in {wrote}")));
-    }
-    if !args.quiet {
-        output::print(&format!("Wrote {wrote}\n"))?;
-    }
-    Ok(())
 }
 
 /// How one scan is to look.
@@ -102,6 +109,10 @@ fn looks(args: &RenderArgs, scans: usize) -> Result<Vec<Look>, Failure> {
     let (option, given): (_, Vec<Look>) = if args.transfer_function.is_empty() {
         ("--preset", args.preset.iter().map(|&preset| Look::Preset(preset)).collect())
     } else {
+        // Read again once the scan is known: here only to find faults early.
+        for path in &args.transfer_function {
+            lumivox_import::load_transfer_function(path, [0.0, 1.0])?;
+        }
         ("--transfer-function", args.transfer_function.iter().cloned().map(Look::File).collect())
     };
     match given.len() {

@@ -308,13 +308,16 @@ impl Walker {
             return Ok(Element { tag, vr: None, length: (length != UNDEFINED).then_some(length.into()) });
         }
         let [v, r, a, b] = four;
-        let length = match (&[v, r], [a, b]) {
-            // A VR of a future edition has the long form, with two reserved bytes.
-            (vr, reserved) if !is_short_vr(**vr) && (is_known_vr(**vr) || reserved == [0, 0]) => long(self.array()?),
-            _ if syntax.big_endian => u16::from_be_bytes([a, b]).into(),
-            _ => u16::from_le_bytes([a, b]).into(),
+        let vr = [v, r];
+        // A VR of a future edition has the long form, with two reserved bytes.
+        let length = if !is_short_vr(vr) && (is_known_vr(vr) || [a, b] == [0, 0]) {
+            long(self.array()?)
+        } else if syntax.big_endian {
+            u16::from_be_bytes([a, b]).into()
+        } else {
+            u16::from_le_bytes([a, b]).into()
         };
-        Ok(Element { tag, vr: Some([v, r]), length: (length != UNDEFINED).then_some(length.into()) })
+        Ok(Element { tag, vr: Some(vr), length: (length != UNDEFINED).then_some(length.into()) })
     }
 
     /// Fails where `length` bytes cannot follow.

@@ -19,9 +19,10 @@ fn head() -> Sdf {
         vec![
             // Cheek bone, cheek, the chewing muscle, the jaw's body and angle.
             ellipsoid(at(44.0, -64.0, -9.0), at(21.0, 20.0, 18.0)),
-            ellipsoid(at(36.0, -50.0, -36.0), at(24.0, 34.0, 32.0)),
-            ellipsoid(at(50.0, -24.0, -36.0), at(14.0, 24.0, 36.0)),
-            strap(at(13.0, -78.0, -84.0), at(46.0, -22.0, -62.0), Vec3::X, [16.0, 16.0], [13.0, 12.0]),
+            ellipsoid(at(33.0, -50.0, -36.0), at(24.0, 34.0, 32.0)),
+            ellipsoid(at(48.0, -22.0, -34.0), at(14.0, 25.0, 38.0)),
+            tube(&[[47.0, -64.0, -6.0, 9.0], [57.0, -44.0, -4.0, 9.0], [60.0, -18.0, 0.0, 9.0]]),
+            strap(at(12.0, -77.0, -84.0), at(43.0, -22.0, -62.0), Vec3::X, [16.0, 16.0], [13.0, 12.0]),
         ],
         14.0,
     );
@@ -39,11 +40,11 @@ fn head() -> Sdf {
 
 fn neck() -> Sdf {
     let knots = [
-        [0.0, 26.0, -10.0, 52.0],
-        [0.0, 20.0, -60.0, 53.0],
-        [0.0, 20.0, -105.0, 54.0],
-        [0.0, 28.0, -145.0, 57.0],
-        [0.0, 34.0, -190.0, 62.0],
+        [0.0, 24.0, -10.0, 50.0],
+        [0.0, 20.0, -60.0, 49.0],
+        [0.0, 17.0, -105.0, 49.0],
+        [0.0, 26.0, -145.0, 52.0],
+        [0.0, 34.0, -190.0, 60.0],
     ];
     union(knots.windows(2).map(|w| round(w[0], w[1])).collect(), 4.0)
 }
@@ -60,7 +61,7 @@ fn shoulders() -> Sdf {
             ellipsoid(at(150.0, 30.0, -205.0), at(58.0, 52.0, 58.0)).mirror(),
             ellipsoid(at(0.0, 34.0, -250.0), at(175.0, 84.0, 92.0)),
             // The clavicle shows.
-            tube(&[[14.0, -30.0, -178.0, 7.0], [60.0, -26.0, -168.0, 7.0], [110.0, 10.0, -160.0, 8.0], [150.0, 20.0, -158.0, 9.0]])
+            tube(&[[14.0, -32.0, -180.0, 9.5], [58.0, -31.0, -168.0, 9.0], [110.0, 10.0, -159.0, 10.0], [150.0, 20.0, -157.0, 11.0]])
                 .mirror(),
         ],
         22.0,
@@ -72,7 +73,7 @@ fn larynx() -> Sdf {
     union(
         vec![
             segment(at(0.0, -34.0, -101.0), at(0.0, -27.0, -128.0), 9.0, 10.0),
-            tube(&[[56.0, 14.0, -34.0, 10.0], [48.0, 2.0, -80.0, 11.0], [32.0, -18.0, -130.0, 10.0], [14.0, -30.0, -176.0, 7.0]])
+            tube(&[[54.0, 14.0, -34.0, 9.0], [44.0, 4.0, -80.0, 10.0], [30.0, -17.0, -130.0, 9.0], [13.0, -31.0, -176.0, 7.0]])
                 .mirror(),
         ],
         4.0,
@@ -95,13 +96,14 @@ fn face(head: Sdf) -> Sdf {
     // Eye sockets, then the brow over them.
     let sockets = ellipsoid(at(32.0, -99.0, 13.0), at(19.0, 15.0, 12.0)).mirror();
     let brow = tube(&[
-        [0.0, -93.0, 33.0, 6.0],
-        [12.0, -93.5, 34.0, 6.5],
-        [30.0, -89.5, 37.0, 6.0],
-        [46.0, -81.0, 34.0, 5.5],
-        [56.0, -70.0, 24.0, 5.0],
+        [0.0, -93.0, 34.0, 7.0],
+        [12.0, -93.5, 35.0, 7.0],
+        [30.0, -89.0, 37.0, 7.0],
+        [46.0, -79.5, 33.0, 7.0],
+        [53.0, -68.0, 20.0, 7.0],
+        [52.0, -66.0, 4.0, 7.0],
     ]);
-    let head = head.minus(sockets, 13.0).or(brow.mirror(), 12.0);
+    let head = head.minus(sockets, 13.0).or(brow.mirror(), 14.0);
     let head = eyes(head);
     let head = nose(head);
     mouth(head)
@@ -130,9 +132,9 @@ fn eyes(head: Sdf) -> Sdf {
 
 fn nose(head: Sdf) -> Sdf {
     let bridge = tube(&[
-        [0.0, -91.0, 28.0, 6.0],
-        [0.0, -93.5, 18.0, 5.6],
-        [0.0, -99.5, 6.0, 6.4],
+        [0.0, -91.5, 28.0, 6.5],
+        [0.0, -95.0, 17.0, 6.0],
+        [0.0, -101.0, 6.0, 6.6],
         [0.0, -106.0, -6.0, 7.2],
         [0.0, -110.0, -13.0, 8.6],
     ]);
@@ -169,21 +171,21 @@ fn mouth(head: Sdf) -> Sdf {
     let head = head.or(barrel, 14.0);
     let upper = ribbon(
         &[
-            [0.0, -102.6, -43.6, 4.4],
-            [5.5, -102.5, -42.8, 4.6],
-            [14.0, -99.0, -44.6, 3.8],
-            [22.0, -93.0, -47.2, 2.3],
-            [26.5, -88.5, -49.0, 1.2],
+            [0.0, -102.8, -43.4, 4.9],
+            [5.0, -102.9, -42.6, 5.1],
+            [12.5, -99.8, -44.0, 4.5],
+            [20.0, -94.4, -46.8, 2.8],
+            [25.0, -89.5, -48.8, 1.3],
         ],
         Vec3::Y,
         0.98,
     );
     let lower = ribbon(
         &[
-            [0.0, -100.8, -53.6, 4.9],
-            [9.0, -99.6, -53.4, 4.8],
-            [17.0, -95.6, -51.9, 3.6],
-            [25.5, -89.0, -49.4, 1.4],
+            [0.0, -100.8, -54.2, 5.6],
+            [8.5, -99.8, -54.0, 5.4],
+            [16.5, -95.8, -52.2, 4.0],
+            [24.5, -89.6, -49.4, 1.5],
         ],
         Vec3::Y,
         0.98,
@@ -213,6 +215,13 @@ fn on_front(body: &Sdf, points: &[[f32; 3]], depth: f32) -> Sdf {
     tube(&knots)
 }
 
+/// The direction in which a body that uses no shared field ends soonest.
+pub(crate) fn normal(body: &Sdf, p: Vec3) -> Vec3 {
+    const STEP: f32 = 0.5;
+    let slope = |axis: Vec3| body.distance(p + axis * STEP, &[]) - body.distance(p - axis * STEP, &[]);
+    at(slope(Vec3::X), slope(Vec3::Y), slope(Vec3::Z)).normalize_or_zero()
+}
+
 /// Where a ray first meets a body that uses no shared field.
 pub(crate) fn project(body: &Sdf, from: Vec3, direction: Vec3) -> Vec3 {
     let mut p = from;
@@ -235,8 +244,8 @@ fn ear_place(u: f32, v: f32, w: f32) -> Vec3 {
 const EAR_ORIGIN: Vec3 = at(71.5, -3.0, -2.0);
 
 fn ear_axes() -> Mat3 {
-    // The auricle stands off by 25 degrees and leans back by 12.
-    Mat3::from_rotation_x(-0.2) * Mat3::from_rotation_z(-0.44) * Mat3::from_cols(Vec3::Y, Vec3::Z, Vec3::X)
+    // The auricle stands off by 20 degrees and leans back by 12.
+    Mat3::from_rotation_x(-0.2) * Mat3::from_rotation_z(-0.36) * Mat3::from_cols(Vec3::Y, Vec3::Z, Vec3::X)
 }
 
 fn ear() -> Sdf {
@@ -255,7 +264,7 @@ fn ear() -> Sdf {
     let sheet = union(
         vec![
             body(14.0, 8.0, 1.0, at(15.0, 25.0, 2.4)),
-            body(8.0, -22.0, 0.0, at(8.0, 10.0, 2.8)),
+            body(6.0, -21.0, -0.5, at(8.5, 11.0, 3.2)),
             body(9.0, 0.0, -4.0, at(12.0, 14.0, 8.0)),
         ],
         4.0,

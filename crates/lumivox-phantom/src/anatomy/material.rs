@@ -23,6 +23,8 @@ pub(crate) enum Material {
     Muscle {
         /// Direction of the fibres, a unit vector.
         fibres: Vec3,
+        /// By how much the fat between bundles lowers the value.
+        fat: f32,
     },
     /// Bone: a cortical shell around spongy bone.
     Bone {
@@ -58,12 +60,12 @@ impl Material {
     pub(crate) fn hu(&self, p: Vec3, depth: f32) -> f32 {
         match *self {
             Material::Even { hu, amplitude, size } => hu + amplitude * noise(p / size, 11),
-            Material::Muscle { fibres } => {
+            Material::Muscle { fibres, fat } => {
                 // Squeezing space along the fibres stretches the noise along them.
                 let q = p - fibres * (0.9 * p.dot(fibres));
                 let bundle = noise(q / 3.6, 21);
-                let fat = smoothstep(0.28, 0.6, noise(q / 5.0 + 9.0, 22)) * 55.0;
-                62.0 + 20.0 * bundle - fat
+                let septa = if fat > 0.0 { fat * smoothstep(0.28, 0.6, noise(q / 5.0 + 9.0, 22)) } else { 0.0 };
+                62.0 + 20.0 * bundle - septa
             }
             Material::Bone { cortex_mm, cortex, spongy } => {
                 let shell = 1.0 - smoothstep(cortex_mm - 0.4, cortex_mm + 0.9, depth);

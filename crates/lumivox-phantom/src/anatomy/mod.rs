@@ -92,7 +92,7 @@ pub fn anatomy(
 fn model(seed: u64) -> Model {
     let noise = Seeds(seed);
     let skin = face::skin();
-    let mut layers = soft_tissue(&noise);
+    let mut layers = vec![];
     layers.extend(muscles::layers(&skin, &noise));
     layers.extend(organs::layers(&noise));
     layers.extend(brain::layers(&noise));
@@ -101,6 +101,10 @@ fn model(seed: u64) -> Model {
     layers.extend(jaw::layers(&noise));
     layers.extend(vessels::layers(&skin, &noise));
     layers.extend(jaw::tooth_layers(&noise));
+    // Whatever lies under the skin is kept under it.
+    let under_skin = || Sdf::Field(field::SKIN).grow(-2.6);
+    let inner = layers.into_iter().map(|l: Layer| l.within(under_skin()));
+    let layers = soft_tissue(&noise).into_iter().chain(inner).collect();
     Model { fields: vec![skin, skull::cranium(), skull::cavity()], layers, warp_seed: noise.get("warp") }
 }
 

@@ -23,11 +23,25 @@ use crate::{
 pub(crate) struct Layer {
     shape: Sdf,
     material: Material,
+    open: bool,
 }
 
 impl Layer {
     pub(crate) fn new(shape: Sdf, material: Material) -> Self {
-        Self { shape, material }
+        Self { shape, material, open: false }
+    }
+
+    /// A layer that may reach the air outside, as airways do.
+    pub(crate) fn open(shape: Sdf, material: Material) -> Self {
+        Self { shape, material, open: true }
+    }
+
+    /// The layer kept inside of `limit`, unless it is open.
+    pub(crate) fn within(mut self, limit: Sdf) -> Self {
+        if !self.open {
+            self.shape = self.shape.and(limit, 0.8);
+        }
+        self
     }
 }
 

@@ -52,10 +52,12 @@ pub(crate) fn orbit() -> Sdf {
 pub(crate) fn nasal_cavity() -> Sdf {
     union(
         vec![
-            block(at(0.0, -66.0, -5.0), [15.0, 29.0], [5.0, 24.0], 23.0, 4.0, Mat3::IDENTITY),
-            block(at(0.0, -95.0, -10.0), [12.5, 14.0], [4.0, 14.0], 15.5, 3.5, Mat3::IDENTITY),
+            block(at(0.0, -66.0, -5.0), [14.5, 27.0], [5.0, 23.0], 23.0, 4.0, Mat3::IDENTITY),
+            // The opening: wide and two-lobed below, pointed above.
+            ellipsoid(at(5.6, -95.0, -17.5), at(7.0, 16.0, 9.0)).mirror(),
+            ellipsoid(at(0.0, -97.0, -7.5), at(6.2, 16.0, 13.5)),
         ],
-        4.0,
+        3.0,
     )
 }
 
@@ -65,7 +67,7 @@ pub(crate) fn sinuses(noise: &Seeds) -> Sdf {
     let rooms = vec![
         // Maxillary, frontal, sphenoid.
         union(vec![ellipsoid(at(29.0, -66.0, -12.0), at(11.5, 14.0, 14.0)), ellipsoid(at(36.0, -66.0, -6.0), at(9.0, 9.0, 7.0))], 6.0),
-        ellipsoid(at(9.0, -88.5, 41.0), at(8.5, 3.6, 8.5)),
+        ellipsoid(at(9.0, -85.5, 40.0), at(7.5, 3.0, 7.5)),
         ellipsoid(at(8.5, -31.0, 10.0), at(7.6, 12.0, 8.5)),
     ];
     let mastoid_cells = ellipsoid(at(51.0, 12.0, -8.0), at(7.0, 9.0, 13.0)).rough(4.5, 5.0, noise.get("mastoid"));
@@ -74,7 +76,7 @@ pub(crate) fn sinuses(noise: &Seeds) -> Sdf {
 
 pub(crate) fn layers(noise: &Seeds) -> Vec<Layer> {
     let vault = Sdf::Field(field::CRANIUM);
-    let solid = union(vec![vault, base().mirror(), face().mirror(), midline()], 4.0);
+    let solid = union(vec![vault, base().mirror(), face().mirror(), midline()], 7.0);
     let openings = union(
         vec![
             orbit(),
@@ -112,7 +114,7 @@ fn base() -> Sdf {
     let sphenoid = vec![
         // Clivus, greater wing, pterygoid plates.
         strap(at(4.0, -20.0, 6.0), at(4.0, -1.0, -20.0), Vec3::Y, [13.0, 10.0], [7.0, 5.0]),
-        quad([at(24.0, -42.0, 2.0), at(54.0, -52.0, 14.0), at(58.0, -38.0, 26.0), at(26.0, -40.0, 24.0)], 2.6),
+        quad([at(24.0, -42.0, 2.0), at(47.0, -52.0, 12.0), at(52.0, -38.0, 22.0), at(26.0, -40.0, 24.0)], 2.6),
         quad([at(16.0, -40.0, 2.0), at(21.0, -42.0, -26.0), at(24.0, -30.0, -22.0), at(22.0, -28.0, 0.0)], 1.8),
         quad([at(14.0, -38.0, 2.0), at(13.0, -41.0, -28.0), at(13.0, -30.0, -24.0), at(14.0, -28.0, 0.0)], 1.6),
     ];
@@ -122,20 +124,27 @@ fn base() -> Sdf {
 /// The bones of the face. For x > 0.
 fn face() -> Sdf {
     let rim = ring(&[
-        [16.0, -87.0, 30.0, 4.6],
-        [27.0, -89.5, 34.5, 5.0],
-        [40.0, -86.0, 34.5, 5.0],
-        [51.0, -77.0, 28.0, 4.6],
-        [54.0, -69.5, 15.0, 4.6],
-        [51.0, -71.5, 2.0, 5.0],
-        [40.0, -79.5, -4.5, 5.2],
-        [27.0, -84.5, -3.5, 4.6],
-        [17.0, -86.0, 5.0, 3.6],
-        [13.5, -86.5, 18.0, 3.8],
+        [16.0, -85.0, 30.5, 4.4],
+        [27.0, -86.5, 35.0, 4.8],
+        [40.0, -82.5, 35.0, 4.8],
+        [49.0, -74.0, 28.5, 4.4],
+        [51.5, -66.5, 15.0, 4.4],
+        [49.0, -68.5, 2.0, 4.8],
+        [39.0, -76.5, -4.5, 4.8],
+        [27.0, -82.0, -3.5, 4.2],
+        [17.0, -84.5, 5.0, 3.2],
+        [13.5, -85.0, 18.0, 3.4],
+    ]);
+    // The temporal line runs on from the brow over the side of the vault.
+    let temporal_line = tube(&[
+        [50.0, -73.0, 29.0, 4.0],
+        [52.0, -64.0, 42.0, 4.4],
+        [54.0, -48.0, 60.0, 4.0],
+        [58.0, -22.0, 80.0, 3.0],
     ]);
     let cheek = union(
         vec![
-            turned_ellipsoid(at(47.0, -69.0, -10.0), at(13.0, 8.0, 12.0), Mat3::from_rotation_z(0.75)),
+            turned_ellipsoid(at(45.5, -67.5, -9.0), at(13.0, 8.0, 12.0), Mat3::from_rotation_z(0.75)),
             arch(),
             // The buttress down to the molars.
             segment(at(42.0, -68.0, -14.0), at(31.0, -62.0, -32.0), 7.0, 5.0),
@@ -155,7 +164,7 @@ fn face() -> Sdf {
             ellipsoid(at(25.0, -68.0, -14.0), at(20.0, 19.0, 19.0)),
             ellipsoid(at(14.0, -80.0, -27.0), at(13.0, 10.0, 10.0)),
             // The margin of the nasal opening, up to the brow.
-            tube(&[[9.0, -91.0, 26.0, 3.6], [10.0, -94.5, 10.0, 3.4], [14.0, -91.0, -4.0, 3.4], [16.0, -89.0, -17.0, 3.6], [10.0, -90.5, -27.5, 3.8]]),
+            tube(&[[9.0, -89.0, 26.0, 3.4], [9.5, -93.0, 10.0, 3.2], [13.5, -90.0, -4.0, 3.2], [15.8, -88.0, -17.0, 3.4], [10.0, -89.5, -27.5, 3.8]]),
             // The sockets of the teeth bulge.
             tube(&[[0.0, -90.5, -36.0, 5.6], [9.0, -89.0, -36.0, 5.6], [17.5, -82.5, -36.0, 5.8], [23.0, -73.0, -35.5, 6.2], [27.0, -60.0, -34.5, 6.6], [28.5, -50.0, -33.0, 6.4]]),
             segment(at(18.0, -86.5, -40.0), at(17.0, -86.0, -18.0), 4.0, 2.5),
@@ -165,23 +174,23 @@ fn face() -> Sdf {
     .minus(ellipsoid(at(28.0, -93.0, -15.0), at(9.0, 9.0, 9.0)), 8.0);
     let nasal_bone = union(
         vec![
-            strap(at(2.6, -91.0, 27.0), at(3.2, -104.0, 5.0), at(0.5, -0.86, -0.5), [5.0, 5.0], [3.0, 1.7]),
-            segment(at(5.0, -93.0, 22.0), at(8.0, -97.0, 8.0), 3.6, 2.2),
+            strap(at(2.6, -89.5, 27.0), at(3.2, -102.0, 6.0), at(0.5, -0.86, -0.5), [5.0, 5.0], [3.0, 1.7]),
+            segment(at(5.0, -91.0, 22.0), at(8.0, -95.0, 8.0), 3.4, 2.2),
         ],
         3.0,
     );
-    union(vec![rim, cheek, walls, maxilla, nasal_bone], 5.0)
+    union(vec![rim, temporal_line, cheek, walls, maxilla, nasal_bone], 5.0)
 }
 
 /// The zygomatic arch: a flat bar from the cheek to the ear.
 fn arch() -> Sdf {
     let bar = |dz: f32| {
         tube(&[
-            [51.0, -66.0, -9.0 + dz, 3.6],
-            [60.0, -54.0, -7.5 + dz, 2.9],
-            [64.5, -38.0, -5.0 + dz, 2.6],
-            [65.5, -22.0, -2.0 + dz, 2.7],
-            [63.0, -8.0, 1.5 + dz, 3.4],
+            [49.0, -65.0, -9.0 + dz, 3.6],
+            [57.5, -54.0, -7.5 + dz, 2.9],
+            [61.5, -38.0, -5.0 + dz, 2.5],
+            [63.0, -22.0, -2.0 + dz, 2.6],
+            [62.0, -8.0, 1.5 + dz, 3.4],
         ])
     };
     union(vec![bar(1.5), bar(-2.0)], 3.0)

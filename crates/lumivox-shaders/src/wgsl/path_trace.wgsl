@@ -112,9 +112,13 @@ fn path_trace(@builtin(global_invocation_id) id: vec3u) {
                         let light = sample_environment(&rng);
                         let event_density = event_pdf(event, light.direction);
                         if (light.pdf > 0.0 && event_density > 0.0) {
-                            // Balance heuristic (Veach 1997): event_density / light.pdf * light.pdf / (both).
-                            let weight = event_density / (light.pdf + event_density);
-                            let arriving = weight * environment_radiance(light.direction);
+                            // Balance heuristic (Veach 1997). Its weights must be the same function of the direction
+                            // for both strategies, and drivers round atan2 and acos as they like: so the density
+                            // inside the weight is the looked-up one here too, not the one drawn from.
+                            let light_density = environment_pdf(light.direction);
+                            let weight = light_density / (light_density + event_density);
+                            let arriving = weight * event_density / light.pdf
+                                * environment_radiance(light.direction);
                             if (luminance(arriving) > 0.0) {
                                 radiance += throughput * arriving
                                     * transmittance(origin, light.direction, 1e30, &rng);

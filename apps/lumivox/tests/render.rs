@@ -1,0 +1,161 @@
+//! Rendering through the command, on whatever GPU there is: software Vulkan counts, none at all is a failure.
+
+use std::{
+    fs::{self, File},
+    io::{BufRead, BufReader},
+    path::Path,
+    process::{Command, Output, Stdio},
+};
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
+    command.current_dir(folder).args(arguments).stdin(Stdio::null());
+    command
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().expect("the command runs")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A folder with a small sphere of bone as DICOM in `scan`.
+fn folder_with_scan() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    let output = run(folder.path(), &["phantom", "sphere", "--size", "24", "--out", "scan", "--quiet"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    folder
+}
+
+/// Renders `scan` to `name` in a few samples and reads the picture back.
+#[track_caller]
+fn render(folder: &Path, name: &str, more: &[&str]) -> (png::ColorType, [u32; 2], Vec<u8>) {
+    let arguments = ["render", "scan", "-o", name, "--preset", "ct-bone", "--samples", "4", "--quiet"];
+    let arguments = [&arguments[..], &["--size", "24x16"], more].concat();
+    let output = run(folder, &arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{}", stderr(&output));
+    assert_eq!((stderr(&output).as_str(), output.stdout.as_slice()), ("", &b""[..]), "quiet");
+    read_png(&folder.join(name))
+}
+
+fn read_png(path: &Path) -> (png::ColorType, [u32; 2], Vec<u8>) {
+    let decoder = png::Decoder::new(BufReader::new(File::open(path).expect("the picture is there")));
+    let mut reader = decoder.read_info().expect("it is a PNG");
+    let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
+    reader.next_frame(&mut pixels).expect("it is whole");
+    let info = reader.info();
+    (info.color_type, [info.width, info.height], pixels)
+}
+
+#[test]
+fn a_dicom_folder_becomes_a_picture() {
+    let folder = folder_with_scan();
+    let (color, size, pixels) = render(folder.path(), "a.png", &["--background", "#102030"]);
+    assert_eq!((color, size), (png::ColorType::Rgb, [24, 16]));
+    assert_eq!(pixels[..3], [0x10, 0x20, 0x30], "nothing but background in the corner");
+    let centre = (8 * 24 + 12) * 3;
+    assert!(
+        pixels[centre..centre + 3].iter().all(|&c| c > 60),
+        "lit bone in the centre: {:?}",
+        &pixels[centre..centre + 3]
+    );
+    let left = fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(left, 2, "the scan and the picture, nothing else");
+}
+
+#[test]
+fn a_seed_is_an_image() {
+    let folder = folder_with_scan();
+    let first = render(folder.path(), "a.png", &["--seed", "5"]);
+    assert_eq!(render(folder.path(), "b.png", &["--seed", "5"]), first);
+    assert_ne!(render(folder.path(), "c.png", &["--seed", "6"]), first);
+}
+
+#[test]
+fn transparent_pictures_have_alpha() {
+    let folder = folder_with_scan();
+    let (color, _, pixels) = render(folder.path(), "a.png", &["--background", "transparent"]);
+    assert_eq!(color, png::ColorType::Rgba);
+    assert_eq!(pixels[3], 0);
+    assert_eq!(pixels[(8 * 24 + 12) * 4 + 3], 255);
+}
+
+#[test]
+fn slices_listed_by_a_shell_are_one_scan_and_folders_are_many() {
+    let folder = folder_with_scan();
+    let whole = render(folder.path(), "a.png", &[]);
+    let mut slices: Vec<String> = fs::read_dir(folder.path().join("scan"))
+        .unwrap()
+        .map(|entry| format!("scan/{}", entry.unwrap().file_name().to_str().unwrap()))
+        .collect();
+    slices.sort();
+    let options = ["-o", "b.png", "--preset", "ct-bone", "--samples", "4", "--quiet", "--size", "24x16"];
+    let slices: Vec<&str> = slices.iter().map(String::as_str).collect();
+    let output = run(folder.path(), &[&["render"][..], &slices, &options].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(read_png(&folder.path().join("b.png")), whole);
+
+    // Twice the same body in one place is denser, not another shape.
+    let output = run(folder.path(), &[&["render", "scan", "scan"], &options[..]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}
+
+#[test]
+fn time_limits_end_a_render() {
+    let folder = folder_with_scan();
+    let output = run(folder.path(), &["render", "scan", "-o", "a.png", "--size", "16x16", "--time", "0.5"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(stdout.starts_with("Wrote a.png (16 x 16, "), "{stdout}");
+    assert!(stderr(&output).contains("ms per sample"), "{}", stderr(&output));
+}
+
+/// Ctrl-C while tracing: the picture so far is there, and the exit code says that it is not finished.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_the_picture() {
+    let folder = folder_with_scan();
+    let arguments = ["render", "scan", "-o", "a.png", "--size", "32x32", "--time", "600"];
+    let mut child = command(folder.path(), &arguments).stderr(Stdio::piped()).spawn().expect("it starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let tracing = lines.by_ref().map_while(Result::ok).find(|line| line.starts_with("tracing on"));
+    assert!(tracing.is_some(), "it says when it begins to trace");
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(killed.is_ok_and(|status| status.success()));
+    let rest: Vec<String> = lines.map_while(Result::ok).collect();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{rest:?}");
+    assert!(rest.last().is_some_and(|line| line.contains("a.png")), "{rest:?}");
+    assert_eq!(read_png(&folder.path().join("a.png")).1, [32, 32]);
+}
+
+#[test]
+fn a_gpu_that_is_not_there_exits_4_and_names_those_that_are() {
+    let folder = folder_with_scan();
+    let output = run(folder.path(), &["render", "scan", "-o", "a.png", "--gpu", "Voodoo 2"]);
+    assert_eq!(output.status.code(), Some(4));
+    assert!(
+        stderr(&output).contains("no GPU's name contains 'Voodoo 2'. There are: "),
+        "{}",
+        stderr(&output)
+    );
+}
+
+/// Elsewhere drivers are not found through files.
+#[cfg(target_os = "linux")]
+#[test]
+fn without_any_gpu_the_exit_code_is_4_and_the_remedy_is_named() {
+    let folder = folder_with_scan();
+    for arguments in [&["render", "scan", "-o", "a.png"][..], &["doctor"]] {
+        let output = command(folder.path(), arguments)
+            .env("VK_DRIVER_FILES", "/nonexistent.json")
+            .env("VK_ICD_FILENAMES", "/nonexistent.json")
+            .output()
+            .expect("the command runs");
+        assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
+        let remedy = if arguments[0] == "doctor" { "mesa-vulkan-drivers" } else { "lumivox doctor" };
+        assert!(stderr(&output).contains(remedy), "{}", stderr(&output));
+    }
+    assert!(!folder.path().join("a.png").exists());
+}

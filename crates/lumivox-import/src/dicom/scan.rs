@@ -1,0 +1,149 @@
+//! Finds files and reads their headers.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::atomic::{AtomicU64, Ordering},
+};
+
+use lumivox_core::{CancelToken, Progress, Stage};
+use rayon::prelude::*;
+
+use super::{
+    header::{ImageFile, read_image},
+    source::{Source, is_junk, zip_entries},
+};
+use crate::{ImportError, report::SkippedFile};
+
+/// Deeper folders are no study.
+const DEEPEST_FOLDER: usize = 32;
+
+/// What a set of files holds.
+#[derive(Debug, Default)]
+pub(crate) struct Scan {
+    /// Images, in the order of their paths.
+    pub(crate) images: Vec<ImageFile>,
+    /// Everything else, with the reason.
+    pub(crate) rejected: Vec<Rejected>,
+}
+
+/// A file that is no usable image.
+#[derive(Debug)]
+pub(crate) struct Rejected {
+    pub(crate) path: PathBuf,
+    pub(crate) error: ImportError,
+}
+
+impl Rejected {
+    /// Whether it is a DICOM file at all.
+    pub(crate) fn is_dicom(&self) -> bool {
+        !matches!(self.error, ImportError::UnknownFormat { .. } | ImportError::Io { .. })
+    }
+
+    /// The reason as a phrase for the report.
+    pub(crate) fn reason(&self) -> String {
+        match &self.error {
+            ImportError::UnknownFormat { found, .. } => found.clone(),
+            ImportError::Unsupported { what, .. } => what.clone(),
+            ImportError::Field { field, problem, .. } => format!("{field} {problem}"),
+            ImportError::Damaged { problem, .. } => problem.clone(),
+            ImportError::Truncated { expected, actual, .. } => {
+                format!("cut short: {actual} of {expected} bytes of image data are there")
+            }
+            ImportError::Io { source, .. } => source.to_string(),
+            other => other.to_string(),
+        }
+    }
+
+    pub(crate) fn skipped(&self) -> SkippedFile {
+        SkippedFile { path: self.path.clone(), reason: self.reason() }
+    }
+}
+
+/// Reads the headers of all files in `paths`: files, folders with all that is in them, zip archives.
+///
+/// # Errors
+/// When a path given cannot be read, or on cancel. What lies within folders and archives is rejected instead.
+pub(crate) fn scan(paths: &[PathBuf], progress: Progress<'_>, cancel: &CancelToken) -> Result<Scan, ImportError> {
+    let mut scan = Scan::default();
+    let mut sources = Vec::new();
+    for path in paths {
+        if fs::metadata(path).map_err(ImportError::io(path))?.is_dir() {
+            for file in files_below(path, cancel)? {
+                add(&file, &mut sources, &mut scan.rejected).unwrap_or_else(|error| {
+                    scan.rejected.push(Rejected { path: file, error });
+                });
+            }
+        } else {
+            add(path, &mut sources, &mut scan.rejected)?;
+        }
+    }
+    let total = sources.len() as u64;
+    let done = AtomicU64::new(0);
+    let results: Vec<_> = sources
+        .par_iter()
+        .map(|source| {
+            cancel.check()?;
+            let result = read_image(source);
+            progress.report(Stage::Scanning, done.fetch_add(1, Ordering::Relaxed) + 1, total);
+            Ok(result)
+        })
+        .collect::<Result<_, ImportError>>()?;
+    for (source, result) in sources.iter().zip(results) {
+        match result {
+            Ok(image) => scan.images.push(image),
+            Err(error) => scan.rejected.push(Rejected { path: source.path(), error }),
+        }
+    }
+    Ok(scan)
+}
+
+/// Adds the file at `path`, or the entries of the archive that it is.
+fn add(path: &Path, sources: &mut Vec<Source>, rejected: &mut Vec<Rejected>) -> Result<(), ImportError> {
+    let unusable = |found: &str| ImportError::UnknownFormat { path: path.to_owned(), found: found.to_owned() };
+    // Opening a pipe or a device might wait for ever.
+    if !fs::metadata(path).map_err(ImportError::io(path))?.is_file() {
+        return Err(unusable("not a plain file"));
+    }
+    let source = Source::File(path.to_owned());
+    let mut magic = [0; 4];
+    source.open().and_then(|mut input| input.read_up_to(&mut magic)).map_err(ImportError::io(path))?;
+    if &magic != b"PK\x03\x04" {
+        sources.push(source);
+        return Ok(());
+    }
+    let (entries, skipped) = zip_entries(path)?;
+    sources.extend(entries);
+    rejected.extend(skipped.into_iter().map(|(path, what)| {
+        let error = ImportError::Unsupported { path: path.clone(), what, remedy: "Unpack it first".to_owned() };
+        Rejected { path, error }
+    }));
+    Ok(())
+}
+
+/// All files in a folder and the folders in it, in the order of their paths. Links to folders are not followed, since
+/// they may lead in circles.
+pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Vec<PathBuf>, ImportError> {
+    let mut files = Vec::new();
+    let mut folders = vec![(folder.to_owned(), 0)];
+    while let Some((folder, depth)) = folders.pop() {
+        for entry in fs::read_dir(&folder).map_err(ImportError::io(&folder))? {
+            cancel.check()?;
+            let entry = entry.map_err(ImportError::io(&folder))?;
+            if is_junk(&entry.file_name().to_string_lossy()) {
+                continue;
+            }
+            let path = entry.path();
+            let kind = entry.file_type().map_err(ImportError::io(&path))?;
+            if kind.is_dir() {
+                if depth < DEEPEST_FOLDER {
+                    folders.push((path, depth + 1));
+                }
+            } else if kind.is_file() || path.is_file() {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    Ok(files)
+}

@@ -1,0 +1,110 @@
+//! Typed access to the values of a data set: numbers that are finite, texts that are short and printable.
+
+use super::{
+    attributes::Attribute,
+    elements::DataSet,
+};
+
+/// A header field that is missing, damaged or impossible; becomes [`crate::ImportError::Field`].
+#[derive(Clone, Debug)]
+pub(crate) struct FieldFault {
+    pub(crate) attribute: Attribute,
+    pub(crate) problem: String,
+    pub(crate) remedy: &'static str,
+}
+
+const EXPORT_AGAIN: &str = "Export the scan again, or correct the field with a DICOM editor";
+
+impl FieldFault {
+    /// `attribute` has a problem, said as a verb phrase, that a new export may cure.
+    pub(crate) fn new(attribute: Attribute, problem: impl Into<String>) -> Self {
+        Self { attribute, problem: problem.into(), remedy: EXPORT_AGAIN }
+    }
+
+    /// `attribute` is not there.
+    pub(crate) fn missing(attribute: Attribute) -> Self {
+        Self::new(attribute, "is missing")
+    }
+}
+
+impl DataSet {
+    /// A text without its padding; what is not printable ASCII becomes `?`.
+    pub(crate) fn text(&self, attribute: Attribute) -> Option<String> {
+        let text: String = self.bytes(attribute)?.iter().map(|&b| printable(b)).collect();
+        let text = text.trim_matches(|c: char| c == '\0' || c == ' ');
+        (!text.is_empty()).then(|| text.to_owned())
+    }
+
+    /// The parts of a text with several values.
+    pub(crate) fn texts(&self, attribute: Attribute) -> Vec<String> {
+        let text = self.text(attribute).unwrap_or_default();
+        text.split('\\').map(|part| part.trim().to_owned()).collect()
+    }
+
+    /// An unsigned binary integer (US, UL).
+    pub(crate) fn unsigned(&self, attribute: Attribute) -> Option<u32> {
+        let bytes = self.bytes(attribute)?;
+        match (bytes.first_chunk::<4>(), bytes.first_chunk::<2>()) {
+            (Some(&four), _) if bytes.len() == 4 => {
+                Some(if self.big_endian { u32::from_be_bytes(four) } else { u32::from_le_bytes(four) })
+            }
+            (_, Some(&two)) => {
+                Some(if self.big_endian { u16::from_be_bytes(two) } else { u16::from_le_bytes(two) }.into())
+            }
+            _ => None,
+        }
+    }
+
+    /// An integer in text (IS).
+    pub(crate) fn integer_text(&self, attribute: Attribute) -> Result<Option<i64>, FieldFault> {
+        let Some(text) = self.text(attribute) else { return Ok(None) };
+        let first = text.split('\\').next().unwrap_or_default().trim();
+        match first.parse() {
+            Ok(number) => Ok(Some(number)),
+            Err(_) => Err(FieldFault::new(attribute, format!("is '{}', not an integer", shorten(first)))),
+        }
+    }
+
+    /// All numbers of a text with decimals (DS), every one finite.
+    pub(crate) fn decimal_list(&self, attribute: Attribute) -> Result<Option<Vec<f64>>, FieldFault> {
+        let Some(text) = self.text(attribute) else { return Ok(None) };
+        // A backslash parts values, so a comma can only be the decimal comma of a careless writer.
+        let parse = |part: &str| part.trim().replace(',', ".").parse().ok().filter(|x: &f64| x.is_finite());
+        match text.split('\\').map(parse).collect() {
+            Some(numbers) => Ok(Some(numbers)),
+            None => Err(FieldFault::new(attribute, format!("is '{}', not finite numbers", shorten(&text)))),
+        }
+    }
+
+    /// Exactly `N` decimals.
+    pub(crate) fn decimals<const N: usize>(&self, attribute: Attribute) -> Result<Option<[f64; N]>, FieldFault> {
+        let Some(numbers) = self.decimal_list(attribute)? else { return Ok(None) };
+        let count = numbers.len();
+        match numbers.try_into() {
+            Ok(array) => Ok(Some(array)),
+            Err(_) => Err(FieldFault::new(
+                attribute,
+                format!("has {count} {} where {N} belong", if count == 1 { "value" } else { "values" }),
+            )),
+        }
+    }
+
+    /// The first of some decimals.
+    pub(crate) fn decimal(&self, attribute: Attribute) -> Result<Option<f64>, FieldFault> {
+        Ok(self.decimal_list(attribute)?.and_then(|numbers| numbers.first().copied()))
+    }
+}
+
+fn printable(byte: u8) -> char {
+    match byte {
+        0 => '\0',
+        b'\t' | b'\n' | b'\r' => ' ',
+        b if b.is_ascii_graphic() || b == b' ' => b.into(),
+        _ => '?',
+    }
+}
+
+/// A text as a message can quote it.
+pub(crate) fn shorten(text: &str) -> String {
+    if text.chars().count() <= 40 { text.to_owned() } else { text.chars().take(37).chain("...".chars()).collect() }
+}

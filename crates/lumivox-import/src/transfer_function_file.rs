@@ -1,0 +1,491 @@
+//! Transfer functions in files: Lumivox's own, and UnityVolumeRendering's `.tf`.
+//!
+//! Lumivox's own is JSON for people to read and write:
+//!
+//! ```json
+//! {
+//!   "lumivox_transfer_function": 1,
+//!   "unit": "HU",
+//!   "opacity": [
+//!     { "value": -200, "opacity": 0 },
+//!     { "value": 300, "opacity": 0.8, "ease": "in-out" }
+//!   ],
+//!   "color": [
+//!     { "value": -200, "color": "#b4553c" },
+//!     { "value": 300, "color": [0.9, 0.85, 0.7] }
+//!   ]
+//! }
+//! ```
+//!
+//! Values are physical. A colour in quotes is sRGB, as every colour picker gives it; a list is linear RGB. `ease` says
+//! how the curve leaves a knot: `linear` (the default) or `in-out`. `unit` is for the reader only.
+//!
+//! UnityVolumeRendering (<https://github.com/mlavik1/UnityVolumeRendering>, `TransferFunctionDatabase.cs`) writes
+//! `version`, `colourPoints` of `dataValue` and `colourValue` (`r`, `g`, `b`, `a`, sRGB), and `alphaPoints` of
+//! `dataValue` and `alphaValue`. Its first version's data values run from 0 to 1 over the data set's range, later ones
+//! are physical.
+
+use std::{fmt, fs::File, io::Read, path::Path};
+
+use lumivox_core::{ColorStop, Ease, OpacityKnot, TransferFunction};
+use serde::{
+    Deserialize, Deserializer, Serialize,
+    de::{Error as _, SeqAccess, Visitor},
+};
+
+use crate::error::ImportError;
+
+/// The version that is written, and the newest that is read.
+const VERSION: u64 = 1;
+
+/// Longer than any transfer function.
+const LONGEST: u64 = 16 << 20;
+
+/// Loads a transfer function, of Lumivox's or of UnityVolumeRendering's making. `value_range` is the smallest and
+/// largest value of the volume that it is for: old `.tf` files are relative to it.
+///
+/// # Errors
+/// [`ImportError`] names the line where the file cannot be understood.
+pub fn load_transfer_function(path: &Path, value_range: [f64; 2]) -> Result<TransferFunction, ImportError> {
+    let mut text = String::new();
+    let file = File::open(path).map_err(ImportError::io(path))?;
+    file.take(LONGEST).read_to_string(&mut text).map_err(|source| match source.kind() {
+        std::io::ErrorKind::InvalidData => not_one(path, "is not text"),
+        _ => ImportError::Io { path: path.to_owned(), source },
+    })?;
+    let text = text.trim_start_matches('\u{feff}');
+    if text.trim().is_empty() {
+        return Err(not_one(path, "is empty"));
+    }
+    let kind: Kind = parse(path, text)?;
+    match kind {
+        Kind { lumivox_transfer_function: Some(version), .. } => {
+            if version != VERSION {
+                return Err(field(
+                    path,
+                    "lumivox_transfer_function",
+                    format!("is {version}, but this Lumivox knows version {VERSION} only"),
+                    "Update Lumivox, or save the file with the older one",
+                ));
+            }
+            let own: Own = parse(path, text)?;
+            let knots = own.opacity.into_iter().map(|k| OpacityKnot {
+                value: k.value,
+                opacity: k.opacity,
+                ease: k.ease.into(),
+            });
+            let stops = own.color.into_iter().map(|s| ColorStop { value: s.value, color: s.color.0 });
+            build(path, knots.collect(), stops.collect())
+        }
+        Kind { colour_points: Some(_), alpha_points: Some(_), .. } => {
+            let unity: Unity = parse(path, text)?;
+            unity.transfer_function(path, value_range)
+        }
+        Kind { boxes: Some(_), .. } => Err(ImportError::Unsupported {
+            path: path.to_owned(),
+            what: "a two-dimensional transfer function (over values and gradients)".to_owned(),
+            remedy: "Use a one-dimensional one".to_owned(),
+        }),
+        _ => Err(not_one(path, "has neither 'lumivox_transfer_function' nor 'colourPoints' and 'alphaPoints'")),
+    }
+}
+
+/// Writes a transfer function so that [`load_transfer_function`] gives back the same. `unit` is what its values are
+/// in, for people: `HU`, or nothing.
+///
+/// # Errors
+/// [`ImportError::Io`] when the file cannot be written.
+pub fn save_transfer_function(
+    path: &Path,
+    transfer_function: &TransferFunction,
+    unit: &str,
+) -> Result<(), ImportError> {
+    std::fs::write(path, to_json(transfer_function, unit)).map_err(ImportError::io(path))
+}
+
+/// One line for each point, so that people can read and compare it.
+fn to_json(transfer_function: &TransferFunction, unit: &str) -> String {
+    let knots = transfer_function.opacity_knots().iter().map(|k| {
+        serde_json::to_string(&Knot { value: k.value, opacity: k.opacity, ease: k.ease.into() })
+    });
+    let stops = transfer_function
+        .color_stops()
+        .iter()
+        .map(|s| serde_json::to_string(&Stop { value: s.value, color: Color(s.color) }));
+    let list = |points: &mut dyn Iterator<Item = serde_json::Result<String>>| {
+        let points: Vec<_> = points.map(|p| p.expect("finite numbers are JSON")).collect();
+        format!("[\n    {}\n  ]", points.join(",\n    "))
+    };
+    format!(
+        "{{\n  \"lumivox_transfer_function\": {VERSION},\n  \"unit\": {},\n  \"opacity\": {},\n  \"color\": {}\n}}\n",
+        serde_json::Value::from(unit),
+        list(&mut { knots }),
+        list(&mut { stops })
+    )
+}
+
+/// Tells the formats apart.
+#[derive(Deserialize)]
+struct Kind {
+    lumivox_transfer_function: Option<u64>,
+    #[serde(rename = "colourPoints")]
+    colour_points: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "alphaPoints")]
+    alpha_points: Option<serde::de::IgnoredAny>,
+    boxes: Option<serde::de::IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Own {
+    #[serde(rename = "lumivox_transfer_function")]
+    _version: u64,
+    #[serde(default, rename = "unit")]
+    _unit: String,
+    opacity: Vec<Knot>,
+    color: Vec<Stop>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Knot {
+    value: f64,
+    #[serde(deserialize_with = "unit_interval")]
+    opacity: f64,
+    #[serde(default, skip_serializing_if = "EaseName::is_default")]
+    ease: EaseName,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Stop {
+    value: f64,
+    color: Color,
+}
+
+#[derive(Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum EaseName {
+    #[default]
+    Linear,
+    InOut,
+}
+
+impl EaseName {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl From<EaseName> for Ease {
+    fn from(name: EaseName) -> Self {
+        match name {
+            EaseName::Linear => Ease::Linear,
+            EaseName::InOut => Ease::InOut,
+        }
+    }
+}
+
+impl From<Ease> for EaseName {
+    fn from(ease: Ease) -> Self {
+        match ease {
+            Ease::Linear => EaseName::Linear,
+            Ease::InOut => EaseName::InOut,
+        }
+    }
+}
+
+/// Linear RGB, each from 0 to 1.
+struct Color([f64; 3]);
+
+impl Serialize for Color {
+    /// As `#rrggbb` where that loses nothing, otherwise as numbers.
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let bytes = self.0.map(|c| (srgb_from_linear(c) * 255.0).round() as u8);
+        if bytes.map(linear_from_byte) == self.0 {
+            let [r, g, b] = bytes;
+            serializer.serialize_str(&format!("#{r:02x}{g:02x}{b:02x}"))
+        } else {
+            self.0.serialize(serializer)
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Color {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ColorVisitor;
+
+        impl<'de> Visitor<'de> for ColorVisitor {
+            type Value = Color;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a color: \"#rrggbb\" (sRGB) or three numbers between 0 and 1 (linear)")
+            }
+
+            fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Color, E> {
+                let wrong = || E::custom(format!("color '{text}' is not of the form #rrggbb"));
+                let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii()).ok_or_else(wrong)?;
+                let byte = |i: usize| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).map_err(|_| wrong());
+                Ok(Color([byte(0)?, byte(1)?, byte(2)?].map(linear_from_byte)))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Color, A::Error> {
+                let mut color = [0.0; 3];
+                for (i, component) in color.iter_mut().enumerate() {
+                    *component = list.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                    if !(0.0..=1.0).contains(component) {
+                        return Err(A::Error::custom(format!("color {component} is not between 0 and 1")));
+                    }
+                }
+                match list.next_element::<serde::de::IgnoredAny>()? {
+                    None => Ok(Color(color)),
+                    Some(_) => Err(A::Error::invalid_length(4, &self)),
+                }
+            }
+        }
+
+        deserializer.deserialize_any(ColorVisitor)
+    }
+}
+
+/// An opacity; checked here, where the line is still known.
+fn unit_interval<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let value = f64::deserialize(deserializer)?;
+    if (0.0..=1.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err(D::Error::custom(format!("opacity {value} is not between 0 and 1")))
+    }
+}
+
+/// UnityVolumeRendering's file.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Unity {
+    #[serde(default)]
+    version: u64,
+    colour_points: Vec<UnityColor>,
+    alpha_points: Vec<UnityAlpha>,
+    min_data_value: Option<f64>,
+    max_data_value: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct UnityColor {
+    data_value: f64,
+    colour_value: UnityRgb,
+}
+
+#[derive(Deserialize)]
+struct UnityRgb {
+    r: f64,
+    g: f64,
+    b: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct UnityAlpha {
+    data_value: f64,
+    alpha_value: f64,
+}
+
+impl Unity {
+    fn transfer_function(self, path: &Path, value_range: [f64; 2]) -> Result<TransferFunction, ImportError> {
+        /// Later versions may change what values mean.
+        const NEWEST: u64 = 2;
+        if self.version > NEWEST {
+            return Err(field(
+                path,
+                "version",
+                format!("is {}, but UnityVolumeRendering's files are known up to {NEWEST}", self.version),
+                "Update Lumivox",
+            ));
+        }
+        let values = || {
+            let alphas = self.alpha_points.iter().map(|p| p.data_value);
+            self.colour_points.iter().map(|p| p.data_value).chain(alphas)
+        };
+        let own_range = match (self.min_data_value, self.max_data_value) {
+            (Some(min), Some(max)) if max > min => Some([min, max]),
+            _ => None,
+        };
+        // Programs that borrowed the format write HU under version 1 too.
+        let relative =
+            values().all(|v| (0.0..=1.0).contains(&v)) && (self.version <= 1 || own_range.is_some());
+        let [min, max] = if relative { own_range.unwrap_or(value_range) } else { [0.0, 1.0] };
+        let physical = |v: f64| if relative { min + v * (max - min) } else { v };
+        let knots = self.alpha_points.iter().map(|p| OpacityKnot {
+            value: physical(p.data_value),
+            opacity: p.alpha_value.clamp(0.0, 1.0),
+            ease: Ease::Linear,
+        });
+        let stops = self.colour_points.iter().map(|p| {
+            let UnityRgb { r, g, b } = p.colour_value;
+            let color = [r, g, b].map(|c| linear_from_srgb(c.clamp(0.0, 1.0)));
+            ColorStop { value: physical(p.data_value), color }
+        });
+        build(path, knots.collect(), stops.collect())
+    }
+}
+
+fn build(
+    path: &Path,
+    knots: Vec<OpacityKnot>,
+    stops: Vec<ColorStop>,
+) -> Result<TransferFunction, ImportError> {
+    TransferFunction::new(knots, stops)
+        .map_err(|e| field(path, "the transfer function", format!("is impossible: {e}"), "Correct the file"))
+}
+
+/// Parses JSON; errors name the line.
+fn parse<'de, T: Deserialize<'de>>(path: &Path, text: &'de str) -> Result<T, ImportError> {
+    serde_json::from_str(text).map_err(|error| {
+        let place = format!(" at line {} column {}", error.line(), error.column());
+        let message = error.to_string();
+        let message = message.strip_suffix(&place).unwrap_or(&message);
+        let place = format!("line {}, column {}", error.line(), error.column());
+        field(path, &place, format!("cannot be understood: {message}"), "Correct the file")
+    })
+}
+
+fn not_one(path: &Path, problem: &str) -> ImportError {
+    let remedy = "A transfer function is saved by Lumivox, or is a .tf file of UnityVolumeRendering";
+    field(path, "the file", problem.to_owned(), remedy)
+}
+
+fn field(path: &Path, field: &str, problem: String, remedy: &str) -> ImportError {
+    ImportError::Field { path: path.to_owned(), field: field.to_owned(), problem, remedy: remedy.to_owned() }
+}
+
+/// IEC 61966-2-1.
+fn linear_from_srgb(c: f64) -> f64 {
+    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+}
+
+fn srgb_from_linear(c: f64) -> f64 {
+    if c <= 0.0031308 { c * 12.92 } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 }
+}
+
+fn linear_from_byte(byte: u8) -> f64 {
+    linear_from_srgb(f64::from(byte) / 255.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(text: &str) -> Result<TransferFunction, String> {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        load_transfer_function(file.path(), [-1000.0, 3000.0]).map_err(|e| {
+            let message = e.to_string();
+            message.strip_prefix(&format!("{}: ", file.path().display())).unwrap().to_owned()
+        })
+    }
+
+    #[test]
+    fn saving_and_loading_gives_the_same() {
+        let knot = |value, opacity, ease| OpacityKnot { value, opacity, ease };
+        let original = TransferFunction::new(
+            vec![
+                knot(-1024.25, 0.0, Ease::InOut),
+                knot(1.0 / 3.0, 1.0 / 7.0, Ease::Linear),
+                knot(1e-300, 1.0, Ease::Linear),
+            ],
+            vec![
+                ColorStop { value: 0.0, color: [0.1, 0.2, 1.0 / 3.0] },
+                ColorStop { value: 5.0, color: [linear_from_byte(18), linear_from_byte(255), 0.0] },
+            ],
+        )
+        .unwrap();
+        let file = tempfile::NamedTempFile::new().unwrap();
+        save_transfer_function(file.path(), &original, "HU").unwrap();
+        assert_eq!(load_transfer_function(file.path(), [0.0, 1.0]).unwrap(), original);
+        let text = std::fs::read_to_string(file.path()).unwrap();
+        assert!(text.contains(r##""color":"#12ff00""##), "{text}");
+    }
+
+    #[test]
+    fn every_byte_color_survives_as_hex() {
+        for byte in 0..=255u8 {
+            let color = Color([linear_from_byte(byte); 3]);
+            let text = serde_json::to_string(&color).unwrap();
+            assert_eq!(text, format!("\"#{byte:02x}{byte:02x}{byte:02x}\""));
+            assert_eq!(serde_json::from_str::<Color>(&text).unwrap().0, color.0);
+        }
+    }
+
+    #[test]
+    fn the_documented_file_loads() {
+        let tf = load(
+            r##"{ "lumivox_transfer_function": 1, "unit": "HU",
+              "opacity": [{ "value": -200, "opacity": 0 }, { "value": 300, "opacity": 0.8, "ease": "in-out" }],
+              "color": [{ "value": -200, "color": "#ffffff" }, { "value": 300, "color": [0.9, 0.85, 0.7] }] }"##,
+        )
+        .unwrap();
+        assert_eq!(tf.opacity(50.0), 0.4);
+        assert_eq!(tf.color_stops()[0].color, [1.0; 3]);
+        assert_eq!(tf.opacity_knots()[1].ease, Ease::InOut);
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_line() {
+        let head = "{ \"lumivox_transfer_function\": 1,\n \"opacity\": [\n";
+        let with = |knot: &str, stop: &str| load(&format!("{head}{knot}],\n \"color\": [{stop}] }}")).unwrap_err();
+        let good = r##"{"value": 0, "color": "#000000"}"##;
+        let error = with(r#"{"value": 0, "opacity": 1.5}"#, good);
+        assert!(error.starts_with("line 3, column") && error.contains("opacity 1.5 is not between 0"), "{error}");
+        let error = with(r#"{"value": 0}"#, good);
+        assert!(error.starts_with("line 3") && error.contains("missing field `opacity`"), "{error}");
+        let error = with(r#"{"value": 0, "opacity": 1, "ease": "bouncy"}"#, good);
+        assert!(error.contains("unknown variant `bouncy`"), "{error}");
+        let error = with(r#"{"value": 0, "opacity": 1}"#, r##"{"value": 0, "color": "#00é00"}"##);
+        assert!(error.starts_with("line 4") && error.contains("#rrggbb"), "{error}");
+        let error = with(r#"{"value": 0, "opacity": 1}"#, r#"{"value": 0, "color": [0, 1]}"#);
+        assert!(error.contains("three numbers"), "{error}");
+        let error = with("", good);
+        assert!(error.contains("at least one opacity knot"), "{error}");
+        assert!(load("").unwrap_err().contains("is empty"));
+        assert!(load("[1, 2]").is_err());
+        assert!(load("{}").unwrap_err().contains("has neither"));
+        assert!(load("{\"boxes\": []}").unwrap_err().contains("two-dimensional"));
+        assert!(load("hello").unwrap_err().starts_with("line 1"));
+        let error = load(r#"{"lumivox_transfer_function": 7, "new": []}"#).unwrap_err();
+        assert!(error.contains("is 7, but this Lumivox knows version 1 only"), "{error}");
+    }
+
+    #[test]
+    fn deep_nesting_is_an_error_not_a_stack_overflow() {
+        assert!(load(&"[".repeat(1_000_000)).is_err());
+        assert!(load(&format!("{{\"opacity\": {}", "[".repeat(1_000_000))).is_err());
+    }
+
+    const UNITY: &str = r#"{"version":1,
+        "colourPoints":[{"dataValue":0.0,"colourValue":{"r":0.0,"g":0.0,"b":0.0,"a":1.0}},
+                        {"dataValue":0.5,"colourValue":{"r":1.0,"g":0.5,"b":0.0,"a":1.0}}],
+        "alphaPoints":[{"dataValue":0.25,"alphaValue":0.0},{"dataValue":1.0,"alphaValue":0.5}]}"#;
+
+    #[test]
+    fn unity_volume_rendering_is_placed_over_the_value_range() {
+        let tf = load(UNITY).unwrap();
+        assert_eq!(tf.opacity_knots()[0].value, 0.0);
+        assert_eq!(tf.opacity_knots()[1].value, 3000.0);
+        assert_eq!(tf.opacity(1500.0), 0.25);
+        let [r, g, b] = tf.color(1000.0);
+        assert_eq!((r, b), (1.0, 0.0));
+        assert!((g - 0.21404).abs() < 1e-5, "{g}");
+    }
+
+    #[test]
+    fn unity_volume_rendering_in_physical_values_is_kept() {
+        let tf = load(&UNITY.replace("\"dataValue\":0.5", "\"dataValue\":400")).unwrap();
+        assert_eq!(tf.opacity_knots()[1].value, 1.0);
+        assert_eq!(tf.color_stops()[1].value, 400.0);
+        let tf = load(&UNITY.replace("\"version\":1", "\"version\":2")).unwrap();
+        assert_eq!(tf.opacity_knots()[1].value, 1.0);
+        let error = load(&UNITY.replace("\"version\":1", "\"version\":9")).unwrap_err();
+        assert!(error.contains("known up to 2"), "{error}");
+    }
+}

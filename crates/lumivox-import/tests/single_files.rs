@@ -1,0 +1,87 @@
+//! NIfTI, NRRD and RAW scans of real people and machines, against numbers that other programs read from them.
+
+use std::path::{Path, PathBuf};
+
+use lumivox_core::{CancelToken, Modality, Progress, Volume, Voxels, glam::DVec3};
+use lumivox_import::{ImportOptions, Imported, RawDescription, load};
+
+/// Where real scans lie, if they are here; they belong to nobody's repository.
+fn shared(path: &str) -> Option<PathBuf> {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")).join(path);
+    if !path.exists() {
+        println!("shared scans absent: {}", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+fn load_one(path: PathBuf) -> Imported {
+    load(&[path], &ImportOptions::default(), Progress::SILENT, &CancelToken::new()).unwrap()
+}
+
+/// The sum of all values, by which other programs' reading is compared.
+fn sum(volume: &Volume) -> f64 {
+    let stored: f64 = (0..volume.voxel_count()).map(|i| volume.voxels().get(i)).sum();
+    stored * volume.slope() + volume.intercept() * volume.voxel_count() as f64
+}
+
+#[test]
+fn ct_angiogram_nifti_gz() {
+    let Some(path) = shared("nifti/CT_AVM.nii.gz") else { return };
+    let Imported { volume, report, .. } = load_one(path);
+    assert_eq!(report.format, "NIfTI");
+    assert_eq!(volume.dims(), [256, 242, 154]);
+    assert_eq!(volume.value_range(), [0.0, 255.0]);
+    assert_eq!(sum(&volume), 22_359_514.0);
+    assert!(volume.spacing_mm().distance(DVec3::new(0.72, 0.7217, 1.0)) < 1e-3, "{}", volume.spacing_mm());
+    // Its axes run to the right, front and head.
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|v| volume.directions() * v);
+    assert_eq!([x, y, z], [DVec3::NEG_X, DVec3::NEG_Y, DVec3::Z]);
+}
+
+#[test]
+fn mr_nifti_keeps_every_value_and_its_place() {
+    let Some(path) = shared("syntaxes/1.nii") else { return };
+    let Imported { volume, .. } = load_one(path);
+    assert_eq!(volume.dims(), [64, 64, 35]);
+    assert!(matches!(volume.voxels(), Voxels::U16(_)));
+    assert_eq!(volume.value_range(), [0.0, 2362.0]);
+    assert_eq!(sum(&volume), 38_036_663.0);
+    assert_eq!(volume.modality(), Modality::Other);
+    // Its sform in RAS: offset -106, -84.8, -?; LPS turns x and y.
+    let origin = volume.patient_from_voxel().translation;
+    assert!(origin.x > 0.0 && volume.directions().x_axis.x < 0.0, "{origin}");
+    assert!((volume.spacing_mm() - DVec3::new(3.25, 3.25, 3.6)).abs().max_element() < 1e-3);
+}
+
+#[test]
+fn oblique_slice_nrrd() {
+    let Some(path) = shared("nrrd/adi_slice.nrrd") else { return };
+    let Imported { volume, report, .. } = load_one(path);
+    assert_eq!(report.format, "NRRD");
+    assert_eq!(volume.dims(), [192, 192, 1]);
+    assert_eq!(volume.value_range(), [0.0, 836.0]);
+    assert_eq!(sum(&volume), 3_454_721.0);
+    let origin = volume.patient_from_voxel().translation;
+    assert!(origin.distance(DVec3::new(44.638686, -139.689596, 131.843936)) < 1e-5);
+    assert!((volume.patient_from_voxel().matrix3.y_axis.z + 1.1454327).abs() < 1e-6);
+}
+
+#[test]
+fn raw_head_described_by_its_name_or_the_user() {
+    let Some(path) = shared("raw/head_ct_256x256x108_int16_0.957x0.957x1.5mm.raw") else { return };
+    let Imported { volume, report, .. } = load_one(path.clone());
+    assert_eq!(report.format, "RAW");
+    assert_eq!(volume.dims(), [256, 256, 108]);
+    assert_eq!(volume.value_range(), [-1024.0, 2986.0]);
+    assert_eq!(sum(&volume), -4_147_325_847.0);
+    assert_eq!(volume.value([128, 128, 54]), 3.0);
+    assert!(volume.spacing_mm().distance(DVec3::new(0.957, 0.957, 1.5)) < 1e-9);
+    assert_eq!(volume.modality(), Modality::Ct, "{:?}", report.notes);
+
+    let mut options = ImportOptions::default();
+    options.raw = Some(RawDescription::parse("256x256x108:i16le:spacing=1,1,2:modality=other").unwrap());
+    let volume = load(&[path], &options, Progress::SILENT, &CancelToken::new()).unwrap().volume;
+    assert_eq!(volume.spacing_mm(), DVec3::new(1.0, 1.0, 2.0));
+    assert_eq!(volume.modality(), Modality::Other);
+}

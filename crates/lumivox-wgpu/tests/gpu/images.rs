@@ -1,0 +1,114 @@
+//! An image is a pure function of scene, size, seed and sample count; the display pass does what its twin says.
+
+use std::ops::ControlFlow;
+
+use lumivox_renderer::recording::Payload;
+use lumivox_renderer::{
+    Background, DisplaySettings, Film, Recording, SceneCache, Step, ToneMap, View, ViewSettings,
+};
+use lumivox_testing::scenes;
+use lumivox_wgpu::{RenderRequest, render};
+
+use crate::{film, gpu};
+
+/// Renders `test` in windows of at most `rows` rows with submissions of at most `budget` pixel samples.
+fn film_in_pieces(test: &scenes::TestScene, size: u32, samples: u32, rows: u32, budget: u64) -> Film {
+    let mut gpu = gpu();
+    let mut cache = SceneCache::new(gpu.executor.limits());
+    let mut recording = Recording::new();
+    cache.update(&test.scene, &mut recording).unwrap();
+    let mut film = Film::new(size, size, false);
+    for y in (0..size).step_by(rows as usize) {
+        let window_size = [size, rows.min(size - y)];
+        let settings = ViewSettings { window_origin: [0, y], window_size, ..ViewSettings::new(size, size) };
+        let mut view = View::new(settings, &cache, &mut recording).unwrap();
+        while view.record_samples(&cache, &test.camera, samples, budget, &mut recording) > 0 {
+            gpu.executor.execute(&recording).unwrap();
+            recording = Recording::new();
+        }
+        view.record_read_film(&mut recording);
+        let bytes = gpu.executor.execute(&recording).unwrap().remove(0).wait().unwrap();
+        film.insert([0, y], window_size, &bytes);
+        recording = Recording::new();
+    }
+    film
+}
+
+#[test]
+fn an_image_does_not_depend_on_windows_or_budget() {
+    let test = scenes::overlapping_volumes();
+    let whole = film_in_pieces(&test, 24, 8, 24, u64::MAX);
+    for (rows, budget) in [(7, u64::MAX), (24, 1), (24, 200), (5, 333)] {
+        let pieces = film_in_pieces(&test, 24, 8, rows, budget);
+        for pixel in 0..24 * 24 {
+            // Sums are made in another order: equal but for the last bits.
+            let (a, b) = (whole.radiance(pixel), pieces.radiance(pixel));
+            assert!((0..3).all(|i| (a[i] - b[i]).abs() <= 1e-5 * a[i].abs()), "{rows} {budget}: {a:?} {b:?}");
+            assert_eq!(whole.alpha(pixel), pieces.alpha(pixel));
+        }
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_image_and_another_does_not() {
+    let test = scenes::surface_reflection();
+    let request = RenderRequest::new(16, 16, 4);
+    assert_eq!(film(&test, &request), film(&test, &request));
+    assert_ne!(film(&test, &request), film(&test, &RenderRequest { seed: 1, ..request }));
+}
+
+#[test]
+fn a_stopped_render_keeps_what_it_has() {
+    let test = scenes::noise();
+    let mut calls = 0;
+    let request = RenderRequest::new(64, 64, 100_000);
+    let rendered = render(&mut gpu(), &test.scene, &test.camera, &request, &mut |_| {
+        calls += 1;
+        if calls == 6 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })
+    .unwrap();
+    assert!(matches!(rendered.outcome, lumivox_wgpu::Outcome::Stopped));
+    assert!(rendered.film.min_samples() > 0);
+    assert!((0..64 * 64).any(|p| rendered.film.radiance(p)[1] > 0.0));
+}
+
+#[test]
+fn the_display_pass_is_its_cpu_twin() {
+    let test = scenes::peaky_environment();
+    let mut gpu = gpu();
+    let mut cache = SceneCache::new(gpu.executor.limits());
+    let mut recording = Recording::new();
+    cache.update(&test.scene, &mut recording).unwrap();
+    let mut view = View::new(ViewSettings::new(24, 24), &cache, &mut recording).unwrap();
+    view.record_samples(&cache, &test.camera, 16, u64::MAX, &mut recording);
+    view.record_read_film(&mut recording);
+    let bytes = gpu.executor.execute(&recording).unwrap().remove(0).wait().unwrap();
+    let mut film = Film::new(24, 24, false);
+    film.insert([0, 0], [24, 24], &bytes);
+    for background in [Background::Transparent, Background::Color([0.2, 0.3, 0.4]), Background::Environment] {
+        for tone_map in [ToneMap::Plain, ToneMap::Agx, ToneMap::Aces] {
+            let settings = DisplaySettings { background, tone_map, exposure_ev: 0.7, gamma: 1.2 };
+            let mut recording = Recording::new();
+            let id = view.record_display(&cache, &settings, &mut recording);
+            recording.push(Step::ReadBuffer { id, range: 0..24 * 24 * 4 });
+            let shown = gpu.executor.execute(&recording).unwrap().remove(0).wait().unwrap();
+            let twin = settings.pixels(&film, &test.scene.environment, &test.camera);
+            let twin = Payload::copy_of(twin.as_flattened());
+            for (i, (&gpu, &cpu)) in shown.iter().zip(twin.bytes()).enumerate() {
+                assert!(gpu.abs_diff(cpu) <= 1, "{background:?} {tone_map:?} byte {i}: {gpu} and {cpu}");
+            }
+        }
+    }
+}
+
+#[test]
+fn empty_scenes_and_impossible_sizes_are_no_accident() {
+    let mut test = scenes::noise();
+    let refused = render(&mut gpu(), &test.scene, &test.camera, &RenderRequest::new(0, 16, 1), &mut |_| {
+        ControlFlow::Continue(())
+    });
+    assert!(refused.unwrap_err().to_string().contains("at least one pixel"));
+    test.scene.volumes.clear();
+    let film = film(&test, &RenderRequest::new(8, 8, 2));
+    assert!((0..64).all(|p| film.alpha(p) == 0.0));
+}

@@ -1,0 +1,86 @@
+//! Majorants bound every interpolated sample, for transfer functions of any shape, and are tight.
+
+use std::sync::Arc;
+
+use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::{Ease, Environment, Filter, Medium, Modality, Scene, TransferFunction, Volume, Voxels};
+use lumivox_reference::medium::PlacedMedium;
+use lumivox_reference::rng::Rng;
+use lumivox_renderer::{Recording, SceneCache, Step};
+
+use crate::gpu;
+
+/// Majorants of a scene with one volume, as the GPU makes them, and the cells along each axis.
+fn majorants(scene: &Scene, cell_size: usize) -> Vec<f32> {
+    let mut gpu = gpu();
+    let mut cache = SceneCache::new(gpu.executor.limits());
+    cache.set_cell_size(Some(cell_size));
+    let mut recording = Recording::new();
+    cache.update(scene, &mut recording).unwrap();
+    let (id, cells) = cache.majorants();
+    recording.push(Step::ReadBuffer { id, range: 0..cells as u64 * 4 });
+    let bytes = gpu.executor.execute(&recording).unwrap().remove(0).wait().unwrap();
+    bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
+}
+
+fn random_volume(rng: &mut Rng, kind: usize) -> Volume {
+    let dims = std::array::from_fn(|_| 5 + (rng.uniform() * 25.0) as usize);
+    let n = dims.iter().product();
+    let voxels = match kind {
+        0 => Voxels::U8((0..n).map(|_| (rng.uniform() * 256.0) as u8).collect()),
+        1 => Voxels::U16((0..n).map(|_| 30_000 + (rng.uniform() * 4000.0) as u16).collect()),
+        _ => Voxels::F32((0..n).map(|_| (rng.uniform() * 3.0 - 1.0) as f32).collect()),
+    };
+    // A negative slope turns the order of stored values around.
+    let rescale = [[1.0, 0.0], [1.0, -32_000.0], [-500.0, 100.0]][kind];
+    Volume::new(dims, voxels, rescale, DAffine3::IDENTITY, Modality::Other).unwrap()
+}
+
+/// Peaks, notches, jumps: anything but monotone.
+fn random_function(rng: &mut Rng, range: [f64; 2]) -> TransferFunction {
+    let mut value = || range[0] + (range[1] - range[0]) * (rng.uniform() * 1.2 - 0.1);
+    let values: Vec<f64> = (0..9).map(|_| value()).collect();
+    let knots: Vec<(f64, f64)> =
+        values.iter().enumerate().map(|(i, &v)| (v, if i % 2 == 0 { 0.0 } else { rng.uniform() })).collect();
+    TransferFunction::from_points(Ease::InOut, &knots, &[(0.0, [1.0; 3])]).unwrap()
+}
+
+#[test]
+fn majorants_bound_every_interpolated_sample_and_are_tight() {
+    let mut rng = Rng::new(11, 0, 0);
+    let (mut samples, mut used, mut bound) = (0, 0.0, 0.0);
+    for case in 0..24 {
+        let volume = random_volume(&mut rng, case % 3);
+        let function = random_function(&mut rng, volume.value_range());
+        let filter = [Filter::Nearest, Filter::Trilinear, Filter::Tricubic][case / 3 % 3];
+        let medium = Medium { filter, ..Medium::new(function) };
+        let cell_size = [3, 4, 8][case / 9];
+        let volume = Arc::new(volume);
+        let mut scene = Scene::with_volume(volume.clone(), medium);
+        scene.environment = Environment::uniform(1.0);
+        let majorants = majorants(&scene, cell_size);
+        let cells = volume.dims().map(|n| n.div_ceil(cell_size));
+        assert_eq!(majorants.len(), cells.iter().product::<usize>());
+        let placed = PlacedMedium::new(&scene.volumes[0]).unwrap();
+        let mut largest = vec![0.0f64; majorants.len()];
+        for _ in 0..20_000 {
+            let p: [f64; 3] = std::array::from_fn(|a| rng.uniform() * volume.dims()[a] as f64);
+            let cell = std::array::from_fn::<_, 3, _>(|a| p[a] as usize / cell_size);
+            let index = (cell[2] * cells[1] + cell[1]) * cells[0] + cell[0];
+            let value = placed.value_at_voxel(DVec3::from_array(p) - 0.5);
+            let opacity = scene.volumes[0].medium.transfer_function.opacity(value);
+            // A jump is spread over one of 4095 table entries, and the table is linear between curve points.
+            assert!(
+                opacity <= f64::from(majorants[index]) + 2e-3,
+                "case {case}: {opacity} at {p:?} exceeds {}",
+                majorants[index]
+            );
+            largest[index] = largest[index].max(opacity);
+            samples += 1;
+        }
+        used += largest.iter().sum::<f64>();
+        bound += majorants.iter().map(|&m| f64::from(m)).sum::<f64>();
+    }
+    println!("{samples} samples; the largest of a cell is on average {:.3} of its majorant", used / bound);
+    assert!(used / bound > 0.6, "majorants are loose: {used} of {bound}");
+}
