@@ -75,7 +75,7 @@ pub struct InputArgs {
     /// DICOM series to take: its UID, number, or place in 'lumivox info' [default: the one with the most voxels]
     #[arg(long, value_name = "SERIES")]
     pub series: Option<String>,
-    /// Layout of the scans, which are RAW: size, sample type, then any of spacing (mm), header (bytes), slope,
+    /// Layout of a RAW scan: size, sample type, then any of spacing (mm), header (bytes), slope,
     /// intercept, modality: 256x256x108:i16le:spacing=0.9,0.9,1.5 [default: from a file beside it, or its name]
     #[arg(long, value_name = "LAYOUT")]
     pub raw: Option<RawDescription>,
@@ -112,7 +112,7 @@ pub struct RenderArgs {
     /// Reflection where the value changes quickly: crisp bone and skin [default: the preset's]
     #[arg(long, help_heading = "Look")]
     pub surface: Option<Switch>,
-    /// How values between voxels are found
+    /// How values between voxels are found; tricubic is smooth and slightly blurred
     #[arg(long, help_heading = "Look", default_value = "trilinear")]
     pub filter: FilterName,
     /// Part to keep, as fractions along the voxel axes: lowx,lowy,lowz,highx,highy,highz
@@ -151,10 +151,10 @@ pub struct RenderArgs {
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", help_heading = "Image", default_value = "768x768")]
     pub size: Size,
-    /// Paths per pixel: four times as many halve the noise [default: 64]
-    #[arg(long, value_name = "N", help_heading = "Image", conflicts_with = "time", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
+    /// Paths per pixel: four times as many halve the noise [default: 64, or as many as --time allows]
+    #[arg(long, value_name = "N", help_heading = "Image", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub samples: Option<u32>,
-    /// Seconds to render instead of a number of samples
+    /// Seconds of tracing after which it ends, whatever was reached
     #[arg(long, value_name = "SECONDS", help_heading = "Image", value_parser = seconds)]
     pub time: Option<Duration>,
     /// Another seed gives other noise; the same gives the same image
@@ -227,31 +227,23 @@ pub enum PhantomKind {
 /// On or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Switch {
-    /// On
     On,
-    /// Off
     Off,
 }
 
 /// Tone maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Tone {
-    /// sRGB, clipped
     Plain,
-    /// Filmic, after AgX
     Agx,
-    /// Filmic, after ACES
     Aces,
 }
 
 /// Interpolations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FilterName {
-    /// The nearest voxel
     Nearest,
-    /// Linear along each axis
     Trilinear,
-    /// Cubic B-spline: smooth, slightly blurred
     Tricubic,
 }
 

@@ -12,29 +12,18 @@ use crate::{args::InputArgs, exit::Failure, progress::Reporter};
 
 /// Loads every scan, in the order given.
 pub fn load(args: &InputArgs, reporter: Reporter, cancel: &CancelToken) -> Result<Vec<Imported>, Failure> {
-    if let Some(layout) = &args.raw {
-        let raw = |path| reporter.stages(|progress| lumivox_import::load_raw(path, layout, progress, cancel));
-        return args.inputs.iter().map(|path| raw(path).map_err(Failure::from)).collect();
-    }
     let mut options = ImportOptions::default();
     options.series.clone_from(&args.series);
-    let scan = |files: &[PathBuf]| reporter.stages(|progress| load_stub(files, &options, progress, cancel));
+    options.raw.clone_from(&args.raw);
+    let scan = |files: &[PathBuf]| {
+        reporter.stages(|progress| lumivox_import::load(files, &options, progress, cancel))
+    };
     scans(&args.inputs).iter().map(|files| scan(files).map_err(Failure::from)).collect()
-}
-
-#[allow(missing_docs)]
-pub fn load_stub(
-    p: &[PathBuf],
-    _: &ImportOptions,
-    _: lumivox_core::Progress<'_>,
-    _: &CancelToken,
-) -> Result<Imported, lumivox_import::ImportError> {
-    Err(lumivox_import::ImportError::UnknownFormat { path: p[0].clone(), found: "stub".into() })
 }
 
 /// How many scans there will be.
 pub fn count(args: &InputArgs) -> usize {
-    if args.raw.is_some() { args.inputs.len() } else { scans(&args.inputs).len() }
+    scans(&args.inputs).len()
 }
 
 /// One entry per scan. The slices of a DICOM folder, as a shell's `folder/*.dcm` lists them, are one.

@@ -48,8 +48,10 @@ pub(crate) fn recognise(path: &Path) -> Result<Format, ImportError> {
     let start = file.fill_buf().map_err(ImportError::io(path))?;
     let gzip = start.starts_with(&GZIP_MAGIC);
     let filled = if gzip {
-        // Damaged gzip shows nothing: what it holds is then told apart by the reader or not at all.
-        inflate(file).and_then(|mut input| fill(&mut *input, &mut head)).unwrap_or(0)
+        match inflate(file).and_then(|mut input| fill(&mut *input, &mut head)) {
+            Ok(filled @ 1..) => filled,
+            _ => return Err(unknown("it is a damaged or empty gzip archive; copy or download it again")),
+        }
     } else {
         fill(&mut file, &mut head).map_err(ImportError::io(path))?
     };
@@ -67,7 +69,7 @@ pub(crate) fn recognise(path: &Path) -> Result<Format, ImportError> {
         return Ok(Format::Raw);
     }
     // After RAW, whose first samples can look like it.
-    if is_bare_dicom(&head) {
+    if !gzip && is_bare_dicom(&head) {
         return Ok(Format::Dicom);
     }
     if let Some(header) = header_beside(path) {
@@ -109,20 +111,25 @@ pub(crate) fn sniff(head: &[u8]) -> Option<Format> {
 
 /// Whether a file begins with a DICOM element, without the preamble that it should have.
 fn is_bare_dicom(head: &[u8]) -> bool {
-    let Some(&[group, 0, element, 0, a, b, c, d]) = head.get(..8) else { return false };
-    // Files begin with the file meta group or the identifying group.
-    if !matches!(group, 0x02 | 0x08) || element > 0x20 {
-        return false;
+    if head.starts_with(b"DICM") {
+        return true;
     }
-    let explicit = [b"UL", b"OB", b"UI", b"CS", b"SH", b"DA", b"TM", b"LO"].contains(&&[a, b]);
-    let implicit = b == 0 && c == 0 && d == 0 && a % 2 == 0 && a <= 128;
-    // A lone element of one kind of bytes is no evidence: the next must begin in the same group.
-    let next = if explicit && [a, b] == *b"OB" { None } else { Some(8 + if explicit { c } else { a } as usize) };
-    (explicit || implicit)
-        && match next {
-            None => true,
-            Some(next) => head.get(next..next + 2).is_none_or(|g| [g[0], g[1]] == [group, 0] || g[0] == 0x08),
-        }
+    let big_endian = head.first() == Some(&0);
+    let u16_at = |i: usize| {
+        let bytes = [*head.get(i)?, *head.get(i + 1)?];
+        Some(if big_endian { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) })
+    };
+    // Files begin with the file meta group or the identifying group.
+    let (Some(group @ (0x0002 | 0x0008)), Some(0..=0x20)) = (u16_at(0), u16_at(2)) else { return false };
+    let vrs = [b"UL", b"UI", b"CS", b"SH", b"DA", b"TM", b"LO"];
+    let length = match (head.get(4..6), u16_at(6)) {
+        (Some(vr), Some(length)) if vrs.iter().any(|known| *known == vr) => length,
+        // Without a VR the length has four bytes: it is short and even.
+        (Some(&[low, 0]), Some(0)) if !big_endian && low % 2 == 0 => low.into(),
+        _ => return false,
+    };
+    // Two elements in a row are hardly chance.
+    u16_at(8 + usize::from(length)).is_none_or(|next| next == group || next == 0x0008)
 }
 
 /// The header beside a file of samples: the same name with another extension.
@@ -224,6 +231,11 @@ mod tests {
         assert_eq!(recognised("a.nii", &dicom), Ok(Format::Dicom));
         let bare = [&b"\x08\0\x05\0CS\x0a\0ISO_IR 100\x08\0\x16\0UI"[..], &[0; 40]].concat();
         assert_eq!(recognised("a.raw", &bare), Ok(Format::Dicom));
+        let big = [&b"\0\x08\0\x05CS\0\x0aISO_IR 100\0\x08\0\x16UI"[..], &[0; 40]].concat();
+        assert_eq!(recognised("a", &big), Ok(Format::Dicom));
+        let implicit = [&b"\x08\0\x05\0\x0a\0\0\0ISO_IR 100\x08\0\x16\0"[..], &[0; 40]].concat();
+        assert_eq!(recognised("a", &implicit), Ok(Format::Dicom));
+        assert_eq!(recognised("a", b"DICM\x02\0\0\0UL\x04\0"), Ok(Format::Dicom));
     }
 
     #[test]

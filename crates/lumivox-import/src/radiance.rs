@@ -150,7 +150,7 @@ fn read_line(input: &mut impl BufRead, line: &mut [[u8; 4]]) -> std::io::Result<
     if usize::from(u16::from_be_bytes([first[2], first[3]])) != width {
         return Ok(false);
     }
-    for component in 0..4 {
+    for component in [0, 1, 2, 3] {
         let mut x = 0;
         while x < width {
             let mut code = [0; 1];

@@ -120,9 +120,9 @@ fn single_scattering_is_its_quadrature() {
             instance.medium.max_bounces = 1;
         }
         let camera = PerspectiveCamera { vertical_fov: 1e-6, ..test.camera };
-        let image = render(&test.scene, &camera, &settings(8, 4000, 4));
+        let image = render(&test.scene, &camera, &settings(8, 3000, 4));
         let ray: Ray = camera.ray([0.5, 0.5], 1.0);
-        let steps = Steps { primary: 192, shadow: 32, polar: 32 };
+        let steps = Steps { primary: 192, shadow: 24, polar: 32 };
         let expected = single_scattering(&test.scene, &ray, steps);
         for (mean, expected) in image.mean_radiance().into_iter().zip(expected) {
             // The quadrature itself is good to half a percent.

@@ -335,6 +335,17 @@ impl SpreadTest {
 mod tests {
     use super::*;
 
+    /// For noise that does not depend on the mean.
+    const UNPOOLED: ZTest = ZTest {
+        significance: 0.01,
+        allowed_fraction: 0.0025,
+        relative_tolerance: 0.0,
+        absolute_tolerance: 0.0,
+        block: 1,
+        pool_variance: false,
+        tests: 1,
+    };
+
     /// Nearly normal numbers of mean 0 and variance 1: twelve uniform ones.
     fn normal(seed: u64) -> impl FnMut() -> f64 {
         let mut state = seed;
@@ -359,7 +370,7 @@ mod tests {
         for seed in 0..20 {
             let a = noisy(2 * seed, |i| i as f64, 0.1);
             let b = noisy(2 * seed + 1, |i| i as f64, 0.3);
-            let result = ZTest { tests: 20, ..ZTest::default() }.run(&a, &b);
+            let result = ZTest { tests: 20, ..UNPOOLED }.run(&a, &b);
             assert!(result.accepted, "{result}");
             assert!((result.spreads[0].mean_square_z - 1.0).abs() < 0.15, "{result}");
         }
@@ -369,7 +380,7 @@ mod tests {
     fn a_wrong_region_is_rejected() {
         let a = noisy(1, |_| 1.0, 0.1);
         let b = noisy(2, |i| if i < 64 { 2.0 } else { 1.0 }, 0.1);
-        let result = ZTest::default().run(&a, &b);
+        let result = UNPOOLED.run(&a, &b);
         assert!(!result.accepted && result.rejected >= 60, "{result}");
     }
 
@@ -377,17 +388,17 @@ mod tests {
     fn a_bias_too_small_for_any_pixel_is_found_in_the_mean_and_can_be_tolerated() {
         let a = noisy(1, |_| 1.0, 0.1);
         let b = noisy(2, |_| 1.02, 0.1);
-        let result = ZTest::default().run(&a, &b);
+        let result = UNPOOLED.run(&a, &b);
         assert!(!result.accepted && result.rejected == 0, "{result}");
-        assert!(ZTest { relative_tolerance: 0.03, ..ZTest::default() }.run(&a, &b).accepted);
-        assert!(!ZTest { block: 16, ..ZTest::default() }.run(&a, &b).accepted);
+        assert!(ZTest { relative_tolerance: 0.03, ..UNPOOLED }.run(&a, &b).accepted);
+        assert!(!ZTest { block: 16, ..UNPOOLED }.run(&a, &b).accepted);
     }
 
     #[test]
     fn biases_that_cancel_in_the_mean_are_found_in_the_spread() {
         let a = noisy(1, |_| 1.0, 0.1);
         let b = noisy(2, |i| if i % 2 == 0 { 1.05 } else { 0.95 }, 0.1);
-        let result = ZTest::default().run(&a, &b);
+        let result = UNPOOLED.run(&a, &b);
         assert!(!result.accepted && result.rejected == 0, "{result}");
         assert!(result.means[0].p_value > 0.01 && result.spreads[0].p_value < 1e-4, "{result}");
     }
@@ -412,7 +423,7 @@ mod tests {
             estimate
         };
         let exact = noisy(0, |_| 1.0, 0.0);
-        let pooled = ZTest { block: 2, pool_variance: true, allowed_fraction: 0.0, ..ZTest::default() };
+        let pooled = ZTest { block: 2, allowed_fraction: 0.0, ..ZTest::default() };
         let unpooled = ZTest { pool_variance: false, ..pooled };
         assert!(!unpooled.run(&poisson(1, 1.0), &exact).accepted);
         let result = pooled.run(&poisson(1, 1.0), &exact);
@@ -423,11 +434,11 @@ mod tests {
     #[test]
     fn without_noise_only_equality_passes() {
         let exact = |v: f64| Estimate::gray(2, 1, &[v, v], &[0.0, 0.0]);
-        assert!(ZTest::default().run(&exact(1.0), &exact(1.0)).accepted);
-        assert!(!ZTest::default().run(&exact(1.0), &exact(1.0 + 1e-9)).accepted);
-        assert!(!ZTest::default().run(&exact(f64::NAN), &exact(1.0)).accepted);
+        assert!(UNPOOLED.run(&exact(1.0), &exact(1.0)).accepted);
+        assert!(!UNPOOLED.run(&exact(1.0), &exact(1.0 + 1e-9)).accepted);
+        assert!(!UNPOOLED.run(&exact(f64::NAN), &exact(1.0)).accepted);
         let unknown = Estimate::gray(2, 1, &[5.0, 5.0], &[f64::INFINITY; 2]);
-        assert!(ZTest::default().run(&unknown, &exact(1.0)).accepted);
+        assert!(UNPOOLED.run(&unknown, &exact(1.0)).accepted);
     }
 
     #[test]
@@ -442,7 +453,7 @@ mod tests {
         let a = noisy(1, |_| 1.0, 0.1);
         let b = noisy(2, |i| if i % 64 < 32 { 2.0 } else { 1.0 }, 0.1);
         let test = "selftest-of-the-z-test";
-        let panic = std::panic::catch_unwind(|| ZTest::default().assert_agree(test, &a, &b)).unwrap_err();
+        let panic = std::panic::catch_unwind(|| UNPOOLED.assert_agree(test, &a, &b)).unwrap_err();
         let message = panic.downcast_ref::<String>().unwrap();
         let folder = crate::failures::folder(test);
         assert!(message.contains(&folder.display().to_string()), "{message}");

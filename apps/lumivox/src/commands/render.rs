@@ -52,13 +52,12 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let camera = camera(args, &scene);
     cancel.check()?;
 
-    let mut request =
-        RenderRequest::new(args.size.width, args.size.height, args.samples.unwrap_or(DEFAULT_SAMPLES));
-    request.seed = args.seed;
-    if let Some(time) = args.time {
-        request.samples = MOST_SAMPLES;
-        request.time = Some(time);
-    }
+    let samples = args.samples.unwrap_or(if args.time.is_some() { MOST_SAMPLES } else { DEFAULT_SAMPLES });
+    let request = RenderRequest {
+        seed: args.seed,
+        time: args.time,
+        ..RenderRequest::new(args.size.width, args.size.height, samples)
+    };
     let traced = trace::trace(&scene, &camera, &request, args.gpu.as_deref(), reporter, &cancel)?;
     let mut picture = traced.picture(&display(args), &scene, &camera);
     if let args::Background::Color(color) = args.background {

@@ -8,7 +8,7 @@ use crate::sdf::{Knot, Sdf, at, ellipsoid, ribbon, segment, sphere, strap, tube,
 /// Everything inside the skin.
 pub(crate) fn skin() -> Sdf {
     let mut body = union(vec![head(), neck(), shoulders()], 26.0);
-    body = body.or(larynx(), 9.0).minus(hollows_of_the_neck(), 12.0);
+    body = body.or(larynx(), 12.0).minus(hollows_of_the_neck(), 12.0);
     body = face(body);
     body.or(ear().mirror(), 3.5).minus(ear_canal().mirror(), 1.0)
 }
@@ -20,7 +20,7 @@ fn head() -> Sdf {
             // Cheek bone, cheek, the chewing muscle, the jaw's body and angle.
             ellipsoid(at(44.0, -64.0, -9.0), at(21.0, 20.0, 18.0)),
             ellipsoid(at(33.0, -50.0, -36.0), at(24.0, 34.0, 32.0)),
-            ellipsoid(at(48.0, -22.0, -34.0), at(14.0, 25.0, 38.0)),
+            ellipsoid(at(46.5, -22.0, -34.0), at(13.0, 25.0, 38.0)),
             tube(&[[47.0, -64.0, -6.0, 9.0], [57.0, -44.0, -4.0, 9.0], [60.0, -18.0, 0.0, 9.0]]),
             strap(at(12.0, -77.0, -84.0), at(43.0, -22.0, -62.0), Vec3::X, [16.0, 16.0], [13.0, 12.0]),
         ],
@@ -41,8 +41,8 @@ fn head() -> Sdf {
 fn neck() -> Sdf {
     let knots = [
         [0.0, 24.0, -10.0, 50.0],
-        [0.0, 20.0, -60.0, 49.0],
-        [0.0, 17.0, -105.0, 49.0],
+        [0.0, 15.0, -58.0, 47.0],
+        [0.0, 15.0, -105.0, 48.0],
         [0.0, 26.0, -145.0, 52.0],
         [0.0, 34.0, -190.0, 60.0],
     ];
@@ -72,7 +72,7 @@ fn shoulders() -> Sdf {
 fn larynx() -> Sdf {
     union(
         vec![
-            segment(at(0.0, -34.0, -101.0), at(0.0, -27.0, -128.0), 9.0, 10.0),
+            tube(&[[0.0, -26.0, -92.0, 9.0], [0.0, -33.0, -104.0, 8.5], [0.0, -28.0, -124.0, 9.0], [0.0, -24.0, -150.0, 9.0]]),
             tube(&[[54.0, 14.0, -34.0, 9.0], [44.0, 4.0, -80.0, 10.0], [30.0, -17.0, -130.0, 9.0], [13.0, -31.0, -176.0, 7.0]])
                 .mirror(),
         ],
@@ -171,9 +171,9 @@ fn mouth(head: Sdf) -> Sdf {
     let head = head.or(barrel, 14.0);
     let upper = ribbon(
         &[
-            [0.0, -102.8, -43.4, 4.9],
-            [5.0, -102.9, -42.6, 5.1],
-            [12.5, -99.8, -44.0, 4.5],
+            [0.0, -102.6, -43.2, 5.3],
+            [5.0, -102.7, -42.4, 5.5],
+            [12.5, -99.6, -44.0, 4.9],
             [20.0, -94.4, -46.8, 2.8],
             [25.0, -89.5, -48.8, 1.3],
         ],
@@ -190,7 +190,7 @@ fn mouth(head: Sdf) -> Sdf {
         Vec3::Y,
         0.98,
     );
-    let head = head.or(upper.mirror(), 2.6).or(lower.mirror(), 2.6);
+    let head = head.or(upper.mirror(), 1.8).or(lower.mirror(), 1.8);
     let seam = on_front(&head, &[[0.0, -48.6, 0.9], [6.0, -47.9, 0.9], [14.0, -48.4, 0.9], [22.0, -48.8, 1.0], [28.0, -49.8, 1.1]], 0.0);
     let philtrum = on_front(&head, &[[0.0, -30.0, 2.2], [0.0, -38.5, 2.8]], -1.2);
     let chin_fold = on_front(&head, &[[0.0, -65.0, 4.0], [10.0, -64.5, 3.6], [20.0, -61.0, 2.0]], -2.0);

@@ -30,6 +30,8 @@ fn mandible() -> Sdf {
         ],
         4.0,
     );
+    let notch = ellipsoid(at(48.0, -26.5, -12.0), at(9.0, 8.5, 10.0));
+    let side = side.minus(notch, 3.0);
     union(
         vec![
             side.mirror(),

@@ -148,6 +148,6 @@ fn glands(noise: &Seeds) -> Vec<Layer> {
         Layer::new(soft_palate, Material::even(55.0, 8.0, 3.0)),
         Layer::new(oesophagus, Material::even(52.0, 10.0, 3.0)),
         Layer::new(airway_front, Material::even(50.0, 8.0, 3.0)),
-        Layer::new(lobe.mirror().rough(0.8, 5.0, noise.get("thyroid")), Material::even(165.0, 14.0, 3.0)),
+        Layer::new(lobe.mirror().rough(0.8, 5.0, noise.get("thyroid")), Material::even(118.0, 10.0, 3.0)),
     ]
 }

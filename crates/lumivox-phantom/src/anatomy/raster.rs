@@ -6,7 +6,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::{UVec3, Vec3};
+use glam::Vec3;
 use lumivox_core::{CancelToken, Cancelled, Progress, Stage};
 use rayon::prelude::*;
 
@@ -67,16 +67,16 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    fn place(&self, voxel: UVec3) -> Vec3 {
-        self.first + voxel.as_vec3() * self.spacing
+    fn place(&self, voxel: [usize; 3]) -> Vec3 {
+        self.first + Vec3::from_array(voxel.map(|i| i as f32)) * self.spacing
     }
 }
 
-/// Slices of one task, and voxels along the side of a fine block.
-const FINE: usize = 8;
+/// Slices of one task.
+const SLAB: usize = 8;
 
-/// Voxels across a coarse block.
-const COARSE: usize = 32;
+/// Voxels along the sides of the blocks that the model is pruned to, coarse to fine.
+const BLOCK_SIDES: [usize; 3] = [32, 8, 4];
 
 /// Number of shared fields at most.
 const MAX_FIELDS: usize = 4;
@@ -101,21 +101,29 @@ pub(crate) fn rasterise(
     let plane = grid.size * grid.size;
     let mut samples = vec![0u16; plane * grid.size];
     let done = AtomicU64::new(0);
-    samples.par_chunks_mut(plane * FINE).enumerate().try_for_each(|(slab, samples)| {
+    let whole = Block {
+        fields: model.fields.clone(),
+        layers: model.layers.iter().map(|l| (l.shape.clone(), &l.material)).collect(),
+    };
+    samples.par_chunks_mut(plane * SLAB).enumerate().try_for_each(|(slab, samples)| {
         let mut values = vec![AIR_HU as f32; samples.len()];
-        fill_slab(model, grid, slab * FINE, &mut values, cancel)?;
-        let offset = slab * FINE * plane;
+        cancel.check()?;
+        let z0 = slab * SLAB;
+        let slices = samples.len() / plane;
+        Slab { grid, z0, warp_seed: model.warp_seed, values: &mut values }.fill(
+            &whole,
+            [0, 0, z0],
+            [grid.size, grid.size, z0 + slices],
+            &BLOCK_SIDES,
+        );
         for (slice, samples) in samples.chunks_mut(plane).enumerate() {
             let values = &mut values[slice * plane..][..plane];
-            reconstruct(values, grid, options, offset + slice * plane);
+            reconstruct(values, grid, options, (z0 + slice) * plane);
             samples.iter_mut().zip(values).for_each(|(s, v)| *s = stored(f64::from(*v)));
         }
-        let slices = (samples.len() / plane) as u64;
-        progress.report(
-            Stage::Generating,
-            done.fetch_add(slices, Ordering::Relaxed) + slices,
-            grid.size as u64,
-        );
+        let slices = slices as u64;
+        let done = done.fetch_add(slices, Ordering::Relaxed) + slices;
+        progress.report(Stage::Generating, done, grid.size as u64);
         Ok(())
     })?;
     Ok(samples)
@@ -169,51 +177,50 @@ impl<'a> Block<'a> {
     }
 }
 
-/// The values of up to [`FINE`] slices from `z0` on.
-fn fill_slab(model: &Model, grid: Grid, z0: usize, values: &mut [f32], cancel: &CancelToken) -> Result<(), Cancelled> {
-    let n = grid.size;
-    let slices = values.len() / (n * n);
-    let all = Block {
-        fields: model.fields.clone(),
-        layers: model.layers.iter().map(|l| (l.shape.clone(), &l.material)).collect(),
-    };
-    let reach = 0.5 * grid.spacing;
-    let ball = |low: [usize; 3], high: [usize; 3]| {
-        let corner = |c: [usize; 3]| grid.place(UVec3::from_array(c.map(|i| i as u32)));
-        let (low, high) = (corner(low), corner(high.map(|i| i - 1)));
-        ((low + high) / 2.0, (high - low).length() / 2.0 + 2.0 * WARP_MM)
-    };
-    for y0 in (0..n).step_by(COARSE) {
-        for x0 in (0..n).step_by(COARSE) {
-            cancel.check()?;
-            let (x1, y1) = ((x0 + COARSE).min(n), (y0 + COARSE).min(n));
-            let (center, radius) = ball([x0, y0, z0], [x1, y1, z0 + slices]);
-            let coarse = all.prune(center, radius, reach);
-            if coarse.layers.is_empty() {
-                continue;
-            }
-            for y0 in (y0..y1).step_by(FINE) {
-                for x0 in (x0..x1).step_by(FINE) {
-                    let (x1, y1) = ((x0 + FINE).min(x1), (y0 + FINE).min(y1));
-                    let (center, radius) = ball([x0, y0, z0], [x1, y1, z0 + slices]);
-                    let fine = coarse.prune(center, radius, reach);
-                    if fine.layers.is_empty() {
-                        continue;
-                    }
-                    for z in 0..slices {
-                        for y in y0..y1 {
-                            for x in x0..x1 {
-                                let p = grid.place(UVec3::new(x as u32, y as u32, (z0 + z) as u32));
-                                values[(z * n + y) * n + x] =
-                                    fine.value(warp(p, model.warp_seed), grid.spacing);
-                            }
-                        }
-                    }
+/// The voxels of one slab, being filled.
+struct Slab<'a> {
+    grid: Grid,
+    /// Its first slice.
+    z0: usize,
+    warp_seed: u32,
+    values: &'a mut [f32],
+}
+
+impl Slab<'_> {
+    /// Fills the voxels from `low` up to `high` (x, y, z) with what of `block` reaches them, block by smaller block.
+    fn fill(&mut self, block: &Block, low: [usize; 3], high: [usize; 3], sides: &[usize]) {
+        let first = self.grid.place(low);
+        let last = self.grid.place(high.map(|i| i - 1));
+        // Voxels are looked up where the warp moves them.
+        let radius = (last - first).length() / 2.0 + 2.0 * WARP_MM;
+        let block = block.prune((first + last) / 2.0, radius, 0.5 * self.grid.spacing);
+        if block.layers.is_empty() {
+            return;
+        }
+        let [side, finer @ ..] = sides else { return self.evaluate(&block, low, high) };
+        let starts = |axis: usize| (low[axis]..high[axis]).step_by(*side);
+        for z in starts(2) {
+            for y in starts(1) {
+                for x in starts(0) {
+                    let corner = [x, y, z];
+                    let end = std::array::from_fn(|a| (corner[a] + side).min(high[a]));
+                    self.fill(&block, corner, end, finer);
                 }
             }
         }
     }
-    Ok(())
+
+    fn evaluate(&mut self, block: &Block, low: [usize; 3], high: [usize; 3]) {
+        let Grid { size, spacing, .. } = self.grid;
+        for z in low[2]..high[2] {
+            for y in low[1]..high[1] {
+                for x in low[0]..high[0] {
+                    let p = warp(self.grid.place([x, y, z]), self.warp_seed);
+                    self.values[((z - self.z0) * size + y) * size + x] = block.value(p, spacing);
+                }
+            }
+        }
+    }
 }
 
 /// Moves space a little, so that no two sides are equal.

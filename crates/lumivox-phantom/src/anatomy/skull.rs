@@ -12,8 +12,8 @@ pub(crate) const BONE: Material = Material::Bone { cortex_mm: 1.7, cortex: 1250.
 pub(crate) fn cranium() -> Sdf {
     let mass = union(
         vec![
-            ellipsoid(at(0.0, -30.0, 52.0), at(55.0, 59.0, 62.0)),
-            ellipsoid(at(0.0, 20.0, 57.0), at(68.0, 64.0, 64.0)),
+            ellipsoid(at(0.0, -27.0, 56.0), at(56.0, 62.0, 64.0)),
+            ellipsoid(at(0.0, 19.0, 57.0), at(68.0, 65.0, 63.0)),
             ellipsoid(at(0.0, 36.0, 26.0), at(55.0, 49.0, 46.0)),
             ellipsoid(at(0.0, 0.0, 24.0), at(63.0, 54.0, 44.0)),
         ],
@@ -52,7 +52,7 @@ pub(crate) fn orbit() -> Sdf {
 pub(crate) fn nasal_cavity() -> Sdf {
     union(
         vec![
-            block(at(0.0, -66.0, -5.0), [14.5, 27.0], [5.0, 23.0], 23.0, 4.0, Mat3::IDENTITY),
+            block(at(0.0, -63.0, -5.0), [14.0, 24.0], [5.0, 20.0], 23.0, 5.0, Mat3::IDENTITY),
             // The opening: wide and two-lobed below, pointed above.
             ellipsoid(at(5.6, -95.0, -17.5), at(7.0, 16.0, 9.0)).mirror(),
             ellipsoid(at(0.0, -97.0, -7.5), at(6.2, 16.0, 13.5)),
@@ -67,7 +67,7 @@ pub(crate) fn sinuses(noise: &Seeds) -> Sdf {
     let rooms = vec![
         // Maxillary, frontal, sphenoid.
         union(vec![ellipsoid(at(29.0, -66.0, -12.0), at(11.5, 14.0, 14.0)), ellipsoid(at(36.0, -66.0, -6.0), at(9.0, 9.0, 7.0))], 6.0),
-        ellipsoid(at(9.0, -85.5, 40.0), at(7.5, 3.0, 7.5)),
+        ellipsoid(at(8.0, -82.5, 37.0), at(6.5, 2.6, 6.5)),
         ellipsoid(at(8.5, -31.0, 10.0), at(7.6, 12.0, 8.5)),
     ];
     let mastoid_cells = ellipsoid(at(51.0, 12.0, -8.0), at(7.0, 9.0, 13.0)).rough(4.5, 5.0, noise.get("mastoid"));
@@ -114,7 +114,7 @@ fn base() -> Sdf {
     let sphenoid = vec![
         // Clivus, greater wing, pterygoid plates.
         strap(at(4.0, -20.0, 6.0), at(4.0, -1.0, -20.0), Vec3::Y, [13.0, 10.0], [7.0, 5.0]),
-        quad([at(24.0, -42.0, 2.0), at(47.0, -52.0, 12.0), at(52.0, -38.0, 22.0), at(26.0, -40.0, 24.0)], 2.6),
+        quad([at(24.0, -42.0, 2.0), at(42.0, -52.0, 12.0), at(46.0, -38.0, 22.0), at(26.0, -40.0, 24.0)], 2.6),
         quad([at(16.0, -40.0, 2.0), at(21.0, -42.0, -26.0), at(24.0, -30.0, -22.0), at(22.0, -28.0, 0.0)], 1.8),
         quad([at(14.0, -38.0, 2.0), at(13.0, -41.0, -28.0), at(13.0, -30.0, -24.0), at(14.0, -28.0, 0.0)], 1.6),
     ];
@@ -136,12 +136,13 @@ fn face() -> Sdf {
         [13.5, -85.0, 18.0, 3.4],
     ]);
     // The temporal line runs on from the brow over the side of the vault.
-    let temporal_line = tube(&[
-        [50.0, -73.0, 29.0, 4.0],
-        [52.0, -64.0, 42.0, 4.4],
-        [54.0, -48.0, 60.0, 4.0],
-        [58.0, -22.0, 80.0, 3.0],
-    ]);
+    let outer = cranium();
+    let temporal_line = [at(50.0, -66.0, 36.0), at(52.0, -58.0, 48.0), at(54.0, -44.0, 62.0), at(56.0, -20.0, 76.0)].map(|p| {
+        let inward = (at(0.0, -10.0, 40.0) - p).normalize();
+        let p = super::face::project(&outer, p - inward * 50.0, inward) + inward * 2.4;
+        [p.x, p.y, p.z, 3.0]
+    });
+    let temporal_line = tube(&[&[[49.5, -73.0, 28.0, 4.0]], &temporal_line[..]].concat());
     let cheek = union(
         vec![
             turned_ellipsoid(at(45.5, -67.5, -9.0), at(13.0, 8.0, 12.0), Mat3::from_rotation_z(0.75)),
@@ -155,7 +156,7 @@ fn face() -> Sdf {
         vec![
             // Around the orbit's cone: floor, side and roof.
             segment(at(32.0, -74.0, 16.0), at(17.0, -42.0, 19.0), 20.0, 9.0),
-            segment(at(47.0, -66.0, 16.0), at(40.0, -50.0, 14.0), 8.0, 6.0),
+            segment(at(46.0, -66.0, 16.0), at(37.0, -50.0, 14.0), 7.0, 6.0),
         ],
         4.0,
     );

@@ -30,7 +30,7 @@ pub(crate) fn layers(skin: &Sdf, noise: &Seeds) -> Vec<Layer> {
         [0.0, 77.0, 18.0, 4.6],
     ]);
     vec![
-        Layer::new(union(vec![veins, sinus], 1.5), Material::even(150.0, 8.0, 6.0)),
+        Layer::new(union(vec![veins, sinus], 1.5), Material::even(122.0, 6.0, 6.0)),
         Layer::new(union(vec![arteries, midline], 1.0), Material::even(335.0, 8.0, 6.0)),
     ]
 }

@@ -130,10 +130,5 @@ fn environment_directions_follow_luminance() {
             probability / (2.0 * PI * PI * (v * PI).sin().max(1e-9))
         };
         assert_fits(name, &drawn, 64, density);
-        // And it follows the light: brightest where the luminance times sin(theta) is.
-        let brightest = drawn.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0;
-        let [r, g, b] = light.radiance(brightest);
-        let peak = map.texels.iter().map(|t| t[1]).fold(0.0, f32::max);
-        assert!(r.max(g).max(b) > 0.2 * f64::from(peak) * light.strength, "{name}: {brightest} is dark");
     }
 }
