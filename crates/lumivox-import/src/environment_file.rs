@@ -146,8 +146,7 @@ fn decode_exr(path: &Path) -> Result<(usize, usize, Vec<[f32; 3]>), ImportError>
             |_, _| Frame { width, height, left, top, texels: vec![[0.0; 3]; width * height] },
             |frame, position, (r, g, b, _): (f32, f32, f32, f32)| {
                 let (x, y) = (position.x() as i64 + frame.left, position.y() as i64 + frame.top);
-                let inside =
-                    (0..frame.width as i64).contains(&x) && (0..frame.height as i64).contains(&y);
+                let inside = (0..frame.width as i64).contains(&x) && (0..frame.height as i64).contains(&y);
                 if inside {
                     frame.texels[y as usize * frame.width + x as usize] = [r, g, b];
                 }
@@ -174,8 +173,10 @@ mod tests {
     fn exr_keeps_its_texels_and_their_places() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("light.exr");
-        exr::prelude::write_rgb_file(&path, 8, 4, |x, y| (x as f32, y as f32, if x == 0 { -1.0 } else { 1e9 }))
-            .unwrap();
+        exr::prelude::write_rgb_file(&path, 8, 4, |x, y| {
+            (x as f32, y as f32, if x == 0 { -1.0 } else { 1e9 })
+        })
+        .unwrap();
         let map = load_environment(&path).unwrap();
         assert_eq!((map.width, map.height), (8, 4));
         assert_eq!(map.texels[2 * 8 + 5], [5.0, 2.0, 1e9]);
@@ -207,8 +208,10 @@ mod tests {
         let path = folder.path().join("light.exr");
         exr::prelude::write_rgb_file(&path, 4, 4, |_, _| (1.0f32, 1.0f32, 1.0f32)).unwrap();
         assert!(message(&path).contains("not twice as wide as high"));
-        exr::prelude::write_rgb_file(&path, 4, 2, |x, _| (1.0f32, if x == 2 { f32::NAN } else { 1.0 }, 1.0f32))
-            .unwrap();
+        exr::prelude::write_rgb_file(&path, 4, 2, |x, _| {
+            (1.0f32, if x == 2 { f32::NAN } else { 1.0 }, 1.0f32)
+        })
+        .unwrap();
         assert!(message(&path).contains("texel at (2, 0) is not a number"));
         std::fs::write(&path, b"\x89PNG").unwrap();
         assert!(message(&path).contains("neither a Radiance HDR nor an OpenEXR"));

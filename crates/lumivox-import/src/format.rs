@@ -186,7 +186,8 @@ fn describe(head: &[u8]) -> String {
         return (*what).to_owned();
     }
     if nifti::is_analyze(head) {
-        return "this is an Analyze 7.5 header, which does not tell left from right; convert it to NIfTI".to_owned();
+        return "this is an Analyze 7.5 header, which does not tell left from right; convert it to NIfTI"
+            .to_owned();
     }
     if head.iter().all(|b| *b == 0) {
         return "it begins with nothing but zeros".to_owned();

@@ -88,6 +88,8 @@ fn load_file(
         (Some(description), Err(error)) if !matches!(error, ImportError::Io { .. }) => {
             return load_raw(path, description, progress, cancel);
         }
+        // The DICOM reader knows more ways to begin a file, if it has to.
+        (None, Err(ImportError::UnknownFormat { .. })) if dicom::is_dicom(path) => Format::Dicom,
         (_, format) => format?,
     };
     match format {

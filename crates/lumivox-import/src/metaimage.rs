@@ -41,7 +41,9 @@ pub(crate) fn is_metaimage(head: &[u8]) -> bool {
     let mut keys = text.lines().filter_map(|line| line.split_once('=')).map(|(key, _)| key.trim());
     let first = keys.next();
     first.is_some_and(|key| FIRST_KEYS.contains(&key))
-        && (first == Some("ObjectType") || first == Some("NDims") || keys.any(|k| k == "NDims" || k == "DimSize"))
+        && (first == Some("ObjectType")
+            || first == Some("NDims")
+            || keys.any(|k| k == "NDims" || k == "DimSize"))
 }
 
 /// A header, and the file names after `ElementDataFile = LIST`.
@@ -53,7 +55,11 @@ struct Header<'a> {
 }
 
 /// Loads a MetaImage; of several phases the first.
-pub(crate) fn load(path: &Path, progress: Progress<'_>, cancel: &CancelToken) -> Result<Imported, ImportError> {
+pub(crate) fn load(
+    path: &Path,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Imported, ImportError> {
     let header = read_header(path)?;
     let fields = &header.fields;
     let mut notes = Vec::new();
@@ -181,14 +187,20 @@ fn placement(fields: &Fields, rank: usize, notes: &mut Vec<String>) -> Result<DA
 
 /// Slope and intercept, where a header has them.
 fn rescale(fields: &Fields) -> Result<[f64; 2], ImportError> {
-    let number = |name: &str, default: f64| match fields.get(&[name]) {
-        Some(field) => fields.number(field, "a number"),
-        None => Ok(default),
-    };
-    Ok([
-        number("ElementToIntensityFunctionSlope", 1.0)?,
-        number("ElementToIntensityFunctionOffset", 0.0)?,
-    ])
+    let mut rescale = [1.0f64, 0.0];
+    if let Some(field) = fields.get(&["ElementToIntensityFunctionSlope"]) {
+        rescale[0] = fields.number(field, "a number")?;
+        if !rescale[0].is_normal() {
+            return Err(fields.bad(field, "a finite number other than 0"));
+        }
+    }
+    if let Some(field) = fields.get(&["ElementToIntensityFunctionOffset"]) {
+        rescale[1] = fields.number(field, "a number")?;
+        if !rescale[1].is_finite() {
+            return Err(fields.bad(field, "a finite number"));
+        }
+    }
+    Ok(rescale)
 }
 
 /// Where the samples are.
@@ -214,9 +226,9 @@ fn payload(header: &Header, rank: usize) -> Result<Payload, ImportError> {
         None => ByteSkip::Bytes(0),
         Some(field) => match fields.number::<i64>(field, "a number of bytes, or -1")? {
             -1 => ByteSkip::Tail,
-            skip => {
-                ByteSkip::Bytes(u64::try_from(skip).map_err(|_| fields.bad(field, "a number of bytes, or -1"))?)
-            }
+            skip => ByteSkip::Bytes(
+                u64::try_from(skip).map_err(|_| fields.bad(field, "a number of bytes, or -1"))?,
+            ),
         },
     };
     let files = data_files(header, rank)?;
@@ -242,7 +254,11 @@ fn data_files(header: &Header, rank: usize) -> Result<Vec<PathBuf>, ImportError>
         [] => return Err(fields.complain(field, "names no file", "Name the file that holds the samples")),
         ["LOCAL" | "Local" | "local"] => return Ok(Vec::new()),
         ["LIST", ..] if header.list.is_empty() => {
-            return Err(fields.complain(field, "is followed by no file name", "List one file for each slice"));
+            return Err(fields.complain(
+                field,
+                "is followed by no file name",
+                "List one file for each slice",
+            ));
         }
         ["LIST", ..] => header.list.clone(),
         [pattern, .., _, _, _] if pattern.contains('%') => {
@@ -329,7 +345,8 @@ mod tests {
     #[test]
     fn places_are_lps_with_a_direction_for_each_axis() {
         let header = "ElementType = MET_UCHAR\nElementSpacing = 2 3 4\nOffset = 10 20 30\n\
-                      TransformMatrix = 0 1 0 -1 0 0 0 0 1\nModality = MET_MOD_CT";
+                      TransformMatrix = 0 1 0 -1 0 0 0 0 1\nModality = MET_MOD_CT\n\
+                      ElementToIntensityFunctionSlope = 2\nElementToIntensityFunctionOffset = -1000";
         let volume = with(header, &[1, 2, 3, 4]).unwrap().volume;
         let place = volume.patient_from_voxel();
         assert_eq!(place.translation, DVec3::new(10.0, 20.0, 30.0));
@@ -337,6 +354,7 @@ mod tests {
         assert_eq!(place.matrix3.y_axis, DVec3::new(-3.0, 0.0, 0.0));
         assert_eq!(place.matrix3.z_axis, DVec3::new(0.0, 0.0, 4.0));
         assert_eq!(volume.modality(), Modality::Ct);
+        assert_eq!(volume.value_range(), [-998.0, -992.0]);
     }
 
     #[test]
@@ -366,8 +384,13 @@ mod tests {
         assert!(error("ElementType = MET_UCHAR\nElementSpacing = 1 0 1").contains("positive lengths"));
         assert!(error("ElementType = MET_UCHAR\nElementSpacing = 1 1").contains("ElementSpacing (line 5)"));
         assert!(error("ElementNumberOfChannels = 3").contains("3 values for each voxel"));
-        assert!(error("ElementType = MET_UCHAR\nTransformMatrix = 1 0 0 1 0 0 0 0 1").contains("independent"));
+        assert!(
+            error("ElementType = MET_UCHAR\nTransformMatrix = 1 0 0 1 0 0 0 0 1").contains("independent")
+        );
         assert!(error("ElementType = MET_UCHAR\nCompressedData = maybe").contains("True or False"));
+        assert!(
+            error("ElementType = MET_UCHAR\nElementToIntensityFunctionSlope = 0").contains("other than 0")
+        );
         assert!(error("no pair").contains("line 4 ('no pair')"));
         let short = with("ElementType = MET_SHORT", &[0; 7]);
         assert!(matches!(short, Err(ImportError::Truncated { expected: 8, actual: 7, .. })));

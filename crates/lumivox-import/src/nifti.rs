@@ -70,7 +70,8 @@ fn recognise(head: &[u8]) -> Option<(Version, bool, bool)> {
 impl RawHeader {
     fn at<const N: usize>(&self, one: usize, two: usize) -> [u8; N] {
         let offset = if self.version == Version::One { one } else { two };
-        let mut bytes: [u8; N] = self.bytes[offset..offset + N].try_into().expect("offsets lie in the header");
+        let mut bytes: [u8; N] =
+            self.bytes[offset..offset + N].try_into().expect("offsets lie in the header");
         if self.big_endian {
             bytes.reverse();
         }
@@ -124,7 +125,11 @@ impl RawHeader {
 }
 
 /// Loads a NIfTI scan; of several phases the first.
-pub(crate) fn load(path: &Path, progress: Progress<'_>, cancel: &CancelToken) -> Result<Imported, ImportError> {
+pub(crate) fn load(
+    path: &Path,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Imported, ImportError> {
     let field = |field: &str, problem: String, remedy: &str| ImportError::Field {
         path: path.to_owned(),
         field: field.to_owned(),
@@ -142,7 +147,11 @@ pub(crate) fn load(path: &Path, progress: Progress<'_>, cancel: &CancelToken) ->
     for (i, size) in dim.iter_mut().enumerate().take(rank as usize + 1).skip(1) {
         let stored = header.dim(i);
         *size = usize::try_from(stored).ok().filter(|n| *n > 0).ok_or_else(|| {
-            field(&format!("dim[{i}]"), format!("is {stored}, not a number of voxels"), "The header is damaged")
+            field(
+                &format!("dim[{i}]"),
+                format!("is {stored}, not a number of voxels"),
+                "The header is damaged",
+            )
         })?;
     }
     if dim[5..].iter().any(|n| *n > 1) {
@@ -190,18 +199,8 @@ pub(crate) fn load(path: &Path, progress: Progress<'_>, cancel: &CancelToken) ->
     let patient_from_voxel = placement(&header, rank as usize, path, &mut notes)?;
     let decoded = payload.read(path, dims, phases, progress, cancel)?;
     let files = if header.detached { 2 } else { 1 };
-    Scan {
-        path,
-        format: "NIfTI",
-        dims,
-        files,
-        decoded,
-        rescale,
-        patient_from_voxel,
-        modality: None,
-        notes,
-    }
-    .import()
+    Scan { path, format: "NIfTI", dims, files, decoded, rescale, patient_from_voxel, modality: None, notes }
+        .import()
 }
 
 /// The header, and whether its file is compressed.
@@ -215,13 +214,18 @@ fn read_header(path: &Path) -> Result<(RawHeader, bool), ImportError> {
         if deflated { inflate(file).map_err(ImportError::io(path))? } else { Box::new(file) };
     let mut bytes = [0; HEADER_BYTES];
     let n = fill(&mut *input, &mut bytes).map_err(ImportError::io(path))?;
-    let (version, big_endian, detached) = recognise(&bytes[..n]).ok_or_else(|| ImportError::UnknownFormat {
-        path: path.to_owned(),
-        found: "it has no complete NIfTI header".to_owned(),
-    })?;
+    let (version, big_endian, detached) =
+        recognise(&bytes[..n]).ok_or_else(|| ImportError::UnknownFormat {
+            path: path.to_owned(),
+            found: "it has no complete NIfTI header".to_owned(),
+        })?;
     let size = if version == Version::One { 348 } else { 540 };
     if n < size {
-        return Err(ImportError::Truncated { path: path.to_owned(), expected: size as u64, actual: n as u64 });
+        return Err(ImportError::Truncated {
+            path: path.to_owned(),
+            expected: size as u64,
+            actual: n as u64,
+        });
     }
     Ok((RawHeader { bytes, version, big_endian, detached }, deflated))
 }

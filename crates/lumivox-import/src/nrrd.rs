@@ -42,7 +42,11 @@ struct Axes {
 }
 
 /// Loads a NRRD scan; of several phases the first.
-pub(crate) fn load(path: &Path, progress: Progress<'_>, cancel: &CancelToken) -> Result<Imported, ImportError> {
+pub(crate) fn load(
+    path: &Path,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Imported, ImportError> {
     let header = read_header(path)?;
     let fields = &header.fields;
     let mut notes = Vec::new();
@@ -74,7 +78,10 @@ fn read_header(path: &Path) -> Result<Header<'_>, ImportError> {
         _ => {
             return Err(ImportError::Unsupported {
                 path: path.to_owned(),
-                what: format!("NRRD of an unknown version ('{}')", magic.chars().take(20).collect::<String>()),
+                what: format!(
+                    "NRRD of an unknown version ('{}')",
+                    magic.chars().take(20).collect::<String>()
+                ),
                 remedy: format!("Save it as NRRD000{NEWEST} or older"),
             });
         }
@@ -254,15 +261,13 @@ fn patient_from_space(fields: &Fields, notes: &mut Vec<String>) -> Result<DAffin
     };
     let mm = match fields.get(&["space units"]) {
         None => 1.0,
-        Some(units) => {
-            match units.value.split('"').map(str::trim).find(|u| !u.is_empty()).unwrap_or("mm") {
-                "m" | "meter" | "meters" => 1000.0,
-                "cm" => 10.0,
-                "um" | "µm" | "micron" | "microns" => 0.001,
-                "nm" => 1e-6,
-                _ => 1.0,
-            }
-        }
+        Some(units) => match units.value.split('"').map(str::trim).find(|u| !u.is_empty()).unwrap_or("mm") {
+            "m" | "meter" | "meters" => 1000.0,
+            "cm" => 10.0,
+            "um" | "µm" | "micron" | "microns" => 0.001,
+            "nm" => 1e-6,
+            _ => 1.0,
+        },
     };
     Ok(DAffine3::from_scale(DVec3::splat(mm)) * flips)
 }
@@ -271,7 +276,8 @@ fn patient_from_space(fields: &Fields, notes: &mut Vec<String>) -> Result<DAffin
 fn spacings(fields: &Fields, axes: &Axes) -> Result<[f64; 3], ImportError> {
     let mut spacing = [1.0; 3];
     let Some(field) = fields.get(&["spacings"]) else { return Ok(spacing) };
-    let all: Vec<f64> = parse_list(&field.value).ok_or_else(|| fields.bad(field, "one length for each axis"))?;
+    let all: Vec<f64> =
+        parse_list(&field.value).ok_or_else(|| fields.bad(field, "one length for each axis"))?;
     for (mm, axis) in spacing.iter_mut().zip(&axes.spatial) {
         match all.get(*axis) {
             Some(length) if length.is_normal() => *mm = length.abs(),
@@ -302,7 +308,10 @@ fn payload(header: &Header, notes: &mut Vec<String>) -> Result<Payload, ImportEr
         "gz" | "gzip" => Encoding::Deflate,
         "txt" | "text" | "ascii" => Encoding::Text,
         other @ ("bz2" | "bzip2" | "hex" | "zrl" | "zstd") => {
-            return Err(unsupported(format!("NRRD data encoded as {other}"), "Save it with encoding gzip or raw"));
+            return Err(unsupported(
+                format!("NRRD data encoded as {other}"),
+                "Save it with encoding gzip or raw",
+            ));
         }
         _ => return Err(fields.bad(encoding_field, "raw, gzip or text")),
     };
@@ -325,9 +334,9 @@ fn payload(header: &Header, notes: &mut Vec<String>) -> Result<Payload, ImportEr
         None => ByteSkip::Bytes(0),
         Some(field) => match fields.number::<i64>(field, "a number of bytes, or -1")? {
             -1 if encoding == Encoding::Raw => ByteSkip::Tail,
-            skip => {
-                ByteSkip::Bytes(u64::try_from(skip).map_err(|_| fields.bad(field, "a number of bytes, or -1"))?)
-            }
+            skip => ByteSkip::Bytes(
+                u64::try_from(skip).map_err(|_| fields.bad(field, "a number of bytes, or -1"))?,
+            ),
         },
     };
     let files = data_files(header)?;
@@ -463,7 +472,8 @@ mod tests {
             assert!(error.contains("2 values for each voxel"), "{error}");
             assert!(error.contains("Export one component"), "{error}");
         }
-        let colours = "type: uchar\ndimension: 3\nsizes: 3 2 2\nkinds: RGB-color domain domain\nencoding: raw";
+        let colours =
+            "type: uchar\ndimension: 3\nsizes: 3 2 2\nkinds: RGB-color domain domain\nencoding: raw";
         assert!(with(colours, &[0; 12]).unwrap_err().to_string().contains("3 values for each voxel"));
     }
 
@@ -483,7 +493,8 @@ mod tests {
             let imported = load(&path, Progress::SILENT, &CancelToken::new()).unwrap();
             assert_eq!(values(&imported), [1.0, 2.0, 3.0, 4.0], "{data}");
         }
-        std::fs::write(&path, format!("NRRD0004\ntype: uchar\n{GRID}\nencoding: raw\ndata file: no.raw")).unwrap();
+        std::fs::write(&path, format!("NRRD0004\ntype: uchar\n{GRID}\nencoding: raw\ndata file: no.raw"))
+            .unwrap();
         let error = load(&path, Progress::SILENT, &CancelToken::new()).unwrap_err().to_string();
         assert!(error.contains("no.raw' is not there"), "{error}");
         std::fs::write(&path, format!("NRRD0004\ntype: uchar\n{GRID}\nencoding: raw\ndata file: .")).unwrap();
@@ -505,7 +516,10 @@ mod tests {
         assert!(error(&full(mars)).contains("space (line 7) is 'mars'"));
         let directions = "type: uchar\nencoding: raw\nspace directions: (1,0,0) (2,0,0) (0,0,1)";
         assert!(error(&full(directions)).contains("three independent directions"));
-        assert!(error("dimension: 3\nsizes: 9999999999 9999999999 99\ntype: uchar\nencoding: raw").contains("impossible"));
+        assert!(
+            error("dimension: 3\nsizes: 9999999999 9999999999 99\ntype: uchar\nencoding: raw")
+                .contains("impossible")
+        );
         assert!(matches!(
             with(&full("type: short\nendian: little\nencoding: raw"), &[0; 7]),
             Err(ImportError::Truncated { expected: 8, actual: 7, .. })

@@ -195,7 +195,9 @@ impl Payload {
                 return Err(ImportError::Field {
                     path: file.to_owned(),
                     field: "the image data".to_owned(),
-                    problem: format!("of {there} characters cannot hold the numbers that the header promises"),
+                    problem: format!(
+                        "of {there} characters cannot hold the numbers that the header promises"
+                    ),
                     remedy: "The file is cut short; copy or export it again".to_owned(),
                 });
             }
@@ -394,8 +396,7 @@ mod tests {
         let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
         encoder.write_all(&[9, 5, 6]).unwrap();
         let zlib = file(&encoder.finish().unwrap());
-        let skipping =
-            Payload { byte_skip: ByteSkip::Bytes(1), ..payload(zlib.path(), Encoding::Deflate) };
+        let skipping = Payload { byte_skip: ByteSkip::Bytes(1), ..payload(zlib.path(), Encoding::Deflate) };
         assert_eq!(read(&skipping, [2, 1, 1], 1).unwrap(), [5.0, 6.0]);
     }
 
@@ -468,13 +469,8 @@ mod tests {
         let data = file(&[0; 10]);
         let cancel = CancelToken::new();
         cancel.cancel();
-        let result = payload(data.path(), Encoding::Raw).read(
-            data.path(),
-            [10, 1, 1],
-            1,
-            Progress::SILENT,
-            &cancel,
-        );
+        let result =
+            payload(data.path(), Encoding::Raw).read(data.path(), [10, 1, 1], 1, Progress::SILENT, &cancel);
         assert!(matches!(result, Err(ImportError::Cancelled(_))));
     }
 }

@@ -17,8 +17,7 @@ use crate::{
 const LONGEST_HEADER: u64 = 1 << 16;
 
 /// Linear sRGB from CIE XYZ (with white at 1, 1, 1 as Radiance has it).
-const RGB_FROM_XYZ: [[f32; 3]; 3] =
-    [[2.690, -1.276, -0.414], [-1.022, 1.978, 0.044], [0.061, -0.224, 1.163]];
+const RGB_FROM_XYZ: [[f32; 3]; 3] = [[2.690, -1.276, -0.414], [-1.022, 1.978, 0.044], [0.061, -0.224, 1.163]];
 
 /// What a header says.
 struct Header {
@@ -157,7 +156,8 @@ fn read_line(input: &mut impl BufRead, line: &mut [[u8; 4]]) -> std::io::Result<
             if fill(input, &mut code)? < 1 {
                 return Ok(false);
             }
-            let (run, mut bytes) = if code[0] > 128 { (code[0] - 128, [0; 128]) } else { (code[0], [0; 128]) };
+            let (run, mut bytes) =
+                if code[0] > 128 { (code[0] - 128, [0; 128]) } else { (code[0], [0; 128]) };
             let count = usize::from(run);
             let distinct = if code[0] > 128 { 1 } else { count };
             if count == 0 || x + count > width || fill(input, &mut bytes[..distinct])? < distinct {
@@ -174,11 +174,7 @@ fn read_line(input: &mut impl BufRead, line: &mut [[u8; 4]]) -> std::io::Result<
 
 /// Pixels one after the other, or with the older run lengths: a pixel of mantissas 1, 1, 1 repeats the last one as
 /// often as its exponent says, times 256 for each such pixel directly before.
-fn read_flat_or_old(
-    input: &mut impl BufRead,
-    first: [u8; 4],
-    line: &mut [[u8; 4]],
-) -> std::io::Result<bool> {
+fn read_flat_or_old(input: &mut impl BufRead, first: [u8; 4], line: &mut [[u8; 4]]) -> std::io::Result<bool> {
     let mut pixel = first;
     let (mut x, mut shift) = (0, 0);
     loop {

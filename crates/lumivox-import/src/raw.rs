@@ -61,7 +61,9 @@ pub struct RawDescription {
 
 /// Why a text is no [`RawDescription`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("'{part}' is not {expected}. A RAW volume is described as 256x256x108:i16le:spacing=1,1,2 with any of spacing, header, slope, intercept and modality")]
+#[error(
+    "'{part}' is not {expected}. A RAW volume is described as 256x256x108:i16le:spacing=1,1,2 with any of spacing, header, slope, intercept and modality"
+)]
 pub struct RawDescriptionError {
     /// The part of the text that is wrong.
     pub part: String,
@@ -90,8 +92,7 @@ impl RawDescription {
     /// # Errors
     /// [`RawDescriptionError`] names the part that cannot be understood.
     pub fn parse(text: &str) -> Result<Self, RawDescriptionError> {
-        let wrong =
-            |part: &str, expected| RawDescriptionError { part: part.to_owned(), expected };
+        let wrong = |part: &str, expected| RawDescriptionError { part: part.to_owned(), expected };
         let mut parts = text.trim().split(':');
         let size = parts.next().unwrap_or_default();
         let dims = parse_dims(size).ok_or_else(|| wrong(size, "a size such as 256x256x108"))?;
@@ -121,7 +122,8 @@ impl RawDescription {
         let dims = words().find_map(parse_dims)?;
         let (sample, big_endian) = words().find_map(parse_sample)?;
         let spacing = words().find_map(|word| {
-            let lengths: Option<Vec<f64>> = word.strip_suffix("mm")?.split('x').map(|n| n.parse().ok()).collect();
+            let lengths: Option<Vec<f64>> =
+                word.strip_suffix("mm")?.split('x').map(|n| n.parse().ok()).collect();
             parse_spacing(&lengths?)
         });
         let spacing_mm = spacing.unwrap_or([1.0; 3]);
@@ -214,10 +216,15 @@ pub fn load_raw(
 }
 
 /// Loads a RAW scan that a file beside it or its own name describes.
-pub(crate) fn load(path: &Path, progress: Progress<'_>, cancel: &CancelToken) -> Result<Imported, ImportError> {
+pub(crate) fn load(
+    path: &Path,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Imported, ImportError> {
     let (description, source) = find_description(path)?.ok_or_else(|| ImportError::UnknownFormat {
         path: path.to_owned(),
-        found: "nothing beside it and nothing in its name says how many voxels of which type it has".to_owned(),
+        found: "nothing beside it and nothing in its name says how many voxels of which type it has"
+            .to_owned(),
     })?;
     load_described(path, &description, &source, progress, cancel)
 }
@@ -332,7 +339,8 @@ fn read_sidecar(path: &Path) -> Result<RawDescription, ImportError> {
     let dims = match fields.get(&["dims"]) {
         Some(field) => {
             let list = field.value.trim_matches(['[', ']']);
-            let dims = parse_list(list).and_then(|d: Vec<usize>| d.try_into().ok()).or_else(|| parse_dims(list));
+            let dims =
+                parse_list(list).and_then(|d: Vec<usize>| d.try_into().ok()).or_else(|| parse_dims(list));
             dims.ok_or_else(|| fields.bad(field, "three numbers of voxels"))?
         }
         None => {
@@ -355,9 +363,11 @@ fn read_sidecar(path: &Path) -> Result<RawDescription, ImportError> {
                 };
             }
             key => {
-                let known = description.set(key, &field.value).map_err(|expected| fields.bad(field, expected))?;
+                let known =
+                    description.set(key, &field.value).map_err(|expected| fields.bad(field, expected))?;
                 if !known {
-                    let known = "It may hold dims, format, endianness, skip, spacing, slope, intercept, modality";
+                    let known =
+                        "It may hold dims, format, endianness, skip, spacing, slope, intercept, modality";
                     return Err(fields.complain(field, "means nothing here", known));
                 }
             }
@@ -441,8 +451,10 @@ mod tests {
     fn files_beside_it_describe_it() {
         let data = [9, 9, 0xff, 0xfe, 0x00, 0x07];
         let unity = "dimx:2\ndimy:1\ndimz:1\nskip:2\nformat:int16\nendianness:BigEndian";
-        let own = "# ours\ndims = [2, 1, 1]\ntype = \"i16be\"\nheader_bytes = 2\nspacing = [1, 2, 3]\nslope = 2.0";
-        for (name, text, low) in [("head.raw.ini", unity, -2.0), ("head.ini", unity, -2.0), ("head.raw.toml", own, -4.0)]
+        let own =
+            "# ours\ndims = [2, 1, 1]\ntype = \"i16be\"\nheader_bytes = 2\nspacing = [1, 2, 3]\nslope = 2.0";
+        for (name, text, low) in
+            [("head.raw.ini", unity, -2.0), ("head.ini", unity, -2.0), ("head.raw.toml", own, -4.0)]
         {
             let (_folder, path) = folder_with(name, text, &data);
             let imported = load_raw_file(&path).unwrap();

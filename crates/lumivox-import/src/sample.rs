@@ -88,7 +88,13 @@ impl FromStr for SampleType {
             "u64" | "uint64" | "uint64_t" | "ulonglong" | "unsigned long long" | "unsigned long long int" => {
                 Self::U64
             }
-            "i64" | "int64" | "int64_t" | "longlong" | "long long" | "long long int" | "signed long long"
+            "i64"
+            | "int64"
+            | "int64_t"
+            | "longlong"
+            | "long long"
+            | "long long int"
+            | "signed long long"
             | "signed long long int" => Self::I64,
             "f32" | "float32" | "float" => Self::F32,
             "f64" | "float64" | "double" => Self::F64,
@@ -178,12 +184,8 @@ impl VoxelBuilder {
 
     /// The samples, or `None` when not one is a number.
     pub fn finish(self) -> Option<Decoded> {
-        let narrow = |voxels, offset| Decoded {
-            voxels,
-            rescale: [1.0, offset],
-            integral: true,
-            notes: Vec::new(),
-        };
+        let narrow =
+            |voxels, offset| Decoded { voxels, rescale: [1.0, offset], integral: true, notes: Vec::new() };
         Some(match (self.store, self.sample) {
             (Store::U8(samples), SampleType::I8) => narrow(Voxels::U8(samples), -128.0),
             (Store::U8(samples), _) => narrow(Voxels::U8(samples), 0.0),
@@ -237,7 +239,12 @@ impl Wide {
         let integral = self.integral || sample.is_integer();
         if self.integral && (max as f64 - min as f64) <= u16::MAX as f64 {
             let voxels = self.samples.iter().map(|s| (s - min) as u16).collect();
-            return Some(Decoded { voxels: Voxels::U16(voxels), rescale: [1.0, min as f64], integral, notes });
+            return Some(Decoded {
+                voxels: Voxels::U16(voxels),
+                rescale: [1.0, min as f64],
+                integral,
+                notes,
+            });
         }
         Some(Decoded { voxels: Voxels::F32(self.samples), rescale: [1.0, 0.0], integral, notes })
     }

@@ -102,7 +102,12 @@ impl Fields<'_> {
     }
 
     /// The `count` numbers of a field.
-    pub fn numbers<T: FromStr>(&self, field: &Field, count: usize, what: &str) -> Result<Vec<T>, ImportError> {
+    pub fn numbers<T: FromStr>(
+        &self,
+        field: &Field,
+        count: usize,
+        what: &str,
+    ) -> Result<Vec<T>, ImportError> {
         parse_list(&field.value)
             .filter(|list| list.len() == count)
             .ok_or_else(|| self.bad(field, &format!("{count} {what}")))
@@ -134,7 +139,11 @@ pub(crate) fn expand_pattern(pattern: &str, [first, last, step]: [i64; 3]) -> Op
     let count = last.checked_sub(first)?.checked_div(step).filter(|n| (0..MOST).contains(n))? + 1;
     let names = (0..count).map(|i| {
         let number = first + i * step;
-        if zeros { format!("{before}{number:0width$}{after}") } else { format!("{before}{number:width$}{after}") }
+        if zeros {
+            format!("{before}{number:0width$}{after}")
+        } else {
+            format!("{before}{number:width$}{after}")
+        }
     });
     Some(names.collect())
 }

@@ -86,7 +86,9 @@ pub fn load_transfer_function(path: &Path, value_range: [f64; 2]) -> Result<Tran
             what: "a two-dimensional transfer function (over values and gradients)".to_owned(),
             remedy: "Use a one-dimensional one".to_owned(),
         }),
-        _ => Err(not_one(path, "has neither 'lumivox_transfer_function' nor 'colourPoints' and 'alphaPoints'")),
+        _ => {
+            Err(not_one(path, "has neither 'lumivox_transfer_function' nor 'colourPoints' and 'alphaPoints'"))
+        }
     }
 }
 
@@ -105,9 +107,10 @@ pub fn save_transfer_function(
 
 /// One line for each point, so that people can read and compare it.
 fn to_json(transfer_function: &TransferFunction, unit: &str) -> String {
-    let knots = transfer_function.opacity_knots().iter().map(|k| {
-        serde_json::to_string(&Knot { value: k.value, opacity: k.opacity, ease: k.ease.into() })
-    });
+    let knots = transfer_function
+        .opacity_knots()
+        .iter()
+        .map(|k| serde_json::to_string(&Knot { value: k.value, opacity: k.opacity, ease: k.ease.into() }));
     let stops = transfer_function
         .color_stops()
         .iter()
@@ -224,7 +227,8 @@ impl<'de> Deserialize<'de> for Color {
 
             fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Color, E> {
                 let wrong = || E::custom(format!("color '{text}' is not of the form #rrggbb"));
-                let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii()).ok_or_else(wrong)?;
+                let digits =
+                    text.strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii()).ok_or_else(wrong)?;
                 let byte = |i: usize| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).map_err(|_| wrong());
                 Ok(Color([byte(0)?, byte(1)?, byte(2)?].map(linear_from_byte)))
             }
@@ -433,10 +437,14 @@ mod tests {
     #[test]
     fn mistakes_are_named_with_their_line() {
         let head = "{ \"lumivox_transfer_function\": 1,\n \"opacity\": [\n";
-        let with = |knot: &str, stop: &str| load(&format!("{head}{knot}],\n \"color\": [{stop}] }}")).unwrap_err();
+        let with =
+            |knot: &str, stop: &str| load(&format!("{head}{knot}],\n \"color\": [{stop}] }}")).unwrap_err();
         let good = r##"{"value": 0, "color": "#000000"}"##;
         let error = with(r#"{"value": 0, "opacity": 1.5}"#, good);
-        assert!(error.starts_with("line 3, column") && error.contains("opacity 1.5 is not between 0"), "{error}");
+        assert!(
+            error.starts_with("line 3, column") && error.contains("opacity 1.5 is not between 0"),
+            "{error}"
+        );
         let error = with(r#"{"value": 0}"#, good);
         assert!(error.starts_with("line 3") && error.contains("missing field `opacity`"), "{error}");
         let error = with(r#"{"value": 0, "opacity": 1, "ease": "bouncy"}"#, good);

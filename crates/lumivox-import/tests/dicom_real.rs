@@ -103,13 +103,13 @@ fn every_transfer_syntax_gives_the_same_samples() {
         let volume = load(&folder.join(format!("{number}.dcm"))).unwrap().volume;
         assert_eq!(volume.dims(), [384, 384, 1], "{number}.dcm");
         assert_eq!(slice_sum(&volume, 0), (38036663.0, [0.0, 2362.0]), "{number}.dcm");
-        // NIfTI's rows run the other way, or its transform says so: compare at places in the patient.
-        let other_from_voxel = truth.patient_from_voxel().inverse() * volume.patient_from_voxel();
-        for (x, y) in [(0, 0), (100, 200), (200, 100), (150, 377), (383, 383)] {
-            let place = other_from_voxel.transform_point3(DVec3::new(x as f64, y as f64, 0.0)).round();
-            let there = [place.x as usize, place.y as usize, 0];
-            assert_eq!(volume.value([x, y, 0]), truth.value(there), "{number}.dcm at {x}, {y}");
+        // The image is a mosaic of 6 x 6 tiles; the converter that made the truth parted it and flipped its rows.
+        for (x, y, z) in [(0, 0, 0), (31, 20, 17), (40, 33, 5), (12, 50, 34), (63, 63, 20)] {
+            let tile = [z % 6 * 64 + x, z / 6 * 64 + y, 0];
+            assert_eq!(volume.value(tile), truth.value([x, 63 - y, z]), "{number}.dcm at {x}, {y}, {z}");
         }
+        let sum: f64 = (0..35).map(|z| slice_sum(&truth, z).0).sum();
+        assert_eq!(sum, 38036663.0);
     }
 }
 
@@ -119,7 +119,7 @@ fn missing_slices_are_noted_and_filled() {
     let best = load(folder.path()).unwrap();
     println!("{:#?}", best.report.series);
     assert_eq!(best.report.series.len(), 4);
-    assert_eq!(best.report.skipped.iter().filter(|s| s.reason == "not a DICOM file").count(), 3);
+    assert_eq!(best.report.skipped.iter().filter(|s| s.reason == "it is not a DICOM file").count(), 3);
     for series in &best.report.series {
         let imported = load_series(folder.path(), Some(&series.id)).unwrap();
         println!("{} -> {:?} {:?}", series.description, imported.volume.dims(), imported.report.notes);
@@ -144,12 +144,12 @@ fn a_mixed_folder_yields_its_volumes_only() {
     let imported = load(folder.path()).unwrap();
     println!("{:#?}", imported.report);
     let numbers: Vec<_> = imported.report.series.iter().map(|series| series.number).collect();
-    assert_eq!(numbers[..2], [Some(3010), Some(2010)]);
+    assert_eq!(numbers[..2], [Some(301), Some(201)]);
     assert_eq!(imported.volume.dims(), [512, 512, 58]);
     let reasons: Vec<_> = imported.report.skipped.iter().map(|skipped| skipped.reason.as_str()).collect();
     assert!(reasons.contains(&"a localizer"));
     assert!(reasons.iter().any(|reason| reason.contains("colour")));
-    let other = load_series(folder.path(), Some("2010")).unwrap();
+    let other = load_series(folder.path(), Some("201")).unwrap();
     assert_eq!(other.volume.dims(), [512, 512, 54]);
     for (volume, tilt, spacing) in [(&imported.volume, 16.5, None), (&other.volume, 18.5, Some(2.371))] {
         let [row, column, step] = [0, 1, 2].map(|k| volume.patient_from_voxel().matrix3.col(k));
@@ -211,8 +211,18 @@ fn odd_files_are_read_or_refused() {
                 println!("{name}: {:?}, sum {sum} for {}, {:?}", volume.dims(), line.sum, imported.report.notes);
                 assert_eq!(line.status.split(':').next(), Some("ok"), "{name}");
                 assert_eq!(volume.dims(), [line.columns, line.rows, line.frames], "{name}");
+                // The reference keeps PixelPaddingValue as it is.
+                if name != "693_J2KI.dcm" {
+                    assert_eq!(sum, line.sum, "{name}");
+                }
             }
-            Err(error) => println!("{name}: {error} ({})", line.status),
+            Err(error) => {
+                println!("{name}: {error} ({})", line.status);
+                // What another reader can read, Lumivox refuses for a reason of its own only.
+                let why = ["colour", "segmentation", "JPEG of 12 bits"];
+                let error = error.to_string();
+                assert!(line.status != "ok" || why.iter().any(|why| error.contains(why)), "{error}");
+            }
         }
     }
 }
@@ -221,4 +231,38 @@ fn files_in(folder: &Path) -> Vec<std::path::PathBuf> {
     let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
     files
+}
+
+/// Whatever happens to a codestream, its decoder gives samples or an error: no panic, no crash, no great delay.
+#[test]
+fn damaged_codestreams_are_survived() {
+    let Some(folder) = shared("syntaxes") else { return };
+    let mutations = std::env::var("LUMIVOX_MUTATIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(30);
+    let scratch = tempfile::tempdir().unwrap();
+    let path = scratch.path().join("damaged.dcm");
+    let mut state = 1u64;
+    let mut random = |below: usize| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as usize % below
+    };
+    for number in 4..=9 {
+        let whole = std::fs::read(folder.join(format!("{number}.dcm"))).unwrap();
+        let pixels = whole.windows(4).rposition(|tag| tag == [0xE0, 0x7F, 0x10, 0x00]).unwrap();
+        for round in 0..mutations {
+            let mut bytes = whole.clone();
+            // Heads of codestreams are where damage hurts most.
+            let reach = if round % 2 == 0 { 200 } else { bytes.len() - pixels };
+            for _ in 0..=random(4) {
+                let at = pixels + random(reach);
+                bytes[at] = random(256) as u8;
+            }
+            if round % 5 == 0 {
+                bytes.truncate(pixels + random(bytes.len() - pixels));
+            }
+            std::fs::write(&path, bytes).unwrap();
+            let start = std::time::Instant::now();
+            let _ = load(&path);
+            assert!(start.elapsed().as_secs() < 5, "{number}.dcm, round {round}");
+        }
+    }
 }

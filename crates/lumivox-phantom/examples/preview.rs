@@ -115,7 +115,7 @@ fn main() {
             slice(&v, axis, rest.replace('m', "-").parse().unwrap(), &path);
             continue;
         }
-        let preset = match &kind[..1] { "b" => Preset::CtBone, "s" => Preset::CtSkin, "m" => Preset::CtMuscle, "a" => Preset::CtAngiography, _ => panic!() };
+        let preset = match &kind[..1] { "b" => Preset::CtBone, "s" => Preset::CtSkin, "m" => Preset::CtMuscle, "a" => Preset::CtAngiography, "S" => Preset::CtSkin, _ => panic!() };
         let az: f32 = rest.replace('m', "-").parse().unwrap();
         let zoom = kind.len() > 1 && &kind[1..2] == "z";
         let clip = (kind.len() > 1 && &kind[1..2] == "c").then_some((Vec3::Z, 62.0));

@@ -3,6 +3,7 @@
 //! DICOM PS3.3 A.3 (CT Image IOD), one file per axial slice, explicit VR little endian.
 
 use std::{
+    collections::HashSet,
     fs::{self, File},
     io::{self, BufWriter, Write},
     path::{Path, PathBuf},
@@ -11,7 +12,7 @@ use std::{
 
 use dicom_core::{DataElement, PrimitiveValue, Tag, VR};
 use dicom_dictionary_std::{tags, uids};
-use dicom_object::{FileMetaTableBuilder, InMemDicomObject};
+use dicom_object::{FileMetaTableBuilder, InMemDicomObject, OpenFileOptions};
 use glam::DVec3;
 use lumivox_core::{CancelToken, Cancelled, Modality, Progress, Stage, Volume, Voxels};
 use rayon::prelude::*;
@@ -105,7 +106,7 @@ pub fn write_dicom_series(
     let slices = volume.dims()[2];
     cancel.check()?;
     fs::create_dir_all(folder).map_err(|source| io_error("create", folder, source))?;
-    refuse_foreign_files(folder, slices)?;
+    series.refuse_foreign_files(folder)?;
     let done = AtomicU64::new(0);
     (0..slices).into_par_iter().try_for_each(|k| {
         cancel.check()?;
@@ -122,30 +123,6 @@ fn file_name(slice: usize) -> String {
 
 fn io_error(action: &'static str, path: &Path, source: io::Error) -> WriteError {
     WriteError::Io { action, path: path.to_owned(), source }
-}
-
-fn refuse_foreign_files(folder: &Path, slices: usize) -> Result<(), WriteError> {
-    let own: std::collections::HashSet<_> = (0..slices).map(file_name).collect();
-    let entries = fs::read_dir(folder).map_err(|source| io_error("read", folder, source))?;
-    let mut foreign = Vec::new();
-    for entry in entries {
-        let entry = entry.map_err(|source| io_error("read", folder, source))?;
-        let name = entry.file_name();
-        if !name.to_str().is_some_and(|n| own.contains(n)) || !is_own(&entry.path()) {
-            foreign.push(entry.path());
-        }
-    }
-    match foreign.into_iter().min() {
-        Some(path) => Err(WriteError::FolderNotEmpty { path }),
-        None => Ok(()),
-    }
-}
-
-/// Whether a file was written here: it names this program as its manufacturer.
-fn is_own(path: &Path) -> bool {
-    let open = dicom_object::OpenFileOptions::new().read_until(tags::PATIENT_NAME).open_file(path);
-    let manufacturer = open.ok().and_then(|o| o.element(tags::MANUFACTURER).ok()?.to_str().ok().map(|s| s == MANUFACTURER));
-    manufacturer.unwrap_or(false)
 }
 
 const MANUFACTURER: &str = "Lumivox";
@@ -184,6 +161,31 @@ impl<'a> Series<'a> {
             spacing: volume.spacing_mm(),
             largest: volume.stored_range()[1] as u16,
         })
+    }
+
+    /// Nothing of somebody else's may be overwritten or mixed up with this series.
+    fn refuse_foreign_files(&self, folder: &Path) -> Result<(), WriteError> {
+        let slices = self.volume.dims()[2];
+        let own: HashSet<_> = (0..slices).map(|k| folder.join(file_name(k))).collect();
+        let entries = fs::read_dir(folder).map_err(|source| io_error("read", folder, source))?;
+        let mut foreign = Vec::new();
+        for entry in entries {
+            let path = entry.map_err(|source| io_error("read", folder, source))?.path();
+            if !own.contains(&path) || !self.contains(&path) {
+                foreign.push(path);
+            }
+        }
+        match foreign.into_iter().min() {
+            Some(path) => Err(WriteError::FolderNotEmpty { path }),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether a file belongs to this series.
+    fn contains(&self, path: &Path) -> bool {
+        let header = OpenFileOptions::new().read_until(tags::IMAGE_POSITION_PATIENT).open_file(path);
+        let uid = header.ok().and_then(|h| h.element(tags::SERIES_INSTANCE_UID).ok()?.to_str().ok().map(String::from));
+        uid.is_some_and(|uid| uid.trim_end_matches(['\0', ' ']) == self.series_uid())
     }
 
     fn write_slice(&self, k: usize, path: &Path) -> Result<(), WriteError> {
@@ -260,7 +262,7 @@ impl<'a> Series<'a> {
         put(tags::PATIENT_POSITION, VR::CS, text("HFS"));
 
         put(tags::STUDY_INSTANCE_UID, VR::UI, text(&self.uid("study", 0)));
-        put(tags::SERIES_INSTANCE_UID, VR::UI, text(&self.uid("series", d.series_number as usize)));
+        put(tags::SERIES_INSTANCE_UID, VR::UI, text(&self.series_uid()));
         put(tags::STUDY_ID, VR::SH, text("1"));
         put(tags::SERIES_NUMBER, VR::IS, text(&d.series_number.to_string()));
         put(tags::ACQUISITION_NUMBER, VR::IS, text("1"));
@@ -298,12 +300,20 @@ impl<'a> Series<'a> {
         object
     }
 
-    /// A UID under 2.25 (PS3.5 B.2): a UUID of version 8 made from the seed, the role and a number.
+    fn series_uid(&self) -> String {
+        self.uid("series", 0)
+    }
+
+    /// A UID under 2.25 (PS3.5 B.2): a UUID of version 8 made from the seed, the patient, the role and a number, and
+    /// for what is inside a series from its number and grid too.
     fn uid(&self, role: &str, number: usize) -> String {
         let d = self.description;
         let mix = |h: u64, s: &str| s.bytes().fold(h, |h, b| hash64(h ^ u64::from(b)));
-        let base = mix(mix(hash64(d.seed), &d.patient_id), role);
-        let base = if role == "instance" { base ^ u64::from(d.series_number).rotate_left(32) } else { base };
+        let mut base = mix(mix(hash64(d.seed), &d.patient_id), role);
+        if matches!(role, "series" | "instance") {
+            let grid = self.volume.dims().map(|n| n as u64);
+            base = [u64::from(d.series_number)].into_iter().chain(grid).fold(base, |h, n| hash64(h ^ n));
+        }
         let high = hash64(base ^ number as u64);
         let low = hash64(high ^ 0x6c75_6d69_766f_7821);
         let uuid = (u128::from(high) << 64 | u128::from(low)) & !(0xf << 76) & !(0b11 << 62);
@@ -346,4 +356,140 @@ impl<W: Write> Write for Reporting<W> {
 
 fn copy_error(e: &io::Error) -> io::Error {
     e.raw_os_error().map_or_else(|| io::Error::new(e.kind(), e.to_string()), io::Error::from_raw_os_error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dicom_object::{FileDicomObject, open_file};
+    use glam::{DAffine3, DMat3};
+
+    /// 4 x 3 x 2 voxels of 0.5 x 0.75 x 2 mm, with distinct values.
+    fn small() -> Volume {
+        let spacing = DMat3::from_diagonal(DVec3::new(0.5, 0.75, 2.0));
+        let place = DAffine3::from_mat3_translation(spacing, DVec3::new(-1.0 / 3.0, 20.0, -30.5));
+        let samples = (0..24).map(|i| i * 170).collect();
+        Volume::new([4, 3, 2], Voxels::U16(samples), [1.0, -1024.0], place, Modality::Ct).unwrap()
+    }
+
+    fn write(volume: &Volume, folder: &Path) -> Result<usize, WriteError> {
+        write_dicom_series(volume, folder, &SeriesDescription::default(), Progress::SILENT, &CancelToken::new())
+    }
+
+    fn numbers(object: &FileDicomObject<InMemDicomObject>, tag: Tag) -> Vec<f64> {
+        object.element(tag).unwrap().to_multi_float64().unwrap()
+    }
+
+    fn text(object: &FileDicomObject<InMemDicomObject>, tag: Tag) -> String {
+        object.element(tag).unwrap().to_str().unwrap().trim_end_matches('\0').to_owned()
+    }
+
+    #[test]
+    fn what_is_written_reads_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let volume = small();
+        assert_eq!(write(&volume, folder.path()).unwrap(), 2);
+        for k in 0..2 {
+            let object = open_file(folder.path().join(file_name(k))).unwrap();
+            assert_eq!(object.meta().transfer_syntax().trim_end_matches('\0'), uids::EXPLICIT_VR_LITTLE_ENDIAN);
+            let stored = object.element(tags::PIXEL_DATA).unwrap().to_multi_int::<u16>().unwrap();
+            let values: Vec<f64> = stored.iter().map(|s| f64::from(*s) + numbers(&object, tags::RESCALE_INTERCEPT)[0]).collect();
+            let expected: Vec<f64> = (0..12).map(|i| volume.value([i % 4, i / 4, k])).collect();
+            assert_eq!(values, expected);
+            assert_eq!(numbers(&object, tags::PIXEL_SPACING), [0.75, 0.5], "between rows first");
+            assert_eq!(numbers(&object, tags::IMAGE_ORIENTATION_PATIENT), [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+            let position = DVec3::from_slice(&numbers(&object, tags::IMAGE_POSITION_PATIENT));
+            let expected = volume.patient_from_voxel().transform_point3(DVec3::Z * k as f64);
+            assert!(position.distance(expected) < 1e-9);
+            assert_eq!(numbers(&object, tags::SLICE_THICKNESS), [2.0]);
+            assert_eq!(numbers(&object, tags::BITS_STORED), [12.0]);
+            assert_eq!(text(&object, tags::PATIENT_NAME), "Phantom^Lumivox");
+            assert_eq!(text(&object, tags::SOP_INSTANCE_UID), object.meta().media_storage_sop_instance_uid().trim_end_matches('\0'));
+        }
+    }
+
+    #[test]
+    fn uids_are_valid_distinct_and_repeatable() {
+        let volume = small();
+        let description = SeriesDescription::default();
+        let series = Series::new(&volume, &description).unwrap();
+        let mut seen = HashSet::new();
+        for (role, count) in [("study", 1), ("series", 1), ("instance", 500), ("frame of reference", 1)] {
+            for i in 0..count {
+                let uid = series.uid(role, i);
+                assert!(uid.len() <= 64 && uid.starts_with("2.25."), "{uid}");
+                assert!(!uid["2.25.".len()..].starts_with('0'), "{uid}");
+                assert_eq!(uid, series.uid(role, i));
+                assert!(seen.insert(uid));
+            }
+        }
+        let other = SeriesDescription { seed: 2, ..description.clone() };
+        let other = Series::new(&volume, &other).unwrap();
+        assert_ne!(series.uid("study", 0), other.uid("study", 0));
+    }
+
+    #[test]
+    fn only_its_own_series_is_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let volume = small();
+        write(&volume, folder.path()).unwrap();
+        write(&volume, folder.path()).unwrap();
+        let other = SeriesDescription { seed: 7, ..SeriesDescription::default() };
+        let refused =
+            write_dicom_series(&volume, folder.path(), &other, Progress::SILENT, &CancelToken::new());
+        assert!(matches!(refused, Err(WriteError::FolderNotEmpty { .. })));
+
+        let note = folder.path().join("A note.txt");
+        fs::write(&note, "mine").unwrap();
+        match write(&volume, folder.path()) {
+            Err(WriteError::FolderNotEmpty { path }) => assert_eq!(path, note),
+            other => panic!("{other:?}"),
+        }
+        assert_eq!(fs::read_to_string(&note).unwrap(), "mine");
+    }
+
+    #[test]
+    fn a_cancelled_run_leaves_no_half_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let volume = crate::solid(0.0, [16, 16, 40], [1.0; 3]);
+        let cancel = CancelToken::new();
+        let stop_early = |_, done, _| {
+            if done == 5 {
+                cancel.cancel();
+            }
+        };
+        let description = SeriesDescription::default();
+        let run = write_dicom_series(&volume, folder.path(), &description, Progress::new(&stop_early), &cancel);
+        assert!(matches!(run, Err(WriteError::Cancelled(_))));
+        for entry in fs::read_dir(folder.path()).unwrap() {
+            let path = entry.unwrap().path();
+            assert_eq!(path.extension().unwrap(), "dcm", "{}", path.display());
+            open_file(path).unwrap();
+        }
+        // What it left does not stand in the way of a second run.
+        assert_eq!(write(&volume, folder.path()).unwrap(), 40);
+    }
+
+    #[test]
+    fn errors_name_the_path_and_what_does_not_fit() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("occupied");
+        fs::write(&file, "").unwrap();
+        let error = write(&small(), &file).unwrap_err();
+        assert!(matches!(&error, WriteError::Io { path, .. } if *path == file), "{error}");
+        assert!(error.to_string().contains("occupied"));
+
+        let mr = small().with_modality(Modality::Mr);
+        assert!(matches!(write(&mr, folder.path()), Err(WriteError::Unsuitable(_))));
+    }
+
+    #[test]
+    fn decimal_strings_fit_and_keep_what_they_can() {
+        for x in [0.0, -160.0, 1.0 / 3.0, -1.0e-7 / 3.0, -123_456.789_012_345_67, 1e300 / 7.0, 5e-324] {
+            let s = decimal_string(x);
+            assert!(s.len() <= 16, "{s}");
+            let y: f64 = s.parse().unwrap();
+            assert!((y - x).abs() <= x.abs() * 1e-8 + 1e-20, "{x} became {s}");
+        }
+    }
 }

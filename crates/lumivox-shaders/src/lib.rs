@@ -62,6 +62,9 @@ pub enum Kernel {
     SampleDirections,
 }
 
+/// Candidates from which next-event estimation resamples one.
+const LIGHT_CANDIDATES: u32 = 4;
+
 macro_rules! module {
     ($name:literal) => {
         include_str!(concat!("wgsl/", $name, ".wgsl"))
@@ -151,7 +154,8 @@ impl Kernel {
             let [x, y] = self.workgroup_size();
             text += &format!(
                 "const LIGHT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
-                 const MIXED_FILTERS: bool = {};\nconst WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n",
+                 const MIXED_FILTERS: bool = {};\nconst WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
+                 const LIGHT_CANDIDATES: u32 = {LIGHT_CANDIDATES}u;\n",
                 variant.light_sampling, variant.surface, variant.guides, variant.mixed_filters
             );
         }

@@ -34,7 +34,9 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         let scans: Vec<Value> = scans.iter().map(to_json).collect();
         format!("{:#}\n", json!({ "scans": scans }))
     } else {
-        scans.iter().map(to_text).collect::<Vec<_>>().join("\n")
+        let heading =
+            |i| if scans.len() > 1 { format!("Scan {} of {}\n", i + 1, scans.len()) } else { String::new() };
+        scans.iter().enumerate().map(|(i, scan)| heading(i) + &to_text(scan)).collect::<Vec<_>>().join("\n")
     };
     output::print(&text)
 }

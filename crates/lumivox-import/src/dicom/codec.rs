@@ -52,9 +52,9 @@ impl Encoding {
 /// Reads the fragments at `input`'s position and joins them to one codestream per frame.
 ///
 /// # Errors
-/// A sentence about what is wrong with the fragments.
+/// A verb phrase about what is wrong with the fragments.
 pub(crate) fn read_frames(input: &mut Input, frames: usize) -> Result<Vec<Vec<u8>>, String> {
-    let (offsets, fragments) = read_fragments(input).map_err(|e| format!("its fragments are damaged ({e})"))?;
+    let (offsets, fragments) = read_fragments(input).map_err(|e| format!("has damaged fragments ({e})"))?;
     if frames == 1 {
         return Ok(vec![fragments.concat()]);
     }
@@ -70,14 +70,14 @@ pub(crate) fn read_frames(input: &mut Input, frames: usize) -> Result<Vec<Vec<u8
             end += 8 + fragment.len() as u64;
         }
         let find = |offset: &u32| positions.binary_search(&u64::from(*offset)).ok();
-        offsets.iter().map(find).collect::<Option<_>>().ok_or("its offset table points nowhere")?
+        offsets.iter().map(find).collect::<Option<_>>().ok_or("has an offset table that points nowhere")?
     } else {
         // Without a table, frames begin where codestreams do: JPEG's start of image, JPEG 2000's start of codestream.
         let begins = |fragment: &Vec<u8>| fragment.starts_with(&[0xFF, 0xD8]) || fragment.starts_with(&[0xFF, 0x4F]);
         fragments.iter().enumerate().filter(|(_, fragment)| begins(fragment)).map(|(k, _)| k).collect()
     };
     if starts.len() != frames || starts.first() != Some(&0) || !starts.is_sorted() {
-        return Err(format!("its {} fragments do not make {frames} frames", fragments.len()));
+        return Err(format!("has {} fragments that do not make {frames} frames", fragments.len()));
     }
     let ends = starts.iter().skip(1).copied().chain([fragments.len()]);
     Ok(starts.iter().zip(ends).map(|(&start, end)| fragments[start..end].concat()).collect())
@@ -116,25 +116,48 @@ pub(crate) struct Decoded {
     pub(crate) bytes: usize,
 }
 
+/// Why a frame could not be decoded.
+#[derive(Debug)]
+pub(crate) enum CodecFault {
+    /// The codestream is broken; how, as a verb phrase.
+    Damaged(String),
+    /// No decoder is there for it; what it is, as a sentence.
+    Unsupported(String),
+}
+
+impl From<String> for CodecFault {
+    fn from(problem: String) -> Self {
+        CodecFault::Damaged(problem)
+    }
+}
+
+impl From<&str> for CodecFault {
+    fn from(problem: &str) -> Self {
+        CodecFault::Damaged(problem.to_owned())
+    }
+}
+
 /// Decodes one frame.
 ///
 /// # Errors
-/// A phrase about what is wrong with the codestream.
-pub(crate) fn decode(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
+/// [`CodecFault`].
+pub(crate) fn decode(stream: &[u8], format: &PixelFormat) -> Result<Decoded, CodecFault> {
     // No decoder is known to panic on what passes the checks; if one does, it costs a slice and not the program.
     let decoded = catch_unwind(AssertUnwindSafe(|| match format.encoding {
         Encoding::Native | Encoding::Raw => Ok(Decoded { samples: stream.to_vec(), bytes: format.bytes }),
-        Encoding::Deflate => inflate(stream, format),
-        Encoding::Rle => rle::decode(stream, format.columns * format.rows, format.bytes)
-            .map(|samples| Decoded { samples, bytes: format.bytes }),
+        Encoding::Deflate => Ok(inflate(stream, format)?),
+        Encoding::Rle => {
+            let samples = rle::decode(stream, format.columns * format.rows, format.bytes)?;
+            Ok(Decoded { samples, bytes: format.bytes })
+        }
         Encoding::Jpeg => jpeg(stream, format),
-        Encoding::JpegLs => jpeg_ls(stream, format),
-        Encoding::Jpeg2000 => jpeg_2000(stream, format),
+        Encoding::JpegLs => Ok(jpeg_ls(stream, format)?),
+        Encoding::Jpeg2000 => Ok(jpeg_2000(stream, format)?),
     }))
-    .unwrap_or_else(|_| Err("the decoder failed".to_owned()))?;
+    .unwrap_or_else(|_| Err("has a compressed frame that its decoder gave up on".into()))?;
     let expected = format.columns * format.rows * decoded.bytes;
     if decoded.samples.len() < expected {
-        return Err(format!("it holds {} bytes of samples instead of {expected}", decoded.samples.len()));
+        return Err(format!("holds {} bytes of samples instead of {expected}", decoded.samples.len()).into());
     }
     Ok(decoded)
 }
@@ -145,7 +168,7 @@ fn inflate(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
     flate2::read::DeflateDecoder::new(stream)
         .take(format.frame_bytes() as u64)
         .read_to_end(&mut samples)
-        .map_err(|e| e.to_string())?;
+        .map_err(|e| format!("has damaged deflated frames ({e})"))?;
     Ok(Decoded { samples, bytes: format.bytes })
 }
 
@@ -161,12 +184,12 @@ impl StreamInfo {
     fn check(&self, format: &PixelFormat) -> Result<(), String> {
         if (self.columns, self.rows) != (format.columns, format.rows) {
             return Err(format!(
-                "its codestream is {} x {} where Columns and Rows say {} x {}",
+                "has a codestream of {} x {} where Columns and Rows say {} x {}",
                 self.columns, self.rows, format.columns, format.rows
             ));
         }
         if self.components != 1 {
-            return Err(format!("its codestream has {} components instead of one", self.components));
+            return Err(format!("has a codestream of {} components instead of one", self.components));
         }
         Ok(())
     }
@@ -200,29 +223,29 @@ fn jpeg_info(stream: &[u8]) -> Option<StreamInfo> {
     }
 }
 
-fn jpeg(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
+fn jpeg(stream: &[u8], format: &PixelFormat) -> Result<Decoded, CodecFault> {
     use jpeg_decoder::PixelFormat::{L8, L16};
-    let info = jpeg_info(stream).ok_or("its JPEG stream has no frame header")?;
+    let info = jpeg_info(stream).ok_or("has a JPEG stream without a frame header")?;
     info.check(format)?;
     let mut decoder = jpeg_decoder::Decoder::new(stream);
     decoder.set_max_decoding_buffer_size(format.columns * format.rows * 2);
     let samples = decoder.decode().map_err(|e| match e {
         jpeg_decoder::Error::Unsupported(_) => {
-            format!("JPEG with {} bits of this process is not supported", info.precision)
+            CodecFault::Unsupported(format!("it is compressed as JPEG of {} bits", info.precision))
         }
-        e => e.to_string(),
+        e => CodecFault::Damaged(format!("has a damaged JPEG stream ({e})")),
     })?;
     match decoder.info().map(|info| info.pixel_format) {
         Some(L8) => Ok(Decoded { samples, bytes: 1 }),
         Some(L16) => Ok(Decoded { samples: little_endian_16(samples), bytes: 2 }),
-        _ => Err("its JPEG stream is in colour".to_owned()),
+        _ => Err("has a JPEG stream in colour".into()),
     }
 }
 
 fn jpeg_ls(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
-    let info = jpeg_info(stream).ok_or("its JPEG-LS stream has no frame header")?;
+    let info = jpeg_info(stream).ok_or("has a JPEG-LS stream without a frame header")?;
     info.check(format)?;
-    let samples = charls::CharLS::default().decode(stream).map_err(|e| e.to_string())?;
+    let samples = charls::CharLS::default().decode(stream).map_err(|e| format!("has a damaged JPEG-LS stream ({e})"))?;
     if info.precision <= 8 {
         Ok(Decoded { samples, bytes: 1 })
     } else {
@@ -235,8 +258,8 @@ fn jpeg_2000(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
     const BEGIN: [u8; 4] = [0xFF, 0x4F, 0xFF, 0x51];
     const SEARCHED: usize = 4096;
     let head = &stream[..stream.len().min(SEARCHED)];
-    let start = head.windows(4).position(|window| window == BEGIN).ok_or("it is not a JPEG 2000 stream")?;
-    let siz = stream.get(start + 8..start + 42).ok_or("its JPEG 2000 stream is cut short")?;
+    let start = head.windows(4).position(|window| window == BEGIN).ok_or("has no JPEG 2000 stream where one belongs")?;
+    let siz = stream.get(start + 8..start + 42).ok_or("has a JPEG 2000 stream that is cut short")?;
     let long = |at: usize| u32::from_be_bytes([siz[at], siz[at + 1], siz[at + 2], siz[at + 3]]);
     StreamInfo {
         columns: long(0).saturating_sub(long(8)) as usize,
@@ -247,10 +270,11 @@ fn jpeg_2000(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
     .check(format)?;
     // Strict: a stream that is cut short is an error, not a blurred slice.
     let parameters = jpeg2k::DecodeParameters::new().strict(true);
-    let image = jpeg2k::Image::from_bytes_with(stream, parameters).map_err(|e| e.to_string())?;
-    let component = image.components().first().ok_or("its JPEG 2000 stream is empty")?;
+    let image = jpeg2k::Image::from_bytes_with(stream, parameters)
+        .map_err(|e| format!("has a damaged JPEG 2000 stream ({e})"))?;
+    let component = image.components().first().ok_or("has an empty JPEG 2000 stream")?;
     if (component.width() as usize, component.height() as usize) != (format.columns, format.rows) {
-        return Err("its JPEG 2000 stream is subsampled".to_owned());
+        return Err("has a subsampled JPEG 2000 stream".to_owned());
     }
     let data = component.data();
     Ok(match component.precision() {

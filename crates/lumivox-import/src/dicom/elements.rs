@@ -115,23 +115,35 @@ pub(crate) struct Header {
 
 /// Reads a file's header, up to its pixel data.
 pub(crate) fn read_header(source: &Source) -> Result<Header> {
-    let mut input = source.open()?;
-    let mut head = [0; 132];
-    let n = input.read_up_to(&mut head)?;
-    if n == 132 && &head[128..] == b"DICM" {
-        return read_after_prefix(Walker::new(input));
-    }
-    let start = if head.starts_with(b"DICM") { 4 } else { 0 };
-    let Some(syntax) = bare_syntax(&head[start..n]) else {
-        return Err(Fault::NotDicom(if n == 0 { "an empty file" } else { "not a DICOM file" }));
+    let Some((start, bare_syntax)) = find_start(source)? else {
+        return Err(Fault::NotDicom("it is not a DICOM file"));
     };
     let mut input = source.open()?;
-    input.skip(start as u64)?;
-    if head[start..].starts_with(&[2, 0]) {
-        read_after_prefix(Walker::new(input))
-    } else {
-        read_data_set(Walker::new(input), String::new(), syntax, None)
+    input.skip(start)?;
+    let mut walker = Walker::new(input);
+    // Group 0002 is written alike in every syntax.
+    let first = walker.peek_tag(EXPLICIT_LITTLE)?;
+    match bare_syntax {
+        Some(syntax) if first.is_none_or(|tag| tag >> 16 != 2) => read_data_set(walker, String::new(), syntax, None),
+        _ => read_after_prefix(walker),
     }
+}
+
+/// Whether a file's first bytes are those of a DICOM file.
+pub(crate) fn is_dicom(source: &Source) -> bool {
+    find_start(source).is_ok_and(|start| start.is_some())
+}
+
+/// Where a file's first element is, and its syntax where no prefix says that it is the file meta information.
+fn find_start(source: &Source) -> Result<Option<(u64, Option<Syntax>)>> {
+    let mut head = [0; 132];
+    let n = source.open()?.read_up_to(&mut head)?;
+    if n == 132 && &head[128..] == b"DICM" {
+        return Ok(Some((132, None)));
+    }
+    // The prefix without its preamble, or neither.
+    let start = if head.starts_with(b"DICM") { 4 } else { 0 };
+    Ok(bare_syntax(&head[start..n.max(start)]).map(|syntax| (start as u64, Some(syntax))))
 }
 
 /// What a file without preamble is written in, judged by its first element; `None` if that is none.
@@ -324,7 +336,7 @@ impl Walker {
     fn check_length(&self, tag: u32, length: u64) -> Result<()> {
         match self.input.remaining() {
             Some(remaining) if length > remaining => Err(Fault::Damaged(format!(
-                "ends {remaining} bytes into element ({:04X},{:04X}), which declares {length}",
+                "has {remaining} bytes left for element ({:04X},{:04X}), which declares {length}",
                 tag >> 16,
                 tag & 0xFFFF
             ))),

@@ -12,8 +12,6 @@ const EVEN: f64 = 0.05;
 const SAME_PLACE: f64 = 0.01;
 /// A gap this many times the usual one parts two scans.
 const APART: f64 = 16.0;
-/// Filling gaps makes at most this many slices out of one.
-const MOST_FILLED: usize = 8;
 /// A smaller tilt is rounding.
 const LEAST_TILT_DEGREES: f64 = 0.5;
 
@@ -52,7 +50,7 @@ pub(crate) fn sort_into_runs(plane: &Plane, places: &[DVec3]) -> Runs {
     // Stable, so that `places`' own order decides between equals.
     order.sort_by(|&a, &b| depths[a].total_cmp(&depths[b]));
     let gaps = order.windows(2).map(|pair| depths[pair[1]] - depths[pair[0]]);
-    let usual = median(gaps.filter(|&gap| gap > 1e-3).collect()).unwrap_or(1.0);
+    let usual = median(gaps.filter(|&gap| gap > 1e-4).collect()).unwrap_or(1.0);
     let mut runs: Vec<(Vec<usize>, usize)> = Vec::new();
     for index in order {
         let gap = |run: &Vec<usize>| depths[index] - depths[*run.last().expect("runs are not empty")];
@@ -82,15 +80,16 @@ pub(crate) struct Grid {
     pub(crate) notes: Vec<String>,
 }
 
-/// Makes a grid of slices whose first pixels lie at `places`, in order along the normal and no two at one place.
-pub(crate) fn even_grid(plane: &Plane, places: &[DVec3]) -> Grid {
+/// Makes a grid of slices whose first pixels lie at `places`, in order along the normal and no two at one place. Filling
+/// gaps makes at most `most_slices` of them.
+pub(crate) fn even_grid(plane: &Plane, places: &[DVec3], most_slices: usize) -> Grid {
     let normal = plane.normal();
     let (first, last) = (places[0], places[places.len() - 1]);
     let depths: Vec<f64> = places.iter().map(|place| (*place - first).dot(normal)).collect();
     let extent = depths[depths.len() - 1];
     let mut notes = Vec::new();
 
-    let (slices, sources) = spread(&depths, &mut notes);
+    let (slices, sources) = spread(&depths, most_slices, &mut notes);
     let step = if slices > 1 { (last - first) / (slices - 1) as f64 } else { normal * plane.thickness_mm };
     if places.len() > 1 {
         note_tilt(step, normal, &mut notes);
@@ -116,8 +115,8 @@ fn note_tilt(step: DVec3, normal: DVec3, notes: &mut Vec<String>) {
     }
 }
 
-/// How many even slices cover `depths` (rising from 0), and where they come from.
-fn spread(depths: &[f64], notes: &mut Vec<String>) -> (usize, Option<Vec<(usize, f64)>>) {
+/// How many even slices, `most_slices` at most, cover `depths` (rising from 0), and where they come from.
+fn spread(depths: &[f64], most_slices: usize, notes: &mut Vec<String>) -> (usize, Option<Vec<(usize, f64)>>) {
     let n = depths.len();
     let extent = depths[n - 1];
     if n < 3 || is_even(depths, (0..n).collect::<Vec<_>>().as_slice()) {
@@ -132,7 +131,7 @@ fn spread(depths: &[f64], notes: &mut Vec<String>) -> (usize, Option<Vec<(usize,
             places.push(places[places.len() - 1] + (gap / base).round().max(1.0) as usize);
         }
         let total = places[n - 1] + 1;
-        if total <= n * MOST_FILLED && is_even(depths, &places) {
+        if total <= most_slices && is_even(depths, &places) {
             let missing = total - n;
             let verb = if missing == 1 { "is" } else { "are" };
             notes.push(format!(
@@ -146,7 +145,7 @@ fn spread(depths: &[f64], notes: &mut Vec<String>) -> (usize, Option<Vec<(usize,
         }
     }
     // No common step: as fine as the smallest gap, unless that costs too many slices.
-    let steps = ((extent / smallest).ceil() as usize).clamp(1, n * MOST_FILLED - 1);
+    let steps = ((extent / smallest).ceil() as usize).clamp(1, most_slices.max(n) - 1);
     let largest = gaps.iter().copied().fold(0.0, f64::max);
     notes.push(format!(
         "the slices lie unevenly, {smallest:.3} to {largest:.3} mm apart; interpolated to {} slices {:.3} mm apart",
@@ -199,7 +198,7 @@ mod tests {
     #[test]
     fn even_slices_stay_as_they_are() {
         // Rounded to a tenth of a millimetre, as some scanners write them.
-        let grid = even_grid(&AXIAL, &along_z(&[0.0, 1.2, 2.5, 3.7, 5.0]));
+        let grid = even_grid(&AXIAL, &along_z(&[0.0, 1.2, 2.5, 3.7, 5.0]), 40);
         assert!(grid.sources.is_none() && grid.notes.is_empty());
         assert_eq!(grid.patient_from_voxel.matrix3, DMat3::from_diagonal(DVec3::new(0.5, 0.7, 1.25)));
         assert_eq!(grid.patient_from_voxel.translation, DVec3::new(3.0, 4.0, 0.0));
@@ -207,13 +206,13 @@ mod tests {
 
     #[test]
     fn a_single_slice_is_as_thick_as_its_header_says() {
-        let grid = even_grid(&AXIAL, &along_z(&[7.0]));
+        let grid = even_grid(&AXIAL, &along_z(&[7.0]), 40);
         assert_eq!(grid.patient_from_voxel.matrix3.z_axis, DVec3::new(0.0, 0.0, 2.0));
     }
 
     #[test]
     fn missing_slices_are_placed_between_their_neighbours() {
-        let grid = even_grid(&AXIAL, &along_z(&[0.0, 1.0, 2.0, 4.0, 5.0, 8.0]));
+        let grid = even_grid(&AXIAL, &along_z(&[0.0, 1.0, 2.0, 4.0, 5.0, 8.0]), 40);
         let third = 1.0 / 3.0;
         let sources =
             vec![(0, 0.0), (1, 0.0), (2, 0.0), (2, 0.5), (3, 0.0), (4, 0.0), (4, third), (4, 2.0 * third), (5, 0.0)];
@@ -223,14 +222,14 @@ mod tests {
 
     #[test]
     fn every_other_slice_missing_is_found_by_the_smallest_gap() {
-        let grid = even_grid(&AXIAL, &along_z(&[0.0, 1.0, 3.0, 5.0, 7.0]));
+        let grid = even_grid(&AXIAL, &along_z(&[0.0, 1.0, 3.0, 5.0, 7.0]), 40);
         assert_eq!(grid.sources.unwrap().len(), 8);
     }
 
     #[test]
     fn uneven_slices_are_interpolated_at_true_depths() {
         let depths = [0.0, 4.0, 8.0, 9.1, 16.0, 23.0];
-        let grid = even_grid(&AXIAL, &along_z(&depths));
+        let grid = even_grid(&AXIAL, &along_z(&depths), 40);
         let sources = grid.sources.unwrap();
         let step = grid.patient_from_voxel.matrix3.z_axis.z;
         assert!(step <= 1.1 && ((sources.len() - 1) as f64 * step - 23.0).abs() < 1e-9);
@@ -244,14 +243,14 @@ mod tests {
 
     #[test]
     fn filling_is_bounded() {
-        let grid = even_grid(&AXIAL, &along_z(&[0.0, 0.02, 1.01, 2.0, 3.0]));
-        assert!(grid.sources.unwrap().len() <= 5 * MOST_FILLED);
+        let grid = even_grid(&AXIAL, &along_z(&[0.0, 0.02, 1.01, 2.0, 3.0]), 40);
+        assert!(grid.sources.unwrap().len() <= 40);
     }
 
     #[test]
     fn a_tilted_gantry_shears_the_grid() {
         let places: Vec<_> = (0..4).map(|k| DVec3::new(0.0, k as f64, 3.0 * k as f64)).collect();
-        let grid = even_grid(&AXIAL, &places);
+        let grid = even_grid(&AXIAL, &places, 40);
         assert_eq!(grid.patient_from_voxel.matrix3.z_axis, DVec3::new(0.0, 1.0, 3.0));
         assert_eq!(grid.notes, ["gantry tilt 18.4 degrees, kept as shear"]);
     }

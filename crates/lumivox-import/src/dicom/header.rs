@@ -23,6 +23,9 @@ const MOST_FRAMES: i64 = 100_000;
 const COMPRESSED_AT_LEAST: u64 = 64 << 20;
 const LARGEST_RATIO: u64 = 256;
 
+const DECOMPRESS: &str =
+    "Lumivox cannot decode that: convert it to an uncompressed transfer syntax, for example with 'gdcmconv --raw'";
+
 /// What a sample is before any rescale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SampleKind {
@@ -133,6 +136,11 @@ pub(crate) fn read_image(source: &Source) -> Result<ImageFile, ImportError> {
     })
 }
 
+/// The error about a compression that no decoder is there for.
+pub(crate) fn undecodable(source: &Source, what: String) -> ImportError {
+    ImportError::Unsupported { path: source.path(), what, remedy: DECOMPRESS.to_owned() }
+}
+
 /// Why a header is not that of a usable image.
 enum Refusal {
     Field(FieldFault),
@@ -235,12 +243,8 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
     let is_float = pixels.attribute != attr::PIXEL_DATA;
     let encoding = match pixels.length {
         Some(_) => Encoding::Native,
-        None => Encoding::of_transfer_syntax(&header.transfer_syntax).map_err(|name| {
-            Refusal::Unsupported(
-                format!("it is compressed as {name}, which Lumivox cannot decode"),
-                "Convert it to an uncompressed transfer syntax first, for example with 'gdcmconv --raw'",
-            )
-        })?,
+        None => Encoding::of_transfer_syntax(&header.transfer_syntax)
+            .map_err(|name| Refusal::Unsupported(format!("it is compressed as {name}"), DECOMPRESS))?,
     };
     let (frames, complete_frames) = frame_counts(header, [columns, rows, allocated as usize / 8], encoding)?;
     if complete_frames < frames {
@@ -286,7 +290,10 @@ fn frame_counts(
             return Err(FieldFault::new(attr::NUMBER_OF_FRAMES, problem).into());
         }
     };
-    let frame_bytes = (columns * rows * bytes) as u64;
+    let frame_bytes = columns as u64 * rows as u64 * bytes as u64;
+    if frame_bytes > isize::MAX as u64 {
+        return Err(FieldFault::new(attr::ROWS, format!("is {rows}, with {columns} columns more than memory")).into());
+    }
     let available = match (pixels.length, pixels.available) {
         (declared, Some(there)) => declared.unwrap_or(there).min(there),
         // The length of an inflated data set is known at its end only, but it has a limit.

@@ -26,6 +26,7 @@ use std::{
 
 use lumivox_core::{CancelToken, Progress, Volume};
 use scan::Scan;
+pub(crate) use scan::files_below;
 
 use crate::{ImportError, ImportOptions, ImportReport, Imported, SkippedFile};
 
@@ -61,12 +62,9 @@ pub(crate) fn load_folder(
     load_scan(&paths, scan, options, progress, cancel).map(Some)
 }
 
-/// All files in a folder and the folders in it, in the order of their paths.
-///
-/// # Errors
-/// When a folder cannot be read, and on cancel.
-pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Vec<PathBuf>, ImportError> {
-    scan::files_below(folder, cancel)
+/// Whether a file's first bytes are those of a DICOM file, if need be one without preamble or prefix.
+pub(crate) fn is_dicom(path: &Path) -> bool {
+    elements::is_dicom(&source::Source::File(path.to_owned()))
 }
 
 fn load_scan(
@@ -136,12 +134,13 @@ fn load_scan(
         let mut kept = keep.iter();
         places.retain(|_| *kept.next().expect("one flag per slice"));
     }
-    let grid = geometry::even_grid(&stack.plane, &places);
+    let most_slices = most_slices(places.len(), frame_len * voxels.bytes_per_sample());
+    let grid = geometry::even_grid(&stack.plane, &places, most_slices);
     notes.extend(grid.notes);
     let mut depth = places.len();
     if let Some(sources) = grid.sources {
         depth = sources.len();
-        voxels = resample::interpolate(voxels, frame_len, &sources, cancel)?;
+        voxels = resample::interpolate(&voxels, frame_len, &sources, cancel)?;
     }
     let dims = [format.columns, format.rows, depth];
     let modality = stack.first(&files).modality;
@@ -149,6 +148,12 @@ fn load_scan(
         .map_err(|source| ImportError::Volume { path, source })?;
     let report = ImportReport { format: "DICOM".to_owned(), series: summaries, chosen, notes, skipped };
     Ok(Imported { volume, report })
+}
+
+/// How many slices filling gaps may make of `slices`: a quarter more in any case, else as memory allows.
+fn most_slices(slices: usize, slice_bytes: usize) -> usize {
+    const ALWAYS: usize = 4 << 30;
+    (slices + slices / 4 + 1).max((slices * 8).min(ALWAYS / slice_bytes))
 }
 
 /// The reason that most files were left out for, as a sentence.

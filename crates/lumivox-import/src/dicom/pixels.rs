@@ -13,8 +13,8 @@ use lumivox_core::{CancelToken, Modality, Progress, Stage, Voxels};
 use rayon::prelude::*;
 
 use super::{
-    codec::{self, Encoding},
-    header::{Frame, ImageFile, PixelFormat, SampleKind},
+    codec::{self, CodecFault, Encoding},
+    header::{self, Frame, ImageFile, PixelFormat, SampleKind},
     series::{Slice, Stack},
     source::Input,
 };
@@ -407,7 +407,10 @@ impl Context<'_> {
             Err(problem) => return self.fail_all(file, &targets, damaged(problem)),
         };
         let decode = |target: Target<'_, T>| {
-            let decoded = codec::decode(&streams[target.frame], &file.format).map_err(&damaged);
+            let decoded = codec::decode(&streams[target.frame], &file.format).map_err(|fault| match fault {
+                CodecFault::Damaged(problem) => damaged(problem),
+                CodecFault::Unsupported(what) => header::undecodable(&file.source, what),
+            });
             let result = decoded.map(|decoded| {
                 let conversion = self.conversion(file, &target);
                 // All codecs give little endian samples; encapsulated data are never big endian.

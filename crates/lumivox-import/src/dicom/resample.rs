@@ -26,21 +26,21 @@ pub(crate) fn keep_slices(voxels: Voxels, frame_len: usize, keep: &[bool]) -> Vo
 /// # Errors
 /// On cancel.
 pub(crate) fn interpolate(
-    voxels: Voxels,
+    voxels: &Voxels,
     frame_len: usize,
     sources: &[(usize, f64)],
     cancel: &CancelToken,
 ) -> Result<Voxels, Cancelled> {
     Ok(match voxels {
-        Voxels::U8(samples) => Voxels::U8(blend(&samples, frame_len, sources, cancel, |a, b, t| {
+        Voxels::U8(samples) => Voxels::U8(blend(samples, frame_len, sources, cancel, |a, b, t| {
             (f32::from(a) + (f32::from(b) - f32::from(a)) * t + 0.5) as u8
         })?),
-        Voxels::U16(samples) => Voxels::U16(blend(&samples, frame_len, sources, cancel, |a, b, t| {
+        Voxels::U16(samples) => Voxels::U16(blend(samples, frame_len, sources, cancel, |a, b, t| {
             (f32::from(a) + (f32::from(b) - f32::from(a)) * t + 0.5) as u16
         })?),
         // Weighted, so that no difference can overflow.
         Voxels::F32(samples) => {
-            Voxels::F32(blend(&samples, frame_len, sources, cancel, |a, b, t| a * (1.0 - t) + b * t)?)
+            Voxels::F32(blend(samples, frame_len, sources, cancel, |a, b, t| a * (1.0 - t) + b * t)?)
         }
     })
 }
@@ -79,7 +79,7 @@ mod tests {
         let voxels = keep_slices(voxels, 2, &[true, true, false, true]);
         assert_eq!(voxels, Voxels::U16(vec![0, 0, 100, 200, 200, 401]));
         let sources = [(0, 0.0), (0, 0.25), (1, 0.5), (2, 0.0)];
-        let even = interpolate(voxels, 2, &sources, &CancelToken::new()).unwrap();
+        let even = interpolate(&voxels, 2, &sources, &CancelToken::new()).unwrap();
         assert_eq!(even, Voxels::U16(vec![0, 0, 25, 50, 150, 301, 200, 401]));
     }
 }

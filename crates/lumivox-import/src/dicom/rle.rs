@@ -3,26 +3,26 @@
 /// Decodes one frame of `pixels` samples with `bytes` bytes each to little endian samples.
 ///
 /// # Errors
-/// A phrase about what is wrong with the frame.
+/// A verb phrase about what is wrong with the frame.
 pub(crate) fn decode(frame: &[u8], pixels: usize, bytes: usize) -> Result<Vec<u8>, String> {
     const HEAD: usize = 64;
     let long = |index: usize| {
         let at = index * 4;
         let four = frame.get(at..at + 4).and_then(|b| b.first_chunk::<4>());
-        four.map(|b| u32::from_le_bytes(*b) as usize).ok_or("its RLE header is cut short")
+        four.map(|b| u32::from_le_bytes(*b) as usize).ok_or("has an RLE header that is cut short")
     };
     let segments = long(0)?;
     if segments != bytes {
-        return Err(format!("it has {segments} RLE segments for samples of {bytes} bytes"));
+        return Err(format!("has {segments} RLE segments for samples of {bytes} bytes"));
     }
     let mut samples = vec![0; pixels * bytes];
     for segment in 0..segments {
         let start = long(1 + segment)?;
         let end = if segment + 1 < segments { long(2 + segment)? } else { frame.len() };
-        let packed = frame.get(start..end).filter(|_| start >= HEAD).ok_or("its RLE segments lie outside of it")?;
+        let packed = frame.get(start..end).filter(|_| start >= HEAD).ok_or("has RLE segments outside of its frame")?;
         // The most significant bytes come first.
         let plane = samples.iter_mut().skip(bytes - 1 - segment).step_by(bytes);
-        unpack(packed, plane).map_err(|missing| format!("RLE segment {segment} ends {missing} bytes early"))?;
+        unpack(packed, plane).map_err(|missing| format!("has an RLE segment that ends {missing} bytes early"))?;
     }
     Ok(samples)
 }

@@ -103,7 +103,7 @@ fn add(path: &Path, sources: &mut Vec<Source>, rejected: &mut Vec<Rejected>) -> 
     let unusable = |found: &str| ImportError::UnknownFormat { path: path.to_owned(), found: found.to_owned() };
     // Opening a pipe or a device might wait for ever.
     if !fs::metadata(path).map_err(ImportError::io(path))?.is_file() {
-        return Err(unusable("not a plain file"));
+        return Err(unusable("it is not a plain file"));
     }
     let source = Source::File(path.to_owned());
     let mut magic = [0; 4];
@@ -127,7 +127,12 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Vec<Pat
     let mut files = Vec::new();
     let mut folders = vec![(folder.to_owned(), 0)];
     while let Some((folder, depth)) = folders.pop() {
-        for entry in fs::read_dir(&folder).map_err(ImportError::io(&folder))? {
+        let entries = match fs::read_dir(&folder) {
+            // A folder within that is closed to the user is no reason to give up on the rest.
+            Err(_) if depth > 0 => continue,
+            result => result.map_err(ImportError::io(&folder))?,
+        };
+        for entry in entries {
             cancel.check()?;
             let entry = entry.map_err(ImportError::io(&folder))?;
             if is_junk(&entry.file_name().to_string_lossy()) {

@@ -95,13 +95,6 @@ enum Reader {
 }
 
 impl Input {
-    /// An input over bytes in memory.
-    #[cfg(test)]
-    pub(crate) fn from_bytes(bytes: Vec<u8>) -> Self {
-        let length = Some(bytes.len() as u64);
-        Self { reader: Reader::Stream(Box::new(io::Cursor::new(bytes))), position: 0, length }
-    }
-
     /// Bytes read or skipped so far.
     pub(crate) fn position(&self) -> u64 {
         self.position

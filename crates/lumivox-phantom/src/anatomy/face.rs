@@ -18,7 +18,7 @@ fn head() -> Sdf {
     let side = union(
         vec![
             // Cheek bone, cheek, the chewing muscle, the jaw's body and angle.
-            ellipsoid(at(44.0, -64.0, -9.0), at(21.0, 20.0, 18.0)),
+            ellipsoid(at(42.0, -65.0, -8.0), at(22.0, 21.0, 18.0)),
             ellipsoid(at(33.0, -50.0, -36.0), at(24.0, 34.0, 32.0)),
             ellipsoid(at(46.5, -22.0, -34.0), at(13.0, 25.0, 38.0)),
             tube(&[[47.0, -64.0, -6.0, 9.0], [57.0, -44.0, -4.0, 9.0], [60.0, -18.0, 0.0, 9.0]]),
@@ -98,10 +98,10 @@ fn face(head: Sdf) -> Sdf {
     let brow = tube(&[
         [0.0, -93.0, 34.0, 7.0],
         [12.0, -93.5, 35.0, 7.0],
-        [30.0, -89.0, 37.0, 7.0],
-        [46.0, -79.5, 33.0, 7.0],
-        [53.0, -68.0, 20.0, 7.0],
-        [52.0, -66.0, 4.0, 7.0],
+        [30.0, -89.0, 37.0, 8.0],
+        [46.0, -79.5, 33.0, 8.2],
+        [53.0, -68.0, 20.0, 8.2],
+        [52.0, -66.0, 4.0, 8.2],
     ]);
     let head = head.minus(sockets, 13.0).or(brow.mirror(), 14.0);
     let head = eyes(head);
@@ -248,7 +248,8 @@ fn ear_axes() -> Mat3 {
     Mat3::from_rotation_x(-0.2) * Mat3::from_rotation_z(-0.36) * Mat3::from_cols(Vec3::Y, Vec3::Z, Vec3::X)
 }
 
-fn ear() -> Sdf {
+/// The auricle of the left ear.
+pub(crate) fn ear() -> Sdf {
     let axes = ear_axes();
     let body = |u: f32, v: f32, w: f32, radii: Vec3| turned_ellipsoid(ear_place(u, v, w), radii, axes);
     let line = |points: &[[f32; 4]]| {

@@ -7,7 +7,7 @@ use crate::sdf::{Sdf, at, block, ellipsoid, plate, segment, sphere, tube, turned
 
 pub(crate) fn layers(noise: &Seeds) -> Vec<Layer> {
     let bone = Material::Bone { cortex_mm: 2.3, cortex: 1350.0, spongy: 380.0 };
-    let canal = tube(&[[46.0, -26.0, -40.0, 1.3], [44.0, -32.0, -66.0, 1.3], [32.0, -58.0, -78.0, 1.3], [24.5, -72.0, -78.0, 1.6]]);
+    let canal = tube(&[[45.5, -26.0, -40.0, 1.2], [42.0, -31.0, -64.0, 1.2], [28.0, -57.0, -77.0, 1.2], [23.5, -67.0, -78.0, 1.4]]);
     let foramen = segment(at(24.0, -70.0, -78.0), at(27.0, -80.0, -77.0), 1.8, 2.0);
     let jaw = mandible().minus(union(vec![canal, foramen], 0.5).mirror(), 0.8).rough(0.35, 6.0, noise.get("jaw"));
     vec![Layer::new(jaw, bone)]

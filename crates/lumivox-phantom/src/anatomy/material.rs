@@ -82,7 +82,7 @@ impl Material {
             }
             Material::Lung => {
                 let vessel = 1.0 - smoothstep(0.03, 0.14, noise2(p / 14.0, 41).abs() + noise2(p / 11.0, 42).abs());
-                -860.0 + 40.0 * noise(p / 6.0, 43) + 850.0 * vessel
+                -860.0 + 25.0 * noise(p / 6.0, 43) + 850.0 * vessel
             }
         }
     }

@@ -92,19 +92,20 @@ pub fn anatomy(
 fn model(seed: u64) -> Model {
     let noise = Seeds(seed);
     let skin = face::skin();
-    let mut layers = vec![];
-    layers.extend(muscles::layers(&skin, &noise));
-    layers.extend(organs::layers(&noise));
+    // Whatever lies under the skin is kept under it, and bone under a film of muscle and fat.
+    let under_skin = |layers: Vec<Layer>, depth: f32| {
+        layers.into_iter().map(move |l| l.within(Sdf::Field(field::SKIN).grow(-depth), 0.4 * depth))
+    };
+    let bones = [skull::layers(&noise), jaw::layers(&noise)].concat();
+    let mut layers = soft_tissue(&noise);
+    layers.extend(under_skin(muscles::layers(&noise), 2.6));
+    layers.extend(under_skin(organs::layers(&noise), 2.6));
+    layers.extend(under_skin(muscles::expression_layers(&skin), 2.4));
+    layers.extend(under_skin(spine::layers(&noise), 4.0));
     layers.extend(brain::layers(&noise));
-    layers.extend(spine::layers(&noise));
-    layers.extend(skull::layers(&noise));
-    layers.extend(jaw::layers(&noise));
-    layers.extend(vessels::layers(&skin, &noise));
+    layers.extend(under_skin(bones, 4.2));
+    layers.extend(under_skin(vessels::layers(&skin, &noise), 2.4));
     layers.extend(jaw::tooth_layers(&noise));
-    // Whatever lies under the skin is kept under it.
-    let under_skin = || Sdf::Field(field::SKIN).grow(-2.6);
-    let inner = layers.into_iter().map(|l: Layer| l.within(under_skin()));
-    let layers = soft_tissue(&noise).into_iter().chain(inner).collect();
     Model { fields: vec![skin, skull::cranium(), skull::cavity()], layers, warp_seed: noise.get("warp") }
 }
 
@@ -113,7 +114,7 @@ fn soft_tissue(noise: &Seeds) -> Vec<Layer> {
     let skin = Sdf::Field(field::SKIN);
     let lungs = ellipsoid(Vec3::new(48.0, 30.0, -196.0), Vec3::new(33.0, 42.0, 38.0)).mirror();
     vec![
-        Layer::new(skin.clone().rough(0.25, 4.0, noise.get("pores")), Material::even(5.0, 8.0, 3.0)),
+        Layer::new(skin.clone().rough(0.25, 4.0, noise.get("pores")), Material::even(-9.0, 6.0, 3.0)),
         Layer::new(skin.grow(-1.7), Material::even(-98.0, 14.0, 5.0)),
         Layer::new(lungs.clone().grow(1.5), Material::even(30.0, 5.0, 4.0)),
         Layer::new(lungs, Material::Lung),

@@ -8,21 +8,22 @@ use glam::{Mat3, Vec3};
 use super::{Seeds, face, field, material::Material, raster::Layer};
 use crate::sdf::{Knot, Sdf, at, ellipsoid, plate, quad, ribbon, segment, strap, tube, turned_ellipsoid, union};
 
-pub(crate) fn layers(skin: &Sdf, noise: &Seeds) -> Vec<Layer> {
-    let muscle = |shape: Sdf, fibres: Vec3| {
-        let shape = shape.mirror().rough(0.5, 4.0, noise.get("muscle"));
-        Layer::new(shape, Material::Muscle { fibres: fibres.normalize(), fat: 55.0 })
+/// The muscles that move bones.
+pub(crate) fn layers(noise: &Seeds) -> Vec<Layer> {
+    let rough = noise.get("muscle");
+    let muscle = |(shape, fibres): (Sdf, Vec3)| {
+        let material = Material::Muscle { fibres: fibres.normalize(), fat: 55.0 };
+        Layer::new(shape.mirror().rough(0.5, 4.0, rough), material)
     };
-    // Too thin for fat between their bundles.
-    let thin = |shape: Sdf, fibres: Vec3| {
+    deep().into_iter().chain(neck()).chain(chewing()).map(muscle).collect()
+}
+
+/// The muscles that move the skin of the face; too thin for fat between their bundles.
+pub(crate) fn expression_layers(skin: &Sdf) -> Vec<Layer> {
+    let muscle = |(shape, fibres): (Sdf, Vec3)| {
         Layer::new(shape.mirror(), Material::Muscle { fibres: fibres.normalize(), fat: 0.0 })
     };
-    let mut layers = vec![];
-    layers.extend(deep().into_iter().map(|(shape, fibres)| muscle(shape, fibres)));
-    layers.extend(neck().into_iter().map(|(shape, fibres)| muscle(shape, fibres)));
-    layers.extend(chewing().into_iter().map(|(shape, fibres)| muscle(shape, fibres)));
-    layers.extend(expression(skin).into_iter().map(|(shape, fibres)| thin(shape, fibres)));
-    layers
+    expression(skin).into_iter().map(muscle).collect()
 }
 
 type Muscles = Vec<(Sdf, Vec3)>;
@@ -165,23 +166,23 @@ fn expression(skin: &Sdf) -> Muscles {
     let forehead = ellipsoid(at(27.0, -88.0, 58.0), at(25.0, 26.0, 33.0));
     let back_of_head = ellipsoid(at(34.0, 84.0, 28.0), at(28.0, 24.0, 24.0));
     let scalp = || Sdf::Field(field::CRANIUM).grow(2.4).sheet(1.4);
-    let depth = 5.2;
+    let depth = 3.5;
     vec![
         (scalp().and(forehead, 2.0), Vec3::Z),
         (scalp().and(back_of_head, 2.0), Vec3::Z),
-        (sheet(depth - 0.6, 1.8).and(eye, 1.0).minus(lids, 1.0), at(1.0, 0.3, 0.1)),
-        (sheet(depth + 0.3, 2.4).and(mouth, 2.0).minus(lips, 1.0), at(1.0, 0.3, 0.0)),
+        (sheet(depth, 1.2).and(eye, 1.0).minus(lids, 1.0), at(1.0, 0.3, 0.1)),
+        (sheet(depth + 0.6, 2.0).and(mouth, 2.0).minus(lips, 1.0), at(1.0, 0.3, 0.0)),
         // Zygomaticus major and minor, levators, risorius, depressors, mentalis, nasalis, corrugator.
-        (sheet(depth, 2.1).and(band(&[[52.0, -8.0, 4.5], [42.0, -28.0, 4.5], [31.0, -46.0, 4.0]]), 1.0), at(-0.5, -0.3, -0.8)),
-        (sheet(depth, 2.1).and(band(&[[43.0, -3.0, 3.4], [33.0, -22.0, 3.4], [22.0, -38.0, 3.0]]), 1.0), at(-0.5, -0.3, -0.8)),
-        (sheet(depth, 2.1).and(band(&[[29.0, -1.0, 6.0], [24.0, -18.0, 5.0], [17.0, -37.0, 4.0]]), 1.0), at(-0.3, -0.2, -0.9)),
-        (sheet(depth, 2.1).and(band(&[[11.0, 10.0, 3.0], [15.0, -8.0, 3.0], [16.0, -30.0, 3.0]]), 1.0), at(0.1, -0.1, -1.0)),
-        (sheet(depth, 2.1).and(band(&[[56.0, -46.0, 4.0], [44.0, -49.0, 4.0], [31.0, -49.0, 3.5]]), 1.0), at(-1.0, -0.4, 0.0)),
-        (sheet(depth, 2.1).and(band(&[[29.0, -51.0, 3.6], [28.0, -66.0, 5.6], [25.0, -84.0, 7.5]]), 1.0), at(-0.1, 0.1, -1.0)),
-        (sheet(depth, 2.1).and(band(&[[12.0, -60.0, 6.0], [20.0, -82.0, 7.0]]), 1.0), at(0.4, 0.1, -1.0)),
-        (sheet(depth + 0.6, 2.6).and(band(&[[5.0, -72.0, 5.0], [6.0, -86.0, 6.0]]), 1.0), at(0.1, 0.1, -1.0)),
-        (sheet(4.2, 1.6).and(band(&[[2.0, 4.0, 5.0], [9.0, -4.0, 5.0], [15.0, -14.0, 4.0]]), 1.0), at(0.7, 0.2, -0.6)),
-        (sheet(depth, 2.1).and(band(&[[6.0, 24.0, 4.0], [14.0, 33.0, 3.6], [27.0, 38.0, 3.0]]), 1.0), at(0.8, 0.2, 0.5)),
+        (sheet(depth, 1.3).and(band(&[[52.0, -8.0, 4.5], [42.0, -28.0, 4.5], [31.0, -46.0, 4.0]]), 1.0), at(-0.5, -0.3, -0.8)),
+        (sheet(depth, 1.3).and(band(&[[43.0, -3.0, 3.4], [33.0, -22.0, 3.4], [22.0, -38.0, 3.0]]), 1.0), at(-0.5, -0.3, -0.8)),
+        (sheet(depth, 1.3).and(band(&[[29.0, -1.0, 6.0], [24.0, -18.0, 5.0], [17.0, -37.0, 4.0]]), 1.0), at(-0.3, -0.2, -0.9)),
+        (sheet(depth, 1.3).and(band(&[[11.0, 10.0, 3.0], [15.0, -8.0, 3.0], [16.0, -30.0, 3.0]]), 1.0), at(0.1, -0.1, -1.0)),
+        (sheet(depth, 1.3).and(band(&[[56.0, -46.0, 4.0], [44.0, -49.0, 4.0], [31.0, -49.0, 3.5]]), 1.0), at(-1.0, -0.4, 0.0)),
+        (sheet(depth, 1.3).and(band(&[[29.0, -51.0, 3.6], [28.0, -66.0, 5.6], [25.0, -84.0, 7.5]]), 1.0), at(-0.1, 0.1, -1.0)),
+        (sheet(depth, 1.3).and(band(&[[12.0, -60.0, 6.0], [20.0, -82.0, 7.0]]), 1.0), at(0.4, 0.1, -1.0)),
+        (sheet(depth + 0.8, 2.2).and(band(&[[5.0, -72.0, 5.0], [6.0, -86.0, 6.0]]), 1.0), at(0.1, 0.1, -1.0)),
+        (sheet(3.5, 1.2).and(band(&[[2.0, 4.0, 5.0], [9.0, -4.0, 5.0], [15.0, -14.0, 4.0]]), 1.0), at(0.7, 0.2, -0.6)),
+        (sheet(depth, 1.3).and(band(&[[6.0, 24.0, 4.0], [14.0, 33.0, 3.6], [27.0, 38.0, 3.0]]), 1.0), at(0.8, 0.2, 0.5)),
         // Auricular muscles.
         (segment(at(70.0, 10.0, 2.0), at(66.0, 28.0, 6.0), 3.0, 2.0), at(0.0, 1.0, 0.1)),
     ]

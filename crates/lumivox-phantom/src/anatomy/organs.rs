@@ -2,7 +2,7 @@
 
 use glam::{Mat3, Vec3};
 
-use super::{Seeds, field, material::Material, raster::Layer, skull};
+use super::{Seeds, face, field, material::Material, raster::Layer, skull};
 use crate::sdf::{Sdf, at, block, ellipsoid, plate, quad, ribbon, ring, segment, sphere, strap, tube, turned_ellipsoid, union};
 
 const MUCOSA: Material = Material::even(35.0, 6.0, 3.0);
@@ -12,6 +12,7 @@ pub(crate) fn layers(noise: &Seeds) -> Vec<Layer> {
     let mut layers = glands(noise);
     layers.extend(eyes());
     layers.extend(larynx());
+    layers.extend(cartilage_of_nose_and_ear());
     layers.extend(airways(noise));
     layers
 }
@@ -114,6 +115,25 @@ fn larynx() -> Vec<Layer> {
     ]
 }
 
+/// What gives the nose and the ears their shape.
+fn cartilage_of_nose_and_ear() -> Vec<Layer> {
+    let lateral = plate(at(1.5, -101.5, 8.0), at(1.5, -113.0, -8.0), at(11.0, -102.0, -8.0), 1.3);
+    let alar = tube(&[
+        [1.6, -111.5, -23.0, 1.3],
+        [2.4, -116.0, -17.0, 1.7],
+        [6.0, -115.5, -13.0, 1.9],
+        [11.5, -109.0, -12.5, 1.9],
+        [14.0, -102.5, -15.0, 1.5],
+    ]);
+    let septal = plate(at(0.0, -99.0, 10.0), at(0.0, -114.0, -14.0), at(0.0, -97.0, -26.0), 1.2);
+    let cartilage = Material::even(95.0, 14.0, 2.5);
+    vec![
+        Layer::new(union(vec![lateral, alar], 1.0).mirror(), cartilage),
+        Layer::new(septal, cartilage),
+        Layer::open(face::ear().mirror().grow(-1.3), cartilage),
+    ]
+}
+
 fn glands(noise: &Seeds) -> Vec<Layer> {
     let lobe = union(
         vec![
@@ -141,7 +161,7 @@ fn glands(noise: &Seeds) -> Vec<Layer> {
         Layer::new(buccal.mirror(), Material::even(-108.0, 6.0, 5.0)),
         Layer::new(
             parotid.mirror().and(under_skin(), 1.5).rough(1.2, 5.0, noise.get("parotid")),
-            Material::even(5.0, 38.0, 3.2),
+            Material::even(26.0, 26.0, 3.2),
         ),
         Layer::new(submandibular.mirror().and(under_skin(), 1.5).rough(0.8, 4.0, noise.get("gland")), Material::even(88.0, 12.0, 3.0)),
         Layer::new(tonsil.mirror(), Material::even(75.0, 8.0, 3.0)),

@@ -36,10 +36,10 @@ impl Layer {
         Self { shape, material, open: true }
     }
 
-    /// The layer kept inside of `limit`, unless it is open.
-    pub(crate) fn within(mut self, limit: Sdf) -> Self {
+    /// The layer kept inside of `limit`, with edges rounded over `k` mm, unless it is open.
+    pub(crate) fn within(mut self, limit: Sdf, k: f32) -> Self {
         if !self.open {
-            self.shape = self.shape.and(limit, 0.8);
+            self.shape = self.shape.and(limit, k);
         }
         self
     }

@@ -77,3 +77,7 @@ struct Instance {
 const TABLE_SIZE: u32 = 4096u;
 const NO_VOLUME: u32 = 0xffffffffu;
 const PI: f32 = 3.14159265358979;
+
+fn luminance(c: vec3f) -> f32 {
+    return dot(c, vec3f(0.2126, 0.7152, 0.0722));
+}

@@ -16,10 +16,6 @@
 // GUIDES, (first-hit albedo, 0), (first-hit normal, 0).
 @group(0) @binding(9) var<storage, read_write> film: array<vec4f>;
 
-fn luminance(c: vec3f) -> f32 {
-    return dot(c, vec3f(0.2126, 0.7152, 0.0722));
-}
-
 fn camera_ray(pixel: vec2u, jitter: vec2f) -> vec3f {
     let uv = (vec2f(pixel) + jitter) / vec2f(frame.image_size) * 2.0 - 1.0;
     return normalize(frame.camera_right * uv.x - frame.camera_up * uv.y + frame.camera_forward);
@@ -109,20 +105,10 @@ fn path_trace(@builtin(global_invocation_id) id: vec3u) {
                 }
                 if (alive) {
                     if (LIGHT_SAMPLING) {
-                        let light = sample_environment(&rng);
-                        let event_density = event_pdf(event, light.direction);
-                        if (light.pdf > 0.0 && event_density > 0.0) {
-                            // Balance heuristic (Veach 1997). Its weights must be the same function of the direction
-                            // for both strategies, and drivers round atan2 and acos as they like: so the density
-                            // inside the weight is the looked-up one here too, not the one drawn from.
-                            let light_density = environment_pdf(light.direction);
-                            let weight = light_density / (light_density + event_density);
-                            let arriving = weight * event_density / light.pdf
-                                * environment_radiance(light.direction);
-                            if (luminance(arriving) > 0.0) {
-                                radiance += throughput * arriving
-                                    * transmittance(origin, light.direction, 1e30, &rng);
-                            }
+                        let light = choose_light(event, &rng);
+                        if (luminance(light.arriving) > 0.0) {
+                            radiance += throughput * light.arriving
+                                * transmittance(origin, light.direction, 1e30, &rng);
                         }
                     }
                     direction = event_sample(event, rng_next2(&rng));

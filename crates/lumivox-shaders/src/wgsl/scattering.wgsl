@@ -44,3 +44,40 @@ fn choose_event(
     }
     return Event(PHASE, -wo, instances[v].anisotropy, scattering_albedo);
 }
+
+struct LightChoice {
+    direction: vec3f,
+    // Light scattered towards wo, weighted, but for the transmittance on its way here.
+    arriving: vec3f,
+}
+
+// Next-event estimation: a direction towards light that this event can send on.
+//
+// Of a few candidates from the environment's own distribution, one is resampled in proportion to what it would bring
+// (Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", EGSR 2005), so that the one costly
+// transmittance is seldom spent on light behind a surface. Their balance-heuristic weights (Veach 1997) are part of
+// the integrand, and the same function of the direction as for paths that find the light by themselves: drivers
+// round atan2 and acos as they like, so it is the looked-up density in both, not the one drawn from.
+fn choose_light(event: Event, rng: ptr<function, Rng>) -> LightChoice {
+    var chosen = LightChoice(event.axis, vec3f(0.0));
+    var total = 0.0;
+    var chosen_weight = 1.0;
+    for (var i = 0u; i < LIGHT_CANDIDATES; i++) {
+        let light = sample_environment(rng);
+        let event_density = event_pdf(event, light.direction);
+        let pick = rng_next(rng);
+        if (light.pdf > 0.0 && event_density > 0.0) {
+            let light_density = environment_pdf(light.direction);
+            let arriving = environment_radiance(light.direction)
+                * (event_density * light_density / ((light_density + event_density) * light.pdf));
+            let weight = luminance(arriving);
+            total += weight;
+            if (weight > 0.0 && pick * total < weight) {
+                chosen = LightChoice(light.direction, arriving);
+                chosen_weight = weight;
+            }
+        }
+    }
+    chosen.arriving *= total / (chosen_weight * f32(LIGHT_CANDIDATES));
+    return chosen;
+}

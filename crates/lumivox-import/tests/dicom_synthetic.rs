@@ -1,0 +1,549 @@
+//! Series written for one question each: is every value at its true place in the patient?
+
+mod common;
+#[path = "common/writer.rs"]
+mod writer;
+
+use std::path::Path;
+
+use common::{load, load_series};
+use lumivox_core::{
+    CancelToken, Modality, Progress, Volume, Voxels,
+    glam::{DVec2, DVec3},
+};
+use lumivox_import::{ImportError, ImportOptions, Imported};
+use writer::*;
+
+/// A field without any symmetry that linear interpolation keeps.
+fn field(place: DVec3) -> f64 {
+    3.0 * place.x + 7.0 * place.y + 11.0 * place.z
+}
+
+/// A series to be written.
+struct Series {
+    row: DVec3,
+    column: DVec3,
+    spacing: DVec2,
+    /// Of the first pixel of each slice, in the order of the files.
+    places: Vec<DVec3>,
+    /// Slope and intercept by slice.
+    rescale: fn(usize) -> [f64; 2],
+    signed: bool,
+    modality: &'static str,
+}
+
+const COLUMNS_N: u16 = 5;
+const ROWS_N: u16 = 4;
+
+impl Series {
+    fn axial(places: Vec<DVec3>) -> Self {
+        Self {
+            row: DVec3::X,
+            column: DVec3::Y,
+            spacing: DVec2::new(2.0, 4.0),
+            places,
+            rescale: |_| [1.0, -2000.0],
+            signed: false,
+            modality: "CT",
+        }
+    }
+
+    fn slice(&self, k: usize) -> Elements {
+        let [slope, intercept] = (self.rescale)(k);
+        let mut samples = Vec::new();
+        for j in 0..ROWS_N {
+            for i in 0..COLUMNS_N {
+                let offset = self.row * (self.spacing.x * i as f64) + self.column * (self.spacing.y * j as f64);
+                let stored = ((field(self.places[k] + offset) - intercept) / slope).round();
+                samples.push(if self.signed { stored as i16 as u16 } else { stored as u16 });
+            }
+        }
+        let (r, c) = (self.row, self.column);
+        image(self.modality, COLUMNS_N, ROWS_N, samples)
+            .decimals(IMAGE_POSITION_PATIENT, &self.places[k].to_array())
+            .decimals(IMAGE_ORIENTATION_PATIENT, &[r.x, r.y, r.z, c.x, c.y, c.z])
+            // Rows first: y before x.
+            .decimals(PIXEL_SPACING, &[self.spacing.y, self.spacing.x])
+            .decimals(RESCALE_SLOPE, &[slope])
+            .decimals(RESCALE_INTERCEPT, &[intercept])
+            .text(INSTANCE_NUMBER, "IS", &(100 - k).to_string())
+            .text(FRAME_OF_REFERENCE_UID, "UI", &format!("1.2.{k}"))
+            .short(PIXEL_REPRESENTATION, self.signed.into())
+    }
+
+    fn write(&self, folder: &Path) {
+        for k in 0..self.places.len() {
+            self.slice(k).write(&folder.join(format!("{k:03}")), Syntax::Explicit);
+        }
+    }
+
+    fn load(&self) -> Imported {
+        let folder = tempfile::tempdir().unwrap();
+        self.write(folder.path());
+        load(folder.path()).unwrap()
+    }
+}
+
+/// Every voxel has the field's value at its place.
+fn assert_field(volume: &Volume, tolerance: f64) {
+    let [nx, ny, nz] = volume.dims();
+    for z in 0..nz {
+        for y in 0..ny {
+            for x in 0..nx {
+                let place = volume.patient_from_voxel().transform_point3(DVec3::new(x as f64, y as f64, z as f64));
+                let (value, truth) = (volume.value([x, y, z]), field(place));
+                assert!((value - truth).abs() <= tolerance, "[{x}, {y}, {z}] at {place}: {value} is not {truth}");
+            }
+        }
+    }
+}
+
+/// Slices at these heights, in this order.
+fn heights(z: &[f64]) -> Vec<DVec3> {
+    z.iter().map(|&z| DVec3::new(-10.0, 20.0, z)).collect()
+}
+
+#[test]
+fn every_orientation_is_in_place() {
+    let orientations = [
+        ("head first, supine", DVec3::X, DVec3::Y),
+        ("head first, prone", -DVec3::X, -DVec3::Y),
+        ("feet first, supine", -DVec3::X, DVec3::Y),
+        ("feet first, prone", DVec3::X, -DVec3::Y),
+        ("sagittal", DVec3::Y, -DVec3::Z),
+        ("coronal", DVec3::X, -DVec3::Z),
+        ("decubitus", -DVec3::Y, DVec3::X),
+    ];
+    for (name, row, column) in orientations {
+        let normal = row.cross(column);
+        for step in [3.0, -3.0] {
+            let places = [2.0, 0.0, 3.0, 1.0].map(|k| DVec3::new(5.0, -6.0, 7.0) + normal * (k * step)).to_vec();
+            let imported = Series { row, column, ..Series::axial(places) }.load();
+            let volume = imported.volume;
+            println!("{name}");
+            assert_eq!(volume.dims(), [5, 4, 4]);
+            assert_eq!(volume.spacing_mm(), DVec3::new(2.0, 4.0, 3.0));
+            assert_field(&volume, 0.0);
+            // Right-handed voxel axes, whatever the order of the files.
+            assert!(volume.patient_from_voxel().matrix3.determinant() > 0.0);
+            assert!(imported.report.notes.is_empty(), "{:?}", imported.report.notes);
+        }
+    }
+}
+
+#[test]
+fn signed_samples_keep_their_sign() {
+    let series = Series { signed: true, rescale: |_| [1.0, 0.0], ..Series::axial(heights(&[0.0, -30.0, -60.0])) };
+    let volume = series.load().volume;
+    assert_eq!(volume.modality(), Modality::Ct);
+    assert!(matches!(volume.voxels(), Voxels::U16(_)));
+    assert_eq!((volume.slope(), volume.intercept()), (1.0, -32768.0));
+    assert!(volume.value_range()[0] < 0.0 && volume.value_range()[1] > 0.0);
+    assert_field(&volume, 0.0);
+}
+
+#[test]
+fn a_tilted_gantry_is_kept_as_shear() {
+    let places = (0..6).map(|k| DVec3::new(1.0, -2.0 * k as f64, 6.0 * k as f64)).collect();
+    let imported = Series::axial(places).load();
+    assert_eq!(imported.volume.patient_from_voxel().matrix3.z_axis, DVec3::new(0.0, -2.0, 6.0));
+    assert_field(&imported.volume, 0.0);
+    assert_eq!(imported.report.notes, ["gantry tilt 18.4 degrees, kept as shear"]);
+}
+
+#[test]
+fn missing_slices_are_filled_in() {
+    let imported = Series::axial(heights(&[0.0, 2.0, 4.0, 8.0, 10.0])).load();
+    assert_eq!(imported.volume.dims(), [5, 4, 6]);
+    assert_field(&imported.volume, 0.0);
+    assert_eq!(imported.report.notes, ["1 of 6 slices is missing; filled in from the neighbours' values"]);
+}
+
+#[test]
+fn uneven_slices_are_resampled_at_true_heights() {
+    let imported = Series::axial(heights(&[0.0, 4.0, 8.0, 9.1, 16.0, 23.0])).load();
+    assert_eq!(imported.volume.dims()[2], 22);
+    // Half a step of the stored integers, twice; and what a slice that is nearly hit is off.
+    assert_field(&imported.volume, 1.2);
+    assert!(imported.report.notes[0].starts_with("the slices lie unevenly"));
+}
+
+#[test]
+fn of_several_images_at_one_place_the_first_is_used() {
+    let folder = tempfile::tempdir().unwrap();
+    let series = Series::axial(heights(&[0.0, 2.0, 4.0]));
+    for k in 0..3 {
+        for echo in [2, 1] {
+            let mut slice = series.slice(k).text(INSTANCE_NUMBER, "IS", &echo.to_string());
+            if echo == 2 {
+                slice.set(PIXEL_DATA, "OW", Value::Words(vec![0; 20]));
+            }
+            slice.write(&folder.path().join(format!("{k} {echo}")), Syntax::Explicit);
+        }
+    }
+    let imported = load(folder.path()).unwrap();
+    assert_field(&imported.volume, 0.0);
+    assert!(imported.report.notes[0].starts_with("2 images lie at every place"), "{:?}", imported.report.notes);
+}
+
+#[test]
+fn changing_intercepts_keep_integers_and_changing_slopes_keep_values() {
+    let places = heights(&[0.0, 2.0, 4.0]);
+    let shifted = Series { rescale: |k| [1.0, -1000.0 - 24.0 * k as f64], signed: true, ..Series::axial(places.clone()) };
+    // 16 stored bits and a shift do not fit in 16 bits.
+    assert!(matches!(shifted.load().volume.voxels(), Voxels::F32(_)));
+    assert_field(&shifted.load().volume, 0.0);
+    let folder = tempfile::tempdir().unwrap();
+    for k in 0..3 {
+        let slice = shifted.slice(k).short(BITS_STORED, 15).short(HIGH_BIT, 14);
+        slice.write(&folder.path().join(k.to_string()), Syntax::Explicit);
+    }
+    let volume = load(folder.path()).unwrap().volume;
+    assert!(matches!(volume.voxels(), Voxels::U16(_)));
+    assert_field(&volume, 0.0);
+
+    let pet = Series { rescale: |k| [0.25 + k as f64, -500.0], modality: "PT", ..Series::axial(places) };
+    let volume = pet.load().volume;
+    assert_eq!(volume.modality(), Modality::Pet);
+    assert!(matches!(volume.voxels(), Voxels::F32(_)));
+    assert_field(&volume, 1.2);
+}
+
+/// Loads one file.
+fn load_one(elements: &Elements, syntax: Syntax) -> Result<Imported, ImportError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.dcm");
+    elements.write(&path, syntax);
+    load(&path)
+}
+
+fn values(elements: &Elements) -> Vec<f64> {
+    let volume = load_one(elements, Syntax::Explicit).unwrap().volume;
+    (0..volume.voxel_count()).map(|i| volume.voxels().get(i) * volume.slope() + volume.intercept()).collect()
+}
+
+#[test]
+fn junk_bits_are_masked_and_signs_extended() {
+    let twelve = |samples| image("MR", 2, 1, samples).short(BITS_STORED, 12).short(HIGH_BIT, 11);
+    assert_eq!(values(&twelve(vec![0xF123, 0x8FFF])), [291.0, 4095.0]);
+    assert_eq!(values(&twelve(vec![0xF123, 0x8FFF]).short(PIXEL_REPRESENTATION, 1)), [291.0, -1.0]);
+    // Stored in the upper bits.
+    let upper = image("MR", 2, 1, vec![0x123F, 0xFFF0]).short(BITS_STORED, 12).short(HIGH_BIT, 15);
+    assert_eq!(values(&upper), [291.0, 4095.0]);
+    let mut eight = image("MR", 3, 1, vec![]).short(BITS_ALLOCATED, 8).short(BITS_STORED, 8).short(HIGH_BIT, 7);
+    eight.set(PIXEL_DATA, "OB", Value::Bytes(vec![1, 128, 255]));
+    assert_eq!(values(&eight), [1.0, 128.0, 255.0]);
+    assert!(matches!(load_one(&eight, Syntax::Explicit).unwrap().volume.voxels(), Voxels::U8(_)));
+    let eight = eight.short(PIXEL_REPRESENTATION, 1);
+    assert_eq!(values(&eight), [1.0, -128.0, -1.0]);
+    assert!(matches!(load_one(&eight, Syntax::Explicit).unwrap().volume.voxels(), Voxels::U8(_)));
+}
+
+#[test]
+fn padding_becomes_air_or_the_lowest_value() {
+    let ct = image("CT", 4, 1, vec![-2000i16 as u16, -1024i16 as u16, 0, 40])
+        .short(PIXEL_REPRESENTATION, 1)
+        .short(PIXEL_PADDING_VALUE, -2000i16 as u16);
+    assert_eq!(values(&ct), [-1000.0, -1024.0, 0.0, 40.0]);
+    let mr = image("MR", 4, 1, vec![0, 7, 9, 3]).short(PIXEL_PADDING_VALUE, 0);
+    assert_eq!(values(&mr), [3.0, 7.0, 9.0, 3.0]);
+    let mr = image("MR", 4, 1, vec![0, 7, 9, 2]).short(PIXEL_PADDING_VALUE, 3).short(PIXEL_PADDING_RANGE_LIMIT, 0);
+    assert_eq!(values(&mr), [7.0, 7.0, 9.0, 7.0]);
+    // Padding that needs more bits than are stored is no value of the image.
+    let ct = image("CT", 3, 1, vec![63536, 2096, 1024])
+        .short(BITS_STORED, 12)
+        .short(HIGH_BIT, 11)
+        .decimals(RESCALE_INTERCEPT, &[-1024.0])
+        .short(PIXEL_PADDING_VALUE, 63536);
+    assert_eq!(values(&ct), [-1000.0, 1072.0, 0.0]);
+    // Nothing but padding.
+    assert_eq!(values(&image("MR", 2, 1, vec![5, 5]).short(PIXEL_PADDING_VALUE, 5)).len(), 2);
+}
+
+#[test]
+fn only_values_without_a_scale_are_inverted() {
+    let inverted = |modality| {
+        let image = image(modality, 2, 1, vec![1, 4000]).short(BITS_STORED, 12).short(HIGH_BIT, 11);
+        values(&image.text(PHOTOMETRIC_INTERPRETATION, "CS", "MONOCHROME1"))
+    };
+    assert_eq!(inverted("MR"), [4094.0, 95.0]);
+    assert_eq!(inverted("CT"), [1.0, 4000.0]);
+}
+
+#[test]
+fn every_way_of_writing_is_read() {
+    let image = Series::axial(heights(&[3.0])).slice(0);
+    for syntax in [Syntax::Explicit, Syntax::Implicit, Syntax::BigEndian, Syntax::Deflated] {
+        assert_field(&load_one(&image, syntax).unwrap().volume, 0.0);
+    }
+    // Without preamble, without anything before the data set, or with the prefix alone.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.dcm");
+    let file = image.file(Syntax::Explicit);
+    let bare = |syntax| image.data_set(syntax);
+    let ways = [
+        file[128..].to_vec(),
+        file[132..].to_vec(),
+        bare(Syntax::Explicit),
+        bare(Syntax::Implicit),
+        bare(Syntax::BigEndian),
+    ];
+    for (k, bytes) in ways.iter().enumerate() {
+        std::fs::write(&path, bytes).unwrap();
+        assert_field(&load(&path).unwrap_or_else(|e| panic!("way {k}: {e}")).volume, 0.0);
+    }
+    // A file that says explicit and is implicit, and the other way round.
+    let swap = |said: Syntax, is: Syntax| [&said_head(said)[..], &image.data_set(is)].concat();
+    for bytes in [swap(Syntax::Explicit, Syntax::Implicit), swap(Syntax::Implicit, Syntax::Explicit)] {
+        std::fs::write(&path, bytes).unwrap();
+        assert_field(&load(&path).unwrap().volume, 0.0);
+    }
+}
+
+fn said_head(syntax: Syntax) -> Vec<u8> {
+    Elements::default().file(syntax)
+}
+
+/// An item of undefined length after the other, `depth` deep, closed again.
+fn nested(depth: usize, vr: &[u8; 2]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for _ in 0..depth {
+        bytes.extend([0xFE, 0xFF, 0x00, 0xE0, 0xFF, 0xFF, 0xFF, 0xFF]);
+        bytes.extend([0x09, 0x00, 0x10, 0x10]);
+        bytes.extend(vr);
+        bytes.extend([0, 0, 0xFF, 0xFF, 0xFF, 0xFF]);
+    }
+    for _ in 0..depth {
+        bytes.extend([0xFE, 0xFF, 0xDD, 0xE0, 0, 0, 0, 0, 0xFE, 0xFF, 0x0D, 0xE0, 0, 0, 0, 0]);
+    }
+    bytes.extend([0xFE, 0xFF, 0xDD, 0xE0, 0, 0, 0, 0]);
+    bytes
+}
+
+#[test]
+fn nesting_costs_no_stack() {
+    let mut image = Series::axial(heights(&[3.0])).slice(0);
+    for depth in [0, 1, 3, 200_000] {
+        image.set(0x0009_1001, "SQ", Value::Raw(u32::MAX, nested(depth, b"SQ")));
+        assert_field(&load_one(&image, Syntax::Explicit).unwrap().volume, 0.0);
+        // Even where a sequence that is read holds itself.
+        let mut bytes = nested(depth, b"SQ");
+        for i in 0..bytes.len().saturating_sub(4) {
+            if bytes[i..i + 4] == [0x09, 0x00, 0x10, 0x10] {
+                bytes[i..i + 4].copy_from_slice(&[0x28, 0x00, 0x10, 0x91]);
+            }
+        }
+        let mut recursive = image.clone();
+        recursive.set(0x0028_9110, "SQ", Value::Raw(u32::MAX, bytes));
+        assert_field(&load_one(&recursive, Syntax::Explicit).unwrap().volume, 0.0);
+    }
+    // A value of unknown VR holds implicit items.
+    let item = Elements::default().text(0x0009_1002, "LO", "x").data_set(Syntax::Implicit);
+    let mut unknown = vec![0xFE, 0xFF, 0x00, 0xE0, 0xFF, 0xFF, 0xFF, 0xFF];
+    unknown.extend(item);
+    unknown.extend([0xFE, 0xFF, 0x0D, 0xE0, 0, 0, 0, 0, 0xFE, 0xFF, 0xDD, 0xE0, 0, 0, 0, 0]);
+    image.set(0x0009_1001, "UN", Value::Raw(u32::MAX, unknown));
+    assert_field(&load_one(&image, Syntax::Explicit).unwrap().volume, 0.0);
+}
+
+/// RLE of 16-bit samples that repeats nothing.
+fn rle(samples: &[u16]) -> Vec<u8> {
+    let plane = |shift: u32| -> Vec<u8> {
+        let bytes: Vec<u8> = samples.iter().map(|s| (s >> shift) as u8).collect();
+        bytes.chunks(128).flat_map(|run| [vec![run.len() as u8 - 1], run.to_vec()].concat()).collect()
+    };
+    let (high, low) = (plane(8), plane(0));
+    let mut head = vec![2u32, 64, 64 + high.len() as u32];
+    head.resize(16, 0);
+    [head.iter().flat_map(|n| n.to_le_bytes()).collect(), high, low].concat()
+}
+
+fn words(elements: &Elements) -> Vec<u16> {
+    match elements.0.last() {
+        Some((PIXEL_DATA, _, Value::Words(words))) => words.clone(),
+        _ => panic!("no pixels"),
+    }
+}
+
+#[test]
+fn a_slice_that_cannot_be_decoded_is_filled_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let series = Series::axial(heights(&[0.0, 2.0, 4.0, 6.0, 8.0]));
+    for k in 0..5 {
+        let mut slice = series.slice(k);
+        let packed = rle(&words(&slice));
+        // In two fragments, one of them cut short.
+        let (a, b) = packed.split_at(70);
+        let b = if k == 2 { &b[..3] } else { b };
+        slice.set(PIXEL_DATA, "OB", Value::Fragments(vec![a.to_vec(), b.to_vec()]));
+        slice.write(&folder.path().join(format!("{k}")), Syntax::Rle);
+    }
+    let imported = load(folder.path()).unwrap();
+    assert_eq!(imported.volume.dims(), [5, 4, 5]);
+    assert_field(&imported.volume, 0.0);
+    let notes = imported.report.notes;
+    assert_eq!(notes[0], "1 of 5 slices could not be decoded");
+    assert_eq!(notes[1], "1 of 5 slices is missing; filled in from the neighbours' values");
+    assert!(imported.report.skipped[0].path.ends_with("2"));
+    assert!(imported.report.skipped[0].reason.contains("RLE"), "{:?}", imported.report.skipped);
+}
+
+#[test]
+fn frames_are_placed_by_their_functional_groups() {
+    // Frames from top to bottom, each with its own rescale.
+    let series = Series { rescale: |k| [1.0 + k as f64, -700.0], ..Series::axial(heights(&[9.0, 6.0, 3.0, 0.0])) };
+    let mut samples = Vec::new();
+    let mut frames = Vec::new();
+    for k in 0..4 {
+        samples.extend(words(&series.slice(k)));
+        let [slope, intercept] = (series.rescale)(k);
+        let place = Elements::default().decimals(IMAGE_POSITION_PATIENT, &series.places[k].to_array());
+        let rescale = Elements::default().decimals(RESCALE_SLOPE, &[slope]).decimals(RESCALE_INTERCEPT, &[intercept]);
+        frames.push(Elements::default().items(0x0020_9113, vec![place]).items(0x0028_9145, vec![rescale]));
+    }
+    let orientation = Elements::default().decimals(IMAGE_ORIENTATION_PATIENT, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    let measures = Elements::default().decimals(PIXEL_SPACING, &[4.0, 2.0]);
+    let shared = Elements::default().items(0x0020_9116, vec![orientation]).items(0x0028_9110, vec![measures]);
+    let enhanced = image("MR", COLUMNS_N, ROWS_N, samples)
+        .without(IMAGE_POSITION_PATIENT)
+        .without(IMAGE_ORIENTATION_PATIENT)
+        .without(PIXEL_SPACING)
+        .text(NUMBER_OF_FRAMES, "IS", "4")
+        .items(0x5200_9229, vec![shared])
+        .items(0x5200_9230, frames);
+    for syntax in [Syntax::Explicit, Syntax::Implicit, Syntax::BigEndian, Syntax::Deflated] {
+        let volume = load_one(&enhanced, syntax).unwrap().volume;
+        assert_eq!(volume.dims(), [5, 4, 4]);
+        assert_field(&volume, 2.0);
+    }
+    let few = enhanced.text(NUMBER_OF_FRAMES, "IS", "5");
+    let error = load_one(&few, Syntax::Explicit).unwrap_err().to_string();
+    assert!(error.contains("PerFrameFunctionalGroupsSequence (5200,9230) has 4 items for 5 frames"), "{error}");
+}
+
+#[test]
+fn frames_without_places_are_stacked_and_noted() {
+    let multi = image("NM", 2, 1, (0..6).collect()).text(NUMBER_OF_FRAMES, "IS", "3");
+    let imported = load_one(&multi.clone().decimals(SPACING_BETWEEN_SLICES, &[2.5]), Syntax::Explicit).unwrap();
+    assert_eq!(imported.volume.dims(), [2, 1, 3]);
+    assert_eq!(imported.volume.spacing_mm().z, 2.5);
+    assert_eq!(imported.volume.value([1, 0, 2]), 5.0);
+    assert_eq!(imported.report.notes, ["the places of the 3 frames are not given; stacked 2.5 mm apart"]);
+    // A dose grid says where they are.
+    let dose = multi.decimals(0x3004_000C, &[0.0, -4.0, -8.0]);
+    let volume = load_one(&dose, Syntax::Explicit).unwrap().volume;
+    assert_eq!(volume.patient_from_voxel().translation.z, -8.0);
+    assert_eq!(volume.value([0, 0, 0]), 4.0);
+}
+
+#[test]
+fn series_do_not_mix_and_can_be_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, elements: &Elements| elements.write(&folder.path().join(name), Syntax::Explicit);
+    let axial = Series::axial(heights(&[0.0, 2.0, 4.0]));
+    let sagittal = Series { row: DVec3::Y, column: -DVec3::Z, ..Series::axial(vec![DVec3::ZERO, DVec3::X]) };
+    for k in 0..3 {
+        write(&format!("a{k}"), &axial.slice(k));
+    }
+    for k in 0..2 {
+        let slice = sagittal.slice(k).text(SERIES_INSTANCE_UID, "UI", "1.2.4").text(SERIES_NUMBER, "IS", "44");
+        write(&format!("b{k}"), &slice);
+        // In the first series, but seen from the side.
+        write(&format!("c{k}"), &sagittal.slice(k));
+    }
+    write("localizer", &axial.slice(0).text(IMAGE_TYPE, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER"));
+    let rgb = axial.slice(0).short(SAMPLES_PER_PIXEL, 3).text(PHOTOMETRIC_INTERPRETATION, "CS", "RGB");
+    write("rgb", &rgb);
+    std::fs::write(folder.path().join("README.txt"), "not a scan").unwrap();
+    std::fs::write(folder.path().join(".DS_Store"), "junk").unwrap();
+
+    let imported = load(folder.path()).unwrap();
+    assert_eq!(imported.volume.dims(), [5, 4, 3]);
+    assert_eq!(imported.report.series.len(), 3);
+    assert_eq!(imported.report.series[0].description, "CT, 3 slices, 5 x 4");
+    assert_eq!(imported.report.series[0].files, 3);
+    let skipped: Vec<_> = imported.report.skipped.iter().map(|s| s.reason.as_str()).collect();
+    assert_eq!(skipped.len(), 3);
+    assert!(skipped.contains(&"a localizer"));
+    assert!(!format!("{:?}", imported.report).contains("SECRET"));
+    for (wanted, id, slices) in [("1.2.4", "1.2.4", 2), ("44", "1.2.4", 2), ("7", "1.2.3", 3), ("1", "1.2.3", 3)] {
+        let imported = load_series(folder.path(), Some(wanted)).unwrap();
+        assert_eq!(imported.report.series[imported.report.chosen].id, id, "{wanted}");
+        assert_eq!(imported.volume.dims()[2], slices, "{wanted}");
+        assert_field(&imported.volume, 0.0);
+    }
+    match load_series(folder.path(), Some("99")).unwrap_err() {
+        ImportError::NoSuchSeries { wanted, available, .. } => {
+            assert_eq!(wanted, "99");
+            assert!(available.contains("1.2.4"));
+        }
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn a_folder_without_dicom_may_hold_one_other_volume() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(matches!(load(folder.path()), Err(ImportError::NoSeries { files: 0, .. })));
+    std::fs::write(folder.path().join("notes.txt"), "hello").unwrap();
+    assert!(load(folder.path()).unwrap_err().to_string().contains("None is of a format"));
+    let nrrd = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 1 1\nencoding: raw\n\n\x01\x02";
+    std::fs::write(folder.path().join("volume.nrrd"), nrrd).unwrap();
+    assert_eq!(load(folder.path()).unwrap().volume.dims(), [2, 1, 1]);
+    std::fs::write(folder.path().join("second.nrrd"), nrrd).unwrap();
+    assert!(load(folder.path()).unwrap_err().to_string().contains("2 volumes"));
+}
+
+#[test]
+fn loading_can_be_cancelled_and_watched() {
+    let folder = tempfile::tempdir().unwrap();
+    Series::axial(heights(&[0.0, 2.0, 4.0])).write(folder.path());
+    let (paths, options) = ([folder.path().to_owned()], ImportOptions::default());
+    let cancel = CancelToken::new();
+    let seen = std::sync::Mutex::new(Vec::new());
+    let watch = |stage, done, total| {
+        seen.lock().unwrap().push((stage, done, total));
+    };
+    lumivox_import::load(&paths, &options, Progress::new(&watch), &cancel).unwrap();
+    let seen = seen.into_inner().unwrap();
+    assert_eq!(seen.len(), 6);
+    assert!(seen.iter().all(|(_, _, total)| *total == 3));
+    // Stopped while slices are decoded, and before anything.
+    let stop = |stage, _, _| {
+        if stage == lumivox_core::Stage::Decoding {
+            cancel.cancel();
+        }
+    };
+    for _ in 0..2 {
+        let result = lumivox_import::load(&paths, &options, Progress::new(&stop), &cancel);
+        assert!(matches!(result, Err(ImportError::Cancelled(_))));
+    }
+}
+
+/// Whatever is cut off or changed in a file, the result is a volume or an error in words, without patient data.
+#[test]
+fn damaged_files_never_panic() {
+    let slice = Series::axial(heights(&[3.0])).slice(0);
+    let mut packed = slice.clone();
+    packed.set(PIXEL_DATA, "OB", Value::Fragments(vec![rle(&words(&slice))]));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.dcm");
+    let check = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        if let Err(error) = load(&path) {
+            assert!(!error.to_string().contains("SECRET"), "{error}");
+        }
+    };
+    for file in [slice.file(Syntax::Explicit), slice.file(Syntax::Implicit), packed.file(Syntax::Rle)] {
+        for end in 128..file.len() {
+            check(&file[..end]);
+        }
+        for at in 128..file.len() {
+            for flip in [0x01, 0x80, 0xFF] {
+                let mut bytes = file.clone();
+                bytes[at] ^= flip;
+                check(&bytes);
+            }
+        }
+    }
+}
