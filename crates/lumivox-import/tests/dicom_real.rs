@@ -48,7 +48,9 @@ fn ct_torso_has_every_slice_in_place() {
 
 #[test]
 fn a_zipped_study_is_the_same_as_its_folder() {
-    let (Some(zip), Some(folder)) = (shared("mr_missing_slices.zip"), unzip("mr_missing_slices.zip")) else { return };
+    let (Some(zip), Some(folder)) = (shared("mr_missing_slices.zip"), unzip("mr_missing_slices.zip")) else {
+        return;
+    };
     let (zipped, plain) = (load(&zip).unwrap(), load(folder.path()).unwrap());
     assert_eq!(zipped.volume.voxels(), plain.volume.voxels());
     assert_eq!(zipped.volume.patient_from_voxel(), plain.volume.patient_from_voxel());
@@ -191,7 +193,11 @@ fn enhanced_files_are_stacked_by_their_functional_groups() {
         if volume.dims()[2] == line.frames && matches!(volume.voxels(), Voxels::U16(_)) {
             let sum: f64 = (0..line.frames).map(|z| slice_sum(volume, z).0).sum();
             let n = volume.voxel_count() as f64;
-            assert!(((sum - n * volume.intercept()) / volume.slope() - line.sum).abs() < 1.0, "{}", line.path);
+            assert!(
+                ((sum - n * volume.intercept()) / volume.slope() - line.sum).abs() < 1.0,
+                "{}",
+                line.path
+            );
         }
     }
 }
@@ -208,7 +214,12 @@ fn odd_files_are_read_or_refused() {
             Ok(imported) => {
                 let volume = &imported.volume;
                 let sum: f64 = (0..volume.dims()[2]).map(|z| slice_sum(volume, z).0).sum();
-                println!("{name}: {:?}, sum {sum} for {}, {:?}", volume.dims(), line.sum, imported.report.notes);
+                println!(
+                    "{name}: {:?}, sum {sum} for {}, {:?}",
+                    volume.dims(),
+                    line.sum,
+                    imported.report.notes
+                );
                 assert_eq!(line.status.split(':').next(), Some("ok"), "{name}");
                 assert_eq!(volume.dims(), [line.columns, line.rows, line.frames], "{name}");
                 // The reference keeps PixelPaddingValue as it is.

@@ -53,7 +53,8 @@ impl Series {
         let mut samples = Vec::new();
         for j in 0..ROWS_N {
             for i in 0..COLUMNS_N {
-                let offset = self.row * (self.spacing.x * i as f64) + self.column * (self.spacing.y * j as f64);
+                let offset =
+                    self.row * (self.spacing.x * i as f64) + self.column * (self.spacing.y * j as f64);
                 let stored = ((field(self.places[k] + offset) - intercept) / slope).round();
                 samples.push(if self.signed { stored as i16 as u16 } else { stored as u16 });
             }
@@ -90,9 +91,13 @@ fn assert_field(volume: &Volume, tolerance: f64) {
     for z in 0..nz {
         for y in 0..ny {
             for x in 0..nx {
-                let place = volume.patient_from_voxel().transform_point3(DVec3::new(x as f64, y as f64, z as f64));
+                let place =
+                    volume.patient_from_voxel().transform_point3(DVec3::new(x as f64, y as f64, z as f64));
                 let (value, truth) = (volume.value([x, y, z]), field(place));
-                assert!((value - truth).abs() <= tolerance, "[{x}, {y}, {z}] at {place}: {value} is not {truth}");
+                assert!(
+                    (value - truth).abs() <= tolerance,
+                    "[{x}, {y}, {z}] at {place}: {value} is not {truth}"
+                );
             }
         }
     }
@@ -117,7 +122,8 @@ fn every_orientation_is_in_place() {
     for (name, row, column) in orientations {
         let normal = row.cross(column);
         for step in [3.0, -3.0] {
-            let places = [2.0, 0.0, 3.0, 1.0].map(|k| DVec3::new(5.0, -6.0, 7.0) + normal * (k * step)).to_vec();
+            let places =
+                [2.0, 0.0, 3.0, 1.0].map(|k| DVec3::new(5.0, -6.0, 7.0) + normal * (k * step)).to_vec();
             let imported = Series { row, column, ..Series::axial(places) }.load();
             let volume = imported.volume;
             println!("{name}");
@@ -133,7 +139,8 @@ fn every_orientation_is_in_place() {
 
 #[test]
 fn signed_samples_keep_their_sign() {
-    let series = Series { signed: true, rescale: |_| [1.0, 0.0], ..Series::axial(heights(&[0.0, -30.0, -60.0])) };
+    let series =
+        Series { signed: true, rescale: |_| [1.0, 0.0], ..Series::axial(heights(&[0.0, -30.0, -60.0])) };
     let volume = series.load().volume;
     assert_eq!(volume.modality(), Modality::Ct);
     assert!(matches!(volume.voxels(), Voxels::U16(_)));
@@ -183,13 +190,21 @@ fn of_several_images_at_one_place_the_first_is_used() {
     }
     let imported = load(folder.path()).unwrap();
     assert_field(&imported.volume, 0.0);
-    assert!(imported.report.notes[0].starts_with("2 images lie at every place"), "{:?}", imported.report.notes);
+    assert!(
+        imported.report.notes[0].starts_with("2 images lie at every place"),
+        "{:?}",
+        imported.report.notes
+    );
 }
 
 #[test]
 fn changing_intercepts_keep_integers_and_changing_slopes_keep_values() {
     let places = heights(&[0.0, 2.0, 4.0]);
-    let shifted = Series { rescale: |k| [1.0, -1000.0 - 24.0 * k as f64], signed: true, ..Series::axial(places.clone()) };
+    let shifted = Series {
+        rescale: |k| [1.0, -1000.0 - 24.0 * k as f64],
+        signed: true,
+        ..Series::axial(places.clone())
+    };
     // 16 stored bits and a shift do not fit in 16 bits.
     assert!(matches!(shifted.load().volume.voxels(), Voxels::F32(_)));
     assert_field(&shifted.load().volume, 0.0);
@@ -230,7 +245,8 @@ fn junk_bits_are_masked_and_signs_extended() {
     // Stored in the upper bits.
     let upper = image("MR", 2, 1, vec![0x123F, 0xFFF0]).short(BITS_STORED, 12).short(HIGH_BIT, 15);
     assert_eq!(values(&upper), [291.0, 4095.0]);
-    let mut eight = image("MR", 3, 1, vec![]).short(BITS_ALLOCATED, 8).short(BITS_STORED, 8).short(HIGH_BIT, 7);
+    let mut eight =
+        image("MR", 3, 1, vec![]).short(BITS_ALLOCATED, 8).short(BITS_STORED, 8).short(HIGH_BIT, 7);
     eight.set(PIXEL_DATA, "OB", Value::Bytes(vec![1, 128, 255]));
     assert_eq!(values(&eight), [1.0, 128.0, 255.0]);
     assert!(matches!(load_one(&eight, Syntax::Explicit).unwrap().volume.voxels(), Voxels::U8(_)));
@@ -247,7 +263,8 @@ fn padding_becomes_air_or_the_lowest_value() {
     assert_eq!(values(&ct), [-1000.0, -1024.0, 0.0, 40.0]);
     let mr = image("MR", 4, 1, vec![0, 7, 9, 3]).short(PIXEL_PADDING_VALUE, 0);
     assert_eq!(values(&mr), [3.0, 7.0, 9.0, 3.0]);
-    let mr = image("MR", 4, 1, vec![0, 7, 9, 2]).short(PIXEL_PADDING_VALUE, 3).short(PIXEL_PADDING_RANGE_LIMIT, 0);
+    let mr =
+        image("MR", 4, 1, vec![0, 7, 9, 2]).short(PIXEL_PADDING_VALUE, 3).short(PIXEL_PADDING_RANGE_LIMIT, 0);
     assert_eq!(values(&mr), [7.0, 7.0, 9.0, 7.0]);
     // Padding that needs more bits than are stored is no value of the image.
     let ct = image("CT", 3, 1, vec![63536, 2096, 1024])
@@ -391,17 +408,20 @@ fn a_slice_that_cannot_be_decoded_is_filled_in() {
 #[test]
 fn frames_are_placed_by_their_functional_groups() {
     // Frames from top to bottom, each with its own rescale.
-    let series = Series { rescale: |k| [1.0 + k as f64, -700.0], ..Series::axial(heights(&[9.0, 6.0, 3.0, 0.0])) };
+    let series =
+        Series { rescale: |k| [1.0 + k as f64, -700.0], ..Series::axial(heights(&[9.0, 6.0, 3.0, 0.0])) };
     let mut samples = Vec::new();
     let mut frames = Vec::new();
     for k in 0..4 {
         samples.extend(words(&series.slice(k)));
         let [slope, intercept] = (series.rescale)(k);
         let place = Elements::default().decimals(IMAGE_POSITION_PATIENT, &series.places[k].to_array());
-        let rescale = Elements::default().decimals(RESCALE_SLOPE, &[slope]).decimals(RESCALE_INTERCEPT, &[intercept]);
+        let rescale =
+            Elements::default().decimals(RESCALE_SLOPE, &[slope]).decimals(RESCALE_INTERCEPT, &[intercept]);
         frames.push(Elements::default().items(0x0020_9113, vec![place]).items(0x0028_9145, vec![rescale]));
     }
-    let orientation = Elements::default().decimals(IMAGE_ORIENTATION_PATIENT, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    let orientation =
+        Elements::default().decimals(IMAGE_ORIENTATION_PATIENT, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
     let measures = Elements::default().decimals(PIXEL_SPACING, &[4.0, 2.0]);
     let shared = Elements::default().items(0x0020_9116, vec![orientation]).items(0x0028_9110, vec![measures]);
     let enhanced = image("MR", COLUMNS_N, ROWS_N, samples)
@@ -418,17 +438,27 @@ fn frames_are_placed_by_their_functional_groups() {
     }
     let few = enhanced.text(NUMBER_OF_FRAMES, "IS", "5");
     let error = load_one(&few, Syntax::Explicit).unwrap_err().to_string();
-    assert!(error.contains("PerFrameFunctionalGroupsSequence (5200,9230) has 4 items for 5 frames"), "{error}");
+    assert!(
+        error.contains("PerFrameFunctionalGroupsSequence (5200,9230) has 4 items for 5 frames"),
+        "{error}"
+    );
 }
 
 #[test]
 fn frames_without_places_are_stacked_and_noted() {
     let multi = image("NM", 2, 1, (0..6).collect()).text(NUMBER_OF_FRAMES, "IS", "3");
-    let imported = load_one(&multi.clone().decimals(SPACING_BETWEEN_SLICES, &[2.5]), Syntax::Explicit).unwrap();
+    let imported =
+        load_one(&multi.clone().decimals(SPACING_BETWEEN_SLICES, &[2.5]), Syntax::Explicit).unwrap();
     assert_eq!(imported.volume.dims(), [2, 1, 3]);
     assert_eq!(imported.volume.spacing_mm().z, 2.5);
     assert_eq!(imported.volume.value([1, 0, 2]), 5.0);
     assert_eq!(imported.report.notes, ["the places of the 3 frames are not given; stacked 2.5 mm apart"]);
+    // Cut short, what is there is shown.
+    let mut cut = multi.clone();
+    cut.set(PIXEL_DATA, "OW", Value::Words(vec![0, 1, 2, 3, 4]));
+    let imported = load_one(&cut, Syntax::Explicit).unwrap();
+    assert_eq!(imported.volume.dims(), [2, 1, 2]);
+    assert!(imported.report.notes.contains(&"the file is cut short: 2 of 3 frames are there".to_owned()));
     // A dose grid says where they are.
     let dose = multi.decimals(0x3004_000C, &[0.0, -4.0, -8.0]);
     let volume = load_one(&dose, Syntax::Explicit).unwrap().volume;
@@ -446,7 +476,8 @@ fn series_do_not_mix_and_can_be_chosen() {
         write(&format!("a{k}"), &axial.slice(k));
     }
     for k in 0..2 {
-        let slice = sagittal.slice(k).text(SERIES_INSTANCE_UID, "UI", "1.2.4").text(SERIES_NUMBER, "IS", "44");
+        let slice =
+            sagittal.slice(k).text(SERIES_INSTANCE_UID, "UI", "1.2.4").text(SERIES_NUMBER, "IS", "44");
         write(&format!("b{k}"), &slice);
         // In the first series, but seen from the side.
         write(&format!("c{k}"), &sagittal.slice(k));
@@ -466,7 +497,9 @@ fn series_do_not_mix_and_can_be_chosen() {
     assert_eq!(skipped.len(), 3);
     assert!(skipped.contains(&"a localizer"));
     assert!(!format!("{:?}", imported.report).contains("SECRET"));
-    for (wanted, id, slices) in [("1.2.4", "1.2.4", 2), ("44", "1.2.4", 2), ("7", "1.2.3", 3), ("1", "1.2.3", 3)] {
+    for (wanted, id, slices) in
+        [("1.2.4", "1.2.4", 2), ("44", "1.2.4", 2), ("7", "1.2.3", 3), ("1", "1.2.3", 3)]
+    {
         let imported = load_series(folder.path(), Some(wanted)).unwrap();
         assert_eq!(imported.report.series[imported.report.chosen].id, id, "{wanted}");
         assert_eq!(imported.volume.dims()[2], slices, "{wanted}");

@@ -147,7 +147,9 @@ impl<'a> Series<'a> {
         }
         let [columns, rows, slices] = volume.dims();
         if columns > 65535 || rows > 65535 || slices > 9999 {
-            return Err(WriteError::Unsuitable("it has more than 65535 rows or columns, or more than 9999 slices"));
+            return Err(WriteError::Unsuitable(
+                "it has more than 65535 rows or columns, or more than 9999 slices",
+            ));
         }
         let directions = volume.directions();
         if directions.x_axis.dot(directions.y_axis).abs() > 1e-4 {
@@ -184,7 +186,9 @@ impl<'a> Series<'a> {
     /// Whether a file belongs to this series.
     fn contains(&self, path: &Path) -> bool {
         let header = OpenFileOptions::new().read_until(tags::IMAGE_POSITION_PATIENT).open_file(path);
-        let uid = header.ok().and_then(|h| h.element(tags::SERIES_INSTANCE_UID).ok()?.to_str().ok().map(String::from));
+        let uid = header
+            .ok()
+            .and_then(|h| h.element(tags::SERIES_INSTANCE_UID).ok()?.to_str().ok().map(String::from));
         uid.is_some_and(|uid| uid.trim_end_matches(['\0', ' ']) == self.series_uid())
     }
 
@@ -373,7 +377,13 @@ mod tests {
     }
 
     fn write(volume: &Volume, folder: &Path) -> Result<usize, WriteError> {
-        write_dicom_series(volume, folder, &SeriesDescription::default(), Progress::SILENT, &CancelToken::new())
+        write_dicom_series(
+            volume,
+            folder,
+            &SeriesDescription::default(),
+            Progress::SILENT,
+            &CancelToken::new(),
+        )
     }
 
     fn numbers(object: &FileDicomObject<InMemDicomObject>, tag: Tag) -> Vec<f64> {
@@ -391,9 +401,13 @@ mod tests {
         assert_eq!(write(&volume, folder.path()).unwrap(), 2);
         for k in 0..2 {
             let object = open_file(folder.path().join(file_name(k))).unwrap();
-            assert_eq!(object.meta().transfer_syntax().trim_end_matches('\0'), uids::EXPLICIT_VR_LITTLE_ENDIAN);
+            assert_eq!(
+                object.meta().transfer_syntax().trim_end_matches('\0'),
+                uids::EXPLICIT_VR_LITTLE_ENDIAN
+            );
             let stored = object.element(tags::PIXEL_DATA).unwrap().to_multi_int::<u16>().unwrap();
-            let values: Vec<f64> = stored.iter().map(|s| f64::from(*s) + numbers(&object, tags::RESCALE_INTERCEPT)[0]).collect();
+            let values: Vec<f64> =
+                stored.iter().map(|s| f64::from(*s) + numbers(&object, tags::RESCALE_INTERCEPT)[0]).collect();
             let expected: Vec<f64> = (0..12).map(|i| volume.value([i % 4, i / 4, k])).collect();
             assert_eq!(values, expected);
             assert_eq!(numbers(&object, tags::PIXEL_SPACING), [0.75, 0.5], "between rows first");
@@ -404,7 +418,10 @@ mod tests {
             assert_eq!(numbers(&object, tags::SLICE_THICKNESS), [2.0]);
             assert_eq!(numbers(&object, tags::BITS_STORED), [12.0]);
             assert_eq!(text(&object, tags::PATIENT_NAME), "Phantom^Lumivox");
-            assert_eq!(text(&object, tags::SOP_INSTANCE_UID), object.meta().media_storage_sop_instance_uid().trim_end_matches('\0'));
+            assert_eq!(
+                text(&object, tags::SOP_INSTANCE_UID),
+                object.meta().media_storage_sop_instance_uid().trim_end_matches('\0')
+            );
         }
     }
 
@@ -459,7 +476,8 @@ mod tests {
             }
         };
         let description = SeriesDescription::default();
-        let run = write_dicom_series(&volume, folder.path(), &description, Progress::new(&stop_early), &cancel);
+        let run =
+            write_dicom_series(&volume, folder.path(), &description, Progress::new(&stop_early), &cancel);
         assert!(matches!(run, Err(WriteError::Cancelled(_))));
         for entry in fs::read_dir(folder.path()).unwrap() {
             let path = entry.unwrap().path();

@@ -52,11 +52,7 @@ pub(crate) fn noise(p: Vec3, seed: u32) -> f32 {
     let s = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
     let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
     let face = |z: i32| {
-        mix(
-            mix(corner(0, 0, z), corner(1, 0, z), s.x),
-            mix(corner(0, 1, z), corner(1, 1, z), s.x),
-            s.y,
-        )
+        mix(mix(corner(0, 0, z), corner(1, 0, z), s.x), mix(corner(0, 1, z), corner(1, 1, z), s.x), s.y)
     };
     mix(face(0), face(1), s.z)
 }

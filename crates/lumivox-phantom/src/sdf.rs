@@ -203,8 +203,10 @@ impl Sdf {
             }
             Sdf::Mirror(child) => {
                 let c = region.center;
-                let folded =
-                    Region { center: Vec3::new(c.x.abs(), c.y, c.z), ..Region { fields: region.fields, ..*region } };
+                let folded = Region {
+                    center: Vec3::new(c.x.abs(), c.y, c.z),
+                    ..Region { fields: region.fields, ..*region }
+                };
                 let (child, range) = child.prune(&folded);
                 (Sdf::Mirror(Box::new(child)), range)
             }
@@ -367,7 +369,14 @@ pub(crate) fn turned_ellipsoid(center: Vec3, radii: Vec3, axes: Mat3) -> Sdf {
 }
 
 /// A rounded box along the columns of `axes`; half sizes (x, y) at its low and high end, half height z.
-pub(crate) fn block(center: Vec3, low: [f32; 2], high: [f32; 2], half_height: f32, round: f32, axes: Mat3) -> Sdf {
+pub(crate) fn block(
+    center: Vec3,
+    low: [f32; 2],
+    high: [f32; 2],
+    half_height: f32,
+    round: f32,
+    axes: Mat3,
+) -> Sdf {
     Sdf::Block(Block {
         center,
         local_from_world: axes.transpose(),
@@ -451,9 +460,7 @@ pub(crate) fn spline(knots: &[Knot]) -> Vec<Knot> {
                 ((4.0 - 3.0 * t) * t + 1.0) * t,
                 (t - 1.0) * t * t,
             ];
-            points.push(std::array::from_fn(|c| {
-                0.5 * (0..4).map(|j| weights[j] * k[j][c]).sum::<f32>()
-            }));
+            points.push(std::array::from_fn(|c| 0.5 * (0..4).map(|j| weights[j] * k[j][c]).sum::<f32>()));
         }
     }
     points
@@ -500,7 +507,9 @@ mod tests {
 
     #[test]
     fn pruning_does_not_change_what_is_near() {
-        let ball = |i: f32| sphere(at(i * 7.0 - 30.0, (i * 1.7).sin() * 20.0, (i * 2.3).cos() * 20.0), 4.0 + i * 0.3);
+        let ball = |i: f32| {
+            sphere(at(i * 7.0 - 30.0, (i * 1.7).sin() * 20.0, (i * 2.3).cos() * 20.0), 4.0 + i * 0.3)
+        };
         let shape = union((0..10).map(|i| ball(i as f32)).collect(), 5.0)
             .minus(ellipsoid(at(5.0, 5.0, 0.0), at(12.0, 7.0, 9.0)), 3.0)
             .rough(0.7, 5.0, 1)

@@ -1,4 +1,5 @@
-//! The workloads that peers were timed on: `cargo bench -p lumivox-wgpu --bench peers -- FOLDER [FILTER]`.
+//! The workloads that peers were timed on: `cargo bench -p lumivox-wgpu --bench peers -- FOLDER [FILTER [check]]`.
+//! With `check`, the mean of a small image of each is printed beside the f64 reference's (minutes on a CPU).
 //!
 //! FOLDER holds `cube.f32`, `ct.i16`, `dims.txt`, `tf.txt` and `tf_bone.txt` (see benches/README.md). Prints, for each
 //! workload, ms per sample, million samples per second, the mean of the image (over its channels), the error of one sample
@@ -41,11 +42,42 @@ fn main() {
         "{:<34} {:>9} {:>9} {:>8} {:>8} {:>9} {:>8}",
         "workload", "ms/sample", "Msample/s", "mean", "rmse@1", "to 10%", "seconds"
     );
+    let check = arguments.get(2).is_some_and(|a| a == "check");
     for workload in workloads(Path::new(folder)) {
         if workload.name.contains(filter) {
             time(&mut gpu, &workload);
+            if check {
+                compare(&mut gpu, &workload);
+            }
         }
     }
+}
+
+/// The mean of a small image beside the f64 reference's.
+fn compare(gpu: &mut Gpu, workload: &Workload) {
+    let [width, height] = workload.size.map(|n| n / 12);
+    let request = RenderRequest {
+        light_sampling: workload.light_sampling,
+        cell_size: workload.cell_size,
+        ..RenderRequest::new(width, height, 2048)
+    };
+    let on_progress = &mut |_: &_| ControlFlow::Continue(());
+    let film = render(gpu, &workload.scene, &workload.camera, &request, on_progress).expect("a render").film;
+    let settings = lumivox_reference::ReferenceSettings {
+        width: width as usize,
+        height: height as usize,
+        samples: 256,
+        ..Default::default()
+    };
+    let reference = lumivox_reference::render(&workload.scene, &workload.camera, &settings);
+    let pixels = (width * height) as usize;
+    let mean = (0..pixels).map(|p| film.radiance(p).iter().sum::<f64>() / 3.0).sum::<f64>() / pixels as f64;
+    let channels = reference.mean_radiance();
+    println!(
+        "    mean radiance of {width} x {height}: {mean:.5}, reference {:.5} +- {:.5}",
+        channels.iter().map(|c| c.0).sum::<f64>() / 3.0,
+        channels.iter().map(|c| c.1).sum::<f64>() / 3.0,
+    );
 }
 
 fn time(gpu: &mut Gpu, workload: &Workload) {

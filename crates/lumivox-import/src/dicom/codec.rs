@@ -30,8 +30,7 @@ impl Encoding {
     /// How encapsulated pixel data of a transfer syntax are compressed; the error is its name.
     pub(crate) fn of_transfer_syntax(uid: &str) -> Result<Self, String> {
         let Some(suffix) = uid.strip_prefix("1.2.840.10008.1.2.") else {
-            // Encapsulated data in a file that names no compression: each codec knows its own first bytes.
-            return Err(if uid.is_empty() { "an unnamed syntax".to_owned() } else { uid.to_owned() });
+            return Err(if uid.is_empty() { "it does not say".to_owned() } else { format!("'{uid}'") });
         };
         Ok(match suffix {
             "1.98" => Encoding::Raw,
@@ -44,7 +43,7 @@ impl Encoding {
             "4.100" | "4.101" => return Err("MPEG-2 video".to_owned()),
             "4.102" | "4.103" | "4.104" | "4.105" | "4.106" => return Err("MPEG-4 video".to_owned()),
             "4.107" | "4.108" => return Err("HEVC video".to_owned()),
-            _ => return Err(uid.to_owned()),
+            _ => return Err(format!("'{uid}'")),
         })
     }
 }
@@ -73,7 +72,8 @@ pub(crate) fn read_frames(input: &mut Input, frames: usize) -> Result<Vec<Vec<u8
         offsets.iter().map(find).collect::<Option<_>>().ok_or("has an offset table that points nowhere")?
     } else {
         // Without a table, frames begin where codestreams do: JPEG's start of image, JPEG 2000's start of codestream.
-        let begins = |fragment: &Vec<u8>| fragment.starts_with(&[0xFF, 0xD8]) || fragment.starts_with(&[0xFF, 0x4F]);
+        let begins =
+            |fragment: &Vec<u8>| fragment.starts_with(&[0xFF, 0xD8]) || fragment.starts_with(&[0xFF, 0x4F]);
         fragments.iter().enumerate().filter(|(_, fragment)| begins(fragment)).map(|(k, _)| k).collect()
     };
     if starts.len() != frames || starts.first() != Some(&0) || !starts.is_sorted() {
@@ -245,7 +245,9 @@ fn jpeg(stream: &[u8], format: &PixelFormat) -> Result<Decoded, CodecFault> {
 fn jpeg_ls(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
     let info = jpeg_info(stream).ok_or("has a JPEG-LS stream without a frame header")?;
     info.check(format)?;
-    let samples = charls::CharLS::default().decode(stream).map_err(|e| format!("has a damaged JPEG-LS stream ({e})"))?;
+    let samples = charls::CharLS::default()
+        .decode(stream)
+        .map_err(|e| format!("has a damaged JPEG-LS stream ({e})"))?;
     if info.precision <= 8 {
         Ok(Decoded { samples, bytes: 1 })
     } else {
@@ -258,7 +260,10 @@ fn jpeg_2000(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
     const BEGIN: [u8; 4] = [0xFF, 0x4F, 0xFF, 0x51];
     const SEARCHED: usize = 4096;
     let head = &stream[..stream.len().min(SEARCHED)];
-    let start = head.windows(4).position(|window| window == BEGIN).ok_or("has no JPEG 2000 stream where one belongs")?;
+    let start = head
+        .windows(4)
+        .position(|window| window == BEGIN)
+        .ok_or("has no JPEG 2000 stream where one belongs")?;
     let siz = stream.get(start + 8..start + 42).ok_or("has a JPEG 2000 stream that is cut short")?;
     let long = |at: usize| u32::from_be_bytes([siz[at], siz[at + 1], siz[at + 2], siz[at + 3]]);
     StreamInfo {
@@ -277,9 +282,12 @@ fn jpeg_2000(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
         return Err("has a subsampled JPEG 2000 stream".to_owned());
     }
     let data = component.data();
-    Ok(match component.precision() {
+    // Never narrower than the file's own samples, since these may have a sign.
+    Ok(match component.precision().max(8 * format.bytes as u32) {
         ..=8 => Decoded { samples: data.iter().map(|&s| s as u8).collect(), bytes: 1 },
-        9..=16 => Decoded { samples: data.iter().flat_map(|&s| (s as u16).to_le_bytes()).collect(), bytes: 2 },
+        9..=16 => {
+            Decoded { samples: data.iter().flat_map(|&s| (s as u16).to_le_bytes()).collect(), bytes: 2 }
+        }
         _ => Decoded { samples: data.iter().flat_map(|&s| s.to_le_bytes()).collect(), bytes: 4 },
     })
 }

@@ -13,8 +13,8 @@ use super::{
 
 /// Longer values than this are not among the wanted attributes of any real file.
 const LONGEST_VALUE: u64 = 1 << 20;
-/// Items of one sequence; far above the frames of any scan.
-const MOST_ITEMS: usize = 1 << 20;
+/// Items of wanted sequences in one file; far above what the frames of any scan need.
+const MOST_ITEMS: usize = 1 << 21;
 /// Wanted sequences lie at most three deep (PerFrame..., PlanePosition..., value).
 const DEEPEST_WANTED: usize = 4;
 
@@ -71,6 +71,10 @@ pub(crate) struct DataSet {
 }
 
 impl DataSet {
+    fn has(&self, tag: u32) -> bool {
+        self.values.iter().any(|(t, _)| *t == tag)
+    }
+
     /// The bytes of `attribute`, unless it is absent or empty.
     pub(crate) fn bytes(&self, attribute: Attribute) -> Option<&[u8]> {
         let (_, bytes) = self.values.iter().find(|(tag, _)| *tag == attribute.tag)?;
@@ -124,7 +128,9 @@ pub(crate) fn read_header(source: &Source) -> Result<Header> {
     // Group 0002 is written alike in every syntax.
     let first = walker.peek_tag(EXPLICIT_LITTLE)?;
     match bare_syntax {
-        Some(syntax) if first.is_none_or(|tag| tag >> 16 != 2) => read_data_set(walker, String::new(), syntax, None),
+        Some(syntax) if first.is_none_or(|tag| tag >> 16 != 2) => {
+            read_data_set(walker, String::new(), syntax, None)
+        }
         _ => read_after_prefix(walker),
     }
 }
@@ -259,11 +265,13 @@ struct Walker {
     input: Input,
     /// A tag that was peeked at.
     pending: Option<[u8; 4]>,
+    /// Items that may still be kept.
+    items_left: usize,
 }
 
 impl Walker {
     fn new(input: Input) -> Self {
-        Self { input, pending: None }
+        Self { input, pending: None, items_left: MOST_ITEMS }
     }
 
     /// The tag of the next element; `None` at the end of the file.
@@ -280,12 +288,15 @@ impl Walker {
                 bytes
             }
         };
-        let half = |a, b| if syntax.big_endian { u16::from_be_bytes([a, b]) } else { u16::from_le_bytes([a, b]) };
+        let half =
+            |a, b| if syntax.big_endian { u16::from_be_bytes([a, b]) } else { u16::from_le_bytes([a, b]) };
         Ok(Some(u32::from(half(bytes[0], bytes[1])) << 16 | u32::from(half(bytes[2], bytes[3]))))
     }
 
     fn tag(&mut self, syntax: Syntax) -> Result<u32> {
-        let tag = self.peek_tag(syntax)?.ok_or_else(|| Fault::from(io::Error::from(io::ErrorKind::UnexpectedEof)))?;
+        let tag = self
+            .peek_tag(syntax)?
+            .ok_or_else(|| Fault::from(io::Error::from(io::ErrorKind::UnexpectedEof)))?;
         self.pending = None;
         Ok(tag)
     }
@@ -314,7 +325,8 @@ impl Walker {
     }
 
     fn element_after(&mut self, tag: u32, four: [u8; 4], syntax: Syntax) -> Result<Element> {
-        let long = |bytes| if syntax.big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) };
+        let long =
+            |bytes| if syntax.big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) };
         if !syntax.explicit {
             let length = long(four);
             return Ok(Element { tag, vr: None, length: (length != UNDEFINED).then_some(length.into()) });
@@ -345,7 +357,13 @@ impl Walker {
     }
 
     /// Keeps the value of `element` in `data` if it is wanted, else steps over it.
-    fn value_or_skip(&mut self, element: Element, syntax: Syntax, data: &mut DataSet, depth: usize) -> Result<()> {
+    fn value_or_skip(
+        &mut self,
+        element: Element,
+        syntax: Syntax,
+        data: &mut DataSet,
+        depth: usize,
+    ) -> Result<()> {
         let Element { tag, vr, length } = element;
         if let Some(length) = length {
             self.check_length(tag, length)?;
@@ -353,11 +371,14 @@ impl Walker {
         let may_hold_items = vr.is_none_or(|vr| &vr == b"SQ" || &vr == b"UN");
         if attributes::is_wanted_sequence(tag) && may_hold_items && depth < DEEPEST_WANTED {
             let items = self.items(length, element.item_syntax(syntax), depth + 1)?;
-            data.sequences.push((tag, items));
+            if data.sequences.iter().all(|(t, _)| *t != tag) {
+                data.sequences.push((tag, items));
+            }
             return Ok(());
         }
         match length {
-            Some(length) if attributes::is_wanted_value(tag) && length <= LONGEST_VALUE => {
+            // Of an element that is there twice the first counts.
+            Some(length) if attributes::is_wanted_value(tag) && length <= LONGEST_VALUE && !data.has(tag) => {
                 data.values.push((tag, self.input.read_vec(length)?));
                 Ok(())
             }
@@ -373,7 +394,13 @@ impl Walker {
         while end.is_none_or(|end| self.input.position() < end) {
             let item = self.element(Syntax { explicit: false, ..syntax })?;
             match item.tag {
-                ITEM if items.len() < MOST_ITEMS => items.push(self.item(item, syntax, depth)?),
+                ITEM if self.items_left == 0 => {
+                    return Err(Fault::Damaged(format!("has more than {MOST_ITEMS} items")));
+                }
+                ITEM => {
+                    self.items_left -= 1;
+                    items.push(self.item(item, syntax, depth)?);
+                }
                 ITEM_DELIMITATION => {}
                 SEQUENCE_DELIMITATION => break,
                 _ => return Err(Fault::Damaged("has a sequence that is not made of items".to_owned())),
@@ -447,8 +474,8 @@ impl Walker {
 /// VRs whose length has 16 bits (PS3.5 table 7.1-2).
 fn is_short_vr(vr: [u8; 2]) -> bool {
     const SHORT: [&[u8; 2]; 21] = [
-        b"AE", b"AS", b"AT", b"CS", b"DA", b"DS", b"DT", b"FL", b"FD", b"IS", b"LO", b"LT", b"PN", b"SH", b"SL",
-        b"SS", b"ST", b"TM", b"UI", b"UL", b"US",
+        b"AE", b"AS", b"AT", b"CS", b"DA", b"DS", b"DT", b"FL", b"FD", b"IS", b"LO", b"LT", b"PN", b"SH",
+        b"SL", b"SS", b"ST", b"TM", b"UI", b"UL", b"US",
     ];
     SHORT.contains(&&vr)
 }

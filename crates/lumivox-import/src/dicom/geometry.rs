@@ -97,7 +97,9 @@ pub(crate) fn even_grid(plane: &Plane, places: &[DVec3], most_slices: usize) -> 
         let off = places.iter().zip(&depths).map(|(place, depth)| place.distance(first + line * depth));
         let farthest = off.fold(0.0, f64::max);
         if farthest > plane.spacing_mm.min_element() {
-            notes.push(format!("the slices do not lie in one line; some are {farthest:.1} mm beside their place"));
+            notes.push(format!(
+                "the slices do not lie in one line; some are {farthest:.1} mm beside their place"
+            ));
         }
     }
     let matrix = DMat3::from_cols(
@@ -214,8 +216,17 @@ mod tests {
     fn missing_slices_are_placed_between_their_neighbours() {
         let grid = even_grid(&AXIAL, &along_z(&[0.0, 1.0, 2.0, 4.0, 5.0, 8.0]), 40);
         let third = 1.0 / 3.0;
-        let sources =
-            vec![(0, 0.0), (1, 0.0), (2, 0.0), (2, 0.5), (3, 0.0), (4, 0.0), (4, third), (4, 2.0 * third), (5, 0.0)];
+        let sources = vec![
+            (0, 0.0),
+            (1, 0.0),
+            (2, 0.0),
+            (2, 0.5),
+            (3, 0.0),
+            (4, 0.0),
+            (4, third),
+            (4, 2.0 * third),
+            (5, 0.0),
+        ];
         assert_eq!(grid.sources, Some(sources));
         assert_eq!(grid.notes, ["3 of 9 slices are missing; filled in from the neighbours' values"]);
     }

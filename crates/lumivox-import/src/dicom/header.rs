@@ -23,8 +23,7 @@ const MOST_FRAMES: i64 = 100_000;
 const COMPRESSED_AT_LEAST: u64 = 64 << 20;
 const LARGEST_RATIO: u64 = 256;
 
-const DECOMPRESS: &str =
-    "Lumivox cannot decode that: convert it to an uncompressed transfer syntax, for example with 'gdcmconv --raw'";
+const DECOMPRESS: &str = "Lumivox cannot decode that: convert it to an uncompressed transfer syntax, for example with 'gdcmconv --raw'";
 
 /// What a sample is before any rescale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,7 +92,7 @@ pub(crate) struct Frame {
     pub(crate) thickness_mm: f64,
     /// Slope and intercept.
     pub(crate) rescale: [f64; 2],
-    /// What it shows beyond its series: images of different kinds never make one volume.
+    /// What it shows, in words beyond its series': images of different kinds never make one volume.
     pub(crate) kind: String,
     pub(crate) sequence: Sequence,
 }
@@ -126,9 +125,12 @@ pub(crate) fn read_image(source: &Source) -> Result<ImageFile, ImportError> {
         Fault::Io(source) => ImportError::Io { path: path(), source },
     })?;
     interpret(source, &header).map_err(|refusal| match refusal {
-        Refusal::Field(FieldFault { attribute, problem, remedy }) => {
-            ImportError::Field { path: path(), field: attribute.to_string(), problem, remedy: remedy.to_owned() }
-        }
+        Refusal::Field(FieldFault { attribute, problem, remedy }) => ImportError::Field {
+            path: path(),
+            field: attribute.to_string(),
+            problem,
+            remedy: remedy.to_owned(),
+        },
         Refusal::Unsupported(what, remedy) => {
             ImportError::Unsupported { path: path(), what, remedy: remedy.to_owned() }
         }
@@ -226,7 +228,9 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
             None => return Err(FieldFault::missing(attr::BITS_ALLOCATED).into()),
             Some(bits @ (8 | 16 | 32)) => bits,
             Some(bits) => {
-                return Err(FieldFault::new(attr::BITS_ALLOCATED, format!("is {bits}, not 8, 16 or 32")).into());
+                return Err(
+                    FieldFault::new(attr::BITS_ALLOCATED, format!("is {bits}, not 8, 16 or 32")).into()
+                );
             }
         },
     };
@@ -292,7 +296,11 @@ fn frame_counts(
     };
     let frame_bytes = columns as u64 * rows as u64 * bytes as u64;
     if frame_bytes > isize::MAX as u64 {
-        return Err(FieldFault::new(attr::ROWS, format!("is {rows}, with {columns} columns more than memory")).into());
+        return Err(FieldFault::new(
+            attr::ROWS,
+            format!("is {rows}, with {columns} columns more than memory"),
+        )
+        .into());
     }
     let available = match (pixels.length, pixels.available) {
         (declared, Some(there)) => declared.unwrap_or(there).min(there),
@@ -427,11 +435,15 @@ fn pixel_spacing(measures: &DataSet) -> Result<Option<DVec2>, FieldFault> {
 }
 
 fn rescale(scope: &FrameScope<'_>) -> Result<[f64; 2], FieldFault> {
-    let find = |attribute| scope.find(attr::PIXEL_VALUE_TRANSFORMATION_SEQUENCE, attribute).decimal(attribute);
+    let find =
+        |attribute| scope.find(attr::PIXEL_VALUE_TRANSFORMATION_SEQUENCE, attribute).decimal(attribute);
     let slope = find(attr::RESCALE_SLOPE)?.unwrap_or(1.0);
     let intercept = find(attr::RESCALE_INTERCEPT)?.unwrap_or(0.0);
     if !slope.is_normal() || slope.abs() > 1e30 {
-        return Err(FieldFault::new(attr::RESCALE_SLOPE, format!("is {slope}, which maps every sample to one value")));
+        return Err(FieldFault::new(
+            attr::RESCALE_SLOPE,
+            format!("is {slope}, which maps every sample to one value"),
+        ));
     }
     if intercept.abs() > 1e30 {
         return Err(FieldFault::new(attr::RESCALE_INTERCEPT, format!("is {intercept}, beyond any value")));
@@ -441,12 +453,18 @@ fn rescale(scope: &FrameScope<'_>) -> Result<[f64; 2], FieldFault> {
 
 /// What keeps frames of one series apart: derived images, and the parts of complex ones.
 fn frame_kind(scope: &FrameScope<'_>) -> String {
-    for sequence in [attr::MR_IMAGE_FRAME_TYPE_SEQUENCE, attr::CT_IMAGE_FRAME_TYPE_SEQUENCE, attr::PET_FRAME_TYPE_SEQUENCE]
-    {
+    for sequence in [
+        attr::MR_IMAGE_FRAME_TYPE_SEQUENCE,
+        attr::CT_IMAGE_FRAME_TYPE_SEQUENCE,
+        attr::PET_FRAME_TYPE_SEQUENCE,
+    ] {
         let item = scope.find(sequence, attr::FRAME_TYPE);
-        if let Some(kind) = item.text(attr::FRAME_TYPE) {
-            let part = scope.find(sequence, attr::COMPLEX_IMAGE_COMPONENT).text(attr::COMPLEX_IMAGE_COMPONENT);
-            return format!("{kind} {}", part.unwrap_or_default());
+        if item.bytes(attr::FRAME_TYPE).is_some() {
+            let part =
+                scope.find(sequence, attr::COMPLEX_IMAGE_COMPONENT).text(attr::COMPLEX_IMAGE_COMPONENT);
+            let mut words: Vec<String> = item.texts(attr::FRAME_TYPE).into_iter().chain(part).collect();
+            words.retain(|word| !["ORIGINAL", "PRIMARY", "NONE", ""].contains(&word.as_str()));
+            return words.join(" ").to_lowercase();
         }
     }
     let values = scope.data.texts(attr::IMAGE_TYPE);

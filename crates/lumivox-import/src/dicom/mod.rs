@@ -64,7 +64,8 @@ pub(crate) fn load_folder(
 
 /// Whether a file's first bytes are those of a DICOM file, if need be one without preamble or prefix.
 pub(crate) fn is_dicom(path: &Path) -> bool {
-    elements::is_dicom(&source::Source::File(path.to_owned()))
+    // Opening a pipe might wait for ever.
+    path.is_file() && elements::is_dicom(&source::Source::File(path.to_owned()))
 }
 
 fn load_scan(
@@ -90,18 +91,16 @@ fn load_scan(
     let summaries: Vec<_> = stacks.iter().map(|stack| stack.summary(&files)).collect();
     let chosen = match &options.series {
         None => 0,
-        Some(wanted) => {
-            series::choose(&stacks, &files, wanted).ok_or_else(|| ImportError::NoSuchSeries {
-                path: path.clone(),
-                wanted: wanted.clone(),
-                available: summaries
-                    .iter()
-                    .enumerate()
-                    .map(|(k, series)| format!("{} ({}; {})", k + 1, series.description, series.id))
-                    .collect::<Vec<_>>()
-                    .join(", "),
-            })?
-        }
+        Some(wanted) => series::choose(&stacks, &files, wanted).ok_or_else(|| ImportError::NoSuchSeries {
+            path: path.clone(),
+            wanted: wanted.clone(),
+            available: summaries
+                .iter()
+                .enumerate()
+                .map(|(k, series)| format!("{} ({}; {})", k + 1, series.description, series.id))
+                .collect::<Vec<_>>()
+                .join(", "),
+        })?,
     };
     let stack = &stacks[chosen];
     let decoded = pixels::decode(&files, stack, progress, cancel)?;

@@ -32,7 +32,7 @@ pub(crate) struct Decoded {
     /// Slope and intercept.
     pub(crate) rescale: [f64; 2],
     /// Slices, by position in the stack, that could not be decoded; their samples are meaningless.
-    pub(crate) failed: Vec<(usize, ImportError)>,
+    pub(crate) failed: Vec<Failure>,
 }
 
 /// Decodes every slice of `stack`.
@@ -197,8 +197,16 @@ impl Conversion {
         // A CT's values are Hounsfield units whichever way they are shown.
         let mirror = (format.inverted && modality != Modality::Ct && format.bits_stored <= 16)
             .then_some(if format.signed { -1 } else { mask as i32 });
-        let mut conversion =
-            Self { shift, mask, sign, mirror, offset, rescale: frame.rescale, padding: None, raw_padding: None };
+        let mut conversion = Self {
+            shift,
+            mask,
+            sign,
+            mirror,
+            offset,
+            rescale: frame.rescale,
+            padding: None,
+            raw_padding: None,
+        };
         if let Some(raw) = format.padding {
             let values = raw.map(|raw| conversion.wide(raw << shift));
             let bits = u32::MAX >> (32 - 8 * format.bytes.min(4));
@@ -283,7 +291,13 @@ fn convert<T: Sample>(out: &mut [T], conversion: &Conversion, raw: impl Fn(usize
 }
 
 /// Converts a decoded frame of integers with `bytes` bytes each.
-fn convert_bytes<T: Sample>(out: &mut [T], conversion: &Conversion, raw: &[u8], bytes: usize, big: bool) -> Outcome {
+fn convert_bytes<T: Sample>(
+    out: &mut [T],
+    conversion: &Conversion,
+    raw: &[u8],
+    bytes: usize,
+    big: bool,
+) -> Outcome {
     let two = |i: usize| [raw[2 * i], raw[2 * i + 1]];
     let four = |i: usize| [raw[4 * i], raw[4 * i + 1], raw[4 * i + 2], raw[4 * i + 3]];
     match (bytes, big) {
@@ -296,7 +310,13 @@ fn convert_bytes<T: Sample>(out: &mut [T], conversion: &Conversion, raw: &[u8], 
 }
 
 /// Converts a frame of floating-point samples; those that are no numbers count as padding.
-fn convert_floats<T: Sample>(out: &mut [T], rescale: [f64; 2], raw: &[u8], bytes: usize, big: bool) -> Outcome {
+fn convert_floats<T: Sample>(
+    out: &mut [T],
+    rescale: [f64; 2],
+    raw: &[u8],
+    bytes: usize,
+    big: bool,
+) -> Outcome {
     let mut outcome = Outcome::default();
     for (i, (sample, raw)) in out.iter_mut().zip(raw.chunks_exact(bytes)).enumerate() {
         let mut long = [0; 8];
@@ -335,10 +355,13 @@ struct Target<'a, T> {
     out: &'a mut [T],
 }
 
+/// A slice, by position in the stack, and why it could not be decoded.
+type Failure = (usize, ImportError);
 type SliceResult = (usize, Result<Outcome, ImportError>);
 
 impl Context<'_> {
-    fn run<T: Sample>(&self) -> Result<(Vec<T>, Vec<(usize, ImportError)>), ImportError> {
+    /// All samples, and the slices that failed.
+    fn run<T: Sample>(&self) -> Result<(Vec<T>, Vec<Failure>), ImportError> {
         let format = &self.stack.first(self.files).format;
         let frame_len = format.columns * format.rows;
         let mut samples = self.allocate::<T>(frame_len)?;
@@ -441,7 +464,12 @@ impl Context<'_> {
     }
 
     fn conversion<T>(&self, file: &ImageFile, target: &Target<'_, T>) -> Conversion {
-        Conversion::new(&file.format, &file.frames[target.frame], self.plan.offsets[target.slice], file.modality)
+        Conversion::new(
+            &file.format,
+            &file.frames[target.frame],
+            self.plan.offsets[target.slice],
+            file.modality,
+        )
     }
 
     /// Reads frames that are not compressed, one after the other.

@@ -19,10 +19,12 @@ pub(crate) fn decode(frame: &[u8], pixels: usize, bytes: usize) -> Result<Vec<u8
     for segment in 0..segments {
         let start = long(1 + segment)?;
         let end = if segment + 1 < segments { long(2 + segment)? } else { frame.len() };
-        let packed = frame.get(start..end).filter(|_| start >= HEAD).ok_or("has RLE segments outside of its frame")?;
+        let packed =
+            frame.get(start..end).filter(|_| start >= HEAD).ok_or("has RLE segments outside of its frame")?;
         // The most significant bytes come first.
         let plane = samples.iter_mut().skip(bytes - 1 - segment).step_by(bytes);
-        unpack(packed, plane).map_err(|missing| format!("has an RLE segment that ends {missing} bytes early"))?;
+        unpack(packed, plane)
+            .map_err(|missing| format!("has an RLE segment that ends {missing} bytes early"))?;
     }
     Ok(samples)
 }

@@ -64,7 +64,11 @@ impl Rejected {
 ///
 /// # Errors
 /// When a path given cannot be read, or on cancel. What lies within folders and archives is rejected instead.
-pub(crate) fn scan(paths: &[PathBuf], progress: Progress<'_>, cancel: &CancelToken) -> Result<Scan, ImportError> {
+pub(crate) fn scan(
+    paths: &[PathBuf],
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Scan, ImportError> {
     let mut scan = Scan::default();
     let mut sources = Vec::new();
     for path in paths {
@@ -100,7 +104,8 @@ pub(crate) fn scan(paths: &[PathBuf], progress: Progress<'_>, cancel: &CancelTok
 
 /// Adds the file at `path`, or the entries of the archive that it is.
 fn add(path: &Path, sources: &mut Vec<Source>, rejected: &mut Vec<Rejected>) -> Result<(), ImportError> {
-    let unusable = |found: &str| ImportError::UnknownFormat { path: path.to_owned(), found: found.to_owned() };
+    let unusable =
+        |found: &str| ImportError::UnknownFormat { path: path.to_owned(), found: found.to_owned() };
     // Opening a pipe or a device might wait for ever.
     if !fs::metadata(path).map_err(ImportError::io(path))?.is_file() {
         return Err(unusable("it is not a plain file"));
@@ -112,10 +117,11 @@ fn add(path: &Path, sources: &mut Vec<Source>, rejected: &mut Vec<Rejected>) -> 
         sources.push(source);
         return Ok(());
     }
-    let (entries, skipped) = zip_entries(path)?;
-    sources.extend(entries);
-    rejected.extend(skipped.into_iter().map(|(path, what)| {
-        let error = ImportError::Unsupported { path: path.clone(), what, remedy: "Unpack it first".to_owned() };
+    let entries = zip_entries(path)?;
+    sources.extend(entries.sources);
+    rejected.extend(entries.skipped.into_iter().map(|(path, what)| {
+        let error =
+            ImportError::Unsupported { path: path.clone(), what, remedy: "Unpack it first".to_owned() };
         Rejected { path, error }
     }));
     Ok(())

@@ -19,6 +19,10 @@ const SAME_DIRECTION: f64 = 2e-3;
 /// Relative difference of pixel spacings that are one.
 const SAME_SPACING: f64 = 1e-3;
 
+/// Groups of one series that an image is compared with, so that a file of a thousand odd frames takes no thousand times
+/// as long.
+const GROUPS_COMPARED: usize = 256;
+
 /// One image: a frame of a file, by position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Slice {
@@ -55,13 +59,15 @@ impl Stack {
         let (columns, rows, n) = (first.format.columns, first.format.rows, self.slices.len());
         let modality = if first.modality_code.is_empty() { "no modality" } else { &first.modality_code };
         let slices = if n == 1 { "slice" } else { "slices" };
+        let kind = &first.frames[self.slices[0].frame].kind;
+        let kind = if kind.is_empty() { String::new() } else { format!(", {kind}") };
         let mut used: Vec<usize> = self.slices.iter().map(|slice| slice.file).collect();
         used.sort_unstable();
         used.dedup();
         SeriesSummary {
             id: first.series_uid.clone().unwrap_or_else(|| file_name(first)),
             number: first.series_number,
-            description: format!("{modality}, {n} {slices}, {columns} x {rows}"),
+            description: format!("{modality}, {n} {slices}, {columns} x {rows}{kind}"),
             files: used.len(),
         }
     }
@@ -112,7 +118,7 @@ fn groups(files: &[ImageFile]) -> Vec<Vec<Slice>> {
                     && alike(first, &image.frames[frame])
             };
             let slice = Slice { file, frame };
-            match series.iter().copied().find(|group| belongs(group)) {
+            match series.iter().rev().take(GROUPS_COMPARED).copied().find(|group| belongs(group)) {
                 Some(group) => groups[group].push(slice),
                 None => {
                     series.push(groups.len());
@@ -169,9 +175,13 @@ fn stack_group(
         let (n, all) = (run.len(), run.len() + repeated);
         if repeated > 0 && all.is_multiple_of(n) {
             let each = all / n;
-            notes.push(format!("{each} images lie at every place (phases, echoes or copies); the first of each is used"));
+            notes.push(format!(
+                "{each} images lie at every place (phases, echoes or copies); the first of each is used"
+            ));
         } else if repeated > 0 {
-            notes.push(format!("{repeated} of {all} images lie at the place of another; the first of each is used"));
+            notes.push(format!(
+                "{repeated} of {all} images lie at the place of another; the first of each is used"
+            ));
         }
         stacks.push(Stack {
             slices: run.iter().map(|&k| group[k]).collect(),
@@ -185,7 +195,8 @@ fn stack_group(
 /// The position of the stack that `wanted` names: by SeriesInstanceUID, series number, or 1-based position.
 pub(crate) fn choose(stacks: &[Stack], files: &[ImageFile], wanted: &str) -> Option<usize> {
     let wanted = wanted.trim();
-    let find = |matches: &dyn Fn(&ImageFile) -> bool| stacks.iter().position(|stack| matches(stack.first(files)));
+    let find =
+        |matches: &dyn Fn(&ImageFile) -> bool| stacks.iter().position(|stack| matches(stack.first(files)));
     let by_uid = || find(&|file| file.series_uid.as_deref() == Some(wanted));
     let number: Option<i64> = wanted.parse().ok();
     let by_number = || number.and_then(|number| find(&|file| file.series_number == Some(number)));

@@ -199,8 +199,20 @@ impl<R: Read> Read for Limited<R> {
     }
 }
 
-/// The entries of a zip archive that may be DICOM files, and those left out with the reason.
-pub(crate) fn zip_entries(path: &Path) -> Result<(Vec<Source>, Vec<(PathBuf, String)>), ImportError> {
+/// What a zip archive holds.
+#[derive(Debug, Default)]
+pub(crate) struct ZipEntries {
+    /// Entries that may be DICOM files.
+    pub(crate) sources: Vec<Source>,
+    /// Entries left out, with the reason.
+    pub(crate) skipped: Vec<(PathBuf, String)>,
+}
+
+/// Lists the entries of a zip archive, without unpacking anything.
+///
+/// # Errors
+/// When the file cannot be read, or is no archive.
+pub(crate) fn zip_entries(path: &Path) -> Result<ZipEntries, ImportError> {
     let damaged = |e: zip::result::ZipError| ImportError::Damaged {
         path: path.to_owned(),
         problem: format!("is not a zip archive that can be read ({e})"),
@@ -208,7 +220,7 @@ pub(crate) fn zip_entries(path: &Path) -> Result<(Vec<Source>, Vec<(PathBuf, Str
     let file = File::open(path).map_err(ImportError::io(path))?;
     let mut archive = zip::ZipArchive::new(BufReader::new(file)).map_err(damaged)?;
     let shared: Arc<Path> = path.into();
-    let (mut sources, mut skipped) = (Vec::new(), Vec::new());
+    let ZipEntries { mut sources, mut skipped } = ZipEntries::default();
     for index in 0..archive.len() {
         let entry = archive.by_index_raw(index).map_err(damaged)?;
         let name = entry.name().map(|name| name.into_owned()).unwrap_or_else(|_| format!("entry {index}"));
@@ -233,7 +245,7 @@ pub(crate) fn zip_entries(path: &Path) -> Result<(Vec<Source>, Vec<(PathBuf, Str
             sources.push(Source::Entry { archive, name, start, compressed, size, deflated });
         }
     }
-    Ok((sources, skipped))
+    Ok(ZipEntries { sources, skipped })
 }
 
 /// Whether a file or folder of this name is left by an operating system, not a part of a study.

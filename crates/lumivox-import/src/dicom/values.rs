@@ -1,9 +1,6 @@
 //! Typed access to the values of a data set: numbers that are finite, texts that are short and printable.
 
-use super::{
-    attributes::Attribute,
-    elements::DataSet,
-};
+use super::{attributes::Attribute, elements::DataSet};
 
 /// A header field that is missing, damaged or impossible; becomes [`crate::ImportError::Field`].
 #[derive(Clone, Debug)]
@@ -77,7 +74,10 @@ impl DataSet {
     }
 
     /// Exactly `N` decimals.
-    pub(crate) fn decimals<const N: usize>(&self, attribute: Attribute) -> Result<Option<[f64; N]>, FieldFault> {
+    pub(crate) fn decimals<const N: usize>(
+        &self,
+        attribute: Attribute,
+    ) -> Result<Option<[f64; N]>, FieldFault> {
         let Some(numbers) = self.decimal_list(attribute)? else { return Ok(None) };
         let count = numbers.len();
         match numbers.try_into() {
@@ -106,5 +106,9 @@ fn printable(byte: u8) -> char {
 
 /// A text as a message can quote it.
 pub(crate) fn shorten(text: &str) -> String {
-    if text.chars().count() <= 40 { text.to_owned() } else { text.chars().take(37).chain("...".chars()).collect() }
+    if text.chars().count() <= 40 {
+        text.to_owned()
+    } else {
+        text.chars().take(37).chain("...".chars()).collect()
+    }
 }

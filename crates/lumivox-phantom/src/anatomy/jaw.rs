@@ -7,9 +7,15 @@ use crate::sdf::{Sdf, at, block, ellipsoid, plate, segment, sphere, tube, turned
 
 pub(crate) fn layers(noise: &Seeds) -> Vec<Layer> {
     let bone = Material::Bone { cortex_mm: 2.3, cortex: 1350.0, spongy: 380.0 };
-    let canal = tube(&[[45.5, -26.0, -40.0, 1.2], [42.0, -31.0, -64.0, 1.2], [28.0, -57.0, -77.0, 1.2], [23.5, -67.0, -78.0, 1.4]]);
+    let canal = tube(&[
+        [45.5, -26.0, -40.0, 1.2],
+        [42.0, -31.0, -64.0, 1.2],
+        [28.0, -57.0, -77.0, 1.2],
+        [23.5, -67.0, -78.0, 1.4],
+    ]);
     let foramen = segment(at(24.0, -70.0, -78.0), at(27.0, -80.0, -77.0), 1.8, 2.0);
-    let jaw = mandible().minus(union(vec![canal, foramen], 0.5).mirror(), 0.8).rough(0.35, 6.0, noise.get("jaw"));
+    let jaw =
+        mandible().minus(union(vec![canal, foramen], 0.5).mirror(), 0.8).rough(0.35, 6.0, noise.get("jaw"));
     vec![Layer::new(jaw, bone)]
 }
 
@@ -17,9 +23,28 @@ fn mandible() -> Sdf {
     let side = union(
         vec![
             // Lower border, body, alveolar border.
-            tube(&[[0.0, -80.5, -91.0, 6.2], [14.0, -76.5, -90.5, 6.2], [28.0, -62.0, -86.5, 5.6], [39.0, -42.0, -79.0, 5.2], [46.0, -25.0, -68.0, 4.8]]),
-            tube(&[[0.0, -81.5, -80.0, 5.6], [13.0, -77.5, -80.0, 5.6], [26.0, -63.0, -77.0, 5.6], [36.5, -45.0, -71.0, 5.4], [45.0, -28.0, -62.0, 4.6]]),
-            tube(&[[0.0, -83.5, -69.0, 5.0], [10.0, -82.0, -69.0, 5.0], [18.0, -76.0, -68.5, 5.2], [24.5, -65.0, -67.5, 5.4], [30.0, -51.0, -65.0, 5.6], [37.0, -37.0, -60.0, 4.6]]),
+            tube(&[
+                [0.0, -80.5, -91.0, 6.2],
+                [14.0, -76.5, -90.5, 6.2],
+                [28.0, -62.0, -86.5, 5.6],
+                [39.0, -42.0, -79.0, 5.2],
+                [46.0, -25.0, -68.0, 4.8],
+            ]),
+            tube(&[
+                [0.0, -81.5, -80.0, 5.6],
+                [13.0, -77.5, -80.0, 5.6],
+                [26.0, -63.0, -77.0, 5.6],
+                [36.5, -45.0, -71.0, 5.4],
+                [45.0, -28.0, -62.0, 4.6],
+            ]),
+            tube(&[
+                [0.0, -86.5, -69.0, 5.2],
+                [10.0, -84.6, -69.0, 5.2],
+                [18.5, -77.8, -68.5, 5.4],
+                [25.0, -66.0, -67.5, 5.5],
+                [30.0, -51.0, -65.0, 5.6],
+                [37.0, -37.0, -60.0, 4.6],
+            ]),
             // The ramus with angle, coronoid process and neck.
             plate(at(46.0, -19.0, -66.0), at(42.0, -40.0, -62.0), at(49.0, -14.0, -18.0), 3.4),
             plate(at(42.0, -40.0, -62.0), at(46.0, -38.0, -18.0), at(49.0, -14.0, -18.0), 2.8),
@@ -99,11 +124,25 @@ struct Arch {
     root_up: f32,
 }
 
-const UPPER_ARCH: Arch =
-    Arch { teeth: &UPPER, half_width: 29.5, depth: 50.0, front: -93.0, edge: -54.0, slope: 0.04, root_up: 1.0 };
+const UPPER_ARCH: Arch = Arch {
+    teeth: &UPPER,
+    half_width: 29.5,
+    depth: 50.0,
+    front: -93.0,
+    edge: -54.0,
+    slope: 0.04,
+    root_up: 1.0,
+};
 
-const LOWER_ARCH: Arch =
-    Arch { teeth: &LOWER, half_width: 28.0, depth: 49.0, front: -90.2, edge: -52.6, slope: 0.02, root_up: -1.0 };
+const LOWER_ARCH: Arch = Arch {
+    teeth: &LOWER,
+    half_width: 28.0,
+    depth: 49.0,
+    front: -90.2,
+    edge: -52.6,
+    slope: 0.02,
+    root_up: -1.0,
+};
 
 impl Arch {
     /// The place on the arch (half an ellipse) at `length` mm from the midline, with its outward direction.
@@ -143,8 +182,9 @@ fn row(arch: &Arch) -> Row {
         let (w, t) = (tooth.width / 2.0 - 0.15, tooth.thickness / 2.0);
         let front = if tooth.edge < 0.5 { 0.12 } else { 0.0 };
         let tilt = axes * Mat3::from_rotation_x(front);
-        let mut crown = block(middle, [w * 0.78, t * 0.86], [w, t * tooth.edge], tooth.crown / 2.0, 1.3, tilt)
-            .or(turned_ellipsoid(middle + root * 1.2, at(w, t * 0.96, tooth.crown * 0.42), axes), 1.6);
+        let mut crown =
+            block(middle, [w * 0.78, t * 0.86], [w, t * tooth.edge], tooth.crown / 2.0, 1.3, tilt)
+                .or(turned_ellipsoid(middle + root * 1.2, at(w, t * 0.96, tooth.crown * 0.42), axes), 1.6);
         if tooth.edge > 0.5 {
             // Fissures between the cusps.
             crown = crown
@@ -154,11 +194,19 @@ fn row(arch: &Arch) -> Row {
         enamel.push(crown);
         let apex = neck + root * tooth.root - out * if tooth.edge < 0.5 { 2.5 } else { 0.5 };
         let roots = (0..tooth.roots).map(|r| {
-            let spread = if tooth.roots == 1 { 0.0 } else { (r as f32 / (tooth.roots - 1) as f32 - 0.5) * 1.0 };
+            let spread =
+                if tooth.roots == 1 { 0.0 } else { (r as f32 / (tooth.roots - 1) as f32 - 0.5) * 1.0 };
             segment(neck + side * (spread * w), apex + side * (spread * w * 1.4), t.min(w) * 0.72, 1.0)
         });
         dentin.push(union(roots.collect(), 2.0));
-        dentin.push(block(middle + root * 0.9, [w * 0.7, t * 0.7], [w * 0.6, t * tooth.edge * 0.5], tooth.crown / 2.0 - 0.9, 0.8, tilt));
+        dentin.push(block(
+            middle + root * 0.9,
+            [w * 0.7, t * 0.7],
+            [w * 0.6, t * tooth.edge * 0.5],
+            tooth.crown / 2.0 - 0.9,
+            0.8,
+            tilt,
+        ));
         if i == FILLED_TOOTH {
             filling = edge + root * 0.6;
         }

@@ -64,7 +64,8 @@ impl Material {
                 // Squeezing space along the fibres stretches the noise along them.
                 let q = p - fibres * (0.9 * p.dot(fibres));
                 let bundle = noise(q / 3.6, 21);
-                let septa = if fat > 0.0 { fat * smoothstep(0.28, 0.6, noise(q / 5.0 + 9.0, 22)) } else { 0.0 };
+                let septa =
+                    if fat > 0.0 { fat * smoothstep(0.28, 0.6, noise(q / 5.0 + 9.0, 22)) } else { 0.0 };
                 62.0 + 20.0 * bundle - septa
             }
             Material::Bone { cortex_mm, cortex, spongy } => {
@@ -81,7 +82,8 @@ impl Material {
                 37.0 + (CSF - 37.0) * groove
             }
             Material::Lung => {
-                let vessel = 1.0 - smoothstep(0.03, 0.14, noise2(p / 14.0, 41).abs() + noise2(p / 11.0, 42).abs());
+                let vessel =
+                    1.0 - smoothstep(0.03, 0.14, noise2(p / 14.0, 41).abs() + noise2(p / 11.0, 42).abs());
                 -860.0 + 25.0 * noise(p / 6.0, 43) + 850.0 * vessel
             }
         }

@@ -114,7 +114,7 @@ fn soft_tissue(noise: &Seeds) -> Vec<Layer> {
     let skin = Sdf::Field(field::SKIN);
     let lungs = ellipsoid(Vec3::new(48.0, 30.0, -196.0), Vec3::new(33.0, 42.0, 38.0)).mirror();
     vec![
-        Layer::new(skin.clone().rough(0.25, 4.0, noise.get("pores")), Material::even(-9.0, 6.0, 3.0)),
+        Layer::new(skin.clone().rough(0.12, 3.0, noise.get("pores")), Material::even(-9.0, 6.0, 3.0)),
         Layer::new(skin.grow(-1.7), Material::even(-98.0, 14.0, 5.0)),
         Layer::new(lungs.clone().grow(1.5), Material::even(30.0, 5.0, 4.0)),
         Layer::new(lungs, Material::Lung),

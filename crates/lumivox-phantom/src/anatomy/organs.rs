@@ -3,7 +3,10 @@
 use glam::{Mat3, Vec3};
 
 use super::{Seeds, face, field, material::Material, raster::Layer, skull};
-use crate::sdf::{Sdf, at, block, ellipsoid, plate, quad, ribbon, ring, segment, sphere, strap, tube, turned_ellipsoid, union};
+use crate::sdf::{
+    Sdf, at, block, ellipsoid, plate, quad, ribbon, ring, segment, sphere, strap, tube, turned_ellipsoid,
+    union,
+};
 
 const MUCOSA: Material = Material::even(35.0, 6.0, 3.0);
 const AIR: Material = Material::even(-1000.0, 0.0, 1.0);
@@ -27,13 +30,23 @@ fn eyes() -> Vec<Layer> {
         let side = EYE + at(dx * 12.4, 3.0, dz * 12.4);
         let belly = (side + apex) / 2.0 + at(dx * 4.0 + 1.0, 4.0, dz * 4.0);
         ribbon(
-            &[[side.x, side.y - 6.0, side.z, 3.6], [belly.x, belly.y, belly.z, 5.0], [apex.x, apex.y, apex.z, 2.2]],
+            &[
+                [side.x, side.y - 6.0, side.z, 3.6],
+                [belly.x, belly.y, belly.z, 5.0],
+                [apex.x, apex.y, apex.z, 2.2],
+            ],
             at(dx, 0.2, dz),
             0.45,
         )
     };
-    let recti = Sdf::Union(vec![rectus(1.0, 0.0), rectus(-1.0, 0.0), rectus(0.0, 1.0), rectus(0.0, -1.0)], 0.0);
-    let nerve = tube(&[[30.5, -66.0, 15.0, 2.4], [25.0, -55.0, 18.5, 2.3], [17.0, -42.0, 20.0, 2.2], [6.0, -30.0, 22.0, 2.4]]);
+    let recti =
+        Sdf::Union(vec![rectus(1.0, 0.0), rectus(-1.0, 0.0), rectus(0.0, 1.0), rectus(0.0, -1.0)], 0.0);
+    let nerve = tube(&[
+        [30.5, -66.0, 15.0, 2.4],
+        [25.0, -55.0, 18.5, 2.3],
+        [17.0, -42.0, 20.0, 2.2],
+        [6.0, -30.0, 22.0, 2.4],
+    ]);
     let cornea = union(vec![sphere(EYE, 12.1), sphere(EYE - Vec3::Y * 5.2, 8.0)], 1.5);
     let lacrimal = ellipsoid(at(46.0, -76.0, 25.0), at(5.0, 7.0, 6.0));
     vec![
@@ -43,20 +56,29 @@ fn eyes() -> Vec<Layer> {
         Layer::new(nerve.mirror(), Material::even(40.0, 4.0, 3.0)),
         Layer::new(cornea.mirror(), Material::even(62.0, 5.0, 3.0)),
         Layer::new(sphere(EYE, 10.9).mirror(), Material::even(8.0, 3.0, 3.0)),
-        Layer::new(ellipsoid(EYE - Vec3::Y * 7.2, at(4.8, 2.3, 4.8)).mirror(), Material::even(115.0, 4.0, 2.0)),
+        Layer::new(
+            ellipsoid(EYE - Vec3::Y * 7.2, at(4.8, 2.3, 4.8)).mirror(),
+            Material::even(115.0, 4.0, 2.0),
+        ),
     ]
 }
 
 /// Nose, sinuses, throat and windpipe.
 fn airways(noise: &Seeds) -> Vec<Layer> {
     let nasal = || {
-        let vestibule = tube(&[[6.6, -106.0, -23.0, 5.2], [5.6, -100.0, -14.0, 5.6], [5.0, -92.0, -8.0, 5.0]]).mirror();
-        skull::nasal_cavity().and(Sdf::HalfSpace { normal: at(0.0, -1.0, 0.0), offset: 92.0 }, 3.0).or(vestibule, 3.0)
+        let vestibule =
+            tube(&[[6.6, -106.0, -23.0, 5.2], [5.6, -100.0, -14.0, 5.6], [5.0, -92.0, -8.0, 5.0]]).mirror();
+        skull::nasal_cavity()
+            .and(Sdf::HalfSpace { normal: at(0.0, -1.0, 0.0), offset: 92.0 }, 3.0)
+            .or(vestibule, 3.0)
     };
     // Curled shells leave narrow passages.
     let septum = strap(at(0.0, -100.0, -4.0), at(0.0, -40.0, -4.0), Vec3::X, [24.0, 24.0], [1.9, 1.9]);
-    let turbinate = |x: f32, z: f32, front: f32, r: f32| tube(&[[x, front, z, r * 0.8], [x - 0.5, front + 16.0, z - 1.0, r], [x, -48.0, z, r * 0.7]]);
-    let shells = union(vec![turbinate(7.5, -15.0, -84.0, 4.4), turbinate(6.0, -1.0, -78.0, 3.2)], 0.0).mirror();
+    let turbinate = |x: f32, z: f32, front: f32, r: f32| {
+        tube(&[[x, front, z, r * 0.8], [x - 0.5, front + 16.0, z - 1.0, r], [x, -48.0, z, r * 0.7]])
+    };
+    let shells =
+        union(vec![turbinate(7.5, -15.0, -84.0, 4.4), turbinate(6.0, -1.0, -78.0, 3.2)], 0.0).mirror();
     let nostril = tube(&[
         [6.9, -109.0, -30.0, 3.0],
         [6.6, -106.0, -22.0, 3.5],
@@ -65,26 +87,45 @@ fn airways(noise: &Seeds) -> Vec<Layer> {
     ])
     .mirror();
     let passages = nasal().grow(-1.3).minus(septum, 1.0).minus(shells, 1.0).or(nostril, 1.5);
-    let throat = tube(&[[0.0, -36.0, -8.0, 9.0], [0.0, -24.0, -22.0, 8.0], [0.0, -17.0, -42.0, 6.5], [0.0, -17.0, -66.0, 6.5], [0.0, -18.0, -84.0, 7.5], [0.0, -19.0, -96.0, 6.0]]);
+    let throat = tube(&[
+        [0.0, -36.0, -8.0, 9.0],
+        [0.0, -24.0, -22.0, 8.0],
+        [0.0, -17.0, -42.0, 6.5],
+        [0.0, -17.0, -66.0, 6.5],
+        [0.0, -18.0, -84.0, 7.5],
+        [0.0, -19.0, -96.0, 6.0],
+    ]);
     let glottis = strap(at(0.0, -21.0, -95.0), at(0.0, -20.0, -113.0), Vec3::X, [9.0, 8.0], [6.5, 2.4]);
-    let trachea = tube(&[[0.0, -20.0, -112.0, 6.0], [0.0, -19.0, -124.0, 8.4], [0.0, -11.0, -155.0, 8.6], [0.0, 3.0, -190.0, 8.6]]);
+    let trachea = tube(&[
+        [0.0, -20.0, -112.0, 6.0],
+        [0.0, -19.0, -124.0, 8.4],
+        [0.0, -11.0, -155.0, 8.6],
+        [0.0, 3.0, -190.0, 8.6],
+    ]);
     let larynx_air = |by: f32| union(vec![throat.clone(), glottis.clone(), trachea.clone()], 3.0).grow(by);
     let epiglottis = strap(at(0.0, -24.0, -92.0), at(0.0, -21.0, -78.0), Vec3::Y, [5.0, 8.0], [1.4, 1.2]);
     let mouth = strap(at(-9.0, -66.0, -36.5), at(9.0, -66.0, -36.5), Vec3::Z, [14.0, 14.0], [1.2, 1.2]);
     let sinuses = || skull::sinuses(noise);
-    let ear_canal = tube(&[[76.0, -1.0, -2.0, 3.2], [64.0, -3.0, -1.0, 3.0], [50.0, -6.5, 0.0, 2.8]]).mirror();
+    let ear_canal =
+        tube(&[[76.0, -1.0, -2.0, 3.2], [64.0, -3.0, -1.0, 3.0], [50.0, -6.5, 0.0, 2.8]]).mirror();
     vec![
         Layer::new(larynx_air(2.2), MUCOSA),
         Layer::new(nasal(), MUCOSA),
         Layer::new(sinuses(), MUCOSA),
         Layer::new(sinuses().grow(-0.9), AIR),
-        Layer::open(Sdf::Union(vec![passages, larynx_air(0.0).minus(epiglottis, 0.6), mouth, ear_canal], 0.0), AIR),
+        Layer::open(
+            Sdf::Union(vec![passages, larynx_air(0.0).minus(epiglottis, 0.6), mouth, ear_canal], 0.0),
+            AIR,
+        ),
     ]
 }
 
 /// Thyroid and cricoid cartilage, the rings of the windpipe, epiglottis.
 fn larynx() -> Vec<Layer> {
-    let lamina = quad([at(0.8, -40.5, -99.0), at(1.0, -37.5, -115.0), at(18.0, -18.0, -117.0), at(19.5, -14.0, -98.0)], 1.6);
+    let lamina = quad(
+        [at(0.8, -40.5, -99.0), at(1.0, -37.5, -115.0), at(18.0, -18.0, -117.0), at(19.5, -14.0, -98.0)],
+        1.6,
+    );
     let horns = tube(&[[19.5, -14.0, -86.0, 1.3], [19.5, -14.0, -100.0, 1.7], [17.5, -17.0, -121.0, 1.4]]);
     let cricoid = ring(&[
         [0.0, -33.0, -120.0, 2.6],
@@ -163,7 +204,10 @@ fn glands(noise: &Seeds) -> Vec<Layer> {
             parotid.mirror().and(under_skin(), 1.5).rough(1.2, 5.0, noise.get("parotid")),
             Material::even(26.0, 26.0, 3.2),
         ),
-        Layer::new(submandibular.mirror().and(under_skin(), 1.5).rough(0.8, 4.0, noise.get("gland")), Material::even(88.0, 12.0, 3.0)),
+        Layer::new(
+            submandibular.mirror().and(under_skin(), 1.5).rough(0.8, 4.0, noise.get("gland")),
+            Material::even(88.0, 12.0, 3.0),
+        ),
         Layer::new(tonsil.mirror(), Material::even(75.0, 8.0, 3.0)),
         Layer::new(soft_palate, Material::even(55.0, 8.0, 3.0)),
         Layer::new(oesophagus, Material::even(52.0, 10.0, 3.0)),

@@ -101,10 +101,7 @@ pub(crate) fn rasterise(
     let plane = grid.size * grid.size;
     let mut samples = vec![0u16; plane * grid.size];
     let done = AtomicU64::new(0);
-    let whole = Block {
-        fields: model.fields.clone(),
-        layers: model.layers.iter().map(|l| (l.shape.clone(), &l.material)).collect(),
-    };
+    let whole = Block::of(model);
     samples.par_chunks_mut(plane * SLAB).enumerate().try_for_each(|(slab, samples)| {
         let mut values = vec![AIR_HU as f32; samples.len()];
         cancel.check()?;
@@ -136,6 +133,13 @@ struct Block<'a> {
 }
 
 impl<'a> Block<'a> {
+    fn of(model: &'a Model) -> Self {
+        Self {
+            fields: model.fields.clone(),
+            layers: model.layers.iter().map(|l| (l.shape.clone(), &l.material)).collect(),
+        }
+    }
+
     /// What of `self` reaches the ball around `center`. `reach` is how far outside of a shape it still shows.
     fn prune(&self, center: Vec3, radius: f32, reach: f32) -> Block<'a> {
         let mut ranges = Vec::with_capacity(self.fields.len());
@@ -262,5 +266,29 @@ fn reconstruct(values: &mut [f32], grid: Grid, options: AnatomyOptions, first_in
         let (dx, dy) = ((i % n) as f32 - middle, (i / n) as f32 - middle);
         let inside = (n as f32 / 2.0 - (dx * dx + dy * dy).sqrt()).clamp(0.0, 1.0);
         *value = AIR_HU as f32 + (*value - AIR_HU as f32) * inside;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::hash64;
+
+    #[test]
+    fn pruning_a_block_does_not_change_its_voxels() {
+        let model = super::super::model(1);
+        let whole = Block::of(&model);
+        let unit = |i: u64| (hash64(i) >> 40) as f32 / (1 << 24) as f32 - 0.5;
+        let mut worst = 0.0f32;
+        for i in 0..400 {
+            let center = Vec3::new(unit(7 * i) * 150.0, unit(7 * i + 1) * 220.0, unit(7 * i + 2) * 300.0 - 20.0);
+            let block = whole.prune(center, 9.0, 0.5).prune(center, 6.0, 0.5);
+            for j in 0..8 {
+                let offset = Vec3::from_array(std::array::from_fn(|c| unit(7000 * i + 3 * j + c as u64)));
+                let p = center + offset * 6.0;
+                worst = worst.max((block.value(p, 1.0) - whole.value(p, 1.0)).abs());
+            }
+        }
+        assert!(worst < 1.0, "differs by {worst} HU");
     }
 }

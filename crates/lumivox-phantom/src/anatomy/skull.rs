@@ -3,7 +3,9 @@
 use glam::{Mat3, Vec3};
 
 use super::{Seeds, field, material::Material, raster::Layer};
-use crate::sdf::{Sdf, at, block, ellipsoid, plate, quad, ring, segment, sphere, strap, tube, turned_ellipsoid, union};
+use crate::sdf::{
+    Sdf, at, block, ellipsoid, plate, quad, ring, segment, sphere, strap, tube, turned_ellipsoid, union,
+};
 
 /// Compact bone outside, spongy inside: the three layers of the braincase follow from its two surfaces.
 pub(crate) const BONE: Material = Material::Bone { cortex_mm: 1.7, cortex: 1250.0, spongy: 420.0 };
@@ -12,8 +14,8 @@ pub(crate) const BONE: Material = Material::Bone { cortex_mm: 1.7, cortex: 1250.
 pub(crate) fn cranium() -> Sdf {
     let mass = union(
         vec![
-            ellipsoid(at(0.0, -27.0, 56.0), at(56.0, 62.0, 64.0)),
-            ellipsoid(at(0.0, 19.0, 57.0), at(68.0, 65.0, 63.0)),
+            ellipsoid(at(0.0, -27.0, 56.0), at(58.5, 62.0, 62.5)),
+            ellipsoid(at(0.0, 19.0, 57.0), at(68.0, 65.0, 65.0)),
             ellipsoid(at(0.0, 36.0, 26.0), at(55.0, 49.0, 46.0)),
             ellipsoid(at(0.0, 0.0, 24.0), at(63.0, 54.0, 44.0)),
         ],
@@ -28,11 +30,18 @@ pub(crate) fn cavity() -> Sdf {
     let inner = || Sdf::Field(field::CRANIUM).grow(-6.2);
     // Over the orbits and the tentorium, then the middle and the posterior fossa.
     let normal = at(0.0, -0.16, -0.987);
-    let upper = inner().and(Sdf::HalfSpace { normal, offset: normal.dot(at(0.0, -80.0, 38.0)) }, 6.0);
+    let upper = inner().and(Sdf::HalfSpace { normal, offset: normal.dot(at(0.0, -80.0, 37.0)) }, 6.0);
+    // The groove of the olfactory nerves between the orbits' roofs.
+    let olfactory = ellipsoid(at(0.0, -58.0, 33.0), at(8.0, 20.0, 6.0));
     let temporal = ellipsoid(at(37.0, -17.0, 17.0), at(24.0, 31.0, 21.0)).mirror().and(inner(), 3.0);
     let posterior = ellipsoid(at(0.0, 38.0, 8.0), at(50.0, 44.0, 31.0)).and(inner(), 3.0);
-    let stem = tube(&[[0.0, -4.0, 22.0, 13.0], [0.0, 8.0, 0.0, 13.0], [0.0, 14.0, -22.0, 14.5], [0.0, 16.0, -44.0, 14.0]]);
-    union(vec![upper, temporal, posterior, stem], 8.0)
+    let stem = tube(&[
+        [0.0, -4.0, 22.0, 13.0],
+        [0.0, 8.0, 0.0, 13.0],
+        [0.0, 14.0, -22.0, 14.5],
+        [0.0, 16.0, -44.0, 14.0],
+    ]);
+    union(vec![upper, olfactory, temporal, posterior, stem], 8.0)
 }
 
 /// The cone of the orbit, from its rim to its apex.
@@ -63,14 +72,22 @@ pub(crate) fn nasal_cavity() -> Sdf {
 
 /// Air-filled rooms of the bone.
 pub(crate) fn sinuses(noise: &Seeds) -> Sdf {
-    let cells = (0..4).map(|i| sphere(at(8.0, -66.0 + 9.0 * i as f32, 22.0 - 1.5 * i as f32), 4.6 - 0.2 * i as f32));
+    let cells =
+        (0..4).map(|i| sphere(at(8.0, -66.0 + 9.0 * i as f32, 22.0 - 1.5 * i as f32), 4.6 - 0.2 * i as f32));
     let rooms = vec![
         // Maxillary, frontal, sphenoid.
-        union(vec![ellipsoid(at(29.0, -66.0, -12.0), at(11.5, 14.0, 14.0)), ellipsoid(at(36.0, -66.0, -6.0), at(9.0, 9.0, 7.0))], 6.0),
+        union(
+            vec![
+                ellipsoid(at(29.0, -66.0, -12.0), at(11.5, 14.0, 14.0)),
+                ellipsoid(at(36.0, -66.0, -6.0), at(9.0, 9.0, 7.0)),
+            ],
+            6.0,
+        ),
         ellipsoid(at(8.0, -82.5, 37.0), at(6.5, 2.6, 6.5)),
         ellipsoid(at(8.5, -31.0, 10.0), at(7.6, 12.0, 8.5)),
     ];
-    let mastoid_cells = ellipsoid(at(51.0, 12.0, -8.0), at(7.0, 9.0, 13.0)).rough(4.5, 5.0, noise.get("mastoid"));
+    let mastoid_cells =
+        ellipsoid(at(51.0, 12.0, -8.0), at(7.0, 9.0, 13.0)).rough(4.5, 5.0, noise.get("mastoid"));
     Sdf::Union(rooms.into_iter().chain(cells).chain([mastoid_cells]).collect(), 0.0).mirror()
 }
 
@@ -114,9 +131,18 @@ fn base() -> Sdf {
     let sphenoid = vec![
         // Clivus, greater wing, pterygoid plates.
         strap(at(4.0, -20.0, 6.0), at(4.0, -1.0, -20.0), Vec3::Y, [13.0, 10.0], [7.0, 5.0]),
-        quad([at(24.0, -42.0, 2.0), at(42.0, -52.0, 12.0), at(46.0, -38.0, 22.0), at(26.0, -40.0, 24.0)], 2.6),
-        quad([at(16.0, -40.0, 2.0), at(21.0, -42.0, -26.0), at(24.0, -30.0, -22.0), at(22.0, -28.0, 0.0)], 1.8),
-        quad([at(14.0, -38.0, 2.0), at(13.0, -41.0, -28.0), at(13.0, -30.0, -24.0), at(14.0, -28.0, 0.0)], 1.6),
+        quad(
+            [at(24.0, -42.0, 2.0), at(42.0, -52.0, 12.0), at(46.0, -38.0, 22.0), at(26.0, -40.0, 24.0)],
+            2.6,
+        ),
+        quad(
+            [at(16.0, -40.0, 2.0), at(21.0, -42.0, -26.0), at(24.0, -30.0, -22.0), at(22.0, -28.0, 0.0)],
+            1.8,
+        ),
+        quad(
+            [at(14.0, -38.0, 2.0), at(13.0, -41.0, -28.0), at(13.0, -30.0, -24.0), at(14.0, -28.0, 0.0)],
+            1.6,
+        ),
     ];
     union(occiput.into_iter().chain(sphenoid).collect(), 5.0)
 }
@@ -137,11 +163,14 @@ fn face() -> Sdf {
     ]);
     // The temporal line runs on from the brow over the side of the vault.
     let outer = cranium();
-    let temporal_line = [at(50.0, -66.0, 36.0), at(52.0, -58.0, 48.0), at(54.0, -44.0, 62.0), at(56.0, -20.0, 76.0)].map(|p| {
-        let inward = (at(0.0, -10.0, 40.0) - p).normalize();
-        let p = super::face::project(&outer, p - inward * 50.0, inward) + inward * 2.4;
-        [p.x, p.y, p.z, 3.0]
-    });
+    let temporal_line =
+        [at(50.0, -66.0, 36.0), at(52.0, -58.0, 48.0), at(54.0, -44.0, 62.0), at(56.0, -20.0, 76.0)].map(
+            |p| {
+                let inward = (at(0.0, -10.0, 40.0) - p).normalize();
+                let p = super::face::project(&outer, p - inward * 50.0, inward) + inward * 2.4;
+                [p.x, p.y, p.z, 3.0]
+            },
+        );
     let temporal_line = tube(&[&[[49.5, -73.0, 28.0, 4.0]], &temporal_line[..]].concat());
     let cheek = union(
         vec![
@@ -165,9 +194,22 @@ fn face() -> Sdf {
             ellipsoid(at(25.0, -68.0, -14.0), at(20.0, 19.0, 19.0)),
             ellipsoid(at(14.0, -80.0, -27.0), at(13.0, 10.0, 10.0)),
             // The margin of the nasal opening, up to the brow.
-            tube(&[[9.0, -89.0, 26.0, 3.4], [9.5, -93.0, 10.0, 3.2], [13.5, -90.0, -4.0, 3.2], [15.8, -88.0, -17.0, 3.4], [10.0, -89.5, -27.5, 3.8]]),
+            tube(&[
+                [9.0, -89.0, 26.0, 3.4],
+                [9.5, -93.0, 10.0, 3.2],
+                [13.5, -90.0, -4.0, 3.2],
+                [15.8, -88.0, -17.0, 3.4],
+                [10.0, -89.5, -27.5, 3.8],
+            ]),
             // The sockets of the teeth bulge.
-            tube(&[[0.0, -90.5, -36.0, 5.6], [9.0, -89.0, -36.0, 5.6], [17.5, -82.5, -36.0, 5.8], [23.0, -73.0, -35.5, 6.2], [27.0, -60.0, -34.5, 6.6], [28.5, -50.0, -33.0, 6.4]]),
+            tube(&[
+                [0.0, -90.5, -34.6, 5.8],
+                [9.0, -89.0, -34.6, 5.8],
+                [17.5, -82.5, -34.8, 6.0],
+                [23.0, -73.0, -35.0, 6.2],
+                [27.0, -60.0, -34.5, 6.6],
+                [28.5, -50.0, -33.0, 6.4],
+            ]),
             segment(at(18.0, -86.5, -40.0), at(17.0, -86.0, -18.0), 4.0, 2.5),
         ],
         6.0,
@@ -191,7 +233,8 @@ fn arch() -> Sdf {
             [57.5, -54.0, -7.5 + dz, 2.9],
             [61.5, -38.0, -5.0 + dz, 2.5],
             [63.0, -22.0, -2.0 + dz, 2.6],
-            [62.0, -8.0, 1.5 + dz, 3.4],
+            [62.0, -10.0, 1.0 + dz, 3.2],
+            [56.0, -2.0, 3.0 + dz, 3.6],
         ])
     };
     union(vec![bar(1.5), bar(-2.0)], 3.0)
@@ -218,7 +261,12 @@ fn foramina() -> Sdf {
         vec![
             // Ear canal, carotid canal, jugular foramen, foramen ovale.
             tube(&[[76.0, -2.0, -1.5, 4.2], [62.0, -4.0, -1.0, 3.8], [46.0, -7.0, 0.0, 3.6]]),
-            tube(&[[26.0, 1.0, -34.0, 3.6], [26.0, 0.0, -8.0, 3.6], [18.0, -14.0, -1.0, 3.4], [13.0, -22.0, 8.0, 3.4]]),
+            tube(&[
+                [26.0, 1.0, -34.0, 3.6],
+                [26.0, 0.0, -8.0, 3.6],
+                [18.0, -14.0, -1.0, 3.4],
+                [13.0, -22.0, 8.0, 3.4],
+            ]),
             segment(at(30.0, 8.0, -34.0), at(30.0, 12.0, -6.0), 4.5, 5.0),
             segment(at(25.0, -20.0, -14.0), at(25.0, -19.0, 6.0), 2.6, 2.6),
             // Superior and inferior orbital fissures, the foramen under the eye.
@@ -250,7 +298,13 @@ fn sutures() -> Sdf {
                 [q.x, q.y, q.z, 0.85]
             })
             .collect();
-        Sdf::Union(knots.windows(2).map(|w| segment(at(w[0][0], w[0][1], w[0][2]), at(w[1][0], w[1][1], w[1][2]), 0.85, 0.85)).collect(), 0.0)
+        Sdf::Union(
+            knots
+                .windows(2)
+                .map(|w| segment(at(w[0][0], w[0][1], w[0][2]), at(w[1][0], w[1][1], w[1][2]), 0.85, 0.85))
+                .collect(),
+            0.0,
+        )
     };
     let sweep = |from: f32, to: f32, step: f32, f: &dyn Fn(f32) -> Vec3| -> Vec<Vec3> {
         let n = ((to - from) / step) as usize;
@@ -258,12 +312,13 @@ fn sutures() -> Sdf {
     };
     let center = at(0.0, 0.0, 40.0);
     let out = |d: Vec3| center + d.normalize() * 80.0;
-    let coronal = seam(sweep(-1.45, 1.45, 0.045, &|a| out(at(a.sin(), -0.22 - 0.10 * (1.0 - a.cos()), a.cos()))));
+    let coronal =
+        seam(sweep(-1.45, 1.45, 0.045, &|a| out(at(a.sin(), -0.22 - 0.10 * (1.0 - a.cos()), a.cos()))));
     let sagittal = seam(sweep(-0.24, 1.25, 0.042, &|a| out(at(0.0, a.sin(), a.cos()))));
     let lambdoid = seam(sweep(0.0, 1.0, 0.036, &|t| out(at(0.92 * t, 0.95 - 0.15 * t, 0.34 - 0.62 * t))));
     let squamous = seam(sweep(0.0, 1.0, 0.03, &|t| {
-        let a = -0.9 + 2.2 * t;
-        out(at(1.0, 0.62 * a.sin() - 0.08, -0.34 + 0.52 * (a * 1.15).cos()))
+        let a = -1.2 + 2.6 * t;
+        out(at(1.0, 0.08 + 0.52 * a.sin(), -0.42 + 0.5 * a.cos()))
     }));
     Sdf::Union(vec![coronal, sagittal, lambdoid.mirror(), squamous.mirror()], 0.0)
 }

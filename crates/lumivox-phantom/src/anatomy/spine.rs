@@ -79,7 +79,13 @@ fn vertebra(v: Place, index: usize) -> Sdf {
             v.tube(&[[9.0, 6.0, 1.0, 3.2], [14.0, 13.0, 1.0, 3.4], [13.5, 19.0, 0.0, 4.0]]),
             // Joint pillar and lamina.
             segment(v.at(14.5, 14.0, 8.0), v.at(15.0, 20.0, -8.0), 4.4 * s, 4.6 * s),
-            strap(v.at(13.0, 20.0, 0.0), v.at(2.0, 28.0, -3.0), at(0.5, -1.0, 0.25), [5.5 * s, 5.5 * s], [2.4 * s, 2.4 * s]),
+            strap(
+                v.at(13.0, 20.0, 0.0),
+                v.at(2.0, 28.0, -3.0),
+                at(0.5, -1.0, 0.25),
+                [5.5 * s, 5.5 * s],
+                [2.4 * s, 2.4 * s],
+            ),
         ],
         3.0,
     );
@@ -99,10 +105,18 @@ fn vertebra(v: Place, index: usize) -> Sdf {
     let drop = if thoracic { 0.75 } else { 0.4 };
     let spine = if index < 4 {
         // Bifid: two tips.
-        let tip = v.tube(&[[0.0, 28.0, -2.0, 3.6], [0.5, 28.0 + 0.6 * length, -2.0 - drop * 0.6 * length, 2.6], [4.0, 28.0 + length, -3.0 - drop * length, 2.4]]);
+        let tip = v.tube(&[
+            [0.0, 28.0, -2.0, 3.6],
+            [0.5, 28.0 + 0.6 * length, -2.0 - drop * 0.6 * length, 2.6],
+            [4.0, 28.0 + length, -3.0 - drop * length, 2.4],
+        ]);
         tip.mirror()
     } else {
-        v.tube(&[[0.0, 28.0, -2.0, 3.8], [0.0, 28.0 + 0.6 * length, -2.0 - drop * 0.6 * length, 2.8], [0.0, 28.0 + length, -2.0 - drop * length, 4.0]])
+        v.tube(&[
+            [0.0, 28.0, -2.0, 3.8],
+            [0.0, 28.0 + 0.6 * length, -2.0 - drop * 0.6 * length, 2.8],
+            [0.0, 28.0 + length, -2.0 - drop * length, 4.0],
+        ])
     };
     union(vec![body.minus(waist, 3.0).or(uncus, 1.5), arch.mirror(), transverse.mirror(), spine], 3.0)
 }
@@ -148,7 +162,12 @@ fn axis() -> Sdf {
     union(
         vec![
             block(v.center, [11.5, 8.5], [9.0, 7.5], 9.0, 2.5, v.turn()),
-            tube(&[[0.0, 7.0, -50.0, 5.6], [0.0, 4.0, -40.0, 4.4], [0.0, 4.0, -31.0, 4.2], [0.0, 5.5, -26.0, 2.4]]),
+            tube(&[
+                [0.0, 7.0, -50.0, 5.6],
+                [0.0, 4.0, -40.0, 4.4],
+                [0.0, 4.0, -31.0, 4.2],
+                [0.0, 5.5, -26.0, 2.4],
+            ]),
             side.mirror(),
         ],
         3.0,
@@ -162,13 +181,16 @@ fn discs() -> Sdf {
         tilt: (w[0].tilt + w[1].tilt) / 2.0,
         size: w[1].size,
     });
-    let disc = |v: Place| block(v.center, [12.0 * v.size, 8.6 * v.size], [12.0 * v.size, 8.6 * v.size], 3.2, 2.4, v.turn());
+    let disc = |v: Place| {
+        block(v.center, [12.0 * v.size, 8.6 * v.size], [12.0 * v.size, 8.6 * v.size], 3.2, 2.4, v.turn())
+    };
     Sdf::Union([first].into_iter().chain(between).map(disc).collect(), 0.0)
 }
 
 /// The line of the spinal cord, with a radius.
 fn canal_line(radius: f32) -> Sdf {
-    let mut knots: Vec<Knot> = vec![[0.0, 15.0, -18.0, radius], [0.0, 20.0, -40.0, radius], [0.0, 22.0, -57.0, radius]];
+    let mut knots: Vec<Knot> =
+        vec![[0.0, 15.0, -18.0, radius], [0.0, 20.0, -40.0, radius], [0.0, 22.0, -57.0, radius]];
     knots.extend(COLUMN.iter().map(|v| {
         let p = v.at(0.0, 17.0, 0.0);
         [p.x, p.y, p.z, radius]
@@ -214,14 +236,28 @@ fn girdle() -> Vec<Sdf> {
     ]);
     let scapula = union(
         vec![
-            tube(&[[74.0, 92.0, -184.0, 4.0], [100.0, 84.0, -174.0, 4.6], [130.0, 64.0, -164.0, 5.6], [154.0, 40.0, -160.0, 7.0]]),
-            quad([at(66.0, 92.0, -186.0), at(70.0, 84.0, -168.0), at(104.0, 66.0, -170.0), at(110.0, 66.0, -210.0)], 2.0),
+            tube(&[
+                [74.0, 92.0, -184.0, 4.0],
+                [100.0, 84.0, -174.0, 4.6],
+                [130.0, 64.0, -164.0, 5.6],
+                [154.0, 40.0, -160.0, 7.0],
+            ]),
+            quad(
+                [
+                    at(66.0, 92.0, -186.0),
+                    at(70.0, 84.0, -168.0),
+                    at(104.0, 66.0, -170.0),
+                    at(110.0, 66.0, -210.0),
+                ],
+                2.0,
+            ),
             tube(&[[118.0, 50.0, -172.0, 6.0], [124.0, 30.0, -168.0, 5.0], [134.0, 22.0, -176.0, 4.6]]),
         ],
         3.0,
     );
-    let manubrium = block(at(0.0, -32.0, -196.0), [20.0, 5.5], [25.0, 6.5], 18.0, 4.0, Mat3::from_rotation_x(0.25))
-        .minus(segment(at(0.0, -60.0, -174.0), at(0.0, 0.0, -174.0), 9.0, 9.0), 4.0);
+    let manubrium =
+        block(at(0.0, -32.0, -196.0), [20.0, 5.5], [25.0, 6.5], 18.0, 4.0, Mat3::from_rotation_x(0.25))
+            .minus(segment(at(0.0, -60.0, -174.0), at(0.0, 0.0, -174.0), 9.0, 9.0), 4.0);
     vec![
         rib(COLUMN[FIRST_THORACIC], 26.0, 26.0, 3.6),
         rib(COLUMN[FIRST_THORACIC + 1], 44.0, 40.0, 3.6),

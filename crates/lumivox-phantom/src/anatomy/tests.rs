@@ -41,7 +41,11 @@ fn tissues_have_credible_values() {
     expect("carotid artery", vessels::LEFT_CAROTID, 300.0..370.0);
     expect("vertebral body", at(0.0, 8.0, -107.0), 120.0..480.0);
     let hardest = |place: Vec3| around(&model, place, 6.0, 0.75).into_iter().fold(f64::MIN, f64::max);
-    assert!((1000.0..1600.0).contains(&hardest(at(0.0, -88.0, 60.0))), "forehead {}", hardest(at(0.0, -88.0, 60.0)));
+    assert!(
+        (1000.0..1600.0).contains(&hardest(at(0.0, -88.0, 60.0))),
+        "forehead {}",
+        hardest(at(0.0, -88.0, 60.0))
+    );
     assert!((2300.0..2700.0).contains(&hardest(at(4.0, -92.0, -50.0))), "incisor");
 }
 
