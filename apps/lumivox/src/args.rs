@@ -160,6 +160,9 @@ pub struct RenderArgs {
     /// Another seed gives other noise; the same gives the same image
     #[arg(long, value_name = "N", help_heading = "Image", default_value = "0")]
     pub seed: u32,
+    /// Smooth out the noise that is left: clean after few samples, but slightly biased
+    #[arg(long, help_heading = "Image")]
+    pub denoise: bool,
     /// Stops brighter (or darker, if negative)
     #[arg(long, value_name = "EV", help_heading = "Image", default_value = "0", value_parser = number(-32.0, 32.0))]
     pub exposure: f64,

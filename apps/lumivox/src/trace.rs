@@ -23,6 +23,11 @@ pub struct Traced {
 }
 
 impl Traced {
+    /// Takes the noise off, for a little bias.
+    pub fn denoise(&mut self) {
+        self.film = self.film.denoised();
+    }
+
     /// The picture so far.
     pub fn picture(&self, display: &DisplaySettings, scene: &Scene, camera: &PerspectiveCamera) -> Picture {
         let [width, height] = self.film.size();

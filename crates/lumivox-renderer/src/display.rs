@@ -131,14 +131,15 @@ fn srgb_encode(c: f64) -> f64 {
 }
 
 fn agx(light: [f64; 3]) -> [f64; 3] {
-    const CROSSTALK: f64 = 0.12;
+    const MIX: f64 = 0.10;
+    const UNMIX: f64 = 0.22;
     let mean = light.iter().sum::<f64>() / 3.0;
     let curved = light.map(|c| {
-        let mixed = (c + (mean - c) * CROSSTALK).max(1e-10);
+        let mixed = (c + (mean - c) * MIX).max(1e-10);
         agx_curve((((mixed / 0.18).log2() + 10.0) / 16.5).clamp(0.0, 1.0))
     });
     let mean = curved.iter().sum::<f64>() / 3.0;
-    curved.map(|c| ((c - CROSSTALK * mean) / (1.0 - CROSSTALK)).clamp(0.0, 1.0))
+    curved.map(|c| ((c - UNMIX * mean) / (1.0 - UNMIX)).clamp(0.0, 1.0))
 }
 
 fn agx_curve(x: f64) -> f64 {

@@ -85,8 +85,32 @@ impl Film {
 
     fn guide(&self, plane: usize, pixel: usize) -> Option<[f64; 3]> {
         let sum = self.planes.get(plane)?[pixel];
-        let hits = f64::from(self.planes[0][pixel][3].max(1.0));
+        let hits = f64::from(self.planes[0][pixel][3].max(f32::MIN_POSITIVE));
         Some([0, 1, 2].map(|i| f64::from(sum[i]) / hits))
+    }
+
+    /// Whether first-hit albedo and normal were kept.
+    pub fn has_guides(&self) -> bool {
+        self.planes.len() > plane_count(false)
+    }
+
+    /// Replaces the means of radiance and alpha. All else remains, the variance too.
+    pub(crate) fn set_light(&mut self, pixel: usize, radiance: [f64; 3], alpha: f64) {
+        let n = f64::from(self.samples(pixel));
+        let (before, depth) = (self.luminance(pixel).0, self.depth(pixel));
+        let [albedo, normal] = [self.albedo(pixel), self.normal(pixel)];
+        let [r, g, b] = radiance;
+        self.planes[0][pixel] = [r, g, b, alpha].map(|mean| (mean * n) as f32);
+        let after = self.luminance(pixel).0;
+        let moments = &mut self.planes[1][pixel];
+        moments[1] += (n * (after * after - before * before)) as f32;
+        // Sums over hits follow the number of hits.
+        let hits = alpha * n;
+        moments[0] = (depth * hits) as f32;
+        for (plane, mean) in self.planes[2..].iter_mut().zip([albedo, normal]) {
+            let [x, y, z] = mean.unwrap_or_default().map(|mean| (mean * hits) as f32);
+            plane[pixel] = [x, y, z, 0.0];
+        }
     }
 
     /// Mean luminance, and the variance of that mean.

@@ -6,6 +6,7 @@
 //! [`View::record_samples`] traces; [`View::record_display`] or [`View::record_read_film`] brings the image out.
 
 mod atlas;
+mod denoise;
 pub mod display;
 mod environment;
 mod error;

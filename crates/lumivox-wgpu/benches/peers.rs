@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
-    Ease, Environment, EnvironmentMap, EnvironmentSource, Medium, Modality, PerspectiveCamera, Scene,
+    Ease, Environment, EnvironmentMap, EnvironmentSource, Filter, Medium, Modality, PerspectiveCamera, Scene,
     TransferFunction, Volume, Voxels,
 };
 use lumivox_renderer::LightSampling;
@@ -220,6 +220,11 @@ fn thorax(folder: &Path) -> Vec<Workload> {
         ..workload("W2 tf white 100b nee".into(), tf, 100)
     });
     list.push(Workload { camera: camera(0.45), ..workload("W2 tf white 100b close-up".into(), tf, 100) });
+    // Without interpolation it does not matter whether values or their colours are interpolated, as peers do that bake
+    // the transfer function into grids: the means are comparable to the last digit.
+    let mut nearest = workload("W2 tf white 100b nearest".into(), tf, 100);
+    nearest.scene.volumes[0].medium.filter = Filter::Nearest;
+    list.push(nearest);
     for cell_size in [4, 16] {
         let name = format!("W2 tf white 100b cells of {cell_size}");
         list.push(Workload { cell_size: Some(cell_size), ..workload(name, tf, 100) });

@@ -91,8 +91,11 @@ const SUBMISSION: Duration = Duration::from_millis(120);
 /// The first submission's pixel samples; later ones follow the speed measured.
 const FIRST_SUBMISSION: u64 = 1 << 14;
 
-/// Least time between two looks at the film while rendering.
-const LOOK_EVERY: Duration = Duration::from_secs(4);
+/// Least time between two looks at the film while rendering: each brings back what survives a lost GPU.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+
+/// Largest part of the time that looking may take.
+const LOOK_SHARE: u32 = 20;
 
 /// Renders a scene; `on_progress` is called a few times a second and may stop it.
 ///
@@ -124,6 +127,7 @@ pub fn render(
         pixel_samples: 0,
         budget: FIRST_SUBMISSION,
         last_look: Instant::now(),
+        look_took: Duration::ZERO,
         noise: None,
     };
     let outcome = match tracing.run(gpu, &cache, &mut views, camera, request, &mut film, on_progress) {
@@ -190,6 +194,7 @@ struct Tracing {
     pixel_samples: u64,
     budget: u64,
     last_look: Instant,
+    look_took: Duration,
     noise: Option<f64>,
 }
 
@@ -228,9 +233,11 @@ impl Tracing {
             if request.time.is_some_and(|limit| self.begin.elapsed() >= limit) {
                 return Ok(Outcome::Complete);
             }
-            if self.last_look.elapsed() >= LOOK_EVERY {
+            if self.last_look.elapsed() >= LOOK_EVERY.max(self.look_took * LOOK_SHARE) {
+                let looked = Instant::now();
                 read_film(gpu, views, film)?;
                 self.noise = film.noise();
+                self.look_took = looked.elapsed();
                 self.last_look = Instant::now();
             }
         }

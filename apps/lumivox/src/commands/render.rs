@@ -56,9 +56,14 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let request = RenderRequest {
         seed: args.seed,
         time: args.time,
+        guides: args.denoise,
         ..RenderRequest::new(args.size.width, args.size.height, samples)
     };
-    let traced = trace::trace(&scene, &camera, &request, args.gpu.as_deref(), reporter, &cancel)?;
+    let mut traced = trace::trace(&scene, &camera, &request, args.gpu.as_deref(), reporter, &cancel)?;
+    if args.denoise {
+        reporter.say("denoising");
+        traced.denoise();
+    }
     let mut picture = traced.picture(&display(args), &scene, &camera);
     if let args::Background::Color(color) = args.background {
         picture.put_on(color);
@@ -66,11 +71,12 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     output.write(&picture)?;
 
     let wrote = format!(
-        "{} ({} x {}, {} samples, {})",
+        "{} ({} x {}, {} samples{}, {})",
         args.output.display(),
         picture.width,
         picture.height,
         traced.samples,
+        if args.denoise { ", denoised" } else { "" },
         human_duration(start.elapsed()),
     );
     if let Some(failure) = traced.cut_short {

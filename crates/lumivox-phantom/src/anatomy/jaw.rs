@@ -215,7 +215,7 @@ fn row(arch: &Arch) -> Row {
 }
 
 /// Dentin, enamel, and an amalgam filling in the patient's left lower first molar.
-pub(crate) fn tooth_layers(_noise: &Seeds) -> Vec<Layer> {
+pub(crate) fn tooth_layers() -> Vec<Layer> {
     let (upper, lower) = (row(&UPPER_ARCH), row(&LOWER_ARCH));
     let both = |a: Sdf, b: Sdf| Sdf::Union(vec![a, b], 0.0).mirror();
     let filling = union(vec![sphere(lower.filling, 2.4), sphere(lower.filling + Vec3::Y * 2.0, 1.8)], 1.0);

@@ -92,7 +92,7 @@ pub fn anatomy(
 fn model(seed: u64) -> Model {
     let noise = Seeds(seed);
     let skin = face::skin();
-    // Whatever lies under the skin is kept under it, and bone under a film of muscle and fat.
+    // Whatever lies under the skin is kept under it, and bone under muscle and fat.
     let under_skin = |layers: Vec<Layer>, depth: f32| {
         layers.into_iter().map(move |l| l.within(Sdf::Field(field::SKIN).grow(-depth), 0.4 * depth))
     };
@@ -105,7 +105,7 @@ fn model(seed: u64) -> Model {
     layers.extend(brain::layers(&noise));
     layers.extend(under_skin(bones, 4.2));
     layers.extend(under_skin(vessels::layers(&skin, &noise), 2.4));
-    layers.extend(jaw::tooth_layers(&noise));
+    layers.extend(jaw::tooth_layers());
     Model { fields: vec![skin, skull::cranium(), skull::cavity()], layers, warp_seed: noise.get("warp") }
 }
 
@@ -113,8 +113,9 @@ fn model(seed: u64) -> Model {
 fn soft_tissue(noise: &Seeds) -> Vec<Layer> {
     let skin = Sdf::Field(field::SKIN);
     let lungs = ellipsoid(Vec3::new(48.0, 30.0, -196.0), Vec3::new(33.0, 42.0, 38.0)).mirror();
+    // Skin holds some fat: at its lower values, looks that show muscle see through it.
     vec![
-        Layer::new(skin.clone().rough(0.12, 3.0, noise.get("pores")), Material::even(-9.0, 6.0, 3.0)),
+        Layer::new(skin.clone().rough(0.12, 3.0, noise.get("pores")), Material::even(-20.0, 5.0, 3.0)),
         Layer::new(skin.grow(-1.7), Material::even(-98.0, 14.0, 5.0)),
         Layer::new(lungs.clone().grow(1.5), Material::even(30.0, 5.0, 4.0)),
         Layer::new(lungs, Material::Lung),

@@ -148,11 +148,11 @@ fn larynx() -> Vec<Layer> {
             [-7.5, y + 6.0, z, 1.3],
         ])
     });
-    let cartilage = Material::even(150.0, 55.0, 3.0);
+    let cartilage = Material::even(108.0, 22.0, 3.0);
     vec![
         Layer::new(union(vec![lamina, horns], 1.5).mirror(), cartilage),
         Layer::new(cricoid, cartilage),
-        Layer::new(Sdf::Union(rings.collect(), 0.0), Material::even(105.0, 30.0, 3.0)),
+        Layer::new(Sdf::Union(rings.collect(), 0.0), Material::even(100.0, 15.0, 3.0)),
     ]
 }
 
@@ -212,6 +212,6 @@ fn glands(noise: &Seeds) -> Vec<Layer> {
         Layer::new(soft_palate, Material::even(55.0, 8.0, 3.0)),
         Layer::new(oesophagus, Material::even(52.0, 10.0, 3.0)),
         Layer::new(airway_front, Material::even(50.0, 8.0, 3.0)),
-        Layer::new(lobe.mirror().rough(0.8, 5.0, noise.get("thyroid")), Material::even(118.0, 10.0, 3.0)),
+        Layer::new(lobe.mirror().rough(0.8, 5.0, noise.get("thyroid")), Material::even(110.0, 8.0, 3.0)),
     ]
 }

@@ -104,15 +104,14 @@ pub(crate) fn rasterise(
     let whole = Block::of(model);
     samples.par_chunks_mut(plane * SLAB).enumerate().try_for_each(|(slab, samples)| {
         let mut values = vec![AIR_HU as f32; samples.len()];
-        cancel.check()?;
         let z0 = slab * SLAB;
         let slices = samples.len() / plane;
-        Slab { grid, z0, warp_seed: model.warp_seed, values: &mut values }.fill(
+        Slab { grid, z0, warp_seed: model.warp_seed, values: &mut values, cancel }.fill(
             &whole,
             [0, 0, z0],
             [grid.size, grid.size, z0 + slices],
             &BLOCK_SIDES,
-        );
+        )?;
         for (slice, samples) in samples.chunks_mut(plane).enumerate() {
             let values = &mut values[slice * plane..][..plane];
             reconstruct(values, grid, options, (z0 + slice) * plane);
@@ -188,30 +187,42 @@ struct Slab<'a> {
     z0: usize,
     warp_seed: u32,
     values: &'a mut [f32],
+    cancel: &'a CancelToken,
 }
 
 impl Slab<'_> {
     /// Fills the voxels from `low` up to `high` (x, y, z) with what of `block` reaches them, block by smaller block.
-    fn fill(&mut self, block: &Block, low: [usize; 3], high: [usize; 3], sides: &[usize]) {
+    fn fill(
+        &mut self,
+        block: &Block,
+        low: [usize; 3],
+        high: [usize; 3],
+        sides: &[usize],
+    ) -> Result<(), Cancelled> {
+        self.cancel.check()?;
         let first = self.grid.place(low);
         let last = self.grid.place(high.map(|i| i - 1));
         // Voxels are looked up where the warp moves them.
         let radius = (last - first).length() / 2.0 + 2.0 * WARP_MM;
         let block = block.prune((first + last) / 2.0, radius, 0.5 * self.grid.spacing);
         if block.layers.is_empty() {
-            return;
+            return Ok(());
         }
-        let [side, finer @ ..] = sides else { return self.evaluate(&block, low, high) };
+        let [side, finer @ ..] = sides else {
+            self.evaluate(&block, low, high);
+            return Ok(());
+        };
         let starts = |axis: usize| (low[axis]..high[axis]).step_by(*side);
         for z in starts(2) {
             for y in starts(1) {
                 for x in starts(0) {
                     let corner = [x, y, z];
                     let end = std::array::from_fn(|a| (corner[a] + side).min(high[a]));
-                    self.fill(&block, corner, end, finer);
+                    self.fill(&block, corner, end, finer)?;
                 }
             }
         }
+        Ok(())
     }
 
     fn evaluate(&mut self, block: &Block, low: [usize; 3], high: [usize; 3]) {
@@ -281,7 +292,8 @@ mod tests {
         let unit = |i: u64| (hash64(i) >> 40) as f32 / (1 << 24) as f32 - 0.5;
         let mut worst = 0.0f32;
         for i in 0..400 {
-            let center = Vec3::new(unit(7 * i) * 150.0, unit(7 * i + 1) * 220.0, unit(7 * i + 2) * 300.0 - 20.0);
+            let center =
+                Vec3::new(unit(7 * i) * 150.0, unit(7 * i + 1) * 220.0, unit(7 * i + 2) * 300.0 - 20.0);
             let block = whole.prune(center, 9.0, 0.5).prune(center, 6.0, 0.5);
             for j in 0..8 {
                 let offset = Vec3::from_array(std::array::from_fn(|c| unit(7000 * i + 3 * j + c as u64)));

@@ -5,13 +5,20 @@ fn grow(options: AnatomyOptions) -> Volume {
     anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap()
 }
 
-/// The noise-free values of a small grid around `center`, finer than any detail.
+/// The noise-free values of a cube around `center`, finer than any detail.
 fn around(model: &Model, center: Vec3, half: f32, spacing: f32) -> Vec<f64> {
-    let size = (2.0 * half / spacing) as usize + 1;
-    let grid = Grid { size, first: center - half, spacing };
+    let inner = (2.0 * half / spacing) as usize + 1;
+    // The reconstruction circle must not cut the corners.
+    let margin = inner / 2 + 1;
+    let size = inner + 2 * margin;
+    let first = center - (size - 1) as f32 / 2.0 * spacing;
     let options = AnatomyOptions { noise_hu: 0.0, ..AnatomyOptions::default() };
+    let grid = Grid { size, first, spacing };
     let samples = raster::rasterise(model, grid, options, Progress::SILENT, &CancelToken::new()).unwrap();
-    samples.into_iter().map(|s| f64::from(s) + INTERCEPT).collect()
+    let kept = |i: usize| (margin..margin + inner).contains(&i);
+    let indices =
+        (0..samples.len()).filter(|i| kept(i % size) && kept(i / size % size) && kept(i / (size * size)));
+    indices.map(|i| f64::from(samples[i]) + INTERCEPT).collect()
 }
 
 /// The median of the values within a millimetre and a half.

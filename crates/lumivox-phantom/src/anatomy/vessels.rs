@@ -1,4 +1,5 @@
-//! Arteries and veins, filled with contrast as some 25 seconds after the injection: arteries bright, veins less than half so.
+//! Arteries and veins, filled with contrast as some 25 seconds after the injection: arteries bright, veins far
+//! less.
 
 use super::{Seeds, face, material::Material, raster::Layer};
 use crate::{
@@ -7,7 +8,7 @@ use crate::{
 };
 
 pub(crate) fn layers(skin: &Sdf, noise: &Seeds) -> Vec<Layer> {
-    let mut course = Course { skin, seed: noise.get("vessels") };
+    let course = Course { skin, seed: noise.get("vessels") };
     let veins = course.both(&veins(), &superficial_veins());
     let arteries = course.both(&arteries(), &superficial_arteries());
     let midline = Sdf::Union(
@@ -35,7 +36,7 @@ pub(crate) fn layers(skin: &Sdf, noise: &Seeds) -> Vec<Layer> {
         [0.0, 77.0, 18.0, 4.6],
     ]);
     vec![
-        Layer::new(union(vec![veins, sinus], 1.5), Material::even(122.0, 6.0, 6.0)),
+        Layer::new(union(vec![veins, sinus], 1.5), Material::even(114.0, 5.0, 6.0)),
         Layer::new(union(vec![arteries, midline], 1.0), Material::even(335.0, 8.0, 6.0)),
     ]
 }
@@ -48,7 +49,7 @@ struct Course<'a> {
 
 impl Course<'_> {
     /// Deep vessels by their knots, and superficial ones by (x, y, z, radius) near the skin, on both sides.
-    fn both(&mut self, deep: &[&[Knot]], superficial: &[&[Knot]]) -> Sdf {
+    fn both(&self, deep: &[&[Knot]], superficial: &[&[Knot]]) -> Sdf {
         let mut tubes = Vec::new();
         for side in [1.0, -1.0] {
             for knots in deep {
@@ -83,7 +84,7 @@ impl Course<'_> {
     fn under_skin(&self, [x, y, z, r]: Knot) -> Knot {
         let mut p = at(x, y, z);
         for _ in 0..12 {
-            p -= face::normal(self.skin, p) * (self.skin.distance(p, &[]) + r + 3.0);
+            p -= face::normal(self.skin, p) * (self.skin.distance(p, &[]) + r + 2.2);
         }
         [p.x, p.y, p.z, r]
     }

@@ -10,16 +10,18 @@ fn srgb_encode(c: vec3f) -> vec3f {
 }
 
 // A filmic curve in the manner of AgX (T. Sobotka): mix the primaries so that bright colours fade to white, take the
-// logarithm over 16.5 stops around middle grey, apply an S-curve that keeps 0.18 at its place, unmix. Gives display
-// values already encoded.
+// logarithm over 16.5 stops around middle grey, apply an S-curve that keeps 0.18 at its place, unmix a little more
+// than was mixed, as its "punchy" look does. Gives display values already encoded.
+const AGX_MIX: f32 = 0.10;
+const AGX_UNMIX: f32 = 0.22;
+
 fn agx(c: vec3f) -> vec3f {
-    let crosstalk = 0.12;
     let mean = (c.r + c.g + c.b) / 3.0;
-    let mixed = max(mix(c, vec3f(mean), crosstalk), vec3f(1e-10));
+    let mixed = max(mix(c, vec3f(mean), AGX_MIX), vec3f(1e-10));
     let stops = clamp((log2(mixed / 0.18) + 10.0) / 16.5, vec3f(0.0), vec3f(1.0));
     let curved = agx_curve(stops);
     let curved_mean = (curved.r + curved.g + curved.b) / 3.0;
-    return clamp((curved - crosstalk * curved_mean) / (1.0 - crosstalk), vec3f(0.0), vec3f(1.0));
+    return clamp((curved - AGX_UNMIX * curved_mean) / (1.0 - AGX_UNMIX), vec3f(0.0), vec3f(1.0));
 }
 
 // An S-curve through (pivot, middle grey encoded), slope AGX_SLOPE there, flat at both ends: x = pivot + d is sent to

@@ -1,0 +1,672 @@
+//! Removes what noise is left in a finished film, at the price of a little bias: joint non-local means.
+//!
+//! Rousselle, Manzi and Zwicker, *Robust Denoising using Feature and Color Information*, Pacific Graphics 2013, on the
+//! weights of Rousselle, Knaus and Zwicker, *Adaptive Rendering with Non-Local Means Filtering*, SIGGRAPH Asia 2012.
+//! A pixel becomes the mean of those around it whose neighbourhoods look alike, where "alike" is measured in standard
+//! errors: what differs by no more than the noise is averaged, what differs by more is kept, so that a converged film
+//! stays as it is. First hits (coverage, depth, normal, albedo) are less noisy than light and guard the edges that
+//! noise hides. They are averages over a depth range, noisy themselves, and are filtered first, by the same filter.
+//!
+//! What is filtered is not radiance but light per coverage and albedo, multiplied back afterwards: silhouettes and
+//! texture then pass through.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::film::Film;
+
+/// Pixels from the centre to the side of the window that a pixel's mean is taken over.
+const WINDOW: usize = 8;
+
+/// The same for the first hits, which need less.
+const FEATURE_WINDOW: usize = 3;
+
+/// Pixels from the centre to the side of the patches that are compared.
+const PATCH: usize = 2;
+
+/// Standard errors within which light is alike: the papers' k.
+const LIGHT_TOLERANCE: f32 = 0.7;
+
+/// The same for the first hits when they are filtered themselves.
+const FEATURE_TOLERANCE: f32 = 0.7;
+
+/// Differences of first hits at which a weight falls to a third.
+const COVERAGE_TOLERANCE: f32 = 0.1;
+const NORMAL_TOLERANCE: f32 = 0.2;
+const ALBEDO_TOLERANCE: f32 = 0.05;
+/// As a fraction of depth, and in slopes over the window's radius.
+const DEPTH_TOLERANCE: f32 = 1e-3;
+const SLOPE_TOLERANCE: f32 = 0.5;
+
+/// Albedos below this do not divide.
+const LEAST_ALBEDO: f32 = 0.02;
+
+/// A pixel so many typical standard errors above its neighbours' median is a firefly.
+const FIREFLY: f32 = 6.0;
+
+/// Rows that one task filters.
+const BAND: usize = 32;
+
+/// Zeros around a plane, so that no shift leaves it.
+const MARGIN: usize = WINDOW + PATCH;
+
+impl Film {
+    /// The film with less noise and a little bias. Radiance and coverage change; samples, depth and guides do not, nor
+    /// does the variance, which remains that of the samples. Edges that are seen in the guides are kept best, so a
+    /// film should have them. The result does not depend on the number of threads.
+    pub fn denoised(&self) -> Film {
+        let shape = Shape::new(self.size());
+        // What is not a number stays where it is: it neither gives nor takes.
+        let hit = shape.plane(|pixel| {
+            if self.alpha(pixel) > 0.0 && self.luminance(pixel).0.is_finite() { 1.0 } else { 0.0 }
+        });
+
+        let features = smooth_features(shape, &hit, features(self, shape));
+        let (coverage, albedo) = (&features[0].values, features.get(ALBEDO));
+        let albedo =
+            |channel: usize, at: usize| albedo.map_or(1.0, |a| a[channel].values[at].max(LEAST_ALBEDO));
+
+        // Light per albedo, and its luminance per coverage with the variance of that.
+        let mut light: [Plane; 3] = std::array::from_fn(|channel| {
+            shape.plane(|pixel| {
+                let at = shape.at(pixel);
+                if hit[at] > 0.0 { self.radiance(pixel)[channel] as f32 / albedo(channel, at) } else { 0.0 }
+            })
+        });
+        let mut luminance = Noisy { values: shape.plane(|_| 0.0), variance: shape.plane(|_| 0.0) };
+        for pixel in 0..shape.pixels() {
+            let at = shape.at(pixel);
+            if hit[at] > 0.0 {
+                let (mean, variance) = self.luminance(pixel);
+                let per_coverage = luminance_of([0, 1, 2].map(|c| light[c][at])) / coverage[at];
+                // Relative errors survive a division. One sample tells nothing: it may be all noise.
+                let relative = if variance.is_finite() { variance / (mean * mean).max(1e-30) } else { 1.0 };
+                luminance.values[at] = per_coverage;
+                luminance.variance[at] = relative as f32 * per_coverage * per_coverage;
+            }
+        }
+        tame_fireflies(shape, &hit, &mut luminance, &mut light);
+        luminance.variance = box_mean(shape, &hit, &luminance.variance);
+
+        let guides = guides(shape, &hit, &features);
+        let [red, green, blue] = &light;
+        let means = nl_means(
+            shape,
+            &hit,
+            &[luminance],
+            LIGHT_TOLERANCE,
+            WINDOW,
+            &guides,
+            &[red, green, blue, coverage],
+        );
+        let mut film = self.clone();
+        for pixel in (0..shape.pixels()).filter(|&pixel| hit[shape.at(pixel)] > 0.0) {
+            let at = shape.at(pixel);
+            let radiance =
+                [0, 1, 2].map(|c| f64::from(means[c][at] / means[3][at] * coverage[at] * albedo(c, at)));
+            film.set_light(pixel, radiance, f64::from(coverage[at]));
+        }
+        film
+    }
+}
+
+/// Where the features are among their planes.
+const COVERAGE: Range<usize> = 0..1;
+const DEPTH: usize = 1;
+const NORMAL: Range<usize> = 2..5;
+const ALBEDO: Range<usize> = 5..8;
+
+/// One float per pixel, with a margin.
+type Plane = Vec<f32>;
+
+/// Values, and the variances of their errors.
+struct Noisy {
+    values: Plane,
+    variance: Plane,
+}
+
+/// A plane that may veto: weights fall as the squared difference times the precision grows.
+struct Guide<'a> {
+    values: &'a Plane,
+    precision: Plane,
+}
+
+/// Where pixels are in a [`Plane`].
+#[derive(Clone, Copy)]
+struct Shape {
+    width: usize,
+    height: usize,
+    stride: usize,
+}
+
+impl Shape {
+    fn new([width, height]: [u32; 2]) -> Self {
+        let (width, height) = (width as usize, height as usize);
+        Self { width, height, stride: width + 2 * MARGIN }
+    }
+
+    fn pixels(self) -> usize {
+        self.width * self.height
+    }
+
+    fn at(self, pixel: usize) -> usize {
+        (pixel / self.width + MARGIN) * self.stride + pixel % self.width + MARGIN
+    }
+
+    fn plane(self, value: impl Fn(usize) -> f32 + Sync) -> Plane {
+        let mut plane = vec![0.0; self.stride * (self.height + 2 * MARGIN)];
+        plane[MARGIN * self.stride..]
+            .par_chunks_exact_mut(self.stride)
+            .take(self.height)
+            .enumerate()
+            .for_each(|(y, row)| {
+                let row = row[MARGIN..MARGIN + self.width].iter_mut().enumerate();
+                row.for_each(|(x, out)| *out = value(y * self.width + x));
+            });
+        plane
+    }
+
+    /// The squares of pixels around one, itself among them.
+    fn around(self, at: usize, radius: usize) -> impl Iterator<Item = usize> {
+        let first = at - radius * (self.stride + 1);
+        (0..=2 * radius).flat_map(move |y| (0..=2 * radius).map(move |x| first + y * self.stride + x))
+    }
+}
+
+fn luminance_of([r, g, b]: [f32; 3]) -> f32 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// Coverage, depth, and with guides: normal, albedo.
+fn features(film: &Film, shape: Shape) -> Vec<Plane> {
+    let finite = |x: f64| if x.is_finite() { x as f32 } else { 0.0 };
+    let mut planes =
+        vec![shape.plane(|pixel| film.alpha(pixel) as f32), shape.plane(|pixel| finite(film.depth(pixel)))];
+    if film.has_guides() {
+        for guide in [Film::normal, Film::albedo] {
+            for axis in 0..3 {
+                planes.push(shape.plane(|pixel| guide(film, pixel).map_or(0.0, |g| finite(g[axis]))));
+            }
+        }
+    }
+    planes
+}
+
+/// Features with the noise taken off that can be told from their own variation. Each is filtered by itself: of a
+/// surface that turns away, albedo may be averaged where normal and depth may not.
+fn smooth_features(shape: Shape, hit: &Plane, planes: Vec<Plane>) -> Vec<Noisy> {
+    let mut noisy: Vec<Noisy> = planes
+        .into_iter()
+        .map(|values| Noisy { variance: variance_by_second_differences(shape, hit, &values), values })
+        .collect();
+    // Depth varies more from pixel to pixel than from sample to sample, and has nothing to gain.
+    for feature in [COVERAGE, NORMAL, ALBEDO] {
+        if let Some(alike) = noisy.get_mut(feature) {
+            let sources: Vec<&Plane> = alike.iter().map(|n| &n.values).collect();
+            let smooth = nl_means(shape, hit, alike, FEATURE_TOLERANCE, FEATURE_WINDOW, &[], &sources);
+            alike.iter_mut().zip(smooth).for_each(|(noisy, values)| noisy.values = values);
+        }
+    }
+    noisy
+}
+
+/// The variance of a plane that does not come with one: Immerkær, *Fast Noise Variance Estimation*, 1996. Its mask is
+/// blind to slopes and straight edges; the median around a pixel makes little of other edges.
+fn variance_by_second_differences(shape: Shape, hit: &Plane, values: &Plane) -> Plane {
+    const MASK: [f32; 9] = [1.0, -2.0, 1.0, -2.0, 4.0, -2.0, 1.0, -2.0, 1.0];
+    /// The median of a squared standard normal number.
+    const MEDIAN_OF_SQUARE: f32 = 0.455;
+    let squares = shape.plane(|pixel| {
+        let at = shape.at(pixel);
+        if shape.around(at, 1).any(|i| hit[i] == 0.0) {
+            return f32::NAN;
+        }
+        let response: f32 = shape.around(at, 1).zip(MASK).map(|(i, m)| m * values[i]).sum();
+        response * response / 36.0
+    });
+    shape.plane(|pixel| {
+        let around = shape.around(shape.at(pixel), 2).filter(|&i| hit[i] > 0.0).map(|i| squares[i]);
+        median(around.filter(|s| !s.is_nan())).unwrap_or(0.0) / MEDIAN_OF_SQUARE
+    })
+}
+
+/// The median of at most 25 numbers.
+fn median(numbers: impl Iterator<Item = f32>) -> Option<f32> {
+    let mut sorted = [0.0; 25];
+    let mut count = 0;
+    for number in numbers {
+        sorted[count] = number;
+        count += 1;
+    }
+    (count > 0).then(|| *sorted[..count].select_nth_unstable_by(count / 2, f32::total_cmp).1)
+}
+
+/// The mean of the hit pixels in squares of nine.
+fn box_mean(shape: Shape, hit: &Plane, values: &Plane) -> Plane {
+    shape.plane(|pixel| {
+        let (sum, count) = shape
+            .around(shape.at(pixel), 1)
+            .fold((0.0, 0.0), |(sum, count), i| (sum + hit[i] * values[i], count + hit[i]));
+        if count > 0.0 { sum / count } else { 0.0 }
+    })
+}
+
+/// Pulls pixels down that one rare, bright path lifts far above all around them: no mean of few would hide them.
+/// A pixel that is bright for good says so by its small variance, and stays.
+fn tame_fireflies(shape: Shape, hit: &Plane, luminance: &mut Noisy, light: &mut [Plane; 3]) {
+    let Noisy { values, variance } = &*luminance;
+    let factors = shape.plane(|pixel| {
+        let at = shape.at(pixel);
+        if hit[at] == 0.0 {
+            return 1.0;
+        }
+        let around = || shape.around(at, 2).filter(|&i| hit[i] > 0.0);
+        let center = median(around().map(|i| values[i])).unwrap_or(0.0);
+        let error = median(around().map(|i| variance[i])).unwrap_or(0.0).sqrt();
+        let most = center + FIREFLY * error;
+        let excess = values[at] - center;
+        if values[at] > most && excess * excess < 9.0 * variance[at] { most / values[at] } else { 1.0 }
+    });
+    for (i, &factor) in factors.iter().enumerate() {
+        luminance.values[i] *= factor;
+        luminance.variance[i] *= factor * factor;
+        light.iter_mut().for_each(|plane| plane[i] *= factor);
+    }
+}
+
+/// How precisely each feature is to be met, by what it is and by its noise.
+fn guides<'a>(shape: Shape, hit: &Plane, features: &'a [Noisy]) -> Vec<Guide<'a>> {
+    let guide = |(index, Noisy { values, variance }): (usize, &'a Noisy)| {
+        let tolerance = |at: usize| match index {
+            DEPTH => {
+                let slope = slope(shape, hit, values, at);
+                DEPTH_TOLERANCE * values[at] + SLOPE_TOLERANCE * WINDOW as f32 * slope
+            }
+            _ if NORMAL.contains(&index) => NORMAL_TOLERANCE,
+            _ if ALBEDO.contains(&index) => ALBEDO_TOLERANCE,
+            _ => COVERAGE_TOLERANCE,
+        };
+        let precision = shape.plane(|pixel| {
+            let at = shape.at(pixel);
+            1.0 / (tolerance(at).powi(2) + variance[at]).max(1e-20)
+        });
+        Guide { values, precision }
+    };
+    features.iter().enumerate().map(guide).collect()
+}
+
+/// Change per pixel, the lesser of both sides along each axis: an edge is no slope.
+fn slope(shape: Shape, hit: &Plane, values: &Plane, at: usize) -> f32 {
+    let along = |step: usize| {
+        let side = |i: usize| if hit[i] > 0.0 { (values[i] - values[at]).abs() } else { f32::INFINITY };
+        let least = side(at - step).min(side(at + step));
+        if least.is_finite() { least } else { 0.0 }
+    };
+    along(1).hypot(along(shape.stride))
+}
+
+/// Weighted means of `sources` over windows. A weight is the lesser of what patches of `alike` and what `guides` say.
+fn nl_means(
+    shape: Shape,
+    hit: &Plane,
+    alike: &[Noisy],
+    tolerance: f32,
+    window: usize,
+    guides: &[Guide],
+    sources: &[&Plane],
+) -> Vec<Plane> {
+    let bands: Vec<Vec<Vec<f32>>> = (0..shape.height.div_ceil(BAND))
+        .into_par_iter()
+        .map(|band| {
+            let rows = band * BAND..((band + 1) * BAND).min(shape.height);
+            let mut filter = Band::new(shape, rows, sources.len());
+            let window = window as isize;
+            for dy in -window..=window {
+                for dx in -window..=window {
+                    filter.add(hit, alike, tolerance, guides, sources, dy * shape.stride as isize + dx);
+                }
+            }
+            filter.means()
+        })
+        .collect();
+    (0..sources.len())
+        .map(|source| {
+            shape.plane(|pixel| bands[pixel / shape.width / BAND][source][pixel % (shape.width * BAND)])
+        })
+        .collect()
+}
+
+/// Sums of a band of rows, to which windows are added shift by shift: plain loops over rows, which compilers turn into
+/// vector code.
+struct Band {
+    shape: Shape,
+    rows: Range<usize>,
+    weights: Vec<f32>,
+    sums: Vec<Vec<f32>>,
+    /// Differences between the pixels and those a shift away, with `PATCH` more around the band.
+    differences: Vec<f32>,
+    columns: Vec<f32>,
+    distances: Vec<f32>,
+    vetoes: Vec<f32>,
+}
+
+impl Band {
+    fn new(shape: Shape, rows: Range<usize>, sources: usize) -> Self {
+        let pixels = rows.len() * shape.width;
+        let long = shape.width + 2 * PATCH;
+        Self {
+            weights: vec![0.0; pixels],
+            sums: vec![vec![0.0; pixels]; sources],
+            differences: vec![0.0; (rows.len() + 2 * PATCH) * long],
+            columns: vec![0.0; long],
+            distances: vec![0.0; shape.width],
+            vetoes: vec![0.0; shape.width],
+            shape,
+            rows,
+        }
+    }
+
+    fn add(
+        &mut self,
+        hit: &Plane,
+        alike: &[Noisy],
+        tolerance: f32,
+        guides: &[Guide],
+        sources: &[&Plane],
+        shift: isize,
+    ) {
+        let Shape { width, stride, .. } = self.shape;
+        let long = width + 2 * PATCH;
+        for (y, differences) in self.differences.chunks_exact_mut(long).enumerate() {
+            let here = (self.rows.start + y + MARGIN - PATCH) * stride + MARGIN - PATCH;
+            let pair = Pair { here, there: here.wrapping_add_signed(shift), count: long };
+            differences.fill(0.0);
+            for noisy in alike {
+                let (a, b) = pair.of(&noisy.values);
+                let (va, vb) = pair.of(&noisy.variance);
+                for x in 0..long {
+                    differences[x] += squared_difference([a[x], b[x]], [va[x], vb[x]], tolerance);
+                }
+            }
+            // Where nothing was hit there is nothing to differ.
+            let (a, b) = pair.of(hit);
+            for x in 0..long {
+                differences[x] = differences[x].min(1e4) * a[x] * b[x];
+            }
+        }
+
+        const SIDE: usize = 2 * PATCH + 1;
+        let pixels = 1.0 / (SIDE * SIDE) as f32;
+        for y in 0..self.rows.len() {
+            self.columns.fill(0.0);
+            for row in self.differences[y * long..].chunks_exact(long).take(SIDE) {
+                self.columns.iter_mut().zip(row).for_each(|(sum, d)| *sum += d);
+            }
+            for x in 0..width {
+                self.distances[x] = self.columns[x..x + SIDE].iter().sum::<f32>() * pixels;
+            }
+            let here = (self.rows.start + y + MARGIN) * stride + MARGIN;
+            let pair = Pair { here, there: here.wrapping_add_signed(shift), count: width };
+            self.vetoes.fill(0.0);
+            for guide in guides {
+                let (a, b) = pair.of(guide.values);
+                let (precision, _) = pair.of(&guide.precision);
+                for x in 0..width {
+                    self.vetoes[x] += (a[x] - b[x]) * (a[x] - b[x]) * precision[x];
+                }
+            }
+            let (_, hit) = pair.of(hit);
+            let row = y * width..(y + 1) * width;
+            let weights = &mut self.distances;
+            for x in 0..width {
+                weights[x] = falloff(weights[x].max(self.vetoes[x])) * hit[x];
+            }
+            self.weights[row.clone()].iter_mut().zip(&*weights).for_each(|(sum, w)| *sum += w);
+            for (sums, source) in self.sums.iter_mut().zip(sources) {
+                let (_, source) = pair.of(source);
+                for (x, sum) in sums[row.clone()].iter_mut().enumerate() {
+                    *sum += weights[x] * source[x];
+                }
+            }
+        }
+    }
+
+    fn means(mut self) -> Vec<Vec<f32>> {
+        for sums in &mut self.sums {
+            for (sum, &weight) in sums.iter_mut().zip(&self.weights) {
+                *sum = if weight > 0.0 { *sum / weight } else { 0.0 };
+            }
+        }
+        self.sums
+    }
+}
+
+/// A run of pixels, and the run that it is compared with.
+struct Pair {
+    here: usize,
+    there: usize,
+    count: usize,
+}
+
+impl Pair {
+    fn of<'a>(&self, plane: &'a Plane) -> (&'a [f32], &'a [f32]) {
+        (&plane[self.here..self.here + self.count], &plane[self.there..self.there + self.count])
+    }
+}
+
+/// Equation 4 of the 2012 paper: 0 on average where only noise differs.
+fn squared_difference([a, b]: [f32; 2], [va, vb]: [f32; 2], tolerance: f32) -> f32 {
+    ((a - b) * (a - b) - (va + va.min(vb)))
+        / (1e-10 * (a * a + b * b) + 1e-30 + tolerance * tolerance * (va + vb))
+}
+
+/// Nearly exp(-x), but 0 from 4 on, and quickly computed for many.
+fn falloff(x: f32) -> f32 {
+    let y = (1.0 - 0.25 * x.max(0.0)).max(0.0);
+    (y * y) * (y * y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: u32 = 64;
+
+    /// What is seen at a pixel when there is no noise.
+    #[derive(Clone, Copy)]
+    struct Truth {
+        radiance: [f64; 3],
+        alpha: f64,
+        depth: f64,
+        normal: [f64; 3],
+        albedo: [f64; 3],
+    }
+
+    /// A disc before nothing: shaded from left to right, of two albedos, with a step in depth and normal at half
+    /// height that is as bright on both sides.
+    fn disc(x: u32, y: u32) -> Truth {
+        let [u, v] = [x, y].map(|i| (f64::from(i) + 0.5) / f64::from(SIZE) * 2.0 - 1.0);
+        let alpha = ((0.9 - u.hypot(v)) * 32.0).clamp(0.0, 1.0);
+        let albedo = if (x / 8).is_multiple_of(2) { [0.8, 0.6, 0.5] } else { [0.5, 0.2, 0.1] };
+        let (depth, normal) = if v < 0.0 { (1.0, [0.0, 0.0, 1.0]) } else { (1.3, [0.0, 0.6, 0.8]) };
+        Truth { radiance: albedo.map(|a| a * alpha * (1.2 + u)), alpha, depth, normal, albedo }
+    }
+
+    struct Random(u64);
+
+    impl Random {
+        /// In [0, 1).
+        fn uniform(&mut self) -> f64 {
+            // SplitMix64.
+            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        }
+    }
+
+    /// A film of samples with exponentially distributed brightness, about as bad as path tracing.
+    fn film(truth: impl Fn(u32, u32) -> Truth, samples: u32, guides: bool) -> Film {
+        film_with_firefly(truth, samples, guides, None)
+    }
+
+    /// One of the samples of a pixel may be hundreds of times as bright.
+    fn film_with_firefly(
+        truth: impl Fn(u32, u32) -> Truth,
+        samples: u32,
+        guides: bool,
+        firefly: Option<usize>,
+    ) -> Film {
+        let mut random = Random(7);
+        let pixels = (SIZE * SIZE) as usize;
+        let mut planes = vec![[0.0f32; 4]; pixels * if guides { 4 } else { 2 }];
+        for pixel in 0..pixels {
+            let t = truth(pixel as u32 % SIZE, pixel as u32 / SIZE);
+            let mut sums = [[0.0f64; 4]; 4];
+            for sample in 0..samples {
+                sums[1][2] += 1.0;
+                if random.uniform() >= t.alpha {
+                    continue;
+                }
+                let mut brightness = -(1.0 - random.uniform()).ln() / t.alpha;
+                if sample == 0 && firefly == Some(pixel) {
+                    brightness = 500.0;
+                }
+                let light = t.radiance.map(|c| c * brightness);
+                let luminance = 0.2126 * light[0] + 0.7152 * light[1] + 0.0722 * light[2];
+                let jitter = 1.0 + 0.02 * (random.uniform() - 0.5);
+                (0..3).for_each(|c| sums[0][c] += light[c]);
+                sums[0][3] += 1.0;
+                sums[1][0] += t.depth * jitter;
+                sums[1][1] += luminance * luminance;
+                (0..3).for_each(|c| sums[2][c] += t.albedo[c] * jitter);
+                (0..3).for_each(|c| sums[3][c] += t.normal[c]);
+            }
+            for plane in 0..planes.len() / pixels {
+                planes[plane * pixels + pixel] = sums[plane].map(|sum| sum as f32);
+            }
+        }
+        let mut film = Film::new(SIZE, SIZE, guides);
+        film.insert([0, 0], [SIZE; 2], bytemuck::cast_slice(&planes));
+        film
+    }
+
+    fn all() -> impl Iterator<Item = (usize, Truth)> {
+        (0..SIZE * SIZE).map(|i| (i as usize, disc(i % SIZE, i / SIZE)))
+    }
+
+    /// Root mean square error as a fraction of the root mean square.
+    fn error(film: &Film) -> f64 {
+        let (mut errors, mut squares) = (0.0, 0.0);
+        for (pixel, truth) in all() {
+            for (c, t) in film.radiance(pixel).into_iter().zip(truth.radiance) {
+                errors += (c - t) * (c - t);
+                squares += t * t;
+            }
+        }
+        (errors / squares).sqrt()
+    }
+
+    fn mean(film: &Film) -> f64 {
+        all().map(|(pixel, _)| film.luminance(pixel).0).sum::<f64>() / f64::from(SIZE * SIZE)
+    }
+
+    #[test]
+    fn noise_goes_and_brightness_stays() {
+        for (guides, gain, bias) in [(true, 3.0, 0.01), (false, 1.5, 0.02)] {
+            let noisy = film(disc, 16, guides);
+            let clean = noisy.denoised();
+            assert!(error(&clean) * gain < error(&noisy), "{guides}: {} -> {}", error(&noisy), error(&clean));
+            let ratio = mean(&clean) / mean(&noisy);
+            assert!((ratio - 1.0).abs() < bias, "{guides}: brightness times {ratio}");
+        }
+    }
+
+    #[test]
+    fn a_converged_film_is_almost_unchanged() {
+        let noisy = film(disc, 4096, true);
+        let clean = noisy.denoised();
+        assert!(error(&clean) <= error(&noisy), "{} -> {}", error(&noisy), error(&clean));
+        let largest = all()
+            .flat_map(|(pixel, _)| (0..3).map(move |c| (pixel, c)))
+            .map(|(pixel, c)| (clean.radiance(pixel)[c] - noisy.radiance(pixel)[c]).abs())
+            .fold(0.0, f64::max);
+        assert!(largest < 0.1, "{largest}");
+    }
+
+    #[test]
+    fn edges_stay_where_they_are() {
+        // Light that changes only where depth and normal do, by less than the noise.
+        let step = |x, y| {
+            let t = disc(x, y);
+            Truth { radiance: [if y < SIZE / 2 { 0.5 } else { 0.6 } * t.alpha; 3], albedo: [0.8; 3], ..t }
+        };
+        let clean = film(step, 16, true).denoised();
+        let row = |y: u32| {
+            let pixels = (20..44).map(|x| clean.luminance((y * SIZE + x) as usize).0);
+            pixels.sum::<f64>() / 24.0
+        };
+        let (above, below) = (row(SIZE / 2 - 1), row(SIZE / 2));
+        assert!((above - 0.5).abs() < 0.03 && (below - 0.6).abs() < 0.03, "{above} {below}");
+    }
+
+    #[test]
+    fn what_is_transparent_stays_so_and_silhouettes_keep_their_coverage() {
+        let noisy = film(disc, 16, true);
+        let clean = noisy.denoised();
+        for (pixel, _) in all() {
+            assert_eq!(clean.samples(pixel), noisy.samples(pixel));
+            let alpha = noisy.alpha(pixel);
+            if alpha == 0.0 || alpha == 1.0 {
+                assert!((clean.alpha(pixel) - alpha).abs() < 1e-6, "{alpha} became {}", clean.alpha(pixel));
+            }
+            if alpha == 0.0 {
+                assert_eq!(clean.radiance(pixel), [0.0; 3]);
+            } else {
+                assert!((clean.depth(pixel) - noisy.depth(pixel)).abs() < 1e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn haze_is_smoothed_and_as_dense_as_before() {
+        let haze = |_, _| Truth { alpha: 0.3, radiance: [0.3; 3], ..disc(SIZE / 2, 0) };
+        let (noisy, clean) = (film(haze, 16, true), film(haze, 16, true).denoised());
+        let deviation = |film: &Film| {
+            all().map(|(p, _)| (film.alpha(p) - 0.3).powi(2)).sum::<f64>().sqrt() / f64::from(SIZE)
+        };
+        let mean = |film: &Film| all().map(|(p, _)| film.alpha(p)).sum::<f64>() / f64::from(SIZE * SIZE);
+        assert!(deviation(&clean) < 0.5 * deviation(&noisy), "{} {}", deviation(&clean), deviation(&noisy));
+        assert!((mean(&clean) - mean(&noisy)).abs() < 0.003, "{} {}", mean(&clean), mean(&noisy));
+    }
+
+    #[test]
+    fn fireflies_go_out() {
+        let center = (SIZE / 2 * SIZE + SIZE / 2) as usize;
+        let with = film_with_firefly(disc, 16, true, Some(center)).denoised();
+        let without = film(disc, 16, true).denoised();
+        for (pixel, truth) in all().filter(|(_, t)| t.alpha > 0.0) {
+            let (a, b) = (with.luminance(pixel).0, without.luminance(pixel).0);
+            assert!((a - b).abs() < 0.5 * truth.radiance[0], "{a} rather than {b} at {pixel}");
+        }
+    }
+
+    #[test]
+    fn one_thread_and_many_give_the_same() {
+        let noisy = film(disc, 4, true);
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| noisy.denoised())
+        };
+        assert_eq!(run(1), run(3));
+    }
+
+    #[test]
+    fn films_of_no_or_one_sample_are_no_trouble() {
+        for samples in [0, 1] {
+            let clean = film(disc, samples, true).denoised();
+            assert!(all().all(|(p, _)| clean.radiance(p).iter().all(|c| c.is_finite() && *c >= 0.0)));
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Pictures that a change should not alter unnoticed. `LUMIVOX_UPDATE_GOLDEN=1` writes them anew.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use lumivox_core::{CancelToken, Preset, Progress, Scene, framing};
+use lumivox_phantom::{AnatomyOptions, anatomy};
+use lumivox_renderer::{Background, DisplaySettings};
+use lumivox_testing::golden::assert_golden;
+use lumivox_testing::png_io::SrgbImage;
+use lumivox_testing::scenes::{self, TestScene};
+use lumivox_wgpu::RenderRequest;
+
+use crate::film;
+
+const SIZE: u32 = 96;
+
+/// Drivers round differently, and so take other paths here and there: the noise of that many samples is let pass.
+const SAMPLES: u32 = 192;
+const THRESHOLD: f64 = 0.06;
+
+fn compare(test: &TestScene) {
+    let film = film(test, &RenderRequest::new(SIZE, SIZE, SAMPLES));
+    let display = DisplaySettings { background: Background::Color([0.02; 3]), ..Default::default() };
+    let pixels = display.pixels(&film, &test.scene.environment, &test.camera);
+    let image = SrgbImage {
+        width: SIZE as usize,
+        height: SIZE as usize,
+        pixels: pixels.iter().map(|p| [p[0], p[1], p[2]]).collect(),
+    };
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/golden/{}.png", test.name));
+    assert_golden(&path, &image, THRESHOLD);
+}
+
+#[test]
+fn test_scenes_look_as_they_did() {
+    for test in [scenes::overlapping_volumes(), scenes::glossy_surface(), scenes::tricubic()] {
+        compare(&test);
+    }
+}
+
+#[test]
+fn the_phantom_looks_as_it_did() {
+    let options = AnatomyOptions { size: 96, ..Default::default() };
+    let volume = Arc::new(anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap());
+    for (name, preset) in
+        [("phantom_skin", Preset::CtSkin), ("phantom_muscle", Preset::CtMuscle), ("phantom_bone", Preset::CtBone)]
+    {
+        let scene = Scene::with_volume(volume.clone(), preset.medium(&volume));
+        let camera = framing::frame(&scene, 0.5, 0.1, 0.5, 1.0).camera();
+        compare(&TestScene { name, scene, camera });
+    }
+}
