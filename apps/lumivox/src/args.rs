@@ -98,7 +98,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE", help_heading = "Look", conflicts_with = "preset")]
     pub transfer_function: Vec<PathBuf>,
     /// Factor on the extinction [default: the preset's]
-    #[arg(long, value_name = "FACTOR", help_heading = "Look", value_parser = number(0.0, 1e6))]
+    #[arg(long, value_name = "FACTOR", help_heading = "Look", value_parser = number(0.0, 1e3))]
     pub density: Option<f64>,
     /// Fraction of light that survives a scattering, 0 to 1 [default: the preset's]
     #[arg(long, value_name = "FRACTION", help_heading = "Look", value_parser = number(0.0, 1.0))]

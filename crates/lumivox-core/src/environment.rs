@@ -40,13 +40,13 @@ impl EnvironmentMap {
         Ok(Self { width, height, texels })
     }
 
-    /// A map that samples `radiance(direction)` at texel centres.
+    /// A map that samples `radiance(direction)` at texel centres; what is no radiance becomes 0.
     pub fn from_fn(width: usize, height: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Self {
         let texels = (0..height)
             .flat_map(|y| (0..width).map(move |x| (x, y)))
             .map(|(x, y)| {
                 let uv = [(x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64];
-                radiance(direction_from_uv(uv)).map(|c| c as f32)
+                radiance(direction_from_uv(uv)).map(|c| if c.is_finite() { c.max(0.0) as f32 } else { 0.0 })
             })
             .collect();
         Self { width, height, texels }

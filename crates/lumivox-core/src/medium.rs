@@ -9,6 +9,10 @@ use crate::transfer_function::TransferFunction;
 /// Extinction in 1/mm of an opacity of 1 at a density scale of 1.
 pub const SIGMA_UNIT_PER_MM: f64 = 1.0;
 
+/// Largest [`Medium::density_scale`]: a mean free path of a micrometre. Shorter ones vanish in the rounding of a 32-bit
+/// ray parameter, and a ray would never move on.
+pub const MAX_DENSITY_SCALE: f64 = 1e3;
+
 /// How a value between voxel centres is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Filter {
@@ -44,7 +48,7 @@ pub struct SurfaceReflection {
     pub strength: f64,
     /// Gradient, in value units per mm, where a surface event reaches 63% of `strength`.
     pub gradient_per_mm: f64,
-    /// Width of the specular lobe, 0 (mirror) to 1.
+    /// Width of the specular lobe, 0 (narrow: a mean cosine of 0.98) to 1 (all around).
     pub roughness: f64,
     /// Reflectance seen head-on, 0 to 1; skin and bone have about 0.04.
     pub specular: f64,
@@ -65,7 +69,7 @@ impl SurfaceReflection {
 pub struct Medium {
     /// Opacity and colour of a physical value.
     pub transfer_function: TransferFunction,
-    /// Multiplies the extinction, 1/mm per unit of opacity.
+    /// Multiplies the extinction, 1/mm per unit of opacity; 0 to [`MAX_DENSITY_SCALE`].
     pub density_scale: f64,
     /// Fraction of light that survives a scattering event, times the transfer function's colour; 0 to 1.
     pub albedo: f64,
@@ -106,7 +110,7 @@ impl Medium {
     pub fn sanitized(mut self) -> Self {
         let defaults = Self::new(self.transfer_function.clone());
         let clamp = |x: f64, lo: f64, hi: f64, or: f64| if x.is_nan() { or } else { x.clamp(lo, hi) };
-        self.density_scale = clamp(self.density_scale, 0.0, 1e6, defaults.density_scale);
+        self.density_scale = clamp(self.density_scale, 0.0, MAX_DENSITY_SCALE, defaults.density_scale);
         self.albedo = clamp(self.albedo, 0.0, 1.0, defaults.albedo);
         self.anisotropy = clamp(self.anisotropy, -0.99, 0.99, defaults.anisotropy);
         self.max_bounces = self.max_bounces.clamp(1, 1000);

@@ -38,12 +38,23 @@ pub enum RenderError {
         /// What to do.
         remedy: &'static str,
     },
-    /// A volume's placement cannot be inverted.
-    #[error("volume {index} is placed by a transform that flattens it or is not finite")]
-    Placement {
-        /// The volume's place in the scene.
-        index: usize,
+    /// The environment map has more texels along an axis than the GPU's textures.
+    #[error(
+        "an environment map of {width} x {height} texels is larger than this GPU's textures ({limit}). Scale it down"
+    )]
+    EnvironmentTooLarge {
+        /// Texels around.
+        width: usize,
+        /// Texels from pole to pole.
+        height: usize,
+        /// Largest side.
+        limit: u32,
     },
+    /// The camera's place or field of view is not a number, or it sees nothing.
+    #[error(
+        "the camera's position, direction and field of view must be finite, and the field of view between 0 and 180 degrees"
+    )]
+    Camera,
     /// An image without pixels.
     #[error("an image needs at least one pixel, not {width} x {height}")]
     EmptyImage {

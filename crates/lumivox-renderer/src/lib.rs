@@ -5,17 +5,13 @@
 //! one). The walk: [`SceneCache::update`] puts volumes, tables, majorants and light on the GPU;
 //! [`View::record_samples`] traces; [`View::record_display`] or [`View::record_read_film`] brings the image out.
 
-mod atlas;
 mod denoise;
 pub mod display;
-mod environment;
 mod error;
 pub mod film;
 mod ids;
-pub mod majorant_grid;
 pub mod recording;
 mod scene_cache;
-mod transfer_table;
 mod view;
 
 pub use display::{Background, DisplaySettings, ToneMap};
@@ -23,5 +19,4 @@ pub use error::RenderError;
 pub use film::Film;
 pub use recording::{Recording, ResourceId, Step};
 pub use scene_cache::{DeviceLimits, LightSampling, SceneCache};
-pub use transfer_table::TransferTable;
 pub use view::{View, ViewSettings};

@@ -6,9 +6,9 @@ use lumivox_shaders::{Kernel, layout};
 
 use crate::display::DisplaySettings;
 use crate::error::RenderError;
-use crate::film::{bytes_per_pixel, plane_count};
+use crate::film::bytes_per_pixel;
 use crate::recording::{Recording, ResourceId, Step};
-use crate::scene_cache::SceneCache;
+use crate::scene_cache::{SceneCache, check_binding};
 
 /// Most samples of one dispatch: enough to keep a GPU's lanes busy, few enough to keep it responsive.
 const MAX_SAMPLES_PER_DISPATCH: u32 = 64;
@@ -79,11 +79,7 @@ impl View {
             return Err(RenderError::EmptyImage { width, height });
         }
         let bytes = u64::from(width) * u64::from(height) * settings.bytes_per_pixel();
-        let limit = cache.limits().max_storage_binding;
-        if bytes > limit {
-            let remedy = "Render it in windows";
-            return Err(RenderError::BufferTooLarge { what: "film", bytes, limit, remedy });
-        }
+        check_binding("film", bytes, cache.limits().max_storage_binding, "Render it in windows")?;
         let film = recording.create_buffer("film", bytes);
         Ok(Self {
             settings,
@@ -107,7 +103,7 @@ impl View {
         self.complete
     }
 
-    /// Records more samples, at most `max_pixel_samples` of them and until every pixel has `target_samples`.
+    /// Records more samples, about `max_pixel_samples` of them (a row at least), until every pixel has `target_samples`.
     /// Starts over if the camera or the scene changed. Returns how many pixel samples were recorded: 0 at the target.
     pub fn record_samples(
         &mut self,
@@ -186,7 +182,7 @@ impl View {
         let aspect = f64::from(width) / f64::from(height);
         let axis = |v: DVec3| camera.world_from_camera.transform_vector3(v).as_vec3().to_array();
         let mut frame = layout::Frame {
-            camera_position: camera.world_from_camera.translation.as_vec3().to_array(),
+            camera_position: (camera.world_from_camera.translation - cache.origin()).as_vec3().to_array(),
             seed: self.settings.seed,
             camera_right: axis(DVec3::X * half * aspect),
             camera_up: axis(DVec3::Y * half),
@@ -232,15 +228,10 @@ impl View {
                 bytemuck::bytes_of(&frame).to_vec(),
                 bytemuck::bytes_of(&settings.params()).to_vec(),
             ],
-            resources: vec![self.film, cache.environment_map(), pixels],
+            resources: vec![self.film, cache.light_resources()[0], pixels],
             workgroups: [width.div_ceil(x), height.div_ceil(y)],
         });
         pixels
-    }
-
-    /// Planes of the film: 2, or 4 with guides.
-    pub fn plane_count(&self) -> usize {
-        plane_count(self.settings.guides)
     }
 
     /// Records that everything is freed.

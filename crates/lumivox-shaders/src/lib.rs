@@ -23,7 +23,7 @@ pub enum BindingKind {
     LinearSampler,
 }
 
-/// The samples that a path-tracing kernel is specialised for. What is off costs nothing.
+/// What a path-tracing kernel is specialised for. What is off costs nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct PathTraceVariant {
     /// Next-event estimation with multiple importance sampling. A uniform environment needs none: sampling the phase

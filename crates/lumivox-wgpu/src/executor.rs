@@ -88,10 +88,13 @@ impl Executor {
     }
 
     /// The buffer of that name, for hosts that go on with it.
-    pub fn buffer(&self, id: ResourceId) -> Option<&wgpu::Buffer> {
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] when there is none.
+    pub fn buffer(&self, id: ResourceId) -> Result<&wgpu::Buffer, GpuError> {
         match self.resources.get(&id) {
-            Some(Resource::Buffer(buffer)) => Some(buffer),
-            _ => None,
+            Some(Resource::Buffer(buffer)) => Ok(buffer),
+            _ => Err(GpuError::Refused(format!("{id:?} is no buffer"))),
         }
     }
 
@@ -103,7 +106,7 @@ impl Executor {
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let internal = self.device.push_error_scope(wgpu::ErrorFilter::Internal);
-        let read_backs = self.replay(recording);
+        let replayed = self.replay(recording);
         // Scopes nest: the innermost is popped first.
         let internal = pollster::block_on(internal.pop());
         let validation = pollster::block_on(validation.pop());
@@ -114,7 +117,16 @@ impl Executor {
         if let Some(error) = validation.or(internal) {
             return Err(GpuError::Refused(error.to_string()));
         }
-        Ok(read_backs)
+        replayed
+    }
+
+    /// Drops every resource that `recording` makes: after an error nobody else will.
+    pub fn discard(&mut self, recording: &Recording) {
+        for step in &recording.steps {
+            if let Step::CreateBuffer { id, .. } | Step::CreateTexture { id, .. } = step {
+                self.resources.remove(id);
+            }
+        }
     }
 
     /// Waits until the GPU has done everything.
@@ -128,7 +140,7 @@ impl Executor {
             .map_err(|e| GpuError::Lost(e.to_string()))
     }
 
-    fn replay(&mut self, recording: &Recording) -> Vec<ReadBack> {
+    fn replay(&mut self, recording: &Recording) -> Result<Vec<ReadBack>, GpuError> {
         let mut encoder = self.new_encoder();
         let mut encoded = false;
         let mut uniform_cursor = 0;
@@ -160,22 +172,19 @@ impl Executor {
                     self.resources.insert(*id, Resource::Texture(texture, view));
                 }
                 Step::WriteBuffer { id, offset, data } => {
-                    if let Some(buffer) = self.buffer(*id) {
-                        self.queue.write_buffer(buffer, *offset, data.bytes());
-                    }
+                    self.queue.write_buffer(self.buffer(*id)?, *offset, data.bytes());
                 }
                 Step::WriteTexture { id, origin, size, data } => {
-                    if let Some(Resource::Texture(texture, _)) = self.resources.get(id) {
-                        write_texture(&self.queue, texture, *origin, *size, data.bytes());
-                        // An empty submission lets the staging memory of a large upload go as soon as it is copied.
-                        self.queue.submit([]);
-                    }
+                    let Some(Resource::Texture(texture, _)) = self.resources.get(id) else {
+                        return Err(GpuError::Refused(format!("{id:?} is no texture")));
+                    };
+                    write_texture(&self.queue, texture, *origin, *size, data.bytes());
+                    // An empty submission lets the staging memory of a large upload go as soon as it is copied.
+                    self.queue.submit([]);
                 }
                 Step::ClearBuffer { id } => {
-                    if let Some(buffer) = self.buffer(*id) {
-                        encoder.clear_buffer(buffer, 0, None);
-                        encoded = true;
-                    }
+                    encoder.clear_buffer(self.buffer(*id)?, 0, None);
+                    encoded = true;
                 }
                 Step::Dispatch { kernel, uniforms, resources, workgroups } => {
                     self.dispatch(
@@ -189,18 +198,16 @@ impl Executor {
                     encoded = true;
                 }
                 Step::ReadBuffer { id, range } => {
-                    if let Some(buffer) = self.buffer(*id) {
-                        let size = range.end - range.start;
-                        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
-                            label: Some("read back"),
-                            size,
-                            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-                            mapped_at_creation: false,
-                        });
-                        encoder.copy_buffer_to_buffer(buffer, range.start, &staging, 0, size);
-                        encoded = true;
-                        read_backs.push(staging);
-                    }
+                    let size = range.end - range.start;
+                    let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+                        label: Some("read back"),
+                        size,
+                        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                        mapped_at_creation: false,
+                    });
+                    encoder.copy_buffer_to_buffer(self.buffer(*id)?, range.start, &staging, 0, size);
+                    encoded = true;
+                    read_backs.push(staging);
                 }
                 Step::Free { id } => {
                     // Dropping is enough: wgpu keeps what submitted and encoded commands still need.
@@ -209,7 +216,7 @@ impl Executor {
             }
         }
         let submission = Some(self.queue.submit([encoder.finish()]));
-        read_backs
+        let read_backs = read_backs
             .into_iter()
             .map(|buffer| {
                 let (send, mapped) = mpsc::channel();
@@ -219,7 +226,8 @@ impl Executor {
                 });
                 ReadBack { device: self.device.clone(), buffer, submission: submission.clone(), mapped }
             })
-            .collect()
+            .collect();
+        Ok(read_backs)
     }
 
     fn new_encoder(&self) -> wgpu::CommandEncoder {

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use lumivox_core::{PerspectiveCamera, Scene};
-use lumivox_renderer::{Film, LightSampling, Recording, SceneCache, View, ViewSettings};
+use lumivox_renderer::{Film, LightSampling, Recording, RenderError, SceneCache, View, ViewSettings};
 
 use crate::error::{GpuError, HeadlessError};
 use crate::gpu::Gpu;
@@ -18,7 +18,7 @@ pub struct RenderRequest {
     pub height: u32,
     /// Samples per pixel; the image is complete when it has them.
     pub samples: u32,
-    /// The image is complete, too, when so much time has gone into it.
+    /// The image is complete, too, when so much time has gone into it and every pixel has a sample.
     pub time: Option<Duration>,
     /// Chooses the random numbers.
     pub seed: u32,
@@ -108,6 +108,10 @@ pub fn render(
     request: &RenderRequest,
     on_progress: &mut dyn FnMut(&RenderProgress) -> ControlFlow<()>,
 ) -> Result<Rendered, HeadlessError> {
+    let place = camera.world_from_camera;
+    if !place.is_finite() || !(camera.vertical_fov > 0.0 && camera.vertical_fov < std::f64::consts::PI) {
+        return Err(RenderError::Camera.into());
+    }
     let begin = Instant::now();
     let mut cache = SceneCache::new(gpu.executor.limits());
     cache.set_light_sampling(request.light_sampling);
@@ -115,8 +119,11 @@ pub fn render(
     let mut recording = Recording::new();
     cache.update(scene, &mut recording)?;
     let mut views = windows(request, &cache, &mut recording)?;
-    gpu.executor.execute(&recording)?;
-    gpu.executor.wait()?;
+    let prepared = gpu.executor.execute(&recording).and_then(|_| gpu.executor.wait());
+    if let Err(error) = prepared {
+        gpu.executor.discard(&recording);
+        return Err(error.into());
+    }
     drop(recording);
     let prepare = begin.elapsed();
 
@@ -130,15 +137,15 @@ pub fn render(
         look_took: Duration::ZERO,
         noise: None,
     };
-    let outcome = match tracing.run(gpu, &cache, &mut views, camera, request, &mut film, on_progress) {
+    let mut outcome = match tracing.run(gpu, &cache, &mut views, camera, request, &mut film, on_progress) {
         Ok(outcome) => outcome,
         Err(error) => Outcome::Failed(error),
     };
-    if !matches!(outcome, Outcome::Failed(_)) {
-        let read = read_film(gpu, &views, &mut film);
-        if let Err(error) = read {
-            return Ok(Rendered { film, outcome: Outcome::Failed(error), prepare, trace: tracing.trace });
-        }
+    // Even after a failure: the device may still be there, only its memory full.
+    if let Err(error) = read_film(gpu, &views, &mut film)
+        && !matches!(outcome, Outcome::Failed(_))
+    {
+        outcome = Outcome::Failed(error);
     }
     let mut recording = Recording::new();
     views.into_iter().for_each(|view| view.free(&mut recording));
@@ -230,7 +237,9 @@ impl Tracing {
             if on_progress(&self.progress(request)).is_break() {
                 return Ok(Outcome::Stopped);
             }
-            if request.time.is_some_and(|limit| self.begin.elapsed() >= limit) {
+            // An image of which parts were never traced is none: the first sample is always finished.
+            let begun = views.iter().all(|v| v.samples() > 0);
+            if begun && request.time.is_some_and(|limit| self.begin.elapsed() >= limit) {
                 return Ok(Outcome::Complete);
             }
             if self.last_look.elapsed() >= LOOK_EVERY.max(self.look_took * LOOK_SHARE) {

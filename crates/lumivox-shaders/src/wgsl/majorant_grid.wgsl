@@ -37,10 +37,11 @@ fn majorant_grid(@builtin(global_invocation_id) id: vec3u) {
     let range = value_ranges[params.range_offset + cell];
     let a_end = table_coordinate(range & 0xffffu);
     let b_end = table_coordinate(range >> 16u);
-    // A negative rescale slope swaps the ends. A hundredth of an entry more on either side is for rounding in the
-    // texture unit.
-    let low = u32(max(floor(min(a_end, b_end) - 0.01), 0.0));
-    let high = min(u32(ceil(max(a_end, b_end) + 0.01)), TABLE_SIZE - 1u);
+    // A negative rescale slope swaps the ends. A little more on either side is for rounding, of texture units and of
+    // texels scaled to table entries.
+    let slack = 0.01 + 1e-6 * abs(params.table_scale);
+    let low = u32(max(floor(min(a_end, b_end) - slack), 0.0));
+    let high = min(u32(ceil(max(a_end, b_end) + slack)), TABLE_SIZE - 1u);
     let level = firstLeadingBit(high - low + 1u);
     let a = range_maxima[level * TABLE_SIZE + low];
     let b = range_maxima[level * TABLE_SIZE + high + 1u - (1u << level)];

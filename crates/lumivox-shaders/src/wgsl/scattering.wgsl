@@ -15,7 +15,7 @@ fn facing_normal(v: u32, gradient: vec3f, wo: vec3f) -> vec3f {
 // The probability that a collision happens at a surface (after Kroes, Post and Botha, "Exposure Render", PLoS ONE
 // 7(7), 2012, with a Gaussian fall-off so that noise is no surface).
 fn surface_probability(v: u32, gradient: vec3f) -> f32 {
-    let per_mm = length(rotate_rows(instances[v].patient_gradient_from_voxel, gradient))
+    let per_mm = length(transform_rows(instances[v].patient_gradient_from_voxel, gradient))
         * instances[v].value_per_texel * instances[v].surface_inverse_gradient;
     return instances[v].surface_strength * (1.0 - exp(-per_mm * per_mm));
 }

@@ -1,4 +1,4 @@
-// From scene-linear light to display values in [0, 1]. CPU twin: lumivox-renderer's `tone_map.rs`.
+// From scene-linear light to display values in [0, 1]. CPU twin: `ToneMap` in lumivox-renderer's `display.rs`.
 
 const TONE_PLAIN: u32 = 0u;
 const TONE_AGX: u32 = 1u;
@@ -24,7 +24,7 @@ fn agx(c: vec3f) -> vec3f {
     return clamp((curved - AGX_UNMIX * curved_mean) / (1.0 - AGX_UNMIX), vec3f(0.0), vec3f(1.0));
 }
 
-// An S-curve through (pivot, middle grey encoded), slope AGX_SLOPE there, flat at both ends: x = pivot + d is sent to
+// An S-curve through (pivot, middle grey encoded), slope 2.35 there, flat at both ends: x = pivot + d is sent to
 // grey + slope * d / (1 + (slope * |d| / room)^power)^(1 / power).
 fn agx_curve(x: vec3f) -> vec3f {
     let pivot = 10.0 / 16.5;

@@ -5,10 +5,13 @@
 // in it, so tentative collisions are sampled from a piecewise constant rate and accepted with sigma_t / sigma_maj.
 
 // A ray's walk through one volume's majorant cells.
+//
+// t counts from where the ray enters the volume: seen from afar, sums of small steps to a large t would lose them.
 struct March {
-    origin: vec3f,     // in voxels
+    origin: vec3f,     // where the ray enters, in voxels
     direction: vec3f,  // in voxels per unit of t
-    t: f32,
+    t_enter: f32,      // on the ray
+    t: f32,            // from here on
     t_end: f32,
     t_next: vec3f,     // where the ray leaves its cell along each axis
     t_delta: vec3f,    // t from one cell to the next along each axis
@@ -28,18 +31,19 @@ fn march_begin(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> March {
     let b = (instances[v].clip_high - m.origin) * inverse;
     let entry = min(a, b);
     let exit = max(a, b);
-    m.t = max(max(entry.x, entry.y), max(entry.z, 0.0));
-    m.t_end = min(min(exit.x, exit.y), min(exit.z, t_max));
-    if (m.t >= m.t_end) {
+    m.t_enter = max(max(entry.x, entry.y), max(entry.z, 0.0));
+    m.t_end = min(min(exit.x, exit.y), min(exit.z, t_max)) - m.t_enter;
+    if (m.t_end <= 0.0) {
         return m;
     }
+    m.origin += m.t_enter * m.direction;
     let world_scale = instances[v].world_millimetres;
-    let patient_scale = length(rotate_rows(instances[v].patient_from_world, direction));
+    let patient_scale = length(transform_rows(instances[v].patient_from_world, direction));
     m.scale = instances[v].density * select(patient_scale, world_scale, world_scale > 0.0);
 
     let dims = vec3i(instances[v].grid_dims);
     let stride = vec3i(1, dims.x, dims.x * dims.y);
-    let p = (m.origin + m.t * m.direction) * instances[v].cells_per_voxel;
+    let p = m.origin * instances[v].cells_per_voxel;
     let cell = clamp(vec3i(floor(p)), vec3i(0), dims - 1);
     let forward = d > vec3f(0.0);
     let side = vec3f(cell) + select(vec3f(0.0), vec3f(1.0), forward);
@@ -91,7 +95,7 @@ fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function
     var nearest = Collision(t_max, NO_VOLUME, 0.0);
     for (var v = 0u; v < frame.volume_count; v++) {
         var m = march_begin(v, origin, direction, nearest.t);
-        if (m.t >= m.t_end) {
+        if (m.t_end <= 0.0) {
             continue;
         }
         loop {
@@ -101,7 +105,7 @@ fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function
             }
             let texel = sample_volume(v, m.origin + m.t * m.direction);
             if (rng_next(rng) * majorant < opacity(v, texel) * m.scale) {
-                nearest = Collision(m.t, v, texel);
+                nearest = Collision(m.t_enter + m.t, v, texel);
                 break;
             }
         }
@@ -115,7 +119,7 @@ fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function,
     var product = 1.0;
     for (var v = 0u; v < frame.volume_count; v++) {
         var m = march_begin(v, origin, direction, t_max);
-        if (m.t >= m.t_end) {
+        if (m.t_end <= 0.0) {
             continue;
         }
         loop {

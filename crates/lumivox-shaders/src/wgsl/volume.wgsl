@@ -1,10 +1,11 @@
 // Reading a volume: filter, transfer function, gradient. Expects `instances`, `atlas`, `atlas_sampler`, `frame`,
 // `opacity_table` and `color_table`.
 
-// Stored value in [0, 1] at a point of voxel space. Taps clamp to the volume's own voxels, so that neighbours in the
-// atlas never leak in.
+// Stored value in [0, 1] at a point of voxel space. Taps clamp to the volume's own voxels, a hair inside the outermost
+// centres: texture units round coordinates to 1/256 of a voxel, and a neighbour in the atlas must not leak in.
 fn sample_trilinear(v: u32, p: vec3f) -> f32 {
-    let q = clamp(p, vec3f(0.5), instances[v].dims - 0.5) + instances[v].atlas_origin;
+    let edge = vec3f(0.5 + 1.0 / 512.0);
+    let q = clamp(p, edge, max(instances[v].dims - edge, edge)) + instances[v].atlas_origin;
     return textureSampleLevel(atlas, atlas_sampler, q * frame.inverse_atlas_size, 0.0).r;
 }
 
@@ -83,7 +84,7 @@ fn voxel_gradient(v: u32, p: vec3f) -> vec3f {
     );
 }
 
-fn rotate_rows(rows: array<vec4f, 3>, d: vec3f) -> vec3f {
+fn transform_rows(rows: array<vec4f, 3>, d: vec3f) -> vec3f {
     return vec3f(dot(rows[0].xyz, d), dot(rows[1].xyz, d), dot(rows[2].xyz, d));
 }
 
@@ -97,7 +98,7 @@ fn voxel_from_world(v: u32, p: vec3f) -> vec3f {
 }
 
 fn voxel_direction(v: u32, d: vec3f) -> vec3f {
-    return rotate_rows(instances[v].voxel_from_world, d);
+    return transform_rows(instances[v].voxel_from_world, d);
 }
 
 // Gradients transform with the transposed map: they are covectors.

@@ -43,9 +43,11 @@ fn test_scenes_look_as_they_did() {
 fn the_phantom_looks_as_it_did() {
     let options = AnatomyOptions { size: 96, ..Default::default() };
     let volume = Arc::new(anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap());
-    for (name, preset) in
-        [("phantom_skin", Preset::CtSkin), ("phantom_muscle", Preset::CtMuscle), ("phantom_bone", Preset::CtBone)]
-    {
+    for (name, preset) in [
+        ("phantom_skin", Preset::CtSkin),
+        ("phantom_muscle", Preset::CtMuscle),
+        ("phantom_bone", Preset::CtBone),
+    ] {
         let scene = Scene::with_volume(volume.clone(), preset.medium(&volume));
         let camera = framing::frame(&scene, 0.5, 0.1, 0.5, 1.0).camera();
         compare(&TestScene { name, scene, camera });

@@ -10,7 +10,7 @@ use lumivox_renderer::{Recording, SceneCache, Step};
 
 use crate::gpu;
 
-/// Majorants of a scene with one volume, as the GPU makes them, and the cells along each axis.
+/// Majorants of a scene with one volume, as the GPU makes them, x fastest.
 fn majorants(scene: &Scene, cell_size: usize) -> Vec<f32> {
     let mut gpu = gpu();
     let mut cache = SceneCache::new(gpu.executor.limits());
@@ -42,6 +42,12 @@ fn random_function(rng: &mut Rng, range: [f64; 2]) -> TransferFunction {
     let values: Vec<f64> = (0..9).map(|_| value()).collect();
     let knots: Vec<(f64, f64)> =
         values.iter().enumerate().map(|(i, &v)| (v, if i % 2 == 0 { 0.0 } else { rng.uniform() })).collect();
+    // And now and then a step, at the first point or within.
+    let mut knots = knots;
+    if rng.uniform() < 0.5 {
+        let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
+        knots.push((if rng.uniform() < 0.5 { lowest } else { values[1] }, 1.0));
+    }
     TransferFunction::from_points(Ease::InOut, &knots, &[(0.0, [1.0; 3])]).unwrap()
 }
 

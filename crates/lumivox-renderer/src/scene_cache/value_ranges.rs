@@ -3,6 +3,8 @@
 use lumivox_core::{Filter, Volume, Voxels};
 use rayon::prelude::*;
 
+use super::atlas::quantise;
+
 /// Fewer cells than this along the longest side are made smaller: tight majorants cost little on small volumes.
 const MIN_CELLS: usize = 64;
 
@@ -30,9 +32,8 @@ impl ValueRangeGrid {
             Voxels::U8(v) => Self::build(volume, filter, cell_size, v, |&x| x, |x| u16::from(x) * 257),
             Voxels::U16(v) => Self::build(volume, filter, cell_size, v, |&x| x, |x| x),
             Voxels::F32(v) => {
-                let [min, max] = volume.stored_range();
-                let scale = if max > min { 65535.0 / (max - min) } else { 0.0 };
-                let order = |x: &f32| ((f64::from(*x) - min) * scale).round() as u16;
+                let range = volume.stored_range();
+                let order = |x: &f32| quantise(*x, range);
                 Self::build(volume, filter, cell_size, v, order, |x| x)
             }
         }

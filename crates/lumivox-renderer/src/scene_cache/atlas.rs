@@ -42,15 +42,20 @@ impl TexelScale {
     }
 }
 
+/// A float as a 16-bit fraction of the range of stored values.
+pub(crate) fn quantise(x: f32, [min, max]: [f64; 2]) -> u16 {
+    let scale = if max > min { 65535.0 / (max - min) } else { 0.0 };
+    ((f64::from(x) - min) * scale).round() as u16
+}
+
 /// The stored samples `range` as 16-bit fractions.
 pub(crate) fn fractions(volume: &Volume, range: std::ops::Range<usize>) -> Vec<u16> {
     match volume.voxels() {
         Voxels::U8(v) => v[range].iter().map(|&x| u16::from(x) * 257).collect(),
         Voxels::U16(v) => v[range].to_vec(),
         Voxels::F32(v) => {
-            let [min, max] = volume.stored_range();
-            let scale = if max > min { 65535.0 / (max - min) } else { 0.0 };
-            v[range].par_iter().map(|&x| ((f64::from(x) - min) * scale).round() as u16).collect()
+            let range_of_values = volume.stored_range();
+            v[range].par_iter().map(|&x| quantise(x, range_of_values)).collect()
         }
     }
 }
@@ -62,16 +67,7 @@ impl Atlas {
         max_size: u32,
         recording: &mut Recording,
     ) -> Result<Self, RenderError> {
-        let mut sizes = Vec::with_capacity(volumes.len());
-        for volume in volumes {
-            let dims = volume.dims();
-            if dims.iter().any(|&n| n > max_size as usize) {
-                return Err(RenderError::VolumeTooLarge { dims, limit: max_size });
-            }
-            sizes.push(dims.map(|n| n as u32));
-        }
-        let (origins, size) = pack(&sizes, max_size)
-            .ok_or(RenderError::TooManyVolumes { count: volumes.len(), limit: max_size })?;
+        let (origins, size) = arrange(volumes, max_size)?;
         let eight_bit = !volumes.is_empty() && volumes.iter().all(|v| matches!(v.voxels(), Voxels::U8(_)));
         let format = if eight_bit { TextureFormat::R8Unorm } else { TextureFormat::R16Unorm };
         let texture = recording.create_texture("volume atlas", format, size);
@@ -80,6 +76,22 @@ impl Atlas {
         }
         Ok(Self { texture, size, origins })
     }
+}
+
+/// Where each volume lies in an atlas, and the atlas' size.
+pub(crate) fn arrange(
+    volumes: &[Arc<Volume>],
+    max_size: u32,
+) -> Result<(Vec<[u32; 3]>, [u32; 3]), RenderError> {
+    let mut sizes = Vec::with_capacity(volumes.len());
+    for volume in volumes {
+        let dims = volume.dims();
+        if dims.iter().any(|&n| n > max_size as usize) {
+            return Err(RenderError::VolumeTooLarge { dims, limit: max_size });
+        }
+        sizes.push(dims.map(|n| n as u32));
+    }
+    pack(&sizes, max_size).ok_or(RenderError::TooManyVolumes { count: volumes.len(), limit: max_size })
 }
 
 /// A volume's samples as they lie in memory, kept alive by the recording.
@@ -127,11 +139,20 @@ fn pack(sizes: &[[u32; 3]], max: u32) -> Option<(Vec<[u32; 3]>, [u32; 3])> {
     if sizes.is_empty() {
         return Some((vec![], [1, 1, 1]));
     }
-    let volume: f64 = sizes.iter().map(|s| s.iter().map(|&n| f64::from(n)).product::<f64>()).sum();
     let widest = |axis: usize| sizes.iter().map(|s| s[axis]).max().unwrap_or(1);
-    // Shelves about as wide as the cube root of the whole, and never narrower than the widest box.
-    let side = (volume.cbrt().ceil() as u32).min(max);
-    let (row_end, layer_end) = (side.max(widest(0)), side.max(widest(1)));
+    // Shelves of every number of the widest boxes: the arrangement that fits with the least waste is kept.
+    let ends =
+        |axis: usize| (1..=sizes.len() as u32).map(move |n| n * widest(axis)).take_while(|&end| end <= max);
+    ends(0)
+        .take(32)
+        .flat_map(|row_end| ends(1).take(32).map(move |layer_end| [row_end, layer_end]))
+        .map(|ends| pack_shelves(sizes, ends))
+        .filter(|(_, used)| used.iter().all(|&n| n <= max))
+        .min_by_key(|(_, used)| used.iter().map(|&n| u64::from(n)).product::<u64>())
+}
+
+/// Fills rows up to `row_end` along x and layers up to `layer_end` along y.
+fn pack_shelves(sizes: &[[u32; 3]], [row_end, layer_end]: [u32; 2]) -> (Vec<[u32; 3]>, [u32; 3]) {
     let mut order: Vec<usize> = (0..sizes.len()).collect();
     order.sort_by_key(|&i| std::cmp::Reverse((sizes[i][2], sizes[i][1], sizes[i][0])));
     let mut origins = vec![[0; 3]; sizes.len()];
@@ -154,7 +175,7 @@ fn pack(sizes: &[[u32; 3]], max: u32) -> Option<(Vec<[u32; 3]>, [u32; 3])> {
         row_height = row_height.max(size[1]);
         layer_depth = layer_depth.max(size[2]);
     }
-    used.iter().all(|&n| n <= max).then_some((origins, used))
+    (origins, used)
 }
 
 #[cfg(test)]
@@ -181,5 +202,8 @@ mod tests {
         let taken: u64 = size.iter().map(|&n| u64::from(n)).product();
         assert!(taken < used * 3, "{taken} voxels for {used}");
         assert_eq!(pack(&[[2000; 3], [2000; 3], [2000; 3]], 2048), None);
+        for count in 1..=12 {
+            assert!(pack(&vec![[512, 512, 400]; count], 2048).is_some(), "{count} scans fit");
+        }
     }
 }

@@ -20,10 +20,15 @@ impl TransferTable {
     pub fn new(function: &TransferFunction, volume: &Volume) -> Self {
         let values = volume.value_range();
         let changes = function.value_range();
-        let low = changes[0].clamp(values[0], values[1]);
+        let mut low = changes[0].clamp(values[0], values[1]);
         let mut high = changes[1].clamp(values[0], values[1]);
         if high - low <= f64::EPSILON * low.abs().max(high.abs()) {
             high = low + low.abs().max(1.0) * 1e-3;
+        }
+        // What lies below the domain reads the first entry. Should the function jump at its first point, that entry
+        // has to be from before the jump.
+        if changes[0] > values[0] {
+            low -= (high - low) / (TABLE_SIZE - 2) as f64;
         }
         let value = |i: usize| low + (high - low) * i as f64 / (TABLE_SIZE - 1) as f64;
         Self {
@@ -39,7 +44,7 @@ impl TransferTable {
     }
 
     /// `(scale, bias)` that send `texel * per_texel + at_zero`, a physical value, to a table coordinate.
-    pub(crate) fn coordinate(&self, texel: crate::atlas::TexelScale) -> (f64, f64) {
+    pub(crate) fn coordinate(&self, texel: super::atlas::TexelScale) -> (f64, f64) {
         let entries_per_value = (TABLE_SIZE - 1) as f64 / (self.domain[1] - self.domain[0]);
         (texel.per_texel * entries_per_value, (texel.at_zero - self.domain[0]) * entries_per_value)
     }
@@ -66,6 +71,20 @@ impl TransferTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_jump_at_the_first_point_leaves_lower_values_alone() {
+        use lumivox_core::{Ease, Modality, Voxels, glam::DAffine3};
+        let voxels = Voxels::U16(vec![0, 4000]);
+        let place = DAffine3::IDENTITY;
+        let volume = Volume::new([2, 1, 1], voxels, [1.0, -1000.0], place, Modality::Ct).unwrap();
+        for points in [&[(100.0, 0.0), (100.0, 1.0)][..], &[(100.0, 0.0), (100.0, 1.0), (900.0, 0.5)]] {
+            let step = TransferFunction::from_points(Ease::Linear, points, &[(200.0, [1.0; 3])]).unwrap();
+            let table = TransferTable::new(&step, &volume);
+            assert!(table.domain[0] < 100.0, "{:?}", table.domain);
+            assert_eq!((table.opacity[0], table.opacity[TABLE_SIZE - 1]), (0.0, step.opacity(5000.0) as f32));
+        }
+    }
 
     #[test]
     fn range_maxima_are_maxima() {

@@ -1,0 +1,90 @@
+//! The environment on the GPU: its map, and where to draw directions from.
+
+use std::sync::Arc;
+
+use lumivox_core::{Environment, EnvironmentSource};
+
+use super::DeviceLimits;
+use super::importance::ImportanceGrid;
+use crate::error::RenderError;
+use crate::recording::{Payload, Recording, ResourceId, Step, TextureFormat};
+
+/// A scene's light.
+#[derive(Debug)]
+pub(super) struct CachedLight {
+    source: Option<EnvironmentSource>,
+    pub map: Option<ResourceId>,
+    pub importance: Option<ResourceId>,
+    pub uniform: bool,
+    pub rotation: f64,
+    pub strength: f64,
+    pub map_size: [u32; 2],
+    pub importance_size: [u32; 2],
+}
+
+impl Default for CachedLight {
+    fn default() -> Self {
+        Self {
+            source: None,
+            map: None,
+            importance: None,
+            uniform: true,
+            rotation: 0.0,
+            strength: 1.0,
+            map_size: [1, 1],
+            importance_size: [1, 1],
+        }
+    }
+}
+
+/// Whether the device has room for the environment's map.
+pub(super) fn check(environment: &Environment, limits: &DeviceLimits) -> Result<(), RenderError> {
+    let limit = limits.max_texture_2d;
+    match &environment.source {
+        EnvironmentSource::Map(map) if map.width.max(map.height) > limit as usize => {
+            Err(RenderError::EnvironmentTooLarge { width: map.width, height: map.height, limit })
+        }
+        _ => Ok(()),
+    }
+}
+
+impl CachedLight {
+    /// Records what differs; returns whether anything did. The device has room, see [`check`].
+    pub fn update(&mut self, environment: &Environment, recording: &mut Recording) -> bool {
+        let rotation = if environment.rotation.is_finite() { environment.rotation } else { 0.0 };
+        let strength = if environment.strength.is_finite() { environment.strength.max(0.0) } else { 1.0 };
+        let turned = [rotation, strength] != [self.rotation, self.strength];
+        (self.rotation, self.strength) = (rotation, strength);
+        if self.source.as_ref().is_some_and(|source| same(source, &environment.source)) {
+            return turned;
+        }
+        let map = environment.to_map();
+        let grid = ImportanceGrid::new(&map);
+        self.free(recording);
+        self.map_size = [map.width as u32, map.height as u32];
+        self.importance_size = grid.size.map(|n| n as u32);
+        let [width, height] = self.map_size;
+        let id = recording.create_texture("environment", TextureFormat::Rgba32Float, [width, height, 0]);
+        let texels: Vec<[f32; 4]> = map.texels.iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
+        let data = Payload::copy_of(&texels);
+        recording.push(Step::WriteTexture { id, origin: [0; 3], size: [width, height, 1], data });
+        self.map = Some(id);
+        self.importance = Some(recording.create_buffer_with("importance", &grid.cells));
+        self.uniform = environment.is_uniform();
+        self.source = Some(environment.source.clone());
+        true
+    }
+
+    pub fn free(&mut self, recording: &mut Recording) {
+        recording.free(self.map.take());
+        recording.free(self.importance.take());
+    }
+}
+
+/// Whether two sources are the same; maps are compared by identity first, for they are large.
+fn same(a: &EnvironmentSource, b: &EnvironmentSource) -> bool {
+    match (a, b) {
+        (EnvironmentSource::Map(a), EnvironmentSource::Map(b)) => Arc::ptr_eq(a, b) || a == b,
+        _ => a == b,
+    }
+}

@@ -1,0 +1,333 @@
+//! A scene on the GPU: what is there already stays, what changed is recorded.
+//!
+//! [`volumes`] holds the voxels and their value ranges, [`tables`] the transfer functions and majorants, [`light`] the
+//! environment; the instances that tie them together are here.
+
+mod atlas;
+mod importance;
+mod light;
+mod tables;
+mod transfer_table;
+mod value_ranges;
+mod volumes;
+
+use lumivox_core::glam::{DAffine3, DMat3, DVec3};
+use lumivox_core::medium::SIGMA_UNIT_PER_MM;
+use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, VolumeInstance};
+use lumivox_shaders::PathTraceVariant;
+use lumivox_shaders::layout::{Frame, Instance, TABLE_SIZE};
+
+use self::atlas::TexelScale;
+use self::light::CachedLight;
+use self::tables::CachedTables;
+use self::volumes::{CachedVolumes, GridSettings};
+use crate::error::RenderError;
+use crate::ids;
+use crate::recording::{Payload, Recording, ResourceId, Step};
+
+/// What the host's GPU can do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DeviceLimits {
+    /// Largest side of a 3D texture.
+    pub max_texture_3d: u32,
+    /// Largest side of a 2D texture.
+    pub max_texture_2d: u32,
+    /// Largest storage buffer that can be bound, in bytes.
+    pub max_storage_binding: u64,
+}
+
+/// How paths find the light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum LightSampling {
+    /// Next-event estimation where it pays: for any light but a uniform one.
+    #[default]
+    Auto,
+    /// Always next-event estimation with multiple importance sampling.
+    Always,
+    /// Never: paths find the light by chance alone.
+    Never,
+}
+
+/// An instance that can be seen, with everything in its documented range.
+struct Placed<'a> {
+    instance: &'a VolumeInstance,
+    medium: Medium,
+    patient_from_world: DAffine3,
+}
+
+/// A scene on the GPU. [`update`](Self::update) records what differs from the last time.
+#[derive(Debug)]
+pub struct SceneCache {
+    limits: DeviceLimits,
+    light_sampling: LightSampling,
+    cell_size: Option<usize>,
+    volumes: CachedVolumes,
+    tables: CachedTables,
+    light: CachedLight,
+    instances: Vec<Instance>,
+    instance_buffer: Option<ResourceId>,
+    /// Subtracted from world positions before they are rounded to 32 bits: scenes far from the world's origin keep
+    /// their precision.
+    origin: DVec3,
+    version: u64,
+}
+
+impl SceneCache {
+    /// An empty cache for a device.
+    pub fn new(limits: DeviceLimits) -> Self {
+        Self {
+            limits,
+            light_sampling: LightSampling::Auto,
+            cell_size: None,
+            volumes: CachedVolumes::default(),
+            tables: CachedTables::default(),
+            light: CachedLight::default(),
+            instances: vec![],
+            instance_buffer: None,
+            origin: DVec3::ZERO,
+            version: ids::next().0,
+        }
+    }
+
+    /// The device's limits.
+    pub fn limits(&self) -> DeviceLimits {
+        self.limits
+    }
+
+    /// Chooses how paths find the light; every choice has the same expectation.
+    pub fn set_light_sampling(&mut self, light_sampling: LightSampling) {
+        if self.light_sampling != light_sampling {
+            self.light_sampling = light_sampling;
+            self.version = ids::next().0;
+        }
+    }
+
+    /// Overrides the side of a majorant cell, in voxels, from the next update on.
+    pub fn set_cell_size(&mut self, cell_size: Option<usize>) {
+        self.cell_size = cell_size.map(|n| n.max(1));
+    }
+
+    /// Changes whenever an image of the scene would; unique among caches, too. Views start over when it does.
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// Records what has to be done for the GPU to hold `scene`. Volumes that are flattened to nothing, or placed by a
+    /// transform that is not finite, are not there.
+    ///
+    /// # Errors
+    /// [`RenderError`] when the scene does not fit the device; then nothing is recorded or changed.
+    pub fn update(&mut self, scene: &Scene, recording: &mut Recording) -> Result<(), RenderError> {
+        let placed = place(scene);
+        let settings = GridSettings {
+            wide_filter: placed.iter().any(|p| p.medium.filter == Filter::Tricubic),
+            cell_size: self.cell_size,
+        };
+        let wanted = volumes::distinct(&placed);
+        volumes::check(&wanted, &self.limits)?;
+        let cells = placed.iter().map(|p| {
+            let size = settings.cell_size(&p.instance.volume);
+            p.instance.volume.dims().iter().map(|n| n.div_ceil(size)).product()
+        });
+        tables::check(cells, self.limits.max_storage_binding)?;
+        light::check(&scene.environment, &self.limits)?;
+
+        let volumes_changed = self.volumes.update(wanted, settings, &self.limits, recording)?;
+        let tables_changed = self.tables.update(&placed, &self.volumes, volumes_changed, recording);
+        let instances_changed = self.update_instances(&placed, recording);
+        let light_changed = self.light.update(&scene.environment, recording);
+        if volumes_changed || tables_changed || instances_changed || light_changed {
+            self.version = ids::next().0;
+        }
+        Ok(())
+    }
+
+    fn update_instances(&mut self, placed: &[Placed<'_>], recording: &mut Recording) -> bool {
+        let centers = placed.iter().map(|p| p.instance.world_from_box().transform_point3(DVec3::splat(0.5)));
+        let origin = centers.sum::<DVec3>() / placed.len().max(1) as f64;
+        let instances: Vec<Instance> =
+            placed.iter().enumerate().map(|(i, p)| self.instance(i, p, origin)).collect();
+        let same_bytes =
+            bytemuck::cast_slice::<_, u8>(&instances) == bytemuck::cast_slice::<_, u8>(&self.instances);
+        if self.instance_buffer.is_some() && same_bytes && origin == self.origin {
+            return false;
+        }
+        if instances.len() != self.instances.len() || self.instance_buffer.is_none() {
+            recording.free(self.instance_buffer.take());
+        }
+        let bytes = (size_of::<Instance>() * instances.len().max(1)) as u64;
+        let id = *self.instance_buffer.get_or_insert_with(|| recording.create_buffer("instances", bytes));
+        if !instances.is_empty() {
+            recording.push(Step::WriteBuffer { id, offset: 0, data: Payload::copy_of(&instances) });
+        }
+        self.instances = instances;
+        self.origin = origin;
+        true
+    }
+
+    fn instance(&self, index: usize, placed: &Placed<'_>, origin: DVec3) -> Instance {
+        let Placed { instance, medium, patient_from_world } = placed;
+        let volume = &*instance.volume;
+        let volume_index = self.volumes.index(&instance.volume);
+        let grid = &self.volumes.list[volume_index].grid;
+        let atlas = self.volumes.atlas.as_ref().expect("volumes are updated before instances");
+        let (table, grid_offset) = self.tables.get(index);
+        let texel = TexelScale::of(volume);
+        let (table_scale, table_bias) = table.coordinate(texel);
+        let dims = DVec3::from_array(volume.dims().map(|n| n as f64));
+        let clip_low = instance.clip_box[0].clamp(DVec3::ZERO, DVec3::ONE) * dims;
+        let clip_high = (instance.clip_box[1].clamp(DVec3::ZERO, DVec3::ONE) * dims).max(clip_low);
+        // Voxel space on the GPU has voxel centres at i + 0.5.
+        let voxel_from_patient =
+            DAffine3::from_translation(DVec3::splat(0.5)) * volume.patient_from_voxel().inverse();
+        let voxel_from_world = voxel_from_patient * *patient_from_world * DAffine3::from_translation(origin);
+        let surface = medium.surface;
+        Instance {
+            voxel_from_world: affine_rows(voxel_from_world),
+            patient_from_world: linear_rows(patient_from_world.matrix3),
+            // A gradient is a covector: it maps with the transposed inverse of the points' map.
+            patient_gradient_from_voxel: linear_rows(voxel_from_patient.matrix3.transpose()),
+            clip_low: clip_low.as_vec3().to_array(),
+            density: (medium.density_scale * SIGMA_UNIT_PER_MM) as f32,
+            clip_high: clip_high.as_vec3().to_array(),
+            albedo: medium.albedo as f32,
+            atlas_origin: atlas.origins[volume_index].map(|n| n as f32),
+            anisotropy: medium.anisotropy as f32,
+            dims: dims.as_vec3().to_array(),
+            max_bounces: medium.max_bounces,
+            grid_dims: grid.dims.map(|n| n as u32),
+            grid_offset: grid_offset as u32,
+            cell_size: grid.cell_size as f32,
+            cells_per_voxel: 1.0 / grid.cell_size as f32,
+            table_scale: table_scale as f32,
+            table_bias: table_bias as f32,
+            table_offset: (index * TABLE_SIZE) as u32,
+            filter_kind: match medium.filter {
+                Filter::Nearest => 0,
+                Filter::Trilinear => 1,
+                Filter::Tricubic => 2,
+            },
+            value_per_texel: texel.per_texel.abs() as f32,
+            world_millimetres: match medium.extinction_space {
+                ExtinctionSpace::Volume => 0.0,
+                ExtinctionSpace::World => 1000.0,
+            },
+            surface_strength: surface.strength as f32,
+            surface_inverse_gradient: (1.0 / surface.gradient_per_mm) as f32,
+            surface_lobe_anisotropy: surface.lobe_anisotropy() as f32,
+            surface_specular: surface.specular as f32,
+        }
+    }
+
+    /// The path-tracing kernel for what the scene holds.
+    pub(crate) fn variant(&self, guides: bool) -> PathTraceVariant {
+        PathTraceVariant {
+            light_sampling: match self.light_sampling {
+                LightSampling::Auto => !self.light.uniform,
+                LightSampling::Always => true,
+                LightSampling::Never => false,
+            },
+            surface: self.instances.iter().any(|i| i.surface_strength > 0.0),
+            guides,
+            mixed_filters: self.instances.iter().any(|i| i.filter_kind != 1),
+        }
+    }
+
+    /// The point of the world that is the GPU's origin.
+    pub(crate) fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Fills in the scene's part of a frame's parameters.
+    pub fn fill_frame(&self, frame: &mut Frame) {
+        let size = self.volumes.atlas.as_ref().map_or([1; 3], |a| a.size);
+        frame.volume_count = self.instances.len() as u32;
+        frame.inverse_atlas_size = size.map(|n| 1.0 / n as f32);
+        frame.environment_strength = self.light.strength as f32;
+        let (sin, cos) = self.light.rotation.sin_cos();
+        frame.environment_rotation = [cos as f32, sin as f32];
+        frame.environment_size = self.light.map_size;
+        frame.importance_size = self.light.importance_size;
+    }
+
+    /// The scene's resources in the order of the path-tracing kernel, up to the film.
+    pub(crate) fn path_trace_resources(&self) -> Vec<ResourceId> {
+        let tables = self.tables.buffers;
+        [
+            self.instance_buffer,
+            tables.map(|b| b.opacity),
+            tables.map(|b| b.color),
+            tables.map(|b| b.majorants),
+            self.volumes.atlas.as_ref().map(|a| a.texture),
+            self.light.map,
+            self.light.importance,
+        ]
+        .map(|id| id.expect("update() comes before tracing"))
+        .to_vec()
+    }
+
+    /// The environment's map and its importance grid.
+    ///
+    /// # Panics
+    /// Before the first [`update`](Self::update).
+    pub fn light_resources(&self) -> [ResourceId; 2] {
+        [self.light.map, self.light.importance].map(|id| id.expect("update() comes before display"))
+    }
+
+    /// The buffer of majorants, cells of the scene's volumes one after the other, and their number.
+    ///
+    /// # Panics
+    /// Before the first [`update`](Self::update).
+    pub fn majorants(&self) -> (ResourceId, usize) {
+        let cells =
+            self.instances.iter().map(|i| i.grid_dims.map(|n| n as usize).iter().product::<usize>()).sum();
+        (self.tables.buffers.expect("update() comes before reading").majorants, cells)
+    }
+
+    /// Records that everything is freed.
+    pub fn free(mut self, recording: &mut Recording) {
+        self.volumes.free(recording);
+        self.tables.free(recording);
+        self.light.free(recording);
+        recording.free(self.instance_buffer);
+    }
+}
+
+/// The instances that can be seen.
+fn place(scene: &Scene) -> Vec<Placed<'_>> {
+    scene
+        .volumes
+        .iter()
+        .filter(|instance| instance.world_from_patient.is_finite())
+        .map(|instance| Placed {
+            instance,
+            medium: instance.medium.clone().sanitized(),
+            patient_from_world: instance.world_from_patient.inverse(),
+        })
+        .filter(|placed| placed.patient_from_world.is_finite())
+        .collect()
+}
+
+/// An error where a buffer is larger than the device binds.
+pub(crate) fn check_binding(
+    what: &'static str,
+    bytes: u64,
+    limit: u64,
+    remedy: &'static str,
+) -> Result<(), RenderError> {
+    if bytes > limit { Err(RenderError::BufferTooLarge { what, bytes, limit, remedy }) } else { Ok(()) }
+}
+
+fn affine_rows(m: DAffine3) -> [[f32; 4]; 3] {
+    let linear = m.matrix3.transpose();
+    let row = |r: DVec3, w: f64| [r.x as f32, r.y as f32, r.z as f32, w as f32];
+    [
+        row(linear.x_axis, m.translation.x),
+        row(linear.y_axis, m.translation.y),
+        row(linear.z_axis, m.translation.z),
+    ]
+}
+
+fn linear_rows(m: DMat3) -> [[f32; 4]; 3] {
+    affine_rows(DAffine3::from_mat3(m))
+}

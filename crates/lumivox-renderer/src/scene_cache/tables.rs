@@ -1,0 +1,150 @@
+//! The instances' transfer functions on the GPU, and the majorants that follow from them.
+
+use lumivox_core::TransferFunction;
+use lumivox_shaders::Kernel;
+use lumivox_shaders::layout::{MajorantParams, TABLE_SIZE};
+
+use super::atlas::TexelScale;
+use super::transfer_table::TransferTable;
+use super::volumes::{CachedVolume, CachedVolumes};
+use super::{Placed, check_binding};
+use crate::error::RenderError;
+use crate::recording::{Payload, Recording, ResourceId, Step};
+
+/// An instance's table, and where its majorants are.
+#[derive(Debug)]
+struct CachedTable {
+    /// The volume's place among the cached.
+    volume: usize,
+    transfer_function: TransferFunction,
+    table: TransferTable,
+    grid_offset: usize,
+}
+
+/// The buffers, each for all instances.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TableBuffers {
+    pub opacity: ResourceId,
+    pub color: ResourceId,
+    pub majorants: ResourceId,
+}
+
+/// All tables of a scene.
+#[derive(Debug, Default)]
+pub(super) struct CachedTables {
+    list: Vec<CachedTable>,
+    pub buffers: Option<TableBuffers>,
+}
+
+/// Whether the device has room for the tables and majorants of instances with so many cells each.
+pub(super) fn check(cells: impl ExactSizeIterator<Item = usize>, limit: u64) -> Result<(), RenderError> {
+    let entries = (cells.len() * TABLE_SIZE) as u64;
+    check_binding("transfer function table", entries * 16, limit, "Leave some volumes out")?;
+    let majorants = cells.map(|n| n as u64).sum::<u64>() * 4;
+    check_binding("majorant grid", majorants, limit, "Leave some volumes out")
+}
+
+impl CachedTables {
+    /// Records what differs; returns whether anything did. `volumes_changed` says that every majorant is stale.
+    pub fn update(
+        &mut self,
+        instances: &[Placed<'_>],
+        volumes: &CachedVolumes,
+        volumes_changed: bool,
+        recording: &mut Recording,
+    ) -> bool {
+        let indices: Vec<usize> = instances.iter().map(|p| volumes.index(&p.instance.volume)).collect();
+        let rebuild = volumes_changed
+            || self.buffers.is_none()
+            || !indices.iter().copied().eq(self.list.iter().map(|t| t.volume));
+        if rebuild {
+            self.allocate(&indices, volumes, recording);
+        }
+        let buffers = self.buffers.expect("allocated above");
+        let value_ranges = volumes.value_ranges.expect("volumes are updated before tables");
+        let mut grid_offset = 0;
+        let mut changed = rebuild;
+        for (index, (placed, &volume)) in instances.iter().zip(&indices).enumerate() {
+            let cached = &volumes.list[volume];
+            let function = &placed.medium.transfer_function;
+            if self.list.get(index).is_none_or(|t| t.transfer_function != *function) {
+                let table = TransferTable::new(function, &cached.volume);
+                record_table(index, grid_offset, &table, cached, value_ranges, buffers, recording);
+                let entry = CachedTable { volume, transfer_function: function.clone(), table, grid_offset };
+                match self.list.get_mut(index) {
+                    Some(old) => *old = entry,
+                    None => self.list.push(entry),
+                }
+                changed = true;
+            }
+            grid_offset += cached.grid.ranges.len();
+        }
+        changed
+    }
+
+    /// Makes room for a table and a majorant grid for each instance, given its volume.
+    fn allocate(&mut self, volumes_of: &[usize], volumes: &CachedVolumes, recording: &mut Recording) {
+        self.free(recording);
+        let cells: usize = volumes_of.iter().map(|&v| volumes.list[v].grid.ranges.len()).sum();
+        let entries = (volumes_of.len() * TABLE_SIZE) as u64;
+        self.buffers = Some(TableBuffers {
+            majorants: recording.create_buffer("majorants", cells as u64 * 4),
+            opacity: recording.create_buffer("opacity table", entries * 8),
+            color: recording.create_buffer("color table", entries * 16),
+        });
+    }
+
+    /// An instance's table and the first cell of its majorants.
+    pub fn get(&self, index: usize) -> (&TransferTable, usize) {
+        (&self.list[index].table, self.list[index].grid_offset)
+    }
+
+    pub fn free(&mut self, recording: &mut Recording) {
+        if let Some(buffers) = self.buffers.take() {
+            for id in [buffers.majorants, buffers.opacity, buffers.color] {
+                recording.push(Step::Free { id });
+            }
+        }
+        self.list.clear();
+    }
+}
+
+/// Uploads an instance's table and has the GPU make its majorants.
+fn record_table(
+    index: usize,
+    grid_offset: usize,
+    table: &TransferTable,
+    cached: &CachedVolume,
+    value_ranges: ResourceId,
+    buffers: TableBuffers,
+    recording: &mut Recording,
+) {
+    let first = (index * TABLE_SIZE) as u64;
+    let data = Payload::copy_of(&table.opacity_pairs());
+    recording.push(Step::WriteBuffer { id: buffers.opacity, offset: first * 8, data });
+    let data = Payload::copy_of(&table.color);
+    recording.push(Step::WriteBuffer { id: buffers.color, offset: first * 16, data });
+
+    let maxima = recording.create_buffer_with("range maxima", &table.range_maxima());
+    let (scale, bias) = table.coordinate(TexelScale::of(&cached.volume));
+    let cell_count = cached.grid.ranges.len() as u32;
+    let [group, _] = Kernel::MajorantGrid.workgroup_size();
+    let groups = cell_count.div_ceil(group);
+    let workgroups = [groups.min(1024), groups.div_ceil(1024)];
+    let params = MajorantParams {
+        cell_count,
+        range_offset: cached.range_offset as u32,
+        majorant_offset: grid_offset as u32,
+        row_length: workgroups[0] * group,
+        table_scale: scale as f32,
+        table_bias: bias as f32,
+        padding: [0; 2],
+    };
+    recording.push(Step::Dispatch {
+        kernel: Kernel::MajorantGrid,
+        uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
+        resources: vec![value_ranges, maxima, buffers.majorants],
+        workgroups,
+    });
+    recording.push(Step::Free { id: maxima });
+}

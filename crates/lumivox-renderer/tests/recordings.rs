@@ -1,0 +1,154 @@
+//! What is recorded, seen without a GPU: only what changed, in an order that makes sense, and nothing after an error.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::{
+    Environment, EnvironmentMap, EnvironmentSource, Filter, Medium, Modality, PerspectiveCamera, Scene,
+    TransferFunction, Volume, VolumeInstance, Voxels,
+};
+use lumivox_renderer::{
+    DeviceLimits, DisplaySettings, Recording, RenderError, ResourceId, SceneCache, Step, View, ViewSettings,
+};
+
+const LIMITS: DeviceLimits =
+    DeviceLimits { max_texture_3d: 256, max_texture_2d: 1024, max_storage_binding: 4 << 20 };
+
+fn volume(size: usize) -> Arc<Volume> {
+    let voxels = Voxels::U16((0..size * size * size).map(|i| (i % 1000) as u16).collect());
+    Arc::new(Volume::new([size; 3], voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Other).unwrap())
+}
+
+fn instance(volume: &Arc<Volume>) -> VolumeInstance {
+    VolumeInstance::centered(volume.clone(), Medium::new(TransferFunction::constant(0.5, [0.5; 3])))
+}
+
+fn scene(volumes: &[Arc<Volume>]) -> Scene {
+    Scene { volumes: volumes.iter().map(instance).collect(), environment: Environment::default() }
+}
+
+fn camera() -> PerspectiveCamera {
+    PerspectiveCamera::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 0.5)
+}
+
+/// Records an update and checks that it makes sense on its own, given what exists.
+fn update(cache: &mut SceneCache, scene: &Scene, alive: &mut HashSet<ResourceId>) -> Recording {
+    let mut recording = Recording::new();
+    cache.update(scene, &mut recording).unwrap();
+    replay(&recording, alive);
+    recording
+}
+
+/// Every step uses only what exists; what is freed existed.
+fn replay(recording: &Recording, alive: &mut HashSet<ResourceId>) {
+    for step in &recording.steps {
+        match step {
+            Step::CreateBuffer { id, .. } | Step::CreateTexture { id, .. } => assert!(alive.insert(*id)),
+            Step::Free { id } => assert!(alive.remove(id), "{id:?} is freed twice"),
+            Step::Dispatch { resources, .. } => assert!(resources.iter().all(|id| alive.contains(id))),
+            Step::WriteBuffer { id, .. }
+            | Step::WriteTexture { id, .. }
+            | Step::ClearBuffer { id }
+            | Step::ReadBuffer { id, .. } => assert!(alive.contains(id)),
+        }
+    }
+}
+
+fn texture_writes(recording: &Recording) -> usize {
+    recording.steps.iter().filter(|s| matches!(s, Step::WriteTexture { .. })).count()
+}
+
+#[test]
+fn an_unchanged_scene_records_nothing_and_a_moved_knob_little() {
+    let mut alive = HashSet::new();
+    let mut cache = SceneCache::new(LIMITS);
+    let mut scene = scene(&[volume(16), volume(20)]);
+    update(&mut cache, &scene, &mut alive);
+    let version = cache.version();
+    assert!(update(&mut cache, &scene, &mut alive).is_empty());
+    assert_eq!(cache.version(), version);
+
+    scene.volumes[1].medium.transfer_function = TransferFunction::constant(0.1, [0.5; 3]);
+    let recording = update(&mut cache, &scene, &mut alive);
+    assert_eq!(texture_writes(&recording), 0, "a knob does not upload voxels again");
+    let dispatches = recording.steps.iter().filter(|s| matches!(s, Step::Dispatch { .. })).count();
+    assert_eq!(dispatches, 1, "only the majorants of the instance that changed");
+    assert_ne!(cache.version(), version);
+
+    scene.volumes[0].world_from_patient = DAffine3::from_scale(DVec3::splat(2.0));
+    let recording = update(&mut cache, &scene, &mut alive);
+    assert!(matches!(recording.steps[..], [Step::WriteBuffer { .. }]), "{:?}", recording.steps);
+
+    scene.volumes[0].medium.filter = Filter::Tricubic;
+    assert_eq!(texture_writes(&update(&mut cache, &scene, &mut alive)), 0, "a filter needs no voxels again");
+
+    scene.volumes.pop();
+    update(&mut cache, &scene, &mut alive);
+    let mut recording = Recording::new();
+    cache.free(&mut recording);
+    replay(&recording, &mut alive);
+    assert!(alive.is_empty(), "{alive:?} leak");
+}
+
+#[test]
+fn a_scene_that_does_not_fit_changes_nothing() {
+    let mut alive = HashSet::new();
+    let mut cache = SceneCache::new(LIMITS);
+    let small = scene(&[volume(16)]);
+    update(&mut cache, &small, &mut alive);
+    let version = cache.version();
+
+    let long =
+        Volume::new([300, 1, 1], Voxels::U8(vec![0; 300]), [1.0, 0.0], DAffine3::IDENTITY, Modality::Other);
+    let mut lit = small.clone();
+    let texels = vec![[1.0; 3]; 2000];
+    lit.environment.source = EnvironmentSource::Map(Arc::new(EnvironmentMap::new(2000, 1, texels).unwrap()));
+    lit.volumes.push(instance(&volume(12)));
+    let cases =
+        [scene(&[Arc::new(long.unwrap())]), scene(&(0..80).map(|_| volume(8)).collect::<Vec<_>>()), lit];
+    for case in cases {
+        let mut recording = Recording::new();
+        let error = cache.update(&case, &mut recording).unwrap_err();
+        assert!(recording.is_empty(), "{error}: nothing is recorded");
+        assert_eq!(cache.version(), version);
+        assert!(update(&mut cache, &small, &mut alive).is_empty(), "{error}: the old scene is still there");
+    }
+}
+
+#[test]
+fn volumes_that_are_flattened_are_left_out() {
+    let mut alive = HashSet::new();
+    let mut cache = SceneCache::new(LIMITS);
+    let mut scene = scene(&[volume(8), volume(8)]);
+    scene.volumes[0].world_from_patient = DAffine3::from_scale(DVec3::ZERO);
+    scene.volumes[1].world_from_patient.translation.x = f64::NAN;
+    update(&mut cache, &scene, &mut alive);
+    assert_eq!(cache.majorants().1, 0);
+}
+
+#[test]
+fn a_view_starts_over_for_another_scene_and_frees_what_it_made() {
+    let mut alive = HashSet::new();
+    let (mut first, mut second) = (SceneCache::new(LIMITS), SceneCache::new(LIMITS));
+    update(&mut first, &scene(&[volume(8)]), &mut alive);
+    update(&mut second, &scene(&[volume(8)]), &mut alive);
+    let mut recording = Recording::new();
+    let mut view = View::new(ViewSettings::new(10, 10), &first, &mut recording).unwrap();
+    assert_eq!(view.record_samples(&first, &camera(), 3, u64::MAX, &mut recording), 300);
+    assert_eq!(view.record_samples(&first, &camera(), 3, u64::MAX, &mut recording), 0);
+    assert_eq!(view.record_samples(&second, &camera(), 2, u64::MAX, &mut recording), 200);
+    view.record_display(&second, &DisplaySettings::default(), &mut recording);
+    view.free(&mut recording);
+    let before = alive.clone();
+    replay(&recording, &mut alive);
+    assert_eq!(alive, before);
+}
+
+#[test]
+fn a_film_that_is_too_large_names_the_limit() {
+    let cache = SceneCache::new(LIMITS);
+    let error = View::new(ViewSettings::new(4096, 4096), &cache, &mut Recording::new()).unwrap_err();
+    assert!(matches!(error, RenderError::BufferTooLarge { what: "film", .. }), "{error}");
+    assert!(View::new(ViewSettings::new(0, 5), &cache, &mut Recording::new()).is_err());
+}
