@@ -118,3 +118,6 @@ and then this script again."
     find_missing
     [ -z "$MISSING" ] || die "Still missing after the installation:$REASONS"
 }
+
+# Without a desktop, a layer of Mesa prints an error about XDG_RUNTIME_DIR for every program that asks for a GPU.
+[ -n "${XDG_RUNTIME_DIR:-}" ] || export NODEVICE_SELECT=1

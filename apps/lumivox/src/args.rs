@@ -173,7 +173,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "GAMMA", help_heading = "Image", default_value = "1", value_parser = number(0.1, 10.0))]
     pub gamma: f64,
     /// What stands behind: transparent, environment, or a colour as #rrggbb
-    #[arg(long, value_name = "WHAT", help_heading = "Image", default_value = "#000000")]
+    #[arg(long, value_name = "WHAT", help_heading = "Image", default_value = "#14171c")]
     pub background: Background,
 
     /// Take the GPU whose name contains this [default: the fastest kind]

@@ -108,8 +108,8 @@ pub fn render(
     request: &RenderRequest,
     on_progress: &mut dyn FnMut(&RenderProgress) -> ControlFlow<()>,
 ) -> Result<Rendered, HeadlessError> {
-    let place = camera.world_from_camera;
-    if !place.is_finite() || !(camera.vertical_fov > 0.0 && camera.vertical_fov < std::f64::consts::PI) {
+    let sees = camera.vertical_fov > 0.0 && camera.vertical_fov < std::f64::consts::PI;
+    if !sees || !camera.world_from_camera.is_finite() {
         return Err(RenderError::Camera.into());
     }
     let begin = Instant::now();
