@@ -85,6 +85,16 @@ pub enum ImportError {
         /// What is there.
         available: String,
     },
+    /// The number asked for is that of several series.
+    #[error("{path}: several series have the number '{wanted}': {candidates}. Name one by its place in the list", path = path.display())]
+    AmbiguousSeries {
+        /// The folder.
+        path: PathBuf,
+        /// What was asked for.
+        wanted: String,
+        /// The series of that number, each with its place in the list of all.
+        candidates: String,
+    },
     /// The parts do not make a volume.
     #[error("{path}: {source}", path = path.display())]
     Volume {

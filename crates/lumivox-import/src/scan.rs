@@ -1,6 +1,6 @@
 //! The last step of every reader of single files: header and samples become an [`Imported`].
 
-use std::path::Path;
+use std::{ops::RangeInclusive, path::Path};
 
 use lumivox_core::{
     Modality, Volume, Voxels,
@@ -13,6 +13,9 @@ use crate::{
     report::{ImportReport, SeriesSummary},
     sample::Decoded,
 };
+
+/// Distances between voxels that are believed, in mm: from atoms to a kilometre.
+pub(crate) const SPACING_MM: RangeInclusive<f64> = 1e-6..=1e6;
 
 /// What a reader found.
 pub(crate) struct Scan<'a> {
@@ -42,6 +45,7 @@ impl Scan<'_> {
         let [own_slope, own_intercept] = decoded.rescale;
         let rescale = [slope * own_slope, slope * own_intercept + intercept];
         let modality = self.modality.unwrap_or_default();
+        check_spacing(path, self.patient_from_voxel)?;
         let mut volume = Volume::new(self.dims, decoded.voxels, rescale, self.patient_from_voxel, modality)
             .map_err(|source| ImportError::Volume { path: path.to_owned(), source })?;
         if self.modality.is_none() && decoded.integral && looks_like_hounsfield(volume.value_range()) {
@@ -49,6 +53,7 @@ impl Scan<'_> {
             let [min, max] = volume.value_range();
             notes.push(format!("values from {min} to {max} look like Hounsfield units: taken for CT"));
         }
+        notes.extend(remarks(&volume));
         let [x, y, z] = self.dims;
         let modality = match volume.modality() {
             Modality::Ct => "CT, ",
@@ -89,6 +94,35 @@ pub(crate) fn axis_aligned(spacing_mm: [f64; 3], origin_mm: [f64; 3]) -> DAffine
         DMat3::from_diagonal(DVec3::from_array(spacing_mm)),
         DVec3::from_array(origin_mm),
     )
+}
+
+/// Refuses distances between voxels that no scanner makes and no renderer can place.
+pub(crate) fn check_spacing(path: &Path, patient_from_voxel: DAffine3) -> Result<(), ImportError> {
+    let DMat3 { x_axis, y_axis, z_axis } = patient_from_voxel.matrix3;
+    let [x, y, z] = [x_axis, y_axis, z_axis].map(DVec3::length);
+    if [x, y, z].iter().all(|mm| SPACING_MM.contains(mm)) {
+        return Ok(());
+    }
+    Err(ImportError::Field {
+        path: path.to_owned(),
+        field: "the distance between voxels".to_owned(),
+        problem: format!(
+            "is {x} x {y} x {z} mm, not from {} to {} mm each way",
+            SPACING_MM.start(),
+            SPACING_MM.end()
+        ),
+        remedy: "Correct the spacing or its unit, or export the scan again".to_owned(),
+    })
+}
+
+/// What to tell of a volume that is one only by name.
+pub(crate) fn remarks(volume: &Volume) -> Option<String> {
+    let [min, max] = volume.value_range();
+    if min == max {
+        return Some(format!("every voxel has the same value, {min}: there is nothing to tell apart"));
+    }
+    let thin = volume.dims().contains(&1);
+    thin.then(|| "a single slice is not a volume: it is shown as a thin sheet".to_owned())
 }
 
 /// Whether voxels can lie there: finite and not flattened.

@@ -47,12 +47,13 @@ const LONGEST: u64 = 16 << 20;
 /// # Errors
 /// [`ImportError`] names the line where the file cannot be understood.
 pub fn load_transfer_function(path: &Path, value_range: [f64; 2]) -> Result<TransferFunction, ImportError> {
-    let mut text = String::new();
+    let mut bytes = Vec::new();
     let file = File::open(path).map_err(ImportError::io(path))?;
-    file.take(LONGEST).read_to_string(&mut text).map_err(|source| match source.kind() {
-        std::io::ErrorKind::InvalidData => not_one(path, "is not text"),
-        _ => ImportError::Io { path: path.to_owned(), source },
-    })?;
+    file.take(LONGEST + 1).read_to_end(&mut bytes).map_err(ImportError::io(path))?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(not_one(path, "is longer than 16 MiB, more than any transfer function"));
+    }
+    let text = String::from_utf8(bytes).map_err(|_| not_one(path, "is not text"))?;
     let text = text.trim_start_matches('\u{feff}');
     if text.trim().is_empty() {
         return Err(not_one(path, "is empty"));
@@ -350,8 +351,36 @@ fn parse<'de, T: Deserialize<'de>>(path: &Path, text: &'de str) -> Result<T, Imp
         let message = error.to_string();
         let message = message.strip_suffix(&place).unwrap_or(&message);
         let place = format!("line {}, column {}", error.line(), error.column());
+        let message = plain_words(message);
         field(path, &place, format!("cannot be understood: {message}"), "Correct the file")
     })
+}
+
+/// What the parser says of a value of the wrong kind, in the words of JSON instead of those of its program.
+fn plain_words(message: &str) -> String {
+    let wrong = ["invalid type: ", "invalid value: ", "invalid length "];
+    let found = wrong.iter().find_map(|start| Some((*start, message.strip_prefix(start)?)));
+    let Some((start, (found, expected))) =
+        found.and_then(|(start, rest)| Some((start, rest.split_once(", expected ")?)))
+    else {
+        return message.to_owned();
+    };
+    let found = match found {
+        length if start == "invalid length " => format!("a list of {length}"),
+        "sequence" => "a list".to_owned(),
+        "map" => "an object".to_owned(),
+        "null" => "null".to_owned(),
+        other => format!("the {other}"),
+    };
+    let expected = match expected {
+        "u64" => "a whole number",
+        "f64" => "a number",
+        "a string" => "a text in quotes",
+        "a sequence" => "a list in brackets: [...]",
+        expected if expected.starts_with("struct ") => "an object in braces: {...}",
+        expected => expected,
+    };
+    format!("{found} where {expected} belongs")
 }
 
 fn not_one(path: &Path, problem: &str) -> ImportError {
@@ -456,12 +485,26 @@ mod tests {
         let error = with("", good);
         assert!(error.contains("at least one opacity knot"), "{error}");
         assert!(load("").unwrap_err().contains("is empty"));
+        let error = with(r#"{"value": null, "opacity": 1}"#, good);
+        assert!(error.contains("understood: null where a number belongs"), "{error}");
+        let error = with(r#"{"value": 0, "opacity": 1}, 5"#, good);
+        assert!(error.contains("the integer `5` where an object in braces: {...} belongs"), "{error}");
+        let error = load(r#"{"lumivox_transfer_function": "1"}"#).unwrap_err();
+        assert!(error.contains("the string \"1\" where a whole number belongs"), "{error}");
+        let error = load("[]").unwrap_err();
+        assert!(error.contains("a list of 0 where an object in braces: {...} belongs"), "{error}");
         assert!(load("[1, 2]").is_err());
         assert!(load("{}").unwrap_err().contains("has neither"));
         assert!(load("{\"boxes\": []}").unwrap_err().contains("two-dimensional"));
         assert!(load("hello").unwrap_err().starts_with("line 1"));
         let error = load(r#"{"lumivox_transfer_function": 7, "new": []}"#).unwrap_err();
         assert!(error.contains("is 7, but this Lumivox knows version 1 only"), "{error}");
+    }
+
+    #[test]
+    fn a_file_that_is_too_long_is_refused_whole() {
+        let error = load(&format!("{{}}{}", " ".repeat(LONGEST as usize))).unwrap_err();
+        assert!(error.contains("is longer than 16 MiB"), "{error}");
     }
 
     #[test]

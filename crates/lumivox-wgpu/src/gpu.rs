@@ -96,7 +96,7 @@ impl Gpu {
             label: Some("lumivox"),
             required_features: FEATURES,
             required_limits: adapter.limits(),
-            memory_hints: wgpu::MemoryHints::Performance,
+            memory_hints: wgpu::MemoryHints::MemoryUsage,
             ..Default::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))

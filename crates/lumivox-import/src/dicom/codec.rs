@@ -29,6 +29,10 @@ pub(crate) enum Encoding {
 impl Encoding {
     /// How encapsulated pixel data of a transfer syntax are compressed; the error is its name.
     pub(crate) fn of_transfer_syntax(uid: &str) -> Result<Self, String> {
+        // In a damaged file it may be any text, a patient's name too: that is not quoted.
+        if !uid.bytes().all(|b| b.is_ascii_digit() || b == b'.') {
+            return Err("something unknown (its TransferSyntaxUID is damaged)".to_owned());
+        }
         let Some(suffix) = uid.strip_prefix("1.2.840.10008.1.2.") else {
             return Err(if uid.is_empty() { "it does not say".to_owned() } else { format!("'{uid}'") });
         };

@@ -15,7 +15,7 @@ use super::{
     source::Source,
     values::FieldFault,
 };
-use crate::ImportError;
+use crate::{ImportError, scan::SPACING_MM};
 
 /// More frames than any scan has; each costs memory before a pixel is read.
 const MOST_FRAMES: i64 = 100_000;
@@ -104,8 +104,8 @@ pub(crate) struct ImageFile {
     pub(crate) series_uid: Option<String>,
     pub(crate) series_number: Option<i64>,
     pub(crate) modality: Modality,
-    /// DICOM's code for the modality: `CT`.
-    pub(crate) modality_code: String,
+    /// DICOM's code for the modality: `CT`; `other` for an unknown one, empty where there is none.
+    pub(crate) modality_code: &'static str,
     pub(crate) is_localizer: bool,
     pub(crate) format: PixelFormat,
     pub(crate) frames: Vec<Frame>,
@@ -160,9 +160,8 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
     let data = &header.data;
     let mut notes = Vec::new();
     let (format, complete_frames) = pixel_format(header, &mut notes)?;
-    let modality_code = data.text(attr::MODALITY).unwrap_or_default();
-    let modality_code: String = modality_code.chars().filter(char::is_ascii_alphanumeric).take(16).collect();
-    let modality = match modality_code.as_str() {
+    let modality_code = modality_code(data.text(attr::MODALITY).as_deref());
+    let modality = match modality_code {
         "CT" => Modality::Ct,
         "MR" => Modality::Mr,
         "PT" => Modality::Pet,
@@ -186,6 +185,20 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         frames,
         notes,
     })
+}
+
+/// A code for a modality as it may be shown. An unknown one is not: it may be anything, a patient's name too.
+fn modality_code(text: Option<&str>) -> &'static str {
+    // PS3.3 C.7.3.1.1.1, as far as there are images.
+    const KNOWN: [&str; 40] = [
+        "BDUS", "BI", "BMD", "CR", "CT", "DG", "DX", "ES", "FID", "GM", "HC", "IO", "IVOCT", "IVUS", "LS",
+        "M3D", "MG", "MR", "NM", "OAM", "OCT", "OP", "OPM", "OPT", "OPTBSV", "OPTENF", "OT", "PA", "PT",
+        "PX", "REG", "RF", "RG", "RTDOSE", "RTIMAGE", "SEG", "SM", "US", "XA", "XC",
+    ];
+    match text {
+        None => "",
+        Some(text) => KNOWN.into_iter().find(|known| *known == text).unwrap_or("other"),
+    }
 }
 
 /// The pixel format, and how many of its frames are there.
@@ -251,6 +264,16 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
             .map_err(|name| Refusal::Unsupported(format!("it is compressed as {name}"), DECOMPRESS))?,
     };
     let (frames, complete_frames) = frame_counts(header, [columns, rows, allocated as usize / 8], encoding)?;
+    if encoding == Encoding::Native
+        && let (Some(declared), Some(there)) = (pixels.length, pixels.available)
+        // One byte of padding is often left out.
+        && declared > there.saturating_add(1)
+    {
+        notes.push(format!(
+            "{} declares {declared} bytes where the file has {there} left; read by the size of the image instead",
+            pixels.attribute
+        ));
+    }
     if complete_frames < frames {
         notes.push(format!("the file is cut short: {complete_frames} of {frames} frames are there"));
     }
@@ -425,10 +448,12 @@ fn orientation(scope: &FrameScope<'_>) -> Result<[DVec3; 2], FieldFault> {
 fn pixel_spacing(measures: &DataSet) -> Result<Option<DVec2>, FieldFault> {
     for attribute in [attr::PIXEL_SPACING, attr::IMAGER_PIXEL_SPACING] {
         let Some([row_mm, column_mm]) = measures.decimals::<2>(attribute)? else { continue };
-        if [row_mm, column_mm].iter().all(|mm| (1e-5..1e4).contains(mm)) {
+        if [row_mm, column_mm].iter().all(|mm| SPACING_MM.contains(mm)) {
             return Ok(Some(DVec2::new(column_mm, row_mm)));
         }
-        let problem = format!("is {row_mm}\\{column_mm}, not two positive lengths in mm");
+        let (least, most) = (SPACING_MM.start(), SPACING_MM.end());
+        let problem =
+            format!("is {row_mm}\\{column_mm}, not two positive lengths in mm from {least} to {most}");
         return Err(FieldFault::new(attribute, problem));
     }
     Ok(None)

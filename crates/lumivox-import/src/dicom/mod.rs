@@ -28,7 +28,7 @@ use lumivox_core::{CancelToken, Progress, Volume};
 use scan::Scan;
 pub(crate) use scan::files_below;
 
-use crate::{ImportError, ImportOptions, ImportReport, Imported, SkippedFile};
+use crate::{ImportError, ImportOptions, ImportReport, Imported, SeriesSummary, SkippedFile, scan as single};
 
 /// Loads a volume from DICOM files, folders with all that is in them, and zip archives.
 ///
@@ -91,16 +91,21 @@ fn load_scan(
     let summaries: Vec<_> = stacks.iter().map(|stack| stack.summary(&files)).collect();
     let chosen = match &options.series {
         None => 0,
-        Some(wanted) => series::choose(&stacks, &files, wanted).ok_or_else(|| ImportError::NoSuchSeries {
-            path: path.clone(),
-            wanted: wanted.clone(),
-            available: summaries
-                .iter()
-                .enumerate()
-                .map(|(k, series)| format!("{} ({}; {})", k + 1, series.description, series.id))
-                .collect::<Vec<_>>()
-                .join(", "),
-        })?,
+        Some(wanted) => {
+            let path = path.clone();
+            let wanted = wanted.clone();
+            match series::choose(&stacks, &files, &wanted)[..] {
+                [chosen] => chosen,
+                [] => {
+                    let available = list(&summaries, 0..summaries.len());
+                    return Err(ImportError::NoSuchSeries { path, wanted, available });
+                }
+                ref several => {
+                    let candidates = list(&summaries, several.iter().copied());
+                    return Err(ImportError::AmbiguousSeries { path, wanted, candidates });
+                }
+            }
+        }
     };
     let stack = &stacks[chosen];
     let decoded = pixels::decode(&files, stack, progress, cancel)?;
@@ -143,10 +148,18 @@ fn load_scan(
     }
     let dims = [format.columns, format.rows, depth];
     let modality = stack.first(&files).modality;
+    single::check_spacing(&path, grid.patient_from_voxel)?;
     let volume = Volume::new(dims, voxels, decoded.rescale, grid.patient_from_voxel, modality)
         .map_err(|source| ImportError::Volume { path, source })?;
+    notes.extend(single::remarks(&volume));
     let report = ImportReport { format: "DICOM".to_owned(), series: summaries, chosen, notes, skipped };
     Ok(Imported { volume, report })
+}
+
+/// Some of `series`, each with its place in the list, for a message.
+fn list(series: &[SeriesSummary], places: impl Iterator<Item = usize>) -> String {
+    let entry = |k: usize| format!("{} ({}; {})", k + 1, series[k].description, series[k].id);
+    places.map(entry).collect::<Vec<_>>().join(", ")
 }
 
 /// How many slices filling gaps may make of `slices`: a quarter more in any case, else as memory allows.

@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use lumivox_core::glam::DVec3;
+use lumivox_core::{Modality, glam::DVec3};
 
 use super::{
     attributes as attr,
@@ -57,7 +57,7 @@ impl Stack {
     pub(crate) fn summary(&self, files: &[ImageFile]) -> SeriesSummary {
         let first = self.first(files);
         let (columns, rows, n) = (first.format.columns, first.format.rows, self.slices.len());
-        let modality = if first.modality_code.is_empty() { "no modality" } else { &first.modality_code };
+        let modality = if first.modality_code.is_empty() { "no modality" } else { first.modality_code };
         let slices = if n == 1 { "slice" } else { "slices" };
         let kind = &first.frames[self.slices[0].frame].kind;
         let kind = if kind.is_empty() { String::new() } else { format!(", {kind}") };
@@ -77,7 +77,8 @@ fn file_name(file: &ImageFile) -> String {
     file.source.path().file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// Sorts all images of `files` into stacks, the best first: those with depth before single slices, then by voxels.
+/// Sorts all images of `files` into stacks, the best first: those with depth before single slices, CT, MR and PET before
+/// dose grids and the like, then by voxels.
 pub(crate) fn stacks(files: &[ImageFile]) -> (Vec<Stack>, Vec<SkippedFile>) {
     let mut stacks = Vec::new();
     let mut skipped = Vec::new();
@@ -95,7 +96,10 @@ pub(crate) fn stacks(files: &[ImageFile]) -> (Vec<Stack>, Vec<SkippedFile>) {
         });
     }
     // Stable: where nothing else decides, the order of the files does.
-    stacks.sort_by_key(|stack| std::cmp::Reverse((stack.slices.len() > 1, stack.voxels(files))));
+    stacks.sort_by_key(|stack| {
+        let is_scan = stack.first(files).modality != Modality::Other;
+        std::cmp::Reverse((stack.slices.len() > 1, is_scan, stack.voxels(files)))
+    });
     (stacks, skipped)
 }
 
@@ -192,17 +196,20 @@ fn stack_group(
     }
 }
 
-/// The position of the stack that `wanted` names: by SeriesInstanceUID, series number, or 1-based position.
-pub(crate) fn choose(stacks: &[Stack], files: &[ImageFile], wanted: &str) -> Option<usize> {
+/// The positions of the stacks that `wanted` names: none, the one that is meant, or several that it cannot tell apart.
+///
+/// The 1-based position counts first, since it is what a list of the series shows; then SeriesInstanceUID, whose best
+/// stack is taken; then the series number.
+pub(crate) fn choose(stacks: &[Stack], files: &[ImageFile], wanted: &str) -> Vec<usize> {
     let wanted = wanted.trim();
-    let find =
-        |matches: &dyn Fn(&ImageFile) -> bool| stacks.iter().position(|stack| matches(stack.first(files)));
-    let by_uid = || find(&|file| file.series_uid.as_deref() == Some(wanted));
-    let number: Option<i64> = wanted.parse().ok();
-    let by_number = || number.and_then(|number| find(&|file| file.series_number == Some(number)));
-    let by_position = || {
-        let index = usize::try_from(number?).ok()?.checked_sub(1)?;
-        (index < stacks.len()).then_some(index)
-    };
-    by_uid().or_else(by_number).or_else(by_position)
+    let position = wanted.parse::<usize>().ok().and_then(|position| position.checked_sub(1));
+    if let Some(index) = position.filter(|&index| index < stacks.len()) {
+        return vec![index];
+    }
+    let by_uid = stacks.iter().position(|stack| stack.first(files).series_uid.as_deref() == Some(wanted));
+    if let Some(index) = by_uid {
+        return vec![index];
+    }
+    let Ok(number) = wanted.parse::<i64>() else { return Vec::new() };
+    (0..stacks.len()).filter(|&k| stacks[k].first(files).series_number == Some(number)).collect()
 }

@@ -58,7 +58,7 @@ impl DataSet {
         let first = text.split('\\').next().unwrap_or_default().trim();
         match first.parse() {
             Ok(number) => Ok(Some(number)),
-            Err(_) => Err(FieldFault::new(attribute, format!("is '{}', not an integer", shorten(first)))),
+            Err(_) => Err(FieldFault::new(attribute, not_numeric(first, "an integer"))),
         }
     }
 
@@ -69,7 +69,7 @@ impl DataSet {
         let parse = |part: &str| part.trim().replace(',', ".").parse().ok().filter(|x: &f64| x.is_finite());
         match text.split('\\').map(parse).collect() {
             Some(numbers) => Ok(Some(numbers)),
-            None => Err(FieldFault::new(attribute, format!("is '{}', not finite numbers", shorten(&text)))),
+            None => Err(FieldFault::new(attribute, not_numeric(&text, "finite numbers"))),
         }
     }
 
@@ -104,11 +104,34 @@ fn printable(byte: u8) -> char {
     }
 }
 
+/// What is wrong with a text that should be `expected`. It is quoted only where it is made of numbers' characters: in a
+/// damaged file any field may hold a patient's name.
+fn not_numeric(text: &str, expected: &str) -> String {
+    if text.chars().all(|c| c.is_ascii_digit() || "+-.eE\\, ".contains(c)) {
+        format!("is '{}', not {expected}", shorten(text))
+    } else {
+        "is not a number".to_owned()
+    }
+}
+
 /// A text as a message can quote it.
-pub(crate) fn shorten(text: &str) -> String {
+fn shorten(text: &str) -> String {
     if text.chars().count() <= 40 {
         text.to_owned()
     } else {
         text.chars().take(37).chain("...".chars()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_numbers_are_quoted() {
+        assert_eq!(not_numeric("1.2.3\\-4", "finite numbers"), "is '1.2.3\\-4', not finite numbers");
+        for name in ["DOE^JANE", "1.5\\Doe", "nan", "12?"] {
+            assert_eq!(not_numeric(name, "finite numbers"), "is not a number");
+        }
     }
 }
