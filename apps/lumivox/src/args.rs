@@ -16,6 +16,17 @@ Exit codes:
     4  no usable GPU, or it was lost
   130  stopped by Ctrl-C; what was rendered is kept";
 
+const INFO_EXAMPLES: &str = "\
+Examples:
+  lumivox info FOLDER                 geometry, values, series, a preset that suits it
+  lumivox info head.nii.gz --json     the same for programs
+
+";
+
+const PRESETS_EXAMPLES: &str = "\
+Example:
+  lumivox render FOLDER --preset ct-bone -o bone.png";
+
 const EXAMPLES: &str = "\
 Examples:
   lumivox phantom head --out phantom          make a scan to try things on
@@ -54,12 +65,13 @@ pub enum Command {
     #[command(after_help = [RENDER_EXAMPLES, EXIT_CODES].concat(), allow_negative_numbers = true)]
     Render(Box<RenderArgs>),
     /// Say what a scan holds: geometry, values, a suggested preset; never the patient's name
-    #[command(after_help = EXIT_CODES)]
+    #[command(after_help = [INFO_EXAMPLES, EXIT_CODES].concat())]
     Info(InfoArgs),
     /// Make a procedural scan, written as a DICOM series
     #[command(after_help = EXIT_CODES)]
     Phantom(PhantomArgs),
     /// List the presets
+    #[command(after_help = PRESETS_EXAMPLES)]
     Presets,
     /// Say which GPUs and drivers are seen, what is missing and how to install it
     #[command(after_help = EXIT_CODES)]
@@ -69,7 +81,7 @@ pub enum Command {
 /// Which scans, shared by the commands that read any.
 #[derive(Args, Debug)]
 pub struct InputArgs {
-    /// Scans: a DICOM folder or its files, .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd or .raw
+    /// Scans: a DICOM folder or its files, .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, .raw, or a .zip of DICOM files
     #[arg(required = true, value_name = "SCAN")]
     pub inputs: Vec<PathBuf>,
     /// DICOM series to take: its UID, number, or place in 'lumivox info' [default: the one with the most voxels]
@@ -87,7 +99,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub input: InputArgs,
-    /// The PNG to write
+    /// The PNG to write; an existing file is replaced
     #[arg(short, long, value_name = "FILE.png")]
     pub output: PathBuf,
 
@@ -138,7 +150,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "X,Y,Z", help_heading = "Camera", allow_hyphen_values = true)]
     pub target: Option<Point>,
 
-    /// Light: studio, uniform, gradient, or an equirectangular .hdr file
+    /// Light: studio, uniform, gradient, or an equirectangular .hdr or .exr file
     #[arg(long, value_name = "LIGHT", help_heading = "Light", default_value = "studio")]
     pub environment: EnvironmentName,
     /// Factor on the light
@@ -154,7 +166,7 @@ pub struct RenderArgs {
     /// Paths per pixel: four times as many halve the noise [default: 64, or as many as --time allows]
     #[arg(long, value_name = "N", help_heading = "Image", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub samples: Option<u32>,
-    /// Seconds of tracing after which it ends, whatever was reached
+    /// Seconds of tracing after which it ends; every pixel gets at least one sample, however long that takes
     #[arg(long, value_name = "SECONDS", help_heading = "Image", value_parser = seconds)]
     pub time: Option<Duration>,
     /// Another seed gives other noise; the same gives the same image
@@ -203,7 +215,7 @@ pub struct PhantomArgs {
     /// The folder to write the series to; new, or empty but for an earlier run's files
     #[arg(short, long, value_name = "FOLDER")]
     pub out: PathBuf,
-    /// Voxels along the longest side [default: 256]
+    /// Voxels along the longest side, 8 to 1024 [default: 256]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=1024))]
     pub size: Option<u32>,
     /// Seed of noise and anatomical variation
@@ -290,6 +302,12 @@ fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     numbers.ok_or_else(error)?.try_into().map_err(|_| error())
 }
 
+/// Most pixels of an image.
+const MOST_PIXELS: u64 = 1 << 28;
+
+/// Memory that a pixel takes until it is written: the film on the GPU and here, its copies, and the picture.
+const BYTES_PER_PIXEL: u64 = 100;
+
 /// An image size in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
@@ -307,11 +325,25 @@ impl FromStr for Size {
         let side = |text: &str| text.trim().parse().ok().filter(|side| (1..=LARGEST).contains(side));
         let (width, height) = text.split_once(['x', 'X']).ok_or("must be WIDTHxHEIGHT, such as 1920x1080")?;
         match (side(width), side(height)) {
-            (Some(width), Some(height)) => Ok(Self { width, height }),
+            (Some(width), Some(height)) => {
+                let pixels = u64::from(width) * u64::from(height);
+                if pixels > MOST_PIXELS {
+                    return Err(format!(
+                        "{} million pixels are too many, they would need {} GB of memory; at most {} million",
+                        pixels / 1_000_000,
+                        pixels * BYTES_PER_PIXEL / 1_000_000_000,
+                        MOST_PIXELS / 1_000_000,
+                    ));
+                }
+                Ok(Self { width, height })
+            }
             _ => Err(format!("width and height must be 1 to {LARGEST}")),
         }
     }
 }
+
+/// Largest coordinate of a camera in mm: further away, nothing is seen, and 32-bit floats fail.
+const FURTHEST: f64 = 1e6;
 
 /// A point in millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -321,7 +353,11 @@ impl FromStr for Point {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        numbers(text).map(|point| Self(DVec3::from_array(point)))
+        let point = DVec3::from_array(numbers(text)?);
+        if point.abs().max_element() > FURTHEST {
+            return Err("must be within 1 km (1000000 mm) of the scan".into());
+        }
+        Ok(Self(point))
     }
 }
 
@@ -395,7 +431,7 @@ impl FromStr for EnvironmentName {
             "gradient" => Ok(Self::Gradient),
             // A bare word is a typing error rather than a file.
             _ if !text.contains(['.', '/', '\\']) => {
-                Err("must be studio, uniform, gradient or an .hdr file".into())
+                Err("must be studio, uniform, gradient or an .hdr or .exr file".into())
             }
             _ => Ok(Self::File(text.into())),
         }
@@ -415,11 +451,11 @@ mod tests {
     #[test]
     fn values_are_read_or_refused() {
         assert_eq!("1920x1080".parse(), Ok(Size { width: 1920, height: 1080 }));
-        for bad in ["", "100", "0x5", "5x0", "99999x1", "1x2x3", "-1x5"] {
+        for bad in ["", "100", "0x5", "5x0", "99999x1", "32768x32768", "1x2x3", "-1x5"] {
             assert!(bad.parse::<Size>().is_err(), "{bad}");
         }
         assert_eq!("1, -2.5,3".parse(), Ok(Point(DVec3::new(1.0, -2.5, 3.0))));
-        for bad in ["1,2", "1,2,3,4", "a,b,c", "nan,0,0", "inf,0,0"] {
+        for bad in ["1,2", "1,2,3,4", "1e7,0,0", "a,b,c", "nan,0,0", "inf,0,0"] {
             assert!(bad.parse::<Point>().is_err(), "{bad}");
         }
         assert!("0,0,0,1,1,0.5".parse::<Clip>().is_ok());

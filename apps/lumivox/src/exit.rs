@@ -1,6 +1,11 @@
 //! How the command ends: exit codes, and failures that carry one.
 
-use std::{fmt, process::ExitCode};
+use std::{
+    fmt, fs,
+    path::PathBuf,
+    process::ExitCode,
+    sync::{Mutex, PoisonError},
+};
 
 use lumivox_core::{CancelToken, Cancelled};
 use lumivox_import::ImportError;
@@ -87,10 +92,21 @@ pub fn cancel_on_ctrl_c() -> Result<CancelToken, Failure> {
     let cancelled = token.clone();
     ctrlc::set_handler(move || {
         if cancelled.is_cancelled() {
+            if let Some(path) = HALF_WRITTEN.lock().unwrap_or_else(PoisonError::into_inner).take() {
+                let _ = fs::remove_file(path);
+            }
             std::process::exit(Exit::Interrupted as i32);
         }
         cancelled.cancel();
     })
     .map_err(|error| Failure::other(format!("cannot listen for Ctrl-C: {error}")))?;
     Ok(token)
+}
+
+/// A file that nobody wants when the process ends while it is written.
+static HALF_WRITTEN: Mutex<Option<PathBuf>> = Mutex::new(None);
+
+/// Remembers, or forgets, the file that a second Ctrl-C removes.
+pub fn remove_when_killed(path: Option<PathBuf>) {
+    *HALF_WRITTEN.lock().unwrap_or_else(PoisonError::into_inner) = path;
 }

@@ -21,6 +21,16 @@ pub fn load(args: &InputArgs, reporter: Reporter, cancel: &CancelToken) -> Resul
     scans(&args.inputs).iter().map(|files| scan(files).map_err(Failure::from)).collect()
 }
 
+/// Checks that everything named is there, before the first is read for minutes.
+pub fn check(args: &InputArgs) -> Result<(), Failure> {
+    for path in &args.inputs {
+        if let Err(error) = std::fs::metadata(path) {
+            return Err(Failure::input(format!("cannot read {}: {error}", path.display())));
+        }
+    }
+    Ok(())
+}
+
 /// How many scans there will be.
 pub fn count(args: &InputArgs) -> usize {
     scans(&args.inputs).len()

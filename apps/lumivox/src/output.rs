@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 
 /// Writes to stdout. Whoever reads may stop early (`lumivox presets | head -1`): that is no error.
 pub fn print(text: &str) -> Result<(), Failure> {
@@ -59,23 +59,26 @@ fn srgb_encode(light: f32) -> f32 {
 /// A PNG that is going to be written.
 pub struct PngOutput {
     path: PathBuf,
+    /// What it is called while it is written.
     partial: PathBuf,
 }
 
 impl PngOutput {
-    /// Checks, before any work is done, that `path` can be written.
-    pub fn prepare(path: &Path) -> Result<Self, Failure> {
+    /// Checks, before any work is done, that `path` can be written, and is none of the files that will be read.
+    pub fn prepare<'a>(path: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> Result<Self, Failure> {
         let shown = path.display();
         if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
             return Err(Failure::usage(format!("{shown}: the output must end in .png")));
         }
-        let Some(name) = path.file_name() else {
-            return Err(Failure::usage(format!("{shown}: the output has no file name")));
-        };
-        let folder = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
+        // A link is followed: what it points at is replaced, not the link.
+        let real = fs::canonicalize(path);
+        if let Ok(real) = &real
+            && inputs.into_iter().any(|input| fs::canonicalize(input).is_ok_and(|input| input == *real))
+        {
+            return Err(Failure::usage(format!("{shown}: the output is one of the inputs")));
+        }
+        let path = real.unwrap_or_else(|_| path.to_owned());
+        let folder = folder_of(&path);
         if !folder.is_dir() {
             return Err(Failure::other(format!(
                 "cannot write {shown}: there is no folder {}; make it first",
@@ -85,22 +88,39 @@ impl PngOutput {
         if path.exists() && !path.is_file() {
             return Err(Failure::other(format!("cannot write {shown}: it exists and is not a file")));
         }
-        let mut partial = std::ffi::OsString::from(".");
-        partial.push(name);
-        partial.push(format!(".{}.partial", std::process::id()));
-        let output = Self { path: path.to_owned(), partial: folder.join(partial) };
+        if fs::metadata(&path).is_ok_and(|file| file.permissions().readonly()) {
+            return Err(Failure::other(format!("cannot write {shown}: it is read-only")));
+        }
+        let partial = folder.join(format!(".lumivox-{}.partial", std::process::id()));
+        let output = Self { path, partial };
         let probe = File::create(&output.partial);
         let _ = fs::remove_file(&output.partial);
         probe.map_err(|error| Failure::other(format!("cannot write {shown}: {error}")))?;
         Ok(output)
     }
 
+    /// For a picture of which parts are missing: where there is an earlier one, `NAME.partial.png` beside it.
+    #[must_use]
+    pub fn sparing_the_earlier(self) -> Self {
+        let path = if self.path.exists() { self.path.with_extension("partial.png") } else { self.path };
+        Self { path, ..self }
+    }
+
+    /// The file that [`PngOutput::write`] makes.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Writes the picture under another name, then renames it: nobody ever sees half of one. If that fails, the
     /// picture is kept in the system's folder for temporary files, and the failure says where.
-    pub fn write(self, picture: &Picture) -> Result<(), Failure> {
+    pub fn write(&self, picture: &Picture) -> Result<(), Failure> {
+        exit::remove_when_killed(Some(self.partial.clone()));
         let result = write_png(&self.partial, picture).and_then(|()| fs::rename(&self.partial, &self.path));
+        if result.is_err() {
+            let _ = fs::remove_file(&self.partial);
+        }
+        exit::remove_when_killed(None);
         let Err(error) = result else { return Ok(()) };
-        let _ = fs::remove_file(&self.partial);
         let problem = format!("cannot write {}: {error}", self.path.display());
         let rescue = std::env::temp_dir().join(format!("lumivox-{}.png", std::process::id()));
         match write_png(&rescue, picture) {
@@ -110,6 +130,13 @@ impl PngOutput {
                 Err(Failure::other(problem))
             }
         }
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
     }
 }
 
@@ -164,9 +191,9 @@ mod tests {
     fn a_picture_survives_and_leaves_nothing_beside_it() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
-        PngOutput::prepare(&path).unwrap().write(&picture(128)).unwrap();
+        PngOutput::prepare(&path, []).unwrap().write(&picture(128)).unwrap();
         assert_eq!(read(&path), (png::ColorType::Rgba, vec![1, 2, 3, 255, 4, 5, 6, 128]));
-        PngOutput::prepare(&path).unwrap().write(&picture(255)).unwrap();
+        PngOutput::prepare(&path, []).unwrap().write(&picture(255)).unwrap();
         assert_eq!(read(&path), (png::ColorType::Rgb, vec![1, 2, 3, 4, 5, 6]));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
@@ -174,7 +201,7 @@ mod tests {
     #[test]
     fn what_cannot_be_written_is_refused_before_the_work() {
         let folder = tempfile::tempdir().unwrap();
-        let exit = |name: &str| PngOutput::prepare(&folder.path().join(name)).err().map(|f| f.exit);
+        let exit = |name: &str| PngOutput::prepare(&folder.path().join(name), []).err().map(|f| f.exit);
         assert_eq!(exit("a.jpg"), Some(Exit::Usage));
         assert_eq!(exit("a"), Some(Exit::Usage));
         assert_eq!(exit("missing/a.png"), Some(Exit::Failure));
@@ -184,9 +211,58 @@ mod tests {
     }
 
     #[test]
+    fn no_input_is_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let prepare = |input: &Path| PngOutput::prepare(&path, [input]).err().map(|failure| failure.exit);
+        assert_eq!(prepare(&path), None, "neither exists");
+        fs::write(&path, "a scan").unwrap();
+        fs::create_dir(folder.path().join("b")).unwrap();
+        assert_eq!(prepare(&path), Some(Exit::Usage));
+        assert_eq!(prepare(&folder.path().join("b/../a.png")), Some(Exit::Usage), "by another name");
+        assert_eq!(prepare(folder.path()), None, "a picture may lie in the folder of a scan");
+    }
+
+    #[test]
+    fn a_read_only_file_is_respected() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        fs::write(&path, "dear").unwrap();
+        let mut permissions = fs::metadata(&path).unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&path, permissions).unwrap();
+        assert!(PngOutput::prepare(&path, []).is_err_and(|failure| failure.message.contains("read-only")));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let [real, link] = ["real.png", "link.png"].map(|name| folder.path().join(name));
+        fs::write(&real, "old").unwrap();
+        std::os::unix::fs::symlink("real.png", &link).unwrap();
+        PngOutput::prepare(&link, []).unwrap().write(&picture(255)).unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(read(&real).1.len(), 6);
+    }
+
+    #[test]
+    fn a_strip_does_not_replace_a_picture() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let output = PngOutput::prepare(&path, []).unwrap().sparing_the_earlier();
+        assert_eq!(output.path(), path);
+        fs::write(&path, "good").unwrap();
+        let output = PngOutput::prepare(&path, []).unwrap().sparing_the_earlier();
+        output.write(&picture(255)).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"good");
+        assert_eq!(read(&folder.path().join("a.partial.png")).1.len(), 6);
+    }
+
+    #[test]
     fn a_picture_whose_place_vanished_is_kept_elsewhere() {
         let folder = tempfile::tempdir().unwrap();
-        let output = PngOutput::prepare(&folder.path().join("a.png")).unwrap();
+        let output = PngOutput::prepare(&folder.path().join("a.png"), []).unwrap();
         drop(folder);
         let message = output.write(&picture(255)).unwrap_err().message;
         let kept = Path::new(message.rsplit("kept in ").next().unwrap()).to_owned();

@@ -1,7 +1,7 @@
 //! What the user sees while waiting: bars on a terminal, a few lines elsewhere, nothing if asked to be quiet.
 
 use std::{
-    io::IsTerminal,
+    io::{self, IsTerminal, Write},
     sync::Mutex,
     time::{Duration, Instant},
 };
@@ -16,6 +16,11 @@ const LINE_INTERVAL: Duration = Duration::from_secs(10);
 /// Work that took less needs no line of its own.
 const WORTH_SAYING: Duration = Duration::from_secs(1);
 
+/// Says a line on stderr. Where nobody listens any more, the work goes on: its result is a file.
+pub fn say(line: &str) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
 /// Talks to the user on stderr.
 #[derive(Clone, Copy, Debug)]
 pub struct Reporter {
@@ -26,13 +31,13 @@ pub struct Reporter {
 impl Reporter {
     /// A reporter that is quiet if asked to.
     pub fn new(quiet: bool) -> Self {
-        Self { quiet, bars: !quiet && std::io::stderr().is_terminal() }
+        Self { quiet, bars: !quiet && io::stderr().is_terminal() }
     }
 
     /// Says a line.
     pub fn say(&self, line: &str) {
         if !self.quiet {
-            eprintln!("{line}");
+            say(line);
         }
     }
 
@@ -141,7 +146,7 @@ impl Line {
             self.said = Instant::now();
             let percent = done.saturating_mul(100) / total.max(1);
             let gap = if words.is_empty() { "" } else { ", " };
-            eprintln!("{}: {percent}%{gap}{words}", self.label);
+            say(&format!("{}: {percent}%{gap}{words}", self.label));
         }
     }
 
@@ -156,7 +161,8 @@ impl Line {
             bar.abandon();
         } else if self.start.elapsed() >= WORTH_SAYING {
             let gap = if words.is_empty() { "" } else { ", " };
-            eprintln!("{}: done in {:.1} s{gap}{words}", self.label, self.start.elapsed().as_secs_f64());
+            let seconds = self.start.elapsed().as_secs_f64();
+            say(&format!("{}: done in {seconds:.1} s{gap}{words}", self.label));
         }
     }
 }

@@ -1,6 +1,9 @@
 //! The way to the GPU: everything above this file is plain data, everything below is `lumivox-wgpu`.
 
-use std::{ops::ControlFlow, time::Duration};
+use std::{
+    ops::{ControlFlow, Range},
+    time::Duration,
+};
 
 use lumivox_core::{CancelToken, PerspectiveCamera, Scene};
 use lumivox_renderer::{DisplaySettings, Film};
@@ -9,7 +12,7 @@ use lumivox_wgpu::{Gpu, GpuDescription, GpuError, HeadlessError, Outcome, Render
 use crate::{
     exit::{Exit, Failure},
     output::Picture,
-    progress::Reporter,
+    progress::{Reporter, human_duration},
 };
 
 /// What came out, finished or as far as it came.
@@ -18,11 +21,22 @@ pub struct Traced {
     film: Film,
     /// Samples of the pixel that has the fewest.
     pub samples: u32,
+    /// The fraction of the pixels that have any.
+    pub begun: f64,
     /// Why it is not finished, if it is not.
     pub cut_short: Option<Failure>,
 }
 
 impl Traced {
+    /// `64 samples`; of a picture of which parts are missing, `12% of the picture`.
+    pub fn reached(&self) -> String {
+        match self.samples {
+            0 => format!("{:.0}% of the picture", (self.begun * 100.0).clamp(1.0, 99.0)),
+            1 => "1 sample".into(),
+            samples => format!("{samples} samples"),
+        }
+    }
+
     /// Takes the noise off, for a little bias.
     pub fn denoise(&mut self) {
         self.film = self.film.denoised();
@@ -36,23 +50,30 @@ impl Traced {
     }
 }
 
+/// Opens the GPU whose name contains `name`, or the fastest kind.
+///
+/// # Errors
+/// [`Exit::Gpu`] when there is none that can be used.
+pub fn open(name: Option<&str>) -> Result<Gpu, Failure> {
+    Gpu::open(name).map_err(gpu_failure)
+}
+
 /// Traces until done or cancelled, and keeps what there is in both cases.
 ///
 /// # Errors
-/// [`Exit::Gpu`] when there is no usable GPU, or it was lost before anything came back; [`Exit::Failure`] when the
-/// scene does not fit it; [`Exit::Interrupted`] when nothing was rendered yet.
+/// [`Exit::Gpu`] when the GPU was lost before anything came back; [`Exit::Failure`] when the scene does not fit it;
+/// [`Exit::Interrupted`] when nothing was rendered yet.
 pub fn trace(
     scene: &Scene,
     camera: &PerspectiveCamera,
     request: &RenderRequest,
-    gpu: Option<&str>,
+    gpu: &mut Gpu,
     reporter: Reporter,
     cancel: &CancelToken,
 ) -> Result<Traced, Failure> {
-    let mut gpu = Gpu::open(gpu).map_err(gpu_failure)?;
     reporter.say(&format!("tracing on {}", describe(&gpu.description)));
     let mut line = reporter.tracing();
-    let rendered = lumivox_wgpu::render(&mut gpu, scene, camera, request, &mut |progress| {
+    let rendered = lumivox_wgpu::render(gpu, scene, camera, request, &mut |progress| {
         line.update(progress);
         if cancel.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })
@@ -68,29 +89,43 @@ pub fn trace(
         Outcome::Stopped => Some(Failure::new(Exit::Interrupted, "Stopped early.")),
         Outcome::Failed(error) => Some(gpu_failure(error)),
     };
+    let begun = begun(&rendered.film);
     match cut_short {
-        Some(failure) if is_blank(&rendered.film) => {
+        Some(failure) if begun == 0.0 => {
             Err(Failure { message: format!("{} Nothing was rendered yet.", failure.message), ..failure })
         }
         cut_short => {
-            reporter.say(&summary(&rendered.film, samples, rendered.prepare, rendered.trace));
-            Ok(Traced { film: rendered.film, samples, cut_short })
+            let (film, trace) = (rendered.film, rendered.trace);
+            let traced = Traced { film, samples, begun, cut_short };
+            reporter.say(&summary(&traced, rendered.prepare, trace));
+            if samples == 1 && request.time.is_some_and(|limit| trace > limit + Duration::from_millis(500)) {
+                reporter.say(&format!("note: needed {} for one sample per pixel", human_duration(trace)));
+            }
+            if pixels(&traced.film).all(|pixel| traced.film.alpha(pixel) == 0.0) {
+                reporter.say("note: no ray met the scan: check --eye, --clip, the transfer function");
+            }
+            Ok(traced)
         }
     }
 }
 
-fn is_blank(film: &Film) -> bool {
+fn pixels(film: &Film) -> Range<usize> {
     let [width, height] = film.size();
-    (0..width as usize * height as usize).all(|pixel| film.samples(pixel) == 0.0)
+    0..width as usize * height as usize
 }
 
-fn summary(film: &Film, samples: u32, prepare: Duration, trace: Duration) -> String {
-    let mut text = format!(
-        "prepared in {:.2} s, {samples} samples in {:.2} s: {:.2} ms per sample",
-        prepare.as_secs_f64(),
-        trace.as_secs_f64(),
-        trace.as_secs_f64() * 1e3 / f64::from(samples.max(1)),
-    );
+fn begun(film: &Film) -> f64 {
+    let begun = pixels(film).filter(|&pixel| film.samples(pixel) > 0.0).count();
+    begun as f64 / pixels(film).len().max(1) as f64
+}
+
+fn summary(traced: &Traced, prepare: Duration, trace: Duration) -> String {
+    let [prepare, trace] = [prepare, trace].map(|duration| duration.as_secs_f64());
+    let mut text = format!("prepared in {prepare:.2} s, {} in {trace:.2} s", traced.reached());
+    if traced.samples > 0 {
+        text += &format!(": {:.2} ms per sample", trace * 1e3 / f64::from(traced.samples));
+    }
+    let film = &traced.film;
     if let Some(noise) = film.noise() {
         text += &format!(", noise {:.1}%", noise * 100.0);
     }

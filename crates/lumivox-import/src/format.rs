@@ -78,7 +78,19 @@ pub(crate) fn recognise(path: &Path) -> Result<Format, ImportError> {
     if gzip {
         return Err(unknown("it is a gzip archive of something else; unpack it"));
     }
-    Err(unknown(&describe(&head)))
+    let found = describe(&head);
+    if [ZEROS, NO_KIND].contains(&found.as_str()) && is_named_as_samples(path) {
+        return Err(unknown(&format!(
+            "{found}; if it holds samples without a header, describe them, for example with --raw 256x256x108:i16le"
+        )));
+    }
+    Err(unknown(&found))
+}
+
+/// Whether a file has a name that RAW has.
+fn is_named_as_samples(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    ["raw", "bin", "dat"].iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
 fn name(format: Format) -> &'static str {
@@ -177,6 +189,9 @@ const OTHERS: [(&[u8], &str); 28] = [
     (b"version https://git-lfs", "this is a Git LFS pointer; fetch the file that it stands for"),
 ];
 
+const ZEROS: &str = "it begins with nothing but zeros";
+const NO_KIND: &str = "its content is of no known kind";
+
 /// What an unknown file is, in words.
 fn describe(head: &[u8]) -> String {
     if head.is_empty() {
@@ -190,7 +205,7 @@ fn describe(head: &[u8]) -> String {
             .to_owned();
     }
     if head.iter().all(|b| *b == 0) {
-        return "it begins with nothing but zeros".to_owned();
+        return ZEROS.to_owned();
     }
     let text = String::from_utf8_lossy(head);
     let text = text.trim_start_matches('\u{feff}').trim_start();
@@ -207,7 +222,7 @@ fn describe(head: &[u8]) -> String {
     } else if printable {
         "this is a text file".to_owned()
     } else {
-        "its content is of no known kind".to_owned()
+        NO_KIND.to_owned()
     }
 }
 
@@ -248,6 +263,11 @@ mod tests {
         assert!(of(b"hello, doctor").contains("this is a text file"));
         assert!(of(&[0; 500]).contains("nothing but zeros"));
         assert!(of(b"\x01\x02\x03\xff\xfe").contains("of no known kind"));
+        for name in ["scan.raw", "scan.BIN", "scan.dat"] {
+            let error = recognised(name, b"\x01\x02\x03\xff\xfe").unwrap_err();
+            assert!(error.contains("--raw 256x256x108:i16le"), "{error}");
+        }
+        assert!(!of(b"\x01\x02\x03\xff\xfe").contains("--raw"));
         assert!(of(b"\x1f\x8b garbage").contains("gzip archive"));
         let folder = tempfile::tempdir().unwrap();
         assert!(recognise(folder.path()).unwrap_err().to_string().contains("it is a folder"));

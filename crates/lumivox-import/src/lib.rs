@@ -5,6 +5,7 @@
 //!
 //! Nothing a file says is believed before it is checked: sizes against what is there, numbers for being finite.
 
+mod axes;
 mod dicom;
 mod environment_file;
 mod error;
@@ -23,6 +24,7 @@ mod transfer_function_file;
 
 use std::path::{Path, PathBuf};
 
+pub use axes::{PatientAxes, UnknownAxes};
 pub use environment_file::load_environment;
 pub use error::ImportError;
 use format::Format;
@@ -36,8 +38,8 @@ pub use transfer_function_file::{load_transfer_function, save_transfer_function}
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct ImportOptions {
-    /// A DICOM SeriesInstanceUID, series number, or 1-based position in [`ImportReport::series`]; `None` takes the
-    /// series with the most voxels.
+    /// A 1-based position in [`ImportReport::series`], else a DICOM SeriesInstanceUID, else a series number that no
+    /// other series has; `None` takes the first, which is the best.
     pub series: Option<String>,
     /// What the bytes of a file mean that no other reader knows.
     pub raw: Option<RawDescription>,
@@ -56,7 +58,8 @@ pub struct Imported {
 /// Loads the volume in `paths`: one file of any format, a folder, a zip archive, or several DICOM files.
 ///
 /// A folder is a DICOM study with all that is in it; one without any DICOM may hold one volume of another format. Of
-/// several series the one with the most voxels is loaded, unless [`ImportOptions::series`] names another.
+/// several series the best is loaded (with depth, then CT, MR or PET, then the most voxels), unless
+/// [`ImportOptions::series`] names another.
 ///
 /// # Errors
 /// [`ImportError`] names the file, what is wrong and what to do.
@@ -66,14 +69,28 @@ pub fn load(
     progress: Progress<'_>,
     cancel: &CancelToken,
 ) -> Result<Imported, ImportError> {
-    match paths {
+    let mut imported = match paths {
         [folder] if folder.is_dir() => match dicom::load_folder(folder, options, progress, cancel)? {
-            Some(imported) => Ok(imported),
-            None => load_file(&only_volume_in(folder, cancel)?, options, progress, cancel),
+            Some(imported) => imported,
+            None => load_file(&only_volume_in(folder, options, cancel)?, options, progress, cancel)?,
         },
-        [file] => load_file(file, options, progress, cancel),
-        _ => dicom::load(paths, options, progress, cancel),
+        [file] => load_file(file, options, progress, cancel)?,
+        _ => dicom::load(paths, options, progress, cancel)?,
+    };
+    imported.report.notes.extend(unused(options, &imported.report.format));
+    Ok(imported)
+}
+
+/// Notes on options that a file of this format has no use for.
+fn unused(options: &ImportOptions, format: &str) -> Vec<String> {
+    let mut notes = Vec::new();
+    if options.series.is_some() && format != "DICOM" {
+        notes.push(format!("--series was not used: a {format} file holds one image"));
     }
+    if options.raw.is_some() && format != "RAW" {
+        notes.push(format!("--raw was not used: {format} describes itself"));
+    }
+    notes
 }
 
 /// Loads a single file.
@@ -101,21 +118,30 @@ fn load_file(
     }
 }
 
-/// The one file of a folder without DICOM that is a volume.
-fn only_volume_in(folder: &Path, cancel: &CancelToken) -> Result<PathBuf, ImportError> {
-    let mut files = dicom::files_below(folder, cancel)?;
-    let count = files.len();
-    files.retain(|file| format::recognise(file).is_ok());
-    match files.len() {
-        1 => Ok(files.remove(0)),
-        0 => Err(ImportError::NoSeries {
+/// The one file of a folder without DICOM that is a volume; if there is none, the one that [`ImportOptions::raw`] can
+/// only mean.
+fn only_volume_in(
+    folder: &Path,
+    options: &ImportOptions,
+    cancel: &CancelToken,
+) -> Result<PathBuf, ImportError> {
+    let all = dicom::files_below(folder, cancel)?;
+    let volumes: Vec<&PathBuf> = all.iter().filter(|file| format::recognise(file).is_ok()).collect();
+    match (&volumes[..], &all[..]) {
+        ([only], _) => Ok(only.to_path_buf()),
+        ([], [only]) if options.raw.is_some() => Ok(only.clone()),
+        ([], _) => Err(ImportError::NoSeries {
             path: folder.to_owned(),
-            files: count,
-            detail: "None is of a format that Lumivox reads".to_owned(),
+            files: all.len(),
+            detail: match &options.raw {
+                Some(_) => "Open the one that --raw describes",
+                None => "None is of a format that Lumivox reads",
+            }
+            .to_owned(),
         }),
-        n => Err(ImportError::Unsupported {
+        (several, _) => Err(ImportError::Unsupported {
             path: folder.to_owned(),
-            what: format!("it holds {n} volumes"),
+            what: format!("it holds {} volumes", several.len()),
             remedy: "Open one of its files".to_owned(),
         }),
     }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | a [`RawDescription`], from a flag | `256x256x108:i16le:spacing=1,1,2` |
 //! | a file beside it: `head.raw.ini`, `head.ini`, `head.raw.toml`, `head.toml` | see below |
-//! | the file's own name | `head_256x256x108_int16_0.5x0.5x2mm.raw` |
+//! | the file's own name | `head_256x256x108_int16_0.5x0.5x2mm_LAS.raw` |
 //!
 //! A file beside it has one `key: value` or `key = value` per line:
 //!
@@ -14,6 +14,7 @@
 //! endianness: LittleEndian
 //! skip: 0                  (header_bytes does as well)
 //! spacing: 0.957 0.957 1.5
+//! axes: LAS                (where x, y and z grow to; LPS if it is not said)
 //! slope: 1
 //! intercept: -1024
 //! modality: CT
@@ -31,12 +32,16 @@ use lumivox_core::{CancelToken, Modality, Progress};
 
 use crate::{
     Imported,
+    axes::PatientAxes,
     error::ImportError,
     payload::Payload,
     sample::SampleType,
-    scan::{Scan, axis_aligned},
+    scan::Scan,
     text_header::{Field, Fields, parse_list},
 };
+
+/// What a description may hold after the size and the type.
+const KEYS: &str = "spacing, axes, header, slope, intercept and modality";
 
 /// What the bytes of a file without a header mean.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +56,8 @@ pub struct RawDescription {
     pub header_bytes: u64,
     /// Distances between voxels, in mm.
     pub spacing_mm: [f64; 3],
+    /// Where the axes point in the patient; [`PatientAxes::LPS`] is assumed if it is not known.
+    pub axes: Option<PatientAxes>,
     /// Physical units per stored unit.
     pub slope: f64,
     /// The physical value of a stored 0.
@@ -62,7 +69,7 @@ pub struct RawDescription {
 /// Why a text is no [`RawDescription`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "'{part}' is not {expected}. A RAW volume is described as 256x256x108:i16le:spacing=1,1,2 with any of spacing, header, slope, intercept and modality"
+    "'{part}' is not {expected}. A RAW volume is described as 256x256x108:i16le:spacing=1,1,2 with any of {KEYS}"
 )]
 pub struct RawDescriptionError {
     /// The part of the text that is wrong.
@@ -80,6 +87,7 @@ impl RawDescription {
             big_endian: false,
             header_bytes: 0,
             spacing_mm: [1.0; 3],
+            axes: None,
             slope: 1.0,
             intercept: 0.0,
             modality: None,
@@ -87,7 +95,8 @@ impl RawDescription {
     }
 
     /// Parses `256x256x108:i16le:spacing=1,1,2`: the size, the type with `le` or `be`, then any of `spacing` (mm),
-    /// `header` (bytes), `slope`, `intercept` and `modality` (`CT`, `MR`, `PET`).
+    /// `axes` (`LPS`, `RAS` and so on: where x, y and z grow to), `header` (bytes), `slope`, `intercept` and `modality`
+    /// (`CT`, `MR`, `PET`).
     ///
     /// # Errors
     /// [`RawDescriptionError`] names the part that cannot be understood.
@@ -105,7 +114,7 @@ impl RawDescription {
             match description.set(key.trim(), value.trim()) {
                 Ok(true) => {}
                 Ok(false) => {
-                    return Err(wrong(key, "one of spacing, header, slope, intercept and modality"));
+                    return Err(wrong(key, "one of the keys"));
                 }
                 Err(expected) => return Err(wrong(part, expected)),
             }
@@ -113,8 +122,8 @@ impl RawDescription {
         Ok(description)
     }
 
-    /// What the name of a file tells: `head_256x256x108_int16_0.957x0.957x1.5mm.raw`. It must hold the size and the
-    /// type.
+    /// What the name of a file tells: `head_256x256x108_int16_0.957x0.957x1.5mm_LAS.raw`. It must hold the size and the
+    /// type. Axes are capitals, since names have words such as `lip`.
     pub fn from_file_name(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?;
         let name = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
@@ -127,7 +136,9 @@ impl RawDescription {
             parse_spacing(&lengths?)
         });
         let spacing_mm = spacing.unwrap_or([1.0; 3]);
-        Some(Self { big_endian, spacing_mm, ..Self::new(dims, sample) })
+        let axes = words().filter(|word| word.chars().all(|c| c.is_ascii_uppercase()));
+        let axes = axes.filter_map(|word| word.parse().ok()).next();
+        Some(Self { big_endian, spacing_mm, axes, ..Self::new(dims, sample) })
     }
 
     /// Sets a field by name. `false` when there is none of that name, an error when the value does not fit.
@@ -140,6 +151,11 @@ impl RawDescription {
                 let lengths = parse_list(value.trim_matches(['[', ']'])).unwrap_or_default();
                 self.spacing_mm =
                     parse_spacing(&lengths).ok_or("three positive lengths in mm such as 0.5,0.5,2")?;
+            }
+            "axes" => {
+                self.axes = Some(value.parse().map_err(|_| {
+                    "three letters such as LPS or RAS: where x, y and z grow to, each of L/R, P/A and S/I once"
+                })?);
             }
             "header" | "header_bytes" | "skip" | "bytestoskip" => {
                 self.header_bytes = value.parse().map_err(|_| "a number of bytes")?;
@@ -186,6 +202,9 @@ impl fmt::Display for RawDescription {
         write!(f, "{x}x{y}x{z}:{}{}", self.sample, if self.big_endian { "be" } else { "le" })?;
         let [sx, sy, sz] = self.spacing_mm;
         write!(f, ":spacing={sx},{sy},{sz}")?;
+        if let Some(axes) = self.axes {
+            write!(f, ":axes={axes}")?;
+        }
         if self.header_bytes != 0 {
             write!(f, ":header={}", self.header_bytes)?;
         }
@@ -246,25 +265,41 @@ fn load_described(
     cancel: &CancelToken,
 ) -> Result<Imported, ImportError> {
     let RawDescription { dims, sample, big_endian, header_bytes, slope, intercept, .. } = *description;
-    let actual = std::fs::metadata(path).map_err(ImportError::io(path))?.len();
-    match description.file_bytes() {
-        Some(expected) if expected < actual => {
-            return Err(ImportError::Field {
-                path: path.to_owned(),
-                field: "the description".to_owned(),
-                problem: format!("({description}) makes {expected} bytes, but the file has {actual}"),
-                remedy: format!(
-                    "Correct the size or the type, or give the {} bytes before the samples as the header",
-                    header_bytes.saturating_add(actual - expected)
-                ),
-            });
-        }
-        _ => {}
+    let metadata = std::fs::metadata(path).map_err(ImportError::io(path))?;
+    // Pipes and devices have no size to compare with.
+    if !metadata.is_file() {
+        return Err(ImportError::Unsupported {
+            path: path.to_owned(),
+            what: "it is not a plain file".to_owned(),
+            remedy: "Save the samples in a file and open that".to_owned(),
+        });
     }
-    let notes = vec![
-        format!("{source}: {description}"),
-        "RAW has no orientation: axes are taken for left, posterior, superior".to_owned(),
-    ];
+    let actual = metadata.len();
+    let expected = description.file_bytes();
+    if expected != Some(actual) {
+        let makes = expected.map_or("more".to_owned(), |expected| expected.to_string());
+        let too_many = expected.and_then(|expected| actual.checked_sub(expected));
+        return Err(ImportError::Field {
+            path: path.to_owned(),
+            field: "the description".to_owned(),
+            problem: format!("({description}) makes {makes} bytes, but the file has {actual}"),
+            remedy: match too_many {
+                Some(too_many) => format!(
+                    "Correct the size or the type, or give the {} bytes before the samples as the header",
+                    header_bytes.saturating_add(too_many)
+                ),
+                None => "Correct the size, the type or the header".to_owned(),
+            },
+        });
+    }
+    let mut notes = vec![format!("{source}: {description}")];
+    if description.axes.is_none() {
+        notes.push(
+            "RAW has no orientation: taken as LPS (x to the left, y to the back, z to the head); if it is shown from \
+             behind or upside down, add axes=LAS, axes=LPI or the like to its description"
+                .to_owned(),
+        );
+    }
     let payload = Payload::in_file(path, sample, big_endian, header_bytes);
     let decoded = payload.read(path, dims, 1, progress, cancel)?;
     Scan {
@@ -274,7 +309,7 @@ fn load_described(
         files: 1,
         decoded,
         rescale: [slope, intercept],
-        patient_from_voxel: axis_aligned(description.spacing_mm, [0.0; 3]),
+        patient_from_voxel: description.axes.unwrap_or(PatientAxes::LPS).placement(description.spacing_mm),
         modality: description.modality,
         notes,
     }
@@ -366,8 +401,7 @@ fn read_sidecar(path: &Path) -> Result<RawDescription, ImportError> {
                 let known =
                     description.set(key, &field.value).map_err(|expected| fields.bad(field, expected))?;
                 if !known {
-                    let known =
-                        "It may hold dims, format, endianness, skip, spacing, slope, intercept, modality";
+                    let known = "It may hold dims, format, endianness, skip, spacing, axes, slope, intercept, modality";
                     return Err(fields.complain(field, "means nothing here", known));
                 }
             }
@@ -382,7 +416,8 @@ mod tests {
 
     #[test]
     fn descriptions_are_parsed_and_printed() {
-        let text = "256x256x108:i16be:spacing=0.5,1,2.25:header=12:slope=2:intercept=-1024:modality=CT";
+        let text =
+            "256x256x108:i16be:spacing=0.5,1,2.25:axes=LAS:header=12:slope=2:intercept=-1024:modality=CT";
         let description = RawDescription::parse(text).unwrap();
         let expected = RawDescription {
             dims: [256, 256, 108],
@@ -390,6 +425,7 @@ mod tests {
             big_endian: true,
             header_bytes: 12,
             spacing_mm: [0.5, 1.0, 2.25],
+            axes: Some("LAS".parse().unwrap()),
             slope: 2.0,
             intercept: -1024.0,
             modality: Some(Modality::Ct),
@@ -415,6 +451,7 @@ mod tests {
             ("1x1x1:u8:spacing=1,2,NaN", "'spacing=1,2,NaN'"),
             ("1x1x1:u8:slope=0", "'slope=0'"),
             ("1x1x1:u8:header=-1", "'header=-1'"),
+            ("1x1x1:u8:axes=LLS", "'axes=LLS'"),
             ("1x1x1:u8:size=5", "'size'"),
             ("99999999999999999999x1x1:u8", "'99999999999999999999x1x1'"),
         ] {
@@ -431,6 +468,8 @@ mod tests {
         assert_eq!(head.spacing_mm, [0.957, 0.957, 1.5]);
         assert_eq!(of("bonsai_64x32x16_uint8.raw").unwrap().spacing_mm, [1.0; 3]);
         assert!(of("a-4x4x4-uint16be.raw").unwrap().big_endian);
+        assert_eq!(of("lip_4x4x4_uint8_LAS.raw").unwrap().axes, "LAS".parse().ok());
+        assert_eq!(of("lip_4x4x4_uint8.raw").unwrap().axes, None);
         assert_eq!(of("bonsai_64x32x16.raw"), None);
         assert_eq!(of("uint8.raw"), None);
     }
@@ -464,6 +503,37 @@ mod tests {
     }
 
     #[test]
+    fn axes_place_it_in_the_patient() {
+        let text = "dims: 2 1 1\nformat: uint8\nspacing: 1 2 3\naxes: LAS";
+        let (_folder, path) = folder_with("head.ini", text, &[1, 2]);
+        let Imported { volume, report, .. } = load_raw_file(&path).unwrap();
+        assert_eq!(volume.patient_from_voxel().matrix3.y_axis.to_array(), [0.0, -2.0, 0.0]);
+        assert!(!report.notes.iter().any(|note| note.contains("orientation")), "{:?}", report.notes);
+        let (_folder, path) = folder_with("head.ini", &text.replace("axes: LAS", ""), &[1, 2]);
+        let Imported { volume, report, .. } = load_raw_file(&path).unwrap();
+        assert_eq!(volume.patient_from_voxel().matrix3.y_axis.to_array(), [0.0, 2.0, 0.0]);
+        assert!(report.notes[1].contains("taken as LPS") && report.notes[1].contains("add axes=LAS"));
+    }
+
+    #[test]
+    fn impossible_spacings_are_refused() {
+        let (_folder, path) = folder_with("other.txt", "", &[1, 2]);
+        for spacing in ["1e-7,1,1", "1,1,2e6", "1,1e300,1"] {
+            let description = RawDescription::parse(&format!("2x1x1:u8:spacing={spacing}")).unwrap();
+            let error = load_raw(&path, &description, Progress::SILENT, &CancelToken::new()).unwrap_err();
+            assert!(error.to_string().contains("the distance between voxels is"), "{error}");
+        }
+    }
+
+    #[test]
+    fn only_plain_files_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let description = RawDescription::parse("1x1x1:u8").unwrap();
+        let error = load_raw(folder.path(), &description, Progress::SILENT, &CancelToken::new()).unwrap_err();
+        assert!(error.to_string().contains("it is not a plain file"), "{error}");
+    }
+
+    #[test]
     fn mistakes_beside_it_are_named_with_their_line() {
         let good = "dimx:2\ndimy:1\ndimz:1\nformat:uint8\n";
         for (text, message) in [
@@ -488,12 +558,15 @@ mod tests {
             load_raw(&path, &description, Progress::SILENT, &CancelToken::new())
         };
         assert_eq!(with("2x2x1:u8").unwrap().volume.value_range(), [1.0, 4.0]);
-        assert!(matches!(with("5x1x1:u8"), Err(ImportError::Truncated { expected: 5, actual: 4, .. })));
+        let error = with("5x1x1:u8").unwrap_err().to_string();
+        assert!(error.contains("makes 5 bytes, but the file has 4. Correct the size"), "{error}");
         let error = with("3x1x1:u8").unwrap_err().to_string();
         assert!(error.contains("makes 3 bytes, but the file has 4"), "{error}");
         assert!(error.contains("give the 1 bytes"), "{error}");
-        assert!(with("4294967296x4294967296x4294967296:f64").is_err());
-        assert!(with("2x1x1:u8:header=18446744073709551615").is_err());
+        for too_large in ["4294967296x4294967296x4294967296:f64", "2x1x1:u8:header=18446744073709551615"] {
+            let error = with(too_large).unwrap_err().to_string();
+            assert!(error.contains("makes more bytes, but the file has 4"), "{error}");
+        }
         assert!(load_raw_file(&path).unwrap_err().to_string().contains("nothing beside it"));
     }
 }

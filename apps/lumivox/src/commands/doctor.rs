@@ -1,6 +1,7 @@
 //! `lumivox doctor`: what this machine has for rendering, and what it lacks.
 
 use std::{
+    borrow::Cow,
     fmt::Write,
     path::{Path, PathBuf},
 };
@@ -33,6 +34,8 @@ struct System {
     loader: Option<PathBuf>,
     /// Manifests of Vulkan drivers.
     drivers: Vec<PathBuf>,
+    /// The variable that makes the Vulkan loader look elsewhere for drivers, where one is set.
+    variable: Option<&'static str>,
 }
 
 impl System {
@@ -50,14 +53,19 @@ impl System {
             for folder in ["/usr/share/vulkan/icd.d", "/usr/local/share/vulkan/icd.d", "/etc/vulkan/icd.d"] {
                 system.drivers.extend(files_in(Path::new(folder), |name| name.ends_with(".json")));
             }
+            let set = |name: &&str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+            system.variable = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].into_iter().find(set);
         }
         system
     }
 
     /// What to do when nothing can render, or when only software can though there is a GPU.
-    fn remedy(&self) -> &'static str {
+    fn remedy(&self) -> Cow<'static, str> {
+        if let (Some(variable), true) = (self.variable, self.loader.is_some()) {
+            return format!("{variable} is set, so that only the drivers it names are used: unset it").into();
+        }
         let nvidia = self.devices.iter().any(|device| device.ends_with("nvidia0"));
-        match self.os {
+        Cow::Borrowed(match self.os {
             "linux" if self.loader.is_none() => {
                 "Install the Vulkan loader and drivers: sudo apt-get install libvulkan1 mesa-vulkan-drivers \
                  (Debian, Ubuntu), vulkan-loader mesa-vulkan-drivers (Fedora), vulkan-icd-loader vulkan-swrast (Arch)"
@@ -73,7 +81,7 @@ impl System {
             "windows" => "Install the graphics driver of the GPU's maker: Vulkan or Direct3D 12 is needed",
             "macos" => "Metal is needed: macOS 10.14 or later on a Mac of 2012 or later",
             _ => "Vulkan, Direct3D 12 or Metal is needed",
-        }
+        })
     }
 }
 
@@ -100,6 +108,9 @@ fn report(system: &System, gpus: &[GpuDescription]) -> String {
         let _ = writeln!(text, "GPU devices     {}", list(&system.devices));
         let _ = writeln!(text, "Vulkan loader   {}", list(system.loader.as_slice()));
         let _ = writeln!(text, "Vulkan drivers  {}", list(&system.drivers));
+        if let Some(variable) = system.variable {
+            let _ = writeln!(text, "                only those that {variable} names are used");
+        }
     }
     let (usable, unusable): (Vec<_>, Vec<_>) = gpus.iter().partition(|gpu| gpu.unsuitable.is_none());
     text += "\nCan render, the one taken by default first:\n";
@@ -153,5 +164,9 @@ mod tests {
         assert!(text.contains("a GPU that is not used") && text.contains("NVIDIA"), "{text}");
         let text = report(&nvidia, &[gpu(false)]);
         assert!(text.contains("All is well"), "{text}");
+
+        let elsewhere = System { variable: Some("VK_DRIVER_FILES"), ..nvidia };
+        assert!(elsewhere.remedy().contains("VK_DRIVER_FILES is set"));
+        assert!(report(&elsewhere, &[]).contains("VK_DRIVER_FILES"));
     }
 }

@@ -28,6 +28,7 @@ const PERCENTILES: [f64; 5] = [1.0, 25.0, 50.0, 75.0, 99.0];
 
 /// Prints what each scan holds.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
+    inputs::check(&args.input)?;
     let cancel = exit::cancel_on_ctrl_c()?;
     let scans = inputs::load(&args.input, Reporter::new(args.json), &cancel)?;
     let text = if args.json {

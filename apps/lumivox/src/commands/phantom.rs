@@ -1,5 +1,7 @@
 //! `lumivox phantom`: a procedural scan, written as the files a scanner would have sent.
 
+use std::path::Path;
+
 use lumivox_core::Volume;
 use lumivox_phantom::{AnatomyOptions, SeriesDescription, WriteError};
 
@@ -51,12 +53,19 @@ pub fn run(args: &PhantomArgs) -> Result<(), Failure> {
         WriteError::Cancelled(_) => {
             Failure::new(Exit::Interrupted, format!("Stopped; the series in {shown} is not complete."))
         }
+        error @ (WriteError::Io { .. } | WriteError::Encode { .. }) if has_files(&args.out) => {
+            Failure::other(format!("{error}\nThe series in {shown} is not complete."))
+        }
         error => Failure::other(error.to_string()),
     })?;
     if !args.quiet {
-        output::print(&format!("Wrote {files} DICOM files to {shown}\n"))?;
+        output::print(&format!("Wrote {files} DICOM {} to {shown}\n", if files == 1 { "file" } else { "files" }))?;
     }
     Ok(())
+}
+
+fn has_files(folder: &Path) -> bool {
+    std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
 }
 
 fn description(kind: PhantomKind) -> &'static str {

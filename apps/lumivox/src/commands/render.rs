@@ -1,6 +1,10 @@
 //! `lumivox render`: scans to a PNG.
 
-use std::{path::PathBuf, sync::Arc, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Instant,
+};
 
 use lumivox_core::{
     Environment, EnvironmentSource, Medium, PerspectiveCamera, Preset, Scene, SurfaceReflection, Volume,
@@ -33,10 +37,15 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let start = Instant::now();
     let reporter = Reporter::new(args.quiet);
     // Everything that can be wrong is looked at before the long work.
-    let output = PngOutput::prepare(&args.output)?;
+    let mut output = PngOutput::prepare(&args.output, files_read(args))?;
+    if let (Some(eye), Some(target)) = (args.eye, args.target) {
+        check_view(eye.0, target.0)?;
+    }
+    inputs::check(&args.input)?;
     let environment = environment(args)?;
     let looks = looks(args, inputs::count(&args.input))?;
     let cancel = exit::cancel_on_ctrl_c()?;
+    let mut gpu = trace::open(args.gpu.as_deref())?;
 
     let scans = inputs::load(&args.input, reporter, &cancel)?;
     for scan in &scans {
@@ -44,12 +53,13 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         scan.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
         if !scan.report.skipped.is_empty() {
             let count = scan.report.skipped.len();
-            reporter.say(&format!("  note: {count} files were left out; 'lumivox info' says why"));
+            let were = if count == 1 { "file was" } else { "files were" };
+            reporter.say(&format!("  note: {count} {were} left out; 'lumivox info' says why"));
         }
     }
     let volumes = scans.into_iter().map(|scan| Arc::new(scan.volume)).collect();
     let scene = scene(args, volumes, &looks, environment, reporter)?;
-    let camera = camera(args, &scene);
+    let camera = camera(args, &scene)?;
     cancel.check()?;
 
     let samples = args.samples.unwrap_or(if args.time.is_some() { MOST_SAMPLES } else { DEFAULT_SAMPLES });
@@ -59,7 +69,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         guides: args.denoise,
         ..RenderRequest::new(args.size.width, args.size.height, samples)
     };
-    let mut traced = trace::trace(&scene, &camera, &request, args.gpu.as_deref(), reporter, &cancel)?;
+    let mut traced = trace::trace(&scene, &camera, &request, &mut gpu, reporter, &cancel)?;
     if args.denoise {
         reporter.say("denoising");
         traced.denoise();
@@ -68,14 +78,19 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     if let args::Background::Color(color) = args.background {
         picture.put_on(color);
     }
+    let mut shown = args.output.clone();
+    if traced.samples == 0 {
+        output = output.sparing_the_earlier();
+        shown = output.path().to_owned();
+    }
     output.write(&picture)?;
 
     let wrote = format!(
-        "{} ({} x {}, {} samples{}, {})",
-        args.output.display(),
+        "{} ({} x {}, {}{}, {})",
+        shown.display(),
         picture.width,
         picture.height,
-        traced.samples,
+        traced.reached(),
         if args.denoise { ", denoised" } else { "" },
         human_duration(start.elapsed()),
     );
@@ -185,7 +200,24 @@ fn scene(
     Ok(Scene { volumes, environment })
 }
 
-fn camera(args: &RenderArgs, scene: &Scene) -> PerspectiveCamera {
+/// Every file that the command line names for reading.
+fn files_read(args: &RenderArgs) -> impl Iterator<Item = &Path> {
+    let map = match &args.environment {
+        EnvironmentName::File(path) => Some(path),
+        _ => None,
+    };
+    args.input.inputs.iter().chain(&args.transfer_function).chain(map).map(PathBuf::as_path)
+}
+
+/// A camera that looks at the place where it stands looks nowhere.
+fn check_view(eye: DVec3, target: DVec3) -> Result<(), Failure> {
+    if eye.distance(target) > 1e-6 {
+        return Ok(());
+    }
+    Err(Failure::usage("--eye is the point looked at; move it, or give another --target"))
+}
+
+fn camera(args: &RenderArgs, scene: &Scene) -> Result<PerspectiveCamera, Failure> {
     let aspect = f64::from(args.size.width) / f64::from(args.size.height);
     let fov = args.fov.to_radians();
     let mut orbit =
@@ -194,10 +226,13 @@ fn camera(args: &RenderArgs, scene: &Scene) -> PerspectiveCamera {
         orbit.target = target.0 * METRES_PER_MM;
     }
     match args.eye {
-        Some(eye) => PerspectiveCamera::look_at(eye.0 * METRES_PER_MM, orbit.target, DVec3::Y, fov),
+        Some(eye) => {
+            check_view(eye.0, orbit.target / METRES_PER_MM)?;
+            Ok(PerspectiveCamera::look_at(eye.0 * METRES_PER_MM, orbit.target, DVec3::Y, fov))
+        }
         None => {
             orbit.distance /= args.zoom;
-            orbit.camera()
+            Ok(orbit.camera())
         }
     }
 }
