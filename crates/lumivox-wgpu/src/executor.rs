@@ -77,6 +77,11 @@ impl Executor {
         Self { device, queue, resources: HashMap::new(), pipelines: HashMap::new(), sampler, uniforms }
     }
 
+    /// The device, for hosts that go on with its buffers.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
     /// What the renderer needs to know of the device.
     pub fn limits(&self) -> DeviceLimits {
         let limits = self.device.limits();

@@ -7,7 +7,7 @@ use lumivox_renderer::{
     Background, DisplaySettings, Film, Recording, SceneCache, Step, ToneMap, View, ViewSettings,
 };
 use lumivox_testing::scenes;
-use lumivox_wgpu::{RenderRequest, render};
+use lumivox_wgpu::{Gpu, GpuError, Outcome, RenderRequest, render};
 
 use crate::{film, gpu};
 
@@ -67,7 +67,29 @@ fn a_stopped_render_keeps_what_it_has() {
         if calls == 6 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })
     .unwrap();
-    assert!(matches!(rendered.outcome, lumivox_wgpu::Outcome::Stopped));
+    assert!(matches!(rendered.outcome, Outcome::Stopped));
+    assert!(rendered.film.min_samples() > 0);
+    assert!((0..64 * 64).any(|p| rendered.film.radiance(p)[1] > 0.0));
+}
+
+#[test]
+fn a_lost_device_leaves_the_image_so_far() {
+    let name = std::env::var("LUMIVOX_GPU").ok();
+    let mut own = Gpu::open(name.as_deref()).unwrap();
+    let device = own.executor.device().clone();
+    let test = scenes::noise();
+    let request = RenderRequest::new(64, 64, 1_000_000);
+    let mut looked = false;
+    let rendered = render(&mut own, &test.scene, &test.camera, &request, &mut |progress| {
+        // Once the film has been looked at, there is something to keep.
+        looked |= progress.noise.is_some();
+        if looked {
+            device.destroy();
+        }
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    assert!(matches!(rendered.outcome, Outcome::Failed(GpuError::Lost(_))), "{:?}", rendered.outcome);
     assert!(rendered.film.min_samples() > 0);
     assert!((0..64 * 64).any(|p| rendered.film.radiance(p)[1] > 0.0));
 }
