@@ -14,7 +14,7 @@ Exit codes:
     2  wrong usage
     3  bad input: missing, damaged, or not a scan
     4  no usable GPU, or it was lost
-  130  stopped by Ctrl-C; what was rendered is kept";
+  130  stopped by Ctrl-C or SIGTERM; what was rendered is kept";
 
 const INFO_EXAMPLES: &str = "\
 Examples:
@@ -84,11 +84,13 @@ pub struct InputArgs {
     /// Scans: a DICOM folder or its files, .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, .raw, or a .zip of DICOM files
     #[arg(required = true, value_name = "SCAN")]
     pub inputs: Vec<PathBuf>,
-    /// DICOM series to take: its UID, number, or place in 'lumivox info' [default: the one with the most voxels]
+    /// DICOM series to take: its place in the list of 'lumivox info', its UID, or a number that no other has
+    /// [default: the first of the list]
     #[arg(long, value_name = "SERIES")]
     pub series: Option<String>,
-    /// Layout of a RAW scan: size, sample type, then any of spacing (mm), header (bytes), slope,
-    /// intercept, modality: 256x256x108:i16le:spacing=0.9,0.9,1.5 [default: from a file beside it, or its name]
+    /// Layout of a RAW scan: size, sample type, then any of spacing (mm), axes (where x, y and z grow), header
+    /// (bytes), slope, intercept, modality: 256x256x108:i16le:spacing=0.9,0.9,1.5:axes=LAS
+    /// [default: from a file beside it, or its name]
     #[arg(long, value_name = "LAYOUT")]
     pub raw: Option<RawDescription>,
 }

@@ -383,6 +383,10 @@ mod tests {
         assert!(error("ElementType = MET_STRING").contains("ElementType (line 4) is 'MET_STRING'"));
         assert!(error("ElementType = MET_UCHAR\nElementSpacing = 1 0 1").contains("positive lengths"));
         assert!(error("ElementType = MET_UCHAR\nElementSpacing = 1 1").contains("ElementSpacing (line 5)"));
+        assert!(
+            error("ElementType = MET_UCHAR\nElementSpacing = 1 1e-9 1")
+                .contains("1 x 0.000000001 x 1 mm, not")
+        );
         assert!(error("ElementNumberOfChannels = 3").contains("3 values for each voxel"));
         assert!(
             error("ElementType = MET_UCHAR\nTransformMatrix = 1 0 0 1 0 0 0 0 1").contains("independent")

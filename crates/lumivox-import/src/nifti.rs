@@ -493,7 +493,8 @@ mod tests {
         file.sform([[0.0; 4]; 3]);
         let imported = load_bytes(&file.bytes()).unwrap();
         assert_eq!(imported.volume.spacing_mm(), DVec3::new(0.5, 0.5, 1.0));
-        assert_eq!(imported.report.notes.len(), 2, "{:?}", imported.report.notes);
+        assert_eq!(imported.report.notes.len(), 3, "{:?}", imported.report.notes);
+        assert!(imported.report.notes[2].starts_with("a single slice is not a volume"));
         assert_eq!(imported.volume.directions().x_axis, DVec3::NEG_X);
     }
 
@@ -544,6 +545,10 @@ mod tests {
         let mut spacing = Builder::new(Version::One, false, &[1, 2, 1], 2);
         spacing.float(76, 104, &[1.0, 1.0, f64::NAN]);
         assert!(error(&spacing).contains("pixdim[2] is NaN"));
+        let mut far = Builder::new(Version::One, false, &[1, 2, 1], 2);
+        far.data = vec![1, 2];
+        far.float(76, 104, &[1.0, 1.0, 1e7]);
+        assert!(error(&far).contains("not from 0.000001 to 1000000 mm"), "{}", error(&far));
         let huge = Builder::new(Version::Two, false, &[1 << 40, 1 << 40, 1], 2);
         assert!(error(&huge).contains("impossible"));
         let long = Builder::new(Version::Two, false, &[1 << 40, 1, 1], 2);

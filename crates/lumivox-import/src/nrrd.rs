@@ -505,6 +505,8 @@ mod tests {
     fn mistakes_are_named_with_their_line() {
         let error = |header: &str| with(header, &[0; 4]).unwrap_err().to_string();
         assert!(error("type: uchar").contains("dimension is missing"));
+        let far = format!("type: uchar\n{GRID}\nspacings: 1 1 1e9\nencoding: raw");
+        assert!(error(&far).contains("the distance between voxels is 1 x 1 x 1000000000 mm"));
         assert!(error("dimension: 3\nsizes: 2 2").contains("sizes (line 4) is '2 2'"));
         assert!(error("dimension: 3\nsizes: 2 0 2").contains("sizes (line 4)"));
         assert!(error("dimension: 99").contains("dimension (line 3)"));

@@ -357,7 +357,14 @@ fn read_sidecar(path: &Path) -> Result<RawDescription, ImportError> {
     const LONGEST: u64 = 1 << 16;
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(ImportError::io(path))?;
-    file.take(LONGEST).read_to_end(&mut bytes).map_err(ImportError::io(path))?;
+    file.take(LONGEST + 1).read_to_end(&mut bytes).map_err(ImportError::io(path))?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(ImportError::Unsupported {
+            path: path.to_owned(),
+            what: "it is too long to describe the RAW volume beside it".to_owned(),
+            remedy: "Rename it, if it is something else".to_owned(),
+        });
+    }
     let text = String::from_utf8_lossy(&bytes);
     let fields = text
         .lines()
@@ -543,6 +550,8 @@ mod tests {
             (format!("{good}spacing: 1 0 1"), "spacing (line 5) is '1 0 1'"),
             (format!("{good}colour: red"), "colour (line 5) means nothing here"),
             (String::new(), "dimx is missing"),
+            (format!("{good}{}", "#\n".repeat(1 << 15)), "it is too long"),
+            (format!("{good}axes: LLS"), "axes (line 5) is 'LLS', not three letters such as LPS"),
         ] {
             let (_folder, path) = folder_with("head.raw.ini", &text, &[1, 2]);
             let error = load_raw_file(&path).unwrap_err().to_string();

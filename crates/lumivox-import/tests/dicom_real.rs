@@ -141,6 +141,18 @@ fn missing_slices_are_noted_and_filled() {
 }
 
 #[test]
+fn a_series_is_chosen_by_its_place_in_the_list() {
+    let Some(folder) = shared("enhanced") else { return };
+    let listed = load(&folder).unwrap().report.series;
+    // The number of another series is 5 here, and of two is 6.
+    for place in 1..=listed.len() {
+        let report = load_series(&folder, Some(&place.to_string())).unwrap().report;
+        assert_eq!(report.chosen + 1, place);
+        assert_eq!(report.series[report.chosen].description, listed[place - 1].description);
+    }
+}
+
+#[test]
 fn a_mixed_folder_yields_its_volumes_only() {
     let Some(folder) = unzip("ct_mixed_folder.zip") else { return };
     let imported = load(folder.path()).unwrap();

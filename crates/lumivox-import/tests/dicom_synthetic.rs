@@ -452,7 +452,7 @@ fn frames_without_places_are_stacked_and_noted() {
     assert_eq!(imported.volume.dims(), [2, 1, 3]);
     assert_eq!(imported.volume.spacing_mm().z, 2.5);
     assert_eq!(imported.volume.value([1, 0, 2]), 5.0);
-    assert_eq!(imported.report.notes, ["the places of the 3 frames are not given; stacked 2.5 mm apart"]);
+    assert_eq!(imported.report.notes[0], "the places of the 3 frames are not given; stacked 2.5 mm apart");
     // Cut short, what is there is shown.
     let mut cut = multi.clone();
     cut.set(PIXEL_DATA, "OW", Value::Words(vec![0, 1, 2, 3, 4]));
@@ -498,12 +498,20 @@ fn series_do_not_mix_and_can_be_chosen() {
     assert!(skipped.contains(&"a localizer"));
     assert!(!format!("{:?}", imported.report).contains("SECRET"));
     for (wanted, id, slices) in
-        [("1.2.4", "1.2.4", 2), ("44", "1.2.4", 2), ("7", "1.2.3", 3), ("1", "1.2.3", 3)]
+        [("1.2.4", "1.2.4", 2), ("44", "1.2.4", 2), ("1.2.3", "1.2.3", 3), ("1", "1.2.3", 3)]
     {
         let imported = load_series(folder.path(), Some(wanted)).unwrap();
         assert_eq!(imported.report.series[imported.report.chosen].id, id, "{wanted}");
         assert_eq!(imported.volume.dims()[2], slices, "{wanted}");
         assert_field(&imported.volume, 0.0);
+    }
+    // Two volumes of one series.
+    match load_series(folder.path(), Some("7")).unwrap_err() {
+        ImportError::AmbiguousSeries { candidates, .. } => {
+            assert!(candidates.contains("1 (CT, 3 slices") && candidates.contains("(CT, 2 slices"));
+            assert!(!candidates.contains("1.2.4"), "{candidates}");
+        }
+        other => panic!("{other}"),
     }
     match load_series(folder.path(), Some("99")).unwrap_err() {
         ImportError::NoSuchSeries { wanted, available, .. } => {
@@ -511,6 +519,96 @@ fn series_do_not_mix_and_can_be_chosen() {
             assert!(available.contains("1.2.4"));
         }
         other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn places_in_the_list_count_before_series_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    for (series, n, number) in [("a", 3, "2"), ("b", 2, "1")] {
+        let places: Vec<f64> = (0..n).map(f64::from).collect();
+        let written = Series::axial(heights(&places));
+        for k in 0..n as usize {
+            let slice = written.slice(k).text(SERIES_NUMBER, "IS", number);
+            let slice = slice.text(SERIES_INSTANCE_UID, "UI", &format!("1.2.{n}"));
+            slice.write(&folder.path().join(format!("{series}{k}")), Syntax::Explicit);
+        }
+    }
+    for (wanted, slices) in [("1", 3), ("2", 2), (" 2 ", 2), ("1.2.2", 2)] {
+        assert_eq!(load_series(folder.path(), Some(wanted)).unwrap().volume.dims()[2], slices, "{wanted}");
+    }
+}
+
+#[test]
+fn scans_come_before_dose_grids_and_unknown_codes_are_not_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    for (modality, n, uid) in [("RTDOSE", 5, "1.2.5"), ("DOE^JANE", 4, "1.2.6"), ("MR", 3, "1.2.7")] {
+        let places: Vec<f64> = (0..n).map(f64::from).collect();
+        let series = Series { modality, ..Series::axial(heights(&places)) };
+        for k in 0..n as usize {
+            let slice = series.slice(k).text(SERIES_INSTANCE_UID, "UI", uid);
+            slice.write(&folder.path().join(format!("{uid} {k}")), Syntax::Explicit);
+        }
+    }
+    // A damaged UID may hold anything, too.
+    let dose = image("RTDOSE", 1, 1, vec![0]).text(SERIES_INSTANCE_UID, "UI", "DOE^JANE");
+    let series = load_one(&dose, Syntax::Explicit).unwrap().report.series;
+    assert_eq!(series[0].id, "image.dcm");
+    let series = load(folder.path()).unwrap().report.series;
+    let series: Vec<_> = series.iter().map(|series| series.description.as_str()).collect();
+    assert_eq!(series, ["MR, 3 slices, 5 x 4", "RTDOSE, 5 slices, 5 x 4", "other, 4 slices, 5 x 4"]);
+}
+
+#[test]
+fn damaged_fields_are_not_quoted_and_impossible_spacings_are_refused() {
+    let error = |spacing: &str| {
+        let image = image("CT", 1, 1, vec![0]).text(PIXEL_SPACING, "DS", spacing);
+        load_one(&image, Syntax::Explicit).unwrap_err().to_string()
+    };
+    assert!(error("DOE^JANE").contains("PixelSpacing (0028,0030) is not a number"));
+    assert!(error("1-\\1").contains("is '1-\\1', not finite numbers"));
+    for spacing in ["1e-7\\1", "1\\2e6"] {
+        assert!(error(spacing).contains("from 0.000001 to 1000000"), "{}", error(spacing));
+    }
+    let single = load_one(&image("CT", 2, 1, vec![0, 1]), Syntax::Explicit).unwrap();
+    assert!(single.report.notes.iter().any(|note| note.starts_with("a single slice is not a volume")));
+}
+
+/// A zip archive with one DICOM file, stored as it is.
+fn zipped(data: &[u8]) -> Vec<u8> {
+    use std::io::Write;
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    zip.start_file("image.dcm", options).unwrap();
+    zip.write_all(data).unwrap();
+    zip.finish().unwrap().into_inner()
+}
+
+#[test]
+fn damaged_and_encrypted_archives_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scan.zip");
+    let load = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        load(&path)
+    };
+    for side in [4u16, 200] {
+        let samples: Vec<u16> = (0..side * side).map(|k| 0x5000 + k).collect();
+        let archive = zipped(&image("CT", side, side, samples).file(Syntax::Explicit));
+        assert_eq!(load(&archive).unwrap().volume.dims(), [side.into(), side.into(), 1]);
+        let mut damaged = archive.clone();
+        let sample = damaged.windows(4).position(|bytes| bytes == [0x02, 0x50, 0x03, 0x50]).unwrap();
+        damaged[sample] ^= 1;
+        let error = load(&damaged).unwrap_err();
+        assert!(matches!(error, ImportError::Damaged { .. }), "{error}");
+        assert!(error.to_string().contains("its checksum is not the one in the archive"), "{error}");
+        let mut encrypted = archive;
+        let central = encrypted.windows(4).position(|bytes| bytes == b"PK\x01\x02").unwrap();
+        encrypted[6] |= 1;
+        encrypted[central + 8] |= 1;
+        let error = load(&encrypted).unwrap_err();
+        assert!(matches!(error, ImportError::Unsupported { .. }), "{error}");
+        assert!(error.to_string().contains("encrypted with a password"), "{error}");
     }
 }
 

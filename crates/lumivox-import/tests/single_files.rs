@@ -87,7 +87,61 @@ fn raw_head_described_by_its_name_or_the_user() {
 
     let mut options = ImportOptions::default();
     options.raw = Some(RawDescription::parse("256x256x108:i16le:spacing=1,1,2:modality=other").unwrap());
-    let volume = load(&[path], &options, Progress::SILENT, &CancelToken::new()).unwrap().volume;
+    let volume =
+        load(std::slice::from_ref(&path), &options, Progress::SILENT, &CancelToken::new()).unwrap().volume;
     assert_eq!(volume.spacing_mm(), DVec3::new(1.0, 1.0, 2.0));
     assert_eq!(volume.modality(), Modality::Other);
+    // Its y runs to the front.
+    options.raw = Some(RawDescription::parse("256x256x108:i16le:axes=LAS").unwrap());
+    let volume = load(&[path], &options, Progress::SILENT, &CancelToken::new()).unwrap().volume;
+    assert_eq!(volume.directions().y_axis, DVec3::NEG_Y);
+    assert_eq!(volume.value([128, 128, 54]), 3.0);
+}
+
+fn nrrd(dims: &str, data: &[u8]) -> Vec<u8> {
+    let header = format!("NRRD0004\ntype: uint8\ndimension: 3\nsizes: {dims}\nencoding: raw\n\n");
+    [header.as_bytes(), data].concat()
+}
+
+#[test]
+fn options_without_use_and_volumes_without_content_are_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scan.nrrd");
+    let notes = |data: &[u8]| {
+        std::fs::write(&path, nrrd("2 2 2", data)).unwrap();
+        let mut options = ImportOptions::default();
+        options.series = Some("2".to_owned());
+        options.raw = Some(RawDescription::parse("2x2x2:u8").unwrap());
+        load(std::slice::from_ref(&path), &options, Progress::SILENT, &CancelToken::new())
+            .unwrap()
+            .report
+            .notes
+            .join("; ")
+    };
+    let told = notes(&[1, 2, 3, 4, 5, 6, 7, 8]);
+    assert!(told.contains("--series was not used: a NRRD file holds one image"), "{told}");
+    assert!(told.contains("--raw was not used"), "{told}");
+    assert!(!told.contains("every voxel"), "{told}");
+    assert!(notes(&[7; 8]).contains("every voxel has the same value, 7"));
+    std::fs::write(&path, nrrd("2 2 1", &[1, 2, 3, 4])).unwrap();
+    let Imported { report, .. } = load_one(path);
+    assert!(report.notes.iter().any(|note| note.starts_with("a single slice is not a volume")));
+    assert!(!report.notes.iter().any(|note| note.contains("not used")));
+}
+
+#[test]
+fn a_description_counts_for_the_one_file_of_a_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("samples"), [1, 2, 3, 0xff, 5, 6, 7, 8]).unwrap();
+    let mut options = ImportOptions::default();
+    let load = |options: &ImportOptions| {
+        load(&[folder.path().to_owned()], options, Progress::SILENT, &CancelToken::new())
+    };
+    assert!(load(&options).is_err());
+    options.raw = Some(RawDescription::parse("2x2x2:u8").unwrap());
+    let Imported { volume, report, .. } = load(&options).unwrap();
+    assert_eq!((volume.dims(), report.format.as_str()), ([2; 3], "RAW"));
+    std::fs::write(folder.path().join("others"), [9; 8]).unwrap();
+    let error = load(&options).unwrap_err().to_string();
+    assert!(error.contains("Open the one that --raw describes"), "{error}");
 }

@@ -423,9 +423,16 @@ impl Context<'_> {
             Err(e) => return self.fail_all(file, &targets, e),
         };
         if file.format.encoding == Encoding::Native {
-            return self.read_native(file, targets, &mut input);
+            let results = self.read_native(file, targets, &mut input)?;
+            let Err(fault) = input.finish() else { return Ok(results) };
+            let fail = |(slice, _)| (slice, Err(damaged(format!("cannot be unpacked ({fault})"))));
+            return Ok(results.into_iter().map(fail).collect());
         }
-        let streams = match codec::read_frames(&mut input, file.format.frames) {
+        let streams = codec::read_frames(&mut input, file.format.frames).and_then(|streams| {
+            input.finish().map_err(|fault| format!("cannot be unpacked ({fault})"))?;
+            Ok(streams)
+        });
+        let streams = match streams {
             Ok(streams) => streams,
             Err(problem) => return self.fail_all(file, &targets, damaged(problem)),
         };
@@ -493,6 +500,10 @@ impl Context<'_> {
                     io::ErrorKind::UnexpectedEof => ImportError::Damaged {
                         path: file.source.path(),
                         problem: "ends in the middle of its pixel data".to_owned(),
+                    },
+                    io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => ImportError::Damaged {
+                        path: file.source.path(),
+                        problem: format!("cannot be unpacked ({e})"),
                     },
                     _ => ImportError::Io { path: file.source.path(), source: e },
                 });

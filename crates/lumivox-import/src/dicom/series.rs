@@ -65,7 +65,7 @@ impl Stack {
         used.sort_unstable();
         used.dedup();
         SeriesSummary {
-            id: first.series_uid.clone().unwrap_or_else(|| file_name(first)),
+            id: shown_id(first),
             number: first.series_number,
             description: format!("{modality}, {n} {slices}, {columns} x {rows}{kind}"),
             files: used.len(),
@@ -73,8 +73,13 @@ impl Stack {
     }
 }
 
-fn file_name(file: &ImageFile) -> String {
-    file.source.path().file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+/// What a series is called: its SeriesInstanceUID, or a file's name. A damaged UID may be any text, a patient's name too.
+fn shown_id(file: &ImageFile) -> String {
+    let is_uid = |uid: &&String| uid.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+    match file.series_uid.as_ref().filter(is_uid) {
+        Some(uid) => uid.clone(),
+        None => file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned(),
+    }
 }
 
 /// Sorts all images of `files` into stacks, the best first: those with depth before single slices, CT, MR and PET before
@@ -198,16 +203,15 @@ fn stack_group(
 
 /// The positions of the stacks that `wanted` names: none, the one that is meant, or several that it cannot tell apart.
 ///
-/// The 1-based position counts first, since it is what a list of the series shows; then SeriesInstanceUID, whose best
-/// stack is taken; then the series number.
+/// The 1-based position counts first, since it is what a list of the series shows; then SeriesInstanceUID (or what is
+/// shown in its place), whose best stack is taken; then the series number.
 pub(crate) fn choose(stacks: &[Stack], files: &[ImageFile], wanted: &str) -> Vec<usize> {
     let wanted = wanted.trim();
     let position = wanted.parse::<usize>().ok().and_then(|position| position.checked_sub(1));
     if let Some(index) = position.filter(|&index| index < stacks.len()) {
         return vec![index];
     }
-    let by_uid = stacks.iter().position(|stack| stack.first(files).series_uid.as_deref() == Some(wanted));
-    if let Some(index) = by_uid {
+    if let Some(index) = stacks.iter().position(|stack| shown_id(stack.first(files)) == wanted) {
         return vec![index];
     }
     let Ok(number) = wanted.parse::<i64>() else { return Vec::new() };

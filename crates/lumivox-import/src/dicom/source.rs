@@ -7,7 +7,7 @@ use std::{
     sync::Arc,
 };
 
-use flate2::read::DeflateDecoder;
+use flate2::{Crc, read::DeflateDecoder};
 
 use crate::ImportError;
 
@@ -42,6 +42,8 @@ pub(crate) enum Source {
         size: u64,
         /// Deflated, or stored as it is.
         deflated: bool,
+        /// The checksum of what it is when unpacked, as the archive says.
+        crc: u32,
     },
 }
 
@@ -63,18 +65,14 @@ impl Source {
                 let reader = Reader::File(BufReader::with_capacity(BUFFER, file));
                 Ok(Input { reader, position: 0, length })
             }
-            Source::Entry { archive, start, compressed, size, deflated, .. } => {
+            Source::Entry { archive, start, compressed, size, deflated, crc, .. } => {
                 let mut file = File::open(archive)?;
                 file.seek(SeekFrom::Start(*start))?;
                 let data = file.take(*compressed);
-                let reader = if *deflated {
-                    Reader::Stream(Box::new(BufReader::with_capacity(
-                        BUFFER,
-                        DeflateDecoder::new(data).take(*size),
-                    )))
-                } else {
-                    Reader::Stream(Box::new(BufReader::with_capacity(BUFFER, data)))
-                };
+                let unpacked: Box<dyn Read + Send> =
+                    if *deflated { Box::new(DeflateDecoder::new(data).take(*size)) } else { Box::new(data) };
+                let checked = Checked { inner: unpacked, left: *size, sum: Crc::new(), expected: *crc };
+                let reader = Reader::Stream(Box::new(BufReader::with_capacity(BUFFER, checked)));
                 Ok(Input { reader, position: 0, length: Some(*size) })
             }
         }
@@ -169,6 +167,17 @@ impl Input {
         Ok(())
     }
 
+    /// Reads an entry of an archive to its end, where its checksum is compared.
+    pub(crate) fn finish(&mut self) -> io::Result<()> {
+        match &mut self.reader {
+            Reader::Stream(reader) if self.length.is_some() => {
+                self.position += io::copy(reader, &mut io::sink())?;
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// `prefix` and what follows, inflated (Deflated Explicit VR Little Endian), as an input that starts at 0.
     pub(crate) fn inflate(self, prefix: Vec<u8>) -> Self {
         let left = inflation_limit(self.remaining().unwrap_or(0));
@@ -195,6 +204,27 @@ impl<R: Read> Read for Limited<R> {
             .left
             .checked_sub(n as u64)
             .ok_or_else(|| io::Error::other("the deflated data set grows beyond any scan's size"))?;
+        Ok(n)
+    }
+}
+
+/// Fails where the last of `left` bytes is read and the checksum of all is not the expected one.
+struct Checked<R> {
+    inner: R,
+    left: u64,
+    sum: Crc,
+    expected: u32,
+}
+
+impl<R: Read> Read for Checked<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.sum.update(&buffer[..n]);
+        self.left = self.left.saturating_sub(n as u64);
+        if self.left == 0 && self.sum.sum() != self.expected {
+            let problem = "its checksum is not the one in the archive";
+            return Err(io::Error::new(io::ErrorKind::InvalidData, problem));
+        }
         Ok(n)
     }
 }
@@ -241,8 +271,8 @@ pub(crate) fn zip_entries(path: &Path) -> Result<ZipEntries, ImportError> {
         } else if size > inflation_limit(compressed) || (!deflated && size != compressed) {
             skipped.push((path.join(&name), "a damaged entry of the archive".to_owned()));
         } else if let Some(start) = entry.data_start() {
-            let archive = shared.clone();
-            sources.push(Source::Entry { archive, name, start, compressed, size, deflated });
+            let (archive, crc) = (shared.clone(), entry.crc32());
+            sources.push(Source::Entry { archive, name, start, compressed, size, deflated, crc });
         }
     }
     Ok(ZipEntries { sources, skipped })
