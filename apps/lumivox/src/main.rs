@@ -9,35 +9,52 @@ mod progress;
 mod trace;
 
 use std::{
+    backtrace::{Backtrace, BacktraceStatus},
     panic::PanicHookInfo,
     process::ExitCode,
-    sync::Mutex,
+    sync::{Mutex, PoisonError},
     thread::{self, available_parallelism},
 };
 
 use clap::Parser;
 
 use args::{Cli, Command};
+use exit::Failure;
+
+/// What the process exits with after a fault of ours, as Rust programs do.
+const EXIT_PANIC: u8 = 101;
+
+/// The last panic, in words. Only one that reaches `main` is said: damaged files make libraries panic, and the
+/// importer turns that into an error about the file.
+static PANIC: Mutex<String> = Mutex::new(String::new());
 
 fn main() -> ExitCode {
     quiet_mesa();
-    std::panic::set_hook(Box::new(report_panic));
+    std::panic::set_hook(Box::new(remember_panic));
     ignore_file_size_signal();
-    limit_workers();
+    start_workers();
+    match std::panic::catch_unwind(run) {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(failure)) => {
+            progress::say(&failure.to_string());
+            failure.exit.into()
+        }
+        Err(_) => {
+            let panic = PANIC.lock().unwrap_or_else(PoisonError::into_inner);
+            progress::say(&format!("error: this is a bug in Lumivox, please report it: {panic}"));
+            ExitCode::from(EXIT_PANIC)
+        }
+    }
+}
+
+fn run() -> Result<(), Failure> {
     // clap ends the process itself on wrong usage (2) and for --help and --version (0).
-    let result = match Cli::parse().command {
+    match Cli::parse().command {
         Command::Render(args) => commands::render::run(&args),
         Command::Info(args) => commands::info::run(&args),
         Command::Phantom(args) => commands::phantom::run(&args),
         Command::Presets => commands::presets::run(),
         Command::Doctor => commands::doctor::run(),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            progress::say(&failure.to_string());
-            failure.exit.into()
-        }
     }
 }
 
@@ -50,15 +67,17 @@ fn quiet_mesa() {
     }
 }
 
-/// A fault of ours is said in words that help; with `RUST_BACKTRACE` set, also where it came from.
-fn report_panic(info: &PanicHookInfo<'_>) {
-    let what = info.payload_as_str().unwrap_or("a panic");
-    let place = info.location().map(|place| format!(" ({place})")).unwrap_or_default();
-    progress::say(&format!("error: this is a bug in Lumivox, please report it: {what}{place}"));
-    let backtrace = std::backtrace::Backtrace::capture();
-    if backtrace.status() == std::backtrace::BacktraceStatus::Captured {
-        progress::say(&backtrace.to_string());
+/// Keeps a panic's message and place, and with `RUST_BACKTRACE` set the way there.
+fn remember_panic(info: &PanicHookInfo<'_>) {
+    let mut words = info.payload_as_str().unwrap_or("a panic").to_owned();
+    if let Some(place) = info.location() {
+        words += &format!(" ({place})");
     }
+    let backtrace = Backtrace::capture();
+    if backtrace.status() == BacktraceStatus::Captured {
+        words += &format!("\n{backtrace}");
+    }
+    *PANIC.lock().unwrap_or_else(PoisonError::into_inner) = words;
 }
 
 /// A file that grows over its limit (`ulimit -f`) is to be an error of the write, not the end of the process.
@@ -70,25 +89,28 @@ fn ignore_file_size_signal() {
     }
 }
 
+/// Threads that Ctrl-C and the GPU's driver need.
+const OTHER_THREADS: usize = 4;
+
 /// Where fewer threads may start than there are cores (`ulimit -u`, a container's limit), the work is done by fewer;
 /// rayon alone would give up.
-fn limit_workers() {
+fn start_workers() {
     let wanted = available_parallelism().map_or(1, |n| n.get());
     let gate = Mutex::new(());
     let started = thread::scope(|scope| {
         let _closed = gate.lock();
         let start = |_: &usize| thread::Builder::new().spawn_scoped(scope, || drop(gate.lock())).is_ok();
-        (0..wanted).take_while(start).count()
+        (0..wanted + OTHER_THREADS).take_while(start).count()
     });
-    if started < wanted {
-        // The GPU's driver and Ctrl-C need some as well.
-        let builder = rayon::ThreadPoolBuilder::new();
-        let builder = match started / 2 {
-            0 => builder.num_threads(1).use_current_thread(),
-            workers => builder.num_threads(workers),
-        };
-        if let Err(error) = builder.build_global() {
-            progress::say(&format!("note: cannot start worker threads: {error}"));
-        }
+    let workers = started.saturating_sub(OTHER_THREADS);
+    let pool = rayon::ThreadPoolBuilder::new();
+    let pool = match workers {
+        0 => pool.num_threads(1).use_current_thread(),
+        _ if workers < wanted => pool.num_threads(workers),
+        _ => pool,
+    };
+    // Now, before the GPU's driver takes its threads.
+    if let Err(error) = pool.build_global() {
+        progress::say(&format!("note: cannot start worker threads: {error}"));
     }
 }

@@ -78,7 +78,11 @@ impl TracingLine {
     /// Shows how far it is.
     pub fn update(&mut self, progress: &RenderProgress) {
         let Some(line) = &mut self.0 else { return };
-        let mut words = format!("{:.0} samples", progress.samples);
+        let mut words = match progress.samples {
+            0.0..1.0 => format!("{:.0}% of the first sample", progress.samples * 100.0),
+            1.0..1.5 => "1 sample".into(),
+            samples => format!("{samples:.0} samples"),
+        };
         if let Some(noise) = progress.noise {
             words += &format!(", noise {:.1}%", noise * 100.0);
         }
@@ -162,7 +166,7 @@ impl Line {
         } else if self.start.elapsed() >= WORTH_SAYING {
             let gap = if words.is_empty() { "" } else { ", " };
             let seconds = self.start.elapsed().as_secs_f64();
-            say(&format!("{}: done in {seconds:.1} s{gap}{words}", self.label));
+            say(&format!("{}: {seconds:.1} s{gap}{words}", self.label));
         }
     }
 }

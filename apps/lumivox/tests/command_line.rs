@@ -92,6 +92,9 @@ fn wrong_usage_exits_2_and_says_what_is_right() {
     render(&["--clip", "0,0,0,1,1"], &["6 numbers"]);
     render(&["--eye", "0,0,9", "--azimuth", "3"], &["cannot be used with"]);
     render(&["--raw", "12"], &["--raw"]);
+    render(&["--eye", "0,0,5e6"], &["within 1 km"]);
+    render(&["--eye", "1,2,3", "--target", "1,2,3"], &["--eye is the point looked at"]);
+    render(&["--size", "32768x32768"], &["1073 million", "memory"]);
     fails(folder.path(), &["render", "scan", "-o", "a.jpg"], 2, &["a.jpg", ".png"]);
     fails(folder.path(), &["phantom", "torso", "--out", "a"], 2, &["head", "cube"]);
     fails(folder.path(), &["phantom", "cube", "--size", "0", "--out", "a"], 2, &["--size"]);
@@ -138,6 +141,30 @@ fn an_output_that_cannot_be_written_fails_before_any_work() {
     // The scan is missing too: the output is looked at first.
     fails(path, &["render", "missing", "-o", "no/such/a.png"], 1, &["no/such"]);
     fails(path, &["render", "missing", "-o", "folder.png"], 1, &["folder.png"]);
+}
+
+/// A file that is read is never written, by whatever name and in whatever role.
+#[test]
+fn the_output_is_none_of_the_inputs() {
+    let folder = empty_folder();
+    let path = folder.path();
+    fs::create_dir(path.join("sub")).unwrap();
+    for name in ["a.png", "b.png"] {
+        fs::write(path.join(name), [7; 64]).unwrap();
+    }
+    let words = ["the output is one of the inputs"];
+    for output in ["a.png", "./sub/../a.png"] {
+        fails(path, &["render", "a.png", "-o", output, "--raw", "4x4x4:u8"], 2, &words);
+        fails(path, &["render", "b.png", "-o", output, "--transfer-function", "a.png"], 2, &words);
+        fails(path, &["render", "b.png", "-o", output, "--environment", "a.png"], 2, &words);
+    }
+    assert_eq!(fs::read(path.join("a.png")).unwrap(), [7; 64]);
+}
+
+#[test]
+fn every_input_is_looked_for_before_the_first_is_read() {
+    let folder = folder_with_scan();
+    fails(folder.path(), &["render", "scan", "missing", "-o", "a.png"], 3, &["missing"]);
 }
 
 #[test]
@@ -208,7 +235,7 @@ fn a_phantom_does_not_mix_with_other_files() {
 #[test]
 fn a_full_disk_is_an_error_and_leaves_no_half_slices() {
     let folder = empty_folder();
-    let script = "trap '' XFSZ; ulimit -f 4; exec \"$0\" phantom cube --size 64 --out scan --quiet";
+    let script = "ulimit -f 4; exec \"$0\" phantom cube --size 64 --out scan --quiet";
     let output = Command::new("sh")
         .current_dir(folder.path())
         .args(["-c", script, env!("CARGO_BIN_EXE_lumivox")])

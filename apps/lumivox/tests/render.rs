@@ -154,8 +154,92 @@ fn without_any_gpu_the_exit_code_is_4_and_the_remedy_is_named() {
             .output()
             .expect("the command runs");
         assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
-        let remedy = if arguments[0] == "doctor" { "mesa-vulkan-drivers" } else { "lumivox doctor" };
+        let remedy = if arguments[0] == "doctor" { "VK_DRIVER_FILES is set" } else { "lumivox doctor" };
         assert!(stderr(&output).contains(remedy), "{}", stderr(&output));
     }
     assert!(!folder.path().join("a.png").exists());
+}
+
+/// `lumivox render ... 2>&1 | head -1`, and a log on a full disk: nobody reads, but the picture is made.
+#[cfg(unix)]
+#[test]
+fn the_picture_is_made_though_nobody_listens() {
+    let folder = folder_with_scan();
+    let sinks: &[&str] = if cfg!(target_os = "linux") { &["| true", ">/dev/full"] } else { &["| true"] };
+    for sink in sinks {
+        let script = format!(
+            "(\"$0\" render scan -o a.png --samples 2 --size 16x16 2>&1 >/dev/null; echo $? >code) 2>&1 {sink}"
+        );
+        let mut shell = Command::new("sh");
+        shell.current_dir(folder.path()).args(["-c", &script, env!("CARGO_BIN_EXE_lumivox")]);
+        shell.output().expect("sh runs");
+        // The reader of the pipe does not wait for the writer.
+        let code = folder.path().join("code");
+        let begin = std::time::Instant::now();
+        while fs::read_to_string(&code).unwrap_or_default().is_empty() && begin.elapsed().as_secs() < 60 {
+            std::thread::sleep(std::time::Duration::from_millis(50));
+        }
+        assert_eq!(fs::read_to_string(&code).unwrap().trim(), "0", "{sink}");
+        assert_eq!(read_png(&folder.path().join("a.png")).1, [16, 16], "{sink}");
+        fs::remove_file(code).unwrap();
+        fs::remove_file(folder.path().join("a.png")).unwrap();
+    }
+}
+
+/// The signal of a file-size limit would end the process with a half-written file beside the picture.
+#[cfg(unix)]
+#[test]
+fn a_file_size_limit_is_an_error_and_leaves_nothing() {
+    let folder = folder_with_scan();
+    fs::create_dir(folder.path().join("temporary")).unwrap();
+    let script = "ulimit -f 1; exec \"$0\" render scan -o a.png --samples 1 --size 96x96 --quiet";
+    let output = Command::new("sh")
+        .current_dir(folder.path())
+        .env("TMPDIR", folder.path().join("temporary"))
+        // Drivers write caches; not here.
+        .env("MESA_SHADER_CACHE_DISABLE", "true")
+        .args(["-c", script, env!("CARGO_BIN_EXE_lumivox")])
+        .output()
+        .expect("sh runs");
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("cannot write a.png"), "{}", stderr(&output));
+    let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+    assert_eq!(names.filter(|name| name != "scan" && name != "temporary").count(), 0);
+    assert_eq!(fs::read_dir(folder.path().join("temporary")).unwrap().count(), 0);
+}
+
+/// Ctrl-C before every pixel has a sample: the earlier picture is worth more.
+#[cfg(unix)]
+#[test]
+fn an_early_ctrl_c_spares_the_earlier_picture() {
+    let folder = folder_with_scan();
+    fs::write(folder.path().join("a.png"), "good").unwrap();
+    let arguments = ["render", "scan", "-o", "a.png", "--size", "2048x2048", "--bounces", "1000"];
+    let mut child = command(folder.path(), &arguments).stderr(Stdio::piped()).spawn().expect("it starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    assert!(lines.by_ref().map_while(Result::ok).any(|line| line.starts_with("tracing on")));
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(killed.is_ok_and(|status| status.success()));
+    let rest: Vec<String> = lines.map_while(Result::ok).collect();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{rest:?}");
+    let all = rest.join("\n");
+    if all.contains("% of the picture") {
+        assert!(all.contains("a.partial.png"), "{all}");
+        assert!(!all.contains("per sample"), "{all}");
+        assert_eq!(fs::read(folder.path().join("a.png")).unwrap(), b"good");
+    } else {
+        // A GPU that is through with its first sample by then.
+        assert!(all.contains("sample"), "{all}");
+    }
+}
+
+#[test]
+fn a_picture_of_nothing_is_said_to_be() {
+    let folder = folder_with_scan();
+    let arguments = ["render", "scan", "-o", "a.png", "--size", "8x8", "--samples", "1"];
+    let output = run(folder.path(), &[&arguments[..], &["--eye", "0,0,500", "--target", "0,0,900"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).contains("no ray met the scan"), "{}", stderr(&output));
+    let output = run(folder.path(), &arguments);
+    assert!(!stderr(&output).contains("no ray met the scan"), "{}", stderr(&output));
 }

@@ -1,6 +1,6 @@
 //! Where to put the camera: around what can be seen, not around the air of the scan.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::{camera::Orbit, medium::Medium, scene::Scene, scene::VolumeInstance, volume::Volume};
@@ -138,12 +138,13 @@ impl Seen {
             .collect();
         if points.is_empty() {
             let world_from_box = instance.world_from_box();
-            let half_edges = world_from_box.matrix3 * DMat3::from_diagonal((high - low) / 2.0);
-            return Self { points: vec![world_from_box.transform_point3((low + high) / 2.0)], half_edges };
+            let corner = |i: usize| DVec3::from_array([0, 1, 2].map(|axis| [low, high][i >> axis & 1][axis]));
+            let points = (0..8).map(|i| world_from_box.transform_point3(corner(i))).collect();
+            return Self { points, half_edges: DMat3::ZERO };
         }
-        // What was stepped over may be seen as well.
-        let steps = DVec3::from_array(stride.map(|n| n as f64));
-        Self { points, half_edges: world_from_voxel.matrix3 * DMat3::from_diagonal(steps) }
+        // A voxel reaches half its size from its centre; what was stepped over may be seen as well.
+        let half_edges = DVec3::from_array(stride.map(|n| n as f64 - 0.5));
+        Self { points, half_edges: world_from_voxel.matrix3 * DMat3::from_diagonal(half_edges) }
     }
 
     /// Opposite corners of the box around everything, along the world's axes.
@@ -164,6 +165,7 @@ fn reach(half_edges: DMat3) -> DVec3 {
 mod tests {
     use super::*;
     use crate::{Modality, TransferFunction, Voxels};
+    use glam::DAffine3;
     use std::sync::Arc;
 
     #[test]
@@ -195,7 +197,7 @@ mod tests {
         assert!(orbit.distance > 0.008 && orbit.distance < 0.05, "{}", orbit.distance);
     }
 
-    /// A body that fills its box, of odd proportions, in a sheared and turned place; scans may be any of that.
+    /// A body that fills its box, of odd proportions and turned.
     fn full_box(opacity: f64) -> Scene {
         let place = DAffine3::from_scale_rotation_translation(
             DVec3::new(0.8, 0.5, 3.0),
@@ -248,9 +250,12 @@ mod tests {
         };
         let voxels = Voxels::U8((0..n * n * n).map(voxel).collect());
         let volume = Volume::new([n; 3], voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Other).unwrap();
-        let tf =
-            TransferFunction::from_points(crate::Ease::Linear, &[(0.0, 0.0), (200.0, 1.0)], &[(0.0, [1.0; 3])])
-                .unwrap();
+        let tf = TransferFunction::from_points(
+            crate::Ease::Linear,
+            &[(0.0, 0.0), (200.0, 1.0)],
+            &[(0.0, [1.0; 3])],
+        )
+        .unwrap();
         let scene = Scene::with_volume(Arc::new(volume), Medium::new(tf));
         for azimuth in [0.0, 0.8] {
             let orbit = frame(&scene, azimuth, 0.6, 0.5, 1.0);

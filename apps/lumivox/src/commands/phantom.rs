@@ -59,7 +59,10 @@ pub fn run(args: &PhantomArgs) -> Result<(), Failure> {
         error => Failure::other(error.to_string()),
     })?;
     if !args.quiet {
-        output::print(&format!("Wrote {files} DICOM {} to {shown}\n", if files == 1 { "file" } else { "files" }))?;
+        output::print(&format!(
+            "Wrote {files} DICOM {} to {shown}\n",
+            if files == 1 { "file" } else { "files" }
+        ))?;
     }
     Ok(())
 }
