@@ -75,7 +75,7 @@ pub fn visible_box(volume: &Volume, medium: &Medium) -> [DVec3; 2] {
     corners
 }
 
-/// An orbit at `azimuth` and `elevation` (radians) that fits everything the scene shows into the image.
+/// An orbit at `azimuth` and `elevation` (radians) that fits everything the scene shows into the image, centred.
 pub fn frame(scene: &Scene, azimuth: f64, elevation: f64, vertical_fov: f64, aspect: f64) -> Orbit {
     let seen: Vec<Seen> = scene.volumes.iter().map(Seen::new).collect();
     let mut orbit = Orbit { target: DVec3::ZERO, azimuth, elevation, distance: 1.0, vertical_fov };
@@ -83,17 +83,30 @@ pub fn frame(scene: &Scene, azimuth: f64, elevation: f64, vertical_fov: f64, asp
     let Some([low, high]) = bounds else { return orbit };
     orbit.target = (low + high) / 2.0;
     let camera_from_world = orbit.camera().world_from_camera.matrix3.transpose();
-    let half = (vertical_fov / 2.0).tan();
-    let fits = |seen: &Seen| {
-        let reach = reach(camera_from_world * seen.half_edges);
-        let distance = |&point: &DVec3| {
+    let slope = [(vertical_fov / 2.0).tan() * aspect, (vertical_fov / 2.0).tan()];
+    // A point at p, seen from a distance d, is inside the image's right edge if p.x - shift <= slope * (d - p.z): how
+    // far each edge reaches, d and shift aside. The shift that makes opposite edges equal lets d be the smallest.
+    let mut reaches = [[f64::NEG_INFINITY; 2]; 2];
+    for seen in &seen {
+        let around = reach(camera_from_world * seen.half_edges);
+        for &point in &seen.points {
             let p = camera_from_world * (point - orbit.target);
-            let [x, y] = [p.x.abs() + reach.x, p.y.abs() + reach.y];
-            p.z + reach.z + y.max(x / aspect) / half
-        };
-        seen.points.iter().map(distance).fold(1e-6, f64::max)
-    };
-    orbit.distance = seen.iter().map(fits).fold(1e-6, f64::max) * (1.0 + MARGIN);
+            for axis in 0..2 {
+                let depth = slope[axis] * (p.z + around.z) + around[axis];
+                reaches[axis][0] = reaches[axis][0].max(depth + p[axis]);
+                reaches[axis][1] = reaches[axis][1].max(depth - p[axis]);
+            }
+        }
+    }
+    let mut shift = DVec3::ZERO;
+    let mut distance = 1e-6f64;
+    for axis in 0..2 {
+        let [forth, back] = reaches[axis];
+        shift[axis] = (forth - back) / 2.0;
+        distance = distance.max((forth + back) / (2.0 * slope[axis]));
+    }
+    orbit.target += camera_from_world.transpose() * shift;
+    orbit.distance = distance * (1.0 + MARGIN);
     orbit
 }
 
