@@ -3,6 +3,7 @@
 
 use lumivox_core::{Environment, PerspectiveCamera};
 use lumivox_shaders::layout::DisplayParams;
+use rayon::prelude::*;
 
 use crate::film::Film;
 
@@ -86,6 +87,7 @@ impl DisplaySettings {
         let light_source =
             Environment { source: lumivox_core::EnvironmentSource::Map(map), ..environment.clone() };
         (0..width * height)
+            .into_par_iter()
             .map(|pixel| {
                 let coverage = film.alpha(pixel);
                 let mut light = film.radiance(pixel);

@@ -11,6 +11,7 @@ pub enum Syntax {
     BigEndian,
     Deflated,
     Rle,
+    JpegXl,
 }
 
 impl Syntax {
@@ -21,6 +22,7 @@ impl Syntax {
             Syntax::BigEndian => "1.2.840.10008.1.2.2",
             Syntax::Deflated => "1.2.840.10008.1.2.1.99",
             Syntax::Rle => "1.2.840.10008.1.2.5",
+            Syntax::JpegXl => "1.2.840.10008.1.2.4.110",
         }
     }
 }
