@@ -1,4 +1,5 @@
-//! Series written for one question each: is every value at its true place in the patient?
+//! Series written for one question each: is every value at its true place in the patient? One file past the usual length:
+//! the questions share the writers of series above them.
 
 mod common;
 #[path = "common/writer.rs"]
