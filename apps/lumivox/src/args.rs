@@ -165,7 +165,8 @@ pub struct RenderArgs {
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", help_heading = "Image", default_value = "768x768")]
     pub size: Size,
-    /// Paths per pixel: four times as many halve the noise [default: 64, or as many as --time allows]
+    /// Paths per pixel: four times as many halve the noise [default: 512, or as many as --time allows;
+    /// without a GPU, as many as two minutes allow]
     #[arg(long, value_name = "N", help_heading = "Image", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub samples: Option<u32>,
     /// Seconds of tracing after which it ends; every pixel gets at least one sample, however long that takes

@@ -28,6 +28,11 @@ pub struct Traced {
 }
 
 impl Traced {
+    /// What [`Film::noise`] says.
+    pub fn noise(&self) -> Option<f64> {
+        self.film.noise()
+    }
+
     /// `64 samples`; of a picture of which parts are missing, `12% of the picture`.
     pub fn reached(&self) -> String {
         match self.samples {

@@ -3,7 +3,7 @@
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use lumivox_core::{
@@ -24,8 +24,14 @@ use crate::{
     trace,
 };
 
-/// Paths per pixel unless asked otherwise.
-const DEFAULT_SAMPLES: u32 = 64;
+/// Paths per pixel unless asked otherwise: little noise, and seconds on a GPU.
+const DEFAULT_SAMPLES: u32 = 512;
+
+/// Where that would take long, for want of a GPU, it ends after so much time unless asked otherwise.
+const DEFAULT_SOFTWARE_TIME: Duration = Duration::from_secs(120);
+
+/// Noise that people see, as a fraction of the brightness.
+const VISIBLE_NOISE: f64 = 0.12;
 
 /// The film counts in 32-bit floats, which are exact up to here.
 const MOST_SAMPLES: u32 = 1 << 24;
@@ -63,9 +69,11 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     cancel.check()?;
 
     let samples = args.samples.unwrap_or(if args.time.is_some() { MOST_SAMPLES } else { DEFAULT_SAMPLES });
+    let unbounded = args.samples.is_none() && args.time.is_none();
+    let time = args.time.or((unbounded && gpu.description.software).then_some(DEFAULT_SOFTWARE_TIME));
     let request = RenderRequest {
         seed: args.seed,
-        time: args.time,
+        time,
         guides: args.denoise,
         ..RenderRequest::new(args.size.width, args.size.height, samples)
     };
@@ -73,6 +81,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     if args.denoise {
         reporter.say("denoising");
         traced.denoise();
+    } else if traced.noise().is_some_and(|noise| noise > VISIBLE_NOISE) {
+        reporter.say("note: noise is visible; --denoise smooths it, more --samples or --time take it away");
     }
     let mut picture = traced.picture(&display(args), &scene, &camera);
     if let args::Background::Color(color) = args.background {
