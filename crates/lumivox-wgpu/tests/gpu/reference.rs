@@ -75,8 +75,9 @@ fn compare_first_hits(name: &str, film: &Film, reference: &ReferenceImage) {
     let mean = |f: &dyn Fn(usize) -> f64| (0..PIXELS).map(f).sum::<f64>() / PIXELS as f64;
     let alpha = mean(&|p| film.alpha(p));
     let (expected, error) = reference.mean_alpha();
+    let error = error * JOINT_VARIANCE.sqrt();
     assert!(
-        (alpha - expected).abs() < 6.0 * error + 1e-4,
+        (alpha - expected).abs() < 4.5 * error + 1e-4,
         "{name}: alpha {alpha}, not {expected} +- {error}"
     );
 
