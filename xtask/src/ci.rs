@@ -17,9 +17,7 @@ pub fn run() -> Result<(), String> {
         cargo(&["clippy", "--workspace", "--all-targets", "--release", "--quiet", "--", "-D", "warnings"])
     })?;
     let summaries = step("tests", tests)?;
-    step("examples", || {
-        cargo(&["run", "--release", "--quiet", "--package", "lumivox-wgpu", "--example", "hello_volume"])
-    })?;
+    step("examples", || cargo(&["run", "--release", "--quiet", "--example", "hello_volume"]))?;
     step("documentation", documentation)?;
     step("licences and sources", deny)?;
 
