@@ -1,4 +1,4 @@
-//! A pinhole camera, and an orbit around something worth seeing.
+//! Pinhole and parallel cameras, and an orbit around something worth seeing.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -38,6 +38,68 @@ impl PerspectiveCamera {
             origin: self.world_from_camera.translation,
             direction: self.world_from_camera.transform_vector3(direction).normalize(),
         }
+    }
+}
+
+/// What a camera's image plane spans.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Rays start at one point. Edges of the image at distance 1 along the view: left, right, bottom, top; not
+    /// symmetric for the eyes of a headset.
+    Perspective {
+        /// Left, right, bottom, top.
+        tangents: [f64; 4],
+    },
+    /// Rays are parallel. Edges of the image in metres: left, right, bottom, top.
+    Orthographic {
+        /// Left, right, bottom, top.
+        extents: [f64; 4],
+    },
+}
+
+/// A camera of a host, whatever its projection. It looks along its -z axis, +y up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// World from camera: a rigid transform.
+    pub world_from_camera: DAffine3,
+    /// What its image plane spans.
+    pub projection: Projection,
+}
+
+impl PerspectiveCamera {
+    /// The same camera for images of one shape; `aspect` is width over height.
+    pub fn with_aspect(&self, aspect: f64) -> Camera {
+        let half = (self.vertical_fov / 2.0).tan();
+        let tangents = [-half * aspect, half * aspect, -half, half];
+        Camera { world_from_camera: self.world_from_camera, projection: Projection::Perspective { tangents } }
+    }
+}
+
+impl Camera {
+    /// The world ray through a point of the image, `(0, 0)` its top left and `(1, 1)` its bottom right corner.
+    pub fn ray(&self, [u, v]: [f64; 2]) -> Ray {
+        let at = |[left, right, bottom, top]: [f64; 4]| {
+            DVec3::new(left + u * (right - left), top + v * (bottom - top), 0.0)
+        };
+        let (origin, direction) = match self.projection {
+            Projection::Perspective { tangents } => (DVec3::ZERO, at(tangents) + DVec3::NEG_Z),
+            Projection::Orthographic { extents } => (at(extents), DVec3::NEG_Z),
+        };
+        Ray {
+            origin: self.world_from_camera.transform_point3(origin),
+            direction: self.world_from_camera.transform_vector3(direction).normalize(),
+        }
+    }
+
+    /// Whether it sees anything at all: every number finite, edges in order.
+    pub fn is_valid(&self) -> bool {
+        let (Projection::Perspective { tangents: edges } | Projection::Orthographic { extents: edges }) =
+            self.projection;
+        let [left, right, bottom, top] = edges;
+        self.world_from_camera.is_finite()
+            && edges.iter().all(|e| e.is_finite())
+            && left < right
+            && bottom < top
     }
 }
 
@@ -81,6 +143,26 @@ mod tests {
         assert!(camera.ray([0.5, 0.0], 1.5).direction.y > centre.direction.y);
         let top = camera.ray([0.5, 0.0], 1.5).direction.angle_between(camera.ray([0.5, 1.0], 1.5).direction);
         assert!((top - 0.7).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_camera_of_a_shape_sees_the_same_rays() {
+        let camera = PerspectiveCamera::look_at(DVec3::new(1.0, 2.0, 3.0), DVec3::ZERO, DVec3::Y, 0.7);
+        for uv in [[0.0, 0.0], [0.3, 0.9], [1.0, 0.5]] {
+            let (a, b) = (camera.ray(uv, 1.5), camera.with_aspect(1.5).ray(uv));
+            assert!(a.direction.distance(b.direction) < 1e-12 && a.origin == b.origin);
+        }
+        let parallel = Camera {
+            projection: Projection::Orthographic { extents: [-1.0, 3.0, -1.0, 1.0] },
+            ..camera.with_aspect(1.0)
+        };
+        let (a, b) = (parallel.ray([0.0, 0.5]), parallel.ray([1.0, 0.5]));
+        assert_eq!(a.direction, b.direction);
+        assert!((a.origin.distance(b.origin) - 4.0).abs() < 1e-12);
+        assert!(parallel.is_valid());
+        let flat =
+            Camera { projection: Projection::Orthographic { extents: [0.0, 0.0, -1.0, 1.0] }, ..parallel };
+        assert!(!flat.is_valid());
     }
 
     #[test]

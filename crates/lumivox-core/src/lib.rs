@@ -25,7 +25,7 @@ pub mod volume;
 
 pub use glam;
 
-pub use camera::{Orbit, PerspectiveCamera, Ray};
+pub use camera::{Camera, Orbit, PerspectiveCamera, Projection, Ray};
 pub use environment::{Environment, EnvironmentMap, EnvironmentSource};
 pub use medium::{ExtinctionSpace, Filter, Medium, SurfaceReflection};
 pub use presets::{Preset, UnknownPreset};

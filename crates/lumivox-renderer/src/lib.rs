@@ -4,12 +4,15 @@
 //! and a [`View`] per camera, asks them to record, and replays the recording with its executor (`lumivox-wgpu` is
 //! one). The walk: [`SceneCache::update`] puts volumes, tables, majorants and light on the GPU;
 //! [`View::record_samples`] traces; [`View::record_display`] or [`View::record_read_film`] brings the image out.
+//! An engine keeps a [`LiveView`] instead: it traces within a frame's budget and draws over the engine's own image.
 
 mod denoise;
 pub mod display;
 mod error;
 pub mod film;
+mod frame;
 mod ids;
+pub mod live;
 pub mod recording;
 mod scene_cache;
 mod view;
@@ -17,6 +20,7 @@ mod view;
 pub use display::{Background, DisplaySettings, ToneMap};
 pub use error::RenderError;
 pub use film::Film;
+pub use live::{HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView};
 pub use recording::{Recording, ResourceId, Step};
 pub use scene_cache::{DeviceLimits, LightSampling, SceneCache};
 pub use view::{View, ViewSettings};

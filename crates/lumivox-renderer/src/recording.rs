@@ -4,11 +4,18 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-pub use lumivox_shaders::{BindingKind, Kernel};
+pub use lumivox_shaders::{BindingKind, Kernel, Stage};
 
 /// A buffer or texture, from its creation until it is freed, in one or in many recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ResourceId(pub u64);
+
+impl ResourceId {
+    /// A name for a texture of the host's own: its executor is told what it stands for before it meets it.
+    pub fn external() -> Self {
+        crate::ids::next()
+    }
+}
 
 /// How a texture's texels are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -126,6 +133,17 @@ pub enum Step {
         resources: Vec<ResourceId>,
         /// Workgroups along x and y.
         workgroups: [u32; 2],
+    },
+    /// Draw one triangle that covers a texture of the host's, which may be multisampled.
+    Draw {
+        /// What it draws; its [`Stage`] says how.
+        kernel: Kernel,
+        /// As for [`Step::Dispatch`].
+        uniforms: Vec<Vec<u8>>,
+        /// As for [`Step::Dispatch`].
+        resources: Vec<ResourceId>,
+        /// The texture drawn to.
+        target: ResourceId,
     },
     /// Bring part of a buffer back. The executor hands read-backs over in the order of their steps.
     ReadBuffer {

@@ -1,12 +1,12 @@
 //! One camera's film, and how it fills: samples, bands, budget.
 
 use lumivox_core::PerspectiveCamera;
-use lumivox_core::glam::DVec3;
 use lumivox_shaders::{Kernel, layout};
 
 use crate::display::DisplaySettings;
 use crate::error::RenderError;
 use crate::film::bytes_per_pixel;
+use crate::frame;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::{SceneCache, check_binding};
 
@@ -159,7 +159,7 @@ impl View {
         rows: u32,
         recording: &mut Recording,
     ) {
-        let kernel = Kernel::PathTrace(cache.variant(self.settings.guides));
+        let kernel = Kernel::PathTrace(cache.variant(self.settings.guides, false));
         let mut frame = self.frame(cache, camera);
         frame.sample_begin = self.complete;
         frame.sample_end = self.complete + self.pass_samples;
@@ -177,25 +177,17 @@ impl View {
     }
 
     fn frame(&self, cache: &SceneCache, camera: &PerspectiveCamera) -> layout::Frame {
-        let half = (camera.vertical_fov / 2.0).tan();
         let [width, height] = self.settings.image_size;
-        let aspect = f64::from(width) / f64::from(height);
-        let axis = |v: DVec3| camera.world_from_camera.transform_vector3(v).as_vec3().to_array();
-        let mut frame = layout::Frame {
-            camera_position: (camera.world_from_camera.translation - cache.origin()).as_vec3().to_array(),
+        let camera = camera.with_aspect(f64::from(width) / f64::from(height));
+        layout::Frame {
             seed: self.settings.seed,
-            camera_right: axis(DVec3::X * half * aspect),
-            camera_up: axis(DVec3::Y * half),
-            camera_forward: axis(DVec3::NEG_Z),
             image_size: self.settings.image_size,
             film_origin: self.settings.window_origin,
             film_size: self.settings.window_size,
             row_end: self.settings.window_size[1],
             roulette_start: self.settings.roulette_start,
-            ..Default::default()
-        };
-        cache.fill_frame(&mut frame);
-        frame
+            ..frame::of(cache, &camera)
+        }
     }
 
     /// Records that the film comes back, for [`Film::insert`](crate::Film::insert).

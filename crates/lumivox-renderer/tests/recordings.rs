@@ -9,7 +9,8 @@ use lumivox_core::{
     TransferFunction, Volume, VolumeInstance, Voxels,
 };
 use lumivox_renderer::{
-    DeviceLimits, DisplaySettings, Recording, RenderError, ResourceId, SceneCache, Step, View, ViewSettings,
+    DeviceLimits, DisplaySettings, HostDepth, HostFrame, LiveSettings, LiveView, Recording, RenderError,
+    ResourceId, SceneCache, Step, View, ViewSettings,
 };
 
 const LIMITS: DeviceLimits =
@@ -47,6 +48,9 @@ fn replay(recording: &Recording, alive: &mut HashSet<ResourceId>) {
             Step::CreateBuffer { id, .. } | Step::CreateTexture { id, .. } => assert!(alive.insert(*id)),
             Step::Free { id } => assert!(alive.remove(id), "{id:?} is freed twice"),
             Step::Dispatch { resources, .. } => assert!(resources.iter().all(|id| alive.contains(id))),
+            Step::Draw { resources, target, .. } => {
+                assert!(resources.iter().all(|id| alive.contains(id)) && alive.contains(target));
+            }
             Step::WriteBuffer { id, .. }
             | Step::WriteTexture { id, .. }
             | Step::ClearBuffer { id }
@@ -151,4 +155,126 @@ fn a_film_that_is_too_large_names_the_limit() {
     let error = View::new(ViewSettings::new(4096, 4096), &cache, &mut Recording::new()).unwrap_err();
     assert!(matches!(error, RenderError::BufferTooLarge { what: "film", .. }), "{error}");
     assert!(View::new(ViewSettings::new(0, 5), &cache, &mut Recording::new()).is_err());
+}
+
+/// Kernels of a recording, by the first letters of their entry points.
+fn kernels(recording: &Recording) -> String {
+    recording
+        .steps
+        .iter()
+        .filter_map(|step| match step {
+            Step::Dispatch { kernel, .. } | Step::Draw { kernel, .. } => Some(kernel.entry_point()),
+            _ => None,
+        })
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+#[test]
+fn a_live_view_answers_at_once_and_keeps_to_its_budget() {
+    let mut alive = HashSet::new();
+    let mut cache = SceneCache::new(LIMITS);
+    update(&mut cache, &scene(&[volume(8)]), &mut alive);
+    let [depth, color] = [ResourceId::external(), ResourceId::external()];
+    alive.extend([depth, color]);
+    let host = HostFrame {
+        depth: Some(HostDepth {
+            texture: depth,
+            view_depth_from_ndc: [0.0, 0.1, 1.0, 0.0],
+            clear: 0.0,
+            jittered: false,
+        }),
+        color_target: color,
+        depth_target: None,
+    };
+    let mut settings = LiveSettings { target_samples: 4, ..LiveSettings::new(64, 64) };
+    let mut recording = Recording::new();
+    let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
+    let mut frame = |live: &mut LiveView, settings: &LiveSettings, x: f64, budget, alive: &mut HashSet<_>| {
+        let mut recording = std::mem::take(&mut recording);
+        let mut camera = camera().with_aspect(1.0);
+        camera.world_from_camera.translation.x = x;
+        let status = live.record_frame(&cache, &camera, settings, &host, budget, &mut recording).unwrap();
+        replay(&recording, alive);
+        (status, kernels(&recording))
+    };
+    // A quarter of a sample per pixel: a coarse image of all of it, at once.
+    let (status, steps) = frame(&mut live, &settings, 0.0, 1024, &mut alive);
+    assert_eq!(steps, "host_depth host_depth path_trace composite_color");
+    assert!(status.pixel_samples <= 1024 && !status.converged);
+    // Then the fine one, a quarter a frame.
+    let mut frames = 0;
+    loop {
+        let (status, _) = frame(&mut live, &settings, 0.0, 1024, &mut alive);
+        assert!(status.pixel_samples <= 1024);
+        frames += 1;
+        if status.converged {
+            break;
+        }
+    }
+    assert_eq!(frames, 16);
+    let (status, steps) = frame(&mut live, &settings, 0.0, 1024, &mut alive);
+    assert_eq!((status.pixel_samples, steps.contains("path_trace")), (0, false), "nothing more to do");
+
+    // Ten pixels started over: the whole film is looked at again, at the cost of ten pixels.
+    live.feedback(&10u32.to_le_bytes());
+    let (status, _) = frame(&mut live, &settings, 0.0, 1024, &mut alive);
+    assert_eq!((status.pixel_samples, status.converged), (40, true));
+
+    // A budget that buys a fine image at once needs no coarse one.
+    let (status, steps) = frame(&mut live, &settings, 0.1, 4 * 64 * 64, &mut alive);
+    assert_eq!((status.samples, steps), (4, "host_depth path_trace composite_color".to_owned()));
+    // Another size makes new films and frees the old.
+    settings.size = [32, 16];
+    frame(&mut live, &settings, 0.1, 1 << 20, &mut alive);
+    let mut recording = Recording::new();
+    live.free(&mut recording);
+    replay(&recording, &mut alive);
+    let mut rest = Recording::new();
+    cache.free(&mut rest);
+    replay(&rest, &mut alive);
+    assert_eq!(alive, HashSet::from([depth, color]));
+}
+
+#[test]
+fn a_moving_live_view_does_not_jump_between_resolutions() {
+    let mut cache = SceneCache::new(LIMITS);
+    cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
+    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None };
+    let settings = LiveSettings::new(64, 64);
+    let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
+    let mut sizes = vec![];
+    for (i, budget) in [2100, 2000, 2100, 2000, 2100, 5000].into_iter().enumerate() {
+        let mut camera = camera().with_aspect(1.0);
+        camera.world_from_camera.translation.x = i as f64;
+        let mut recording = Recording::new();
+        live.record_frame(&cache, &camera, &settings, &host, budget, &mut recording).unwrap();
+        let trace = recording.steps.iter().find_map(|step| match step {
+            Step::Dispatch { workgroups, .. } => Some(workgroups[0] * 8),
+            _ => None,
+        });
+        sizes.push(trace.unwrap());
+    }
+    assert_eq!(sizes, [32, 16, 16, 16, 16, 32]);
+}
+
+#[test]
+fn a_live_view_refuses_what_it_cannot_show() {
+    let mut cache = SceneCache::new(LIMITS);
+    cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
+    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None };
+    let settings = LiveSettings::new(64, 64);
+    assert!(LiveView::new(&LiveSettings::new(0, 64), &cache, &mut Recording::new()).is_err());
+    let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
+    let mut recording = Recording::new();
+    let large = LiveSettings::new(4096, 4096);
+    let good = camera().with_aspect(1.0);
+    let mut blind = good;
+    blind.world_from_camera.translation.y = f64::NAN;
+    let error = live.record_frame(&cache, &good, &large, &host, 1, &mut recording).unwrap_err();
+    assert!(matches!(error, RenderError::BufferTooLarge { .. }));
+    let error = live.record_frame(&cache, &blind, &settings, &host, 1, &mut recording).unwrap_err();
+    assert_eq!(error, RenderError::Camera);
+    assert!(recording.is_empty());
+    live.record_frame(&cache, &good, &settings, &host, 1, &mut recording).unwrap();
 }

@@ -32,7 +32,9 @@ pub struct Frame {
     pub environment_size: [u32; 2],
     pub importance_size: [u32; 2],
     pub roulette_start: u32,
-    pub padding: u32,
+    pub sample_limit: u32,
+    pub view_axis: [f32; 3],
+    pub orthographic: u32,
 }
 
 /// Twin of `Instance`.
@@ -103,6 +105,34 @@ pub struct DisplayParams {
     pub tone_operator: u32,
     pub inverse_gamma: f32,
     pub padding: f32,
+}
+
+/// Twin of `HostDepthParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in host_depth.wgsl")]
+pub struct HostDepthParams {
+    pub view_depth_from_ndc: [f32; 4],
+    pub film_size: [u32; 2],
+    pub clear: f32,
+    pub jittered: u32,
+}
+
+/// Twin of `CompositeParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in composite.wgsl")]
+pub struct CompositeParams {
+    pub view_depth_from_ndc: [f32; 4],
+    pub ndc_from_view_depth: [f32; 4],
+    pub target_size: [f32; 2],
+    pub fine_size: [u32; 2],
+    pub coarse_size: [u32; 2],
+    pub exposure: f32,
+    pub clear: f32,
+    pub has_host_depth: u32,
+    pub padding: u32,
+    pub more_padding: [u32; 2],
 }
 
 /// Twin of `SampleParams`.

@@ -35,21 +35,37 @@ pub struct PathTraceVariant {
     pub guides: bool,
     /// Some volume is filtered otherwise than trilinearly.
     pub mixed_filters: bool,
+    /// Into a host's image: primary rays end at what the host has drawn, and every pixel counts its own samples.
+    pub live: bool,
 }
 
 impl PathTraceVariant {
     /// Every combination.
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..16u32).map(|bits| Self {
+        (0..32u32).map(|bits| Self {
             light_sampling: bits & 1 != 0,
             surface: bits & 2 != 0,
             guides: bits & 4 != 0,
             mixed_filters: bits & 8 != 0,
+            live: bits & 16 != 0,
         })
     }
 }
 
-/// A compute kernel.
+/// How a kernel runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Stage {
+    /// In workgroups.
+    Compute,
+    /// As the fragment shader of one triangle that covers a colour target, whose contents it is blended over with
+    /// premultiplied alpha: `source + (1 - source alpha) * target`, alpha too. No depth test, no culling.
+    DrawColor,
+    /// As the fragment shader of one triangle that covers a depth target: every fragment that is not discarded is
+    /// written. No colour, no culling.
+    DrawDepth,
+}
+
+/// A program for the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kernel {
     /// Adds samples to a film.
@@ -58,6 +74,12 @@ pub enum Kernel {
     MajorantGrid,
     /// A film to displayable pixels.
     Display,
+    /// The host's depth buffer to the ends of primary rays.
+    HostDepth,
+    /// Live films over the host's colour.
+    CompositeColor,
+    /// The depth of live films into the host's.
+    CompositeDepth,
     /// Draws from the samplers, for tests.
     SampleDirections,
 }
@@ -74,25 +96,48 @@ macro_rules! module {
 impl Kernel {
     /// Every kernel in every variant.
     pub fn all() -> impl Iterator<Item = Self> {
-        [Kernel::MajorantGrid, Kernel::Display, Kernel::SampleDirections]
-            .into_iter()
-            .chain(PathTraceVariant::all().map(Kernel::PathTrace))
+        [
+            Kernel::MajorantGrid,
+            Kernel::Display,
+            Kernel::HostDepth,
+            Kernel::CompositeColor,
+            Kernel::CompositeDepth,
+            Kernel::SampleDirections,
+        ]
+        .into_iter()
+        .chain(PathTraceVariant::all().map(Kernel::PathTrace))
     }
 
-    /// The name of the entry point.
+    /// The vertex shader of what is drawn: three vertices, no buffer.
+    pub const VERTEX_ENTRY_POINT: &str = "fullscreen";
+
+    /// How it runs.
+    pub fn stage(self) -> Stage {
+        match self {
+            Kernel::CompositeColor => Stage::DrawColor,
+            Kernel::CompositeDepth => Stage::DrawDepth,
+            _ => Stage::Compute,
+        }
+    }
+
+    /// The name of the entry point; of the fragment shader where it is drawn.
     pub fn entry_point(self) -> &'static str {
         match self {
             Kernel::PathTrace(_) => "path_trace",
             Kernel::MajorantGrid => "majorant_grid",
             Kernel::Display => "display",
+            Kernel::HostDepth => "host_depth",
+            Kernel::CompositeColor => "composite_color",
+            Kernel::CompositeDepth => "composite_depth",
             Kernel::SampleDirections => "sample_directions",
         }
     }
 
-    /// Invocations of a workgroup along x and y.
+    /// Invocations of a workgroup along x and y; 1 where it is drawn.
     pub fn workgroup_size(self) -> [u32; 2] {
         match self {
-            Kernel::PathTrace(_) | Kernel::Display => [8, 8],
+            Kernel::PathTrace(_) | Kernel::Display | Kernel::HostDepth => [8, 8],
+            Kernel::CompositeColor | Kernel::CompositeDepth => [1, 1],
             Kernel::MajorantGrid | Kernel::SampleDirections => [64, 1],
         }
     }
@@ -101,20 +146,31 @@ impl Kernel {
     pub fn bindings(self) -> &'static [BindingKind] {
         use BindingKind::*;
         match self {
-            Kernel::PathTrace(_) => &[
-                Uniform,
-                StorageRead,
-                StorageRead,
-                StorageRead,
-                StorageRead,
-                Texture3dFiltered,
-                LinearSampler,
-                Texture2dLoaded,
-                StorageRead,
-                StorageReadWrite,
-            ],
+            Kernel::PathTrace(variant) => {
+                const LIVE: &[BindingKind] = &[
+                    Uniform,
+                    StorageRead,
+                    StorageRead,
+                    StorageRead,
+                    StorageRead,
+                    Texture3dFiltered,
+                    LinearSampler,
+                    Texture2dLoaded,
+                    StorageRead,
+                    StorageReadWrite,
+                    StorageRead,
+                ];
+                if variant.live { LIVE } else { LIVE.split_last().expect("it is not empty").1 }
+            }
             Kernel::MajorantGrid => &[Uniform, StorageRead, StorageRead, StorageReadWrite],
             Kernel::Display => &[Uniform, Uniform, StorageRead, Texture2dLoaded, StorageReadWrite],
+            Kernel::HostDepth => {
+                &[Uniform, Texture2dLoaded, StorageReadWrite, StorageReadWrite, StorageReadWrite]
+            }
+            Kernel::CompositeColor => {
+                &[Uniform, StorageRead, StorageRead, StorageRead, StorageRead, Texture2dLoaded]
+            }
+            Kernel::CompositeDepth => &[Uniform, StorageRead, StorageRead, StorageRead, StorageRead],
             Kernel::SampleDirections => &[Uniform, Uniform, Texture2dLoaded, StorageRead, StorageReadWrite],
         }
     }
@@ -122,8 +178,10 @@ impl Kernel {
     /// The complete WGSL text.
     pub fn wgsl(self) -> String {
         let modules: &[&str] = match self {
-            Kernel::PathTrace(_) => &[
+            Kernel::PathTrace(variant) => &[
                 module!("frame"),
+                module!("camera"),
+                if variant.live { module!("live_limit") } else { module!("no_limit") },
                 module!("random"),
                 module!("volume"),
                 module!("tracking"),
@@ -134,9 +192,18 @@ impl Kernel {
                 module!("path_trace"),
             ],
             Kernel::MajorantGrid => &[module!("frame"), module!("majorant_grid")],
-            Kernel::Display => {
-                &[module!("frame"), module!("environment"), module!("tone_map"), module!("display")]
+            Kernel::Display => &[
+                module!("frame"),
+                module!("camera"),
+                module!("environment"),
+                module!("tone_map"),
+                module!("display"),
+            ],
+            Kernel::HostDepth => &[module!("depth_convention"), module!("host_depth")],
+            Kernel::CompositeColor => {
+                &[module!("depth_convention"), module!("composite"), module!("composite_color")]
             }
+            Kernel::CompositeDepth => &[module!("composite"), module!("composite_depth")],
             Kernel::SampleDirections => &[
                 module!("frame"),
                 module!("random"),
@@ -154,9 +221,9 @@ impl Kernel {
             let [x, y] = self.workgroup_size();
             text += &format!(
                 "const LIGHT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
-                 const MIXED_FILTERS: bool = {};\nconst WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
+                 const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
                  const LIGHT_CANDIDATES: u32 = {LIGHT_CANDIDATES}u;\n",
-                variant.light_sampling, variant.surface, variant.guides, variant.mixed_filters
+                variant.light_sampling, variant.surface, variant.guides, variant.mixed_filters, variant.live
             );
         }
         for module in modules {

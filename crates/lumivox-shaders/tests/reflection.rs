@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::mem::{offset_of, size_of};
 
-use lumivox_shaders::{BindingKind, Kernel, layout::*};
+use lumivox_shaders::{BindingKind, Kernel, Stage, layout::*};
 
 fn module(kernel: Kernel) -> naga::Module {
     naga::front::wgsl::parse_str(&kernel.wgsl())
@@ -53,7 +53,9 @@ fn twins_have_the_shaders_layout() {
             environment_size,
             importance_size,
             roulette_start,
-            padding,
+            sample_limit,
+            view_axis,
+            orthographic,
         }
     );
     assert_twin!(
@@ -103,6 +105,22 @@ fn twins_have_the_shaders_layout() {
         Kernel::Display,
         DisplayParams { background, background_kind, exposure_scale, tone_operator, inverse_gamma, padding }
     );
+    assert_twin!(Kernel::HostDepth, HostDepthParams { view_depth_from_ndc, film_size, clear, jittered });
+    assert_twin!(
+        Kernel::CompositeColor,
+        CompositeParams {
+            view_depth_from_ndc,
+            ndc_from_view_depth,
+            target_size,
+            fine_size,
+            coarse_size,
+            exposure,
+            clear,
+            has_host_depth,
+            padding,
+            more_padding,
+        }
+    );
     assert_twin!(Kernel::SampleDirections, SampleParams { axis, sampler, anisotropy, count, padding });
 }
 
@@ -139,10 +157,20 @@ fn bindings_and_workgroups_are_as_declared() {
         found.sort_by_key(|(index, _)| *index);
         let declared: Vec<_> = (0..).zip(kernel.bindings().iter().copied()).collect();
         assert_eq!(found, declared, "{kernel:?}");
-        let entry = &module.entry_points[0];
-        assert_eq!(entry.name, kernel.entry_point());
-        let [x, y] = kernel.workgroup_size();
-        assert_eq!(entry.workgroup_size, [x, y, 1], "{kernel:?}");
+        match kernel.stage() {
+            Stage::Compute => {
+                let entry = &module.entry_points[0];
+                assert_eq!(entry.name, kernel.entry_point());
+                let [x, y] = kernel.workgroup_size();
+                assert_eq!(entry.workgroup_size, [x, y, 1], "{kernel:?}");
+            }
+            Stage::DrawColor | Stage::DrawDepth => {
+                let has =
+                    |stage, name| module.entry_points.iter().any(|e| e.stage == stage && e.name == name);
+                assert!(has(naga::ShaderStage::Vertex, Kernel::VERTEX_ENTRY_POINT));
+                assert!(has(naga::ShaderStage::Fragment, kernel.entry_point()));
+            }
+        }
     }
 }
 

@@ -3,21 +3,16 @@
 use std::collections::HashMap;
 use std::sync::mpsc;
 
-use lumivox_renderer::recording::{BindingKind, Kernel, TextureFormat};
+use lumivox_renderer::recording::{BindingKind, Kernel, Stage, TextureFormat};
 use lumivox_renderer::{DeviceLimits, Recording, ResourceId, Step};
 
 use crate::error::GpuError;
+use crate::pipelines::{self, Pipeline};
 
 #[derive(Debug)]
 enum Resource {
     Buffer(wgpu::Buffer),
     Texture(wgpu::Texture, wgpu::TextureView),
-}
-
-#[derive(Debug)]
-struct Pipeline {
-    layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::ComputePipeline,
 }
 
 /// Bytes on their way back from the GPU.
@@ -51,7 +46,8 @@ pub struct Executor {
     device: wgpu::Device,
     queue: wgpu::Queue,
     resources: HashMap<ResourceId, Resource>,
-    pipelines: HashMap<Kernel, Pipeline>,
+    dispatches: HashMap<Kernel, Pipeline<wgpu::ComputePipeline>>,
+    draws: HashMap<(Kernel, wgpu::TextureFormat, u32), Pipeline<wgpu::RenderPipeline>>,
     sampler: wgpu::Sampler,
     uniforms: wgpu::Buffer,
 }
@@ -74,12 +70,25 @@ impl Executor {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        Self { device, queue, resources: HashMap::new(), pipelines: HashMap::new(), sampler, uniforms }
+        Self {
+            device,
+            queue,
+            resources: HashMap::new(),
+            dispatches: HashMap::new(),
+            draws: HashMap::new(),
+            sampler,
+            uniforms,
+        }
     }
 
     /// The device, for hosts that go on with its buffers.
     pub fn device(&self) -> &wgpu::Device {
         &self.device
+    }
+
+    /// The queue, for hosts that have work of their own on the device.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
     }
 
     /// What the renderer needs to know of the device.
@@ -101,6 +110,13 @@ impl Executor {
             Some(Resource::Buffer(buffer)) => Ok(buffer),
             _ => Err(GpuError::Refused(format!("{id:?} is no buffer"))),
         }
+    }
+
+    /// Lends a texture of the host's own under a name from [`ResourceId::external`], until the name is lent anew or
+    /// [freed](Step::Free). Depth buffers that are read need `TEXTURE_BINDING`, targets `RENDER_ATTACHMENT`.
+    pub fn lend_texture(&mut self, id: ResourceId, texture: &wgpu::Texture) {
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        self.resources.insert(id, Resource::Texture(texture.clone(), view));
     }
 
     /// Hands the recording to the GPU without waiting for it. The read-backs come in the order of their steps.
@@ -153,8 +169,8 @@ impl Executor {
         for step in &recording.steps {
             // The queue's writes take effect before the commands of the next submission: submit what came before.
             let writes = matches!(step, Step::WriteBuffer { .. } | Step::WriteTexture { .. });
-            let uniforms_full =
-                matches!(step, Step::Dispatch { .. }) && uniform_cursor + 4096 > UNIFORM_BYTES;
+            let uniforms_full = matches!(step, Step::Dispatch { .. } | Step::Draw { .. })
+                && uniform_cursor + 4096 > UNIFORM_BYTES;
             if encoded && (writes || uniforms_full) {
                 self.queue.submit([std::mem::replace(&mut encoder, self.new_encoder()).finish()]);
                 (encoded, uniform_cursor) = (false, 0);
@@ -200,6 +216,14 @@ impl Executor {
                         &mut uniform_cursor,
                         &mut encoder,
                     );
+                    encoded = true;
+                }
+                Step::Draw { kernel, uniforms, resources, target } => {
+                    let Some(Resource::Texture(texture, view)) = self.resources.get(target) else {
+                        return Err(GpuError::Refused(format!("{target:?} is no texture")));
+                    };
+                    let target = (texture.clone(), view.clone());
+                    self.draw(*kernel, uniforms, resources, target, &mut uniform_cursor, &mut encoder);
                     encoded = true;
                 }
                 Step::ReadBuffer { id, range } => {
@@ -266,7 +290,66 @@ impl Executor {
         uniform_cursor: &mut u64,
         encoder: &mut wgpu::CommandEncoder,
     ) {
-        let pipeline = self.pipelines.entry(kernel).or_insert_with(|| create_pipeline(&self.device, kernel));
+        let device = &self.device;
+        let pipeline = self.dispatches.entry(kernel).or_insert_with(|| pipelines::compute(device, kernel));
+        let layout = pipeline.layout.clone();
+        let group = self.bind(kernel, &layout, uniforms, resources, uniform_cursor);
+        let label = Some(kernel.entry_point());
+        let mut pass =
+            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes: None });
+        pass.set_pipeline(&self.dispatches[&kernel].pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups(x, y, 1);
+    }
+
+    fn draw(
+        &mut self,
+        kernel: Kernel,
+        uniforms: &[Vec<u8>],
+        resources: &[ResourceId],
+        (target, view): (wgpu::Texture, wgpu::TextureView),
+        uniform_cursor: &mut u64,
+        encoder: &mut wgpu::CommandEncoder,
+    ) {
+        let key = (kernel, target.format(), target.sample_count());
+        let device = &self.device;
+        let pipeline =
+            self.draws.entry(key).or_insert_with(|| pipelines::render(device, key.0, key.1, key.2));
+        let layout = pipeline.layout.clone();
+        let group = self.bind(kernel, &layout, uniforms, resources, uniform_cursor);
+        // What the host has drawn stays, under what is drawn now.
+        let color = [Some(wgpu::RenderPassColorAttachment {
+            view: &view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+        })];
+        let depth = wgpu::RenderPassDepthStencilAttachment {
+            view: &view,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store }),
+            stencil_ops: None,
+        };
+        let draws_color = kernel.stage() == Stage::DrawColor;
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(kernel.entry_point()),
+            color_attachments: if draws_color { &color } else { &[] },
+            depth_stencil_attachment: (!draws_color).then_some(depth),
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.draws[&key].pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+
+    /// A kernel's bindings, its uniforms written to where they are bound from.
+    fn bind(
+        &self,
+        kernel: Kernel,
+        layout: &wgpu::BindGroupLayout,
+        uniforms: &[Vec<u8>],
+        resources: &[ResourceId],
+        uniform_cursor: &mut u64,
+    ) -> wgpu::BindGroup {
         let alignment = u64::from(self.device.limits().min_uniform_buffer_offset_alignment);
         let (mut uniforms, mut resources) = (uniforms.iter(), resources.iter());
         let mut entries = vec![];
@@ -293,17 +376,8 @@ impl Executor {
             };
             entries.push(wgpu::BindGroupEntry { binding, resource });
         }
-        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(kernel.entry_point()),
-            layout: &pipeline.layout,
-            entries: &entries,
-        });
-        let descriptor =
-            wgpu::ComputePassDescriptor { label: Some(kernel.entry_point()), timestamp_writes: None };
-        let mut pass = encoder.begin_compute_pass(&descriptor);
-        pass.set_pipeline(&pipeline.pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(x, y, 1);
+        let label = Some(kernel.entry_point());
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries: &entries })
     }
 }
 
@@ -330,54 +404,4 @@ fn write_texture(
         },
         wgpu::Extent3d { width, height, depth_or_array_layers: depth },
     );
-}
-
-fn create_pipeline(device: &wgpu::Device, kernel: Kernel) -> Pipeline {
-    let label = Some(kernel.entry_point());
-    let entries: Vec<_> = (0..)
-        .zip(kernel.bindings())
-        .map(|(binding, kind)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: binding_type(*kind),
-            count: None,
-        })
-        .collect();
-    let layout =
-        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
-    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label,
-        bind_group_layouts: &[Some(&layout)],
-        immediate_size: 0,
-    });
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label,
-        source: wgpu::ShaderSource::Wgsl(kernel.wgsl().into()),
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label,
-        layout: Some(&pipeline_layout),
-        module: &module,
-        entry_point: Some(kernel.entry_point()),
-        compilation_options: Default::default(),
-        cache: None,
-    });
-    Pipeline { layout, pipeline }
-}
-
-fn binding_type(kind: BindingKind) -> wgpu::BindingType {
-    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    let texture = |filterable, view_dimension| wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable },
-        view_dimension,
-        multisampled: false,
-    };
-    match kind {
-        BindingKind::Uniform => buffer(wgpu::BufferBindingType::Uniform),
-        BindingKind::StorageRead => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
-        BindingKind::StorageReadWrite => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-        BindingKind::Texture3dFiltered => texture(true, wgpu::TextureViewDimension::D3),
-        BindingKind::Texture2dLoaded => texture(false, wgpu::TextureViewDimension::D2),
-        BindingKind::LinearSampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-    }
 }

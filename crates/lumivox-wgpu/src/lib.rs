@@ -7,6 +7,7 @@ mod error;
 mod executor;
 mod gpu;
 mod headless;
+mod pipelines;
 
 pub use error::{GpuError, HeadlessError};
 pub use executor::{Executor, ReadBack};

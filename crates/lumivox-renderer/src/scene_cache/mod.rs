@@ -220,7 +220,7 @@ impl SceneCache {
     }
 
     /// The path-tracing kernel for what the scene holds.
-    pub(crate) fn variant(&self, guides: bool) -> PathTraceVariant {
+    pub(crate) fn variant(&self, guides: bool, live: bool) -> PathTraceVariant {
         PathTraceVariant {
             light_sampling: match self.light_sampling {
                 LightSampling::Auto => !self.light.uniform,
@@ -230,6 +230,7 @@ impl SceneCache {
             surface: self.instances.iter().any(|i| i.surface_strength > 0.0),
             guides,
             mixed_filters: self.instances.iter().any(|i| i.filter_kind != 1),
+            live,
         }
     }
 

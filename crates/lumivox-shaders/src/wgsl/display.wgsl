@@ -38,9 +38,7 @@ fn display(@builtin(global_invocation_id) id: vec3u) {
     } else {
         var behind = params.background;
         if (params.background_kind == BACKGROUND_ENVIRONMENT) {
-            let uv = (vec2f(id.xy + frame.film_origin) + 0.5) / vec2f(frame.image_size) * 2.0 - 1.0;
-            let ray = frame.camera_right * uv.x - frame.camera_up * uv.y + frame.camera_forward;
-            behind = environment_radiance(normalize(ray));
+            behind = environment_radiance(camera_ray(id.xy + frame.film_origin, vec2f(0.5)).direction);
         }
         light += (1.0 - mean.a) * behind;
     }

@@ -5,7 +5,8 @@
 // the direction of unit length in the world only.
 
 struct Frame {
-    // Camera axes, right and up scaled so that a pixel's direction is right * x + up * y + forward, x and y in [-1, 1].
+    // The camera's image plane: with x and y in [-1, 1], right * x + up * y + forward is a pixel's direction in a
+    // perspective, and right * x + up * y moves its origin in an orthographic view, where forward is the direction.
     camera_position: vec3f,
     seed: u32,
     camera_right: vec3f,
@@ -30,7 +31,11 @@ struct Frame {
     importance_size: vec2u,
     // Bounces before Russian roulette may end a path.
     roulette_start: u32,
-    padding: u32,
+    // Live films: what a pixel has at most.
+    sample_limit: u32,
+    // Unit vector along which view depth is measured.
+    view_axis: vec3f,
+    orthographic: u32,
 }
 
 struct Instance {

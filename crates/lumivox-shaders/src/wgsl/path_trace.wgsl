@@ -16,11 +16,6 @@
 // GUIDES, (first-hit albedo, 0), (first-hit normal, 0).
 @group(0) @binding(9) var<storage, read_write> film: array<vec4f>;
 
-fn camera_ray(pixel: vec2u, jitter: vec2f) -> vec3f {
-    let uv = (vec2f(pixel) + jitter) / vec2f(frame.image_size) * 2.0 - 1.0;
-    return normalize(frame.camera_right * uv.x - frame.camera_up * uv.y + frame.camera_forward);
-}
-
 @compute @workgroup_size(WORKGROUP_X, WORKGROUP_Y)
 fn path_trace(@builtin(global_invocation_id) id: vec3u) {
     let pixel = vec2u(id.x, id.y + frame.row_begin);
@@ -34,11 +29,26 @@ fn path_trace(@builtin(global_invocation_id) id: vec3u) {
     var albedo_sum = vec3f(0.0);
     var normal_sum = vec3f(0.0);
 
+    let plane = frame.film_size.x * frame.film_size.y;
+    let index = pixel.y * frame.film_size.x + pixel.x;
     var sample_index = frame.sample_begin;
+    var sample_end = frame.sample_end;
+    var view_limit = 0.0;
+    if (LIVE) {
+        // Pixels start over one by one where the host's depth changes: each counts for itself.
+        sample_index = u32(film[plane + index].z);
+        sample_end = min(sample_index + sample_end - frame.sample_begin, frame.sample_limit);
+        if (sample_index >= sample_end) {
+            return;
+        }
+        moments.z = f32(sample_end - sample_index);
+        view_limit = live_limit(index);
+    }
     var alive = false;
     var rng = Rng(vec2u(0u), 0u);
     var origin = vec3f(0.0);
     var direction = vec3f(0.0);
+    var t_max = 1e30;
     var throughput = vec3f(1.0);
     var radiance = vec3f(0.0);
     var bounces = 0u;
@@ -46,20 +56,22 @@ fn path_trace(@builtin(global_invocation_id) id: vec3u) {
 
     loop {
         if (!alive) {
-            if (sample_index == frame.sample_end) {
+            if (sample_index == sample_end) {
                 break;
             }
             rng = rng_new(image_pixel, sample_index, frame.seed);
             sample_index += 1u;
-            origin = frame.camera_position;
-            direction = camera_ray(image_pixel, rng_next2(&rng));
+            let ray = camera_ray(image_pixel, rng_next2(&rng));
+            origin = ray.origin;
+            direction = ray.direction;
+            t_max = select(1e30, view_limit / dot(direction, frame.view_axis), LIVE && view_limit > 0.0);
             throughput = vec3f(1.0);
             radiance = vec3f(0.0);
             bounces = 0u;
             alive = true;
         }
 
-        let hit = next_collision(origin, direction, 1e30, &rng);
+        let hit = next_collision(origin, direction, t_max, &rng);
         if (hit.volume == NO_VOLUME) {
             // What the camera sees without a collision is the background: the display pass adds it.
             if (bounces > 0u) {
@@ -73,6 +85,7 @@ fn path_trace(@builtin(global_invocation_id) id: vec3u) {
         } else {
             let v = hit.volume;
             bounces += 1u;
+            t_max = 1e30;
             origin += hit.t * direction;
             let scattering_albedo = instances[v].albedo * color(v, hit.texel);
             var gradient = vec3f(0.0);
@@ -81,7 +94,7 @@ fn path_trace(@builtin(global_invocation_id) id: vec3u) {
             }
             if (bounces == 1u) {
                 sum.w += 1.0;
-                moments.x += dot(origin - frame.camera_position, frame.camera_forward);
+                moments.x += dot(origin - frame.camera_position, frame.view_axis);
                 if (GUIDES) {
                     albedo_sum += scattering_albedo;
                     normal_sum += facing_normal(v, gradient, -direction);
@@ -125,8 +138,6 @@ fn path_trace(@builtin(global_invocation_id) id: vec3u) {
         }
     }
 
-    let plane = frame.film_size.x * frame.film_size.y;
-    let index = pixel.y * frame.film_size.x + pixel.x;
     film[index] += sum;
     film[plane + index] += moments;
     if (GUIDES) {

@@ -1,0 +1,491 @@
+//! A view inside an engine's frame: traced within a budget, ended by the engine's depth, drawn over its colour.
+//!
+//! Two films make the picture. The fine one converges while nothing moves. When the camera or the scene changes and the
+//! budget does not buy a fine image at once, a coarse one answers in the same frame, and fades out as fine samples come
+//! in. Where only the engine's depth changes, because a mesh moved, the pixels concerned start over and no others:
+//! every pixel counts its own samples, so a finished live film is the film of a [`View`](crate::View), sample by sample.
+
+use lumivox_core::Camera;
+use lumivox_shaders::{Kernel, layout};
+
+use crate::error::RenderError;
+use crate::film::bytes_per_pixel;
+use crate::frame;
+use crate::recording::{Recording, ResourceId, Step};
+use crate::scene_cache::{SceneCache, check_binding};
+
+/// Most samples of one dispatch.
+const MAX_SAMPLES_PER_DISPATCH: u64 = 64;
+
+/// Pixels along a side of the fine film that share one of the coarse film, at most.
+const COARSEST: u32 = 8;
+
+/// Samples of a coarse pixel that are worth halving its film's resolution for.
+const COARSE_SAMPLES: u64 = 2;
+
+/// What a live view shows, besides scene and camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LiveSettings {
+    /// Pixels of the host's image across and down.
+    pub size: [u32; 2],
+    /// Pixels of the film per pixel of the host along a side; 0.1 to 1.
+    pub resolution_scale: f64,
+    /// Samples per pixel after which the image is done.
+    pub target_samples: u32,
+    /// Multiplies the light.
+    pub exposure: f64,
+    /// Chooses the random numbers.
+    pub seed: u32,
+    /// Bounces before Russian roulette may end a path.
+    pub roulette_start: u32,
+}
+
+impl LiveSettings {
+    /// Full resolution, 512 samples.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self {
+            size: [width, height],
+            resolution_scale: 1.0,
+            target_samples: 512,
+            exposure: 1.0,
+            seed: 0,
+            roulette_start: 4,
+        }
+    }
+
+    fn film_size(&self) -> [u32; 2] {
+        let scale =
+            if self.resolution_scale.is_finite() { self.resolution_scale.clamp(0.1, 1.0) } else { 1.0 };
+        self.size.map(|n| ((f64::from(n) * scale).round() as u32).max(1))
+    }
+}
+
+/// The host's depth, as primary rays meet it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HostDepth {
+    /// A texture of one sample that can be loaded from.
+    pub texture: ResourceId,
+    /// `[a, b, c, d]`: view depth in metres is `(a z + b) / (c z + d)` where the texture holds `z`.
+    pub view_depth_from_ndc: [f64; 4],
+    /// What the texture holds where nothing was drawn.
+    pub clear: f64,
+    /// Whether the host moves its camera by fractions of a pixel from frame to frame.
+    pub jittered: bool,
+}
+
+/// What a host lends for one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HostFrame {
+    /// What ends primary rays, if anything does.
+    pub depth: Option<HostDepth>,
+    /// The colour that the volumes are blended over, scene-linear.
+    pub color_target: ResourceId,
+    /// Where the volumes' depth is written, if anywhere; not the texture of [`HostFrame::depth`] while a host cannot
+    /// write what it reads.
+    pub depth_target: Option<ResourceId>,
+}
+
+/// How far a live view is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LiveStatus {
+    /// Samples that every pixel has.
+    pub samples: u32,
+    /// Whether there is nothing more to trace unless something changes.
+    pub converged: bool,
+    /// Pixel samples that this frame traces.
+    pub pixel_samples: u64,
+}
+
+/// A film and where its primary rays end.
+#[derive(Debug)]
+struct LiveFilm {
+    film: ResourceId,
+    limits: ResourceId,
+    /// Pixels there is room for.
+    capacity: u64,
+    size: [u32; 2],
+}
+
+impl LiveFilm {
+    fn new(size: [u32; 2], cache: &SceneCache, recording: &mut Recording) -> Result<Self, RenderError> {
+        let capacity = pixels(size);
+        let bytes = capacity * bytes_per_pixel(false);
+        check_binding("film", bytes, cache.limits().max_storage_binding, "Lower the resolution scale")?;
+        Ok(Self {
+            film: recording.create_buffer("live film", bytes),
+            limits: recording.create_buffer("ray limits", capacity * 4),
+            capacity,
+            size,
+        })
+    }
+
+    fn clear(&self, recording: &mut Recording) {
+        recording.push(Step::ClearBuffer { id: self.film });
+    }
+
+    fn free(self, recording: &mut Recording) {
+        recording.push(Step::Free { id: self.film });
+        recording.push(Step::Free { id: self.limits });
+    }
+}
+
+/// One view of an engine: a camera of a viewport, an eye of a headset. None knows of another.
+#[derive(Debug)]
+pub struct LiveView {
+    fine: LiveFilm,
+    coarse: Option<LiveFilm>,
+    restarts: ResourceId,
+    key: Option<Key>,
+    /// Fine pixels along a side of a coarse one; 1 while no coarse film is shown.
+    factor: u32,
+    /// Samples that every pixel of the fine film has.
+    complete: u32,
+    pass_samples: u32,
+    next_row: u32,
+    /// Some pixel started over while a pass was under way: when the pass ends, no count of samples holds for all.
+    restarted_in_pass: bool,
+    /// Pixels that lack samples, as far as is known: what a pass costs.
+    open_pixels: u64,
+}
+
+/// What a film shows; another key, another image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Key {
+    camera: Camera,
+    scene_version: u64,
+    seed: u32,
+    roulette_start: u32,
+}
+
+impl LiveView {
+    /// A view with an empty film.
+    ///
+    /// # Errors
+    /// [`RenderError`] when the image has no pixel, or the film is larger than the device binds.
+    pub fn new(
+        settings: &LiveSettings,
+        cache: &SceneCache,
+        recording: &mut Recording,
+    ) -> Result<Self, RenderError> {
+        let [width, height] = settings.size;
+        if width == 0 || height == 0 {
+            return Err(RenderError::EmptyImage { width, height });
+        }
+        Ok(Self {
+            fine: LiveFilm::new(settings.film_size(), cache, recording)?,
+            coarse: None,
+            restarts: recording.create_buffer("restarts", 16),
+            key: None,
+            factor: 1,
+            complete: 0,
+            pass_samples: 0,
+            next_row: 0,
+            restarted_in_pass: false,
+            open_pixels: 0,
+        })
+    }
+
+    /// Records one frame: about `budget` pixel samples (a row at least, while any are missing), and the picture so far
+    /// over the host's. Starts over if the camera or the scene changed, and makes new films if the size did.
+    ///
+    /// The recording holds a [`Step::ReadBuffer`] whenever the host's depth is given; its bytes go to
+    /// [`feedback`](Self::feedback) as soon as they are there, frames later if the host likes.
+    ///
+    /// # Errors
+    /// [`RenderError`] when the image has no pixel, the film is larger than the device binds or the camera sees
+    /// nothing; then nothing is recorded or changed.
+    pub fn record_frame(
+        &mut self,
+        cache: &SceneCache,
+        camera: &Camera,
+        settings: &LiveSettings,
+        host: &HostFrame,
+        budget: u64,
+        recording: &mut Recording,
+    ) -> Result<LiveStatus, RenderError> {
+        let [width, height] = settings.size;
+        if width == 0 || height == 0 {
+            return Err(RenderError::EmptyImage { width, height });
+        }
+        if !camera.is_valid() {
+            return Err(RenderError::Camera);
+        }
+        if settings.film_size() != self.fine.size {
+            let fine = LiveFilm::new(settings.film_size(), cache, recording)?;
+            std::mem::replace(&mut self.fine, fine).free(recording);
+            self.drop_coarse(recording);
+            self.key = None;
+        }
+        let key = Key {
+            camera: *camera,
+            scene_version: cache.version(),
+            seed: settings.seed,
+            roulette_start: settings.roulette_start,
+        };
+        let restarted = self.key != Some(key);
+        if restarted {
+            self.restart(budget, cache, recording)?;
+            self.key = Some(key);
+        }
+        self.record_host_depth(host, restarted, recording);
+        let coarse_only = restarted && self.factor > 1;
+        let pixel_samples = if coarse_only {
+            self.record_coarse(key, cache, budget, recording)
+        } else {
+            self.record_fine(key, cache, settings.target_samples, budget, recording)
+        };
+        self.record_composite(settings, host, cache, recording);
+        Ok(LiveStatus {
+            samples: self.complete.min(settings.target_samples),
+            converged: self.complete >= settings.target_samples,
+            pixel_samples,
+        })
+    }
+
+    /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there.
+    pub fn feedback(&mut self, bytes: &[u8]) {
+        let count = bytes.first_chunk().map_or(0, |b| u32::from_le_bytes(*b));
+        if count == 0 {
+            return;
+        }
+        // Only those cost anything from here on, unless others are still missing.
+        let open = if self.complete > 0 { 0 } else { self.open_pixels };
+        self.open_pixels = (open + u64::from(count)).min(pixels(self.fine.size));
+        if self.next_row == 0 {
+            self.complete = 0;
+        } else {
+            self.restarted_in_pass = true;
+        }
+    }
+
+    /// Begins an empty image, as coarse as the budget demands.
+    fn restart(
+        &mut self,
+        budget: u64,
+        cache: &SceneCache,
+        recording: &mut Recording,
+    ) -> Result<(), RenderError> {
+        let size = self.fine.size;
+        let coarse_size = |factor: u32| size.map(|n| n.div_ceil(factor));
+        let affords = |factor: u32| pixels(coarse_size(factor)) * COARSE_SAMPLES <= budget;
+        // A finer film than the last has to be well affordable, or the picture's grain would jump to and fro.
+        let affords_easily = |factor: u32| pixels(coarse_size(factor)) * COARSE_SAMPLES * 2 <= budget;
+        let mut factor = 1;
+        while factor < COARSEST
+            && !(if self.key.is_some() && factor < self.factor {
+                affords_easily(factor)
+            } else {
+                affords(factor)
+            })
+        {
+            factor *= 2;
+        }
+        if factor > 1 {
+            let wanted = coarse_size(factor);
+            if self.coarse.as_ref().is_none_or(|c| c.capacity < pixels(wanted)) {
+                let film = LiveFilm::new(wanted, cache, recording)?;
+                self.drop_coarse(recording);
+                self.coarse = Some(film);
+            }
+        }
+        self.factor = factor;
+        if let Some(coarse) = self.coarse.as_mut().filter(|_| factor > 1) {
+            coarse.size = coarse_size(factor);
+            coarse.clear(recording);
+        }
+        self.fine.clear(recording);
+        (self.complete, self.pass_samples, self.next_row) = (0, 0, 0);
+        self.restarted_in_pass = false;
+        self.open_pixels = pixels(size);
+        Ok(())
+    }
+
+    fn drop_coarse(&mut self, recording: &mut Recording) {
+        if let Some(coarse) = self.coarse.take() {
+            coarse.free(recording);
+        }
+        self.factor = 1;
+    }
+
+    /// The coarse film, while it is shown.
+    fn shown_coarse(&self) -> Option<&LiveFilm> {
+        self.coarse.as_ref().filter(|_| self.factor > 1)
+    }
+
+    fn record_host_depth(&self, host: &HostFrame, restarted: bool, recording: &mut Recording) {
+        recording.push(Step::ClearBuffer { id: self.restarts });
+        let Some(depth) = host.depth else {
+            // What was there may be gone: without depth, no ray ends.
+            for film in [Some(&self.fine), self.shown_coarse()].into_iter().flatten().filter(|_| restarted) {
+                recording.push(Step::ClearBuffer { id: film.limits });
+            }
+            return;
+        };
+        let kernel = Kernel::HostDepth;
+        let [x, y] = kernel.workgroup_size();
+        for film in [Some(&self.fine), self.shown_coarse()].into_iter().flatten() {
+            let params = layout::HostDepthParams {
+                view_depth_from_ndc: depth.view_depth_from_ndc.map(|x| x as f32),
+                film_size: film.size,
+                clear: depth.clear as f32,
+                jittered: u32::from(depth.jittered),
+            };
+            recording.push(Step::Dispatch {
+                kernel,
+                uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
+                resources: vec![depth.texture, film.limits, film.film, self.restarts],
+                workgroups: [film.size[0].div_ceil(x), film.size[1].div_ceil(y)],
+            });
+        }
+        recording.push(Step::ReadBuffer { id: self.restarts, range: 0..4 });
+    }
+
+    /// All of the coarse film, as often as the budget allows.
+    fn record_coarse(&self, key: Key, cache: &SceneCache, budget: u64, recording: &mut Recording) -> u64 {
+        let Some(coarse) = self.shown_coarse() else { return 0 };
+        let area = pixels(coarse.size);
+        let samples = (budget / area).clamp(1, MAX_SAMPLES_PER_DISPATCH) as u32;
+        record_band(coarse, key, cache, samples, samples, [0, coarse.size[1]], recording);
+        area * u64::from(samples)
+    }
+
+    /// Rows of the fine film, as many as the budget allows.
+    fn record_fine(
+        &mut self,
+        key: Key,
+        cache: &SceneCache,
+        target: u32,
+        budget: u64,
+        recording: &mut Recording,
+    ) -> u64 {
+        let [width, height] = self.fine.size;
+        let area = pixels(self.fine.size);
+        // Rows where nothing is missing cost next to nothing.
+        let open = self.open_pixels.clamp(1, area) as f64 / area as f64;
+        let row = f64::from(width) * open;
+        let mut recorded = 0.0;
+        let budget = budget as f64;
+        while self.complete < target {
+            let affordable = budget - recorded;
+            if self.next_row == 0 {
+                let left = u64::from(target - self.complete);
+                let passes = (affordable / (row * f64::from(height))) as u64;
+                self.pass_samples = passes.clamp(1, left.min(MAX_SAMPLES_PER_DISPATCH)) as u32;
+            }
+            let rows =
+                ((affordable / (row * f64::from(self.pass_samples))) as u32).min(height - self.next_row);
+            if rows == 0 && recorded > 0.0 {
+                break;
+            }
+            // A row is the least that is done, however small the budget: it makes progress.
+            let rows = rows.max(1);
+            let band = [self.next_row, self.next_row + rows];
+            record_band(&self.fine, key, cache, self.pass_samples, target, band, recording);
+            recorded += row * f64::from(rows) * f64::from(self.pass_samples);
+            self.next_row += rows;
+            if self.next_row == height {
+                self.next_row = 0;
+                self.complete = if self.restarted_in_pass { 0 } else { self.complete + self.pass_samples };
+                self.restarted_in_pass = false;
+            }
+            if recorded >= budget {
+                break;
+            }
+        }
+        recorded.round() as u64
+    }
+
+    fn record_composite(
+        &self,
+        settings: &LiveSettings,
+        host: &HostFrame,
+        cache: &SceneCache,
+        recording: &mut Recording,
+    ) {
+        let coarse = self.shown_coarse();
+        let [a, b, c, d] = host.depth.map_or([0.0, 1.0, 0.0, 1.0], |h| h.view_depth_from_ndc);
+        let params = layout::CompositeParams {
+            view_depth_from_ndc: [a, b, c, d].map(|x| x as f32),
+            // z of depth = (a z + b) / (c z + d).
+            ndc_from_view_depth: [d, -b, -c, a].map(|x| x as f32),
+            target_size: settings.size.map(|n| n as f32),
+            fine_size: self.fine.size,
+            coarse_size: coarse.map_or([0, 0], |film| film.size),
+            exposure: settings.exposure as f32,
+            clear: host.depth.map_or(0.0, |h| h.clear as f32),
+            has_host_depth: u32::from(host.depth.is_some()),
+            ..Default::default()
+        };
+        // Something has to be bound where there is no coarse film; it is not looked at.
+        let behind = coarse.unwrap_or(&self.fine);
+        let films = [self.fine.film, self.fine.limits, behind.film, behind.limits];
+        let uniforms = vec![bytemuck::bytes_of(&params).to_vec()];
+        let host_depth = host.depth.map_or(cache.light_resources()[0], |h| h.texture);
+        recording.push(Step::Draw {
+            kernel: Kernel::CompositeColor,
+            uniforms: uniforms.clone(),
+            resources: films.into_iter().chain([host_depth]).collect(),
+            target: host.color_target,
+        });
+        if let Some(target) = host.depth_target.filter(|_| host.depth.is_some()) {
+            let resources = films.to_vec();
+            recording.push(Step::Draw { kernel: Kernel::CompositeDepth, uniforms, resources, target });
+        }
+    }
+
+    /// Records that the fine film comes back, for [`Film::insert`](crate::Film::insert).
+    pub fn record_read_film(&self, recording: &mut Recording) {
+        let range = 0..pixels(self.fine.size) * bytes_per_pixel(false);
+        recording.push(Step::ReadBuffer { id: self.fine.film, range });
+    }
+
+    /// Pixels of the fine film.
+    pub fn film_size(&self) -> [u32; 2] {
+        self.fine.size
+    }
+
+    /// Records that everything is freed.
+    pub fn free(mut self, recording: &mut Recording) {
+        self.drop_coarse(recording);
+        self.fine.free(recording);
+        recording.push(Step::Free { id: self.restarts });
+    }
+}
+
+/// `samples` more for each pixel of some rows, up to `limit` in all.
+fn record_band(
+    film: &LiveFilm,
+    key: Key,
+    cache: &SceneCache,
+    samples: u32,
+    limit: u32,
+    [row_begin, row_end]: [u32; 2],
+    recording: &mut Recording,
+) {
+    let kernel = Kernel::PathTrace(cache.variant(false, true));
+    let params = layout::Frame {
+        seed: key.seed,
+        roulette_start: key.roulette_start,
+        image_size: film.size,
+        film_size: film.size,
+        sample_begin: 0,
+        sample_end: samples,
+        sample_limit: limit,
+        row_begin,
+        row_end,
+        ..frame::of(cache, &key.camera)
+    };
+    let mut resources = cache.path_trace_resources();
+    resources.extend([film.film, film.limits]);
+    let [x, y] = kernel.workgroup_size();
+    recording.push(Step::Dispatch {
+        kernel,
+        uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
+        resources,
+        workgroups: [film.size[0].div_ceil(x), (row_end - row_begin).div_ceil(y)],
+    });
+}
+
+fn pixels([width, height]: [u32; 2]) -> u64 {
+    u64::from(width) * u64::from(height)
+}

@@ -1,0 +1,140 @@
+// A live film over the host's own image: `light + (1 - alpha) * host`, by premultiplied blending.
+//
+// Two films make the picture. A coarse one answers at once while something moves; a fine one takes over as its samples
+// come in. Both may be smaller than the target: taps that lie behind another surface of the host do not leak over its
+// edges, in the manner of joint bilateral upsampling (Kopf et al., SIGGRAPH 2007).
+
+struct CompositeParams {
+    // View depth is (x * ndc + y) / (z * ndc + w), and the other way round.
+    view_depth_from_ndc: vec4f,
+    ndc_from_view_depth: vec4f,
+    // Pixels of the host's image.
+    target_size: vec2f,
+    fine_size: vec2u,
+    // 0 without a coarse film.
+    coarse_size: vec2u,
+    exposure: f32,
+    // The depth buffer's value where nothing was drawn.
+    clear: f32,
+    has_host_depth: u32,
+    padding: u32,
+    more_padding: vec2u,
+}
+
+@group(0) @binding(0) var<uniform> params: CompositeParams;
+@group(0) @binding(1) var<storage, read> fine_film: array<vec4f>;
+@group(0) @binding(2) var<storage, read> fine_limits: array<f32>;
+@group(0) @binding(3) var<storage, read> coarse_film: array<vec4f>;
+@group(0) @binding(4) var<storage, read> coarse_limits: array<f32>;
+
+// Samples of a pixel after which the coarse film is out of the picture.
+const FINE_ALONE: f32 = 32.0;
+// Samples of a fine pixel that weigh as much as the coarse film at the beginning.
+const COARSE_WEIGHT: f32 = 8.0;
+
+@vertex
+fn fullscreen(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
+    // One triangle that covers the target.
+    let corner = vec2f(f32(vertex & 1u), f32(vertex >> 1u));
+    return vec4f(corner * 4.0 - 1.0, 0.0, 1.0);
+}
+
+struct Estimate {
+    light: vec3f,
+    alpha: f32,
+    // View depth of what is seen, where alpha is not 0.
+    depth: f32,
+    samples: f32,
+}
+
+fn film_pixel(coarse: bool, at: vec2u) -> Estimate {
+    var e: Estimate;
+    var sum: vec4f;
+    var moments: vec4f;
+    if (coarse) {
+        let index = at.y * params.coarse_size.x + at.x;
+        sum = coarse_film[index];
+        moments = coarse_film[params.coarse_size.x * params.coarse_size.y + index];
+    } else {
+        let index = at.y * params.fine_size.x + at.x;
+        sum = fine_film[index];
+        moments = fine_film[params.fine_size.x * params.fine_size.y + index];
+    }
+    e.samples = moments.z;
+    if (e.samples > 0.0) {
+        e.light = sum.rgb / e.samples;
+        e.alpha = sum.a / e.samples;
+        e.depth = moments.x / max(sum.a, 1.0);
+    }
+    return e;
+}
+
+fn film_limit(coarse: bool, at: vec2u) -> f32 {
+    if (coarse) {
+        return coarse_limits[at.y * params.coarse_size.x + at.x];
+    }
+    return fine_limits[at.y * params.fine_size.x + at.x];
+}
+
+// How alike two ends of primary rays are, 1 where they are the same; 0 as a depth stands for infinity.
+fn likeness(a: f32, b: f32) -> f32 {
+    let x = select(a, 1e6, a == 0.0);
+    let y = select(b, 1e6, b == 0.0);
+    let ratio = min(x, y) / max(x, y);
+    return max(pow(ratio, 24.0), 1e-4);
+}
+
+// A film at a point of the target in [0, 1], where the host's surface lies at view depth `limit`.
+fn film_at(coarse: bool, uv: vec2f, limit: f32) -> Estimate {
+    let size = select(params.fine_size, params.coarse_size, coarse);
+    let last = vec2i(size) - 1;
+    if (all(vec2f(size) == params.target_size)) {
+        return film_pixel(coarse, vec2u(clamp(vec2i(uv * params.target_size), vec2i(0), last)));
+    }
+    let q = uv * vec2f(size) - 0.5;
+    let base = vec2i(floor(q));
+    let f = q - floor(q);
+    var mean: Estimate;
+    var weights = 0.0;
+    var hits = 0.0;
+    for (var i = 0; i < 4; i++) {
+        let corner = vec2i(i & 1, i >> 1u);
+        let at = vec2u(clamp(base + corner, vec2i(0), last));
+        let e = film_pixel(coarse, at);
+        if (e.samples > 0.0) {
+            let bilinear = select(1.0 - f, f, corner == vec2i(1));
+            let w = (bilinear.x * bilinear.y + 1e-4) * likeness(film_limit(coarse, at), limit);
+            mean.light += w * e.light;
+            mean.alpha += w * e.alpha;
+            mean.depth += w * e.alpha * e.depth;
+            mean.samples += w * e.samples;
+            weights += w;
+            hits += w * e.alpha;
+        }
+    }
+    if (weights > 0.0) {
+        mean.light /= weights;
+        mean.alpha /= weights;
+        mean.samples /= weights;
+        mean.depth /= max(hits, 1e-9);
+    }
+    return mean;
+}
+
+fn picture(uv: vec2f, limit: f32) -> Estimate {
+    var fine = film_at(false, uv, limit);
+    if (params.coarse_size.x == 0u || fine.samples >= FINE_ALONE) {
+        return fine;
+    }
+    let coarse = film_at(true, uv, limit);
+    if (coarse.samples == 0.0) {
+        return fine;
+    }
+    let fade = 1.0 - fine.samples / FINE_ALONE;
+    let w = fine.samples / (fine.samples + COARSE_WEIGHT * fade);
+    let hits = mix(coarse.alpha, fine.alpha, w);
+    fine.depth = mix(coarse.alpha * coarse.depth, fine.alpha * fine.depth, w) / max(hits, 1e-9);
+    fine.light = mix(coarse.light, fine.light, w);
+    fine.alpha = hits;
+    return fine;
+}

@@ -1,0 +1,9 @@
+// From the host's depth buffer to distances along the view; 0 stands for nothing there.
+
+fn view_depth_from_ndc(ndc: f32, map: vec4f, clear: f32) -> f32 {
+    if (ndc == clear) {
+        return 0.0;
+    }
+    let depth = (map.x * ndc + map.y) / (map.z * ndc + map.w);
+    return select(0.0, depth, depth > 0.0 && depth < 1e20);
+}

@@ -1,0 +1,72 @@
+// The host's depth buffer to the ends of primary rays. Where it changed, something moved in front of or inside the
+// volume: the pixel starts over, and only that pixel.
+
+struct HostDepthParams {
+    // View depth is (x * ndc + y) / (z * ndc + w).
+    view_depth_from_ndc: vec4f,
+    film_size: vec2u,
+    // The buffer's value where nothing was drawn.
+    clear: f32,
+    // Whether the host's camera jitters by subpixels, so that depth flickers at edges though nothing moves.
+    jittered: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: HostDepthParams;
+@group(0) @binding(1) var host_depth_map: texture_2d<f32>;
+@group(0) @binding(2) var<storage, read_write> ray_limits: array<f32>;
+@group(0) @binding(3) var<storage, read_write> film: array<vec4f>;
+// Pixels that started over.
+@group(0) @binding(4) var<storage, read_write> restarts: array<atomic<u32>>;
+
+// Relative change of depth that counts as none: rounding, not motion.
+const TOLERANCE: f32 = 1e-4;
+
+fn view_depth(at: vec2i) -> f32 {
+    let last = vec2i(textureDimensions(host_depth_map)) - 1;
+    return view_depth_from_ndc(
+        textureLoad(host_depth_map, clamp(at, vec2i(0), last), 0).r, params.view_depth_from_ndc, params.clear);
+}
+
+fn unchanged(before: f32, now: f32, at: vec2i) -> bool {
+    if (before == now) {
+        return true;
+    }
+    if (params.jittered == 0u) {
+        return before > 0.0 && now > 0.0 && abs(now - before) <= TOLERANCE * before;
+    }
+    // Under jitter any depth of the neighbourhood may show up here.
+    var nearest = now;
+    var farthest = now;
+    var open = now == 0.0;
+    for (var i = 0; i < 9; i++) {
+        let d = view_depth(at + vec2i(i % 3, i / 3) - 1);
+        open = open || d == 0.0;
+        nearest = select(nearest, min(nearest, d), d > 0.0);
+        farthest = max(farthest, d);
+    }
+    if (before == 0.0) {
+        return open;
+    }
+    return before >= nearest * (1.0 - 10.0 * TOLERANCE) && (open || before <= farthest * (1.0 + 10.0 * TOLERANCE));
+}
+
+@compute @workgroup_size(8, 8)
+fn host_depth(@builtin(global_invocation_id) id: vec3u) {
+    if (any(id.xy >= params.film_size)) {
+        return;
+    }
+    let uv = (vec2f(id.xy) + 0.5) / vec2f(params.film_size);
+    let at = vec2i(uv * vec2f(textureDimensions(host_depth_map)));
+    let index = id.y * params.film_size.x + id.x;
+    let now = view_depth(at);
+    if (unchanged(ray_limits[index], now, at)) {
+        return;
+    }
+    ray_limits[index] = now;
+    let plane = params.film_size.x * params.film_size.y;
+    if (film[plane + index].z > 0.0) {
+        film[index] = vec4f(0.0);
+        film[plane + index] = vec4f(0.0);
+        atomicAdd(&restarts[0], 1u);
+    }
+}

@@ -1,0 +1,5 @@
+// Without a host nothing ends primary rays.
+
+fn live_limit(index: u32) -> f32 {
+    return 0.0;
+}

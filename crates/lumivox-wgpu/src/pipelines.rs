@@ -1,0 +1,114 @@
+//! Kernels as wgpu pipelines.
+
+use lumivox_renderer::recording::{BindingKind, Kernel, Stage};
+
+/// A pipeline and the layout of its only bind group.
+#[derive(Debug)]
+pub(crate) struct Pipeline<T> {
+    pub layout: wgpu::BindGroupLayout,
+    pub pipeline: T,
+}
+
+/// A kernel that runs in workgroups.
+pub(crate) fn compute(device: &wgpu::Device, kernel: Kernel) -> Pipeline<wgpu::ComputePipeline> {
+    let (layout, pipeline_layout, module) = parts(device, kernel, wgpu::ShaderStages::COMPUTE);
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(kernel.entry_point()),
+        layout: Some(&pipeline_layout),
+        module: &module,
+        entry_point: Some(kernel.entry_point()),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    Pipeline { layout, pipeline }
+}
+
+/// A kernel that is drawn over a target.
+pub(crate) fn render(
+    device: &wgpu::Device,
+    kernel: Kernel,
+    format: wgpu::TextureFormat,
+    samples: u32,
+) -> Pipeline<wgpu::RenderPipeline> {
+    let (layout, pipeline_layout, module) = parts(device, kernel, wgpu::ShaderStages::FRAGMENT);
+    let color = kernel.stage() == Stage::DrawColor;
+    let targets = [Some(wgpu::ColorTargetState {
+        format,
+        blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+        write_mask: wgpu::ColorWrites::ALL,
+    })];
+    let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(kernel.entry_point()),
+        layout: Some(&pipeline_layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some(Kernel::VERTEX_ENTRY_POINT),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: (!color).then_some(wgpu::DepthStencilState {
+            format,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Always),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some(kernel.entry_point()),
+            compilation_options: Default::default(),
+            targets: if color { &targets } else { &[] },
+        }),
+        multiview_mask: None,
+        cache: None,
+    });
+    Pipeline { layout, pipeline }
+}
+
+fn parts(
+    device: &wgpu::Device,
+    kernel: Kernel,
+    visibility: wgpu::ShaderStages,
+) -> (wgpu::BindGroupLayout, wgpu::PipelineLayout, wgpu::ShaderModule) {
+    let label = Some(kernel.entry_point());
+    let entries: Vec<_> = (0..)
+        .zip(kernel.bindings())
+        .map(|(binding, kind)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility,
+            ty: binding_type(*kind),
+            count: None,
+        })
+        .collect();
+    let layout =
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label,
+        bind_group_layouts: &[Some(&layout)],
+        immediate_size: 0,
+    });
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label,
+        source: wgpu::ShaderSource::Wgsl(kernel.wgsl().into()),
+    });
+    (layout, pipeline_layout, module)
+}
+
+fn binding_type(kind: BindingKind) -> wgpu::BindingType {
+    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    let texture = |filterable, view_dimension| wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable },
+        view_dimension,
+        multisampled: false,
+    };
+    match kind {
+        BindingKind::Uniform => buffer(wgpu::BufferBindingType::Uniform),
+        BindingKind::StorageRead => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+        BindingKind::StorageReadWrite => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+        BindingKind::Texture3dFiltered => texture(true, wgpu::TextureViewDimension::D3),
+        BindingKind::Texture2dLoaded => texture(false, wgpu::TextureViewDimension::D2),
+        BindingKind::LinearSampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+    }
+}
