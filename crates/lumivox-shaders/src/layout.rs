@@ -118,6 +118,16 @@ pub struct HostDepthParams {
     pub jittered: u32,
 }
 
+/// Twin of `DenoiseParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in denoise_prepare.wgsl")]
+pub struct DenoiseParams {
+    pub film_size: [u32; 2],
+    pub step: u32,
+    pub padding: u32,
+}
+
 /// Twin of `CompositeParams`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -131,8 +141,8 @@ pub struct CompositeParams {
     pub exposure: f32,
     pub clear: f32,
     pub has_host_depth: u32,
-    pub padding: u32,
-    pub more_padding: [u32; 2],
+    pub denoised: u32,
+    pub padding: [u32; 2],
 }
 
 /// Twin of `SampleParams`.

@@ -76,6 +76,10 @@ pub enum Kernel {
     Display,
     /// The host's depth buffer to the ends of primary rays.
     HostDepth,
+    /// A live film to the denoiser's pixels.
+    DenoisePrepare,
+    /// One pass of the denoiser of live films.
+    DenoiseWavelet,
     /// Live films over the host's colour.
     CompositeColor,
     /// The depth of live films into the host's.
@@ -100,6 +104,8 @@ impl Kernel {
             Kernel::MajorantGrid,
             Kernel::Display,
             Kernel::HostDepth,
+            Kernel::DenoisePrepare,
+            Kernel::DenoiseWavelet,
             Kernel::CompositeColor,
             Kernel::CompositeDepth,
             Kernel::SampleDirections,
@@ -127,6 +133,8 @@ impl Kernel {
             Kernel::MajorantGrid => "majorant_grid",
             Kernel::Display => "display",
             Kernel::HostDepth => "host_depth",
+            Kernel::DenoisePrepare => "denoise_prepare",
+            Kernel::DenoiseWavelet => "denoise_wavelet",
             Kernel::CompositeColor => "composite_color",
             Kernel::CompositeDepth => "composite_depth",
             Kernel::SampleDirections => "sample_directions",
@@ -136,7 +144,11 @@ impl Kernel {
     /// Invocations of a workgroup along x and y; 1 where it is drawn.
     pub fn workgroup_size(self) -> [u32; 2] {
         match self {
-            Kernel::PathTrace(_) | Kernel::Display | Kernel::HostDepth => [8, 8],
+            Kernel::PathTrace(_)
+            | Kernel::Display
+            | Kernel::HostDepth
+            | Kernel::DenoisePrepare
+            | Kernel::DenoiseWavelet => [8, 8],
             Kernel::CompositeColor | Kernel::CompositeDepth => [1, 1],
             Kernel::MajorantGrid | Kernel::SampleDirections => [64, 1],
         }
@@ -167,10 +179,26 @@ impl Kernel {
             Kernel::HostDepth => {
                 &[Uniform, Texture2dLoaded, StorageReadWrite, StorageReadWrite, StorageReadWrite]
             }
-            Kernel::CompositeColor => {
-                &[Uniform, StorageRead, StorageRead, StorageRead, StorageRead, Texture2dLoaded]
+            Kernel::CompositeColor | Kernel::CompositeDepth => {
+                const COLOR: &[BindingKind] = &[
+                    Uniform,
+                    StorageRead,
+                    StorageRead,
+                    StorageRead,
+                    StorageRead,
+                    StorageRead,
+                    StorageRead,
+                    Texture2dLoaded,
+                ];
+                // Depth is drawn without looking at the host's.
+                if self == Kernel::CompositeColor {
+                    COLOR
+                } else {
+                    COLOR.split_last().expect("it is not empty").1
+                }
             }
-            Kernel::CompositeDepth => &[Uniform, StorageRead, StorageRead, StorageRead, StorageRead],
+            Kernel::DenoisePrepare => &[Uniform, StorageRead, StorageRead, StorageReadWrite],
+            Kernel::DenoiseWavelet => &[Uniform, StorageRead, StorageReadWrite],
             Kernel::SampleDirections => &[Uniform, Uniform, Texture2dLoaded, StorageRead, StorageReadWrite],
         }
     }
@@ -200,10 +228,17 @@ impl Kernel {
                 module!("display"),
             ],
             Kernel::HostDepth => &[module!("depth_convention"), module!("host_depth")],
-            Kernel::CompositeColor => {
-                &[module!("depth_convention"), module!("composite"), module!("composite_color")]
+            Kernel::CompositeColor => &[
+                module!("depth_convention"),
+                module!("live_pixel"),
+                module!("composite"),
+                module!("composite_color"),
+            ],
+            Kernel::CompositeDepth => {
+                &[module!("live_pixel"), module!("composite"), module!("composite_depth")]
             }
-            Kernel::CompositeDepth => &[module!("composite"), module!("composite_depth")],
+            Kernel::DenoisePrepare => &[module!("live_pixel"), module!("denoise_prepare")],
+            Kernel::DenoiseWavelet => &[module!("live_pixel"), module!("denoise_wavelet")],
             Kernel::SampleDirections => &[
                 module!("frame"),
                 module!("random"),

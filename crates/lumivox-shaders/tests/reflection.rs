@@ -106,6 +106,8 @@ fn twins_have_the_shaders_layout() {
         DisplayParams { background, background_kind, exposure_scale, tone_operator, inverse_gamma, padding }
     );
     assert_twin!(Kernel::HostDepth, HostDepthParams { view_depth_from_ndc, film_size, clear, jittered });
+    assert_twin!(Kernel::DenoisePrepare, DenoiseParams { film_size, step, padding });
+    assert_twin!(Kernel::DenoiseWavelet, DenoiseParams { film_size, step, padding });
     assert_twin!(
         Kernel::CompositeColor,
         CompositeParams {
@@ -117,8 +119,8 @@ fn twins_have_the_shaders_layout() {
             exposure,
             clear,
             has_host_depth,
+            denoised,
             padding,
-            more_padding,
         }
     );
     assert_twin!(Kernel::SampleDirections, SampleParams { axis, sampler, anisotropy, count, padding });

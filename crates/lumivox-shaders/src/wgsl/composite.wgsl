@@ -17,8 +17,9 @@ struct CompositeParams {
     // The depth buffer's value where nothing was drawn.
     clear: f32,
     has_host_depth: u32,
-    padding: u32,
-    more_padding: vec2u,
+    // Whether light and alpha come from the denoiser's pixels instead of the films.
+    denoised: u32,
+    padding: vec2u,
 }
 
 @group(0) @binding(0) var<uniform> params: CompositeParams;
@@ -26,9 +27,13 @@ struct CompositeParams {
 @group(0) @binding(2) var<storage, read> fine_limits: array<f32>;
 @group(0) @binding(3) var<storage, read> coarse_film: array<vec4f>;
 @group(0) @binding(4) var<storage, read> coarse_limits: array<f32>;
+@group(0) @binding(5) var<storage, read> fine_pixels: array<vec4f>;
+@group(0) @binding(6) var<storage, read> coarse_pixels: array<vec4f>;
 
 // Samples of a pixel after which the coarse film is out of the picture.
 const FINE_ALONE: f32 = 32.0;
+// Samples of a pixel after which the denoiser is out of it: a finished picture is unbiased.
+const DENOISED_UNTIL: f32 = 256.0;
 // Samples of a fine pixel that weigh as much as the coarse film at the beginning.
 const COARSE_WEIGHT: f32 = 8.0;
 
@@ -51,13 +56,19 @@ fn film_pixel(coarse: bool, at: vec2u) -> Estimate {
     var e: Estimate;
     var sum: vec4f;
     var moments: vec4f;
+    var filtered: vec4f;
+    var filtered_samples = 0.0;
     if (coarse) {
         let index = at.y * params.coarse_size.x + at.x;
         sum = coarse_film[index];
+        filtered = coarse_pixels[index];
+        filtered_samples = coarse_pixels[params.coarse_size.x * params.coarse_size.y + index].z;
         moments = coarse_film[params.coarse_size.x * params.coarse_size.y + index];
     } else {
         let index = at.y * params.fine_size.x + at.x;
         sum = fine_film[index];
+        filtered = fine_pixels[index];
+        filtered_samples = fine_pixels[params.fine_size.x * params.fine_size.y + index].z;
         moments = fine_film[params.fine_size.x * params.fine_size.y + index];
     }
     e.samples = moments.z;
@@ -65,6 +76,12 @@ fn film_pixel(coarse: bool, at: vec2u) -> Estimate {
         e.light = sum.rgb / e.samples;
         e.alpha = sum.a / e.samples;
         e.depth = moments.x / max(sum.a, 1.0);
+        // What started over since it was filtered is another surface's.
+        if (params.denoised != 0u && e.samples >= filtered_samples) {
+            let kept = min(e.samples / DENOISED_UNTIL, 1.0);
+            e.light = mix(filtered.rgb, e.light, kept);
+            e.alpha = mix(filtered.a, e.alpha, kept);
+        }
     }
     return e;
 }
@@ -74,14 +91,6 @@ fn film_limit(coarse: bool, at: vec2u) -> f32 {
         return coarse_limits[at.y * params.coarse_size.x + at.x];
     }
     return fine_limits[at.y * params.fine_size.x + at.x];
-}
-
-// How alike two ends of primary rays are, 1 where they are the same; 0 as a depth stands for infinity.
-fn likeness(a: f32, b: f32) -> f32 {
-    let x = select(a, 1e6, a == 0.0);
-    let y = select(b, 1e6, b == 0.0);
-    let ratio = min(x, y) / max(x, y);
-    return max(pow(ratio, 24.0), 1e-4);
 }
 
 // A film at a point of the target in [0, 1], where the host's surface lies at view depth `limit`.

@@ -1,7 +1,7 @@
 // The colour of a live film, premultiplied.
 
 // Only loaded from where `has_host_depth` says that it is one.
-@group(0) @binding(5) var host_depth_map: texture_2d<f32>;
+@group(0) @binding(7) var host_depth_map: texture_2d<f32>;
 
 // The largest that a half float holds is 65504.
 const BRIGHTEST: f32 = 65000.0;

@@ -412,3 +412,33 @@ fn what_is_drawn_later_meets_the_volumes_depth() {
     }
     assert!(opaque > 20 && clear > 20, "{opaque} {clear}");
 }
+
+/// Root mean square difference of colours.
+fn difference(a: &[f32], b: &[f32]) -> f64 {
+    let squares: f64 = a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum();
+    (squares / a.len() as f64).sqrt()
+}
+
+#[test]
+fn the_denoiser_takes_noise_away_and_leaves_what_has_converged() {
+    let test = scenes::overlapping_volumes();
+    let camera = test.camera.with_aspect(1.0);
+    let mut gpu = gpu();
+    let mut picture = |samples, seed, denoise| {
+        let settings = LiveSettings { target_samples: samples, seed, denoise, ..LiveSettings::new(64, 64) };
+        let mut host = Host::new(&mut gpu, &test, settings);
+        host.converge(&mut gpu, &camera, u64::MAX);
+        host.set_color(&gpu, |_| [0.0; 4]);
+        host.frame(&mut gpu, &camera, u64::MAX);
+        host.read_color(&gpu)
+    };
+    let truth = picture(2048, 0, false);
+    let (noisy, filtered) = (picture(4, 1, false), picture(4, 1, true));
+    let (before, after) = (difference(&noisy, &truth), difference(&filtered, &truth));
+    println!("error of 4 samples: {before:.4} before, {after:.4} after");
+    assert!(after < 0.5 * before, "{before} becomes {after}");
+    let (fine, kept) = (picture(512, 1, false), picture(512, 1, true));
+    let (before, after) = (difference(&fine, &truth), difference(&kept, &truth));
+    println!("error of 512 samples: {before:.4} before, {after:.4} after");
+    assert!(after < 1.01 * before, "{before} becomes {after}");
+}

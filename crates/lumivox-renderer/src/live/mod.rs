@@ -5,20 +5,21 @@
 //! in. Where only the engine's depth changes, because a mesh moved, the pixels concerned start over and no others:
 //! every pixel counts its own samples, so a finished live film is the film of a [`View`](crate::View), sample by sample.
 
+mod film;
+
 use lumivox_core::Camera;
 use lumivox_shaders::{Kernel, layout};
 
+use self::film::{LiveFilm, MAX_SAMPLES_PER_DISPATCH, pixels};
 use crate::error::RenderError;
-use crate::film::bytes_per_pixel;
-use crate::frame;
 use crate::recording::{Recording, ResourceId, Step};
-use crate::scene_cache::{SceneCache, check_binding};
-
-/// Most samples of one dispatch.
-const MAX_SAMPLES_PER_DISPATCH: u64 = 64;
+use crate::scene_cache::SceneCache;
 
 /// Pixels along a side of the fine film that share one of the coarse film, at most.
 const COARSEST: u32 = 8;
+
+/// Samples that a pixel gets at once where the host's depth changed.
+const FIRST_AID: u32 = 4;
 
 /// Samples of a coarse pixel that are worth halving its film's resolution for.
 const COARSE_SAMPLES: u64 = 2;
@@ -38,6 +39,9 @@ pub struct LiveSettings {
     pub seed: u32,
     /// Bounces before Russian roulette may end a path.
     pub roulette_start: u32,
+    /// Whether noise is filtered out of what is shown. Biased while samples are few, 256 at most; the
+    /// film itself never is.
+    pub denoise: bool,
 }
 
 impl LiveSettings {
@@ -50,6 +54,7 @@ impl LiveSettings {
             exposure: 1.0,
             seed: 0,
             roulette_start: 4,
+            denoise: false,
         }
     }
 
@@ -94,39 +99,6 @@ pub struct LiveStatus {
     pub converged: bool,
     /// Pixel samples that this frame traces.
     pub pixel_samples: u64,
-}
-
-/// A film and where its primary rays end.
-#[derive(Debug)]
-struct LiveFilm {
-    film: ResourceId,
-    limits: ResourceId,
-    /// Pixels there is room for.
-    capacity: u64,
-    size: [u32; 2],
-}
-
-impl LiveFilm {
-    fn new(size: [u32; 2], cache: &SceneCache, recording: &mut Recording) -> Result<Self, RenderError> {
-        let capacity = pixels(size);
-        let bytes = capacity * bytes_per_pixel(false);
-        check_binding("film", bytes, cache.limits().max_storage_binding, "Lower the resolution scale")?;
-        Ok(Self {
-            film: recording.create_buffer("live film", bytes),
-            limits: recording.create_buffer("ray limits", capacity * 4),
-            capacity,
-            size,
-        })
-    }
-
-    fn clear(&self, recording: &mut Recording) {
-        recording.push(Step::ClearBuffer { id: self.film });
-    }
-
-    fn free(self, recording: &mut Recording) {
-        recording.push(Step::Free { id: self.film });
-        recording.push(Step::Free { id: self.limits });
-    }
 }
 
 /// One view of an engine: a camera of a viewport, an eye of a headset. None knows of another.
@@ -234,6 +206,7 @@ impl LiveView {
         } else {
             self.record_fine(key, cache, settings.target_samples, budget, recording)
         };
+        self.record_denoise(settings, recording);
         self.record_composite(settings, host, cache, recording);
         Ok(LiveStatus {
             samples: self.complete.min(settings.target_samples),
@@ -307,45 +280,39 @@ impl LiveView {
         self.factor = 1;
     }
 
+    fn shown_films(&mut self) -> impl Iterator<Item = &mut LiveFilm> {
+        let coarse = self.coarse.as_mut().filter(|_| self.factor > 1);
+        [Some(&mut self.fine), coarse].into_iter().flatten()
+    }
+
     /// The coarse film, while it is shown.
     fn shown_coarse(&self) -> Option<&LiveFilm> {
         self.coarse.as_ref().filter(|_| self.factor > 1)
     }
 
-    fn record_host_depth(&self, host: &HostFrame, restarted: bool, recording: &mut Recording) {
+    fn record_host_depth(&mut self, host: &HostFrame, restarted: bool, recording: &mut Recording) {
         recording.push(Step::ClearBuffer { id: self.restarts });
         let Some(depth) = host.depth else {
             // What was there may be gone: without depth, no ray ends.
-            for film in [Some(&self.fine), self.shown_coarse()].into_iter().flatten().filter(|_| restarted) {
+            for film in self.shown_films().filter(|_| restarted) {
                 recording.push(Step::ClearBuffer { id: film.limits });
             }
             return;
         };
-        let kernel = Kernel::HostDepth;
-        let [x, y] = kernel.workgroup_size();
-        for film in [Some(&self.fine), self.shown_coarse()].into_iter().flatten() {
-            let params = layout::HostDepthParams {
-                view_depth_from_ndc: depth.view_depth_from_ndc.map(|x| x as f32),
-                film_size: film.size,
-                clear: depth.clear as f32,
-                jittered: u32::from(depth.jittered),
-            };
-            recording.push(Step::Dispatch {
-                kernel,
-                uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
-                resources: vec![depth.texture, film.limits, film.film, self.restarts],
-                workgroups: [film.size[0].div_ceil(x), film.size[1].div_ceil(y)],
-            });
+        let restarts = self.restarts;
+        for film in self.shown_films() {
+            film.record_host_depth(&depth, restarts, recording);
         }
         recording.push(Step::ReadBuffer { id: self.restarts, range: 0..4 });
     }
 
     /// All of the coarse film, as often as the budget allows.
-    fn record_coarse(&self, key: Key, cache: &SceneCache, budget: u64, recording: &mut Recording) -> u64 {
-        let Some(coarse) = self.shown_coarse() else { return 0 };
+    fn record_coarse(&mut self, key: Key, cache: &SceneCache, budget: u64, recording: &mut Recording) -> u64 {
+        let Some(coarse) = &mut self.coarse else { return 0 };
         let area = pixels(coarse.size);
         let samples = (budget / area).clamp(1, MAX_SAMPLES_PER_DISPATCH) as u32;
-        record_band(coarse, key, cache, samples, samples, [0, coarse.size[1]], recording);
+        coarse.record_samples(key, cache, samples, samples, [0, coarse.size[1]], recording);
+        coarse.stale = true;
         area * u64::from(samples)
     }
 
@@ -365,6 +332,11 @@ impl LiveView {
         let row = f64::from(width) * open;
         let mut recorded = 0.0;
         let budget = budget as f64;
+        if self.complete > 0 {
+            // What started over in this very frame must not be a hole in the picture. Others only look, and return.
+            let samples = FIRST_AID.min(target);
+            self.fine.record_samples(key, cache, samples, samples, [0, height], recording);
+        }
         while self.complete < target {
             let affordable = budget - recorded;
             if self.next_row == 0 {
@@ -380,7 +352,7 @@ impl LiveView {
             // A row is the least that is done, however small the budget: it makes progress.
             let rows = rows.max(1);
             let band = [self.next_row, self.next_row + rows];
-            record_band(&self.fine, key, cache, self.pass_samples, target, band, recording);
+            self.fine.record_samples(key, cache, self.pass_samples, target, band, recording);
             recorded += row * f64::from(rows) * f64::from(self.pass_samples);
             self.next_row += rows;
             if self.next_row == height {
@@ -392,7 +364,22 @@ impl LiveView {
                 break;
             }
         }
+        self.fine.stale |= recorded > 0.0;
         recorded.round() as u64
+    }
+
+    /// The denoiser's pixels of every film that is shown, made anew where samples or the switch changed.
+    fn record_denoise(&mut self, settings: &LiveSettings, recording: &mut Recording) {
+        if !settings.denoise {
+            self.fine.drop_denoised(recording);
+            if let Some(coarse) = &mut self.coarse {
+                coarse.drop_denoised(recording);
+            }
+            return;
+        }
+        for film in self.shown_films() {
+            film.record_denoise(recording);
+        }
     }
 
     fn record_composite(
@@ -414,11 +401,13 @@ impl LiveView {
             exposure: settings.exposure as f32,
             clear: host.depth.map_or(0.0, |h| h.clear as f32),
             has_host_depth: u32::from(host.depth.is_some()),
+            denoised: u32::from(settings.denoise),
             ..Default::default()
         };
         // Something has to be bound where there is no coarse film; it is not looked at.
         let behind = coarse.unwrap_or(&self.fine);
-        let films = [self.fine.film, self.fine.limits, behind.film, behind.limits];
+        let films =
+            [self.fine.film, self.fine.limits, behind.film, behind.limits, self.fine.shown(), behind.shown()];
         let uniforms = vec![bytemuck::bytes_of(&params).to_vec()];
         let host_depth = host.depth.map_or(cache.light_resources()[0], |h| h.texture);
         recording.push(Step::Draw {
@@ -435,8 +424,7 @@ impl LiveView {
 
     /// Records that the fine film comes back, for [`Film::insert`](crate::Film::insert).
     pub fn record_read_film(&self, recording: &mut Recording) {
-        let range = 0..pixels(self.fine.size) * bytes_per_pixel(false);
-        recording.push(Step::ReadBuffer { id: self.fine.film, range });
+        self.fine.record_read(recording);
     }
 
     /// Pixels of the fine film.
@@ -450,42 +438,4 @@ impl LiveView {
         self.fine.free(recording);
         recording.push(Step::Free { id: self.restarts });
     }
-}
-
-/// `samples` more for each pixel of some rows, up to `limit` in all.
-fn record_band(
-    film: &LiveFilm,
-    key: Key,
-    cache: &SceneCache,
-    samples: u32,
-    limit: u32,
-    [row_begin, row_end]: [u32; 2],
-    recording: &mut Recording,
-) {
-    let kernel = Kernel::PathTrace(cache.variant(false, true));
-    let params = layout::Frame {
-        seed: key.seed,
-        roulette_start: key.roulette_start,
-        image_size: film.size,
-        film_size: film.size,
-        sample_begin: 0,
-        sample_end: samples,
-        sample_limit: limit,
-        row_begin,
-        row_end,
-        ..frame::of(cache, &key.camera)
-    };
-    let mut resources = cache.path_trace_resources();
-    resources.extend([film.film, film.limits]);
-    let [x, y] = kernel.workgroup_size();
-    recording.push(Step::Dispatch {
-        kernel,
-        uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
-        resources,
-        workgroups: [film.size[0].div_ceil(x), (row_end - row_begin).div_ceil(y)],
-    });
-}
-
-fn pixels([width, height]: [u32; 2]) -> u64 {
-    u64::from(width) * u64::from(height)
 }

@@ -1,0 +1,158 @@
+//! A film of a live view, where its primary rays end, and what the denoiser makes of it.
+
+use lumivox_shaders::{Kernel, layout};
+
+use super::{HostDepth, Key};
+use crate::error::RenderError;
+use crate::film::bytes_per_pixel;
+use crate::frame;
+use crate::recording::{Recording, ResourceId, Step};
+use crate::scene_cache::{SceneCache, check_binding};
+
+/// Most samples of one dispatch.
+pub(super) const MAX_SAMPLES_PER_DISPATCH: u64 = 64;
+
+/// Pixels between the taps of the denoiser's passes; an even number of them, so that the last writes where the first
+/// read.
+const DENOISE_STEPS: [u32; 4] = [1, 2, 4, 8];
+
+#[derive(Debug)]
+pub(super) struct LiveFilm {
+    pub film: ResourceId,
+    pub limits: ResourceId,
+    /// Pixels there is room for.
+    pub capacity: u64,
+    pub size: [u32; 2],
+    /// The denoiser's pixels, and a second buffer for its passes.
+    denoised: Option<[ResourceId; 2]>,
+    /// Whether the film changed since it was denoised.
+    pub stale: bool,
+}
+
+impl LiveFilm {
+    pub fn new(size: [u32; 2], cache: &SceneCache, recording: &mut Recording) -> Result<Self, RenderError> {
+        let capacity = pixels(size);
+        let bytes = capacity * bytes_per_pixel(false);
+        check_binding("film", bytes, cache.limits().max_storage_binding, "Lower the resolution scale")?;
+        Ok(Self {
+            film: recording.create_buffer("live film", bytes),
+            limits: recording.create_buffer("ray limits", capacity * 4),
+            capacity,
+            size,
+            denoised: None,
+            stale: true,
+        })
+    }
+
+    pub fn clear(&mut self, recording: &mut Recording) {
+        recording.push(Step::ClearBuffer { id: self.film });
+        self.stale = true;
+    }
+
+    /// Ends primary rays at the host's surfaces; pixels where those changed start over, and are counted.
+    pub fn record_host_depth(&mut self, depth: &HostDepth, restarts: ResourceId, recording: &mut Recording) {
+        let params = layout::HostDepthParams {
+            view_depth_from_ndc: depth.view_depth_from_ndc.map(|x| x as f32),
+            film_size: self.size,
+            clear: depth.clear as f32,
+            jittered: u32::from(depth.jittered),
+        };
+        let resources = vec![depth.texture, self.limits, self.film, restarts];
+        self.dispatch(Kernel::HostDepth, &params, resources, recording);
+    }
+
+    /// `samples` more for each pixel of some rows, `limit` at most in all.
+    pub fn record_samples(
+        &mut self,
+        key: Key,
+        cache: &SceneCache,
+        samples: u32,
+        limit: u32,
+        [row_begin, row_end]: [u32; 2],
+        recording: &mut Recording,
+    ) {
+        let kernel = Kernel::PathTrace(cache.variant(false, true));
+        let params = layout::Frame {
+            seed: key.seed,
+            roulette_start: key.roulette_start,
+            image_size: self.size,
+            film_size: self.size,
+            sample_begin: 0,
+            sample_end: samples,
+            sample_limit: limit,
+            row_begin,
+            row_end,
+            ..frame::of(cache, &key.camera)
+        };
+        let mut resources = cache.path_trace_resources();
+        resources.extend([self.film, self.limits]);
+        let [x, y] = kernel.workgroup_size();
+        recording.push(Step::Dispatch {
+            kernel,
+            uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
+            resources,
+            workgroups: [self.size[0].div_ceil(x), (row_end - row_begin).div_ceil(y)],
+        });
+    }
+
+    /// Denoises what changed.
+    pub fn record_denoise(&mut self, recording: &mut Recording) {
+        if !std::mem::take(&mut self.stale) {
+            return;
+        }
+        let bytes = self.capacity * bytes_per_pixel(false);
+        let [mut from, mut to] = *self
+            .denoised
+            .get_or_insert_with(|| [(); 2].map(|()| recording.create_buffer("denoised film", bytes)));
+        let params = |step| layout::DenoiseParams { film_size: self.size, step, padding: 0 };
+        self.dispatch(Kernel::DenoisePrepare, &params(0), vec![self.film, self.limits, from], recording);
+        for step in DENOISE_STEPS {
+            self.dispatch(Kernel::DenoiseWavelet, &params(step), vec![from, to], recording);
+            std::mem::swap(&mut from, &mut to);
+        }
+    }
+
+    pub fn drop_denoised(&mut self, recording: &mut Recording) {
+        for id in self.denoised.take().into_iter().flatten() {
+            recording.push(Step::Free { id });
+        }
+        self.stale = true;
+    }
+
+    /// Where light and alpha are shown from; the film itself where it is not denoised.
+    pub fn shown(&self) -> ResourceId {
+        self.denoised.map_or(self.film, |[last, _]| last)
+    }
+
+    pub fn record_read(&self, recording: &mut Recording) {
+        let range = 0..pixels(self.size) * bytes_per_pixel(false);
+        recording.push(Step::ReadBuffer { id: self.film, range });
+    }
+
+    pub fn free(mut self, recording: &mut Recording) {
+        self.drop_denoised(recording);
+        recording.push(Step::Free { id: self.film });
+        recording.push(Step::Free { id: self.limits });
+    }
+
+    /// One invocation for each pixel.
+    fn dispatch(
+        &self,
+        kernel: Kernel,
+        params: &impl bytemuck::NoUninit,
+        resources: Vec<ResourceId>,
+        recording: &mut Recording,
+    ) {
+        let [x, y] = kernel.workgroup_size();
+        recording.push(Step::Dispatch {
+            kernel,
+            uniforms: vec![bytemuck::bytes_of(params).to_vec()],
+            resources,
+            workgroups: [self.size[0].div_ceil(x), self.size[1].div_ceil(y)],
+        });
+    }
+}
+
+pub(super) fn pixels([width, height]: [u32; 2]) -> u64 {
+    u64::from(width) * u64::from(height)
+}
