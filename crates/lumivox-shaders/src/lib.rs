@@ -35,16 +35,19 @@ pub struct PathTraceVariant {
     pub guides: bool,
     /// Some volume is filtered otherwise than trilinearly.
     pub mixed_filters: bool,
+    /// Some light of the engine reaches some volume.
+    pub lights: bool,
 }
 
 impl PathTraceVariant {
     /// Every combination.
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..16u32).map(|bits| Self {
+        (0..32u32).map(|bits| Self {
             light_sampling: bits & 1 != 0,
             surface: bits & 2 != 0,
             guides: bits & 4 != 0,
             mixed_filters: bits & 8 != 0,
+            lights: bits & 16 != 0,
         })
     }
 }
@@ -111,6 +114,7 @@ impl Kernel {
                 LinearSampler,
                 Texture2dLoaded,
                 StorageRead,
+                StorageRead,
                 StorageReadWrite,
             ],
             Kernel::MajorantGrid => &[Uniform, StorageRead, StorageRead, StorageReadWrite],
@@ -131,6 +135,7 @@ impl Kernel {
                 module!("light_sampling"),
                 module!("directions"),
                 module!("scattering"),
+                module!("lights"),
                 module!("path_trace"),
             ],
             Kernel::MajorantGrid => &[module!("frame"), module!("majorant_grid")],
@@ -155,8 +160,12 @@ impl Kernel {
             text += &format!(
                 "const LIGHT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
                  const MIXED_FILTERS: bool = {};\nconst WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
-                 const LIGHT_CANDIDATES: u32 = {LIGHT_CANDIDATES}u;\n",
-                variant.light_sampling, variant.surface, variant.guides, variant.mixed_filters
+                 const LIGHT_CANDIDATES: u32 = {LIGHT_CANDIDATES}u;\nconst LIGHTS: bool = {};\n",
+                variant.light_sampling,
+                variant.surface,
+                variant.guides,
+                variant.mixed_filters,
+                variant.lights
             );
         }
         for module in modules {

@@ -53,7 +53,7 @@ fn twins_have_the_shaders_layout() {
             environment_size,
             importance_size,
             roulette_start,
-            padding,
+            light_count,
         }
     );
     assert_twin!(
@@ -84,6 +84,23 @@ fn twins_have_the_shaders_layout() {
             surface_inverse_gradient,
             surface_lobe_anisotropy,
             surface_specular,
+            layers,
+            padding,
+        }
+    );
+    assert_twin!(
+        path_trace,
+        Light {
+            position,
+            kind,
+            color,
+            size,
+            axis,
+            layers,
+            inverse_range,
+            decay,
+            inverse_cone,
+            cone_attenuation,
         }
     );
     assert_twin!(path_trace, ImportanceCell { threshold, alias_index, density, padding });

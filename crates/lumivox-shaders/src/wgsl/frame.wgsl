@@ -30,7 +30,7 @@ struct Frame {
     importance_size: vec2u,
     // Bounces before Russian roulette may end a path.
     roulette_start: u32,
-    padding: u32,
+    light_count: u32,
 }
 
 struct Instance {
@@ -72,6 +72,9 @@ struct Instance {
     surface_inverse_gradient: f32,
     surface_lobe_anisotropy: f32,
     surface_specular: f32,
+    // A light reaches the volume if its mask shares a bit.
+    layers: u32,
+    padding: array<u32, 3>,
 }
 
 const TABLE_SIZE: u32 = 4096u;

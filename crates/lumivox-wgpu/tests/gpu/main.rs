@@ -4,6 +4,7 @@
 
 mod golden;
 mod images;
+mod lights;
 mod majorants;
 mod physics;
 mod reference;
