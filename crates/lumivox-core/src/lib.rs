@@ -15,6 +15,7 @@
 pub mod camera;
 pub mod environment;
 pub mod framing;
+pub mod light;
 pub mod medium;
 pub mod presets;
 pub mod scene;
@@ -27,6 +28,7 @@ pub use glam;
 
 pub use camera::{Camera, Orbit, PerspectiveCamera, Projection, Ray};
 pub use environment::{Environment, EnvironmentMap, EnvironmentSource};
+pub use light::{Falloff, Lamp, Light, LightKind};
 pub use medium::{ExtinctionSpace, Filter, Medium, SurfaceReflection};
 pub use presets::{Preset, UnknownPreset};
 pub use scene::{Scene, VolumeInstance, world_from_patient};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::{environment::Environment, medium::Medium, volume::Volume};
+use crate::{environment::Environment, light::Light, medium::Medium, volume::Volume};
 
 /// One volume in a scene. Any number may overlap, rotated and scaled at will: their media superpose.
 #[derive(Clone, Debug)]
@@ -17,13 +17,15 @@ pub struct VolumeInstance {
     pub world_from_patient: DAffine3,
     /// What is kept of the volume, as opposite corners in box coordinates (`[0, 1]^3` is everything).
     pub clip_box: [DVec3; 2],
+    /// Its layers, a bit each: a [`Light`] reaches it if its mask shares one. The environment always does.
+    pub layers: u32,
 }
 
 impl VolumeInstance {
     /// A volume at true size, its centre at the world's origin, upright and facing +z.
     pub fn centered(volume: Arc<Volume>, medium: Medium) -> Self {
         let world_from_patient = world_from_patient() * DAffine3::from_translation(-volume.center_mm());
-        Self { volume, medium, world_from_patient, clip_box: [DVec3::ZERO, DVec3::ONE] }
+        Self { volume, medium, world_from_patient, clip_box: [DVec3::ZERO, DVec3::ONE], layers: 1 }
     }
 
     /// World metres from box coordinates, where the volume fills `[0, 1]^3`.
@@ -32,19 +34,21 @@ impl VolumeInstance {
     }
 }
 
-/// What is rendered: volumes in the light of an environment.
+/// What is rendered: volumes in the light of an environment and of any number of lamps.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// The volumes, in any order.
     pub volumes: Vec<VolumeInstance>,
-    /// The light.
+    /// The light from all around.
     pub environment: Environment,
+    /// The engine's lights, in any order; one that is not finite is not there.
+    pub lights: Vec<Light>,
 }
 
 impl Scene {
     /// A scene with one centred volume in the default environment.
     pub fn with_volume(volume: Arc<Volume>, medium: Medium) -> Self {
-        Self { volumes: vec![VolumeInstance::centered(volume, medium)], environment: Environment::default() }
+        Self { volumes: vec![VolumeInstance::centered(volume, medium)], ..Self::default() }
     }
 }
 

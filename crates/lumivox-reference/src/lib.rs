@@ -2,8 +2,8 @@
 //!
 //! Nothing here is clever. Where the GPU kernel walks local majorants through lookup tables and connects every vertex
 //! to the light, this crate takes the estimator that is easiest to believe: *analog* delta tracking under one global
-//! majorant per volume, no next-event estimation, no multiple importance sampling, no Russian roulette, and curves
-//! and filters evaluated from their definitions in f64. The two share the definitions of `lumivox-core` and nothing
+//! majorant per volume, no next-event estimation but to the engine's lights, one by one, no multiple importance
+//! sampling, no Russian roulette, and curves and filters evaluated from their definitions in f64. The two share the definitions of `lumivox-core` and nothing
 //! else, so an error in one does not hide in the other.
 //!
 //! The integrator itself is held against mathematics: [`quadrature`] knows transmittance, single scattering and the
@@ -23,6 +23,7 @@
 //! the viewer; `wi` points the way the path goes on, towards the light.
 
 pub mod image;
+pub mod lights;
 pub mod medium;
 pub mod path;
 pub mod quadrature;

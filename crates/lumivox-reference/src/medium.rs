@@ -16,6 +16,7 @@ pub struct PlacedMedium<'a> {
     box_from_world: DAffine3,
     patient_from_world: DMat3,
     clip_box: [DVec3; 2],
+    layers: u32,
     sigma_maj_per_mm: f64,
 }
 
@@ -39,6 +40,7 @@ impl<'a> PlacedMedium<'a> {
             box_from_world: instance.world_from_box().inverse(),
             patient_from_world: patient_from_world.matrix3,
             clip_box: [instance.clip_box[0].max(DVec3::ZERO), instance.clip_box[1].min(DVec3::ONE)],
+            layers: instance.layers,
             sigma_maj_per_mm: largest_opacity(&medium, volume.value_range())
                 * medium.density_scale
                 * SIGMA_UNIT_PER_MM,
@@ -50,6 +52,11 @@ impl<'a> PlacedMedium<'a> {
     /// The look, every number inside its documented range.
     pub fn medium(&self) -> &Medium {
         &self.medium
+    }
+
+    /// The layers whose lights reach it.
+    pub fn layers(&self) -> u32 {
+        self.layers
     }
 
     /// The largest extinction anywhere in the volume, in 1/mm.

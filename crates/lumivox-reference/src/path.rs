@@ -3,13 +3,15 @@
 //! Woodcock et al., *Techniques used in the GEM code for Monte Carlo neutronics calculations*, 1965, as told by
 //! Novák, Georgiev, Hanika and Jarosz, *Monte Carlo Methods for Volumetric Light Transport Simulation*, CGF 37(2),
 //! 2018, section 5.1. A path does what a photon would do, backwards: it flies, collides, scatters and at last escapes
-//! to the light. Nothing is weighted but by albedo, so there is no density that could be wrong.
+//! to the light. Nothing is weighted but by albedo, so there is no density that could be wrong. The engine's lights
+//! have no extent to escape to: each collision connects to each of them.
 
 use lumivox_core::glam::DVec3;
 use lumivox_core::{Environment, EnvironmentSource, PerspectiveCamera, Ray, Scene};
 use rayon::prelude::*;
 
 use crate::image::{PixelSums, ReferenceImage};
+use crate::lights::{beam, lights};
 use crate::medium::{PlacedMedium, place};
 use crate::rng::Rng;
 use crate::scattering::Collision;
@@ -47,7 +49,7 @@ impl Default for ReferenceSettings {
 
 /// Renders a scene without its background; rows are shared among threads, the image is the same for any number.
 pub fn render(scene: &Scene, camera: &PerspectiveCamera, settings: &ReferenceSettings) -> ReferenceImage {
-    let media = place(scene);
+    let (media, lights) = (place(scene), lights(scene));
     let environment = match settings.light {
         Light::Exact => scene.environment.clone(),
         Light::Map => {
@@ -68,7 +70,7 @@ pub fn render(scene: &Scene, camera: &PerspectiveCamera, settings: &ReferenceSet
                 // The pixel's filter is a box: uniform over its square.
                 let uv = [(x + rng.uniform()) / width as f64, (y + rng.uniform()) / height as f64];
                 let ray = camera.ray(uv, width as f64 / height as f64);
-                let path = trace(&media, &environment, ray, &mut rng);
+                let path = trace(&media, &environment, &lights, ray, &mut rng);
                 sums.add(&path, |point| (point - eye).dot(forward));
             }
             sums
@@ -98,7 +100,13 @@ pub struct FirstHit {
 }
 
 /// Traces one path to its end.
-pub fn trace(media: &[PlacedMedium], environment: &Environment, mut ray: Ray, rng: &mut Rng) -> PathSample {
+pub fn trace(
+    media: &[PlacedMedium],
+    environment: &Environment,
+    lights: &[lumivox_core::Light],
+    mut ray: Ray,
+    rng: &mut Rng,
+) -> PathSample {
     let mut path = PathSample::default();
     let mut throughput = [1.0; 3];
     let mut bounces = 0;
@@ -110,6 +118,16 @@ pub fn trace(media: &[PlacedMedium], environment: &Environment, mut ray: Ray, rn
         if bounces > medium.medium().max_bounces {
             return path;
         }
+        // No path can hit the engine's lights: every collision asks each of them.
+        for light in lights.iter().filter(|light| light.layers & medium.layers() != 0) {
+            let beam = beam(light, point, rng.uniform_2d());
+            let shadow = Ray { origin: point, direction: beam.wi };
+            if beam.irradiance != [0.0; 3] && is_clear(media, &shadow, beam.distance, rng) {
+                let f = collision.evaluate(beam.wi);
+                path.radiance =
+                    std::array::from_fn(|i| path.radiance[i] + throughput[i] * beam.irradiance[i] * f[i]);
+            }
+        }
         let (wi, weight) = collision.sample(rng);
         throughput = std::array::from_fn(|i| throughput[i] * weight[i]);
         // Nothing can come back from black.
@@ -120,9 +138,14 @@ pub fn trace(media: &[PlacedMedium], environment: &Environment, mut ray: Ray, rn
     }
     if path.first_hit.is_some() {
         let radiance = environment.radiance(ray.direction);
-        path.radiance = std::array::from_fn(|i| throughput[i] * radiance[i]);
+        path.radiance = std::array::from_fn(|i| path.radiance[i] + throughput[i] * radiance[i]);
     }
     path
+}
+
+/// Whether light gets through to `t_max`, as a photon would: an unbiased estimate of the transmittance, 0 or 1.
+fn is_clear(media: &[PlacedMedium], ray: &Ray, t_max: f64, rng: &mut Rng) -> bool {
+    media.iter().all(|medium| free_flight(medium, ray, t_max, rng).is_none())
 }
 
 /// The collision that comes first: every medium has its own free flight, since independent Poisson processes superpose.

@@ -8,6 +8,7 @@ use lumivox_core::glam::DVec3;
 use lumivox_core::{Ray, Scene};
 use rayon::prelude::*;
 
+use crate::lights::{beam, lights};
 use crate::medium::{PlacedMedium, place};
 use crate::scattering::Collision;
 
@@ -51,7 +52,7 @@ pub struct Steps {
 }
 
 /// Radiance along a camera ray from paths of exactly one bounce (`max_bounces` of 1), under the environment's own
-/// formula.
+/// formula and the engine's lights.
 ///
 /// The integral form of the radiative transfer equation (Novák et al. 2018, equation 3) cut off after one scattering:
 /// transmittance * sigma_t * (what a collision returns of the light around it), along the ray.
@@ -72,7 +73,10 @@ pub fn single_scattering(scene: &Scene, ray: &Ray, steps: Steps) -> [f64; 3] {
                 }
                 let seen = sigma_t * step * (-optical_depth(&media, ray, t, steps.primary)).exp();
                 let collision = Collision::new(medium, point, ray.direction);
-                scattered(scene, &media, &collision, point, steps).map(|c| c * seen)
+                let around = scattered(scene, &media, &collision, point, steps);
+                let from_lights =
+                    scattered_of_lights(scene, &media, medium.layers(), &collision, point, steps);
+                std::array::from_fn(|i| (around[i] + from_lights[i]) * seen)
             })
             .collect();
         for term in terms {
@@ -109,6 +113,30 @@ fn scattered(
     sum
 }
 
+/// What a collision of a medium on those layers returns of the lights: each at the middles of equal parts of it.
+fn scattered_of_lights(
+    scene: &Scene,
+    media: &[PlacedMedium],
+    layers: u32,
+    collision: &Collision,
+    point: DVec3,
+    steps: Steps,
+) -> [f64; 3] {
+    let n = (steps.polar / 4).max(1);
+    let mut sum = [0.0; 3];
+    for light in lights(scene).iter().filter(|light| light.layers & layers != 0) {
+        for part in 0..n * n {
+            let uv = [part % n, part / n].map(|i| (i as f64 + 0.5) / n as f64);
+            let beam = beam(light, point, uv);
+            let shadow = Ray { origin: point, direction: beam.wi };
+            let visible = (-optical_depth(media, &shadow, beam.distance, steps.shadow)).exp();
+            let f = collision.evaluate(beam.wi);
+            sum = std::array::from_fn(|c| sum[c] + f[c] * beam.irradiance[c] * visible / (n * n) as f64);
+        }
+    }
+    sum
+}
+
 /// Radiance of once-scattered light that leaves a homogeneous, isotropic, infinitely wide slab at right angles, under
 /// unit light from everywhere.
 ///
@@ -139,6 +167,21 @@ fn exponential_integral_2(x: f64) -> f64 {
 /// read backwards by reciprocity.
 pub fn half_space_radiance(albedo: f64, mu: f64) -> f64 {
     1.0 - (1.0 - albedo).sqrt() * chandrasekhar_h(albedo, mu)
+}
+
+/// Radiance that an isotropic half-space returns at cosine `mu` to its normal, all orders of scattering, of a beam of
+/// unit irradiance across it that comes in at cosine `mu_0`: `albedo / (4 pi) * mu_0 / (mu + mu_0) * H(mu) H(mu_0)`.
+///
+/// Chandrasekhar, *Radiative Transfer*, 1950: the law of diffuse reflection by a half-space, chapter V's H.
+pub fn half_space_beam_radiance(albedo: f64, mu: f64, mu_0: f64) -> f64 {
+    let h = chandrasekhar_h(albedo, mu) * chandrasekhar_h(albedo, mu_0);
+    albedo / (4.0 * PI) * mu_0 / (mu + mu_0) * h
+}
+
+/// The part of [`half_space_beam_radiance`] that a slab scatters once.
+pub fn slab_beam_single_scattering(albedo: f64, optical_thickness: f64, mu: f64, mu_0: f64) -> f64 {
+    let lost = 1.0 - (-optical_thickness * (1.0 / mu + 1.0 / mu_0)).exp();
+    albedo / (4.0 * PI) * mu_0 / (mu + mu_0) * lost
 }
 
 /// Chandrasekhar's H function for isotropic scattering, by iterating

@@ -3,15 +3,17 @@
 //! An analog path tracer passes the white furnace without effort: nothing it multiplies can be wrong. Its directions
 //! are therefore tested by light that is not uniform, against quadrature that draws no random number.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
-    Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Medium, Modality,
-    PerspectiveCamera, Ray, Scene, TransferFunction, Volume, VolumeInstance, Voxels,
+    Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Light as EngineLight, LightKind,
+    Medium, Modality, PerspectiveCamera, Ray, Scene, TransferFunction, Volume, VolumeInstance, Voxels,
 };
 use lumivox_reference::quadrature::{
-    Steps, half_space_radiance, single_scattering, slab_single_scattering, slab_transmittance, transmittance,
+    Steps, half_space_beam_radiance, half_space_radiance, single_scattering, slab_beam_single_scattering,
+    slab_single_scattering, slab_transmittance, transmittance,
 };
 use lumivox_reference::{Light, ReferenceImage, ReferenceSettings, render};
 use lumivox_testing::scenes::{self, TestScene};
@@ -50,7 +52,7 @@ fn plate(size_mm: DVec3, sigma_t_per_mm: f64, albedo: f64) -> VolumeInstance {
 /// A plate so wide that nothing reaches its rim, facing +z, lit uniformly.
 fn wide_plate(optical_thickness: f64, albedo: f64) -> Scene {
     let plate = plate(DVec3::new(1000.0, 1.0, 1000.0), optical_thickness, albedo);
-    Scene { volumes: vec![plate], environment: Environment::uniform(1.0) }
+    Scene { volumes: vec![plate], environment: Environment::uniform(1.0), ..Default::default() }
 }
 
 /// Asserts that a mean with its standard error is `expected`, within 4.5 standard errors and `tolerance`.
@@ -76,7 +78,7 @@ fn a_slab_transmits_what_beer_and_lambert_say() {
     for (thickness_mm, sigma_t) in [(4.0, 0.05), (10.0, 0.2), (3.0, 1.0)] {
         let scene = Scene {
             volumes: vec![plate(DVec3::new(50.0, thickness_mm, 50.0), sigma_t, 0.5)],
-            environment: Environment::default(),
+            ..Default::default()
         };
         let image = render(&scene, &needle(DVec3::Z, DVec3::ZERO), &settings(8, 4000, 2));
         let expected = slab_transmittance(sigma_t, thickness_mm);
@@ -154,6 +156,50 @@ fn a_half_space_returns_what_chandrasekhar_says() {
     }
 }
 
+/// A plate that faces +z in a beam alone that comes in at cosine `mu_0` to its normal.
+fn plate_in_a_beam(optical_thickness: f64, albedo: f64, mu_0: f64) -> Scene {
+    let towards = DVec3::new(0.0, (1.0 - mu_0 * mu_0).sqrt(), mu_0);
+    Scene {
+        environment: Environment::uniform(0.0),
+        lights: vec![EngineLight::directional(-towards, [1.0; 3])],
+        ..wide_plate(optical_thickness, albedo)
+    }
+}
+
+#[test]
+fn a_slab_scatters_a_beam_once_as_its_formula_says() {
+    for (optical_thickness, albedo, mu_0) in [(0.1, 1.0, 1.0), (1.0, 0.6, 0.4), (2.0, 0.9, 0.7)] {
+        let mut scene = plate_in_a_beam(optical_thickness, albedo, mu_0);
+        scene.volumes[0].medium.max_bounces = 1;
+        let image = render(&scene, &needle(DVec3::Z, DVec3::ZERO), &settings(8, 4000, 18));
+        let expected = slab_beam_single_scattering(albedo, optical_thickness, 1.0, mu_0);
+        assert_mean(image.mean_radiance()[0], expected, 0.0, "single scattering of a beam");
+    }
+}
+
+#[test]
+fn a_half_space_returns_of_a_beam_what_chandrasekhar_says() {
+    for (albedo, mu_0) in [(0.5, 1.0), (0.9, 0.3), (0.98, 0.7)] {
+        let scene = plate_in_a_beam(60.0, albedo, mu_0);
+        let image = render(&scene, &needle(DVec3::new(0.0, 0.0, 0.2), DVec3::ZERO), &settings(8, 1500, 19));
+        let expected = half_space_beam_radiance(albedo, 1.0, mu_0);
+        assert_mean(image.mean_radiance()[0], expected, 2e-5, "half-space in a beam");
+    }
+}
+
+#[test]
+fn a_sun_from_everywhere_is_a_furnace() {
+    for test in [scenes::overlapping_volumes(), scenes::glossy_surface()] {
+        let TestScene { name, mut scene, camera } = scenes::furnace(test);
+        scene.environment = Environment::uniform(0.0);
+        let (irradiance, angular_radius) = ([4.0 * PI; 3], PI);
+        scene.lights =
+            vec![LightKind::Directional { direction: DVec3::Y, irradiance, angular_radius }.into()];
+        let image = render(&scene, &camera, &settings(16, 128, 20));
+        assert_mean(image.mean_radiance()[1], image.mean_alpha().0, 0.0, name);
+    }
+}
+
 #[test]
 fn overlapping_volumes_are_one_of_their_summed_extinction() {
     let size = DVec3::new(20.0, 12.0, 16.0);
@@ -161,8 +207,9 @@ fn overlapping_volumes_are_one_of_their_summed_extinction() {
     let two = Scene {
         volumes: vec![plate(size, 0.04, 0.8), plate(size, 0.11, 0.8)],
         environment: environment.clone(),
+        ..Default::default()
     };
-    let one = Scene { volumes: vec![plate(size, 0.15, 0.8)], environment };
+    let one = Scene { volumes: vec![plate(size, 0.15, 0.8)], environment, ..Default::default() };
     let camera = lumivox_core::framing::frame(&one, 0.5, 0.3, 0.6, 1.0).camera();
     let [two, one] =
         [(two, 7), (one, 8)].map(|(scene, seed)| render(&scene, &camera, &settings(24, 400, seed)));
@@ -274,6 +321,6 @@ fn nothing_is_seen_of_nothing() {
     plates[0].clip_box = [DVec3::ONE, DVec3::ZERO];
     plates[1].world_from_patient = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
     plates[2].medium.density_scale = 0.0;
-    let scene = Scene { volumes: plates.to_vec(), environment: Environment::default() };
+    let scene = Scene { volumes: plates.to_vec(), ..Default::default() };
     assert!(render(&scene, &camera, &settings(2, 4, 15)).alpha.iter().all(|a| *a == 0.0));
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
-    Environment, EnvironmentMap, EnvironmentSource, Filter, Medium, Modality, PerspectiveCamera, Scene,
+    EnvironmentMap, EnvironmentSource, Filter, Lamp, Light, Medium, Modality, PerspectiveCamera, Scene,
     TransferFunction, Volume, VolumeInstance, Voxels,
 };
 use lumivox_renderer::{
@@ -26,7 +26,7 @@ fn instance(volume: &Arc<Volume>) -> VolumeInstance {
 }
 
 fn scene(volumes: &[Arc<Volume>]) -> Scene {
-    Scene { volumes: volumes.iter().map(instance).collect(), environment: Environment::default() }
+    Scene { volumes: volumes.iter().map(instance).collect(), ..Default::default() }
 }
 
 fn camera() -> PerspectiveCamera {
@@ -96,6 +96,51 @@ fn an_unchanged_scene_records_nothing_and_a_moved_knob_little() {
 }
 
 #[test]
+fn a_changed_light_writes_the_lights_and_nothing_else() {
+    let mut alive = HashSet::new();
+    let mut cache = SceneCache::new(LIMITS);
+    let mut scene = scene(&[volume(16)]);
+    scene.lights = vec![
+        Light::directional(DVec3::NEG_Y, [1.0; 3]),
+        Light::point(Lamp::new(DVec3::X, [1.0; 3])),
+        Light::directional(DVec3::NAN, [1.0; 3]),
+    ];
+    let recording = update(&mut cache, &scene, &mut alive);
+    let lights = recording.steps.iter().find_map(|step| match step {
+        Step::CreateBuffer { id, label: "lights", .. } => Some(*id),
+        _ => None,
+    });
+    assert!(update(&mut cache, &scene, &mut alive).is_empty(), "a NaN is no change");
+
+    let mut version = cache.version();
+    let mut changed =
+        |cache: &SceneCache| std::mem::replace(&mut version, cache.version()) != cache.version();
+    scene.lights[1] = Light::point(Lamp::new(DVec3::Y, [1.0; 3]));
+    let recording = update(&mut cache, &scene, &mut alive);
+    let [Step::WriteBuffer { id, data, .. }] = &recording.steps[..] else { panic!("{:?}", recording.steps) };
+    assert_eq!((Some(*id), data.bytes().len()), (lights, 2 * 64), "the lights there are");
+    assert!(changed(&cache));
+
+    scene.lights[0].layers = 2;
+    let recording = update(&mut cache, &scene, &mut alive);
+    let about = |step: &Step| matches!(step, Step::Free { .. } | Step::CreateBuffer { label: "lights", .. });
+    assert!(matches!(&recording.steps[..], [a, b, Step::WriteBuffer { .. }] if about(a) && about(b)));
+    assert!(changed(&cache), "one light less");
+
+    scene.lights[0] = Light { layers: 4, ..Light::directional(DVec3::X, [5.0; 3]) };
+    assert!(update(&mut cache, &scene, &mut alive).is_empty(), "nothing is on that layer");
+    assert!(!changed(&cache));
+
+    scene.volumes[0].layers = 1 | 4;
+    assert_eq!(texture_writes(&update(&mut cache, &scene, &mut alive)), 0);
+    assert!(changed(&cache));
+    let mut recording = Recording::new();
+    cache.free(&mut recording);
+    replay(&recording, &mut alive);
+    assert!(alive.is_empty(), "{alive:?} leak");
+}
+
+#[test]
 fn a_scene_that_does_not_fit_changes_nothing() {
     let mut alive = HashSet::new();
     let mut cache = SceneCache::new(LIMITS);
@@ -109,8 +154,10 @@ fn a_scene_that_does_not_fit_changes_nothing() {
     let texels = vec![[1.0; 3]; 2000];
     lit.environment.source = EnvironmentSource::Map(Arc::new(EnvironmentMap::new(2000, 1, texels).unwrap()));
     lit.volumes.push(instance(&volume(12)));
-    let cases =
-        [scene(&[Arc::new(long.unwrap())]), scene(&(0..80).map(|_| volume(8)).collect::<Vec<_>>()), lit];
+    let mut many_lights = small.clone();
+    many_lights.lights = vec![Light::directional(DVec3::X, [1.0; 3]); (4 << 20) / 64 + 1];
+    let many_volumes = scene(&(0..80).map(|_| volume(8)).collect::<Vec<_>>());
+    let cases = [scene(&[Arc::new(long.unwrap())]), many_volumes, lit, many_lights];
     for case in cases {
         let mut recording = Recording::new();
         let error = cache.update(&case, &mut recording).unwrap_err();

@@ -35,6 +35,9 @@ pub struct Frame {
     pub sample_limit: u32,
     pub view_axis: [f32; 3],
     pub orthographic: u32,
+    pub light_count: u32,
+    pub padding: u32,
+    pub more_padding: [u32; 2],
 }
 
 /// Twin of `Instance`.
@@ -67,6 +70,25 @@ pub struct Instance {
     pub surface_inverse_gradient: f32,
     pub surface_lobe_anisotropy: f32,
     pub surface_specular: f32,
+    pub layers: u32,
+    pub padding: [u32; 3],
+}
+
+/// Twin of `Light`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in lights.wgsl")]
+pub struct Light {
+    pub position: [f32; 3],
+    pub kind: u32,
+    pub color: [f32; 3],
+    pub size: f32,
+    pub axis: [f32; 3],
+    pub layers: u32,
+    pub inverse_range: f32,
+    pub decay: f32,
+    pub inverse_cone: f32,
+    pub cone_attenuation: f32,
 }
 
 /// Twin of `ImportanceCell`.

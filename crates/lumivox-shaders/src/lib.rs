@@ -37,17 +37,20 @@ pub struct PathTraceVariant {
     pub mixed_filters: bool,
     /// Into a host's image: primary rays end at what the host has drawn, and every pixel counts its own samples.
     pub live: bool,
+    /// Some light of the engine reaches some volume.
+    pub lights: bool,
 }
 
 impl PathTraceVariant {
     /// Every combination.
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..32u32).map(|bits| Self {
+        (0..64u32).map(|bits| Self {
             light_sampling: bits & 1 != 0,
             surface: bits & 2 != 0,
             guides: bits & 4 != 0,
             mixed_filters: bits & 8 != 0,
             live: bits & 16 != 0,
+            lights: bits & 32 != 0,
         })
     }
 }
@@ -169,6 +172,7 @@ impl Kernel {
                     LinearSampler,
                     Texture2dLoaded,
                     StorageRead,
+                    StorageRead,
                     StorageReadWrite,
                     StorageRead,
                 ];
@@ -217,6 +221,7 @@ impl Kernel {
                 module!("light_sampling"),
                 module!("directions"),
                 module!("scattering"),
+                module!("lights"),
                 module!("path_trace"),
             ],
             Kernel::MajorantGrid => &[module!("frame"), module!("majorant_grid")],
@@ -256,9 +261,15 @@ impl Kernel {
             let [x, y] = self.workgroup_size();
             text += &format!(
                 "const LIGHT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
-                 const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
+                 const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst LIGHTS: bool = {};\n\
+                 const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
                  const LIGHT_CANDIDATES: u32 = {LIGHT_CANDIDATES}u;\n",
-                variant.light_sampling, variant.surface, variant.guides, variant.mixed_filters, variant.live
+                variant.light_sampling,
+                variant.surface,
+                variant.guides,
+                variant.mixed_filters,
+                variant.live,
+                variant.lights
             );
         }
         for module in modules {

@@ -56,6 +56,9 @@ fn twins_have_the_shaders_layout() {
             sample_limit,
             view_axis,
             orthographic,
+            light_count,
+            padding,
+            more_padding,
         }
     );
     assert_twin!(
@@ -86,6 +89,23 @@ fn twins_have_the_shaders_layout() {
             surface_inverse_gradient,
             surface_lobe_anisotropy,
             surface_specular,
+            layers,
+            padding,
+        }
+    );
+    assert_twin!(
+        path_trace,
+        Light {
+            position,
+            kind,
+            color,
+            size,
+            axis,
+            layers,
+            inverse_range,
+            decay,
+            inverse_cone,
+            cone_attenuation,
         }
     );
     assert_twin!(path_trace, ImportanceCell { threshold, alias_index, density, padding });

@@ -204,10 +204,10 @@ fn scene(
         .zip(looks)
         .map(|(volume, look)| {
             let medium = medium(args, &volume, look, reporter)?;
-            Ok(VolumeInstance { volume, medium, world_from_patient, clip_box })
+            Ok(VolumeInstance { volume, medium, world_from_patient, clip_box, layers: 1 })
         })
         .collect::<Result<_, Failure>>()?;
-    Ok(Scene { volumes, environment })
+    Ok(Scene { volumes, environment, ..Default::default() })
 }
 
 /// Every file that the command line names for reading.

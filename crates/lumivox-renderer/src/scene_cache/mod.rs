@@ -1,11 +1,12 @@
 //! A scene on the GPU: what is there already stays, what changed is recorded.
 //!
 //! [`volumes`] holds the voxels and their value ranges, [`tables`] the transfer functions and majorants, [`light`] the
-//! environment; the instances that tie them together are here.
+//! environment, [`lights`] the engine's lights; the instances that tie them together are here.
 
 mod atlas;
 mod importance;
 mod light;
+mod lights;
 mod tables;
 mod transfer_table;
 mod value_ranges;
@@ -19,6 +20,7 @@ use lumivox_shaders::layout::{Frame, Instance, TABLE_SIZE};
 
 use self::atlas::TexelScale;
 use self::light::CachedLight;
+use self::lights::CachedLights;
 use self::tables::CachedTables;
 use self::volumes::{CachedVolumes, GridSettings};
 use crate::error::RenderError;
@@ -36,7 +38,7 @@ pub struct DeviceLimits {
     pub max_storage_binding: u64,
 }
 
-/// How paths find the light.
+/// How paths find the environment's light. The engine's lights, which no path could find, are always sampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum LightSampling {
     /// Next-event estimation where it pays: for any light but a uniform one.
@@ -64,6 +66,7 @@ pub struct SceneCache {
     volumes: CachedVolumes,
     tables: CachedTables,
     light: CachedLight,
+    lights: CachedLights,
     instances: Vec<Instance>,
     instance_buffer: Option<ResourceId>,
     /// Subtracted from world positions before they are rounded to 32 bits: scenes far from the world's origin keep
@@ -82,6 +85,7 @@ impl SceneCache {
             volumes: CachedVolumes::default(),
             tables: CachedTables::default(),
             light: CachedLight::default(),
+            lights: CachedLights::default(),
             instances: vec![],
             instance_buffer: None,
             origin: DVec3::ZERO,
@@ -131,12 +135,15 @@ impl SceneCache {
         });
         tables::check(cells, self.limits.max_storage_binding)?;
         light::check(&scene.environment, &self.limits)?;
+        let lights = lights::effective(&scene.lights, &placed);
+        lights::check(&lights, self.limits.max_storage_binding)?;
 
         let volumes_changed = self.volumes.update(wanted, settings, &self.limits, recording)?;
         let tables_changed = self.tables.update(&placed, &self.volumes, volumes_changed, recording);
         let instances_changed = self.update_instances(&placed, recording);
         let light_changed = self.light.update(&scene.environment, recording);
-        if volumes_changed || tables_changed || instances_changed || light_changed {
+        let lights_changed = self.lights.update(&lights, self.origin, recording);
+        if volumes_changed || tables_changed || instances_changed || light_changed || lights_changed {
             self.version = ids::next().0;
         }
         Ok(())
@@ -216,6 +223,8 @@ impl SceneCache {
             surface_inverse_gradient: (1.0 / surface.gradient_per_mm) as f32,
             surface_lobe_anisotropy: surface.lobe_anisotropy() as f32,
             surface_specular: surface.specular as f32,
+            layers: instance.layers,
+            padding: [0; 3],
         }
     }
 
@@ -231,6 +240,7 @@ impl SceneCache {
             guides,
             mixed_filters: self.instances.iter().any(|i| i.filter_kind != 1),
             live,
+            lights: !self.lights.list.is_empty(),
         }
     }
 
@@ -249,6 +259,7 @@ impl SceneCache {
         frame.environment_rotation = [cos as f32, sin as f32];
         frame.environment_size = self.light.map_size;
         frame.importance_size = self.light.importance_size;
+        frame.light_count = self.lights.list.len() as u32;
     }
 
     /// The scene's resources in the order of the path-tracing kernel, up to the film.
@@ -262,6 +273,7 @@ impl SceneCache {
             self.volumes.atlas.as_ref().map(|a| a.texture),
             self.light.map,
             self.light.importance,
+            self.lights.buffer,
         ]
         .map(|id| id.expect("update() comes before tracing"))
         .to_vec()
@@ -290,6 +302,7 @@ impl SceneCache {
         self.volumes.free(recording);
         self.tables.free(recording);
         self.light.free(recording);
+        self.lights.free(recording);
         recording.free(self.instance_buffer);
     }
 }

@@ -46,6 +46,23 @@ fn sample_cosine_hemisphere(u: vec2f) -> vec3f {
     return vec3f(r * cos(phi), r * sin(phi), sqrt(max(1.0 - u.x, 0.0)));
 }
 
+// Uniform over the solid angle of a cone about +z whose half angle's cosine is 1 - height.
+fn sample_cone(height: f32, u: vec2f) -> vec3f {
+    let h = u.x * height;
+    let sine = sqrt(h * (2.0 - h));
+    let phi = 2.0 * PI * u.y;
+    return vec3f(sine * cos(phi), sine * sin(phi), 1.0 - h);
+}
+
+// The way to a point on a disc about `centre` that faces where one is: uniform over its area.
+fn sample_disc(centre: vec3f, radius: f32, u: vec2f) -> vec3f {
+    let distance = length(centre);
+    // At the very centre any disc is as good.
+    let axis = select(vec3f(0.0, 1.0, 0.0), centre / max(distance, 1e-20), distance > 1e-12);
+    let phi = 2.0 * PI * u.y;
+    return centre + radius * sqrt(u.x) * to_world(axis, vec3f(cos(phi), sin(phi), 0.0));
+}
+
 fn event_sample(event: Event, u: vec2f) -> vec3f {
     if (SURFACE && event.kind == DIFFUSE) {
         return to_world(event.axis, sample_cosine_hemisphere(u));

@@ -36,6 +36,9 @@ struct Frame {
     // Unit vector along which view depth is measured.
     view_axis: vec3f,
     orthographic: u32,
+    light_count: u32,
+    padding: u32,
+    more_padding: vec2u,
 }
 
 struct Instance {
@@ -77,6 +80,9 @@ struct Instance {
     surface_inverse_gradient: f32,
     surface_lobe_anisotropy: f32,
     surface_specular: f32,
+    // A light reaches the volume if its mask shares a bit.
+    layers: u32,
+    padding: array<u32, 3>,
 }
 
 const TABLE_SIZE: u32 = 4096u;

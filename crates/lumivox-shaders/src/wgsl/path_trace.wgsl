@@ -12,9 +12,10 @@
 @group(0) @binding(6) var atlas_sampler: sampler;
 @group(0) @binding(7) var environment_map: texture_2d<f32>;
 @group(0) @binding(8) var<storage, read> environment_importance: array<ImportanceCell>;
+@group(0) @binding(9) var<storage, read> lights: array<Light>;
 // Planes of sums over samples: (radiance, alpha), (view depth, squared luminance, number of samples, 0) and, with
 // GUIDES, (first-hit albedo, 0), (first-hit normal, 0).
-@group(0) @binding(9) var<storage, read_write> film: array<vec4f>;
+@group(0) @binding(10) var<storage, read_write> film: array<vec4f>;
 
 @compute @workgroup_size(WORKGROUP_X, WORKGROUP_Y)
 fn path_trace(@builtin(global_invocation_id) id: vec3u) {
@@ -122,6 +123,13 @@ fn path_trace(@builtin(global_invocation_id) id: vec3u) {
                         if (luminance(light.arriving) > 0.0) {
                             radiance += throughput * light.arriving
                                 * transmittance(origin, light.direction, 1e30, &rng);
+                        }
+                    }
+                    if (LIGHTS) {
+                        let arrival = choose_arrival(event, instances[v].layers, origin, &rng);
+                        if (luminance(arrival.irradiance) > 0.0) {
+                            radiance += throughput * arrival.irradiance
+                                * transmittance(origin, arrival.direction, arrival.distance, &rng);
                         }
                     }
                     direction = event_sample(event, rng_next2(&rng));

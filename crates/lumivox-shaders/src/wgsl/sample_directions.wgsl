@@ -2,8 +2,9 @@
 
 struct SampleParams {
     axis: vec3f,
-    // 0 environment, 1 Henyey-Greenstein about the axis, 2 cosine-weighted about the axis.
+    // 0 environment; about the axis: 1 Henyey-Greenstein, 2 cosine-weighted, 3 cone, 4 towards a disc at distance 1.
     sampler: u32,
+    // Or the cone's height, or the disc's radius.
     anisotropy: f32,
     count: u32,
     padding: vec2u,
@@ -25,6 +26,18 @@ fn sample_directions(@builtin(global_invocation_id) id: vec3u) {
     if (params.sampler == 0u) {
         let light = sample_environment(&rng);
         directions[id.x] = vec4f(light.direction, environment_pdf(light.direction));
+        return;
+    }
+    if (params.sampler == 3u) {
+        let cone = to_world(params.axis, sample_cone(params.anisotropy, rng_next2(&rng)));
+        directions[id.x] = vec4f(cone, 1.0 / (2.0 * PI * params.anisotropy));
+        return;
+    }
+    if (params.sampler == 4u) {
+        let way = sample_disc(params.axis, params.anisotropy, rng_next2(&rng));
+        let area = PI * params.anisotropy * params.anisotropy;
+        // Over solid angle: distance^2 / cosine over the area, the cosine being 1 / distance.
+        directions[id.x] = vec4f(normalize(way), dot(way, way) * length(way) / area);
         return;
     }
     let kind = select(DIFFUSE, PHASE, params.sampler == 1u);

@@ -4,6 +4,7 @@
 
 mod golden;
 mod images;
+mod lights;
 mod live;
 mod majorants;
 mod physics;

@@ -51,7 +51,8 @@ fn slab(opacity: f64, density_scale: f64, world_scale: f64) -> TestScene {
     let mut instance = VolumeInstance::centered(Arc::new(volume), medium);
     instance.world_from_patient =
         DAffine3::from_scale(DVec3::splat(world_scale)) * instance.world_from_patient;
-    let scene = Scene { volumes: vec![instance], environment: Environment::uniform(1.0) };
+    let scene =
+        Scene { volumes: vec![instance], environment: Environment::uniform(1.0), ..Default::default() };
     let camera = PerspectiveCamera::look_at(DVec3::Z * 50.0 * world_scale, DVec3::ZERO, DVec3::Y, 0.0002);
     TestScene { name: "slab", scene, camera }
 }

@@ -21,7 +21,7 @@ fn draw(environment: &Environment, sampler: u32, axis: DVec3, anisotropy: f64) -
     let mut gpu = gpu();
     let mut cache = SceneCache::new(gpu.executor.limits());
     let mut recording = Recording::new();
-    let scene = Scene { volumes: vec![], environment: environment.clone() };
+    let scene = Scene { environment: environment.clone(), ..Default::default() };
     cache.update(&scene, &mut recording).unwrap();
     let mut frame = Frame { seed: 7, ..Default::default() };
     cache.fill_frame(&mut frame);
@@ -60,7 +60,7 @@ fn draw(environment: &Environment, sampler: u32, axis: DVec3, anisotropy: f64) -
 
 fn assert_fits(name: &str, drawn: &[(DVec3, f64)], cells: usize, density: impl Fn(DVec3) -> f64) {
     let mut directions = drawn.iter().map(|d| d.0);
-    let test = SphereTest { samples: COUNT, tests: 9, cells, ..Default::default() };
+    let test = SphereTest { samples: COUNT, tests: 13, cells, ..Default::default() };
     let fit = test.run(&density, || directions.next().unwrap());
     assert_eq!(fit.verdict, Verdict::Accepted, "{name}: {fit}");
     // The density that weighs the samples is the one that they follow, but for rounding into a neighbouring cell.
@@ -86,6 +86,28 @@ fn henyey_greenstein_and_cosine_directions_follow_their_densities() {
     }
     for axis in [axis, DVec3::NEG_Z] {
         assert_fits("cosine", &draw(&light, 2, axis, 0.0), 16, |d| cosine_hemisphere(d.dot(axis)));
+    }
+}
+
+#[test]
+fn light_directions_are_uniform_over_cones_and_discs() {
+    let axis = DVec3::new(0.3, -0.8, 0.5).normalize();
+    let light = Environment::uniform(1.0);
+    for angle in [0.2f64, 1.9] {
+        let height = 1.0 - angle.cos();
+        let drawn = draw(&light, 3, axis, height);
+        assert_fits(&format!("cone of {angle}"), &drawn, 64, |d| {
+            if d.dot(axis) >= 1.0 - height { 1.0 / (2.0 * PI * height) } else { 0.0 }
+        });
+    }
+    for radius in [0.3, 2.0] {
+        let drawn = draw(&light, 4, axis, radius);
+        // A direction of that cosine to the axis meets the disc's plane at its tangent.
+        assert_fits(&format!("disc of {radius}"), &drawn, 64, |d| {
+            let cosine = d.dot(axis);
+            let on_disc = cosine > 0.0 && (1.0 - cosine * cosine).sqrt() / cosine <= radius;
+            if on_disc { 1.0 / (cosine.powi(3) * PI * radius * radius) } else { 0.0 }
+        });
     }
 }
 

@@ -1,0 +1,100 @@
+//! The engine's lights on the GPU.
+
+use lumivox_core::glam::DVec3;
+use lumivox_core::{Lamp, Light, LightKind};
+use lumivox_shaders::layout;
+
+use super::{Placed, check_binding};
+use crate::error::RenderError;
+use crate::recording::{Payload, Recording, ResourceId, Step};
+
+/// A scene's lights: those that shine on something.
+#[derive(Debug, Default)]
+pub(super) struct CachedLights {
+    pub list: Vec<layout::Light>,
+    pub buffer: Option<ResourceId>,
+}
+
+/// The lights that reach a volume, every number in its documented range.
+pub(super) fn effective(lights: &[Light], placed: &[Placed<'_>]) -> Vec<Light> {
+    let layers = placed.iter().fold(0, |layers, p| layers | p.instance.layers);
+    lights
+        .iter()
+        .filter_map(|light| light.sanitized())
+        .filter(|light| light.layers & layers != 0 && color(light) != [0.0; 3])
+        .collect()
+}
+
+/// Whether the device binds that many lights.
+pub(super) fn check(lights: &[Light], limit: u64) -> Result<(), RenderError> {
+    check_binding("lights", size_of_val(&*twins(lights, DVec3::ZERO)) as u64, limit, "Leave some out")
+}
+
+impl CachedLights {
+    /// Records what differs; returns whether anything did. Positions on the GPU count from `origin`.
+    pub fn update(&mut self, lights: &[Light], origin: DVec3, recording: &mut Recording) -> bool {
+        let list = twins(lights, origin);
+        if self.buffer.is_some() && list == self.list {
+            return false;
+        }
+        if list.len() != self.list.len() {
+            recording.free(self.buffer.take());
+        }
+        let bytes = (size_of::<layout::Light>() * list.len().max(1)) as u64;
+        let id = *self.buffer.get_or_insert_with(|| recording.create_buffer("lights", bytes));
+        if !list.is_empty() {
+            recording.push(Step::WriteBuffer { id, offset: 0, data: Payload::copy_of(&list) });
+        }
+        let changed = list != self.list;
+        self.list = list;
+        changed
+    }
+
+    pub fn free(&mut self, recording: &mut Recording) {
+        recording.free(self.buffer.take());
+    }
+}
+
+fn color(light: &Light) -> [f64; 3] {
+    match light.kind {
+        LightKind::Directional { irradiance, .. } => irradiance,
+        LightKind::Point(lamp) | LightKind::Spot { lamp, .. } => lamp.intensity,
+    }
+}
+
+fn twins(lights: &[Light], origin: DVec3) -> Vec<layout::Light> {
+    lights.iter().map(|light| twin(light, origin)).collect()
+}
+
+fn twin(light: &Light, origin: DVec3) -> layout::Light {
+    let base =
+        layout::Light { color: color(light).map(|c| c as f32), layers: light.layers, ..Default::default() };
+    let at = |lamp: &Lamp| layout::Light {
+        position: (lamp.position - origin).as_vec3().to_array(),
+        size: lamp.radius as f32,
+        inverse_range: (1.0 / lamp.falloff.range) as f32,
+        decay: lamp.falloff.decay as f32,
+        ..base
+    };
+    match &light.kind {
+        LightKind::Directional { direction, angular_radius, .. } => layout::Light {
+            kind: 0,
+            axis: direction.as_vec3().to_array(),
+            size: one_minus_cosine(*angular_radius) as f32,
+            ..base
+        },
+        LightKind::Point(lamp) => layout::Light { kind: 1, ..at(lamp) },
+        LightKind::Spot { lamp, direction, half_angle, cone_attenuation } => layout::Light {
+            kind: 2,
+            axis: direction.as_vec3().to_array(),
+            inverse_cone: (1.0 / one_minus_cosine(*half_angle)) as f32,
+            cone_attenuation: *cone_attenuation as f32,
+            ..at(lamp)
+        },
+    }
+}
+
+/// `1 - cos(angle)` without losing the digits of a small angle.
+fn one_minus_cosine(angle: f64) -> f64 {
+    2.0 * (angle / 2.0).sin().powi(2)
+}

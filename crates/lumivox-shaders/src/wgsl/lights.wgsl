@@ -1,0 +1,92 @@
+// The engine's lights. No path hits them, so next-event estimation is all there is, and needs no weights.
+//
+// Expects `lights`, `frame` and `LIGHTS`.
+
+const DIRECTIONAL: u32 = 0u;
+const POINT: u32 = 1u;
+const SPOT: u32 = 2u;
+
+struct Light {
+    // In the world; unused where light comes from afar.
+    position: vec3f,
+    kind: u32,
+    // Irradiance, or intensity.
+    color: vec3f,
+    // Radius of the disc in world units, or 1 - cos(angular radius); 0 for light without size.
+    size: f32,
+    // Where light travels to.
+    axis: vec3f,
+    // It reaches the instances whose mask shares a bit.
+    layers: u32,
+    // Falloff: max(1 - (d * inverse_range)^4, 0)^2 * d^-decay.
+    inverse_range: f32,
+    decay: f32,
+    // 1 / (1 - cos(half angle)) of a spot, and the exponent towards its edge.
+    inverse_cone: f32,
+    cone_attenuation: f32,
+}
+
+// Least distance at which a falloff is evaluated, in metres.
+const MIN_LIGHT_DISTANCE: f32 = 1e-3;
+
+struct Arrival {
+    direction: vec3f,   // towards the light
+    distance: f32,
+    irradiance: vec3f,  // across the beam; after `choose_arrival`, what the event sends on of it
+}
+
+// What arrives at a point from one place on a light, but for the transmittance on its way.
+fn light_arrival(i: u32, point: vec3f, rng: ptr<function, Rng>) -> Arrival {
+    let size = lights[i].size;
+    if (lights[i].kind == DIRECTIONAL) {
+        var direction = -lights[i].axis;
+        if (size > 0.0) {
+            direction = to_world(direction, sample_cone(size, rng_next2(rng)));
+        }
+        return Arrival(direction, 1e30, lights[i].color);
+    }
+    var way = lights[i].position - point;
+    var distance = length(way);
+    let d = max(distance, max(size, MIN_LIGHT_DISTANCE));
+    let nearness = d * lights[i].inverse_range;
+    let window = max(1.0 - nearness * nearness * nearness * nearness, 0.0);
+    var factor = window * window * pow(d, -lights[i].decay);
+    if (lights[i].kind == SPOT) {
+        // 1 - cos(a) is half the squared difference of the unit vectors, to all digits for narrow cones.
+        let difference = lights[i].axis + way / max(distance, 1e-20);
+        let rim = clamp(0.5 * dot(difference, difference) * lights[i].inverse_cone, 1e-4, 1.0);
+        factor *= 1.0 - pow(rim, lights[i].cone_attenuation);
+    }
+    if (factor > 0.0 && size > 0.0) {
+        way = sample_disc(way, size, rng_next2(rng));
+        distance = length(way);
+    }
+    return Arrival(way / max(distance, 1e-20), distance, lights[i].color * max(factor, 0.0));
+}
+
+// Of all lights one, resampled in proportion to what it would bring unshadowed (Talbot, Cline and Egbert, "Importance
+// Resampling for Global Illumination", EGSR 2005; the reservoir is Chao's, Biometrika 69(3), 1982): one shadow ray
+// for any number of lights.
+fn choose_arrival(event: Event, layers: u32, point: vec3f, rng: ptr<function, Rng>) -> Arrival {
+    var chosen = Arrival(event.axis, 0.0, vec3f(0.0));
+    var total = 0.0;
+    var chosen_weight = 1.0;
+    for (var i = 0u; i < frame.light_count; i++) {
+        // A light of other layers draws no number: it must not change an image.
+        if ((lights[i].layers & layers) == 0u) {
+            continue;
+        }
+        var arrival = light_arrival(i, point, rng);
+        arrival.irradiance *= event_pdf(event, arrival.direction);
+        let weight = luminance(arrival.irradiance);
+        if (weight > 0.0) {
+            total += weight;
+            if (rng_next(rng) * total < weight) {
+                chosen = arrival;
+                chosen_weight = weight;
+            }
+        }
+    }
+    chosen.irradiance *= total / chosen_weight;
+    return chosen;
+}
