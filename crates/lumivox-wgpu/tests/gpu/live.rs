@@ -249,7 +249,7 @@ fn compare_with_reference(test: &TestScene, camera: &Camera, samples: u32) {
                 let mut rng = Rng::new(77, pixel as u64, sample);
                 let uv = [0, 1].map(|i| (f64::from(at[i]) + rng.uniform()) / f64::from(SIZE));
                 let ray: Ray = camera.ray(uv);
-                let path = trace(&media, &environment, ray, &mut rng);
+                let path = trace(&media, &environment, &[], ray, &mut rng);
                 let hit = path.first_hit.filter(|hit| {
                     limit == 0.0 || (hit.point - camera.world_from_camera.translation).dot(forward) < limit
                 });
