@@ -73,6 +73,36 @@ find_missing() {
     [ -e /etc/ssl/certs/ca-certificates.crt ] || [ ! -e /etc/debian_version ] || lack ca-certificates "downloads over HTTPS"
 }
 
+# Installs Debian packages; asks nothing, and says what to do where it lacks the rights.
+install_packages() {
+    local root=
+    if ! command -v apt-get >/dev/null 2>&1; then
+        die "Install these, or what your system calls them, and run this script again: $*"
+    elif [ "$(id -u)" -eq 0 ]; then
+        root=env
+    elif command -v sudo >/dev/null 2>&1 && sudo -n true 2>/dev/null </dev/null; then
+        root="sudo -n env"
+    else
+        die "Installing them needs root. Run
+    sudo apt-get update && sudo apt-get install -y --no-install-recommends $*
+and then this script again."
+    fi
+    say "Installing $*"
+    local log
+    log=$(mktemp)
+    # Unquoted on purpose: a list of words.
+    # shellcheck disable=SC2086
+    if ! {
+        $root DEBIAN_FRONTEND=noninteractive apt-get update -q &&
+            $root DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "$@"
+    } >"$log" 2>&1 </dev/null; then
+        tail -n 20 "$log" >&2
+        rm -f "$log"
+        die "apt-get could not install: $*"
+    fi
+    rm -f "$log"
+}
+
 # Installs what is missing; asks nothing, and says what to do where it lacks the rights.
 need_packages() {
     case "$(uname -s)" in
@@ -89,34 +119,17 @@ need_packages() {
     find_missing
     [ -n "$MISSING" ] || return 0
     say "This machine lacks:$REASONS"
-    local root=
-    if ! command -v apt-get >/dev/null 2>&1; then
-        die "Install these, or what your system calls them, and run this script again:$MISSING"
-    elif [ "$(id -u)" -eq 0 ]; then
-        root=env
-    elif command -v sudo >/dev/null 2>&1 && sudo -n true 2>/dev/null </dev/null; then
-        root="sudo -n env"
-    else
-        die "Installing them needs root. Run
-    sudo apt-get update && sudo apt-get install -y --no-install-recommends$MISSING
-and then this script again."
-    fi
-    say "Installing$MISSING"
-    local log
-    log=$(mktemp)
-    # Unquoted on purpose: both are lists of words.
+    # Unquoted on purpose: a list of words.
     # shellcheck disable=SC2086
-    if ! {
-        $root DEBIAN_FRONTEND=noninteractive apt-get update -q &&
-            $root DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $MISSING
-    } >"$log" 2>&1 </dev/null; then
-        tail -n 20 "$log" >&2
-        rm -f "$log"
-        die "apt-get could not install:$MISSING"
-    fi
-    rm -f "$log"
+    install_packages $MISSING
     find_missing
     [ -z "$MISSING" ] || die "Still missing after the installation:$REASONS"
+}
+
+# A display that nobody sees, where there is none.
+need_xvfb() {
+    command -v Xvfb >/dev/null 2>&1 && command -v xvfb-run >/dev/null 2>&1 && return 0
+    install_packages xvfb xauth
 }
 
 # Without a desktop, a layer of Mesa prints an error about XDG_RUNTIME_DIR for every program that asks for a GPU.

@@ -1,0 +1,366 @@
+@tool
+extends ConfirmationDialog
+## 'Import DICOM Folder': choose a folder or archive, see what it holds, choose a series, and save it into the project.
+##
+## Reading and saving go on in the background; the editor stays usable.
+
+enum Step { CHOOSE, SCANNING, READY, IMPORTING, SAVING }
+
+const COLUMNS: PackedStringArray = ["Series", "What it is", "Files"]
+
+var _undo: EditorUndoRedoManager
+var _importer: LumivoxImporter
+var _step := Step.CHOOSE
+var _report: Dictionary = {}
+var _save_task := -1
+var _save_result := OK
+var _volume: LumivoxVolume
+
+var _path := LineEdit.new()
+var _browse := MenuButton.new()
+var _series := Tree.new()
+var _details := RichTextLabel.new()
+var _target := LineEdit.new()
+var _add_to_scene := CheckBox.new()
+var _stage := Label.new()
+var _progress := ProgressBar.new()
+var _stop := Button.new()
+var _files: FileDialog
+
+
+func _init(undo: EditorUndoRedoManager = null) -> void:
+	_undo = undo
+	title = "Import a Scan"
+	ok_button_text = "Import"
+	dialog_hide_on_ok = false
+	exclusive = false
+	var column := VBoxContainer.new()
+	add_child(column)
+	column.add_child(_source_row())
+	column.add_child(_series_tree())
+	_details.bbcode_enabled = false
+	_details.custom_minimum_size.y = 90.0
+	_details.selection_enabled = true
+	_details.size_flags_vertical = Control.SIZE_EXPAND_FILL
+	_details.size_flags_stretch_ratio = 0.6
+	column.add_child(_details)
+	column.add_child(_target_row())
+	column.add_child(_progress_row())
+	confirmed.connect(_on_confirmed)
+	canceled.connect(_stop_work)
+	close_requested.connect(_stop_work)
+	set_process(false)
+
+
+func _process(_delta: float) -> void:
+	if _save_task >= 0 and WorkerThreadPool.is_task_completed(_save_task):
+		WorkerThreadPool.wait_for_task_completion(_save_task)
+		_save_task = -1
+		set_process(false)
+		_on_saved()
+
+
+func _exit_tree() -> void:
+	if _importer != null:
+		_importer.cancel()
+	if _save_task >= 0:
+		WorkerThreadPool.wait_for_task_completion(_save_task)
+		_save_task = -1
+
+
+## Opens the dialog.
+func open() -> void:
+	if _step == Step.CHOOSE:
+		_go(Step.CHOOSE)
+	popup_centered_clamped(Vector2i(Vector2(760.0, 560.0) * EditorInterface.get_editor_scale()), 0.9)
+	if _path.text == "":
+		_path.grab_focus()
+
+
+## Opens the dialog and looks at a folder or file.
+func open_path(path: String) -> void:
+	open()
+	_path.text = path
+	_scan()
+
+
+## Whether a path is a folder of DICOM files whose names do not say so: Godot's own import would pass them by.
+static func holds_unnamed_dicom(path: String, depth := 2) -> bool:
+	var folder := DirAccess.open(path)
+	if folder == null:
+		return false
+	for entry in folder.get_files().slice(0, 4):
+		if entry.get_extension().to_lower() in ["dcm", "dicom"]:
+			return false
+		var file := FileAccess.open(path.path_join(entry), FileAccess.READ)
+		if file == null or file.get_length() < 132:
+			continue
+		file.seek(128)
+		if file.get_buffer(4).get_string_from_ascii() == "DICM":
+			return true
+	if depth > 0:
+		for entry in folder.get_directories().slice(0, 4):
+			if holds_unnamed_dicom(path.path_join(entry), depth - 1):
+				return true
+	return false
+
+
+func _source_row() -> Control:
+	var row := HBoxContainer.new()
+	_path.placeholder_text = "A folder of DICOM files, a zip archive, or a NIfTI, NRRD or MetaImage file"
+	_path.size_flags_horizontal = Control.SIZE_EXPAND_FILL
+	_path.text_submitted.connect(func(_text: String) -> void: _scan())
+	row.add_child(_path)
+	_browse.text = "Browse..."
+	_browse.flat = false
+	_browse.get_popup().add_item("Folder...", 0)
+	_browse.get_popup().add_item("Archive or File...", 1)
+	_browse.get_popup().id_pressed.connect(_on_browse)
+	row.add_child(_browse)
+	return row
+
+
+func _series_tree() -> Control:
+	_series.columns = COLUMNS.size()
+	_series.hide_root = true
+	_series.select_mode = Tree.SELECT_ROW
+	_series.column_titles_visible = true
+	_series.size_flags_vertical = Control.SIZE_EXPAND_FILL
+	for i in COLUMNS.size():
+		_series.set_column_title(i, COLUMNS[i])
+		_series.set_column_title_alignment(i, HORIZONTAL_ALIGNMENT_LEFT)
+		_series.set_column_expand_ratio(i, [1, 5, 1][i] as int)
+	_series.item_activated.connect(_on_confirmed)
+	return _series
+
+
+func _target_row() -> Control:
+	var row := HBoxContainer.new()
+	var label := Label.new()
+	label.text = "Save as"
+	row.add_child(label)
+	_target.size_flags_horizontal = Control.SIZE_EXPAND_FILL
+	row.add_child(_target)
+	_add_to_scene.text = "Add to Scene"
+	_add_to_scene.tooltip_text = "Adds a LumivoxVolume3D with the scan to the scene that is open."
+	_add_to_scene.button_pressed = true
+	row.add_child(_add_to_scene)
+	return row
+
+
+func _progress_row() -> Control:
+	var row := HBoxContainer.new()
+	_stage.size_flags_horizontal = Control.SIZE_EXPAND_FILL
+	_stage.text_overrun_behavior = TextServer.OVERRUN_TRIM_ELLIPSIS
+	row.add_child(_stage)
+	_progress.size_flags_horizontal = Control.SIZE_EXPAND_FILL
+	_progress.size_flags_vertical = Control.SIZE_SHRINK_CENTER
+	row.add_child(_progress)
+	_stop.text = "Stop"
+	_stop.pressed.connect(_stop_work)
+	row.add_child(_stop)
+	return row
+
+
+func _go(step: Step) -> void:
+	_step = step
+	var works := step in [Step.SCANNING, Step.IMPORTING, Step.SAVING]
+	_path.editable = not works
+	_browse.disabled = works
+	_target.editable = not works
+	_progress.visible = works
+	_stop.visible = step in [Step.SCANNING, Step.IMPORTING]
+	_add_to_scene.disabled = works or EditorInterface.get_edited_scene_root() == null
+	get_ok_button().disabled = works or step == Step.CHOOSE
+	if step == Step.CHOOSE:
+		_stage.text = ""
+
+
+func _on_browse(id: int) -> void:
+	if _files == null:
+		_files = FileDialog.new()
+		_files.access = FileDialog.ACCESS_FILESYSTEM
+		_files.use_native_dialog = true
+		_files.dir_selected.connect(open_path)
+		_files.file_selected.connect(open_path)
+		add_child(_files)
+	_files.file_mode = FileDialog.FILE_MODE_OPEN_DIR if id == 0 else FileDialog.FILE_MODE_OPEN_FILE
+	_files.filters = PackedStringArray() if id == 0 \
+			else PackedStringArray(["*.zip,*.nii,*.nii.gz,*.nrrd,*.nhdr,*.mha,*.mhd,*.dcm;Scans", "*;All files"])
+	_files.popup_centered_clamped(Vector2i(Vector2(800.0, 560.0) * EditorInterface.get_editor_scale()), 0.9)
+
+
+func _new_importer() -> LumivoxImporter:
+	if _importer == null:
+		_importer = LumivoxImporter.new()
+		_importer.progress.connect(_on_progress)
+		_importer.scanned.connect(_on_scanned)
+		_importer.finished.connect(_on_finished)
+		_importer.failed.connect(_on_failed)
+		_importer.cancelled.connect(_on_cancelled)
+	return _importer
+
+
+func _scan() -> void:
+	_series.clear()
+	_report = {}
+	_details.text = ""
+	if not DirAccess.dir_exists_absolute(_path.text) and not FileAccess.file_exists(_path.text):
+		_show_problem("There is no folder or file '%s'." % _path.text)
+		_go(Step.CHOOSE)
+		return
+	_begin(Step.SCANNING, "Looking at %s" % _path.text.trim_suffix("/").get_file())
+	var error := _new_importer().scan([_path.text])
+	if error != OK:
+		_on_failed(error_string(error))
+
+
+func _begin(step: Step, text: String) -> void:
+	_go(step)
+	_stage.text = text
+	_progress.indeterminate = true
+
+
+func _on_progress(stage: String, done: int, total: int) -> void:
+	_stage.text = stage
+	_progress.indeterminate = total <= 0
+	_progress.max_value = maxi(total, 1)
+	_progress.value = done
+
+
+func _on_scanned(report: Dictionary) -> void:
+	_report = report
+	var root := _series.create_item()
+	var list: Array = report.get("series", [])
+	for i in list.size():
+		var one: Dictionary = list[i]
+		var item := _series.create_item(root)
+		item.set_text(0, str(one.number) if one.get("number") != null else "-")
+		item.set_text(1, one.get("description", "") as String)
+		item.set_tooltip_text(1, one.get("id", "") as String)
+		item.set_text(2, str(one.get("files", 0)))
+		item.set_metadata(0, i)
+		if i == (report.get("chosen", 0) as int):
+			item.select(0)
+	_details.text = _report_text(report)
+	_target.text = _free_name(_path.text.trim_suffix("/").get_file().get_slice(".", 0))
+	_stage.text = "%d series" % list.size() if list.size() != 1 else "One series"
+	_go(Step.READY)
+
+
+## Notes first, then what was left out, grouped by the reason.
+func _report_text(report: Dictionary) -> String:
+	var text := "%s\n" % report.get("format", "")
+	for note: String in report.get("notes", PackedStringArray()):
+		text += "• %s\n" % note
+	var reasons: Dictionary[String, PackedStringArray] = {}
+	for file: Dictionary in report.get("skipped", []):
+		var reason: String = file.reason
+		if not reasons.has(reason):
+			reasons[reason] = PackedStringArray()
+		reasons[reason].append((file.path as String).get_file())
+	for reason in reasons:
+		var files := reasons[reason]
+		var named := ", ".join(files.slice(0, 5)) + (", ..." if files.size() > 5 else "")
+		text += "Left out, %s: %d (%s)\n" % [reason, files.size(), named]
+	return text
+
+
+func _free_name(stem: String) -> String:
+	var clean := stem.validate_filename().to_snake_case()
+	if clean == "":
+		clean = "scan"
+	var path := "res://%s.res" % clean
+	var number := 2
+	while FileAccess.file_exists(path):
+		path = "res://%s_%d.res" % [clean, number]
+		number += 1
+	return path
+
+
+func _on_confirmed() -> void:
+	if _step != Step.READY:
+		return
+	if not _target.text.begins_with("res://") or not _target.text.get_file().is_valid_filename():
+		_show_problem("Save the scan inside the project: res://name.res")
+		return
+	if _target.text.get_extension() != "res":
+		_target.text = "%s.res" % _target.text
+	var options := {}
+	var item := _series.get_selected()
+	if item != null and (item.get_metadata(0) as int) != (_report.get("chosen", 0) as int):
+		options["series"] = str((item.get_metadata(0) as int) + 1)
+	_begin(Step.IMPORTING, "Importing")
+	var error := _new_importer().start([_path.text], options)
+	if error != OK:
+		_on_failed(error_string(error))
+
+
+func _on_finished(volume: LumivoxVolume) -> void:
+	_volume = volume
+	volume.resource_name = _target.text.get_file().get_basename()
+	_begin(Step.SAVING, "Saving %s" % _target.text)
+	DirAccess.make_dir_recursive_absolute(_target.text.get_base_dir())
+	_save_task = WorkerThreadPool.add_task(_save.bind(volume, _target.text), false, "Lumivox save")
+	set_process(true)
+
+
+func _save(volume: LumivoxVolume, path: String) -> void:
+	_save_result = ResourceSaver.save(volume, path, ResourceSaver.FLAG_COMPRESS)
+
+
+func _on_saved() -> void:
+	if _save_result != OK:
+		_show_problem("%s could not be written: %s." % [_target.text, error_string(_save_result)])
+		_go(Step.READY)
+		return
+	EditorInterface.get_resource_filesystem().scan()
+	_volume.take_over_path(_target.text)
+	if _add_to_scene.button_pressed and EditorInterface.get_edited_scene_root() != null:
+		_add_node()
+	else:
+		EditorInterface.edit_resource(_volume)
+	_volume = null
+	_path.text = ""
+	_series.clear()
+	_details.text = ""
+	_go(Step.CHOOSE)
+	hide()
+
+
+func _add_node() -> void:
+	var root := EditorInterface.get_edited_scene_root()
+	var node := LumivoxVolume3D.new()
+	node.volume = _volume
+	node.name = _volume.resource_name.to_pascal_case()
+	_undo.create_action("Add Volume", UndoRedo.MERGE_DISABLE, root)
+	_undo.add_do_method(root, &"add_child", node, true)
+	_undo.add_do_property(node, &"owner", root)
+	_undo.add_do_reference(node)
+	_undo.add_undo_method(root, &"remove_child", node)
+	_undo.commit_action()
+	EditorInterface.get_selection().clear()
+	EditorInterface.get_selection().add_node(node)
+
+
+func _stop_work() -> void:
+	if _importer != null and _importer.is_running():
+		_importer.cancel()
+
+
+func _on_cancelled() -> void:
+	_go(Step.READY if _step == Step.IMPORTING and not _report.is_empty() else Step.CHOOSE)
+	_stage.text = "Stopped"
+
+
+func _on_failed(message: String) -> void:
+	_go(Step.READY if _step == Step.IMPORTING and not _report.is_empty() else Step.CHOOSE)
+	_show_problem(message)
+
+
+func _show_problem(message: String) -> void:
+	_stage.text = ""
+	_details.clear()
+	_details.push_color(get_theme_color(&"error_color", &"Editor"))
+	_details.add_text(message)
+	_details.pop()

@@ -1,0 +1,122 @@
+@tool
+extends EditorImportPlugin
+## Imports scans that are one file: zip archives of DICOM, NIfTI, NRRD, MetaImage and RAW.
+
+const SAVE_EXTENSION := "res"
+
+
+func _get_importer_name() -> String:
+	return "lumivox.volume"
+
+
+func _get_visible_name() -> String:
+	return "Lumivox Volume"
+
+
+func _get_recognized_extensions() -> PackedStringArray:
+	# Godot looks at the last extension only: gz stands for nii.gz.
+	return ["zip", "nii", "gz", "nrrd", "nhdr", "mha", "mhd", "raw"]
+
+
+func _get_save_extension() -> String:
+	return SAVE_EXTENSION
+
+
+func _get_resource_type() -> String:
+	return "LumivoxVolume"
+
+
+func _get_priority() -> float:
+	return 1.0
+
+
+func _get_import_order() -> int:
+	return ResourceImporter.IMPORT_ORDER_DEFAULT
+
+
+func _can_import_threaded() -> bool:
+	return true
+
+
+func _get_preset_count() -> int:
+	return 0
+
+
+func _get_import_options(path: String, _preset: int) -> Array[Dictionary]:
+	var extension := path.get_extension().to_lower()
+	var options: Array[Dictionary] = []
+	if extension in ["zip", ""]:
+		options.append({
+			"name": "series", "default_value": "",
+			"property_hint": PROPERTY_HINT_PLACEHOLDER_TEXT, "hint_string": "the best",
+		})
+	if extension in ["raw", "gz", ""]:
+		options.append({
+			"name": "raw", "default_value": "",
+			"property_hint": PROPERTY_HINT_PLACEHOLDER_TEXT, "hint_string": "256x256x108:i16le:spacing=1,1,2",
+		})
+	options.append({"name": "compress", "default_value": true})
+	return options
+
+
+func _get_option_visibility(_path: String, _option: StringName, _options: Dictionary) -> bool:
+	return true
+
+
+func _import(
+		source_file: String, save_path: String, options: Dictionary,
+		_platform_variants: Array[String], _gen_files: Array[String]) -> Error:
+	var header := _header_of(source_file)
+	if header != "":
+		return save_pointer(save_path, header)
+	if source_file.get_extension().to_lower() == "gz" and not source_file.to_lower().ends_with(".nii.gz") \
+			and options.get("raw", "") == "":
+		push_error("Lumivox: %s is no NIfTI file (.nii.gz). If it is no scan, choose 'Keep File' in the Import dock."
+				% source_file)
+		return ERR_FILE_UNRECOGNIZED
+	var volume := LumivoxVolume.load_file(source_file, reader_options(options))
+	if volume == null:
+		var remedy := "If it is no scan, choose 'Keep File' in the Import dock."
+		if source_file.get_extension().to_lower() == "raw":
+			remedy = "Describe it under 'Raw' in the Import dock, or choose 'Keep File' there if it is no scan."
+		push_error("Lumivox: %s was not imported; the line above says why. %s" % [source_file, remedy])
+		return ERR_FILE_CORRUPT
+	volume.resource_name = source_file.get_file().get_slice(".", 0)
+	return save_volume(volume, source_file, save_path, options)
+
+
+## What the reader is to know of the import options.
+static func reader_options(options: Dictionary) -> Dictionary:
+	var wanted := {}
+	for key: String in ["series", "raw"]:
+		var text: String = options.get(key, "")
+		if text.strip_edges() != "":
+			wanted[key] = text.strip_edges()
+	return wanted
+
+
+## Writes what was imported, and tells what is worth telling.
+static func save_volume(volume: LumivoxVolume, source_file: String, save_path: String, options: Dictionary) -> Error:
+	for note: String in volume.get_report().get("notes", PackedStringArray()):
+		print("Lumivox: %s: %s" % [source_file.get_file(), note])
+	var flags := ResourceSaver.FLAG_COMPRESS if options.get("compress", true) else ResourceSaver.FLAG_NONE
+	return ResourceSaver.save(volume, "%s.%s" % [save_path, SAVE_EXTENSION], flags)
+
+
+## Writes, for a file that is a part of a scan, a resource that holds nothing but where the scan is.
+static func save_pointer(save_path: String, series_file: String) -> Error:
+	var pointer := LumivoxVolume.new()
+	pointer.resource_name = "Part of %s" % series_file.get_file()
+	pointer.set_meta(&"lumivox_series", series_file)
+	return ResourceSaver.save(pointer, "%s.%s" % [save_path, SAVE_EXTENSION])
+
+
+## The header beside a file that holds nothing but its voxels: head.mhd for head.raw and head.nhdr for head.raw.gz.
+func _header_of(source_file: String) -> String:
+	if not source_file.get_extension().to_lower() in ["raw", "gz"] or source_file.to_lower().ends_with(".nii.gz"):
+		return ""
+	var stem := source_file.get_basename().trim_suffix(".raw")
+	for extension: String in ["mhd", "nhdr"]:
+		if FileAccess.file_exists("%s.%s" % [stem, extension]):
+			return "%s.%s" % [stem, extension]
+	return ""

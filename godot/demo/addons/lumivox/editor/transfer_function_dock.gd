@@ -1,0 +1,134 @@
+@tool
+extends PanelContainer
+## The bottom panel's transfer-function editor: follows the selected volume, with undo.
+
+var _undo: EditorUndoRedoManager
+var _node: LumivoxVolume3D
+var _editor := LumivoxTransferFunctionEditor.new()
+var _empty := VBoxContainer.new()
+var _message := Label.new()
+var _create := Button.new()
+
+
+func _init(undo: EditorUndoRedoManager = null) -> void:
+	_undo = undo
+	name = "TransferFunction"
+	add_theme_stylebox_override(&"panel", StyleBoxEmpty.new())
+	_editor.apply_presets = false
+	_editor.edit_finished.connect(_on_edit_finished)
+	_editor.preset_chosen.connect(_on_preset_chosen)
+	add_child(_editor)
+	_message.horizontal_alignment = HORIZONTAL_ALIGNMENT_CENTER
+	_create.text = "Create from Preset"
+	_create.size_flags_horizontal = Control.SIZE_SHRINK_CENTER
+	_create.pressed.connect(_on_create)
+	_empty.alignment = BoxContainer.ALIGNMENT_CENTER
+	_empty.add_child(_message)
+	_empty.add_child(_create)
+	add_child(_empty)
+	_show_state()
+
+
+func _ready() -> void:
+	custom_minimum_size.y = 290.0 * EditorInterface.get_editor_scale()
+
+
+func _process(_delta: float) -> void:
+	# Volume and transfer function of a node may be exchanged in the inspector at any time.
+	if _node == null and _editor.transfer_function == null:
+		return
+	if _node != null and not is_instance_valid(_node):
+		_node = null
+		_editor.transfer_function = null
+		_show_state()
+	elif _node != null and (_editor.volume != _node.volume or _editor.transfer_function != _node.transfer_function):
+		_take_node()
+
+
+## Edits what a node shows, whatever becomes of it.
+func follow_node(node: LumivoxVolume3D) -> void:
+	_node = node
+	_take_node()
+
+
+## Edits a resource on its own; one of the node that is followed keeps that node's histogram.
+func follow_resource(resource: LumivoxTransferFunction) -> void:
+	if is_instance_valid(_node) and _node.transfer_function == resource:
+		return
+	_node = null
+	_editor.volume = null
+	_editor.transfer_function = resource
+	_show_state()
+
+
+func _take_node() -> void:
+	_editor.volume = _node.volume
+	_editor.transfer_function = _node.transfer_function
+	_show_state()
+
+
+func _show_state() -> void:
+	var editable := _editor.transfer_function != null
+	_editor.visible = editable
+	_empty.visible = not editable
+	var shows_scan := is_instance_valid(_node) and _node.volume != null and not _node.volume.is_empty()
+	_create.visible = shows_scan
+	if not is_instance_valid(_node):
+		_message.text = "Select a LumivoxVolume3D to edit its transfer function."
+	elif not shows_scan:
+		_message.text = "%s has no volume yet." % _node.name
+	else:
+		_message.text = "%s has no transfer function of its own: it is shown with the preset for its kind of scan." \
+				% _node.name
+
+
+func _on_create() -> void:
+	var preset := LumivoxTransferFunctionEditor.PresetGallery.suiting(_node.volume)
+	if _node.preset in LumivoxVolume3D.preset_names():
+		preset = _node.preset
+	_undo.create_action("Create Transfer Function", UndoRedo.MERGE_DISABLE, _node)
+	_undo.add_do_property(_node, &"transfer_function", LumivoxTransferFunction.preset(preset, _node.volume))
+	_undo.add_undo_property(_node, &"transfer_function", null)
+	_undo.commit_action()
+
+
+func _on_edit_finished(before: Dictionary, after: Dictionary) -> void:
+	var edited := _editor.transfer_function
+	_undo.create_action("Edit Transfer Function", UndoRedo.MERGE_DISABLE, _context())
+	_undo.add_do_method(_editor, &"restore", edited, after)
+	_undo.add_undo_method(_editor, &"restore", edited, before)
+	_undo.commit_action(false)
+
+
+## A preset sets the whole medium of a node; of a resource on its own, the points.
+func _on_preset_chosen(preset: String) -> void:
+	if not is_instance_valid(_node):
+		_editor.take(LumivoxTransferFunction.preset(preset, _editor.volume))
+		return
+	var before := _stored(_node)
+	_node.apply_preset(preset)
+	var after := _stored(_node)
+	_undo.create_action("Apply Preset", UndoRedo.MERGE_DISABLE, _node)
+	for property: StringName in after:
+		if after[property] != before[property]:
+			_undo.add_do_property(_node, property, after[property])
+			_undo.add_undo_property(_node, property, before[property])
+	_undo.commit_action()
+
+
+## What a preset may set: everything that a volume's node stores.
+func _stored(node: LumivoxVolume3D) -> Dictionary[StringName, Variant]:
+	var values: Dictionary[StringName, Variant] = {}
+	for property in ClassDB.class_get_property_list(&"LumivoxVolume3D", true):
+		if (property.usage as int) & PROPERTY_USAGE_STORAGE != 0:
+			var key := StringName(property.name as String)
+			values[key] = node.get(key)
+	return values
+
+
+## Which undo history an edit belongs to: the scene's for a built-in resource, else the resource's own.
+func _context() -> Object:
+	var path := _editor.transfer_function.resource_path
+	if is_instance_valid(_node) and (path == "" or path.contains("::")):
+		return _node
+	return _editor.transfer_function

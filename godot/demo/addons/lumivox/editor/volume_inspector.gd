@@ -1,0 +1,82 @@
+@tool
+extends EditorInspectorPlugin
+## Adds to the inspector what a scan is, and a way from one slice of a series to the whole.
+
+const DicomImporter := preload("dicom_import_plugin.gd")
+const PREVIEW_HEIGHT := 150.0
+
+var _undo: EditorUndoRedoManager
+
+
+func _init(undo: EditorUndoRedoManager = null) -> void:
+	_undo = undo
+
+
+func _can_handle(object: Object) -> bool:
+	return object is LumivoxVolume or object is LumivoxVolume3D
+
+
+func _parse_begin(object: Object) -> void:
+	var node := object as LumivoxVolume3D
+	var volume := node.volume if node != null else object as LumivoxVolume
+	if volume == null:
+		return
+	if volume.has_meta(DicomImporter.SERIES_META):
+		_add_series_link(volume, node)
+	elif node == null and not volume.is_empty():
+		_add_preview(volume)
+
+
+func _add_series_link(volume: LumivoxVolume, node: LumivoxVolume3D) -> void:
+	var path: String = volume.get_meta(DicomImporter.SERIES_META)
+	var label := Label.new()
+	label.text = "This file is one slice. Its scan was imported with %s." % path.get_file()
+	label.autowrap_mode = TextServer.AUTOWRAP_WORD_SMART
+	add_custom_control(label)
+	var button := Button.new()
+	button.text = "Use the Whole Scan" if node != null else "Show the Whole Scan"
+	button.pressed.connect(_use_series.bind(path, node))
+	add_custom_control(button)
+
+
+func _use_series(path: String, node: LumivoxVolume3D) -> void:
+	var whole := load(path) as LumivoxVolume
+	if whole == null:
+		push_error("Lumivox: %s could not be loaded; reimport it." % path)
+	elif node == null:
+		EditorInterface.edit_resource(whole)
+	else:
+		_undo.create_action("Use Whole Scan", UndoRedo.MERGE_DISABLE, node)
+		_undo.add_do_property(node, &"volume", whole)
+		_undo.add_undo_property(node, &"volume", node.volume)
+		_undo.commit_action()
+
+
+func _add_preview(volume: LumivoxVolume) -> void:
+	var scale := EditorInterface.get_editor_scale()
+	var row := HBoxContainer.new()
+	row.custom_minimum_size.y = PREVIEW_HEIGHT * scale
+	var dims := volume.get_dimensions()
+	var extent := volume.get_value_range()
+	# Soft tissue for CT; the values that occur for everything else.
+	var window := Vector2(-160.0, 240.0) if volume.get_unit() == "HU" else extent
+	for axis: int in [2, 1, 0]:
+		var slice := volume.get_slice(axis, dims[axis] >> 1, window)
+		if slice == null:
+			continue
+		var picture := TextureRect.new()
+		picture.texture = ImageTexture.create_from_image(slice)
+		picture.expand_mode = TextureRect.EXPAND_IGNORE_SIZE
+		picture.stretch_mode = TextureRect.STRETCH_KEEP_ASPECT_CENTERED
+		picture.size_flags_horizontal = Control.SIZE_EXPAND_FILL
+		row.add_child(picture)
+	add_custom_control(row)
+	var spacing := volume.get_spacing_mm()
+	var label := Label.new()
+	label.autowrap_mode = TextServer.AUTOWRAP_WORD_SMART
+	label.text = "%d × %d × %d voxels of %s × %s × %s mm, %s to %s %s" % [
+		dims.x, dims.y, dims.z, String.num(spacing.x, 3), String.num(spacing.y, 3), String.num(spacing.z, 3),
+		String.num(extent.x, 3), String.num(extent.y, 3), volume.get_unit()]
+	for note: String in volume.get_report().get("notes", PackedStringArray()):
+		label.text += "\n• " + note
+	add_custom_control(label)

@@ -1,0 +1,82 @@
+@tool
+extends EditorPlugin
+## The editor's part of Lumivox: import, gizmo, inspector and the transfer-function dock.
+
+const VolumeImporter := preload("editor/import_plugin.gd")
+const DicomImporter := preload("editor/dicom_import_plugin.gd")
+const ImportDialog := preload("editor/import_dialog.gd")
+const VolumeGizmo := preload("editor/volume_gizmo.gd")
+const VolumeInspector := preload("editor/volume_inspector.gd")
+const TransferFunctionDock := preload("editor/transfer_function_dock.gd")
+
+const MENU_ITEM := "Import DICOM Folder..."
+
+var _importers: Array[EditorImportPlugin] = []
+var _dialog: ImportDialog
+var _gizmo: VolumeGizmo
+var _inspector: VolumeInspector
+var _dock: TransferFunctionDock
+var _dock_button: Button
+
+
+func _enter_tree() -> void:
+	_importers = [VolumeImporter.new(), DicomImporter.new()]
+	for importer in _importers:
+		add_import_plugin(importer)
+	_gizmo = VolumeGizmo.new(get_undo_redo())
+	add_node_3d_gizmo_plugin(_gizmo)
+	_inspector = VolumeInspector.new(get_undo_redo())
+	add_inspector_plugin(_inspector)
+	_dock = TransferFunctionDock.new(get_undo_redo())
+	_dock_button = add_control_to_bottom_panel(_dock, "Transfer Function")
+	_dialog = ImportDialog.new(get_undo_redo())
+	EditorInterface.get_base_control().add_child(_dialog)
+	add_tool_menu_item(MENU_ITEM, _dialog.open)
+	get_window().files_dropped.connect(_on_files_dropped)
+	EditorInterface.get_resource_filesystem().filesystem_changed.connect(DicomImporter.forget_folders)
+	EditorInterface.get_selection().selection_changed.connect(_on_selection_changed)
+
+
+func _exit_tree() -> void:
+	EditorInterface.get_selection().selection_changed.disconnect(_on_selection_changed)
+	EditorInterface.get_resource_filesystem().filesystem_changed.disconnect(DicomImporter.forget_folders)
+	get_window().files_dropped.disconnect(_on_files_dropped)
+	remove_tool_menu_item(MENU_ITEM)
+	_dialog.queue_free()
+	remove_control_from_bottom_panel(_dock)
+	_dock.queue_free()
+	remove_inspector_plugin(_inspector)
+	remove_node_3d_gizmo_plugin(_gizmo)
+	for importer in _importers:
+		remove_import_plugin(importer)
+	_importers.clear()
+
+
+func _handles(object: Object) -> bool:
+	return object is LumivoxVolume3D or object is LumivoxTransferFunction
+
+
+func _edit(object: Object) -> void:
+	# The inspector edits a sub-resource of a node: the node stays what the dock follows.
+	if object is LumivoxVolume3D:
+		_dock.follow_node(object as LumivoxVolume3D)
+	elif object is LumivoxTransferFunction:
+		_dock.follow_resource(object as LumivoxTransferFunction)
+
+
+func _make_visible(visible: bool) -> void:
+	if visible and _dock_button != null:
+		_dock_button.show()
+
+
+func _on_selection_changed() -> void:
+	for node in EditorInterface.get_selection().get_selected_nodes():
+		if node is LumivoxVolume3D:
+			_dock.follow_node(node as LumivoxVolume3D)
+			return
+
+
+## The editor copies what is dropped and imports it by extension; scanners often leave the extension out.
+func _on_files_dropped(files: PackedStringArray) -> void:
+	if files.size() == 1 and ImportDialog.holds_unnamed_dicom(files[0]):
+		_dialog.open_path(files[0])

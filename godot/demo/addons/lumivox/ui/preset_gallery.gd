@@ -1,0 +1,133 @@
+@tool
+extends PopupPanel
+## The presets as pictures of the volume at hand.
+
+## Emitted when one was chosen.
+signal chosen(preset: String)
+
+const PresetThumbnail := preload("preset_thumbnail.gd")
+
+var _grid := GridContainer.new()
+var _buttons: Dictionary[String, Button] = {}
+var _volume: LumivoxVolume
+var _task := -1
+var _pictures: Dictionary[String, Image] = {}
+var _stale := true
+
+
+func _init() -> void:
+	_grid.columns = 3
+	add_child(_grid)
+	set_process(false)
+
+
+func _process(_delta: float) -> void:
+	if _task < 0 or not WorkerThreadPool.is_task_completed(_task):
+		return
+	WorkerThreadPool.wait_for_task_completion(_task)
+	_task = -1
+	set_process(false)
+	for preset: String in _pictures:
+		if _buttons.has(preset):
+			_buttons[preset].icon = ImageTexture.create_from_image(_pictures[preset])
+
+
+func _exit_tree() -> void:
+	if _task >= 0:
+		WorkerThreadPool.wait_for_task_completion(_task)
+		_task = -1
+
+
+## The volume that the pictures show.
+func set_volume(volume: LumivoxVolume) -> void:
+	if volume != _volume:
+		_volume = volume
+		_stale = true
+
+
+## Opens the gallery at [param anchor], in screen coordinates.
+func open_at(anchor: Rect2) -> void:
+	if _buttons.is_empty():
+		_build()
+	if _stale and _task < 0:
+		_stale = false
+		for preset: String in _buttons:
+			_buttons[preset].disabled = not is_available(preset, _volume)
+			_buttons[preset].icon = _gradient(preset)
+		_start_pictures()
+	reset_size()
+	popup(Rect2i(Vector2i(int(anchor.position.x), int(anchor.end.y)), Vector2i.ZERO))
+
+
+## The preset that suits a scan when nobody chose one.
+static func suiting(volume: LumivoxVolume) -> String:
+	return "mr-head" if volume != null and not volume.is_empty() and volume.get_unit() != "HU" else "ct-muscle"
+
+
+## Whether a preset can be had: those for MR place themselves by a scan's values.
+static func is_available(preset: String, volume: LumivoxVolume) -> bool:
+	return preset.begins_with("ct-") or (volume != null and not volume.is_empty())
+
+
+## A name as people read it: `ct-bone` becomes `CT bone`.
+static func title(preset: String) -> String:
+	var words := preset.split("-")
+	words[0] = words[0].to_upper() if words[0].length() <= 3 else words[0].capitalize()
+	return " ".join(words)
+
+
+func _build() -> void:
+	for preset in LumivoxTransferFunction.preset_names():
+		var button := Button.new()
+		button.text = title(preset)
+		button.flat = true
+		button.icon_alignment = HORIZONTAL_ALIGNMENT_CENTER
+		button.vertical_icon_alignment = VERTICAL_ALIGNMENT_TOP
+		button.custom_minimum_size = Vector2(104.0, 112.0) * maxf(button.get_theme_default_base_scale(), 1.0)
+		button.expand_icon = true
+		button.pressed.connect(_on_pressed.bind(preset))
+		_grid.add_child(button)
+		_buttons[preset] = button
+
+
+func _on_pressed(preset: String) -> void:
+	hide()
+	chosen.emit(preset)
+
+
+## What is seen until the pictures are there: the preset's colours.
+func _gradient(preset: String) -> Texture2D:
+	if not is_available(preset, _volume):
+		return null
+	var source := LumivoxTransferFunction.preset(preset, _volume)
+	var gradient := Gradient.new()
+	var low := source.color_values[0]
+	var extent := maxf(source.color_values[-1] - low, 1e-6)
+	var offsets := PackedFloat32Array()
+	for value in source.color_values:
+		offsets.append((value - low) / extent)
+	gradient.offsets = offsets
+	gradient.colors = source.colors
+	var texture := GradientTexture2D.new()
+	texture.gradient = gradient
+	texture.width = PresetThumbnail.SIZE
+	texture.height = PresetThumbnail.SIZE
+	return texture
+
+
+func _start_pictures() -> void:
+	if _volume == null or _volume.is_empty():
+		return
+	_pictures = {}
+	_task = WorkerThreadPool.add_task(_render_pictures.bind(_volume), false, "Lumivox preset pictures")
+	set_process(true)
+
+
+func _render_pictures(volume: LumivoxVolume) -> void:
+	var thumbnail := PresetThumbnail.new(volume)
+	var pictures: Dictionary[String, Image] = {}
+	for preset in LumivoxTransferFunction.preset_names():
+		var image := thumbnail.render(LumivoxTransferFunction.preset(preset, volume))
+		if image != null:
+			pictures[preset] = image
+	_pictures = pictures

@@ -1,0 +1,24 @@
+extends Node3D
+## A scene of the demo: when the phantom is there the panel shows it, and the camera frames it if asked to.
+
+## What is waited for.
+@export var source: PhantomSource
+## Shows the volume that was grown.
+@export var panel: LumivoxVolumePanel
+## Frames a scan that was opened in place of the phantom.
+@export var camera: LumivoxOrbitCamera
+
+
+func _ready() -> void:
+	source.grown.connect(_on_grown)
+	if panel != null and camera != null:
+		panel.volume_opened.connect(_on_opened)
+
+
+func _on_grown(_volume: LumivoxVolume) -> void:
+	if panel != null:
+		panel.refresh()
+
+
+func _on_opened(_volume: LumivoxVolume) -> void:
+	camera.frame_target()

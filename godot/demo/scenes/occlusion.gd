@@ -1,0 +1,25 @@
+extends "demo_scene.gd"
+## Spheres before, behind and inside a translucent head; one flies through it.
+
+## Seconds of one round.
+@export var period := 9.0
+## The sphere that moves.
+@export var traveller: Node3D
+## The volume that it flies through.
+@export var head: LumivoxVolume3D
+## How dense that is: thin enough to look into.
+@export var density := 0.06
+
+var _phase := 0.0
+
+
+func _on_grown(volume: LumivoxVolume) -> void:
+	head.density = density
+	head.surface_strength = 0.25
+	super(volume)
+
+
+func _process(delta: float) -> void:
+	_phase = fmod(_phase + delta / period, 1.0)
+	var angle := _phase * TAU
+	traveller.position = Vector3(0.30 * sin(angle), 0.055 + 0.03 * sin(angle * 2.0), 0.16 * cos(angle) * cos(angle))

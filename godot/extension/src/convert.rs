@@ -1,0 +1,77 @@
+//! Between Godot's types and the core's.
+
+use std::path::PathBuf;
+
+use godot::classes::ProjectSettings;
+use godot::prelude::*;
+use lumivox_core::glam::{DAffine3, DMat3, DVec3};
+
+/// A vector in Godot's precision.
+pub fn vector(v: DVec3) -> Vector3 {
+    Vector3::new(v.x as f32, v.y as f32, v.z as f32)
+}
+
+/// A vector in the core's precision.
+pub fn dvec(v: Vector3) -> DVec3 {
+    DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
+}
+
+/// An affine map in the core's precision.
+pub fn affine(transform: Transform3D) -> DAffine3 {
+    let columns = transform.basis.to_cols().map(dvec);
+    let matrix = DMat3::from_cols(columns[0], columns[1], columns[2]);
+    DAffine3::from_mat3_translation(matrix, dvec(transform.origin))
+}
+
+/// An affine map in Godot's precision.
+pub fn transform(map: DAffine3) -> Transform3D {
+    let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(vector);
+    Transform3D::new(Basis::from_cols(columns[0], columns[1], columns[2]), vector(map.translation))
+}
+
+/// Linear RGB of a colour, which Godot keeps in sRGB.
+pub fn linear_from_color(color: Color) -> [f64; 3] {
+    [color.r, color.g, color.b].map(|c| {
+        let c = f64::from(c);
+        if c < 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    })
+}
+
+/// The colour of linear RGB.
+pub fn color_from_linear(linear: [f64; 3]) -> Color {
+    let [r, g, b] =
+        linear.map(|c| (if c < 0.0031308 { c * 12.92 } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 }) as f32);
+    Color::from_rgb(r, g, b)
+}
+
+/// The path that the operating system knows, of one that may begin with `res://` or `user://`.
+pub fn system_path(path: &GString) -> PathBuf {
+    PathBuf::from(ProjectSettings::singleton().globalize_path(path).to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_come_back() {
+        for linear in [[0.0, 0.001, 0.18], [0.5, 0.9, 1.0]] {
+            let back = linear_from_color(color_from_linear(linear));
+            for (a, b) in linear.into_iter().zip(back) {
+                assert!((a - b).abs() < 1e-6, "{a} came back as {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn maps_keep_rows_and_columns_apart() {
+        let map = DAffine3::from_mat3_translation(
+            DMat3::from_cols_array(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0]),
+            DVec3::new(11.0, 12.0, 13.0),
+        );
+        let there = transform(map);
+        let point = DVec3::new(1.0, -2.0, 3.0);
+        assert_eq!(dvec(there * vector(point)), map.transform_point3(point));
+        assert_eq!(affine(there), map);
+    }
+}

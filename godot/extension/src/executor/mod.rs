@@ -1,0 +1,437 @@
+//! Replays recordings on Godot's RenderingDevice. Everything here runs on the render thread.
+
+mod pipelines;
+mod spirv;
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::mpsc::{Receiver, channel};
+
+use godot::classes::rendering_device::{
+    DataFormat, DeviceType, Limit, SamplerFilter, TextureType, TextureUsageBits, UniformType,
+};
+use godot::classes::{
+    RdSamplerState, RdTextureFormat, RdTextureView, RdUniform, RenderingDevice, RenderingServer,
+};
+use godot::global::Error;
+use godot::prelude::*;
+use lumivox_renderer::recording::{BindingKind, Kernel, Payload, TextureFormat};
+use lumivox_renderer::{DeviceLimits, Recording, ResourceId, Step};
+
+use self::pipelines::Pipelines;
+
+/// Uniform sets that are kept; more are made anew.
+const MAX_UNIFORM_SETS: usize = 512;
+
+/// Why a recording could not be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum ExecuteError {
+    /// A shader or pipeline cannot be made.
+    #[error("the graphics driver cannot run Lumivox' kernel '{kernel}': {why}. Update the driver")]
+    Kernel {
+        /// Its entry point.
+        kernel: &'static str,
+        /// What went wrong.
+        why: String,
+    },
+    /// A buffer or texture cannot be made.
+    #[error("the GPU has no room for '{what}' ({megabytes} MB). Use smaller or fewer volumes")]
+    Memory {
+        /// What it holds.
+        what: &'static str,
+        /// Its size.
+        megabytes: u64,
+    },
+    /// A step names what is not there.
+    #[error("a fault in Lumivox: {0}")]
+    Fault(String),
+}
+
+/// A texture that is not made before it is known whether it comes with its texels.
+#[derive(Clone, Copy)]
+struct Plan {
+    label: &'static str,
+    format: TextureFormat,
+    size: [u32; 3],
+}
+
+enum Resource {
+    Buffer(Rid, u64),
+    Texture(Rid, Plan),
+    Planned(Plan),
+    /// The host's own.
+    Lent(Rid),
+}
+
+/// Replays recordings. Owns what they make until it is freed.
+#[derive(Default)]
+pub struct Executor {
+    resources: HashMap<ResourceId, Resource>,
+    pipelines: Pipelines,
+    sampler: Option<Rid>,
+    /// Uniform buffers by size, and how many of each the recording under way has used.
+    uniforms: HashMap<u32, (Vec<Rid>, usize)>,
+    sets: HashMap<(Kernel, Vec<Rid>), Rid>,
+}
+
+impl Executor {
+    /// What the renderer needs to know of the device.
+    pub fn limits(device: &Gd<RenderingDevice>) -> DeviceLimits {
+        let limit = |limit| device.limit_get(limit).min(u64::from(u32::MAX)) as u32;
+        // Godot does not tell how much it binds at once. Every Vulkan device binds 128 MiB, software ones no more; GPUs
+        // bind 1 GiB and above.
+        let on_cpu = RenderingServer::singleton().get_video_adapter_type() == DeviceType::CPU;
+        DeviceLimits {
+            max_texture_3d: limit(Limit::MAX_TEXTURE_SIZE_3D),
+            max_texture_2d: limit(Limit::MAX_TEXTURE_SIZE_2D),
+            max_storage_binding: if on_cpu { 128 << 20 } else { 1 << 30 },
+        }
+    }
+
+    /// Lends a texture of the host's under a name, until it is lent anew or [freed](Step::Free).
+    pub fn lend(&mut self, id: ResourceId, texture: Rid) {
+        self.resources.insert(id, Resource::Lent(texture));
+    }
+
+    /// Hands the recording to the device. The read-backs come in the order of their steps, frames later. The time from
+    /// the first tracing step to the last is captured under `timed`.
+    ///
+    /// # Errors
+    /// [`ExecuteError`] when the device refuses a step; those before it have happened.
+    pub fn execute(
+        &mut self,
+        device: &mut Gd<RenderingDevice>,
+        recording: &Recording,
+        timed: &str,
+    ) -> Result<Vec<Receiver<Vec<u8>>>, ExecuteError> {
+        for (_, used) in self.uniforms.values_mut() {
+            *used = 0;
+        }
+        let traces = |step: &Step| matches!(step, Step::Dispatch { kernel: Kernel::PathTrace(_), .. });
+        let first = recording.steps.iter().position(traces);
+        let last = recording.steps.iter().rposition(traces);
+        let mut read_backs = vec![];
+        for (i, step) in recording.steps.iter().enumerate() {
+            if Some(i) == first {
+                device.capture_timestamp(&format!("{timed} begin"));
+            }
+            self.step(device, step, &mut read_backs)?;
+            if Some(i) == last {
+                device.capture_timestamp(&format!("{timed} end"));
+            }
+        }
+        Ok(read_backs)
+    }
+
+    /// Frees every resource that `recording` makes: after an error nobody else will.
+    pub fn discard(&mut self, device: &mut Gd<RenderingDevice>, recording: &Recording) {
+        for step in &recording.steps {
+            if let Step::CreateBuffer { id, .. } | Step::CreateTexture { id, .. } = step {
+                self.free_resource(device, *id);
+            }
+        }
+    }
+
+    /// Frees everything.
+    pub fn free(&mut self, device: &mut Gd<RenderingDevice>) {
+        self.free_sets(device);
+        let ids: Vec<ResourceId> = self.resources.keys().copied().collect();
+        for id in ids {
+            self.free_resource(device, id);
+        }
+        for buffer in self.uniforms.drain().flat_map(|(_, (buffers, _))| buffers) {
+            device.free_rid(buffer);
+        }
+        if let Some(sampler) = self.sampler.take() {
+            device.free_rid(sampler);
+        }
+        self.pipelines.free(device);
+    }
+
+    fn step(
+        &mut self,
+        device: &mut Gd<RenderingDevice>,
+        step: &Step,
+        read_backs: &mut Vec<Receiver<Vec<u8>>>,
+    ) -> Result<(), ExecuteError> {
+        match step {
+            Step::CreateBuffer { id, label, size } => {
+                let no_room = || ExecuteError::Memory { what: label, megabytes: size >> 20 };
+                let bytes = u32::try_from(*size).map_err(|_| no_room())?;
+                let buffer = device.storage_buffer_create(bytes);
+                if !buffer.is_valid() {
+                    return Err(no_room());
+                }
+                device.set_resource_name(buffer, &format!("Lumivox {label}"));
+                device.buffer_clear(buffer, 0, bytes);
+                self.resources.insert(*id, Resource::Buffer(buffer, *size));
+            }
+            Step::CreateTexture { id, label, format, size } => {
+                let plan = Plan { label, format: *format, size: *size };
+                self.resources.insert(*id, Resource::Planned(plan));
+            }
+            Step::WriteBuffer { id, offset, data } => {
+                let (buffer, _) = self.buffer(*id)?;
+                let bytes = data.bytes();
+                let packed = PackedByteArray::from(bytes);
+                device.buffer_update(buffer, *offset as u32, bytes.len() as u32, &packed);
+            }
+            Step::WriteTexture { id, origin, size, data } => {
+                self.write_texture(device, *id, *origin, *size, data)?;
+            }
+            Step::ClearBuffer { id } => {
+                let (buffer, size) = self.buffer(*id)?;
+                device.buffer_clear(buffer, 0, size as u32);
+            }
+            Step::Dispatch { kernel, uniforms, resources, workgroups: [x, y] } => {
+                let pipeline = self.pipelines.compute(device, *kernel)?;
+                let set = self.uniform_set(device, *kernel, uniforms, resources)?;
+                let list = device.compute_list_begin();
+                device.compute_list_bind_compute_pipeline(list, pipeline);
+                device.compute_list_bind_uniform_set(list, set, 0);
+                device.compute_list_dispatch(list, *x, *y, 1);
+                device.compute_list_end();
+            }
+            Step::Draw { kernel, uniforms, resources, target } => {
+                let target = self.texture(device, *target)?;
+                let (framebuffer, pipeline) = self.pipelines.draw(device, *kernel, target)?;
+                let set = self.uniform_set(device, *kernel, uniforms, resources)?;
+                let list = device.draw_list_begin(framebuffer);
+                device.draw_list_bind_render_pipeline(list, pipeline);
+                device.draw_list_bind_uniform_set(list, set, 0);
+                device.draw_list_draw_ex(list, false, 1).procedural_vertex_count(3).done();
+                device.draw_list_end();
+            }
+            Step::ReadBuffer { id, range } => read_backs.push(self.read_back(device, *id, range)?),
+            Step::Free { id } => self.free_resource(device, *id),
+        }
+        Ok(())
+    }
+
+    fn buffer(&self, id: ResourceId) -> Result<(Rid, u64), ExecuteError> {
+        match self.resources.get(&id) {
+            Some(Resource::Buffer(buffer, size)) => Ok((*buffer, *size)),
+            _ => Err(ExecuteError::Fault(format!("{id:?} is no buffer"))),
+        }
+    }
+
+    /// A texture that exists by now.
+    fn texture(&mut self, device: &mut Gd<RenderingDevice>, id: ResourceId) -> Result<Rid, ExecuteError> {
+        match self.resources.get(&id) {
+            Some(Resource::Texture(texture, _) | Resource::Lent(texture)) => Ok(*texture),
+            Some(Resource::Planned(plan)) => {
+                let plan = *plan;
+                let texture = create_texture(device, plan, None)?;
+                self.resources.insert(id, Resource::Texture(texture, plan));
+                Ok(texture)
+            }
+            _ => Err(ExecuteError::Fault(format!("{id:?} is no texture"))),
+        }
+    }
+
+    fn write_texture(
+        &mut self,
+        device: &mut Gd<RenderingDevice>,
+        id: ResourceId,
+        origin: [u32; 3],
+        size: [u32; 3],
+        data: &Payload,
+    ) -> Result<(), ExecuteError> {
+        let (plan, planned) = match self.resources.get(&id) {
+            Some(Resource::Planned(plan)) => (*plan, true),
+            Some(Resource::Texture(_, plan)) => (*plan, false),
+            _ => return Err(ExecuteError::Fault(format!("{id:?} is no texture of its own"))),
+        };
+        let [width, height, depth] = plan.size;
+        if planned && origin == [0; 3] && size == [width, height, depth.max(1)] {
+            let texture = create_texture(device, plan, Some(data))?;
+            self.resources.insert(id, Resource::Texture(texture, plan));
+            return Ok(());
+        }
+        // The device uploads whole textures only: a box goes through one of its own.
+        let texture = self.texture(device, id)?;
+        let flat = depth == 0;
+        let box_size = if flat { [size[0], size[1], 0] } else { size };
+        let staging = create_texture(device, Plan { size: box_size, ..plan }, Some(data))?;
+        let at = |v: [u32; 3]| Vector3::new(v[0] as f32, v[1] as f32, v[2] as f32);
+        let copied = device.texture_copy(staging, texture, Vector3::ZERO, at(origin), at(size), 0, 0, 0, 0);
+        device.free_rid(staging);
+        if copied == Error::OK {
+            Ok(())
+        } else {
+            Err(ExecuteError::Fault(format!("'{}' cannot be written", plan.label)))
+        }
+    }
+
+    fn uniform_set(
+        &mut self,
+        device: &mut Gd<RenderingDevice>,
+        kernel: Kernel,
+        uniforms: &[Vec<u8>],
+        resources: &[ResourceId],
+    ) -> Result<Rid, ExecuteError> {
+        let (mut uniforms, mut resources) = (uniforms.iter(), resources.iter());
+        let mut next = || {
+            let missing = || ExecuteError::Fault(format!("a binding of {kernel:?} is missing"));
+            resources.next().copied().ok_or_else(missing)
+        };
+        let mut bound = vec![];
+        for kind in kernel.bindings() {
+            let rid = match kind {
+                BindingKind::Uniform => {
+                    let bytes = uniforms.next().map_or(&[][..], |bytes| bytes);
+                    self.uniform_buffer(device, bytes)?
+                }
+                BindingKind::LinearSampler => self.linear_sampler(device),
+                BindingKind::StorageRead | BindingKind::StorageReadWrite => self.buffer(next()?)?.0,
+                BindingKind::Texture3dFiltered | BindingKind::Texture2dLoaded => {
+                    let id = next()?;
+                    self.texture(device, id)?
+                }
+            };
+            bound.push(rid);
+        }
+        let key = (kernel, bound);
+        if let Some(set) = self.sets.get(&key) {
+            // A set goes with whatever it binds.
+            if device.uniform_set_is_valid(*set) {
+                return Ok(*set);
+            }
+            self.sets.remove(&key);
+        }
+        if self.sets.len() >= MAX_UNIFORM_SETS {
+            self.free_sets(device);
+        }
+        let mut list = Array::<Gd<RdUniform>>::new();
+        for (binding, (kind, rid)) in (0..).zip(kernel.bindings().iter().zip(&key.1)) {
+            let mut uniform = RdUniform::new_gd();
+            uniform.set_uniform_type(uniform_type(*kind));
+            uniform.set_binding(binding);
+            uniform.add_id(*rid);
+            list.push(&uniform);
+        }
+        let shader = self.pipelines.shader(device, kernel)?;
+        let set = device.uniform_set_create(&list, shader, 0);
+        if !set.is_valid() {
+            let why = "its buffers and textures cannot be bound".to_owned();
+            return Err(ExecuteError::Kernel { kernel: kernel.entry_point(), why });
+        }
+        self.sets.insert(key, set);
+        Ok(set)
+    }
+
+    /// A uniform buffer with these contents. Updates and dispatches happen in order, so that a buffer can be used again
+    /// in the next recording.
+    fn uniform_buffer(
+        &mut self,
+        device: &mut Gd<RenderingDevice>,
+        bytes: &[u8],
+    ) -> Result<Rid, ExecuteError> {
+        let size = (bytes.len() as u32).next_multiple_of(16).max(16);
+        let packed = PackedByteArray::from(bytes);
+        let (buffers, used) = self.uniforms.entry(size).or_default();
+        if *used == buffers.len() {
+            let buffer = device.uniform_buffer_create(size);
+            if !buffer.is_valid() {
+                return Err(ExecuteError::Memory { what: "uniforms", megabytes: 0 });
+            }
+            buffers.push(buffer);
+        }
+        let buffer = buffers[*used];
+        *used += 1;
+        device.buffer_update(buffer, 0, bytes.len() as u32, &packed);
+        Ok(buffer)
+    }
+
+    fn linear_sampler(&mut self, device: &mut Gd<RenderingDevice>) -> Rid {
+        *self.sampler.get_or_insert_with(|| {
+            let mut state = RdSamplerState::new_gd();
+            state.set_min_filter(SamplerFilter::LINEAR);
+            state.set_mag_filter(SamplerFilter::LINEAR);
+            device.sampler_create(&state)
+        })
+    }
+
+    fn read_back(
+        &self,
+        device: &mut Gd<RenderingDevice>,
+        id: ResourceId,
+        range: &Range<u64>,
+    ) -> Result<Receiver<Vec<u8>>, ExecuteError> {
+        let (buffer, _) = self.buffer(id)?;
+        let (send, receive) = channel();
+        let arrived = Callable::from_sync_fn("lumivox_read_back", move |arguments: &[&Variant]| {
+            if let Some(Ok(bytes)) = arguments.first().map(|bytes| bytes.try_to::<PackedByteArray>()) {
+                // Nobody listens any more where the view is gone.
+                let _ = send.send(bytes.to_vec());
+            }
+        });
+        device
+            .buffer_get_data_async_ex(buffer, &arrived)
+            .offset_bytes(range.start as u32)
+            .size_bytes((range.end - range.start) as u32)
+            .done();
+        Ok(receive)
+    }
+
+    fn free_resource(&mut self, device: &mut Gd<RenderingDevice>, id: ResourceId) {
+        match self.resources.remove(&id) {
+            Some(Resource::Buffer(rid, _) | Resource::Texture(rid, _)) => device.free_rid(rid),
+            Some(Resource::Planned(_) | Resource::Lent(_)) | None => {}
+        }
+    }
+
+    fn free_sets(&mut self, device: &mut Gd<RenderingDevice>) {
+        for (_, set) in self.sets.drain() {
+            if device.uniform_set_is_valid(set) {
+                device.free_rid(set);
+            }
+        }
+    }
+}
+
+fn uniform_type(kind: BindingKind) -> UniformType {
+    match kind {
+        BindingKind::Uniform => UniformType::UNIFORM_BUFFER,
+        BindingKind::StorageRead | BindingKind::StorageReadWrite => UniformType::STORAGE_BUFFER,
+        BindingKind::Texture3dFiltered | BindingKind::Texture2dLoaded => UniformType::TEXTURE,
+        BindingKind::LinearSampler => UniformType::SAMPLER,
+    }
+}
+
+fn create_texture(
+    device: &mut Gd<RenderingDevice>,
+    plan: Plan,
+    data: Option<&Payload>,
+) -> Result<Rid, ExecuteError> {
+    let [width, height, depth] = plan.size;
+    let mut format = RdTextureFormat::new_gd();
+    format.set_texture_type(if depth == 0 { TextureType::TYPE_2D } else { TextureType::TYPE_3D });
+    format.set_format(match plan.format {
+        TextureFormat::R8Unorm => DataFormat::R8_UNORM,
+        TextureFormat::R16Unorm => DataFormat::R16_UNORM,
+        TextureFormat::Rgba32Float => DataFormat::R32G32B32A32_SFLOAT,
+    });
+    format.set_width(width);
+    format.set_height(height);
+    format.set_depth(depth.max(1));
+    format.set_usage_bits(
+        TextureUsageBits::SAMPLING_BIT
+            | TextureUsageBits::CAN_COPY_TO_BIT
+            | TextureUsageBits::CAN_COPY_FROM_BIT
+            | TextureUsageBits::CAN_UPDATE_BIT,
+    );
+    let mut layers = Array::<PackedByteArray>::new();
+    if let Some(data) = data {
+        layers.push(&PackedByteArray::from(data.bytes()));
+    }
+    let view = RdTextureView::new_gd();
+    let texture = device.texture_create_ex(&format, &view).data(&layers).done();
+    if texture.is_valid() {
+        device.set_resource_name(texture, &format!("Lumivox {}", plan.label));
+        return Ok(texture);
+    }
+    let texels: u64 = plan.size.iter().map(|&n| u64::from(n.max(1))).product();
+    let megabytes = (texels * plan.format.bytes_per_texel() as u64) >> 20;
+    Err(ExecuteError::Memory { what: plan.label, megabytes })
+}

@@ -1,0 +1,76 @@
+//! Kernels as the SPIR-V that Godot's RenderingDevice takes.
+
+use lumivox_renderer::recording::{Kernel, Stage};
+use naga::back::spv;
+use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+/// The name of every entry point.
+const MAIN: &str = "main";
+
+/// A kernel's shader stages: one for what is dispatched, vertex and fragment for what is drawn.
+#[derive(Debug)]
+pub enum Binary {
+    /// A compute shader.
+    Compute(Vec<u8>),
+    /// A vertex and a fragment shader.
+    Draw([Vec<u8>; 2]),
+}
+
+/// Compiles a kernel to SPIR-V 1.3.
+///
+/// # Errors
+/// What naga says, should the kernel be beyond it.
+pub fn compile(kernel: Kernel) -> Result<Binary, String> {
+    let wgsl = kernel.wgsl();
+    let mut module = naga::front::wgsl::parse_str(&wgsl).map_err(|error| error.emit_to_string(&wgsl))?;
+    let info = Validator::new(ValidationFlags::all(), Capabilities::default())
+        .validate(&module)
+        .map_err(|error| error.emit_to_string(&wgsl))?;
+    // The only name that Godot looks for.
+    module.entry_points.iter_mut().for_each(|entry| entry.name = MAIN.to_owned());
+    let options = spv::Options {
+        lang_version: (1, 3),
+        // A check of a buffer's bounds asks for its length (OpArrayLength), which Godot 4.6's SPIR-V optimiser cannot
+        // take: kernels keep within their buffers by themselves.
+        bounds_check_policies: BoundsCheckPolicies {
+            index: BoundsCheckPolicy::Restrict,
+            buffer: BoundsCheckPolicy::Unchecked,
+            image_load: BoundsCheckPolicy::Restrict,
+            binding_array: BoundsCheckPolicy::Unchecked,
+        },
+        ..Default::default()
+    };
+    let stage = |shader_stage| {
+        let pipeline = spv::PipelineOptions { shader_stage, entry_point: MAIN.to_owned() };
+        spv::write_vec(&module, &info, &options, Some(&pipeline))
+            .map(|words| words.into_iter().flat_map(u32::to_le_bytes).collect())
+            .map_err(|error| error.to_string())
+    };
+    Ok(match kernel.stage() {
+        Stage::Compute => Binary::Compute(stage(naga::ShaderStage::Compute)?),
+        Stage::DrawColor | Stage::DrawDepth => {
+            Binary::Draw([stage(naga::ShaderStage::Vertex)?, stage(naga::ShaderStage::Fragment)?])
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kernel_becomes_spirv() {
+        const MAGIC: [u8; 4] = 0x0723_0203_u32.to_le_bytes();
+        const VERSION: [u8; 4] = 0x0001_0300_u32.to_le_bytes();
+        for kernel in Kernel::all() {
+            let stages = match compile(kernel).unwrap_or_else(|why| panic!("{kernel:?}: {why}")) {
+                Binary::Compute(one) => vec![one],
+                Binary::Draw(two) => two.into(),
+            };
+            for stage in stages {
+                assert_eq!((&stage[..4], &stage[4..8]), (&MAGIC[..], &VERSION[..]), "{kernel:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Lumivox in Godot: scans as resources, volumes as nodes, path traced on the engine's own RenderingDevice.
+//!
+//! The walk of a frame: [`server`] gathers the worlds that hold volumes on the main thread ([`world`]) and leaves them
+//! in [`shared`]; [`effect::LumivoxEffect`] is called on the render thread while the engine draws a viewport, and
+//! [`render`] traces into its colour with the steps that [`executor`] replays. Nothing but plain Rust and RIDs crosses
+//! between the threads.
+
+mod camera;
+mod convert;
+mod effect;
+mod executor;
+mod importer;
+mod nodes;
+mod pacing;
+mod render;
+mod resources;
+mod server;
+mod shared;
+mod world;
+
+use godot::init::InitStage;
+use godot::prelude::*;
+
+struct LumivoxExtension;
+
+#[gdextension]
+unsafe impl ExtensionLibrary for LumivoxExtension {
+    fn on_stage_init(stage: InitStage) {
+        if stage == InitStage::MainLoop {
+            server::start();
+        }
+    }
+
+    fn on_main_loop_frame() {
+        importer::deliver();
+    }
+
+    fn on_stage_deinit(stage: InitStage) {
+        if stage == InitStage::MainLoop {
+            importer::stop_all();
+            server::stop();
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! The render thread's side: scenes and films on the GPU, one frame of a viewport at a time.
+
+use std::collections::HashMap;
+use std::sync::mpsc::{Receiver, TryRecvError};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
+
+use godot::classes::rendering_device::TextureSamples;
+use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
+use godot::prelude::*;
+use lumivox_renderer::{
+    HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId, SceneCache,
+};
+
+use crate::camera;
+use crate::executor::{ExecuteError, Executor};
+use crate::pacing::Pacer;
+use crate::shared::{self, Snapshot, Status, WorldKey};
+
+/// Begins the names of captured times.
+const TIMED: &str = "lumivox";
+
+/// The scaling mode that brings its own temporal antialiasing.
+const FSR2: i64 = 2;
+
+/// What an effect asks for.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Multiplies the light.
+    pub exposure: f64,
+    /// Samples per pixel after which an image is done.
+    pub target_samples: u32,
+    /// Milliseconds of the GPU's time in a frame.
+    pub budget_milliseconds: f64,
+    /// Pixels traced per pixel of the viewport along a side.
+    pub resolution_scale: f64,
+    /// Whether volumes write their depth.
+    pub write_depth: bool,
+}
+
+/// A scene on the GPU.
+struct World {
+    cache: SceneCache,
+    /// The snapshot that it holds; one that does not fit is not tried again.
+    version: u64,
+    failed: bool,
+}
+
+/// One eye of one viewport.
+struct Eye {
+    live: LiveView,
+    pacer: Pacer,
+    read_backs: Vec<Receiver<Vec<u8>>>,
+    /// Names of the host's textures: depth, colour, depth to write.
+    lent: [ResourceId; 3],
+    world: WorldKey,
+}
+
+/// Everything on the GPU.
+#[derive(Default)]
+struct Renderer {
+    executor: Executor,
+    worlds: HashMap<WorldKey, World>,
+    eyes: HashMap<(Rid, u32), Eye>,
+    serial: u64,
+    timed_frame: u64,
+}
+
+static RENDERER: LazyLock<Mutex<Renderer>> = LazyLock::new(Mutex::default);
+
+/// The renderer, in whatever state.
+fn renderer() -> MutexGuard<'static, Renderer> {
+    RENDERER.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Draws the volumes of a viewport. Called by the engine while it draws that viewport.
+pub fn draw(settings: Settings, data: &Gd<RenderData>) {
+    let Some(buffers) = data.get_render_scene_buffers() else { return };
+    let Ok(mut buffers) = buffers.try_cast::<RenderSceneBuffersRd>() else { return };
+    let Some(scene_data) = data.get_render_scene_data() else { return };
+    let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
+    let target = buffers.get_render_target();
+    let Some(snapshot) = shared::lock().targets.get(&target).cloned() else { return };
+    // After a panic, which was reported, nothing is drawn any more rather than the same panic again.
+    let Ok(mut renderer) = RENDERER.lock() else { return };
+    let drawn = renderer.draw(&mut device, settings, &snapshot, &mut buffers, &scene_data);
+    drop(renderer);
+    let mut shared = shared::lock();
+    match drawn {
+        Ok(Some(status)) => {
+            shared.wants_frame |= !status.converged;
+            shared.statuses.insert(target, status);
+        }
+        Ok(None) => {}
+        Err(error) => shared.error = Some(error),
+    }
+}
+
+/// Frees what no viewport shows any more. On the render thread.
+pub fn sweep() {
+    let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
+    let shown: HashMap<Rid, WorldKey> =
+        shared::lock().targets.iter().map(|(target, snapshot)| (*target, snapshot.key)).collect();
+    renderer().sweep(&mut device, &shown);
+}
+
+/// Frees everything. On the render thread.
+pub fn free() {
+    let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
+    let mut renderer = renderer();
+    renderer.sweep(&mut device, &HashMap::new());
+    renderer.executor.free(&mut device);
+}
+
+impl Renderer {
+    fn draw(
+        &mut self,
+        device: &mut Gd<RenderingDevice>,
+        settings: Settings,
+        snapshot: &Arc<Snapshot>,
+        buffers: &mut Gd<RenderSceneBuffersRd>,
+        scene_data: &Gd<RenderSceneData>,
+    ) -> Result<Option<Status>, String> {
+        self.read_times(device);
+        if !self.update_world(device, snapshot)? {
+            return Ok(None);
+        }
+        let views = buffers.get_view_count();
+        let mut status = Status { converged: true, samples: u32::MAX, ..Status::default() };
+        for view in 0..views {
+            let settings =
+                Settings { budget_milliseconds: settings.budget_milliseconds / f64::from(views), ..settings };
+            let Some(eye) = self.draw_eye(device, settings, snapshot, buffers, scene_data, view)? else {
+                return Ok(None);
+            };
+            status.samples = status.samples.min(eye.samples);
+            status.converged &= eye.converged;
+            status.pixel_samples += eye.pixel_samples;
+            if let Some(eye) = self.eyes.get(&(buffers.get_render_target(), view)) {
+                status.milliseconds += eye.pacer.milliseconds();
+            }
+        }
+        status.target = settings.target_samples;
+        Ok(Some(status))
+    }
+
+    /// Brings a scene's copy on the GPU up to date. False if it does not fit, which was said when it first did not.
+    fn update_world(
+        &mut self,
+        device: &mut Gd<RenderingDevice>,
+        snapshot: &Snapshot,
+    ) -> Result<bool, String> {
+        let limits = Executor::limits(device);
+        let world = self.worlds.entry(snapshot.key).or_insert_with(|| World {
+            cache: SceneCache::new(limits),
+            version: 0,
+            failed: false,
+        });
+        if world.version == snapshot.version {
+            return Ok(!world.failed);
+        }
+        world.version = snapshot.version;
+        world.failed = true;
+        let mut recording = Recording::new();
+        world.cache.update(&snapshot.scene, &mut recording).map_err(|error| error.to_string())?;
+        if let Err(error) = self.executor.execute(device, &recording, TIMED) {
+            self.executor.discard(device, &recording);
+            self.forget_world(device, snapshot.key);
+            return Err(error.to_string());
+        }
+        world.failed = false;
+        Ok(true)
+    }
+
+    /// Starts a scene over whose copy is not whole, once something in it changes.
+    fn forget_world(&mut self, device: &mut Gd<RenderingDevice>, key: WorldKey) {
+        let Some(world) = self.worlds.get_mut(&key) else { return };
+        let broken = std::mem::replace(&mut world.cache, SceneCache::new(Executor::limits(device)));
+        let mut recording = Recording::new();
+        broken.free(&mut recording);
+        // Freeing never fails.
+        let _ = self.executor.execute(device, &recording, TIMED);
+    }
+
+    fn draw_eye(
+        &mut self,
+        device: &mut Gd<RenderingDevice>,
+        settings: Settings,
+        snapshot: &Snapshot,
+        buffers: &mut Gd<RenderSceneBuffersRd>,
+        scene_data: &Gd<RenderSceneData>,
+        view: u32,
+    ) -> Result<Option<LiveStatus>, String> {
+        let projection = scene_data.get_view_projection(view);
+        let host = camera::host_camera(scene_data.get_cam_transform(), projection);
+        let size = buffers.get_internal_size();
+        let Some(host) = host.filter(|_| size.x > 0 && size.y > 0) else { return Ok(None) };
+        let live_settings = LiveSettings {
+            resolution_scale: settings.resolution_scale,
+            target_samples: settings.target_samples,
+            exposure: settings.exposure,
+            ..LiveSettings::new(size.x as u32, size.y as u32)
+        };
+
+        let Some(world) = self.worlds.get(&snapshot.key) else { return Ok(None) };
+        let mut recording = Recording::new();
+        let key = (buffers.get_render_target(), view);
+        let mut known = self.eyes.remove(&key);
+        // An eye that turns to another scene starts over there.
+        if let Some(other) = known.take_if(|eye| eye.world != snapshot.key) {
+            other.live.free(&mut recording);
+        }
+        let eye = match known {
+            Some(eye) => Ok(eye),
+            None => LiveView::new(&live_settings, &world.cache, &mut recording)
+                .map(|live| Eye::new(live, snapshot.key)),
+        };
+        let eye = match eye {
+            Ok(eye) => eye,
+            Err(error) => {
+                // What was freed meanwhile is freed.
+                let _ = self.executor.execute(device, &recording, TIMED);
+                return Err(error.to_string());
+            }
+        };
+        let eye = self.eyes.entry(key).insert_entry(eye).into_mut();
+        eye.take_read_backs();
+
+        let multisampled = buffers.get_texture_samples() != TextureSamples::SAMPLES_1;
+        let [depth, color_target, depth_target] = eye.lent;
+        self.executor.lend(depth, buffers.get_depth_layer(view));
+        let color = buffers.get_color_layer_ex(view).msaa(multisampled).done();
+        self.executor.lend(color_target, color);
+        let written = buffers.get_depth_layer_ex(view).msaa(multisampled).done();
+        self.executor.lend(depth_target, written);
+        let jittered = buffers.get_use_taa() || scaling_mode(buffers) == FSR2;
+        let host_frame = HostFrame {
+            depth: Some(HostDepth {
+                texture: depth,
+                view_depth_from_ndc: host.view_depth_from_ndc,
+                clear: 0.0,
+                jittered,
+            }),
+            color_target,
+            depth_target: settings.write_depth.then_some(depth_target),
+        };
+        let camera =
+            if jittered { camera::without_jitter(host.camera, live_settings.size) } else { host.camera };
+        let budget = eye.pacer.budget(settings.budget_milliseconds);
+        let status = match eye.live.record_frame(
+            &world.cache,
+            &camera,
+            &live_settings,
+            &host_frame,
+            budget,
+            &mut recording,
+        ) {
+            Ok(status) => status,
+            Err(error) => {
+                // A new eye's films are made all the same: the next frame counts on them.
+                let _ = self.executor.execute(device, &recording, TIMED);
+                return Err(error.to_string());
+            }
+        };
+        self.serial += 1;
+        let name = format!("{TIMED} {}", self.serial);
+        match self.executor.execute(device, &recording, &name) {
+            Ok(read_backs) => {
+                eye.pacer.recorded(self.serial, status.pixel_samples);
+                eye.read_backs.extend(read_backs);
+                Ok(Some(status))
+            }
+            Err(error) => {
+                self.executor.discard(device, &recording);
+                // What it made is gone: it makes everything anew.
+                if let Some(eye) = self.eyes.remove(&key) {
+                    self.free_eye(device, eye);
+                }
+                Err(ExecuteError::to_string(&error))
+            }
+        }
+    }
+
+    /// Tells views what their frames took.
+    fn read_times(&mut self, device: &Gd<RenderingDevice>) {
+        let frame = device.get_captured_timestamps_frame();
+        if frame == self.timed_frame {
+            return;
+        }
+        self.timed_frame = frame;
+        let mut begun = HashMap::new();
+        for i in 0..device.get_captured_timestamps_count() {
+            let name = device.get_captured_timestamp_name(i).to_string();
+            let mut words = name.split(' ');
+            if words.next() != Some(TIMED) {
+                continue;
+            }
+            let Some(serial) = words.next().and_then(|word| word.parse::<u64>().ok()) else { continue };
+            let time = device.get_captured_timestamp_gpu_time(i);
+            match (words.next(), begun.get(&serial)) {
+                (Some("begin"), _) => {
+                    begun.insert(serial, time);
+                }
+                (Some("end"), Some(begin)) => {
+                    let milliseconds = time.saturating_sub(*begin) as f64 * 1e-6;
+                    self.eyes.values_mut().for_each(|eye| eye.pacer.measured(serial, milliseconds));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn sweep(&mut self, device: &mut Gd<RenderingDevice>, shown: &HashMap<Rid, WorldKey>) {
+        let gone: Vec<(Rid, u32)> =
+            self.eyes.keys().filter(|(target, _)| !shown.contains_key(target)).copied().collect();
+        for key in gone {
+            if let Some(eye) = self.eyes.remove(&key) {
+                self.free_eye(device, eye);
+            }
+        }
+        let gone: Vec<WorldKey> =
+            self.worlds.keys().filter(|key| !shown.values().any(|other| other == *key)).copied().collect();
+        for key in gone {
+            self.forget_world(device, key);
+            self.worlds.remove(&key);
+        }
+    }
+
+    fn free_eye(&mut self, device: &mut Gd<RenderingDevice>, eye: Eye) {
+        let mut recording = Recording::new();
+        eye.live.free(&mut recording);
+        for id in eye.lent {
+            recording.push(lumivox_renderer::Step::Free { id });
+        }
+        // Freeing never fails.
+        let _ = self.executor.execute(device, &recording, TIMED);
+    }
+}
+
+/// The engine's answer where nothing is scaled is none of its enum: it is asked without one.
+fn scaling_mode(buffers: &mut Gd<RenderSceneBuffersRd>) -> i64 {
+    buffers.call("get_scaling_3d_mode", &[]).try_to().unwrap_or_default()
+}
+
+impl Eye {
+    fn new(live: LiveView, world: WorldKey) -> Self {
+        let lent = [ResourceId::external(), ResourceId::external(), ResourceId::external()];
+        Self { live, pacer: Pacer::new(), read_backs: vec![], lent, world }
+    }
+
+    /// Hands over what has come back from the GPU.
+    fn take_read_backs(&mut self) {
+        let live = &mut self.live;
+        self.read_backs.retain(|read_back| match read_back.try_recv() {
+            Ok(bytes) => {
+                live.feedback(&bytes);
+                false
+            }
+            Err(TryRecvError::Empty) => true,
+            Err(TryRecvError::Disconnected) => false,
+        });
+    }
+}

@@ -1,0 +1,80 @@
+//! A volume as the dictionary that Godot saves: one value, so that a volume is there entirely or not at all.
+
+use godot::prelude::*;
+use lumivox_core::glam::{DAffine3, DMat3, DVec3};
+use lumivox_core::{Modality, Volume, Voxels};
+
+/// Raised when the meaning of an entry changes.
+const VERSION: i64 = 1;
+
+/// The dictionary of a volume and the report of its import.
+pub fn to_dictionary(volume: &Volume, report: &VarDictionary) -> VarDictionary {
+    let place = volume.patient_from_voxel();
+    let numbers: PackedFloat64Array =
+        place.matrix3.to_cols_array().into_iter().chain(place.translation.to_array()).collect();
+    let dims: PackedInt64Array = volume.dims().into_iter().map(|n| n as i64).collect();
+    let rescale = PackedFloat64Array::from([volume.slope(), volume.intercept()]);
+    vdict! {
+        "version" => VERSION,
+        "dims" => &dims,
+        "sample" => match volume.voxels() {
+            Voxels::U8(_) => "u8",
+            Voxels::U16(_) => "u16",
+            Voxels::F32(_) => "f32",
+        },
+        "rescale" => &rescale,
+        "patient_from_voxel" => &numbers,
+        "modality" => match volume.modality() {
+            Modality::Ct => "CT",
+            Modality::Mr => "MR",
+            Modality::Pet => "PET",
+            Modality::Other => "",
+        },
+        "report" => report,
+        // As they lie in memory; every platform that Godot runs on is little-endian.
+        "voxels" => &PackedByteArray::from(volume.voxels().as_bytes()),
+    }
+}
+
+/// The volume of a dictionary and the report of its import.
+pub fn from_dictionary(stored: &VarDictionary) -> Result<(Volume, VarDictionary), String> {
+    let version = entry::<i64>(stored, "version")?;
+    if version != VERSION {
+        return Err(format!("it was saved by another Lumivox (version {version} of the format)"));
+    }
+    let dims = entry::<PackedInt64Array>(stored, "dims")?;
+    let dims: Vec<usize> = dims.as_slice().iter().filter_map(|&n| n.try_into().ok()).collect();
+    let dims: [usize; 3] = dims.try_into().map_err(|_| "its dimensions are not three numbers")?;
+    let bytes = entry::<PackedByteArray>(stored, "voxels")?;
+    let bytes = bytes.as_slice();
+    let voxels = match entry::<GString>(stored, "sample")?.to_string().as_str() {
+        "u8" => Voxels::U8(bytes.to_vec()),
+        "u16" => Voxels::U16(bytes.as_chunks().0.iter().map(|b| u16::from_le_bytes(*b)).collect()),
+        "f32" => Voxels::F32(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect()),
+        other => return Err(format!("its samples are of an unknown type '{other}'")),
+    };
+    let rescale = numbers::<2>(stored, "rescale")?;
+    let place = numbers::<12>(stored, "patient_from_voxel")?;
+    let column = |i: usize| DVec3::new(place[3 * i], place[3 * i + 1], place[3 * i + 2]);
+    let place = DAffine3::from_mat3_translation(DMat3::from_cols(column(0), column(1), column(2)), column(3));
+    let modality = match entry::<GString>(stored, "modality")?.to_string().as_str() {
+        "CT" => Modality::Ct,
+        "MR" => Modality::Mr,
+        "PET" => Modality::Pet,
+        _ => Modality::Other,
+    };
+    let volume = Volume::new(dims, voxels, rescale, place, modality).map_err(|error| error.to_string())?;
+    Ok((volume, entry(stored, "report")?))
+}
+
+fn entry<T: FromGodot>(stored: &VarDictionary, key: &str) -> Result<T, String> {
+    stored
+        .get(key)
+        .and_then(|value| value.try_to::<T>().ok())
+        .ok_or_else(|| format!("its entry '{key}' is missing or of another type"))
+}
+
+fn numbers<const N: usize>(stored: &VarDictionary, key: &str) -> Result<[f64; N], String> {
+    let numbers = entry::<PackedFloat64Array>(stored, key)?;
+    numbers.as_slice().try_into().map_err(|_| format!("its entry '{key}' does not hold {N} numbers"))
+}

@@ -1,0 +1,286 @@
+//! A scan as a Godot resource.
+
+use std::sync::{Arc, OnceLock};
+
+use godot::classes::image::Format;
+use godot::classes::{IResource, Image, Resource};
+use godot::prelude::*;
+use lumivox_core::{CancelToken, Medium, Preset, Progress, Volume};
+use lumivox_import::{ImportOptions, ImportReport, Imported, RawDescription};
+use lumivox_phantom::AnatomyOptions;
+
+use super::histogram::Histogram;
+use super::{Options, stored};
+use crate::convert;
+
+/// Voxels along a side of a phantom whose size nobody gave.
+const DEFAULT_PHANTOM_SIZE: usize = 128;
+
+/// Most voxels along a side of a phantom.
+const MAX_PHANTOM_SIZE: usize = 1024;
+
+/// A CT or MR scan: voxels in physical units (Hounsfield units for CT) at their true size and place in the patient.
+///
+/// Drop a DICOM folder or a NIfTI, NRRD or MetaImage file on the FileSystem dock, call [method load_file], or use
+/// [LumivoxImporter] to load one without holding up the game. Give it to a [LumivoxVolume3D] to see it. Save it as a
+/// binary resource ([code].res[/code]): text would be many times larger.
+#[derive(GodotClass)]
+#[class(tool, init, base = Resource)]
+pub struct LumivoxVolume {
+    #[var(rename = _stored, get = _get_stored, set = _set_stored, usage_flags = [STORAGE])]
+    stored: PhantomVar<VarDictionary>,
+    volume: Option<Arc<Volume>>,
+    report: VarDictionary,
+    histogram: OnceLock<Histogram>,
+    default_medium: OnceLock<Medium>,
+    base: Base<Resource>,
+}
+
+#[godot_api]
+impl LumivoxVolume {
+    /// A scan that is computed: [code]"head"[/code] is an anatomical CT of a head, [code]"cube"[/code] a test body
+    /// whose values rise from its corners to its centre. [param size] is the number of voxels along a side, 8 to 1024;
+    /// 0 stands for 128.
+    #[func]
+    pub fn phantom(kind: GString, #[opt(default = 0)] size: i64) -> Option<Gd<Self>> {
+        let size = match usize::try_from(size) {
+            Ok(0) => DEFAULT_PHANTOM_SIZE,
+            Ok(size) if (8..=MAX_PHANTOM_SIZE).contains(&size) => size,
+            _ => {
+                godot_error!("A phantom has 8 to {MAX_PHANTOM_SIZE} voxels along a side, not {size}.");
+                return None;
+            }
+        };
+        let kind = kind.to_string();
+        let volume = match kind.as_str() {
+            "head" => {
+                let options = AnatomyOptions { size, ..AnatomyOptions::default() };
+                lumivox_phantom::anatomy(options, Progress::SILENT, &CancelToken::new()).ok()?
+            }
+            "cube" => lumivox_phantom::cube(size),
+            _ => {
+                godot_error!("There is no phantom '{kind}'. There are \"head\" and \"cube\".");
+                return None;
+            }
+        };
+        Some(Self::of(volume, VarDictionary::new()))
+    }
+
+    /// Loads a scan and waits for it: a file of any format (DICOM, NIfTI, NRRD, MetaImage, RAW), a folder of DICOM
+    /// files, or a zip archive of one. [param options] may hold [code]series[/code] (which series of a DICOM study: its
+    /// position from 1, its SeriesInstanceUID or its number) and [code]raw[/code] (what a RAW file holds, such as
+    /// [code]256x256x108:i16le:spacing=1,1,2[/code]). Returns [code]null[/code] and says why in the output if it cannot
+    /// be loaded.
+    #[func]
+    pub fn load_file(path: GString, #[opt(default = &Options::none())] options: Options) -> Option<Gd<Self>> {
+        let loaded = import_options(&options.0).and_then(|options| {
+            let paths = [convert::system_path(&path)];
+            lumivox_import::load(&paths, &options, Progress::SILENT, &CancelToken::new())
+                .map_err(|error| error.to_string())
+        });
+        match loaded {
+            Ok(imported) => Some(Self::imported(imported)),
+            Err(message) => {
+                godot_error!("{message}");
+                None
+            }
+        }
+    }
+
+    /// Voxels along the scan's own x, y and z axes.
+    #[func]
+    pub fn get_dimensions(&self) -> Vector3i {
+        self.volume.as_ref().map_or(Vector3i::ZERO, |volume| {
+            let [x, y, z] = volume.dims().map(|n| n as i32);
+            Vector3i::new(x, y, z)
+        })
+    }
+
+    /// Distances between neighbouring voxels along the scan's own axes, in millimetres.
+    #[func]
+    pub fn get_spacing_mm(&self) -> Vector3 {
+        self.volume.as_ref().map_or(Vector3::ZERO, |volume| convert::vector(volume.spacing_mm()))
+    }
+
+    /// Edge lengths along the scan's own axes, in metres: what it measures in a scene.
+    #[func]
+    pub fn get_size_m(&self) -> Vector3 {
+        self.volume.as_ref().map_or(Vector3::ZERO, |volume| convert::vector(volume.size_mm() * 1e-3))
+    }
+
+    /// The smallest and the largest value.
+    #[func]
+    pub fn get_value_range(&self) -> Vector2 {
+        self.volume.as_ref().map_or(Vector2::ZERO, |volume| {
+            let [low, high] = volume.value_range();
+            Vector2::new(low as f32, high as f32)
+        })
+    }
+
+    /// The unit of the values: [code]HU[/code] for CT, empty where they have none.
+    #[func]
+    pub fn get_unit(&self) -> GString {
+        self.volume.as_ref().map_or(GString::new(), |volume| GString::from(volume.modality().unit()))
+    }
+
+    /// The number of voxels in each of [param bins] equal parts of the values from [code]range.x[/code] to
+    /// [code]range.y[/code]. The first call looks at every voxel, later ones are quick.
+    #[func]
+    pub fn get_histogram(&self, bins: i64, range: Vector2) -> PackedFloat32Array {
+        let bins = bins.clamp(1, 1 << 16) as usize;
+        let Some(volume) = &self.volume else { return PackedFloat32Array::from(vec![0.0; bins]) };
+        let histogram = self.histogram.get_or_init(|| Histogram::new(volume));
+        histogram.counts(bins, [f64::from(range.x), f64::from(range.y)]).into()
+    }
+
+    /// How the scan was loaded: [code]format[/code], [code]series[/code] (a list with [code]id[/code],
+    /// [code]number[/code], [code]description[/code] and [code]files[/code]), [code]chosen[/code] (which of them it is),
+    /// [code]notes[/code] (sentences) and [code]skipped[/code] (a list with [code]path[/code] and [code]reason[/code]).
+    /// Empty for a phantom.
+    #[func]
+    pub fn get_report(&self) -> VarDictionary {
+        self.report.clone()
+    }
+
+    /// A slice as a grey image: black at values of [code]window.x[/code] and below, white at [code]window.y[/code] and
+    /// above. [param axis] is the scan's own axis across the slice: 0, 1 or 2 for x, y or z. Slices across z have x to
+    /// the right and y downwards, the others have z upwards. [code]null[/code] if there is no such slice.
+    #[func]
+    pub fn get_slice(&self, axis: i64, index: i64, window: Vector2) -> Option<Gd<Image>> {
+        let volume = self.volume.as_ref()?;
+        let dims = volume.dims();
+        let axis = usize::try_from(axis).ok().filter(|&a| a < 3)?;
+        let index = usize::try_from(index).ok().filter(|&i| i < dims[axis])?;
+        let (across, down) = [(1, 2), (0, 2), (0, 1)][axis];
+        let [low, high] = [f64::from(window.x), f64::from(window.y)];
+        let mut pixels = Vec::with_capacity(dims[across] * dims[down]);
+        for row in 0..dims[down] {
+            let row = if down == 2 { dims[2] - 1 - row } else { row };
+            for column in 0..dims[across] {
+                let mut voxel = [index; 3];
+                (voxel[across], voxel[down]) = (column, row);
+                let value = volume.value(voxel);
+                let grey = if high > low { (value - low) / (high - low) } else { f64::from(value > low) };
+                pixels.push((grey.clamp(0.0, 1.0) * 255.0).round() as u8);
+            }
+        }
+        let (width, height) = (dims[across] as i32, dims[down] as i32);
+        Image::create_from_data(width, height, false, Format::L8, &PackedByteArray::from(pixels))
+    }
+
+    /// Whether there is no scan in it.
+    #[func]
+    pub fn is_empty(&self) -> bool {
+        self.volume.is_none()
+    }
+
+    #[func]
+    fn _get_stored(&self) -> VarDictionary {
+        match &self.volume {
+            Some(volume) => stored::to_dictionary(volume, &self.report),
+            None => VarDictionary::new(),
+        }
+    }
+
+    #[func]
+    fn _set_stored(&mut self, stored: VarDictionary) {
+        if stored.is_empty() {
+            self.set_volume(None, VarDictionary::new());
+            return;
+        }
+        match stored::from_dictionary(&stored) {
+            Ok((volume, report)) => self.set_volume(Some(Arc::new(volume)), report),
+            Err(why) => {
+                let path = self.base().get_path();
+                godot_error!("The volume {path} cannot be used: {why}. Import the scan again.");
+            }
+        }
+    }
+}
+
+#[godot_api]
+impl IResource for LumivoxVolume {}
+
+impl LumivoxVolume {
+    /// A resource that holds a volume.
+    pub fn of(volume: Volume, report: VarDictionary) -> Gd<Self> {
+        let mut resource = Self::new_gd();
+        {
+            let mut this = resource.bind_mut();
+            this.volume = Some(Arc::new(volume));
+            this.report = report;
+        }
+        resource
+    }
+
+    /// A resource that holds what was imported.
+    pub fn imported(imported: Imported) -> Gd<Self> {
+        let report = report_dictionary(&imported.report);
+        Self::of(imported.volume, report)
+    }
+
+    /// The scan.
+    pub fn volume(&self) -> Option<&Arc<Volume>> {
+        self.volume.as_ref()
+    }
+
+    /// The look that suits the scan when nobody chose one.
+    pub fn default_medium(&self) -> Option<&Medium> {
+        let volume = self.volume.as_ref()?;
+        Some(self.default_medium.get_or_init(|| Preset::default_for(volume).medium(volume)))
+    }
+
+    fn set_volume(&mut self, volume: Option<Arc<Volume>>, report: VarDictionary) {
+        self.volume = volume;
+        self.report = report;
+        self.histogram = OnceLock::new();
+        self.default_medium = OnceLock::new();
+        self.base_mut().emit_changed();
+    }
+}
+
+/// The import options of a dictionary from a script.
+pub fn import_options(dictionary: &VarDictionary) -> Result<ImportOptions, String> {
+    let mut options = ImportOptions::default();
+    for (key, value) in dictionary.iter_shared() {
+        let text = value.stringify().to_string();
+        match key.stringify().to_string().as_str() {
+            _ if text.is_empty() => {}
+            "series" => options.series = Some(text),
+            "raw" => options.raw = Some(RawDescription::parse(&text).map_err(|error| error.to_string())?),
+            other => {
+                return Err(format!("There is no import option '{other}'. There are 'series' and 'raw'."));
+            }
+        }
+    }
+    Ok(options)
+}
+
+/// An import's report for scripts.
+pub fn report_dictionary(report: &ImportReport) -> VarDictionary {
+    let mut series = VarArray::new();
+    for one in &report.series {
+        series.push(
+            &vdict! {
+                "id" => one.id.as_str(),
+                "number" => &one.number.map_or(Variant::nil(), |n| n.to_variant()),
+                "description" => one.description.as_str(),
+                "files" => one.files as i64,
+            }
+            .to_variant(),
+        );
+    }
+    let mut skipped = VarArray::new();
+    for file in &report.skipped {
+        let path = file.path.to_string_lossy();
+        skipped.push(&vdict! { "path" => &*path, "reason" => file.reason.as_str() }.to_variant());
+    }
+    let notes: PackedStringArray = report.notes.iter().map(GString::from).collect();
+    vdict! {
+        "format" => report.format.as_str(),
+        "series" => &series,
+        "chosen" => report.chosen as i64,
+        "notes" => &notes,
+        "skipped" => &skipped,
+    }
+}

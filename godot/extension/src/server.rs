@@ -1,0 +1,172 @@
+//! The main thread's side: once per frame, worlds go to the render thread; and the singleton that scripts ask.
+
+use std::cell::RefCell;
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use godot::classes::{RenderingServer, Viewport};
+use godot::prelude::*;
+
+use crate::nodes::LumivoxVolume3D;
+use crate::shared::Snapshot;
+use crate::world::{Gatherer, Nodes, render_target};
+use crate::{render, shared};
+
+thread_local! {
+    static NODES: RefCell<Nodes> = RefCell::default();
+    static GATHERER: RefCell<Gatherer> = RefCell::default();
+    static CALLBACKS: RefCell<Option<Callbacks>> = const { RefCell::new(None) };
+}
+
+/// How the volumes on screen are doing, for scripts.
+#[derive(GodotClass)]
+#[class(tool, init, singleton, base = Object)]
+pub struct Lumivox {
+    base: Base<Object>,
+}
+
+#[godot_api]
+impl Lumivox {
+    /// How far the image of [param viewport] is: [code]samples[/code] per pixel of [code]target[/code],
+    /// [code]converged[/code], [code]ms_per_frame[/code] of the GPU's time and [code]pixel_samples[/code] traced in
+    /// the last frame. Empty if it shows no volume.
+    #[func]
+    pub fn get_status(&self, viewport: Gd<Viewport>) -> VarDictionary {
+        let status = shared::lock().statuses.get(&render_target(&viewport)).copied();
+        status.map_or_else(VarDictionary::new, |status| {
+            vdict! {
+                "samples" => i64::from(status.samples),
+                "target" => i64::from(status.target),
+                "converged" => status.converged,
+                "ms_per_frame" => status.milliseconds,
+                "pixel_samples" => status.pixel_samples as i64,
+            }
+        })
+    }
+
+    /// Whether the image of [param viewport] is done. Also true if it shows no volume.
+    #[func]
+    pub fn is_converged(&self, viewport: Gd<Viewport>) -> bool {
+        let target = render_target(&viewport);
+        let shared = shared::lock();
+        match shared.statuses.get(&target) {
+            Some(status) => status.converged,
+            // A volume that was not drawn yet is not done.
+            None => !shared.targets.contains_key(&target),
+        }
+    }
+
+    /// Why volumes cannot be drawn, or an empty string.
+    #[func]
+    pub fn last_error(&self) -> GString {
+        GString::from(shared::lock().error.as_deref().unwrap_or_default())
+    }
+
+    /// The version of Lumivox.
+    #[func]
+    pub fn version(&self) -> GString {
+        GString::from(env!("CARGO_PKG_VERSION"))
+    }
+}
+
+/// What the engine calls, so that it can be told not to any more.
+struct Callbacks {
+    before_frame: Callable,
+    after_frame: Callable,
+    node_added: Callable,
+}
+
+/// A volume entered a world.
+pub fn add_volume(id: InstanceId) {
+    NODES.with_borrow_mut(|nodes| nodes.add_volume(id));
+}
+
+/// A volume left its world.
+pub fn remove_volume(id: InstanceId) {
+    NODES.with_borrow_mut(|nodes| nodes.remove_volume(id));
+}
+
+/// The engine is up.
+pub fn start() {
+    let mut server = RenderingServer::singleton();
+    if server.get_rendering_device().is_none() {
+        return;
+    }
+    let callbacks = Callbacks {
+        before_frame: Callable::from_fn("lumivox_before_frame", |_: &[&Variant]| before_frame()),
+        after_frame: Callable::from_fn("lumivox_after_frame", |_: &[&Variant]| after_frame()),
+        node_added: Callable::from_fn("lumivox_node_added", |arguments: &[&Variant]| {
+            if let Some(Ok(node)) = arguments.first().map(|node| node.try_to::<Gd<Node>>()) {
+                NODES.with_borrow_mut(|nodes| nodes.add(&node));
+            }
+        }),
+    };
+    server.connect("frame_pre_draw", &callbacks.before_frame);
+    server.connect("frame_post_draw", &callbacks.after_frame);
+    CALLBACKS.set(Some(callbacks));
+}
+
+/// The engine goes down.
+pub fn stop() {
+    let Some(callbacks) = CALLBACKS.take() else { return };
+    let mut server = RenderingServer::singleton();
+    server.disconnect("frame_pre_draw", &callbacks.before_frame);
+    server.disconnect("frame_post_draw", &callbacks.after_frame);
+    NODES.with_borrow_mut(|nodes| nodes.unwatch(&callbacks.node_added));
+    GATHERER.with_borrow_mut(Gatherer::release);
+    shared::lock().targets.clear();
+    on_render_thread(render::free);
+    server.force_sync();
+}
+
+/// Leaves the worlds for the render thread.
+fn before_frame() {
+    let nothing = NODES.with_borrow(|nodes| !nodes.has_volumes());
+    if nothing && shared::lock().targets.is_empty() {
+        return;
+    }
+    CALLBACKS.with_borrow(|callbacks| {
+        if let Some(callbacks) = callbacks {
+            NODES.with_borrow_mut(|nodes| nodes.watch(&callbacks.node_added));
+        }
+    });
+    let targets = NODES.with_borrow_mut(|nodes| GATHERER.with_borrow_mut(|all| all.gather(nodes)));
+    let mut shared = shared::lock();
+    let before: HashSet<_> = shared.targets.iter().map(|(rid, snapshot)| (*rid, snapshot.key)).collect();
+    let now: HashSet<_> = targets.iter().map(|(rid, snapshot)| (*rid, snapshot.key)).collect();
+    let versions = |targets: &HashMap<Rid, Arc<Snapshot>>| -> HashSet<u64> {
+        targets.values().map(|snapshot| snapshot.version).collect()
+    };
+    if versions(&shared.targets) != versions(&targets) {
+        // What could not be drawn has changed, and may fit now.
+        shared.error = None;
+    }
+    shared.statuses.retain(|rid, _| targets.contains_key(rid));
+    shared.targets = targets;
+    drop(shared);
+    if !before.is_subset(&now) {
+        on_render_thread(render::sweep);
+    }
+}
+
+/// Tells what went wrong, and has an engine that idles draw again while an image is not done.
+fn after_frame() {
+    let mut shared = shared::lock();
+    let wants_frame = std::mem::take(&mut shared.wants_frame);
+    let error = shared.take_news();
+    drop(shared);
+    if let Some(error) = error {
+        godot_error!("Lumivox cannot draw the volumes: {error}");
+    }
+    if wants_frame {
+        let volumes = NODES.with_borrow_mut(Nodes::volumes);
+        if let Some(volume) = volumes.first() {
+            LumivoxVolume3D::request_redraw(&volume.bind());
+        }
+    }
+}
+
+fn on_render_thread(task: fn()) {
+    let task = Callable::from_sync_fn("lumivox_render_task", move |_: &[&Variant]| task());
+    RenderingServer::singleton().call_on_render_thread(&task);
+}

@@ -1,0 +1,79 @@
+//! What the main thread leaves for the render thread, and what comes back. Plain Rust and RIDs only.
+
+use std::collections::HashMap;
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
+
+use godot::prelude::Rid;
+use lumivox_core::Scene;
+
+/// What tells one scene from another: cameras that share it share its copy on the GPU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct WorldKey {
+    /// The world's scenario.
+    pub scenario: Rid,
+    /// Instance id of the environment; 0 where there is none.
+    pub environment: i64,
+    /// The volumes' layers that are seen.
+    pub layers: u32,
+    /// Whether a studio lights it instead of its environment.
+    pub studio: bool,
+}
+
+/// A scene as it was at the beginning of a frame.
+#[derive(Debug)]
+pub struct Snapshot {
+    /// Which scene.
+    pub key: WorldKey,
+    /// What is in it.
+    pub scene: Scene,
+    /// Changes whenever the scene does.
+    pub version: u64,
+}
+
+/// How far a viewport's image is.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Status {
+    /// Samples that every pixel has.
+    pub samples: u32,
+    /// Samples after which it is done.
+    pub target: u32,
+    /// Whether it is.
+    pub converged: bool,
+    /// Milliseconds of the GPU's time that tracing took in a recent frame.
+    pub milliseconds: f64,
+    /// Pixel samples traced in the last frame.
+    pub pixel_samples: u64,
+}
+
+/// What both threads see.
+#[derive(Debug, Default)]
+pub struct Shared {
+    /// What each render target shows.
+    pub targets: HashMap<Rid, Arc<Snapshot>>,
+    /// How far it is.
+    pub statuses: HashMap<Rid, Status>,
+    /// Why volumes cannot be drawn.
+    pub error: Option<String>,
+    /// The error that was told last, and need not be told again.
+    pub told: Option<String>,
+    /// Whether an image is not done, and an engine that idles should draw again.
+    pub wants_frame: bool,
+}
+
+impl Shared {
+    /// An error that was not told yet.
+    pub fn take_news(&mut self) -> Option<String> {
+        let news = self.error.clone().filter(|error| self.told.as_ref() != Some(error));
+        if news.is_some() {
+            self.told.clone_from(&news);
+        }
+        news
+    }
+}
+
+/// Exclusive use of what both threads see. Hold it briefly.
+pub fn lock() -> MutexGuard<'static, Shared> {
+    static SHARED: LazyLock<Mutex<Shared>> = LazyLock::new(Mutex::default);
+    // A panic elsewhere was reported there; what is in here is replaced every frame.
+    SHARED.lock().unwrap_or_else(PoisonError::into_inner)
+}

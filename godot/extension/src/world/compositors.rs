@@ -1,0 +1,105 @@
+//! Sees to it that worlds with volumes have an effect that draws them.
+
+use std::collections::{HashMap, HashSet};
+
+use godot::classes::{Camera3D, Compositor, RenderingServer, World3D};
+use godot::prelude::*;
+
+use super::Nodes;
+use crate::effect::LumivoxEffect;
+
+/// The effect for worlds without one of their own, and where it was put.
+#[derive(Default)]
+pub struct Compositors {
+    default: Option<Default>,
+    /// Worlds that were given a compositor, by scenario.
+    worlds: HashMap<Rid, InstanceId>,
+    /// Compositors that were given the effect, and the effects they have now.
+    extended: HashMap<InstanceId, Vec<Rid>>,
+}
+
+struct Default {
+    effect: Gd<LumivoxEffect>,
+    compositor: Rid,
+}
+
+impl Compositors {
+    /// The scene's own effect for what a camera sees in a world. Without one, the default effect is put in its place.
+    pub fn ensure(
+        &mut self,
+        nodes: &mut Nodes,
+        world: &Gd<World3D>,
+        camera: &Gd<Camera3D>,
+    ) -> Option<Gd<LumivoxEffect>> {
+        let Some(compositor) = camera.get_compositor().or_else(|| compositor_of(nodes, world)) else {
+            let compositor = self.default().compositor;
+            let scenario = world.get_scenario();
+            self.worlds.insert(scenario, world.instance_id());
+            // Each time: a compositor that comes and goes leaves none behind.
+            RenderingServer::singleton().scenario_set_compositor(scenario, compositor);
+            return None;
+        };
+        let effects = compositor.get_compositor_effects();
+        if let Some(own) = effects.iter_shared().find_map(|e| e.try_cast::<LumivoxEffect>().ok()) {
+            // The engine has replaced the list, ours included.
+            self.extended.remove(&compositor.instance_id());
+            return Some(own);
+        }
+        let ours = self.default().effect.get_rid();
+        let mut list: Vec<Rid> = effects.iter_shared().map(|effect| effect.get_rid()).collect();
+        list.push(ours);
+        RenderingServer::singleton()
+            .compositor_set_compositor_effects(compositor.get_rid(), &list.iter().copied().collect());
+        self.extended.insert(compositor.instance_id(), list);
+        None
+    }
+
+    /// Takes the effect away from worlds that are not among `scenarios`.
+    pub fn retain(&mut self, scenarios: &HashSet<Rid>) {
+        self.worlds.retain(|scenario, world| {
+            let stays = scenarios.contains(scenario);
+            if !stays && Gd::<World3D>::try_from_instance_id(*world).is_ok() {
+                RenderingServer::singleton().scenario_set_compositor(*scenario, Rid::Invalid);
+            }
+            stays
+        });
+        if scenarios.is_empty() {
+            self.restore_extended();
+        }
+    }
+
+    /// Takes the effect away from everywhere and frees it.
+    pub fn release(&mut self) {
+        self.retain(&HashSet::new());
+        if let Some(default) = self.default.take() {
+            RenderingServer::singleton().free_rid(default.compositor);
+        }
+    }
+
+    fn restore_extended(&mut self) {
+        for (id, _) in self.extended.drain() {
+            if let Ok(compositor) = Gd::<Compositor>::try_from_instance_id(id) {
+                let own = compositor.get_compositor_effects().iter_shared().map(|e| e.get_rid()).collect();
+                RenderingServer::singleton().compositor_set_compositor_effects(compositor.get_rid(), &own);
+            }
+        }
+    }
+
+    fn default(&mut self) -> &Default {
+        self.default.get_or_insert_with(|| {
+            let effect = LumivoxEffect::new_gd();
+            let mut server = RenderingServer::singleton();
+            let compositor = server.compositor_create();
+            server.compositor_set_compositor_effects(compositor, &array![effect.get_rid()]);
+            Default { effect, compositor }
+        })
+    }
+}
+
+/// The compositor that the scene gives a world.
+fn compositor_of(nodes: &mut Nodes, world: &Gd<World3D>) -> Option<Gd<Compositor>> {
+    nodes.environments().into_iter().find_map(|environment| {
+        let its_world = environment.get_viewport()?.find_world_3d()?;
+        if its_world == *world { environment.get_compositor() } else { None }
+    })
+}

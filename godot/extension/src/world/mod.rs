@@ -1,0 +1,166 @@
+//! The engine's worlds as core scenes, gathered on the main thread before each frame.
+
+mod compositors;
+mod lights;
+mod nodes;
+mod sky;
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use godot::classes::{Camera3D, Environment, RenderingServer, Viewport, World3D};
+use godot::prelude::*;
+use lumivox_core::{Scene, VolumeInstance};
+
+use self::compositors::Compositors;
+use self::lights::WorldLight;
+pub use self::nodes::Nodes;
+use self::sky::Skies;
+use crate::nodes::LumivoxVolume3D;
+use crate::shared::{Snapshot, WorldKey};
+
+/// A volume and the layers that it is on.
+type LayeredVolume = (u32, VolumeInstance);
+
+/// What is remembered from frame to frame.
+#[derive(Default)]
+pub struct Gatherer {
+    skies: Skies,
+    compositors: Compositors,
+    snapshots: HashMap<WorldKey, Arc<Snapshot>>,
+    last_version: u64,
+    frame: u64,
+}
+
+impl Gatherer {
+    /// What each render target shows in the frame that begins.
+    pub fn gather(&mut self, nodes: &mut Nodes) -> HashMap<Rid, Arc<Snapshot>> {
+        self.frame += 1;
+        let volumes = volumes_by_scenario(nodes);
+        let mut targets = HashMap::new();
+        let mut gathered = HashMap::new();
+        let mut worlds = HashSet::new();
+        for viewport in nodes.viewports() {
+            let Some(world) = viewport.find_world_3d() else { continue };
+            let scenario = world.get_scenario();
+            let Some(volumes) = volumes.get(&scenario) else { continue };
+            let Some(camera) = viewport.get_camera_3d() else { continue };
+            worlds.insert(scenario);
+            let effect = self.compositors.ensure(nodes, &world, &camera);
+            let from_scene = effect.is_none_or(|effect| effect.bind().uses_scene_environment());
+            let Some(snapshot) = self.snapshot(nodes, &world, &camera, volumes, from_scene, &mut gathered)
+            else {
+                continue;
+            };
+            targets.insert(render_target(&viewport), snapshot);
+        }
+        self.compositors.retain(&worlds);
+        self.skies.retain();
+        self.snapshots = gathered;
+        targets
+    }
+
+    /// Undoes what was done to the engine.
+    pub fn release(&mut self) {
+        self.compositors.release();
+        self.snapshots.clear();
+    }
+
+    fn snapshot(
+        &mut self,
+        nodes: &mut Nodes,
+        world: &Gd<World3D>,
+        camera: &Gd<Camera3D>,
+        volumes: &[LayeredVolume],
+        from_scene: bool,
+        gathered: &mut HashMap<WorldKey, Arc<Snapshot>>,
+    ) -> Option<Arc<Snapshot>> {
+        let environment = environment(world, camera);
+        let layers = volumes.iter().fold(0, |all, (layers, _)| all | layers) & camera.get_cull_mask();
+        let key = WorldKey {
+            scenario: world.get_scenario(),
+            environment: environment.as_ref().map_or(0, |e| e.instance_id().to_i64()),
+            layers,
+            studio: !from_scene,
+        };
+        if let Some(snapshot) = gathered.get(&key) {
+            return Some(snapshot.clone());
+        }
+        let lights = lights::gather(nodes, key.scenario);
+        let scene = Scene {
+            volumes: volumes
+                .iter()
+                .filter(|(on, _)| on & layers != 0)
+                .map(|(_, instance)| instance.clone())
+                .collect(),
+            environment: if from_scene {
+                self.light(environment.as_ref(), &lights)?
+            } else {
+                lumivox_core::Environment::default()
+            },
+            lights: lights.iter().filter(|light| light.in_scene).map(|light| light.light).collect(),
+        };
+        let known = self.snapshots.get(&key).filter(|known| same(&known.scene, &scene)).cloned();
+        let snapshot = known.unwrap_or_else(|| {
+            self.last_version += 1;
+            Arc::new(Snapshot { key, scene, version: self.last_version })
+        });
+        gathered.insert(key, snapshot.clone());
+        Some(snapshot)
+    }
+
+    /// The light around a scene; `None` while the engine has not drawn its sky yet.
+    fn light(
+        &mut self,
+        environment: Option<&Gd<Environment>>,
+        lights: &[WorldLight],
+    ) -> Option<lumivox_core::Environment> {
+        match environment {
+            Some(environment) => self.skies.light(environment, lights, self.frame),
+            None if lights.iter().any(|light| light.in_scene) => {
+                Some(lumivox_core::Environment::uniform(0.0))
+            }
+            // Nothing lights the scene: a studio does, so that a volume alone is seen.
+            None => Some(lumivox_core::Environment::default()),
+        }
+    }
+}
+
+/// The texture that a viewport is drawn into.
+pub fn render_target(viewport: &Gd<Viewport>) -> Rid {
+    RenderingServer::singleton().viewport_get_render_target(viewport.get_viewport_rid())
+}
+
+fn environment(world: &Gd<World3D>, camera: &Gd<Camera3D>) -> Option<Gd<Environment>> {
+    camera.get_environment().or_else(|| world.get_environment()).or_else(|| world.get_fallback_environment())
+}
+
+fn volumes_by_scenario(nodes: &mut Nodes) -> HashMap<Rid, Vec<LayeredVolume>> {
+    let mut scenarios: HashMap<Rid, Vec<LayeredVolume>> = HashMap::new();
+    for volume in nodes.volumes() {
+        if !volume.is_visible_in_tree() {
+            continue;
+        }
+        let Some(world) = volume.get_world_3d() else { continue };
+        if let Some(instance) = LumivoxVolume3D::instance(&volume.bind()) {
+            let layered = (volume.get_layer_mask(), instance);
+            scenarios.entry(world.get_scenario()).or_default().push(layered);
+        }
+    }
+    scenarios
+}
+
+/// Whether two scenes look the same.
+fn same(a: &Scene, b: &Scene) -> bool {
+    let same_volume = |a: &VolumeInstance, b: &VolumeInstance| {
+        Arc::ptr_eq(&a.volume, &b.volume)
+            && a.world_from_patient == b.world_from_patient
+            && a.clip_box == b.clip_box
+            && a.medium == b.medium
+            && a.layers == b.layers
+    };
+    a.volumes.len() == b.volumes.len()
+        && a.volumes.iter().zip(&b.volumes).all(|(a, b)| same_volume(a, b))
+        && a.lights == b.lights
+        && sky::same(&a.environment, &b.environment)
+}

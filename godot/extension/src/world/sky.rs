@@ -1,0 +1,252 @@
+//! The engine's environment as the core's: what lights its objects lights volumes.
+
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
+
+use godot::classes::environment::{AmbientSource, BgMode};
+use godot::classes::image::Format;
+use godot::classes::{Environment, Image, PanoramaSkyMaterial, RenderingServer, Sky};
+use godot::prelude::*;
+use godot::register::info::PropertyUsageFlags;
+use lumivox_core::glam::DMat3;
+use lumivox_core::{EnvironmentMap, EnvironmentSource};
+
+use super::lights::{self, WorldLight};
+use crate::convert;
+
+/// Texels of a sky that the engine draws for us.
+const BAKED_SIZE: [i32; 2] = [512, 256];
+
+/// Most texels around a panorama; finer ones are scaled down.
+const MAX_PANORAMA_WIDTH: i32 = 2048;
+
+/// Frames between two looks at what a sky is made of: a bake waits for the GPU.
+const FRAMES_BETWEEN_LOOKS: u64 = 10;
+
+/// Frames after which a sky that cannot be had is done without.
+const MAX_TRIES: u64 = 30;
+
+/// Skies as maps, kept while they are in use.
+#[derive(Default)]
+pub struct Skies(HashMap<InstanceId, BakedSky>);
+
+#[derive(Default)]
+struct BakedSky {
+    fingerprint: u64,
+    next_look: u64,
+    tries: u64,
+    used: bool,
+    map: Option<Arc<EnvironmentMap>>,
+    /// The map with everything in it that a core environment cannot say, and what that was.
+    adapted: Option<(Adaptation, Arc<EnvironmentMap>)>,
+}
+
+/// What is done to a map: a turn about more than the vertical axis, and a mix with one colour.
+#[derive(Clone, Copy, PartialEq)]
+struct Adaptation {
+    turn: Option<Vector3>,
+    share: f64,
+    /// The colour over the sky's energy.
+    color: [f64; 3],
+}
+
+impl Skies {
+    /// The light of an environment; `None` while the engine has not drawn its sky yet.
+    pub fn light(
+        &mut self,
+        environment: &Gd<Environment>,
+        world_lights: &[WorldLight],
+        frame: u64,
+    ) -> Option<lumivox_core::Environment> {
+        let energy = f64::from(environment.get_bg_energy_multiplier());
+        let background = environment.get_background();
+        let scaled = |color: Color, by: f64| convert::linear_from_color(color).map(|c| c * by);
+        let ambient =
+            scaled(environment.get_ambient_light_color(), f64::from(environment.get_ambient_light_energy()));
+        let plain = |radiance| Some(uniform(radiance));
+        match environment.get_ambient_source() {
+            AmbientSource::DISABLED => return plain([0.0; 3]),
+            AmbientSource::COLOR => return plain(ambient),
+            AmbientSource::BG if background == BgMode::COLOR => {
+                return plain(scaled(environment.get_bg_color(), energy));
+            }
+            AmbientSource::BG if background == BgMode::CLEAR_COLOR => {
+                let color = RenderingServer::singleton().get_default_clear_color();
+                return plain(scaled(color, energy));
+            }
+            AmbientSource::BG if background != BgMode::SKY => return plain([0.0; 3]),
+            _ => {}
+        }
+        let share = f64::from(environment.get_ambient_light_sky_contribution());
+        let Some(sky) = environment.get_sky() else {
+            return plain(ambient.map(|c| c * (1.0 - share)));
+        };
+        let baked = self.0.entry(sky.instance_id()).or_default();
+        baked.used = true;
+        baked.look(&sky, world_lights, frame);
+        let Some(map) = baked.map.clone() else {
+            // The engine has no picture of its sky: the studio is better than the dark.
+            return (baked.tries > MAX_TRIES).then(lumivox_core::Environment::default);
+        };
+        if energy <= 0.0 {
+            return plain(ambient.map(|c| c * (1.0 - share)));
+        }
+        let rotation = environment.get_sky_rotation();
+        let upright = rotation.x.abs() < 1e-6 && rotation.z.abs() < 1e-6;
+        let adaptation =
+            Adaptation { turn: (!upright).then_some(rotation), share, color: ambient.map(|c| c / energy) };
+        Some(lumivox_core::Environment {
+            source: EnvironmentSource::Map(baked.adapt(map, adaptation)),
+            rotation: if upright { f64::from(rotation.y) } else { 0.0 },
+            strength: energy,
+        })
+    }
+
+    /// Forgets what was not used since the last time.
+    pub fn retain(&mut self) {
+        self.0.retain(|_, sky| std::mem::take(&mut sky.used));
+    }
+}
+
+impl BakedSky {
+    /// Takes a new picture if the sky changed.
+    fn look(&mut self, sky: &Gd<Sky>, world_lights: &[WorldLight], frame: u64) {
+        if frame < self.next_look {
+            return;
+        }
+        let fingerprint = fingerprint(sky, world_lights);
+        if self.map.is_none() || fingerprint != self.fingerprint {
+            // A sky that was never drawn is black; after a few frames, one that is black means it.
+            let drawn = |map: &EnvironmentMap| {
+                self.tries >= FRAMES_BETWEEN_LOOKS || map.texels.iter().any(|texel| *texel != [0.0; 3])
+            };
+            match picture(sky).filter(drawn) {
+                Some(map) => {
+                    // The same picture again starts no image over.
+                    if self.map.as_deref() != Some(&map) {
+                        self.map = Some(Arc::new(map));
+                        self.adapted = None;
+                    }
+                    // What the engine draws may lag a frame behind the change: look again.
+                    self.fingerprint = if self.tries == 0 { 0 } else { fingerprint };
+                }
+                None => self.fingerprint = 0,
+            }
+            self.tries += 1;
+        }
+        self.next_look = if self.map.is_some() { frame + FRAMES_BETWEEN_LOOKS } else { frame + 1 };
+    }
+
+    fn adapt(&mut self, map: Arc<EnvironmentMap>, adaptation: Adaptation) -> Arc<EnvironmentMap> {
+        if adaptation.turn.is_none() && adaptation.share == 1.0 {
+            return map;
+        }
+        if let Some((known, adapted)) = &self.adapted
+            && *known == adaptation
+        {
+            return adapted.clone();
+        }
+        let turn = adaptation.turn.map_or(DMat3::IDENTITY, |euler| {
+            let basis = Basis::from_euler(EulerOrder::YXZ, euler);
+            convert::affine(Transform3D::new(basis, Vector3::ZERO)).matrix3
+        });
+        let Adaptation { share, color, .. } = adaptation;
+        let adapted = Arc::new(EnvironmentMap::from_fn(map.width, map.height, |direction| {
+            let sky = map.radiance(turn.transpose() * direction);
+            [0, 1, 2].map(|i| color[i] * (1.0 - share) + sky[i] * share)
+        }));
+        self.adapted = Some((adaptation, adapted.clone()));
+        adapted
+    }
+}
+
+/// Whether two environments shine alike; maps are the same only if they are one.
+pub fn same(a: &lumivox_core::Environment, b: &lumivox_core::Environment) -> bool {
+    let same_source = match (&a.source, &b.source) {
+        (EnvironmentSource::Map(a), EnvironmentSource::Map(b)) => Arc::ptr_eq(a, b),
+        (a, b) => a == b,
+    };
+    same_source && a.rotation == b.rotation && a.strength == b.strength
+}
+
+fn uniform(radiance: [f64; 3]) -> lumivox_core::Environment {
+    lumivox_core::Environment { source: EnvironmentSource::Uniform(radiance), rotation: 0.0, strength: 1.0 }
+}
+
+/// Changes whenever the sky's look may.
+fn fingerprint(sky: &Gd<Sky>, world_lights: &[WorldLight]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    if let Some(material) = sky.get_material() {
+        material.instance_id().to_i64().hash(&mut hasher);
+        for property in material.get_property_list().iter_shared() {
+            let usage = property.get("usage").and_then(|u| u.try_to::<i64>().ok()).unwrap_or(0);
+            if usage as u64 & PropertyUsageFlags::STORAGE.ord() == 0 {
+                continue;
+            }
+            if let Some(name) = property.get("name").and_then(|n| n.try_to::<StringName>().ok()) {
+                material.get(&name).hash_u32().hash(&mut hasher);
+            }
+        }
+    }
+    lights::sky_fingerprint(world_lights, &mut hasher);
+    // 0 means "look again".
+    hasher.finish().max(1)
+}
+
+/// A sky's radiance at an energy of 1, unturned.
+fn picture(sky: &Gd<Sky>) -> Option<EnvironmentMap> {
+    let panorama = sky.get_material().and_then(|m| m.try_cast::<PanoramaSkyMaterial>().ok());
+    if let Some(material) = panorama {
+        let mut image = material.get_panorama()?.get_image()?;
+        if image.is_compressed() && image.decompress() != godot::global::Error::OK {
+            return None;
+        }
+        let high_range = [Format::RF, Format::RGF, Format::RGBF, Format::RGBAF, Format::RH]
+            .into_iter()
+            .chain([Format::RGH, Format::RGBH, Format::RGBAH, Format::RGBE9995])
+            .any(|format| format == image.get_format());
+        let width = image.get_width();
+        if width > MAX_PANORAMA_WIDTH {
+            let height = image.get_height() * MAX_PANORAMA_WIDTH / width;
+            image.resize(MAX_PANORAMA_WIDTH, height.max(1));
+        }
+        let mut map = map_of(image, f64::from(material.get_energy_multiplier()), !high_range)?;
+        // Godot begins panoramas at -z, where ours have their middle.
+        map.texels.chunks_exact_mut(map.width).for_each(|row| row.rotate_left(row.len() / 2));
+        return Some(map);
+    }
+    let [width, height] = BAKED_SIZE;
+    let baked = RenderingServer::singleton().sky_bake_panorama(
+        sky.get_rid(),
+        1.0,
+        false,
+        Vector2i::new(width, height),
+    )?;
+    let mut map = map_of(baked, 1.0, false)?;
+    // What Godot bakes begins at -z too, and runs the other way round.
+    map.texels.chunks_exact_mut(map.width).for_each(|row| {
+        row.reverse();
+        row.rotate_left(row.len() / 2);
+    });
+    Some(map)
+}
+
+fn map_of(mut image: Gd<Image>, energy: f64, srgb: bool) -> Option<EnvironmentMap> {
+    if image.is_empty() {
+        return None;
+    }
+    image.convert(Format::RGBAF);
+    let (width, height) = (image.get_width() as usize, image.get_height() as usize);
+    let data = image.get_data();
+    let floats: Vec<f32> = data.as_slice().as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+    let texels = floats.as_chunks::<4>().0.iter().take(width * height).map(|[r, g, b, _]| {
+        let light = if srgb {
+            convert::linear_from_color(Color::from_rgb(*r, *g, *b))
+        } else {
+            [*r, *g, *b].map(f64::from)
+        };
+        light.map(|c| if c.is_finite() { (c * energy).max(0.0) as f32 } else { 0.0 })
+    });
+    EnvironmentMap::new(width, height, texels.collect()).ok()
+}

@@ -1,0 +1,210 @@
+//! A scene described once, built twice: here for the renderer, in `project/build_case.gd` for Godot.
+
+use std::sync::Arc;
+
+use lumivox_core::glam::{DAffine3, DMat3, DVec3};
+use lumivox_core::{
+    Camera, CancelToken, ColorStop, Ease, Environment, EnvironmentMap, EnvironmentSource, Filter, Medium,
+    OpacityKnot, PerspectiveCamera, Progress, Projection, Scene, SurfaceReflection, TransferFunction,
+    VolumeInstance,
+};
+use lumivox_phantom::{AnatomyOptions, anatomy};
+use serde::Serialize;
+
+/// A place: columns of the linear part, then the origin, as Godot's `Transform3D`.
+#[derive(Clone, Copy, Serialize)]
+pub struct Place(pub [f64; 12]);
+
+impl Place {
+    pub fn new(rotation_scale: DMat3, origin: DVec3) -> Self {
+        let mut numbers = [0.0; 12];
+        numbers[..9].copy_from_slice(&rotation_scale.to_cols_array());
+        numbers[9..].copy_from_slice(&origin.to_array());
+        Self(numbers)
+    }
+
+    pub fn at(origin: DVec3) -> Self {
+        Self::new(DMat3::IDENTITY, origin)
+    }
+
+    pub fn affine(&self) -> DAffine3 {
+        let columns: [f64; 9] = self.0[..9].try_into().unwrap();
+        let origin = DVec3::from_slice(&self.0[9..]);
+        DAffine3 { matrix3: DMat3::from_cols_array(&columns), translation: origin }
+    }
+}
+
+/// A phantom, its look and its place.
+#[derive(Clone, Serialize)]
+pub struct Volume {
+    /// `cube` or `head`.
+    pub phantom: &'static str,
+    /// Voxels along a side.
+    pub size: usize,
+    pub place: Place,
+    /// Value, opacity, 1 to ease in and out.
+    pub knots: Vec<[f64; 3]>,
+    /// Value, linear RGB.
+    pub stops: Vec<[f64; 4]>,
+    pub density: f64,
+    pub albedo: f64,
+    pub anisotropy: f64,
+    pub max_bounces: u32,
+    /// 0 nearest, 1 trilinear, 2 tricubic.
+    pub filter: u32,
+    /// Strength, gradient per mm, roughness, specular.
+    pub surface: [f64; 4],
+    pub clip_min: [f64; 3],
+    pub clip_max: [f64; 3],
+}
+
+impl Volume {
+    /// Translucent, coloured, in the middle.
+    pub fn soft() -> Self {
+        Self {
+            phantom: "cube",
+            size: 24,
+            place: Place::at(DVec3::ZERO),
+            knots: vec![[-500.0, 0.0, 0.0], [200.0, 0.3, 1.0], [1500.0, 1.0, 0.0]],
+            stops: vec![[0.0, 0.9, 0.5, 0.3], [1200.0, 0.9, 0.9, 0.8]],
+            density: 0.08,
+            albedo: 0.9,
+            anisotropy: 0.2,
+            max_bounces: 20,
+            filter: 1,
+            surface: [0.0, 100.0, 0.4, 0.04],
+            clip_min: [0.0; 3],
+            clip_max: [1.0; 3],
+        }
+    }
+
+    fn instance(&self) -> VolumeInstance {
+        let knots = self.knots.iter().map(|&[value, opacity, ease]| OpacityKnot {
+            value,
+            opacity,
+            ease: if ease > 0.0 { Ease::InOut } else { Ease::Linear },
+        });
+        let stops = self.stops.iter().map(|&[value, r, g, b]| ColorStop { value, color: [r, g, b] });
+        let [strength, gradient_per_mm, roughness, specular] = self.surface;
+        let medium = Medium {
+            density_scale: self.density,
+            albedo: self.albedo,
+            anisotropy: self.anisotropy,
+            max_bounces: self.max_bounces,
+            filter: [Filter::Nearest, Filter::Trilinear, Filter::Tricubic][self.filter as usize],
+            surface: SurfaceReflection { strength, gradient_per_mm, roughness, specular },
+            ..Medium::new(TransferFunction::new(knots.collect(), stops.collect()).unwrap())
+        };
+        let volume = match self.phantom {
+            "cube" => lumivox_phantom::cube(self.size),
+            _ => {
+                let options = AnatomyOptions { size: self.size, ..Default::default() };
+                anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap()
+            }
+        };
+        let mut instance = VolumeInstance::centered(Arc::new(volume), medium);
+        instance.world_from_patient = self.place.affine() * instance.world_from_patient;
+        // In the node's frame y is up, the patient's z, and z is towards the viewer, the patient's front (-y).
+        let [low, high] = [self.clip_min, self.clip_max];
+        instance.clip_box =
+            [DVec3::new(low[0], 1.0 - high[2], low[1]), DVec3::new(high[0], 1.0 - low[2], high[1])];
+        instance
+    }
+}
+
+/// A box of one flat colour, for depth.
+#[derive(Clone, Copy, Serialize)]
+pub struct Mesh {
+    /// Whole sides in metres.
+    pub size: [f64; 3],
+    pub place: Place,
+    /// Linear RGB, unshaded.
+    pub color: [f64; 3],
+}
+
+/// Light from all around.
+#[derive(Clone, Serialize)]
+pub enum Light {
+    /// A background of one colour, linear RGB.
+    Color([f64; 3]),
+    /// A panorama: texels across and down, and the angle it is turned by around the vertical, in radians.
+    Panorama { width: usize, height: usize, texels: Vec<[f32; 3]>, rotation: f64, energy: f64 },
+}
+
+/// A scene, a camera and how long to look.
+#[derive(Clone, Serialize)]
+pub struct Case {
+    pub name: &'static str,
+    pub size: [u32; 2],
+    pub samples: u32,
+    pub camera: Place,
+    /// Vertical field of view in degrees, or 0 for a parallel view.
+    pub fov: f64,
+    /// Metres from the bottom to the top of a parallel view.
+    pub height: f64,
+    pub light: Light,
+    /// In stops.
+    pub exposure: f64,
+    pub volumes: Vec<Volume>,
+    pub meshes: Vec<Mesh>,
+}
+
+impl Case {
+    /// The test cube in white light, a little from above.
+    pub fn new(name: &'static str) -> Self {
+        Self {
+            name,
+            size: [96, 72],
+            samples: 24,
+            camera: look_at(DVec3::new(0.022, 0.028, 0.085), DVec3::ZERO),
+            fov: 35.0,
+            height: 0.0,
+            light: Light::Color([0.4, 0.45, 0.5]),
+            exposure: 0.0,
+            volumes: vec![Volume::soft()],
+            meshes: vec![],
+        }
+    }
+
+    pub fn scene(&self) -> Scene {
+        let environment = match &self.light {
+            &Light::Color(color) => {
+                Environment { source: EnvironmentSource::Uniform(color), ..Environment::default() }
+            }
+            Light::Panorama { width, height, texels, rotation, energy } => {
+                // Godot's panoramas begin at -z, where the core's have their middle.
+                let mut texels = texels.clone();
+                texels.chunks_exact_mut(*width).for_each(|row| row.rotate_left(width / 2));
+                let map = EnvironmentMap::new(*width, *height, texels).unwrap();
+                Environment {
+                    source: EnvironmentSource::Map(Arc::new(map)),
+                    rotation: *rotation,
+                    strength: *energy,
+                }
+            }
+        };
+        Scene {
+            volumes: self.volumes.iter().map(Volume::instance).collect(),
+            environment,
+            ..Scene::default()
+        }
+    }
+
+    pub fn camera(&self) -> Camera {
+        let aspect = f64::from(self.size[0]) / f64::from(self.size[1]);
+        let world_from_camera = self.camera.affine();
+        if self.fov > 0.0 {
+            return PerspectiveCamera { world_from_camera, vertical_fov: self.fov.to_radians() }
+                .with_aspect(aspect);
+        }
+        let half = self.height / 2.0;
+        let extents = [-half * aspect, half * aspect, -half, half];
+        Camera { world_from_camera, projection: Projection::Orthographic { extents } }
+    }
+}
+
+/// A camera's place.
+pub fn look_at(eye: DVec3, target: DVec3) -> Place {
+    let affine = PerspectiveCamera::look_at(eye, target, DVec3::Y, 1.0).world_from_camera;
+    Place::new(affine.matrix3, affine.translation)
+}

@@ -1,0 +1,231 @@
+//! A real Godot: the project it opens, the display it draws to, and the log it must keep clean.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Longest that one run of the engine may take, on two cores and software Vulkan.
+const TIME_LIMIT: Duration = Duration::from_secs(600);
+
+/// Words in a log that the addon is not to blame for.
+const NOT_OURS: &[&str] = &[
+    // Xvfb, and machines without sound, dbus or a user's folders.
+    "XDG_RUNTIME_DIR",
+    "dbus",
+    "Unable to open cursor",
+    "libdecor",
+    "speech",
+    "XRandR",
+    "xrandr",
+    "Xcursor",
+    "IME",
+    // Drivers in software are slow to compile, and say so.
+    "shader cache",
+    "No keyring",
+];
+
+/// A run of the engine that ended well.
+pub struct Run {
+    /// Everything it printed.
+    pub log: String,
+}
+
+/// One engine at a time: two would only slow each other down.
+pub fn engine() -> MutexGuard<'static, Engine> {
+    static ENGINE: OnceLock<Mutex<Engine>> = OnceLock::new();
+    ENGINE.get_or_init(|| Mutex::new(Engine::new())).lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Godot, with a project of its own.
+pub struct Engine {
+    godot: PathBuf,
+    /// The project's folder: the demo with its addon, and the tests' own scripts under `res://tests`.
+    pub project: PathBuf,
+    /// Where cases and pictures go.
+    pub out: PathBuf,
+}
+
+impl Engine {
+    fn new() -> Self {
+        let godot = PathBuf::from(std::env::var_os("GODOT").expect(
+            "GODOT must name a Godot 4.5 or newer; script/test finds or fetches one (GODOT=/path/to/godot cargo test)",
+        ));
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("godot");
+        let _ = fs::remove_dir_all(&folder);
+        let engine = Self { godot, project: folder.join("project"), out: folder.join("out") };
+        fs::create_dir_all(&engine.out).unwrap();
+        copy(&root.join("godot/demo"), &engine.project, &[".godot", "bin"]);
+        copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("project"), &engine.project.join("tests"), &[]);
+        engine.install_extension(&root);
+        // Without this list the first import does not know the extension's classes.
+        fs::create_dir_all(engine.project.join(".godot")).unwrap();
+        fs::write(
+            engine.project.join(".godot/extension_list.cfg"),
+            "res://addons/lumivox/lumivox.gdextension\n",
+        )
+        .unwrap();
+        engine.run("import", &["--headless", "--import"]);
+        engine
+    }
+
+    fn install_extension(&self, root: &Path) {
+        let mut build = Command::new(env!("CARGO"));
+        build.args(["build", "--release", "--quiet", "--package", "lumivox-godot"]).current_dir(root);
+        assert!(build.status().unwrap().success(), "the extension does not build");
+        // Beside this test's own `deps` folder.
+        let test = std::env::current_exe().unwrap();
+        let release = test.parent().and_then(Path::parent).unwrap();
+        let bin = self.project.join("addons/lumivox/bin").join(format!("linux.{}", std::env::consts::ARCH));
+        fs::create_dir_all(&bin).unwrap();
+        fs::copy(release.join("liblumivox_godot.so"), bin.join("liblumivox_godot.so")).unwrap();
+    }
+
+    /// Runs Godot in the project until it quits, and fails if it complains.
+    pub fn run(&self, name: &str, arguments: &[&str]) -> Run {
+        self.run_program(
+            &self.godot,
+            name,
+            &[&["--path", self.project.to_str().unwrap()], arguments].concat(),
+        )
+    }
+
+    /// Runs another program with the engine's arguments, as an exported game is one.
+    pub fn run_program(&self, program: &Path, name: &str, arguments: &[&str]) -> Run {
+        let log = self.out.join(format!("{name}.log"));
+        let file = fs::File::create(&log).unwrap();
+        let display = Display::open();
+        let mut command = Command::new(program);
+        command
+            .args(["--audio-driver", "Dummy"])
+            .args(arguments)
+            .env("DISPLAY", &display.name)
+            .env("XDG_DATA_HOME", self.out.join("data"))
+            .env("XDG_CONFIG_HOME", self.out.join("config"))
+            .env("XDG_CACHE_HOME", self.out.join("cache"))
+            .stdin(Stdio::null())
+            .stdout(file.try_clone().unwrap())
+            .stderr(file);
+        let mut child = command.spawn().unwrap_or_else(|e| panic!("{}: {e}", program.display()));
+        let begin = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                break Some(status);
+            }
+            if begin.elapsed() > TIME_LIMIT {
+                let _ = child.kill();
+                let _ = child.wait();
+                break None;
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        };
+        drop(display);
+        let text = String::from_utf8_lossy(&fs::read(&log).unwrap()).into_owned();
+        let tail: String = text
+            .lines()
+            .rev()
+            .take(40)
+            .collect::<Vec<_>>()
+            .into_iter()
+            .rev()
+            .map(|l| format!("{l}\n"))
+            .collect();
+        let status =
+            status.unwrap_or_else(|| panic!("{name}: not done after {TIME_LIMIT:?}; its log ends\n{tail}"));
+        assert!(status.success(), "{name}: Godot ended with {status}; its log ends\n{tail}");
+        let run = Run { log: text };
+        let complaints = run.complaints();
+        assert!(complaints.is_empty(), "{name}: the log ({}) complains:\n{complaints}", log.display());
+        println!("{name}: {:.0?}", begin.elapsed());
+        run
+    }
+}
+
+impl Run {
+    /// Errors and warnings of engine, driver and scripts, with the line after each, where they say who it was.
+    fn complaints(&self) -> String {
+        let lines: Vec<&str> = self.log.lines().collect();
+        let mut found = String::new();
+        for (i, line) in lines.iter().enumerate() {
+            let words = ["ERROR", "WARNING", "leaked", "panicked", "Validation"];
+            let next = lines.get(i + 1).copied().unwrap_or_default();
+            let excused = NOT_OURS.iter().any(|w| line.contains(w) || next.contains(w));
+            // Errors that a test provokes are announced.
+            let expected = i > 0 && lines[..i].iter().rev().take(3).any(|l| l.starts_with("EXPECT "));
+            if words.iter().any(|w| line.contains(w)) && !excused && !expected {
+                found += &format!("{line}\n{next}\n");
+            }
+        }
+        found
+    }
+}
+
+/// The display there is, or one that nobody sees.
+struct Display {
+    name: String,
+    server: Option<Child>,
+}
+
+impl Display {
+    fn open() -> Self {
+        // A real display would show windows for minutes, and be of any size.
+        for number in 90..190 {
+            let lock = format!("/tmp/.X{number}-lock");
+            if Path::new(&lock).exists() {
+                continue;
+            }
+            let name = format!(":{number}");
+            let mut server = Command::new("Xvfb")
+                .args([&name, "-screen", "0", "1280x800x24", "-nolisten", "tcp"])
+                .stdin(Stdio::null())
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap_or_else(|e| {
+                    panic!("Xvfb is needed to run Godot ({e}); Debian: apt-get install xvfb")
+                });
+            let socket = format!("/tmp/.X11-unix/X{number}");
+            let begin = Instant::now();
+            while begin.elapsed() < Duration::from_secs(20) {
+                if Path::new(&socket).exists() {
+                    return Self { name, server: Some(server) };
+                }
+                if server.try_wait().unwrap().is_some() {
+                    break;
+                }
+                std::thread::sleep(Duration::from_millis(20));
+            }
+            let _ = server.kill();
+            let _ = server.wait();
+        }
+        panic!("no display could be opened with Xvfb");
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        if let Some(server) = &mut self.server {
+            let _ = server.kill();
+            let _ = server.wait();
+        }
+    }
+}
+
+/// Copies a folder without what is called as in `except`.
+fn copy(from: &Path, to: &Path, except: &[&str]) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap_or_else(|e| panic!("{}: {e}", from.display())) {
+        let entry = entry.unwrap();
+        let name = entry.file_name();
+        if except.iter().any(|e| name == *e) {
+            continue;
+        }
+        if entry.file_type().unwrap().is_dir() {
+            copy(&entry.path(), &to.join(&name), except);
+        } else {
+            fs::copy(entry.path(), to.join(&name)).unwrap();
+        }
+    }
+}

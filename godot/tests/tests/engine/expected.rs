@@ -1,0 +1,134 @@
+//! What a case must look like: the renderer's own live view on wgpu, over flat meshes found by geometry.
+
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use lumivox_core::Ray;
+use lumivox_core::glam::DVec3;
+use lumivox_renderer::{
+    Film, HostDepth, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache,
+};
+use lumivox_testing::png_io::SrgbImage;
+use lumivox_wgpu::{Gpu, wgpu};
+
+use crate::case::{Case, Light, Mesh};
+
+const NEAR: f64 = 0.001;
+
+/// The picture of a finished view, as a viewport with a linear tone map shows it.
+pub fn picture(case: &Case) -> SrgbImage {
+    let film = film(case);
+    let exposure = case.exposure.exp2();
+    let linear: Vec<[f64; 3]> = (0..pixel_count(case))
+        .map(|pixel| {
+            let behind = host(case, pixel).map_or_else(|| background(case, pixel), |(_, color)| color);
+            let (light, alpha) = (film.radiance(pixel), film.alpha(pixel));
+            std::array::from_fn(|i| exposure * light[i] + (1.0 - alpha) * behind[i])
+        })
+        .collect();
+    SrgbImage::from_linear(case.size[0] as usize, case.size[1] as usize, &linear)
+}
+
+/// The film of a finished view.
+pub fn film(case: &Case) -> Film {
+    static GPU: OnceLock<Mutex<Gpu>> = OnceLock::new();
+    let mut gpu = GPU
+        .get_or_init(|| {
+            let name = std::env::var("LUMIVOX_GPU").ok();
+            Mutex::new(Gpu::open(name.as_deref()).expect("a GPU or software Vulkan"))
+        })
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
+    let [width, height] = case.size;
+    let texture = |format, usage| {
+        gpu.executor.device().create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: usage | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        })
+    };
+    let depth = texture(wgpu::TextureFormat::R32Float, wgpu::TextureUsages::TEXTURE_BINDING);
+    let color = texture(wgpu::TextureFormat::Rgba16Float, wgpu::TextureUsages::RENDER_ATTACHMENT);
+    let texels: Vec<f32> = (0..pixel_count(case))
+        .map(|pixel| host(case, pixel).map_or(0.0, |(depth, _)| (NEAR / depth) as f32))
+        .collect();
+    gpu.executor.queue().write_texture(
+        depth.as_image_copy(),
+        bytemuck::cast_slice(&texels),
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(width * 4),
+            rows_per_image: Some(height),
+        },
+        depth.size(),
+    );
+    let names = [ResourceId::external(), ResourceId::external()];
+    gpu.executor.lend_texture(names[0], &depth);
+    gpu.executor.lend_texture(names[1], &color);
+    let frame = HostFrame {
+        depth: Some(HostDepth {
+            texture: names[0],
+            view_depth_from_ndc: [0.0, NEAR, 1.0, 0.0],
+            clear: 0.0,
+            jittered: false,
+        }),
+        color_target: names[1],
+        depth_target: None,
+    };
+    let settings = LiveSettings { target_samples: case.samples, ..LiveSettings::new(width, height) };
+    let mut cache = SceneCache::new(gpu.executor.limits());
+    let mut recording = Recording::new();
+    cache.update(&case.scene(), &mut recording).unwrap();
+    let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
+    live.record_frame(&cache, &case.camera(), &settings, &frame, u64::MAX, &mut recording).unwrap();
+    live.record_read_film(&mut recording);
+    let bytes = gpu.executor.execute(&recording).unwrap().pop().unwrap().wait().unwrap();
+    let mut film = Film::new(width, height, false);
+    film.insert([0, 0], [width, height], &bytes);
+    let mut recording = Recording::new();
+    live.free(&mut recording);
+    cache.free(&mut recording);
+    gpu.executor.execute(&recording).unwrap();
+    film
+}
+
+fn pixel_count(case: &Case) -> usize {
+    case.size[0] as usize * case.size[1] as usize
+}
+
+fn ray(case: &Case, pixel: usize) -> Ray {
+    let [width, height] = case.size.map(|n| n as usize);
+    let at = [(pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5];
+    case.camera().ray([at[0] / width as f64, at[1] / height as f64])
+}
+
+/// View depth and colour of the nearest mesh in the middle of a pixel.
+fn host(case: &Case, pixel: usize) -> Option<(f64, [f64; 3])> {
+    let ray = ray(case, pixel);
+    let forward = -case.camera().world_from_camera.matrix3.z_axis;
+    let hits = case.meshes.iter().filter_map(|mesh| Some((intersect(mesh, &ray)?, mesh.color)));
+    let (t, color) = hits.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some((t * ray.direction.dot(forward), color))
+}
+
+/// The slab method.
+fn intersect(mesh: &Mesh, ray: &Ray) -> Option<f64> {
+    let box_from_world = mesh.place.affine().inverse();
+    let origin = box_from_world.transform_point3(ray.origin);
+    let direction = box_from_world.transform_vector3(ray.direction);
+    let half = DVec3::from_array(mesh.size) / 2.0;
+    let (a, b) = ((-half - origin) / direction, (half - origin) / direction);
+    let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
+    (enter < leave && enter > 0.0).then_some(enter)
+}
+
+fn background(case: &Case, pixel: usize) -> [f64; 3] {
+    match &case.light {
+        Light::Color(color) => *color,
+        Light::Panorama { .. } => case.scene().environment.radiance(ray(case, pixel).direction),
+    }
+}

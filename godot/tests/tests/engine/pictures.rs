@@ -1,0 +1,195 @@
+//! What viewports show is what the renderer makes of the same scenes, pixel by pixel.
+
+use std::fs;
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use lumivox_core::glam::{DMat3, DVec3};
+use lumivox_testing::png_io::SrgbImage;
+
+use crate::case::{Case, Light, Mesh, Place, Volume, look_at};
+use crate::engine::engine;
+use crate::expected;
+
+/// Every case, in one run of the engine.
+fn cases() -> Vec<Case> {
+    let translucent = Volume::soft();
+    let turned = Volume {
+        place: Place::new(
+            DMat3::from_rotation_y(0.7)
+                * DMat3::from_rotation_x(0.4)
+                * DMat3::from_diagonal(DVec3::new(1.4, 0.7, 1.1)),
+            DVec3::new(0.012, 0.004, 0.01),
+        ),
+        stops: vec![[0.0, 0.2, 0.5, 0.9]],
+        anisotropy: -0.3,
+        filter: 2,
+        ..translucent.clone()
+    };
+    let far_turned =
+        |x: f64, y: f64, z: f64, angle: f64| Place::new(DMat3::from_rotation_y(angle), DVec3::new(x, y, z));
+    vec![
+        Case::new("cube"),
+        Case {
+            volumes: vec![Volume {
+                phantom: "head",
+                size: 40,
+                knots: vec![[-300.0, 0.0, 1.0], [300.0, 0.6, 1.0], [1500.0, 1.0, 0.0]],
+                density: 0.3,
+                surface: [0.7, 60.0, 0.4, 0.04],
+                ..translucent.clone()
+            }],
+            camera: look_at(DVec3::new(0.35, 0.1, 0.6), DVec3::ZERO),
+            ..Case::new("head")
+        },
+        Case { volumes: vec![translucent.clone(), turned.clone()], ..Case::new("several_volumes") },
+        Case {
+            volumes: vec![Volume {
+                clip_min: [0.1, 0.45, 0.0],
+                clip_max: [0.9, 1.0, 0.6],
+                filter: 0,
+                ..translucent.clone()
+            }],
+            ..Case::new("clipped")
+        },
+        Case {
+            meshes: vec![
+                // In front, behind, and through the middle of the volume.
+                Mesh {
+                    size: [0.006, 0.02, 0.002],
+                    place: far_turned(0.004, 0.004, 0.025, 0.3),
+                    color: [0.8, 0.1, 0.1],
+                },
+                Mesh {
+                    size: [0.2, 0.012, 0.002],
+                    place: far_turned(0.0, 0.0, -0.03, 0.0),
+                    color: [0.1, 0.8, 0.1],
+                },
+                Mesh {
+                    size: [0.003, 0.03, 0.003],
+                    place: far_turned(0.0, 0.0, 0.0, 0.6),
+                    color: [0.1, 0.2, 0.9],
+                },
+            ],
+            ..Case::new("occlusion")
+        },
+        Case { fov: 0.0, height: 0.06, volumes: vec![turned.clone()], ..Case::new("parallel") },
+        Case { exposure: 1.0, light: Light::Color([0.15, 0.2, 0.3]), ..Case::new("exposure") },
+        Case { light: panorama(), volumes: vec![turned], ..Case::new("panorama") },
+    ]
+}
+
+/// A sky with a bright patch to one side of a turned horizon.
+fn panorama() -> Light {
+    let (width, height) = (64, 32);
+    let texel = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let up = 1.0 - y as f32 / height as f32;
+        // Once where the camera sees its edge, once where only the volume does.
+        let seen = (50..55).contains(&x) && (15..22).contains(&y);
+        let bright = (10..16).contains(&x) && (6..12).contains(&y);
+        let patch = if bright {
+            8.0
+        } else if seen {
+            0.5
+        } else {
+            0.0
+        };
+        [0.1 + 0.3 * up + patch, 0.1 + 0.4 * up + 0.8 * patch, 0.1 + 0.6 * up + 0.5 * patch]
+    };
+    Light::Panorama {
+        width,
+        height,
+        texels: (0..width * height).map(texel).collect(),
+        rotation: 0.9,
+        energy: 0.6,
+    }
+}
+
+/// The folder of screenshots, `NAME.png` each, made once.
+fn screenshots() -> &'static PathBuf {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let engine = engine();
+        let folder = engine.out.join("pictures");
+        fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("cases.json");
+        fs::write(&file, serde_json::to_vec(&cases()).unwrap()).unwrap();
+        engine.run(
+            "pictures",
+            &[
+                "res://tests/show_cases.tscn",
+                "--",
+                "--cases",
+                file.to_str().unwrap(),
+                "--out",
+                folder.to_str().unwrap(),
+            ],
+        );
+        folder
+    })
+}
+
+fn assert_as_expected(name: &str) {
+    let case = cases().into_iter().find(|c| c.name == name).unwrap();
+    let shown = SrgbImage::read(&screenshots().join(format!("{name}.png"))).unwrap();
+    let wanted = expected::picture(&case);
+    let _ = wanted.write(&screenshots().join(format!("{name}_wanted.png")));
+    assert_eq!((shown.width, shown.height), (wanted.width, wanted.height));
+    assert!(is_a_picture(&wanted), "{name} shows nothing");
+    let (mut sum, mut far) = (0.0, 0);
+    for (a, b) in shown.pixels.iter().zip(&wanted.pixels) {
+        let difference = (0..3).map(|i| a[i].abs_diff(b[i])).max().unwrap();
+        sum += f64::from(difference);
+        far += usize::from(difference > 2);
+    }
+    let (mean, far) = (sum / wanted.pixels.len() as f64, far as f64 / wanted.pixels.len() as f64);
+    println!(
+        "{name}: differs by {mean:.3} of 255 on average, by more than 2 in {:.2}% of pixels",
+        far * 100.0
+    );
+    // The same random numbers make the same paths; now and then rounding sends one elsewhere, and the edge of a mesh
+    // falls on another pixel.
+    assert!(mean < 0.5 && far < 0.01, "{name}: differs by {mean} of 255, in {far} of all pixels");
+}
+
+fn is_a_picture(image: &SrgbImage) -> bool {
+    let distinct: std::collections::HashSet<_> = image.pixels.iter().collect();
+    distinct.len() > 150
+}
+
+#[test]
+fn a_volume_looks_as_the_renderer_makes_it() {
+    assert_as_expected("cube");
+    assert_as_expected("head");
+}
+
+#[test]
+fn volumes_overlap_rotated_and_scaled() {
+    assert_as_expected("several_volumes");
+}
+
+#[test]
+fn a_clip_box_cuts_along_the_nodes_axes() {
+    assert_as_expected("clipped");
+}
+
+#[test]
+fn meshes_hide_and_are_hidden_pixel_by_pixel() {
+    assert_as_expected("occlusion");
+}
+
+#[test]
+fn a_parallel_camera_sees_parallel_rays() {
+    assert_as_expected("parallel");
+}
+
+#[test]
+fn exposure_is_in_stops() {
+    assert_as_expected("exposure");
+}
+
+#[test]
+fn a_panorama_lights_volumes_turned_and_scaled() {
+    assert_as_expected("panorama");
+}

@@ -1,0 +1,107 @@
+# Sourced by script/godot and script/test after lib.sh: a Godot that runs the addon.
+
+GODOT_MINIMUM=4.5
+
+# Debian packages that make up a private Godot where the system has none: the engine, and the drivers that go with its
+# C library (on a machine without a GPU, Vulkan in software).
+GODOT_PACKAGES="godot mesa-vulkan-drivers libvulkan1"
+
+# Whether the program $1 is a Godot of at least GODOT_MINIMUM.
+godot_is_new_enough() {
+    local version oldest
+    version=$("$1" --version </dev/null 2>/dev/null | tail -n 1) || return 1
+    version=$(printf '%s' "$version" | cut -d. -f1,2)
+    case $version in [0-9]*.[0-9]*) ;; *) return 1 ;; esac
+    oldest=$(printf '%s\n%s\n' "$GODOT_MINIMUM" "$version" | sort -t. -k1,1n -k2,2n | head -n 1)
+    [ "$oldest" = "$GODOT_MINIMUM" ]
+}
+
+# Sets and exports GODOT: the one that is asked for, one from PATH, or a private one from Debian.
+need_godot() {
+    local candidate
+    if [ -n "${GODOT:-}" ]; then
+        godot_is_new_enough "$GODOT" || die "GODOT=$GODOT is no Godot $GODOT_MINIMUM or newer."
+        export GODOT
+        return 0
+    fi
+    for candidate in godot godot4 godot-4; do
+        if command -v "$candidate" >/dev/null 2>&1 && godot_is_new_enough "$candidate"; then
+            GODOT=$(command -v "$candidate")
+            export GODOT
+            return 0
+        fi
+    done
+    local folder=${CARGO_TARGET_DIR:-target}/godot-engine
+    case $folder in /*) ;; *) folder=$PWD/$folder ;; esac
+    GODOT=$folder/godot
+    export GODOT
+    [ -x "$GODOT" ] && godot_is_new_enough "$GODOT" && return 0
+    local help="Install Godot $GODOT_MINIMUM or newer from https://godotengine.org/download and put it on the PATH as 'godot', or name it:
+    GODOT=/path/to/godot $0"
+    [ "$(uname -s) $(uname -m)" = "Linux x86_64" ] && command -v apt-get >/dev/null 2>&1 &&
+        command -v dpkg-deb >/dev/null 2>&1 && [ -e /usr/share/keyrings/debian-archive-keyring.gpg ] ||
+        die "There is no Godot $GODOT_MINIMUM on the PATH. $help"
+    say "No Godot $GODOT_MINIMUM on the PATH: fetching one from Debian into $folder (180 MB, nothing is installed)"
+    fetch_godot "$folder" || die "Godot could not be fetched (see $folder/log). $help"
+    godot_is_new_enough "$GODOT" || die "The Godot from Debian does not run here (see $folder/log). $help"
+}
+
+# Unpacks Debian's Godot and all that it needs, its C library too, into the folder $1, which nothing else looks at.
+fetch_godot() (
+    set -e
+    rm -rf "$1"
+    mkdir -p "$1/lists/partial" "$1/archives/partial" "$1/root"
+    cd "$1"
+    : >status
+    echo "deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] http://deb.debian.org/debian forky main" >sources.list
+    cat >apt.conf <<CONF
+Dir::Etc::sourcelist "$1/sources.list";
+Dir::Etc::sourceparts "/dev/null";
+Dir::State::lists "$1/lists";
+Dir::State::status "$1/status";
+Dir::Cache "$1";
+Acquire::Check-Valid-Until "false";
+Acquire::Retries "3";
+Acquire::Languages "none";
+APT::Install-Recommends "false";
+APT::Sandbox::User "root";
+Debug::NoLocking "true";
+CONF
+    export APT_CONFIG=$1/apt.conf
+    {
+        apt-get update -q
+        # shellcheck disable=SC2086
+        apt-get install -y -q --download-only $GODOT_PACKAGES ${GODOT_MORE_PACKAGES:-}
+        for package in archives/*.deb; do dpkg-deb -x "$package" root; done
+    } >log 2>&1 </dev/null
+    rm -rf archives lists ./*pkgcache.bin
+    # Its own loader and libraries first, so that the system's age does not matter; the system's come last, for its
+    # GPU's driver.
+    cat >godot <<'RUN'
+#!/bin/sh
+here=$(cd "$(dirname "$0")" && pwd)
+root=$here/root
+libraries=$root/usr/lib/x86_64-linux-gnu
+gpu=
+for device in /dev/dri/renderD* /dev/nvidia0; do [ ! -e "$device" ] || gpu=1; done
+[ -n "$gpu$VK_DRIVER_FILES" ] || export VK_DRIVER_FILES="$root/usr/share/vulkan/icd.d/lvp_icd.json"
+[ -n "$XDG_RUNTIME_DIR" ] || export NODEVICE_SELECT=1
+exec "$root/usr/lib64/ld-linux-x86-64.so.2" --library-path \
+    "$libraries:$libraries/pulseaudio:/usr/lib/x86_64-linux-gnu:/usr/local/lib:/usr/lib64" "$root/usr/bin/godot" "$@"
+RUN
+    chmod +x godot
+)
+
+# Builds the extension and puts it where the project $1 looks for it.
+build_addon() {
+    cargo build ${CI:+--locked} --release --quiet --package lumivox-godot </dev/null
+    local built=${CARGO_TARGET_DIR:-target}/release bin=$1/addons/lumivox/bin
+    case "$(uname -s)" in
+        Darwin) bin=$bin/macos && mkdir -p "$bin" && cp "$built/liblumivox_godot.dylib" "$bin/" ;;
+        Linux) bin=$bin/linux.$(uname -m) && mkdir -p "$bin" && cp "$built/liblumivox_godot.so" "$bin/" ;;
+        *) bin=$bin/windows.x86_64 && mkdir -p "$bin" && cp "$built/lumivox_godot.dll" "$bin/" ;;
+    esac
+    # Without this list the first import of a fresh project does not know the classes that its scenes need.
+    mkdir -p "$1/.godot"
+    echo "res://addons/lumivox/lumivox.gdextension" >"$1/.godot/extension_list.cfg"
+}
