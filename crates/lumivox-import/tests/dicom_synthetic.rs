@@ -191,11 +191,9 @@ fn of_several_images_at_one_place_the_first_is_used() {
     }
     let imported = load(folder.path()).unwrap();
     assert_field(&imported.volume, 0.0);
-    assert!(
-        imported.report.notes[0].starts_with("2 images lie at every place"),
-        "{:?}",
-        imported.report.notes
-    );
+    assert_eq!(imported.report.notes, ["phase 1 of 2 is taken (told apart by instance number)"]);
+    let series = &imported.report.series[0];
+    assert_eq!((series.phases, series.dims, series.files), (2, [5, 4, 3], 6));
 }
 
 #[test]
