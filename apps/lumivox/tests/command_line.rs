@@ -274,7 +274,7 @@ fn import_lists_series_and_what_was_left_out_and_writes_pictures() {
     let run = lumivox(folder.path(), &["import", "scan", "--thumbnails", "pictures"]);
     assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""));
     for words in
-        ["DICOM, 1 series", "16 x 16 x 16 voxels", "axial, HU", "it is not a DICOM file", "README.txt"]
+        ["DICOM, 1 series", "17 x 17 x 17 voxels", "axial, HU", "it is not a DICOM file", "README.txt"]
     {
         assert!(run.stdout.contains(words), "'{words}' is missing:\n{}", run.stdout);
     }
@@ -284,7 +284,7 @@ fn import_lists_series_and_what_was_left_out_and_writes_pictures() {
     let run = lumivox(folder.path(), &["import", "scan", "--json", "--thumbnails", "pictures"]);
     let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
     let series = &json["scans"][0]["series"][0];
-    assert_eq!(series["dims"], serde_json::json!([16, 16, 16]));
+    assert_eq!(series["dims"], serde_json::json!([17, 17, 17]));
     assert_eq!((&series["phases"], &series["unit"]), (&1.into(), &"HU".into()));
     assert!(series["thumbnail"].as_str().unwrap().ends_with("series-001.png"));
     assert_eq!(json["scans"][0]["skipped_by_reason"]["it is not a DICOM file"], 1);

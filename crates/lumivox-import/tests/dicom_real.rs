@@ -243,10 +243,16 @@ fn odd_files_are_read_or_refused() {
                     line.sum,
                     imported.report.notes
                 );
+                // The reference gives up on 12 bits where it is not told that there are so many.
+                if name == "JPEG-lossy.dcm" {
+                    assert_eq!((volume.dims(), volume.value_range()), ([256, 1024, 1], [0.0, 264.0]));
+                    continue;
+                }
                 assert_eq!(line.status.split(':').next(), Some("ok"), "{name}");
                 assert_eq!(volume.dims(), [line.columns, line.rows, line.frames], "{name}");
                 // The reference knows nothing of DoseGridScaling.
                 let (scale, error) = if name.starts_with("rtdose") { (1e-6, 1e-6) } else { (1.0, 0.0) };
+                let error = if name == "JPGExtended.dcm" { 2e-3 } else { error };
                 // The reference keeps PixelPaddingValue as it is.
                 if name != "693_J2KI.dcm" {
                     assert!((sum - line.sum * scale).abs() <= error * sum.abs(), "{name}: {sum}");
@@ -255,7 +261,7 @@ fn odd_files_are_read_or_refused() {
             Err(error) => {
                 println!("{name}: {error} ({})", line.status);
                 // What another reader can read, Lumivox refuses for a reason of its own only.
-                let why = ["colour", "segmentation", "JPEG of 12 bits"];
+                let why = ["colour"];
                 let error = error.to_string();
                 assert!(line.status != "ok" || why.iter().any(|why| error.contains(why)), "{error}");
             }

@@ -8,7 +8,7 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
-use super::{rle, source::Input};
+use super::{jpeg_extended, rle, source::Input};
 
 /// How pixel data are compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -203,6 +203,8 @@ fn inflate(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
 
 /// What a codestream's own header says.
 struct StreamInfo {
+    /// The frame header's marker, for JPEG: which process it is.
+    marker: usize,
     columns: usize,
     rows: usize,
     precision: usize,
@@ -239,6 +241,7 @@ fn jpeg_info(stream: &[u8]) -> Option<StreamInfo> {
             0xFFC4 | 0xFFC8 | 0xFFCC => {}
             0xFFC0..=0xFFCF | 0xFFF7 => {
                 return Some(StreamInfo {
+                    marker,
                     precision: (*stream.get(at + 4)?).into(),
                     rows: word(at + 5)?,
                     columns: word(at + 7)?,
@@ -256,6 +259,10 @@ fn jpeg(stream: &[u8], format: &FrameShape) -> Result<Decoded, CodecFault> {
     use jpeg_decoder::PixelFormat::{L8, L16};
     let info = jpeg_info(stream).ok_or("has a JPEG stream without a frame header")?;
     info.check(format)?;
+    if info.precision == 12 && matches!(info.marker, 0xFFC0 | 0xFFC1) {
+        let samples = jpeg_extended::decode(stream, format.columns, format.rows)?;
+        return Ok(Decoded { samples: samples.iter().flat_map(|s| s.to_le_bytes()).collect(), bytes: 2 });
+    }
     let mut decoder = jpeg_decoder::Decoder::new(stream);
     decoder.set_max_decoding_buffer_size(format.columns * format.rows * 2);
     let samples = decoder.decode().map_err(|e| match e {
@@ -296,6 +303,7 @@ fn jpeg_2000(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
     let siz = stream.get(start + 8..start + 42).ok_or("has a JPEG 2000 stream that is cut short")?;
     let long = |at: usize| u32::from_be_bytes([siz[at], siz[at + 1], siz[at + 2], siz[at + 3]]);
     StreamInfo {
+        marker: 0,
         columns: long(0).saturating_sub(long(8)) as usize,
         rows: long(4).saturating_sub(long(12)) as usize,
         components: u16::from_be_bytes([siz[32], siz[33]]).into(),
@@ -342,7 +350,7 @@ fn jpeg_xl(stream: &[u8], format: &FrameShape) -> Result<Decoded, CodecFault> {
         return Err("has no JPEG XL stream where one belongs".into());
     }
     let (columns, rows) = jpeg_xl_size(&codestream).ok_or_else(cut)?;
-    StreamInfo { columns, rows, precision: 0, components: 1 }.check(format)?;
+    StreamInfo { marker: 0, columns, rows, precision: 0, components: 1 }.check(format)?;
     let pixels = format.columns * format.rows;
     // Wide buffers: exact even where a stream says wrongly that 16 bits with a sign suffice.
     let mut decoder = JxlImage::builder()
@@ -357,7 +365,8 @@ fn jpeg_xl(stream: &[u8], format: &FrameShape) -> Result<Decoded, CodecFault> {
     };
     let metadata = &image.image_header().metadata;
     let colours = if metadata.grayscale() { 1 } else { 3 };
-    StreamInfo { columns, rows, precision: 0, components: colours + metadata.ec_info.len() }.check(format)?;
+    StreamInfo { marker: 0, columns, rows, precision: 0, components: colours + metadata.ec_info.len() }
+        .check(format)?;
     let bits = match metadata.bit_depth {
         BitDepth::IntegerSample { bits_per_sample: bits @ 1..=16 } => bits,
         BitDepth::IntegerSample { bits_per_sample } => {

@@ -13,6 +13,7 @@ mod elements;
 mod frames;
 mod geometry;
 mod header;
+mod jpeg_extended;
 mod mosaic;
 mod phases;
 mod pixels;
