@@ -23,6 +23,14 @@ Examples:
 
 ";
 
+const IMPORT_EXAMPLES: &str = "\
+Examples:
+  lumivox import FOLDER                      what can be loaded from it, and why other files cannot
+  lumivox import study.zip --json            the same for programs
+  lumivox import FOLDER --thumbnails DIR     with a picture of each series
+
+";
+
 const PRESETS_EXAMPLES: &str = "\
 Example:
   lumivox render FOLDER --preset ct-bone -o bone.png";
@@ -31,6 +39,7 @@ const EXAMPLES: &str = "\
 Examples:
   lumivox phantom head --out phantom          make a scan to try things on
   lumivox render phantom -o head.png          a DICOM folder to a picture
+  lumivox import FOLDER                       which series are in a folder, and what was left out
   lumivox info head.nii.gz                    what is in a file, and a preset that suits it
   lumivox doctor                              which GPUs are seen, and what is missing
 
@@ -67,6 +76,9 @@ pub enum Command {
     /// Say what a scan holds: geometry, values, a suggested preset; never the patient's name
     #[command(after_help = [INFO_EXAMPLES, EXIT_CODES].concat())]
     Info(InfoArgs),
+    /// List what can be loaded from a folder, archive or file, without loading it, and why other files cannot
+    #[command(after_help = [IMPORT_EXAMPLES, EXIT_CODES].concat())]
+    Import(ImportArgs),
     /// Make a procedural scan, written as a DICOM series
     #[command(after_help = EXIT_CODES)]
     Phantom(PhantomArgs),
@@ -88,6 +100,9 @@ pub struct InputArgs {
     /// [default: the first of the list]
     #[arg(long, value_name = "SERIES")]
     pub series: Option<String>,
+    /// Phase of a series with several, counted from 1 [default: the first that is whole]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub phase: Option<u32>,
     /// Layout of a RAW scan: size, sample type, then any of spacing (mm), axes (where x, y and z grow), header
     /// (bytes), slope, intercept, modality: 256x256x108:i16le:spacing=0.9,0.9,1.5:axes=LAS
     /// [default: from a file beside it, or its name]
@@ -208,6 +223,23 @@ pub struct InfoArgs {
     /// For programs: one JSON object on stdout
     #[arg(long)]
     pub json: bool,
+}
+
+/// `lumivox import`.
+#[derive(Args, Debug)]
+pub struct ImportArgs {
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub input: InputArgs,
+    /// For programs: one JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
+    /// Write a PNG of the middle slice of each series into this folder, which is made if it is missing
+    #[arg(long, value_name = "FOLDER")]
+    pub thumbnails: Option<PathBuf>,
+    /// Pixels of the longer side of a thumbnail, 16 to 2048
+    #[arg(long, value_name = "N", default_value = "256", value_parser = clap::value_parser!(u32).range(16..=2048))]
+    pub thumbnail_size: u32,
 }
 
 /// `lumivox phantom`.

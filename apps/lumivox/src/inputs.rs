@@ -12,13 +12,20 @@ use crate::{args::InputArgs, exit::Failure, progress::Reporter};
 
 /// Loads every scan, in the order given.
 pub fn load(args: &InputArgs, reporter: Reporter, cancel: &CancelToken) -> Result<Vec<Imported>, Failure> {
-    let mut options = ImportOptions::default();
-    options.series.clone_from(&args.series);
-    options.raw.clone_from(&args.raw);
+    let options = options(args);
     let scan = |files: &[PathBuf]| {
         reporter.stages(|progress| lumivox_import::load(files, &options, progress, cancel))
     };
     scans(&args.inputs).iter().map(|files| scan(files).map_err(Failure::from)).collect()
+}
+
+/// What the importer is asked for.
+pub fn options(args: &InputArgs) -> ImportOptions {
+    let mut options = ImportOptions::default();
+    options.series.clone_from(&args.series);
+    options.phase = args.phase.map(|phase| phase as usize);
+    options.raw.clone_from(&args.raw);
+    options
 }
 
 /// Checks that everything named is there, before the first is read for minutes.
@@ -37,7 +44,7 @@ pub fn count(args: &InputArgs) -> usize {
 }
 
 /// One entry per scan. The slices of a DICOM folder, as a shell's `folder/*.dcm` lists them, are one.
-fn scans(inputs: &[PathBuf]) -> Vec<Vec<PathBuf>> {
+pub fn scans(inputs: &[PathBuf]) -> Vec<Vec<PathBuf>> {
     let mut scans: Vec<Vec<PathBuf>> = Vec::new();
     for input in inputs {
         let belongs = |scan: &&mut Vec<PathBuf>| {

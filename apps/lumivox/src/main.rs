@@ -20,6 +20,7 @@ use clap::Parser;
 
 use args::{Cli, Command};
 use exit::Failure;
+use lumivox_import::CodecWorker;
 
 /// What the process exits with after a fault of ours, as Rust programs do.
 const EXIT_PANIC: u8 = 101;
@@ -29,10 +30,16 @@ const EXIT_PANIC: u8 = 101;
 static PANIC: Mutex<String> = Mutex::new(String::new());
 
 fn main() -> ExitCode {
+    if std::env::args_os().nth(1).is_some_and(|first| first == CODEC_WORKER) {
+        return decode_frames();
+    }
     quiet_mesa();
     std::panic::set_hook(Box::new(remember_panic));
     ignore_file_size_signal();
     start_workers();
+    if let Ok(program) = std::env::current_exe() {
+        lumivox_import::set_codec_worker(Some(CodecWorker::new(program, [CODEC_WORKER])));
+    }
     match std::panic::catch_unwind(run) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(failure)) => {
@@ -47,11 +54,24 @@ fn main() -> ExitCode {
     }
 }
 
+/// The first argument of this program where it is a decoder for another run of it, which survives its crashes.
+const CODEC_WORKER: &str = "--codec-worker";
+
+fn decode_frames() -> ExitCode {
+    // What a decoder panics about, the other end hears as a damaged frame.
+    std::panic::set_hook(Box::new(|_| {}));
+    match lumivox_import::serve_codecs(std::io::stdin().lock(), std::io::stdout().lock()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(_) => ExitCode::FAILURE,
+    }
+}
+
 fn run() -> Result<(), Failure> {
     // clap ends the process itself on wrong usage (2) and for --help and --version (0).
     match Cli::parse().command {
         Command::Render(args) => commands::render::run(&args),
         Command::Info(args) => commands::info::run(&args),
+        Command::Import(args) => commands::import::run(&args),
         Command::Phantom(args) => commands::phantom::run(&args),
         Command::Presets => commands::presets::run(),
         Command::Doctor => commands::doctor::run(),

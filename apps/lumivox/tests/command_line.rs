@@ -266,3 +266,38 @@ fn doctor_reports_and_its_exit_code_tells_whether_rendering_works() {
     let works = run.stdout.contains("All is well") || run.stdout.contains("Rendering works");
     assert_eq!(run.code, Some(if works { 0 } else { 4 }), "{}\n{}", run.stdout, run.stderr);
 }
+
+#[test]
+fn import_lists_series_and_what_was_left_out_and_writes_pictures() {
+    let folder = folder_with_scan();
+    fs::write(folder.path().join("scan/README.txt"), "not a scan").unwrap();
+    let run = lumivox(folder.path(), &["import", "scan", "--thumbnails", "pictures"]);
+    assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""));
+    for words in
+        ["DICOM, 1 series", "17 x 17 x 17 voxels", "axial, HU", "it is not a DICOM file", "README.txt"]
+    {
+        assert!(run.stdout.contains(words), "'{words}' is missing:\n{}", run.stdout);
+    }
+    let picture = fs::read(folder.path().join("pictures/series-001.png")).unwrap();
+    assert!(picture.starts_with(b"\x89PNG"));
+
+    let run = lumivox(folder.path(), &["import", "scan", "--json", "--thumbnails", "pictures"]);
+    let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let series = &json["scans"][0]["series"][0];
+    assert_eq!(series["dims"], serde_json::json!([17, 17, 17]));
+    assert_eq!((&series["phases"], &series["unit"]), (&1.into(), &"HU".into()));
+    assert!(series["thumbnail"].as_str().unwrap().ends_with("series-001.png"));
+    assert_eq!(json["scans"][0]["skipped_by_reason"]["it is not a DICOM file"], 1);
+
+    fails(folder.path(), &["import", "missing"], 3, &["missing"]);
+    fails(folder.path(), &["import", "scan/README.txt"], 3, &["this is a text file"]);
+    fails(folder.path(), &["info", "scan", "--phase", "2"], 3, &["there is no phase 2; it has 1"]);
+}
+
+/// The hidden decoder stays a decoder: it reads frames, and ends with its input.
+#[test]
+fn the_codec_worker_ends_with_its_input() {
+    let folder = empty_folder();
+    let run = lumivox(folder.path(), &["--codec-worker"]);
+    assert_eq!((run.code, run.stdout.as_str(), run.stderr.as_str()), (Some(0), "", ""));
+}

@@ -95,6 +95,16 @@ pub enum ImportError {
         /// The series of that number, each with its place in the list of all.
         candidates: String,
     },
+    /// The phase asked for is not there.
+    #[error("{path}: there is no phase {wanted}; it has {phases}", path = path.display())]
+    NoSuchPhase {
+        /// The folder.
+        path: PathBuf,
+        /// What was asked for, counted from 1.
+        wanted: usize,
+        /// How many there are.
+        phases: usize,
+    },
     /// The parts do not make a volume.
     #[error("{path}: {source}", path = path.display())]
     Volume {

@@ -10,7 +10,7 @@ use lumivox_core::{
 use crate::{
     Imported,
     error::ImportError,
-    report::{ImportReport, SeriesSummary},
+    report::{ImportReport, SeriesSummary, orientation_words},
     sample::Decoded,
 };
 
@@ -66,7 +66,14 @@ impl Scan<'_> {
             number: None,
             description: format!("{modality}{x} x {y} x {z}, {bits}-bit{kind}"),
             files: self.files,
-            ..SeriesSummary::default()
+            modality: modality.trim_end_matches(", ").to_owned(),
+            dims: self.dims,
+            spacing_mm: volume.spacing_mm().to_array(),
+            orientation: orientation_words(volume.patient_from_voxel().matrix3),
+            phases: 1,
+            unit: volume.modality().unit().to_owned(),
+            bytes: volume.voxels().as_bytes().len() as u64,
+            notes: notes.clone(),
         };
         let report = ImportReport {
             format: self.format.to_owned(),

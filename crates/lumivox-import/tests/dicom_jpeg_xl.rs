@@ -1,7 +1,7 @@
 //! JPEG XL frames, encoded here: lossless samples come out exactly, damage is an error.
 
 mod common;
-#[allow(dead_code, reason = "the writer can do more than these questions need")]
+#[allow(dead_code, reason = "not every test program uses all of it")]
 #[path = "common/writer.rs"]
 mod writer;
 

@@ -103,15 +103,26 @@ fn every_transfer_syntax_gives_the_same_samples() {
     let truth = load(&folder.join("1.nii")).unwrap().volume;
     for number in 1..=9 {
         let volume = load(&folder.join(format!("{number}.dcm"))).unwrap().volume;
-        assert_eq!(volume.dims(), [384, 384, 1], "{number}.dcm");
-        assert_eq!(slice_sum(&volume, 0), (38036663.0, [0.0, 2362.0]), "{number}.dcm");
-        // The image is a mosaic of 6 x 6 tiles; the converter that made the truth parted it and flipped its rows.
-        for (x, y, z) in [(0, 0, 0), (31, 20, 17), (40, 33, 5), (12, 50, 34), (63, 63, 20)] {
-            let tile = [z % 6 * 64 + x, z / 6 * 64 + y, 0];
-            assert_eq!(volume.value(tile), truth.value([x, 63 - y, z]), "{number}.dcm at {x}, {y}, {z}");
+        // The image is a mosaic of 6 x 6 tiles, of which 35 are slices.
+        assert_eq!(volume.dims(), [64, 64, 35], "{number}.dcm");
+        let sum: f64 = (0..35).map(|z| slice_sum(&volume, z).0).sum();
+        assert_eq!((sum, volume.value_range()), (38036663.0, [0.0, 2362.0]), "{number}.dcm");
+        // The converter that made the truth flipped the rows.
+        for z in 0..35 {
+            for y in 0..64 {
+                for x in 0..64 {
+                    let (value, expected) = (volume.value([x, y, z]), truth.value([x, 63 - y, z]));
+                    assert_eq!(value, expected, "{number}.dcm at {x}, {y}, {z}");
+                }
+            }
         }
-        let sum: f64 = (0..35).map(|z| slice_sum(&truth, z).0).sum();
-        assert_eq!(sum, 38036663.0);
+        // Each voxel lies where it does in the truth.
+        for at in [[0, 0, 0], [63, 0, 0], [0, 63, 0], [0, 0, 34], [20, 40, 17]] {
+            let [x, y, z] = at.map(|n| n as f64);
+            let place = volume.patient_from_voxel().transform_point3(DVec3::new(x, y, z));
+            let expected = truth.patient_from_voxel().transform_point3(DVec3::new(x, 63.0 - y, z));
+            assert_near(place, expected, 2e-3);
+        }
     }
 }
 
@@ -232,17 +243,25 @@ fn odd_files_are_read_or_refused() {
                     line.sum,
                     imported.report.notes
                 );
+                // The reference gives up on 12 bits where it is not told that there are so many.
+                if name == "JPEG-lossy.dcm" {
+                    assert_eq!((volume.dims(), volume.value_range()), ([256, 1024, 1], [0.0, 264.0]));
+                    continue;
+                }
                 assert_eq!(line.status.split(':').next(), Some("ok"), "{name}");
                 assert_eq!(volume.dims(), [line.columns, line.rows, line.frames], "{name}");
+                // The reference knows nothing of DoseGridScaling.
+                let (scale, error) = if name.starts_with("rtdose") { (1e-6, 1e-6) } else { (1.0, 0.0) };
+                let error = if name == "JPGExtended.dcm" { 2e-3 } else { error };
                 // The reference keeps PixelPaddingValue as it is.
                 if name != "693_J2KI.dcm" {
-                    assert_eq!(sum, line.sum, "{name}");
+                    assert!((sum - line.sum * scale).abs() <= error * sum.abs(), "{name}: {sum}");
                 }
             }
             Err(error) => {
                 println!("{name}: {error} ({})", line.status);
                 // What another reader can read, Lumivox refuses for a reason of its own only.
-                let why = ["colour", "segmentation", "JPEG of 12 bits"];
+                let why = ["colour"];
                 let error = error.to_string();
                 assert!(line.status != "ok" || why.iter().any(|why| error.contains(why)), "{error}");
             }

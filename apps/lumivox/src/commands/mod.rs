@@ -1,6 +1,7 @@
 //! One module per command.
 
 pub mod doctor;
+pub mod import;
 pub mod info;
 pub mod phantom;
 pub mod presets;

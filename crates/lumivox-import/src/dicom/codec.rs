@@ -8,7 +8,7 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
-use super::{header::PixelFormat, rle, source::Input};
+use super::{jpeg_extended, rle, source::Input};
 
 /// How pixel data are compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,16 +59,23 @@ impl Encoding {
 
 /// Reads the fragments at `input`'s position and joins them to one codestream per frame.
 ///
+/// `extended` is the extended offset table, which counts before the basic one; mostly empty.
+///
 /// # Errors
 /// A verb phrase about what is wrong with the fragments.
-pub(crate) fn read_frames(input: &mut Input, frames: usize) -> Result<Vec<Vec<u8>>, String> {
-    let (offsets, fragments) = read_fragments(input).map_err(|e| format!("has damaged fragments ({e})"))?;
+pub(crate) fn read_frames(
+    input: &mut Input,
+    frames: usize,
+    extended: &[u64],
+) -> Result<Vec<Vec<u8>>, String> {
+    let (basic, fragments) = read_fragments(input).map_err(|e| format!("has damaged fragments ({e})"))?;
     if frames == 1 {
         return Ok(vec![fragments.concat()]);
     }
     if fragments.len() == frames {
         return Ok(fragments);
     }
+    let offsets = if extended.len() == frames { extended } else { &basic[..] };
     let starts: Vec<usize> = if offsets.len() == frames {
         // Offsets count the heads of the items too.
         let mut end = 0;
@@ -77,7 +84,7 @@ pub(crate) fn read_frames(input: &mut Input, frames: usize) -> Result<Vec<Vec<u8
             positions.push(end);
             end += 8 + fragment.len() as u64;
         }
-        let find = |offset: &u32| positions.binary_search(&u64::from(*offset)).ok();
+        let find = |offset: &u64| positions.binary_search(offset).ok();
         offsets.iter().map(find).collect::<Option<_>>().ok_or("has an offset table that points nowhere")?
     } else {
         // Without a table, frames begin where codestreams do: JPEG's start of image, JPEG 2000's start of codestream,
@@ -94,7 +101,7 @@ pub(crate) fn read_frames(input: &mut Input, frames: usize) -> Result<Vec<Vec<u8
 }
 
 /// The basic offset table and the fragments. Never more memory than there are bytes in the file.
-fn read_fragments(input: &mut Input) -> std::io::Result<(Vec<u32>, Vec<Vec<u8>>)> {
+fn read_fragments(input: &mut Input) -> std::io::Result<(Vec<u64>, Vec<Vec<u8>>)> {
     let mut items = Vec::new();
     loop {
         let mut head = [0; 8];
@@ -115,8 +122,19 @@ fn read_fragments(input: &mut Input) -> std::io::Result<(Vec<u32>, Vec<Vec<u8>>)
         return Err(std::io::ErrorKind::UnexpectedEof.into());
     }
     let table = items.remove(0);
-    let offsets = table.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+    let offset = |b: &[u8]| u64::from(u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let offsets = table.chunks_exact(4).map(offset).collect();
     Ok((offsets, items))
+}
+
+/// What the header says of a compressed frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct FrameShape {
+    pub(crate) encoding: Encoding,
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
+    /// Bytes of a sample in the file's own words.
+    pub(crate) bytes: usize,
 }
 
 /// Samples of a frame as a codec gives them: little endian, with bytes of their own number.
@@ -127,7 +145,7 @@ pub(crate) struct Decoded {
 }
 
 /// Why a frame could not be decoded.
-#[derive(Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum CodecFault {
     /// The codestream is broken; how, as a verb phrase.
     Damaged(String),
@@ -151,7 +169,7 @@ impl From<&str> for CodecFault {
 ///
 /// # Errors
 /// [`CodecFault`].
-pub(crate) fn decode(stream: &[u8], format: &PixelFormat) -> Result<Decoded, CodecFault> {
+pub(crate) fn decode(stream: &[u8], format: &FrameShape) -> Result<Decoded, CodecFault> {
     // No decoder is known to panic on what passes the checks; if one does, it costs a slice and not the program.
     let decoded = catch_unwind(AssertUnwindSafe(|| match format.encoding {
         Encoding::Native | Encoding::Raw => Ok(Decoded { samples: stream.to_vec(), bytes: format.bytes }),
@@ -173,11 +191,11 @@ pub(crate) fn decode(stream: &[u8], format: &PixelFormat) -> Result<Decoded, Cod
     Ok(decoded)
 }
 
-fn inflate(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
+fn inflate(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
     use std::io::Read;
     let mut samples = Vec::new();
     flate2::read::DeflateDecoder::new(stream)
-        .take(format.frame_bytes() as u64)
+        .take((format.columns * format.rows * format.bytes) as u64)
         .read_to_end(&mut samples)
         .map_err(|e| format!("has damaged deflated frames ({e})"))?;
     Ok(Decoded { samples, bytes: format.bytes })
@@ -185,6 +203,8 @@ fn inflate(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
 
 /// What a codestream's own header says.
 struct StreamInfo {
+    /// The frame header's marker, for JPEG: which process it is.
+    marker: usize,
     columns: usize,
     rows: usize,
     precision: usize,
@@ -192,7 +212,7 @@ struct StreamInfo {
 }
 
 impl StreamInfo {
-    fn check(&self, format: &PixelFormat) -> Result<(), String> {
+    fn check(&self, format: &FrameShape) -> Result<(), String> {
         if (self.columns, self.rows) != (format.columns, format.rows) {
             return Err(format!(
                 "has a codestream of {} x {} where Columns and Rows say {} x {}",
@@ -221,6 +241,7 @@ fn jpeg_info(stream: &[u8]) -> Option<StreamInfo> {
             0xFFC4 | 0xFFC8 | 0xFFCC => {}
             0xFFC0..=0xFFCF | 0xFFF7 => {
                 return Some(StreamInfo {
+                    marker,
                     precision: (*stream.get(at + 4)?).into(),
                     rows: word(at + 5)?,
                     columns: word(at + 7)?,
@@ -234,10 +255,14 @@ fn jpeg_info(stream: &[u8]) -> Option<StreamInfo> {
     }
 }
 
-fn jpeg(stream: &[u8], format: &PixelFormat) -> Result<Decoded, CodecFault> {
+fn jpeg(stream: &[u8], format: &FrameShape) -> Result<Decoded, CodecFault> {
     use jpeg_decoder::PixelFormat::{L8, L16};
     let info = jpeg_info(stream).ok_or("has a JPEG stream without a frame header")?;
     info.check(format)?;
+    if info.precision == 12 && matches!(info.marker, 0xFFC0 | 0xFFC1) {
+        let samples = jpeg_extended::decode(stream, format.columns, format.rows)?;
+        return Ok(Decoded { samples: samples.iter().flat_map(|s| s.to_le_bytes()).collect(), bytes: 2 });
+    }
     let mut decoder = jpeg_decoder::Decoder::new(stream);
     decoder.set_max_decoding_buffer_size(format.columns * format.rows * 2);
     let samples = decoder.decode().map_err(|e| match e {
@@ -253,7 +278,7 @@ fn jpeg(stream: &[u8], format: &PixelFormat) -> Result<Decoded, CodecFault> {
     }
 }
 
-fn jpeg_ls(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
+fn jpeg_ls(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
     let info = jpeg_info(stream).ok_or("has a JPEG-LS stream without a frame header")?;
     info.check(format)?;
     let samples = charls::CharLS::default()
@@ -266,7 +291,7 @@ fn jpeg_ls(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
     }
 }
 
-fn jpeg_2000(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
+fn jpeg_2000(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
     // The codestream begins with SOC and SIZ, by itself or within the boxes of a JP2 file.
     const BEGIN: [u8; 4] = [0xFF, 0x4F, 0xFF, 0x51];
     const SEARCHED: usize = 4096;
@@ -278,6 +303,7 @@ fn jpeg_2000(stream: &[u8], format: &PixelFormat) -> Result<Decoded, String> {
     let siz = stream.get(start + 8..start + 42).ok_or("has a JPEG 2000 stream that is cut short")?;
     let long = |at: usize| u32::from_be_bytes([siz[at], siz[at + 1], siz[at + 2], siz[at + 3]]);
     StreamInfo {
+        marker: 0,
         columns: long(0).saturating_sub(long(8)) as usize,
         rows: long(4).saturating_sub(long(12)) as usize,
         components: u16::from_be_bytes([siz[32], siz[33]]).into(),
@@ -308,7 +334,7 @@ const JPEG_XL_CODESTREAM: &[u8] = &[0xFF, 0x0A];
 /// How a file of JPEG XL begins: boxes, among them the codestream.
 const JPEG_XL_FILE: &[u8] = b"\0\0\0\x0cJXL \r\n\x87\n";
 
-fn jpeg_xl(stream: &[u8], format: &PixelFormat) -> Result<Decoded, CodecFault> {
+fn jpeg_xl(stream: &[u8], format: &FrameShape) -> Result<Decoded, CodecFault> {
     use jxl_oxide::{AllocTracker, InitializeResult, JxlImage, image::BitDepth};
     /// What the decoder may take, besides so much for every pixel: several planes of 32 bits.
     const MEMORY: usize = 64 << 20;
@@ -324,7 +350,7 @@ fn jpeg_xl(stream: &[u8], format: &PixelFormat) -> Result<Decoded, CodecFault> {
         return Err("has no JPEG XL stream where one belongs".into());
     }
     let (columns, rows) = jpeg_xl_size(&codestream).ok_or_else(cut)?;
-    StreamInfo { columns, rows, precision: 0, components: 1 }.check(format)?;
+    StreamInfo { marker: 0, columns, rows, precision: 0, components: 1 }.check(format)?;
     let pixels = format.columns * format.rows;
     // Wide buffers: exact even where a stream says wrongly that 16 bits with a sign suffice.
     let mut decoder = JxlImage::builder()
@@ -339,7 +365,8 @@ fn jpeg_xl(stream: &[u8], format: &PixelFormat) -> Result<Decoded, CodecFault> {
     };
     let metadata = &image.image_header().metadata;
     let colours = if metadata.grayscale() { 1 } else { 3 };
-    StreamInfo { columns, rows, precision: 0, components: colours + metadata.ec_info.len() }.check(format)?;
+    StreamInfo { marker: 0, columns, rows, precision: 0, components: colours + metadata.ec_info.len() }
+        .check(format)?;
     let bits = match metadata.bit_depth {
         BitDepth::IntegerSample { bits_per_sample: bits @ 1..=16 } => bits,
         BitDepth::IntegerSample { bits_per_sample } => {

@@ -6,6 +6,8 @@
 
 use std::io;
 
+use lumivox_core::CancelToken;
+
 use super::{
     attributes::{self, Attribute},
     source::{Input, Source},
@@ -118,11 +120,11 @@ pub(crate) struct Header {
 }
 
 /// Reads a file's header, up to its pixel data.
-pub(crate) fn read_header(source: &Source) -> Result<Header> {
+pub(crate) fn read_header(source: &Source, cancel: &CancelToken) -> Result<Header> {
     let Some((start, bare_syntax)) = find_start(source)? else {
         return Err(Fault::NotDicom("it is not a DICOM file"));
     };
-    let mut input = source.open()?;
+    let mut input = source.open_cancellable(cancel)?;
     input.skip(start)?;
     let mut walker = Walker::new(input);
     // Group 0002 is written alike in every syntax.
@@ -378,7 +380,7 @@ impl Walker {
         }
         match length {
             // Of an element that is there twice the first counts.
-            Some(length) if attributes::is_wanted_value(tag) && length <= LONGEST_VALUE && !data.has(tag) => {
+            Some(length) if is_wanted(tag, data) && length <= LONGEST_VALUE && !data.has(tag) => {
                 data.values.push((tag, self.input.read_vec(length)?));
                 Ok(())
             }
@@ -469,6 +471,13 @@ impl Walker {
         }
         Ok(())
     }
+}
+
+/// Whether a value is kept. The long private header of Siemens is, where it says how a mosaic is made.
+fn is_wanted(tag: u32, data: &DataSet) -> bool {
+    attributes::is_wanted_value(tag)
+        && (tag != attributes::SIEMENS_CSA_HEADER.tag
+            || data.bytes(attributes::IMAGE_TYPE).is_some_and(|t| t.windows(6).any(|w| w == b"MOSAIC")))
 }
 
 /// VRs whose length has 16 bits (PS3.5 table 7.1-2).

@@ -35,37 +35,35 @@ impl Plane {
     }
 }
 
-/// Runs of slices along the normal, as indices in order; each run is a scan of its own.
-pub(crate) struct Runs {
-    /// Indices of the slices, and how many further ones lie at the same places.
-    pub(crate) runs: Vec<(Vec<usize>, usize)>,
-}
+/// Slices at one place, as indices in their own order.
+pub(crate) type AtPlace = Vec<usize>;
 
-/// Sorts slices along the normal; parts them where a gap is far too large; of several at one place the first in
-/// `places` stays.
-pub(crate) fn sort_into_runs(plane: &Plane, places: &[DVec3]) -> Runs {
+/// Sorts slices along the normal into places, and parts them where a gap is far too large: each run is a scan of its
+/// own.
+pub(crate) fn sort_into_runs(plane: &Plane, places: &[DVec3]) -> Vec<Vec<AtPlace>> {
     let normal = plane.normal();
     let depths: Vec<f64> = places.iter().map(|place| place.dot(normal)).collect();
     let mut order: Vec<usize> = (0..places.len()).collect();
-    // Stable, so that `places`' own order decides between equals.
     order.sort_by(|&a, &b| depths[a].total_cmp(&depths[b]));
     let gaps = order.windows(2).map(|pair| depths[pair[1]] - depths[pair[0]]);
     let usual = median(gaps.filter(|&gap| gap > 1e-4).collect()).unwrap_or(1.0);
-    let mut runs: Vec<(Vec<usize>, usize)> = Vec::new();
+    let mut runs: Vec<Vec<AtPlace>> = Vec::new();
+    let mut before = f64::NEG_INFINITY;
     for index in order {
-        let gap = |run: &Vec<usize>| depths[index] - depths[*run.last().expect("runs are not empty")];
+        let gap = depths[index] - before;
+        before = depths[index];
         match runs.last_mut() {
-            Some((run, repeated)) if gap(run) <= usual * SAME_PLACE => {
-                *repeated += 1;
-                // Nearly equal places sort by rounding; what the caller put first stays.
-                let last = run.last_mut().expect("runs are not empty");
-                *last = index.min(*last);
+            // Nearly equal places sort by rounding; the caller's order counts.
+            Some(run) if gap <= usual * SAME_PLACE => {
+                let place = run.last_mut().expect("runs are not empty");
+                place.push(index);
+                place.sort_unstable();
             }
-            Some((run, _)) if gap(run) <= usual * APART => run.push(index),
-            _ => runs.push((vec![index], 0)),
+            Some(run) if gap <= usual * APART => run.push(vec![index]),
+            _ => runs.push(vec![vec![index]]),
         }
     }
-    Runs { runs }
+    runs
 }
 
 /// What becomes of the slices: an even grid, and where each of its slices comes from.
@@ -269,10 +267,10 @@ mod tests {
     #[test]
     fn slices_are_sorted_parted_and_thinned() {
         let places = along_z(&[5.0, 4.0, 500.0, 4.0, 3.0, 501.0]);
-        let runs = sort_into_runs(&AXIAL, &places).runs;
-        assert_eq!(runs, [(vec![4, 1, 0], 1), (vec![2, 5], 0)]);
+        let runs = sort_into_runs(&AXIAL, &places);
+        assert_eq!(runs, [vec![vec![4], vec![1, 3], vec![0]], vec![vec![2], vec![5]]]);
         // Against the z axis where the normal points down.
         let flipped = Plane { column_direction: -DVec3::Y, ..AXIAL };
-        assert_eq!(sort_into_runs(&flipped, &places[..2]).runs, [(vec![0, 1], 0)]);
+        assert_eq!(sort_into_runs(&flipped, &places[..2]), [vec![vec![0], vec![1]]]);
     }
 }

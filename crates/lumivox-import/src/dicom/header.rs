@@ -3,19 +3,22 @@
 //! A classic file is an image with one frame. Enhanced multi-frame files say everything frame by frame in functional
 //! groups (PS3.3 C.7.6.16), so that each frame is treated like a file of its own from here on.
 
-use lumivox_core::{
-    Modality,
-    glam::{DVec2, DVec3},
-};
+use std::sync::Arc;
+
+use lumivox_core::{CancelToken, Modality};
 
 use super::{
-    attributes::{self as attr, Attribute},
-    codec::Encoding,
+    attributes as attr,
+    codec::{Encoding, FrameShape},
     elements::{DataSet, Fault, Header, read_header},
+    frames::{Frame, frames},
+    mosaic::{Layout, Mosaic},
+    quantity::{ModalityLut, quantity},
+    segmentation::Segmentation,
     source::Source,
     values::FieldFault,
 };
-use crate::{ImportError, scan::SPACING_MM};
+use crate::ImportError;
 
 /// More frames than any scan has; each costs memory before a pixel is read.
 const MOST_FRAMES: i64 = 100_000;
@@ -37,11 +40,16 @@ pub(crate) enum SampleKind {
 /// How a file's samples are stored.
 #[derive(Clone, Debug)]
 pub(crate) struct PixelFormat {
+    /// Of a slice; a tile where the picture is a mosaic.
     pub(crate) columns: usize,
     pub(crate) rows: usize,
+    /// How a picture is made of slices, if it is.
+    pub(crate) mosaic: Option<Mosaic>,
     pub(crate) kind: SampleKind,
     /// Bytes of a sample: 1, 2, 4 or 8.
     pub(crate) bytes: usize,
+    /// One bit for each sample, eight to a byte, frame after frame without a gap.
+    pub(crate) packed: bool,
     pub(crate) bits_stored: u32,
     pub(crate) high_bit: u32,
     pub(crate) signed: bool,
@@ -55,6 +63,12 @@ pub(crate) struct PixelFormat {
     pub(crate) frames: usize,
     /// Raw samples, lowest and highest, that mean `nothing was measured here`.
     pub(crate) padding: Option<[u32; 2]>,
+    /// A floating-point sample that means the same.
+    pub(crate) float_padding: Option<f64>,
+    /// What makes values of samples, in place of slope and intercept.
+    pub(crate) lut: Option<Arc<ModalityLut>>,
+    /// Where the frames of encapsulated pixel data start by the extended offset table; mostly empty.
+    pub(crate) frame_offsets: Vec<u64>,
     /// Offset of the pixel data's value.
     pub(crate) offset: u64,
     /// Where a deflated data set starts in the file.
@@ -64,37 +78,31 @@ pub(crate) struct PixelFormat {
 impl PixelFormat {
     /// Bytes of one frame, decoded.
     pub(crate) fn frame_bytes(&self) -> usize {
-        self.columns * self.rows * self.bytes
+        self.frame_len() * self.bytes
     }
-}
 
-/// Breaks ties between images of one place: the first of several phases or echoes. Never used to order slices.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Sequence {
-    temporal_position: i64,
-    acquisition: i64,
-    echo: i64,
-    instance: i64,
-}
+    /// Samples of one frame.
+    pub(crate) fn frame_len(&self) -> usize {
+        let [columns, rows] = self.picture();
+        columns * rows
+    }
 
-/// One image of a file.
-#[derive(Clone, Debug)]
-pub(crate) struct Frame {
-    /// Centre of the first pixel, in LPS millimetres; `None` where the file does not say.
-    pub(crate) position: Option<DVec3>,
-    /// Unit direction of growing column index.
-    pub(crate) row_direction: DVec3,
-    /// Unit direction of growing row index.
-    pub(crate) column_direction: DVec3,
-    /// Distance of neighbouring columns (x) and rows (y), in mm.
-    pub(crate) spacing_mm: DVec2,
-    /// Distance to the next slice by the header's word, for single slices only.
-    pub(crate) thickness_mm: f64,
-    /// Slope and intercept.
-    pub(crate) rescale: [f64; 2],
-    /// What it shows, in words beyond its series': images of different kinds never make one volume.
-    pub(crate) kind: String,
-    pub(crate) sequence: Sequence,
+    /// Columns and rows of one frame, which are more than a slice's where it is a mosaic.
+    pub(crate) fn picture(&self) -> [usize; 2] {
+        let across = self.mosaic.map_or(1, |mosaic| mosaic.across);
+        [self.columns * across, self.rows * across]
+    }
+
+    /// What a codec has to know of a frame.
+    pub(crate) fn shape(&self) -> FrameShape {
+        let [columns, rows] = self.picture();
+        FrameShape { encoding: self.encoding, columns, rows, bytes: self.bytes }
+    }
+
+    /// Slices in one frame.
+    pub(crate) fn slices_in_frame(&self) -> usize {
+        self.mosaic.map_or(1, |mosaic| mosaic.slices)
+    }
 }
 
 /// A file that holds images.
@@ -107,6 +115,14 @@ pub(crate) struct ImageFile {
     /// DICOM's code for the modality: `CT`; `other` for an unknown one, empty where there is none.
     pub(crate) modality_code: &'static str,
     pub(crate) is_localizer: bool,
+    /// SOPInstanceUID.
+    pub(crate) instance_uid: Option<String>,
+    /// ConvolutionKernel: images of several make several volumes.
+    pub(crate) kernel: Option<String>,
+    /// What values are measured in; empty where that is not known.
+    pub(crate) unit: &'static str,
+    /// What it is where it is no image, but labels.
+    pub(crate) segmentation: Option<Segmentation>,
     pub(crate) format: PixelFormat,
     pub(crate) frames: Vec<Frame>,
     /// Sentences about liberties taken.
@@ -117,9 +133,9 @@ pub(crate) struct ImageFile {
 ///
 /// # Errors
 /// [`ImportError`] says why it is not an image that can be part of a volume.
-pub(crate) fn read_image(source: &Source) -> Result<ImageFile, ImportError> {
+pub(crate) fn read_image(source: &Source, cancel: &CancelToken) -> Result<ImageFile, ImportError> {
     let path = || source.path();
-    let header = read_header(source).map_err(|fault| match fault {
+    let header = read_header(source, cancel).map_err(|fault| match fault {
         Fault::NotDicom(found) => ImportError::UnknownFormat { path: path(), found: found.to_owned() },
         Fault::Damaged(problem) => ImportError::Damaged { path: path(), problem },
         Fault::Io(source) => ImportError::Io { path: path(), source },
@@ -144,7 +160,7 @@ pub(crate) fn undecodable(source: &Source, what: String) -> ImportError {
 }
 
 /// Why a header is not that of a usable image.
-enum Refusal {
+pub(crate) enum Refusal {
     Field(FieldFault),
     Unsupported(String, &'static str),
     Truncated { expected: u64, actual: u64 },
@@ -159,7 +175,7 @@ impl From<FieldFault> for Refusal {
 fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
     let data = &header.data;
     let mut notes = Vec::new();
-    let (format, complete_frames) = pixel_format(header, &mut notes)?;
+    let (mut format, complete_frames) = pixel_format(header, &mut notes)?;
     let modality_code = modality_code(data.text(attr::MODALITY).as_deref());
     let modality = match modality_code {
         "CT" => Modality::Ct,
@@ -168,11 +184,38 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         _ => Modality::Other,
     };
     let image_type = data.texts(attr::IMAGE_TYPE);
-    if image_type.iter().any(|value| value == "MOSAIC") {
-        notes.push("the image is a mosaic: its slices are tiled in one picture and shown so".to_owned());
-    }
+    let is_mosaic = image_type.iter().any(|value| value == "MOSAIC");
+    let layout = is_mosaic.then(|| Layout::of(data, format.columns, format.rows)).flatten();
     let mut frames = frames(data, &format, &mut notes)?;
     frames.truncate(complete_frames);
+    match layout {
+        Some(layout) => {
+            format.columns /= layout.mosaic.across;
+            format.rows /= layout.mosaic.across;
+            format.mosaic = Some(layout.mosaic);
+            frames = frames.iter().flat_map(|f| layout.slices(f, format.columns, format.rows)).collect();
+            notes.push(format!("a mosaic, parted into its {} slices", layout.mosaic.slices));
+        }
+        None if is_mosaic => notes.push(
+            "a mosaic without the private header that tells its slices: shown as one picture".to_owned(),
+        ),
+        None => {}
+    }
+    let quantity = quantity(data, modality, modality_code)?;
+    let signed = format.signed;
+    format.lut = ModalityLut::of(data, signed)?.map(Arc::new);
+    for frame in &mut frames {
+        frame.rescale = match &format.lut {
+            Some(_) => [quantity.factor, 0.0],
+            None => frame.rescale.map(|part| part * quantity.factor),
+        };
+    }
+    notes.extend(quantity.note);
+    if format.lut.is_some() {
+        notes.push("values are given by a table (ModalityLUTSequence)".to_owned());
+    }
+    let segmentation = is_segmentation(data).then(|| Segmentation::of(data));
+    notes.extend(segmentation.iter().flat_map(Segmentation::notes));
     Ok(ImageFile {
         source: source.clone(),
         series_uid: data.text(attr::SERIES_INSTANCE_UID),
@@ -181,6 +224,10 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         modality,
         modality_code,
         is_localizer: image_type.iter().any(|value| value == "LOCALIZER"),
+        instance_uid: data.text(attr::SOP_INSTANCE_UID),
+        kernel: data.text(attr::CONVOLUTION_KERNEL),
+        unit: if segmentation.is_some() { "" } else { quantity.unit },
+        segmentation,
         format,
         frames,
         notes,
@@ -209,23 +256,16 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
     if header.is_directory {
         return unsupported("it is a DICOMDIR, an index of other files", "Open the folder that it lies in");
     }
-    let sop_class = data.text(attr::SOP_CLASS_UID).unwrap_or_default();
-    if sop_class == "1.2.840.10008.5.1.4.1.1.66.4" {
-        return unsupported("it is a segmentation, not an image", OTHER_FILES);
-    }
     let Some(pixels) = header.pixels else {
-        return unsupported("it holds no image", OTHER_FILES);
+        return unsupported(without_pixels(data), OTHER_FILES);
     };
     let samples = data.unsigned(attr::SAMPLES_PER_PIXEL).unwrap_or(1);
     let photometric = data.text(attr::PHOTOMETRIC_INTERPRETATION).unwrap_or_default();
-    if samples != 1 || photometric == "PALETTE COLOR" {
-        return unsupported("it is a colour image, which has no physical values", OTHER_FILES);
+    if photometric == "PALETTE COLOR" {
+        return unsupported("a colour image (by a palette), which has no physical values", OTHER_FILES);
     }
-    if !data.items(attr::MODALITY_LUT_SEQUENCE).is_empty() {
-        return unsupported(
-            "its values are given by a table (ModalityLUTSequence)",
-            "Convert it with a DICOM tool that applies the modality LUT",
-        );
+    if samples != 1 {
+        return unsupported("a colour image, which has no physical values", OTHER_FILES);
     }
     let side = |attribute| match data.unsigned(attribute) {
         None => Err(FieldFault::missing(attribute)),
@@ -239,10 +279,10 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         attr::DOUBLE_FLOAT_PIXEL_DATA => 64,
         _ => match data.unsigned(attr::BITS_ALLOCATED) {
             None => return Err(FieldFault::missing(attr::BITS_ALLOCATED).into()),
-            Some(bits @ (8 | 16 | 32)) => bits,
+            Some(bits @ (1 | 8 | 16 | 32)) => bits,
             Some(bits) => {
                 return Err(
-                    FieldFault::new(attr::BITS_ALLOCATED, format!("is {bits}, not 8, 16 or 32")).into()
+                    FieldFault::new(attr::BITS_ALLOCATED, format!("is {bits}, not 1, 8, 16 or 32")).into()
                 );
             }
         },
@@ -263,7 +303,11 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         None => Encoding::of_transfer_syntax(&header.transfer_syntax)
             .map_err(|name| Refusal::Unsupported(format!("it is compressed as {name}"), DECOMPRESS))?,
     };
-    let (frames, complete_frames) = frame_counts(header, [columns, rows, allocated as usize / 8], encoding)?;
+    let packed = allocated == 1;
+    if packed && encoding != Encoding::Native {
+        return unsupported("it is made of single bits, and compressed", DECOMPRESS);
+    }
+    let (frames, complete_frames) = frame_counts(header, [columns, rows, allocated as usize], encoding)?;
     if encoding == Encoding::Native
         && let (Some(declared), Some(there)) = (pixels.length, pixels.available)
         // One byte of padding is often left out.
@@ -281,7 +325,9 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         columns,
         rows,
         kind: if is_float { SampleKind::Float } else { SampleKind::Integer },
-        bytes: allocated as usize / 8,
+        bytes: allocated.div_ceil(8) as usize,
+        packed,
+        mosaic: None,
         bits_stored,
         high_bit,
         signed: data.unsigned(attr::PIXEL_REPRESENTATION) == Some(1),
@@ -294,17 +340,54 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
             // Either may be the lower one.
             [value, data.unsigned(attr::PIXEL_PADDING_RANGE_LIMIT).unwrap_or(value)]
         }),
+        float_padding: match pixels.attribute {
+            attr::FLOAT_PIXEL_DATA => data.float(attr::FLOAT_PIXEL_PADDING_VALUE),
+            attr::DOUBLE_FLOAT_PIXEL_DATA => data.float(attr::DOUBLE_FLOAT_PIXEL_PADDING_VALUE),
+            _ => None,
+        },
+        lut: None,
+        frame_offsets: frame_offsets(data),
         offset: pixels.offset,
         deflated_from: header.deflated_from,
     };
     Ok((format, complete_frames))
 }
 
+/// What a DICOM file without pixels is.
+fn without_pixels(data: &DataSet) -> &'static str {
+    let sop_class = data.text(attr::SOP_CLASS_UID).unwrap_or_default();
+    match sop_class.strip_prefix("1.2.840.10008.5.1.4.1.1.") {
+        Some("66") => "raw data of a scanner, which hold no image",
+        Some("66.1" | "66.2" | "66.3") => "a registration or fiducials, which hold no image",
+        Some("66.5") => "a surface segmentation, which holds no image",
+        Some("481.3") => "an RT structure set (contours), which holds no image",
+        Some("481.5" | "481.8") => "a radiotherapy plan, which holds no image",
+        Some(sr) if sr.starts_with("88.") => "a structured report, which holds no image",
+        Some(pr) if pr.starts_with("11.") => "a presentation state, which holds no image",
+        Some("104.1") => "a PDF document",
+        _ => "it holds no image",
+    }
+}
+
+fn is_segmentation(data: &DataSet) -> bool {
+    let sop_class = data.text(attr::SOP_CLASS_UID).unwrap_or_default();
+    ["1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"].contains(&sop_class.as_str())
+}
+
+/// The extended offset table.
+fn frame_offsets(data: &DataSet) -> Vec<u64> {
+    let bytes = data.bytes(attr::EXTENDED_OFFSET_TABLE).unwrap_or_default();
+    bytes
+        .chunks_exact(8)
+        .map(|b| u64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]))
+        .collect()
+}
+
 /// How many frames the file declares, and how many it can hold: what is declared is checked against the bytes that are
 /// there before memory is taken for it.
 fn frame_counts(
     header: &Header,
-    [columns, rows, bytes]: [usize; 3],
+    [columns, rows, bits]: [usize; 3],
     encoding: Encoding,
 ) -> Result<(usize, usize), Refusal> {
     let pixels = header.pixels.expect("checked by the caller");
@@ -317,7 +400,9 @@ fn frame_counts(
             return Err(FieldFault::new(attr::NUMBER_OF_FRAMES, problem).into());
         }
     };
-    let frame_bytes = columns as u64 * rows as u64 * bytes as u64;
+    // Bits of a frame, and so many bytes when unpacked.
+    let frame_bits = columns as u64 * rows as u64 * bits as u64;
+    let frame_bytes = columns as u64 * rows as u64 * bits.div_ceil(8) as u64;
     if frame_bytes > isize::MAX as u64 {
         return Err(FieldFault::new(
             attr::ROWS,
@@ -331,9 +416,9 @@ fn frame_counts(
         (declared, None) => declared.unwrap_or(0).min(super::source::inflation_limit(u64::from(u32::MAX))),
     };
     if encoding == Encoding::Native {
-        let complete = (available / frame_bytes).min(frames as u64) as usize;
+        let complete = (available.saturating_mul(8) / frame_bits).min(frames as u64) as usize;
         if complete == 0 {
-            let expected = frame_bytes.saturating_mul(frames as u64);
+            let expected = (frame_bits / 8).max(1).saturating_mul(frames as u64);
             return Err(Refusal::Truncated { expected, actual: available });
         }
         return Ok((frames, complete));
@@ -348,205 +433,4 @@ fn frame_counts(
         return Err(FieldFault::new(attr::ROWS, problem).into());
     }
     Ok((frames, frames))
-}
-
-/// A frame's own functional groups, those shared by all frames, and the data set: the first that has an attribute says
-/// it.
-struct FrameScope<'a> {
-    own: Option<&'a DataSet>,
-    shared: Option<&'a DataSet>,
-    data: &'a DataSet,
-}
-
-impl<'a> FrameScope<'a> {
-    /// The macro `sequence` of this frame, or the data set, where `attribute` is.
-    fn find(&self, sequence: Attribute, attribute: Attribute) -> &'a DataSet {
-        [self.own, self.shared]
-            .into_iter()
-            .flatten()
-            .filter_map(|group| group.items(sequence).first())
-            .find(|item| item.bytes(attribute).is_some())
-            .unwrap_or(self.data)
-    }
-}
-
-/// Where and what each frame is.
-fn frames(data: &DataSet, format: &PixelFormat, notes: &mut Vec<String>) -> Result<Vec<Frame>, Refusal> {
-    let per_frame = data.items(attr::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE);
-    if !per_frame.is_empty() && per_frame.len() < format.frames {
-        let problem = format!("has {} items for {} frames", per_frame.len(), format.frames);
-        return Err(FieldFault::new(attr::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE, problem).into());
-    }
-    let shared = data.items(attr::SHARED_FUNCTIONAL_GROUPS_SEQUENCE).first();
-    let mut frames = (0..format.frames)
-        .map(|index| frame(index, &FrameScope { own: per_frame.get(index), shared, data }, notes))
-        .collect::<Result<Vec<_>, FieldFault>>()?;
-    if frames.len() > 1 && per_frame.is_empty() {
-        stack_frames(&mut frames, data, notes)?;
-    }
-    Ok(frames)
-}
-
-fn frame(index: usize, scope: &FrameScope<'_>, notes: &mut Vec<String>) -> Result<Frame, FieldFault> {
-    let position = scope
-        .find(attr::PLANE_POSITION_SEQUENCE, attr::IMAGE_POSITION_PATIENT)
-        .decimals::<3>(attr::IMAGE_POSITION_PATIENT)?
-        .map(DVec3::from_array);
-    if let Some(position) = position
-        && position.abs().max_element() > 1e6
-    {
-        let problem = "lies more than a kilometre away";
-        return Err(FieldFault::new(attr::IMAGE_POSITION_PATIENT, problem));
-    }
-    let [row_direction, column_direction] = orientation(scope)?;
-    let measures = |attribute| scope.find(attr::PIXEL_MEASURES_SEQUENCE, attribute);
-    let spacing_mm = match pixel_spacing(measures(attr::PIXEL_SPACING))? {
-        Some(spacing) => spacing,
-        None => {
-            if index == 0 {
-                notes.push("the pixel spacing is not given; taken as 1 mm".to_owned());
-            }
-            DVec2::ONE
-        }
-    };
-    // Only a fallback where there is one slice: nonsense is as good as nothing.
-    let length = |attribute| {
-        let value = measures(attribute).decimal(attribute).ok().flatten();
-        value.map(f64::abs).filter(|mm| (1e-3..1e3).contains(mm))
-    };
-    let thickness_mm = length(attr::SPACING_BETWEEN_SLICES)
-        .or_else(|| length(attr::SLICE_THICKNESS))
-        .unwrap_or(spacing_mm.max_element());
-    Ok(Frame {
-        position,
-        row_direction,
-        column_direction,
-        spacing_mm,
-        thickness_mm,
-        rescale: rescale(scope)?,
-        kind: frame_kind(scope),
-        sequence: sequence(scope),
-    })
-}
-
-fn orientation(scope: &FrameScope<'_>) -> Result<[DVec3; 2], FieldFault> {
-    const ORIENTATION: Attribute = attr::IMAGE_ORIENTATION_PATIENT;
-    let values = scope.find(attr::PLANE_ORIENTATION_SEQUENCE, ORIENTATION).decimals::<6>(ORIENTATION)?;
-    let Some([a, b, c, d, e, f]) = values else { return Ok([DVec3::X, DVec3::Y]) };
-    let directions = [DVec3::new(a, b, c), DVec3::new(d, e, f)].map(DVec3::try_normalize);
-    let [Some(row), Some(column)] = directions else {
-        return Err(FieldFault::new(ORIENTATION, "has a direction of no length"));
-    };
-    // Rounded to a few decimals the two are never quite perpendicular.
-    if row.dot(column).abs() > 0.01 {
-        return Err(FieldFault::new(ORIENTATION, "has directions that are not perpendicular"));
-    }
-    Ok([row, column])
-}
-
-/// PixelSpacing is the distance of rows, then of columns: y before x.
-fn pixel_spacing(measures: &DataSet) -> Result<Option<DVec2>, FieldFault> {
-    for attribute in [attr::PIXEL_SPACING, attr::IMAGER_PIXEL_SPACING] {
-        let Some([row_mm, column_mm]) = measures.decimals::<2>(attribute)? else { continue };
-        if [row_mm, column_mm].iter().all(|mm| SPACING_MM.contains(mm)) {
-            return Ok(Some(DVec2::new(column_mm, row_mm)));
-        }
-        let (least, most) = (SPACING_MM.start(), SPACING_MM.end());
-        let problem =
-            format!("is {row_mm}\\{column_mm}, not two positive lengths in mm from {least} to {most}");
-        return Err(FieldFault::new(attribute, problem));
-    }
-    Ok(None)
-}
-
-fn rescale(scope: &FrameScope<'_>) -> Result<[f64; 2], FieldFault> {
-    let find =
-        |attribute| scope.find(attr::PIXEL_VALUE_TRANSFORMATION_SEQUENCE, attribute).decimal(attribute);
-    let slope = find(attr::RESCALE_SLOPE)?.unwrap_or(1.0);
-    let intercept = find(attr::RESCALE_INTERCEPT)?.unwrap_or(0.0);
-    if !slope.is_normal() || slope.abs() > 1e30 {
-        return Err(FieldFault::new(
-            attr::RESCALE_SLOPE,
-            format!("is {slope}, which maps every sample to one value"),
-        ));
-    }
-    if intercept.abs() > 1e30 {
-        return Err(FieldFault::new(attr::RESCALE_INTERCEPT, format!("is {intercept}, beyond any value")));
-    }
-    Ok([slope, intercept])
-}
-
-/// What keeps frames of one series apart: derived images, and the parts of complex ones.
-fn frame_kind(scope: &FrameScope<'_>) -> String {
-    for sequence in [
-        attr::MR_IMAGE_FRAME_TYPE_SEQUENCE,
-        attr::CT_IMAGE_FRAME_TYPE_SEQUENCE,
-        attr::PET_FRAME_TYPE_SEQUENCE,
-    ] {
-        let item = scope.find(sequence, attr::FRAME_TYPE);
-        if item.bytes(attr::FRAME_TYPE).is_some() {
-            let part =
-                scope.find(sequence, attr::COMPLEX_IMAGE_COMPONENT).text(attr::COMPLEX_IMAGE_COMPONENT);
-            let mut words: Vec<String> = item.texts(attr::FRAME_TYPE).into_iter().chain(part).collect();
-            words.retain(|word| !["ORIGINAL", "PRIMARY", "NONE", ""].contains(&word.as_str()));
-            return words.join(" ").to_lowercase();
-        }
-    }
-    let values = scope.data.texts(attr::IMAGE_TYPE);
-    let has = |names: &[&str]| values.iter().skip(2).any(|value| names.contains(&value.as_str()));
-    let part = if has(&["P", "PHASE", "PHASE MAP"]) {
-        "phase"
-    } else if has(&["R", "REAL"]) {
-        "real"
-    } else if has(&["I", "IMAGINARY"]) {
-        "imaginary"
-    } else {
-        ""
-    };
-    let origin = if values[0] == "DERIVED" { "derived " } else { "" };
-    let localizer = if has(&["LOCALIZER"]) { "localizer " } else { "" };
-    format!("{origin}{localizer}{part}").trim_end().to_owned()
-}
-
-fn sequence(scope: &FrameScope<'_>) -> Sequence {
-    let number = |attribute| scope.data.integer_text(attribute).ok().flatten().unwrap_or(0);
-    let content = scope.find(attr::FRAME_CONTENT_SEQUENCE, attr::TEMPORAL_POSITION_INDEX);
-    let temporal_position = match content.unsigned(attr::TEMPORAL_POSITION_INDEX) {
-        Some(index) => index.into(),
-        None => number(attr::TEMPORAL_POSITION_IDENTIFIER),
-    };
-    Sequence {
-        temporal_position,
-        acquisition: number(attr::ACQUISITION_NUMBER),
-        echo: number(attr::ECHO_NUMBERS),
-        instance: number(attr::INSTANCE_NUMBER),
-    }
-}
-
-/// Places the frames of a multi-frame file without functional groups, which says where the first is.
-fn stack_frames(frames: &mut [Frame], data: &DataSet, notes: &mut Vec<String>) -> Result<(), Refusal> {
-    let offsets = match data.decimal_list(attr::GRID_FRAME_OFFSET_VECTOR)? {
-        Some(offsets) if offsets.len() >= frames.len() => {
-            // They are relative to the first image's plane, or absolute (PS3.3 C.8.8.3.2).
-            offsets.iter().map(|offset| offset - offsets[0]).collect()
-        }
-        Some(offsets) => {
-            let problem = format!("has {} values for {} frames", offsets.len(), frames.len());
-            return Err(FieldFault::new(attr::GRID_FRAME_OFFSET_VECTOR, problem).into());
-        }
-        None => {
-            let step = frames[0].thickness_mm;
-            notes.push(format!(
-                "the places of the {} frames are not given; stacked {step} mm apart",
-                frames.len()
-            ));
-            (0..frames.len()).map(|k| k as f64 * step).collect::<Vec<_>>()
-        }
-    };
-    let normal = frames[0].row_direction.cross(frames[0].column_direction);
-    let first = frames[0].position.unwrap_or(DVec3::ZERO);
-    for (frame, offset) in frames.iter_mut().zip(offsets) {
-        frame.position = Some(first + normal * offset);
-    }
-    Ok(())
 }

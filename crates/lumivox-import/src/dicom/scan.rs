@@ -88,7 +88,8 @@ pub(crate) fn scan(
         .par_iter()
         .map(|source| {
             cancel.check()?;
-            let result = read_image(source);
+            let result = read_image(source, cancel);
+            cancel.check()?;
             progress.report(Stage::Scanning, done.fetch_add(1, Ordering::Relaxed) + 1, total);
             Ok(result)
         })

@@ -1,7 +1,8 @@
 //! From images to stacks: what belongs together, what to load, what to leave out.
 //!
 //! A stack is what becomes a volume: images of one series with one size, spacing, orientation and kind, in order along
-//! their normal. FrameOfReferenceUID parts nothing: whole scans are known to have a new one in every slice.
+//! their normal, once for each phase. FrameOfReferenceUID parts nothing: whole scans are known to have a new one in
+//! every slice.
 
 use std::collections::HashMap;
 
@@ -9,10 +10,13 @@ use lumivox_core::{Modality, glam::DVec3};
 
 use super::{
     attributes as attr,
-    geometry::{Plane, sort_into_runs},
-    header::{Frame, ImageFile},
+    frames::{Frame, PhaseKey},
+    geometry::{self, Grid, Plane, sort_into_runs},
+    header::ImageFile,
+    phases::{phases_of_run, strong_classes},
+    pixels, segmentation,
 };
-use crate::report::{SeriesSummary, SkippedFile};
+use crate::report::{SeriesSummary, SkippedFile, orientation_words};
 
 /// Directions nearer than this are one: 0.1 degrees, more than writers round away.
 const SAME_DIRECTION: f64 = 2e-3;
@@ -30,14 +34,22 @@ pub(crate) struct Slice {
     pub(crate) frame: usize,
 }
 
-/// Images that make up a volume.
+/// Images that make up a volume, in order along the normal.
 #[derive(Clone, Debug)]
-pub(crate) struct Stack {
-    /// In order along the normal.
+pub(crate) struct Phase {
     pub(crate) slices: Vec<Slice>,
-    pub(crate) plane: Plane,
     /// Where the first pixel of each slice lies.
     pub(crate) places: Vec<DVec3>,
+}
+
+/// What can be loaded: a volume, or several that were taken one after the other.
+#[derive(Clone, Debug)]
+pub(crate) struct Stack {
+    pub(crate) plane: Plane,
+    /// At least one.
+    pub(crate) phases: Vec<Phase>,
+    /// What tells phases apart: `trigger time`.
+    pub(crate) told_by: String,
     /// Sentences about liberties taken.
     pub(crate) notes: Vec<String>,
 }
@@ -45,32 +57,91 @@ pub(crate) struct Stack {
 impl Stack {
     /// The file of the first slice, which speaks for all.
     pub(crate) fn first<'a>(&self, files: &'a [ImageFile]) -> &'a ImageFile {
-        &files[self.slices[0].file]
+        &files[self.phases[0].slices[0].file]
     }
 
     fn voxels(&self, files: &[ImageFile]) -> usize {
         let format = &self.first(files).format;
-        self.slices.len().saturating_mul(format.rows * format.columns)
+        self.phases[0].slices.len().saturating_mul(format.rows * format.columns)
+    }
+
+    /// Notes of the stack and of the files of a phase, each once.
+    pub(crate) fn all_notes(&self, files: &[ImageFile], phase: &Phase) -> Vec<String> {
+        let mut notes = self.notes.clone();
+        for slice in &phase.slices {
+            for note in &files[slice.file].notes {
+                if !notes.contains(note) {
+                    notes.push(note.clone());
+                }
+            }
+        }
+        notes
+    }
+
+    /// The even grid that a phase's slices become.
+    pub(crate) fn grid(&self, files: &[ImageFile], phase: &Phase, sample_bytes: usize) -> Grid {
+        let format = &self.first(files).format;
+        let slice_bytes = format.columns * format.rows * sample_bytes;
+        let (places, most) = (&phase.places, most_slices(phase.places.len(), slice_bytes));
+        let grid = geometry::even_grid(&self.plane, places, most);
+        if self.first(files).segmentation.is_none() {
+            return grid;
+        }
+        let normal = self.plane.normal();
+        let depths: Vec<f64> = places.iter().map(|place| (*place - places[0]).dot(normal)).collect();
+        segmentation::grid(&self.plane, grid, &depths, most)
     }
 
     /// What the report says about it.
     pub(crate) fn summary(&self, files: &[ImageFile]) -> SeriesSummary {
-        let first = self.first(files);
-        let (columns, rows, n) = (first.format.columns, first.format.rows, self.slices.len());
+        let (first, phase) = (self.first(files), &self.phases[0]);
+        let (columns, rows, n) = (first.format.columns, first.format.rows, phase.slices.len());
         let modality = if first.modality_code.is_empty() { "no modality" } else { first.modality_code };
         let slices = if n == 1 { "slice" } else { "slices" };
-        let kind = &first.frames[self.slices[0].frame].kind;
+        let kind = &first.frames[phase.slices[0].frame].kind;
         let kind = if kind.is_empty() { String::new() } else { format!(", {kind}") };
-        let mut used: Vec<usize> = self.slices.iter().map(|slice| slice.file).collect();
+        let phases = match self.phases.len() {
+            1 => String::new(),
+            n => format!(", {n} phases"),
+        };
+        let mut used: Vec<usize> =
+            self.phases.iter().flat_map(|phase| &phase.slices).map(|slice| slice.file).collect();
         used.sort_unstable();
         used.dedup();
+
+        let sample_bytes = match &first.segmentation {
+            Some(_) => segmentation::SAMPLE_BYTES,
+            None => pixels::sample_bytes(files, &phase.slices),
+        };
+        let mut notes = self.all_notes(files, phase);
+        let grid = self.grid(files, phase, sample_bytes);
+        notes.extend(grid.notes);
+        if self.phases.len() > 1 {
+            notes.push(format!("{} phases, told apart by {}", self.phases.len(), self.told_by));
+        }
+        let depth = grid.sources.map_or(n, |sources| sources.len());
+        let matrix = grid.patient_from_voxel.matrix3;
         SeriesSummary {
             id: shown_id(first),
             number: first.series_number,
-            description: format!("{modality}, {n} {slices}, {columns} x {rows}{kind}"),
+            description: format!("{modality}, {n} {slices}, {columns} x {rows}{kind}{phases}"),
             files: used.len(),
+            modality: first.modality_code.to_owned(),
+            dims: [columns, rows, depth],
+            spacing_mm: [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length),
+            orientation: orientation_words(matrix),
+            phases: self.phases.len(),
+            unit: first.unit.to_owned(),
+            bytes: (columns * rows * depth * sample_bytes) as u64,
+            notes,
         }
     }
+}
+
+/// How many slices filling gaps may make of `slices`: a quarter more in any case, else as memory allows.
+fn most_slices(slices: usize, slice_bytes: usize) -> usize {
+    const ALWAYS: usize = 4 << 30;
+    (slices + slices / 4 + 1).max((slices * 8).min(ALWAYS / slice_bytes))
 }
 
 /// What a series is called: its SeriesInstanceUID, or a file's name. A damaged UID may be any text, a patient's name too.
@@ -87,7 +158,11 @@ fn shown_id(file: &ImageFile) -> String {
 pub(crate) fn stacks(files: &[ImageFile]) -> (Vec<Stack>, Vec<SkippedFile>) {
     let mut stacks = Vec::new();
     let mut skipped = Vec::new();
-    for group in groups(files) {
+    let copies = copies(files);
+    for (file, _) in files.iter().zip(&copies).filter(|(_, is_copy)| **is_copy) {
+        skipped.push(skip(file, "a copy of another file (the same SOPInstanceUID)"));
+    }
+    for group in groups(files, &copies) {
         stack_group(files, group, &mut stacks, &mut skipped);
     }
     // A localizer is a picture to plan by; it is shown only where there is nothing else.
@@ -95,15 +170,17 @@ pub(crate) fn stacks(files: &[ImageFile]) -> (Vec<Stack>, Vec<SkippedFile>) {
         stacks.retain(|stack| {
             let keep = !stack.first(files).is_localizer;
             if !keep {
-                skipped.extend(stack.slices.iter().map(|slice| skip(&files[slice.file], "a localizer")));
+                let slices = stack.phases.iter().flat_map(|phase| &phase.slices);
+                skipped.extend(slices.map(|slice| skip(&files[slice.file], "a localizer")));
             }
             keep
         });
     }
     // Stable: where nothing else decides, the order of the files does.
     stacks.sort_by_key(|stack| {
-        let is_scan = stack.first(files).modality != Modality::Other;
-        std::cmp::Reverse((stack.slices.len() > 1, is_scan, stack.voxels(files)))
+        let first = stack.first(files);
+        let is_scan = first.modality != Modality::Other && first.segmentation.is_none();
+        std::cmp::Reverse((stack.phases[0].slices.len() > 1, is_scan, stack.voxels(files)))
     });
     (stacks, skipped)
 }
@@ -112,19 +189,38 @@ fn skip(file: &ImageFile, reason: &str) -> SkippedFile {
     SkippedFile { path: file.source.path(), reason: reason.to_owned() }
 }
 
+/// Which files say and show that they are another one. Careless anonymizers give all instances one UID: the place must
+/// be the same too.
+fn copies(files: &[ImageFile]) -> Vec<bool> {
+    let mut seen = std::collections::HashSet::new();
+    files
+        .iter()
+        .map(|file| {
+            let Some(uid) = &file.instance_uid else { return false };
+            let place = file.frames.first().and_then(|frame| frame.position);
+            let instance = file.frames.first().map(|frame| frame.phase.instance);
+            let bits = place.map(|place| place.to_array().map(f64::to_bits));
+            !seen.insert((uid, file.series_uid.as_deref(), bits, instance, file.frames.len()))
+        })
+        .collect()
+}
+
 /// Images of one series that share size, spacing, orientation and kind.
-fn groups(files: &[ImageFile]) -> Vec<Vec<Slice>> {
+fn groups(files: &[ImageFile], left_out: &[bool]) -> Vec<Vec<Slice>> {
     let mut groups: Vec<Vec<Slice>> = Vec::new();
     let mut of_series: HashMap<&str, Vec<usize>> = HashMap::new();
-    for (file, image) in files.iter().enumerate() {
+    for (file, image) in files.iter().enumerate().filter(|(file, _)| !left_out[*file]) {
         let series = of_series.entry(image.series_uid.as_deref().unwrap_or_default()).or_default();
         for frame in 0..image.frames.len() {
             let belongs = |&group: &usize| {
                 let first = groups[group][0];
-                let (of, first) = (&files[first.file], &files[first.file].frames[first.frame]);
+                let of = &files[first.file];
                 (of.format.rows, of.format.columns) == (image.format.rows, image.format.columns)
                     && (of.modality, of.is_localizer) == (image.modality, image.is_localizer)
-                    && alike(first, &image.frames[frame])
+                    && (&of.kernel, of.unit) == (&image.kernel, image.unit)
+                    // Each file of labels is a volume of its own.
+                    && (image.segmentation.is_none() && of.segmentation.is_none() || first.file == file)
+                    && alike(&of.frames[first.frame], &image.frames[frame])
             };
             let slice = Slice { file, frame };
             match series.iter().rev().take(GROUPS_COMPARED).copied().find(|group| belongs(group)) {
@@ -147,10 +243,10 @@ fn alike(a: &Frame, b: &Frame) -> bool {
         && (a.spacing_mm - b.spacing_mm).abs().max_element() < SAME_SPACING * a.spacing_mm.min_element()
 }
 
-/// Makes stacks of a group, whose images may lie in several places.
+/// Makes stacks of a group, whose images may lie in several places and belong to several phases.
 fn stack_group(
     files: &[ImageFile],
-    mut group: Vec<Slice>,
+    group: Vec<Slice>,
     stacks: &mut Vec<Stack>,
     skipped: &mut Vec<SkippedFile>,
 ) {
@@ -165,8 +261,8 @@ fn stack_group(
     let Some(places) = group.iter().map(|slice| frame(slice).position).collect::<Option<Vec<_>>>() else {
         if let [slice] = group[..] {
             let notes = vec!["the place in the patient is not given; put at the origin".to_owned()];
-            let places = vec![DVec3::ZERO];
-            stacks.push(Stack { slices: vec![slice], plane, places, notes });
+            let phases = vec![Phase { slices: vec![slice], places: vec![DVec3::ZERO] }];
+            stacks.push(Stack { plane, phases, told_by: String::new(), notes });
         } else {
             // Neither instance numbers nor names are a safe order.
             let reason = format!("{} is missing, so that its place is unknown", attr::IMAGE_POSITION_PATIENT);
@@ -174,30 +270,54 @@ fn stack_group(
         }
         return;
     };
-    // Of several images at one place the first in this order stays.
-    let mut order: Vec<usize> = (0..group.len()).collect();
-    order.sort_by_key(|&k| (frame(&group[k]).sequence, group[k].frame));
-    group = order.iter().map(|&k| group[k]).collect();
-    let places: Vec<DVec3> = order.iter().map(|&k| places[k]).collect();
-    for (run, repeated) in sort_into_runs(&plane, &places).runs {
-        let mut notes = Vec::new();
-        let (n, all) = (run.len(), run.len() + repeated);
-        if repeated > 0 && all.is_multiple_of(n) {
-            let each = all / n;
-            notes.push(format!(
-                "{each} images lie at every place (phases, echoes or copies); the first of each is used"
-            ));
-        } else if repeated > 0 {
-            notes.push(format!(
-                "{repeated} of {all} images lie at the place of another; the first of each is used"
-            ));
+    let phase = |images: &[usize]| Phase {
+        slices: images.iter().map(|&k| group[k]).collect(),
+        places: images.iter().map(|&k| places[k]).collect(),
+    };
+    if files[group[0].file].segmentation.is_some() {
+        // A frame for each segment at each place; labels are put together when they are read.
+        let images: Vec<usize> =
+            sort_into_runs(&plane, &places).iter().flatten().map(|place| place[0]).collect();
+        let phases = vec![phase(&images)];
+        stacks.push(Stack { plane, phases, told_by: String::new(), notes: Vec::new() });
+        return;
+    }
+    let keys: Vec<PhaseKey> = group.iter().map(|slice| frame(slice).phase).collect();
+    let normal = plane.normal();
+    let depths: Vec<f64> = places.iter().map(|place| place.dot(normal)).collect();
+    let (classes, told_by) = strong_classes(&keys, &depths);
+    // By class, then run, then place.
+    let runs: Vec<_> = classes
+        .iter()
+        .map(|class| {
+            let mut runs = sort_into_runs(&plane, &class.iter().map(|&k| places[k]).collect::<Vec<_>>());
+            runs.iter_mut().flatten().flatten().for_each(|index| *index = class[*index]);
+            runs
+        })
+        .collect();
+    let is_one = runs.iter().all(|of_class| of_class.len() == runs[0].len());
+    let mut add = |runs: Vec<&Vec<Vec<usize>>>| {
+        let (mut phases, mut told_by, mut notes) = (Vec::new(), told_by.clone(), Vec::new());
+        for run in runs {
+            let found = phases_of_run(run, &keys);
+            phases.extend(found.phases.iter().map(|images| phase(images)));
+            if !found.told_by.is_empty() && !told_by.contains(&found.told_by) {
+                told_by.push(found.told_by);
+            }
+            if found.repeated > 0 {
+                let all = found.repeated + run.len();
+                notes.push(format!(
+                    "{} of {all} images lie at the place of another; the first of each is used",
+                    found.repeated
+                ));
+            }
         }
-        stacks.push(Stack {
-            slices: run.iter().map(|&k| group[k]).collect(),
-            places: run.iter().map(|&k| places[k]).collect(),
-            plane,
-            notes,
-        });
+        stacks.push(Stack { plane, phases, told_by: told_by.join(" and "), notes });
+    };
+    if is_one {
+        (0..runs[0].len()).for_each(|run| add(runs.iter().map(|of_class| &of_class[run]).collect()));
+    } else {
+        runs.iter().flatten().for_each(|run| add(vec![run]));
     }
 }
 

@@ -8,11 +8,14 @@ use std::{
 };
 
 use flate2::{Crc, read::DeflateDecoder};
+use lumivox_core::CancelToken;
 
 use crate::ImportError;
 
 /// Read at a time while a header is walked: few headers are longer.
 const BUFFER: usize = 16 << 10;
+/// Read at most between two looks at the cancel token.
+const CHUNK: usize = 1 << 20;
 /// Deflated data may always grow to this size, and beyond it to [`INFLATION`] times its own. A real scan stays far
 /// below; a bomb grows 1000 times.
 const INFLATED_AT_LEAST: u64 = 64 << 20;
@@ -56,6 +59,11 @@ impl Source {
         }
     }
 
+    /// Opens it at its first byte, to be read until `cancel` is cancelled.
+    pub(crate) fn open_cancellable(&self, cancel: &CancelToken) -> io::Result<Input> {
+        Ok(Input { cancel: cancel.clone(), ..self.open()? })
+    }
+
     /// Opens it at its first byte.
     pub(crate) fn open(&self) -> io::Result<Input> {
         match self {
@@ -63,7 +71,7 @@ impl Source {
                 let file = File::open(path)?;
                 let length = Some(file.metadata()?.len());
                 let reader = Reader::File(BufReader::with_capacity(BUFFER, file));
-                Ok(Input { reader, position: 0, length })
+                Ok(Input { reader, position: 0, length, cancel: CancelToken::new() })
             }
             Source::Entry { archive, start, compressed, size, deflated, crc, .. } => {
                 let mut file = File::open(archive)?;
@@ -73,7 +81,7 @@ impl Source {
                     if *deflated { Box::new(DeflateDecoder::new(data).take(*size)) } else { Box::new(data) };
                 let checked = Checked { inner: unpacked, left: *size, sum: Crc::new(), expected: *crc };
                 let reader = Reader::Stream(Box::new(BufReader::with_capacity(BUFFER, checked)));
-                Ok(Input { reader, position: 0, length: Some(*size) })
+                Ok(Input { reader, position: 0, length: Some(*size), cancel: CancelToken::new() })
             }
         }
     }
@@ -85,6 +93,7 @@ pub(crate) struct Input {
     position: u64,
     /// `None` for an inflated data set, whose length shows at its end.
     length: Option<u64>,
+    cancel: CancelToken,
 }
 
 enum Reader {
@@ -107,9 +116,11 @@ impl Input {
     pub(crate) fn read_up_to(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let mut filled = 0;
         while filled < buffer.len() {
+            self.check()?;
+            let end = buffer.len().min(filled + CHUNK);
             let result = match &mut self.reader {
-                Reader::File(reader) => reader.read(&mut buffer[filled..]),
-                Reader::Stream(reader) => reader.read(&mut buffer[filled..]),
+                Reader::File(reader) => reader.read(&mut buffer[filled..end]),
+                Reader::Stream(reader) => reader.read(&mut buffer[filled..end]),
             };
             match result {
                 Ok(0) => break,
@@ -136,13 +147,17 @@ impl Input {
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
         let mut bytes = Vec::new();
-        let taken = match &mut self.reader {
-            Reader::File(reader) => reader.take(length).read_to_end(&mut bytes)?,
-            Reader::Stream(reader) => reader.take(length).read_to_end(&mut bytes)?,
-        };
-        self.position += taken as u64;
-        if (taken as u64) < length {
-            return Err(io::ErrorKind::UnexpectedEof.into());
+        while (bytes.len() as u64) < length {
+            self.check()?;
+            let step = (length - bytes.len() as u64).min(CHUNK as u64);
+            let taken = match &mut self.reader {
+                Reader::File(reader) => reader.take(step).read_to_end(&mut bytes)?,
+                Reader::Stream(reader) => reader.take(step).read_to_end(&mut bytes)?,
+            };
+            self.position += taken as u64;
+            if (taken as u64) < step {
+                return Err(io::ErrorKind::UnexpectedEof.into());
+            }
         }
         Ok(bytes)
     }
@@ -158,8 +173,14 @@ impl Input {
                 reader.seek_relative(step)?;
             }
             Reader::Stream(reader) => {
-                if io::copy(&mut reader.take(length), &mut io::sink())? < length {
-                    return Err(io::ErrorKind::UnexpectedEof.into());
+                let mut left = length;
+                while left > 0 {
+                    check(&self.cancel)?;
+                    let step = left.min(CHUNK as u64);
+                    if io::copy(&mut reader.take(step), &mut io::sink())? < step {
+                        return Err(io::ErrorKind::UnexpectedEof.into());
+                    }
+                    left -= step;
                 }
             }
         }
@@ -167,13 +188,20 @@ impl Input {
         Ok(())
     }
 
+    fn check(&self) -> io::Result<()> {
+        check(&self.cancel)
+    }
+
     /// Reads an entry of an archive to its end, where its checksum is compared.
     pub(crate) fn finish(&mut self) -> io::Result<()> {
         match &mut self.reader {
-            Reader::Stream(reader) if self.length.is_some() => {
-                self.position += io::copy(reader, &mut io::sink())?;
-                Ok(())
-            }
+            Reader::Stream(reader) if self.length.is_some() => loop {
+                check(&self.cancel)?;
+                match io::copy(&mut reader.take(CHUNK as u64), &mut io::sink())? {
+                    0 => break Ok(()),
+                    taken => self.position += taken,
+                }
+            },
             _ => Ok(()),
         }
     }
@@ -187,8 +215,13 @@ impl Input {
         };
         let inflated = Limited { inner: DeflateDecoder::new(deflated), left };
         let reader = Reader::Stream(Box::new(BufReader::with_capacity(BUFFER, inflated)));
-        Self { reader, position: 0, length: None }
+        Self { reader, position: 0, length: None, cancel: self.cancel }
     }
+}
+
+/// Fails once the work was cancelled. What failed so is never told: who cancels hears of nothing else.
+fn check(cancel: &CancelToken) -> io::Result<()> {
+    cancel.check().map_err(io::Error::other)
 }
 
 /// Fails once more than `left` bytes were read, where [`Read::take`] would look like an early end.

@@ -52,6 +52,46 @@ impl DataSet {
         }
     }
 
+    /// Binary integers of 16 bits (US, SS), as they are stored.
+    pub(crate) fn words(&self, attribute: Attribute) -> Option<Vec<u16>> {
+        let word = |pair: &[u8]| {
+            let pair = [pair[0], pair[1]];
+            if self.big_endian { u16::from_be_bytes(pair) } else { u16::from_le_bytes(pair) }
+        };
+        self.bytes(attribute).map(|bytes| bytes.chunks_exact(2).map(word).collect())
+    }
+
+    /// A binary floating-point number (FL, FD).
+    pub(crate) fn float(&self, attribute: Attribute) -> Option<f64> {
+        let bytes = self.bytes(attribute)?;
+        let value = if let Ok(mut four) = <[u8; 4]>::try_from(bytes) {
+            if self.big_endian {
+                four.reverse();
+            }
+            f32::from_le_bytes(four).into()
+        } else {
+            let mut eight = <[u8; 8]>::try_from(bytes).ok()?;
+            if self.big_endian {
+                eight.reverse();
+            }
+            f64::from_le_bytes(eight)
+        };
+        value.is_finite().then_some(value)
+    }
+
+    /// A time of day (TM), or that part of a date and time (DT), in seconds.
+    pub(crate) fn seconds_of_day(&self, attribute: Attribute) -> Option<f64> {
+        let text = self.text(attribute)?;
+        let clock =
+            if text.bytes().take_while(u8::is_ascii_digit).count() >= 14 { &text[8..] } else { &text };
+        let two = |at: usize| clock.get(at..at + 2)?.parse::<f64>().ok();
+        let fraction = clock.get(6..).filter(|rest| rest.starts_with('.')).map_or(0.0, |rest| {
+            let digits = rest[1..].bytes().take_while(u8::is_ascii_digit).count();
+            rest[..=digits].parse().unwrap_or(0.0)
+        });
+        Some(two(0)? * 3600.0 + two(2).unwrap_or(0.0) * 60.0 + two(4).unwrap_or(0.0) + fraction)
+    }
+
     /// An integer in text (IS).
     pub(crate) fn integer_text(&self, attribute: Attribute) -> Result<Option<i64>, FieldFault> {
         let Some(text) = self.text(attribute) else { return Ok(None) };

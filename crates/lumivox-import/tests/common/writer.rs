@@ -4,7 +4,6 @@ use std::path::Path;
 
 /// How a data set is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(dead_code, reason = "not every test program uses every syntax")]
 pub enum Syntax {
     Explicit,
     Implicit,
@@ -12,6 +11,7 @@ pub enum Syntax {
     Deflated,
     Rle,
     JpegXl,
+    JpegLs,
 }
 
 impl Syntax {
@@ -23,6 +23,7 @@ impl Syntax {
             Syntax::Deflated => "1.2.840.10008.1.2.1.99",
             Syntax::Rle => "1.2.840.10008.1.2.5",
             Syntax::JpegXl => "1.2.840.10008.1.2.4.110",
+            Syntax::JpegLs => "1.2.840.10008.1.2.4.80",
         }
     }
 }
@@ -80,7 +81,6 @@ impl Elements {
     }
 
     /// Leaves an element out.
-    #[allow(dead_code, reason = "not every test program uses it")]
     pub fn without(mut self, tag: u32) -> Self {
         self.0.retain(|(t, ..)| *t != tag);
         self
@@ -210,4 +210,46 @@ pub fn image(modality: &str, columns: u16, rows: u16, samples: Vec<u16>) -> Elem
         .short(PIXEL_REPRESENTATION, 0);
     elements.set(PIXEL_DATA, "OW", Value::Words(samples));
     elements
+}
+
+/// RLE Lossless of samples with `bytes` bytes each, given in little endian; repeats nothing.
+pub fn rle(samples: &[u8], bytes: usize) -> Vec<u8> {
+    let plane = |byte: usize| -> Vec<u8> {
+        let plane: Vec<u8> = samples.iter().skip(byte).step_by(bytes).copied().collect();
+        plane.chunks(128).flat_map(|run| [vec![run.len() as u8 - 1], run.to_vec()].concat()).collect()
+    };
+    let planes: Vec<Vec<u8>> = (0..bytes).rev().map(plane).collect();
+    let mut head = vec![bytes as u32];
+    let mut offset = 64;
+    for plane in &planes {
+        head.push(offset);
+        offset += plane.len() as u32;
+    }
+    head.resize(16, 0);
+    head.iter().flat_map(|n| n.to_le_bytes()).chain(planes.concat()).collect()
+}
+
+/// Numbers that look random, and are the same in every run.
+pub struct Random(pub u64);
+
+impl Random {
+    /// A number below `n`.
+    pub fn below(&mut self, n: usize) -> usize {
+        // SplitMix64.
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) % n as u64) as usize
+    }
+
+    /// A number from `low` to `high`.
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.below(1 << 24) as f64 / (1 << 24) as f64
+    }
+
+    /// One of several.
+    pub fn one<T: Copy>(&mut self, of: &[T]) -> T {
+        of[self.below(of.len())]
+    }
 }

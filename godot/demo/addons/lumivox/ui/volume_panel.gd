@@ -93,6 +93,7 @@ func _process(delta: float) -> void:
 	if visible and _since_status >= STATUS_INTERVAL:
 		_since_status = 0.0
 		_show_status()
+		_show_clip()
 
 
 ## Edits another node; null empties the panel.
@@ -158,8 +159,7 @@ func _refresh() -> void:
 	if volume_node == null:
 		return
 	_density.show_value(volume_node.density)
-	for i in 3:
-		_clip[i].show_range(volume_node.clip_min[i], volume_node.clip_max[i])
+	_show_clip()
 	for i in _preset.item_count:
 		if _preset.get_item_metadata(i) == volume_node.preset:
 			_preset.select(i)
@@ -177,6 +177,13 @@ func _describe(volume: LumivoxVolume) -> void:
 	_title.text = volume.resource_name if volume.resource_name != "" else "Volume"
 	_title.tooltip_text = str((series[chosen] as Dictionary).description) if named else ""
 	_detail.text = "%d × %d × %d   ·   %.0f × %.0f × %.0f mm" % [dims.x, dims.y, dims.z, extent.x, extent.y, extent.z]
+
+
+## Scripts and animations may move the clip box too.
+func _show_clip() -> void:
+	if volume_node != null:
+		for i in _clip.size():
+			_clip[i].show_range(volume_node.clip_min[i], volume_node.clip_max[i])
 
 
 func _show_status() -> void:

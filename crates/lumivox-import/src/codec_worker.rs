@@ -1,0 +1,313 @@
+//! Native decoders in a process of their own, where a crash, a hang or a hunger for memory costs a slice and not the
+//! program.
+//!
+//! JPEG-LS and JPEG 2000 are decoded by C and C++ libraries. A host that names a program for it ([`set_codec_worker`])
+//! has them decode there: frames go through a pipe, and a worker that dies or takes too long is replaced. Without one
+//! they run in this process.
+
+use std::{
+    ffi::OsString,
+    io::{self, BufReader, BufWriter, Read, Write},
+    path::PathBuf,
+    process::{Child, ChildStdin, ChildStdout, Command, Stdio},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::{self, JoinHandle},
+    time::{Duration, Instant},
+};
+
+use lumivox_core::CancelToken;
+
+use crate::dicom::codec::{self, CodecFault, Decoded, Encoding, FrameShape};
+
+/// A program that decodes frames: it calls [`serve_codecs`] with its standard input and output.
+#[derive(Clone, Debug)]
+pub struct CodecWorker {
+    /// The program; the host's own, mostly.
+    pub program: PathBuf,
+    /// Its arguments.
+    pub args: Vec<OsString>,
+    /// How long it may take for one frame before it is ended.
+    pub timeout: Duration,
+}
+
+impl CodecWorker {
+    /// A worker with ten seconds for each frame.
+    pub fn new(program: impl Into<PathBuf>, args: impl IntoIterator<Item = impl Into<OsString>>) -> Self {
+        let args = args.into_iter().map(Into::into).collect();
+        Self { program: program.into(), args, timeout: Duration::from_secs(10) }
+    }
+}
+
+static WORKER: Mutex<Option<CodecWorker>> = Mutex::new(None);
+
+/// Names the program that decodes JPEG-LS and JPEG 2000 from now on, for the whole process; `None` decodes them here.
+pub fn set_codec_worker(worker: Option<CodecWorker>) {
+    *lock(&WORKER) = worker;
+}
+
+/// A panic while a lock is held leaves nothing half done here.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Memory that a worker may take besides so much for each pixel.
+const MEMORY: u64 = 512 << 20;
+const MEMORY_OF_PIXEL: u64 = 96;
+/// How often running work is looked at.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Words of a request before its codestream: encoding, columns, rows, bytes of a sample, memory, length.
+const REQUEST_WORDS: usize = 6;
+/// Words of an answer before its bytes: what it is, bytes of a sample, length.
+const ANSWER_WORDS: usize = 3;
+const SAMPLES: u64 = 0;
+const DAMAGED: u64 = 1;
+const UNSUPPORTED: u64 = 2;
+/// Messages are not longer.
+const LONGEST_MESSAGE: u64 = 4096;
+
+/// Decodes frames until `input` ends. This is what the program of a [`CodecWorker`] runs, with its standard input and
+/// output; nothing else may write to the latter.
+///
+/// # Errors
+/// Where the other end of a pipe is gone, or sends what is no request.
+pub fn serve_codecs(input: impl Read, output: impl Write) -> io::Result<()> {
+    let (mut input, mut output) = (BufReader::new(input), BufWriter::new(output));
+    let mut limited = false;
+    loop {
+        let request = match read_words::<REQUEST_WORDS>(&mut input) {
+            Ok(request) => request,
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
+            Err(error) => return Err(error),
+        };
+        let [encoding, columns, rows, bytes, memory, length] = request;
+        if !limited {
+            limit_memory(memory);
+            limited = true;
+        }
+        let encoding = match encoding {
+            0 => Encoding::JpegLs,
+            1 => Encoding::Jpeg2000,
+            _ => return Err(io::ErrorKind::InvalidData.into()),
+        };
+        let mut stream = Vec::new();
+        if (&mut input).take(length).read_to_end(&mut stream)? as u64 != length {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        let shape =
+            FrameShape { encoding, columns: columns as usize, rows: rows as usize, bytes: bytes as usize };
+        match codec::decode(&stream, &shape) {
+            Ok(Decoded { samples, bytes }) => {
+                write_words(&mut output, [SAMPLES, bytes as u64, samples.len() as u64])?;
+                output.write_all(&samples)?;
+            }
+            Err(fault) => {
+                let (code, message) = match fault {
+                    CodecFault::Damaged(message) => (DAMAGED, message),
+                    CodecFault::Unsupported(message) => (UNSUPPORTED, message),
+                };
+                let message = &message.as_bytes()[..message.len().min(LONGEST_MESSAGE as usize)];
+                write_words(&mut output, [code, 0, message.len() as u64])?;
+                output.write_all(message)?;
+            }
+        }
+        output.flush()?;
+    }
+}
+
+/// Lets this process have no more than so many bytes of address space; its crashes leave no core behind.
+fn limit_memory(bytes: u64) {
+    #[cfg(unix)]
+    for (resource, bytes) in [(libc::RLIMIT_AS, bytes), (libc::RLIMIT_CORE, 0)] {
+        let limit = libc::rlimit { rlim_cur: bytes as libc::rlim_t, rlim_max: bytes as libc::rlim_t };
+        // SAFETY: the struct is valid for the call. Where it fails, the limit is as it was.
+        unsafe { libc::setrlimit(resource, &limit) };
+    }
+    #[cfg(not(unix))]
+    let _ = bytes;
+}
+
+fn read_words<const N: usize>(input: &mut impl Read) -> io::Result<[u64; N]> {
+    let mut words = [0; N];
+    for word in &mut words {
+        let mut bytes = [0; 8];
+        input.read_exact(&mut bytes)?;
+        *word = u64::from_le_bytes(bytes);
+    }
+    Ok(words)
+}
+
+fn write_words<const N: usize>(output: &mut impl Write, words: [u64; N]) -> io::Result<()> {
+    words.iter().try_for_each(|word| output.write_all(&word.to_le_bytes()))
+}
+
+/// The decoders of one import: in this process, and in workers as many as threads need at a time.
+pub(crate) struct Codecs {
+    worker: Option<CodecWorker>,
+    memory: u64,
+    idle: Mutex<Vec<Worker>>,
+    watch: Arc<Watch>,
+    watcher: Mutex<Option<JoinHandle<()>>>,
+}
+
+/// A running worker.
+struct Worker {
+    child: Arc<Mutex<Child>>,
+    stdin: ChildStdin,
+    stdout: BufReader<ChildStdout>,
+}
+
+impl Worker {
+    fn end(self) {
+        let mut child = lock(&self.child);
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+}
+
+/// Ends workers that take too long, and all of them once the work is cancelled.
+struct Watch {
+    cancel: CancelToken,
+    done: AtomicBool,
+    running: Mutex<Vec<(Instant, Arc<Mutex<Child>>)>>,
+}
+
+impl Watch {
+    fn run(&self) {
+        while !self.done.load(Ordering::Acquire) {
+            thread::park_timeout(LOOK);
+            let now = Instant::now();
+            for (deadline, child) in lock(&self.running).iter() {
+                if *deadline <= now || self.cancel.is_cancelled() {
+                    let _ = lock(child).kill();
+                }
+            }
+        }
+    }
+}
+
+impl Codecs {
+    /// Decoders for frames of `frame_len` samples.
+    pub(crate) fn new(frame_len: usize, cancel: &CancelToken) -> Self {
+        let running = Mutex::default();
+        Self {
+            worker: lock(&WORKER).clone(),
+            memory: (frame_len as u64).saturating_mul(MEMORY_OF_PIXEL).saturating_add(MEMORY),
+            idle: Mutex::default(),
+            watch: Arc::new(Watch { cancel: cancel.clone(), done: AtomicBool::new(false), running }),
+            watcher: Mutex::default(),
+        }
+    }
+
+    /// Decodes one frame.
+    ///
+    /// # Errors
+    /// [`CodecFault`]; a worker that died is one, too.
+    pub(crate) fn decode(&self, stream: &[u8], shape: &FrameShape) -> Result<Decoded, CodecFault> {
+        let code = match shape.encoding {
+            Encoding::JpegLs => 0,
+            Encoding::Jpeg2000 => 1,
+            _ => return codec::decode(stream, shape),
+        };
+        let Some(settings) = &self.worker else { return codec::decode(stream, shape) };
+        let Some(mut worker) = lock(&self.idle).pop().or_else(|| self.spawn(settings).ok()) else {
+            return Err("needs a decoder in a process of its own, which cannot be started".into());
+        };
+        let deadline = Instant::now() + settings.timeout;
+        lock(&self.watch.running).push((deadline, worker.child.clone()));
+        let request = [
+            code,
+            shape.columns as u64,
+            shape.rows as u64,
+            shape.bytes as u64,
+            self.memory,
+            stream.len() as u64,
+        ];
+        let answer = exchange(&mut worker, request, stream, shape);
+        lock(&self.watch.running).retain(|(_, child)| !Arc::ptr_eq(child, &worker.child));
+        match answer {
+            Ok(answer) => {
+                lock(&self.idle).push(worker);
+                answer
+            }
+            Err(_) => {
+                worker.end();
+                Err(if Instant::now() >= deadline {
+                    format!("kept its decoder busy for {} s", settings.timeout.as_secs_f64()).into()
+                } else {
+                    "crashed its decoder, or asked it for too much memory".into()
+                })
+            }
+        }
+    }
+
+    fn spawn(&self, settings: &CodecWorker) -> io::Result<Worker> {
+        let mut child = Command::new(&settings.program)
+            .args(&settings.args)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()?;
+        let (Some(stdin), Some(stdout)) = (child.stdin.take(), child.stdout.take()) else {
+            return Err(io::ErrorKind::BrokenPipe.into());
+        };
+        let mut watcher = lock(&self.watcher);
+        if watcher.is_none() {
+            let watch = self.watch.clone();
+            *watcher =
+                Some(thread::Builder::new().name("codec watch".to_owned()).spawn(move || watch.run())?);
+        }
+        Ok(Worker { child: Arc::new(Mutex::new(child)), stdin, stdout: BufReader::new(stdout) })
+    }
+}
+
+impl Drop for Codecs {
+    fn drop(&mut self) {
+        lock(&self.idle).drain(..).for_each(Worker::end);
+        self.watch.done.store(true, Ordering::Release);
+        if let Some(watcher) = lock(&self.watcher).take() {
+            watcher.thread().unpark();
+            let _ = watcher.join();
+        }
+    }
+}
+
+/// Sends a frame and waits for what becomes of it.
+fn exchange(
+    worker: &mut Worker,
+    request: [u64; REQUEST_WORDS],
+    stream: &[u8],
+    shape: &FrameShape,
+) -> io::Result<Result<Decoded, CodecFault>> {
+    write_words(&mut worker.stdin, request)?;
+    worker.stdin.write_all(stream)?;
+    worker.stdin.flush()?;
+    let [kind, bytes, length] = read_words::<ANSWER_WORDS>(&mut worker.stdout)?;
+    // Memory is taken for what can be asked for only.
+    let largest = match kind {
+        SAMPLES => (shape.columns as u64).saturating_mul(shape.rows as u64).saturating_mul(4),
+        _ => LONGEST_MESSAGE,
+    };
+    if length > largest {
+        return Err(io::ErrorKind::InvalidData.into());
+    }
+    let mut content = vec![0; length as usize];
+    worker.stdout.read_exact(&mut content)?;
+    let message = |content: &[u8]| String::from_utf8_lossy(content).into_owned();
+    Ok(match kind {
+        SAMPLES if shape.holds(&content, bytes) => Ok(Decoded { samples: content, bytes: bytes as usize }),
+        DAMAGED => Err(CodecFault::Damaged(message(&content))),
+        UNSUPPORTED => Err(CodecFault::Unsupported(message(&content))),
+        _ => return Err(io::ErrorKind::InvalidData.into()),
+    })
+}
+
+impl FrameShape {
+    /// Whether these are enough samples of so many bytes.
+    fn holds(&self, samples: &[u8], bytes: u64) -> bool {
+        matches!(bytes, 1 | 2 | 4) && samples.len() as u64 >= bytes * (self.columns * self.rows) as u64
+    }
+}

@@ -1,0 +1,290 @@
+//! Where each frame lies in the patient, what it shows, and what tells it from others at its place.
+//!
+//! Enhanced multi-frame files say everything frame by frame in functional groups (PS3.3 C.7.6.16); classic ones say it
+//! once.
+
+use lumivox_core::glam::{DVec2, DVec3};
+
+use super::{
+    attributes::{self as attr, Attribute},
+    elements::DataSet,
+    header::{PixelFormat, Refusal},
+    values::FieldFault,
+};
+use crate::scan::SPACING_MM;
+
+/// What tells images of one place apart: phases, echoes, diffusion weightings. Numbers are in millionths, so that they
+/// compare. Never used to order slices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct PhaseKey {
+    pub(crate) temporal_position: i64,
+    pub(crate) b_value: i64,
+    pub(crate) echo: i64,
+    /// In milliseconds.
+    pub(crate) trigger_time: i64,
+    pub(crate) acquisition: i64,
+    /// Of the day or the series, in seconds.
+    pub(crate) time: i64,
+    pub(crate) instance: i64,
+}
+
+/// One image of a file.
+#[derive(Clone, Debug)]
+pub(crate) struct Frame {
+    /// Centre of the first pixel, in LPS millimetres; `None` where the file does not say.
+    pub(crate) position: Option<DVec3>,
+    /// Unit direction of growing column index.
+    pub(crate) row_direction: DVec3,
+    /// Unit direction of growing row index.
+    pub(crate) column_direction: DVec3,
+    /// Distance of neighbouring columns (x) and rows (y), in mm.
+    pub(crate) spacing_mm: DVec2,
+    /// Distance to the next slice by the header's word, for single slices only.
+    pub(crate) thickness_mm: f64,
+    /// Slope and intercept.
+    pub(crate) rescale: [f64; 2],
+    /// What it shows, in words beyond its series': images of different kinds never make one volume.
+    pub(crate) kind: String,
+    pub(crate) phase: PhaseKey,
+    /// The segment that a frame of a segmentation shows.
+    pub(crate) segment: Option<u16>,
+}
+
+/// A frame's own functional groups, those shared by all frames, and the data set: the first that has an attribute says
+/// it.
+pub(crate) struct FrameScope<'a> {
+    own: Option<&'a DataSet>,
+    shared: Option<&'a DataSet>,
+    pub(crate) data: &'a DataSet,
+}
+
+impl<'a> FrameScope<'a> {
+    /// The macro `sequence` of this frame, or the data set, where `attribute` is.
+    fn find(&self, sequence: Attribute, attribute: Attribute) -> &'a DataSet {
+        [self.own, self.shared]
+            .into_iter()
+            .flatten()
+            .filter_map(|group| group.items(sequence).first())
+            .find(|item| item.bytes(attribute).is_some())
+            .unwrap_or(self.data)
+    }
+}
+
+/// Where and what each frame is.
+pub(crate) fn frames(
+    data: &DataSet,
+    format: &PixelFormat,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Frame>, Refusal> {
+    let per_frame = data.items(attr::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE);
+    if !per_frame.is_empty() && per_frame.len() < format.frames {
+        let problem = format!("has {} items for {} frames", per_frame.len(), format.frames);
+        return Err(FieldFault::new(attr::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE, problem).into());
+    }
+    let shared = data.items(attr::SHARED_FUNCTIONAL_GROUPS_SEQUENCE).first();
+    let mut frames = (0..format.frames)
+        .map(|index| frame(index, &FrameScope { own: per_frame.get(index), shared, data }, notes))
+        .collect::<Result<Vec<_>, FieldFault>>()?;
+    if frames.len() > 1 && per_frame.is_empty() {
+        stack_frames(&mut frames, data, notes)?;
+    }
+    Ok(frames)
+}
+
+fn frame(index: usize, scope: &FrameScope<'_>, notes: &mut Vec<String>) -> Result<Frame, FieldFault> {
+    let position = scope
+        .find(attr::PLANE_POSITION_SEQUENCE, attr::IMAGE_POSITION_PATIENT)
+        .decimals::<3>(attr::IMAGE_POSITION_PATIENT)?
+        .map(DVec3::from_array);
+    if let Some(position) = position
+        && position.abs().max_element() > 1e6
+    {
+        let problem = "lies more than a kilometre away";
+        return Err(FieldFault::new(attr::IMAGE_POSITION_PATIENT, problem));
+    }
+    let [row_direction, column_direction] = orientation(scope)?;
+    let measures = |attribute| scope.find(attr::PIXEL_MEASURES_SEQUENCE, attribute);
+    let spacing_mm = match pixel_spacing(measures(attr::PIXEL_SPACING))? {
+        Some(spacing) => spacing,
+        None => {
+            if index == 0 {
+                notes.push("the pixel spacing is not given; taken as 1 mm".to_owned());
+            }
+            DVec2::ONE
+        }
+    };
+    // Only a fallback where there is one slice: nonsense is as good as nothing.
+    let length = |attribute| {
+        let value = measures(attribute).decimal(attribute).ok().flatten();
+        value.map(f64::abs).filter(|mm| (1e-3..1e3).contains(mm))
+    };
+    let thickness_mm = length(attr::SPACING_BETWEEN_SLICES)
+        .or_else(|| length(attr::SLICE_THICKNESS))
+        .unwrap_or(spacing_mm.max_element());
+    Ok(Frame {
+        position,
+        row_direction,
+        column_direction,
+        spacing_mm,
+        thickness_mm,
+        rescale: rescale(scope)?,
+        kind: frame_kind(scope),
+        phase: phase_key(scope),
+        segment: segment(scope),
+    })
+}
+
+fn orientation(scope: &FrameScope<'_>) -> Result<[DVec3; 2], FieldFault> {
+    const ORIENTATION: Attribute = attr::IMAGE_ORIENTATION_PATIENT;
+    let values = scope.find(attr::PLANE_ORIENTATION_SEQUENCE, ORIENTATION).decimals::<6>(ORIENTATION)?;
+    let Some([a, b, c, d, e, f]) = values else { return Ok([DVec3::X, DVec3::Y]) };
+    let directions = [DVec3::new(a, b, c), DVec3::new(d, e, f)].map(DVec3::try_normalize);
+    let [Some(row), Some(column)] = directions else {
+        return Err(FieldFault::new(ORIENTATION, "has a direction of no length"));
+    };
+    // Rounded to a few decimals the two are never quite perpendicular.
+    if row.dot(column).abs() > 0.01 {
+        return Err(FieldFault::new(ORIENTATION, "has directions that are not perpendicular"));
+    }
+    Ok([row, column])
+}
+
+/// PixelSpacing is the distance of rows, then of columns: y before x.
+fn pixel_spacing(measures: &DataSet) -> Result<Option<DVec2>, FieldFault> {
+    for attribute in [attr::PIXEL_SPACING, attr::IMAGER_PIXEL_SPACING] {
+        let Some([row_mm, column_mm]) = measures.decimals::<2>(attribute)? else { continue };
+        if [row_mm, column_mm].iter().all(|mm| SPACING_MM.contains(mm)) {
+            return Ok(Some(DVec2::new(column_mm, row_mm)));
+        }
+        let (least, most) = (SPACING_MM.start(), SPACING_MM.end());
+        let problem =
+            format!("is {row_mm}\\{column_mm}, not two positive lengths in mm from {least} to {most}");
+        return Err(FieldFault::new(attribute, problem));
+    }
+    Ok(None)
+}
+
+fn rescale(scope: &FrameScope<'_>) -> Result<[f64; 2], FieldFault> {
+    let find =
+        |attribute| scope.find(attr::PIXEL_VALUE_TRANSFORMATION_SEQUENCE, attribute).decimal(attribute);
+    let slope = find(attr::RESCALE_SLOPE)?.unwrap_or(1.0);
+    let intercept = find(attr::RESCALE_INTERCEPT)?.unwrap_or(0.0);
+    if !slope.is_normal() || slope.abs() > 1e30 {
+        return Err(FieldFault::new(
+            attr::RESCALE_SLOPE,
+            format!("is {slope}, which maps every sample to one value"),
+        ));
+    }
+    if intercept.abs() > 1e30 {
+        return Err(FieldFault::new(attr::RESCALE_INTERCEPT, format!("is {intercept}, beyond any value")));
+    }
+    Ok([slope, intercept])
+}
+
+/// What keeps frames of one series apart: derived images, and the parts of complex ones.
+fn frame_kind(scope: &FrameScope<'_>) -> String {
+    for sequence in [
+        attr::MR_IMAGE_FRAME_TYPE_SEQUENCE,
+        attr::CT_IMAGE_FRAME_TYPE_SEQUENCE,
+        attr::PET_FRAME_TYPE_SEQUENCE,
+    ] {
+        let item = scope.find(sequence, attr::FRAME_TYPE);
+        if item.bytes(attr::FRAME_TYPE).is_some() {
+            let part =
+                scope.find(sequence, attr::COMPLEX_IMAGE_COMPONENT).text(attr::COMPLEX_IMAGE_COMPONENT);
+            let mut words: Vec<String> = item.texts(attr::FRAME_TYPE).into_iter().chain(part).collect();
+            words.retain(|word| !["ORIGINAL", "PRIMARY", "NONE", ""].contains(&word.as_str()));
+            return words.join(" ").to_lowercase();
+        }
+    }
+    let values = scope.data.texts(attr::IMAGE_TYPE);
+    let has = |names: &[&str]| values.iter().skip(2).any(|value| names.contains(&value.as_str()));
+    let part = if has(&["P", "PHASE", "PHASE MAP"]) {
+        "phase"
+    } else if has(&["R", "REAL"]) {
+        "real"
+    } else if has(&["I", "IMAGINARY"]) {
+        "imaginary"
+    } else {
+        ""
+    };
+    let origin = if values[0] == "DERIVED" { "derived " } else { "" };
+    let localizer = if has(&["LOCALIZER"]) { "localizer " } else { "" };
+    format!("{origin}{localizer}{part}").trim_end().to_owned()
+}
+
+fn phase_key(scope: &FrameScope<'_>) -> PhaseKey {
+    let data = scope.data;
+    let number = |attribute| data.integer_text(attribute).ok().flatten().unwrap_or(0);
+    let millionths = |value: Option<f64>| value.map_or(0, |value| (value * 1e6).round() as i64);
+    let decimal = |attribute| data.decimal(attribute).ok().flatten();
+    let content = |attribute| scope.find(attr::FRAME_CONTENT_SEQUENCE, attribute).unsigned(attribute);
+    let temporal_position = match content(attr::TEMPORAL_POSITION_INDEX) {
+        Some(index) => index.into(),
+        None => number(attr::TEMPORAL_POSITION_IDENTIFIER),
+    };
+    let b_value = scope
+        .find(attr::MR_DIFFUSION_SEQUENCE, attr::DIFFUSION_B_VALUE)
+        .float(attr::DIFFUSION_B_VALUE)
+        .or_else(|| decimal(attr::SIEMENS_B_VALUE));
+    let echo_time = scope
+        .find(attr::MR_ECHO_SEQUENCE, attr::EFFECTIVE_ECHO_TIME)
+        .float(attr::EFFECTIVE_ECHO_TIME)
+        .or_else(|| decimal(attr::ECHO_TIME));
+    let delay = scope
+        .find(attr::CARDIAC_SYNCHRONIZATION_SEQUENCE, attr::NOMINAL_CARDIAC_TRIGGER_DELAY_TIME)
+        .float(attr::NOMINAL_CARDIAC_TRIGGER_DELAY_TIME);
+    let time = decimal(attr::FRAME_REFERENCE_TIME)
+        .map(|ms| ms / 1e3)
+        .or_else(|| data.seconds_of_day(attr::ACQUISITION_TIME))
+        .or_else(|| data.seconds_of_day(attr::CONTENT_TIME));
+    PhaseKey {
+        temporal_position,
+        b_value: millionths(b_value),
+        // Echoes have numbers, or times alone.
+        echo: match number(attr::ECHO_NUMBERS) {
+            0 => millionths(echo_time),
+            number => number,
+        },
+        trigger_time: millionths(delay.or_else(|| decimal(attr::TRIGGER_TIME))),
+        acquisition: match content(attr::FRAME_ACQUISITION_NUMBER) {
+            Some(number) => number.into(),
+            None => number(attr::ACQUISITION_NUMBER),
+        },
+        time: millionths(time),
+        instance: number(attr::INSTANCE_NUMBER),
+    }
+}
+
+fn segment(scope: &FrameScope<'_>) -> Option<u16> {
+    let number = attr::REFERENCED_SEGMENT_NUMBER;
+    scope.find(attr::SEGMENT_IDENTIFICATION_SEQUENCE, number).unsigned(number)?.try_into().ok()
+}
+
+/// Places the frames of a multi-frame file without functional groups, which says where the first is.
+fn stack_frames(frames: &mut [Frame], data: &DataSet, notes: &mut Vec<String>) -> Result<(), Refusal> {
+    let offsets = match data.decimal_list(attr::GRID_FRAME_OFFSET_VECTOR)? {
+        Some(offsets) if offsets.len() >= frames.len() => {
+            // They are relative to the first image's plane, or absolute (PS3.3 C.8.8.3.2).
+            offsets.iter().map(|offset| offset - offsets[0]).collect()
+        }
+        Some(offsets) => {
+            let problem = format!("has {} values for {} frames", offsets.len(), frames.len());
+            return Err(FieldFault::new(attr::GRID_FRAME_OFFSET_VECTOR, problem).into());
+        }
+        None => {
+            let step = frames[0].thickness_mm;
+            notes.push(format!(
+                "the places of the {} frames are not given; stacked {step} mm apart",
+                frames.len()
+            ));
+            (0..frames.len()).map(|k| k as f64 * step).collect::<Vec<_>>()
+        }
+    };
+    let normal = frames[0].row_direction.cross(frames[0].column_direction);
+    let first = frames[0].position.unwrap_or(DVec3::ZERO);
+    for (frame, offset) in frames.iter_mut().zip(offsets) {
+        frame.position = Some(first + normal * offset);
+    }
+    Ok(())
+}

@@ -1,0 +1,253 @@
+//! What is in files, before and while it is loaded.
+
+use std::path::{Path, PathBuf};
+
+use lumivox_core::{CancelToken, Progress, Volume};
+
+use crate::{
+    ImportOptions, ImportReport, Imported, Thumbnail, dicom,
+    error::ImportError,
+    format::{self, Format},
+    metaimage, nifti, nrrd, raw,
+};
+
+/// Files whose headers were read: what can be loaded from them, and why others cannot.
+///
+/// A front end opens a study, shows its report and thumbnails, and loads what the user picks; headers are read once.
+/// ```no_run
+/// use lumivox_core::{CancelToken, Progress};
+/// use lumivox_import::{ImportOptions, Study};
+///
+/// let (mut options, cancel) = (ImportOptions::default(), CancelToken::new());
+/// let mut study = Study::open(&["folder".into()], &options, Progress::SILENT, &cancel)?;
+/// for (place, series) in study.report().series.iter().enumerate() {
+///     let thumbnail = study.thumbnail(place, 128, &cancel)?;
+///     println!("{} {} ({} x {} pixels)", place + 1, series.description, thumbnail.width, thumbnail.height);
+/// }
+/// options.series = Some("2".to_owned());
+/// let volume = study.load(&options, Progress::SILENT, &cancel)?.volume;
+/// # Ok::<(), lumivox_import::ImportError>(())
+/// ```
+pub struct Study {
+    content: Content,
+    report: ImportReport,
+}
+
+enum Content {
+    Dicom(Box<dicom::Study>),
+    /// A file of another format, which holds one volume.
+    Single(PathBuf, Box<Volume>),
+}
+
+impl Study {
+    /// Reads the headers of one file of any format, a folder, a zip archive, or several DICOM files; a file of another
+    /// format than DICOM is read whole.
+    ///
+    /// A folder is a DICOM study with all that is in it; one without any DICOM may hold one volume of another format.
+    /// One with DICOM but without a single series is a study with an empty list.
+    ///
+    /// # Errors
+    /// [`ImportError`] names the file, what is wrong and what to do.
+    pub fn open(
+        paths: &[PathBuf],
+        options: &ImportOptions,
+        progress: Progress<'_>,
+        cancel: &CancelToken,
+    ) -> Result<Self, ImportError> {
+        let dicom = |mut study: dicom::Study| {
+            let mut report = study.report(options)?;
+            report.notes.extend(unused(options, &report.format));
+            Ok(Self { content: Content::Dicom(Box::new(study)), report })
+        };
+        let single = |file: &Path| {
+            if is_dicom(file, options)? {
+                return dicom(dicom::Study::open(&[file.to_owned()], progress, cancel)?);
+            }
+            let Imported { volume, mut report } = load_file(file, options, progress, cancel)?;
+            report.notes.extend(unused(options, &report.format));
+            Ok(Self { content: Content::Single(file.to_owned(), Box::new(volume)), report })
+        };
+        match paths {
+            [folder] if folder.is_dir() => {
+                let study = dicom::Study::open(paths, progress, cancel)?;
+                if study.is_dicom() {
+                    return dicom(study);
+                }
+                single(&only_volume_in(folder, options, cancel)?)
+            }
+            [file] => single(file),
+            _ => dicom(dicom::Study::open(paths, progress, cancel)?),
+        }
+    }
+
+    /// What was found; [`ImportReport::chosen`] and [`ImportReport::notes`] are of the series that the options of
+    /// [`Study::open`] name.
+    pub fn report(&self) -> &ImportReport {
+        &self.report
+    }
+
+    /// A picture of the middle slice of series `place` (from 0) of the report, at most `side` pixels wide and high.
+    ///
+    /// # Errors
+    /// When no slice near the middle can be decoded, and on cancel.
+    ///
+    /// # Panics
+    /// When there is no such series.
+    pub fn thumbnail(
+        &self,
+        place: usize,
+        side: usize,
+        cancel: &CancelToken,
+    ) -> Result<Thumbnail, ImportError> {
+        assert!(place < self.report.series.len(), "there is no series {place}");
+        match &self.content {
+            Content::Dicom(study) => study.thumbnail(place, side, cancel),
+            Content::Single(_, volume) => {
+                let [columns, rows, depth] = volume.dims();
+                let at = |i: usize| volume.value([i % columns, i / columns, depth / 2]);
+                let values: Vec<f64> = (0..columns * rows).map(at).collect();
+                let [x, y, _] = volume.spacing_mm().to_array();
+                Ok(Thumbnail::new(&values, [columns, rows], [x, y], None, side))
+            }
+        }
+    }
+
+    /// Loads the series and phase that `options` name; by default the first series, which is the best.
+    ///
+    /// # Errors
+    /// [`ImportError`] names the file, what is wrong and what to do.
+    pub fn load(
+        &mut self,
+        options: &ImportOptions,
+        progress: Progress<'_>,
+        cancel: &CancelToken,
+    ) -> Result<Imported, ImportError> {
+        let mut imported = match &mut self.content {
+            Content::Dicom(study) => study.load(options, progress, cancel)?,
+            Content::Single(path, _) => load_file(path, options, progress, cancel)?,
+        };
+        imported.report.notes.extend(unused(options, &imported.report.format));
+        Ok(imported)
+    }
+}
+
+/// Says what is in `paths` without decoding it: the report of [`Study::open`].
+///
+/// # Errors
+/// As [`Study::open`].
+pub fn scan(
+    paths: &[PathBuf],
+    options: &ImportOptions,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<ImportReport, ImportError> {
+    Ok(Study::open(paths, options, progress, cancel)?.report)
+}
+
+/// Loads the volume in `paths`: one file of any format, a folder, a zip archive, or several DICOM files.
+///
+/// A folder is a DICOM study with all that is in it; one without any DICOM may hold one volume of another format. Of
+/// several series the best is loaded (with depth, then CT, MR or PET, then the most voxels), unless
+/// [`ImportOptions::series`] names another; of several phases the first that is whole, or [`ImportOptions::phase`].
+///
+/// # Errors
+/// [`ImportError`] names the file, what is wrong and what to do.
+pub fn load(
+    paths: &[PathBuf],
+    options: &ImportOptions,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Imported, ImportError> {
+    let mut study = match paths {
+        [file] if !file.is_dir() && !is_dicom(file, options)? => {
+            let mut imported = load_file(file, options, progress, cancel)?;
+            imported.report.notes.extend(unused(options, &imported.report.format));
+            return Ok(imported);
+        }
+        [folder] if folder.is_dir() => {
+            let study = dicom::Study::open(paths, progress, cancel)?;
+            if !study.is_dicom() {
+                return load(&[only_volume_in(folder, options, cancel)?], options, progress, cancel);
+            }
+            study
+        }
+        _ => dicom::Study::open(paths, progress, cancel)?,
+    };
+    let mut imported = study.load(options, progress, cancel)?;
+    imported.report.notes.extend(unused(options, &imported.report.format));
+    Ok(imported)
+}
+
+/// Notes on options that a file of this format has no use for.
+fn unused(options: &ImportOptions, format: &str) -> Vec<String> {
+    let mut notes = Vec::new();
+    if options.series.is_some() && format != "DICOM" {
+        notes.push(format!("--series was not used: a {format} file holds one image"));
+    }
+    if options.raw.is_some() && format != "RAW" {
+        notes.push(format!("--raw was not used: {format} describes itself"));
+    }
+    notes
+}
+
+/// How a single file is to be read.
+fn format_of(path: &Path, options: &ImportOptions) -> Result<Format, ImportError> {
+    match (&options.raw, format::recognise(path)) {
+        (Some(_), Err(error)) if !matches!(error, ImportError::Io { .. }) => Ok(Format::Raw),
+        // The DICOM reader knows more ways to begin a file, if it has to.
+        (None, Err(ImportError::UnknownFormat { .. })) if dicom::is_dicom(path) => Ok(Format::Dicom),
+        (_, format) => format,
+    }
+}
+
+fn is_dicom(path: &Path, options: &ImportOptions) -> Result<bool, ImportError> {
+    Ok(matches!(format_of(path, options)?, Format::Dicom | Format::Zip))
+}
+
+/// Loads a single file.
+fn load_file(
+    path: &Path,
+    options: &ImportOptions,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Imported, ImportError> {
+    match (format_of(path, options)?, &options.raw) {
+        (Format::Dicom | Format::Zip, _) => {
+            dicom::Study::open(&[path.to_owned()], progress, cancel)?.load(options, progress, cancel)
+        }
+        (Format::Nifti, _) => nifti::load(path, progress, cancel),
+        (Format::Nrrd, _) => nrrd::load(path, progress, cancel),
+        (Format::MetaImage, _) => metaimage::load(path, progress, cancel),
+        (Format::Raw, Some(description)) => raw::load_raw(path, description, progress, cancel),
+        (Format::Raw, None) => raw::load(path, progress, cancel),
+    }
+}
+
+/// The one file of a folder without DICOM that is a volume; if there is none, the one that [`ImportOptions::raw`] can
+/// only mean.
+fn only_volume_in(
+    folder: &Path,
+    options: &ImportOptions,
+    cancel: &CancelToken,
+) -> Result<PathBuf, ImportError> {
+    let all = dicom::files_below(folder, cancel)?;
+    let volumes: Vec<&PathBuf> = all.iter().filter(|file| format::recognise(file).is_ok()).collect();
+    match (&volumes[..], &all[..]) {
+        ([only], _) => Ok(only.to_path_buf()),
+        ([], [only]) if options.raw.is_some() => Ok(only.clone()),
+        ([], _) => Err(ImportError::NoSeries {
+            path: folder.to_owned(),
+            files: all.len(),
+            detail: match &options.raw {
+                Some(_) => "Open the one that --raw describes",
+                None => "None is of a format that Lumivox reads",
+            }
+            .to_owned(),
+        }),
+        (several, _) => Err(ImportError::Unsupported {
+            path: folder.to_owned(),
+            what: format!("it holds {} volumes", several.len()),
+            remedy: "Open one of its files".to_owned(),
+        }),
+    }
+}

@@ -1,0 +1,120 @@
+//! Native decoders that crash, hang or eat memory, in a process of their own: the frame is lost, the series is not.
+//!
+//! This program is its own worker, so it has no test harness.
+
+mod common;
+#[allow(dead_code, reason = "not every test program uses all of it")]
+#[path = "common/writer.rs"]
+mod writer;
+
+use std::{
+    io::{self, Read},
+    path::Path,
+    time::{Duration, Instant},
+};
+
+use lumivox_core::{CancelToken, Progress};
+use lumivox_import::{CodecWorker, ImportError, ImportOptions, set_codec_worker};
+use writer::*;
+
+/// Does to the worker what a stream says: as a decoder with a fault would.
+struct Trap<R>(R);
+
+impl<R: Read> Read for Trap<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.0.read(buffer)?;
+        let has = |word: &[u8]| buffer[..n].windows(word.len()).any(|window| window == word);
+        if has(b"CRASH THE WORKER") {
+            std::process::abort();
+        } else if has(b"HANG THE WORKER") {
+            std::thread::sleep(Duration::from_secs(600));
+        }
+        Ok(n)
+    }
+}
+
+/// JPEG-LS of 4 x 1 samples of 8 bits (made with CharLS), with `comment` in a marker segment of its own.
+fn stream(samples: [u8; 4], comment: &[u8]) -> Vec<u8> {
+    let info = charls::FrameInfo { width: 4, height: 1, bits_per_sample: 8, component_count: 1 };
+    let whole = charls::CharLS::default().encode(info, 0, &samples).expect("CharLS encodes");
+    let mut stream = whole[..2].to_vec();
+    stream.extend([0xFF, 0xFE]);
+    stream.extend((comment.len() as u16 + 2).to_be_bytes());
+    stream.extend(comment);
+    stream.extend(&whole[2..]);
+    stream.resize(stream.len().next_multiple_of(2), 0);
+    stream
+}
+
+fn write_series(folder: &Path, bad: &[u8]) {
+    for k in 0..5u8 {
+        let comment = if k == 2 { bad } else { b"fine" };
+        let mut image = image("MR", 4, 1, vec![])
+            .short(BITS_ALLOCATED, 8)
+            .short(BITS_STORED, 8)
+            .short(HIGH_BIT, 7)
+            .decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, 2.0 * f64::from(k)]);
+        image.set(PIXEL_DATA, "OB", Value::Fragments(vec![stream([k * 10; 4], comment)]));
+        image.write(&folder.join(k.to_string()), Syntax::JpegLs);
+    }
+}
+
+fn load(folder: &Path, cancel: &CancelToken) -> Result<lumivox_import::Imported, ImportError> {
+    lumivox_import::load(&[folder.to_owned()], &ImportOptions::default(), Progress::SILENT, cancel)
+}
+
+fn main() {
+    if std::env::args().any(|argument| argument == "--worker") {
+        lumivox_import::serve_codecs(Trap(io::stdin().lock()), io::stdout().lock()).unwrap();
+        return;
+    }
+    let mut worker = CodecWorker::new(std::env::current_exe().unwrap(), ["--worker"]);
+    worker.timeout = Duration::from_millis(700);
+    set_codec_worker(Some(worker.clone()));
+    let folder = tempfile::tempdir().unwrap();
+
+    write_series(folder.path(), b"fine");
+    let imported = load(folder.path(), &CancelToken::new()).unwrap();
+    assert!(imported.report.skipped.is_empty(), "{:?}", imported.report.skipped);
+    assert_eq!(imported.volume.value_range(), [0.0, 40.0]);
+    println!("frames are decoded by the worker ... ok");
+
+    for (bad, why) in
+        [(&b"CRASH THE WORKER"[..], "crashed its decoder"), (b"HANG THE WORKER", "kept its decoder busy")]
+    {
+        write_series(folder.path(), bad);
+        let imported = load(folder.path(), &CancelToken::new()).unwrap();
+        assert_eq!(imported.volume.dims(), [4, 1, 5]);
+        // The lost slice is filled in between its neighbours, which were read.
+        assert_eq!(
+            (0..5).map(|z| imported.volume.value([0, 0, z])).collect::<Vec<_>>(),
+            [0.0, 10.0, 20.0, 30.0, 40.0]
+        );
+        assert_eq!(imported.report.notes[0], "1 of 5 slices could not be decoded");
+        assert!(imported.report.skipped[0].path.ends_with("2"));
+        assert!(imported.report.skipped[0].reason.contains(why), "{:?}", imported.report.skipped);
+        println!("{why} ... ok");
+    }
+
+    // Cancelled while a decoder hangs that has all the time of the world.
+    worker.timeout = Duration::from_secs(300);
+    set_codec_worker(Some(worker.clone()));
+    let cancel = CancelToken::new();
+    let late = cancel.clone();
+    let canceller = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(600));
+        late.cancel();
+        Instant::now()
+    });
+    let result = load(folder.path(), &cancel);
+    let after = canceller.join().unwrap().elapsed();
+    assert!(matches!(result, Err(ImportError::Cancelled(_))), "{result:?}");
+    assert!(after < Duration::from_millis(200), "cancelled after {after:?}");
+    println!("a hanging decoder is cancelled after {after:?} ... ok");
+
+    // A worker that is not there is said.
+    set_codec_worker(Some(CodecWorker::new("/nonexistent", ["--worker"])));
+    let error = load(folder.path(), &CancelToken::new()).unwrap_err().to_string();
+    assert!(error.contains("cannot be started"), "{error}");
+    println!("a missing worker is named ... ok");
+}

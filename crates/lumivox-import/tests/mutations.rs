@@ -1,0 +1,291 @@
+//! Damaged files by the thousand: whatever is changed in a file, the result is a volume or an error in words, soon, in
+//! bounded memory and without a word about the patient.
+//!
+//! `LUMIVOX_MUTATIONS=5000000 cargo test --release -p lumivox-import --test mutations -- --nocapture` runs more of them.
+
+mod common;
+#[allow(dead_code, reason = "not every test program uses all of it")]
+#[path = "common/writer.rs"]
+mod writer;
+
+use std::{
+    path::PathBuf,
+    time::{Duration, Instant},
+};
+
+use lumivox_core::{CancelToken, Progress};
+use lumivox_import::{ImportOptions, Study};
+use writer::*;
+
+/// A file that takes longer is a finding.
+const MOST_TIME: Duration = Duration::from_secs(5);
+
+fn enhanced() -> Elements {
+    let frame = |k: u32| {
+        let place = Elements::default().decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, f64::from(k / 2)]);
+        let mut content = Elements::default();
+        content.set(0x0020_9128, "UL", Value::Raw(4, (k % 2 + 1).to_le_bytes().to_vec()));
+        Elements::default().items(0x0020_9113, vec![place]).items(0x0020_9111, vec![content])
+    };
+    let measures = Elements::default().decimals(PIXEL_SPACING, &[4.0, 2.0]);
+    let orientation =
+        Elements::default().decimals(IMAGE_ORIENTATION_PATIENT, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    let shared = Elements::default().items(0x0020_9116, vec![orientation]).items(0x0028_9110, vec![measures]);
+    image("MR", 2, 2, (0..24).collect())
+        .text(NUMBER_OF_FRAMES, "IS", "6")
+        .items(0x5200_9229, vec![shared])
+        .items(0x5200_9230, (0..6).map(frame).collect())
+}
+
+fn segmentation() -> Elements {
+    let frame = |k: u16| {
+        let place = Elements::default().decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, f64::from(k)]);
+        let which = Elements::default().short(0x0062_000B, k + 1);
+        Elements::default().items(0x0020_9113, vec![place]).items(0x0062_000A, vec![which])
+    };
+    let mut seg = image("SEG", 4, 2, vec![])
+        .text(0x0008_0016, "UI", "1.2.840.10008.5.1.4.1.1.66.4")
+        .text(0x0062_0001, "CS", "BINARY")
+        .short(BITS_ALLOCATED, 1)
+        .short(BITS_STORED, 1)
+        .short(HIGH_BIT, 0)
+        .text(NUMBER_OF_FRAMES, "IS", "3")
+        .items(0x0062_0002, vec![Elements::default().short(0x0062_0004, 1).text(0x0062_0005, "LO", "a")])
+        .items(0x5200_9230, (0..3).map(frame).collect());
+    seg.set(PIXEL_DATA, "OB", Value::Bytes(vec![0xA5, 0x5A, 0xFF]));
+    seg
+}
+
+/// A mosaic of 2 x 2 tiles, three of them slices.
+fn mosaic() -> Elements {
+    let element = |name: &str, items: &[&str]| {
+        let mut bytes = name.as_bytes().to_vec();
+        bytes.resize(64, 0);
+        bytes.extend(1u32.to_le_bytes());
+        bytes.extend(b"IS\0\0");
+        [0u32, items.len() as u32, 77].iter().for_each(|n| bytes.extend(n.to_le_bytes()));
+        for item in items {
+            [0, item.len() as u32, 77, 0].iter().for_each(|n| bytes.extend(n.to_le_bytes()));
+            bytes.extend(item.as_bytes());
+            bytes.resize(bytes.len().next_multiple_of(4), 0);
+        }
+        bytes
+    };
+    let mut csa = b"SV10\x04\x03\x02\x01".to_vec();
+    [2u32, 77].iter().for_each(|n| csa.extend(n.to_le_bytes()));
+    csa.extend(element("SliceNormalVector", &["0.0", "0.0", "1.0"]));
+    csa.extend(element("NumberOfImagesInMosaic", &["3"]));
+    let mut image =
+        image("MR", 4, 4, (0..16).collect()).text(IMAGE_TYPE, "CS", "ORIGINAL\\PRIMARY\\M\\MOSAIC");
+    image.set(0x0029_1010, "OB", Value::Raw(csa.len() as u32, csa));
+    image
+}
+
+fn lut() -> Elements {
+    let mut item = Elements::default();
+    let words = |words: &[u16]| words.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>();
+    item.set(0x0028_3002, "US", Value::Raw(6, words(&[3, 1, 16])));
+    item.set(0x0028_3006, "US", Value::Raw(6, words(&[100, 300, 40_000])));
+    image("XA", 5, 1, vec![0, 1, 2, 3, 500]).items(0x0028_3000, vec![item])
+}
+
+fn pet() -> Elements {
+    let drug = Elements::default()
+        .text(0x0018_1072, "TM", "235900.00")
+        .decimals(0x0018_1074, &[370e6])
+        .decimals(0x0018_1075, &[3600.0]);
+    image("PT", 2, 1, vec![0, 1000])
+        .text(0x0008_0031, "TM", "005900")
+        .decimals(0x0010_1030, &[70.0])
+        .text(0x0028_0051, "CS", "DECY\\ATTN\\SCAT")
+        .text(0x0054_1001, "CS", "BQML")
+        .text(0x0054_1102, "CS", "START")
+        .items(0x0054_0016, vec![drug])
+}
+
+/// The files that are damaged: small ones of every kind.
+fn seeds() -> Vec<(String, Vec<u8>)> {
+    let grey = image("CT", 4, 3, (0..12).collect())
+        .short(PIXEL_PADDING_VALUE, 3)
+        .short(PIXEL_PADDING_RANGE_LIMIT, 1);
+    let eight = |fragment: Vec<u8>| {
+        let mut image =
+            image("MR", 4, 4, vec![]).short(BITS_ALLOCATED, 8).short(BITS_STORED, 8).short(HIGH_BIT, 7);
+        image.set(PIXEL_DATA, "OB", Value::Fragments(vec![fragment]));
+        image
+    };
+    let samples: Vec<u8> = (0..16).collect();
+    let info = charls::FrameInfo { width: 4, height: 4, bits_per_sample: 8, component_count: 1 };
+    let jpeg_ls = charls::CharLS::default().encode(info, 0, &samples).unwrap();
+    let mut seeds = vec![
+        ("rle".to_owned(), eight(rle(&samples, 1)).file(Syntax::Rle)),
+        ("jpeg_ls".to_owned(), eight(jpeg_ls).file(Syntax::JpegLs)),
+        ("lut".to_owned(), lut().file(Syntax::Explicit)),
+        ("pet".to_owned(), pet().file(Syntax::Implicit)),
+        ("mosaic".to_owned(), mosaic().file(Syntax::Explicit)),
+        ("bare".to_owned(), grey.data_set(Syntax::Implicit)),
+        ("nifti".to_owned(), nifti()),
+        ("nrrd".to_owned(), b"NRRD0004\ntype: int16\ndimension: 3\nsizes: 2 2 2\nspace: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\nendian: little\n\n0123456789abcdef".to_vec()),
+        ("metaimage".to_owned(), b"ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_SHORT\nElementSpacing = 1 1 1\nElementDataFile = LOCAL\n0123456789abcdef".to_vec()),
+    ];
+    for syntax in [Syntax::Explicit, Syntax::Implicit, Syntax::BigEndian, Syntax::Deflated] {
+        seeds.push((format!("grey {syntax:?}"), grey.file(syntax)));
+        seeds.push((format!("enhanced {syntax:?}"), enhanced().file(syntax)));
+        seeds.push((format!("segmentation {syntax:?}"), segmentation().file(syntax)));
+    }
+    seeds.push(("zip".to_owned(), zip(&grey.file(Syntax::Explicit))));
+    // Codestreams that no crate here can write.
+    for name in ["MR_small_jp2klossless.dcm", "JPGExtended.dcm"] {
+        if let Some(bytes) =
+            common::shared(&format!("pydicom_files/{name}")).and_then(|path| std::fs::read(path).ok())
+        {
+            seeds.push((name.to_owned(), bytes));
+        }
+    }
+    seeds
+}
+
+fn zip(file: &[u8]) -> Vec<u8> {
+    use std::io::Write;
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    zip.start_file("image.dcm", zip::write::SimpleFileOptions::default()).unwrap();
+    zip.write_all(file).unwrap();
+    zip.finish().unwrap().into_inner()
+}
+
+fn nifti() -> Vec<u8> {
+    let mut bytes = vec![0u8; 352];
+    bytes[..4].copy_from_slice(&348u32.to_le_bytes());
+    for (k, n) in [3u16, 2, 2, 2, 1, 1, 1, 1].iter().enumerate() {
+        bytes[40 + 2 * k..42 + 2 * k].copy_from_slice(&n.to_le_bytes());
+    }
+    bytes[70..72].copy_from_slice(&4u16.to_le_bytes());
+    bytes[72..74].copy_from_slice(&16u16.to_le_bytes());
+    for k in 0..4 {
+        bytes[76 + 4 * k..80 + 4 * k].copy_from_slice(&1f32.to_le_bytes());
+    }
+    bytes[108..112].copy_from_slice(&352f32.to_le_bytes());
+    bytes[344..348].copy_from_slice(b"n+1\0");
+    bytes.extend(0..16);
+    bytes
+}
+
+/// Changes a file in one of the ways that hurt readers.
+fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
+    const WORDS: [u32; 10] =
+        [0, 1, 2, 0x7F, 0xFF, 0x7FFF_FFFF, 0xFFFF_FFFE, 0xFFFF_FFFF, 0x8000_0000, 0xE000_FFFE];
+    for _ in 0..=random.below(3) {
+        if bytes.is_empty() {
+            return;
+        }
+        // Preambles are of no interest.
+        let from = if bytes.len() > 132 && &bytes[128..132] == b"DICM" { 132 } else { 0 };
+        let at = from + random.below((bytes.len() - from).max(1));
+        let at = at.min(bytes.len() - 1);
+        match random.below(9) {
+            0 => bytes[at] = random.below(256) as u8,
+            1 => bytes[at] ^= 1 << random.below(8),
+            2 => bytes[at] = bytes[at].wrapping_add(random.one(&[1, 255, 2, 254])),
+            3 => bytes.truncate(at),
+            4 => {
+                let word = random.one(&WORDS).to_le_bytes();
+                let count = random.one(&[2, 4]).min(bytes.len() - at);
+                bytes[at..at + count].copy_from_slice(&word[..count]);
+            }
+            // Elements twice, elsewhere, or not at all.
+            5 | 6 => {
+                let length = 1 + random.below((bytes.len() - at).min(64));
+                let piece = bytes[at..at + length].to_vec();
+                let to = random.below(bytes.len());
+                bytes.splice(to..to, piece);
+            }
+            7 => {
+                let length = 1 + random.below((bytes.len() - at).min(32));
+                bytes.drain(at..at + length);
+            }
+            _ => {
+                let digits =
+                    random.one(&[&b"1e9"[..], b"-1", b"NaN", b"0", b"99999999", b"1\\2", b"inf", b",5"]);
+                let count = digits.len().min(bytes.len() - at);
+                bytes[at..at + count].copy_from_slice(&digits[..count]);
+            }
+        }
+    }
+}
+
+#[test]
+fn damaged_files_are_read_or_refused() {
+    let number = |name: &str| std::env::var(name).ok().and_then(|n| n.parse::<u64>().ok());
+    let rounds = number("LUMIVOX_MUTATIONS").unwrap_or(20_000);
+    let first = number("LUMIVOX_FIRST").unwrap_or(0);
+    // In memory where the system has such a folder.
+    let shm = PathBuf::from("/dev/shm");
+    let folder = if shm.is_dir() { tempfile::tempdir_in(shm) } else { tempfile::tempdir() }.unwrap();
+    let path = folder.path().join("scan");
+    let paths = [path.clone()];
+    let (options, cancel) = (ImportOptions::default(), CancelToken::new());
+    let seeds = seeds();
+    for (name, seed) in &seeds {
+        std::fs::write(&path, seed).unwrap();
+        common::load(&path).unwrap_or_else(|e| panic!("{name} is bad before it is damaged: {e}"));
+    }
+    let (mut read, mut refused, mut slowest) = (0u64, 0u64, Duration::ZERO);
+    let begin = Instant::now();
+    for round in first..first + rounds {
+        let mut random = Random(round);
+        let (name, seed) = &seeds[random.below(seeds.len())];
+        let mut bytes = seed.clone();
+        mutate(&mut bytes, &mut random);
+        std::fs::write(&path, &bytes).unwrap();
+        let start = Instant::now();
+        let result = std::panic::catch_unwind(|| {
+            let mut study = Study::open(&paths, &options, Progress::SILENT, &cancel)?;
+            if round % 4 == 0 && !study.report().series.is_empty() {
+                let _ = study.thumbnail(0, 32, &cancel);
+            }
+            study.load(&options, Progress::SILENT, &cancel)
+        });
+        let elapsed = start.elapsed();
+        slowest = slowest.max(elapsed);
+        let told = match result {
+            Ok(Ok(imported)) => {
+                read += 1;
+                format!("{:?}", imported.report)
+            }
+            Ok(Err(error)) => {
+                refused += 1;
+                error.to_string()
+            }
+            Err(_) => panic!("round {round} ({name}) panics: LUMIVOX_FIRST={round} LUMIVOX_MUTATIONS=1"),
+        };
+        assert!(!told.contains("SECRET"), "round {round} ({name}) tells the patient's name: {told}");
+        assert!(elapsed < MOST_TIME, "round {round} ({name}) took {elapsed:?}");
+    }
+    println!(
+        "{rounds} damaged files of {} kinds: {read} read, {refused} refused, slowest {slowest:?}, {:.0} a second",
+        seeds.len(),
+        rounds as f64 / begin.elapsed().as_secs_f64()
+    );
+    if let Ok(status) = std::fs::read_to_string("/proc/self/status")
+        && let Some(line) = status.lines().find(|line| line.starts_with("VmHWM:"))
+    {
+        println!("{line}");
+        let kib: u64 = line.split_whitespace().nth(1).unwrap().parse().unwrap();
+        assert!(kib < 600 << 10, "peak {} MiB", kib >> 10);
+    }
+}
+
+/// Writes the undamaged files where `cargo fuzz` looks for them; only if asked to.
+#[test]
+fn seed_corpus() {
+    if !std::env::args().any(|argument| argument == "seed_corpus") {
+        return;
+    }
+    for target in ["dicom", "formats"] {
+        let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/corpus")).join(target);
+        std::fs::create_dir_all(&folder).unwrap();
+        for (name, bytes) in seeds() {
+            std::fs::write(folder.join(name.replace(' ', "_")), bytes).unwrap();
+        }
+    }
+}
