@@ -3,7 +3,7 @@
 use std::{path::PathBuf, str::FromStr, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use lumivox_core::{Filter, Preset, glam::DVec3};
+use lumivox_core::{Filter, Light, LightKind, Preset, glam::DVec3};
 use lumivox_import::RawDescription;
 use lumivox_renderer::ToneMap;
 
@@ -176,6 +176,10 @@ pub struct RenderArgs {
     /// Degrees the light turns around the vertical, as --azimuth turns the camera
     #[arg(long, value_name = "DEGREES", help_heading = "Light", default_value = "0", value_parser = number(-3600.0, 3600.0))]
     pub environment_rotation: f64,
+    /// A sun besides, where --azimuth and --elevation would put the camera; once for each. At STRENGTH 1 (the default) a
+    /// white surface that faces it is as bright as under a uniform environment; it is DEGREES in radius (default: 0.27)
+    #[arg(long, value_name = "sun:AZIMUTH,ELEVATION[,STRENGTH[,DEGREES]]", help_heading = "Light")]
+    pub light: Vec<Sun>,
 
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", help_heading = "Image", default_value = "768x768")]
@@ -473,6 +477,35 @@ impl FromStr for EnvironmentName {
     }
 }
 
+/// A distant light, by where it stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sun(pub Light);
+
+impl FromStr for Sun {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let values = text.strip_prefix("sun:").ok_or("must start with sun:, such as sun:40,30")?;
+        // The radius that the sun has in the sky.
+        let [azimuth, elevation, strength, degrees] = match values.split(',').count() {
+            2 => numbers(values).map(|[a, e]| [a, e, 1.0, 0.27])?,
+            3 => numbers(values).map(|[a, e, s]| [a, e, s, 0.27])?,
+            _ => numbers(values).map_err(|_| "must be sun: and 2 to 4 numbers with commas between them")?,
+        };
+        if !(0.0..=1e6).contains(&strength) || !(0.0..=180.0).contains(&degrees) {
+            return Err("STRENGTH must be 0 to 1000000, DEGREES 0 to 180".into());
+        }
+        let (sin_a, cos_a) = azimuth.to_radians().sin_cos();
+        let (sin_e, cos_e) = elevation.to_radians().sin_cos();
+        let kind = LightKind::Directional {
+            direction: -DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e),
+            irradiance: [strength * std::f64::consts::PI; 3],
+            angular_radius: degrees.to_radians(),
+        };
+        Ok(Self(kind.into()))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -503,6 +536,16 @@ mod tests {
         }
         assert_eq!("sky.hdr".parse(), Ok(EnvironmentName::File("sky.hdr".into())));
         assert!("studoi".parse::<EnvironmentName>().is_err());
+        let Ok(Sun(Light { kind: LightKind::Directional { direction, irradiance, .. }, .. })) =
+            "sun:90,0,2".parse()
+        else {
+            panic!("a sun");
+        };
+        assert!(direction.distance(DVec3::NEG_X) < 1e-12 && (irradiance[0] - 6.283_185_307).abs() < 1e-6);
+        for bad in ["90,0", "sun:90", "sun:1,2,-3", "sun:1,2,3,181", "sun:1,2,3,4,5", "sun:nan,0", "moon:1,2"]
+        {
+            assert!(bad.parse::<Sun>().is_err(), "{bad}");
+        }
         assert!(seconds("0").is_err() && seconds("2.5s") == Ok(Duration::from_secs_f64(2.5)));
     }
 }

@@ -47,7 +47,7 @@ pub struct Steps {
     pub primary: usize,
     /// Steps along every ray to the light.
     pub shadow: usize,
-    /// Directions from pole to pole; there are twice as many around.
+    /// Directions from pole to pole; there are twice as many around. Also the rows and columns of parts of a light.
     pub polar: usize,
 }
 
@@ -122,7 +122,7 @@ fn scattered_of_lights(
     point: DVec3,
     steps: Steps,
 ) -> [f64; 3] {
-    let n = (steps.polar / 4).max(1);
+    let n = steps.polar;
     let mut sum = [0.0; 3];
     for light in lights(scene).iter().filter(|light| light.layers & layers != 0) {
         for part in 0..n * n {

@@ -207,7 +207,8 @@ fn scene(
             Ok(VolumeInstance { volume, medium, world_from_patient, clip_box, layers: 1 })
         })
         .collect::<Result<_, Failure>>()?;
-    Ok(Scene { volumes, environment, ..Default::default() })
+    let lights = args.light.iter().map(|sun| sun.0).collect();
+    Ok(Scene { volumes, environment, lights })
 }
 
 /// Every file that the command line names for reading.
