@@ -114,6 +114,8 @@ pub struct LiveView {
     complete: u32,
     pass_samples: u32,
     next_row: u32,
+    /// Whether every pixel of the fine film has had a sample since the film was empty.
+    covered: bool,
     /// Some pixel started over while a pass was under way: when the pass ends, no count of samples holds for all.
     restarted_in_pass: bool,
     /// Pixels that lack samples, as far as is known: what a pass costs.
@@ -152,6 +154,7 @@ impl LiveView {
             complete: 0,
             pass_samples: 0,
             next_row: 0,
+            covered: false,
             restarted_in_pass: false,
             open_pixels: 0,
         })
@@ -268,7 +271,7 @@ impl LiveView {
         }
         self.fine.clear(recording);
         (self.complete, self.pass_samples, self.next_row) = (0, 0, 0);
-        self.restarted_in_pass = false;
+        (self.covered, self.restarted_in_pass) = (false, false);
         self.open_pixels = pixels(size);
         Ok(())
     }
@@ -332,10 +335,13 @@ impl LiveView {
         let row = f64::from(width) * open;
         let mut recorded = 0.0;
         let budget = budget as f64;
-        if self.complete > 0 {
-            // What started over in this very frame must not be a hole in the picture. Others only look, and return.
-            let samples = FIRST_AID.min(target);
+        // What started over in this very frame must not be a hole in the picture. Other pixels only look, and return.
+        let samples = FIRST_AID.min(target);
+        if self.covered {
             self.fine.record_samples(key, cache, samples, samples, [0, height], recording);
+        } else if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
+            coarse.record_samples(key, cache, samples, samples, [0, coarse.size[1]], recording);
+            coarse.stale = true;
         }
         while self.complete < target {
             let affordable = budget - recorded;
@@ -357,6 +363,7 @@ impl LiveView {
             self.next_row += rows;
             if self.next_row == height {
                 self.next_row = 0;
+                self.covered = true;
                 self.complete = if self.restarted_in_pass { 0 } else { self.complete + self.pass_samples };
                 self.restarted_in_pass = false;
             }

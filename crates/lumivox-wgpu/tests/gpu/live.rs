@@ -370,6 +370,38 @@ fn the_first_frame_shows_everything_however_small_the_budget() {
     assert!((seen / wanted - 1.0).abs() < 0.15, "{seen} of {wanted}");
 }
 
+/// A mesh that moves in every frame keeps pixels starting over; none of them may be a hole for a single frame.
+#[test]
+fn a_moving_mesh_tears_no_holes() {
+    let mut test = scenes::noise();
+    test.scene.volumes[0].medium.density_scale = 50.0;
+    let camera = test.camera.with_aspect(1.0);
+    let mut gpu = gpu();
+    let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(48, 48) };
+    let mut host = Host::new(&mut gpu, &test, settings);
+    host.converge(&mut gpu, &camera, u64::MAX);
+    let done = host.film(&mut gpu);
+    for budget in [150, 600, 5000] {
+        let mut host = Host::new(&mut gpu, &test, settings);
+        for frame in 0..40 {
+            // Far behind the volume: it hides nothing, and makes pixels start over all the same.
+            let mesh = |at: [u32; 2]| if (frame..frame + 8).contains(&at[0]) { 100.0 } else { 0.0 };
+            host.set_depth(&gpu, mesh);
+            host.set_color(&gpu, |_| [0.0; 4]);
+            host.frame(&mut gpu, &camera, budget);
+            let shown = host.read_color(&gpu);
+            // Coarse films are blurred at the volume's outline.
+            for row in 14..34 {
+                let pixels = row * 48..(row + 1) * 48;
+                let wanted: f64 = pixels.clone().map(|p| done.alpha(p)).sum();
+                let seen: f64 = pixels.map(|p| f64::from(shown[p * 4 + 3])).sum();
+                let share = seen / wanted;
+                assert!(share > 0.75, "budget {budget}, frame {frame}, row {row}: {share} of the volume");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_small_film_does_not_leak_over_the_hosts_edges() {
     let mut test = scenes::noise();
