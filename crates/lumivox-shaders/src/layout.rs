@@ -45,6 +45,7 @@ pub struct Frame {
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[expect(missing_docs, reason = "documented in frame.wgsl")]
 pub struct Instance {
+    pub bounds: [f32; 4],
     pub voxel_from_world: [[f32; 4]; 3],
     pub patient_from_world: [[f32; 4]; 3],
     pub patient_gradient_from_voxel: [[f32; 4]; 3],

@@ -64,6 +64,7 @@ fn twins_have_the_shaders_layout() {
     assert_twin!(
         path_trace,
         Instance {
+            bounds,
             voxel_from_world,
             patient_from_world,
             patient_gradient_from_voxel,

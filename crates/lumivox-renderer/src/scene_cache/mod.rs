@@ -190,6 +190,7 @@ impl SceneCache {
         let voxel_from_world = voxel_from_patient * *patient_from_world * DAffine3::from_translation(origin);
         let surface = medium.surface;
         Instance {
+            bounds: bounding_sphere(instance, origin),
             voxel_from_world: affine_rows(voxel_from_world),
             patient_from_world: linear_rows(patient_from_world.matrix3),
             // A gradient is a covector: it maps with the transposed inverse of the points' map.
@@ -330,6 +331,23 @@ pub(crate) fn check_binding(
     remedy: &'static str,
 ) -> Result<(), RenderError> {
     if bytes > limit { Err(RenderError::BufferTooLarge { what, bytes, limit, remedy }) } else { Ok(()) }
+}
+
+/// Centre, relative to `origin`, and squared radius of a sphere around what is kept of a volume, a little too large for
+/// the rounding of rays.
+fn bounding_sphere(instance: &VolumeInstance, origin: DVec3) -> [f32; 4] {
+    let [low, high] = instance.clip_box.map(|corner| corner.clamp(DVec3::ZERO, DVec3::ONE));
+    let world_from_box = instance.world_from_box();
+    let center = world_from_box.transform_point3((low + high) / 2.0);
+    let radius = (0..8)
+        .map(|i| {
+            let pick = |axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
+            world_from_box.transform_point3(DVec3::new(pick(0), pick(1), pick(2))).distance(center)
+        })
+        .fold(0.0, f64::max);
+    let center = center - origin;
+    let radius = radius * 1.001 + 1e-6 * center.length();
+    center.as_vec3().extend((radius * radius) as f32).to_array()
 }
 
 fn affine_rows(m: DAffine3) -> [[f32; 4]; 3] {

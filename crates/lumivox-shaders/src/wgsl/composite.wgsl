@@ -54,31 +54,38 @@ struct Estimate {
 
 fn film_pixel(coarse: bool, at: vec2u) -> Estimate {
     var e: Estimate;
+    let size = select(params.fine_size, params.coarse_size, coarse);
+    let index = at.y * size.x + at.x;
+    let plane = size.x * size.y;
     var sum: vec4f;
     var moments: vec4f;
-    var filtered: vec4f;
-    var filtered_samples = 0.0;
     if (coarse) {
-        let index = at.y * params.coarse_size.x + at.x;
         sum = coarse_film[index];
-        filtered = coarse_pixels[index];
-        filtered_samples = coarse_pixels[params.coarse_size.x * params.coarse_size.y + index].z;
-        moments = coarse_film[params.coarse_size.x * params.coarse_size.y + index];
+        moments = coarse_film[plane + index];
     } else {
-        let index = at.y * params.fine_size.x + at.x;
         sum = fine_film[index];
-        filtered = fine_pixels[index];
-        filtered_samples = fine_pixels[params.fine_size.x * params.fine_size.y + index].z;
-        moments = fine_film[params.fine_size.x * params.fine_size.y + index];
+        moments = fine_film[plane + index];
     }
     e.samples = moments.z;
-    if (e.samples > 0.0) {
-        e.light = sum.rgb / e.samples;
-        e.alpha = sum.a / e.samples;
-        e.depth = moments.x / max(sum.a, 1.0);
+    if (e.samples == 0.0) {
+        return e;
+    }
+    e.light = sum.rgb / e.samples;
+    e.alpha = sum.a / e.samples;
+    e.depth = moments.x / max(sum.a, 1.0);
+    if (params.denoised != 0u && e.samples < DENOISED_UNTIL) {
+        var filtered: vec4f;
+        var filtered_samples: f32;
+        if (coarse) {
+            filtered = coarse_pixels[index];
+            filtered_samples = coarse_pixels[plane + index].z;
+        } else {
+            filtered = fine_pixels[index];
+            filtered_samples = fine_pixels[plane + index].z;
+        }
         // What started over since it was filtered is another surface's.
-        if (params.denoised != 0u && e.samples >= filtered_samples) {
-            let kept = min(e.samples / DENOISED_UNTIL, 1.0);
+        if (e.samples >= filtered_samples) {
+            let kept = e.samples / DENOISED_UNTIL;
             e.light = mix(filtered.rgb, e.light, kept);
             e.alpha = mix(filtered.a, e.alpha, kept);
         }

@@ -42,6 +42,8 @@ struct Frame {
 }
 
 struct Instance {
+    // Centre, in the world, and squared radius of a sphere around what is kept of the volume.
+    bounds: vec4f,
     // Rows of the affine map to voxel space.
     voxel_from_world: array<vec4f, 3>,
     // Rows of the linear map of directions to patient millimetres; w is unused.

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_renderer::recording::Payload;
 use lumivox_renderer::{
     Background, DisplaySettings, Film, Recording, SceneCache, Step, ToneMap, View, ViewSettings,
@@ -133,4 +134,30 @@ fn empty_scenes_and_impossible_sizes_are_no_accident() {
     test.scene.volumes.clear();
     let film = film(&test, &RenderRequest::new(8, 8, 2));
     assert!((0..64).all(|p| film.alpha(p) == 0.0));
+}
+
+/// Many volumes are asked by their spheres first: a volume that a ray passes by must not be missed where it does not.
+#[test]
+fn many_volumes_are_the_sum_of_few() {
+    let one = scenes::noise();
+    let mut many = scenes::noise();
+    // Copies so far away that hardly a ray meets them, in all directions.
+    let instance = one.scene.volumes[0].clone();
+    many.scene.volumes.clear();
+    for i in 0..40 {
+        let mut copy = instance.clone();
+        if i != 20 {
+            let angle = f64::from(i);
+            let place = DVec3::new(angle.cos(), 0.2 * f64::from(i % 5) - 0.4, angle.sin()) * 40.0;
+            copy.world_from_patient = DAffine3::from_translation(place) * copy.world_from_patient;
+        }
+        many.scene.volumes.push(copy);
+    }
+    // The near one decides where the device's origin is; the image is the same but for rounding.
+    let request = RenderRequest::new(24, 24, 256);
+    let (a, b) = (film(&one, &request), film(&many, &request));
+    let mean = |film: &Film| (0..24 * 24).map(|p| film.alpha(p)).sum::<f64>() / (24.0 * 24.0);
+    let differing = (0..24 * 24).filter(|&p| (a.alpha(p) - b.alpha(p)).abs() > 0.08).count();
+    assert!((mean(&a) - mean(&b)).abs() < 2e-3, "{} and {}", mean(&a), mean(&b));
+    assert!(differing < 12, "{differing} pixels differ");
 }
