@@ -379,3 +379,20 @@ fn the_extended_offset_table_finds_frames() {
     image.write(&path, Syntax::Rle);
     assert_eq!(values(&load(&path).unwrap().volume), [1.0, 2.0, 3.0, 1024.0, 5.0, 6.0]);
 }
+
+#[cfg(unix)]
+#[test]
+fn links_are_followed_and_lead_in_no_circles() {
+    use std::os::unix::fs::symlink;
+    let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    write_phases(elsewhere.path(), 1, 3, |e, _, _| e);
+    std::fs::create_dir(folder.path().join("a")).unwrap();
+    symlink(elsewhere.path(), folder.path().join("a/study")).unwrap();
+    symlink(elsewhere.path(), folder.path().join("again")).unwrap();
+    symlink(folder.path(), folder.path().join("a/up")).unwrap();
+    symlink("/", folder.path().join("a/root")).unwrap();
+    symlink("nowhere", folder.path().join("broken")).unwrap();
+    let imported = load(folder.path()).unwrap();
+    assert_eq!(imported.volume.dims(), [2, 1, 3]);
+    assert_eq!((imported.report.series[0].files, imported.report.skipped.len()), (3, 0));
+}
