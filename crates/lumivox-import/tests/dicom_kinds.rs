@@ -57,7 +57,7 @@ fn write_phases(
 #[test]
 fn phases_are_volumes_of_their_own() {
     type Tell = fn(Elements, usize, usize) -> Elements;
-    let ways: [(&str, Tell); 5] = [
+    let ways: [(&str, Tell); 6] = [
         ("temporal position", |e, phase, _| {
             e.text(TEMPORAL_POSITION_IDENTIFIER, "IS", &(phase + 1).to_string())
         }),
@@ -67,6 +67,11 @@ fn phases_are_volumes_of_their_own() {
         }),
         ("echo", |e, phase, _| e.text(ECHO_NUMBERS, "IS", &(phase + 1).to_string())),
         ("acquisition", |e, phase, _| e.text(ACQUISITION_NUMBER, "IS", &(phase + 1).to_string())),
+        // Siemens' own element, before there was a public one.
+        ("b-value", |e, phase, _| {
+            let e = e.text(0x0019_0010, "LO", "SIEMENS MR HEADER");
+            e.text(0x0019_100C, "IS", &(500 * phase).to_string())
+        }),
         ("b-value", |mut e, phase, _| {
             e.set(0x0018_9087, "FD", Value::Raw(8, (500.0 * phase as f64).to_le_bytes().to_vec()));
             e
