@@ -24,6 +24,7 @@ pub fn options(args: &InputArgs) -> ImportOptions {
     let mut options = ImportOptions::default();
     options.series.clone_from(&args.series);
     options.phase = args.phase.map(|phase| phase as usize);
+    options.leave_gaps = args.leave_gaps;
     options.raw.clone_from(&args.raw);
     options
 }

@@ -13,7 +13,7 @@ fn main() -> Result<(), ImportError> {
     let (mut scanned, mut loaded) = (f64::INFINITY, f64::INFINITY);
     for _ in 0..rounds {
         let start = Instant::now();
-        let mut study = Study::open(&[path.clone()], &options, Progress::SILENT, &cancel)?;
+        let mut study = Study::open(std::slice::from_ref(&path), &options, Progress::SILENT, &cancel)?;
         scanned = scanned.min(start.elapsed().as_secs_f64());
         let dims = study.load(&options, Progress::SILENT, &cancel)?.volume.dims();
         loaded = loaded.min(start.elapsed().as_secs_f64());

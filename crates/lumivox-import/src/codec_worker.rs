@@ -44,6 +44,8 @@ impl CodecWorker {
 static WORKER: Mutex<Option<CodecWorker>> = Mutex::new(None);
 
 /// Names the program that decodes JPEG-LS and JPEG 2000 from now on, for the whole process; `None` decodes them here.
+///
+/// On Unix the process has to ignore SIGPIPE, as Rust programs do, since a worker may die while it is written to.
 pub fn set_codec_worker(worker: Option<CodecWorker>) {
     *lock(&WORKER) = worker;
 }

@@ -44,6 +44,9 @@ pub struct ImportOptions {
     pub series: Option<String>,
     /// Which phase of a series with several, counted from 1; `None` takes the first that is whole.
     pub phase: Option<usize>,
+    /// Whether slices that are missing or damaged stay empty: air in a CT, else the lowest value. By default they are
+    /// filled in from both neighbours' values; either way the report says how many.
+    pub leave_gaps: bool,
     /// What the bytes of a file mean that no other reader knows.
     pub raw: Option<RawDescription>,
 }

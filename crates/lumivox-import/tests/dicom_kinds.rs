@@ -57,7 +57,7 @@ fn write_phases(
 #[test]
 fn phases_are_volumes_of_their_own() {
     type Tell = fn(Elements, usize, usize) -> Elements;
-    let ways: [(&str, Tell); 5] = [
+    let ways: [(&str, Tell); 6] = [
         ("temporal position", |e, phase, _| {
             e.text(TEMPORAL_POSITION_IDENTIFIER, "IS", &(phase + 1).to_string())
         }),
@@ -67,6 +67,11 @@ fn phases_are_volumes_of_their_own() {
         }),
         ("echo", |e, phase, _| e.text(ECHO_NUMBERS, "IS", &(phase + 1).to_string())),
         ("acquisition", |e, phase, _| e.text(ACQUISITION_NUMBER, "IS", &(phase + 1).to_string())),
+        // Siemens' own element, before there was a public one.
+        ("b-value", |e, phase, _| {
+            let e = e.text(0x0019_0010, "LO", "SIEMENS MR HEADER");
+            e.text(0x0019_100C, "IS", &(500 * phase).to_string())
+        }),
         ("b-value", |mut e, phase, _| {
             e.set(0x0018_9087, "FD", Value::Raw(8, (500.0 * phase as f64).to_le_bytes().to_vec()));
             e
@@ -378,4 +383,21 @@ fn the_extended_offset_table_finds_frames() {
     let path = folder.path().join("image.dcm");
     image.write(&path, Syntax::Rle);
     assert_eq!(values(&load(&path).unwrap().volume), [1.0, 2.0, 3.0, 1024.0, 5.0, 6.0]);
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_followed_and_lead_in_no_circles() {
+    use std::os::unix::fs::symlink;
+    let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    write_phases(elsewhere.path(), 1, 3, |e, _, _| e);
+    std::fs::create_dir(folder.path().join("a")).unwrap();
+    symlink(elsewhere.path(), folder.path().join("a/study")).unwrap();
+    symlink(elsewhere.path(), folder.path().join("again")).unwrap();
+    symlink(folder.path(), folder.path().join("a/up")).unwrap();
+    symlink("/", folder.path().join("a/root")).unwrap();
+    symlink("nowhere", folder.path().join("broken")).unwrap();
+    let imported = load(folder.path()).unwrap();
+    assert_eq!(imported.volume.dims(), [2, 1, 3]);
+    assert_eq!((imported.report.series[0].files, imported.report.skipped.len()), (3, 0));
 }

@@ -166,6 +166,17 @@ fn missing_slices_are_filled_in() {
     assert_eq!(imported.volume.dims(), [5, 4, 6]);
     assert_field(&imported.volume, 0.0);
     assert_eq!(imported.report.notes, ["1 of 6 slices is missing; filled in from the neighbours' values"]);
+
+    // Or left empty, where nothing may be made up.
+    let folder = tempfile::tempdir().unwrap();
+    Series::axial(heights(&[0.0, 2.0, 4.0, 8.0, 10.0])).write(folder.path());
+    let mut options = ImportOptions::default();
+    options.leave_gaps = true;
+    let paths = [folder.path().to_owned()];
+    let imported = lumivox_import::load(&paths, &options, Progress::SILENT, &CancelToken::new()).unwrap();
+    assert_eq!(imported.report.notes, ["1 of 6 slices is missing; left empty"]);
+    assert_eq!(imported.volume.value([2, 1, 3]), -1000.0);
+    assert_eq!(imported.volume.value([0, 0, 4]), field(DVec3::new(-10.0, 20.0, 8.0)));
 }
 
 #[test]

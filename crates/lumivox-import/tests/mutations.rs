@@ -1,5 +1,6 @@
 //! Damaged files by the thousand: whatever is changed in a file, the result is a volume or an error in words, soon, in
 //! bounded memory and without a word about the patient.
+//! A round that fails is repeated with `LUMIVOX_FIRST=N LUMIVOX_MUTATIONS=1`; `LUMIVOX_KEEP=FILE` writes its file.
 //!
 //! `LUMIVOX_MUTATIONS=5000000 cargo test --release -p lumivox-import --test mutations -- --nocapture` runs more of them.
 
@@ -237,6 +238,11 @@ fn damaged_files_are_read_or_refused() {
         let mut bytes = seed.clone();
         mutate(&mut bytes, &mut random);
         std::fs::write(&path, &bytes).unwrap();
+        if rounds == 1
+            && let Some(kept) = std::env::var_os("LUMIVOX_KEEP")
+        {
+            std::fs::write(kept, &bytes).unwrap();
+        }
         let start = Instant::now();
         let result = std::panic::catch_unwind(|| {
             let mut study = Study::open(&paths, &options, Progress::SILENT, &cancel)?;
@@ -273,6 +279,24 @@ fn damaged_files_are_read_or_refused() {
         let kib: u64 = line.split_whitespace().nth(1).unwrap().parse().unwrap();
         assert!(kib < 600 << 10, "peak {} MiB", kib >> 10);
     }
+}
+
+/// Found among damaged files: a JPEG-LS scan that ends without a marker kept its decoder busy for ten seconds.
+#[test]
+fn a_jpeg_ls_scan_without_an_end_is_refused_at_once() {
+    const STREAM: [u8; 33] = [
+        0xFF, 0xD8, 0xFF, 0xF7, 0, 11, 8, 0, 4, 0, 4, 1, 0, 0x11, 0, 0xFF, 0xDA, 0, 8, 1, 1, 0, 0, 0, 0,
+        0xAD, 0xA4, 0xD3, 0x7F, 0, 0, 0, 0xD9,
+    ];
+    let mut image =
+        image("MR", 4, 4, vec![]).short(BITS_ALLOCATED, 8).short(BITS_STORED, 8).short(HIGH_BIT, 7);
+    image.set(PIXEL_DATA, "OB", Value::Fragments(vec![STREAM.to_vec()]));
+    let file = tempfile::NamedTempFile::new().unwrap();
+    image.write(file.path(), Syntax::JpegLs);
+    let start = Instant::now();
+    let result = common::load(file.path());
+    assert!(result.is_err_and(|error| error.to_string().contains("damaged JPEG-LS")));
+    assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());
 }
 
 /// Writes the undamaged files where `cargo fuzz` looks for them; only if asked to.

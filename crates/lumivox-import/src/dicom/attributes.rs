@@ -51,6 +51,7 @@ attributes! { VALUES:
     CONVOLUTION_KERNEL = "ConvolutionKernel" 0x0018_1210;
     EFFECTIVE_ECHO_TIME = "EffectiveEchoTime" 0x0018_9082;
     DIFFUSION_B_VALUE = "DiffusionBValue" 0x0018_9087;
+    SIEMENS_CREATOR = "PrivateCreator" 0x0019_0010;
     SIEMENS_B_VALUE = "B_value" 0x0019_100C;
     IMAGER_PIXEL_SPACING = "ImagerPixelSpacing" 0x0018_1164;
     SERIES_INSTANCE_UID = "SeriesInstanceUID" 0x0020_000E;

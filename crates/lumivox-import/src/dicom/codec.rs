@@ -281,8 +281,10 @@ fn jpeg(stream: &[u8], format: &FrameShape) -> Result<Decoded, CodecFault> {
 fn jpeg_ls(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
     let info = jpeg_info(stream).ok_or("has a JPEG-LS stream without a frame header")?;
     info.check(format)?;
+    // CharLS 2.4.5 reads on for seconds where a scan ends without a marker: it always meets one.
+    let ended = [stream, &[0xFF, 0xD9]].concat();
     let samples = charls::CharLS::default()
-        .decode(stream)
+        .decode(&ended)
         .map_err(|e| format!("has a damaged JPEG-LS stream ({e})"))?;
     if info.precision <= 8 {
         Ok(Decoded { samples, bytes: 1 })

@@ -226,7 +226,10 @@ fn phase_key(scope: &FrameScope<'_>) -> PhaseKey {
     let b_value = scope
         .find(attr::MR_DIFFUSION_SEQUENCE, attr::DIFFUSION_B_VALUE)
         .float(attr::DIFFUSION_B_VALUE)
-        .or_else(|| decimal(attr::SIEMENS_B_VALUE));
+        .or_else(|| {
+            let is_siemens = data.text(attr::SIEMENS_CREATOR).as_deref() == Some("SIEMENS MR HEADER");
+            is_siemens.then(|| decimal(attr::SIEMENS_B_VALUE)).flatten()
+        });
     let echo_time = scope
         .find(attr::MR_ECHO_SEQUENCE, attr::EFFECTIVE_ECHO_TIME)
         .float(attr::EFFECTIVE_ECHO_TIME)

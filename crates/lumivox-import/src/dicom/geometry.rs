@@ -15,6 +15,9 @@ const APART: f64 = 16.0;
 /// A smaller tilt is rounding.
 const LEAST_TILT_DEGREES: f64 = 0.5;
 
+/// What a note says of slices in a gap.
+pub(crate) const FILLED_IN: &str = "filled in from the neighbours' values";
+
 /// The common plane of a stack of slices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plane {
@@ -74,6 +77,8 @@ pub(crate) struct Grid {
     /// For each slice of the grid, a given slice and how far it is (0 up to 1) towards the next given one; `None` if
     /// the given slices are the grid.
     pub(crate) sources: Option<Vec<(usize, f64)>>,
+    /// Whether all that is not given is missing: the given slices themselves lie on the grid.
+    pub(crate) has_gaps: bool,
     /// Sentences about what was found and done.
     pub(crate) notes: Vec<String>,
 }
@@ -88,6 +93,7 @@ pub(crate) fn even_grid(plane: &Plane, places: &[DVec3], most_slices: usize) -> 
     let mut notes = Vec::new();
 
     let (slices, sources) = spread(&depths, most_slices, &mut notes);
+    let has_gaps = notes.iter().any(|note| note.ends_with(FILLED_IN));
     let step = if slices > 1 { (last - first) / (slices - 1) as f64 } else { normal * plane.thickness_mm };
     if places.len() > 1 {
         note_tilt(step, normal, &mut notes);
@@ -105,7 +111,7 @@ pub(crate) fn even_grid(plane: &Plane, places: &[DVec3], most_slices: usize) -> 
         plane.column_direction * plane.spacing_mm.y,
         step,
     );
-    Grid { patient_from_voxel: DAffine3 { matrix3: matrix, translation: first }, sources, notes }
+    Grid { patient_from_voxel: DAffine3 { matrix3: matrix, translation: first }, sources, has_gaps, notes }
 }
 
 fn note_tilt(step: DVec3, normal: DVec3, notes: &mut Vec<String>) {
@@ -134,9 +140,7 @@ fn spread(depths: &[f64], most_slices: usize, notes: &mut Vec<String>) -> (usize
         if total <= most_slices && is_even(depths, &places) {
             let missing = total - n;
             let verb = if missing == 1 { "is" } else { "are" };
-            notes.push(format!(
-                "{missing} of {total} slices {verb} missing; filled in from the neighbours' values"
-            ));
+            notes.push(format!("{missing} of {total} slices {verb} missing; {FILLED_IN}"));
             let sources = places.windows(2).enumerate().flat_map(|(k, pair)| {
                 let length = pair[1] - pair[0];
                 (0..length).map(move |i| (k, i as f64 / length as f64))

@@ -189,7 +189,15 @@ impl Study {
         if let Some(sources) = grid.sources {
             depth = sources.len();
             voxels = if is_labels {
-                segmentation::spread(&voxels, slice_len, &sources)
+                resample::leave_gaps(&voxels, slice_len, &sources, 0.0)
+            } else if options.leave_gaps && grid.has_gaps {
+                notes.iter_mut().for_each(|note| *note = note.replace(geometry::FILLED_IN, "left empty"));
+                let [slope, intercept] = decoded.rescale;
+                let lowest = match stack.first(files).modality {
+                    Modality::Ct => (pixels::AIR_HU - intercept) / slope,
+                    _ => (0..voxels.len()).map(|i| voxels.get(i)).reduce(f64::min).unwrap_or(0.0),
+                };
+                resample::leave_gaps(&voxels, slice_len, &sources, lowest)
             } else {
                 resample::interpolate(&voxels, slice_len, &sources, cancel)?
             };

@@ -21,7 +21,7 @@ use super::{
 use crate::{ImportError, codec_worker::Codecs};
 
 /// What CT padding becomes: air.
-const AIR_HU: f64 = -1000.0;
+pub(crate) const AIR_HU: f64 = -1000.0;
 /// No volume is larger; a file that says so is wrong.
 const LARGEST_VOLUME: usize = 32 << 30;
 

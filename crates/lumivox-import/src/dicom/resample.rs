@@ -21,6 +21,25 @@ pub(crate) fn keep_slices(voxels: Voxels, frame_len: usize, keep: &[bool]) -> Vo
     }
 }
 
+/// Makes one slice for each of `sources`: a slice of `voxels`, or nothing but the sample nearest to `empty` where none
+/// was given.
+pub(crate) fn leave_gaps(voxels: &Voxels, frame_len: usize, sources: &[(usize, f64)], empty: f64) -> Voxels {
+    fn pick<T: Copy>(samples: &[T], len: usize, sources: &[(usize, f64)], empty: T) -> Vec<T> {
+        let mut out = vec![empty; len * sources.len()];
+        for (out, &(slice, part)) in out.chunks_exact_mut(len).zip(sources) {
+            if part == 0.0 {
+                out.copy_from_slice(&samples[slice * len..][..len]);
+            }
+        }
+        out
+    }
+    match voxels {
+        Voxels::U8(samples) => Voxels::U8(pick(samples, frame_len, sources, empty.round() as u8)),
+        Voxels::U16(samples) => Voxels::U16(pick(samples, frame_len, sources, empty.round() as u16)),
+        Voxels::F32(samples) => Voxels::F32(pick(samples, frame_len, sources, empty as f32)),
+    }
+}
+
 /// Makes one slice for each of `sources`: a slice of `voxels` and the part of the way to the next one.
 ///
 /// # Errors

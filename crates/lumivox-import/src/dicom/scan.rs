@@ -1,6 +1,7 @@
 //! Finds files and reads their headers.
 
 use std::{
+    collections::HashSet,
     fs,
     path::{Path, PathBuf},
     sync::atomic::{AtomicU64, Ordering},
@@ -128,11 +129,13 @@ fn add(path: &Path, sources: &mut Vec<Source>, rejected: &mut Vec<Rejected>) -> 
     Ok(())
 }
 
-/// All files in a folder and the folders in it, in the order of their paths. Links to folders are not followed, since
-/// they may lead in circles.
+/// All files in a folder and the folders in it, in the order of their paths. Links to folders are followed, but to each
+/// folder once, and to none that this one lies in.
 pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Vec<PathBuf>, ImportError> {
     let mut files = Vec::new();
     let mut folders = vec![(folder.to_owned(), 0)];
+    let root = fs::canonicalize(folder).map_err(ImportError::io(folder))?;
+    let mut seen = HashSet::from([root.clone()]);
     while let Some((folder, depth)) = folders.pop() {
         let entries = match fs::read_dir(&folder) {
             // A folder within that is closed to the user is no reason to give up on the rest.
@@ -147,8 +150,9 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Vec<Pat
             }
             let path = entry.path();
             let kind = entry.file_type().map_err(ImportError::io(&path))?;
-            if kind.is_dir() {
-                if depth < DEEPEST_FOLDER {
+            if kind.is_dir() || (kind.is_symlink() && path.is_dir()) {
+                let Ok(real) = fs::canonicalize(&path) else { continue };
+                if depth < DEEPEST_FOLDER && !root.starts_with(&real) && seen.insert(real) {
                     folders.push((path, depth + 1));
                 }
             } else if kind.is_file() || path.is_file() {

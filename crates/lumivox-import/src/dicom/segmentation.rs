@@ -111,30 +111,13 @@ pub(crate) fn grid(plane: &Plane, stack_grid: Grid, depths: &[f64], most_slices:
     Grid {
         patient_from_voxel: DAffine3 { matrix3: matrix, ..stack_grid.patient_from_voxel },
         sources: Some(sources),
+        has_gaps: true,
         notes: vec![format!("{empty} of {slices} slices {verb} no segment")],
     }
 }
 
-/// In place of the part of the way to the next slice: this slice is empty.
+/// In place of the part of the way to the next slice: this slice is empty, see [`super::resample::leave_gaps`].
 const EMPTY: f64 = 0.5;
-
-/// Labels on their grid: never interpolated, and nothing where nothing was said.
-pub(crate) fn spread(voxels: &Voxels, slice_len: usize, sources: &[(usize, f64)]) -> Voxels {
-    fn pick<T: Copy + Default>(samples: &[T], len: usize, sources: &[(usize, f64)]) -> Vec<T> {
-        let mut out = vec![T::default(); len * sources.len()];
-        for (out, &(slice, part)) in out.chunks_exact_mut(len).zip(sources) {
-            if part == 0.0 {
-                out.copy_from_slice(&samples[slice * len..][..len]);
-            }
-        }
-        out
-    }
-    match voxels {
-        Voxels::U8(samples) => Voxels::U8(pick(samples, slice_len, sources)),
-        Voxels::U16(samples) => Voxels::U16(pick(samples, slice_len, sources)),
-        Voxels::F32(samples) => Voxels::F32(pick(samples, slice_len, sources)),
-    }
-}
 
 /// Reads the labels of `stack`, whose frames are of one file.
 ///
