@@ -3,8 +3,8 @@
 GODOT_MINIMUM=4.5
 
 # Debian packages that make up a private Godot where the system has none: the engine, and the drivers that go with its
-# C library (on a machine without a GPU, Vulkan in software).
-GODOT_PACKAGES="godot mesa-vulkan-drivers libvulkan1"
+# C library (on a machine without a GPU, Vulkan in software), and Monado, which simulates the headset of the tests.
+GODOT_PACKAGES="godot mesa-vulkan-drivers libvulkan1 monado-service libopenxr1-monado"
 
 # Whether the program $1 is a Godot of at least GODOT_MINIMUM.
 godot_is_new_enough() {
@@ -16,7 +16,7 @@ godot_is_new_enough() {
     [ "$oldest" = "$GODOT_MINIMUM" ]
 }
 
-# Sets and exports GODOT: the one that is asked for, one from PATH, or a private one from Debian.
+# Sets and exports GODOT: the one that is asked for, one from PATH, or a private one from Debian, which comes with MONADO.
 need_godot() {
     local candidate
     if [ -n "${GODOT:-}" ]; then
@@ -34,14 +34,15 @@ need_godot() {
     local folder=${CARGO_TARGET_DIR:-target}/godot-engine
     case $folder in /*) ;; *) folder=$PWD/$folder ;; esac
     GODOT=$folder/godot
-    export GODOT
-    [ -x "$GODOT" ] && godot_is_new_enough "$GODOT" && return 0
+    MONADO=${MONADO:-$folder/monado-service}
+    export GODOT MONADO
+    [ -x "$GODOT" ] && [ -x "$MONADO" ] && godot_is_new_enough "$GODOT" && return 0
     local help="Install Godot $GODOT_MINIMUM or newer from https://godotengine.org/download and put it on the PATH as 'godot', or name it:
     GODOT=/path/to/godot $0"
     [ "$(uname -s) $(uname -m)" = "Linux x86_64" ] && command -v apt-get >/dev/null 2>&1 &&
         command -v dpkg-deb >/dev/null 2>&1 && [ -e /usr/share/keyrings/debian-archive-keyring.gpg ] ||
         die "There is no Godot $GODOT_MINIMUM on the PATH. $help"
-    say "No Godot $GODOT_MINIMUM on the PATH: fetching one from Debian into $folder (180 MB, nothing is installed)"
+    say "No Godot $GODOT_MINIMUM on the PATH: fetching one from Debian into $folder (270 MB, nothing is installed)"
     fetch_godot "$folder" || die "Godot could not be fetched (see $folder/log). $help"
     godot_is_new_enough "$GODOT" || die "The Godot from Debian does not run here (see $folder/log). $help"
 }
@@ -71,14 +72,15 @@ CONF
     {
         apt-get update -q
         # shellcheck disable=SC2086
-        apt-get install -y -q --download-only $GODOT_PACKAGES ${GODOT_MORE_PACKAGES:-}
+        apt-get install -y -q --download-only $GODOT_PACKAGES
         for package in archives/*.deb; do dpkg-deb -x "$package" root; done
     } >log 2>&1 </dev/null
     rm -rf archives lists ./*pkgcache.bin
     # Its own loader and libraries first, so that the system's age does not matter; the system's come last, for its
     # GPU's driver.
-    cat >godot <<'RUN'
+    cat >run <<'RUN'
 #!/bin/sh
+# Runs the program that this is linked as.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$here/root
 libraries=$root/usr/lib/x86_64-linux-gnu
@@ -87,9 +89,15 @@ for device in /dev/dri/renderD* /dev/nvidia0; do [ ! -e "$device" ] || gpu=1; do
 [ -n "$gpu$VK_DRIVER_FILES" ] || export VK_DRIVER_FILES="$root/usr/share/vulkan/icd.d/lvp_icd.json"
 [ -n "$XDG_RUNTIME_DIR" ] || export NODEVICE_SELECT=1
 exec "$root/usr/lib64/ld-linux-x86-64.so.2" --library-path \
-    "$libraries:$libraries/pulseaudio:/usr/lib/x86_64-linux-gnu:/usr/local/lib:/usr/lib64" "$root/usr/bin/godot" "$@"
+    "$libraries:$libraries/pulseaudio:$libraries/blas:$libraries/lapack:$root/usr/lib:/usr/lib/x86_64-linux-gnu:/usr/local/lib:/usr/lib64" \
+    "$root/usr/bin/$(basename "$0")" "$@"
 RUN
-    chmod +x godot
+    chmod +x run
+    ln -s run godot
+    runtime=root/usr/lib/x86_64-linux-gnu/libopenxr_monado.so
+    ln -s run monado-service
+    printf '{"file_format_version": "1.0.0", "runtime": {"name": "Monado", "library_path": "%s"}}\n' \
+        "$PWD/$runtime" >openxr_monado.json
 )
 
 # Builds the extension and puts it where the project $1 looks for it.

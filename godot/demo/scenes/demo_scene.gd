@@ -1,6 +1,8 @@
 extends Node3D
 ## A scene of the demo: when the phantom is there the panel shows it, and the camera frames it if asked to.
 
+const Screenshot := preload("res://scenes/demo_screenshot.gd")
+
 ## What is waited for.
 @export var source: PhantomSource
 ## Shows the volume that was grown.
@@ -11,6 +13,9 @@ extends Node3D
 
 func _ready() -> void:
 	source.grown.connect(_on_grown)
+	var screenshot := Screenshot.from_command_line()
+	if screenshot != null:
+		source.grown.connect(func(_volume: LumivoxVolume) -> void: add_child(screenshot))
 	if panel != null and camera != null:
 		panel.volume_opened.connect(_on_opened)
 

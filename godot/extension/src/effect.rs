@@ -11,6 +11,8 @@ use crate::render::{self, Settings};
 ///
 /// While the camera moves the image is coarse and answers at once; at rest it converges to
 /// [member target_samples] per pixel, as much in each frame as fits into [member frame_budget_ms].
+///
+/// Volumes follow the exposure of the scene's [CameraAttributes] as its lights and sky do, and [member exposure] besides.
 #[derive(GodotClass)]
 #[class(tool, base = CompositorEffect)]
 pub struct LumivoxEffect {
@@ -30,6 +32,10 @@ pub struct LumivoxEffect {
     /// Writes the depth of volumes, so that transparent materials, fog and later effects see them.
     #[export]
     write_depth: bool,
+    /// Filters the noise out of the image while it converges. What is shown is biased (softer than the truth) until a
+    /// pixel has 256 samples; the samples themselves never are.
+    #[export]
+    denoise: bool,
     /// What lights the volumes besides the scene's lights. Scene: the environment of the world or the camera. Studio:
     /// Lumivox' own studio light, whatever the scene's is.
     #[export(enum = (Scene, Studio))]
@@ -50,6 +56,7 @@ impl ICompositorEffect for LumivoxEffect {
             frame_budget_ms: 8.0,
             resolution_scale: 1.0,
             write_depth: true,
+            denoise: false,
             environment_source: 0,
             base,
         }
@@ -63,6 +70,7 @@ impl ICompositorEffect for LumivoxEffect {
             budget_milliseconds: self.frame_budget_ms.clamp(0.1, 10_000.0),
             resolution_scale: self.resolution_scale,
             write_depth: self.write_depth,
+            denoise: self.denoise,
         };
         render::draw(settings, &data);
     }

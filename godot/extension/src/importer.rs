@@ -2,13 +2,16 @@
 
 use std::cell::RefCell;
 use std::path::PathBuf;
+use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 
+use godot::classes::Image;
+use godot::classes::image::Format;
 use godot::global::Error;
 use godot::prelude::*;
 use lumivox_core::{CancelToken, Progress, Stage};
-use lumivox_import::{ImportError, ImportOptions, Imported};
+use lumivox_import::{ImportError, ImportOptions, Imported, RawDescription, Study};
 
 use crate::convert;
 use crate::resources::{LumivoxVolume, Options, import_options, report_dictionary};
@@ -21,26 +24,42 @@ thread_local! {
 /// What the thread tells.
 enum Event {
     Progress(Stage, u64, u64),
-    Ended(Result<Box<Imported>, ImportError>),
+    Ended(Result<Outcome, ImportError>),
 }
 
-/// What is done with a scan that was read.
-#[derive(Clone, Copy, PartialEq)]
-enum Purpose {
+/// What a thread has found: the files whose headers it has read, or a volume of them.
+enum Outcome {
+    Scanned(Box<Study>),
+    /// With the study that it came from, if there was one.
+    Imported(Box<Imported>, Option<Box<Study>>),
+}
+
+/// What is done with files.
+enum Task {
+    /// Their headers are read.
     Scan,
-    Import,
+    /// A volume is loaded from them; from a study of them, if there is one.
+    Import(Option<Box<Study>>),
 }
 
 struct Job {
-    purpose: Purpose,
-    paths: Vec<PathBuf>,
+    source: Source,
     cancel: CancelToken,
     events: Receiver<Event>,
     thread: JoinHandle<()>,
 }
 
+/// What a study was read from.
+#[derive(Clone, PartialEq)]
+struct Source {
+    paths: Vec<PathBuf>,
+    /// What was said of a RAW file.
+    raw: Option<RawDescription>,
+}
+
 /// Loads scans without holding up the editor or the game: DICOM files, folders and zip archives, NIfTI, NRRD,
-/// MetaImage and RAW. Signals arrive on the main thread.
+/// MetaImage and RAW. Signals arrive on the main thread. Compressed slices are decoded in this process: a library
+/// inside an engine has no program of its own to hand them to.
 ///
 /// [codeblock]
 /// var importer := LumivoxImporter.new()
@@ -52,8 +71,8 @@ struct Job {
 #[class(tool, init, base = RefCounted)]
 pub struct LumivoxImporter {
     job: Option<Job>,
-    /// What the last scan read, so that starting it does not read it again.
-    scanned: Option<(Vec<PathBuf>, Box<Imported>)>,
+    /// What was read last, so that it is not read again.
+    study: Option<(Source, Box<Study>)>,
     base: Base<RefCounted>,
 }
 
@@ -79,12 +98,31 @@ impl LumivoxImporter {
     #[signal]
     pub fn cancelled();
 
-    /// Finds out what [param paths] hold and emits [signal scanned]. A [method start] of the same paths afterwards
-    /// is quicker. Paths may begin with [code]res://[/code] or [code]user://[/code]. Returns [constant ERR_BUSY] while
-    /// something is under way.
+    /// Finds out what [param paths] hold, from the headers of DICOM files alone, and emits [signal scanned]. A
+    /// [method start] of the same paths afterwards does not read the headers again. Paths may begin with
+    /// [code]res://[/code] or [code]user://[/code]. [param options] are those of [method start]; only
+    /// [code]raw[/code] matters here. Returns [constant ERR_BUSY] while something is under way, and
+    /// [constant ERR_INVALID_PARAMETER] if the options cannot be understood.
     #[func]
-    pub fn scan(&mut self, paths: PackedStringArray) -> Error {
-        self.launch(Purpose::Scan, &paths, ImportOptions::default())
+    pub fn scan(
+        &mut self,
+        paths: PackedStringArray,
+        #[opt(default = &Options::none())] options: Options,
+    ) -> Error {
+        self.launch(Task::Scan, &paths, &options)
+    }
+
+    /// The middle slice of a series that [method scan] has found, as a grey image of at most [param size] pixels along
+    /// a side; [param series] is its place in the report, from 0. Decodes one slice, and waits for it. [code]null[/code]
+    /// before [signal scanned], while an import is under way, and if the slice cannot be decoded.
+    #[func]
+    pub fn thumbnail(&self, series: i64, #[opt(default = 128)] size: i64) -> Option<Gd<Image>> {
+        let (_, study) = self.study.as_ref()?;
+        let series = usize::try_from(series).ok().filter(|&i| i < study.report().series.len())?;
+        let size = size.clamp(1, 4096) as usize;
+        let picture = study.thumbnail(series, size, &CancelToken::new()).ok()?;
+        let (width, height) = (picture.width as i32, picture.height as i32);
+        Image::create_from_data(width, height, false, Format::L8, &PackedByteArray::from(picture.grey))
     }
 
     /// Loads the scan in [param paths] (one file, one folder, one archive, or several DICOM files) and emits
@@ -97,13 +135,7 @@ impl LumivoxImporter {
         paths: PackedStringArray,
         #[opt(default = &Options::none())] options: Options,
     ) -> Error {
-        match import_options(&options.0) {
-            Ok(options) => self.launch(Purpose::Import, &paths, options),
-            Err(message) => {
-                godot_error!("{message}");
-                Error::ERR_INVALID_PARAMETER
-            }
-        }
+        self.launch(Task::Import(None), &paths, &options)
     }
 
     /// Stops what is under way; [signal cancelled] follows.
@@ -122,31 +154,36 @@ impl LumivoxImporter {
 }
 
 impl LumivoxImporter {
-    fn launch(&mut self, purpose: Purpose, paths: &PackedStringArray, options: ImportOptions) -> Error {
+    fn launch(&mut self, mut task: Task, paths: &PackedStringArray, options: &Options) -> Error {
         if self.job.is_some() {
             return Error::ERR_BUSY;
         }
+        let options = match import_options(&options.0) {
+            Ok(options) => options,
+            Err(message) => {
+                godot_error!("{message}");
+                return Error::ERR_INVALID_PARAMETER;
+            }
+        };
         if paths.is_empty() {
             return Error::ERR_INVALID_PARAMETER;
         }
-        let paths: Vec<PathBuf> = paths.as_slice().iter().map(convert::system_path).collect();
-        let ready = self.scanned.take().filter(|(scanned, _)| {
-            purpose == Purpose::Import
-                && *scanned == paths
-                && options.series.is_none()
-                && options.raw.is_none()
-        });
+        let paths = paths.as_slice().iter().map(convert::system_path).collect();
+        let source = Source { paths, raw: options.raw.clone() };
+        let known = self.study.take().filter(|(known, _)| *known == source);
+        if let (Task::Import(study), Some((_, known))) = (&mut task, known) {
+            *study = Some(known);
+        }
         let (send, events) = channel();
         let cancel = CancelToken::new();
         let spawned = {
-            let (paths, cancel) = (paths.clone(), cancel.clone());
-            std::thread::Builder::new().name("lumivox import".to_owned()).spawn(move || match ready {
-                Some((_, imported)) => tell(&send, Event::Ended(Ok(imported))),
-                None => read(&paths, &options, &cancel, &send),
-            })
+            let (source, cancel) = (source.clone(), cancel.clone());
+            std::thread::Builder::new()
+                .name("lumivox import".to_owned())
+                .spawn(move || run(task, &source.paths, &options, &cancel, &send))
         };
         let Ok(thread) = spawned else { return Error::ERR_CANT_FORK };
-        self.job = Some(Job { purpose, paths, cancel, events, thread });
+        self.job = Some(Job { source, cancel, events, thread });
         let this = self.to_gd();
         RUNNING.with_borrow_mut(|running| running.push(this));
         Error::OK
@@ -181,12 +218,15 @@ impl LumivoxImporter {
         match result {
             _ if job.cancel.is_cancelled() => this.signals().cancelled().emit(),
             Err(error) => this.signals().failed().emit(&GString::from(&error.to_string())),
-            Ok(imported) if job.purpose == Purpose::Scan => {
-                let report = report_dictionary(&imported.report);
-                this.bind_mut().scanned = Some((job.paths, imported));
+            Ok(Outcome::Scanned(study)) => {
+                let report = report_dictionary(study.report());
+                this.bind_mut().study = Some((job.source, study));
                 this.signals().scanned().emit(&report);
             }
-            Ok(imported) => this.signals().finished().emit(&LumivoxVolume::imported(*imported)),
+            Ok(Outcome::Imported(imported, study)) => {
+                this.bind_mut().study = study.map(|study| (job.source, study));
+                this.signals().finished().emit(&LumivoxVolume::imported(*imported));
+            }
         }
         true
     }
@@ -212,16 +252,30 @@ pub fn stop_all() {
     }
 }
 
-fn read(paths: &[PathBuf], options: &ImportOptions, cancel: &CancelToken, send: &Sender<Event>) {
-    let sender = std::sync::Mutex::new(send.clone());
+fn run(task: Task, paths: &[PathBuf], options: &ImportOptions, cancel: &CancelToken, send: &Sender<Event>) {
+    let sender = Mutex::new(send.clone());
     let report = |stage, done, total| {
         // Whoever cannot have the lock at once lets another tell.
         if let Ok(sender) = sender.try_lock() {
             tell(&sender, Event::Progress(stage, done, total));
         }
     };
-    let result = lumivox_import::load(paths, options, Progress::new(&report), cancel);
-    tell(send, Event::Ended(result.map(Box::new)));
+    let progress = Progress::new(&report);
+    let work = || match task {
+        Task::Scan => {
+            let study = Study::open(paths, options, progress, cancel)?;
+            Ok(Outcome::Scanned(Box::new(study)))
+        }
+        Task::Import(None) => {
+            let imported = lumivox_import::load(paths, options, progress, cancel)?;
+            Ok(Outcome::Imported(Box::new(imported), None))
+        }
+        Task::Import(Some(mut study)) => {
+            let imported = study.load(options, progress, cancel)?;
+            Ok(Outcome::Imported(Box::new(imported), Some(study)))
+        }
+    };
+    tell(send, Event::Ended(work()));
 }
 
 /// Nobody listens any more where the importer was stopped.

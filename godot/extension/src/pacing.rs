@@ -1,59 +1,128 @@
 //! How many samples fit into a frame's budget, learnt from what earlier frames took.
+//!
+//! A GPU tells frames later what a frame took, its times are noisy, and what a sample costs may change by a factor of
+//! ten from one frame to the next. So the pace follows the cost per sample, which does not depend on how many were
+//! asked for, rather than the time, which does and would make it swing.
 
 use std::collections::VecDeque;
 
 /// Pixel samples of the first frame, when nothing is known of the GPU.
-const FIRST_GUESS: f64 = 65_536.0;
+const FIRST_BUDGET: f64 = 32_768.0;
+
+/// Pixel samples that are asked for however slow the GPU is: an image has to get done.
+const LEAST_BUDGET: f64 = 4096.0;
+
+/// Most that a budget grows from one measured frame to the next.
+const GROWTH: f64 = 1.5;
+
+/// Frames with a smaller share of what was granted tell nothing of the cost of samples.
+const TELLING_SHARE: f64 = 0.25;
+
+/// Weight of a new cost in the mean, if it is above: a frame too long is seen.
+const WEIGHT_OF_MORE: f64 = 0.4;
+
+/// And if it is below: one too short is not seen, and after the empty rows of an image come others.
+const WEIGHT_OF_LESS: f64 = 0.1;
+
+/// A cost so many times the mean is no noise: the mean jumps.
+const JUMP: f64 = 2.5;
 
 /// Frames whose times may still come.
 const MEMORY: usize = 16;
 
+/// What a frame traces; samples of one kind tell little of what the other's cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pass {
+    /// A new image, coarse if need be.
+    Moving,
+    /// More samples of the image before.
+    Still,
+}
+
 /// The pace of one view.
 #[derive(Debug)]
 pub struct Pacer {
-    /// Pixel samples that fit into a millisecond.
-    per_millisecond: Option<f64>,
-    /// Frames whose time is not known yet: serial number, pixel samples.
-    under_way: VecDeque<(u64, u64)>,
+    paces: [Pace; 2],
+    /// Frames whose time is not known yet.
+    under_way: VecDeque<Frame>,
     milliseconds: f64,
+}
+
+/// What is known of one kind of pass.
+#[derive(Clone, Copy, Debug)]
+struct Pace {
+    /// Pixel samples that are granted at most.
+    budget: f64,
+    /// Milliseconds that a pixel sample takes.
+    cost: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    serial: u64,
+    pass: Pass,
+    pixel_samples: u64,
+    granted: f64,
+    target: f64,
 }
 
 impl Pacer {
     /// Knows nothing yet.
     pub fn new() -> Self {
-        Self { per_millisecond: None, under_way: VecDeque::new(), milliseconds: 0.0 }
+        Self {
+            paces: [Pace { budget: FIRST_BUDGET, cost: None }; 2],
+            under_way: VecDeque::new(),
+            milliseconds: 0.0,
+        }
     }
 
     /// Pixel samples that take about so long.
-    pub fn budget(&self, milliseconds: f64) -> u64 {
-        let samples = self.per_millisecond.map_or(FIRST_GUESS, |pace| pace * milliseconds);
-        samples.clamp(1.0, 1e12) as u64
+    pub fn budget(&self, pass: Pass, milliseconds: f64) -> u64 {
+        let [pace, other] = match pass {
+            Pass::Moving => self.paces,
+            Pass::Still => [self.paces[1], self.paces[0]],
+        };
+        let budget = match (pace.cost, other.cost) {
+            (Some(cost), _) => pace.budget.min(milliseconds / cost),
+            // Better than nothing, but to be taken with care.
+            (None, Some(cost)) => other.budget.min(milliseconds / cost) / 2.0,
+            (None, None) => pace.budget,
+        };
+        budget.clamp(LEAST_BUDGET, 1e12) as u64
     }
 
-    /// A frame was recorded.
-    pub fn recorded(&mut self, serial: u64, pixel_samples: u64) {
-        if pixel_samples > 0 {
-            self.under_way.push_back((serial, pixel_samples));
-            if self.under_way.len() > MEMORY {
-                self.under_way.pop_front();
-            }
+    /// A frame was recorded that traces `pixel_samples` where `budget` was what [`Pacer::budget`] said for
+    /// `milliseconds`.
+    pub fn recorded(&mut self, serial: u64, pass: Pass, pixel_samples: u64, budget: u64, milliseconds: f64) {
+        let granted = budget as f64;
+        self.under_way.push_back(Frame { serial, pass, pixel_samples, granted, target: milliseconds });
+        if self.under_way.len() > MEMORY {
+            self.under_way.pop_front();
         }
     }
 
     /// A recorded frame's time is known.
     pub fn measured(&mut self, serial: u64, milliseconds: f64) {
-        let Some(at) = self.under_way.iter().position(|(other, _)| *other == serial) else { return };
-        let (_, pixel_samples) = self.under_way.drain(..=at).next_back().expect("it was found");
+        let Some(at) = self.under_way.iter().position(|frame| frame.serial == serial) else { return };
+        let frame = self.under_way.drain(..=at).next_back().expect("it was found");
         self.milliseconds = milliseconds;
-        let pace = pixel_samples as f64 / milliseconds.max(1e-3);
-        // Slower at once, faster bit by bit: a frame too long is seen, one too short is not.
-        self.per_millisecond = Some(match self.per_millisecond {
-            Some(before) if pace > before => (before + (pace - before) * 0.25).min(before * 4.0),
-            _ => pace,
-        });
+        let samples = frame.pixel_samples as f64;
+        if samples < (frame.granted * TELLING_SHARE).max(1.0) {
+            return;
+        }
+        let cost = milliseconds.max(1e-3) / samples;
+        let pace = &mut self.paces[frame.pass as usize];
+        let mean = match pace.cost {
+            Some(mean) if cost > mean * JUMP => cost,
+            Some(mean) if cost > mean => mean + (cost - mean) * WEIGHT_OF_MORE,
+            Some(mean) => mean + (cost - mean) * WEIGHT_OF_LESS,
+            None => cost,
+        };
+        pace.cost = Some(mean);
+        pace.budget = (frame.target / mean).min(pace.budget * GROWTH).max(LEAST_BUDGET);
     }
 
-    /// What the last measured frame took.
+    /// What tracing took in the last frame that was measured.
     pub fn milliseconds(&self) -> f64 {
         self.milliseconds
     }
@@ -63,25 +132,158 @@ impl Pacer {
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_budget_settles_at_what_fits() {
-        let mut pacer = Pacer::new();
-        // A GPU that traces 1000 pixel samples in a millisecond, and tells two frames later.
-        let mut times = VecDeque::new();
-        for serial in 0..60 {
-            let budget = pacer.budget(8.0);
-            pacer.recorded(serial, budget);
-            times.push_back((serial, budget as f64 / 1000.0));
-            if times.len() > 2 {
-                let (serial, milliseconds) = times.pop_front().unwrap();
-                pacer.measured(serial, milliseconds);
-            }
+    /// Frames after which a GPU tells what one took.
+    const LATENCY: usize = 3;
+
+    const TARGET: f64 = 8.0;
+
+    /// A GPU that is not there.
+    struct Gpu {
+        pacer: Pacer,
+        /// Milliseconds of a pixel sample, and of a frame whatever it traces.
+        cost: f64,
+        overhead: f64,
+        /// Pixel samples that it cannot do less of at once.
+        row: u64,
+        times: VecDeque<(u64, f64)>,
+        serial: u64,
+        random: u32,
+    }
+
+    impl Gpu {
+        fn new(cost: f64) -> Self {
+            let times = VecDeque::new();
+            Self { pacer: Pacer::new(), cost, overhead: 0.3, row: 1280, times, serial: 0, random: 1 }
         }
-        assert!((7_500..=8_000).contains(&pacer.budget(8.0)), "{}", pacer.budget(8.0));
-        pacer.recorded(99, 8_000);
-        pacer.measured(99, 80.0);
-        assert_eq!(pacer.budget(8.0), 800, "a slower GPU is noticed at once");
-        pacer.measured(7, 1.0);
-        assert_eq!(pacer.budget(8.0), 800, "times nobody waits for change nothing");
+
+        /// -1 to 1.
+        fn noise(&mut self) -> f64 {
+            self.random = self.random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(self.random >> 8) / f64::from(1 << 23) - 1.0
+        }
+
+        /// One frame: what it was granted and what it took.
+        fn frame(&mut self, pass: Pass) -> (u64, f64) {
+            let budget = self.pacer.budget(pass, TARGET);
+            let samples = budget.next_multiple_of(self.row);
+            let took = (samples as f64 * self.cost + self.overhead) * (1.0 + 0.35 * self.noise());
+            self.serial += 1;
+            self.pacer.recorded(self.serial, pass, samples, budget, TARGET);
+            self.times.push_back((self.serial, took));
+            if self.times.len() > LATENCY {
+                let (serial, milliseconds) = self.times.pop_front().unwrap();
+                self.pacer.measured(serial, milliseconds);
+            }
+            (budget, took)
+        }
+
+        /// The mean time of so many frames, and the longest.
+        fn run(&mut self, frames: usize) -> (f64, f64) {
+            let times: Vec<f64> = (0..frames).map(|_| self.frame(Pass::Still).1).collect();
+            (times.iter().sum::<f64>() / frames as f64, times.iter().copied().fold(0.0, f64::max))
+        }
+    }
+
+    fn assert_settled((mean, longest): (f64, f64)) {
+        assert!((mean - TARGET).abs() < TARGET / 4.0, "{mean} ms on average");
+        assert!(longest < TARGET * 1.75, "{longest} ms");
+    }
+
+    #[test]
+    fn noisy_times_that_come_late_keep_to_the_budget() {
+        // From a hundredth of what the first guess suits to a hundred times as much.
+        for cost in [2.5e-6, 2.5e-5, 2.5e-4, 1e-3] {
+            let mut gpu = Gpu::new(cost);
+            gpu.run(60);
+            assert_settled(gpu.run(400));
+        }
+    }
+
+    #[test]
+    fn a_cost_that_changes_tenfold_is_followed_without_a_runaway() {
+        let mut gpu = Gpu::new(5e-5);
+        gpu.run(60);
+        gpu.cost *= 10.0;
+        // Nobody can know before the first slow frame is measured.
+        gpu.run(LATENCY + 1);
+        let (_, longest) = gpu.run(20);
+        assert!(longest < TARGET * 1.75, "{longest} ms after it was known");
+        assert_settled(gpu.run(200));
+        gpu.cost /= 10.0;
+        let (_, longest) = gpu.run(40);
+        assert!(longest < TARGET * 1.75, "{longest} ms on the way up");
+        assert_settled(gpu.run(200));
+    }
+
+    #[test]
+    fn rows_where_there_is_nothing_do_not_lead_astray() {
+        let mut gpu = Gpu::new(0.0);
+        let (mut traced, mut times) = (0, vec![]);
+        for _ in 0..600 {
+            // A third of the rows, in the midst of the image, take twenty times as long as the others.
+            let row = traced / gpu.row % 720;
+            gpu.cost = if (240..480).contains(&row) { 1e-4 } else { 5e-6 };
+            let (budget, took) = gpu.frame(Pass::Still);
+            traced += budget;
+            times.push(took);
+        }
+        times.drain(..100);
+        let mean = times.iter().sum::<f64>() / times.len() as f64;
+        let long = times.iter().filter(|&&took| took > 2.0 * TARGET).count();
+        assert!(mean < TARGET * 1.25, "{mean} ms on average");
+        assert!(long * 10 < times.len(), "{long} of {} frames are twice too long", times.len());
+    }
+
+    #[test]
+    fn budgets_grow_by_half_at_most() {
+        let mut gpu = Gpu::new(1e-7);
+        let mut before = FIRST_BUDGET as u64;
+        assert_eq!(gpu.pacer.budget(Pass::Still, TARGET), before);
+        for _ in 0..40 {
+            let (budget, _) = gpu.frame(Pass::Still);
+            assert!(budget as f64 <= before as f64 * GROWTH + 1.0, "{before} to {budget}");
+            before = budget;
+        }
+        assert!(before > 10_000_000);
+    }
+
+    #[test]
+    fn a_gpu_that_is_too_slow_still_makes_progress() {
+        let mut gpu = Gpu::new(1.0);
+        gpu.run(20);
+        assert_eq!(gpu.frame(Pass::Still).0, LEAST_BUDGET as u64);
+    }
+
+    #[test]
+    fn frames_with_next_to_nothing_to_do_tell_nothing() {
+        let mut gpu = Gpu::new(1e-4);
+        gpu.run(60);
+        let before = gpu.pacer.budget(Pass::Still, TARGET);
+        gpu.pacer.recorded(1000, Pass::Still, 10, before, TARGET);
+        gpu.pacer.measured(1000, 5.0);
+        assert_eq!(gpu.pacer.budget(Pass::Still, TARGET), before);
+        assert_eq!(gpu.pacer.milliseconds(), 5.0);
+        gpu.pacer.measured(7, 100.0);
+        assert_eq!(gpu.pacer.milliseconds(), 5.0, "nobody waits for this one");
+    }
+
+    #[test]
+    fn each_kind_of_pass_has_its_own_pace() {
+        let mut gpu = Gpu::new(1e-4);
+        gpu.run(60);
+        let (still, first) = (gpu.pacer.budget(Pass::Still, TARGET), gpu.pacer.budget(Pass::Moving, TARGET));
+        assert!(first <= still / 2 + 1, "a first guess is made with care");
+        // The last times of the other kind come in.
+        for _ in 0..LATENCY {
+            gpu.frame(Pass::Moving);
+        }
+        let still = gpu.pacer.budget(Pass::Still, TARGET);
+        gpu.cost *= 4.0;
+        for _ in 0..60 {
+            gpu.frame(Pass::Moving);
+        }
+        assert!(gpu.pacer.budget(Pass::Moving, TARGET) < still / 3);
+        assert_eq!(gpu.pacer.budget(Pass::Still, TARGET), still);
+        assert!(gpu.pacer.budget(Pass::Still, TARGET / 2.0) <= still / 2 + 1, "a lower budget holds at once");
     }
 }

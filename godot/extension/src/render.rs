@@ -4,17 +4,18 @@ use std::collections::HashMap;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
-use godot::classes::rendering_device::TextureSamples;
+use godot::classes::rendering_device::{DataFormat, TextureSamples};
 use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
 use godot::prelude::*;
+use lumivox_core::Camera;
 use lumivox_renderer::{
     HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId, SceneCache,
 };
 
 use crate::camera;
 use crate::executor::{ExecuteError, Executor};
-use crate::pacing::Pacer;
-use crate::shared::{self, Snapshot, Status, WorldKey};
+use crate::pacing::{Pacer, Pass};
+use crate::shared::{self, Snapshot, Status, Target, WorldKey};
 
 /// Begins the names of captured times.
 const TIMED: &str = "lumivox";
@@ -35,6 +36,8 @@ pub struct Settings {
     pub resolution_scale: f64,
     /// Whether volumes write their depth.
     pub write_depth: bool,
+    /// Whether noise is filtered out of what is shown.
+    pub denoise: bool,
 }
 
 /// A scene on the GPU.
@@ -42,13 +45,16 @@ struct World {
     cache: SceneCache,
     /// The snapshot that it holds; one that does not fit is not tried again.
     version: u64,
-    failed: bool,
+    /// Why it does not fit.
+    error: Option<String>,
 }
 
 /// One eye of one viewport.
 struct Eye {
     live: LiveView,
     pacer: Pacer,
+    /// What was traced last: another one is a new image.
+    traced: Option<(Camera, u64, [u32; 2])>,
     read_backs: Vec<Receiver<Vec<u8>>>,
     /// Names of the host's textures: depth, colour, depth to write.
     lent: [ResourceId; 3],
@@ -79,7 +85,8 @@ pub fn draw(settings: Settings, data: &Gd<RenderData>) {
     let Some(scene_data) = data.get_render_scene_data() else { return };
     let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
     let target = buffers.get_render_target();
-    let Some(snapshot) = shared::lock().targets.get(&target).cloned() else { return };
+    let Some(Target { snapshot, exposure }) = shared::lock().targets.get(&target).cloned() else { return };
+    let settings = Settings { exposure: settings.exposure * exposure, ..settings };
     // After a panic, which was reported, nothing is drawn any more rather than the same panic again.
     let Ok(mut renderer) = RENDERER.lock() else { return };
     let drawn = renderer.draw(&mut device, settings, &snapshot, &mut buffers, &scene_data);
@@ -91,7 +98,10 @@ pub fn draw(settings: Settings, data: &Gd<RenderData>) {
             shared.statuses.insert(target, status);
         }
         Ok(None) => {}
-        Err(error) => shared.error = Some(error),
+        Err(error) => {
+            shared.error = Some(error);
+            shared.statuses.remove(&target);
+        }
     }
 }
 
@@ -99,7 +109,7 @@ pub fn draw(settings: Settings, data: &Gd<RenderData>) {
 pub fn sweep() {
     let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
     let shown: HashMap<Rid, WorldKey> =
-        shared::lock().targets.iter().map(|(target, snapshot)| (*target, snapshot.key)).collect();
+        shared::lock().targets.iter().map(|(rid, target)| (*rid, target.snapshot.key)).collect();
     renderer().sweep(&mut device, &shown);
 }
 
@@ -121,9 +131,7 @@ impl Renderer {
         scene_data: &Gd<RenderSceneData>,
     ) -> Result<Option<Status>, String> {
         self.read_times(device);
-        if !self.update_world(device, snapshot)? {
-            return Ok(None);
-        }
+        self.update_world(device, snapshot)?;
         let views = buffers.get_view_count();
         let mut status = Status { converged: true, samples: u32::MAX, ..Status::default() };
         for view in 0..views {
@@ -143,32 +151,31 @@ impl Renderer {
         Ok(Some(status))
     }
 
-    /// Brings a scene's copy on the GPU up to date. False if it does not fit, which was said when it first did not.
-    fn update_world(
-        &mut self,
-        device: &mut Gd<RenderingDevice>,
-        snapshot: &Snapshot,
-    ) -> Result<bool, String> {
+    /// Brings a scene's copy on the GPU up to date. One that does not fit is an error until it changes.
+    fn update_world(&mut self, device: &mut Gd<RenderingDevice>, snapshot: &Snapshot) -> Result<(), String> {
         let limits = Executor::limits(device);
         let world = self.worlds.entry(snapshot.key).or_insert_with(|| World {
             cache: SceneCache::new(limits),
             version: 0,
-            failed: false,
+            error: None,
         });
         if world.version == snapshot.version {
-            return Ok(!world.failed);
+            return world.error.clone().map_or(Ok(()), Err);
         }
         world.version = snapshot.version;
-        world.failed = true;
         let mut recording = Recording::new();
-        world.cache.update(&snapshot.scene, &mut recording).map_err(|error| error.to_string())?;
-        if let Err(error) = self.executor.execute(device, &recording, TIMED) {
+        let mut error = world.cache.update(&snapshot.scene, &mut recording).err().map(|e| e.to_string());
+        if error.is_none()
+            && let Err(refused) = self.executor.execute(device, &recording, TIMED)
+        {
             self.executor.discard(device, &recording);
             self.forget_world(device, snapshot.key);
-            return Err(error.to_string());
+            error = Some(refused.to_string());
         }
-        world.failed = false;
-        Ok(true)
+        if let Some(world) = self.worlds.get_mut(&snapshot.key) {
+            world.error.clone_from(&error);
+        }
+        error.map_or(Ok(()), Err)
     }
 
     /// Starts a scene over whose copy is not whole, once something in it changes.
@@ -194,10 +201,13 @@ impl Renderer {
         let host = camera::host_camera(scene_data.get_cam_transform(), projection);
         let size = buffers.get_internal_size();
         let Some(host) = host.filter(|_| size.x > 0 && size.y > 0) else { return Ok(None) };
+        let multisampled = buffers.get_texture_samples() != TextureSamples::SAMPLES_1;
+        let color = buffers.get_color_layer_ex(view).msaa(multisampled).done();
         let live_settings = LiveSettings {
             resolution_scale: settings.resolution_scale,
             target_samples: settings.target_samples,
-            exposure: settings.exposure,
+            exposure: settings.exposure * light_per_color(device, color),
+            denoise: settings.denoise,
             ..LiveSettings::new(size.x as u32, size.y as u32)
         };
 
@@ -225,10 +235,8 @@ impl Renderer {
         let eye = self.eyes.entry(key).insert_entry(eye).into_mut();
         eye.take_read_backs();
 
-        let multisampled = buffers.get_texture_samples() != TextureSamples::SAMPLES_1;
         let [depth, color_target, depth_target] = eye.lent;
         self.executor.lend(depth, buffers.get_depth_layer(view));
-        let color = buffers.get_color_layer_ex(view).msaa(multisampled).done();
         self.executor.lend(color_target, color);
         let written = buffers.get_depth_layer_ex(view).msaa(multisampled).done();
         self.executor.lend(depth_target, written);
@@ -245,7 +253,10 @@ impl Renderer {
         };
         let camera =
             if jittered { camera::without_jitter(host.camera, live_settings.size) } else { host.camera };
-        let budget = eye.pacer.budget(settings.budget_milliseconds);
+        let traced = Some((camera, snapshot.version, eye.live.film_size()));
+        let pass =
+            if std::mem::replace(&mut eye.traced, traced) == traced { Pass::Still } else { Pass::Moving };
+        let budget = eye.pacer.budget(pass, settings.budget_milliseconds);
         let status = match eye.live.record_frame(
             &world.cache,
             &camera,
@@ -265,7 +276,8 @@ impl Renderer {
         let name = format!("{TIMED} {}", self.serial);
         match self.executor.execute(device, &recording, &name) {
             Ok(read_backs) => {
-                eye.pacer.recorded(self.serial, status.pixel_samples);
+                let milliseconds = settings.budget_milliseconds;
+                eye.pacer.recorded(self.serial, pass, status.pixel_samples, budget, milliseconds);
                 eye.read_backs.extend(read_backs);
                 Ok(Some(status))
             }
@@ -336,6 +348,15 @@ impl Renderer {
     }
 }
 
+/// What the engine draws light of 1 as: the Mobile renderer's colours end at 1, and it halves light to keep some above
+/// white.
+fn light_per_color(device: &mut Gd<RenderingDevice>, color: Rid) -> f64 {
+    match device.texture_get_format(color).map(|format| format.get_format()) {
+        Some(DataFormat::A2B10G10R10_UNORM_PACK32) => 0.5,
+        _ => 1.0,
+    }
+}
+
 /// The engine's answer where nothing is scaled is none of its enum: it is asked without one.
 fn scaling_mode(buffers: &mut Gd<RenderSceneBuffersRd>) -> i64 {
     buffers.call("get_scaling_3d_mode", &[]).try_to().unwrap_or_default()
@@ -344,7 +365,7 @@ fn scaling_mode(buffers: &mut Gd<RenderSceneBuffersRd>) -> i64 {
 impl Eye {
     fn new(live: LiveView, world: WorldKey) -> Self {
         let lent = [ResourceId::external(), ResourceId::external(), ResourceId::external()];
-        Self { live, pacer: Pacer::new(), read_backs: vec![], lent, world }
+        Self { live, pacer: Pacer::new(), traced: None, read_backs: vec![], lent, world }
     }
 
     /// Hands over what has come back from the GPU.

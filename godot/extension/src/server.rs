@@ -2,19 +2,20 @@
 
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
 
-use godot::classes::{RenderingServer, Viewport};
+use godot::classes::{DisplayServer, RenderingServer, Viewport};
 use godot::prelude::*;
 
 use crate::nodes::LumivoxVolume3D;
-use crate::shared::Snapshot;
+use crate::shared::Target;
 use crate::world::{Gatherer, Nodes, render_target};
 use crate::{render, shared};
 
 thread_local! {
     static NODES: RefCell<Nodes> = RefCell::default();
     static GATHERER: RefCell<Gatherer> = RefCell::default();
+    /// The error that nodes show in the editor.
+    static WARNED_OF: RefCell<Option<String>> = const { RefCell::new(None) };
     static CALLBACKS: RefCell<Option<Callbacks>> = const { RefCell::new(None) };
 }
 
@@ -28,11 +29,13 @@ pub struct Lumivox {
 #[godot_api]
 impl Lumivox {
     /// How far the image of [param viewport] is: [code]samples[/code] per pixel of [code]target[/code],
-    /// [code]converged[/code], [code]ms_per_frame[/code] of the GPU's time and [code]pixel_samples[/code] traced in
-    /// the last frame. Empty if it shows no volume.
+    /// [code]converged[/code], [code]ms_per_frame[/code] (the GPU's time that tracing took in a recent frame) and
+    /// [code]pixel_samples[/code] traced in the last frame. Empty if it shows no volume.
     #[func]
     pub fn get_status(&self, viewport: Gd<Viewport>) -> VarDictionary {
-        let status = shared::lock().statuses.get(&render_target(&viewport)).copied();
+        // Asked for first: the render thread, which answers, may be waiting for the lock.
+        let target = render_target(&viewport);
+        let status = shared::lock().statuses.get(&target).copied();
         status.map_or_else(VarDictionary::new, |status| {
             vdict! {
                 "samples" => i64::from(status.samples),
@@ -78,12 +81,30 @@ struct Callbacks {
 
 /// A volume entered a world.
 pub fn add_volume(id: InstanceId) {
+    if CALLBACKS.with_borrow(Option::is_none) {
+        tell_no_device();
+    }
     NODES.with_borrow_mut(|nodes| nodes.add_volume(id));
 }
 
 /// A volume left its world.
 pub fn remove_volume(id: InstanceId) {
     NODES.with_borrow_mut(|nodes| nodes.remove_volume(id));
+}
+
+/// What a renderer without a RenderingDevice is told.
+pub const NO_DEVICE: &str =
+    "Volumes need the Forward+ or the Mobile renderer (Project Settings, Rendering, Renderer).";
+
+/// Says once that this renderer draws no volumes. Without a screen nobody expects it to.
+fn tell_no_device() {
+    let mut shared = shared::lock();
+    shared.error = Some(NO_DEVICE.to_owned());
+    let news = shared.take_news();
+    drop(shared);
+    if let Some(error) = news.filter(|_| DisplayServer::singleton().get_name() != "headless") {
+        godot_error!("Lumivox cannot draw the volumes: {error}");
+    }
 }
 
 /// The engine is up.
@@ -132,10 +153,12 @@ fn before_frame() {
     });
     let targets = NODES.with_borrow_mut(|nodes| GATHERER.with_borrow_mut(|all| all.gather(nodes)));
     let mut shared = shared::lock();
-    let before: HashSet<_> = shared.targets.iter().map(|(rid, snapshot)| (*rid, snapshot.key)).collect();
-    let now: HashSet<_> = targets.iter().map(|(rid, snapshot)| (*rid, snapshot.key)).collect();
-    let versions = |targets: &HashMap<Rid, Arc<Snapshot>>| -> HashSet<u64> {
-        targets.values().map(|snapshot| snapshot.version).collect()
+    let keys = |targets: &HashMap<Rid, Target>| -> HashSet<_> {
+        targets.iter().map(|(rid, target)| (*rid, target.snapshot.key)).collect()
+    };
+    let (before, now) = (keys(&shared.targets), keys(&targets));
+    let versions = |targets: &HashMap<Rid, Target>| -> HashSet<u64> {
+        targets.values().map(|target| target.snapshot.version).collect()
     };
     if versions(&shared.targets) != versions(&targets) {
         // What could not be drawn has changed, and may fit now.
@@ -153,10 +176,16 @@ fn before_frame() {
 fn after_frame() {
     let mut shared = shared::lock();
     let wants_frame = std::mem::take(&mut shared.wants_frame);
-    let error = shared.take_news();
+    let error = shared.error.clone();
+    let news = shared.take_news();
     drop(shared);
-    if let Some(error) = error {
+    if let Some(error) = news {
         godot_error!("Lumivox cannot draw the volumes: {error}");
+    }
+    if WARNED_OF.replace(error.clone()) != error {
+        for mut volume in NODES.with_borrow_mut(Nodes::volumes) {
+            volume.update_configuration_warnings();
+        }
     }
     if wants_frame {
         let volumes = NODES.with_borrow_mut(Nodes::volumes);

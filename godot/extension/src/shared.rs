@@ -30,6 +30,15 @@ pub struct Snapshot {
     pub version: u64,
 }
 
+/// What a render target shows.
+#[derive(Clone, Debug)]
+pub struct Target {
+    /// Its scene.
+    pub snapshot: Arc<Snapshot>,
+    /// What its camera multiplies all light by.
+    pub exposure: f64,
+}
+
 /// How far a viewport's image is.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Status {
@@ -49,7 +58,7 @@ pub struct Status {
 #[derive(Debug, Default)]
 pub struct Shared {
     /// What each render target shows.
-    pub targets: HashMap<Rid, Arc<Snapshot>>,
+    pub targets: HashMap<Rid, Target>,
     /// How far it is.
     pub statuses: HashMap<Rid, Status>,
     /// Why volumes cannot be drawn.

@@ -9,17 +9,16 @@ func _ready() -> void:
 	var cases: Array = JSON.parse_string(FileAccess.get_file_as_string(arguments["cases"]))
 	for case: Dictionary in cases:
 		var begin := Time.get_ticks_msec()
-		var viewport := SubViewport.new()
-		viewport.size = Vector2i(int(case.size[0]), int(case.size[1]))
-		viewport.own_world_3d = true
-		viewport.render_target_update_mode = SubViewport.UPDATE_ALWAYS
-		viewport.add_child(LumivoxCase.build(case))
+		var viewport := LumivoxCase.viewport(case)
 		add_child(viewport)
 		var converged := await until_converged(viewport)
 		if not converged:
 			push_error("%s does not converge: %s" % [case.name, Lumivox.get_status(viewport)])
-		var path: String = arguments["out"].path_join(case.name + ".png")
-		viewport.get_texture().get_image().save_png(path)
+		if case.output.taa or case.output.scaling == 2.0:
+			# What the engine accumulates takes its time.
+			for frame in 32:
+				await RenderingServer.frame_post_draw
+		LumivoxCase.save(viewport, arguments["out"].path_join(case.name))
 		print("CASE %s %d ms" % [case.name, Time.get_ticks_msec() - begin])
 		viewport.queue_free()
 		await get_tree().process_frame

@@ -27,6 +27,7 @@ func _enter_tree() -> void:
 	add_node_3d_gizmo_plugin(_gizmo)
 	_inspector = VolumeInspector.new(get_undo_redo())
 	add_inspector_plugin(_inspector)
+	add_undo_redo_inspector_hook_callback(VolumeInspector.record_preset)
 	_dock = TransferFunctionDock.new(get_undo_redo())
 	_dock_button = add_control_to_bottom_panel(_dock, "Transfer Function")
 	_dialog = ImportDialog.new(get_undo_redo())
@@ -45,6 +46,7 @@ func _exit_tree() -> void:
 	_dialog.queue_free()
 	remove_control_from_bottom_panel(_dock)
 	_dock.queue_free()
+	remove_undo_redo_inspector_hook_callback(VolumeInspector.record_preset)
 	remove_inspector_plugin(_inspector)
 	remove_node_3d_gizmo_plugin(_gizmo)
 	for importer in _importers:

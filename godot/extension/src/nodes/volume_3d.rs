@@ -9,7 +9,7 @@ use lumivox_core::{ExtinctionSpace, Filter, Medium, Preset, SurfaceReflection, V
 use super::placement;
 use crate::convert;
 use crate::resources::{LumivoxTransferFunction, LumivoxVolume, OptionalVolume, no_scan};
-use crate::server;
+use crate::{server, shared};
 
 /// A scan in a scene, path traced: it scatters the scene's light, hides meshes behind it and is hidden by those before
 /// it. Any number may overlap.
@@ -17,6 +17,12 @@ use crate::server;
 /// The scan stands upright at its true size, its centre at the node's origin, and faces +z. It needs the Forward+ or the
 /// Mobile renderer. How the image converges is set by the [LumivoxEffect] of the scene's [Compositor]; without one,
 /// its defaults hold.
+///
+/// [DirectionalLight3D], [OmniLight3D] and [SpotLight3D] light it with their colour, energy, size, range, attenuation
+/// and cull mask, in physical light units too where the project uses them, and so does the sky or the ambient colour of
+/// the environment. Volumes cast shadows on volumes whether a light has shadows or not. Projectors and distance fades of
+/// lights are not followed, and lights with [member Light3D.light_negative] do not shine on volumes at all.
+/// [ReflectionProbe], [VoxelGI], SDFGI and lightmaps do nothing to volumes.
 #[derive(GodotClass)]
 #[class(tool, init, base = VisualInstance3D)]
 pub struct LumivoxVolume3D {
@@ -228,9 +234,9 @@ impl IVisualInstance3D for LumivoxVolume3D {
             ));
         }
         if RenderingServer::singleton().get_rendering_device().is_none() {
-            warnings.push(GString::from(
-                "Volumes need the Forward+ or the Mobile renderer (Project Settings, Rendering, Renderer).",
-            ));
+            warnings.push(GString::from(server::NO_DEVICE));
+        } else if let Some(error) = &shared::lock().error {
+            warnings.push(GString::from(&format!("Volumes cannot be drawn: {error}.")));
         }
         warnings.into()
     }

@@ -68,7 +68,8 @@ impl LumivoxVolume {
 
     /// Loads a scan and waits for it: a file of any format (DICOM, NIfTI, NRRD, MetaImage, RAW), a folder of DICOM
     /// files, or a zip archive of one. [param options] may hold [code]series[/code] (which series of a DICOM study: its
-    /// position from 1, its SeriesInstanceUID or its number) and [code]raw[/code] (what a RAW file holds, such as
+    /// position from 1, its SeriesInstanceUID or its number), [code]phase[/code] (which volume of a series with
+    /// several, counted from 1) and [code]raw[/code] (what a RAW file holds, such as
     /// [code]256x256x108:i16le:spacing=1,1,2[/code]). Returns [code]null[/code] and says why in the output if it cannot
     /// be loaded.
     #[func]
@@ -90,10 +91,7 @@ impl LumivoxVolume {
     /// Voxels along the scan's own x, y and z axes.
     #[func]
     pub fn get_dimensions(&self) -> Vector3i {
-        self.volume.as_ref().map_or(Vector3i::ZERO, |volume| {
-            let [x, y, z] = volume.dims().map(|n| n as i32);
-            Vector3i::new(x, y, z)
-        })
+        self.volume.as_ref().map_or(Vector3i::ZERO, |volume| dimensions(volume.dims()))
     }
 
     /// Distances between neighbouring voxels along the scan's own axes, in millimetres.
@@ -133,10 +131,15 @@ impl LumivoxVolume {
         histogram.counts(bins, [f64::from(range.x), f64::from(range.y)]).into()
     }
 
-    /// How the scan was loaded: [code]format[/code], [code]series[/code] (a list with [code]id[/code],
-    /// [code]number[/code], [code]description[/code] and [code]files[/code]), [code]chosen[/code] (which of them it is),
-    /// [code]notes[/code] (sentences) and [code]skipped[/code] (a list with [code]path[/code] and [code]reason[/code]).
-    /// Empty for a phantom.
+    /// How the scan was loaded: [code]format[/code], [code]series[/code] (a list of what could have been loaded),
+    /// [code]chosen[/code] (which of them it is), [code]notes[/code] (sentences) and [code]skipped[/code] (a list with
+    /// [code]path[/code] and [code]reason[/code]). Empty for a phantom.
+    ///
+    /// A series has [code]id[/code], [code]number[/code] ([code]null[/code] without one), [code]description[/code],
+    /// [code]files[/code], [code]modality[/code] (DICOM's code, such as [code]CT[/code]), [code]dimensions[/code]
+    /// (a [Vector3i] of voxels), [code]spacing_mm[/code] (a [Vector3]), [code]orientation[/code] of its slices
+    /// ([code]axial[/code]), [code]phases[/code] (volumes in it), [code]unit[/code] of its values, [code]bytes[/code]
+    /// of memory that one phase takes, and [code]notes[/code] (sentences).
     #[func]
     pub fn get_report(&self) -> VarDictionary {
         self.report.clone()
@@ -247,9 +250,16 @@ pub fn import_options(dictionary: &VarDictionary) -> Result<ImportOptions, Strin
         match key.stringify().to_string().as_str() {
             _ if text.is_empty() => {}
             "series" => options.series = Some(text),
+            "phase" => {
+                let phase = text.parse().ok().filter(|phase| *phase > 0);
+                let wrong = || format!("The import option 'phase' counts from 1, and is not '{text}'.");
+                options.phase = Some(phase.ok_or_else(wrong)?);
+            }
             "raw" => options.raw = Some(RawDescription::parse(&text).map_err(|error| error.to_string())?),
             other => {
-                return Err(format!("There is no import option '{other}'. There are 'series' and 'raw'."));
+                return Err(format!(
+                    "There is no import option '{other}'. There are 'series', 'phase' and 'raw'."
+                ));
             }
         }
     }
@@ -266,6 +276,14 @@ pub fn report_dictionary(report: &ImportReport) -> VarDictionary {
                 "number" => &one.number.map_or(Variant::nil(), |n| n.to_variant()),
                 "description" => one.description.as_str(),
                 "files" => one.files as i64,
+                "modality" => one.modality.as_str(),
+                "dimensions" => dimensions(one.dims),
+                "spacing_mm" => convert::vector(one.spacing_mm.into()),
+                "orientation" => one.orientation.as_str(),
+                "phases" => one.phases as i64,
+                "unit" => one.unit.as_str(),
+                "bytes" => one.bytes as i64,
+                "notes" => &sentences(&one.notes),
             }
             .to_variant(),
         );
@@ -275,12 +293,20 @@ pub fn report_dictionary(report: &ImportReport) -> VarDictionary {
         let path = file.path.to_string_lossy();
         skipped.push(&vdict! { "path" => &*path, "reason" => file.reason.as_str() }.to_variant());
     }
-    let notes: PackedStringArray = report.notes.iter().map(GString::from).collect();
     vdict! {
         "format" => report.format.as_str(),
         "series" => &series,
         "chosen" => report.chosen as i64,
-        "notes" => &notes,
+        "notes" => &sentences(&report.notes),
         "skipped" => &skipped,
     }
+}
+
+fn dimensions(dims: [usize; 3]) -> Vector3i {
+    let [x, y, z] = dims.map(|n| i32::try_from(n).unwrap_or(i32::MAX));
+    Vector3i::new(x, y, z)
+}
+
+fn sentences(list: &[String]) -> PackedStringArray {
+    list.iter().map(GString::from).collect()
 }

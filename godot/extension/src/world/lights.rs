@@ -1,5 +1,6 @@
 //! The engine's lights, as the core's.
 
+use std::f64::consts::PI;
 use std::hash::{Hash, Hasher};
 
 use godot::classes::directional_light_3d::SkyMode;
@@ -9,6 +10,7 @@ use godot::prelude::*;
 use lumivox_core::light::{Falloff, Lamp, Light, LightKind};
 
 use super::Nodes;
+use super::exposure::physical_units;
 use crate::convert;
 
 /// A light of a world.
@@ -22,7 +24,8 @@ pub struct WorldLight {
     pub in_sky: bool,
 }
 
-/// The lights of a world that shine. Negative ones do not: they have no counterpart in nature.
+/// The lights of a world that shine. Negative ones do not: they have no counterpart in nature. Shadows of volumes are
+/// always there, and no light fades with the camera's distance: an image that converges cannot follow.
 pub fn gather(nodes: &mut Nodes, scenario: Rid) -> Vec<WorldLight> {
     let playing = !Engine::singleton().is_editor_hint();
     nodes.lights().into_iter().filter_map(|light| of(&light, scenario, playing)).collect()
@@ -48,9 +51,19 @@ fn of(light: &Gd<Light3D>, scenario: Rid, playing: bool) -> Option<WorldLight> {
         return None;
     }
     let param = |param| f64::from(light.get_param(param));
-    let energy = param(Param::ENERGY);
+    let directional = light.is_class("DirectionalLight3D");
+    let spot = light.is_class("SpotLight3D");
+    let mut color = convert::linear_from_color(light.get_color());
     // A white surface reflects a pi-th of what it receives, and Godot's energies are what it reflects.
-    let strength = convert::linear_from_color(light.get_color()).map(|c| c * energy * std::f64::consts::PI);
+    let mut energy = param(Param::ENERGY) * PI;
+    if physical_units() {
+        let temperature = convert::linear_from_color(light.get_correlated_color());
+        color = [0, 1, 2].map(|i| color[i] * temperature[i]);
+        // Lux of a sun; lumens of a lamp, in all directions or, whatever its cone, in those of half a sphere's lobe.
+        let solid_angle = if directional { 1.0 } else { PI * if spot { 1.0 } else { 4.0 } };
+        energy = param(Param::ENERGY) * param(Param::INTENSITY) / solid_angle;
+    }
+    let strength = color.map(|c| c * energy);
     let place = convert::affine(light.get_global_transform());
     let direction = -place.matrix3.z_axis;
     let lamp = Lamp {
@@ -68,12 +81,13 @@ fn of(light: &Gd<Light3D>, scenario: Rid, playing: bool) -> Option<WorldLight> {
         LightKind::Directional { direction, irradiance: strength, angular_radius }
     } else if light.is_class("OmniLight3D") {
         LightKind::Point(lamp)
-    } else if light.is_class("SpotLight3D") {
+    } else if spot {
         LightKind::Spot {
             lamp,
             direction,
             half_angle: param(Param::SPOT_ANGLE).to_radians(),
-            cone_attenuation: param(Param::SPOT_ATTENUATION),
+            // The engine's shader takes the inverse: more is narrower.
+            cone_attenuation: 1.0 / param(Param::SPOT_ATTENUATION).max(1e-3),
         }
     } else {
         return None;

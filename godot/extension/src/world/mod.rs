@@ -1,10 +1,12 @@
 //! The engine's worlds as core scenes, gathered on the main thread before each frame.
 
 mod compositors;
+mod exposure;
 mod lights;
 mod nodes;
 mod sky;
 
+use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
@@ -17,7 +19,7 @@ use self::lights::WorldLight;
 pub use self::nodes::Nodes;
 use self::sky::Skies;
 use crate::nodes::LumivoxVolume3D;
-use crate::shared::{Snapshot, WorldKey};
+use crate::shared::{Snapshot, Target, WorldKey};
 
 /// A volume and the layers that it is on.
 type LayeredVolume = (u32, VolumeInstance);
@@ -34,7 +36,7 @@ pub struct Gatherer {
 
 impl Gatherer {
     /// What each render target shows in the frame that begins.
-    pub fn gather(&mut self, nodes: &mut Nodes) -> HashMap<Rid, Arc<Snapshot>> {
+    pub fn gather(&mut self, nodes: &mut Nodes) -> HashMap<Rid, Target> {
         self.frame += 1;
         let volumes = volumes_by_scenario(nodes);
         let mut targets = HashMap::new();
@@ -52,7 +54,8 @@ impl Gatherer {
             else {
                 continue;
             };
-            targets.insert(render_target(&viewport), snapshot);
+            let exposure = exposure::of(&world, &camera);
+            targets.insert(render_target(&viewport), Target { snapshot, exposure });
         }
         self.compositors.retain(&worlds);
         self.skies.retain();
@@ -94,9 +97,9 @@ impl Gatherer {
                 .map(|(_, instance)| instance.clone())
                 .collect(),
             environment: if from_scene {
-                self.light(environment.as_ref(), &lights)?
+                self.light(environment.as_ref(), &lights, exposure::of(world, camera))?
             } else {
-                lumivox_core::Environment::default()
+                studio()
             },
             lights: lights.iter().filter(|light| light.in_scene).map(|light| light.light).collect(),
         };
@@ -114,21 +117,43 @@ impl Gatherer {
         &mut self,
         environment: Option<&Gd<Environment>>,
         lights: &[WorldLight],
+        exposure: f64,
     ) -> Option<lumivox_core::Environment> {
         match environment {
-            Some(environment) => self.skies.light(environment, lights, self.frame),
+            Some(environment) => self.skies.light(environment, lights, exposure, self.frame),
             None if lights.iter().any(|light| light.in_scene) => {
                 Some(lumivox_core::Environment::uniform(0.0))
             }
             // Nothing lights the scene: a studio does, so that a volume alone is seen.
-            None => Some(lumivox_core::Environment::default()),
+            None => Some(studio()),
         }
     }
 }
 
-/// The texture that a viewport is drawn into.
+/// Lumivox' own light, as bright beside the engine's as a sky.
+fn studio() -> lumivox_core::Environment {
+    /// Nits that Godot gives a sky.
+    const SKY_NITS: f64 = 30_000.0;
+    let studio = lumivox_core::Environment::default();
+    let strength = studio.strength * if exposure::physical_units() { SKY_NITS } else { 1.0 };
+    lumivox_core::Environment { strength, ..studio }
+}
+
+/// The texture that a viewport is drawn into, the same for its whole life. To ask the engine waits for a render thread
+/// of its own, where there is one.
 pub fn render_target(viewport: &Gd<Viewport>) -> Rid {
-    RenderingServer::singleton().viewport_get_render_target(viewport.get_viewport_rid())
+    const ENOUGH: usize = 1024;
+    thread_local! {
+        static KNOWN: RefCell<HashMap<Rid, Rid>> = RefCell::default();
+    }
+    let viewport = viewport.get_viewport_rid();
+    KNOWN.with_borrow_mut(|known| {
+        if known.len() > ENOUGH {
+            known.clear();
+        }
+        let ask = || RenderingServer::singleton().viewport_get_render_target(viewport);
+        *known.entry(viewport).or_insert_with(ask)
+    })
 }
 
 fn environment(world: &Gd<World3D>, camera: &Gd<Camera3D>) -> Option<Gd<Environment>> {

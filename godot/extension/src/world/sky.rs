@@ -12,6 +12,7 @@ use godot::register::info::PropertyUsageFlags;
 use lumivox_core::glam::DMat3;
 use lumivox_core::{EnvironmentMap, EnvironmentSource};
 
+use super::exposure::physical_units;
 use super::lights::{self, WorldLight};
 use crate::convert;
 
@@ -52,28 +53,34 @@ struct Adaptation {
 }
 
 impl Skies {
-    /// The light of an environment; `None` while the engine has not drawn its sky yet.
+    /// The light of an environment that is seen at an `exposure`; `None` while the engine has not drawn its sky yet.
     pub fn light(
         &mut self,
         environment: &Gd<Environment>,
         world_lights: &[WorldLight],
+        exposure: f64,
         frame: u64,
     ) -> Option<lumivox_core::Environment> {
-        let energy = f64::from(environment.get_bg_energy_multiplier());
+        let intensity = if physical_units() { f64::from(environment.get_bg_intensity()) } else { 1.0 };
+        let energy = f64::from(environment.get_bg_energy_multiplier()) * intensity;
+        // The engine's exposure leaves light that is one colour as it is.
+        let unexposed =
+            |radiance: [f64; 3]| radiance.map(|c| if exposure > 0.0 { c / exposure } else { 0.0 });
         let background = environment.get_background();
         let scaled = |color: Color, by: f64| convert::linear_from_color(color).map(|c| c * by);
         let ambient =
             scaled(environment.get_ambient_light_color(), f64::from(environment.get_ambient_light_energy()));
-        let plain = |radiance| Some(uniform(radiance));
+        let multiplier = energy / intensity.max(f64::MIN_POSITIVE);
+        let plain = |radiance| Some(uniform(unexposed(radiance)));
         match environment.get_ambient_source() {
             AmbientSource::DISABLED => return plain([0.0; 3]),
             AmbientSource::COLOR => return plain(ambient),
             AmbientSource::BG if background == BgMode::COLOR => {
-                return plain(scaled(environment.get_bg_color(), energy));
+                return plain(scaled(environment.get_bg_color(), multiplier));
             }
             AmbientSource::BG if background == BgMode::CLEAR_COLOR => {
                 let color = RenderingServer::singleton().get_default_clear_color();
-                return plain(scaled(color, energy));
+                return plain(scaled(color, multiplier));
             }
             AmbientSource::BG if background != BgMode::SKY => return plain([0.0; 3]),
             _ => {}
@@ -84,18 +91,23 @@ impl Skies {
         };
         let baked = self.0.entry(sky.instance_id()).or_default();
         baked.used = true;
-        baked.look(&sky, world_lights, frame);
-        let Some(map) = baked.map.clone() else {
-            // The engine has no picture of its sky: the studio is better than the dark.
-            return (baked.tries > MAX_TRIES).then(lumivox_core::Environment::default);
-        };
-        if energy <= 0.0 {
+        // What the engine bakes is as bright as the camera saw it then.
+        if energy * exposure > 0.0 {
+            baked.look(&sky, world_lights, energy * exposure, frame);
+        } else {
             return plain(ambient.map(|c| c * (1.0 - share)));
         }
+        let Some(map) = baked.map.clone() else {
+            // The engine has no picture of its sky: the studio is better than the dark.
+            return (baked.tries > MAX_TRIES).then(super::studio);
+        };
         let rotation = environment.get_sky_rotation();
         let upright = rotation.x.abs() < 1e-6 && rotation.z.abs() < 1e-6;
-        let adaptation =
-            Adaptation { turn: (!upright).then_some(rotation), share, color: ambient.map(|c| c / energy) };
+        let adaptation = Adaptation {
+            turn: (!upright).then_some(rotation),
+            share,
+            color: unexposed(ambient).map(|c| c / energy),
+        };
         Some(lumivox_core::Environment {
             source: EnvironmentSource::Map(baked.adapt(map, adaptation)),
             rotation: if upright { f64::from(rotation.y) } else { 0.0 },
@@ -111,7 +123,7 @@ impl Skies {
 
 impl BakedSky {
     /// Takes a new picture if the sky changed.
-    fn look(&mut self, sky: &Gd<Sky>, world_lights: &[WorldLight], frame: u64) {
+    fn look(&mut self, sky: &Gd<Sky>, world_lights: &[WorldLight], brightness: f64, frame: u64) {
         if frame < self.next_look {
             return;
         }
@@ -121,7 +133,7 @@ impl BakedSky {
             let drawn = |map: &EnvironmentMap| {
                 self.tries >= FRAMES_BETWEEN_LOOKS || map.texels.iter().any(|texel| *texel != [0.0; 3])
             };
-            match picture(sky).filter(drawn) {
+            match picture(sky, brightness).filter(drawn) {
                 Some(map) => {
                     // The same picture again starts no image over.
                     if self.map.as_deref() != Some(&map) {
@@ -194,8 +206,8 @@ fn fingerprint(sky: &Gd<Sky>, world_lights: &[WorldLight]) -> u64 {
     hasher.finish().max(1)
 }
 
-/// A sky's radiance at an energy of 1, unturned.
-fn picture(sky: &Gd<Sky>) -> Option<EnvironmentMap> {
+/// A sky's radiance at an energy of 1, unturned. The engine has drawn it `brightness` times as bright.
+fn picture(sky: &Gd<Sky>, brightness: f64) -> Option<EnvironmentMap> {
     let panorama = sky.get_material().and_then(|m| m.try_cast::<PanoramaSkyMaterial>().ok());
     if let Some(material) = panorama {
         let mut image = material.get_panorama()?.get_image()?;
@@ -223,7 +235,7 @@ fn picture(sky: &Gd<Sky>) -> Option<EnvironmentMap> {
         false,
         Vector2i::new(width, height),
     )?;
-    let mut map = map_of(baked, 1.0, false)?;
+    let mut map = map_of(baked, 1.0 / brightness, false)?;
     // What Godot bakes begins at -z too, and runs the other way round.
     map.texels.chunks_exact_mut(map.width).for_each(|row| {
         row.reverse();

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
+use lumivox_core::light::{self, Falloff, LightKind};
 use lumivox_core::{
     Camera, CancelToken, ColorStop, Ease, Environment, EnvironmentMap, EnvironmentSource, Filter, Medium,
     OpacityKnot, PerspectiveCamera, Progress, Projection, Scene, SurfaceReflection, TransferFunction,
@@ -56,6 +57,9 @@ pub struct Volume {
     pub surface: [f64; 4],
     pub clip_min: [f64; 3],
     pub clip_max: [f64; 3],
+    /// Bits of the layers that it is on.
+    pub layers: u32,
+    pub visible: bool,
 }
 
 impl Volume {
@@ -75,6 +79,19 @@ impl Volume {
             surface: [0.0, 100.0, 0.4, 0.04],
             clip_min: [0.0; 3],
             clip_max: [1.0; 3],
+            layers: 1,
+            visible: true,
+        }
+    }
+
+    /// Nothing behind it shines through, and it is red: a hole in it is seen.
+    pub fn solid() -> Self {
+        Self {
+            knots: vec![[-1020.0, 0.0, 0.0], [-900.0, 1.0, 0.0]],
+            stops: vec![[0.0, 0.8, 0.1, 0.05]],
+            density: 30.0,
+            anisotropy: 0.0,
+            ..Self::soft()
         }
     }
 
@@ -108,6 +125,7 @@ impl Volume {
         let [low, high] = [self.clip_min, self.clip_max];
         instance.clip_box =
             [DVec3::new(low[0], 1.0 - high[2], low[1]), DVec3::new(high[0], 1.0 - low[2], high[1])];
+        instance.layers = self.layers;
         instance
     }
 }
@@ -122,6 +140,104 @@ pub struct Mesh {
     pub color: [f64; 3],
 }
 
+/// What kind of node a lamp is.
+#[derive(Clone, Copy, PartialEq, Serialize)]
+pub enum LampKind {
+    Directional,
+    Omni,
+    Spot,
+}
+
+/// A light in the scene, with the properties of Godot's nodes.
+#[derive(Clone, Copy, Serialize)]
+pub struct Lamp {
+    pub kind: LampKind,
+    /// It shines along its -z.
+    pub place: Place,
+    /// Linear RGB.
+    pub color: [f64; 3],
+    pub energy: f64,
+    /// The angle across a sun in degrees, else a radius in metres.
+    pub size: f64,
+    pub range: f64,
+    pub attenuation: f64,
+    /// From the axis to the edge, in degrees.
+    pub spot_angle: f64,
+    pub spot_attenuation: f64,
+    /// Bits of the layers that it lights.
+    pub layers: u32,
+}
+
+impl Lamp {
+    /// White, of energy 1, with Godot's defaults.
+    pub fn new(kind: LampKind, place: Place) -> Self {
+        Self {
+            kind,
+            place,
+            color: [1.0; 3],
+            energy: 1.0,
+            size: 0.0,
+            range: 5.0,
+            attenuation: 1.0,
+            spot_angle: 45.0,
+            spot_attenuation: 1.0,
+            layers: u32::MAX >> 12,
+        }
+    }
+
+    /// What Godot's manual says of it: at an energy of 1 a white surface that faces a sun is white.
+    pub fn light(&self) -> light::Light {
+        let place = self.place.affine();
+        let direction = -place.matrix3.z_axis;
+        let white = self.color.map(|c| c * self.energy * std::f64::consts::PI);
+        let lamp = light::Lamp {
+            position: place.translation,
+            intensity: white,
+            radius: self.size,
+            falloff: Falloff { range: self.range, decay: self.attenuation },
+        };
+        let kind = match self.kind {
+            LampKind::Directional => LightKind::Directional {
+                direction,
+                irradiance: white,
+                angular_radius: (self.size / 2.0).to_radians(),
+            },
+            LampKind::Omni => LightKind::Point(lamp),
+            LampKind::Spot => LightKind::Spot {
+                lamp,
+                direction,
+                half_angle: self.spot_angle.to_radians(),
+                cone_attenuation: 1.0 / self.spot_attenuation,
+            },
+        };
+        light::Light { kind, layers: self.layers }
+    }
+
+    /// What a white Lambert surface reflects of it, without any shadow; of lamps that are points.
+    pub fn reflected(&self, point: DVec3, normal: DVec3) -> [f64; 3] {
+        let place = self.place.affine();
+        let axis = -place.matrix3.z_axis.normalize();
+        let (towards, factor) = match self.kind {
+            LampKind::Directional => (-axis, 1.0),
+            LampKind::Omni | LampKind::Spot => {
+                let offset = place.translation - point;
+                let towards = offset.normalize();
+                let cone = match self.kind {
+                    LampKind::Spot => LightKind::cone_factor(
+                        -towards.dot(axis),
+                        self.spot_angle.to_radians(),
+                        1.0 / self.spot_attenuation,
+                    ),
+                    _ => 1.0,
+                };
+                let falloff = Falloff { range: self.range, decay: self.attenuation };
+                (towards, falloff.at(offset.length()) * cone)
+            }
+        };
+        self.color.map(|c| c * self.energy * factor * normal.dot(towards).max(0.0))
+    }
+}
+
 /// Light from all around.
 #[derive(Clone, Serialize)]
 pub enum Light {
@@ -129,6 +245,20 @@ pub enum Light {
     Color([f64; 3]),
     /// A panorama: texels across and down, and the angle it is turned by around the vertical, in radians.
     Panorama { width: usize, height: usize, texels: Vec<[f32; 3]>, rotation: f64, energy: f64 },
+}
+
+/// How a viewport makes pixels.
+#[derive(Clone, Copy, Serialize)]
+pub struct Output {
+    /// Samples of the rasteriser: 1, 2, 4 or 8.
+    pub msaa: u32,
+    /// Pixels that are drawn per pixel that is shown, along a side.
+    pub scale: f64,
+    /// 0 bilinear, 1 FSR 1, 2 FSR 2.
+    pub scaling: u32,
+    pub hdr: bool,
+    pub transparent: bool,
+    pub taa: bool,
 }
 
 /// A scene, a camera and how long to look.
@@ -142,11 +272,21 @@ pub struct Case {
     pub fov: f64,
     /// Metres from the bottom to the top of a parallel view.
     pub height: f64,
+    /// Left, right, bottom and top edge of a view at distance 1, instead of `fov` and the pixels' own shape.
+    pub tangents: Option<[f64; 4]>,
     pub light: Light,
     /// In stops.
     pub exposure: f64,
     pub volumes: Vec<Volume>,
     pub meshes: Vec<Mesh>,
+    pub lamps: Vec<Lamp>,
+    /// Boxes that the lamps light; white Lambert surfaces, times their colour.
+    pub lit_meshes: Vec<Mesh>,
+    /// Boxes that let half of what is behind them through.
+    pub glass: Vec<Mesh>,
+    pub output: Output,
+    /// Milliseconds of tracing in a frame.
+    pub budget: f64,
 }
 
 impl Case {
@@ -159,10 +299,16 @@ impl Case {
             camera: look_at(DVec3::new(0.022, 0.028, 0.085), DVec3::ZERO),
             fov: 35.0,
             height: 0.0,
+            tangents: None,
             light: Light::Color([0.4, 0.45, 0.5]),
             exposure: 0.0,
             volumes: vec![Volume::soft()],
             meshes: vec![],
+            lamps: vec![],
+            lit_meshes: vec![],
+            glass: vec![],
+            output: Output { msaa: 1, scale: 1.0, scaling: 0, hdr: false, transparent: false, taa: false },
+            budget: 50.0,
         }
     }
 
@@ -184,15 +330,18 @@ impl Case {
             }
         };
         Scene {
-            volumes: self.volumes.iter().map(Volume::instance).collect(),
+            volumes: self.volumes.iter().filter(|v| v.visible).map(Volume::instance).collect(),
             environment,
-            ..Scene::default()
+            lights: self.lamps.iter().map(Lamp::light).collect(),
         }
     }
 
     pub fn camera(&self) -> Camera {
         let aspect = f64::from(self.size[0]) / f64::from(self.size[1]);
         let world_from_camera = self.camera.affine();
+        if let Some(tangents) = self.tangents {
+            return Camera { world_from_camera, projection: Projection::Perspective { tangents } };
+        }
         if self.fov > 0.0 {
             return PerspectiveCamera { world_from_camera, vertical_fov: self.fov.to_radians() }
                 .with_aspect(aspect);

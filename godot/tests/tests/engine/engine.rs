@@ -1,6 +1,8 @@
 //! A real Godot: the project it opens, the display it draws to, and the log it must keep clean.
 
+use std::ffi::OsString;
 use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
@@ -32,6 +34,23 @@ pub struct Run {
     pub log: String,
 }
 
+/// What a run of a program differs in from others.
+#[derive(Default)]
+pub struct Start<'a> {
+    pub environment: Vec<(&'a str, OsString)>,
+    /// The folder it is started in.
+    pub folder: Option<&'a Path>,
+    /// Words in its log that the addon is not to blame for.
+    pub excused: &'a [&'a str],
+}
+
+/// What several tests look at, made once. Where that fails, it is not tried again for each of them.
+pub fn once<T>(cell: &'static OnceLock<Option<T>>, make: impl FnOnce() -> T) -> &'static T {
+    cell.get_or_init(|| catch_unwind(AssertUnwindSafe(make)).ok())
+        .as_ref()
+        .expect("this test's run failed, as an earlier test says")
+}
+
 /// One engine at a time: two would only slow each other down.
 pub fn engine() -> MutexGuard<'static, Engine> {
     static ENGINE: OnceLock<Mutex<Engine>> = OnceLock::new();
@@ -40,7 +59,7 @@ pub fn engine() -> MutexGuard<'static, Engine> {
 
 /// Godot, with a project of its own.
 pub struct Engine {
-    godot: PathBuf,
+    pub godot: PathBuf,
     /// The project's folder: the demo with its addon, and the tests' own scripts under `res://tests`.
     pub project: PathBuf,
     /// Where cases and pictures go.
@@ -92,8 +111,21 @@ impl Engine {
         )
     }
 
+    /// A copy of the project, imported as it is, for what changes it.
+    pub fn copy_project(&self, name: &str) -> PathBuf {
+        let to = self.out.join(name).join("project");
+        let _ = fs::remove_dir_all(&to);
+        copy(&self.project, &to, &[]);
+        to
+    }
+
     /// Runs another program with the engine's arguments, as an exported game is one.
     pub fn run_program(&self, program: &Path, name: &str, arguments: &[&str]) -> Run {
+        self.run_as(program, name, arguments, &Start::default())
+    }
+
+    /// The same, in an environment of its own.
+    pub fn run_as(&self, program: &Path, name: &str, arguments: &[&str], start: &Start) -> Run {
         let log = self.out.join(format!("{name}.log"));
         let file = fs::File::create(&log).unwrap();
         let display = Display::open();
@@ -105,9 +137,13 @@ impl Engine {
             .env("XDG_DATA_HOME", self.out.join("data"))
             .env("XDG_CONFIG_HOME", self.out.join("config"))
             .env("XDG_CACHE_HOME", self.out.join("cache"))
+            .envs(start.environment.iter().map(|(name, value)| (name, value)))
             .stdin(Stdio::null())
             .stdout(file.try_clone().unwrap())
             .stderr(file);
+        if let Some(folder) = start.folder {
+            command.current_dir(folder);
+        }
         let mut child = command.spawn().unwrap_or_else(|e| panic!("{}: {e}", program.display()));
         let begin = Instant::now();
         let status = loop {
@@ -136,7 +172,7 @@ impl Engine {
             status.unwrap_or_else(|| panic!("{name}: not done after {TIME_LIMIT:?}; its log ends\n{tail}"));
         assert!(status.success(), "{name}: Godot ended with {status}; its log ends\n{tail}");
         let run = Run { log: text };
-        let complaints = run.complaints();
+        let complaints = run.complaints(start.excused);
         assert!(complaints.is_empty(), "{name}: the log ({}) complains:\n{complaints}", log.display());
         println!("{name}: {:.0?}", begin.elapsed());
         run
@@ -145,13 +181,13 @@ impl Engine {
 
 impl Run {
     /// Errors and warnings of engine, driver and scripts, with the line after each, where they say who it was.
-    fn complaints(&self) -> String {
+    fn complaints(&self, excused: &[&str]) -> String {
         let lines: Vec<&str> = self.log.lines().collect();
         let mut found = String::new();
         for (i, line) in lines.iter().enumerate() {
             let words = ["ERROR", "WARNING", "leaked", "panicked", "Validation"];
             let next = lines.get(i + 1).copied().unwrap_or_default();
-            let excused = NOT_OURS.iter().any(|w| line.contains(w) || next.contains(w));
+            let excused = NOT_OURS.iter().chain(excused).any(|w| line.contains(w) || next.contains(w));
             // Errors that a test provokes are announced.
             let expected = i > 0 && lines[..i].iter().rev().take(3).any(|l| l.starts_with("EXPECT "));
             if words.iter().any(|w| line.contains(w)) && !excused && !expected {

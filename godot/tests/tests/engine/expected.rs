@@ -16,16 +16,30 @@ const NEAR: f64 = 0.001;
 
 /// The picture of a finished view, as a viewport with a linear tone map shows it.
 pub fn picture(case: &Case) -> SrgbImage {
+    SrgbImage::from_linear(case.size[0] as usize, case.size[1] as usize, &linear(case))
+}
+
+/// The same in linear RGB.
+pub fn linear(case: &Case) -> Vec<[f64; 3]> {
     let film = film(case);
     let exposure = case.exposure.exp2();
-    let linear: Vec<[f64; 3]> = (0..pixel_count(case))
+    (0..pixel_count(case))
         .map(|pixel| {
             let behind = host(case, pixel).map_or_else(|| background(case, pixel), |(_, color)| color);
             let (light, alpha) = (film.radiance(pixel), film.alpha(pixel));
             std::array::from_fn(|i| exposure * light[i] + (1.0 - alpha) * behind[i])
         })
-        .collect();
-    SrgbImage::from_linear(case.size[0] as usize, case.size[1] as usize, &linear)
+        .collect()
+}
+
+/// Which of some meshes the middle of each pixel shows, where there are no others.
+pub fn seen(case: &Case, meshes: &[Mesh]) -> Vec<Option<usize>> {
+    let nearest = |pixel| {
+        let ray = ray(case, pixel);
+        let hits = meshes.iter().enumerate().filter_map(|(i, mesh)| Some((i, intersect(mesh, &ray)?.0)));
+        hits.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
+    };
+    (0..pixel_count(case)).map(nearest).collect()
 }
 
 /// The film of a finished view.
@@ -110,20 +124,33 @@ fn ray(case: &Case, pixel: usize) -> Ray {
 fn host(case: &Case, pixel: usize) -> Option<(f64, [f64; 3])> {
     let ray = ray(case, pixel);
     let forward = -case.camera().world_from_camera.matrix3.z_axis;
-    let hits = case.meshes.iter().filter_map(|mesh| Some((intersect(mesh, &ray)?, mesh.color)));
-    let (t, color) = hits.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let flat = case.meshes.iter().filter_map(|mesh| Some((intersect(mesh, &ray)?.0, mesh.color)));
+    let lit = case.lit_meshes.iter().filter_map(|mesh| {
+        let (t, normal) = intersect(mesh, &ray)?;
+        let point = ray.origin + t * ray.direction;
+        let mut color = [0.0; 3];
+        for lamp in &case.lamps {
+            let reflected = lamp.reflected(point, normal);
+            color = std::array::from_fn(|i| color[i] + mesh.color[i] * reflected[i]);
+        }
+        Some((t, color))
+    });
+    let (t, color) = flat.chain(lit).min_by(|a, b| a.0.total_cmp(&b.0))?;
     Some((t * ray.direction.dot(forward), color))
 }
 
-/// The slab method.
-fn intersect(mesh: &Mesh, ray: &Ray) -> Option<f64> {
+/// The slab method: distance and unit normal.
+fn intersect(mesh: &Mesh, ray: &Ray) -> Option<(f64, DVec3)> {
     let box_from_world = mesh.place.affine().inverse();
     let origin = box_from_world.transform_point3(ray.origin);
     let direction = box_from_world.transform_vector3(ray.direction);
     let half = DVec3::from_array(mesh.size) / 2.0;
     let (a, b) = ((-half - origin) / direction, (half - origin) / direction);
-    let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
-    (enter < leave && enter > 0.0).then_some(enter)
+    let near = a.min(b);
+    let (enter, leave) = (near.max_element(), a.max(b).min_element());
+    let axis = [DVec3::X, DVec3::Y, DVec3::Z][near.max_position()];
+    let normal = box_from_world.matrix3.transpose() * (-axis * direction.dot(axis).signum());
+    (enter < leave && enter > 0.0).then(|| (enter, normal.normalize()))
 }
 
 fn background(case: &Case, pixel: usize) -> [f64; 3] {

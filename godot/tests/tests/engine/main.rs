@@ -2,7 +2,16 @@
 //!
 //! Nothing here skips: without an engine or a display these tests fail, and say what to install.
 
+mod antialiasing;
 mod case;
+mod editor;
 mod engine;
 mod expected;
+mod export;
+mod lights;
+mod many;
+mod motion;
 mod pictures;
+mod runtime_import;
+mod shown;
+mod xr;

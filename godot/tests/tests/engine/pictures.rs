@@ -1,15 +1,9 @@
 //! What viewports show is what the renderer makes of the same scenes, pixel by pixel.
 
-use std::fs;
-use std::path::PathBuf;
-use std::sync::OnceLock;
-
 use lumivox_core::glam::{DMat3, DVec3};
-use lumivox_testing::png_io::SrgbImage;
 
 use crate::case::{Case, Light, Mesh, Place, Volume, look_at};
-use crate::engine::engine;
-use crate::expected;
+use crate::shown::Shown;
 
 /// Every case, in one run of the engine.
 fn cases() -> Vec<Case> {
@@ -106,56 +100,9 @@ fn panorama() -> Light {
     }
 }
 
-/// The folder of screenshots, `NAME.png` each, made once.
-fn screenshots() -> &'static PathBuf {
-    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
-    FOLDER.get_or_init(|| {
-        let engine = engine();
-        let folder = engine.out.join("pictures");
-        fs::create_dir_all(&folder).unwrap();
-        let file = folder.join("cases.json");
-        fs::write(&file, serde_json::to_vec(&cases()).unwrap()).unwrap();
-        engine.run(
-            "pictures",
-            &[
-                "res://tests/show_cases.tscn",
-                "--",
-                "--cases",
-                file.to_str().unwrap(),
-                "--out",
-                folder.to_str().unwrap(),
-            ],
-        );
-        folder
-    })
-}
-
 fn assert_as_expected(name: &str) {
-    let case = cases().into_iter().find(|c| c.name == name).unwrap();
-    let shown = SrgbImage::read(&screenshots().join(format!("{name}.png"))).unwrap();
-    let wanted = expected::picture(&case);
-    let _ = wanted.write(&screenshots().join(format!("{name}_wanted.png")));
-    assert_eq!((shown.width, shown.height), (wanted.width, wanted.height));
-    assert!(is_a_picture(&wanted), "{name} shows nothing");
-    let (mut sum, mut far) = (0.0, 0);
-    for (a, b) in shown.pixels.iter().zip(&wanted.pixels) {
-        let difference = (0..3).map(|i| a[i].abs_diff(b[i])).max().unwrap();
-        sum += f64::from(difference);
-        far += usize::from(difference > 2);
-    }
-    let (mean, far) = (sum / wanted.pixels.len() as f64, far as f64 / wanted.pixels.len() as f64);
-    println!(
-        "{name}: differs by {mean:.3} of 255 on average, by more than 2 in {:.2}% of pixels",
-        far * 100.0
-    );
-    // The same random numbers make the same paths; now and then rounding sends one elsewhere, and the edge of a mesh
-    // falls on another pixel.
-    assert!(mean < 0.5 && far < 0.01, "{name}: differs by {mean} of 255, in {far} of all pixels");
-}
-
-fn is_a_picture(image: &SrgbImage) -> bool {
-    let distinct: std::collections::HashSet<_> = image.pixels.iter().collect();
-    distinct.len() > 150
+    static SHOWN: Shown = Shown::new("pictures", cases);
+    SHOWN.assert_as_expected(name);
 }
 
 #[test]

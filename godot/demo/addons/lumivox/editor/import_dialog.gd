@@ -6,7 +6,9 @@ extends ConfirmationDialog
 
 enum Step { CHOOSE, SCANNING, READY, IMPORTING, SAVING }
 
-const COLUMNS: PackedStringArray = ["Series", "What it is", "Files"]
+const COLUMNS: PackedStringArray = ["Series", "What it is", "Voxels", "Phases", "Files"]
+const COLUMN_RATIOS: PackedInt32Array = [2, 10, 5, 2, 2]
+const THUMBNAIL_SIZE := 160
 
 var _undo: EditorUndoRedoManager
 var _importer: LumivoxImporter
@@ -20,6 +22,9 @@ var _path := LineEdit.new()
 var _browse := MenuButton.new()
 var _series := Tree.new()
 var _details := RichTextLabel.new()
+var _thumbnail := TextureRect.new()
+var _phase_row := HBoxContainer.new()
+var _phase := SpinBox.new()
 var _target := LineEdit.new()
 var _add_to_scene := CheckBox.new()
 var _stage := Label.new()
@@ -38,12 +43,7 @@ func _init(undo: EditorUndoRedoManager = null) -> void:
 	add_child(column)
 	column.add_child(_source_row())
 	column.add_child(_series_tree())
-	_details.bbcode_enabled = false
-	_details.custom_minimum_size.y = 90.0
-	_details.selection_enabled = true
-	_details.size_flags_vertical = Control.SIZE_EXPAND_FILL
-	_details.size_flags_stretch_ratio = 0.6
-	column.add_child(_details)
+	column.add_child(_details_row())
 	column.add_child(_target_row())
 	column.add_child(_progress_row())
 	confirmed.connect(_on_confirmed)
@@ -129,9 +129,25 @@ func _series_tree() -> Control:
 	for i in COLUMNS.size():
 		_series.set_column_title(i, COLUMNS[i])
 		_series.set_column_title_alignment(i, HORIZONTAL_ALIGNMENT_LEFT)
-		_series.set_column_expand_ratio(i, [1, 5, 1][i] as int)
+		_series.set_column_expand_ratio(i, COLUMN_RATIOS[i])
 	_series.item_activated.connect(_on_confirmed)
+	_series.item_selected.connect(_on_series_selected)
 	return _series
+
+
+## What is known of the series that is selected, and its middle slice.
+func _details_row() -> Control:
+	var row := HBoxContainer.new()
+	row.custom_minimum_size.y = THUMBNAIL_SIZE * EditorInterface.get_editor_scale()
+	_thumbnail.custom_minimum_size = Vector2.ONE * row.custom_minimum_size.y
+	_thumbnail.expand_mode = TextureRect.EXPAND_IGNORE_SIZE
+	_thumbnail.stretch_mode = TextureRect.STRETCH_KEEP_ASPECT_CENTERED
+	row.add_child(_thumbnail)
+	_details.bbcode_enabled = false
+	_details.selection_enabled = true
+	_details.size_flags_horizontal = Control.SIZE_EXPAND_FILL
+	row.add_child(_details)
+	return row
 
 
 func _target_row() -> Control:
@@ -141,6 +157,14 @@ func _target_row() -> Control:
 	row.add_child(label)
 	_target.size_flags_horizontal = Control.SIZE_EXPAND_FILL
 	row.add_child(_target)
+	var phase_label := Label.new()
+	phase_label.text = "Phase"
+	_phase_row.add_child(phase_label)
+	_phase.min_value = 1.0
+	_phase.tooltip_text = "Which of the volumes in the series is imported."
+	_phase_row.add_child(_phase)
+	_phase_row.hide()
+	row.add_child(_phase_row)
 	_add_to_scene.text = "Add to Scene"
 	_add_to_scene.tooltip_text = "Adds a LumivoxVolume3D with the scan to the scene that is open."
 	_add_to_scene.button_pressed = true
@@ -168,6 +192,7 @@ func _go(step: Step) -> void:
 	_path.editable = not works
 	_browse.disabled = works
 	_target.editable = not works
+	_phase.editable = not works
 	_progress.visible = works
 	_stop.visible = step in [Step.SCANNING, Step.IMPORTING]
 	_add_to_scene.disabled = works or EditorInterface.get_edited_scene_root() == null
@@ -202,9 +227,7 @@ func _new_importer() -> LumivoxImporter:
 
 
 func _scan() -> void:
-	_series.clear()
-	_report = {}
-	_details.text = ""
+	_forget()
 	if not DirAccess.dir_exists_absolute(_path.text) and not FileAccess.file_exists(_path.text):
 		_show_problem("There is no folder or file '%s'." % _path.text)
 		_go(Step.CHOOSE)
@@ -213,6 +236,14 @@ func _scan() -> void:
 	var error := _new_importer().scan([_path.text])
 	if error != OK:
 		_on_failed(error_string(error))
+
+
+func _forget() -> void:
+	_report = {}
+	_series.clear()
+	_details.text = ""
+	_thumbnail.texture = null
+	_phase_row.hide()
 
 
 func _begin(step: Step, text: String) -> void:
@@ -238,21 +269,70 @@ func _on_scanned(report: Dictionary) -> void:
 		item.set_text(0, str(one.number) if one.get("number") != null else "-")
 		item.set_text(1, one.get("description", "") as String)
 		item.set_tooltip_text(1, one.get("id", "") as String)
-		item.set_text(2, str(one.get("files", 0)))
+		var size: Vector3i = one.get("dimensions", Vector3i.ZERO)
+		item.set_text(2, "%d × %d × %d" % [size.x, size.y, size.z])
+		item.set_text(3, str(one.get("phases", 1)))
+		item.set_text(4, str(one.get("files", 0)))
 		item.set_metadata(0, i)
 		if i == (report.get("chosen", 0) as int):
 			item.select(0)
-	_details.text = _report_text(report)
+	_on_series_selected()
 	_target.text = _free_name(_path.text.trim_suffix("/").get_file().get_slice(".", 0))
 	_stage.text = "%d series" % list.size() if list.size() != 1 else "One series"
 	_go(Step.READY)
 
 
-## Notes first, then what was left out, grouped by the reason.
-func _report_text(report: Dictionary) -> String:
-	var text := "%s\n" % report.get("format", "")
-	for note: String in report.get("notes", PackedStringArray()):
+func _selected_series() -> int:
+	var item := _series.get_selected()
+	return item.get_metadata(0) as int if item != null else -1
+
+
+func _on_series_selected() -> void:
+	var place := _selected_series()
+	_thumbnail.texture = null
+	_details.text = ""
+	_phase_row.hide()
+	if place >= 0:
+		var one: Dictionary = (_report.series as Array)[place]
+		var phases: int = one.get("phases", 1)
+		_phase.max_value = maxi(phases, 1)
+		_phase.value = 1.0
+		_phase_row.visible = phases > 1
+		_details.text = _series_text(one)
+		var picture := _importer.thumbnail(place, THUMBNAIL_SIZE)
+		if picture != null:
+			_thumbnail.texture = ImageTexture.create_from_image(picture)
+	_details.text += _report_text(_report, place)
+
+
+func _series_text(one: Dictionary) -> String:
+	var spacing: Vector3 = one.get("spacing_mm", Vector3.ZERO)
+	var facts: PackedStringArray = [
+		one.get("modality", "") as String,
+		one.get("orientation", "") as String,
+		"voxels of %s × %s × %s mm" % [
+			String.num(spacing.x, 3), String.num(spacing.y, 3), String.num(spacing.z, 3)],
+		"%s in memory" % String.humanize_size(one.get("bytes", 0) as int),
+	]
+	if (one.get("unit", "") as String) != "":
+		facts.append("values in %s" % one.unit)
+	var text := ", ".join(Array(facts).filter(func(fact: String) -> bool: return fact != "")) + "\n"
+	for note: String in one.get("notes", PackedStringArray()):
 		text += "• %s\n" % note
+	return text
+
+
+## Notes of the series that the report is about first, then what was left out, grouped by the reason.
+func _report_text(report: Dictionary, place: int) -> String:
+	var text := ""
+	if place < 0:
+		text = "%s without a series that can be imported\n" % report.get("format", "")
+	var shown: PackedStringArray = []
+	if place == (report.get("chosen", 0) as int):
+		shown = (report.series as Array)[place].get("notes", PackedStringArray())
+		for note: String in report.get("notes", PackedStringArray()):
+			if note not in shown:
+				text += "• %s\n" % note
 	var reasons: Dictionary[String, PackedStringArray] = {}
 	for file: Dictionary in report.get("skipped", []):
 		var reason: String = file.reason
@@ -287,9 +367,11 @@ func _on_confirmed() -> void:
 	if _target.text.get_extension() != "res":
 		_target.text = "%s.res" % _target.text
 	var options := {}
-	var item := _series.get_selected()
-	if item != null and (item.get_metadata(0) as int) != (_report.get("chosen", 0) as int):
-		options["series"] = str((item.get_metadata(0) as int) + 1)
+	var place := _selected_series()
+	if place >= 0 and _report.get("format", "") == "DICOM":
+		options["series"] = str(place + 1)
+		if _phase_row.visible:
+			options["phase"] = int(_phase.value)
 	_begin(Step.IMPORTING, "Importing")
 	var error := _new_importer().start([_path.text], options)
 	if error != OK:
@@ -322,8 +404,8 @@ func _on_saved() -> void:
 		EditorInterface.edit_resource(_volume)
 	_volume = null
 	_path.text = ""
-	_series.clear()
-	_details.text = ""
+	_forget()
+	_importer = null
 	_go(Step.CHOOSE)
 	hide()
 

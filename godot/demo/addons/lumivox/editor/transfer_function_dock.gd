@@ -2,6 +2,8 @@
 extends PanelContainer
 ## The bottom panel's transfer-function editor: follows the selected volume, with undo.
 
+const VolumeInspector := preload("volume_inspector.gd")
+
 var _undo: EditorUndoRedoManager
 var _node: LumivoxVolume3D
 var _editor := LumivoxTransferFunctionEditor.new()
@@ -105,25 +107,15 @@ func _on_preset_chosen(preset: String) -> void:
 	if not is_instance_valid(_node):
 		_editor.take(LumivoxTransferFunction.preset(preset, _editor.volume))
 		return
-	var before := _stored(_node)
+	var before := VolumeInspector.stored(_node)
 	_node.apply_preset(preset)
-	var after := _stored(_node)
+	var after := VolumeInspector.stored(_node)
 	_undo.create_action("Apply Preset", UndoRedo.MERGE_DISABLE, _node)
 	for property: StringName in after:
 		if after[property] != before[property]:
 			_undo.add_do_property(_node, property, after[property])
 			_undo.add_undo_property(_node, property, before[property])
 	_undo.commit_action()
-
-
-## What a preset may set: everything that a volume's node stores.
-func _stored(node: LumivoxVolume3D) -> Dictionary[StringName, Variant]:
-	var values: Dictionary[StringName, Variant] = {}
-	for property in ClassDB.class_get_property_list(&"LumivoxVolume3D", true):
-		if (property.usage as int) & PROPERTY_USAGE_STORAGE != 0:
-			var key := StringName(property.name as String)
-			values[key] = node.get(key)
-	return values
 
 
 ## Which undo history an edit belongs to: the scene's for a built-in resource, else the resource's own.

@@ -1,6 +1,6 @@
 @tool
 extends EditorInspectorPlugin
-## Adds to the inspector what a scan is, and a way from one slice of a series to the whole.
+## Adds to the inspector what a scan is, a way from one slice of a series to the whole, and the undoing of presets.
 
 const DicomImporter := preload("dicom_import_plugin.gd")
 const PREVIEW_HEIGHT := 150.0
@@ -25,6 +25,34 @@ func _parse_begin(object: Object) -> void:
 		_add_series_link(volume, node)
 	elif node == null and not volume.is_empty():
 		_add_preview(volume)
+
+
+## What a preset may set: everything that a volume's node stores.
+static func stored(node: LumivoxVolume3D) -> Dictionary[StringName, Variant]:
+	var values: Dictionary[StringName, Variant] = {}
+	for property in ClassDB.class_get_property_list(&"LumivoxVolume3D", true):
+		if (property.usage as int) & PROPERTY_USAGE_STORAGE != 0:
+			var key := StringName(property.name as String)
+			values[key] = node.get(key)
+	return values
+
+
+## Adds to the inspector's action of choosing a preset all that the preset sets, and what was there before: undone, the
+## node is as it was; done again, it has the very transfer function that later actions edit.
+static func record_preset(undo: Object, object: Object, property: String, value: Variant) -> void:
+	var node := object as LumivoxVolume3D
+	if node == null or property != "preset":
+		return
+	var before := stored(node)
+	var after := before
+	if value != "" and node.apply_preset(value as String):
+		after = stored(node)
+		for key in before:
+			node.set(key, before[key])
+	for key in before:
+		undo.call(&"add_undo_property", node, key, before[key])
+		if after[key] != before[key]:
+			undo.call(&"add_do_property", node, key, after[key])
 
 
 func _add_series_link(volume: LumivoxVolume, node: LumivoxVolume3D) -> void:

@@ -3,7 +3,7 @@ class_name LumivoxVolumePanel
 extends PanelContainer
 ## A panel for a running game: opens scans, and sets look, light and clipping of one [LumivoxVolume3D].
 ##
-## Put it into a [CanvasLayer], and set [member volume_node] and, for exposure, [member effect].
+## Put it into a [CanvasLayer], and set [member volume_node] and, for exposure and denoising, [member effect].
 
 ## Emitted when a scan that was opened is shown.
 signal volume_opened(volume: LumivoxVolume)
@@ -19,7 +19,7 @@ const STATUS_INTERVAL := 0.2
 ## The node that is edited.
 @export var volume_node: LumivoxVolume3D:
 	set = set_volume_node
-## The effect whose exposure is set; without one the row is hidden.
+## The effect that is set; without one its rows are hidden.
 @export var effect: LumivoxEffect:
 	set = set_effect
 ## The key that hides and shows the panel.
@@ -29,6 +29,7 @@ const STATUS_INTERVAL := 0.2
 
 var _density := RangeRow.new("Density", 0.05, 20.0, 0.01, "", true)
 var _exposure := RangeRow.new("Exposure", -4.0, 4.0, 0.05, " EV")
+var _denoise := CheckBox.new()
 var _clip: Array[ClipRow] = []
 var _importer: LumivoxImporter
 var _since_status := 0.0
@@ -62,6 +63,11 @@ func _ready() -> void:
 		_rows.add_child(row)
 	_density.value_changed.connect(_on_density)
 	_exposure.value_changed.connect(_on_exposure)
+	_denoise.text = "Denoise"
+	_denoise.tooltip_text = "Filters the noise out while the image converges; a little too soft until it has 256 samples."
+	_denoise.focus_mode = Control.FOCUS_NONE
+	_denoise.toggled.connect(_on_denoise)
+	_rows.add_child(_denoise)
 	for axis: Array in [["Clip  side", "R", "L"], ["Clip  height", "F", "H"], ["Clip  depth", "P", "A"]]:
 		var row := ClipRow.new(axis[0] as String, axis[1] as String, axis[2] as String)
 		row.range_changed.connect(_on_clip.bind(_clip.size()))
@@ -102,7 +108,7 @@ func set_volume_node(value: LumivoxVolume3D) -> void:
 	_refresh()
 
 
-## Sets the exposure of another effect.
+## Sets another effect.
 func set_effect(value: LumivoxEffect) -> void:
 	effect = value
 	_refresh()
@@ -154,8 +160,10 @@ func _refresh() -> void:
 	_editor.transfer_function = volume_node.transfer_function if volume_node != null else null
 	_preset.disabled = not usable
 	_exposure.visible = effect != null
+	_denoise.visible = effect != null
 	if effect != null:
 		_exposure.show_value(effect.exposure)
+		_denoise.set_pressed_no_signal(effect.denoise)
 	if volume_node == null:
 		return
 	_density.show_value(volume_node.density)
@@ -221,6 +229,11 @@ func _on_density(value: float) -> void:
 func _on_exposure(value: float) -> void:
 	if effect != null:
 		effect.exposure = value
+
+
+func _on_denoise(on: bool) -> void:
+	if effect != null:
+		effect.denoise = on
 
 
 func _on_clip(low: float, high: float, axis: int) -> void:

@@ -1,0 +1,325 @@
+@tool
+extends EditorPlugin
+## Uses the addon as somebody at the editor does, and tells what happens in lines `TELL NAME JSON`.
+
+const PATIENCE_MS := 60000
+const CLASSES: PackedStringArray = [
+	"LumivoxVolume3D", "LumivoxVolume", "LumivoxTransferFunction", "LumivoxEffect", "LumivoxImporter", "Lumivox",
+]
+
+var _arguments := {}
+var _case := {}
+var _node: LumivoxVolume3D
+
+
+func _enter_tree() -> void:
+	var words := OS.get_cmdline_user_args()
+	for i in range(0, words.size() - 1, 2):
+		_arguments[words[i].trim_prefix("--")] = words[i + 1]
+	# Also loaded when the project is imported.
+	if _arguments.has("cases"):
+		_run.call_deferred()
+
+
+func _run() -> void:
+	while EditorInterface.get_resource_filesystem().is_scanning():
+		await get_tree().process_frame
+	await _seconds(1.0)
+	# Asking for the broken file complains once more.
+	_tell("scans", _scans())
+	_case = JSON.parse_string(FileAccess.get_file_as_string(_arguments["cases"]))[0]
+	await _open_scene()
+	_tell("idle", await _watch_idle_editor())
+	await _save_picture("edited")
+	_tell("undo", await _edit_and_undo())
+	await _save_picture("undone")
+	_tell("inspector", await _inspect())
+	_tell("dock", await _use_dock())
+	await _screenshot("dock")
+	_tell("gizmo", await _drag_handle())
+	_tell("four", await _four_views())
+	await _screenshot("four")
+	_tell("help", await _read_help())
+	await _screenshot("help")
+	_tell("plugin", await _restart_plugin())
+	# The project file was changed, and the editor looks for more.
+	await _seconds(4.0)
+	get_tree().quit()
+
+
+func _tell(name: String, what: Variant) -> void:
+	print("TELL %s %s" % [name, JSON.stringify(what, "", true, true)])
+
+
+func _seconds(duration: float) -> void:
+	await get_tree().create_timer(duration).timeout
+
+
+func _path(name: String) -> String:
+	return (_arguments["out"] as String).path_join(name)
+
+
+func _screenshot(name: String) -> void:
+	await _seconds(0.5)
+	# An editor at rest draws nothing.
+	EditorInterface.get_base_control().queue_redraw()
+	await RenderingServer.frame_post_draw
+	get_window().get_texture().get_image().save_png(_path("editor_%s.png" % name))
+
+
+func _until(condition: Callable) -> bool:
+	var begin := Time.get_ticks_msec()
+	while Time.get_ticks_msec() - begin < PATIENCE_MS:
+		if condition.call():
+			return true
+		await get_tree().process_frame
+	return false
+
+
+## What the import plugins made of the files under `res://scans`.
+func _scans() -> Dictionary:
+	var found := {}
+	var folders: Array[String] = ["res://scans"]
+	while not folders.is_empty():
+		var folder: String = folders.pop_back()
+		for name in DirAccess.get_directories_at(folder):
+			folders.append(folder.path_join(name))
+		for name in DirAccess.get_files_at(folder):
+			var path := folder.path_join(name)
+			if path.get_extension() == "import":
+				continue
+			var known := ResourceLoader.exists(path) and FileAccess.file_exists(path + ".import")
+			var volume := load(path) as LumivoxVolume if known else null
+			if volume == null:
+				found[path.trim_prefix("res://scans/")] = null
+				continue
+			var dims := volume.get_dimensions()
+			var spacing := volume.get_spacing_mm()
+			var values := volume.get_value_range()
+			found[path.trim_prefix("res://scans/")] = {
+				"dims": [dims.x, dims.y, dims.z], "spacing": [spacing.x, spacing.y, spacing.z],
+				"range": [values.x, values.y], "part_of": volume.get_meta(&"lumivox_series", ""),
+			}
+	return found
+
+
+## Saves the case as a scene, and opens that.
+func _open_scene() -> void:
+	var root := LumivoxCase.build(_case)
+	root.get_node("Camera").free()
+	for node in root.get_children():
+		node.owner = root
+	var packed := PackedScene.new()
+	packed.pack(root)
+	ResourceSaver.save(packed, "res://edited.scn")
+	root.free()
+	EditorInterface.open_scene_from_path("res://edited.scn")
+	EditorInterface.set_main_screen_editor("3D")
+	await _seconds(0.5)
+	for child in EditorInterface.get_edited_scene_root().get_children():
+		if child is LumivoxVolume3D:
+			_node = child
+			break
+
+
+func _editor_status() -> Dictionary:
+	return Lumivox.get_status(EditorInterface.get_editor_viewport_3d(0))
+
+
+## Nobody touches anything: the viewport must converge all the same, and then the editor must rest.
+func _watch_idle_editor() -> Dictionary:
+	var before := _editor_status()
+	# A timer that ends draws nothing.
+	var converged := await _until(func() -> bool: return _editor_status().get("converged", false))
+	await _seconds(1.0)
+	var drawn := Engine.get_frames_drawn()
+	await _seconds(2.0)
+	return {
+		"before": before, "after": _editor_status(), "converged": converged,
+		"drawn_at_rest": Engine.get_frames_drawn() - drawn,
+		"low_processor_mode": OS.low_processor_usage_mode,
+	}
+
+
+## What a camera sees of the scene that is edited.
+func _save_picture(name: String) -> void:
+	var viewport := SubViewport.new()
+	viewport.size = Vector2i(int(_case.size[0]), int(_case.size[1]))
+	viewport.render_target_update_mode = SubViewport.UPDATE_ALWAYS
+	viewport.world_3d = EditorInterface.get_edited_scene_root().get_world_3d()
+	var camera := LumivoxCase.camera(_case)
+	viewport.add_child(camera)
+	add_child(viewport)
+	await RenderingServer.frame_post_draw
+	await RenderingServer.frame_post_draw
+	var converged := await _until(func() -> bool: return Lumivox.is_converged(viewport))
+	for frame in 2:
+		EditorInterface.get_base_control().queue_redraw()
+		await RenderingServer.frame_post_draw
+	if not converged:
+		push_error("%s does not converge: %s" % [name, Lumivox.get_status(viewport)])
+	LumivoxCase.save(viewport, _path(name))
+	viewport.queue_free()
+	await get_tree().process_frame
+
+
+func _history() -> UndoRedo:
+	return get_undo_redo().get_history_undo_redo(get_undo_redo().get_object_history_id(_node))
+
+
+## An edit restarts the image, undo brings the old value back.
+func _edit_and_undo() -> Dictionary:
+	var told := {"before": _node.density}
+	get_undo_redo().create_action("Make denser", UndoRedo.MERGE_DISABLE, _node)
+	get_undo_redo().add_do_property(_node, &"density", _node.density * 4.0)
+	get_undo_redo().add_undo_property(_node, &"density", _node.density)
+	get_undo_redo().commit_action()
+	told.after = _node.density
+	told.restarted = await _until(func() -> bool: return not _editor_status().get("converged", true))
+	told.converged = await _until(func() -> bool: return _editor_status().get("converged", false))
+	_history().undo()
+	told.undone = _node.density
+	_history().redo()
+	told.redone = _node.density
+	_history().undo()
+	return told
+
+
+func _find_all(node: Node, matches: Callable, found: Array[Node] = []) -> Array[Node]:
+	if matches.call(node):
+		found.append(node)
+	for child in node.get_children(true):
+		_find_all(child, matches, found)
+	return found
+
+
+func _find_script(path: String) -> Node:
+	var found := _find_all(EditorInterface.get_base_control(), func(node: Node) -> bool:
+		return node.get_script() != null and (node.get_script() as Script).resource_path == path)
+	return found[0] if not found.is_empty() else null
+
+
+## What the inspector shows of a volume, and an edit as the inspector makes it.
+func _inspect() -> Dictionary:
+	EditorInterface.edit_node(_node)
+	await _seconds(0.5)
+	var properties := {}
+	for property: EditorProperty in _find_all(
+			EditorInterface.get_inspector(), func(node: Node) -> bool: return node is EditorProperty):
+		if property.get_edited_object() == _node:
+			properties[property.get_edited_property()] = property
+	var groups := []
+	for property in _node.get_property_list():
+		if (property.usage as int) & PROPERTY_USAGE_GROUP != 0:
+			groups.append(property.name)
+	var before := _node.density
+	var told := {"properties": properties.keys(), "groups": groups}
+	if properties.has(&"density"):
+		(properties[&"density"] as EditorProperty).emit_changed(&"density", 0.25)
+		await get_tree().process_frame
+		told.edited = _node.density
+		told.action = _history().get_current_action_name()
+		_history().undo()
+		told.undone = is_equal_approx(_node.density, before)
+	return told
+
+
+## Brings the selection into view, in every viewport.
+func _focus() -> void:
+	_choose("Focus Selection")
+
+
+## Chooses what is called so in all menus of the 3D editor.
+func _choose(text: String) -> void:
+	for found in _find_all(EditorInterface.get_editor_main_screen(), func(node: Node) -> bool: return node is PopupMenu):
+		var menu := found as PopupMenu
+		for i in menu.item_count:
+			if menu.get_item_text(i) == text:
+				menu.id_pressed.emit(menu.get_item_id(i))
+
+
+func _use_dock() -> Dictionary:
+	var dock := _find_script("res://addons/lumivox/editor/transfer_function_dock.gd") as Control
+	make_bottom_panel_item_visible(dock)
+	_focus()
+	await _seconds(1.0)
+	await _until(func() -> bool: return _editor_status().get("converged", false))
+	var editor := dock.get("_editor") as LumivoxTransferFunctionEditor
+	var told := {
+		"visible": dock.is_visible_in_tree() and editor.is_visible_in_tree(),
+		"follows": editor.transfer_function == _node.transfer_function and editor.volume == _node.volume,
+		"knot": _node.transfer_function.opacity_knots[1].y,
+	}
+	editor.call("_begin")
+	(editor.get("_points") as RefCounted).call("move_knot", 1, Vector2(_node.transfer_function.opacity_knots[1].x, 0.75))
+	editor.call("_write")
+	editor.call("_end")
+	told.moved = _node.transfer_function.opacity_knots[1].y
+	told.action = _history().get_current_action_name()
+	_history().undo()
+	told.undone = _node.transfer_function.opacity_knots[1].y
+	var look := _node.density
+	editor.preset_chosen.emit("ct-bone")
+	told.preset = _node.preset
+	told.preset_action = _history().get_current_action_name()
+	_history().undo()
+	told.preset_undone = is_equal_approx(_node.density, look) and _node.preset != "ct-bone"
+	return told
+
+
+## Drags a face of the clip box.
+func _drag_handle() -> Dictionary:
+	var gizmo: EditorNode3DGizmo
+	for one in _node.get_gizmos():
+		var own := one as EditorNode3DGizmo
+		if own != null and own.get_plugin() != null and own.get_plugin().get_script() != null:
+			gizmo = own
+	if gizmo == null:
+		return {"found": false}
+	var camera := EditorInterface.get_editor_viewport_3d(0).get_camera_3d()
+	var place := _node.global_transform * _node.get_clip_transform()
+	var before := _node.clip_max
+	gizmo.get_plugin().call("_set_handle", gizmo, 1, false, camera, camera.unproject_position(place * Vector3(0.7, 0.5, 0.5)))
+	var dragged := _node.clip_max.x
+	gizmo.get_plugin().call("_commit_handle", gizmo, 1, false, before, false)
+	await _screenshot("clipped")
+	_history().undo()
+	return {"found": true, "dragged": dragged, "undone": _node.clip_max == before}
+
+
+func _four_views() -> Dictionary:
+	_choose("4 Viewports")
+	await _seconds(1.0)
+	var told := []
+	for i in 4:
+		var viewport := EditorInterface.get_editor_viewport_3d(i)
+		var converged := await _until(func() -> bool: return Lumivox.get_status(viewport).get("converged", false))
+		told.append({"converged": converged, "status": Lumivox.get_status(viewport)})
+	return {"views": told}
+
+
+## What F1 shows of each class.
+func _read_help() -> Dictionary:
+	var told := {}
+	for name in CLASSES:
+		EditorInterface.set_main_screen_editor("Script")
+		EditorInterface.get_script_editor().goto_help("class_name:" + name)
+		await _seconds(0.4)
+		var shown := _find_all(EditorInterface.get_script_editor(), func(node: Node) -> bool:
+			return node.get_class() == "EditorHelp" and node.name == name)
+		if shown.is_empty():
+			told[name] = ""
+			continue
+		var text := _find_all(shown[0], func(node: Node) -> bool: return node is RichTextLabel)[0] as RichTextLabel
+		await _until(func() -> bool: return text.is_finished())
+		told[name] = text.get_parsed_text()
+	return told
+
+
+func _restart_plugin() -> Dictionary:
+	EditorInterface.set_plugin_enabled("lumivox", false)
+	await _seconds(0.3)
+	var gone := _find_script("res://addons/lumivox/editor/transfer_function_dock.gd") == null
+	EditorInterface.set_plugin_enabled("lumivox", true)
+	await _seconds(0.3)
+	return {"gone": gone, "back": _find_script("res://addons/lumivox/editor/transfer_function_dock.gd") != null}

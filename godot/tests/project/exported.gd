@@ -1,0 +1,55 @@
+extends Node
+## What an exported game can do: import a scan that was not there when it was made, and show the demo's main scene.
+
+const PATIENCE_MS := 60000
+
+
+func _ready() -> void:
+	var arguments := preload("show_cases.gd").arguments_by_name()
+	var out: String = arguments["out"]
+	tell("game", {
+		"plugin": ResourceLoader.exists("res://addons/lumivox/plugin.gd"),
+		"dock": ResourceLoader.exists("res://addons/lumivox/editor/transfer_function_dock.gd"),
+		"panel": ResourceLoader.exists("res://addons/lumivox/ui/volume_panel.tscn"),
+		"project_file": FileAccess.file_exists("res://project.godot"),
+		"version": Lumivox.version(),
+		"program": OS.get_executable_path(),
+	})
+	tell("import", await import(arguments["scan"]))
+	var main := (load("res://main.tscn") as PackedScene).instantiate()
+	get_tree().root.add_child.call_deferred(main)
+	# The head grows first. To finish the picture would take minutes in software.
+	var begin := Time.get_ticks_msec()
+	while Lumivox.get_status(get_viewport()).is_empty() and Time.get_ticks_msec() - begin < PATIENCE_MS:
+		await RenderingServer.frame_post_draw
+	for frame in 40:
+		await RenderingServer.frame_post_draw
+	tell("main", Lumivox.get_status(get_viewport()))
+	get_viewport().get_texture().get_image().save_png(out.path_join("main.png"))
+	main.queue_free()
+	for frame in 3:
+		await get_tree().process_frame
+	get_tree().quit()
+
+
+func import(folder: String) -> Dictionary:
+	var importer := LumivoxImporter.new()
+	var told := {"stages": 0, "done": false}
+	importer.progress.connect(func(_stage: String, _done: int, _total: int) -> void: told.stages += 1)
+	importer.failed.connect(func(message: String) -> void:
+		told.failed = message
+		told.done = true)
+	importer.finished.connect(func(volume: LumivoxVolume) -> void:
+		var dims := volume.get_dimensions()
+		told.dims = [dims.x, dims.y, dims.z]
+		told.unit = volume.get_unit()
+		told.done = true)
+	told.started = importer.start([folder])
+	var begin := Time.get_ticks_msec()
+	while not told.done and Time.get_ticks_msec() - begin < PATIENCE_MS:
+		await get_tree().process_frame
+	return told
+
+
+static func tell(name: String, what: Variant) -> void:
+	print("TELL %s %s" % [name, JSON.stringify(what, "", true, true)])

@@ -1,0 +1,212 @@
+extends Node
+## Changes scenes while they are shown, and tells what their viewports show: pictures, and lines `TELL name JSON`.
+
+const Shower := preload("res://tests/show_cases.gd")
+
+var all: Dictionary
+var out: String
+
+
+func _ready() -> void:
+	var arguments := Shower.arguments_by_name()
+	all = JSON.parse_string(FileAccess.get_file_as_string(arguments["cases"]))
+	out = arguments["out"]
+	await edits()
+	await effect_settings()
+	await walks()
+	await animation()
+	await scene_reload()
+	await two_cameras()
+	await many_worlds()
+	get_tree().quit()
+
+
+static func tell(what: String, told: Variant) -> void:
+	print("TELL %s %s" % [what, JSON.stringify(told)])
+
+
+func show_case(case: Dictionary) -> SubViewport:
+	var viewport := LumivoxCase.viewport(case)
+	add_child(viewport)
+	return viewport
+
+
+func close(viewport: SubViewport) -> void:
+	viewport.queue_free()
+	await get_tree().process_frame
+
+
+func converge(viewport: Viewport, what: String) -> void:
+	if not await Shower.until_converged(viewport):
+		push_error("%s does not converge: %s" % [what, Lumivox.get_status(viewport)])
+
+
+func save(viewport: Viewport, what: String) -> void:
+	LumivoxCase.save(viewport, out.path_join(what))
+
+
+## One change after another in a viewport that is not made anew: the next frame, and what it converges to.
+func edits() -> void:
+	var list: Array = all.edits
+	var viewport := show_case(list[0])
+	await converge(viewport, "edits")
+	save(viewport, list[0].name)
+	var root := viewport.get_child(0)
+	for i in range(1, len(list)):
+		var case: Dictionary = list[i]
+		LumivoxCase.change(root, list[i - 1], case)
+		await RenderingServer.frame_post_draw
+		var first := Lumivox.get_status(viewport)
+		save(viewport, case.name + "_first")
+		await converge(viewport, case.name)
+		save(viewport, case.name)
+		tell(case.name, {"first": first, "last": Lumivox.get_status(viewport)})
+	await close(viewport)
+
+
+## What is shown changes, what was traced stays.
+func effect_settings() -> void:
+	var list: Array = all.settings
+	var viewport := show_case(list[0])
+	await converge(viewport, "settings")
+	for i in range(1, len(list)):
+		var case: Dictionary = list[i]
+		LumivoxCase.change(viewport.get_child(0), list[i - 1], case)
+		var least := 1 << 30
+		var frames := 0
+		while frames < 2 or not Lumivox.is_converged(viewport):
+			await RenderingServer.frame_post_draw
+			least = mini(least, Lumivox.get_status(viewport).get("samples", 0))
+			frames += 1
+		await RenderingServer.frame_post_draw
+		save(viewport, case.name)
+		tell(case.name, {"least": least, "frames": frames, "last": Lumivox.get_status(viewport)})
+	await close(viewport)
+
+
+## Something moves in every frame, and every frame is kept.
+func walks() -> void:
+	for walk: String in all.walks:
+		var list: Array = all.walks[walk]
+		var viewport := show_case(list[0])
+		await converge(viewport, walk)
+		for i in range(1, len(list)):
+			LumivoxCase.change(viewport.get_child(0), list[i - 1], list[i])
+			await RenderingServer.frame_post_draw
+			save(viewport, list[i].name)
+		await converge(viewport, walk)
+		save(viewport, walk)
+		await close(viewport)
+
+
+## A volume that an animation moves with its parent.
+func animation() -> void:
+	var case: Dictionary = all.animation
+	var viewport := show_case(case)
+	var root := viewport.get_child(0)
+	await converge(viewport, "animation")
+	save(viewport, "animation_begin")
+	var parent := Node3D.new()
+	parent.name = "Parent"
+	root.add_child(parent)
+	root.get_node("volumes0").reparent(parent)
+	var move := Animation.new()
+	move.length = 0.5
+	move.add_track(Animation.TYPE_POSITION_3D)
+	move.track_set_path(0, "Parent")
+	var to: Vector3 = LumivoxCase.vector(all.animation_to)
+	move.position_track_insert_key(0, 0.0, Vector3.ZERO)
+	move.position_track_insert_key(0, move.length, to)
+	var library := AnimationLibrary.new()
+	library.add_animation("move", move)
+	var player := AnimationPlayer.new()
+	root.add_child(player)
+	player.add_animation_library("", library)
+	player.play("move")
+	var positions := []
+	while player.is_playing() and len(positions) < 100:
+		await RenderingServer.frame_post_draw
+		save(viewport, "animation_%d" % len(positions))
+		positions.append([parent.position.x, parent.position.y, parent.position.z])
+	tell("animation", positions)
+	parent.position = to
+	await converge(viewport, "animation")
+	save(viewport, "animation_end")
+	await close(viewport)
+
+
+## The scene is freed under its viewport, and comes back.
+func scene_reload() -> void:
+	var case: Dictionary = all.reload
+	var viewport := show_case(case)
+	await converge(viewport, "reload")
+	viewport.get_child(0).queue_free()
+	for frame in 3:
+		await RenderingServer.frame_post_draw
+	tell("reload_empty", {
+		"status": Lumivox.get_status(viewport), "converged": Lumivox.is_converged(viewport)})
+	viewport.add_child(LumivoxCase.build(case))
+	await RenderingServer.frame_post_draw
+	await converge(viewport, "reload")
+	save(viewport, "reload")
+	# Only the volume goes, and comes back to the same place in the tree.
+	var root := viewport.get_child(0)
+	var volume := root.get_node("volumes0")
+	root.remove_child(volume)
+	for frame in 2:
+		await RenderingServer.frame_post_draw
+	save(viewport, "reload_without")
+	root.add_child(volume)
+	await converge(viewport, "reload")
+	save(viewport, "reload_again")
+	await close(viewport)
+
+
+## Two viewports on one world: one's camera moves, the other goes on converging.
+func two_cameras() -> void:
+	var still: Dictionary = all.still_camera
+	var moving: Array = all.moving_camera
+	var first := show_case(still)
+	var second := LumivoxCase.empty_viewport(moving[0])
+	second.world_3d = first.find_world_3d()
+	var camera := LumivoxCase.camera(moving[0])
+	second.add_child(camera)
+	add_child(second)
+	await converge(first, "still_camera")
+	await converge(second, "moving_camera")
+	var stays := true
+	var restarts := 0
+	for case: Dictionary in moving:
+		camera.transform = LumivoxCase.transform(case.camera)
+		await RenderingServer.frame_post_draw
+		stays = stays and Lumivox.is_converged(first)
+		restarts += int(not Lumivox.is_converged(second))
+	tell("two_cameras", {"stays": stays, "restarts": restarts, "moves": len(moving)})
+	save(first, "still_camera")
+	await converge(second, "moving_camera")
+	save(second, "moving_camera")
+	await close(second)
+	await close(first)
+
+
+## Viewports side by side, each with a world of its own, all at once; then some go.
+func many_worlds() -> void:
+	var viewports: Array[SubViewport] = []
+	for case: Dictionary in all.worlds:
+		viewports.append(show_case(case))
+	for i in len(viewports):
+		await converge(viewports[i], all.worlds[i].name)
+	for i in range(0, len(viewports), 2):
+		await close(viewports[i])
+	for frame in 3:
+		await RenderingServer.frame_post_draw
+	for i in range(1, len(viewports), 2):
+		save(viewports[i], all.worlds[i].name)
+		tell(all.worlds[i].name, Lumivox.get_status(viewports[i]))
+	for i in range(1, len(viewports), 2):
+		await close(viewports[i])
+	for case: Dictionary in all.worlds:
+		var viewport := show_case(case)
+		await converge(viewport, case.name)
+		save(viewport, case.name + "_anew")
+		await close(viewport)

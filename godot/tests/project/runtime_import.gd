@@ -1,0 +1,152 @@
+extends Node
+## Imports scans in the running game while it draws a volume, and tells what came of each in lines `TELL name JSON`.
+
+const Shower := preload("res://tests/show_cases.gd")
+const PATIENCE_MS := 120_000
+
+## What an importer has said, in order.
+var heard: Array = []
+
+
+func _ready() -> void:
+	var arguments := Shower.arguments_by_name()
+	var all: Dictionary = JSON.parse_string(FileAccess.get_file_as_string(arguments["cases"]))
+	var viewport := LumivoxCase.viewport(all.case)
+	add_child(viewport)
+	for frame in 20:
+		await get_tree().process_frame
+	var node: LumivoxVolume3D = viewport.get_child(0).get_node("volumes0")
+	for job: Dictionary in all.jobs:
+		if job.zip != "":
+			zip(job.zip, job.path)
+		if job.copy != "":
+			DirAccess.copy_absolute(job.copy, job.path)
+		var told := await load_scan(job.path)
+		if job.blocking:
+			var begin := Time.get_ticks_usec()
+			var volume := LumivoxVolume.load_file(job.path)
+			told.blocking_ms = (Time.get_ticks_usec() - begin) / 1000.0
+			told.blocking = describe(volume)
+		print("TELL %s %s" % [job.name, JSON.stringify(told)])
+		if job.name == "series":
+			node.volume = told_volume
+			if not await Shower.until_converged(viewport):
+				push_error("what was imported is not shown")
+	await cancelling(all.large)
+	await scanning(all.series)
+	await misuse(all.series)
+	get_tree().quit()
+
+
+var told_volume: LumivoxVolume
+
+
+func listened() -> LumivoxImporter:
+	heard.clear()
+	var importer := LumivoxImporter.new()
+	importer.progress.connect(func(stage: String, done: int, total: int) -> void:
+		heard.append(["progress", stage, done, total]))
+	importer.finished.connect(func(volume: LumivoxVolume) -> void:
+		told_volume = volume
+		heard.append(["finished"]))
+	importer.failed.connect(func(message: String) -> void: heard.append(["failed", message]))
+	importer.cancelled.connect(func() -> void: heard.append(["cancelled"]))
+	importer.scanned.connect(func(report: Dictionary) -> void: heard.append(["scanned", report]))
+	return importer
+
+
+## Frames until the importer has ended, the longest of them in ms, and all of it in ms.
+func until_ended() -> Dictionary:
+	var begin := Time.get_ticks_usec()
+	var last := begin
+	var longest := 0
+	var frames := 0
+	while heard.is_empty() or heard[-1][0] == "progress":
+		await get_tree().process_frame
+		var now := Time.get_ticks_usec()
+		longest = maxi(longest, now - last)
+		last = now
+		frames += 1
+		if now - begin > PATIENCE_MS * 1000:
+			push_error("the import does not end")
+			break
+	return {"frames": frames, "longest_ms": longest / 1000.0, "ms": (last - begin) / 1000.0}
+
+
+func load_scan(path: String) -> Dictionary:
+	told_volume = null
+	var importer := listened()
+	var error := importer.start([path])
+	var told := await until_ended()
+	told.error = error
+	told.heard = heard.duplicate()
+	told.running = importer.is_running()
+	told.volume = describe(told_volume)
+	return told
+
+
+static func describe(volume: LumivoxVolume) -> Variant:
+	if volume == null:
+		return null
+	var dims := volume.get_dimensions()
+	var spacing := volume.get_spacing_mm()
+	var span := volume.get_value_range()
+	var histogram := volume.get_histogram(64, span)
+	var count := 0.0
+	for bin in histogram:
+		count += bin
+	return {
+		"dims": [dims.x, dims.y, dims.z], "spacing": [spacing.x, spacing.y, spacing.z],
+		"range": [span.x, span.y], "unit": volume.get_unit(), "counted": count,
+		"report": volume.get_report()}
+
+
+static func zip(folder: String, to: String) -> void:
+	var packer := ZIPPacker.new()
+	packer.open(to)
+	for file in DirAccess.get_files_at(folder):
+		packer.start_file("study/" + file)
+		packer.write_file(FileAccess.get_file_as_bytes(folder.path_join(file)))
+		packer.close_file()
+	packer.close()
+
+
+## Cancelled when it first says how far it is; the same importer can start again.
+func cancelling(path: String) -> void:
+	var importer := listened()
+	var cancel := func(_stage: String, _done: int, _total: int) -> void: importer.cancel()
+	importer.progress.connect(cancel)
+	importer.start([path])
+	var busy := importer.start([path])
+	await until_ended()
+	importer.progress.disconnect(cancel)
+	var after_cancel := heard.duplicate()
+	heard.clear()
+	importer.start([path])
+	await until_ended()
+	print("TELL cancelling ", JSON.stringify({"busy": busy, "cancelled": after_cancel, "again": heard}))
+	# Dropped while it runs, it still ends, and nothing is left behind.
+	listened().start([path])
+	await until_ended()
+	print("TELL dropped ", JSON.stringify(heard[-1]))
+
+
+func scanning(path: String) -> void:
+	var importer := listened()
+	importer.scan([path])
+	await until_ended()
+	var scanned: Array = heard[-1]
+	heard.clear()
+	importer.start([path])
+	await until_ended()
+	print("TELL scanning ", JSON.stringify({"scanned": scanned, "started": heard[-1]}))
+
+
+func misuse(path: String) -> void:
+	var importer := listened()
+	var nothing := importer.start([])
+	print("EXPECT an error about an option that there is not")
+	var option := importer.start([path], {"colour": "red"})
+	importer.cancel()
+	await get_tree().process_frame
+	print("TELL misuse ", JSON.stringify({"nothing": nothing, "option": option, "heard": heard}))

@@ -1,0 +1,236 @@
+//! The addon in the real editor, used by `project/editor/driver.gd` as somebody at the editor would use it.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use lumivox_core::{CancelToken, Progress, glam::DVec3};
+use lumivox_phantom::{AnatomyOptions, SeriesDescription, anatomy, write_dicom_series};
+use serde_json::{Value, json};
+
+use crate::case::{Case, Volume, look_at};
+use crate::engine::{Run, Start, engine, once};
+use crate::expected;
+use crate::shown::{assert_same, run_scene, told};
+
+/// The file that cannot be read.
+const BROKEN: &str = "broken.nrrd";
+
+/// Complaints about the broken file are what is wanted; the binding says at the editor's end what it disconnects.
+const EXCUSED: &[&str] = &[BROKEN, "TypedSignal connections are now auto-disconnected"];
+
+fn case() -> Case {
+    Case {
+        volumes: vec![Volume {
+            phantom: "head",
+            size: 40,
+            knots: vec![[-300.0, 0.0, 1.0], [300.0, 0.6, 1.0], [1500.0, 1.0, 0.0]],
+            density: 0.3,
+            surface: [0.7, 60.0, 0.4, 0.04],
+            ..Volume::soft()
+        }],
+        camera: look_at(DVec3::new(0.35, 0.1, 0.6), DVec3::ZERO),
+        ..Case::new("edited")
+    }
+}
+
+/// The editor's log and the folder of its pictures: all tests look at one run.
+fn edited() -> &'static (Run, PathBuf) {
+    static EDITED: OnceLock<Option<(Run, PathBuf)>> = OnceLock::new();
+    once(&EDITED, || {
+        let engine = engine();
+        let project = engine.copy_project("editor");
+        let folder = engine.out.join("editor");
+        let file = folder.join("cases.json");
+        fs::write(&file, serde_json::to_vec(&[case()]).unwrap()).unwrap();
+        let settings = fs::read_to_string(project.join("project.godot")).unwrap();
+        let settings = settings.replace("plugin.cfg\")", "plugin.cfg\", \"res://tests/editor/plugin.cfg\")");
+        // The editor would begin with the main scene, and grow its phantom.
+        let lines = settings.lines().filter(|line| !line.starts_with("run/main_scene"));
+        fs::write(project.join("project.godot"), lines.collect::<Vec<_>>().join("\n")).unwrap();
+        write_scans(&project.join("scans"));
+        let [path, cases, out] = [&project, &file, &folder].map(|path| path.to_str().unwrap());
+        let arguments = ["--path", path, "--editor", "--", "--cases", cases, "--out", out];
+        let start = Start { excused: EXCUSED, ..Start::default() };
+        let run = engine.run_as(&engine.godot, "editor", &arguments, &start);
+        (run, folder)
+    })
+}
+
+fn telling(name: &str) -> Value {
+    told(&edited().0, name)
+}
+
+/// A folder of DICOM files, an archive of every other one, a file of each other kind, and one that is cut short.
+fn write_scans(folder: &Path) {
+    let head =
+        anatomy(AnatomyOptions { size: 24, ..Default::default() }, Progress::SILENT, &CancelToken::new())
+            .unwrap();
+    let series = folder.join("ct");
+    let description = SeriesDescription::default();
+    write_dicom_series(&head, &series, &description, Progress::SILENT, &CancelToken::new()).unwrap();
+
+    let mut archive = zip::ZipWriter::new(fs::File::create(folder.join("archive.zip")).unwrap());
+    let stored = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    let mut slices: Vec<_> = fs::read_dir(&series).unwrap().map(|entry| entry.unwrap().path()).collect();
+    slices.sort();
+    for slice in slices.iter().step_by(2) {
+        archive.start_file(slice.file_name().unwrap().to_str().unwrap(), stored).unwrap();
+        archive.write_all(&fs::read(slice).unwrap()).unwrap();
+    }
+    archive.finish().unwrap();
+
+    let voxels: Vec<u8> = (0..210_i16).flat_map(i16::to_le_bytes).collect();
+    let header = "NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: 5 6 7\n\
+                  space directions: (1,0,0) (0,2,0) (0,0,3)\nspace origin: (0,0,0)\nencoding: raw\nendian: little\n\n";
+    fs::write(folder.join("grid.nrrd"), [header.as_bytes(), &voxels].concat()).unwrap();
+    fs::write(folder.join(BROKEN), [header.as_bytes(), &voxels[..5]].concat()).unwrap();
+
+    let mut nifti = [0; 352];
+    let mut put = |at: usize, bytes: &[u8]| nifti[at..at + bytes.len()].copy_from_slice(bytes);
+    put(0, &348_i32.to_le_bytes());
+    for (i, n) in [3_i16, 4, 5, 6, 1, 1, 1, 1].into_iter().enumerate() {
+        put(40 + 2 * i, &n.to_le_bytes());
+    }
+    // 16-bit integers, spacings in mm, data after the header, no slope.
+    put(70, &4_i16.to_le_bytes());
+    put(72, &16_i16.to_le_bytes());
+    for (i, x) in [1.0_f32, 1.5, 2.0, 2.5].into_iter().enumerate() {
+        put(76 + 4 * i, &x.to_le_bytes());
+    }
+    put(108, &352_f32.to_le_bytes());
+    put(123, &[2]);
+    put(344, b"n+1\0");
+    fs::write(folder.join("grid.nii"), [&nifti[..], &voxels[..240]].concat()).unwrap();
+}
+
+#[test]
+fn edit_mode_shows_what_play_mode_shows() {
+    let wanted = expected::picture(&case());
+    assert_same(&edited().1, "edited", &wanted, |_| true);
+    // Again, after edits that were undone.
+    assert_same(&edited().1, "undone", &wanted, |_| true);
+}
+
+#[test]
+fn an_idle_editor_converges_and_then_rests() {
+    let told = telling("idle");
+    assert_eq!(told["low_processor_mode"], true, "an editor that always draws proves nothing");
+    assert_eq!(told["converged"], true, "{told}");
+    assert_eq!(told["after"]["samples"], case().samples, "{told}");
+    assert!(told["drawn_at_rest"].as_i64().unwrap() < 10, "the editor goes on drawing: {told}");
+}
+
+#[test]
+fn four_views_converge_each() {
+    let told = telling("four");
+    let views = told["views"].as_array().unwrap();
+    assert_eq!(views.len(), 4);
+    for view in views {
+        assert_eq!(view["status"]["samples"], case().samples, "{view}");
+    }
+}
+
+#[test]
+fn an_edit_restarts_the_image_and_can_be_undone() {
+    let told = telling("undo");
+    let density = case().volumes[0].density;
+    for (step, wanted) in
+        [("before", density), ("after", 4.0 * density), ("undone", density), ("redone", 4.0 * density)]
+    {
+        assert!((told[step].as_f64().unwrap() - wanted).abs() < 1e-6, "{step}: {told}");
+    }
+    assert_eq!((&told["restarted"], &told["converged"]), (&json!(true), &json!(true)), "{told}");
+}
+
+#[test]
+fn the_inspector_groups_and_edits_properties() {
+    let told = telling("inspector");
+    let strings = |key: &str| -> Vec<&str> {
+        told[key].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect()
+    };
+    assert_eq!(strings("groups")[..3], ["Medium", "Surface", "Clip"]);
+    for property in ["volume", "transfer_function", "density", "surface_strength", "clip_min", "clip_max"] {
+        assert!(strings("properties").contains(&property), "{property} is not in the inspector");
+    }
+    assert_eq!(told["edited"], 0.25, "{told}");
+    assert_eq!(told["undone"], true, "{told}");
+}
+
+#[test]
+fn the_dock_edits_the_selected_volume_with_undo() {
+    let told = telling("dock");
+    for fact in ["visible", "follows", "preset_undone"] {
+        assert_eq!(told[fact], true, "{fact}: {told}");
+    }
+    assert!((told["moved"].as_f64().unwrap() - 0.75).abs() < 1e-6, "{told}");
+    assert_eq!(told["undone"], told["knot"], "{told}");
+    assert_eq!(told["action"], "Edit Transfer Function");
+    assert_eq!((&told["preset"], &told["preset_action"]), (&json!("ct-bone"), &json!("Apply Preset")));
+}
+
+#[test]
+fn a_handle_in_the_viewport_moves_the_clip_box() {
+    let told = telling("gizmo");
+    assert_eq!(told["found"], true);
+    assert!((told["dragged"].as_f64().unwrap() - 0.7).abs() < 0.02, "{told}");
+    assert_eq!(told["undone"], true);
+}
+
+#[test]
+fn every_class_has_its_page_of_help() {
+    let told = telling("help");
+    for (class, words) in [
+        ("LumivoxVolume3D", "transfer_function"),
+        ("LumivoxVolume", "get_spacing_mm"),
+        ("LumivoxTransferFunction", "opacity_knots"),
+        ("LumivoxEffect", "frame_budget_ms"),
+        ("LumivoxImporter", "finished"),
+        ("Lumivox", "is_converged"),
+    ] {
+        let text = told[class].as_str().unwrap();
+        assert!(text.contains(words), "the help of {class} does not mention {words}:\n{text}");
+        assert!(text.contains("Description"), "{class} is not described:\n{text}");
+        let bare = text.matches("There is currently no description").count();
+        assert_eq!(bare, 0, "{class} has {bare} members without a description:\n{text}");
+    }
+}
+
+#[test]
+fn files_in_the_project_become_volumes() {
+    let told = telling("scans");
+    let dims = |file: &str| told[file]["dims"].clone();
+    assert_eq!(dims("ct/CT0001.dcm"), json!([24.0, 24.0, 24.0]), "{told}");
+    assert_eq!(dims("archive.zip"), json!([24.0, 24.0, 12.0]));
+    assert_eq!(dims("grid.nrrd"), json!([5.0, 6.0, 7.0]));
+    assert_eq!(dims("grid.nii"), json!([4.0, 5.0, 6.0]));
+    assert_eq!(told["grid.nrrd"]["spacing"], json!([1.0, 2.0, 3.0]));
+    assert_eq!(told["grid.nrrd"]["range"], json!([0.0, 209.0]));
+    assert_eq!(told["grid.nii"]["spacing"], json!([1.5, 2.0, 2.5]));
+    assert_eq!(told["ct/CT0002.dcm"]["part_of"], "res://scans/ct/CT0001.dcm");
+}
+
+#[test]
+fn a_file_that_cannot_be_read_is_named_and_stops_no_other() {
+    assert_eq!(telling("scans")[BROKEN], Value::Null);
+    let log = &edited().0.log;
+    let reason = log.lines().find(|line| line.contains(BROKEN) && line.contains("cut short"));
+    assert!(reason.is_some(), "the log does not say what is wrong with {BROKEN}");
+    assert!(log.contains(&format!("res://scans/{BROKEN} was not imported")), "nor that it was not imported");
+}
+
+#[test]
+fn the_plugin_can_be_switched_off_and_on() {
+    assert_eq!(telling("plugin"), json!({ "gone": true, "back": true }));
+}
+
+#[test]
+fn the_transfer_function_editor_works_with_the_mouse_in_a_game() {
+    let (_, run) = run_scene("use_editor", "use_editor", &json!([]));
+    let told = told(&run, "mouse");
+    let checks = told.as_object().unwrap();
+    let failed: Vec<_> = checks.iter().filter(|(_, ok)| **ok != true).map(|(what, _)| what).collect();
+    assert!(failed.is_empty(), "{failed:#?}");
+    assert_eq!(checks.len(), 17, "some checks were left out: {checks:#?}");
+}

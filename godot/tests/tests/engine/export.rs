@@ -1,0 +1,158 @@
+//! The demo as an exported Linux game: a program, its pack and the addon's library in a folder of their own.
+//!
+//! The program that is exported is the engine itself instead of Godot's export template: Debian has no templates, and
+//! an editor's program with a pack beside it runs that pack as a template does. What a template lacks, the editor, is
+//! there but stays unused; pack, library and where they are looked for are those of every exported game.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use lumivox_core::{CancelToken, Progress};
+use lumivox_phantom::{AnatomyOptions, SeriesDescription, anatomy, write_dicom_series};
+use lumivox_testing::png_io::SrgbImage;
+use serde_json::{Value, json};
+
+use crate::case::{Case, Volume};
+use crate::engine::{Engine, Run, Start, engine, once};
+use crate::expected;
+use crate::shown::{assert_same, told};
+
+/// What Debian's loader is called in a program, and what it is called beside the exported one.
+const SYSTEM_LOADER: &[u8] = b"/lib64/ld-linux-x86-64.so.2\0";
+const OWN_LOADER: &str = "loader.so";
+
+fn case() -> Case {
+    Case { volumes: vec![Volume { anisotropy: 0.5, filter: 2, ..Volume::soft() }], ..Case::new("exported") }
+}
+
+/// An engine's program, and what it needs when it is run from elsewhere.
+struct Program {
+    path: PathBuf,
+    /// The folder of Debian's packages that it came with; a program that is installed needs none.
+    root: Option<PathBuf>,
+}
+
+impl Program {
+    fn of(engine: &Engine) -> Self {
+        let is_program = |path: &Path| fs::read(path).is_ok_and(|bytes| bytes.starts_with(b"\x7fELF"));
+        let path = engine.godot.canonicalize().unwrap_or_else(|_| engine.godot.clone());
+        let path = if path.components().count() > 1 { path } else { in_path(&engine.godot) };
+        if is_program(&path) {
+            return Self { path, root: None };
+        }
+        // What script/godot.sh fetches is a script before the program.
+        let root = path.with_file_name("root");
+        let own = root.join("usr/bin/godot");
+        assert!(is_program(&own), "{} is no program, and none can be exported from it", path.display());
+        Self { path: own, root: Some(root) }
+    }
+
+    /// Makes the exported program find its loader beside it, and says where it finds its libraries.
+    fn settle(&self, exported: &Path) -> Vec<(&'static str, OsString)> {
+        let Some(root) = &self.root else { return vec![] };
+        let mut bytes = fs::read(exported).unwrap();
+        let at = bytes.windows(SYSTEM_LOADER.len()).position(|w| w == SYSTEM_LOADER).expect("a loader");
+        bytes[at..at + SYSTEM_LOADER.len()].fill(0);
+        bytes[at..at + OWN_LOADER.len()].copy_from_slice(OWN_LOADER.as_bytes());
+        fs::write(exported, bytes).unwrap();
+        let loader = root.join("usr/lib64/ld-linux-x86-64.so.2");
+        fs::copy(loader, exported.with_file_name(OWN_LOADER)).unwrap();
+        let libraries = root.join("usr/lib/x86_64-linux-gnu");
+        let path = [libraries.clone(), libraries.join("pulseaudio"), "/usr/lib/x86_64-linux-gnu".into()];
+        let mut environment =
+            vec![("LD_LIBRARY_PATH", std::env::join_paths(path).unwrap()), ("NODEVICE_SELECT", "1".into())];
+        let has_gpu = Path::new("/dev/nvidia0").exists() || Path::new("/dev/dri").exists();
+        if !has_gpu && std::env::var_os("VK_DRIVER_FILES").is_none() {
+            environment.push(("VK_DRIVER_FILES", root.join("usr/share/vulkan/icd.d/lvp_icd.json").into()));
+        }
+        environment
+    }
+}
+
+fn in_path(name: &Path) -> PathBuf {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).map(|folder| folder.join(name)).find(|file| file.exists()).unwrap()
+}
+
+/// What the exported game said and its folder.
+fn exported() -> &'static (Run, PathBuf) {
+    static EXPORTED: OnceLock<Option<(Run, PathBuf)>> = OnceLock::new();
+    once(&EXPORTED, || {
+        let engine = engine();
+        let project = engine.copy_project("export");
+        let folder = engine.out.join("export");
+        let program = Program::of(&engine);
+        let presets = project.join("export_presets.cfg");
+        let template = format!("custom_template/release={:?}\n", program.path.display().to_string());
+        let preset = fs::read_to_string(&presets).unwrap();
+        let preset =
+            preset.replacen("[preset.0.options]\n\n", &format!("[preset.0.options]\n\n{template}"), 1);
+        assert!(preset.contains(&template), "the demo's export preset is not as expected");
+        fs::write(&presets, preset).unwrap();
+        let game = folder.join("game");
+        fs::create_dir_all(&game).unwrap();
+        let file = game.join("lumivox_demo.x86_64");
+        let [path, target] = [&project, &file].map(|path| path.to_str().unwrap());
+        let arguments = ["--headless", "--path", path, "--export-release", "Linux", target];
+        engine.run_as(&engine.godot, "export", &arguments, &Start::default());
+        let environment = program.settle(&file);
+        // The game has nothing but its own folder.
+        fs::remove_dir_all(&project).unwrap();
+
+        let head =
+            anatomy(AnatomyOptions { size: 24, ..Default::default() }, Progress::SILENT, &CancelToken::new())
+                .unwrap();
+        let scan = folder.join("scan");
+        let description = SeriesDescription::default();
+        write_dicom_series(&head, &scan, &description, Progress::SILENT, &CancelToken::new()).unwrap();
+        let cases = folder.join("cases.json");
+        fs::write(&cases, serde_json::to_vec(&[case()]).unwrap()).unwrap();
+        let [cases, out, scan] = [&cases, &folder, &scan].map(|path| path.to_str().unwrap());
+        let start = Start { environment, folder: Some(&game), ..Start::default() };
+        let pictures = ["res://tests/show_cases.tscn", "--", "--cases", cases, "--out", out];
+        engine.run_as(&file, "exported_case", &pictures, &start);
+        let game = ["res://tests/exported.tscn", "--", "--scan", scan, "--out", out];
+        (engine.run_as(&file, "exported", &game, &start), folder)
+    })
+}
+
+fn telling(name: &str) -> Value {
+    told(&exported().0, name)
+}
+
+#[test]
+fn an_exported_game_has_the_library_beside_it_and_no_editor_scripts() {
+    let folder = exported().1.join("game");
+    for file in ["lumivox_demo.x86_64", "lumivox_demo.pck", "liblumivox_godot.so"] {
+        assert!(folder.join(file).exists(), "{file} was not exported");
+    }
+    let told = telling("game");
+    assert!(told["program"].as_str().unwrap().ends_with("game/lumivox_demo.x86_64"), "{told}");
+    assert_eq!(told["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!((&told["plugin"], &told["dock"]), (&json!(false), &json!(false)), "{told}");
+    assert_eq!(told["project_file"], false, "it runs from the project, not from its pack: {told}");
+    assert_eq!(told["panel"], true, "{told}");
+}
+
+#[test]
+fn an_exported_game_shows_what_the_project_shows() {
+    assert_same(&exported().1, "exported", &expected::picture(&case()), |_| true);
+}
+
+#[test]
+fn an_exported_game_imports_dicom_while_it_runs() {
+    let told = telling("import");
+    assert_eq!(told["dims"], json!([24.0, 24.0, 24.0]), "{told}");
+    assert_eq!(told["unit"], "HU");
+    assert!(told["stages"].as_f64().unwrap() > 0.0, "there was no progress: {told}");
+}
+
+#[test]
+fn an_exported_demo_shows_its_main_scene() {
+    assert!(telling("main")["pixel_samples"].as_f64().unwrap() > 0.0, "nothing is traced");
+    let shown = SrgbImage::read(&exported().1.join("main.png")).unwrap();
+    let colors: std::collections::HashSet<_> = shown.pixels.iter().collect();
+    assert!(colors.len() > 3000, "the main scene has but {} colours", colors.len());
+}
