@@ -44,7 +44,8 @@ pub enum LightKind {
         direction: DVec3,
         /// Angle from the axis to the edge of the cone, in radians, 1e-3 to pi.
         half_angle: f64,
-        /// How the light falls off towards the edge, see [`LightKind::cone_factor`]; 0 to 1000.
+        /// How the light falls off towards the edge, see [`LightKind::cone_factor`]; 0 to 1000. Godot's
+        /// `spot_angle_attenuation` is its inverse.
         cone_attenuation: f64,
     },
 }

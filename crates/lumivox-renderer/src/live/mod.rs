@@ -21,6 +21,9 @@ const COARSEST: u32 = 8;
 /// Samples that a pixel gets at once where the host's depth changed.
 const FIRST_AID: u32 = 4;
 
+/// Samples of the fine film from which on the coarse one is not looked at; `composite.wgsl` fades it out until then.
+const FINE_ALONE: u32 = 32;
+
 /// Samples of a coarse pixel that are worth halving its film's resolution for.
 const COARSE_SAMPLES: u64 = 2;
 
@@ -370,6 +373,10 @@ impl LiveView {
             if recorded >= budget {
                 break;
             }
+        }
+        // A finished picture must not depend on what was shown before it.
+        if self.complete >= FINE_ALONE.min(target) {
+            self.factor = 1;
         }
         self.fine.stale |= recorded > 0.0;
         recorded.round() as u64

@@ -402,6 +402,24 @@ fn a_moving_mesh_tears_no_holes() {
     }
 }
 
+/// However few samples are asked for, a finished picture is the same whether a coarse film went before it or not.
+#[test]
+fn a_finished_picture_does_not_show_what_was_before() {
+    let test = scenes::noise();
+    let camera = test.camera.with_aspect(1.0);
+    let mut gpu = gpu();
+    let settings = LiveSettings { target_samples: 4, ..LiveSettings::new(32, 32) };
+    let mut picture = |budget| {
+        let mut host = Host::new(&mut gpu, &test, settings);
+        host.converge(&mut gpu, &camera, budget);
+        host.set_color(&gpu, |_| [0.0; 4]);
+        host.frame(&mut gpu, &camera, budget);
+        host.read_color(&gpu)
+    };
+    let (at_once, slowly) = (picture(u64::MAX), picture(200));
+    assert!(difference(&at_once, &slowly) < 1e-3, "{}", difference(&at_once, &slowly));
+}
+
 #[test]
 fn a_small_film_does_not_leak_over_the_hosts_edges() {
     let mut test = scenes::noise();
