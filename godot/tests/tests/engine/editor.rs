@@ -9,7 +9,7 @@ use lumivox_core::{CancelToken, Progress, glam::DVec3};
 use lumivox_phantom::{AnatomyOptions, SeriesDescription, anatomy, write_dicom_series};
 use serde_json::{Value, json};
 
-use crate::case::{Case, Volume, look_at};
+use crate::case::{Case, Lamp, LampKind, Volume, look_at};
 use crate::engine::{Run, Start, engine, once};
 use crate::expected;
 use crate::shown::{assert_same, run_scene, told};
@@ -31,6 +31,11 @@ fn case() -> Case {
             ..Volume::soft()
         }],
         camera: look_at(DVec3::new(0.35, 0.1, 0.6), DVec3::ZERO),
+        // A scene without a sun would be given one by the editor, to preview it.
+        lamps: vec![Lamp {
+            color: [0.9, 0.8, 0.6],
+            ..Lamp::new(LampKind::Directional, look_at(DVec3::new(0.5, 0.8, 0.3), DVec3::ZERO))
+        }],
         ..Case::new("edited")
     }
 }
@@ -201,10 +206,10 @@ fn every_class_has_its_page_of_help() {
 fn files_in_the_project_become_volumes() {
     let told = telling("scans");
     let dims = |file: &str| told[file]["dims"].clone();
-    assert_eq!(dims("ct/CT0001.dcm"), json!([24.0, 24.0, 24.0]), "{told}");
-    assert_eq!(dims("archive.zip"), json!([24.0, 24.0, 12.0]));
-    assert_eq!(dims("grid.nrrd"), json!([5.0, 6.0, 7.0]));
-    assert_eq!(dims("grid.nii"), json!([4.0, 5.0, 6.0]));
+    assert_eq!(dims("ct/CT0001.dcm"), json!([24, 24, 24]), "{told}");
+    assert_eq!(dims("archive.zip"), json!([24, 24, 12]));
+    assert_eq!(dims("grid.nrrd"), json!([5, 6, 7]));
+    assert_eq!(dims("grid.nii"), json!([4, 5, 6]));
     assert_eq!(told["grid.nrrd"]["spacing"], json!([1.0, 2.0, 3.0]));
     assert_eq!(told["grid.nrrd"]["range"], json!([0.0, 209.0]));
     assert_eq!(told["grid.nii"]["spacing"], json!([1.5, 2.0, 2.5]));

@@ -23,6 +23,9 @@ use crate::shown::{assert_same, told};
 const SYSTEM_LOADER: &[u8] = b"/lib64/ld-linux-x86-64.so.2\0";
 const OWN_LOADER: &str = "loader.so";
 
+/// What the engine leaks of a scene with one ReflectionProbe, with volumes and without.
+const PROBE_LEAK: &str = "7 RIDs of type \"Texture\" were leaked";
+
 fn case() -> Case {
     Case { volumes: vec![Volume { anisotropy: 0.5, filter: 2, ..Volume::soft() }], ..Case::new("exported") }
 }
@@ -110,7 +113,7 @@ fn exported() -> &'static (Run, PathBuf) {
         let cases = folder.join("cases.json");
         fs::write(&cases, serde_json::to_vec(&[case()]).unwrap()).unwrap();
         let [cases, out, scan] = [&cases, &folder, &scan].map(|path| path.to_str().unwrap());
-        let start = Start { environment, folder: Some(&game), ..Start::default() };
+        let start = Start { environment, folder: Some(&game), excused: &[PROBE_LEAK] };
         let pictures = ["res://tests/show_cases.tscn", "--", "--cases", cases, "--out", out];
         engine.run_as(&file, "exported_case", &pictures, &start);
         let game = ["res://tests/exported.tscn", "--", "--scan", scan, "--out", out];
@@ -144,7 +147,7 @@ fn an_exported_game_shows_what_the_project_shows() {
 #[test]
 fn an_exported_game_imports_dicom_while_it_runs() {
     let told = telling("import");
-    assert_eq!(told["dims"], json!([24.0, 24.0, 24.0]), "{told}");
+    assert_eq!(told["dims"], json!([24, 24, 24]), "{told}");
     assert_eq!(told["unit"], "HU");
     assert!(told["stages"].as_f64().unwrap() > 0.0, "there was no progress: {told}");
 }
