@@ -40,8 +40,8 @@ pub struct LumivoxVolume3D {
     #[var(get, set, usage_flags = [EDITOR])]
     preset: PhantomVar<GString>,
     /// The preset that was chosen last, for the inspector.
-    #[var(rename = chosen_preset, usage_flags = [STORAGE])]
-    preset_name: GString,
+    #[var(usage_flags = [STORAGE])]
+    chosen_preset: GString,
     /// Multiplies the extinction, which is 1 per millimetre at an opacity of 1. Low: glass and mist; high: solid.
     #[export(range = (0.0, 100.0, 0.001, exp, or_greater))]
     #[init(val = 2.0)]
@@ -123,13 +123,13 @@ impl LumivoxVolume3D {
 
     #[func]
     fn get_preset(&self) -> GString {
-        self.preset_name.clone()
+        self.chosen_preset.clone()
     }
 
     #[func]
     fn set_preset(&mut self, name: GString) {
         if name.is_empty() {
-            self.preset_name = name;
+            self.chosen_preset = name;
         } else {
             self.apply_preset(name);
         }
@@ -173,7 +173,7 @@ impl LumivoxVolume3D {
             Some(scan) => preset.medium(&scan),
             None => preset.medium(&no_scan()),
         };
-        self.preset_name = GString::from(preset.name());
+        self.chosen_preset = GString::from(preset.name());
         self.density = medium.density_scale;
         self.albedo = medium.albedo;
         self.anisotropy = medium.anisotropy;
