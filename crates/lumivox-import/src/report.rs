@@ -58,6 +58,9 @@ pub struct ImportReport {
     pub chosen: usize,
     /// Sentences worth telling about it: `gantry tilt 18.5 degrees, kept as shear`, `1 of 176 slices is missing`.
     pub notes: Vec<String>,
+    /// Slices of the volume, along z from 0, that hold nothing measured: damaged ones, and missing ones that were left
+    /// empty. Known once it is loaded.
+    pub empty_slices: Vec<usize>,
     /// What was left out.
     pub skipped: Vec<SkippedFile>,
 }

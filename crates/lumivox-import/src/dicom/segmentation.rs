@@ -116,7 +116,7 @@ pub(crate) fn grid(plane: &Plane, stack_grid: Grid, depths: &[f64], most_slices:
     }
 }
 
-/// In place of the part of the way to the next slice: this slice is empty, see [`super::resample::leave_gaps`].
+/// In place of the part of the way to the next slice: labels never come from between two slices, so this is empty.
 const EMPTY: f64 = 0.5;
 
 /// Reads the labels of `stack`, whose frames are of one file.

@@ -42,6 +42,13 @@ pub(crate) struct Phase {
     pub(crate) places: Vec<DVec3>,
 }
 
+impl Phase {
+    /// Slices of files that end before their pixels do.
+    pub(crate) fn truncated(&self, files: &[ImageFile]) -> usize {
+        self.slices.iter().filter(|slice| files[slice.file].truncated.is_some()).count()
+    }
+}
+
 /// What can be loaded: a volume, or several that were taken one after the other.
 #[derive(Clone, Debug)]
 pub(crate) struct Stack {
@@ -118,6 +125,11 @@ impl Stack {
         notes.extend(grid.notes);
         if self.phases.len() > 1 {
             notes.push(format!("{} phases, told apart by {}", self.phases.len(), self.told_by));
+        }
+        match phase.truncated(files) {
+            0 => {}
+            1 => notes.push(format!("1 of {n} slices is cut short")),
+            cut => notes.push(format!("{cut} of {n} slices are cut short")),
         }
         let depth = grid.sources.map_or(n, |sources| sources.len());
         let matrix = grid.patient_from_voxel.matrix3;
