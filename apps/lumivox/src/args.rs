@@ -547,7 +547,9 @@ mod tests {
         else {
             panic!("a sun");
         };
-        assert!(direction.distance(DVec3::NEG_X) < 1e-12 && (irradiance[0] - 6.283_185_307).abs() < 1e-6);
+        assert!(
+            direction.distance(DVec3::NEG_X) < 1e-12 && (irradiance[0] - std::f64::consts::TAU).abs() < 1e-6
+        );
         for bad in ["90,0", "sun:90", "sun:1,2,-3", "sun:1,2,3,181", "sun:1,2,3,4,5", "sun:nan,0", "moon:1,2"]
         {
             assert!(bad.parse::<Sun>().is_err(), "{bad}");

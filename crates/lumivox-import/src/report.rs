@@ -31,6 +31,10 @@ pub struct SeriesSummary {
     pub unit: String,
     /// Memory that one phase's voxels take, in bytes.
     pub bytes: u64,
+    /// Why another comes first: `a localizer`, `a single image`, `fewer voxels`; empty for the first.
+    pub reason: String,
+    /// Position in the list, from 0, of the series that a segmentation was made on.
+    pub segments_series: Option<usize>,
     /// What is worth knowing before it is loaded: `1 of 176 slices is missing; ...`.
     pub notes: Vec<String>,
 }

@@ -115,6 +115,7 @@ pub(crate) struct ImageFile {
     /// DICOM's code for the modality: `CT`; `other` for an unknown one, empty where there is none.
     pub(crate) modality_code: &'static str,
     pub(crate) is_localizer: bool,
+    pub(crate) frame_of_reference: Option<String>,
     /// SOPInstanceUID.
     pub(crate) instance_uid: Option<String>,
     /// ConvolutionKernel: images of several make several volumes.
@@ -245,6 +246,7 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         modality,
         modality_code,
         is_localizer: image_type.iter().any(|value| value == "LOCALIZER"),
+        frame_of_reference: data.text(attr::FRAME_OF_REFERENCE_UID),
         instance_uid: data.text(attr::SOP_INSTANCE_UID),
         kernel: data.text(attr::CONVOLUTION_KERNEL),
         unit: if segmentation.is_some() { "" } else { quantity.unit },

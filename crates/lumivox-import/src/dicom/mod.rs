@@ -6,6 +6,7 @@
 //! Structure and headers are read by Lumivox itself, within bounds that no file can widen; compressed frames go to the
 //! decoders that dicom-rs uses too.
 
+mod alignment;
 mod attributes;
 pub(crate) mod codec;
 mod convert;
@@ -33,6 +34,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use alignment::Alignment;
 use header::ImageFile;
 use lumivox_core::{CancelToken, Modality, Progress, Volume, Voxels};
 use scan::Rejected;
@@ -51,6 +53,8 @@ pub(crate) struct Study {
     /// What is no usable image.
     rejected: Vec<Rejected>,
     stacks: Vec<Stack>,
+    /// Of segmentations: which stack they were made on.
+    alignments: Vec<Option<Alignment>>,
     summaries: Vec<SeriesSummary>,
     skipped: Vec<SkippedFile>,
 }
@@ -82,9 +86,16 @@ impl Study {
         skipped.extend(left_out);
         let truncated = files.iter().filter_map(|file| Some((file, file.truncation()?)));
         skipped.extend(truncated.map(|(file, error)| Rejected { path: file.source.path(), error }.skipped()));
-        let summaries = stacks.iter().map(|stack| stack.summary(&files)).collect();
+        let mut summaries: Vec<SeriesSummary> = stacks.iter().map(|stack| stack.summary(&files)).collect();
+        for (summary, stack) in summaries.iter_mut().zip(&stacks).skip(1) {
+            summary.reason = stack.reason(&stacks[0], &files).to_owned();
+        }
+        let alignments: Vec<_> = (0..stacks.len()).map(|k| Alignment::of(k, &stacks, &files)).collect();
+        for (summary, alignment) in summaries.iter_mut().zip(&alignments) {
+            alignment.iter().for_each(|alignment| alignment.describe(summary));
+        }
         let path = paths.first().cloned().unwrap_or_default();
-        Ok(Self { path, files, rejected, stacks, summaries, skipped })
+        Ok(Self { path, files, rejected, stacks, alignments, summaries, skipped })
     }
 
     /// Whether there is any DICOM in it.
@@ -197,6 +208,14 @@ impl Study {
             }
         }
         let mut grid = stack.grid(files, &phase, voxels.bytes_per_sample());
+        let aligned = self.alignments[chosen].as_ref();
+        notes.extend(aligned.map(Alignment::note));
+        let aligned = aligned.and_then(|alignment| alignment.grid.as_ref());
+        if let Some(aligned) = aligned {
+            voxels = aligned.place(&voxels, stack.first(files))?;
+            grid = aligned.as_grid();
+            damaged = vec![false; aligned.dims[2]];
+        }
         let unknown = if options.fill_damaged { 0 } else { self.damaged_somewhere(&phase) };
         let leave_gaps = grid.has_gaps && (options.leave_gaps || unknown > 0);
         if leave_gaps && !is_labels {
@@ -224,7 +243,7 @@ impl Study {
                 empty_slices = (0..depth).filter(|&slice| sources[slice].is_none()).collect();
             }
         }
-        let dims = [format.columns, format.rows, depth];
+        let dims = aligned.map_or([format.columns, format.rows, depth], |aligned| aligned.dims);
         let modality = if is_labels { Modality::Other } else { stack.first(files).modality };
         single::check_spacing(&path, grid.patient_from_voxel)?;
         cancel.check()?;
