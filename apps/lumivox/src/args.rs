@@ -103,9 +103,12 @@ pub struct InputArgs {
     /// Phase of a series with several, counted from 1 [default: the first that is whole]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub phase: Option<u32>,
-    /// Leave slices that are missing or damaged empty [default: filled in from both neighbours' values]
+    /// Leave missing slices empty [default: filled in from both neighbours' values]
     #[arg(long)]
     pub leave_gaps: bool,
+    /// Fill in slices that are there but damaged, as missing ones are [default: left empty, and said]
+    #[arg(long, conflicts_with = "leave_gaps")]
+    pub fill_damaged: bool,
     /// Layout of a RAW scan: size, sample type, then any of spacing (mm), axes (where x, y and z grow), header
     /// (bytes), slope, intercept, modality: 256x256x108:i16le:spacing=0.9,0.9,1.5:axes=LAS
     /// [default: from a file beside it, or its name]

@@ -25,6 +25,7 @@ pub fn options(args: &InputArgs) -> ImportOptions {
     options.series.clone_from(&args.series);
     options.phase = args.phase.map(|phase| phase as usize);
     options.leave_gaps = args.leave_gaps;
+    options.fill_damaged = args.fill_damaged;
     options.raw.clone_from(&args.raw);
     options
 }

@@ -286,6 +286,7 @@ fn import_lists_series_and_what_was_left_out_and_writes_pictures() {
     let series = &json["scans"][0]["series"][0];
     assert_eq!(series["dims"], serde_json::json!([17, 17, 17]));
     assert_eq!((&series["phases"], &series["unit"]), (&1.into(), &"HU".into()));
+    assert_eq!((&series["reason"], &series["segments_series"]), (&"".into(), &serde_json::Value::Null));
     assert!(series["thumbnail"].as_str().unwrap().ends_with("series-001.png"));
     assert_eq!(json["scans"][0]["skipped_by_reason"]["it is not a DICOM file"], 1);
 

@@ -31,6 +31,10 @@ pub struct SeriesSummary {
     pub unit: String,
     /// Memory that one phase's voxels take, in bytes.
     pub bytes: u64,
+    /// Why another comes first: `a localizer`, `a single image`, `fewer voxels`; empty for the first.
+    pub reason: String,
+    /// Position in the list, from 0, of the series that a segmentation was made on.
+    pub segments_series: Option<usize>,
     /// What is worth knowing before it is loaded: `1 of 176 slices is missing; ...`.
     pub notes: Vec<String>,
 }
@@ -58,6 +62,9 @@ pub struct ImportReport {
     pub chosen: usize,
     /// Sentences worth telling about it: `gantry tilt 18.5 degrees, kept as shear`, `1 of 176 slices is missing`.
     pub notes: Vec<String>,
+    /// Slices of the volume, along z from 0, that hold nothing measured: damaged ones, and missing ones that were left
+    /// empty. Known once it is loaded.
+    pub empty_slices: Vec<usize>,
     /// What was left out.
     pub skipped: Vec<SkippedFile>,
 }

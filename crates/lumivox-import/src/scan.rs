@@ -73,6 +73,8 @@ impl Scan<'_> {
             phases: 1,
             unit: volume.modality().unit().to_owned(),
             bytes: volume.voxels().as_bytes().len() as u64,
+            reason: String::new(),
+            segments_series: None,
             notes: notes.clone(),
         };
         let report = ImportReport {

@@ -14,7 +14,7 @@ use std::{
 };
 
 use lumivox_core::{CancelToken, Progress};
-use lumivox_import::{CodecWorker, ImportError, ImportOptions, set_codec_worker};
+use lumivox_import::{CodecWorker, ImportError, ImportOptions, Imported, set_codec_worker};
 use writer::*;
 
 /// Does to the worker what a stream says: as a decoder with a fault would.
@@ -28,6 +28,10 @@ impl<R: Read> Read for Trap<R> {
             std::process::abort();
         } else if has(b"HANG THE WORKER") {
             std::thread::sleep(Duration::from_secs(600));
+        } else if has(b"EAT 64 MEGABYTES") {
+            std::hint::black_box(vec![0u8; 64 << 20]);
+        } else if has(b"EAT 2 GIGABYTES") {
+            std::hint::black_box(vec![0u8; 2 << 30]);
         }
         Ok(n)
     }
@@ -59,8 +63,25 @@ fn write_series(folder: &Path, bad: &[u8]) {
     }
 }
 
-fn load(folder: &Path, cancel: &CancelToken) -> Result<lumivox_import::Imported, ImportError> {
+fn load(folder: &Path, cancel: &CancelToken) -> Result<Imported, ImportError> {
     lumivox_import::load(&[folder.to_owned()], &ImportOptions::default(), Progress::SILENT, cancel)
+}
+
+fn fill(folder: &Path) -> Imported {
+    let mut options = ImportOptions::default();
+    options.fill_damaged = true;
+    lumivox_import::load(&[folder.to_owned()], &options, Progress::SILENT, &CancelToken::new()).unwrap()
+}
+
+/// A comment that the worker meets once it has its first request, and with it its limit.
+fn later(words: &[u8]) -> Vec<u8> {
+    // More than it reads at a time; twice, should a read part it.
+    [&[b'.'; 40_000][..], words, b" ... ", words].concat()
+}
+
+/// Of the middle column, from slice to slice.
+fn values(imported: &Imported) -> Vec<f64> {
+    (0..imported.volume.dims()[2]).map(|z| imported.volume.value([0, 0, z])).collect()
 }
 
 fn main() {
@@ -79,24 +100,35 @@ fn main() {
     assert_eq!(imported.volume.value_range(), [0.0, 40.0]);
     println!("frames are decoded by the worker ... ok");
 
-    for (bad, why) in
-        [(&b"CRASH THE WORKER"[..], "crashed its decoder"), (b"HANG THE WORKER", "kept its decoder busy")]
-    {
-        write_series(folder.path(), bad);
+    write_series(folder.path(), &later(b"EAT 64 MEGABYTES"));
+    let imported = load(folder.path(), &CancelToken::new()).unwrap();
+    assert_eq!(values(&imported), [0.0, 10.0, 20.0, 30.0, 40.0], "{:?}", imported.report.skipped);
+    println!("memory below the limit is given ... ok");
+
+    let traps = [
+        (b"CRASH THE WORKER".to_vec(), "crashed its decoder"),
+        (b"HANG THE WORKER".to_vec(), "kept its decoder busy"),
+        #[cfg(target_os = "linux")]
+        (later(b"EAT 2 GIGABYTES"), "asked it for too much memory"),
+    ];
+    for (bad, why) in traps {
+        write_series(folder.path(), &bad);
         let imported = load(folder.path(), &CancelToken::new()).unwrap();
-        assert_eq!(imported.volume.dims(), [4, 1, 5]);
-        // The lost slice is filled in between its neighbours, which were read.
-        assert_eq!(
-            (0..5).map(|z| imported.volume.value([0, 0, z])).collect::<Vec<_>>(),
-            [0.0, 10.0, 20.0, 30.0, 40.0]
-        );
-        assert_eq!(imported.report.notes[0], "1 of 5 slices could not be decoded");
+        // The lost slice stays empty, its neighbours were read.
+        assert_eq!(values(&imported), [0.0, 10.0, 0.0, 30.0, 40.0]);
+        assert_eq!(imported.report.notes[0], "1 of 5 slices is damaged; left empty: slice 3 at (0, 0, 4) mm");
+        assert_eq!(imported.report.empty_slices, [2]);
+        // Or it is filled in between them.
+        let filled = fill(folder.path());
+        assert_eq!(values(&filled), [0.0, 10.0, 20.0, 30.0, 40.0]);
+        assert_eq!(filled.report.notes[0], "1 of 5 slices could not be decoded");
         assert!(imported.report.skipped[0].path.ends_with("2"));
         assert!(imported.report.skipped[0].reason.contains(why), "{:?}", imported.report.skipped);
         println!("{why} ... ok");
     }
 
     // Cancelled while a decoder hangs that has all the time of the world.
+    write_series(folder.path(), b"HANG THE WORKER");
     worker.timeout = Duration::from_secs(300);
     set_codec_worker(Some(worker.clone()));
     let cancel = CancelToken::new();

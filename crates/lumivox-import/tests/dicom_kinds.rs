@@ -239,10 +239,71 @@ fn labels_come_after_scans_and_have_pictures() {
         &CancelToken::new(),
     )
     .unwrap();
-    let modalities: Vec<_> = study.report().series.iter().map(|s| s.modality.as_str()).collect();
-    assert_eq!(modalities, ["MR", "SEG"]);
+    let series: Vec<_> =
+        study.report().series.iter().map(|s| (s.modality.as_str(), s.reason.as_str())).collect();
+    assert_eq!(series, [("MR", ""), ("SEG", "a segmentation")]);
     let picture = study.thumbnail(1, 64, &CancelToken::new()).unwrap();
     assert_eq!((picture.width, picture.height, picture.grey.len()), (4, 2, 8));
+}
+
+#[test]
+fn labels_lie_on_the_voxels_of_their_series() {
+    let folder = tempfile::tempdir().unwrap();
+    // Ten slices of 6 x 5 pixels; labels are 4 x 2 pixels of two of them, from pixel (1, 2) on.
+    let places: Vec<f64> = (0..10).map(|k| 4.0 + 2.0 * f64::from(k)).collect();
+    for &z in &places {
+        let samples: Vec<u16> = (0..30).map(|i| i + 100 * z as u16).collect();
+        image("CT", 6, 5, samples)
+            .text(SERIES_INSTANCE_UID, "UI", "1.2.7")
+            .decimals(PIXEL_SPACING, &[1.0, 1.0])
+            .decimals(IMAGE_ORIENTATION_PATIENT, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+            .decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, z])
+            .write(&folder.path().join(format!("ct {z}")), Syntax::Explicit);
+    }
+    let reference = Elements::default().text(SERIES_INSTANCE_UID, "UI", "1.2.7");
+    let seg =
+        segmentation("BINARY", &[(2, 16.0, [0, 0, 0, 0, 1, 1, 0, 0]), (5, 10.0, [1, 0, 0, 1, 0, 0, 0, 0])])
+            .text(SERIES_INSTANCE_UID, "UI", "1.2.9")
+            .items(0x0008_1115, vec![reference]);
+    seg.write(&folder.path().join("seg"), Syntax::Explicit);
+
+    let ct = load(folder.path()).unwrap().volume;
+    let mut options = ImportOptions::default();
+    options.series = Some("2".to_owned());
+    let paths = [folder.path().to_owned()];
+    let load_labels =
+        || lumivox_import::load(&paths, &options, Progress::SILENT, &CancelToken::new()).unwrap();
+    let labels = load_labels();
+    assert_eq!(labels.volume.dims(), ct.dims());
+    assert_eq!(labels.volume.patient_from_voxel(), ct.patient_from_voxel());
+    let mut expected = vec![0.0; 300];
+    let at = |x: usize, y: usize, z: usize| (z * 5 + y) * 6 + x;
+    for (x, y, z, label) in [(1, 3, 6, 2.0), (2, 3, 6, 2.0), (1, 2, 3, 5.0), (4, 2, 3, 5.0)] {
+        expected[at(x, y, z)] = label;
+    }
+    assert_eq!(values(&labels.volume), expected);
+    let listed = &labels.report.series[1];
+    assert_eq!((listed.segments_series, listed.dims, listed.bytes), (Some(0), [6, 5, 10], 600));
+    let note = "made on series 1; its voxels are those of that series".to_owned();
+    assert!(listed.notes.contains(&note) && labels.report.notes.contains(&note), "{:?}", labels.report);
+
+    // Half a pixel beside the series, labels keep their own grid.
+    for entry in std::fs::read_dir(folder.path()).unwrap() {
+        let path = entry.unwrap().path();
+        if path.file_name().unwrap().to_string_lossy().starts_with("ct") {
+            std::fs::remove_file(path).unwrap();
+        }
+    }
+    for &z in &places {
+        image("CT", 6, 5, vec![0; 30])
+            .text(SERIES_INSTANCE_UID, "UI", "1.2.7")
+            .decimals(PIXEL_SPACING, &[1.0, 1.0])
+            .decimals(IMAGE_POSITION_PATIENT, &[0.5, 0.0, z])
+            .write(&folder.path().join(format!("ct {z}")), Syntax::Explicit);
+    }
+    let labels = load_labels();
+    assert_eq!(labels.volume.dims(), [4, 2, 4]);
+    assert!(labels.report.notes.iter().any(|note| note.contains("a grid of its own")), "{:?}", labels.report);
 }
 
 #[test]

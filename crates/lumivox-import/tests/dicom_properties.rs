@@ -162,6 +162,7 @@ fn what_is_written_is_read() {
 
 #[test]
 fn a_slice_that_is_cut_short_costs_itself_only() {
+    let mut kinds = [0; 4];
     for seed in 0..150 {
         let mut random = Random(1_000_000 + seed);
         let mut written = series(&mut random);
@@ -171,7 +172,9 @@ fn a_slice_that_is_cut_short_costs_itself_only() {
         }
         let cut = random.below(slices);
         let file = &mut written.files[cut];
-        file.truncate(random.below(file.len()));
+        // Anywhere, or in the pixels.
+        let left = if seed % 2 == 0 { random.below(file.len()) } else { file.len() - 12 - random.below(14) };
+        file.truncate(left);
         let (folder, paths) = write(&written.files, &mut random);
         let imported = load(folder.path()).unwrap_or_else(|e| panic!("seed {seed}: {e}\n{}", written.what));
         let volume = &imported.volume;
@@ -180,8 +183,24 @@ fn a_slice_that_is_cut_short_costs_itself_only() {
         assert_eq!(report.skipped[0].path, paths[cut], "seed {seed}");
         let inner = (1..slices - 1).contains(&cut) && slices > 3;
         if inner {
-            let filled = format!("1 of {slices} slices is missing; filled in from the neighbours' values");
-            assert!(report.notes.contains(&filled), "seed {seed}: {:?}", report.notes);
+            // Cut in its pixels, its place is known; cut in its header, that it is an image, mostly; cut to next to
+            // nothing, it is not even DICOM.
+            let damaged = format!("1 of {slices} slices is damaged; left empty: slice ");
+            let missing = format!("1 of {slices} slices is missing; ");
+            let note =
+                report.notes.iter().find(|note| note.starts_with(&damaged) || note.starts_with(&missing));
+            let note = note.unwrap_or_else(|| panic!("seed {seed}: {:?}", report.notes));
+            let filled = note.ends_with("filled in from the neighbours' values");
+            let unlike = ["it holds no image", "not a DICOM", "not known", "no format"];
+            let reason = &report.skipped[0].reason;
+            assert_eq!(
+                filled,
+                unlike.iter().any(|words| reason.contains(words)),
+                "seed {seed}: {note}: {reason}"
+            );
+            let empty = if filled { 0 } else { 1 };
+            assert_eq!(report.empty_slices.len(), empty, "seed {seed}: {note}: {reason}");
+            kinds[usize::from(filled) + 2 * usize::from(note.starts_with(&damaged))] += 1;
         }
         let voxel_from_patient = volume.patient_from_voxel().inverse();
         let slice_len = written.dims[0] * written.dims[1];
@@ -195,4 +214,6 @@ fn a_slice_that_is_cut_short_costs_itself_only() {
             );
         }
     }
+    println!("left empty with a place unknown, filled in, left empty with a place known: {:?}", &kinds[..3]);
+    assert!(kinds[2] > 10, "{kinds:?}");
 }

@@ -179,6 +179,86 @@ fn missing_slices_are_filled_in() {
     assert_eq!(imported.volume.value([0, 0, 4]), field(DVec3::new(-10.0, 20.0, 8.0)));
 }
 
+/// Loads with options.
+fn load_as(folder: &std::path::Path, leave_gaps: bool, fill_damaged: bool) -> Imported {
+    let mut options = ImportOptions::default();
+    (options.leave_gaps, options.fill_damaged) = (leave_gaps, fill_damaged);
+    lumivox_import::load(&[folder.to_owned()], &options, Progress::SILENT, &CancelToken::new()).unwrap()
+}
+
+#[test]
+fn damaged_slices_are_left_empty_unless_asked() {
+    // One is missing at 8 mm; at 4 and 12 mm they are cut short, one in its pixels and one behind its last element.
+    let z = [0.0, 2.0, 4.0, 6.0, 10.0, 12.0, 14.0];
+    let folder = tempfile::tempdir().unwrap();
+    Series::axial(heights(&z)).write(folder.path());
+    let mut files: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().path()).collect();
+    files.sort();
+    let place = |file: &std::path::PathBuf| load(file).unwrap().volume.patient_from_voxel().translation.z;
+    for (at, left) in [(4.0, 7), (12.0, 0)] {
+        let file = files.iter().find(|file| place(file) == at).unwrap().clone();
+        let bytes = std::fs::read(&file).unwrap();
+        std::fs::write(&file, &bytes[..bytes.len() - 40 + left]).unwrap();
+        assert!(matches!(load(&file), Err(ImportError::Truncated { .. })));
+        files.retain(|other| *other != file);
+    }
+    let value = |imported: &Imported, z: usize| imported.volume.value([2, 1, z]);
+    let truth = |z: usize| field(DVec3::new(-10.0 + 2.0 * 2.0, 20.0 + 4.0, 2.0 * z as f64));
+    let check = |imported: &Imported, empty: &[usize]| {
+        assert_eq!(imported.volume.dims(), [5, 4, 8]);
+        assert_eq!(imported.report.empty_slices, empty);
+        for z in 0..8 {
+            let expected = if empty.contains(&z) { -1000.0 } else { truth(z) };
+            assert!((value(imported, z) - expected).abs() < 0.51, "slice {z}: {:?}", imported.report.notes);
+        }
+        // Each is named once.
+        assert_eq!(imported.report.skipped.len(), 2, "{:?}", imported.report.skipped);
+        assert!(imported.report.skipped.iter().all(|file| file.reason.starts_with("cut short: ")));
+    };
+    let imported = load_as(folder.path(), false, false);
+    check(&imported, &[2, 6]);
+    assert_eq!(
+        imported.report.notes,
+        [
+            "2 of 7 slices are damaged; left empty: slice 3 at (-10, 20, 4) mm, slice 7 at (-10, 20, 12) mm",
+            "1 of 8 slices is missing; filled in from the neighbours' values"
+        ]
+    );
+    let listed = &imported.report.series[0];
+    assert_eq!((listed.dims, listed.files), ([5, 4, 8], 7));
+    assert!(listed.notes.contains(&"2 of 7 slices are cut short".to_owned()), "{:?}", listed.notes);
+    let imported = load_as(folder.path(), false, true);
+    check(&imported, &[]);
+    assert_eq!(
+        imported.report.notes,
+        [
+            "2 of 7 slices could not be decoded",
+            "3 of 8 slices are missing; filled in from the neighbours' values"
+        ]
+    );
+    check(&load_as(folder.path(), true, false), &[2, 4, 6]);
+    check(&load_as(folder.path(), true, true), &[2, 4, 6]);
+    // A whole copy of one that is cut short counts.
+    let whole = Series::axial(heights(&z)).slice(2);
+    whole.write(&folder.path().join("z whole"), Syntax::Explicit);
+    assert_eq!(load_as(folder.path(), false, false).volume.value([2, 1, 2]), truth(2).round());
+}
+
+#[test]
+fn a_gap_stays_where_a_damaged_file_may_belong() {
+    let folder = tempfile::tempdir().unwrap();
+    Series::axial(heights(&[0.0, 2.0, 4.0, 8.0, 10.0])).write(folder.path());
+    let mut bytes = Series::axial(heights(&[6.0])).slice(0).file(Syntax::Explicit);
+    // In the middle of an early element: nobody knows where it lies.
+    bytes.truncate(250);
+    std::fs::write(folder.path().join("head"), bytes).unwrap();
+    let imported = load_as(folder.path(), false, false);
+    let note = "1 of 6 slices is missing; left empty, for damaged files may belong there";
+    assert_eq!(imported.report.notes, [note], "{:?}", imported.report.skipped);
+    assert_eq!(imported.report.empty_slices, [3]);
+    assert!(load_as(folder.path(), false, true).report.empty_slices.is_empty());
+}
+
 #[test]
 fn uneven_slices_are_resampled_at_true_heights() {
     let imported = Series::axial(heights(&[0.0, 4.0, 8.0, 9.1, 16.0, 23.0])).load();
@@ -386,7 +466,7 @@ fn words(elements: &Elements) -> Vec<u16> {
 }
 
 #[test]
-fn a_slice_that_cannot_be_decoded_is_filled_in() {
+fn a_slice_that_cannot_be_decoded_is_filled_in_if_asked() {
     let folder = tempfile::tempdir().unwrap();
     let series = Series::axial(heights(&[0.0, 2.0, 4.0, 6.0, 8.0]));
     for k in 0..5 {
@@ -398,7 +478,9 @@ fn a_slice_that_cannot_be_decoded_is_filled_in() {
         slice.set(PIXEL_DATA, "OB", Value::Fragments(vec![a.to_vec(), b.to_vec()]));
         slice.write(&folder.path().join(format!("{k}")), Syntax::Rle);
     }
-    let imported = load(folder.path()).unwrap();
+    let notes = load(folder.path()).unwrap().report.notes;
+    assert_eq!(notes, ["1 of 5 slices is damaged; left empty: slice 3 at (-10, 20, 4) mm"]);
+    let imported = load_as(folder.path(), false, true);
     assert_eq!(imported.volume.dims(), [5, 4, 5]);
     assert_field(&imported.volume, 0.0);
     let notes = imported.report.notes;
@@ -493,12 +575,12 @@ fn series_do_not_mix_and_can_be_chosen() {
 
     let imported = load(folder.path()).unwrap();
     assert_eq!(imported.volume.dims(), [5, 4, 3]);
-    assert_eq!(imported.report.series.len(), 3);
+    let reasons: Vec<_> = imported.report.series.iter().map(|series| series.reason.as_str()).collect();
+    assert_eq!(reasons, ["", "fewer voxels", "fewer voxels", "a localizer"]);
     assert_eq!(imported.report.series[0].description, "CT, 3 slices, 5 x 4");
     assert_eq!(imported.report.series[0].files, 3);
     let skipped: Vec<_> = imported.report.skipped.iter().map(|s| s.reason.as_str()).collect();
-    assert_eq!(skipped.len(), 3);
-    assert!(skipped.contains(&"a localizer"));
+    assert_eq!(skipped.len(), 2);
     assert!(!format!("{:?}", imported.report).contains("SECRET"));
     for (wanted, id, slices) in
         [("1.2.4", "1.2.4", 2), ("44", "1.2.4", 2), ("1.2.3", "1.2.3", 3), ("1", "1.2.3", 3)]

@@ -114,6 +114,9 @@ fn to_text(report: &ImportReport, root: Option<&Path>) -> String {
         let mark = if place == report.chosen && report.series.len() > 1 { '*' } else { ' ' };
         let _ = writeln!(text, "\n{mark} {}  {}", place + 1, series.description);
         let _ = writeln!(text, "     {}", geometry(series));
+        if !series.reason.is_empty() {
+            let _ = writeln!(text, "     not the first: {}", series.reason);
+        }
         series.notes.iter().for_each(|note| text += &format!("     - {note}\n"));
     }
     let own = report.series.get(report.chosen).map_or(&[][..], |series| &series.notes);

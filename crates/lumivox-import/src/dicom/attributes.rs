@@ -60,6 +60,7 @@ attributes! { VALUES:
     INSTANCE_NUMBER = "InstanceNumber" 0x0020_0013;
     IMAGE_POSITION_PATIENT = "ImagePositionPatient" 0x0020_0032;
     IMAGE_ORIENTATION_PATIENT = "ImageOrientationPatient" 0x0020_0037;
+    FRAME_OF_REFERENCE_UID = "FrameOfReferenceUID" 0x0020_0052;
     TEMPORAL_POSITION_IDENTIFIER = "TemporalPositionIdentifier" 0x0020_0100;
     TEMPORAL_POSITION_INDEX = "TemporalPositionIndex" 0x0020_9128;
     NOMINAL_CARDIAC_TRIGGER_DELAY_TIME = "NominalCardiacTriggerDelayTime" 0x0020_9153;
@@ -99,6 +100,7 @@ attributes! { VALUES:
 }
 
 attributes! { SEQUENCES:
+    REFERENCED_SERIES_SEQUENCE = "ReferencedSeriesSequence" 0x0008_1115;
     MR_ECHO_SEQUENCE = "MREchoSequence" 0x0018_9114;
     MR_DIFFUSION_SEQUENCE = "MRDiffusionSequence" 0x0018_9117;
     CARDIAC_SYNCHRONIZATION_SEQUENCE = "CardiacSynchronizationSequence" 0x0018_9118;

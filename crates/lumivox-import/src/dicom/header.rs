@@ -115,6 +115,7 @@ pub(crate) struct ImageFile {
     /// DICOM's code for the modality: `CT`; `other` for an unknown one, empty where there is none.
     pub(crate) modality_code: &'static str,
     pub(crate) is_localizer: bool,
+    pub(crate) frame_of_reference: Option<String>,
     /// SOPInstanceUID.
     pub(crate) instance_uid: Option<String>,
     /// ConvolutionKernel: images of several make several volumes.
@@ -125,8 +126,31 @@ pub(crate) struct ImageFile {
     pub(crate) segmentation: Option<Segmentation>,
     pub(crate) format: PixelFormat,
     pub(crate) frames: Vec<Frame>,
+    /// What the header promises of pixel data and what is there, in bytes, where that is not even one frame. Its place
+    /// is known all the same.
+    pub(crate) truncated: Option<Truncated>,
     /// Sentences about liberties taken.
     pub(crate) notes: Vec<String>,
+}
+
+/// Pixel data that end before their first frame does, in bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Truncated {
+    pub(crate) expected: u64,
+    pub(crate) actual: u64,
+}
+
+impl ImageFile {
+    /// Whether frames are missing at the end of the file, so that it is not known what they showed.
+    pub(crate) fn is_cut_short(&self) -> bool {
+        self.frames.len() < self.format.frames * self.format.slices_in_frame()
+    }
+
+    /// The error about pixel data that end before their first frame does.
+    pub(crate) fn truncation(&self) -> Option<ImportError> {
+        let Truncated { expected, actual } = self.truncated?;
+        Some(ImportError::Truncated { path: self.source.path(), expected, actual })
+    }
 }
 
 /// Reads the header of the image at `source`.
@@ -150,7 +174,6 @@ pub(crate) fn read_image(source: &Source, cancel: &CancelToken) -> Result<ImageF
         Refusal::Unsupported(what, remedy) => {
             ImportError::Unsupported { path: path(), what, remedy: remedy.to_owned() }
         }
-        Refusal::Truncated { expected, actual } => ImportError::Truncated { path: path(), expected, actual },
     })
 }
 
@@ -163,7 +186,6 @@ pub(crate) fn undecodable(source: &Source, what: String) -> ImportError {
 pub(crate) enum Refusal {
     Field(FieldFault),
     Unsupported(String, &'static str),
-    Truncated { expected: u64, actual: u64 },
 }
 
 impl From<FieldFault> for Refusal {
@@ -175,7 +197,7 @@ impl From<FieldFault> for Refusal {
 fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
     let data = &header.data;
     let mut notes = Vec::new();
-    let (mut format, complete_frames) = pixel_format(header, &mut notes)?;
+    let (mut format, there) = pixel_format(header, &mut notes)?;
     let modality_code = modality_code(data.text(attr::MODALITY).as_deref());
     let modality = match modality_code {
         "CT" => Modality::Ct,
@@ -187,7 +209,7 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
     let is_mosaic = image_type.iter().any(|value| value == "MOSAIC");
     let layout = is_mosaic.then(|| Layout::of(data, format.columns, format.rows)).flatten();
     let mut frames = frames(data, &format, &mut notes)?;
-    frames.truncate(complete_frames);
+    frames.truncate(there.unwrap_or(1));
     match layout {
         Some(layout) => {
             format.columns /= layout.mosaic.across;
@@ -224,12 +246,14 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         modality,
         modality_code,
         is_localizer: image_type.iter().any(|value| value == "LOCALIZER"),
+        frame_of_reference: data.text(attr::FRAME_OF_REFERENCE_UID),
         instance_uid: data.text(attr::SOP_INSTANCE_UID),
         kernel: data.text(attr::CONVOLUTION_KERNEL),
         unit: if segmentation.is_some() { "" } else { quantity.unit },
         segmentation,
         format,
         frames,
+        truncated: there.err(),
         notes,
     })
 }
@@ -248,8 +272,11 @@ fn modality_code(text: Option<&str>) -> &'static str {
     }
 }
 
+/// How many frames are there.
+type FramesThere = Result<usize, Truncated>;
+
 /// The pixel format, and how many of its frames are there.
-fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat, usize), Refusal> {
+fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat, FramesThere), Refusal> {
     let data = &header.data;
     let unsupported = |what: &str, remedy| Err(Refusal::Unsupported(what.to_owned(), remedy));
     const OTHER_FILES: &str = "Open the series of images that it belongs to";
@@ -307,8 +334,9 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
     if packed && encoding != Encoding::Native {
         return unsupported("it is made of single bits, and compressed", DECOMPRESS);
     }
-    let (frames, complete_frames) = frame_counts(header, [columns, rows, allocated as usize], encoding)?;
+    let (frames, there) = frame_counts(header, [columns, rows, allocated as usize], encoding)?;
     if encoding == Encoding::Native
+        && there.is_ok()
         && let (Some(declared), Some(there)) = (pixels.length, pixels.available)
         // One byte of padding is often left out.
         && declared > there.saturating_add(1)
@@ -318,8 +346,10 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
             pixels.attribute
         ));
     }
-    if complete_frames < frames {
-        notes.push(format!("the file is cut short: {complete_frames} of {frames} frames are there"));
+    if let Ok(complete) = there
+        && complete < frames
+    {
+        notes.push(format!("the file is cut short: {complete} of {frames} frames are there"));
     }
     let format = PixelFormat {
         columns,
@@ -350,7 +380,7 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         offset: pixels.offset,
         deflated_from: header.deflated_from,
     };
-    Ok((format, complete_frames))
+    Ok((format, there))
 }
 
 /// What a DICOM file without pixels is.
@@ -389,7 +419,7 @@ fn frame_counts(
     header: &Header,
     [columns, rows, bits]: [usize; 3],
     encoding: Encoding,
-) -> Result<(usize, usize), Refusal> {
+) -> Result<(usize, FramesThere), Refusal> {
     let pixels = header.pixels.expect("checked by the caller");
     let frames = match header.data.integer_text(attr::NUMBER_OF_FRAMES)?.unwrap_or(1) {
         // Written so by some that mean a single image.
@@ -419,9 +449,10 @@ fn frame_counts(
         let complete = (available.saturating_mul(8) / frame_bits).min(frames as u64) as usize;
         if complete == 0 {
             let expected = (frame_bits / 8).max(1).saturating_mul(frames as u64);
-            return Err(Refusal::Truncated { expected, actual: available });
+            // One frame marks its place; memory is not taken for others.
+            return Ok((1, Err(Truncated { expected, actual: available })));
         }
-        return Ok((frames, complete));
+        return Ok((frames, Ok(complete)));
     }
     // Every frame has at least one fragment with a head of 8 bytes.
     if frames as u64 > available / 8 {
@@ -432,5 +463,5 @@ fn frame_counts(
         let problem = format!("is {rows}, with {columns} columns more than {available} bytes can hold");
         return Err(FieldFault::new(attr::ROWS, problem).into());
     }
-    Ok((frames, frames))
+    Ok((frames, Ok(frames)))
 }

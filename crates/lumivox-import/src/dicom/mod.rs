@@ -6,11 +6,13 @@
 //! Structure and headers are read by Lumivox itself, within bounds that no file can widen; compressed frames go to the
 //! decoders that dicom-rs uses too.
 
+mod alignment;
 mod attributes;
 pub(crate) mod codec;
 mod convert;
 mod elements;
 mod frames;
+mod gaps;
 mod geometry;
 mod header;
 mod jpeg_extended;
@@ -28,15 +30,16 @@ mod stored;
 mod values;
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, HashSet},
     path::{Path, PathBuf},
 };
 
+use alignment::Alignment;
 use header::ImageFile;
 use lumivox_core::{CancelToken, Modality, Progress, Volume, Voxels};
 use scan::Rejected;
 pub(crate) use scan::files_below;
-use series::Stack;
+use series::{Phase, Stack};
 
 use crate::{
     ImportError, ImportOptions, ImportReport, Imported, SeriesSummary, SkippedFile, Thumbnail, scan as single,
@@ -50,6 +53,8 @@ pub(crate) struct Study {
     /// What is no usable image.
     rejected: Vec<Rejected>,
     stacks: Vec<Stack>,
+    /// Of segmentations: which stack they were made on.
+    alignments: Vec<Option<Alignment>>,
     summaries: Vec<SeriesSummary>,
     skipped: Vec<SkippedFile>,
 }
@@ -71,6 +76,7 @@ impl Study {
         cancel: &CancelToken,
     ) -> Result<Self, ImportError> {
         let scan::Scan { images: files, mut rejected } = scan::scan(paths, progress, cancel)?;
+        let files = with_pixels(files, &mut rejected);
         if files.is_empty() && rejected.len() == 1 && !paths.iter().any(|path| path.is_dir()) {
             // The one file's own error says more than that there is no series.
             return Err(rejected.remove(0).error);
@@ -78,9 +84,18 @@ impl Study {
         let (stacks, left_out) = series::stacks(&files);
         let mut skipped: Vec<SkippedFile> = rejected.iter().map(Rejected::skipped).collect();
         skipped.extend(left_out);
-        let summaries = stacks.iter().map(|stack| stack.summary(&files)).collect();
+        let truncated = files.iter().filter_map(|file| Some((file, file.truncation()?)));
+        skipped.extend(truncated.map(|(file, error)| Rejected { path: file.source.path(), error }.skipped()));
+        let mut summaries: Vec<SeriesSummary> = stacks.iter().map(|stack| stack.summary(&files)).collect();
+        for (summary, stack) in summaries.iter_mut().zip(&stacks).skip(1) {
+            summary.reason = stack.reason(&stacks[0], &files).to_owned();
+        }
+        let alignments: Vec<_> = (0..stacks.len()).map(|k| Alignment::of(k, &stacks, &files)).collect();
+        for (summary, alignment) in summaries.iter_mut().zip(&alignments) {
+            alignment.iter().for_each(|alignment| alignment.describe(summary));
+        }
         let path = paths.first().cloned().unwrap_or_default();
-        Ok(Self { path, files, rejected, stacks, summaries, skipped })
+        Ok(Self { path, files, rejected, stacks, alignments, summaries, skipped })
     }
 
     /// Whether there is any DICOM in it.
@@ -126,6 +141,7 @@ impl Study {
             notes: self.summaries.get(chosen).map(|series| series.notes.clone()).unwrap_or_default(),
             series: self.summaries.clone(),
             chosen,
+            empty_slices: Vec::new(),
             skipped: self.skipped.clone(),
         })
     }
@@ -143,7 +159,7 @@ impl Study {
         let chosen = self.choose(options)?;
         let (files, stack, path) = (&self.files, &self.stacks[chosen], self.path.clone());
         let mut skipped = self.skipped.clone();
-        let number = phase_number(stack, options, &path)?;
+        let number = phase_number(stack, files, options, &path)?;
         let phase = &stack.phases[number];
         let format = &stack.first(files).format;
         let slice_len = format.columns * format.rows;
@@ -166,43 +182,68 @@ impl Study {
             ));
         }
         let mut voxels = decoded.voxels;
+        let total = phase.places.len();
+        let mut damaged = vec![false; total];
         if !decoded.failed.is_empty() {
-            let total = phase.places.len();
-            let mut keep = vec![true; total];
-            decoded.failed.iter().for_each(|(slice, _)| keep[*slice] = false);
-            if !keep.contains(&true) {
-                let (_, error) = decoded.failed.into_iter().next().expect("some slice failed");
-                return Err(error);
+            decoded.failed.iter().for_each(|(slice, _)| damaged[*slice] = true);
+            if !damaged.contains(&false) {
+                let (slice, error) = decoded.failed.into_iter().next().expect("some slice failed");
+                return Err(files[phase.slices[slice].file].truncation().unwrap_or(error));
             }
-            notes.push(format!("{} of {total} slices could not be decoded", decoded.failed.len()));
-            skipped.extend(decoded.failed.into_iter().map(|(slice, error)| {
-                let path = files[phase.slices[slice].file].source.path();
-                Rejected { path, error }.skipped()
-            }));
-            voxels = resample::keep_slices(voxels, slice_len, &keep);
-            let mut kept = keep.iter();
-            phase.places.retain(|_| *kept.next().expect("one flag per slice"));
+            for (slice, error) in decoded.failed {
+                let file = &files[phase.slices[slice].file];
+                // One that is cut short was named when it was found.
+                if file.truncated.is_none() {
+                    skipped.push(Rejected { path: file.source.path(), error }.skipped());
+                }
+            }
+            if options.fill_damaged && !options.leave_gaps {
+                let count = damaged.iter().filter(|damaged| **damaged).count();
+                notes.push(format!("{count} of {total} slices could not be decoded"));
+                let keep: Vec<bool> = damaged.iter().map(|damaged| !damaged).collect();
+                voxels = resample::keep_slices(voxels, slice_len, &keep);
+                let mut kept = keep.iter();
+                phase.places.retain(|_| *kept.next().expect("one flag per slice"));
+                damaged = vec![false; phase.places.len()];
+            }
         }
-        let grid = stack.grid(files, &phase, voxels.bytes_per_sample());
+        let mut grid = stack.grid(files, &phase, voxels.bytes_per_sample());
+        let aligned = self.alignments[chosen].as_ref();
+        notes.extend(aligned.map(Alignment::note));
+        let aligned = aligned.and_then(|alignment| alignment.grid.as_ref());
+        if let Some(aligned) = aligned {
+            voxels = aligned.place(&voxels, stack.first(files))?;
+            grid = aligned.as_grid();
+            damaged = vec![false; aligned.dims[2]];
+        }
+        let unknown = if options.fill_damaged { 0 } else { self.damaged_somewhere(&phase) };
+        let leave_gaps = grid.has_gaps && (options.leave_gaps || unknown > 0);
+        if leave_gaps && !is_labels {
+            let why = if options.leave_gaps { "" } else { ", for damaged files may belong there" };
+            let left = format!("left empty{why}");
+            grid.notes.iter_mut().for_each(|note| *note = note.replace(geometry::FILLED_IN, &left));
+        }
+        let sources = gaps::sources(&grid, &damaged, leave_gaps || is_labels);
+        notes.extend(gaps::note(&sources, &damaged, &grid));
         notes.extend(grid.notes);
-        let mut depth = phase.places.len();
-        if let Some(sources) = grid.sources {
-            depth = sources.len();
-            voxels = if is_labels {
-                resample::leave_gaps(&voxels, slice_len, &sources, 0.0)
-            } else if options.leave_gaps && grid.has_gaps {
-                notes.iter_mut().for_each(|note| *note = note.replace(geometry::FILLED_IN, "left empty"));
-                let [slope, intercept] = decoded.rescale;
-                let lowest = match stack.first(files).modality {
-                    Modality::Ct => (pixels::AIR_HU - intercept) / slope,
-                    _ => (0..voxels.len()).map(|i| voxels.get(i)).reduce(f64::min).unwrap_or(0.0),
-                };
-                resample::leave_gaps(&voxels, slice_len, &sources, lowest)
-            } else {
-                resample::interpolate(&voxels, slice_len, &sources, cancel)?
+        let mut empty_slices: Vec<usize> = Vec::new();
+        let depth = sources.len();
+        if grid.sources.is_some() || damaged.contains(&true) {
+            let [slope, intercept] = decoded.rescale;
+            let empty = match stack.first(files).modality {
+                _ if is_labels => 0.0,
+                Modality::Ct => (pixels::AIR_HU - intercept) / slope,
+                _ => resample::lowest(&voxels, slice_len, &damaged),
             };
+            voxels = match grid.sources {
+                None => resample::clear(voxels, slice_len, &damaged, empty),
+                Some(_) => resample::resample(&voxels, slice_len, &sources, empty, cancel)?,
+            };
+            if !is_labels {
+                empty_slices = (0..depth).filter(|&slice| sources[slice].is_none()).collect();
+            }
         }
-        let dims = [format.columns, format.rows, depth];
+        let dims = aligned.map_or([format.columns, format.rows, depth], |aligned| aligned.dims);
         let modality = if is_labels { Modality::Other } else { stack.first(files).modality };
         single::check_spacing(&path, grid.patient_from_voxel)?;
         cancel.check()?;
@@ -214,9 +255,17 @@ impl Study {
             series: self.summaries.clone(),
             chosen,
             notes,
+            empty_slices,
             skipped,
         };
         Ok(Imported { volume, report })
+    }
+
+    /// Damaged files that may belong in the gaps of `phase`, since their place is not known.
+    fn damaged_somewhere(&self, phase: &Phase) -> usize {
+        let rejected = self.rejected.iter().filter(|rejected| rejected.is_damaged()).count();
+        let cut = phase.slices.iter().filter(|slice| self.files[slice.file].is_cut_short()).count();
+        rejected + cut
     }
 
     /// The middle slice of a series, by its position in the report.
@@ -260,16 +309,45 @@ impl Study {
 
 const FORMAT: &str = "DICOM";
 
+/// Leaves out files without a whole frame, unless they mark a place in a series: another file of it has the same size,
+/// and none is a whole copy of them.
+fn with_pixels(files: Vec<ImageFile>, rejected: &mut Vec<Rejected>) -> Vec<ImageFile> {
+    if files.iter().all(|file| file.truncated.is_none()) {
+        return files;
+    }
+    let size = |file: &ImageFile| (file.series_uid.clone(), file.format.rows, file.format.columns);
+    let place = |file: &ImageFile| {
+        let frame = &file.frames[0];
+        (size(file), frame.position.map(|p| p.to_array().map(f64::to_bits)), frame.phase.instance)
+    };
+    let whole = || files.iter().filter(|file| file.truncated.is_none());
+    let (sizes, places): (HashSet<_>, HashSet<_>) =
+        (whole().map(size).collect(), whole().map(place).collect());
+    let marks = |file: &ImageFile| sizes.contains(&size(file)) && !places.contains(&place(file));
+    let (kept, lost): (Vec<_>, Vec<_>) =
+        files.into_iter().partition(|file| file.truncated.is_none() || marks(file));
+    rejected.extend(
+        lost.iter().filter_map(|file| Some(Rejected { path: file.source.path(), error: file.truncation()? })),
+    );
+    kept
+}
+
 /// Slices that are tried for a thumbnail where some are damaged.
 const MOST_TRIED: usize = 8;
 
 /// The position of the phase that `options` name; by default the first of those that have the most slices.
-fn phase_number(stack: &Stack, options: &ImportOptions, path: &Path) -> Result<usize, ImportError> {
+fn phase_number(
+    stack: &Stack,
+    files: &[ImageFile],
+    options: &ImportOptions,
+    path: &Path,
+) -> Result<usize, ImportError> {
     let there = stack.phases.len();
     match options.phase {
         None => {
-            let most = stack.phases.iter().map(|phase| phase.slices.len()).max();
-            Ok(stack.phases.iter().position(|phase| Some(phase.slices.len()) == most).unwrap_or(0))
+            let whole = |phase: &Phase| phase.slices.len() - phase.truncated(files);
+            let most = stack.phases.iter().map(whole).max();
+            Ok(stack.phases.iter().position(|phase| Some(whole(phase)) == most).unwrap_or(0))
         }
         Some(wanted @ 1..) if wanted <= there => Ok(wanted - 1),
         Some(wanted) => Err(ImportError::NoSuchPhase { path: path.to_owned(), wanted, phases: there }),

@@ -3,6 +3,8 @@
 use lumivox_core::{CancelToken, Cancelled, Voxels};
 use rayon::prelude::*;
 
+use super::gaps::GridSource;
+
 /// Drops the slices whose flag is false.
 pub(crate) fn keep_slices(voxels: Voxels, frame_len: usize, keep: &[bool]) -> Voxels {
     fn compact<T: Copy>(mut samples: Vec<T>, frame_len: usize, keep: &[bool]) -> Vec<T> {
@@ -21,59 +23,68 @@ pub(crate) fn keep_slices(voxels: Voxels, frame_len: usize, keep: &[bool]) -> Vo
     }
 }
 
-/// Makes one slice for each of `sources`: a slice of `voxels`, or nothing but the sample nearest to `empty` where none
-/// was given.
-pub(crate) fn leave_gaps(voxels: &Voxels, frame_len: usize, sources: &[(usize, f64)], empty: f64) -> Voxels {
-    fn pick<T: Copy>(samples: &[T], len: usize, sources: &[(usize, f64)], empty: T) -> Vec<T> {
-        let mut out = vec![empty; len * sources.len()];
-        for (out, &(slice, part)) in out.chunks_exact_mut(len).zip(sources) {
-            if part == 0.0 {
-                out.copy_from_slice(&samples[slice * len..][..len]);
-            }
-        }
-        out
+/// Sets all samples of the slices whose flag is true to the one nearest to `empty`.
+pub(crate) fn clear(mut voxels: Voxels, frame_len: usize, damaged: &[bool], empty: f64) -> Voxels {
+    fn fill<T: Copy>(samples: &mut [T], frame_len: usize, damaged: &[bool], empty: T) {
+        let slices = samples.chunks_exact_mut(frame_len).zip(damaged);
+        slices.filter(|(_, damaged)| **damaged).for_each(|(slice, _)| slice.fill(empty));
     }
-    match voxels {
-        Voxels::U8(samples) => Voxels::U8(pick(samples, frame_len, sources, empty.round() as u8)),
-        Voxels::U16(samples) => Voxels::U16(pick(samples, frame_len, sources, empty.round() as u16)),
-        Voxels::F32(samples) => Voxels::F32(pick(samples, frame_len, sources, empty as f32)),
+    match &mut voxels {
+        Voxels::U8(samples) => fill(samples, frame_len, damaged, empty.round() as u8),
+        Voxels::U16(samples) => fill(samples, frame_len, damaged, empty.round() as u16),
+        Voxels::F32(samples) => fill(samples, frame_len, damaged, empty as f32),
     }
+    voxels
 }
 
-/// Makes one slice for each of `sources`: a slice of `voxels` and the part of the way to the next one.
+/// The lowest sample of the slices whose flag is false.
+pub(crate) fn lowest(voxels: &Voxels, frame_len: usize, damaged: &[bool]) -> f64 {
+    let whole = (0..damaged.len()).filter(|&slice| !damaged[slice]);
+    let samples = whole.flat_map(|slice| slice * frame_len..(slice + 1) * frame_len);
+    samples.map(|i| voxels.get(i)).reduce(f64::min).unwrap_or(0.0)
+}
+
+/// Makes one slice for each of `sources`: a slice of `voxels` and the part of the way to the next one, or nothing but
+/// the sample nearest to `empty`.
 ///
 /// # Errors
 /// On cancel.
-pub(crate) fn interpolate(
+pub(crate) fn resample(
     voxels: &Voxels,
     frame_len: usize,
-    sources: &[(usize, f64)],
+    sources: &[GridSource],
+    empty: f64,
     cancel: &CancelToken,
 ) -> Result<Voxels, Cancelled> {
     Ok(match voxels {
-        Voxels::U8(samples) => Voxels::U8(blend(samples, frame_len, sources, cancel, |a, b, t| {
-            (f32::from(a) + (f32::from(b) - f32::from(a)) * t + 0.5) as u8
-        })?),
-        Voxels::U16(samples) => Voxels::U16(blend(samples, frame_len, sources, cancel, |a, b, t| {
-            (f32::from(a) + (f32::from(b) - f32::from(a)) * t + 0.5) as u16
-        })?),
-        // Weighted, so that no difference can overflow.
+        Voxels::U8(samples) => {
+            let mix = |a, b, t| (f32::from(a) + (f32::from(b) - f32::from(a)) * t + 0.5) as u8;
+            Voxels::U8(blend(samples, frame_len, sources, empty.round() as u8, cancel, mix)?)
+        }
+        Voxels::U16(samples) => {
+            let mix = |a, b, t| (f32::from(a) + (f32::from(b) - f32::from(a)) * t + 0.5) as u16;
+            Voxels::U16(blend(samples, frame_len, sources, empty.round() as u16, cancel, mix)?)
+        }
         Voxels::F32(samples) => {
-            Voxels::F32(blend(samples, frame_len, sources, cancel, |a, b, t| a * (1.0 - t) + b * t)?)
+            // Weighted, so that no difference can overflow.
+            let mix = |a, b, t| a * (1.0 - t) + b * t;
+            Voxels::F32(blend(samples, frame_len, sources, empty as f32, cancel, mix)?)
         }
     })
 }
 
-fn blend<T: Copy + Default + Send + Sync>(
+fn blend<T: Copy + Send + Sync>(
     samples: &[T],
     frame_len: usize,
-    sources: &[(usize, f64)],
+    sources: &[GridSource],
+    empty: T,
     cancel: &CancelToken,
     mix: impl Fn(T, T, f32) -> T + Sync,
 ) -> Result<Vec<T>, Cancelled> {
-    let mut out = vec![T::default(); frame_len * sources.len()];
-    out.par_chunks_exact_mut(frame_len).zip(sources).try_for_each(|(out, &(slice, part))| {
+    let mut out = vec![empty; frame_len * sources.len()];
+    out.par_chunks_exact_mut(frame_len).zip(sources).try_for_each(|(out, source)| {
         cancel.check()?;
+        let Some((slice, part)) = *source else { return Ok(()) };
         let lower = &samples[slice * frame_len..][..frame_len];
         if part == 0.0 {
             out.copy_from_slice(lower);
@@ -97,8 +108,11 @@ mod tests {
         let voxels = Voxels::U16(vec![0, 0, 100, 200, 9, 9, 200, 401]);
         let voxels = keep_slices(voxels, 2, &[true, true, false, true]);
         assert_eq!(voxels, Voxels::U16(vec![0, 0, 100, 200, 200, 401]));
-        let sources = [(0, 0.0), (0, 0.25), (1, 0.5), (2, 0.0)];
-        let even = interpolate(&voxels, 2, &sources, &CancelToken::new()).unwrap();
-        assert_eq!(even, Voxels::U16(vec![0, 0, 25, 50, 150, 301, 200, 401]));
+        let sources = [Some((0, 0.0)), Some((0, 0.25)), Some((1, 0.5)), None, Some((2, 0.0))];
+        let even = resample(&voxels, 2, &sources, 7.0, &CancelToken::new()).unwrap();
+        assert_eq!(even, Voxels::U16(vec![0, 0, 25, 50, 150, 301, 7, 7, 200, 401]));
+        let cleared = clear(voxels.clone(), 2, &[false, true, false], 7.0);
+        assert_eq!(cleared, Voxels::U16(vec![0, 0, 7, 7, 200, 401]));
+        assert_eq!(lowest(&voxels, 2, &[true, false, false]), 100.0);
     }
 }

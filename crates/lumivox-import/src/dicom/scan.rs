@@ -41,6 +41,11 @@ impl Rejected {
         !matches!(self.error, ImportError::UnknownFormat { .. } | ImportError::Io { .. })
     }
 
+    /// Whether it is a DICOM file that might be an image, were it whole.
+    pub(crate) fn is_damaged(&self) -> bool {
+        matches!(self.error, ImportError::Damaged { .. } | ImportError::Truncated { .. })
+    }
+
     /// The reason as a phrase for the report.
     pub(crate) fn reason(&self) -> String {
         match &self.error {

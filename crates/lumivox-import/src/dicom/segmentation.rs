@@ -39,6 +39,8 @@ pub(crate) struct Segmentation {
     kind: Kind,
     /// Number and name of each segment.
     segments: Vec<(u32, String)>,
+    /// SeriesInstanceUID of what it was made on.
+    pub(crate) referenced_series: Option<String>,
 }
 
 impl Segmentation {
@@ -55,7 +57,12 @@ impl Segmentation {
             let number = item.unsigned(attr::SEGMENT_NUMBER)?;
             Some((number, item.text(attr::SEGMENT_LABEL).unwrap_or_default()))
         };
-        Self { kind, segments: data.items(attr::SEGMENT_SEQUENCE).iter().filter_map(name).collect() }
+        let series = data.items(attr::REFERENCED_SERIES_SEQUENCE).first();
+        Self {
+            kind,
+            segments: data.items(attr::SEGMENT_SEQUENCE).iter().filter_map(name).collect(),
+            referenced_series: series.and_then(|item| item.text(attr::SERIES_INSTANCE_UID)),
+        }
     }
 
     /// Whether values are fractions of the only segment.
@@ -116,7 +123,7 @@ pub(crate) fn grid(plane: &Plane, stack_grid: Grid, depths: &[f64], most_slices:
     }
 }
 
-/// In place of the part of the way to the next slice: this slice is empty, see [`super::resample::leave_gaps`].
+/// In place of the part of the way to the next slice: labels never come from between two slices, so this is empty.
 const EMPTY: f64 = 0.5;
 
 /// Reads the labels of `stack`, whose frames are of one file.

@@ -42,6 +42,13 @@ pub(crate) struct Phase {
     pub(crate) places: Vec<DVec3>,
 }
 
+impl Phase {
+    /// Slices of files that end before their pixels do.
+    pub(crate) fn truncated(&self, files: &[ImageFile]) -> usize {
+        self.slices.iter().filter(|slice| files[slice.file].truncated.is_some()).count()
+    }
+}
+
 /// What can be loaded: a volume, or several that were taken one after the other.
 #[derive(Clone, Debug)]
 pub(crate) struct Stack {
@@ -63,6 +70,33 @@ impl Stack {
     fn voxels(&self, files: &[ImageFile]) -> usize {
         let format = &self.first(files).format;
         self.phases[0].slices.len().saturating_mul(format.rows * format.columns)
+    }
+
+    /// What decides which is the best; the greatest is.
+    fn rank(&self, files: &[ImageFile]) -> Rank {
+        let first = self.first(files);
+        let is_derived = first.frames[self.phases[0].slices[0].frame].kind.contains("derived");
+        Rank {
+            is_no_localizer: !first.is_localizer,
+            has_depth: self.phases[0].slices.len() > 1,
+            is_scan: first.modality != Modality::Other && first.segmentation.is_none(),
+            voxels: self.voxels(files),
+            is_original: !is_derived,
+        }
+    }
+
+    /// Why `best` comes before it.
+    pub(crate) fn reason(&self, best: &Stack, files: &[ImageFile]) -> &'static str {
+        let (own, best) = (self.rank(files), best.rank(files));
+        match () {
+            () if own.is_no_localizer != best.is_no_localizer => "a localizer",
+            () if own.has_depth != best.has_depth => "a single image",
+            () if own.is_scan != best.is_scan && self.first(files).segmentation.is_some() => "a segmentation",
+            () if own.is_scan != best.is_scan => "not CT, MR or PET",
+            () if own.voxels < best.voxels => "fewer voxels",
+            () if own.is_original != best.is_original => "derived",
+            () => "as large as the first",
+        }
     }
 
     /// Notes of the stack and of the files of a phase, each once.
@@ -119,6 +153,11 @@ impl Stack {
         if self.phases.len() > 1 {
             notes.push(format!("{} phases, told apart by {}", self.phases.len(), self.told_by));
         }
+        match phase.truncated(files) {
+            0 => {}
+            1 => notes.push(format!("1 of {n} slices is cut short")),
+            cut => notes.push(format!("{cut} of {n} slices are cut short")),
+        }
         let depth = grid.sources.map_or(n, |sources| sources.len());
         let matrix = grid.patient_from_voxel.matrix3;
         SeriesSummary {
@@ -133,9 +172,21 @@ impl Stack {
             phases: self.phases.len(),
             unit: first.unit.to_owned(),
             bytes: (columns * rows * depth * sample_bytes) as u64,
+            reason: String::new(),
+            segments_series: None,
             notes,
         }
     }
+}
+
+/// What decides between stacks, the weightiest first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Rank {
+    is_no_localizer: bool,
+    has_depth: bool,
+    is_scan: bool,
+    voxels: usize,
+    is_original: bool,
 }
 
 /// How many slices filling gaps may make of `slices`: a quarter more in any case, else as memory allows.
@@ -153,8 +204,8 @@ fn shown_id(file: &ImageFile) -> String {
     }
 }
 
-/// Sorts all images of `files` into stacks, the best first: those with depth before single slices, CT, MR and PET before
-/// dose grids and the like, then by voxels.
+/// Sorts all images of `files` into stacks, the best first: localizers, which are pictures to plan by, last; those with
+/// depth before single slices, CT, MR and PET before dose grids and the like, then by voxels.
 pub(crate) fn stacks(files: &[ImageFile]) -> (Vec<Stack>, Vec<SkippedFile>) {
     let mut stacks = Vec::new();
     let mut skipped = Vec::new();
@@ -165,23 +216,8 @@ pub(crate) fn stacks(files: &[ImageFile]) -> (Vec<Stack>, Vec<SkippedFile>) {
     for group in groups(files, &copies) {
         stack_group(files, group, &mut stacks, &mut skipped);
     }
-    // A localizer is a picture to plan by; it is shown only where there is nothing else.
-    if stacks.iter().any(|stack| !stack.first(files).is_localizer) {
-        stacks.retain(|stack| {
-            let keep = !stack.first(files).is_localizer;
-            if !keep {
-                let slices = stack.phases.iter().flat_map(|phase| &phase.slices);
-                skipped.extend(slices.map(|slice| skip(&files[slice.file], "a localizer")));
-            }
-            keep
-        });
-    }
     // Stable: where nothing else decides, the order of the files does.
-    stacks.sort_by_key(|stack| {
-        let first = stack.first(files);
-        let is_scan = first.modality != Modality::Other && first.segmentation.is_none();
-        std::cmp::Reverse((stack.phases[0].slices.len() > 1, is_scan, stack.voxels(files)))
-    });
+    stacks.sort_by_key(|stack| std::cmp::Reverse(stack.rank(files)));
     (stacks, skipped)
 }
 
@@ -335,5 +371,11 @@ pub(crate) fn choose(stacks: &[Stack], files: &[ImageFile], wanted: &str) -> Vec
         return vec![index];
     }
     let Ok(number) = wanted.parse::<i64>() else { return Vec::new() };
-    (0..stacks.len()).filter(|&k| stacks[k].first(files).series_number == Some(number)).collect()
+    let mut found: Vec<usize> =
+        (0..stacks.len()).filter(|&k| stacks[k].first(files).series_number == Some(number)).collect();
+    // A localizer of the same number is hardly meant.
+    if found.iter().any(|&k| !stacks[k].first(files).is_localizer) {
+        found.retain(|&k| !stacks[k].first(files).is_localizer);
+    }
+    found
 }
