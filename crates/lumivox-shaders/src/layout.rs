@@ -36,8 +36,9 @@ pub struct Frame {
     pub view_axis: [f32; 3],
     pub orthographic: u32,
     pub light_count: u32,
+    pub group_stride: u32,
+    pub group_count: u32,
     pub padding: u32,
-    pub more_padding: [u32; 2],
 }
 
 /// Twin of `Instance`.

@@ -57,8 +57,9 @@ fn twins_have_the_shaders_layout() {
             view_axis,
             orthographic,
             light_count,
+            group_stride,
+            group_count,
             padding,
-            more_padding,
         }
     );
     assert_twin!(

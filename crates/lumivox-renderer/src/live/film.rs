@@ -12,6 +12,9 @@ use crate::scene_cache::{SceneCache, check_binding};
 /// Most samples of one dispatch.
 pub(super) const MAX_SAMPLES_PER_DISPATCH: u64 = 64;
 
+/// Rows that are traced together: a workgroup's.
+pub(super) const GROUP_ROWS: u32 = 8;
+
 /// Pixels between the taps of the denoiser's passes; an even number of them, so that the last writes where the first
 /// read.
 const DENOISE_STEPS: [u32; 4] = [1, 2, 4, 8];
@@ -61,7 +64,13 @@ impl LiveFilm {
         self.dispatch(Kernel::HostDepth, &params, resources, recording);
     }
 
-    /// `samples` more for each pixel of some rows, `limit` at most in all.
+    /// Rows in the order in which they are traced, in groups of a workgroup's height; the last may not all be there.
+    pub fn padded_height(&self) -> u32 {
+        self.size[1].next_multiple_of(GROUP_ROWS)
+    }
+
+    /// `samples` more for each pixel of some rows, `limit` at most in all. Rows count in the order of
+    /// [`padded_height`](Self::padded_height).
     pub fn record_samples(
         &mut self,
         key: Key,
@@ -80,6 +89,8 @@ impl LiveFilm {
             sample_begin: 0,
             sample_end: samples,
             sample_limit: limit,
+            group_stride: group_stride(self.padded_height() / GROUP_ROWS),
+            group_count: self.padded_height() / GROUP_ROWS,
             row_begin,
             row_end,
             ..frame::of(cache, &key.camera)
@@ -153,6 +164,36 @@ impl LiveFilm {
     }
 }
 
+/// A stride that visits every one of `count` groups of rows, neighbours in time far apart in the image: near the golden
+/// section, and coprime to the count.
+fn group_stride(count: u32) -> u32 {
+    let coprime = |stride: u32| {
+        let (mut a, mut b) = (count, stride);
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a == 1
+    };
+    let golden = (f64::from(count) * 0.618).round() as u32;
+    (golden.max(1)..=count.max(1)).find(|&stride| coprime(stride)).unwrap_or(1)
+}
+
 pub(super) fn pixels([width, height]: [u32; 2]) -> u64 {
     u64::from(width) * u64::from(height)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_group_of_rows_is_traced_once() {
+        assert_eq!(Kernel::PathTrace(Default::default()).workgroup_size()[1], GROUP_ROWS);
+        for count in 1..300 {
+            let stride = group_stride(count);
+            let mut visited: Vec<u32> = (0..count).map(|i| i * stride % count).collect();
+            visited.sort_unstable();
+            assert!(visited.into_iter().eq(0..count), "{count} groups with a stride of {stride}");
+        }
+    }
 }

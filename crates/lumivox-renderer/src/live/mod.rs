@@ -10,7 +10,7 @@ mod film;
 use lumivox_core::Camera;
 use lumivox_shaders::{Kernel, layout};
 
-use self::film::{LiveFilm, MAX_SAMPLES_PER_DISPATCH, pixels};
+use self::film::{GROUP_ROWS, LiveFilm, MAX_SAMPLES_PER_DISPATCH, pixels};
 use crate::error::RenderError;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::SceneCache;
@@ -116,6 +116,7 @@ pub struct LiveView {
     /// Samples that every pixel of the fine film has.
     complete: u32,
     pass_samples: u32,
+    /// In the order in which rows are traced, see [`LiveFilm::padded_height`].
     next_row: u32,
     /// Whether every pixel of the fine film has had a sample since the film was empty.
     covered: bool,
@@ -163,7 +164,7 @@ impl LiveView {
         })
     }
 
-    /// Records one frame: about `budget` pixel samples (a row at least, while any are missing), and the picture so far
+    /// Records one frame: about `budget` pixel samples (eight rows at least, while any are missing), and the picture so far
     /// over the host's. Starts over if the camera or the scene changed, and makes new films if the size did.
     ///
     /// The recording holds a [`Step::ReadBuffer`] whenever the host's depth is given; its bytes go to
@@ -317,7 +318,8 @@ impl LiveView {
         let Some(coarse) = &mut self.coarse else { return 0 };
         let area = pixels(coarse.size);
         let samples = (budget / area).clamp(1, MAX_SAMPLES_PER_DISPATCH) as u32;
-        coarse.record_samples(key, cache, samples, samples, [0, coarse.size[1]], recording);
+        let rows = [0, coarse.padded_height()];
+        coarse.record_samples(key, cache, samples, samples, rows, recording);
         coarse.stale = true;
         area * u64::from(samples)
     }
@@ -331,11 +333,9 @@ impl LiveView {
         budget: u64,
         recording: &mut Recording,
     ) -> u64 {
-        let [width, height] = self.fine.size;
-        let area = pixels(self.fine.size);
-        // Rows where nothing is missing cost next to nothing.
-        let open = self.open_pixels.clamp(1, area) as f64 / area as f64;
-        let row = f64::from(width) * open;
+        let (area, height) = (pixels(self.fine.size), self.fine.padded_height());
+        // Pixels where nothing is missing cost next to nothing.
+        let row = self.open_pixels.clamp(1, area) as f64 / f64::from(height);
         let mut recorded = 0.0;
         let budget = budget as f64;
         // What started over in this very frame must not be a hole in the picture. Other pixels only look, and return.
@@ -343,7 +343,8 @@ impl LiveView {
         if self.covered {
             self.fine.record_samples(key, cache, samples, samples, [0, height], recording);
         } else if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
-            coarse.record_samples(key, cache, samples, samples, [0, coarse.size[1]], recording);
+            let rows = [0, coarse.padded_height()];
+            coarse.record_samples(key, cache, samples, samples, rows, recording);
             coarse.stale = true;
         }
         while self.complete < target {
@@ -353,13 +354,13 @@ impl LiveView {
                 let passes = (affordable / (row * f64::from(height))) as u64;
                 self.pass_samples = passes.clamp(1, left.min(MAX_SAMPLES_PER_DISPATCH)) as u32;
             }
-            let rows =
-                ((affordable / (row * f64::from(self.pass_samples))) as u32).min(height - self.next_row);
+            let rows = (affordable / (row * f64::from(self.pass_samples))) as u32;
+            let rows = (rows / GROUP_ROWS * GROUP_ROWS).min(height - self.next_row);
             if rows == 0 && recorded > 0.0 {
                 break;
             }
-            // A row is the least that is done, however small the budget: it makes progress.
-            let rows = rows.max(1);
+            // A group is the least that is done, however small the budget: it makes progress.
+            let rows = rows.max(GROUP_ROWS);
             let band = [self.next_row, self.next_row + rows];
             self.fine.record_samples(key, cache, self.pass_samples, target, band, recording);
             recorded += row * f64::from(rows) * f64::from(self.pass_samples);

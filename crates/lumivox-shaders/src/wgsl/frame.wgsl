@@ -37,8 +37,10 @@ struct Frame {
     view_axis: vec3f,
     orthographic: u32,
     light_count: u32,
+    // Live films: groups of rows are traced in strides, so that every band of them costs about the same.
+    group_stride: u32,
+    group_count: u32,
     padding: u32,
-    more_padding: vec2u,
 }
 
 struct Instance {

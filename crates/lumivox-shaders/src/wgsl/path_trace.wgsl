@@ -19,9 +19,15 @@
 
 @compute @workgroup_size(WORKGROUP_X, WORKGROUP_Y)
 fn path_trace(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = vec2u(id.x, id.y + frame.row_begin);
+    var pixel = vec2u(id.x, id.y + frame.row_begin);
     if (pixel.x >= frame.film_size.x || pixel.y >= frame.row_end) {
         return;
+    }
+    if (LIVE) {
+        pixel.y = pixel.y / WORKGROUP_Y * frame.group_stride % frame.group_count * WORKGROUP_Y + pixel.y % WORKGROUP_Y;
+        if (pixel.y >= frame.film_size.y) {
+            return;
+        }
     }
     let image_pixel = pixel + frame.film_origin;
 
