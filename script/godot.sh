@@ -106,7 +106,11 @@ build_addon() {
     local built=${CARGO_TARGET_DIR:-target}/release bin=$1/addons/lumivox/bin
     case "$(uname -s)" in
         Darwin) bin=$bin/macos && mkdir -p "$bin" && cp "$built/liblumivox_godot.dylib" "$bin/" ;;
-        Linux) bin=$bin/linux.$(uname -m) && mkdir -p "$bin" && cp "$built/liblumivox_godot.so" "$bin/" ;;
+        Linux)
+            bin=$bin/linux.$(uname -m) && mkdir -p "$bin" && cp "$built/liblumivox_godot.so" "$bin/"
+            # Line tables are nine tenths of it.
+            ! command -v strip >/dev/null 2>&1 || strip --strip-debug "$bin/liblumivox_godot.so"
+            ;;
         *) bin=$bin/windows.x86_64 && mkdir -p "$bin" && cp "$built/lumivox_godot.dll" "$bin/" ;;
     esac
     # Without this list the first import of a fresh project does not know the classes that its scenes need.

@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -198,54 +199,41 @@ impl Run {
     }
 }
 
-/// The display there is, or one that nobody sees.
+/// A display that nobody sees. A real one would show windows for minutes, and be of any size.
 struct Display {
     name: String,
-    server: Option<Child>,
+    server: Child,
 }
 
 impl Display {
     fn open() -> Self {
-        // A real display would show windows for minutes, and be of any size.
-        for number in 90..190 {
-            let lock = format!("/tmp/.X{number}-lock");
-            if Path::new(&lock).exists() {
-                continue;
-            }
-            let name = format!(":{number}");
-            let mut server = Command::new("Xvfb")
-                .args([&name, "-screen", "0", "1280x800x24", "-nolisten", "tcp"])
-                .stdin(Stdio::null())
-                .stdout(Stdio::null())
-                .stderr(Stdio::null())
-                .spawn()
-                .unwrap_or_else(|e| {
-                    panic!("Xvfb is needed to run Godot ({e}); Debian: apt-get install xvfb")
-                });
-            let socket = format!("/tmp/.X11-unix/X{number}");
-            let begin = Instant::now();
-            while begin.elapsed() < Duration::from_secs(20) {
-                if Path::new(&socket).exists() {
-                    return Self { name, server: Some(server) };
-                }
-                if server.try_wait().unwrap().is_some() {
-                    break;
-                }
-                std::thread::sleep(Duration::from_millis(20));
-            }
+        // It chooses its number itself, and says it once it can be used.
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap_or_else(|e| panic!("Xvfb is needed to run Godot ({e}); Debian: apt-get install xvfb"));
+        let mut number = String::new();
+        let said = server.stdout.take().map(|out| BufReader::new(out).read_line(&mut number));
+        if !matches!(said, Some(Ok(1..))) {
             let _ = server.kill();
             let _ = server.wait();
+            panic!("Xvfb opens no display; run `Xvfb -displayfd 1` to see why");
         }
-        panic!("no display could be opened with Xvfb");
+        Self { name: format!(":{}", number.trim()), server }
     }
 }
 
 impl Drop for Display {
     fn drop(&mut self) {
-        if let Some(server) = &mut self.server {
-            let _ = server.kill();
-            let _ = server.wait();
+        // Asked, not killed: it takes its lock and its socket with it.
+        let asked = Command::new("kill").arg(self.server.id().to_string()).status();
+        if !asked.is_ok_and(|status| status.success()) {
+            let _ = self.server.kill();
         }
+        let _ = self.server.wait();
     }
 }
 
