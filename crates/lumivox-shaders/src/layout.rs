@@ -41,12 +41,31 @@ pub struct Frame {
     pub padding: u32,
 }
 
+/// Twin of `Child`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in frame.wgsl")]
+pub struct Child {
+    pub low: [f32; 3],
+    pub index: u32,
+    pub high: [f32; 3],
+    pub padding: u32,
+}
+
+/// Twin of `Node`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in frame.wgsl")]
+pub struct Node {
+    pub children: [Child; 2],
+}
+
 /// Twin of `Instance`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[expect(missing_docs, reason = "documented in frame.wgsl")]
 pub struct Instance {
-    pub bounds: [f32; 4],
+    pub node: Node,
     pub voxel_from_world: [[f32; 4]; 3],
     pub patient_from_world: [[f32; 4]; 3],
     pub patient_gradient_from_voxel: [[f32; 4]; 3],

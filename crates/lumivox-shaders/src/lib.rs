@@ -39,18 +39,21 @@ pub struct PathTraceVariant {
     pub live: bool,
     /// Some light of the engine reaches some volume.
     pub lights: bool,
+    /// There are so many volumes that rays look for them in a hierarchy.
+    pub many_volumes: bool,
 }
 
 impl PathTraceVariant {
     /// Every combination.
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..64u32).map(|bits| Self {
+        (0..128u32).map(|bits| Self {
             light_sampling: bits & 1 != 0,
             surface: bits & 2 != 0,
             guides: bits & 4 != 0,
             mixed_filters: bits & 8 != 0,
             live: bits & 16 != 0,
             lights: bits & 32 != 0,
+            many_volumes: bits & 64 != 0,
         })
     }
 }
@@ -216,6 +219,7 @@ impl Kernel {
                 if variant.live { module!("live_limit") } else { module!("no_limit") },
                 module!("random"),
                 module!("volume"),
+                if variant.many_volumes { module!("volume_hierarchy") } else { module!("volume_list") },
                 module!("tracking"),
                 module!("environment"),
                 module!("light_sampling"),
@@ -262,6 +266,7 @@ impl Kernel {
             text += &format!(
                 "const LIGHT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
                  const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst LIGHTS: bool = {};\n\
+                 const MANY_VOLUMES: bool = {};\n\
                  const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
                  const LIGHT_CANDIDATES: u32 = {LIGHT_CANDIDATES}u;\n",
                 variant.light_sampling,
@@ -269,7 +274,8 @@ impl Kernel {
                 variant.guides,
                 variant.mixed_filters,
                 variant.live,
-                variant.lights
+                variant.lights,
+                variant.many_volumes
             );
         }
         for module in modules {

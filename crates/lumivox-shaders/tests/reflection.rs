@@ -62,10 +62,12 @@ fn twins_have_the_shaders_layout() {
             padding,
         }
     );
+    assert_twin!(path_trace, Child { low, index, high, padding });
+    assert_twin!(path_trace, Node { children });
     assert_twin!(
         path_trace,
         Instance {
-            bounds,
+            node,
             voxel_from_world,
             patient_from_world,
             patient_gradient_from_voxel,

@@ -33,6 +33,7 @@ pub fn all() -> Vec<TestScene> {
         noise(),
         stretched_sphere(),
         overlapping_volumes(),
+        crowd(),
         peaky_environment(),
         forward_scattering(),
         backward_scattering(),
@@ -119,6 +120,28 @@ pub fn overlapping_volumes() -> TestScene {
         * rotate_scale(-1.1, DVec3::new(0.9, 1.1, 0.6))
         * b.world_from_patient;
     scene("overlapping_volumes", vec![a, b], gradient_light())
+}
+
+/// Eleven small volumes of five shapes in no order, many through one another, some clipped; more than are asked one after
+/// the other.
+pub fn crowd() -> TestScene {
+    let media = [two_tissues(), flat([0.9, 0.6, 0.4]), two_tissues()]
+        .map(|look| Medium { density_scale: 0.5, albedo: 0.85, anisotropy: 0.2, ..Medium::new(look) });
+    let volumes = (0..11u32).map(|i| {
+        let n = f64::from(i);
+        let dims = [8 + (i % 3) as usize * 4, 10, 14 - (i % 5) as usize * 2];
+        let mut instance =
+            VolumeInstance::centered(noise_volume(u64::from(i % 5), dims), media[i as usize % 3].clone());
+        let place = DVec3::new((5.0 * n).sin(), (3.0 * n).cos(), (7.0 * n).sin()) * 0.012;
+        instance.world_from_patient = DAffine3::from_translation(place)
+            * rotate_scale(n, DVec3::new(1.2, 0.7 + 0.1 * n, 1.0))
+            * instance.world_from_patient;
+        if i % 4 == 0 {
+            instance.clip_box = [DVec3::new(0.2, 0.0, 0.1), DVec3::new(1.0, 0.6, 0.9)];
+        }
+        instance
+    });
+    scene("crowd", volumes.collect(), gradient_light())
 }
 
 /// Small suns near the zenith and the horizon: a light sampler that forgets the sine of the polar angle shows.

@@ -54,7 +54,10 @@ fn crowd() -> Scene {
 }
 
 fn bench(gpu: &mut Gpu, name: &str, scene: &Scene, [width, height]: [u32; 2]) {
-    let camera = framing::frame(scene, 0.4, 0.1, 0.5, f64::from(width) / f64::from(height)).camera();
+    let orbit = framing::frame(scene, 0.4, 0.1, 0.5, f64::from(width) / f64::from(height));
+    let camera = orbit.camera();
+    // For those who look at it in an engine.
+    println!("{name}: from {:.3} at {:.3}", camera.world_from_camera.translation, orbit.target);
     let texture = |format, usage| {
         gpu.executor.device().create_texture(&wgpu::TextureDescriptor {
             label: None,

@@ -1,9 +1,11 @@
 //! A scene on the GPU: what is there already stays, what changed is recorded.
 //!
 //! [`volumes`] holds the voxels and their value ranges, [`tables`] the transfer functions and majorants, [`light`] the
-//! environment, [`lights`] the engine's lights; the instances that tie them together are here.
+//! environment, [`lights`] the engine's lights, [`hierarchy`] makes the boxes by which rays find volumes; the instances
+//! that tie them together are here.
 
 mod atlas;
+mod hierarchy;
 mod importance;
 mod light;
 mod lights;
@@ -16,9 +18,10 @@ use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
 use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, VolumeInstance};
 use lumivox_shaders::PathTraceVariant;
-use lumivox_shaders::layout::{Frame, Instance, TABLE_SIZE};
+use lumivox_shaders::layout::{Frame, Instance, Node, TABLE_SIZE};
 
 use self::atlas::TexelScale;
+use self::hierarchy::Bounds;
 use self::light::CachedLight;
 use self::lights::CachedLights;
 use self::tables::CachedTables;
@@ -152,8 +155,12 @@ impl SceneCache {
     fn update_instances(&mut self, placed: &[Placed<'_>], recording: &mut Recording) -> bool {
         let centers = placed.iter().map(|p| p.instance.world_from_box().transform_point3(DVec3::splat(0.5)));
         let origin = centers.sum::<DVec3>() / placed.len().max(1) as f64;
-        let instances: Vec<Instance> =
+        let mut instances: Vec<Instance> =
             placed.iter().enumerate().map(|(i, p)| self.instance(i, p, origin)).collect();
+        let bounds: Vec<Bounds> = placed.iter().map(|p| Bounds::of(p.instance, origin)).collect();
+        for (instance, node) in instances.iter_mut().zip(hierarchy::build(&bounds)) {
+            instance.node = node;
+        }
         let same_bytes =
             bytemuck::cast_slice::<_, u8>(&instances) == bytemuck::cast_slice::<_, u8>(&self.instances);
         if self.instance_buffer.is_some() && same_bytes && origin == self.origin {
@@ -190,7 +197,7 @@ impl SceneCache {
         let voxel_from_world = voxel_from_patient * *patient_from_world * DAffine3::from_translation(origin);
         let surface = medium.surface;
         Instance {
-            bounds: bounding_sphere(instance, origin),
+            node: Node::default(),
             voxel_from_world: affine_rows(voxel_from_world),
             patient_from_world: linear_rows(patient_from_world.matrix3),
             // A gradient is a covector: it maps with the transposed inverse of the points' map.
@@ -242,6 +249,7 @@ impl SceneCache {
             mixed_filters: self.instances.iter().any(|i| i.filter_kind != 1),
             live,
             lights: !self.lights.list.is_empty(),
+            many_volumes: self.instances.len() >= hierarchy::MANY,
         }
     }
 
@@ -331,23 +339,6 @@ pub(crate) fn check_binding(
     remedy: &'static str,
 ) -> Result<(), RenderError> {
     if bytes > limit { Err(RenderError::BufferTooLarge { what, bytes, limit, remedy }) } else { Ok(()) }
-}
-
-/// Centre, relative to `origin`, and squared radius of a sphere around what is kept of a volume, a little too large for
-/// the rounding of rays.
-fn bounding_sphere(instance: &VolumeInstance, origin: DVec3) -> [f32; 4] {
-    let [low, high] = instance.clip_box.map(|corner| corner.clamp(DVec3::ZERO, DVec3::ONE));
-    let world_from_box = instance.world_from_box();
-    let center = world_from_box.transform_point3((low + high) / 2.0);
-    let radius = (0..8)
-        .map(|i| {
-            let pick = |axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
-            world_from_box.transform_point3(DVec3::new(pick(0), pick(1), pick(2))).distance(center)
-        })
-        .fold(0.0, f64::max);
-    let center = center - origin;
-    let radius = radius * 1.001 + 1e-6 * center.length();
-    center.as_vec3().extend((radius * radius) as f32).to_array()
 }
 
 fn affine_rows(m: DAffine3) -> [[f32; 4]; 3] {

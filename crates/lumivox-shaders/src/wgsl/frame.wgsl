@@ -43,9 +43,22 @@ struct Frame {
     padding: u32,
 }
 
+// One half of a node's volumes, and a box around them in the world.
+struct Child {
+    low: vec3f,
+    // Of the node that parts them further or, with IS_VOLUME, of the only one.
+    index: u32,
+    high: vec3f,
+    padding: u32,
+}
+
+struct Node {
+    children: array<Child, 2>,
+}
+
 struct Instance {
-    // Centre, in the world, and squared radius of a sphere around what is kept of the volume.
-    bounds: vec4f,
+    // Of the hierarchy over all volumes, not of this one's: there is one node fewer than volumes, and node 0 is the root.
+    node: Node,
     // Rows of the affine map to voxel space.
     voxel_from_world: array<vec4f, 3>,
     // Rows of the linear map of directions to patient millimetres; w is unused.
@@ -91,6 +104,7 @@ struct Instance {
 
 const TABLE_SIZE: u32 = 4096u;
 const NO_VOLUME: u32 = 0xffffffffu;
+const IS_VOLUME: u32 = 0x80000000u;
 const PI: f32 = 3.14159265358979;
 
 fn luminance(c: vec3f) -> f32 {

@@ -83,27 +83,6 @@ fn march_to_tentative(m: ptr<function, March>, depth: f32) -> f32 {
     return 0.0;
 }
 
-// Volumes in a scene from which on a sphere is asked first: a volume that a ray passes by then costs 16 bytes.
-const MANY_VOLUMES: u32 = 4u;
-
-// Whether a ray passes by a volume, or reaches it only beyond t_max.
-fn passes_by(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> bool {
-    if (frame.volume_count < MANY_VOLUMES) {
-        return false;
-    }
-    let bounds = instances[v].bounds;
-    let towards = bounds.xyz - origin;
-    let along = dot(towards, direction);
-    // From the nearest point of the line, not from a difference of large squares.
-    let off = towards - along * direction;
-    let half_squared = bounds.w - dot(off, off);
-    if (half_squared < 0.0) {
-        return true;
-    }
-    let half = sqrt(half_squared);
-    return along + half < 0.0 || along - half > t_max;
-}
-
 struct Collision {
     t: f32,
     volume: u32,  // NO_VOLUME: the ray escaped
@@ -114,9 +93,11 @@ struct Collision {
 // and the nearest collision wins.
 fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function, Rng>) -> Collision {
     var nearest = Collision(t_max, NO_VOLUME, 0.0);
-    for (var v = 0u; v < frame.volume_count; v++) {
-        if (passes_by(v, origin, direction, nearest.t)) {
-            continue;
+    var search = search_begin(origin, direction);
+    loop {
+        let v = search_next(&search, nearest.t);
+        if (v == NO_VOLUME) {
+            break;
         }
         var m = march_begin(v, origin, direction, nearest.t);
         if (m.t_end <= 0.0) {
@@ -141,9 +122,11 @@ fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function
 // left, Russian roulette decides whether it is worth walking on.
 fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function, Rng>) -> f32 {
     var product = 1.0;
-    for (var v = 0u; v < frame.volume_count; v++) {
-        if (passes_by(v, origin, direction, t_max)) {
-            continue;
+    var search = search_begin(origin, direction);
+    loop {
+        let v = search_next(&search, t_max);
+        if (v == NO_VOLUME) {
+            break;
         }
         var m = march_begin(v, origin, direction, t_max);
         if (m.t_end <= 0.0) {

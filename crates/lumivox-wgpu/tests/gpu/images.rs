@@ -136,7 +136,7 @@ fn empty_scenes_and_impossible_sizes_are_no_accident() {
     assert!((0..64).all(|p| film.alpha(p) == 0.0));
 }
 
-/// Many volumes are asked by their spheres first: a volume that a ray passes by must not be missed where it does not.
+/// Many volumes are found in a hierarchy of boxes: none may be missed.
 #[test]
 fn many_volumes_are_the_sum_of_few() {
     let one = scenes::noise();

@@ -1,0 +1,142 @@
+//! Boxes around volumes, and boxes around those: a ray asks few of many.
+
+use std::ops::Range;
+
+use lumivox_core::VolumeInstance;
+use lumivox_core::glam::DVec3;
+use lumivox_shaders::layout::{Child, Node};
+
+/// Set in [`Child::index`] where the child is a volume and not another node.
+const VOLUME: u32 = 1 << 31;
+
+/// Volumes from which on a hierarchy is worth its walk.
+pub(super) const MANY: usize = 4;
+
+/// An axis-parallel box, relative to the GPU's origin.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Bounds {
+    /// Around what is kept of a volume, a little too large for the rounding of rays.
+    pub fn of(instance: &VolumeInstance, origin: DVec3) -> Self {
+        let corners = instance.clip_box.map(|corner| corner.clamp(DVec3::ZERO, DVec3::ONE));
+        let world_from_box = instance.world_from_box();
+        let points = (0..8).map(|i| {
+            let pick = |axis: usize| corners[i >> axis & 1][axis];
+            world_from_box.transform_point3(DVec3::new(pick(0), pick(1), pick(2))) - origin
+        });
+        let (low, high) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
+            (low.min(point), high.max(point))
+        });
+        let slack = DVec3::splat(1e-3 * (high - low).max_element()) + 1e-6 * low.abs().max(high.abs());
+        Self { low: low - slack, high: high + slack }
+    }
+
+    fn around(list: impl Iterator<Item = Self>) -> Self {
+        let nothing = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+        list.fold(nothing, |a, b| Self { low: a.low.min(b.low), high: a.high.max(b.high) })
+    }
+
+    fn child(self, index: u32) -> Child {
+        Child { low: self.low.as_vec3().to_array(), index, high: self.high.as_vec3().to_array(), padding: 0 }
+    }
+}
+
+/// The nodes over volumes with these bounds, the root first: one fewer than volumes, none over fewer than [`MANY`].
+///
+/// Every node halves its volumes at the median of their centres along the axis on which those lie farthest apart, so the
+/// depth is the logarithm of their number, whatever their places.
+pub(super) fn build(bounds: &[Bounds]) -> Vec<Node> {
+    if bounds.len() < MANY {
+        return vec![];
+    }
+    let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
+    let mut nodes = Vec::with_capacity(bounds.len() - 1);
+    split(bounds, &mut order, 0..bounds.len(), &mut nodes);
+    nodes
+}
+
+/// Adds the nodes over `order[range]`, at least two volumes; returns the index of their root.
+fn split(bounds: &[Bounds], order: &mut [u32], range: Range<usize>, nodes: &mut Vec<Node>) -> u32 {
+    let index = nodes.len() as u32;
+    nodes.push(Node::default());
+    let center = |volume: u32| bounds[volume as usize].low + bounds[volume as usize].high;
+    let members = &mut order[range.clone()];
+    let (low, high) = members
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &v| (low.min(center(v)), high.max(center(v))));
+    let axis = (high - low).max_position();
+    let half = members.len() / 2;
+    members.select_nth_unstable_by(half, |&a, &b| center(a)[axis].total_cmp(&center(b)[axis]));
+    let middle = range.start + half;
+    let children = [range.start..middle, middle..range.end].map(|part| {
+        let around = Bounds::around(order[part.clone()].iter().map(|&v| bounds[v as usize]));
+        let child = match part.len() {
+            1 => order[part.start] | VOLUME,
+            _ => split(bounds, order, part, nodes),
+        };
+        around.child(child)
+    });
+    nodes[index as usize] = Node { children };
+    index
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scattered(count: usize) -> Vec<Bounds> {
+        let place = |i: usize, k: usize| ((i * k) % 101) as f64 / 10.0;
+        (0..count)
+            .map(|i| {
+                let low = DVec3::new(place(i, 37), place(i, 59), place(i, 83));
+                Bounds { low, high: low + DVec3::new(1.0, 0.5, 1.5) }
+            })
+            .collect()
+    }
+
+    /// Volumes below a child, which all lie in its box, and the greatest depth.
+    fn below(nodes: &[Node], bounds: &[Bounds], child: &Child) -> (Vec<u32>, usize) {
+        let (volumes, depth) = if child.index & VOLUME != 0 {
+            (vec![child.index & !VOLUME], 0)
+        } else {
+            let [a, b] = nodes[child.index as usize].children.each_ref().map(|c| below(nodes, bounds, c));
+            ([a.0, b.0].concat(), 1 + a.1.max(b.1))
+        };
+        for &volume in &volumes {
+            let inside = bounds[volume as usize];
+            assert!(inside.low.as_vec3().cmpge(child.low.into()).all(), "{volume} sticks out below");
+            assert!(inside.high.as_vec3().cmple(child.high.into()).all(), "{volume} sticks out above");
+        }
+        (volumes, depth)
+    }
+
+    #[test]
+    fn every_volume_is_below_the_root_once_and_not_deep() {
+        for count in [4, 5, 7, 8, 9, 100, 1000] {
+            let bounds = scattered(count);
+            let nodes = build(&bounds);
+            assert_eq!(nodes.len(), count - 1);
+            let root = Bounds::around(bounds.iter().copied()).child(0);
+            let (mut volumes, depth) = below(&nodes, &bounds, &root);
+            volumes.sort_unstable();
+            assert_eq!(volumes, (0..count as u32).collect::<Vec<_>>());
+            assert_eq!(depth, count.next_power_of_two().ilog2() as usize, "{count} volumes");
+        }
+    }
+
+    #[test]
+    fn volumes_in_one_place_are_halved_all_the_same() {
+        let bounds = vec![Bounds { low: DVec3::ZERO, high: DVec3::ONE }; 64];
+        let root = Bounds::around(bounds.iter().copied()).child(0);
+        assert_eq!(below(&build(&bounds), &bounds, &root).1, 6);
+    }
+
+    #[test]
+    fn few_volumes_need_none() {
+        assert!(build(&scattered(3)).is_empty());
+    }
+}
