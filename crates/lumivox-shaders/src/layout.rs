@@ -38,7 +38,7 @@ pub struct Frame {
     pub light_count: u32,
     pub group_stride: u32,
     pub group_count: u32,
-    pub padding: u32,
+    pub sharers: u32,
 }
 
 /// Twin of `Child`.

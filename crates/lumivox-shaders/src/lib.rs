@@ -216,7 +216,7 @@ impl Kernel {
             Kernel::PathTrace(variant) => &[
                 module!("frame"),
                 module!("camera"),
-                if variant.live { module!("live_limit") } else { module!("no_limit") },
+                if variant.live { module!("live_tracing") } else { module!("still_tracing") },
                 module!("random"),
                 module!("volume"),
                 if variant.many_volumes { module!("volume_hierarchy") } else { module!("volume_list") },

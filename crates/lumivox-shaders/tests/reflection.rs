@@ -59,7 +59,7 @@ fn twins_have_the_shaders_layout() {
             light_count,
             group_stride,
             group_count,
-            padding,
+            sharers,
         }
     );
     assert_twin!(path_trace, Child { low, index, high, padding });

@@ -125,8 +125,12 @@ pub fn overlapping_volumes() -> TestScene {
 /// Eleven small volumes of five shapes in no order, many through one another, some clipped; more than are asked one after
 /// the other.
 pub fn crowd() -> TestScene {
-    let media = [two_tissues(), flat([0.9, 0.6, 0.4]), two_tissues()]
-        .map(|look| Medium { density_scale: 0.5, albedo: 0.85, anisotropy: 0.2, ..Medium::new(look) });
+    let media = [two_tissues(), flat([0.9, 0.6, 0.4]), two_tissues()].map(|look| Medium {
+        density_scale: 0.5,
+        albedo: 0.85,
+        anisotropy: 0.2,
+        ..Medium::new(look)
+    });
     let volumes = (0..11u32).map(|i| {
         let n = f64::from(i);
         let dims = [8 + (i % 3) as usize * 4, 10, 14 - (i % 5) as usize * 2];

@@ -17,7 +17,11 @@ pub(crate) fn compute(device: &wgpu::Device, kernel: Kernel) -> Pipeline<wgpu::C
         layout: Some(&pipeline_layout),
         module: &module,
         entry_point: Some(kernel.entry_point()),
-        compilation_options: Default::default(),
+        // Kernels write what they read.
+        compilation_options: wgpu::PipelineCompilationOptions {
+            zero_initialize_workgroup_memory: false,
+            ..Default::default()
+        },
         cache: None,
     });
     Pipeline { layout, pipeline }

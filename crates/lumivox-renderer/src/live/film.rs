@@ -77,6 +77,26 @@ impl LiveFilm {
         cache: &SceneCache,
         samples: u32,
         limit: u32,
+        rows: [u32; 2],
+        recording: &mut Recording,
+    ) {
+        self.record_shared(key, cache, [samples, limit, 1], rows, recording);
+    }
+
+    /// So many samples of every pixel at once, by as many invocations as may share it: what a film of few pixels needs
+    /// to keep a large GPU busy.
+    pub fn record_all(&mut self, key: Key, cache: &SceneCache, samples: u32, recording: &mut Recording) {
+        let [most, _] = Kernel::PathTrace(Default::default()).workgroup_size();
+        let sharers = 1 << samples.clamp(1, most).ilog2();
+        let rows = [0, self.padded_height()];
+        self.record_shared(key, cache, [samples, samples, sharers], rows, recording);
+    }
+
+    fn record_shared(
+        &mut self,
+        key: Key,
+        cache: &SceneCache,
+        [samples, limit, sharers]: [u32; 3],
         [row_begin, row_end]: [u32; 2],
         recording: &mut Recording,
     ) {
@@ -93,6 +113,7 @@ impl LiveFilm {
             group_count: self.padded_height() / GROUP_ROWS,
             row_begin,
             row_end,
+            sharers,
             ..frame::of(cache, &key.camera)
         };
         let mut resources = cache.path_trace_resources();
@@ -102,7 +123,7 @@ impl LiveFilm {
             kernel,
             uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
             resources,
-            workgroups: [self.size[0].div_ceil(x), (row_end - row_begin).div_ceil(y)],
+            workgroups: [(self.size[0] * sharers).div_ceil(x), (row_end - row_begin).div_ceil(y)],
         });
     }
 

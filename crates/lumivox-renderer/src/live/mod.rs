@@ -24,9 +24,6 @@ const FIRST_AID: u32 = 4;
 /// Samples of the fine film from which on the coarse one is not looked at; `composite.wgsl` fades it out until then.
 const FINE_ALONE: u32 = 32;
 
-/// Samples of a coarse pixel that are worth halving its film's resolution for.
-const COARSE_SAMPLES: u64 = 2;
-
 /// What a live view shows, besides scene and camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LiveSettings {
@@ -247,9 +244,9 @@ impl LiveView {
     ) -> Result<(), RenderError> {
         let size = self.fine.size;
         let coarse_size = |factor: u32| size.map(|n| n.div_ceil(factor));
-        let affords = |factor: u32| pixels(coarse_size(factor)) * COARSE_SAMPLES <= budget;
+        let affords = |factor: u32| pixels(coarse_size(factor)) <= budget;
         // A finer film than the last has to be well affordable, or the picture's grain would jump to and fro.
-        let affords_easily = |factor: u32| pixels(coarse_size(factor)) * COARSE_SAMPLES * 2 <= budget;
+        let affords_easily = |factor: u32| pixels(coarse_size(factor)) * 2 <= budget;
         let mut factor = 1;
         while factor < COARSEST
             && !(if self.key.is_some() && factor < self.factor {
@@ -318,8 +315,7 @@ impl LiveView {
         let Some(coarse) = &mut self.coarse else { return 0 };
         let area = pixels(coarse.size);
         let samples = (budget / area).clamp(1, MAX_SAMPLES_PER_DISPATCH) as u32;
-        let rows = [0, coarse.padded_height()];
-        coarse.record_samples(key, cache, samples, samples, rows, recording);
+        coarse.record_all(key, cache, samples, recording);
         coarse.stale = true;
         area * u64::from(samples)
     }

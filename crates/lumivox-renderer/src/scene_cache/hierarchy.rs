@@ -65,9 +65,9 @@ fn split(bounds: &[Bounds], order: &mut [u32], range: Range<usize>, nodes: &mut 
     nodes.push(Node::default());
     let center = |volume: u32| bounds[volume as usize].low + bounds[volume as usize].high;
     let members = &mut order[range.clone()];
-    let (low, high) = members
-        .iter()
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &v| (low.min(center(v)), high.max(center(v))));
+    let (low, high) = members.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &v| {
+        (low.min(center(v)), high.max(center(v)))
+    });
     let axis = (high - low).max_position();
     let half = members.len() / 2;
     members.select_nth_unstable_by(half, |&a, &b| center(a)[axis].total_cmp(&center(b)[axis]));

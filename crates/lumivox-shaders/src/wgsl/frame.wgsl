@@ -40,7 +40,8 @@ struct Frame {
     // Live films: groups of rows are traced in strides, so that every band of them costs about the same.
     group_stride: u32,
     group_count: u32,
-    padding: u32,
+    // Live films: invocations that share the samples of a pixel.
+    sharers: u32,
 }
 
 // One half of a node's volumes, and a box around them in the world.

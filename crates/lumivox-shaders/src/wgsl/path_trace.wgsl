@@ -17,27 +17,49 @@
 // GUIDES, (first-hit albedo, 0), (first-hit normal, 0).
 @group(0) @binding(10) var<storage, read_write> film: array<vec4f>;
 
+// What the samples of one pixel add up to; planes of the film.
+struct Sums {
+    light: vec4f,
+    moments: vec4f,
+    albedo: vec3f,
+    normal: vec3f,
+}
+
 @compute @workgroup_size(WORKGROUP_X, WORKGROUP_Y)
-fn path_trace(@builtin(global_invocation_id) id: vec3u) {
-    var pixel = vec2u(id.x, id.y + frame.row_begin);
-    if (pixel.x >= frame.film_size.x || pixel.y >= frame.row_end) {
-        return;
-    }
+fn path_trace(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let sharer = id.x % sharers();
+    var pixel = vec2u(id.x / sharers(), id.y + frame.row_begin);
+    let row_is_wanted = pixel.y < frame.row_end;
     if (LIVE) {
         pixel.y = pixel.y / WORKGROUP_Y * frame.group_stride % frame.group_count * WORKGROUP_Y + pixel.y % WORKGROUP_Y;
-        if (pixel.y >= frame.film_size.y) {
-            return;
-        }
     }
-    let image_pixel = pixel + frame.film_origin;
-
-    var sum = vec4f(0.0);
-    var moments = vec4f(0.0, 0.0, f32(frame.sample_end - frame.sample_begin), 0.0);
-    var albedo_sum = vec3f(0.0);
-    var normal_sum = vec3f(0.0);
-
+    var sums = Sums();
+    if (row_is_wanted && all(pixel < frame.film_size)) {
+        sums = trace(pixel, sharer);
+    }
+    sums = gather(sums, local_index);
+    if (sums.moments.z == 0.0 || sharer > 0u) {
+        return;
+    }
     let plane = frame.film_size.x * frame.film_size.y;
     let index = pixel.y * frame.film_size.x + pixel.x;
+    film[index] += sums.light;
+    film[plane + index] += sums.moments;
+    if (GUIDES) {
+        film[2u * plane + index] += vec4f(sums.albedo, 0.0);
+        film[3u * plane + index] += vec4f(sums.normal, 0.0);
+    }
+}
+
+// The samples of a pixel, from the sharer's first one in steps of as many as share it.
+fn trace(pixel: vec2u, sharer: u32) -> Sums {
+    let image_pixel = pixel + frame.film_origin;
+    let plane = frame.film_size.x * frame.film_size.y;
+    let index = pixel.y * frame.film_size.x + pixel.x;
+    var sums = Sums();
     var sample_index = frame.sample_begin;
     var sample_end = frame.sample_end;
     var view_limit = 0.0;
@@ -45,10 +67,10 @@ fn path_trace(@builtin(global_invocation_id) id: vec3u) {
         // Pixels start over one by one where the host's depth changes: each counts for itself.
         sample_index = u32(film[plane + index].z);
         sample_end = min(sample_index + sample_end - frame.sample_begin, frame.sample_limit);
+        sample_index += sharer;
         if (sample_index >= sample_end) {
-            return;
+            return sums;
         }
-        moments.z = f32(sample_end - sample_index);
         view_limit = live_limit(index);
     }
     var alive = false;
@@ -63,11 +85,12 @@ fn path_trace(@builtin(global_invocation_id) id: vec3u) {
 
     loop {
         if (!alive) {
-            if (sample_index == sample_end) {
+            if (sample_index >= sample_end) {
                 break;
             }
             rng = rng_new(image_pixel, sample_index, frame.seed);
-            sample_index += 1u;
+            sample_index += sharers();
+            sums.moments.z += 1.0;
             let ray = camera_ray(image_pixel, rng_next2(&rng));
             origin = ray.origin;
             direction = ray.direction;
@@ -100,11 +123,11 @@ fn path_trace(@builtin(global_invocation_id) id: vec3u) {
                 gradient = voxel_gradient(v, voxel_from_world(v, origin));
             }
             if (bounces == 1u) {
-                sum.w += 1.0;
-                moments.x += dot(origin - frame.camera_position, frame.view_axis);
+                sums.light.w += 1.0;
+                sums.moments.x += dot(origin - frame.camera_position, frame.view_axis);
                 if (GUIDES) {
-                    albedo_sum += scattering_albedo;
-                    normal_sum += facing_normal(v, gradient, -direction);
+                    sums.albedo += scattering_albedo;
+                    sums.normal += facing_normal(v, gradient, -direction);
                 }
             }
             if (bounces > instances[v].max_bounces) {
@@ -146,16 +169,10 @@ fn path_trace(@builtin(global_invocation_id) id: vec3u) {
             }
         }
         if (!alive) {
-            sum += vec4f(radiance, 0.0);
+            sums.light += vec4f(radiance, 0.0);
             let l = luminance(radiance);
-            moments.y += l * l;
+            sums.moments.y += l * l;
         }
     }
-
-    film[index] += sum;
-    film[plane + index] += moments;
-    if (GUIDES) {
-        film[2u * plane + index] += vec4f(albedo_sum, 0.0);
-        film[3u * plane + index] += vec4f(normal_sum, 0.0);
-    }
+    return sums;
 }

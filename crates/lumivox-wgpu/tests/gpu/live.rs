@@ -370,6 +370,35 @@ fn the_first_frame_shows_everything_however_small_the_budget() {
     assert!((seen / wanted - 1.0).abs() < 0.15, "{seen} of {wanted}");
 }
 
+/// Several invocations share a coarse pixel's samples: they are those of a headless film of its size.
+#[test]
+fn a_coarse_picture_is_a_small_headless_one() {
+    let test = scenes::noise();
+    let camera = test.camera.with_aspect(1.0);
+    let mut before = camera;
+    before.world_from_camera.translation.x += 1e-3;
+    // Of 32 x 32 pixels; a budget that is not much larger than the last keeps it so coarse. One, two and four invocations
+    // share a pixel.
+    for samples in [1, 3, 7] {
+        let small = film(&test, &RenderRequest::new(32, 32, samples));
+        let mut gpu = gpu();
+        let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(128, 128) };
+        let mut host = Host::new(&mut gpu, &test, settings);
+        host.frame(&mut gpu, &before, 32 * 32);
+        host.set_color(&gpu, |_| [0.0; 4]);
+        let status = host.frame(&mut gpu, &camera, 32 * 32 * u64::from(samples));
+        assert_eq!(status.pixel_samples, 32 * 32 * u64::from(samples));
+        let shown = host.read_color(&gpu);
+        let seen: f64 = (0..128 * 128).map(|p| f64::from(shown[p * 4 + 3])).sum();
+        let wanted: f64 = (0..32 * 32).map(|p| small.alpha(p)).sum();
+        assert!(
+            (seen / 16.0 / wanted - 1.0).abs() < 0.002,
+            "{samples} samples: {} and {wanted}",
+            seen / 16.0
+        );
+    }
+}
+
 /// A mesh that moves in every frame keeps pixels starting over; none of them may be a hole for a single frame.
 #[test]
 fn a_moving_mesh_tears_no_holes() {
@@ -377,22 +406,22 @@ fn a_moving_mesh_tears_no_holes() {
     test.scene.volumes[0].medium.density_scale = 50.0;
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(48, 48) };
+    let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(96, 96) };
     let mut host = Host::new(&mut gpu, &test, settings);
     host.converge(&mut gpu, &camera, u64::MAX);
     let done = host.film(&mut gpu);
-    for budget in [150, 600, 5000] {
+    for budget in [600, 2400, 20_000] {
         let mut host = Host::new(&mut gpu, &test, settings);
         for frame in 0..40 {
             // Far behind the volume: it hides nothing, and makes pixels start over all the same.
-            let mesh = |at: [u32; 2]| if (frame..frame + 8).contains(&at[0]) { 100.0 } else { 0.0 };
+            let mesh = |at: [u32; 2]| if (2 * frame..2 * frame + 16).contains(&at[0]) { 100.0 } else { 0.0 };
             host.set_depth(&gpu, mesh);
             host.set_color(&gpu, |_| [0.0; 4]);
             host.frame(&mut gpu, &camera, budget);
             let shown = host.read_color(&gpu);
             // Coarse films are blurred at the volume's outline.
-            for row in 14..34 {
-                let pixels = row * 48..(row + 1) * 48;
+            for row in 28..68 {
+                let pixels = row * 96..(row + 1) * 96;
                 let wanted: f64 = pixels.clone().map(|p| done.alpha(p)).sum();
                 let seen: f64 = pixels.map(|p| f64::from(shown[p * 4 + 3])).sum();
                 let share = seen / wanted;

@@ -39,6 +39,8 @@ pub fn compile(kernel: Kernel) -> Result<Binary, String> {
             image_load: BoundsCheckPolicy::Restrict,
             binding_array: BoundsCheckPolicy::Unchecked,
         },
+        // Kernels write what they read.
+        zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::None,
         ..Default::default()
     };
     let stage = |shader_stage| {

@@ -1,0 +1,33 @@
+// Tracing into a host's image: rays end at what the host has drawn, and several invocations may share a pixel.
+
+// View depth of the host's surface at each pixel of the film, 0 where there is none; `host_depth` writes it.
+@group(0) @binding(11) var<storage, read> ray_limits: array<f32>;
+
+var<workgroup> shared_sums: array<array<vec4f, 2>, WORKGROUP_X * WORKGROUP_Y>;
+
+fn live_limit(index: u32) -> f32 {
+    return ray_limits[index];
+}
+
+// Invocations in a row that share a pixel: a power of two, WORKGROUP_X at most. A coarse film has too few pixels to
+// keep a large GPU busy, and what takes longest in a frame is one invocation's paths.
+fn sharers() -> u32 {
+    return frame.sharers;
+}
+
+// The sums of all that share a pixel, for the first of them. Every invocation of the workgroup has to call it.
+fn gather(own: Sums, local_index: u32) -> Sums {
+    if (frame.sharers == 1u) {
+        return own;
+    }
+    shared_sums[local_index] = array(own.light, own.moments);
+    workgroupBarrier();
+    var all = own;
+    for (var i = 1u; i < frame.sharers; i++) {
+        // Only the first's result counts; the others must not look beyond the end.
+        let other = min(local_index + i, WORKGROUP_X * WORKGROUP_Y - 1u);
+        all.light += shared_sums[other][0];
+        all.moments += shared_sums[other][1];
+    }
+    return all;
+}
