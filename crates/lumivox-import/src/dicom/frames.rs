@@ -11,7 +11,7 @@ use super::{
     header::{PixelFormat, Refusal},
     values::FieldFault,
 };
-use crate::scan::SPACING_MM;
+use crate::single::SPACING_MM;
 
 /// What tells images of one place apart: phases, echoes, diffusion weightings. Numbers are in millionths, so that they
 /// compare. Never used to order slices.

@@ -42,7 +42,7 @@ pub(crate) use scan::files_below;
 use series::{Phase, Stack};
 
 use crate::{
-    ImportError, ImportOptions, ImportReport, Imported, SeriesSummary, SkippedFile, Thumbnail, scan as single,
+    ImportError, ImportOptions, ImportReport, Imported, SeriesSummary, SkippedFile, Thumbnail, single,
 };
 
 /// What the headers of DICOM files say, before any pixel is read.
