@@ -81,7 +81,7 @@ pub(crate) fn recognise(path: &Path) -> Result<Format, ImportError> {
     let found = describe(&head);
     if [ZEROS, NO_KIND].contains(&found.as_str()) && is_named_as_samples(path) {
         return Err(unknown(&format!(
-            "{found}; if it holds samples without a header, describe them, for example with --raw 256x256x108:i16le"
+            "{found}; if it holds samples without a header, describe them, for example as 256x256x108:i16le"
         )));
     }
     Err(unknown(&found))
@@ -265,9 +265,9 @@ mod tests {
         assert!(of(b"\x01\x02\x03\xff\xfe").contains("of no known kind"));
         for name in ["scan.raw", "scan.BIN", "scan.dat"] {
             let error = recognised(name, b"\x01\x02\x03\xff\xfe").unwrap_err();
-            assert!(error.contains("--raw 256x256x108:i16le"), "{error}");
+            assert!(error.contains("as 256x256x108:i16le"), "{error}");
         }
-        assert!(!of(b"\x01\x02\x03\xff\xfe").contains("--raw"));
+        assert!(!of(b"\x01\x02\x03\xff\xfe").contains("256x256x108"));
         assert!(of(b"\x1f\x8b garbage").contains("gzip archive"));
         let folder = tempfile::tempdir().unwrap();
         assert!(recognise(folder.path()).unwrap_err().to_string().contains("it is a folder"));
