@@ -26,6 +26,10 @@ const MOST_FRAMES: i64 = 100_000;
 const COMPRESSED_AT_LEAST: u64 = 64 << 20;
 const LARGEST_RATIO: u64 = 256;
 
+/// Frames that are cut off may always take so many bytes, and beyond it up to [`LOST_RATIO`] times those that are there.
+const LOST_AT_LEAST: usize = 64 << 20;
+const LOST_RATIO: usize = 8;
+
 const DECOMPRESS: &str = "Lumivox cannot decode that: convert it to an uncompressed transfer syntax, for example with 'gdcmconv --raw'";
 
 /// What a sample is before any rescale.
@@ -126,6 +130,8 @@ pub(crate) struct ImageFile {
     pub(crate) segmentation: Option<Segmentation>,
     pub(crate) format: PixelFormat,
     pub(crate) frames: Vec<Frame>,
+    /// How many of them have pixels, as far as the header and the file's size tell; the others mark their places.
+    pub(crate) whole: usize,
     /// What the header promises of pixel data and what is there, in bytes, where that is not even one frame. Its place
     /// is known all the same.
     pub(crate) truncated: Option<Truncated>,
@@ -141,7 +147,12 @@ pub(crate) struct Truncated {
 }
 
 impl ImageFile {
-    /// Whether frames are missing at the end of the file, so that it is not known what they showed.
+    /// Whether the pixels of a frame are there, as far as is known before they are read.
+    pub(crate) fn has(&self, frame: usize) -> bool {
+        frame < self.whole
+    }
+
+    /// Whether frames are missing at the end of the file and marked by nothing, so that it is not known what they showed.
     pub(crate) fn is_cut_short(&self) -> bool {
         self.frames.len() < self.format.frames * self.format.slices_in_frame()
     }
@@ -209,7 +220,10 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
     let is_mosaic = image_type.iter().any(|value| value == "MOSAIC");
     let layout = is_mosaic.then(|| Layout::of(data, format.columns, format.rows)).flatten();
     let mut frames = frames(data, &format, &mut notes)?;
-    frames.truncate(there.unwrap_or(1));
+    let whole = there.unwrap_or(0);
+    if whole < format.frames && !marks_lost_frames(data, &format, whole) {
+        frames.truncate(whole.max(1));
+    }
     match layout {
         Some(layout) => {
             format.columns /= layout.mosaic.across;
@@ -223,7 +237,7 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         ),
         None => {}
     }
-    let quantity = quantity(data, modality, modality_code)?;
+    let quantity = quantity(data, modality, modality_code, &mut frames)?;
     let signed = format.signed;
     format.lut = ModalityLut::of(data, signed)?.map(Arc::new);
     for frame in &mut frames {
@@ -251,11 +265,21 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         kernel: data.text(attr::CONVOLUTION_KERNEL),
         unit: if segmentation.is_some() { "" } else { quantity.unit },
         segmentation,
+        whole: whole * format.slices_in_frame(),
         format,
         frames,
         truncated: there.err(),
         notes,
     })
+}
+
+/// Whether frames that are cut off keep their places, as empty slices: where the file tells these, and the frames that
+/// are there vouch for the memory.
+fn marks_lost_frames(data: &DataSet, format: &PixelFormat, whole: usize) -> bool {
+    let is_told = !data.items(attr::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE).is_empty()
+        || data.bytes(attr::GRID_FRAME_OFFSET_VECTOR).is_some();
+    let bytes = |frames: usize| frames.saturating_mul(format.frame_bytes());
+    whole > 0 && is_told && bytes(format.frames) <= LOST_AT_LEAST.max(bytes(whole).saturating_mul(LOST_RATIO))
 }
 
 /// A code for a modality as it may be shown. An unknown one is not: it may be anything, a patient's name too.

@@ -234,7 +234,10 @@ impl Context<'_> {
         let shape = file.format.shape();
         let decode = |targets: Vec<Target<'_, T>>| {
             let frame = targets[0].frame / in_frame;
-            let decoded = self.codecs.decode(&streams[frame], &shape);
+            let decoded = match streams.get(frame) {
+                Some(stream) => self.codecs.decode(stream, &shape),
+                None => Err(codec::cut_off()),
+            };
             self.cancel.check()?;
             let results = match decoded {
                 Ok(decoded) => {

@@ -43,9 +43,9 @@ pub(crate) struct Phase {
 }
 
 impl Phase {
-    /// Slices of files that end before their pixels do.
+    /// Slices whose file ends before their pixels do.
     pub(crate) fn truncated(&self, files: &[ImageFile]) -> usize {
-        self.slices.iter().filter(|slice| files[slice.file].truncated.is_some()).count()
+        self.slices.iter().filter(|slice| !files[slice.file].has(slice.frame)).count()
     }
 }
 
@@ -228,17 +228,20 @@ fn skip(file: &ImageFile, reason: &str) -> SkippedFile {
 /// Which files say and show that they are another one. Careless anonymizers give all instances one UID: the place must
 /// be the same too.
 fn copies(files: &[ImageFile]) -> Vec<bool> {
-    let mut seen = std::collections::HashSet::new();
-    files
-        .iter()
-        .map(|file| {
-            let Some(uid) = &file.instance_uid else { return false };
-            let place = file.frames.first().and_then(|frame| frame.position);
-            let instance = file.frames.first().map(|frame| frame.phase.instance);
-            let bits = place.map(|place| place.to_array().map(f64::to_bits));
-            !seen.insert((uid, file.series_uid.as_deref(), bits, instance, file.frames.len()))
-        })
-        .collect()
+    let mut seen = HashMap::new();
+    let mut copies = vec![false; files.len()];
+    for (index, file) in files.iter().enumerate() {
+        let Some(uid) = &file.instance_uid else { continue };
+        let place = file.frames.first().and_then(|frame| frame.position);
+        let instance = file.frames.first().map(|frame| frame.phase.instance);
+        let bits = place.map(|place| place.to_array().map(f64::to_bits));
+        let kept = seen.entry((uid, file.series_uid.as_deref(), bits, instance, file.frames.len()));
+        let kept = kept.or_insert(index);
+        // Of a whole one and one that is cut short, the whole one is kept.
+        let copy = if file.whole > files[*kept].whole { std::mem::replace(kept, index) } else { index };
+        copies[copy] |= copy != *kept;
+    }
+    copies
 }
 
 /// Images of one series that share size, spacing, orientation and kind.
