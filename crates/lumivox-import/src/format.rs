@@ -61,7 +61,7 @@ pub(crate) fn recognise(path: &Path) -> Result<Format, ImportError> {
         (Some(Format::Nifti), _) => return Ok(Format::Nifti),
         (Some(format), false) => return Ok(format),
         (Some(format), true) => {
-            return Err(unknown(&format!("it is a gzip archive of one {} file; unpack it", name(format))));
+            return Err(unknown(&format!("it is a gzip archive of one {} file; unpack it", format.name())));
         }
         (None, _) => {}
     }
@@ -93,14 +93,17 @@ fn is_named_as_samples(path: &Path) -> bool {
     ["raw", "bin", "dat"].iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
-fn name(format: Format) -> &'static str {
-    match format {
-        Format::Dicom => "DICOM",
-        Format::Zip => "zip",
-        Format::Nifti => "NIfTI",
-        Format::Nrrd => "NRRD",
-        Format::MetaImage => "MetaImage",
-        Format::Raw => "RAW",
+impl Format {
+    /// What people call it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Format::Dicom => "DICOM",
+            Format::Zip => "zip",
+            Format::Nifti => "NIfTI",
+            Format::Nrrd => "NRRD",
+            Format::MetaImage => "MetaImage",
+            Format::Raw => "RAW",
+        }
     }
 }
 
@@ -146,7 +149,10 @@ fn is_bare_dicom(head: &[u8]) -> bool {
 
 /// The header beside a file of samples: the same name with another extension.
 fn header_beside(path: &Path) -> Option<String> {
-    ["hdr", "mhd", "nhdr"].into_iter().map(|extension| path.with_extension(extension)).find_map(|header| {
+    // `scan.raw.gz` goes with `scan.nhdr`.
+    let is_gzip = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    let plain = if is_gzip { path.with_extension("") } else { path.to_owned() };
+    ["hdr", "mhd", "nhdr"].into_iter().map(|extension| plain.with_extension(extension)).find_map(|header| {
         if header == path || !header.is_file() {
             return None;
         }

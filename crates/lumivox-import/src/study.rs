@@ -192,8 +192,12 @@ fn only_volume_in(
     options: &ImportOptions,
     cancel: &CancelToken,
 ) -> Result<PathBuf, ImportError> {
-    let all = dicom::files_below(folder, cancel)?;
-    let volumes: Vec<&PathBuf> = all.iter().filter(|file| format::recognise(file).is_ok()).collect();
+    let all = dicom::files_below(folder, cancel)?.files;
+    let mut volumes = Vec::new();
+    for file in &all {
+        cancel.check()?;
+        volumes.extend(format::recognise(file).is_ok().then_some(file));
+    }
     match (&volumes[..], &all[..]) {
         ([only], _) => Ok(only.to_path_buf()),
         ([], [only]) if options.raw.is_some() => Ok(only.clone()),

@@ -56,6 +56,7 @@ attributes! { VALUES:
     CODE_VALUE = "CodeValue" 0x0008_0100;
     FRAME_TYPE = "FrameType" 0x0008_9007;
     COMPLEX_IMAGE_COMPONENT = "ComplexImageComponent" 0x0008_9208;
+    PATIENT_ID = "PatientID" 0x0010_0020;
     PATIENT_WEIGHT = "PatientWeight" 0x0010_1030;
     SLICE_THICKNESS = "SliceThickness" 0x0018_0050;
     ECHO_TIME = "EchoTime" 0x0018_0081;

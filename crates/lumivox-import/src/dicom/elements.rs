@@ -230,6 +230,10 @@ fn read_data_set(
     let mut is_first = true;
     let pixels = loop {
         let Some(tag) = walker.peek_tag(syntax)? else { break None };
+        // No file has such an element; zeros at the end are padding.
+        if tag == 0 {
+            break None;
+        }
         let element = if is_first && !syntax.big_endian {
             // Some writers call an implicit data set explicit, or the other way round: the first element shows it.
             is_first = false;

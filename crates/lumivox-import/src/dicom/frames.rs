@@ -186,11 +186,11 @@ fn rescale(scope: &FrameScope<'_>) -> Result<[f64; 2], FieldFault> {
     if !slope.is_normal() || slope.abs() > 1e30 {
         return Err(FieldFault::new(
             attr::RESCALE_SLOPE,
-            format!("is {slope}, which maps every sample to one value"),
+            format!("is {slope:e}, which maps every sample to one value"),
         ));
     }
     if intercept.abs() > 1e30 {
-        return Err(FieldFault::new(attr::RESCALE_INTERCEPT, format!("is {intercept}, beyond any value")));
+        return Err(FieldFault::new(attr::RESCALE_INTERCEPT, format!("is {intercept:e}, beyond any value")));
     }
     Ok([slope, intercept])
 }

@@ -3,7 +3,10 @@
 //! A classic file is an image with one frame. Enhanced multi-frame files say everything frame by frame in functional
 //! groups (PS3.3 C.7.6.16), so that each frame is treated like a file of its own from here on.
 
-use std::sync::Arc;
+use std::{
+    hash::{DefaultHasher, Hash, Hasher},
+    sync::Arc,
+};
 
 use lumivox_core::{CancelToken, Modality};
 
@@ -120,6 +123,8 @@ pub(crate) struct ImageFile {
     pub(crate) modality_code: &'static str,
     pub(crate) is_localizer: bool,
     pub(crate) frame_of_reference: Option<String>,
+    /// A number that stands for the patient, so that nobody's own one is kept.
+    pub(crate) patient: u64,
     /// SOPInstanceUID.
     pub(crate) instance_uid: Option<String>,
     /// ConvolutionKernel: images of several make several volumes.
@@ -261,6 +266,11 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         modality_code,
         is_localizer: image_type.iter().any(|value| value == "LOCALIZER"),
         frame_of_reference: data.text(attr::FRAME_OF_REFERENCE_UID),
+        patient: {
+            let mut hasher = DefaultHasher::new();
+            data.bytes(attr::PATIENT_ID).map(<[u8]>::trim_ascii).hash(&mut hasher);
+            hasher.finish()
+        },
         instance_uid: data.text(attr::SOP_INSTANCE_UID),
         kernel: data.text(attr::CONVOLUTION_KERNEL),
         unit: if segmentation.is_some() { "" } else { quantity.unit },

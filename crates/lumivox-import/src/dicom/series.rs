@@ -4,7 +4,7 @@
 //! their normal, once for each phase. FrameOfReferenceUID parts nothing: whole scans are known to have a new one in
 //! every slice.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use lumivox_core::{Modality, glam::DVec3};
 
@@ -247,6 +247,18 @@ fn copies(files: &[ImageFile]) -> Vec<bool> {
 /// Images of one series that share size, spacing, orientation and kind.
 fn groups(files: &[ImageFile], left_out: &[bool]) -> Vec<Vec<Slice>> {
     let mut groups: Vec<Vec<Slice>> = Vec::new();
+    // The files of a series, and their patients. Careless programs give one UID to series of several patients; careless
+    // anonymizers give every file a patient of its own, which tells nothing.
+    let mut patients: HashMap<Option<&str>, (usize, HashSet<u64>)> = HashMap::new();
+    for image in files {
+        let (count, of_series) = patients.entry(image.series_uid.as_deref()).or_default();
+        *count += 1;
+        of_series.insert(image.patient);
+    }
+    let several = |image: &ImageFile| {
+        let (count, of_series) = &patients[&image.series_uid.as_deref()];
+        of_series.len() > 1 && 2 * of_series.len() <= *count
+    };
     let mut of_series: HashMap<&str, Vec<usize>> = HashMap::new();
     for (file, image) in files.iter().enumerate().filter(|(file, _)| !left_out[*file]) {
         let series = of_series.entry(image.series_uid.as_deref().unwrap_or_default()).or_default();
@@ -256,6 +268,7 @@ fn groups(files: &[ImageFile], left_out: &[bool]) -> Vec<Vec<Slice>> {
                 let of = &files[first.file];
                 (of.format.rows, of.format.columns) == (image.format.rows, image.format.columns)
                     && (of.modality, of.is_localizer) == (image.modality, image.is_localizer)
+                    && (of.patient == image.patient || !several(image))
                     && (&of.kernel, of.unit) == (&image.kernel, image.unit)
                     // Each file of labels is a volume of its own.
                     && (image.segmentation.is_none() && of.segmentation.is_none() || first.file == file)
