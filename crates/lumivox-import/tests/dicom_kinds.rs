@@ -343,6 +343,31 @@ fn single_bits_are_read_across_bytes() {
 }
 
 #[test]
+fn samples_of_twelve_bits_are_read_across_bytes() {
+    // Frames of three samples, the second of which begins within a byte.
+    let samples = [0x123u16, 0xABC, 0xFFF, 0x001, 0x800, 0x7FE];
+    let bits = samples.iter().flat_map(|sample| (0..12).map(move |bit| (sample >> bit & 1) as u8));
+    let bits: Vec<u8> = bits.collect();
+    let packed: Vec<u8> =
+        bits.chunks(8).map(|b| b.iter().enumerate().map(|(i, bit)| bit << i).sum()).collect();
+    assert_eq!(packed[..3], [0x23, 0xC1, 0xAB]);
+    let mut image = image("CT", 3, 1, vec![])
+        .short(BITS_ALLOCATED, 12)
+        .short(BITS_STORED, 12)
+        .short(HIGH_BIT, 11)
+        .text(NUMBER_OF_FRAMES, "IS", "2");
+    image.set(PIXEL_DATA, "OW", Value::Bytes(packed.clone()));
+    let expected: Vec<f64> = samples.iter().map(|&sample| sample.into()).collect();
+    assert_eq!(values(&load_one(&image).unwrap().volume), expected);
+    let signed = image.clone().short(PIXEL_REPRESENTATION, 1);
+    let expected: Vec<f64> = samples.iter().map(|&sample| f64::from((sample << 4) as i16 >> 4)).collect();
+    assert_eq!(values(&load_one(&signed).unwrap().volume), expected);
+    image.set(PIXEL_DATA, "OW", Value::Raw(8, packed[..8].to_vec()));
+    let cut = load_one(&image).unwrap();
+    assert!(cut.report.notes.iter().any(|note| note.contains("1 of 2 frames")), "{:?}", cut.report.notes);
+}
+
+#[test]
 fn tables_give_values() {
     let table = |first: i16| {
         let mut item = Elements::default();

@@ -55,8 +55,8 @@ pub(crate) struct PixelFormat {
     pub(crate) kind: SampleKind,
     /// Bytes of a sample: 1, 2, 4 or 8.
     pub(crate) bytes: usize,
-    /// One bit for each sample, eight to a byte, frame after frame without a gap.
-    pub(crate) packed: bool,
+    /// Bits of a sample (1 or 12) where they follow each other, frame after frame without a gap.
+    pub(crate) packed: Option<usize>,
     pub(crate) bits_stored: u32,
     pub(crate) high_bit: u32,
     pub(crate) signed: bool,
@@ -340,11 +340,13 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         attr::DOUBLE_FLOAT_PIXEL_DATA => 64,
         _ => match data.unsigned(attr::BITS_ALLOCATED) {
             None => return Err(FieldFault::missing(attr::BITS_ALLOCATED).into()),
-            Some(bits @ (1 | 8 | 16 | 32)) => bits,
+            Some(bits @ (1 | 8 | 12 | 16 | 32)) => bits,
             Some(bits) => {
-                return Err(
-                    FieldFault::new(attr::BITS_ALLOCATED, format!("is {bits}, not 1, 8, 16 or 32")).into()
-                );
+                return Err(FieldFault::new(
+                    attr::BITS_ALLOCATED,
+                    format!("is {bits}, not 1, 8, 12, 16 or 32"),
+                )
+                .into());
             }
         },
     };
@@ -364,8 +366,7 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         None => Encoding::of_transfer_syntax(&header.transfer_syntax)
             .map_err(|name| Refusal::Unsupported(format!("it is compressed as {name}"), DECOMPRESS))?,
     };
-    let packed = allocated == 1;
-    if packed && encoding != Encoding::Native {
+    if allocated == 1 && encoding != Encoding::Native {
         return unsupported("it is made of single bits, and compressed", DECOMPRESS);
     }
     let (frames, there) = frame_counts(header, [columns, rows, allocated as usize], encoding)?;
@@ -390,7 +391,7 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         rows,
         kind: if is_float { SampleKind::Float } else { SampleKind::Integer },
         bytes: allocated.div_ceil(8) as usize,
-        packed,
+        packed: (encoding == Encoding::Native && [1, 12].contains(&allocated)).then_some(allocated as usize),
         mosaic: None,
         bits_stored,
         high_bit,

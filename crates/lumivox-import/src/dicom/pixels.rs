@@ -332,6 +332,7 @@ impl Context<'_> {
         // Straight into the volume where samples are as large there.
         let direct = format.kind == SampleKind::Integer
             && (format.bytes, size_of::<T>()) == (2, 2)
+            && format.packed.is_none()
             && format.mosaic.is_none();
         let mut frames = NativeFrames::new(format, input);
         let mut results = Vec::new();
