@@ -115,6 +115,8 @@ fn bad_input_exits_3_and_names_the_file() {
         fails(path, &["render", name, "-o", "a.png"], 3, &[name]);
     }
     assert!(!path.join("a.png").exists());
+    // What no reader knows may be samples; the command's own words say how to describe them.
+    fails(path, &["info", "page.dcm"], 3, &["an HTML page", "'lumivox render --help' shows", "--raw"]);
 }
 
 #[test]
