@@ -234,7 +234,7 @@ fn payload(header: &Header, rank: usize) -> Result<Payload, ImportError> {
         byte_skip
     };
     let big_endian = flag(&["BinaryDataByteOrderMSB", "ElementByteOrderMSB"], false)?;
-    Ok(Payload { files, start, line_skip: 0, byte_skip, encoding, sample, big_endian })
+    Ok(Payload { files, start, line_skip: 0, byte_skip, encoding, sample, big_endian, interleaved: false })
 }
 
 /// The files that hold the samples; none when they follow the header.

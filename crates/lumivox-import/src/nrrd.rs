@@ -38,6 +38,8 @@ struct Axes {
     /// Positions of the spatial axes among all, in order; two for an image.
     spatial: Vec<usize>,
     phases: usize,
+    /// Whether the axis of phases is the fastest, as in sequences of 3D Slicer.
+    interleaved: bool,
 }
 
 /// Reads the header of a NRRD scan.
@@ -49,7 +51,7 @@ pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
     let fields = &header.fields;
     let mut notes = Vec::new();
     let axes = axes(fields)?;
-    let payload = payload(&header, &mut notes)?;
+    let payload = Payload { interleaved: axes.interleaved, ..payload(&header, &mut notes)? };
     let patient_from_voxel = placement(fields, &axes, &mut notes)?;
     Single {
         path: path.to_owned(),
@@ -148,7 +150,9 @@ fn axes(fields: &Fields) -> Result<Axes, ImportError> {
     let spatial: Vec<usize> = spatial.into_iter().take(3).collect();
     let other: Vec<usize> = (0..rank).filter(|axis| !spatial.contains(axis)).collect();
     let interleaved = other.iter().any(|axis| sizes[*axis] > 1 && spatial.iter().any(|s| s > axis));
-    if spatial.is_empty() || interleaved {
+    // A list is one of volumes; vectors, colours and the like are parts of one.
+    let is_list = other == [0] && kinds.first().is_some_and(|kind| ["list", "time"].contains(kind));
+    if spatial.is_empty() || interleaved && !is_list {
         let what = format!(
             "{} values for each voxel (sizes {}, kinds {})",
             sizes[0],
@@ -165,7 +169,7 @@ fn axes(fields: &Fields) -> Result<Axes, ImportError> {
     let product = other.iter().try_fold(1usize, |n, axis| n.checked_mul(sizes[*axis]));
     let phases = product.ok_or_else(|| fields.bad(field, "sizes that any file can have"))?;
     let size = |i: usize| spatial.get(i).map_or(1, |axis| sizes[*axis]);
-    Ok(Axes { dims: [size(0), size(1), size(2)], spatial, phases })
+    Ok(Axes { dims: [size(0), size(1), size(2)], spatial, phases, interleaved })
 }
 
 /// The vectors of a field; `none` where an axis is not in space.
@@ -336,7 +340,7 @@ fn payload(header: &Header, notes: &mut Vec<String>) -> Result<Payload, ImportEr
     let files = data_files(header)?;
     let start = if files.is_empty() { header.end } else { 0 };
     let files = if files.is_empty() { vec![fields.path.to_owned()] } else { files };
-    Ok(Payload { files, start, line_skip, byte_skip, encoding, sample, big_endian })
+    Ok(Payload { files, start, line_skip, byte_skip, encoding, sample, big_endian, interleaved: false })
 }
 
 /// The files that hold the samples; none when they follow the header.

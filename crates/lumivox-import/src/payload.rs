@@ -60,6 +60,8 @@ pub(crate) struct Payload {
     pub encoding: Encoding,
     pub sample: SampleType,
     pub big_endian: bool,
+    /// Whether the first voxel of every phase comes before the second of any; else phases follow each other.
+    pub interleaved: bool,
 }
 
 impl Payload {
@@ -73,6 +75,7 @@ impl Payload {
             encoding: Encoding::Raw,
             sample,
             big_endian,
+            interleaved: false,
         }
     }
 
@@ -86,8 +89,8 @@ impl Payload {
         self.files.iter().try_for_each(|file| self.start_in(header, file, per_file).map(|_| ()))
     }
 
-    /// Reads the samples `part` of `phases` grids of `dims` voxels, counted through all of them; `None` when not one
-    /// is a number. `header` is the file that promised them.
+    /// Reads some voxels of phase `phase`, counted from 0, of `phases` grids of `dims` voxels; `None` when not one is a
+    /// number. `header` is the file that promised them.
     ///
     /// # Errors
     /// As [`Payload::check`]; when data are damaged, on cancel, and where memory does not suffice.
@@ -96,12 +99,19 @@ impl Payload {
         header: &Path,
         dims: [usize; 3],
         phases: usize,
-        part: Range<usize>,
+        (phase, voxels): (usize, Range<usize>),
         progress: Progress<'_>,
         cancel: &CancelToken,
     ) -> Result<Option<Decoded>, ImportError> {
         let per_file = self.bytes_per_file(header, dims, phases)?;
-        let mut builder = VoxelBuilder::new(self.sample, self.big_endian, part.len()).map_err(|_| {
+        // Samples that are read, and of how many of them each one is taken.
+        let (part, every) = if self.interleaved {
+            (voxels.start * phases..voxels.end * phases, phases)
+        } else {
+            let first = phase * dims.into_iter().product::<usize>();
+            (first + voxels.start..first + voxels.end, 1)
+        };
+        let mut builder = VoxelBuilder::new(self.sample, self.big_endian, voxels.len()).map_err(|_| {
             let [x, y, z] = dims;
             let what = format!("a grid of {x} x {y} x {z} voxels, more than this machine has memory for");
             let remedy = "Resample the scan to fewer voxels".to_owned();
@@ -132,7 +142,14 @@ impl Payload {
                     let path = file.clone();
                     return Err(ImportError::Truncated { path, expected: per_file, actual: read });
                 }
-                builder.push(chunk);
+                if every == 1 {
+                    builder.push(chunk);
+                } else {
+                    let before = done as usize / self.sample.bytes();
+                    let samples = chunk.chunks_exact(self.sample.bytes()).enumerate();
+                    let of_phase = samples.filter(|(k, _)| (before + k) % every == phase);
+                    of_phase.for_each(|(_, sample)| builder.push(sample));
+                }
                 done += got as u64;
                 left -= got as u64;
             }
@@ -464,7 +481,7 @@ mod tests {
 
     fn read(payload: &Payload, dims: [usize; 3], phases: usize) -> Result<Vec<f64>, ImportError> {
         let header = Path::new("scan.hdr");
-        let part = 0..dims.into_iter().fold(1, usize::wrapping_mul);
+        let part = (0, 0..dims.into_iter().fold(1, usize::wrapping_mul));
         payload.check(header, dims, phases)?;
         let decoded =
             payload.read(header, dims, phases, part, Progress::SILENT, &CancelToken::new())?.unwrap();
@@ -572,7 +589,7 @@ mod tests {
             data.path(),
             [10, 1, 1],
             1,
-            0..10,
+            (0, 0..10),
             Progress::SILENT,
             &cancel,
         );

@@ -21,6 +21,9 @@ use crate::{
 /// Distances between voxels that are believed, in mm: from atoms to a kilometre.
 pub(crate) const SPACING_MM: RangeInclusive<f64> = 1e-6..=1e6;
 
+/// Pixels of the largest slice that a picture is made of.
+pub(crate) const LARGEST_PICTURE: usize = 1 << 28;
+
 /// What a header says.
 pub(crate) struct Single {
     pub path: PathBuf,
@@ -113,10 +116,8 @@ impl Single {
         if !(1..=self.phases).contains(&wanted) {
             return Err(ImportError::NoSuchPhase { path: path.clone(), wanted, phases: self.phases });
         }
-        let checked = |count: Option<usize>| count.ok_or_else(|| self.no_number());
-        let len = checked(self.dims.into_iter().try_fold(1, usize::checked_mul))?;
-        let end = checked(len.checked_mul(wanted))?;
-        let decoded = self.payload.read(path, self.dims, self.phases, end - len..end, progress, cancel)?;
+        let part = (wanted - 1, 0..self.dims.into_iter().product());
+        let decoded = self.payload.read(path, self.dims, self.phases, part, progress, cancel)?;
         let decoded = decoded.ok_or_else(|| self.no_number())?;
 
         let mut notes = self.notes.clone();
@@ -147,7 +148,14 @@ impl Single {
     pub fn thumbnail(&self, side: usize, cancel: &CancelToken) -> Result<Thumbnail, ImportError> {
         let [columns, rows, depth] = self.dims;
         let len = columns * rows;
-        let part = depth / 2 * len..(depth / 2 + 1) * len;
+        if len > LARGEST_PICTURE {
+            return Err(ImportError::Unsupported {
+                path: self.path.clone(),
+                what: format!("a slice of {columns} x {rows} pixels, too large for a picture of it"),
+                remedy: "Load it without a picture, or resample the scan to fewer voxels".to_owned(),
+            });
+        }
+        let part = (0, depth / 2 * len..(depth / 2 + 1) * len);
         let decoded =
             self.payload.read(&self.path, self.dims, self.phases, part, Progress::SILENT, cancel)?;
         let values: Vec<f64> = match decoded {

@@ -88,8 +88,8 @@ fn what_may_not_be_read_is_named() {
     write_slices(folder.path(), 3);
     let closed = folder.path().join("closed");
     write_slices(&closed, 4);
-    fs::set_permissions(&closed, fs::Permissions::from_mode(0)).unwrap();
-    fs::set_permissions(folder.path().join("2"), fs::Permissions::from_mode(0)).unwrap();
+    fs::set_permissions(&closed, fs::Permissions::from_mode(0o000)).unwrap();
+    fs::set_permissions(folder.path().join("2"), fs::Permissions::from_mode(0o000)).unwrap();
     // Nothing is closed to the system's administrator.
     let slices = if fs::read_dir(&closed).is_ok() { 4 } else { 2 };
     let imported = load(folder.path()).unwrap();
@@ -226,7 +226,7 @@ fn impossible_numbers_are_refused_in_few_words() {
         load(&path).unwrap_err().to_string()
     };
     for (tag, vr, text, words) in [
-        (RESCALE_SLOPE, "DS", "1e300", "is 1e300, which maps"),
+        (RESCALE_SLOPE, "DS", "1e300", "is 1e300, beyond"),
         (RESCALE_INTERCEPT, "DS", "-1e300", "is -1e300, beyond"),
         (RESCALE_SLOPE, "DS", "NaN", "RescaleSlope (0028,1053) is not a number"),
         (PIXEL_SPACING, "DS", "nan\\1", "PixelSpacing (0028,0030) is not a number"),

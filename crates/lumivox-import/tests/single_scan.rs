@@ -172,13 +172,22 @@ fn phases_are_read_one_at_a_time() {
     fs::write(at("a.nrrd"), [format!("{head}encoding: raw\n\n").as_bytes(), &samples].concat()).unwrap();
     let hex: String = samples.iter().map(|byte| format!("{byte:02x}\n")).collect();
     fs::write(at("hex.nrrd"), format!("{head}encoding: hex\n\n{hex}")).unwrap();
+    // 3D Slicer's sequences have the axis of phases first.
+    let turned: Vec<u8> = (0..12).flat_map(|i| (300 + (i % 3) * 4 + i / 3u16).to_le_bytes()).collect();
+    let head_turned = head.replace("2 1 2 3", "3 2 1 2");
+    let kinds = "kinds: list domain domain domain\nspace: left-posterior-superior\n\
+                 space directions: none (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n\n";
+    fs::write(at("turned.nrrd"), [head_turned.as_bytes(), kinds.as_bytes(), &turned].concat()).unwrap();
+    let vectors = kinds.replace("list", "vector");
+    fs::write(at("vectors.nrrd"), [head_turned.as_bytes(), vectors.as_bytes(), &turned].concat()).unwrap();
+    assert!(open(&at("vectors.nrrd")).err().unwrap().to_string().contains("3 values for each voxel"));
     let text: String = (300..312).map(|v| format!("{v} ")).collect();
     fs::write(at("text.nrrd"), format!("{head}encoding: ascii\n\n{text}")).unwrap();
     // The phases do not end where the files do.
     let meta = "ObjectType = Image\nNDims = 4\nDimSize = 2 1 2 3\nElementType = MET_USHORT\n";
     fs::write(at("a.mhd"), format!("{meta}ElementDataFile = LIST\n0\n1\n")).unwrap();
     samples.chunks(12).enumerate().for_each(|(k, bytes)| fs::write(at(&k.to_string()), bytes).unwrap());
-    for name in ["a.nii", "a.nii.gz", "a.nrrd", "hex.nrrd", "text.nrrd", "a.mhd"] {
+    for name in ["a.nii", "a.nii.gz", "a.nrrd", "hex.nrrd", "text.nrrd", "turned.nrrd", "a.mhd"] {
         let mut study = open(&at(name)).unwrap();
         let series = &study.report().series[0];
         assert_eq!((series.phases, series.dims, series.bytes), (3, [2, 1, 2], 8), "{name}");

@@ -183,11 +183,12 @@ fn rescale(scope: &FrameScope<'_>) -> Result<[f64; 2], FieldFault> {
         |attribute| scope.find(attr::PIXEL_VALUE_TRANSFORMATION_SEQUENCE, attribute).decimal(attribute);
     let slope = find(attr::RESCALE_SLOPE)?.unwrap_or(1.0);
     let intercept = find(attr::RESCALE_INTERCEPT)?.unwrap_or(0.0);
-    if !slope.is_normal() || slope.abs() > 1e30 {
-        return Err(FieldFault::new(
-            attr::RESCALE_SLOPE,
-            format!("is {slope:e}, which maps every sample to one value"),
-        ));
+    if !slope.is_normal() {
+        let problem = format!("is {slope:e}, which maps every sample to one value");
+        return Err(FieldFault::new(attr::RESCALE_SLOPE, problem));
+    }
+    if slope.abs() > 1e30 {
+        return Err(FieldFault::new(attr::RESCALE_SLOPE, format!("is {slope:e}, beyond any value")));
     }
     if intercept.abs() > 1e30 {
         return Err(FieldFault::new(attr::RESCALE_INTERCEPT, format!("is {intercept:e}, beyond any value")));

@@ -301,6 +301,16 @@ impl Study {
         let first = stack.first(&self.files);
         let (format, spacing) = (&first.format, stack.plane.spacing_mm.to_array());
         let slice_len = format.columns * format.rows;
+        if slice_len > single::LARGEST_PICTURE {
+            return Err(ImportError::Unsupported {
+                path: first.source.path(),
+                what: format!(
+                    "a slice of {} x {} pixels, too large for a picture of it",
+                    format.columns, format.rows
+                ),
+                remedy: "Load it without a picture, or export a part of it".to_owned(),
+            });
+        }
         let picture = |voxels: &Voxels, [slope, intercept]: [f64; 2], slice: usize, window| {
             let value = |i| voxels.get(slice * slice_len + i) * slope + intercept;
             let values: Vec<f64> = (0..slice_len).map(value).collect();
