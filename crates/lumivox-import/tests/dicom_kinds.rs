@@ -236,6 +236,38 @@ fn binary_segments_become_labels_in_place() {
 }
 
 #[test]
+fn labels_that_reach_into_other_elements_are_not_told() {
+    let label = |label: &str| {
+        let label = if label.len() % 2 == 1 { format!("{label} ") } else { label.to_owned() };
+        let mut segment = Elements::default().short(0x0062_0004, 1);
+        segment.set(0x0062_0005, "LO", Value::Raw(label.len() as u32, label.as_bytes().to_vec()));
+        let seg = segmentation("BINARY", &[(1, 0.0, [1; 8]), (1, 2.0, [1; 8])]);
+        load_one(&seg.items(0x0062_0002, vec![segment])).unwrap().report.notes.join("; ")
+    };
+    assert!(label("left kidney\0").contains("segments: 1 left kidney"));
+    let long = format!("a{}SECRET^NAME ", " ".repeat(60));
+    for wrong in ["a\0\x10\0\x10\0SECRET^NAME", &long] {
+        let notes = label(wrong);
+        assert!(!notes.contains("SECRET") && !notes.contains("segments:"), "{notes}");
+    }
+}
+
+#[test]
+fn frame_types_are_told_where_they_are_coded_words() {
+    let description = |frame_type: &str| {
+        let kind = Elements::default().text(0x0008_9007, "CS", frame_type);
+        let shared = Elements::default().items(0x0018_9226, vec![kind]);
+        let report =
+            load_one(&image("MR", 2, 1, vec![0, 1]).items(0x5200_9229, vec![shared])).unwrap().report;
+        report.series[0].description.clone()
+    };
+    assert!(description("ORIGINAL\\PRIMARY\\DIFFUSION\\NONE").ends_with("2 x 1, diffusion"));
+    for wrong in ["ORIGINAL\\PRIMARY\\SECRET^NAME", "ORIGINAL\\Secret", "ORIGINAL\\A VERY LONG SECRET"] {
+        assert!(description(wrong).ends_with("2 x 1"), "{}", description(wrong));
+    }
+}
+
+#[test]
 fn fractions_stay_fractions_where_there_is_one_segment() {
     let one = segmentation("FRACTIONAL", &[(1, 0.0, [0, 50, 100, 200, 0, 0, 0, 0])]);
     let volume = load_one(&one).unwrap().volume;

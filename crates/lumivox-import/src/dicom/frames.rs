@@ -232,6 +232,10 @@ fn frame_kind(scope: &FrameScope<'_>) -> String {
                 scope.find(sequence, attr::COMPLEX_IMAGE_COMPONENT).text(attr::COMPLEX_IMAGE_COMPONENT);
             let mut words: Vec<String> = item.texts(attr::FRAME_TYPE).into_iter().chain(part).collect();
             words.retain(|word| !["ORIGINAL", "PRIMARY", "NONE", ""].contains(&word.as_str()));
+            // It is told: nothing that no coded word can be (PS3.5 6.2), which may be a patient's name in a damaged file.
+            let is_coded =
+                |byte: u8| byte.is_ascii_uppercase() || byte.is_ascii_digit() || b" _".contains(&byte);
+            words.retain(|word| word.len() <= 16 && word.bytes().all(is_coded));
             return words.join(" ").to_lowercase();
         }
     }

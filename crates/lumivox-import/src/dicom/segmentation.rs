@@ -56,7 +56,10 @@ impl Segmentation {
         };
         let name = |item: &DataSet| {
             let number = item.unsigned(attr::SEGMENT_NUMBER)?;
-            Some((number, item.text(attr::SEGMENT_LABEL).unwrap_or_default()))
+            // No longer than it may be, and of one piece: a damaged one may reach into what is said of the patient.
+            let label =
+                item.text(attr::SEGMENT_LABEL).filter(|label| label.len() <= 64 && !label.contains('\0'));
+            Some((number, label.unwrap_or_default()))
         };
         let series = data.items(attr::REFERENCED_SERIES_SEQUENCE).first();
         Self {
