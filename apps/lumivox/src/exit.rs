@@ -81,6 +81,9 @@ impl From<ImportError> for Failure {
     fn from(error: ImportError) -> Self {
         match error {
             ImportError::Cancelled(cancelled) => cancelled.into(),
+            error @ ImportError::UnknownFormat { .. } => {
+                Self::input(format!("{error} ('lumivox render --help' shows how to describe it with --raw)"))
+            }
             error => Self::input(error.to_string()),
         }
     }

@@ -115,6 +115,8 @@ fn bad_input_exits_3_and_names_the_file() {
         fails(path, &["render", name, "-o", "a.png"], 3, &[name]);
     }
     assert!(!path.join("a.png").exists());
+    // What no reader knows may be samples; the command's own words say how to describe them.
+    fails(path, &["info", "page.dcm"], 3, &["an HTML page", "'lumivox render --help' shows", "--raw"]);
 }
 
 #[test]
@@ -293,6 +295,19 @@ fn import_lists_series_and_what_was_left_out_and_writes_pictures() {
     fails(folder.path(), &["import", "missing"], 3, &["missing"]);
     fails(folder.path(), &["import", "scan/README.txt"], 3, &["this is a text file"]);
     fails(folder.path(), &["info", "scan", "--phase", "2"], 3, &["there is no phase 2; it has 1"]);
+
+    // Of a damaged scan beside other files the error names the scan.
+    let slice = fs::read_dir(folder.path().join("scan")).unwrap().map(|entry| entry.unwrap().path());
+    let slice = fs::read(slice.into_iter().find(|path| !path.ends_with("README.txt")).unwrap()).unwrap();
+    fs::create_dir(folder.path().join("cut")).unwrap();
+    fs::write(folder.path().join("cut/README.txt"), "not a scan").unwrap();
+    fs::write(folder.path().join("cut/1.dcm"), &slice[..slice.len() - 9]).unwrap();
+    let named = "'1.dcm' was left out: cut short: ";
+    for command in [&["info", "cut"][..], &["render", "cut", "-o", "a.png"]] {
+        fails(folder.path(), command, 3, &[named]);
+    }
+    let run = lumivox(folder.path(), &["import", "cut"]);
+    assert!(run.code == Some(3) && run.stderr.contains(named), "{}", run.stderr);
 }
 
 /// The hidden decoder stays a decoder: it reads frames, and ends with its input.

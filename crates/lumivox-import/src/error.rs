@@ -18,7 +18,7 @@ pub enum ImportError {
         source: std::io::Error,
     },
     /// No reader knows this content.
-    #[error("{path}: {found}. Lumivox reads DICOM, NIfTI, NRRD, MetaImage and RAW with a description (see 'lumivox render --help')", path = path.display())]
+    #[error("{path}: {found}. Lumivox reads DICOM, NIfTI, NRRD, MetaImage and RAW with a description", path = path.display())]
     UnknownFormat {
         /// The file or folder.
         path: PathBuf,

@@ -61,7 +61,7 @@ pub(crate) fn recognise(path: &Path) -> Result<Format, ImportError> {
         (Some(Format::Nifti), _) => return Ok(Format::Nifti),
         (Some(format), false) => return Ok(format),
         (Some(format), true) => {
-            return Err(unknown(&format!("it is a gzip archive of one {} file; unpack it", name(format))));
+            return Err(unknown(&format!("it is a gzip archive of one {} file; unpack it", format.name())));
         }
         (None, _) => {}
     }
@@ -81,7 +81,7 @@ pub(crate) fn recognise(path: &Path) -> Result<Format, ImportError> {
     let found = describe(&head);
     if [ZEROS, NO_KIND].contains(&found.as_str()) && is_named_as_samples(path) {
         return Err(unknown(&format!(
-            "{found}; if it holds samples without a header, describe them, for example with --raw 256x256x108:i16le"
+            "{found}; if it holds samples without a header, describe them, for example as 256x256x108:i16le"
         )));
     }
     Err(unknown(&found))
@@ -93,14 +93,17 @@ fn is_named_as_samples(path: &Path) -> bool {
     ["raw", "bin", "dat"].iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
-fn name(format: Format) -> &'static str {
-    match format {
-        Format::Dicom => "DICOM",
-        Format::Zip => "zip",
-        Format::Nifti => "NIfTI",
-        Format::Nrrd => "NRRD",
-        Format::MetaImage => "MetaImage",
-        Format::Raw => "RAW",
+impl Format {
+    /// What people call it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Format::Dicom => "DICOM",
+            Format::Zip => "zip",
+            Format::Nifti => "NIfTI",
+            Format::Nrrd => "NRRD",
+            Format::MetaImage => "MetaImage",
+            Format::Raw => "RAW",
+        }
     }
 }
 
@@ -146,7 +149,10 @@ fn is_bare_dicom(head: &[u8]) -> bool {
 
 /// The header beside a file of samples: the same name with another extension.
 fn header_beside(path: &Path) -> Option<String> {
-    ["hdr", "mhd", "nhdr"].into_iter().map(|extension| path.with_extension(extension)).find_map(|header| {
+    // `scan.raw.gz` goes with `scan.nhdr`.
+    let is_gzip = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    let plain = if is_gzip { path.with_extension("") } else { path.to_owned() };
+    ["hdr", "mhd", "nhdr"].into_iter().map(|extension| plain.with_extension(extension)).find_map(|header| {
         if header == path || !header.is_file() {
             return None;
         }
@@ -265,9 +271,9 @@ mod tests {
         assert!(of(b"\x01\x02\x03\xff\xfe").contains("of no known kind"));
         for name in ["scan.raw", "scan.BIN", "scan.dat"] {
             let error = recognised(name, b"\x01\x02\x03\xff\xfe").unwrap_err();
-            assert!(error.contains("--raw 256x256x108:i16le"), "{error}");
+            assert!(error.contains("as 256x256x108:i16le"), "{error}");
         }
-        assert!(!of(b"\x01\x02\x03\xff\xfe").contains("--raw"));
+        assert!(!of(b"\x01\x02\x03\xff\xfe").contains("256x256x108"));
         assert!(of(b"\x1f\x8b garbage").contains("gzip archive"));
         let folder = tempfile::tempdir().unwrap();
         assert!(recognise(folder.path()).unwrap_err().to_string().contains("it is a folder"));

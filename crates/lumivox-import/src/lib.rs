@@ -19,7 +19,7 @@ mod radiance;
 mod raw;
 mod report;
 mod sample;
-mod scan;
+mod single;
 mod study;
 mod text_header;
 mod transfer_function_file;

@@ -6,16 +6,15 @@
 use std::path::{Path, PathBuf};
 
 use lumivox_core::{
-    CancelToken, Modality, Progress,
+    Modality,
     glam::{DAffine3, DMat3, DVec3},
 };
 
 use crate::{
-    Imported,
     error::ImportError,
     payload::{ByteSkip, Encoding, Payload},
     sample::SampleType,
-    scan::{Scan, is_placement},
+    single::{Single, is_placement},
     text_header::{Field, Fields, HeaderLines, expand_pattern, parse_list},
 };
 
@@ -54,12 +53,11 @@ struct Header<'a> {
     end: u64,
 }
 
-/// Loads a MetaImage; of several phases the first.
-pub(crate) fn load(
-    path: &Path,
-    progress: Progress<'_>,
-    cancel: &CancelToken,
-) -> Result<Imported, ImportError> {
+/// Reads the header of a MetaImage.
+///
+/// # Errors
+/// [`ImportError`] names the field, or the data that are missing.
+pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
     let header = read_header(path)?;
     let fields = &header.fields;
     let mut notes = Vec::new();
@@ -90,26 +88,21 @@ pub(crate) fn load(
     let dims = [size(0), size(1), size(2)];
     let phases = sizes.iter().skip(3).try_fold(1usize, |n, size| n.checked_mul(*size));
     let phases = phases.ok_or_else(|| fields.bad(field, "sizes that any file can have"))?;
-    if phases > 1 {
-        notes.push(format!("the first of {phases} phases is shown"));
-    }
     let payload = payload(&header, rank)?;
     let patient_from_voxel = placement(fields, rank, &mut notes)?;
     let rescale = rescale(fields)?;
-    let decoded = payload.read(path, dims, phases, progress, cancel)?;
-    let detached = payload.files[0] != path;
-    Scan {
-        path,
+    Single {
+        path: path.to_owned(),
         format: "MetaImage",
         dims,
-        files: payload.files.len() + usize::from(detached),
-        decoded,
+        phases,
+        payload,
         rescale,
         patient_from_voxel,
         modality: modality(fields),
         notes,
     }
-    .import()
+    .checked()
 }
 
 fn read_header(path: &Path) -> Result<Header<'_>, ImportError> {
@@ -241,7 +234,7 @@ fn payload(header: &Header, rank: usize) -> Result<Payload, ImportError> {
         byte_skip
     };
     let big_endian = flag(&["BinaryDataByteOrderMSB", "ElementByteOrderMSB"], false)?;
-    Ok(Payload { files, start, line_skip: 0, byte_skip, encoding, sample, big_endian })
+    Ok(Payload { files, start, line_skip: 0, byte_skip, encoding, sample, big_endian, interleaved: false })
 }
 
 /// The files that hold the samples; none when they follow the header.
@@ -305,14 +298,21 @@ mod tests {
 
     use flate2::{Compression, write::ZlibEncoder};
 
+    use lumivox_core::{CancelToken, Progress};
+
     use super::*;
+    use crate::Imported;
+
+    fn load(path: &Path) -> Result<Imported, ImportError> {
+        open(path)?.load(None, Progress::SILENT, &CancelToken::new())
+    }
 
     const GRID: &str = "ObjectType = Image\nNDims = 3\nDimSize = 2 1 2\n";
 
     fn load_bytes(bytes: &[u8]) -> Result<Imported, ImportError> {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), bytes).unwrap();
-        load(file.path(), Progress::SILENT, &CancelToken::new())
+        load(file.path())
     }
 
     fn with(header: &str, data: &[u8]) -> Result<Imported, ImportError> {
@@ -371,7 +371,7 @@ mod tests {
             let header =
                 format!("{GRID}ElementType = MET_UCHAR\nHeaderSize = {size}\nElementDataFile = {data}");
             std::fs::write(&path, header).unwrap();
-            let imported = load(&path, Progress::SILENT, &CancelToken::new()).unwrap();
+            let imported = load(&path).unwrap();
             assert_eq!(values(&imported), [1.0, 2.0, 3.0, 4.0], "{data}");
         }
     }

@@ -9,17 +9,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use lumivox_core::{
-    CancelToken, Progress,
-    glam::{DAffine3, DMat3, DVec3},
-};
+use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 
 use crate::{
-    Imported,
     error::ImportError,
     payload::{ByteSkip, Encoding, GZIP_MAGIC, Payload, fill, inflate},
     sample::SampleType,
-    scan::{Scan, axis_aligned, is_placement, lps_from_ras},
+    single::{Single, axis_aligned, is_placement, lps_from_ras},
 };
 
 /// The longer of the two headers.
@@ -124,12 +120,11 @@ impl RawHeader {
     }
 }
 
-/// Loads a NIfTI scan; of several phases the first.
-pub(crate) fn load(
-    path: &Path,
-    progress: Progress<'_>,
-    cancel: &CancelToken,
-) -> Result<Imported, ImportError> {
+/// Reads the header of a NIfTI scan.
+///
+/// # Errors
+/// [`ImportError`] names the field, or the data that are missing.
+pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
     let field = |field: &str, problem: String, remedy: &str| ImportError::Field {
         path: path.to_owned(),
         field: field.to_owned(),
@@ -160,10 +155,6 @@ pub(crate) fn load(
             what: format!("several values for each voxel ({} x {} x {})", dim[5], dim[6], dim[7]),
             remedy: "Export one component as a scan of its own".to_owned(),
         });
-    }
-    let phases = dim[4];
-    if phases > 1 {
-        notes.push(format!("the first of {phases} phases is shown"));
     }
 
     let sample = sample_type(header.datatype()).map_err(|what| ImportError::Unsupported {
@@ -197,10 +188,18 @@ pub(crate) fn load(
     let dims = [dim[1], dim[2], dim[3]];
     let rescale = rescale(&header, &mut notes);
     let patient_from_voxel = placement(&header, rank as usize, path, &mut notes)?;
-    let decoded = payload.read(path, dims, phases, progress, cancel)?;
-    let files = if header.detached { 2 } else { 1 };
-    Scan { path, format: "NIfTI", dims, files, decoded, rescale, patient_from_voxel, modality: None, notes }
-        .import()
+    Single {
+        path: path.to_owned(),
+        format: "NIfTI",
+        dims,
+        phases: dim[4],
+        payload,
+        rescale,
+        patient_from_voxel,
+        modality: None,
+        notes,
+    }
+    .checked()
 }
 
 /// The header, and whether its file is compressed.
@@ -353,9 +352,14 @@ mod tests {
     use std::io::Write;
 
     use flate2::{Compression, write::GzEncoder};
-    use lumivox_core::Modality;
+    use lumivox_core::{CancelToken, Modality, Progress};
 
     use super::*;
+    use crate::Imported;
+
+    fn load(path: &Path) -> Result<Imported, ImportError> {
+        open(path)?.load(None, Progress::SILENT, &CancelToken::new())
+    }
 
     /// A header under construction, in either version and byte order.
     struct Builder {
@@ -434,7 +438,7 @@ mod tests {
     fn load_bytes(bytes: &[u8]) -> Result<Imported, ImportError> {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), bytes).unwrap();
-        load(file.path(), Progress::SILENT, &CancelToken::new())
+        load(file.path())
     }
 
     fn shorts(values: &[i16], big_endian: bool) -> Vec<u8> {
@@ -516,7 +520,7 @@ mod tests {
         file.data = vec![1, 2, 3, 4, 5, 6];
         let imported = load_bytes(&file.bytes()).unwrap();
         assert_eq!(imported.volume.value_range(), [1.0, 2.0]);
-        assert!(imported.report.notes[0].contains("first of 3 phases"));
+        assert!(imported.report.notes.contains(&"phase 1 of 3 is taken".to_owned()));
     }
 
     #[test]
@@ -527,7 +531,7 @@ mod tests {
         file.header.bytes[344..348].copy_from_slice(b"ni1\0");
         file.float(108, 168, &[0.0]);
         std::fs::write(&path, file.bytes()).unwrap();
-        let load = || load(&path, Progress::SILENT, &CancelToken::new());
+        let load = || load(&path);
         assert!(load().unwrap_err().to_string().contains("scan.img' is not there"));
         std::fs::write(path.with_extension("img"), [5, 6, 7]).unwrap();
         assert_eq!(load().unwrap().volume.value_range(), [5.0, 7.0]);

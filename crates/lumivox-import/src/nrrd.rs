@@ -5,16 +5,15 @@
 use std::path::{Path, PathBuf};
 
 use lumivox_core::{
-    CancelToken, Modality, Progress,
+    Modality,
     glam::{DAffine3, DMat3, DVec3},
 };
 
 use crate::{
-    Imported,
     error::ImportError,
     payload::{ByteSkip, Encoding, Payload},
     sample::SampleType,
-    scan::{Scan, axis_aligned, is_placement, lps_from_ras},
+    single::{Single, axis_aligned, is_placement, lps_from_ras},
     text_header::{Field, Fields, HeaderLines, expand_pattern, parse_list},
 };
 
@@ -39,34 +38,33 @@ struct Axes {
     /// Positions of the spatial axes among all, in order; two for an image.
     spatial: Vec<usize>,
     phases: usize,
+    /// Whether the axis of phases is the fastest, as in sequences of 3D Slicer.
+    interleaved: bool,
 }
 
-/// Loads a NRRD scan; of several phases the first.
-pub(crate) fn load(
-    path: &Path,
-    progress: Progress<'_>,
-    cancel: &CancelToken,
-) -> Result<Imported, ImportError> {
+/// Reads the header of a NRRD scan.
+///
+/// # Errors
+/// [`ImportError`] names the field, or the data that are missing.
+pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
     let header = read_header(path)?;
     let fields = &header.fields;
     let mut notes = Vec::new();
-    let axes = axes(fields, &mut notes)?;
-    let payload = payload(&header, &mut notes)?;
+    let axes = axes(fields)?;
+    let payload = Payload { interleaved: axes.interleaved, ..payload(&header, &mut notes)? };
     let patient_from_voxel = placement(fields, &axes, &mut notes)?;
-    let decoded = payload.read(path, axes.dims, axes.phases, progress, cancel)?;
-    let detached = payload.files[0] != path;
-    Scan {
-        path,
+    Single {
+        path: path.to_owned(),
         format: "NRRD",
         dims: axes.dims,
-        files: payload.files.len() + usize::from(detached),
-        decoded,
+        phases: axes.phases,
+        payload,
         rescale: [1.0, 0.0],
         patient_from_voxel,
         modality: modality(fields),
         notes,
     }
-    .import()
+    .checked()
 }
 
 fn read_header(path: &Path) -> Result<Header<'_>, ImportError> {
@@ -127,7 +125,7 @@ fn read_header(path: &Path) -> Result<Header<'_>, ImportError> {
 }
 
 /// Sorts the axes into those in space and one of phases.
-fn axes(fields: &Fields, notes: &mut Vec<String>) -> Result<Axes, ImportError> {
+fn axes(fields: &Fields) -> Result<Axes, ImportError> {
     let dimension = fields.require(&["dimension"])?;
     let rank: usize = fields.number(dimension, "a number of axes")?;
     if !(1..=16).contains(&rank) {
@@ -152,7 +150,9 @@ fn axes(fields: &Fields, notes: &mut Vec<String>) -> Result<Axes, ImportError> {
     let spatial: Vec<usize> = spatial.into_iter().take(3).collect();
     let other: Vec<usize> = (0..rank).filter(|axis| !spatial.contains(axis)).collect();
     let interleaved = other.iter().any(|axis| sizes[*axis] > 1 && spatial.iter().any(|s| s > axis));
-    if spatial.is_empty() || interleaved {
+    // A list is one of volumes; vectors, colours and the like are parts of one.
+    let is_list = other == [0] && kinds.first().is_some_and(|kind| ["list", "time"].contains(kind));
+    if spatial.is_empty() || interleaved && !is_list {
         let what = format!(
             "{} values for each voxel (sizes {}, kinds {})",
             sizes[0],
@@ -168,11 +168,8 @@ fn axes(fields: &Fields, notes: &mut Vec<String>) -> Result<Axes, ImportError> {
     // Sizes that overflow here are refused by the payload, which sees them all.
     let product = other.iter().try_fold(1usize, |n, axis| n.checked_mul(sizes[*axis]));
     let phases = product.ok_or_else(|| fields.bad(field, "sizes that any file can have"))?;
-    if phases > 1 {
-        notes.push(format!("the first of {phases} phases is shown"));
-    }
     let size = |i: usize| spatial.get(i).map_or(1, |axis| sizes[*axis]);
-    Ok(Axes { dims: [size(0), size(1), size(2)], spatial, phases })
+    Ok(Axes { dims: [size(0), size(1), size(2)], spatial, phases, interleaved })
 }
 
 /// The vectors of a field; `none` where an axis is not in space.
@@ -307,13 +304,14 @@ fn payload(header: &Header, notes: &mut Vec<String>) -> Result<Payload, ImportEr
         "raw" => Encoding::Raw,
         "gz" | "gzip" => Encoding::Deflate,
         "txt" | "text" | "ascii" => Encoding::Text,
-        other @ ("bz2" | "bzip2" | "hex" | "zrl" | "zstd") => {
+        "hex" => Encoding::Hex,
+        other @ ("bz2" | "bzip2" | "zrl" | "zstd") => {
             return Err(unsupported(
                 format!("NRRD data encoded as {other}"),
                 "Save it with encoding gzip or raw",
             ));
         }
-        _ => return Err(fields.bad(encoding_field, "raw, gzip or text")),
+        _ => return Err(fields.bad(encoding_field, "raw, gzip, text or hex")),
     };
     let big_endian = match fields.get(&["endian"]) {
         Some(endian) => match endian.value.to_ascii_lowercase().as_str() {
@@ -342,7 +340,7 @@ fn payload(header: &Header, notes: &mut Vec<String>) -> Result<Payload, ImportEr
     let files = data_files(header)?;
     let start = if files.is_empty() { header.end } else { 0 };
     let files = if files.is_empty() { vec![fields.path.to_owned()] } else { files };
-    Ok(Payload { files, start, line_skip, byte_skip, encoding, sample, big_endian })
+    Ok(Payload { files, start, line_skip, byte_skip, encoding, sample, big_endian, interleaved: false })
 }
 
 /// The files that hold the samples; none when they follow the header.
@@ -383,12 +381,19 @@ mod tests {
 
     use flate2::{Compression, write::GzEncoder};
 
+    use lumivox_core::{CancelToken, Progress};
+
     use super::*;
+    use crate::Imported;
+
+    fn load(path: &Path) -> Result<Imported, ImportError> {
+        open(path)?.load(None, Progress::SILENT, &CancelToken::new())
+    }
 
     fn load_bytes(bytes: &[u8]) -> Result<Imported, ImportError> {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), bytes).unwrap();
-        load(file.path(), Progress::SILENT, &CancelToken::new())
+        load(file.path())
     }
 
     fn with(header: &str, data: &[u8]) -> Result<Imported, ImportError> {
@@ -462,7 +467,7 @@ mod tests {
         };
         let imported = with(&four("kinds: domain domain domain list"), &[1, 2, 3, 4, 5, 6, 7, 8]).unwrap();
         assert_eq!(values(&imported), [1.0, 2.0, 3.0, 4.0]);
-        assert!(imported.report.notes[0].contains("first of 2 phases"));
+        assert!(imported.report.notes.contains(&"phase 1 of 2 is taken".to_owned()));
         assert_eq!(imported.volume.modality(), Modality::Mr);
         for kinds in [
             "kinds: vector domain domain domain",
@@ -490,15 +495,15 @@ mod tests {
         for data in ["LIST\na.raw\nb.raw\n", "all one.raw", "s%02d.raw 1 2 1"] {
             let header = format!("NRRD0004\ntype: uchar\n{GRID}\nencoding: raw\ndata file: {data}");
             std::fs::write(&path, header).unwrap();
-            let imported = load(&path, Progress::SILENT, &CancelToken::new()).unwrap();
+            let imported = load(&path).unwrap();
             assert_eq!(values(&imported), [1.0, 2.0, 3.0, 4.0], "{data}");
         }
         std::fs::write(&path, format!("NRRD0004\ntype: uchar\n{GRID}\nencoding: raw\ndata file: no.raw"))
             .unwrap();
-        let error = load(&path, Progress::SILENT, &CancelToken::new()).unwrap_err().to_string();
+        let error = load(&path).unwrap_err().to_string();
         assert!(error.contains("no.raw' is not there"), "{error}");
         std::fs::write(&path, format!("NRRD0004\ntype: uchar\n{GRID}\nencoding: raw\ndata file: .")).unwrap();
-        assert!(load(&path, Progress::SILENT, &CancelToken::new()).is_err(), "a folder is no data");
+        assert!(load(&path).is_err(), "a folder is no data");
     }
 
     #[test]

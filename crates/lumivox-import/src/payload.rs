@@ -6,6 +6,7 @@
 use std::{
     fs::File,
     io::{self, BufRead, BufReader, Read, Seek, SeekFrom},
+    ops::Range,
     path::{Path, PathBuf},
 };
 
@@ -32,6 +33,8 @@ pub(crate) enum Encoding {
     Deflate,
     /// Decimal numbers between white space or commas.
     Text,
+    /// Two hexadecimal digits for each byte, with white space wherever.
+    Hex,
 }
 
 /// What lies before the samples of each file.
@@ -57,6 +60,8 @@ pub(crate) struct Payload {
     pub encoding: Encoding,
     pub sample: SampleType,
     pub big_endian: bool,
+    /// Whether the first voxel of every phase comes before the second of any; else phases follow each other.
+    pub interleaved: bool,
 }
 
 impl Payload {
@@ -70,62 +75,63 @@ impl Payload {
             encoding: Encoding::Raw,
             sample,
             big_endian,
+            interleaved: false,
         }
     }
 
-    /// Reads the first of `phases` grids of `dims` voxels. `header` is the file that promised them.
+    /// Compares what the header promises, `phases` grids of `dims` voxels, with the sizes of the files. Reads no sample.
+    /// `header` is the file that promised them.
+    ///
+    /// # Errors
+    /// When a file is missing, too short or no plain file, and for sizes that nothing has.
+    pub fn check(&self, header: &Path, dims: [usize; 3], phases: usize) -> Result<(), ImportError> {
+        let per_file = self.bytes_per_file(header, dims, phases)?;
+        self.files.iter().try_for_each(|file| self.start_in(header, file, per_file).map(|_| ()))
+    }
+
+    /// Reads some voxels of phase `phase`, counted from 0, of `phases` grids of `dims` voxels; `None` when not one is a
+    /// number. `header` is the file that promised them.
+    ///
+    /// # Errors
+    /// As [`Payload::check`]; when data are damaged, on cancel, and where memory does not suffice.
     pub fn read(
         &self,
         header: &Path,
         dims: [usize; 3],
         phases: usize,
+        (phase, voxels): (usize, Range<usize>),
         progress: Progress<'_>,
         cancel: &CancelToken,
-    ) -> Result<Decoded, ImportError> {
-        let field = |field: &str, problem: String, remedy: &str| ImportError::Field {
-            path: header.to_owned(),
-            field: field.to_owned(),
-            problem,
-            remedy: remedy.to_owned(),
+    ) -> Result<Option<Decoded>, ImportError> {
+        let per_file = self.bytes_per_file(header, dims, phases)?;
+        // Samples that are read, and of how many of them each one is taken.
+        let (part, every) = if self.interleaved {
+            (voxels.start * phases..voxels.end * phases, phases)
+        } else {
+            let first = phase * dims.into_iter().product::<usize>();
+            (first + voxels.start..first + voxels.end, 1)
         };
-        let [x, y, z] = dims;
-        let too_large = || {
-            let size = format!("{x} x {y} x {z} x {phases}");
-            field("the size of the grid", format!("{size} is impossible"), "The header is damaged")
-        };
-        let count = x.checked_mul(y).and_then(|n| n.checked_mul(z)).ok_or_else(too_large)?;
-        let total = count
-            .checked_mul(phases)
-            .filter(|n| n.checked_mul(self.sample.bytes()).is_some_and(|bytes| bytes <= isize::MAX as usize))
-            .ok_or_else(too_large)?;
-        if count == 0 {
-            return Err(field(
-                "the size of the grid",
-                format!("{x} x {y} x {z} has no voxel"),
-                "Export the scan again",
-            ));
-        }
-        if self.files.is_empty() || !total.is_multiple_of(self.files.len()) {
-            let problem = format!("names {} files, which cannot share {total} samples", self.files.len());
-            return Err(field("the list of data files", problem, "Name one file for each slice"));
-        }
-        let per_file = (total / self.files.len() * self.sample.bytes()) as u64;
-        let starts: Vec<u64> =
-            self.files.iter().map(|file| self.check(header, file, per_file)).collect::<Result<_, _>>()?;
-
-        let mut builder = VoxelBuilder::new(self.sample, self.big_endian, count).map_err(|_| {
+        let mut builder = VoxelBuilder::new(self.sample, self.big_endian, voxels.len()).map_err(|_| {
+            let [x, y, z] = dims;
             let what = format!("a grid of {x} x {y} x {z} voxels, more than this machine has memory for");
             let remedy = "Resample the scan to fewer voxels".to_owned();
             ImportError::Unsupported { path: header.to_owned(), what, remedy }
         })?;
-        let wanted = (count * self.sample.bytes()) as u64;
+        let wanted = (part.len() * self.sample.bytes()) as u64;
+        let mut before = (part.start * self.sample.bytes()) as u64;
         let mut done = 0;
         let mut buffer = vec![0; CHUNK.min(wanted as usize)];
-        for (file, start) in self.files.iter().zip(starts) {
-            let mut input = self.open(file, start)?;
-            let mut left = per_file.min(wanted - done);
-            let whole = left == per_file;
-            let mut read = 0;
+        for file in &self.files {
+            if before >= per_file {
+                before -= per_file;
+                continue;
+            }
+            let start = self.start_in(header, file, per_file)?;
+            let mut input = self.open(file, start, before, cancel)?;
+            let mut left = (per_file - before).min(wanted - done);
+            let to_its_end = before + left == per_file;
+            let mut read = before;
+            before = 0;
             while left > 0 {
                 cancel.check()?;
                 progress.report(Stage::Decoding, done, wanted);
@@ -136,12 +142,19 @@ impl Payload {
                     let path = file.clone();
                     return Err(ImportError::Truncated { path, expected: per_file, actual: read });
                 }
-                builder.push(chunk);
+                if every == 1 {
+                    builder.push(chunk);
+                } else {
+                    let before = done as usize / self.sample.bytes();
+                    let samples = chunk.chunks_exact(self.sample.bytes()).enumerate();
+                    let of_phase = samples.filter(|(k, _)| (before + k) % every == phase);
+                    of_phase.for_each(|(_, sample)| builder.push(sample));
+                }
                 done += got as u64;
                 left -= got as u64;
             }
             // Only at its end does a deflated stream compare its checksum.
-            if whole && self.encoding == Encoding::Deflate {
+            if to_its_end && self.encoding == Encoding::Deflate {
                 match input.read(&mut [0]) {
                     Err(e) if e.to_string().contains("checksum") => return Err(self.damaged(file, e)),
                     _ => {}
@@ -152,13 +165,42 @@ impl Payload {
             }
         }
         progress.report(Stage::Decoding, wanted, wanted);
-        builder.finish().ok_or_else(|| {
-            field("the image data", "holds not one finite number".to_owned(), "Export the scan again")
-        })
+        Ok(builder.finish())
+    }
+
+    /// Bytes of samples in each file.
+    fn bytes_per_file(&self, header: &Path, dims: [usize; 3], phases: usize) -> Result<u64, ImportError> {
+        let field = |field: &str, problem: String, remedy: &str| ImportError::Field {
+            path: header.to_owned(),
+            field: field.to_owned(),
+            problem,
+            remedy: remedy.to_owned(),
+        };
+        let [x, y, z] = dims;
+        let total = dims
+            .into_iter()
+            .try_fold(phases, usize::checked_mul)
+            .filter(|n| n.checked_mul(self.sample.bytes()).is_some_and(|bytes| bytes <= isize::MAX as usize))
+            .ok_or_else(|| {
+                let size = format!("{x} x {y} x {z} x {phases}");
+                field("the size of the grid", format!("{size} is impossible"), "The header is damaged")
+            })?;
+        if total == 0 {
+            return Err(field(
+                "the size of the grid",
+                format!("{x} x {y} x {z} has no voxel"),
+                "Export the scan again",
+            ));
+        }
+        if self.files.is_empty() || !total.is_multiple_of(self.files.len()) {
+            let problem = format!("names {} files, which cannot share {total} samples", self.files.len());
+            return Err(field("the list of data files", problem, "Name one file for each slice"));
+        }
+        Ok((total / self.files.len() * self.sample.bytes()) as u64)
     }
 
     /// Compares the size of a data file with what it must hold, and gives the position of its data.
-    fn check(&self, header: &Path, file: &Path, bytes: u64) -> Result<u64, ImportError> {
+    fn start_in(&self, header: &Path, file: &Path, bytes: u64) -> Result<u64, ImportError> {
         let metadata = match std::fs::metadata(file) {
             Err(e) if e.kind() == io::ErrorKind::NotFound && file != header => {
                 return Err(ImportError::Field {
@@ -201,6 +243,7 @@ impl Payload {
                     remedy: "The file is cut short; copy or export it again".to_owned(),
                 });
             }
+            Encoding::Hex if there / 2 < expected => return truncated(),
             Encoding::Deflate if there.saturating_mul(DEFLATE_LIMIT) < expected => {
                 return Err(ImportError::Field {
                     path: file.to_owned(),
@@ -217,22 +260,45 @@ impl Payload {
         })
     }
 
-    fn open(&self, path: &Path, start: u64) -> Result<Box<dyn Read>, ImportError> {
+    /// Opens a data file `before` bytes behind its first sample.
+    fn open(
+        &self,
+        path: &Path,
+        start: u64,
+        before: u64,
+        cancel: &CancelToken,
+    ) -> Result<Box<dyn Read>, ImportError> {
         let mut file = BufReader::with_capacity(1 << 16, File::open(path).map_err(ImportError::io(path))?);
         file.seek(SeekFrom::Start(start)).map_err(ImportError::io(path))?;
         for _ in 0..self.line_skip {
-            if file.skip_until(b'\n').map_err(ImportError::io(path))? == 0 {
+            if !skip_line(&mut file, path, cancel)? {
                 break;
             }
         }
+        let skip = match self.byte_skip {
+            ByteSkip::Bytes(skip) => skip,
+            ByteSkip::Tail => 0,
+        };
+        let mut left = skip.saturating_add(before);
         let mut input: Box<dyn Read> = match self.encoding {
-            Encoding::Raw => Box::new(file),
+            Encoding::Raw => {
+                file.seek_relative(i64::try_from(left).unwrap_or(i64::MAX)).map_err(ImportError::io(path))?;
+                return Ok(Box::new(file));
+            }
             Encoding::Deflate => inflate(file).map_err(ImportError::io(path))?,
             Encoding::Text => Box::new(TextSamples::new(file, self.sample, self.big_endian)),
+            Encoding::Hex => Box::new(HexBytes(file)),
         };
-        if let ByteSkip::Bytes(skip @ 1..) = self.byte_skip {
-            let skipped = io::copy(&mut (&mut input).take(skip), &mut io::sink());
-            skipped.map_err(|e| self.damaged(path, e))?;
+        while left > 0 {
+            cancel.check()?;
+            let step = left.min(CHUNK as u64);
+            let skipped = io::copy(&mut (&mut input).take(step), &mut io::sink());
+            match skipped {
+                // What is missing shows where samples are read.
+                Ok(skipped) if skipped < step => break,
+                Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => break,
+                skipped => left -= skipped.map_err(|e| self.damaged(path, e))?,
+            }
         }
         Ok(input)
     }
@@ -277,6 +343,53 @@ pub(crate) fn fill(input: &mut dyn Read, buffer: &mut [u8]) -> io::Result<usize>
         }
     }
     Ok(filled)
+}
+
+/// Steps over a line; whether there was one.
+fn skip_line(file: &mut BufReader<File>, path: &Path, cancel: &CancelToken) -> Result<bool, ImportError> {
+    loop {
+        cancel.check()?;
+        let buffer = file.fill_buf().map_err(ImportError::io(path))?;
+        let (length, end) = match buffer.iter().position(|byte| *byte == b'\n') {
+            Some(end) => (end + 1, true),
+            None => (buffer.len(), false),
+        };
+        file.consume(length);
+        if end || length == 0 {
+            return Ok(end);
+        }
+    }
+}
+
+/// Bytes that are written as two hexadecimal digits each.
+struct HexBytes<R>(R);
+
+impl<R: BufRead> HexBytes<R> {
+    /// The next digit; none at the end.
+    fn digit(&mut self) -> io::Result<Option<u8>> {
+        loop {
+            let Some(&byte) = self.0.fill_buf()?.first() else { return Ok(None) };
+            self.0.consume(1);
+            match (byte as char).to_digit(16) {
+                Some(digit) => return Ok(Some(digit as u8)),
+                None if byte.is_ascii_whitespace() => {}
+                None => {
+                    let message = "it is not a list of hexadecimal digits";
+                    return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+                }
+            }
+        }
+    }
+}
+
+impl<R: BufRead> Read for HexBytes<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        for (filled, byte) in buffer.iter_mut().enumerate() {
+            let (Some(high), Some(low)) = (self.digit()?, self.digit()?) else { return Ok(filled) };
+            *byte = high << 4 | low;
+        }
+        Ok(buffer.len())
+    }
 }
 
 /// Decimal numbers, read as the bytes of the type that the header names.
@@ -368,7 +481,10 @@ mod tests {
 
     fn read(payload: &Payload, dims: [usize; 3], phases: usize) -> Result<Vec<f64>, ImportError> {
         let header = Path::new("scan.hdr");
-        let decoded = payload.read(header, dims, phases, Progress::SILENT, &CancelToken::new())?;
+        let part = (0, 0..dims.into_iter().fold(1, usize::wrapping_mul));
+        payload.check(header, dims, phases)?;
+        let decoded =
+            payload.read(header, dims, phases, part, Progress::SILENT, &CancelToken::new())?.unwrap();
         let [slope, intercept] = decoded.rescale;
         Ok((0..decoded.voxels.len()).map(|i| decoded.voxels.get(i) * slope + intercept).collect())
     }
@@ -469,8 +585,14 @@ mod tests {
         let data = file(&[0; 10]);
         let cancel = CancelToken::new();
         cancel.cancel();
-        let result =
-            payload(data.path(), Encoding::Raw).read(data.path(), [10, 1, 1], 1, Progress::SILENT, &cancel);
+        let result = payload(data.path(), Encoding::Raw).read(
+            data.path(),
+            [10, 1, 1],
+            1,
+            (0, 0..10),
+            Progress::SILENT,
+            &cancel,
+        );
         assert!(matches!(result, Err(ImportError::Cancelled(_))));
     }
 }

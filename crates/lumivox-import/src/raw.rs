@@ -36,7 +36,7 @@ use crate::{
     error::ImportError,
     payload::Payload,
     sample::SampleType,
-    scan::Scan,
+    single::Single,
     text_header::{Field, Fields, parse_list},
 };
 
@@ -231,21 +231,28 @@ pub fn load_raw(
     progress: Progress<'_>,
     cancel: &CancelToken,
 ) -> Result<Imported, ImportError> {
-    load_described(path, description, "as described", progress, cancel)
+    open_described(path, description, "as described")?.load(None, progress, cancel)
 }
 
-/// Loads a RAW scan that a file beside it or its own name describes.
-pub(crate) fn load(
-    path: &Path,
-    progress: Progress<'_>,
-    cancel: &CancelToken,
-) -> Result<Imported, ImportError> {
+/// A RAW scan that the user describes.
+///
+/// # Errors
+/// When the file cannot be read, or is not as long as the description makes it.
+pub(crate) fn open_as(path: &Path, description: &RawDescription) -> Result<Single, ImportError> {
+    open_described(path, description, "as described")
+}
+
+/// A RAW scan that a file beside it or its own name describes.
+///
+/// # Errors
+/// When nothing describes it, when the file cannot be read, or is not as long as the description makes it.
+pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
     let (description, source) = find_description(path)?.ok_or_else(|| ImportError::UnknownFormat {
         path: path.to_owned(),
         found: "nothing beside it and nothing in its name says how many voxels of which type it has"
             .to_owned(),
     })?;
-    load_described(path, &description, &source, progress, cancel)
+    open_described(path, &description, &source)
 }
 
 /// The description of a RAW file and where it was found, if there is one.
@@ -257,13 +264,7 @@ pub(crate) fn find_description(path: &Path) -> Result<Option<(RawDescription, St
     Ok(RawDescription::from_file_name(path).map(|d| (d, "described by its name".to_owned())))
 }
 
-fn load_described(
-    path: &Path,
-    description: &RawDescription,
-    source: &str,
-    progress: Progress<'_>,
-    cancel: &CancelToken,
-) -> Result<Imported, ImportError> {
+fn open_described(path: &Path, description: &RawDescription, source: &str) -> Result<Single, ImportError> {
     let RawDescription { dims, sample, big_endian, header_bytes, slope, intercept, .. } = *description;
     let metadata = std::fs::metadata(path).map_err(ImportError::io(path))?;
     // Pipes and devices have no size to compare with.
@@ -300,20 +301,18 @@ fn load_described(
                 .to_owned(),
         );
     }
-    let payload = Payload::in_file(path, sample, big_endian, header_bytes);
-    let decoded = payload.read(path, dims, 1, progress, cancel)?;
-    Scan {
-        path,
+    Single {
+        path: path.to_owned(),
         format: "RAW",
         dims,
-        files: 1,
-        decoded,
+        phases: 1,
+        payload: Payload::in_file(path, sample, big_endian, header_bytes),
         rescale: [slope, intercept],
         patient_from_voxel: description.axes.unwrap_or(PatientAxes::LPS).placement(description.spacing_mm),
         modality: description.modality,
         notes,
     }
-    .import()
+    .checked()
 }
 
 /// `256x256x108`.
@@ -490,7 +489,7 @@ mod tests {
     }
 
     fn load_raw_file(path: &Path) -> Result<Imported, ImportError> {
-        load(path, Progress::SILENT, &CancelToken::new())
+        open(path)?.load(None, Progress::SILENT, &CancelToken::new())
     }
 
     #[test]

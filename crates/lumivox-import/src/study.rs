@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use lumivox_core::{CancelToken, Progress, Volume};
+use lumivox_core::{CancelToken, Progress};
 
 use crate::{
     ImportOptions, ImportReport, Imported, Thumbnail, dicom,
     error::ImportError,
     format::{self, Format},
     metaimage, nifti, nrrd, raw,
+    single::Single,
 };
 
 /// Files whose headers were read: what can be loaded from them, and why others cannot.
@@ -35,13 +36,13 @@ pub struct Study {
 
 enum Content {
     Dicom(Box<dicom::Study>),
-    /// A file of another format, which holds one volume.
-    Single(PathBuf, Box<Volume>),
+    /// A file of another format, which holds one scan.
+    Single(Box<Single>),
 }
 
 impl Study {
-    /// Reads the headers of one file of any format, a folder, a zip archive, or several DICOM files; a file of another
-    /// format than DICOM is read whole.
+    /// Reads the headers of one file of any format, a folder, a zip archive, or several DICOM files. No pixel is read, but
+    /// the sizes of files are compared with what their headers promise.
     ///
     /// A folder is a DICOM study with all that is in it; one without any DICOM may hold one volume of another format.
     /// One with DICOM but without a single series is a study with an empty list.
@@ -60,12 +61,19 @@ impl Study {
             Ok(Self { content: Content::Dicom(Box::new(study)), report })
         };
         let single = |file: &Path| {
-            if is_dicom(file, options)? {
-                return dicom(dicom::Study::open(&[file.to_owned()], progress, cancel)?);
-            }
-            let Imported { volume, mut report } = load_file(file, options, progress, cancel)?;
+            let single = match (format_of(file, options)?, &options.raw) {
+                (Format::Dicom | Format::Zip, _) => {
+                    return dicom(dicom::Study::open(&[file.to_owned()], progress, cancel)?);
+                }
+                (Format::Nifti, _) => nifti::open(file),
+                (Format::Nrrd, _) => nrrd::open(file),
+                (Format::MetaImage, _) => metaimage::open(file),
+                (Format::Raw, Some(description)) => raw::open_as(file, description),
+                (Format::Raw, None) => raw::open(file),
+            }?;
+            let mut report = single.report();
             report.notes.extend(unused(options, &report.format));
-            Ok(Self { content: Content::Single(file.to_owned(), Box::new(volume)), report })
+            Ok(Self { content: Content::Single(Box::new(single)), report })
         };
         match paths {
             [folder] if folder.is_dir() => {
@@ -102,13 +110,7 @@ impl Study {
         assert!(place < self.report.series.len(), "there is no series {place}");
         match &self.content {
             Content::Dicom(study) => study.thumbnail(place, side, cancel),
-            Content::Single(_, volume) => {
-                let [columns, rows, depth] = volume.dims();
-                let at = |i: usize| volume.value([i % columns, i / columns, depth / 2]);
-                let values: Vec<f64> = (0..columns * rows).map(at).collect();
-                let [x, y, _] = volume.spacing_mm().to_array();
-                Ok(Thumbnail::new(&values, [columns, rows], [x, y], None, side))
-            }
+            Content::Single(single) => single.thumbnail(side, cancel),
         }
     }
 
@@ -124,14 +126,14 @@ impl Study {
     ) -> Result<Imported, ImportError> {
         let mut imported = match &mut self.content {
             Content::Dicom(study) => study.load(options, progress, cancel)?,
-            Content::Single(path, _) => load_file(path, options, progress, cancel)?,
+            Content::Single(single) => single.load(options.phase, progress, cancel)?,
         };
         imported.report.notes.extend(unused(options, &imported.report.format));
         Ok(imported)
     }
 }
 
-/// Says what is in `paths` without decoding it: the report of [`Study::open`].
+/// Says what is in `paths` without reading a pixel: the report of [`Study::open`].
 ///
 /// # Errors
 /// As [`Study::open`].
@@ -158,34 +160,17 @@ pub fn load(
     progress: Progress<'_>,
     cancel: &CancelToken,
 ) -> Result<Imported, ImportError> {
-    let mut study = match paths {
-        [file] if !file.is_dir() && !is_dicom(file, options)? => {
-            let mut imported = load_file(file, options, progress, cancel)?;
-            imported.report.notes.extend(unused(options, &imported.report.format));
-            return Ok(imported);
-        }
-        [folder] if folder.is_dir() => {
-            let study = dicom::Study::open(paths, progress, cancel)?;
-            if !study.is_dicom() {
-                return load(&[only_volume_in(folder, options, cancel)?], options, progress, cancel);
-            }
-            study
-        }
-        _ => dicom::Study::open(paths, progress, cancel)?,
-    };
-    let mut imported = study.load(options, progress, cancel)?;
-    imported.report.notes.extend(unused(options, &imported.report.format));
-    Ok(imported)
+    Study::open(paths, options, progress, cancel)?.load(options, progress, cancel)
 }
 
 /// Notes on options that a file of this format has no use for.
 fn unused(options: &ImportOptions, format: &str) -> Vec<String> {
     let mut notes = Vec::new();
     if options.series.is_some() && format != "DICOM" {
-        notes.push(format!("--series was not used: a {format} file holds one image"));
+        notes.push(format!("no series was looked for: a {format} file holds one image"));
     }
     if options.raw.is_some() && format != "RAW" {
-        notes.push(format!("--raw was not used: {format} describes itself"));
+        notes.push(format!("the description of raw samples was not used: {format} describes itself"));
     }
     notes
 }
@@ -200,29 +185,6 @@ fn format_of(path: &Path, options: &ImportOptions) -> Result<Format, ImportError
     }
 }
 
-fn is_dicom(path: &Path, options: &ImportOptions) -> Result<bool, ImportError> {
-    Ok(matches!(format_of(path, options)?, Format::Dicom | Format::Zip))
-}
-
-/// Loads a single file.
-fn load_file(
-    path: &Path,
-    options: &ImportOptions,
-    progress: Progress<'_>,
-    cancel: &CancelToken,
-) -> Result<Imported, ImportError> {
-    match (format_of(path, options)?, &options.raw) {
-        (Format::Dicom | Format::Zip, _) => {
-            dicom::Study::open(&[path.to_owned()], progress, cancel)?.load(options, progress, cancel)
-        }
-        (Format::Nifti, _) => nifti::load(path, progress, cancel),
-        (Format::Nrrd, _) => nrrd::load(path, progress, cancel),
-        (Format::MetaImage, _) => metaimage::load(path, progress, cancel),
-        (Format::Raw, Some(description)) => raw::load_raw(path, description, progress, cancel),
-        (Format::Raw, None) => raw::load(path, progress, cancel),
-    }
-}
-
 /// The one file of a folder without DICOM that is a volume; if there is none, the one that [`ImportOptions::raw`] can
 /// only mean.
 fn only_volume_in(
@@ -230,8 +192,12 @@ fn only_volume_in(
     options: &ImportOptions,
     cancel: &CancelToken,
 ) -> Result<PathBuf, ImportError> {
-    let all = dicom::files_below(folder, cancel)?;
-    let volumes: Vec<&PathBuf> = all.iter().filter(|file| format::recognise(file).is_ok()).collect();
+    let all = dicom::files_below(folder, cancel)?.files;
+    let mut volumes = Vec::new();
+    for file in &all {
+        cancel.check()?;
+        volumes.extend(format::recognise(file).is_ok().then_some(file));
+    }
     match (&volumes[..], &all[..]) {
         ([only], _) => Ok(only.to_path_buf()),
         ([], [only]) if options.raw.is_some() => Ok(only.clone()),
@@ -239,7 +205,7 @@ fn only_volume_in(
             path: folder.to_owned(),
             files: all.len(),
             detail: match &options.raw {
-                Some(_) => "Open the one that --raw describes",
+                Some(_) => "Open the one that is described",
                 None => "None is of a format that Lumivox reads",
             }
             .to_owned(),

@@ -57,7 +57,7 @@ fn write_phases(
 #[test]
 fn phases_are_volumes_of_their_own() {
     type Tell = fn(Elements, usize, usize) -> Elements;
-    let ways: [(&str, Tell); 6] = [
+    let ways: [(&str, Tell); 10] = [
         ("temporal position", |e, phase, _| {
             e.text(TEMPORAL_POSITION_IDENTIFIER, "IS", &(phase + 1).to_string())
         }),
@@ -72,7 +72,29 @@ fn phases_are_volumes_of_their_own() {
             let e = e.text(0x0019_0010, "LO", "SIEMENS MR HEADER");
             e.text(0x0019_100C, "IS", &(500 * phase).to_string())
         }),
+        // Another's block lies before it.
+        ("b-value", |e, phase, _| {
+            let e = e.text(0x0019_0010, "LO", "SIEMENS MR HEADEX").text(0x0019_100C, "IS", "7");
+            let e = e.text(0x0019_0021, "LO", "SIEMENS MR HEADER");
+            e.text(0x0019_210C, "IS", &(500 * phase).to_string())
+        }),
+        // GE's own, of which some have 1e9 added.
+        ("b-value", |e, phase, slice| {
+            let e = e.text(0x0043_0010, "LO", "GEMS_PARM_01");
+            let b = 500 * phase + if slice % 2 == 0 { 1_000_000_000 } else { 0 };
+            e.text(0x0043_1039, "IS", &format!("{b}\\8\\0\\0"))
+        }),
+        ("b-value", |e, phase, _| {
+            let e = e.text(0x0043_00C3, "LO", "GEMS_PARM_01");
+            e.text(0x0043_C339, "IS", &(500 * phase).to_string())
+        }),
         ("b-value", |mut e, phase, _| {
+            e.set(0x2001_1103, "FL", Value::Raw(4, (500.0 * phase as f32).to_le_bytes().to_vec()));
+            e.text(0x2001_0011, "LO", "Philips Imaging DD 001")
+        }),
+        ("b-value", |mut e, phase, _| {
+            // The public one counts.
+            e = e.text(0x0043_0010, "LO", "GEMS_PARM_01").text(0x0043_1039, "IS", "5\\8\\0\\0");
             e.set(0x0018_9087, "FD", Value::Raw(8, (500.0 * phase as f64).to_le_bytes().to_vec()));
             e
         }),
@@ -214,6 +236,38 @@ fn binary_segments_become_labels_in_place() {
 }
 
 #[test]
+fn labels_that_reach_into_other_elements_are_not_told() {
+    let label = |label: &str| {
+        let label = if label.len() % 2 == 1 { format!("{label} ") } else { label.to_owned() };
+        let mut segment = Elements::default().short(0x0062_0004, 1);
+        segment.set(0x0062_0005, "LO", Value::Raw(label.len() as u32, label.as_bytes().to_vec()));
+        let seg = segmentation("BINARY", &[(1, 0.0, [1; 8]), (1, 2.0, [1; 8])]);
+        load_one(&seg.items(0x0062_0002, vec![segment])).unwrap().report.notes.join("; ")
+    };
+    assert!(label("left kidney\0").contains("segments: 1 left kidney"));
+    let long = format!("a{}SECRET^NAME ", " ".repeat(60));
+    for wrong in ["a\0\x10\0\x10\0SECRET^NAME", &long] {
+        let notes = label(wrong);
+        assert!(!notes.contains("SECRET") && !notes.contains("segments:"), "{notes}");
+    }
+}
+
+#[test]
+fn frame_types_are_told_where_they_are_coded_words() {
+    let description = |frame_type: &str| {
+        let kind = Elements::default().text(0x0008_9007, "CS", frame_type);
+        let shared = Elements::default().items(0x0018_9226, vec![kind]);
+        let report =
+            load_one(&image("MR", 2, 1, vec![0, 1]).items(0x5200_9229, vec![shared])).unwrap().report;
+        report.series[0].description.clone()
+    };
+    assert!(description("ORIGINAL\\PRIMARY\\DIFFUSION\\NONE").ends_with("2 x 1, diffusion"));
+    for wrong in ["ORIGINAL\\PRIMARY\\SECRET^NAME", "ORIGINAL\\Secret", "ORIGINAL\\A VERY LONG SECRET"] {
+        assert!(description(wrong).ends_with("2 x 1"), "{}", description(wrong));
+    }
+}
+
+#[test]
 fn fractions_stay_fractions_where_there_is_one_segment() {
     let one = segmentation("FRACTIONAL", &[(1, 0.0, [0, 50, 100, 200, 0, 0, 0, 0])]);
     let volume = load_one(&one).unwrap().volume;
@@ -321,6 +375,31 @@ fn single_bits_are_read_across_bytes() {
 }
 
 #[test]
+fn samples_of_twelve_bits_are_read_across_bytes() {
+    // Frames of three samples, the second of which begins within a byte.
+    let samples = [0x123u16, 0xABC, 0xFFF, 0x001, 0x800, 0x7FE];
+    let bits = samples.iter().flat_map(|sample| (0..12).map(move |bit| (sample >> bit & 1) as u8));
+    let bits: Vec<u8> = bits.collect();
+    let packed: Vec<u8> =
+        bits.chunks(8).map(|b| b.iter().enumerate().map(|(i, bit)| bit << i).sum()).collect();
+    assert_eq!(packed[..3], [0x23, 0xC1, 0xAB]);
+    let mut image = image("CT", 3, 1, vec![])
+        .short(BITS_ALLOCATED, 12)
+        .short(BITS_STORED, 12)
+        .short(HIGH_BIT, 11)
+        .text(NUMBER_OF_FRAMES, "IS", "2");
+    image.set(PIXEL_DATA, "OW", Value::Bytes(packed.clone()));
+    let expected: Vec<f64> = samples.iter().map(|&sample| sample.into()).collect();
+    assert_eq!(values(&load_one(&image).unwrap().volume), expected);
+    let signed = image.clone().short(PIXEL_REPRESENTATION, 1);
+    let expected: Vec<f64> = samples.iter().map(|&sample| f64::from((sample << 4) as i16 >> 4)).collect();
+    assert_eq!(values(&load_one(&signed).unwrap().volume), expected);
+    image.set(PIXEL_DATA, "OW", Value::Raw(8, packed[..8].to_vec()));
+    let cut = load_one(&image).unwrap();
+    assert!(cut.report.notes.iter().any(|note| note.contains("1 of 2 frames")), "{:?}", cut.report.notes);
+}
+
+#[test]
 fn tables_give_values() {
     let table = |first: i16| {
         let mut item = Elements::default();
@@ -396,6 +475,93 @@ fn uptake_values_are_made_where_the_header_allows() {
     assert!(because(pet().text(0x0054_1001, "CS", "CNTS")).contains("values are counts"));
     let at_injection = load_one(&pet().text(0x0054_1102, "CS", "ADMIN")).unwrap();
     assert!((values(&at_injection.volume)[1] - expected / 2.0).abs() < 1e-6);
+}
+
+#[test]
+fn a_block_of_another_creator_tells_nothing() {
+    let blocks: [fn(Elements, usize) -> Elements; 2] = [
+        |e, phase| e.text(0x0043_0010, "LO", "ACME").text(0x0043_1039, "IS", &(500 * phase).to_string()),
+        // Without a creator, or with one of another block.
+        |e, phase| {
+            e.text(0x0043_0011, "LO", "GEMS_PARM_01").text(0x0043_1039, "IS", &(500 * phase).to_string())
+        },
+    ];
+    for block in blocks {
+        let folder = tempfile::tempdir().unwrap();
+        write_phases(folder.path(), 2, 4, |e, phase, _| block(e, phase));
+        let report = load(folder.path()).unwrap().report;
+        let notes = report.series[0].notes.join("; ");
+        assert!(notes.contains("told apart by instance number"), "{notes}");
+    }
+}
+
+/// An enhanced PET image of two frames: 70 kg, 370 MBq of a half-life of one hour, decay corrected to an hour later.
+fn enhanced_pet(unit: &str) -> Elements {
+    let double = |mut e: Elements, tag, value: f64| {
+        e.set(tag, "FD", Value::Raw(8, value.to_le_bytes().to_vec()));
+        e
+    };
+    let code = Elements::default().text(0x0008_0100, "SH", unit).text(0x0008_0102, "SH", "UCUM");
+    let mapping = Elements::default().items(0x0040_08EA, vec![code]);
+    let mapping = double(double(mapping, 0x0040_9224, 0.0), 0x0040_9225, 2.0);
+    let place = |z: f64| {
+        let place = Elements::default().decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, z]);
+        Elements::default().items(0x0020_9113, vec![place])
+    };
+    let drug = Elements::default().decimals(0x0018_1074, &[370.0]).decimals(0x0018_1075, &[3600.0]).text(
+        0x0018_1078,
+        "DT",
+        "20240229233000.00",
+    );
+    let mut image = image("PT", 2, 1, vec![0, 1000, 0, 500])
+        .text(SOP_CLASS_UID, "UI", "1.2.840.10008.5.1.4.1.1.130")
+        .text(NUMBER_OF_FRAMES, "IS", "2")
+        .decimals(0x0010_1030, &[70.0])
+        .text(0x0018_9701, "DT", "20240301003000")
+        .text(0x0018_9758, "CS", "YES")
+        .text(0x0018_9759, "CS", "YES")
+        .items(0x0054_0016, vec![drug])
+        .items(0x5200_9230, vec![place(0.0), place(2.0)]);
+    image = image.items(0x5200_9229, vec![Elements::default().items(0x0040_9096, vec![mapping])]);
+    image
+}
+
+#[test]
+fn uptake_values_of_enhanced_images() {
+    let imported = load_one(&enhanced_pet("Bq/ml")).unwrap();
+    let expected = 2000.0 * 70_000.0 / (370e6 / 2.0);
+    let found = values(&imported.volume);
+    assert!((found[1] - expected).abs() < 1e-6 && (found[3] - expected / 2.0).abs() < 1e-6, "{found:?}");
+    assert_eq!(imported.report.series[0].unit, "SUV");
+    let given = load_one(&enhanced_pet("{SUVbw}g/ml")).unwrap();
+    assert_eq!((values(&given.volume)[1], given.report.series[0].unit.as_str()), (2000.0, "SUV"));
+    // A unit of which nothing is known leaves the file's own values.
+    let other = load_one(&enhanced_pet("{SUVlbm}g/ml")).unwrap();
+    assert_eq!((values(&other.volume)[1], other.report.series[0].unit.as_str()), (1000.0, ""));
+
+    let because = |elements: Elements| {
+        let imported = load_one(&elements).unwrap();
+        assert_eq!((values(&imported.volume)[1], imported.report.series[0].unit.as_str()), (2000.0, "Bq/ml"));
+        imported.report.notes.join("; ")
+    };
+    let pet = || enhanced_pet("Bq/ml");
+    let drug = |mbq: f64, time: &str| {
+        let drug = Elements::default().decimals(0x0018_1074, &[mbq]).decimals(0x0018_1075, &[3600.0]);
+        drug.text(0x0018_1078, "DT", time)
+    };
+    let given = |mbq, time| pet().items(0x0054_0016, vec![drug(mbq, time)]);
+    assert!(because(pet().without(0x0010_1030)).contains("the body weight is not given"));
+    assert!(because(pet().text(0x0018_9759, "CS", "NO")).contains("not corrected for attenuation"));
+    assert!(because(pet().without(0x0018_9701)).contains("to which time decay is corrected"));
+    assert!(because(given(370e6, "20240229233000")).contains("the dose is not given in MBq"));
+    assert!(because(given(370.0, "20240301233000")).contains("a time that makes no sense"));
+    assert!(because(given(370.0, "20240229233000+0100")).contains("a time zone"));
+    let two = drug(370.0, "20240229233000");
+    assert!(because(pet().items(0x0054_0016, vec![two.clone(), two])).contains("several radiopharm"));
+    // An hour ahead of UTC, and in it: two hours apart.
+    let zones = given(370.0, "20240229233000+0100").text(0x0018_9701, "DT", "20240301003000+0000");
+    let found = values(&load_one(&zones).unwrap().volume)[1];
+    assert!((found - 2.0 * expected).abs() < 1e-6, "{found}");
 }
 
 #[test]

@@ -31,7 +31,9 @@ fn enhanced() -> Elements {
     let measures = Elements::default().decimals(PIXEL_SPACING, &[4.0, 2.0]);
     let orientation =
         Elements::default().decimals(IMAGE_ORIENTATION_PATIENT, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    let kind = Elements::default().text(0x0008_9007, "CS", "ORIGINAL\\PRIMARY\\DIFFUSION\\NONE");
     let shared = Elements::default().items(0x0020_9116, vec![orientation]).items(0x0028_9110, vec![measures]);
+    let shared = shared.items(0x0018_9226, vec![kind]);
     image("MR", 2, 2, (0..24).collect())
         .text(NUMBER_OF_FRAMES, "IS", "6")
         .items(0x5200_9229, vec![shared])
@@ -55,6 +57,60 @@ fn segmentation() -> Elements {
         .items(0x5200_9230, (0..3).map(frame).collect());
     seg.set(PIXEL_DATA, "OB", Value::Bytes(vec![0xA5, 0x5A, 0xFF]));
     seg
+}
+
+/// Two frames of three samples of 12 bits.
+fn twelve_bits() -> Elements {
+    let mut image = image("CT", 3, 1, vec![])
+        .short(BITS_ALLOCATED, 12)
+        .short(BITS_STORED, 12)
+        .short(HIGH_BIT, 11)
+        .text(NUMBER_OF_FRAMES, "IS", "2");
+    image.set(PIXEL_DATA, "OW", Value::Bytes((0..9).collect()));
+    image
+}
+
+/// Three frames of one fragment each, at places of their own.
+fn frames() -> Elements {
+    let fragment = |k: u8| {
+        let mut stream = rle(&[k; 16], 1);
+        stream.resize(stream.len().next_multiple_of(2), 0);
+        stream
+    };
+    let group = |k: u8| {
+        let place = Elements::default().decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, f64::from(k)]);
+        Elements::default().items(0x0020_9113, vec![place])
+    };
+    let mut image = image("MR", 4, 4, vec![])
+        .short(BITS_ALLOCATED, 8)
+        .short(BITS_STORED, 8)
+        .short(HIGH_BIT, 7)
+        .text(NUMBER_OF_FRAMES, "IS", "3")
+        .items(0x5200_9230, (0..3).map(group).collect());
+    image.set(PIXEL_DATA, "OB", Value::Fragments((0..3).map(fragment).collect()));
+    image
+}
+
+/// Whose unit, times and dose lie elsewhere than those of [`pet`].
+fn enhanced_pet() -> Elements {
+    let code = Elements::default().text(0x0008_0100, "SH", "Bq/ml");
+    let mut mapping = Elements::default().items(0x0040_08EA, vec![code]);
+    mapping.set(0x0040_9224, "FD", Value::Raw(8, 0f64.to_le_bytes().to_vec()));
+    mapping.set(0x0040_9225, "FD", Value::Raw(8, 2f64.to_le_bytes().to_vec()));
+    let drug = Elements::default().decimals(0x0018_1074, &[370.0]).decimals(0x0018_1075, &[6588.0]).text(
+        0x0018_1078,
+        "DT",
+        "20240229233000.00+0100",
+    );
+    image("PT", 2, 1, vec![0, 1000])
+        .decimals(0x0010_1030, &[70.0])
+        .text(0x0018_9701, "DT", "20240301003000+0100")
+        .text(0x0018_9758, "CS", "YES")
+        .text(0x0018_9759, "CS", "YES")
+        .text(0x0043_0010, "LO", "GEMS_PARM_01")
+        .text(0x0043_1039, "IS", "1000000500\\8\\0\\0")
+        .items(0x0054_0016, vec![drug])
+        .items(0x5200_9229, vec![Elements::default().items(0x0040_9096, vec![mapping])])
 }
 
 /// A mosaic of 2 x 2 tiles, three of them slices.
@@ -123,6 +179,10 @@ fn seeds() -> Vec<(String, Vec<u8>)> {
         ("jpeg_ls".to_owned(), eight(jpeg_ls).file(Syntax::JpegLs)),
         ("lut".to_owned(), lut().file(Syntax::Explicit)),
         ("pet".to_owned(), pet().file(Syntax::Implicit)),
+        ("twelve_bits".to_owned(), twelve_bits().file(Syntax::Explicit)),
+        ("frames".to_owned(), frames().file(Syntax::Rle)),
+        ("enhanced_pet".to_owned(), enhanced_pet().file(Syntax::Explicit)),
+        ("nrrd_list".to_owned(), b"NRRD0005\ntype: uint8\ndimension: 4\nsizes: 2 2 1 2\nkinds: list domain domain domain\nspace: RAS\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\nencoding: hex\n\n0001 0203\n04050607".to_vec()),
         ("mosaic".to_owned(), mosaic().file(Syntax::Explicit)),
         ("bare".to_owned(), grey.data_set(Syntax::Implicit)),
         ("nifti".to_owned(), nifti()),
@@ -264,7 +324,10 @@ fn damaged_files_are_read_or_refused() {
             }
             Err(_) => panic!("round {round} ({name}) panics: LUMIVOX_FIRST={round} LUMIVOX_MUTATIONS=1"),
         };
-        assert!(!told.contains("SECRET"), "round {round} ({name}) tells the patient's name: {told}");
+        assert!(
+            !told.to_uppercase().contains("SECRET"),
+            "round {round} ({name}) tells the patient's name: {told}"
+        );
         assert!(elapsed < MOST_TIME, "round {round} ({name}) took {elapsed:?}");
     }
     println!(

@@ -119,8 +119,8 @@ fn options_without_use_and_volumes_without_content_are_noted() {
             .join("; ")
     };
     let told = notes(&[1, 2, 3, 4, 5, 6, 7, 8]);
-    assert!(told.contains("--series was not used: a NRRD file holds one image"), "{told}");
-    assert!(told.contains("--raw was not used"), "{told}");
+    assert!(told.contains("no series was looked for: a NRRD file holds one image"), "{told}");
+    assert!(told.contains("the description of raw samples was not used"), "{told}");
     assert!(!told.contains("every voxel"), "{told}");
     assert!(notes(&[7; 8]).contains("every voxel has the same value, 7"));
     std::fs::write(&path, nrrd("2 2 1", &[1, 2, 3, 4])).unwrap();
@@ -143,5 +143,5 @@ fn a_description_counts_for_the_one_file_of_a_folder() {
     assert_eq!((volume.dims(), report.format.as_str()), ([2; 3], "RAW"));
     std::fs::write(folder.path().join("others"), [9; 8]).unwrap();
     let error = load(&options).unwrap_err().to_string();
-    assert!(error.contains("Open the one that --raw describes"), "{error}");
+    assert!(error.contains("Open the one that is described"), "{error}");
 }

@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use lumivox_core::CancelToken;
+use lumivox_core::{CancelToken, Progress};
 use lumivox_import::{ImportError, ImportReport, SeriesSummary, Study, Thumbnail};
 use serde_json::{Value, json};
 
@@ -34,14 +34,17 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
             .map_err(|error| Failure::other(format!("cannot make {}: {error}", folder.display())))?;
     }
     let scans = inputs::scans(&args.input.inputs);
-    let (mut text, mut objects, mut found) = (String::new(), Vec::new(), 0);
+    let (mut text, mut objects, mut found, mut why_none) = (String::new(), Vec::new(), 0, None);
     for (index, files) in scans.iter().enumerate() {
-        let study = reporter.stages(|progress| Study::open(files, &options, progress, &cancel))?;
+        let mut study = reporter.stages(|progress| Study::open(files, &options, progress, &cancel))?;
         let prefix = if scans.len() > 1 { format!("scan-{}-", index + 1) } else { String::new() };
         let pictures = match &args.thumbnails {
             Some(folder) => thumbnails(&study, folder, &prefix, args, &cancel)?,
             None => Vec::new(),
         };
+        if study.report().series.is_empty() && why_none.is_none() {
+            why_none = study.load(&options, Progress::SILENT, &cancel).err();
+        }
         let report = study.report();
         found += report.series.len();
         if args.json {
@@ -63,7 +66,10 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
         text = format!("{:#}\n", json!({ "scans": objects }));
     }
     output::print(&text)?;
-    if found == 0 { Err(Failure::input("there is nothing that could be loaded as a volume")) } else { Ok(()) }
+    match why_none.filter(|_| found == 0) {
+        Some(error) => Err(error.into()),
+        None => Ok(()),
+    }
 }
 
 /// The folder whose files need not be named in full.

@@ -124,6 +124,14 @@ impl AlignedGrid {
         Ok(Voxels::U16(out))
     }
 
+    /// Which of the grid's slices are damaged, given that of the slices of labels.
+    pub(crate) fn damaged(&self, of_labels: &[bool]) -> Vec<bool> {
+        let mut damaged = vec![false; self.dims[2]];
+        let lost = self.corners.iter().zip(of_labels).filter(|(_, damaged)| **damaged);
+        lost.for_each(|(&[.., z], _)| damaged[z] = true);
+        damaged
+    }
+
     /// What the labels lie on once they are placed.
     pub(crate) fn as_grid(&self) -> Grid {
         Grid {

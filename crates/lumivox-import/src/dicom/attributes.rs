@@ -11,6 +11,23 @@ pub(crate) struct Attribute {
     pub(crate) keyword: &'static str,
 }
 
+/// An attribute of a manufacturer's own. Which elements of its group are theirs, a creator's name says (PS3.5 7.8.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Private {
+    pub(crate) group: u32,
+    /// The lower half of its element; the upper one is the block's.
+    pub(crate) element: u32,
+    pub(crate) creator: &'static str,
+    pub(crate) keyword: &'static str,
+}
+
+impl Private {
+    /// The attribute where its creator has this block.
+    pub(crate) fn in_block(self, block: u32) -> Attribute {
+        Attribute { tag: self.group << 16 | block << 8 | self.element, keyword: self.keyword }
+    }
+}
+
 impl fmt::Display for Attribute {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} ({:04X},{:04X})", self.keyword, self.tag >> 16, self.tag & 0xFFFF)
@@ -36,8 +53,10 @@ attributes! { VALUES:
     ACQUISITION_TIME = "AcquisitionTime" 0x0008_0032;
     CONTENT_TIME = "ContentTime" 0x0008_0033;
     MODALITY = "Modality" 0x0008_0060;
+    CODE_VALUE = "CodeValue" 0x0008_0100;
     FRAME_TYPE = "FrameType" 0x0008_9007;
     COMPLEX_IMAGE_COMPONENT = "ComplexImageComponent" 0x0008_9208;
+    PATIENT_ID = "PatientID" 0x0010_0020;
     PATIENT_WEIGHT = "PatientWeight" 0x0010_1030;
     SLICE_THICKNESS = "SliceThickness" 0x0018_0050;
     ECHO_TIME = "EchoTime" 0x0018_0081;
@@ -51,8 +70,9 @@ attributes! { VALUES:
     CONVOLUTION_KERNEL = "ConvolutionKernel" 0x0018_1210;
     EFFECTIVE_ECHO_TIME = "EffectiveEchoTime" 0x0018_9082;
     DIFFUSION_B_VALUE = "DiffusionBValue" 0x0018_9087;
-    SIEMENS_CREATOR = "PrivateCreator" 0x0019_0010;
-    SIEMENS_B_VALUE = "B_value" 0x0019_100C;
+    DECAY_CORRECTION_DATE_TIME = "DecayCorrectionDateTime" 0x0018_9701;
+    DECAY_CORRECTED = "DecayCorrected" 0x0018_9758;
+    ATTENUATION_CORRECTED = "AttenuationCorrected" 0x0018_9759;
     IMAGER_PIXEL_SPACING = "ImagerPixelSpacing" 0x0018_1164;
     SERIES_INSTANCE_UID = "SeriesInstanceUID" 0x0020_000E;
     SERIES_NUMBER = "SeriesNumber" 0x0020_0011;
@@ -84,7 +104,8 @@ attributes! { VALUES:
     RESCALE_SLOPE = "RescaleSlope" 0x0028_1053;
     LUT_DESCRIPTOR = "LUTDescriptor" 0x0028_3002;
     LUT_DATA = "LUTData" 0x0028_3006;
-    SIEMENS_CSA_HEADER = "CSAImageHeaderInfo" 0x0029_1010;
+    REAL_WORLD_VALUE_INTERCEPT = "RealWorldValueIntercept" 0x0040_9224;
+    REAL_WORLD_VALUE_SLOPE = "RealWorldValueSlope" 0x0040_9225;
     UNITS = "Units" 0x0054_1001;
     DECAY_CORRECTION = "DecayCorrection" 0x0054_1102;
     FRAME_REFERENCE_TIME = "FrameReferenceTime" 0x0054_1300;
@@ -111,6 +132,8 @@ attributes! { SEQUENCES:
     PLANE_POSITION_SEQUENCE = "PlanePositionSequence" 0x0020_9113;
     PLANE_ORIENTATION_SEQUENCE = "PlaneOrientationSequence" 0x0020_9116;
     MODALITY_LUT_SEQUENCE = "ModalityLUTSequence" 0x0028_3000;
+    MEASUREMENT_UNITS_CODE_SEQUENCE = "MeasurementUnitsCodeSequence" 0x0040_08EA;
+    REAL_WORLD_VALUE_MAPPING_SEQUENCE = "RealWorldValueMappingSequence" 0x0040_9096;
     RADIOPHARMACEUTICAL_INFORMATION_SEQUENCE = "RadiopharmaceuticalInformationSequence" 0x0054_0016;
     SEGMENT_SEQUENCE = "SegmentSequence" 0x0062_0002;
     SEGMENT_IDENTIFICATION_SEQUENCE = "SegmentIdentificationSequence" 0x0062_000A;
@@ -120,6 +143,17 @@ attributes! { SEQUENCES:
     PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE = "PerFrameFunctionalGroupsSequence" 0x5200_9230;
 }
 
+pub(crate) const SIEMENS_B_VALUE: Private =
+    Private { group: 0x0019, element: 0x0C, creator: "SIEMENS MR HEADER", keyword: "B_value" };
+pub(crate) const SIEMENS_CSA_HEADER: Private =
+    Private { group: 0x0029, element: 0x10, creator: "SIEMENS CSA HEADER", keyword: "CSAImageHeaderInfo" };
+/// Four numbers, of which the first is the b-value, sometimes with 1,000,000,000 added.
+pub(crate) const GE_B_VALUE: Private =
+    Private { group: 0x0043, element: 0x39, creator: "GEMS_PARM_01", keyword: "B_value" };
+pub(crate) const PHILIPS_B_VALUE: Private =
+    Private { group: 0x2001, element: 0x03, creator: "Philips Imaging DD 001", keyword: "DiffusionBFactor" };
+const PRIVATE: [Private; 4] = [SIEMENS_B_VALUE, SIEMENS_CSA_HEADER, GE_B_VALUE, PHILIPS_B_VALUE];
+
 pub(crate) const FLOAT_PIXEL_DATA: Attribute = Attribute { tag: 0x7FE0_0008, keyword: "FloatPixelData" };
 pub(crate) const DOUBLE_FLOAT_PIXEL_DATA: Attribute =
     Attribute { tag: 0x7FE0_0009, keyword: "DoubleFloatPixelData" };
@@ -127,7 +161,13 @@ pub(crate) const PIXEL_DATA: Attribute = Attribute { tag: 0x7FE0_0010, keyword: 
 
 /// Whether a value of `tag` is kept when a header is read.
 pub(crate) fn is_wanted_value(tag: u32) -> bool {
-    VALUES.contains(&tag)
+    // Creators come before what is theirs, so that these are kept too.
+    let (group, element) = (tag >> 16, tag & 0xFFFF);
+    let is_private = |private: &Private| {
+        group == private.group
+            && ((0x10..=0xFF).contains(&element) || element >= 0x1000 && element & 0xFF == private.element)
+    };
+    VALUES.contains(&tag) || group % 2 == 1 && PRIVATE.iter().any(is_private)
 }
 
 /// Whether the items of sequence `tag` are read, not skipped.

@@ -9,7 +9,7 @@ use std::io;
 use lumivox_core::CancelToken;
 
 use super::{
-    attributes::{self, Attribute},
+    attributes::{self, Attribute, Private},
     source::{Input, Source},
 };
 
@@ -81,6 +81,21 @@ impl DataSet {
     pub(crate) fn bytes(&self, attribute: Attribute) -> Option<&[u8]> {
         let (_, bytes) = self.values.iter().find(|(tag, _)| *tag == attribute.tag)?;
         (!bytes.is_empty()).then_some(bytes)
+    }
+
+    /// Where `private` is, in a block that its creator has, unless it is absent or empty.
+    pub(crate) fn find_private(&self, private: Private) -> Option<Attribute> {
+        let creators = self
+            .values
+            .iter()
+            .filter(|(tag, _)| tag >> 16 == private.group && (0x10..=0xFF).contains(&(tag & 0xFFFF)));
+        let is_creator = |name: &[u8]| {
+            let name = name.trim_ascii_end();
+            let name = name.strip_suffix(b"\0").unwrap_or(name).trim_ascii();
+            name.eq_ignore_ascii_case(private.creator.as_bytes())
+        };
+        let blocks = creators.filter(|(_, name)| is_creator(name)).map(|(tag, _)| tag & 0xFF);
+        blocks.map(|block| private.in_block(block)).find(|attribute| self.bytes(*attribute).is_some())
     }
 
     /// The items of sequence `attribute`; none where it is absent.
@@ -215,6 +230,10 @@ fn read_data_set(
     let mut is_first = true;
     let pixels = loop {
         let Some(tag) = walker.peek_tag(syntax)? else { break None };
+        // No file has such an element; zeros at the end are padding.
+        if tag == 0 {
+            break None;
+        }
         let element = if is_first && !syntax.big_endian {
             // Some writers call an implicit data set explicit, or the other way round: the first element shows it.
             is_first = false;
@@ -475,8 +494,9 @@ impl Walker {
 
 /// Whether a value is kept. The long private header of Siemens is, where it says how a mosaic is made.
 fn is_wanted(tag: u32, data: &DataSet) -> bool {
+    let is_csa = |tag: u32| tag >> 16 == attributes::SIEMENS_CSA_HEADER.group && tag & 0xFFFF >= 0x1000;
     attributes::is_wanted_value(tag)
-        && (tag != attributes::SIEMENS_CSA_HEADER.tag
+        && (!is_csa(tag)
             || data.bytes(attributes::IMAGE_TYPE).is_some_and(|t| t.windows(6).any(|w| w == b"MOSAIC")))
 }
 

@@ -11,7 +11,10 @@ use super::{
     header::{PixelFormat, Refusal},
     values::FieldFault,
 };
-use crate::scan::SPACING_MM;
+use crate::single::SPACING_MM;
+
+/// Added to b-values by some of GE's programs.
+const GE_B_VALUE_OFFSET: f64 = 1e9;
 
 /// What tells images of one place apart: phases, echoes, diffusion weightings. Numbers are in millionths, so that they
 /// compare. Never used to order slices.
@@ -26,6 +29,14 @@ pub(crate) struct PhaseKey {
     /// Of the day or the series, in seconds.
     pub(crate) time: i64,
     pub(crate) instance: i64,
+}
+
+/// A unit of radioactivity, and the slope and intercept that lead to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct RealWorld {
+    /// As Units (0054,1001) spells it: `BQML` or `GML`.
+    pub(crate) unit: &'static str,
+    pub(crate) rescale: [f64; 2],
 }
 
 /// One image of a file.
@@ -43,6 +54,8 @@ pub(crate) struct Frame {
     pub(crate) thickness_mm: f64,
     /// Slope and intercept.
     pub(crate) rescale: [f64; 2],
+    /// What makes real world values of stored ones, of a PET image.
+    pub(crate) real_world: Option<RealWorld>,
     /// What it shows, in words beyond its series': images of different kinds never make one volume.
     pub(crate) kind: String,
     pub(crate) phase: PhaseKey,
@@ -128,6 +141,7 @@ fn frame(index: usize, scope: &FrameScope<'_>, notes: &mut Vec<String>) -> Resul
         spacing_mm,
         thickness_mm,
         rescale: rescale(scope)?,
+        real_world: real_world(scope),
         kind: frame_kind(scope),
         phase: phase_key(scope),
         segment: segment(scope),
@@ -169,16 +183,40 @@ fn rescale(scope: &FrameScope<'_>) -> Result<[f64; 2], FieldFault> {
         |attribute| scope.find(attr::PIXEL_VALUE_TRANSFORMATION_SEQUENCE, attribute).decimal(attribute);
     let slope = find(attr::RESCALE_SLOPE)?.unwrap_or(1.0);
     let intercept = find(attr::RESCALE_INTERCEPT)?.unwrap_or(0.0);
-    if !slope.is_normal() || slope.abs() > 1e30 {
-        return Err(FieldFault::new(
-            attr::RESCALE_SLOPE,
-            format!("is {slope}, which maps every sample to one value"),
-        ));
+    if !slope.is_normal() {
+        let problem = format!("is {slope:e}, which maps every sample to one value");
+        return Err(FieldFault::new(attr::RESCALE_SLOPE, problem));
+    }
+    if slope.abs() > 1e30 {
+        return Err(FieldFault::new(attr::RESCALE_SLOPE, format!("is {slope:e}, beyond any value")));
     }
     if intercept.abs() > 1e30 {
-        return Err(FieldFault::new(attr::RESCALE_INTERCEPT, format!("is {intercept}, beyond any value")));
+        return Err(FieldFault::new(attr::RESCALE_INTERCEPT, format!("is {intercept:e}, beyond any value")));
     }
     Ok([slope, intercept])
+}
+
+/// The mapping to Bq/ml, else to SUV by body weight, that an enhanced PET image has in place of Units (PS3.3 C.7.6.16.2.11).
+fn real_world(scope: &FrameScope<'_>) -> Option<RealWorld> {
+    let group = |set: Option<&'_ DataSet>, code: &[&str]| {
+        let items = set?.items(attr::REAL_WORLD_VALUE_MAPPING_SEQUENCE).iter();
+        let mut of_unit = items.filter(|item| {
+            let unit = item.items(attr::MEASUREMENT_UNITS_CODE_SEQUENCE).first();
+            unit.and_then(|unit| unit.text(attr::CODE_VALUE))
+                .is_some_and(|unit| code.contains(&unit.as_str()))
+        });
+        let item = of_unit.next()?;
+        let rescale =
+            [item.float(attr::REAL_WORLD_VALUE_SLOPE)?, item.float(attr::REAL_WORLD_VALUE_INTERCEPT)?];
+        (rescale[0].is_normal() && rescale.iter().all(|part| part.abs() < 1e30)).then_some(rescale)
+    };
+    // UCUM's codes, and those of DICOM's context group 85.
+    let units: [(&'static str, &[&str]); 2] =
+        [("BQML", &["Bq/ml", "Bq/mL"]), ("GML", &["g/ml{SUVbw}", "{SUVbw}g/ml"])];
+    units.into_iter().find_map(|(unit, code)| {
+        let rescale = group(scope.own, code).or_else(|| group(scope.shared, code))?;
+        Some(RealWorld { unit, rescale })
+    })
 }
 
 /// What keeps frames of one series apart: derived images, and the parts of complex ones.
@@ -194,6 +232,10 @@ fn frame_kind(scope: &FrameScope<'_>) -> String {
                 scope.find(sequence, attr::COMPLEX_IMAGE_COMPONENT).text(attr::COMPLEX_IMAGE_COMPONENT);
             let mut words: Vec<String> = item.texts(attr::FRAME_TYPE).into_iter().chain(part).collect();
             words.retain(|word| !["ORIGINAL", "PRIMARY", "NONE", ""].contains(&word.as_str()));
+            // It is told: nothing that no coded word can be (PS3.5 6.2), which may be a patient's name in a damaged file.
+            let is_coded =
+                |byte: u8| byte.is_ascii_uppercase() || byte.is_ascii_digit() || b" _".contains(&byte);
+            words.retain(|word| word.len() <= 16 && word.bytes().all(is_coded));
             return words.join(" ").to_lowercase();
         }
     }
@@ -227,8 +269,11 @@ fn phase_key(scope: &FrameScope<'_>) -> PhaseKey {
         .find(attr::MR_DIFFUSION_SEQUENCE, attr::DIFFUSION_B_VALUE)
         .float(attr::DIFFUSION_B_VALUE)
         .or_else(|| {
-            let is_siemens = data.text(attr::SIEMENS_CREATOR).as_deref() == Some("SIEMENS MR HEADER");
-            is_siemens.then(|| decimal(attr::SIEMENS_B_VALUE)).flatten()
+            // Before there was a public element, or where it was forgotten.
+            let private = |attribute| data.find_private(attribute);
+            let siemens = private(attr::SIEMENS_B_VALUE).and_then(decimal);
+            let ge = || Some(decimal(private(attr::GE_B_VALUE)?)? % GE_B_VALUE_OFFSET);
+            siemens.or_else(ge).or_else(|| data.float(private(attr::PHILIPS_B_VALUE)?))
         });
     let echo_time = scope
         .find(attr::MR_ECHO_SEQUENCE, attr::EFFECTIVE_ECHO_TIME)

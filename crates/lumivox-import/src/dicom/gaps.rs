@@ -25,20 +25,25 @@ pub(crate) fn sources(grid: &Grid, damaged: &[bool], leave_gaps: bool) -> Vec<Gr
     }
 }
 
+/// Whether slice `k` of `grid` is lost with a damaged one: of images also where it lies between two and one is damaged,
+/// of labels, which are never between two slices, only that one itself.
+pub(crate) fn is_lost(k: usize, damaged: &[bool], grid: &Grid, labels: bool) -> bool {
+    match grid.sources.as_ref().map(|all| all[k]) {
+        Some((_, part)) if labels && part > 0.0 => false,
+        Some((slice, part)) => damaged[slice] || part > 0.0 && damaged[slice + 1],
+        None => damaged[k],
+    }
+}
+
 /// What the report says about damaged slices: `1 of 5 slices is damaged; left empty: slice 3 at (0, 0, 4) mm`. Slices
 /// are counted from 1, places are in the patient.
-pub(crate) fn note(sources: &[GridSource], damaged: &[bool], grid: &Grid) -> Option<String> {
+pub(crate) fn note(sources: &[GridSource], damaged: &[bool], grid: &Grid, labels: bool) -> Option<String> {
     let count = damaged.iter().filter(|damaged| **damaged).count();
     if count == 0 {
         return None;
     }
-    // A slice between two given ones is lost with either of them.
-    let of_damaged = |k: usize| match &grid.sources {
-        Some(all) => damaged[all[k].0] || all[k].1 > 0.0 && damaged[all[k].0 + 1],
-        None => damaged[k],
-    };
     let mut runs: Vec<[usize; 2]> = Vec::new();
-    for k in (0..sources.len()).filter(|&k| sources[k].is_none() && of_damaged(k)) {
+    for k in (0..sources.len()).filter(|&k| sources[k].is_none() && is_lost(k, damaged, grid, labels)) {
         match runs.last_mut() {
             Some(run) if run[1] + 1 == k => run[1] = k,
             _ => runs.push([k, k]),
@@ -82,19 +87,19 @@ mod tests {
         let filled = sources(&grid, &damaged, false);
         assert_eq!(filled, [Some((0, 0.0)), None, None, Some((2, 0.0)), Some((2, 0.5)), Some((3, 0.0))]);
         assert_eq!(
-            note(&filled, &damaged, &grid).unwrap(),
+            note(&filled, &damaged, &grid, false).unwrap(),
             "1 of 4 slices is damaged; left empty: slices 2 to 3, from (-10, 0, -2.5) to (-10, 0, 0) mm"
         );
         let left = sources(&grid, &[false; 4], true);
         assert_eq!(left.iter().filter(|source| source.is_none()).count(), 2);
-        assert_eq!(note(&left, &[false; 4], &grid), None);
+        assert_eq!(note(&left, &[false; 4], &grid, false), None);
     }
 
     #[test]
     fn many_damaged_slices_are_counted() {
         let damaged: Vec<bool> = (0..40).map(|k| k % 2 == 1).collect();
         let grid = grid(None);
-        let note = note(&sources(&grid, &damaged, false), &damaged, &grid).unwrap();
+        let note = note(&sources(&grid, &damaged, false), &damaged, &grid, false).unwrap();
         assert!(note.starts_with("20 of 40 slices are damaged; left empty: slice 2 at (-10, 0, -2.5) mm, "));
         assert!(note.ends_with(", and 12 more places"), "{note}");
     }

@@ -3,7 +3,10 @@
 //! A classic file is an image with one frame. Enhanced multi-frame files say everything frame by frame in functional
 //! groups (PS3.3 C.7.6.16), so that each frame is treated like a file of its own from here on.
 
-use std::sync::Arc;
+use std::{
+    hash::{DefaultHasher, Hash, Hasher},
+    sync::Arc,
+};
 
 use lumivox_core::{CancelToken, Modality};
 
@@ -25,6 +28,10 @@ const MOST_FRAMES: i64 = 100_000;
 /// A compressed frame may always grow to this size, and beyond it to [`LARGEST_RATIO`] times its own.
 const COMPRESSED_AT_LEAST: u64 = 64 << 20;
 const LARGEST_RATIO: u64 = 256;
+
+/// Frames that are cut off may always take so many bytes, and beyond it up to [`LOST_RATIO`] times those that are there.
+const LOST_AT_LEAST: usize = 64 << 20;
+const LOST_RATIO: usize = 8;
 
 const DECOMPRESS: &str = "Lumivox cannot decode that: convert it to an uncompressed transfer syntax, for example with 'gdcmconv --raw'";
 
@@ -48,8 +55,8 @@ pub(crate) struct PixelFormat {
     pub(crate) kind: SampleKind,
     /// Bytes of a sample: 1, 2, 4 or 8.
     pub(crate) bytes: usize,
-    /// One bit for each sample, eight to a byte, frame after frame without a gap.
-    pub(crate) packed: bool,
+    /// Bits of a sample (1 or 12) where they follow each other, frame after frame without a gap.
+    pub(crate) packed: Option<usize>,
     pub(crate) bits_stored: u32,
     pub(crate) high_bit: u32,
     pub(crate) signed: bool,
@@ -116,6 +123,8 @@ pub(crate) struct ImageFile {
     pub(crate) modality_code: &'static str,
     pub(crate) is_localizer: bool,
     pub(crate) frame_of_reference: Option<String>,
+    /// A number that stands for the patient, so that nobody's own one is kept.
+    pub(crate) patient: u64,
     /// SOPInstanceUID.
     pub(crate) instance_uid: Option<String>,
     /// ConvolutionKernel: images of several make several volumes.
@@ -126,6 +135,8 @@ pub(crate) struct ImageFile {
     pub(crate) segmentation: Option<Segmentation>,
     pub(crate) format: PixelFormat,
     pub(crate) frames: Vec<Frame>,
+    /// How many of them have pixels, as far as the header and the file's size tell; the others mark their places.
+    pub(crate) whole: usize,
     /// What the header promises of pixel data and what is there, in bytes, where that is not even one frame. Its place
     /// is known all the same.
     pub(crate) truncated: Option<Truncated>,
@@ -141,7 +152,12 @@ pub(crate) struct Truncated {
 }
 
 impl ImageFile {
-    /// Whether frames are missing at the end of the file, so that it is not known what they showed.
+    /// Whether the pixels of a frame are there, as far as is known before they are read.
+    pub(crate) fn has(&self, frame: usize) -> bool {
+        frame < self.whole
+    }
+
+    /// Whether frames are missing at the end of the file and marked by nothing, so that it is not known what they showed.
     pub(crate) fn is_cut_short(&self) -> bool {
         self.frames.len() < self.format.frames * self.format.slices_in_frame()
     }
@@ -209,7 +225,10 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
     let is_mosaic = image_type.iter().any(|value| value == "MOSAIC");
     let layout = is_mosaic.then(|| Layout::of(data, format.columns, format.rows)).flatten();
     let mut frames = frames(data, &format, &mut notes)?;
-    frames.truncate(there.unwrap_or(1));
+    let whole = there.unwrap_or(0);
+    if whole < format.frames && !marks_lost_frames(data, &format, whole) {
+        frames.truncate(whole.max(1));
+    }
     match layout {
         Some(layout) => {
             format.columns /= layout.mosaic.across;
@@ -223,7 +242,7 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         ),
         None => {}
     }
-    let quantity = quantity(data, modality, modality_code)?;
+    let quantity = quantity(data, modality, modality_code, &mut frames)?;
     let signed = format.signed;
     format.lut = ModalityLut::of(data, signed)?.map(Arc::new);
     for frame in &mut frames {
@@ -247,15 +266,30 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         modality_code,
         is_localizer: image_type.iter().any(|value| value == "LOCALIZER"),
         frame_of_reference: data.text(attr::FRAME_OF_REFERENCE_UID),
+        patient: {
+            let mut hasher = DefaultHasher::new();
+            data.bytes(attr::PATIENT_ID).map(<[u8]>::trim_ascii).hash(&mut hasher);
+            hasher.finish()
+        },
         instance_uid: data.text(attr::SOP_INSTANCE_UID),
         kernel: data.text(attr::CONVOLUTION_KERNEL),
         unit: if segmentation.is_some() { "" } else { quantity.unit },
         segmentation,
+        whole: whole * format.slices_in_frame(),
         format,
         frames,
         truncated: there.err(),
         notes,
     })
+}
+
+/// Whether frames that are cut off keep their places, as empty slices: where the file tells these, and the frames that
+/// are there vouch for the memory.
+fn marks_lost_frames(data: &DataSet, format: &PixelFormat, whole: usize) -> bool {
+    let is_told = !data.items(attr::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE).is_empty()
+        || data.bytes(attr::GRID_FRAME_OFFSET_VECTOR).is_some();
+    let bytes = |frames: usize| frames.saturating_mul(format.frame_bytes());
+    whole > 0 && is_told && bytes(format.frames) <= LOST_AT_LEAST.max(bytes(whole).saturating_mul(LOST_RATIO))
 }
 
 /// A code for a modality as it may be shown. An unknown one is not: it may be anything, a patient's name too.
@@ -306,11 +340,13 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         attr::DOUBLE_FLOAT_PIXEL_DATA => 64,
         _ => match data.unsigned(attr::BITS_ALLOCATED) {
             None => return Err(FieldFault::missing(attr::BITS_ALLOCATED).into()),
-            Some(bits @ (1 | 8 | 16 | 32)) => bits,
+            Some(bits @ (1 | 8 | 12 | 16 | 32)) => bits,
             Some(bits) => {
-                return Err(
-                    FieldFault::new(attr::BITS_ALLOCATED, format!("is {bits}, not 1, 8, 16 or 32")).into()
-                );
+                return Err(FieldFault::new(
+                    attr::BITS_ALLOCATED,
+                    format!("is {bits}, not 1, 8, 12, 16 or 32"),
+                )
+                .into());
             }
         },
     };
@@ -330,8 +366,7 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         None => Encoding::of_transfer_syntax(&header.transfer_syntax)
             .map_err(|name| Refusal::Unsupported(format!("it is compressed as {name}"), DECOMPRESS))?,
     };
-    let packed = allocated == 1;
-    if packed && encoding != Encoding::Native {
+    if allocated == 1 && encoding != Encoding::Native {
         return unsupported("it is made of single bits, and compressed", DECOMPRESS);
     }
     let (frames, there) = frame_counts(header, [columns, rows, allocated as usize], encoding)?;
@@ -356,7 +391,7 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         rows,
         kind: if is_float { SampleKind::Float } else { SampleKind::Integer },
         bytes: allocated.div_ceil(8) as usize,
-        packed,
+        packed: (encoding == Encoding::Native && [1, 12].contains(&allocated)).then_some(allocated as usize),
         mosaic: None,
         bits_stored,
         high_bit,

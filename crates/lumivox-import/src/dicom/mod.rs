@@ -42,7 +42,7 @@ pub(crate) use scan::files_below;
 use series::{Phase, Stack};
 
 use crate::{
-    ImportError, ImportOptions, ImportReport, Imported, SeriesSummary, SkippedFile, Thumbnail, scan as single,
+    ImportError, ImportOptions, ImportReport, Imported, SeriesSummary, SkippedFile, Thumbnail, single,
 };
 
 /// What the headers of DICOM files say, before any pixel is read.
@@ -113,7 +113,7 @@ impl Study {
             let files = self.files.len() + self.rejected.len();
             return Err(match self.rejected.len() {
                 1 if files == 1 => self.rejected.remove(0).error,
-                _ => ImportError::NoSeries { path, files, detail: commonest_reason(&self.skipped) },
+                _ => ImportError::NoSeries { path, files, detail: self.why_none() },
             });
         }
         let Some(wanted) = options.series.clone() else { return Ok(0) };
@@ -190,14 +190,15 @@ impl Study {
                 let (slice, error) = decoded.failed.into_iter().next().expect("some slice failed");
                 return Err(files[phase.slices[slice].file].truncation().unwrap_or(error));
             }
+            let mut named = HashSet::new();
             for (slice, error) in decoded.failed {
                 let file = &files[phase.slices[slice].file];
-                // One that is cut short was named when it was found.
-                if file.truncated.is_none() {
+                // One that is cut short was named when it was found; one of many frames is named once.
+                if file.truncated.is_none() && named.insert(phase.slices[slice].file) {
                     skipped.push(Rejected { path: file.source.path(), error }.skipped());
                 }
             }
-            if options.fill_damaged && !options.leave_gaps {
+            if options.fill_damaged && !options.leave_gaps && !is_labels {
                 let count = damaged.iter().filter(|damaged| **damaged).count();
                 notes.push(format!("{count} of {total} slices could not be decoded"));
                 let keep: Vec<bool> = damaged.iter().map(|damaged| !damaged).collect();
@@ -214,7 +215,7 @@ impl Study {
         if let Some(aligned) = aligned {
             voxels = aligned.place(&voxels, stack.first(files))?;
             grid = aligned.as_grid();
-            damaged = vec![false; aligned.dims[2]];
+            damaged = aligned.damaged(&damaged);
         }
         let unknown = if options.fill_damaged { 0 } else { self.damaged_somewhere(&phase) };
         let leave_gaps = grid.has_gaps && (options.leave_gaps || unknown > 0);
@@ -224,10 +225,13 @@ impl Study {
             grid.notes.iter_mut().for_each(|note| *note = note.replace(geometry::FILLED_IN, &left));
         }
         let sources = gaps::sources(&grid, &damaged, leave_gaps || is_labels);
-        notes.extend(gaps::note(&sources, &damaged, &grid));
-        notes.extend(grid.notes);
-        let mut empty_slices: Vec<usize> = Vec::new();
+        notes.extend(gaps::note(&sources, &damaged, &grid, is_labels));
+        notes.append(&mut grid.notes);
         let depth = sources.len();
+        // Where a slice has no segment, labels are measured: there is none.
+        let is_empty =
+            |k: &usize| sources[*k].is_none() && (!is_labels || gaps::is_lost(*k, &damaged, &grid, true));
+        let empty_slices: Vec<usize> = (0..depth).filter(is_empty).collect();
         if grid.sources.is_some() || damaged.contains(&true) {
             let [slope, intercept] = decoded.rescale;
             let empty = match stack.first(files).modality {
@@ -236,12 +240,11 @@ impl Study {
                 _ => resample::lowest(&voxels, slice_len, &damaged),
             };
             voxels = match grid.sources {
+                // Lost labels are 0 already.
+                None if is_labels => voxels,
                 None => resample::clear(voxels, slice_len, &damaged, empty),
                 Some(_) => resample::resample(&voxels, slice_len, &sources, empty, cancel)?,
             };
-            if !is_labels {
-                empty_slices = (0..depth).filter(|&slice| sources[slice].is_none()).collect();
-            }
         }
         let dims = aligned.map_or([format.columns, format.rows, depth], |aligned| aligned.dims);
         let modality = if is_labels { Modality::Other } else { stack.first(files).modality };
@@ -259,6 +262,22 @@ impl Study {
             skipped,
         };
         Ok(Imported { volume, report })
+    }
+
+    /// Why there is no series, as a sentence: what is wrong with the DICOM files, or what the others are.
+    fn why_none(&self) -> String {
+        let dicom = || self.rejected.iter().filter(|rejected| rejected.is_dicom());
+        // A damaged image is what the user misses.
+        let Some(first) = dicom().find(|rejected| rejected.is_damaged()).or_else(|| dicom().next()) else {
+            return commonest_reason(&self.skipped);
+        };
+        let name = first.path.strip_prefix(&self.path).unwrap_or(&first.path);
+        let others = match dicom().count() - 1 {
+            0 => String::new(),
+            1 => "; another DICOM file was left out, too".to_owned(),
+            others => format!("; {others} other DICOM files were left out, too"),
+        };
+        format!("'{}' was left out: {}{others}", name.display(), first.reason())
     }
 
     /// Damaged files that may belong in the gaps of `phase`, since their place is not known.
@@ -282,6 +301,16 @@ impl Study {
         let first = stack.first(&self.files);
         let (format, spacing) = (&first.format, stack.plane.spacing_mm.to_array());
         let slice_len = format.columns * format.rows;
+        if slice_len > single::LARGEST_PICTURE {
+            return Err(ImportError::Unsupported {
+                path: first.source.path(),
+                what: format!(
+                    "a slice of {} x {} pixels, too large for a picture of it",
+                    format.columns, format.rows
+                ),
+                remedy: "Load it without a picture, or export a part of it".to_owned(),
+            });
+        }
         let picture = |voxels: &Voxels, [slope, intercept]: [f64; 2], slice: usize, window| {
             let value = |i| voxels.get(slice * slice_len + i) * slope + intercept;
             let values: Vec<f64> = (0..slice_len).map(value).collect();
@@ -296,7 +325,10 @@ impl Study {
         // Soft tissue and bone, where values are absolute.
         let window = (first.unit == "HU").then_some([-200.0, 500.0]);
         let mut fault = None;
-        for slice in (middle..slices.len()).chain((0..middle).rev()).take(MOST_TRIED) {
+        let (whole, cut): (Vec<usize>, Vec<usize>) = (middle..slices.len())
+            .chain((0..middle).rev())
+            .partition(|&slice| self.files[slices[slice].file].has(slices[slice].frame));
+        for slice in whole.into_iter().chain(cut).take(MOST_TRIED) {
             let mut decoded = pixels::decode(&self.files, &[slices[slice]], Progress::SILENT, cancel)?;
             match decoded.failed.pop() {
                 None => return Ok(picture(&decoded.voxels, decoded.rescale, 0, window)),

@@ -29,7 +29,9 @@ pub(crate) struct Layout {
 impl Layout {
     /// The layout of a picture of `columns` x `rows` pixels, if its header tells it.
     pub(crate) fn of(data: &DataSet, columns: usize, rows: usize) -> Option<Self> {
-        let csa = data.bytes(attr::SIEMENS_CSA_HEADER)?;
+        // Anonymizers may take the creator's name and leave the block, which names its elements itself.
+        let private = attr::SIEMENS_CSA_HEADER;
+        let csa = data.bytes(data.find_private(private).unwrap_or(private.in_block(0x10)))?;
         let slices = csa_numbers(csa, "NumberOfImagesInMosaic")?.first().copied()?;
         if slices.fract() != 0.0 || !(1.0..=MOST_TILES as f64).contains(&slices) {
             return None;

@@ -234,7 +234,10 @@ impl Context<'_> {
         let shape = file.format.shape();
         let decode = |targets: Vec<Target<'_, T>>| {
             let frame = targets[0].frame / in_frame;
-            let decoded = self.codecs.decode(&streams[frame], &shape);
+            let decoded = match streams.get(frame) {
+                Some(stream) => self.codecs.decode(stream, &shape),
+                None => Err(codec::cut_off()),
+            };
             self.cancel.check()?;
             let results = match decoded {
                 Ok(decoded) => {
@@ -329,6 +332,7 @@ impl Context<'_> {
         // Straight into the volume where samples are as large there.
         let direct = format.kind == SampleKind::Integer
             && (format.bytes, size_of::<T>()) == (2, 2)
+            && format.packed.is_none()
             && format.mosaic.is_none();
         let mut frames = NativeFrames::new(format, input);
         let mut results = Vec::new();

@@ -3,8 +3,9 @@
 use lumivox_core::Modality;
 
 use super::{
-    attributes::{self as attr},
+    attributes::{self as attr, Attribute},
     elements::DataSet,
+    frames::Frame,
     values::FieldFault,
 };
 
@@ -19,15 +20,21 @@ pub(crate) struct Quantity {
     pub(crate) note: Option<String>,
 }
 
-/// Finds the quantity of a data set whose images are of `modality`.
+/// Finds the quantity of a data set whose images are of `modality`. Frames of an enhanced PET image get the rescale that
+/// leads to its unit.
 ///
 /// # Errors
 /// Where a dose grid has no believable scale.
-pub(crate) fn quantity(data: &DataSet, modality: Modality, code: &str) -> Result<Quantity, FieldFault> {
+pub(crate) fn quantity(
+    data: &DataSet,
+    modality: Modality,
+    code: &str,
+    frames: &mut [Frame],
+) -> Result<Quantity, FieldFault> {
     let plain = |unit| Quantity { factor: 1.0, unit, note: None };
     match (modality, code) {
         (Modality::Ct, _) => Ok(plain("HU")),
-        (Modality::Pet, _) => Ok(pet(data)),
+        (Modality::Pet, _) => Ok(pet(data, frames)),
         (_, "RTDOSE") => {
             let Some(factor) = data.decimal(attr::DOSE_GRID_SCALING)? else { return Ok(plain("")) };
             if !factor.is_normal() || !(1e-30..1e30).contains(&factor) {
@@ -41,10 +48,21 @@ pub(crate) fn quantity(data: &DataSet, modality: Modality, code: &str) -> Result
     }
 }
 
-fn pet(data: &DataSet) -> Quantity {
+fn pet(data: &DataSet, frames: &mut [Frame]) -> Quantity {
     let told = |unit, note: &str| Quantity { factor: 1.0, unit, note: Some(note.to_owned()) };
-    match data.text(attr::UNITS).as_deref() {
-        Some("BQML") => match suv_factor(data) {
+    let units = data.text(attr::UNITS);
+    // An enhanced image has it frame by frame.
+    let of_frame = frames.first().and_then(|frame| frame.real_world).map(|real_world| real_world.unit);
+    let is_of_all = |unit| frames.iter().all(|frame| frame.real_world.is_some_and(|real| real.unit == unit));
+    let enhanced = of_frame.filter(|unit| units.is_none() && is_of_all(*unit));
+    if enhanced.is_some() {
+        let rescale =
+            |frame: &mut Frame| frame.rescale = frame.real_world.map_or(frame.rescale, |real| real.rescale);
+        frames.iter_mut().for_each(rescale);
+    }
+    let factor = if enhanced.is_some() { enhanced_suv_factor } else { suv_factor };
+    match enhanced.or(units.as_deref()) {
+        Some("BQML") => match factor(data) {
             Ok(factor) => Quantity {
                 factor,
                 unit: "SUV",
@@ -67,12 +85,9 @@ fn suv_factor(data: &DataSet) -> Result<f64, &'static str> {
     let corrections = data.texts(attr::CORRECTED_IMAGE);
     let corrected = |name: &str| corrections.iter().any(|correction| correction == name);
     if !corrected("ATTN") || !corrected("DECY") {
-        return Err("the image is not corrected for attenuation and decay");
+        return Err(NOT_CORRECTED);
     }
-    let positive = |data: &DataSet, attribute| data.decimal(attribute).ok().flatten().filter(|x| *x > 0.0);
-    let weight = positive(data, attr::PATIENT_WEIGHT)
-        .filter(|kg| (0.1..1000.0).contains(kg))
-        .ok_or("the body weight is not given")?;
+    let weight = body_weight(data)?;
     let item = data.items(attr::RADIOPHARMACEUTICAL_INFORMATION_SEQUENCE).first();
     let item = item.ok_or("the radiopharmaceutical is not given")?;
     // Less than a tenth of a megabecquerel was surely written in another unit.
@@ -102,6 +117,54 @@ fn suv_factor(data: &DataSet) -> Result<f64, &'static str> {
         _ => return Err("it is not said to which time decay is corrected"),
     };
     Ok(weight * 1000.0 / (dose * left))
+}
+
+const NOT_CORRECTED: &str = "the image is not corrected for attenuation and decay";
+
+/// As [`suv_factor`], of an enhanced PET image (PS3.3 C.8.22).
+fn enhanced_suv_factor(data: &DataSet) -> Result<f64, &'static str> {
+    let corrected = |attribute| data.text(attribute).as_deref() == Some("YES");
+    if !corrected(attr::ATTENUATION_CORRECTED) || !corrected(attr::DECAY_CORRECTED) {
+        return Err(NOT_CORRECTED);
+    }
+    let weight = body_weight(data)?;
+    let item = match data.items(attr::RADIOPHARMACEUTICAL_INFORMATION_SEQUENCE) {
+        [] => return Err("the radiopharmaceutical is not given"),
+        [item] => item,
+        _ => return Err("several radiopharmaceuticals were given"),
+    };
+    // Here in MBq (C.8.22.4), where classic images have Bq; as many MBq as Bq would be were surely written in these.
+    let dose = positive(item, attr::RADIONUCLIDE_TOTAL_DOSE)
+        .filter(|mbq| (0.1..1e5).contains(mbq))
+        .ok_or("the dose is not given in MBq")?;
+    let half_life = positive(item, attr::RADIONUCLIDE_HALF_LIFE).ok_or("the half-life is not given")?;
+    let (given, given_zone) = item
+        .instant(attr::RADIOPHARMACEUTICAL_START_DATE_TIME)
+        .ok_or("the time of injection is not given")?;
+    let (corrected_to, zone) = data
+        .instant(attr::DECAY_CORRECTION_DATE_TIME)
+        .ok_or("it is not said to which time decay is corrected")?;
+    let ahead = match (given_zone, zone) {
+        (Some(given), Some(zone)) => zone - given,
+        (None, None) => 0.0,
+        _ => return Err("one of its times has a time zone and the other has none"),
+    };
+    let elapsed = corrected_to - given - ahead;
+    // Nobody scans what has decayed to a thousandth.
+    if !(-1.0..10.0 * half_life).contains(&elapsed) {
+        return Err("decay is corrected to a time that makes no sense");
+    }
+    Ok(weight * 1000.0 / (dose * 1e6 * (-elapsed / half_life).exp2()))
+}
+
+fn positive(data: &DataSet, attribute: Attribute) -> Option<f64> {
+    data.decimal(attribute).ok().flatten().filter(|x| *x > 0.0)
+}
+
+fn body_weight(data: &DataSet) -> Result<f64, &'static str> {
+    positive(data, attr::PATIENT_WEIGHT)
+        .filter(|kg| (0.1..1000.0).contains(kg))
+        .ok_or("the body weight is not given")
 }
 
 /// A table from stored values to those of the modality (PS3.3 C.11.1.1).

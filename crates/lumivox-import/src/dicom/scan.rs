@@ -14,7 +14,12 @@ use super::{
     header::{ImageFile, read_image},
     source::{Source, is_junk, zip_entries},
 };
-use crate::{ImportError, report::SkippedFile};
+use crate::{
+    ImportError,
+    format::{Format, sniff},
+    payload::GZIP_MAGIC,
+    report::SkippedFile,
+};
 
 /// Deeper folders are no study.
 const DEEPEST_FOLDER: usize = 32;
@@ -79,7 +84,9 @@ pub(crate) fn scan(
     let mut sources = Vec::new();
     for path in paths {
         if fs::metadata(path).map_err(ImportError::io(path))?.is_dir() {
-            for file in files_below(path, cancel)? {
+            let Found { files, closed } = files_below(path, cancel)?;
+            scan.rejected.extend(closed);
+            for file in files {
                 add(&file, &mut sources, &mut scan.rejected).unwrap_or_else(|error| {
                     scan.rejected.push(Rejected { path: file, error });
                 });
@@ -103,10 +110,32 @@ pub(crate) fn scan(
     for (source, result) in sources.iter().zip(results) {
         match result {
             Ok(image) => scan.images.push(image),
-            Err(error) => scan.rejected.push(Rejected { path: source.path(), error }),
+            Err(error) => {
+                let error = in_archive(source, error);
+                scan.rejected.push(Rejected { path: source.path(), error });
+            }
         }
     }
     Ok(scan)
+}
+
+/// The error about an entry of an archive, which says what else it is that would be read outside of it.
+fn in_archive(source: &Source, error: ImportError) -> ImportError {
+    let ImportError::UnknownFormat { path, found } = error else { return error };
+    let mut head = [0; 1024];
+    let n = match source {
+        Source::Entry { .. } => source.open().and_then(|mut input| input.read_up_to(&mut head)).unwrap_or(0),
+        Source::File(_) => 0,
+    };
+    let found = match sniff(&head[..n]) {
+        Some(Format::Zip) => "it is a zip archive within the archive; unpack it".to_owned(),
+        Some(format) => format!("it is a {} file in an archive; unpack it", format.name()),
+        None if head[..n].starts_with(&GZIP_MAGIC) => {
+            "it is a gzip archive within the archive; unpack it".to_owned()
+        }
+        None => found,
+    };
+    ImportError::UnknownFormat { path, found }
 }
 
 /// Adds the file at `path`, or the entries of the archive that it is.
@@ -120,7 +149,8 @@ fn add(path: &Path, sources: &mut Vec<Source>, rejected: &mut Vec<Rejected>) -> 
     let source = Source::File(path.to_owned());
     let mut magic = [0; 4];
     source.open().and_then(|mut input| input.read_up_to(&mut magic)).map_err(ImportError::io(path))?;
-    if &magic != b"PK\x03\x04" {
+    // With entries, or without any.
+    if &magic != b"PK\x03\x04" && &magic != b"PK\x05\x06" {
         sources.push(source);
         return Ok(());
     }
@@ -134,17 +164,30 @@ fn add(path: &Path, sources: &mut Vec<Source>, rejected: &mut Vec<Rejected>) -> 
     Ok(())
 }
 
-/// All files in a folder and the folders in it, in the order of their paths. Links to folders are followed, but to each
+/// What is in a folder and the folders in it.
+#[derive(Debug, Default)]
+pub(crate) struct Found {
+    /// Files, in the order of their paths.
+    pub(crate) files: Vec<PathBuf>,
+    /// Folders that may not be read.
+    pub(crate) closed: Vec<Rejected>,
+}
+
+/// All files in a folder and the folders in it. Links to folders are followed, but to each
 /// folder once, and to none that this one lies in.
-pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Vec<PathBuf>, ImportError> {
-    let mut files = Vec::new();
+pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, ImportError> {
+    let Found { mut files, mut closed } = Found::default();
     let mut folders = vec![(folder.to_owned(), 0)];
     let root = fs::canonicalize(folder).map_err(ImportError::io(folder))?;
     let mut seen = HashSet::from([root.clone()]);
     while let Some((folder, depth)) = folders.pop() {
         let entries = match fs::read_dir(&folder) {
             // A folder within that is closed to the user is no reason to give up on the rest.
-            Err(_) if depth > 0 => continue,
+            Err(error) if depth > 0 => {
+                let error = ImportError::Io { path: folder.clone(), source: error };
+                closed.push(Rejected { path: folder, error });
+                continue;
+            }
             result => result.map_err(ImportError::io(&folder))?,
         };
         for entry in entries {
@@ -166,5 +209,5 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Vec<Pat
         }
     }
     files.sort();
-    Ok(files)
+    Ok(Found { files, closed })
 }

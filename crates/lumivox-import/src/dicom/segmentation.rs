@@ -10,6 +10,7 @@ use super::{
     geometry::{Grid, Plane},
     header::ImageFile,
     pixels::{Decoded, allocate},
+    scan::Rejected,
     series::Stack,
     stored::{self, NativeFrames},
 };
@@ -55,7 +56,10 @@ impl Segmentation {
         };
         let name = |item: &DataSet| {
             let number = item.unsigned(attr::SEGMENT_NUMBER)?;
-            Some((number, item.text(attr::SEGMENT_LABEL).unwrap_or_default()))
+            // No longer than it may be, and of one piece: a damaged one may reach into what is said of the patient.
+            let label =
+                item.text(attr::SEGMENT_LABEL).filter(|label| label.len() <= 64 && !label.contains('\0'));
+            Some((number, label.unwrap_or_default()))
         };
         let series = data.items(attr::REFERENCED_SERIES_SEQUENCE).first();
         Self {
@@ -187,7 +191,7 @@ pub(crate) fn decode(
         }
     };
 
-    let mut failed = 0;
+    let mut lost: Vec<usize> = Vec::new();
     let mut first_error = None;
     let mut input = stored::open_pixels(file, cancel)?;
     let frames = file.frames.len();
@@ -201,7 +205,7 @@ pub(crate) fn decode(
             match native.read(frame) {
                 Ok(raw) => paint(frame, raw, format.bytes),
                 Err(fault) => {
-                    failed += 1;
+                    lost.push(frame);
                     first_error.get_or_insert_with(|| stored::reading(file, &fault));
                 }
             }
@@ -212,23 +216,43 @@ pub(crate) fn decode(
         let damaged = |problem| ImportError::Damaged { path: file.source.path(), problem };
         let streams = codec::read_frames(&mut input, format.frames, &format.frame_offsets).map_err(damaged);
         cancel.check()?;
-        for (frame, stream) in streams?.iter().enumerate().take(frames) {
-            match codecs.decode(stream, &format.shape()) {
+        let streams = streams?;
+        for frame in 0..frames {
+            let decoded = match streams.get(frame) {
+                Some(stream) => codecs.decode(stream, &format.shape()),
+                None => Err(codec::cut_off()),
+            };
+            match decoded {
                 Ok(decoded) => paint(frame, &decoded.samples, decoded.bytes),
                 Err(fault) => {
-                    failed += 1;
+                    lost.push(frame);
                     first_error.get_or_insert_with(|| stored::decoding(file, fault));
                 }
             }
             step(frame + 1)?;
         }
     }
-    if let Some(error) = first_error.filter(|_| failed == frames) {
-        return Err(error);
-    }
     let mut notes = Vec::new();
-    if failed > 0 {
-        notes.push(format!("{failed} of {frames} frames could not be read"));
+    let mut failed = Vec::new();
+    if let Some(error) = first_error {
+        if lost.len() == frames {
+            return Err(error);
+        }
+        notes.push(format!("{} of {frames} frames could not be read", lost.len()));
+        // Frames of each slice, and those of them that are lost.
+        let mut counts = vec![[0; 2]; depths.len()];
+        (0..frames).filter_map(slice_of).for_each(|slice| counts[slice][0] += 1);
+        lost.iter().copied().filter_map(slice_of).for_each(|slice| counts[slice][1] += 1);
+        let reason = Rejected { path: file.source.path(), error }.reason();
+        let fault = || ImportError::Damaged { path: file.source.path(), problem: reason.clone() };
+        failed.extend((0..counts.len()).filter(|&k| counts[k][0] == counts[k][1]).map(|k| (k, fault())));
+        let partly = counts.iter().filter(|[all, lost]| *lost > 0 && lost < all).count();
+        if partly > 0 {
+            notes.push(format!(
+                "{partly} of {} slices with labels lack those of frames that could not be read",
+                counts.len()
+            ));
+        }
     }
     if overlaps > 0 {
         notes.push(format!(
@@ -239,5 +263,5 @@ pub(crate) fn decode(
         Kind::Fractional(max) if best.is_empty() => [1.0 / f64::from(max), 0.0],
         _ => [1.0, 0.0],
     };
-    Ok((Decoded { voxels: Voxels::U16(labels), rescale, failed: Vec::new() }, notes))
+    Ok((Decoded { voxels: Voxels::U16(labels), rescale, failed }, notes))
 }

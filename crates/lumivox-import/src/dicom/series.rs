@@ -4,7 +4,7 @@
 //! their normal, once for each phase. FrameOfReferenceUID parts nothing: whole scans are known to have a new one in
 //! every slice.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use lumivox_core::{Modality, glam::DVec3};
 
@@ -43,9 +43,9 @@ pub(crate) struct Phase {
 }
 
 impl Phase {
-    /// Slices of files that end before their pixels do.
+    /// Slices whose file ends before their pixels do.
     pub(crate) fn truncated(&self, files: &[ImageFile]) -> usize {
-        self.slices.iter().filter(|slice| files[slice.file].truncated.is_some()).count()
+        self.slices.iter().filter(|slice| !files[slice.file].has(slice.frame)).count()
     }
 }
 
@@ -228,22 +228,37 @@ fn skip(file: &ImageFile, reason: &str) -> SkippedFile {
 /// Which files say and show that they are another one. Careless anonymizers give all instances one UID: the place must
 /// be the same too.
 fn copies(files: &[ImageFile]) -> Vec<bool> {
-    let mut seen = std::collections::HashSet::new();
-    files
-        .iter()
-        .map(|file| {
-            let Some(uid) = &file.instance_uid else { return false };
-            let place = file.frames.first().and_then(|frame| frame.position);
-            let instance = file.frames.first().map(|frame| frame.phase.instance);
-            let bits = place.map(|place| place.to_array().map(f64::to_bits));
-            !seen.insert((uid, file.series_uid.as_deref(), bits, instance, file.frames.len()))
-        })
-        .collect()
+    let mut seen = HashMap::new();
+    let mut copies = vec![false; files.len()];
+    for (index, file) in files.iter().enumerate() {
+        let Some(uid) = &file.instance_uid else { continue };
+        let place = file.frames.first().and_then(|frame| frame.position);
+        let instance = file.frames.first().map(|frame| frame.phase.instance);
+        let bits = place.map(|place| place.to_array().map(f64::to_bits));
+        let kept = seen.entry((uid, file.series_uid.as_deref(), bits, instance, file.frames.len()));
+        let kept = kept.or_insert(index);
+        // Of a whole one and one that is cut short, the whole one is kept.
+        let copy = if file.whole > files[*kept].whole { std::mem::replace(kept, index) } else { index };
+        copies[copy] |= copy != *kept;
+    }
+    copies
 }
 
 /// Images of one series that share size, spacing, orientation and kind.
 fn groups(files: &[ImageFile], left_out: &[bool]) -> Vec<Vec<Slice>> {
     let mut groups: Vec<Vec<Slice>> = Vec::new();
+    // The files of a series, and their patients. Careless programs give one UID to series of several patients; careless
+    // anonymizers give every file a patient of its own, which tells nothing.
+    let mut patients: HashMap<Option<&str>, (usize, HashSet<u64>)> = HashMap::new();
+    for image in files {
+        let (count, of_series) = patients.entry(image.series_uid.as_deref()).or_default();
+        *count += 1;
+        of_series.insert(image.patient);
+    }
+    let several = |image: &ImageFile| {
+        let (count, of_series) = &patients[&image.series_uid.as_deref()];
+        of_series.len() > 1 && 2 * of_series.len() <= *count
+    };
     let mut of_series: HashMap<&str, Vec<usize>> = HashMap::new();
     for (file, image) in files.iter().enumerate().filter(|(file, _)| !left_out[*file]) {
         let series = of_series.entry(image.series_uid.as_deref().unwrap_or_default()).or_default();
@@ -253,6 +268,7 @@ fn groups(files: &[ImageFile], left_out: &[bool]) -> Vec<Vec<Slice>> {
                 let of = &files[first.file];
                 (of.format.rows, of.format.columns) == (image.format.rows, image.format.columns)
                     && (of.modality, of.is_localizer) == (image.modality, image.is_localizer)
+                    && (of.patient == image.patient || !several(image))
                     && (&of.kernel, of.unit) == (&image.kernel, image.unit)
                     // Each file of labels is a volume of its own.
                     && (image.segmentation.is_none() && of.segmentation.is_none() || first.file == file)

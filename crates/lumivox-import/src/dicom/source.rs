@@ -280,10 +280,15 @@ pub(crate) fn zip_entries(path: &Path) -> Result<ZipEntries, ImportError> {
         path: path.to_owned(),
         problem: format!("is not a zip archive that can be read ({e})"),
     };
-    let file = File::open(path).map_err(ImportError::io(path))?;
+    let mut file = File::open(path).map_err(ImportError::io(path))?;
+    let listed = listed_entries(&mut file).map_err(ImportError::io(path))?;
     let mut archive = zip::ZipArchive::new(BufReader::new(file)).map_err(damaged)?;
     let shared: Arc<Path> = path.into();
     let ZipEntries { mut sources, mut skipped } = ZipEntries::default();
+    // Of entries with one name the last is found.
+    if let Some(lost @ 1..) = listed.and_then(|listed| listed.checked_sub(archive.len())) {
+        skipped.push((path.to_owned(), format!("{lost} entries of the archive have the names of others")));
+    }
     for index in 0..archive.len() {
         let entry = archive.by_index_raw(index).map_err(damaged)?;
         let name = entry.name().map(|name| name.into_owned()).unwrap_or_else(|_| format!("entry {index}"));
@@ -311,7 +316,24 @@ pub(crate) fn zip_entries(path: &Path) -> Result<ZipEntries, ImportError> {
     Ok(ZipEntries { sources, skipped })
 }
 
+/// How many entries the end of a zip archive says that it lists, where that is no more than 16 bits can say.
+fn listed_entries(file: &mut File) -> io::Result<Option<usize>> {
+    /// The end record, and the longest comment behind it.
+    const LONGEST: u64 = 22 + 65535;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(LONGEST)))?;
+    let mut end = Vec::new();
+    file.take(LONGEST).read_to_end(&mut end)?;
+    file.rewind()?;
+    let record = end.windows(22).rev().find(|record| record.starts_with(b"PK\x05\x06"));
+    Ok(record
+        .map(|record| u16::from_le_bytes([record[10], record[11]]))
+        .filter(|n| *n < u16::MAX)
+        .map(usize::from))
+}
+
 /// Whether a file or folder of this name is left by an operating system, not a part of a study.
 pub(crate) fn is_junk(name: &str) -> bool {
-    name == "__MACOSX" || name.starts_with('.') || name.eq_ignore_ascii_case("Thumbs.db")
+    let is_hidden = name.starts_with('.') && name != "." && name != "..";
+    name == "__MACOSX" || is_hidden || name.eq_ignore_ascii_case("Thumbs.db")
 }

@@ -56,7 +56,7 @@ pub(crate) struct NativeFrames<'a> {
     input: &'a mut Input,
     start: u64,
     buffer: Vec<u8>,
-    /// All frames of single bits, since they do not begin at whole bytes.
+    /// All frames of packed samples, since they do not begin at whole bytes.
     bits: Option<Vec<u8>>,
 }
 
@@ -73,8 +73,8 @@ impl<'a> NativeFrames<'a> {
     /// What the system or a stream's decoder says; an early end is [`io::ErrorKind::UnexpectedEof`].
     pub(crate) fn read(&mut self, index: usize) -> io::Result<&[u8]> {
         self.buffer.resize(self.format.frame_bytes(), 0);
-        if self.format.packed {
-            self.unpack_bits(index)?;
+        if let Some(bits) = self.format.packed {
+            self.unpack_bits(index, bits)?;
             return Ok(&self.buffer);
         }
         self.skip_to(index)?;
@@ -101,24 +101,31 @@ impl<'a> NativeFrames<'a> {
         self.input.skip(step)
     }
 
-    fn unpack_bits(&mut self, index: usize) -> io::Result<()> {
-        let samples = self.buffer.len();
+    /// Unpacks the samples of frame `index`, `each` bits of every one.
+    fn unpack_bits(&mut self, index: usize, each: usize) -> io::Result<()> {
+        let samples = self.format.frame_len();
         if self.bits.is_none() {
-            let all = (samples as u64).saturating_mul(self.format.frames as u64).div_ceil(8);
+            let of_frame = (samples as u64).saturating_mul(each as u64);
+            let all = of_frame.saturating_mul(self.format.frames as u64).div_ceil(8);
             let there = self.input.remaining().map_or(all, |remaining| remaining.min(all));
             self.bits = Some(self.input.read_vec(there)?);
         }
         let bits = self.bits.as_deref().unwrap_or_default();
         let first = index * samples;
-        if (first + samples).div_ceil(8) > bits.len() {
+        if ((first + samples) * each).div_ceil(8) > bits.len() {
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
-        // The first sample is the lowest bit (PS3.5 8.1.1); big endian words are swapped.
+        // The first sample is in the lowest bits (PS3.5 8.1.1); big endian words are swapped.
         let swap = usize::from(self.format.big_endian);
-        for (i, sample) in self.buffer.iter_mut().enumerate() {
-            let bit = first + i;
-            let byte = bits.get((bit / 8) ^ swap).copied().unwrap_or(0);
-            *sample = (byte >> (bit % 8)) & 1;
+        let byte = |at: usize| u16::from(bits.get(at ^ swap).copied().unwrap_or(0));
+        for (i, sample) in self.buffer.chunks_exact_mut(self.format.bytes).enumerate() {
+            let bit = (first + i) * each;
+            let low = (byte(bit / 8) | byte(bit / 8 + 1) << 8) >> (bit % 8);
+            match sample {
+                [one] => *one = (low & 1) as u8,
+                two if self.format.big_endian => two.copy_from_slice(&(low & 0xFFF).to_be_bytes()),
+                two => two.copy_from_slice(&(low & 0xFFF).to_le_bytes()),
+            }
         }
         Ok(())
     }

@@ -92,6 +92,28 @@ impl DataSet {
         Some(two(0)? * 3600.0 + two(2).unwrap_or(0.0) * 60.0 + two(4).unwrap_or(0.0) + fraction)
     }
 
+    /// A date and time (DT) in seconds since 1970, by the clock where it was written; and how far that is ahead of UTC,
+    /// in seconds, where it says so.
+    pub(crate) fn instant(&self, attribute: Attribute) -> Option<(f64, Option<f64>)> {
+        let text = self.text(attribute)?;
+        let number = |from: usize, to: usize| {
+            let part = text.get(from..to)?;
+            part.bytes().all(|b| b.is_ascii_digit()).then(|| part.parse::<i64>().ok()).flatten()
+        };
+        let (year, month, day) = (number(0, 4)?, number(4, 6)?, number(6, 8)?);
+        number(8, 14)?;
+        // Days since 1970, by years that begin in March.
+        let year = if month <= 2 { year - 1 } else { year };
+        let of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
+        let days =
+            year * 365 + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + of_year - 719_468;
+        let offset = text.find(['+', '-']).and_then(|at| {
+            let minutes = 60 * number(at + 1, at + 3)? + number(at + 3, at + 5)?;
+            Some(if text[at..].starts_with('-') { -60.0 } else { 60.0 } * minutes as f64)
+        });
+        Some((days as f64 * 86_400.0 + self.seconds_of_day(attribute)?, offset))
+    }
+
     /// An integer in text (IS).
     pub(crate) fn integer_text(&self, attribute: Attribute) -> Result<Option<i64>, FieldFault> {
         let Some(text) = self.text(attribute) else { return Ok(None) };
