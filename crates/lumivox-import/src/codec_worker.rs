@@ -20,6 +20,7 @@ use std::{
 
 use lumivox_core::CancelToken;
 
+use crate::broken_pipe::BrokenPipesAreErrors;
 use crate::dicom::codec::{self, CodecFault, Decoded, Encoding, FrameShape};
 
 /// A program that decodes frames: it calls [`serve_codecs`] with its standard input and output.
@@ -44,8 +45,6 @@ impl CodecWorker {
 static WORKER: Mutex<Option<CodecWorker>> = Mutex::new(None);
 
 /// Names the program that decodes JPEG-LS and JPEG 2000 from now on, for the whole process; `None` decodes them here.
-///
-/// On Unix the process has to ignore SIGPIPE, as Rust programs do, since a worker may die while it is written to.
 pub fn set_codec_worker(worker: Option<CodecWorker>) {
     *lock(&WORKER) = worker;
 }
@@ -58,6 +57,9 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 /// Memory that a worker may take besides so much for each pixel.
 const MEMORY: u64 = 512 << 20;
 const MEMORY_OF_PIXEL: u64 = 96;
+/// What Windows calls a process without a window.
+#[cfg(windows)]
+const CREATE_NO_WINDOW: u32 = 0x0800_0000;
 /// How often running work is looked at.
 const LOOK: Duration = Duration::from_millis(20);
 
@@ -228,7 +230,11 @@ impl Codecs {
             self.memory,
             stream.len() as u64,
         ];
-        let answer = exchange(&mut worker, request, stream, shape);
+        // A worker may die while it is written to.
+        let answer = {
+            let _guard = BrokenPipesAreErrors::new();
+            exchange(&mut worker, request, stream, shape)
+        };
         lock(&self.watch.running).retain(|(_, child)| !Arc::ptr_eq(child, &worker.child));
         match answer {
             Ok(answer) => {
@@ -247,12 +253,12 @@ impl Codecs {
     }
 
     fn spawn(&self, settings: &CodecWorker) -> io::Result<Worker> {
-        let mut child = Command::new(&settings.program)
-            .args(&settings.args)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()?;
+        let mut command = Command::new(&settings.program);
+        command.args(&settings.args).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+        // A program without a console would get one to see.
+        #[cfg(windows)]
+        std::os::windows::process::CommandExt::creation_flags(&mut command, CREATE_NO_WINDOW);
+        let mut child = command.spawn()?;
         let (Some(stdin), Some(stdout)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(io::ErrorKind::BrokenPipe.into());
         };

@@ -6,6 +6,7 @@
 //! Nothing a file says is believed before it is checked: sizes against what is there, numbers for being finite.
 
 mod axes;
+mod broken_pipe;
 mod codec_worker;
 mod dicom;
 mod environment_file;
