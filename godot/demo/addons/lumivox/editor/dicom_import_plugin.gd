@@ -24,13 +24,7 @@ func _get_recognized_extensions() -> PackedStringArray:
 
 
 func _get_import_options(_path: String, _preset: int) -> Array[Dictionary]:
-	return [
-		{
-			"name": "series", "default_value": "",
-			"property_hint": PROPERTY_HINT_PLACEHOLDER_TEXT, "hint_string": "the best",
-		},
-		{"name": "compress", "default_value": true},
-	]
+	return series_options() + ([{"name": "compress", "default_value": true}] as Array[Dictionary])
 
 
 func _import(
@@ -45,10 +39,6 @@ func _import(
 		push_error("Lumivox: %s was not imported; the line above says why." % folder)
 		return ERR_FILE_CORRUPT
 	volume.resource_name = folder.get_file()
-	var series: Array = volume.get_report().get("series", [])
-	if series.size() > 1:
-		print("Lumivox: %s holds %d series. Set 'series' in the Import dock of %s to take another, " % [
-			folder, series.size(), first.get_file()] + "or import several with Project > Tools > Import DICOM Folder.")
 	return save_volume(volume, source_file, save_path, options)
 
 

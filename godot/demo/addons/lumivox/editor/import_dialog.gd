@@ -6,8 +6,8 @@ extends ConfirmationDialog
 
 enum Step { CHOOSE, SCANNING, READY, IMPORTING, SAVING }
 
-const COLUMNS: PackedStringArray = ["Series", "What it is", "Voxels", "Phases", "Files"]
-const COLUMN_RATIOS: PackedInt32Array = [2, 10, 5, 2, 2]
+const COLUMNS: PackedStringArray = ["Series", "What it is", "Voxels", "Phases", "Files", "Remark"]
+const COLUMN_RATIOS: PackedInt32Array = [2, 10, 5, 2, 2, 4]
 const THUMBNAIL_SIZE := 160
 
 var _undo: EditorUndoRedoManager
@@ -241,6 +241,7 @@ func _scan() -> void:
 func _forget() -> void:
 	_report = {}
 	_series.clear()
+	_target.text = ""
 	_details.text = ""
 	_thumbnail.texture = null
 	_phase_row.hide()
@@ -273,6 +274,10 @@ func _on_scanned(report: Dictionary) -> void:
 		item.set_text(2, "%d × %d × %d" % [size.x, size.y, size.z])
 		item.set_text(3, str(one.get("phases", 1)))
 		item.set_text(4, str(one.get("files", 0)))
+		var reason: String = one.get("reason", "")
+		item.set_text(5, reason)
+		item.set_custom_color(5, get_theme_color(&"font_placeholder_color", &"LineEdit"))
+		item.set_tooltip_text(5, "Why another series comes first." if reason != "" else "")
 		item.set_metadata(0, i)
 		if i == (report.get("chosen", 0) as int):
 			item.select(0)
@@ -317,6 +322,8 @@ func _series_text(one: Dictionary) -> String:
 	if (one.get("unit", "") as String) != "":
 		facts.append("values in %s" % one.unit)
 	var text := ", ".join(Array(facts).filter(func(fact: String) -> bool: return fact != "")) + "\n"
+	if (one.get("reason", "") as String) != "":
+		text += "Not the first choice: %s\n" % one.reason
 	for note: String in one.get("notes", PackedStringArray()):
 		text += "• %s\n" % note
 	return text
