@@ -3,6 +3,7 @@ extends EditorInspectorPlugin
 ## Adds to the inspector what a scan is, a way from one slice of a series to the whole, and the undoing of presets.
 
 const DicomImporter := preload("dicom_import_plugin.gd")
+const PresetProperty := preload("preset_property.gd")
 const PREVIEW_HEIGHT := 150.0
 
 var _undo: EditorUndoRedoManager
@@ -13,7 +14,7 @@ func _init(undo: EditorUndoRedoManager = null) -> void:
 
 
 func _can_handle(object: Object) -> bool:
-	return object is LumivoxVolume or object is LumivoxVolume3D
+	return object is LumivoxVolume or object is LumivoxVolume3D or _is_several(object)
 
 
 func _parse_begin(object: Object) -> void:
@@ -25,6 +26,45 @@ func _parse_begin(object: Object) -> void:
 		_add_series_link(volume, node)
 	elif node == null and not volume.is_empty():
 		_add_preview(volume)
+
+
+func _parse_property(
+		object: Object, _type: Variant.Type, name: String, _hint_type: PropertyHint, _hint_string: String,
+		_usage: int, _wide: bool) -> bool:
+	if name != "preset" or not _is_several(object):
+		return false
+	var editor := PresetProperty.new()
+	editor.chosen.connect(func(preset: String) -> void:
+		apply_preset(_undo, selected_volumes(), preset)
+		editor.update_property())
+	add_property_editor(name, editor)
+	return true
+
+
+## Whether the inspector shows several nodes at once, all of them volumes.
+func _is_several(object: Object) -> bool:
+	return object.get_class() == "MultiNodeEdit" and not selected_volumes().is_empty() \
+			and selected_volumes().size() == EditorInterface.get_selection().get_selected_nodes().size()
+
+
+## The volumes among the selected nodes.
+static func selected_volumes() -> Array[LumivoxVolume3D]:
+	var volumes: Array[LumivoxVolume3D] = []
+	for node in EditorInterface.get_selection().get_selected_nodes():
+		if node is LumivoxVolume3D:
+			volumes.append(node as LumivoxVolume3D)
+	return volumes
+
+
+## Gives volumes the look of a preset, as one step of undo. Those that it does not suit stay as they are.
+static func apply_preset(undo: EditorUndoRedoManager, nodes: Array[LumivoxVolume3D], preset: String) -> void:
+	if nodes.is_empty():
+		return
+	var name := "Apply Preset" if nodes.size() == 1 else "Apply Preset to %d Volumes" % nodes.size()
+	undo.create_action(name, UndoRedo.MERGE_DISABLE, nodes[0])
+	for node in nodes:
+		_record(undo, node, preset)
+	undo.commit_action()
 
 
 ## What a preset may set: everything that a volume's node stores.
@@ -43,9 +83,16 @@ static func record_preset(undo: Object, object: Object, property: String, value:
 	var node := object as LumivoxVolume3D
 	if node == null or property != "preset":
 		return
+	_record(undo, node, value as String)
+
+
+## The values that a preset changes, and what was there before.
+static func _record(undo: Object, node: LumivoxVolume3D, preset: String) -> void:
 	var before := stored(node)
-	var after := before
-	if value != "" and node.apply_preset(value as String):
+	var after := before.duplicate()
+	if preset == "":
+		after[&"chosen_preset"] = ""
+	elif node.apply_preset(preset):
 		after = stored(node)
 		for key in before:
 			node.set(key, before[key])
