@@ -8,7 +8,6 @@ extends "import_plugin.gd"
 const SERIES_META := &"lumivox_series"
 
 static var _first_files: Dictionary[String, String] = {}
-static var _lock := Mutex.new()
 
 
 func _get_importer_name() -> String:
@@ -44,7 +43,6 @@ func _import(
 
 ## The file that a folder's scan is imported with: its first one by name.
 static func first_file(folder: String) -> String:
-	_lock.lock()
 	if not _first_files.has(folder):
 		# Listed once: a scan may have thousands of files, and each asks.
 		var names: Array[String] = []
@@ -53,13 +51,9 @@ static func first_file(folder: String) -> String:
 				names.append(name)
 		names.sort_custom(func(a: String, b: String) -> bool: return a.naturalnocasecmp_to(b) < 0)
 		_first_files[folder] = folder.path_join(names[0]) if not names.is_empty() else ""
-	var first := _first_files[folder]
-	_lock.unlock()
-	return first
+	return _first_files[folder]
 
 
 ## Files were added or removed.
 static func forget_folders() -> void:
-	_lock.lock()
 	_first_files.clear()
-	_lock.unlock()

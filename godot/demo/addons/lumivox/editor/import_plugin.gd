@@ -35,7 +35,9 @@ func _get_import_order() -> int:
 
 
 func _can_import_threaded() -> bool:
-	return true
+	# A scan is decoded on all cores as it is. What saves it afterwards asks ClassDB for a class' defaults, which the
+	# engine (4.6) collects without a lock: several at once would write over each other.
+	return false
 
 
 func _get_preset_count() -> int:
