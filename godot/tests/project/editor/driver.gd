@@ -39,6 +39,7 @@ func _run() -> void:
 	_tell("several", await _edit_several())
 	_tell("gizmo", await _drag_handle())
 	_tell("dialog", await _use_dialog())
+	_tell("empty", await _begin_with_nothing())
 	_tell("four", await _four_views())
 	await _screenshot("four")
 	_tell("help", await _read_help())
@@ -360,6 +361,64 @@ func _use_dialog() -> Dictionary:
 	return told
 
 
+## What the scene dock warns of at a node.
+func _warnings_of(node: Node) -> String:
+	var text := ""
+	for found in _find_all(EditorInterface.get_base_control(), func(one: Node) -> bool:
+			return one is Tree and one.get_parent().get_class() == "SceneTreeEditor"):
+		var item := (found as Tree).get_root()
+		while item != null:
+			if item.get_text(0) == node.name:
+				for i in item.get_button_count(0):
+					text += item.get_button_tooltip_text(0, i)
+			item = item.get_next_in_tree()
+	return text
+
+
+## A node as the scene dock adds it: what it warns of, and the inspector's ways to a scan.
+func _begin_with_nothing() -> Dictionary:
+	var node := LumivoxVolume3D.new()
+	node.name = "New"
+	var root := EditorInterface.get_edited_scene_root()
+	root.add_child(node)
+	node.owner = root
+	EditorInterface.get_selection().clear()
+	EditorInterface.get_selection().add_node(node)
+	EditorInterface.edit_node(node)
+	await _seconds(0.5)
+	await _screenshot("empty")
+	var lacks_scan := func() -> bool: return "There is no scan to show" in _warnings_of(node)
+	var told := {"warned": await _until(lacks_scan), "gizmo": not node.get_gizmos().is_empty()}
+	var press := func(text: String) -> void:
+		for button in _find_all(EditorInterface.get_inspector(), func(one: Node) -> bool: return one is Button):
+			if (button as Button).text == text:
+				(button as Button).pressed.emit()
+	press.call("Import a Scan...")
+	var dialog := _find_script("res://addons/lumivox/editor/import_dialog.gd") as ConfirmationDialog
+	told.offers = (dialog.get("_add_to_scene") as CheckBox).text
+	dialog.call("open_path", (_arguments["study"] as String).path_join("good/small"))
+	await _until(func() -> bool: return dialog.get("_step") != 1)
+	(dialog.get("_target") as LineEdit).text = "res://given.res"
+	dialog.get_ok_button().pressed.emit()
+	await _until(func() -> bool: return not dialog.visible)
+	told.given = node.volume != null and node.volume.get_dimensions() == Vector3i(12, 12, 12)
+	told.content = await _until(func() -> bool: return not lacks_scan.call())
+	_history().undo()
+	told.undone = node.volume == null
+	EditorInterface.edit_node(node)
+	await _seconds(0.5)
+	press.call("Try a Phantom")
+	told.phantom = await _until(func() -> bool: return node.volume != null)
+	told.saved = node.volume != null and node.volume.resource_path == "res://head_phantom.res" \
+			and FileAccess.file_exists("res://head_phantom.res")
+	EditorInterface.get_selection().clear()
+	EditorInterface.get_selection().add_node(_node)
+	EditorInterface.edit_node(_node)
+	node.free()
+	await _seconds(0.3)
+	return told
+
+
 ## Drags a face of the clip box.
 func _drag_handle() -> Dictionary:
 	var gizmo: EditorNode3DGizmo
@@ -413,6 +472,11 @@ func _restart_plugin() -> Dictionary:
 	EditorInterface.set_plugin_enabled("lumivox", false)
 	await _seconds(0.3)
 	var gone := _find_script("res://addons/lumivox/editor/transfer_function_dock.gd") == null
+	var is_off := func() -> bool: return "plugin is off" in _warnings_of(_node)
+	var warned := await _until(is_off)
 	EditorInterface.set_plugin_enabled("lumivox", true)
 	await _seconds(0.3)
-	return {"gone": gone, "back": _find_script("res://addons/lumivox/editor/transfer_function_dock.gd") != null}
+	return {
+		"gone": gone, "back": _find_script("res://addons/lumivox/editor/transfer_function_dock.gd") != null,
+		"warned": warned, "content": await _until(func() -> bool: return not is_off.call()),
+	}

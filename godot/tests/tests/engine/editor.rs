@@ -327,7 +327,16 @@ fn a_file_that_cannot_be_read_is_named_and_stops_no_other() {
 
 #[test]
 fn the_plugin_can_be_switched_off_and_on() {
-    assert_eq!(telling("plugin"), json!({ "gone": true, "back": true }));
+    assert_eq!(telling("plugin"), json!({ "gone": true, "back": true, "warned": true, "content": true }));
+}
+
+#[test]
+fn a_new_node_says_what_it_lacks_and_offers_ways_to_a_scan() {
+    let told = telling("empty");
+    assert_eq!(told["offers"], "Give to New", "{told}");
+    for fact in ["warned", "gizmo", "given", "content", "undone", "phantom", "saved"] {
+        assert_eq!(told[fact], true, "{fact}: {told}");
+    }
 }
 
 /// What came of the checks of a game that was used with the mouse or with fingers.

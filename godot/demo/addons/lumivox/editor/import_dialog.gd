@@ -6,11 +6,15 @@ extends ConfirmationDialog
 
 enum Step { CHOOSE, SCANNING, READY, IMPORTING, SAVING }
 
+const VolumeInspector := preload("volume_inspector.gd")
+
 const COLUMNS: PackedStringArray = ["Series", "What it is", "Voxels", "Phases", "Files", "Remark"]
 const COLUMN_RATIOS: PackedInt32Array = [2, 10, 5, 2, 2, 4]
 const THUMBNAIL_SIZE := 160
 
 var _undo: EditorUndoRedoManager
+## The node that the scan is for, or null.
+var _receiver: LumivoxVolume3D
 var _importer: LumivoxImporter
 var _step := Step.CHOOSE
 var _report: Dictionary = {}
@@ -68,8 +72,10 @@ func _exit_tree() -> void:
 		_save_task = -1
 
 
-## Opens the dialog.
-func open() -> void:
+## Opens the dialog. The scan is given to [param receiver], or a node of its own if there is none.
+func open(receiver: LumivoxVolume3D = null) -> void:
+	_receiver = receiver
+	_add_to_scene.text = "Add to Scene" if receiver == null else "Give to %s" % receiver.name
 	if _step == Step.CHOOSE:
 		_go(Step.CHOOSE)
 	popup_centered_clamped(Vector2i(Vector2(760.0, 560.0) * EditorInterface.get_editor_scale()), 0.9)
@@ -79,7 +85,7 @@ func open() -> void:
 
 ## Opens the dialog and looks at a folder or file.
 func open_path(path: String) -> void:
-	open()
+	open(_receiver if visible else null)
 	_path.text = path
 	_scan()
 
@@ -166,7 +172,7 @@ func _target_row() -> Control:
 	_phase_row.hide()
 	row.add_child(_phase_row)
 	_add_to_scene.text = "Add to Scene"
-	_add_to_scene.tooltip_text = "Adds a LumivoxVolume3D with the scan to the scene that is open."
+	_add_to_scene.tooltip_text = "Shows the scan in the scene that is open, in a LumivoxVolume3D."
 	_add_to_scene.button_pressed = true
 	row.add_child(_add_to_scene)
 	return row
@@ -405,7 +411,9 @@ func _on_saved() -> void:
 		return
 	EditorInterface.get_resource_filesystem().scan()
 	_volume.take_over_path(_target.text)
-	if _add_to_scene.button_pressed and EditorInterface.get_edited_scene_root() != null:
+	if _add_to_scene.button_pressed and is_instance_valid(_receiver) and _receiver.is_inside_tree():
+		VolumeInspector.give_volume(_undo, _receiver, _volume)
+	elif _add_to_scene.button_pressed and EditorInterface.get_edited_scene_root() != null:
 		_add_node()
 	else:
 		EditorInterface.edit_resource(_volume)

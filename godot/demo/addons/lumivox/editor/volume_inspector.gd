@@ -1,9 +1,14 @@
 @tool
 extends EditorInspectorPlugin
-## Adds to the inspector what a scan is, a way from one slice of a series to the whole, and the undoing of presets.
+## Adds to the inspector what a scan is, ways to get one, a way from one slice of a series to the whole, and the undoing
+## of presets.
+
+## Emitted when a volume without a scan is to be given one.
+signal import_requested(node: LumivoxVolume3D)
 
 const DicomImporter := preload("dicom_import_plugin.gd")
 const PresetProperty := preload("preset_property.gd")
+const PhantomTask := preload("phantom_task.gd")
 const PREVIEW_HEIGHT := 150.0
 
 var _undo: EditorUndoRedoManager
@@ -20,9 +25,11 @@ func _can_handle(object: Object) -> bool:
 func _parse_begin(object: Object) -> void:
 	var node := object as LumivoxVolume3D
 	var volume := node.volume if node != null else object as LumivoxVolume
-	if volume == null:
+	if node != null and (volume == null or volume.is_empty() and not volume.has_meta(DicomImporter.SERIES_META)):
+		_add_start(node)
+	elif volume == null:
 		return
-	if volume.has_meta(DicomImporter.SERIES_META):
+	elif volume.has_meta(DicomImporter.SERIES_META):
 		_add_series_link(volume, node)
 	elif node == null and not volume.is_empty():
 		_add_preview(volume)
@@ -102,6 +109,51 @@ static func _record(undo: Object, node: LumivoxVolume3D, preset: String) -> void
 			undo.call(&"add_do_property", node, key, after[key])
 
 
+## Buttons for a node that has nothing to show yet.
+func _add_start(node: LumivoxVolume3D) -> void:
+	var row := HBoxContainer.new()
+	var scan := Button.new()
+	scan.text = "Import a Scan..."
+	scan.tooltip_text = "A folder of DICOM files, an archive, or a file of another format."
+	scan.pressed.connect(func() -> void: import_requested.emit(node))
+	var phantom := Button.new()
+	phantom.text = "Try a Phantom"
+	phantom.tooltip_text = "Computes the CT of a head and saves it as %s." % PhantomTask.PATH
+	phantom.pressed.connect(_use_phantom.bind(node, phantom))
+	for button: Button in [scan, phantom]:
+		button.size_flags_horizontal = Control.SIZE_EXPAND_FILL
+		button.clip_text = true
+		row.add_child(button)
+	add_custom_control(row)
+
+
+func _use_phantom(node: LumivoxVolume3D, button: Button) -> void:
+	var known := load(PhantomTask.PATH) as LumivoxVolume if ResourceLoader.exists(PhantomTask.PATH) else null
+	if known != null:
+		_give(known, node)
+		return
+	button.disabled = true
+	button.text = "Computing..."
+	var task := PhantomTask.new()
+	task.done.connect(_give.bind(node))
+	EditorInterface.get_base_control().add_child(task)
+
+
+func _give(volume: LumivoxVolume, node: LumivoxVolume3D) -> void:
+	if is_instance_valid(node) and volume != null:
+		give_volume(_undo, node, volume)
+
+
+## Sets a node's scan, as one step of undo.
+static func give_volume(undo: EditorUndoRedoManager, node: LumivoxVolume3D, volume: LumivoxVolume) -> void:
+	undo.create_action("Set Volume", UndoRedo.MERGE_DISABLE, node)
+	undo.add_do_property(node, &"volume", volume)
+	undo.add_undo_property(node, &"volume", node.volume)
+	undo.add_do_method(node, &"notify_property_list_changed")
+	undo.add_undo_method(node, &"notify_property_list_changed")
+	undo.commit_action()
+
+
 func _add_series_link(volume: LumivoxVolume, node: LumivoxVolume3D) -> void:
 	var path: String = volume.get_meta(DicomImporter.SERIES_META)
 	var label := Label.new()
@@ -121,10 +173,7 @@ func _use_series(path: String, node: LumivoxVolume3D) -> void:
 	elif node == null:
 		EditorInterface.edit_resource(whole)
 	else:
-		_undo.create_action("Use Whole Scan", UndoRedo.MERGE_DISABLE, node)
-		_undo.add_do_property(node, &"volume", whole)
-		_undo.add_undo_property(node, &"volume", node.volume)
-		_undo.commit_action()
+		give_volume(_undo, node, whole)
 
 
 func _add_preview(volume: LumivoxVolume) -> void:
