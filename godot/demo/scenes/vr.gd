@@ -22,6 +22,8 @@ const MAX_SCALE := 6.0
 var _holding: Array[XRController3D] = []
 ## The volume in the frame of the one hand, or of both together, when they took hold.
 var _held := Transform3D.IDENTITY
+## What the window waited for before.
+var _vsync := DisplayServer.VSYNC_ENABLED
 
 
 func _ready() -> void:
@@ -35,8 +37,8 @@ func _ready() -> void:
 
 
 func _exit_tree() -> void:
-	get_viewport().use_xr = false
-	DisplayServer.window_set_vsync_mode(DisplayServer.VSYNC_ENABLED)
+	if get_viewport().use_xr:
+		_leave_vr()
 
 
 func _process(_delta: float) -> void:
@@ -63,12 +65,23 @@ func _process(_delta: float) -> void:
 
 func _enter_vr() -> void:
 	# The headset keeps the time.
+	_vsync = DisplayServer.window_get_vsync_mode()
 	DisplayServer.window_set_vsync_mode(DisplayServer.VSYNC_DISABLED)
 	get_viewport().use_xr = true
 	_flat.current = false
 	($XROrigin3D/XRCamera3D as XRCamera3D).current = true
 	_note.hide()
 	($Menu as CanvasLayer).hide()
+
+
+## For the scene that comes next.
+func _leave_vr() -> void:
+	var viewport := get_window()
+	viewport.use_xr = false
+	# The engine (4.6) keeps a target with a layer for each eye, and fails to draw to it, until the size changes.
+	RenderingServer.viewport_set_size(viewport.get_viewport_rid(), 2, 2)
+	RenderingServer.viewport_set_size(viewport.get_viewport_rid(), viewport.size.x, viewport.size.y)
+	DisplayServer.window_set_vsync_mode(_vsync)
 
 
 func _stay_flat() -> void:

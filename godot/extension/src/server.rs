@@ -70,9 +70,25 @@ impl Lumivox {
     pub fn version(&self) -> GString {
         GString::from(env!("CARGO_PKG_VERSION"))
     }
+
+    #[func]
+    fn _before_frame(&self) {
+        before_frame();
+    }
+
+    #[func]
+    fn _after_frame(&self) {
+        after_frame();
+    }
+
+    #[func]
+    fn _node_added(&self, node: Gd<Node>) {
+        NODES.with_borrow_mut(|nodes| nodes.add(&node));
+    }
 }
 
-/// What the engine calls, so that it can be told not to any more.
+/// What the engine calls, so that it can be told not to any more. Methods, not closures: of these the binding warns
+/// when the editor ends, though they were disconnected long before.
 struct Callbacks {
     before_frame: Callable,
     after_frame: Callable,
@@ -113,14 +129,11 @@ pub fn start() {
     if server.get_rendering_device().is_none() {
         return;
     }
+    let lumivox = Lumivox::singleton();
     let callbacks = Callbacks {
-        before_frame: Callable::from_fn("lumivox_before_frame", |_: &[&Variant]| before_frame()),
-        after_frame: Callable::from_fn("lumivox_after_frame", |_: &[&Variant]| after_frame()),
-        node_added: Callable::from_fn("lumivox_node_added", |arguments: &[&Variant]| {
-            if let Some(Ok(node)) = arguments.first().map(|node| node.try_to::<Gd<Node>>()) {
-                NODES.with_borrow_mut(|nodes| nodes.add(&node));
-            }
-        }),
+        before_frame: lumivox.callable("_before_frame"),
+        after_frame: lumivox.callable("_after_frame"),
+        node_added: lumivox.callable("_node_added"),
     };
     server.connect("frame_pre_draw", &callbacks.before_frame);
     server.connect("frame_post_draw", &callbacks.after_frame);

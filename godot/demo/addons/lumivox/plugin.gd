@@ -20,6 +20,8 @@ var _dock_button: Button
 
 
 func _enter_tree() -> void:
+	# Collected now: the engine does it without a lock when the first volume is saved, and that is in the background.
+	ClassDB.class_get_property_default_value(&"LumivoxVolume", &"resource_name")
 	_importers = [VolumeImporter.new(), DicomImporter.new()]
 	for importer in _importers:
 		add_import_plugin(importer)
@@ -33,6 +35,7 @@ func _enter_tree() -> void:
 	_dialog = ImportDialog.new(get_undo_redo())
 	EditorInterface.get_base_control().add_child(_dialog)
 	add_tool_menu_item(MENU_ITEM, _dialog.open)
+	_inspector.import_requested.connect(_dialog.open)
 	get_window().files_dropped.connect(_on_files_dropped)
 	EditorInterface.get_resource_filesystem().filesystem_changed.connect(DicomImporter.forget_folders)
 	EditorInterface.get_selection().selection_changed.connect(_on_selection_changed)
@@ -69,6 +72,23 @@ func _edit(object: Object) -> void:
 func _make_visible(visible: bool) -> void:
 	if visible and _dock_button != null:
 		_dock_button.show()
+
+
+func _enable_plugin() -> void:
+	_update_warnings.call_deferred()
+
+
+func _disable_plugin() -> void:
+	_update_warnings.call_deferred()
+
+
+## Volumes warn of a plugin that is off. Not when the editor ends: there is nobody left to ask for its scene.
+static func _update_warnings() -> void:
+	var root := EditorInterface.get_edited_scene_root()
+	if root == null:
+		return
+	for node in [root] + root.find_children("*", "LumivoxVolume3D", true, false):
+		(node as Node).update_configuration_warnings()
 
 
 func _on_selection_changed() -> void:

@@ -1,7 +1,7 @@
 //! The node that shows a scan.
 
 use godot::classes::notify::Node3DNotification;
-use godot::classes::{IVisualInstance3D, RenderingServer, Resource, VisualInstance3D};
+use godot::classes::{Engine, IVisualInstance3D, RenderingServer, Resource, VisualInstance3D};
 use godot::prelude::*;
 use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
 use lumivox_core::{ExtinctionSpace, Filter, Medium, Preset, SurfaceReflection, VolumeInstance};
@@ -228,6 +228,12 @@ impl IVisualInstance3D for LumivoxVolume3D {
 
     fn get_configuration_warnings(&self) -> PackedStringArray {
         let mut warnings = vec![];
+        if plugin_is_off() {
+            warnings.push(GString::from(
+                "The Lumivox plugin is off: scans are not imported, and there are no handles. Switch it on in \
+                 Project Settings, Plugins.",
+            ));
+        }
         if self.with_volume(|_| ()).is_none() {
             warnings.push(GString::from(
                 "There is no scan to show. Set 'Volume', or drop a DICOM folder on the FileSystem dock.",
@@ -333,6 +339,13 @@ impl LumivoxVolume3D {
             new.connect("changed", &changed);
         }
     }
+}
+
+/// Whether the editor runs without the half of the addon that is a plugin.
+fn plugin_is_off() -> bool {
+    let engine = Engine::singleton();
+    let editor = if engine.is_editor_hint() { engine.get_singleton("EditorInterface") } else { None };
+    editor.is_some_and(|mut editor| !editor.call("is_plugin_enabled", &["lumivox".to_variant()]).booleanize())
 }
 
 fn unit_cube(v: Vector3, otherwise: Vector3) -> Vector3 {

@@ -139,7 +139,8 @@ impl LumivoxVolume {
     /// [code]files[/code], [code]modality[/code] (DICOM's code, such as [code]CT[/code]), [code]dimensions[/code]
     /// (a [Vector3i] of voxels), [code]spacing_mm[/code] (a [Vector3]), [code]orientation[/code] of its slices
     /// ([code]axial[/code]), [code]phases[/code] (volumes in it), [code]unit[/code] of its values, [code]bytes[/code]
-    /// of memory that one phase takes, and [code]notes[/code] (sentences).
+    /// of memory that one phase takes, [code]reason[/code] (why another series comes first, such as
+    /// [code]a localizer[/code]; empty for the first) and [code]notes[/code] (sentences).
     #[func]
     pub fn get_report(&self) -> VarDictionary {
         self.report.clone()
@@ -283,6 +284,7 @@ pub fn report_dictionary(report: &ImportReport) -> VarDictionary {
                 "phases" => one.phases as i64,
                 "unit" => one.unit.as_str(),
                 "bytes" => one.bytes as i64,
+                "reason" => one.reason.as_str(),
                 "notes" => &sentences(&one.notes),
             }
             .to_variant(),

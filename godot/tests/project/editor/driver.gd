@@ -36,7 +36,10 @@ func _run() -> void:
 	_tell("inspector", await _inspect())
 	_tell("dock", await _use_dock())
 	await _screenshot("dock")
+	_tell("several", await _edit_several())
 	_tell("gizmo", await _drag_handle())
+	_tell("dialog", await _use_dialog())
+	_tell("empty", await _begin_with_nothing())
 	_tell("four", await _four_views())
 	await _screenshot("four")
 	_tell("help", await _read_help())
@@ -267,6 +270,155 @@ func _use_dock() -> Dictionary:
 	return told
 
 
+## Gives two selected volumes a preset, in the inspector and in the dock.
+func _edit_several() -> Dictionary:
+	var other := LumivoxVolume3D.new()
+	other.name = "Other"
+	other.volume = _node.volume
+	other.density = 3.0
+	other.position.x = 1.0
+	var root := EditorInterface.get_edited_scene_root()
+	root.add_child(other)
+	other.owner = root
+	var both: Array[LumivoxVolume3D] = [_node, other]
+	EditorInterface.get_selection().clear()
+	for node in both:
+		EditorInterface.get_selection().add_node(node)
+	await _seconds(0.5)
+	await _screenshot("several")
+	var told := {"inspector": {}, "dock": {}}
+	var property := _find_script("res://addons/lumivox/editor/preset_property.gd")
+	if property != null:
+		var button := _find_all(property, func(node: Node) -> bool: return node is OptionButton)[0] as OptionButton
+		told.inspector = _apply_to(both, "ct-bone", func() -> void: button.item_selected.emit(
+				1 + LumivoxVolume3D.preset_names().find("ct-bone")))
+	var dock := _find_script("res://addons/lumivox/editor/transfer_function_dock.gd")
+	var editor := dock.get("_editor") as LumivoxTransferFunctionEditor
+	told.dock = _apply_to(both, "ct-skin", func() -> void: editor.preset_chosen.emit("ct-skin"))
+	EditorInterface.get_selection().clear()
+	EditorInterface.get_selection().add_node(_node)
+	other.free()
+	await _seconds(0.3)
+	return told
+
+
+func _apply_to(nodes: Array[LumivoxVolume3D], preset: String, choose: Callable) -> Dictionary:
+	var inspector := load("res://addons/lumivox/editor/volume_inspector.gd") as GDScript
+	var state := func() -> Array: return nodes.map(func(node: LumivoxVolume3D) -> Dictionary: return inspector.call("stored", node))
+	var before: Array = state.call()
+	choose.call()
+	var after: Array = state.call()
+	var told := {"action": _history().get_current_action_name()}
+	told.applied = nodes.all(func(node: LumivoxVolume3D) -> bool: return node.preset == preset and node.surface_strength > 0.0)
+	_history().undo()
+	told.undone = state.call() == before
+	_history().redo()
+	told.redone = state.call() == after
+	_history().undo()
+	told.undone_again = state.call() == before
+	return told
+
+
+## Imports the second phase of a study's best series with the dialog, and shows it what it cannot import.
+func _use_dialog() -> Dictionary:
+	var dialog := _find_script("res://addons/lumivox/editor/import_dialog.gd") as ConfirmationDialog
+	var tree := dialog.get("_series") as Tree
+	var details := dialog.get("_details") as RichTextLabel
+	var scanned := func() -> bool: return dialog.get("_step") != 1
+	dialog.call("open_path", (_arguments["study"] as String).path_join("good"))
+	await _until(scanned)
+	var told := {"rows": [], "first": details.get_parsed_text()}
+	for item in tree.get_root().get_children():
+		told.rows.append(range(tree.columns).map(func(column: int) -> String: return item.get_text(column)))
+	tree.get_root().get_child(1).select(0)
+	await get_tree().process_frame
+	told.second = details.get_parsed_text()
+	await _seconds(0.5)
+	dialog.get_texture().get_image().save_png(_path("editor_dialog.png"))
+	tree.get_root().get_child(0).select(0)
+	await get_tree().process_frame
+	(dialog.get("_phase") as SpinBox).value = 2.0
+	(dialog.get("_target") as LineEdit).text = "res://opened.res"
+	dialog.get_ok_button().pressed.emit()
+	await _until(func() -> bool: return not dialog.visible)
+	var root := EditorInterface.get_edited_scene_root()
+	var node := root.get_node_or_null("Opened") as LumivoxVolume3D
+	told.added = node != null and node.owner == root and FileAccess.file_exists("res://opened.res")
+	if node != null:
+		var values := node.volume.get_value_range()
+		told.range = [values.x, values.y]
+	_history().undo()
+	told.undone = not root.has_node("Opened")
+	dialog.call("open_path", "/nowhere/at/all")
+	told.nowhere = details.get_parsed_text()
+	dialog.call("open_path", (_arguments["study"] as String).path_join("bad"))
+	await _until(scanned)
+	told.bad = details.get_parsed_text()
+	told.bad_step = dialog.get("_step")
+	await _seconds(0.5)
+	dialog.get_texture().get_image().save_png(_path("editor_dialog_bad.png"))
+	dialog.hide()
+	return told
+
+
+## What the scene dock warns of at a node.
+func _warnings_of(node: Node) -> String:
+	var text := ""
+	for found in _find_all(EditorInterface.get_base_control(), func(one: Node) -> bool:
+			return one is Tree and one.get_parent().get_class() == "SceneTreeEditor"):
+		var item := (found as Tree).get_root()
+		while item != null:
+			if item.get_text(0) == node.name:
+				for i in item.get_button_count(0):
+					text += item.get_button_tooltip_text(0, i)
+			item = item.get_next_in_tree()
+	return text
+
+
+## A node as the scene dock adds it: what it warns of, and the inspector's ways to a scan.
+func _begin_with_nothing() -> Dictionary:
+	var node := LumivoxVolume3D.new()
+	node.name = "New"
+	var root := EditorInterface.get_edited_scene_root()
+	root.add_child(node)
+	node.owner = root
+	EditorInterface.get_selection().clear()
+	EditorInterface.get_selection().add_node(node)
+	EditorInterface.edit_node(node)
+	await _seconds(0.5)
+	await _screenshot("empty")
+	var lacks_scan := func() -> bool: return "There is no scan to show" in _warnings_of(node)
+	var told := {"warned": await _until(lacks_scan), "gizmo": not node.get_gizmos().is_empty()}
+	var press := func(text: String) -> void:
+		for button in _find_all(EditorInterface.get_inspector(), func(one: Node) -> bool: return one is Button):
+			if (button as Button).text == text:
+				(button as Button).pressed.emit()
+	press.call("Import a Scan...")
+	var dialog := _find_script("res://addons/lumivox/editor/import_dialog.gd") as ConfirmationDialog
+	told.offers = (dialog.get("_add_to_scene") as CheckBox).text
+	dialog.call("open_path", (_arguments["study"] as String).path_join("good/small"))
+	await _until(func() -> bool: return dialog.get("_step") != 1)
+	(dialog.get("_target") as LineEdit).text = "res://given.res"
+	dialog.get_ok_button().pressed.emit()
+	await _until(func() -> bool: return not dialog.visible)
+	told.given = node.volume != null and node.volume.get_dimensions() == Vector3i(12, 12, 12)
+	told.content = await _until(func() -> bool: return not lacks_scan.call())
+	_history().undo()
+	told.undone = node.volume == null
+	EditorInterface.edit_node(node)
+	await _seconds(0.5)
+	press.call("Try a Phantom")
+	told.phantom = await _until(func() -> bool: return node.volume != null)
+	told.saved = node.volume != null and node.volume.resource_path == "res://head_phantom.res" \
+			and FileAccess.file_exists("res://head_phantom.res")
+	EditorInterface.get_selection().clear()
+	EditorInterface.get_selection().add_node(_node)
+	EditorInterface.edit_node(_node)
+	node.free()
+	await _seconds(0.3)
+	return told
+
+
 ## Drags a face of the clip box.
 func _drag_handle() -> Dictionary:
 	var gizmo: EditorNode3DGizmo
@@ -320,6 +472,11 @@ func _restart_plugin() -> Dictionary:
 	EditorInterface.set_plugin_enabled("lumivox", false)
 	await _seconds(0.3)
 	var gone := _find_script("res://addons/lumivox/editor/transfer_function_dock.gd") == null
+	var is_off := func() -> bool: return "plugin is off" in _warnings_of(_node)
+	var warned := await _until(is_off)
 	EditorInterface.set_plugin_enabled("lumivox", true)
 	await _seconds(0.3)
-	return {"gone": gone, "back": _find_script("res://addons/lumivox/editor/transfer_function_dock.gd") != null}
+	return {
+		"gone": gone, "back": _find_script("res://addons/lumivox/editor/transfer_function_dock.gd") != null,
+		"warned": warned, "content": await _until(func() -> bool: return not is_off.call()),
+	}

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use lumivox_core::{CancelToken, Progress, glam::DVec3};
+use lumivox_core::{CancelToken, Progress, Volume as Scan, glam::DVec3};
 use lumivox_phantom::{AnatomyOptions, SeriesDescription, anatomy, write_dicom_series};
 use serde_json::{Value, json};
 
@@ -17,11 +17,10 @@ use crate::shown::{assert_same, run_scene, told};
 /// The file that cannot be read.
 const BROKEN: &str = "broken.nrrd";
 
-/// Complaints about the broken file are what is wanted; the others come when the editor is told to quit: what the binding
-/// disconnects, and, from the engine itself, a look for changed files that is cut off.
+/// Complaints about the broken file are what is wanted; the others are the engine's own, when it is told to quit and a
+/// look for changed files is cut off.
 const EXCUSED: &[&str] = &[
     BROKEN,
-    "TypedSignal connections are now auto-disconnected",
     "Scan thread aborted",
     "Can't use get_node() with absolute paths from outside the active scene tree",
 ];
@@ -61,8 +60,10 @@ fn edited() -> &'static (Run, PathBuf) {
         let lines = settings.lines().filter(|line| !line.starts_with("run/main_scene"));
         fs::write(project.join("project.godot"), lines.collect::<Vec<_>>().join("\n")).unwrap();
         write_scans(&project.join("scans"));
-        let [path, cases, out] = [&project, &file, &folder].map(|path| path.to_str().unwrap());
-        let arguments = ["--path", path, "--editor", "--", "--cases", cases, "--out", out];
+        let study = folder.join("study");
+        write_study(&study);
+        let [path, cases, out, study] = [&project, &file, &folder, &study].map(|path| path.to_str().unwrap());
+        let arguments = ["--path", path, "--editor", "--", "--cases", cases, "--out", out, "--study", study];
         let start = Start { excused: EXCUSED, ..Start::default() };
         let run = engine.run_as(&engine.godot, "editor", &arguments, &start);
         (run, folder)
@@ -114,6 +115,60 @@ fn write_scans(folder: &Path) {
     put(123, &[2]);
     put(344, b"n+1\0");
     fs::write(folder.join("grid.nii"), [&nifti[..], &voxels[..240]].concat()).unwrap();
+    write_phases(&folder.join("phases"));
+}
+
+/// A series of two phases, whose second is flat, that the import dock is told to take the second of.
+fn write_phases(folder: &Path) {
+    write_series(&lumivox_phantom::cube(16), folder, 3);
+    add_flat_phase(folder);
+    let options = "[remap]\n\nimporter=\"lumivox.dicom\"\ntype=\"LumivoxVolume\"\n\n[params]\n\nseries=\"\"\nphase=2\n\
+                   compress=true\n";
+    fs::write(folder.join("CT0001.dcm.import"), options).unwrap();
+}
+
+/// Outside the project: a series of two phases, a smaller one, and files that are none.
+fn write_study(folder: &Path) {
+    write_series(&lumivox_phantom::cube(20), &folder.join("good/large"), 4);
+    add_flat_phase(&folder.join("good/large"));
+    write_series(&lumivox_phantom::cube(12), &folder.join("good/small"), 5);
+    fs::create_dir_all(folder.join("bad")).unwrap();
+    fs::write(folder.join("bad/notes.txt"), "Nothing to see here.\n").unwrap();
+    fs::write(folder.join("bad/page.dcm"), "<html>Not found</html>\n").unwrap();
+}
+
+fn write_series(volume: &Scan, folder: &Path, number: u32) {
+    fs::create_dir_all(folder).unwrap();
+    let description =
+        SeriesDescription { series_number: number, seed: number.into(), ..SeriesDescription::default() };
+    write_dicom_series(volume, folder, &description, Progress::SILENT, &CancelToken::new()).unwrap();
+}
+
+/// Adds to each slice of a series one of a second acquisition in the same place, all of whose samples are 100.
+fn add_flat_phase(folder: &Path) {
+    let slices: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    for path in slices {
+        let mut file = fs::read(&path).unwrap();
+        let value = |file: &[u8], tag: [u8; 4], vr: &[u8]| {
+            let head = [&tag[..], vr].concat();
+            let at = file.windows(6).position(|bytes| bytes == head).unwrap() + 6;
+            at + 2..at + 2 + usize::from(u16::from_le_bytes([file[at], file[at + 1]]))
+        };
+        let acquisition = value(&file, [0x20, 0, 0x12, 0], b"IS");
+        file[acquisition.start] = b'2';
+        let uid = file[value(&file, [8, 0, 0x18, 0], b"UI")].to_vec();
+        let places: Vec<usize> =
+            (0..file.len() - uid.len()).filter(|&i| file[i..].starts_with(&uid)).collect();
+        assert_eq!(places.len(), 2, "in the header and in the data");
+        for place in places {
+            let digit = &mut file[place + 8];
+            *digit = if *digit == b'9' { b'1' } else { *digit + 1 };
+        }
+        let pixels = file.windows(6).position(|bytes| bytes == b"\xe0\x7f\x10\0OW").unwrap() + 12;
+        file[pixels..].chunks_exact_mut(2).for_each(|sample| sample.copy_from_slice(&[100, 0]));
+        fs::write(path.with_file_name(format!("second_{}", path.file_name().unwrap().display())), file)
+            .unwrap();
+    }
 }
 
 #[test]
@@ -220,6 +275,45 @@ fn files_in_the_project_become_volumes() {
     assert_eq!(told["grid.nrrd"]["range"], json!([0.0, 209.0]));
     assert_eq!(told["grid.nii"]["spacing"], json!([1.5, 2.0, 2.5]));
     assert_eq!(told["ct/CT0002.dcm"]["part_of"], "res://scans/ct/CT0001.dcm");
+    let phase = &told["phases/CT0001.dcm"];
+    assert_eq!(phase["dims"], json!([16, 16, 16]), "{told}");
+    assert_eq!(phase["range"][0], phase["range"][1], "the dock's option asks for the flat phase: {phase}");
+}
+
+#[test]
+fn the_dialog_tells_series_apart_and_imports_the_phase_that_is_asked_for() {
+    let told = telling("dialog");
+    let rows = told["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 2, "{told}");
+    assert_eq!((&rows[0][2], &rows[0][3], &rows[0][5]), (&json!("20 × 20 × 20"), &json!("2"), &json!("")));
+    assert_eq!(
+        (&rows[1][2], &rows[1][3], &rows[1][5]),
+        (&json!("12 × 12 × 12"), &json!("1"), &json!("fewer voxels"))
+    );
+    assert!(told["second"].as_str().unwrap().contains("Not the first choice: fewer voxels"), "{told}");
+    assert!(!told["first"].as_str().unwrap().contains("Not the first choice"), "{told}");
+    assert_eq!(told["added"], true, "{told}");
+    assert_eq!(told["range"][0], told["range"][1], "the second phase is the flat one: {told}");
+    assert_eq!(told["undone"], true, "{told}");
+    assert!(told["nowhere"].as_str().unwrap().contains("There is no folder or file"), "{told}");
+    assert!(!told["bad"].as_str().unwrap().is_empty() && told["bad_step"] == 0, "{told}");
+}
+
+#[test]
+fn a_preset_for_several_volumes_is_one_step_of_undo() {
+    let told = telling("several");
+    for by in ["inspector", "dock"] {
+        for fact in ["applied", "undone", "redone", "undone_again"] {
+            assert_eq!(told[by][fact], true, "{by}, {fact}: {told}");
+        }
+        assert_eq!(told[by]["action"], "Apply Preset to 2 Volumes", "{told}");
+    }
+}
+
+#[test]
+fn the_editor_ends_without_a_word_about_signals() {
+    let log = &edited().0.log;
+    assert!(!log.contains("auto-disconnected"), "{log}");
 }
 
 #[test]
@@ -233,15 +327,37 @@ fn a_file_that_cannot_be_read_is_named_and_stops_no_other() {
 
 #[test]
 fn the_plugin_can_be_switched_off_and_on() {
-    assert_eq!(telling("plugin"), json!({ "gone": true, "back": true }));
+    assert_eq!(telling("plugin"), json!({ "gone": true, "back": true, "warned": true, "content": true }));
+}
+
+#[test]
+fn a_new_node_says_what_it_lacks_and_offers_ways_to_a_scan() {
+    let told = telling("empty");
+    assert_eq!(told["offers"], "Give to New", "{told}");
+    for fact in ["warned", "gizmo", "given", "content", "undone", "phantom", "saved"] {
+        assert_eq!(told[fact], true, "{fact}: {told}");
+    }
+}
+
+/// What came of the checks of a game that was used with the mouse or with fingers.
+fn used(how: &str) -> Value {
+    static RUN: OnceLock<Option<Run>> = OnceLock::new();
+    told(once(&RUN, || run_scene("use_editor", "use_editor", &json!([])).1), how)
+}
+
+fn assert_all(checks: &Value, count: usize) {
+    let checks = checks.as_object().unwrap();
+    let failed: Vec<_> = checks.iter().filter(|(_, ok)| **ok != true).map(|(what, _)| what).collect();
+    assert!(failed.is_empty(), "{failed:#?}");
+    assert_eq!(checks.len(), count, "some checks were left out: {checks:#?}");
 }
 
 #[test]
 fn the_transfer_function_editor_works_with_the_mouse_in_a_game() {
-    let (_, run) = run_scene("use_editor", "use_editor", &json!([]));
-    let told = told(&run, "mouse");
-    let checks = told.as_object().unwrap();
-    let failed: Vec<_> = checks.iter().filter(|(_, ok)| **ok != true).map(|(what, _)| what).collect();
-    assert!(failed.is_empty(), "{failed:#?}");
-    assert_eq!(checks.len(), 17, "some checks were left out: {checks:#?}");
+    assert_all(&used("mouse"), 17);
+}
+
+#[test]
+fn the_transfer_function_editor_and_the_camera_work_with_fingers() {
+    assert_all(&used("touch"), 13);
 }

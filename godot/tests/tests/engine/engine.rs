@@ -54,8 +54,8 @@ pub fn once<T>(cell: &'static OnceLock<Option<T>>, make: impl FnOnce() -> T) -> 
 
 /// One engine at a time: two would only slow each other down.
 pub fn engine() -> MutexGuard<'static, Engine> {
-    static ENGINE: OnceLock<Mutex<Engine>> = OnceLock::new();
-    ENGINE.get_or_init(|| Mutex::new(Engine::new())).lock().unwrap_or_else(PoisonError::into_inner)
+    static ENGINE: OnceLock<Option<Mutex<Engine>>> = OnceLock::new();
+    once(&ENGINE, || Mutex::new(Engine::new())).lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Godot, with a project of its own.
@@ -65,6 +65,8 @@ pub struct Engine {
     pub project: PathBuf,
     /// Where cases and pictures go.
     pub out: PathBuf,
+    /// Held until this process ends, however it does.
+    _lock: fs::File,
 }
 
 impl Engine {
@@ -74,12 +76,13 @@ impl Engine {
         ));
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("godot");
+        let lock = lock(&folder.with_extension("lock"));
         let _ = fs::remove_dir_all(&folder);
-        let engine = Self { godot, project: folder.join("project"), out: folder.join("out") };
+        let engine = Self { godot, project: folder.join("project"), out: folder.join("out"), _lock: lock };
         fs::create_dir_all(&engine.out).unwrap();
         copy(&root.join("godot/demo"), &engine.project, &[".godot", "bin"]);
         copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("project"), &engine.project.join("tests"), &[]);
-        engine.install_extension(&root);
+        engine.install_extension();
         // Without this list the first import does not know the extension's classes.
         fs::create_dir_all(engine.project.join(".godot")).unwrap();
         fs::write(
@@ -91,16 +94,14 @@ impl Engine {
         engine
     }
 
-    fn install_extension(&self, root: &Path) {
-        let mut build = Command::new(env!("CARGO"));
-        build.args(["build", "--release", "--quiet", "--package", "lumivox-godot"]).current_dir(root);
-        assert!(build.status().unwrap().success(), "the extension does not build");
-        // Beside this test's own `deps` folder.
+    /// Cargo builds the extension with these tests, as a dependency of theirs, and leaves it beside them.
+    fn install_extension(&self) {
         let test = std::env::current_exe().unwrap();
-        let release = test.parent().and_then(Path::parent).unwrap();
+        let library = test.with_file_name("liblumivox_godot.so");
         let bin = self.project.join("addons/lumivox/bin").join(format!("linux.{}", std::env::consts::ARCH));
         fs::create_dir_all(&bin).unwrap();
-        fs::copy(release.join("liblumivox_godot.so"), bin.join("liblumivox_godot.so")).unwrap();
+        fs::copy(&library, bin.join("liblumivox_godot.so"))
+            .unwrap_or_else(|e| panic!("{}: {e}; cargo test builds it", library.display()));
     }
 
     /// Runs Godot in the project until it quits, and fails if it complains.
@@ -235,6 +236,18 @@ impl Drop for Display {
         }
         let _ = self.server.wait();
     }
+}
+
+/// Waits until no other process runs these tests in the same target folder: each would wipe the other's project.
+fn lock(path: &Path) -> fs::File {
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    let file = fs::File::create(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    if file.try_lock().is_err() {
+        // Past the test's own streams, which are shown when it is over.
+        let _ = fs::write("/dev/stderr", "waiting for other engine tests to end\n");
+        file.lock().unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    }
+    file
 }
 
 /// Copies a folder without what is called as in `except`.

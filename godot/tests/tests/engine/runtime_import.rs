@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::case::Case;
-use crate::engine::Run;
+use crate::engine::{Run, engine};
 use crate::shown::{run_scene, told};
 
 /// What `project/runtime_import.gd` loads.
@@ -46,8 +46,7 @@ struct Imports {
 fn imports() -> &'static Imports {
     static IMPORTS: OnceLock<Imports> = OnceLock::new();
     IMPORTS.get_or_init(|| {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scans");
-        let _ = fs::remove_dir_all(&folder);
+        let folder = engine().out.join("scans");
         fs::create_dir_all(&folder).unwrap();
         let at = |name: &str| folder.join(name).to_str().unwrap().to_owned();
         let job = |name: &str, path: String| Job {

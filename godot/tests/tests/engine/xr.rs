@@ -11,12 +11,13 @@ use std::time::{Duration, Instant};
 
 use lumivox_core::glam::{DMat3, DVec3};
 use lumivox_testing::png_io::SrgbImage;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use crate::case::{Case, Mesh, Place, Volume, look_at};
-use crate::engine::{Start, engine, once};
+use crate::engine::{Run, Start, engine, once};
 use crate::expected;
-use crate::shown::distance;
+use crate::shown::{distance, told};
 
 /// Errors of the engine itself when it ends an OpenXR session.
 const AT_EXIT: &[&str] = &[
@@ -69,30 +70,41 @@ fn case() -> Case {
 fn seen() -> Option<&'static (Seen, PathBuf)> {
     static SEEN: OnceLock<Option<Option<(Seen, PathBuf)>>> = OnceLock::new();
     once(&SEEN, || {
-        let monado = Monado::find()?;
-        let engine = engine();
-        let folder = engine.out.join("headset");
-        fs::create_dir_all(&folder).unwrap();
-        let file = folder.join("cases.json");
-        fs::write(&file, serde_json::to_vec(&[case()]).unwrap()).unwrap();
-        let service = monado.start(&folder.join("monado.log"));
-        let [project, cases, out] = [&engine.project, &file, &folder].map(|path| path.to_str().unwrap());
-        let arguments = ["--path", project, "--xr-mode", "on", "res://tests/show_in_headset.tscn", "--"];
-        let options = ["--cases", cases, "--out", out, "--scale", "0.3"];
-        let start = Start {
-            environment: vec![
-                ("XDG_RUNTIME_DIR", service.folder.clone().into()),
-                ("XR_RUNTIME_JSON", monado.manifest.clone().into()),
-                ("NODEVICE_SELECT", "1".into()),
-            ],
-            excused: AT_EXIT,
-            ..Start::default()
-        };
-        engine.run_as(&engine.godot, "headset", &[&arguments[..], &options].concat(), &start);
+        let (_, folder) = run_in_headset("headset", "show_in_headset", &[case()], &["--scale", "0.3"])?;
         let seen = serde_json::from_slice(&fs::read(folder.join("eyes.json")).unwrap()).unwrap();
         Some((seen, folder))
     })
     .as_ref()
+}
+
+/// Runs a scene of `project/` in a simulated headset; `None` where there is none.
+fn run_in_headset(
+    name: &str,
+    scene: &str,
+    cases: &impl Serialize,
+    options: &[&str],
+) -> Option<(Run, PathBuf)> {
+    let monado = Monado::find()?;
+    let engine = engine();
+    let folder = engine.out.join(name);
+    fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("cases.json");
+    fs::write(&file, serde_json::to_vec(cases).unwrap()).unwrap();
+    let service = monado.start(&folder.join("monado.log"));
+    let scene = format!("res://tests/{scene}.tscn");
+    let [project, cases, out] = [&engine.project, &file, &folder].map(|path| path.to_str().unwrap());
+    let arguments = ["--path", project, "--xr-mode", "on", &scene, "--", "--cases", cases, "--out", out];
+    let start = Start {
+        environment: vec![
+            ("XDG_RUNTIME_DIR", service.folder.clone().into()),
+            ("XR_RUNTIME_JSON", monado.manifest.clone().into()),
+            ("NODEVICE_SELECT", "1".into()),
+        ],
+        excused: AT_EXIT,
+        ..Start::default()
+    };
+    let run = engine.run_as(&engine.godot, name, &[&arguments[..], options].concat(), &start);
+    Some((run, folder))
 }
 
 /// An OpenXR runtime that simulates a headset.
@@ -206,4 +218,25 @@ fn a_moving_head_gets_whole_pictures() {
         seen.unfinished,
         seen.frames
     );
+}
+
+#[test]
+fn the_vr_scene_is_grabbed_scaled_and_cut_and_can_be_left() {
+    let Some((run, _)) = run_in_headset("vr", "use_vr", &json!([]), &[]) else { return };
+    let told = told(&run, "vr");
+    let eyes = told["eyes"].as_array().unwrap();
+    assert_eq!(eyes.len(), 2, "{told}");
+    let [left, right] = [0, 1].map(|eye| {
+        // 20 cm by 30 cm of them in a picture of about 160 cm by 160 cm at that distance.
+        let share = eyes[eye]["share"].as_f64().unwrap();
+        assert!(share > 0.01 && share < 0.1, "eye {eye} sees the head in {share} of its picture");
+        eyes[eye]["middle"].as_f64().unwrap()
+    });
+    // The eyes are 6 cm apart, the head is 80 cm away: it stands farther to the right for the left one.
+    assert!((left - right - 0.063 / 0.8).abs() < 0.02, "{told}");
+    let checks = told.as_object().unwrap();
+    let failed: Vec<_> =
+        checks.iter().filter(|(what, ok)| *what != "eyes" && **ok != true).map(|(what, _)| what).collect();
+    assert!(failed.is_empty(), "{failed:#?}");
+    assert_eq!(checks.len(), 13, "some checks were left out: {checks:#?}");
 }

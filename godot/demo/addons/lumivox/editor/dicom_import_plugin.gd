@@ -8,7 +8,6 @@ extends "import_plugin.gd"
 const SERIES_META := &"lumivox_series"
 
 static var _first_files: Dictionary[String, String] = {}
-static var _lock := Mutex.new()
 
 
 func _get_importer_name() -> String:
@@ -24,13 +23,7 @@ func _get_recognized_extensions() -> PackedStringArray:
 
 
 func _get_import_options(_path: String, _preset: int) -> Array[Dictionary]:
-	return [
-		{
-			"name": "series", "default_value": "",
-			"property_hint": PROPERTY_HINT_PLACEHOLDER_TEXT, "hint_string": "the best",
-		},
-		{"name": "compress", "default_value": true},
-	]
+	return series_options() + ([{"name": "compress", "default_value": true}] as Array[Dictionary])
 
 
 func _import(
@@ -45,16 +38,11 @@ func _import(
 		push_error("Lumivox: %s was not imported; the line above says why." % folder)
 		return ERR_FILE_CORRUPT
 	volume.resource_name = folder.get_file()
-	var series: Array = volume.get_report().get("series", [])
-	if series.size() > 1:
-		print("Lumivox: %s holds %d series. Set 'series' in the Import dock of %s to take another, " % [
-			folder, series.size(), first.get_file()] + "or import several with Project > Tools > Import DICOM Folder.")
 	return save_volume(volume, source_file, save_path, options)
 
 
 ## The file that a folder's scan is imported with: its first one by name.
 static func first_file(folder: String) -> String:
-	_lock.lock()
 	if not _first_files.has(folder):
 		# Listed once: a scan may have thousands of files, and each asks.
 		var names: Array[String] = []
@@ -63,13 +51,9 @@ static func first_file(folder: String) -> String:
 				names.append(name)
 		names.sort_custom(func(a: String, b: String) -> bool: return a.naturalnocasecmp_to(b) < 0)
 		_first_files[folder] = folder.path_join(names[0]) if not names.is_empty() else ""
-	var first := _first_files[folder]
-	_lock.unlock()
-	return first
+	return _first_files[folder]
 
 
 ## Files were added or removed.
 static func forget_folders() -> void:
-	_lock.lock()
 	_first_files.clear()
-	_lock.unlock()

@@ -6,11 +6,15 @@ extends ConfirmationDialog
 
 enum Step { CHOOSE, SCANNING, READY, IMPORTING, SAVING }
 
-const COLUMNS: PackedStringArray = ["Series", "What it is", "Voxels", "Phases", "Files"]
-const COLUMN_RATIOS: PackedInt32Array = [2, 10, 5, 2, 2]
+const VolumeInspector := preload("volume_inspector.gd")
+
+const COLUMNS: PackedStringArray = ["Series", "What it is", "Voxels", "Phases", "Files", "Remark"]
+const COLUMN_RATIOS: PackedInt32Array = [2, 10, 5, 2, 2, 4]
 const THUMBNAIL_SIZE := 160
 
 var _undo: EditorUndoRedoManager
+## The node that the scan is for, or null.
+var _receiver: LumivoxVolume3D
 var _importer: LumivoxImporter
 var _step := Step.CHOOSE
 var _report: Dictionary = {}
@@ -68,8 +72,10 @@ func _exit_tree() -> void:
 		_save_task = -1
 
 
-## Opens the dialog.
-func open() -> void:
+## Opens the dialog. The scan is given to [param receiver], or a node of its own if there is none.
+func open(receiver: LumivoxVolume3D = null) -> void:
+	_receiver = receiver
+	_add_to_scene.text = "Add to Scene" if receiver == null else "Give to %s" % receiver.name
 	if _step == Step.CHOOSE:
 		_go(Step.CHOOSE)
 	popup_centered_clamped(Vector2i(Vector2(760.0, 560.0) * EditorInterface.get_editor_scale()), 0.9)
@@ -79,7 +85,7 @@ func open() -> void:
 
 ## Opens the dialog and looks at a folder or file.
 func open_path(path: String) -> void:
-	open()
+	open(_receiver if visible else null)
 	_path.text = path
 	_scan()
 
@@ -166,7 +172,7 @@ func _target_row() -> Control:
 	_phase_row.hide()
 	row.add_child(_phase_row)
 	_add_to_scene.text = "Add to Scene"
-	_add_to_scene.tooltip_text = "Adds a LumivoxVolume3D with the scan to the scene that is open."
+	_add_to_scene.tooltip_text = "Shows the scan in the scene that is open, in a LumivoxVolume3D."
 	_add_to_scene.button_pressed = true
 	row.add_child(_add_to_scene)
 	return row
@@ -241,6 +247,7 @@ func _scan() -> void:
 func _forget() -> void:
 	_report = {}
 	_series.clear()
+	_target.text = ""
 	_details.text = ""
 	_thumbnail.texture = null
 	_phase_row.hide()
@@ -273,6 +280,10 @@ func _on_scanned(report: Dictionary) -> void:
 		item.set_text(2, "%d × %d × %d" % [size.x, size.y, size.z])
 		item.set_text(3, str(one.get("phases", 1)))
 		item.set_text(4, str(one.get("files", 0)))
+		var reason: String = one.get("reason", "")
+		item.set_text(5, reason)
+		item.set_custom_color(5, get_theme_color(&"font_placeholder_color", &"LineEdit"))
+		item.set_tooltip_text(5, "Why another series comes first." if reason != "" else "")
 		item.set_metadata(0, i)
 		if i == (report.get("chosen", 0) as int):
 			item.select(0)
@@ -317,6 +328,8 @@ func _series_text(one: Dictionary) -> String:
 	if (one.get("unit", "") as String) != "":
 		facts.append("values in %s" % one.unit)
 	var text := ", ".join(Array(facts).filter(func(fact: String) -> bool: return fact != "")) + "\n"
+	if (one.get("reason", "") as String) != "":
+		text += "Not the first choice: %s\n" % one.reason
 	for note: String in one.get("notes", PackedStringArray()):
 		text += "• %s\n" % note
 	return text
@@ -398,7 +411,9 @@ func _on_saved() -> void:
 		return
 	EditorInterface.get_resource_filesystem().scan()
 	_volume.take_over_path(_target.text)
-	if _add_to_scene.button_pressed and EditorInterface.get_edited_scene_root() != null:
+	if _add_to_scene.button_pressed and is_instance_valid(_receiver) and _receiver.is_inside_tree():
+		VolumeInspector.give_volume(_undo, _receiver, _volume)
+	elif _add_to_scene.button_pressed and EditorInterface.get_edited_scene_root() != null:
 		_add_node()
 	else:
 		EditorInterface.edit_resource(_volume)

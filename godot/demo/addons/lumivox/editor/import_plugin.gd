@@ -35,7 +35,9 @@ func _get_import_order() -> int:
 
 
 func _can_import_threaded() -> bool:
-	return true
+	# A scan is decoded on all cores as it is. What saves it afterwards asks ClassDB for a class' defaults, which the
+	# engine (4.6) collects without a lock: several at once would write over each other.
+	return false
 
 
 func _get_preset_count() -> int:
@@ -46,10 +48,7 @@ func _get_import_options(path: String, _preset: int) -> Array[Dictionary]:
 	var extension := path.get_extension().to_lower()
 	var options: Array[Dictionary] = []
 	if extension in ["zip", ""]:
-		options.append({
-			"name": "series", "default_value": "",
-			"property_hint": PROPERTY_HINT_PLACEHOLDER_TEXT, "hint_string": "the best",
-		})
+		options.append_array(series_options())
 	if extension in ["raw", "gz", ""]:
 		options.append({
 			"name": "raw", "default_value": "",
@@ -85,6 +84,21 @@ func _import(
 	return save_volume(volume, source_file, save_path, options)
 
 
+## Which of the volumes in a DICOM study is imported.
+static func series_options() -> Array[Dictionary]:
+	return [
+		{
+			"name": "series", "default_value": "",
+			"property_hint": PROPERTY_HINT_PLACEHOLDER_TEXT, "hint_string": "the best",
+		},
+		# Of a series with several volumes, from 1; 0 is the first that is whole.
+		{
+			"name": "phase", "default_value": 0,
+			"property_hint": PROPERTY_HINT_RANGE, "hint_string": "0,100,1,or_greater",
+		},
+	]
+
+
 ## What the reader is to know of the import options.
 static func reader_options(options: Dictionary) -> Dictionary:
 	var wanted := {}
@@ -92,13 +106,21 @@ static func reader_options(options: Dictionary) -> Dictionary:
 		var text: String = options.get(key, "")
 		if text.strip_edges() != "":
 			wanted[key] = text.strip_edges()
+	var phase: int = options.get("phase", 0)
+	if phase > 0:
+		wanted["phase"] = phase
 	return wanted
 
 
 ## Writes what was imported, and tells what is worth telling.
 static func save_volume(volume: LumivoxVolume, source_file: String, save_path: String, options: Dictionary) -> Error:
-	for note: String in volume.get_report().get("notes", PackedStringArray()):
+	var report := volume.get_report()
+	for note: String in report.get("notes", PackedStringArray()):
 		print("Lumivox: %s: %s" % [source_file.get_file(), note])
+	var series: Array = report.get("series", [])
+	if series.size() > 1 and report.get("format", "") == "DICOM":
+		print("Lumivox: %s is of a study with %d series. Set 'Series' in the Import dock to take another, " % [
+			source_file.get_file(), series.size()] + "or import several with Project > Tools > Import DICOM Folder.")
 	var flags := ResourceSaver.FLAG_COMPRESS if options.get("compress", true) else ResourceSaver.FLAG_NONE
 	return ResourceSaver.save(volume, "%s.%s" % [save_path, SAVE_EXTENSION], flags)
 

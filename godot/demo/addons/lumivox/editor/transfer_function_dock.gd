@@ -85,12 +85,15 @@ func _show_state() -> void:
 
 
 func _on_create() -> void:
-	var preset := LumivoxTransferFunctionEditor.PresetGallery.suiting(_node.volume)
-	if _node.preset in LumivoxVolume3D.preset_names():
-		preset = _node.preset
 	_undo.create_action("Create Transfer Function", UndoRedo.MERGE_DISABLE, _node)
-	_undo.add_do_property(_node, &"transfer_function", LumivoxTransferFunction.preset(preset, _node.volume))
-	_undo.add_undo_property(_node, &"transfer_function", null)
+	for node in _edited_nodes():
+		if node.transfer_function != null or node.volume == null or node.volume.is_empty():
+			continue
+		var preset := LumivoxTransferFunctionEditor.PresetGallery.suiting(node.volume)
+		if node.preset in LumivoxVolume3D.preset_names():
+			preset = node.preset
+		_undo.add_do_property(node, &"transfer_function", LumivoxTransferFunction.preset(preset, node.volume))
+		_undo.add_undo_property(node, &"transfer_function", null)
 	_undo.commit_action()
 
 
@@ -102,20 +105,18 @@ func _on_edit_finished(before: Dictionary, after: Dictionary) -> void:
 	_undo.commit_action(false)
 
 
-## A preset sets the whole medium of a node; of a resource on its own, the points.
+## A preset sets the whole medium of all selected nodes; of a resource on its own, the points.
 func _on_preset_chosen(preset: String) -> void:
 	if not is_instance_valid(_node):
 		_editor.take(LumivoxTransferFunction.preset(preset, _editor.volume))
 		return
-	var before := VolumeInspector.stored(_node)
-	_node.apply_preset(preset)
-	var after := VolumeInspector.stored(_node)
-	_undo.create_action("Apply Preset", UndoRedo.MERGE_DISABLE, _node)
-	for property: StringName in after:
-		if after[property] != before[property]:
-			_undo.add_do_property(_node, property, after[property])
-			_undo.add_undo_property(_node, property, before[property])
-	_undo.commit_action()
+	VolumeInspector.apply_preset(_undo, _edited_nodes(), preset)
+
+
+## The volume that is shown, and those selected with it.
+func _edited_nodes() -> Array[LumivoxVolume3D]:
+	var nodes := VolumeInspector.selected_volumes()
+	return nodes if _node in nodes else ([_node] as Array[LumivoxVolume3D])
 
 
 ## Which undo history an edit belongs to: the scene's for a built-in resource, else the resource's own.

@@ -18,6 +18,8 @@ const STROKES: Dictionary[String, PackedVector2Array] = {
 		Vector2(0.6, 0.5), Vector2(0, 0.5)],
 }
 const MIN_EXTENT := 0.002
+## A node without a scan, in metres: about a head.
+const PLACEHOLDER := AABB(Vector3(-0.12, -0.12, -0.12), Vector3(0.24, 0.24, 0.24))
 const CLIP_NAMES: PackedStringArray = [
 	"Clip right", "Clip left", "Clip feet", "Clip head", "Clip back", "Clip front",
 ]
@@ -48,6 +50,9 @@ func _redraw(gizmo: EditorNode3DGizmo) -> void:
 	var node := gizmo.get_node_3d() as LumivoxVolume3D
 	var box := node.get_local_box()
 	if box.size == Vector3.ZERO:
+		# There is something to see and to click at, though there is no scan yet.
+		gizmo.add_lines(_edges(PLACEHOLDER), get_material("box", gizmo))
+		gizmo.add_collision_segments(_edges(PLACEHOLDER))
 		return
 	# An oblique scan's box is turned against the node.
 	var place := node.get_clip_transform()

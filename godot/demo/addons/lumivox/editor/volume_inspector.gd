@@ -1,8 +1,14 @@
 @tool
 extends EditorInspectorPlugin
-## Adds to the inspector what a scan is, a way from one slice of a series to the whole, and the undoing of presets.
+## Adds to the inspector what a scan is, ways to get one, a way from one slice of a series to the whole, and the undoing
+## of presets.
+
+## Emitted when a volume without a scan is to be given one.
+signal import_requested(node: LumivoxVolume3D)
 
 const DicomImporter := preload("dicom_import_plugin.gd")
+const PresetProperty := preload("preset_property.gd")
+const PhantomTask := preload("phantom_task.gd")
 const PREVIEW_HEIGHT := 150.0
 
 var _undo: EditorUndoRedoManager
@@ -13,18 +19,59 @@ func _init(undo: EditorUndoRedoManager = null) -> void:
 
 
 func _can_handle(object: Object) -> bool:
-	return object is LumivoxVolume or object is LumivoxVolume3D
+	return object is LumivoxVolume or object is LumivoxVolume3D or _is_several(object)
 
 
 func _parse_begin(object: Object) -> void:
 	var node := object as LumivoxVolume3D
 	var volume := node.volume if node != null else object as LumivoxVolume
-	if volume == null:
+	if node != null and (volume == null or volume.is_empty() and not volume.has_meta(DicomImporter.SERIES_META)):
+		_add_start(node)
+	elif volume == null:
 		return
-	if volume.has_meta(DicomImporter.SERIES_META):
+	elif volume.has_meta(DicomImporter.SERIES_META):
 		_add_series_link(volume, node)
 	elif node == null and not volume.is_empty():
 		_add_preview(volume)
+
+
+func _parse_property(
+		object: Object, _type: Variant.Type, name: String, _hint_type: PropertyHint, _hint_string: String,
+		_usage: int, _wide: bool) -> bool:
+	if name != "preset" or not _is_several(object):
+		return false
+	var editor := PresetProperty.new()
+	editor.chosen.connect(func(preset: String) -> void:
+		apply_preset(_undo, selected_volumes(), preset)
+		editor.update_property())
+	add_property_editor(name, editor)
+	return true
+
+
+## Whether the inspector shows several nodes at once, all of them volumes.
+func _is_several(object: Object) -> bool:
+	return object.get_class() == "MultiNodeEdit" and not selected_volumes().is_empty() \
+			and selected_volumes().size() == EditorInterface.get_selection().get_selected_nodes().size()
+
+
+## The volumes among the selected nodes.
+static func selected_volumes() -> Array[LumivoxVolume3D]:
+	var volumes: Array[LumivoxVolume3D] = []
+	for node in EditorInterface.get_selection().get_selected_nodes():
+		if node is LumivoxVolume3D:
+			volumes.append(node as LumivoxVolume3D)
+	return volumes
+
+
+## Gives volumes the look of a preset, as one step of undo. Those that it does not suit stay as they are.
+static func apply_preset(undo: EditorUndoRedoManager, nodes: Array[LumivoxVolume3D], preset: String) -> void:
+	if nodes.is_empty():
+		return
+	var name := "Apply Preset" if nodes.size() == 1 else "Apply Preset to %d Volumes" % nodes.size()
+	undo.create_action(name, UndoRedo.MERGE_DISABLE, nodes[0])
+	for node in nodes:
+		_record(undo, node, preset)
+	undo.commit_action()
 
 
 ## What a preset may set: everything that a volume's node stores.
@@ -43,9 +90,16 @@ static func record_preset(undo: Object, object: Object, property: String, value:
 	var node := object as LumivoxVolume3D
 	if node == null or property != "preset":
 		return
+	_record(undo, node, value as String)
+
+
+## The values that a preset changes, and what was there before.
+static func _record(undo: Object, node: LumivoxVolume3D, preset: String) -> void:
 	var before := stored(node)
-	var after := before
-	if value != "" and node.apply_preset(value as String):
+	var after := before.duplicate()
+	if preset == "":
+		after[&"chosen_preset"] = ""
+	elif node.apply_preset(preset):
 		after = stored(node)
 		for key in before:
 			node.set(key, before[key])
@@ -53,6 +107,51 @@ static func record_preset(undo: Object, object: Object, property: String, value:
 		undo.call(&"add_undo_property", node, key, before[key])
 		if after[key] != before[key]:
 			undo.call(&"add_do_property", node, key, after[key])
+
+
+## Buttons for a node that has nothing to show yet.
+func _add_start(node: LumivoxVolume3D) -> void:
+	var row := HBoxContainer.new()
+	var scan := Button.new()
+	scan.text = "Import a Scan..."
+	scan.tooltip_text = "A folder of DICOM files, an archive, or a file of another format."
+	scan.pressed.connect(func() -> void: import_requested.emit(node))
+	var phantom := Button.new()
+	phantom.text = "Try a Phantom"
+	phantom.tooltip_text = "Computes the CT of a head and saves it as %s." % PhantomTask.PATH
+	phantom.pressed.connect(_use_phantom.bind(node, phantom))
+	for button: Button in [scan, phantom]:
+		button.size_flags_horizontal = Control.SIZE_EXPAND_FILL
+		button.clip_text = true
+		row.add_child(button)
+	add_custom_control(row)
+
+
+func _use_phantom(node: LumivoxVolume3D, button: Button) -> void:
+	var known := load(PhantomTask.PATH) as LumivoxVolume if ResourceLoader.exists(PhantomTask.PATH) else null
+	if known != null:
+		_give(known, node)
+		return
+	button.disabled = true
+	button.text = "Computing..."
+	var task := PhantomTask.new()
+	task.done.connect(_give.bind(node))
+	EditorInterface.get_base_control().add_child(task)
+
+
+func _give(volume: LumivoxVolume, node: LumivoxVolume3D) -> void:
+	if is_instance_valid(node) and volume != null:
+		give_volume(_undo, node, volume)
+
+
+## Sets a node's scan, as one step of undo.
+static func give_volume(undo: EditorUndoRedoManager, node: LumivoxVolume3D, volume: LumivoxVolume) -> void:
+	undo.create_action("Set Volume", UndoRedo.MERGE_DISABLE, node)
+	undo.add_do_property(node, &"volume", volume)
+	undo.add_undo_property(node, &"volume", node.volume)
+	undo.add_do_method(node, &"notify_property_list_changed")
+	undo.add_undo_method(node, &"notify_property_list_changed")
+	undo.commit_action()
 
 
 func _add_series_link(volume: LumivoxVolume, node: LumivoxVolume3D) -> void:
@@ -74,10 +173,7 @@ func _use_series(path: String, node: LumivoxVolume3D) -> void:
 	elif node == null:
 		EditorInterface.edit_resource(whole)
 	else:
-		_undo.create_action("Use Whole Scan", UndoRedo.MERGE_DISABLE, node)
-		_undo.add_do_property(node, &"volume", whole)
-		_undo.add_undo_property(node, &"volume", node.volume)
-		_undo.commit_action()
+		give_volume(_undo, node, whole)
 
 
 func _add_preview(volume: LumivoxVolume) -> void:

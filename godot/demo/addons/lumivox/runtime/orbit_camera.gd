@@ -81,11 +81,18 @@ func _place() -> void:
 	h_offset = covered_right * _shown.z * tan(deg_to_rad(fov) / 2.0) * aspect
 
 
+## A finger may be lifted over a panel, which keeps that to itself.
+func _input(event: InputEvent) -> void:
+	var touch := event as InputEventScreenTouch
+	if touch != null and not touch.pressed:
+		_touches.erase(touch.index)
+
+
 func _unhandled_input(event: InputEvent) -> void:
 	if not current:
 		return
-	if event is InputEventScreenTouch:
-		_on_touch(event as InputEventScreenTouch)
+	if event is InputEventScreenTouch and event.is_pressed():
+		_touches[(event as InputEventScreenTouch).index] = (event as InputEventScreenTouch).position
 	elif event is InputEventScreenDrag:
 		_on_touch_drag(event as InputEventScreenDrag)
 	elif event is InputEventMouseButton and _touches.is_empty():
@@ -118,14 +125,10 @@ func _on_motion(motion: InputEventMouseMotion) -> void:
 		_turn(motion.relative)
 
 
-func _on_touch(touch: InputEventScreenTouch) -> void:
-	if touch.pressed:
-		_touches[touch.index] = touch.position
-	else:
-		_touches.erase(touch.index)
-
-
 func _on_touch_drag(drag: InputEventScreenDrag) -> void:
+	# Not one that began on a panel.
+	if not _touches.has(drag.index):
+		return
 	var before := _spread()
 	_touches[drag.index] = drag.position
 	if _touches.size() == 1:

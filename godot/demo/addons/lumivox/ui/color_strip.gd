@@ -4,18 +4,17 @@ extends "value_strip.gd"
 ##
 ## A click opens a stop's colour, a drag moves it, a double-click adds one, a right click removes it.
 
-var _hovered := -1
 var _pressed := -1
 var _dragged := false
 var _picked := -1
 var _popup: PopupPanel
 var _picker: ColorPicker
+var _remove_button: Button
 
 
 func _init() -> void:
 	super()
 	custom_minimum_size = Vector2(0.0, 38.0)
-	mouse_exited.connect(_on_mouse_exited)
 
 
 func _enter_tree() -> void:
@@ -33,8 +32,16 @@ func _gui_input(event: InputEvent) -> void:
 		_on_motion(event as InputEventMouseMotion)
 
 
+func handle_count() -> int:
+	return points.color_values.size()
+
+
+func handle_distance(stop: int, at: Vector2) -> float:
+	return absf(x_of(points.shown(points.color_values[stop])) - at.x)
+
+
 func _on_button(button: InputEventMouseButton) -> void:
-	var stop := _stop_near(button.position.x)
+	var stop := handle_at(button)
 	if button.button_index == MOUSE_BUTTON_LEFT:
 		if button.pressed:
 			if stop < 0 and button.double_click:
@@ -45,27 +52,20 @@ func _on_button(button: InputEventMouseButton) -> void:
 			if _dragged:
 				end_edit()
 			elif _pressed >= 0 and _pressed == stop:
-				_open_picker(stop)
+				# A finger must be seen to be lifted before another window opens.
+				_open_picker.call_deferred(stop)
 			_pressed = -1
 			_dragged = false
 		queue_redraw()
 		accept_event()
 	elif button.button_index == MOUSE_BUTTON_RIGHT and button.pressed and stop >= 0:
-		begin_edit()
-		points.bake_window()
-		if points.remove_stop(stop):
-			edited.emit()
-		end_edit()
-		_hovered = -1
+		_remove(stop)
 		accept_event()
 
 
 func _on_motion(motion: InputEventMouseMotion) -> void:
 	if _pressed < 0:
-		var near := _stop_near(motion.position.x)
-		if near != _hovered:
-			_hovered = near
-			queue_redraw()
+		hover(handle_at(motion))
 		var value := value_at(motion.position.x)
 		hinted.emit("%s    #%s" % [axis.text(value), transfer_function.get_color(value).to_html(false)])
 		return
@@ -83,23 +83,41 @@ func _on_motion(motion: InputEventMouseMotion) -> void:
 func _add(value: float) -> void:
 	begin_edit()
 	points.bake_window()
-	_hovered = points.add_stop(value, transfer_function.get_color(value))
+	hovered = points.add_stop(value, transfer_function.get_color(value))
 	edited.emit()
 	end_edit()
 
 
+func _remove(stop: int) -> void:
+	begin_edit()
+	points.bake_window()
+	if points.remove_stop(stop):
+		edited.emit()
+	end_edit()
+	hover(-1)
+
+
 func _open_picker(stop: int) -> void:
+	if not is_ready_to_edit() or stop >= points.colors.size():
+		return
 	if _popup == null:
 		_popup = PopupPanel.new()
 		_picker = ColorPicker.new()
 		_picker.edit_alpha = false
 		_picker.sampler_visible = false
 		_picker.color_changed.connect(_on_color_changed)
-		_popup.add_child(_picker)
+		_remove_button = Button.new()
+		_remove_button.text = "Remove This Colour"
+		_remove_button.pressed.connect(_on_remove_pressed)
+		var column := VBoxContainer.new()
+		column.add_child(_picker)
+		column.add_child(_remove_button)
+		_popup.add_child(column)
 		_popup.popup_hide.connect(_on_picker_closed)
 		add_child(_popup)
 	_picked = stop
 	_picker.color = points.colors[stop]
+	_remove_button.disabled = points.colors.size() <= 1
 	_popup.reset_size()
 	var anchor := get_screen_position() + Vector2(x_of(points.shown(points.color_values[stop])), 0.0)
 	_popup.popup(Rect2i(Vector2i(anchor) - Vector2i(_popup.size.x >> 1, _popup.size.y), Vector2i.ZERO))
@@ -119,21 +137,10 @@ func _on_picker_closed() -> void:
 	queue_redraw()
 
 
-func _on_mouse_exited() -> void:
-	_hovered = -1
-	hinted.emit("")
-	queue_redraw()
-
-
-func _stop_near(x: float) -> int:
-	var nearest := -1
-	var distance := scaled(GRAB_DISTANCE)
-	for i in points.color_values.size():
-		var d := absf(x_of(points.shown(points.color_values[i])) - x)
-		if d < distance:
-			distance = d
-			nearest = i
-	return nearest
+func _on_remove_pressed() -> void:
+	var stop := _picked
+	_popup.hide()
+	_remove(stop)
 
 
 func _draw() -> void:
@@ -171,7 +178,7 @@ func _draw_stop(stop: int, bar: Rect2) -> void:
 	var x := x_of(points.shown(points.color_values[stop]))
 	if x < bar.position.x - 1.0 or x > bar.end.x + 1.0:
 		return
-	var active := stop == _hovered or stop == _pressed or stop == _picked
+	var active := stop == hovered or stop == _pressed or stop == _picked
 	var half := scaled(6.0 if active else 5.0)
 	var top := bar.end.y - scaled(1.0)
 	var outline := accent() if active else Color(0.96, 0.96, 0.97)

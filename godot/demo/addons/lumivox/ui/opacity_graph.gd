@@ -4,6 +4,9 @@ extends "value_strip.gd"
 ##
 ## Double-click adds a knot, Delete or a right click removes it, a right click on the curve changes its ease.
 
+## Emitted when another knot is the one that keys act on, or none: -1.
+signal knot_selected(knot: int)
+
 ## Opacities shown larger than they are, so that thin tissue can be edited: y is opacity to the power of 1 / this.
 var emphasis := 1.0:
 	set(value):
@@ -19,9 +22,12 @@ var histogram := PackedFloat32Array():
 var histogram_range := Vector2(0.0, 1.0)
 
 ## The knot that keys act on, or -1.
-var selected := -1
+var selected := -1:
+	set(value):
+		selected = value
+		knot_selected.emit(value)
+		queue_redraw()
 
-var _hovered := -1
 var _dragged := -1
 var _grab_offset := Vector2.ZERO
 var _menu: PopupMenu
@@ -33,7 +39,6 @@ func _init() -> void:
 	focus_mode = Control.FOCUS_ALL
 	custom_minimum_size = Vector2(220.0, 110.0)
 	size_flags_vertical = Control.SIZE_EXPAND_FILL
-	mouse_exited.connect(_on_mouse_exited)
 	focus_entered.connect(queue_redraw)
 	focus_exited.connect(queue_redraw)
 
@@ -51,6 +56,20 @@ func _gui_input(event: InputEvent) -> void:
 		_on_key(event as InputEventKey)
 
 
+func handle_count() -> int:
+	return points.knots.size()
+
+
+func handle_distance(knot: int, at: Vector2) -> float:
+	return _position_of(knot).distance_to(at)
+
+
+## Removes the knot that keys act on.
+func remove_selected() -> void:
+	if selected >= 0 and selected < points.knots.size():
+		_remove(selected)
+
+
 func _on_button(button: InputEventMouseButton) -> void:
 	if button.button_index == MOUSE_BUTTON_LEFT and not button.pressed:
 		_dragged = -1
@@ -59,7 +78,7 @@ func _on_button(button: InputEventMouseButton) -> void:
 		return
 	if not button.pressed:
 		return
-	var knot := _knot_near(button.position)
+	var knot := handle_at(button)
 	if button.button_index == MOUSE_BUTTON_LEFT:
 		grab_focus()
 		if knot < 0 and (button.double_click or button.ctrl_pressed):
@@ -83,10 +102,7 @@ func _on_button(button: InputEventMouseButton) -> void:
 
 func _on_motion(motion: InputEventMouseMotion) -> void:
 	if _dragged < 0:
-		var near := _knot_near(motion.position)
-		if near != _hovered:
-			_hovered = near
-			queue_redraw()
+		hover(handle_at(motion))
 		var at := _point_at(motion.position)
 		hinted.emit("%s    opacity %.3f" % [axis.text(at.x), transfer_function.get_opacity(at.x)])
 		return
@@ -133,8 +149,7 @@ func _remove(knot: int) -> void:
 		edited.emit()
 	end_edit()
 	selected = -1
-	_hovered = -1
-	queue_redraw()
+	hover(-1)
 
 
 func _open_menu(at: Vector2) -> void:
@@ -173,12 +188,6 @@ func _on_menu(id: int) -> void:
 	end_edit()
 
 
-func _on_mouse_exited() -> void:
-	_hovered = -1
-	hinted.emit("")
-	queue_redraw()
-
-
 func _stored_segment_at(value: float) -> int:
 	for i in range(points.knots.size() - 1):
 		if value >= points.shown(points.knots[i].x) and value < points.shown(points.knots[i + 1].x):
@@ -204,17 +213,6 @@ func _point_at(at: Vector2) -> Vector2:
 
 func _position_of(knot: int) -> Vector2:
 	return Vector2(x_of(points.shown(points.knots[knot].x)), _y_of(points.knots[knot].y))
-
-
-func _knot_near(at: Vector2) -> int:
-	var nearest := -1
-	var distance := scaled(GRAB_DISTANCE)
-	for i in points.knots.size():
-		var d := _position_of(i).distance_to(at)
-		if d < distance:
-			distance = d
-			nearest = i
-	return nearest
 
 
 func _draw() -> void:
@@ -317,7 +315,7 @@ func _draw_knots() -> void:
 		if at.x < -8.0 or at.x > size.x + 8.0:
 			continue
 		var active := i == selected or i == _dragged
-		var radius := scaled(6.5 if active or i == _hovered else 5.0)
+		var radius := scaled(6.5 if active or i == hovered else 5.0)
 		draw_circle(at, radius + scaled(1.5), Color(0.0, 0.0, 0.0, 0.55), true, -1.0, true)
 		draw_circle(at, radius, accent() if active else Color(0.96, 0.96, 0.97), true, -1.0, true)
 		draw_circle(at, radius - scaled(2.2), Color(transfer_function.get_color(points.shown(points.knots[i].x)), 1.0), true, -1.0, true)

@@ -25,6 +25,9 @@ static func create() -> Theme:
 		theme.set_stylebox(&"disabled", type, _box(Color(1.0, 1.0, 1.0, 0.03), 6, 7))
 		theme.set_stylebox(&"focus", type, _box(Color(0.0, 0.0, 0.0, 0.0), 6, 7, Color(ACCENT, 0.5)))
 		theme.set_color(&"font_pressed_color", type, Color.WHITE)
+	# A box to tick is no button that is held down.
+	for state: StringName in [&"normal", &"hover", &"pressed", &"hover_pressed", &"disabled"]:
+		theme.set_stylebox(state, &"CheckBox", _box(Color(0.0, 0.0, 0.0, 0.0), 0, 2))
 	theme.set_stylebox(&"normal", &"LineEdit", _box(Color(0.0, 0.0, 0.0, 0.35), 6, 6))
 	theme.set_stylebox(&"read_only", &"LineEdit", _box(Color(0.0, 0.0, 0.0, 0.2), 6, 6))
 	theme.set_stylebox(&"focus", &"LineEdit", _box(Color(0.0, 0.0, 0.0, 0.0), 6, 6, Color(ACCENT, 0.5)))

@@ -48,6 +48,7 @@ var _presets := Button.new()
 var _middle := SpinBox.new()
 var _width := SpinBox.new()
 var _hint := Label.new()
+var _remove: Button
 var _tools: Array[BaseButton] = []
 var _timer := Timer.new()
 var _dialog: FileDialog
@@ -131,7 +132,7 @@ func _build_toolbar() -> void:
 	add_child(bar)
 	_presets.text = "Presets"
 	_presets.tooltip_text = "Looks that suit a kind of scan at once."
-	_presets.pressed.connect(_open_gallery)
+	_presets.pressed.connect(_open_gallery, CONNECT_DEFERRED)
 	_presets.add_child(_gallery)
 	_gallery.chosen.connect(_on_preset_chosen)
 	bar.add_child(_presets)
@@ -154,6 +155,8 @@ func _build_toolbar() -> void:
 	bar.add_child(_hint)
 	var emphasise := _tool(bar, "emphasise", "Show small opacities larger.", _on_emphasise)
 	emphasise.toggle_mode = true
+	_remove = _tool(bar, "remove", "Remove the selected knot (Delete).", _graph.remove_selected)
+	_graph.knot_selected.connect(func(_knot: int) -> void: _show_selection())
 	_tool(bar, "fit", "Show all values.", _axis.fit)
 	_tool(bar, "focus", "Show the points.", _show_points)
 	_tool(bar, "load", "Load a transfer function (.json, .tf).", _open_dialog.bind(FileDialog.FILE_MODE_OPEN_FILE))
@@ -219,6 +222,7 @@ func _refresh() -> void:
 	_width.editable = usable
 	for button in _tools:
 		button.disabled = not usable
+	_show_selection()
 	if usable:
 		var extent := _points.value_range()
 		if volume != null and not volume.is_empty():
@@ -240,6 +244,10 @@ func _show_window() -> void:
 	var shown := _points.value_range()
 	_middle.set_value_no_signal(snappedf((shown.x + shown.y) / 2.0, 0.01))
 	_width.set_value_no_signal(snappedf(shown.y - shown.x, 0.01))
+
+
+func _show_selection() -> void:
+	_remove.disabled = _graph.selected < 0 or _points.knots.size() <= 1 or transfer_function == null
 
 
 func _show_hint(text: String) -> void:

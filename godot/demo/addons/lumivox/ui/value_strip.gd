@@ -21,6 +21,8 @@ const WHEEL_ZOOM := 1.2
 const MARGIN := 14.0
 ## How near the pointer must be to a handle, in pixels.
 const GRAB_DISTANCE := 11.0
+## The same of a finger.
+const TOUCH_DISTANCE := 26.0
 
 ## The shared axis.
 var axis: ValueAxis
@@ -28,6 +30,8 @@ var axis: ValueAxis
 var points: Points
 ## What the points belong to; it evaluates the curve.
 var transfer_function: LumivoxTransferFunction
+## The handle that the pointer is at, or -1.
+var hovered := -1
 
 var _panning := false
 var _editing := false
@@ -36,6 +40,7 @@ var _editing := false
 func _init() -> void:
 	clip_contents = true
 	focus_mode = Control.FOCUS_CLICK
+	mouse_exited.connect(_on_mouse_exited)
 
 
 ## Pixels of the interface for a length at scale 1.
@@ -70,6 +75,41 @@ func end_edit() -> void:
 	if _editing:
 		_editing = false
 		edit_finished.emit()
+
+
+## How many handles there are to drag.
+func handle_count() -> int:
+	return 0
+
+
+## How far a handle is from [param at], in pixels.
+func handle_distance(_handle: int, _at: Vector2) -> float:
+	return INF
+
+
+## The handle that a pointer or finger takes hold of, or -1.
+func handle_at(event: InputEventMouse) -> int:
+	var nearest := -1
+	# Touches arrive as those of a mouse that there is not.
+	var distance := scaled(TOUCH_DISTANCE if event.device == InputEvent.DEVICE_ID_EMULATION else GRAB_DISTANCE)
+	for i in handle_count():
+		var d := handle_distance(i, event.position)
+		if d < distance:
+			distance = d
+			nearest = i
+	return nearest
+
+
+## Shows which handle the pointer is at.
+func hover(handle: int) -> void:
+	if handle != hovered:
+		hovered = handle
+		queue_redraw()
+
+
+func _on_mouse_exited() -> void:
+	hover(-1)
+	hinted.emit("")
 
 
 ## Handles zoom and pan. Returns whether the event was one of them.

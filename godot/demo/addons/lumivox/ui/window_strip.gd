@@ -2,9 +2,8 @@
 extends "value_strip.gd"
 ## The window of a transfer function as a bar: drag it to shift all values, drag its ends to widen or narrow it.
 
-enum Part { NONE, BODY, LOW, HIGH }
+enum Part { NONE = -1, BODY, LOW, HIGH }
 
-var _hovered := Part.NONE
 var _pressed := Part.NONE
 var _start_x := 0.0
 var _start := Vector2.ZERO
@@ -13,7 +12,6 @@ var _start := Vector2.ZERO
 func _init() -> void:
 	super()
 	custom_minimum_size = Vector2(0.0, 16.0)
-	mouse_exited.connect(_on_mouse_exited)
 
 
 func _enter_tree() -> void:
@@ -29,7 +27,7 @@ func _gui_input(event: InputEvent) -> void:
 	var button := event as InputEventMouseButton
 	if button != null and button.button_index == MOUSE_BUTTON_LEFT:
 		if button.pressed:
-			_pressed = _part_at(button.position.x)
+			_pressed = _part_at(button)
 			_start_x = button.position.x
 			_start = points.value_range()
 		else:
@@ -42,12 +40,10 @@ func _gui_input(event: InputEvent) -> void:
 	if motion == null:
 		return
 	if _pressed == Part.NONE:
-		var part := _part_at(motion.position.x)
-		if part != _hovered:
-			_hovered = part
-			mouse_default_cursor_shape = Control.CURSOR_HSIZE if part in [Part.LOW, Part.HIGH] \
-					else Control.CURSOR_MOVE if part == Part.BODY else Control.CURSOR_ARROW
-			queue_redraw()
+		var part := _part_at(motion)
+		mouse_default_cursor_shape = Control.CURSOR_HSIZE if part in [Part.LOW, Part.HIGH] \
+				else Control.CURSOR_MOVE if part == Part.BODY else Control.CURSOR_ARROW
+		hover(part)
 	else:
 		_drag(value_at(motion.position.x) - value_at(_start_x))
 		accept_event()
@@ -68,20 +64,20 @@ func _drag(by: float) -> void:
 	edited.emit()
 
 
-func _on_mouse_exited() -> void:
-	_hovered = Part.NONE
-	hinted.emit("")
-	queue_redraw()
+func handle_count() -> int:
+	return 2
 
 
-func _part_at(x: float) -> Part:
+func handle_distance(handle: int, at: Vector2) -> float:
+	return absf(at.x - x_of(points.value_range()[handle]))
+
+
+func _part_at(event: InputEventMouse) -> Part:
+	match handle_at(event):
+		0: return Part.LOW
+		1: return Part.HIGH
 	var shown := points.value_range()
-	var reach := scaled(7.0)
-	if absf(x - x_of(shown.x)) < reach:
-		return Part.LOW
-	if absf(x - x_of(shown.y)) < reach:
-		return Part.HIGH
-	return Part.BODY if x > x_of(shown.x) and x < x_of(shown.y) else Part.NONE
+	return Part.BODY if event.position.x > x_of(shown.x) and event.position.x < x_of(shown.y) else Part.NONE
 
 
 func _draw() -> void:
@@ -92,7 +88,7 @@ func _draw() -> void:
 	var low := clampf(x_of(shown.x), scaled(MARGIN), size.x - scaled(MARGIN))
 	var high := clampf(x_of(shown.y), scaled(MARGIN), size.x - scaled(MARGIN))
 	draw_line(Vector2(scaled(MARGIN), y), Vector2(size.x - scaled(MARGIN), y), ink(0.14), scaled(2.0))
-	var strong := _hovered != Part.NONE or _pressed != Part.NONE
+	var strong := hovered != Part.NONE or _pressed != Part.NONE
 	draw_line(Vector2(low, y), Vector2(high, y), Color(accent(), 1.0 if strong else 0.75), scaled(4.0))
 	for x: float in [x_of(shown.x), x_of(shown.y)]:
 		if x >= scaled(MARGIN) - 1.0 and x <= size.x - scaled(MARGIN) + 1.0:
