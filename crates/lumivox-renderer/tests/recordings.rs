@@ -12,6 +12,7 @@ use lumivox_renderer::{
     DeviceLimits, DisplaySettings, HostDepth, HostFrame, LiveSettings, LiveView, Recording, RenderError,
     ResourceId, SceneCache, Step, View, ViewSettings,
 };
+use lumivox_shaders::{Kernel, layout};
 
 const LIMITS: DeviceLimits =
     DeviceLimits { max_texture_3d: 256, max_texture_2d: 1024, max_storage_binding: 4 << 20 };
@@ -307,6 +308,46 @@ fn a_moving_live_view_does_not_jump_between_resolutions() {
         sizes.push(trace.unwrap());
     }
     assert_eq!(sizes, [32, 16, 16, 16, 16, 32]);
+}
+
+/// Sharp rows in a coarse picture would wander through it.
+#[test]
+fn a_slow_first_image_is_shown_when_it_is_whole() {
+    let mut cache = SceneCache::new(LIMITS);
+    cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
+    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None };
+    let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(128, 128) };
+    let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
+    // Of 16 x 16 and of 128 x 128 pixels: the first is made in one frame, the second in many more.
+    let budget = 2048;
+    let (mut shown, mut coarse_samples) = (vec![], 0.0);
+    for _ in 0..24 {
+        let mut recording = Recording::new();
+        live.record_frame(&cache, &camera().with_aspect(1.0), &settings, &host, budget, &mut recording)
+            .unwrap();
+        for step in &recording.steps {
+            match step {
+                Step::Dispatch { kernel: Kernel::PathTrace(_), uniforms, .. } => {
+                    let frame: layout::Frame = bytemuck::pod_read_unaligned(&uniforms[0]);
+                    // But for those that only look for pixels that started over.
+                    if frame.film_size == [32, 32] && frame.sample_limit != 4 {
+                        coarse_samples +=
+                            f64::from(frame.sample_end * (frame.row_end - frame.row_begin)) / 32.0;
+                    }
+                }
+                Step::Draw { kernel: Kernel::CompositeColor, uniforms, .. } => {
+                    let params: layout::CompositeParams = bytemuck::pod_read_unaligned(&uniforms[0]);
+                    shown.push((params.fine_size[0], params.coarse_size[0]));
+                }
+                _ => {}
+            }
+        }
+    }
+    let whole = shown.iter().position(|&sizes| sizes == (128, 32)).expect("the fine image gets done");
+    assert!((9..20).contains(&whole), "{whole} frames");
+    assert!(shown[..whole].iter().all(|&sizes| sizes == (32, 0)), "{shown:?}");
+    assert!(shown[whole..].iter().all(|&sizes| sizes == (128, 32)), "{shown:?}");
+    assert!((4.0..=16.0).contains(&coarse_samples), "{coarse_samples} coarse samples");
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! A view inside an engine's frame: traced within a budget, ended by the engine's depth, drawn over its colour.
 //!
 //! Two films make the picture. The fine one converges while nothing moves. When the camera or the scene changes and the
-//! budget does not buy a fine image at once, a coarse one answers in the same frame, and fades out as fine samples come
-//! in. Where only the engine's depth changes, because a mesh moved, the pixels concerned start over and no others:
+//! budget does not buy a fine image at once, a coarse one answers in the same frame, is shown alone until every fine pixel
+//! has a sample, and fades out as more come in. Where only the engine's depth changes, because a mesh moved, the pixels concerned start over and no others:
 //! every pixel counts its own samples, so a finished live film is the film of a [`View`](crate::View), sample by sample.
 
 mod film;
@@ -23,6 +23,12 @@ const FIRST_AID: u32 = 4;
 
 /// Samples of the fine film from which on the coarse one is not looked at; `composite.wgsl` fades it out until then.
 const FINE_ALONE: u32 = 32;
+
+/// A first fine image that is done in so many frames needs no better coarse one until then.
+const SOON_FRAMES: f64 = 4.0;
+
+/// Samples that a coarse pixel gets at most while the first fine image takes longer.
+const COARSE_SAMPLES: u32 = 16;
 
 /// What a live view shows, besides scene and camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,6 +116,9 @@ pub struct LiveView {
     key: Option<Key>,
     /// Fine pixels along a side of a coarse one; 1 while no coarse film is shown.
     factor: u32,
+    /// Samples that every pixel of the coarse film has, and the next row that gets one more.
+    coarse_complete: u32,
+    coarse_row: u32,
     /// Samples that every pixel of the fine film has.
     complete: u32,
     pass_samples: u32,
@@ -152,6 +161,8 @@ impl LiveView {
             restarts: recording.create_buffer("restarts", 16),
             key: None,
             factor: 1,
+            coarse_complete: 0,
+            coarse_row: 0,
             complete: 0,
             pass_samples: 0,
             next_row: 0,
@@ -284,27 +295,33 @@ impl LiveView {
         self.factor = 1;
     }
 
-    fn shown_films(&mut self) -> impl Iterator<Item = &mut LiveFilm> {
+    /// The films that samples go into.
+    fn live_films(&mut self) -> impl Iterator<Item = &mut LiveFilm> {
         let coarse = self.coarse.as_mut().filter(|_| self.factor > 1);
         [Some(&mut self.fine), coarse].into_iter().flatten()
     }
 
-    /// The coarse film, while it is shown.
-    fn shown_coarse(&self) -> Option<&LiveFilm> {
+    /// The coarse film, while samples go into it.
+    fn live_coarse(&self) -> Option<&LiveFilm> {
         self.coarse.as_ref().filter(|_| self.factor > 1)
+    }
+
+    /// Not while it has holes: bands of sharp rows would wander through the coarse picture.
+    fn shows_fine(&self) -> bool {
+        self.covered || self.factor == 1
     }
 
     fn record_host_depth(&mut self, host: &HostFrame, restarted: bool, recording: &mut Recording) {
         recording.push(Step::ClearBuffer { id: self.restarts });
         let Some(depth) = host.depth else {
             // What was there may be gone: without depth, no ray ends.
-            for film in self.shown_films().filter(|_| restarted) {
+            for film in self.live_films().filter(|_| restarted) {
                 recording.push(Step::ClearBuffer { id: film.limits });
             }
             return;
         };
         let restarts = self.restarts;
-        for film in self.shown_films() {
+        for film in self.live_films() {
             film.record_host_depth(&depth, restarts, recording);
         }
         recording.push(Step::ReadBuffer { id: self.restarts, range: 0..4 });
@@ -317,7 +334,34 @@ impl LiveView {
         let samples = (budget / area).clamp(1, MAX_SAMPLES_PER_DISPATCH) as u32;
         coarse.record_all(key, cache, samples, recording);
         coarse.stale = true;
+        (self.coarse_complete, self.coarse_row) = (samples, 0);
         area * u64::from(samples)
+    }
+
+    /// More samples for the coarse film while it is all that is shown; returns how many.
+    fn record_more_coarse(
+        &mut self,
+        key: Key,
+        cache: &SceneCache,
+        budget: u64,
+        recording: &mut Recording,
+    ) -> u64 {
+        let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) else { return 0 };
+        if self.coarse_complete >= COARSE_SAMPLES {
+            return 0;
+        }
+        let height = coarse.padded_height();
+        let row = pixels(coarse.size) as f64 / f64::from(height);
+        let rows = (budget as f64 / row) as u32 / GROUP_ROWS * GROUP_ROWS;
+        let rows = rows.clamp(GROUP_ROWS, height - self.coarse_row);
+        let band = [self.coarse_row, self.coarse_row + rows];
+        coarse.record_samples(key, cache, 1, COARSE_SAMPLES, band, recording);
+        coarse.stale = true;
+        self.coarse_row += rows;
+        if self.coarse_row == height {
+            (self.coarse_row, self.coarse_complete) = (0, self.coarse_complete + 1);
+        }
+        (row * f64::from(rows)) as u64
     }
 
     /// Rows of the fine film, as many as the budget allows.
@@ -333,7 +377,6 @@ impl LiveView {
         // Pixels where nothing is missing cost next to nothing.
         let row = self.open_pixels.clamp(1, area) as f64 / f64::from(height);
         let mut recorded = 0.0;
-        let budget = budget as f64;
         // What started over in this very frame must not be a hole in the picture. Other pixels only look, and return.
         let samples = FIRST_AID.min(target);
         if self.covered {
@@ -342,7 +385,12 @@ impl LiveView {
             let rows = [0, coarse.padded_height()];
             coarse.record_samples(key, cache, samples, samples, rows, recording);
             coarse.stale = true;
+            let rows_left = height - self.next_row;
+            if row * f64::from(rows_left) > SOON_FRAMES * budget as f64 {
+                recorded = self.record_more_coarse(key, cache, budget / 2, recording) as f64;
+            }
         }
+        let budget = budget as f64;
         while self.complete < target {
             let affordable = budget - recorded;
             if self.next_row == 0 {
@@ -388,7 +436,8 @@ impl LiveView {
             }
             return;
         }
-        for film in self.shown_films() {
+        let hidden = usize::from(!self.shows_fine());
+        for film in self.live_films().skip(hidden) {
             film.record_denoise(recording);
         }
     }
@@ -400,25 +449,28 @@ impl LiveView {
         cache: &SceneCache,
         recording: &mut Recording,
     ) {
-        let coarse = self.shown_coarse();
+        // The second film fades out behind the first.
+        let (front, back) = match self.live_coarse() {
+            Some(coarse) if !self.shows_fine() => (coarse, None),
+            coarse => (&self.fine, coarse),
+        };
+        // Something has to be bound where there is no second one; it is not looked at.
+        let behind = back.unwrap_or(front);
         let [a, b, c, d] = host.depth.map_or([0.0, 1.0, 0.0, 1.0], |h| h.view_depth_from_ndc);
         let params = layout::CompositeParams {
             view_depth_from_ndc: [a, b, c, d].map(|x| x as f32),
             // z of depth = (a z + b) / (c z + d).
             ndc_from_view_depth: [d, -b, -c, a].map(|x| x as f32),
             target_size: settings.size.map(|n| n as f32),
-            fine_size: self.fine.size,
-            coarse_size: coarse.map_or([0, 0], |film| film.size),
+            fine_size: front.size,
+            coarse_size: back.map_or([0, 0], |film| film.size),
             exposure: settings.exposure as f32,
             clear: host.depth.map_or(0.0, |h| h.clear as f32),
             has_host_depth: u32::from(host.depth.is_some()),
             denoised: u32::from(settings.denoise),
             ..Default::default()
         };
-        // Something has to be bound where there is no coarse film; it is not looked at.
-        let behind = coarse.unwrap_or(&self.fine);
-        let films =
-            [self.fine.film, self.fine.limits, behind.film, behind.limits, self.fine.shown(), behind.shown()];
+        let films = [front.film, front.limits, behind.film, behind.limits, front.shown(), behind.shown()];
         let uniforms = vec![bytemuck::bytes_of(&params).to_vec()];
         let host_depth = host.depth.map_or(cache.light_resources()[0], |h| h.texture);
         recording.push(Step::Draw {
