@@ -296,7 +296,7 @@ fn a_moving_live_view_does_not_jump_between_resolutions() {
     let settings = LiveSettings::new(64, 64);
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
     let mut sizes = vec![];
-    for (i, budget) in [1100, 1000, 1100, 1000, 1100, 2500].into_iter().enumerate() {
+    for (i, budget) in [2100, 2000, 2100, 2000, 2100, 5000].into_iter().enumerate() {
         let mut camera = camera().with_aspect(1.0);
         camera.world_from_camera.translation.x = i as f64;
         let mut recording = Recording::new();

@@ -119,7 +119,9 @@ impl Pacer {
             None => cost,
         };
         pace.cost = Some(mean);
-        pace.budget = (frame.target / mean).min(pace.budget * GROWTH).max(LEAST_BUDGET);
+        // What was granted may have been more: the first frame of this kind went by the pace of the other.
+        let most = pace.budget.max(frame.granted) * GROWTH;
+        pace.budget = (frame.target / mean).min(most).max(LEAST_BUDGET);
     }
 
     /// What tracing took in the last frame that was measured.
@@ -265,6 +267,20 @@ mod tests {
         assert_eq!(gpu.pacer.milliseconds(), 5.0);
         gpu.pacer.measured(7, 100.0);
         assert_eq!(gpu.pacer.milliseconds(), 5.0, "nobody waits for this one");
+    }
+
+    #[test]
+    fn the_first_rest_goes_on_at_the_pace_of_the_movement() {
+        let mut gpu = Gpu::new(1e-6);
+        for _ in 0..60 {
+            gpu.frame(Pass::Moving);
+        }
+        let (first, _) = gpu.frame(Pass::Still);
+        assert!(first > 50 * FIRST_BUDGET as u64, "{first} after a minute of movement");
+        for _ in 0..10 {
+            let (granted, _) = gpu.frame(Pass::Still);
+            assert!(granted as f64 > 0.7 * first as f64, "{granted} after {first}");
+        }
     }
 
     #[test]

@@ -24,11 +24,14 @@ const FIRST_AID: u32 = 4;
 /// Samples of the fine film from which on the coarse one is not looked at; `composite.wgsl` fades it out until then.
 const FINE_ALONE: u32 = 32;
 
+/// Samples of a coarse pixel that are worth halving its film's resolution for.
+const LEAST_COARSE_SAMPLES: u64 = 2;
+
 /// A first fine image that is done in so many frames needs no better coarse one until then.
 const SOON_FRAMES: f64 = 4.0;
 
 /// Samples that a coarse pixel gets at most while the first fine image takes longer.
-const COARSE_SAMPLES: u32 = 16;
+const MOST_COARSE_SAMPLES: u32 = 16;
 
 /// What a live view shows, besides scene and camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -255,9 +258,9 @@ impl LiveView {
     ) -> Result<(), RenderError> {
         let size = self.fine.size;
         let coarse_size = |factor: u32| size.map(|n| n.div_ceil(factor));
-        let affords = |factor: u32| pixels(coarse_size(factor)) <= budget;
+        let affords = |factor: u32| pixels(coarse_size(factor)) * LEAST_COARSE_SAMPLES <= budget;
         // A finer film than the last has to be well affordable, or the picture's grain would jump to and fro.
-        let affords_easily = |factor: u32| pixels(coarse_size(factor)) * 2 <= budget;
+        let affords_easily = |factor: u32| pixels(coarse_size(factor)) * LEAST_COARSE_SAMPLES * 2 <= budget;
         let mut factor = 1;
         while factor < COARSEST
             && !(if self.key.is_some() && factor < self.factor {
@@ -347,7 +350,7 @@ impl LiveView {
         recording: &mut Recording,
     ) -> u64 {
         let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) else { return 0 };
-        if self.coarse_complete >= COARSE_SAMPLES {
+        if self.coarse_complete >= MOST_COARSE_SAMPLES {
             return 0;
         }
         let height = coarse.padded_height();
@@ -355,7 +358,7 @@ impl LiveView {
         let rows = (budget as f64 / row) as u32 / GROUP_ROWS * GROUP_ROWS;
         let rows = rows.clamp(GROUP_ROWS, height - self.coarse_row);
         let band = [self.coarse_row, self.coarse_row + rows];
-        coarse.record_samples(key, cache, 1, COARSE_SAMPLES, band, recording);
+        coarse.record_samples(key, cache, 1, MOST_COARSE_SAMPLES, band, recording);
         coarse.stale = true;
         self.coarse_row += rows;
         if self.coarse_row == height {

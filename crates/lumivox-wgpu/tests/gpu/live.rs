@@ -377,14 +377,14 @@ fn a_coarse_picture_is_a_small_headless_one() {
     let camera = test.camera.with_aspect(1.0);
     let mut before = camera;
     before.world_from_camera.translation.x += 1e-3;
-    // Of 32 x 32 pixels; a budget that is not much larger than the last keeps it so coarse. One, two and four invocations
-    // share a pixel.
-    for samples in [1, 3, 7] {
+    // Of 32 x 32 pixels; a budget that is not much larger than the last keeps it so coarse. Two, two, four and eight
+    // invocations share a pixel.
+    for samples in [2, 3, 7, 15] {
         let small = film(&test, &RenderRequest::new(32, 32, samples));
         let mut gpu = gpu();
         let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(128, 128) };
         let mut host = Host::new(&mut gpu, &test, settings);
-        host.frame(&mut gpu, &before, 32 * 32);
+        host.frame(&mut gpu, &before, 2 * 32 * 32);
         host.set_color(&gpu, |_| [0.0; 4]);
         let status = host.frame(&mut gpu, &camera, 32 * 32 * u64::from(samples));
         assert_eq!(status.pixel_samples, 32 * 32 * u64::from(samples));
