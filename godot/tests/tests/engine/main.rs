@@ -4,6 +4,7 @@
 
 mod antialiasing;
 mod case;
+mod codecs;
 mod editor;
 mod engine;
 mod expected;
