@@ -25,7 +25,7 @@ const SYSTEM_LOADER: &[u8] = b"/lib64/ld-linux-x86-64.so.2\0";
 const OWN_LOADER: &str = "loader.so";
 
 /// What the engine leaks of a scene with one ReflectionProbe, with volumes and without.
-const PROBE_LEAK: &str = "7 RIDs of type \"Texture\" were leaked";
+pub const PROBE_LEAK: &str = "7 RIDs of type \"Texture\" were leaked";
 
 fn case() -> Case {
     Case { volumes: vec![Volume { anisotropy: 0.5, filter: 2, ..Volume::soft() }], ..Case::new("exported") }

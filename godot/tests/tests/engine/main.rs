@@ -5,6 +5,7 @@
 mod antialiasing;
 mod case;
 mod codecs;
+mod demo;
 mod editor;
 mod engine;
 mod expected;
