@@ -100,18 +100,18 @@ RUN
         "$PWD/$runtime" >openxr_monado.json
 )
 
-# Builds the extension and puts it where the project $1 looks for it.
+# Builds the extension and the program that decodes for it, and puts both where the project $1 looks for it.
 build_addon() {
-    cargo build ${CI:+--locked} --release --quiet --package lumivox-godot </dev/null
+    cargo build ${CI:+--locked} --release --quiet --package lumivox-godot --package lumivox-import </dev/null
     local built=${CARGO_TARGET_DIR:-target}/release bin=$1/addons/lumivox/bin
     case "$(uname -s)" in
-        Darwin) bin=$bin/macos && mkdir -p "$bin" && cp "$built/liblumivox_godot.dylib" "$bin/" ;;
+        Darwin) bin=$bin/macos && mkdir -p "$bin" && cp "$built/liblumivox_godot.dylib" "$built/lumivox-codecs" "$bin/" ;;
         Linux)
-            bin=$bin/linux.$(uname -m) && mkdir -p "$bin" && cp "$built/liblumivox_godot.so" "$bin/"
-            # Line tables are nine tenths of it.
-            ! command -v strip >/dev/null 2>&1 || strip --strip-debug "$bin/liblumivox_godot.so"
+            bin=$bin/linux.$(uname -m | sed s/aarch64/arm64/) && mkdir -p "$bin" && cp "$built/liblumivox_godot.so" "$built/lumivox-codecs" "$bin/"
+            # Line tables are nine tenths of them.
+            ! command -v strip >/dev/null 2>&1 || strip --strip-debug "$bin/liblumivox_godot.so" "$bin/lumivox-codecs"
             ;;
-        *) bin=$bin/windows.x86_64 && mkdir -p "$bin" && cp "$built/lumivox_godot.dll" "$bin/" ;;
+        *) bin=$bin/windows.x86_64 && mkdir -p "$bin" && cp "$built/lumivox_godot.dll" "$built/lumivox-codecs.exe" "$bin/" ;;
     esac
     # Without this list the first import of a fresh project does not know the classes that its scenes need.
     mkdir -p "$1/.godot"

@@ -29,6 +29,12 @@ func _on_grown(volume: LumivoxVolume) -> void:
 		_tween.parallel().tween_property(head, ^"clip_max", pose.end, move_seconds)
 
 
+func _hold_still() -> void:
+	_tween.kill()
+	head.clip_min = POSES[1].position
+	head.clip_max = POSES[1].end
+
+
 func _unhandled_key_input(event: InputEvent) -> void:
 	var key := event as InputEventKey
 	if key != null and key.pressed and not key.echo and key.keycode == KEY_SPACE and _tween != null:

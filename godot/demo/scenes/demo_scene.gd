@@ -3,6 +3,9 @@ extends Node3D
 
 const Screenshot := preload("res://scenes/demo_screenshot.gd")
 
+## The filter of volumes that are drawn in software, where Tricubic takes many times as long.
+const TRILINEAR := 1
+
 ## What is waited for.
 @export var source: PhantomSource
 ## Shows the volume that was grown.
@@ -13,9 +16,14 @@ const Screenshot := preload("res://scenes/demo_screenshot.gd")
 
 func _ready() -> void:
 	source.grown.connect(_on_grown)
+	if RenderingServer.get_video_adapter_type() == RenderingDevice.DEVICE_TYPE_CPU:
+		for volume in source.targets:
+			volume.filter = TRILINEAR
 	var screenshot := Screenshot.from_command_line()
 	if screenshot != null:
-		source.grown.connect(func(_volume: LumivoxVolume) -> void: add_child(screenshot))
+		source.grown.connect(func(_volume: LumivoxVolume) -> void:
+			_hold_still()
+			add_child(screenshot))
 	if panel != null and camera != null:
 		panel.volume_opened.connect(_on_opened)
 
@@ -23,6 +31,11 @@ func _ready() -> void:
 func _on_grown(_volume: LumivoxVolume) -> void:
 	if panel != null:
 		panel.refresh()
+
+
+## Stops what moves, where a picture of it says the most.
+func _hold_still() -> void:
+	pass
 
 
 func _on_opened(_volume: LumivoxVolume) -> void:

@@ -2,8 +2,8 @@
 
 use std::cell::RefCell;
 use std::path::PathBuf;
-use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
 use godot::classes::Image;
@@ -11,10 +11,10 @@ use godot::classes::image::Format;
 use godot::global::Error;
 use godot::prelude::*;
 use lumivox_core::{CancelToken, Progress, Stage};
-use lumivox_import::{ImportError, ImportOptions, Imported, RawDescription, Study};
+use lumivox_import::{ImportError, ImportOptions, Imported, RawDescription, Study, Thumbnail};
 
-use crate::convert;
 use crate::resources::{LumivoxVolume, Options, import_options, report_dictionary};
+use crate::{codecs, convert};
 
 thread_local! {
     /// What is under way. Its owner may have dropped it; it lives until its last signal.
@@ -31,7 +31,7 @@ enum Event {
 enum Outcome {
     Scanned(Box<Study>),
     /// With the study that it came from, if there was one.
-    Imported(Box<Imported>, Option<Box<Study>>),
+    Imported(Box<Imported>, Option<(usize, SharedStudy)>),
 }
 
 /// What is done with files.
@@ -39,14 +39,34 @@ enum Task {
     /// Their headers are read.
     Scan,
     /// A volume is loaded from them; from a study of them, if there is one.
-    Import(Option<Box<Study>>),
+    Import(Option<SharedStudy>),
 }
+
+/// What a thread that pictures a series and one that loads it take turns at.
+type SharedStudy = Arc<Mutex<Study>>;
 
 struct Job {
     source: Source,
     cancel: CancelToken,
     events: Receiver<Event>,
     thread: JoinHandle<()>,
+}
+
+/// A picture of a series that is being made.
+struct Picture {
+    series: i64,
+    cancel: CancelToken,
+    /// What became of it; none if the slice cannot be decoded.
+    made: Receiver<Option<Thumbnail>>,
+    thread: JoinHandle<()>,
+}
+
+/// What was found by reading headers.
+struct Known {
+    source: Source,
+    /// How many series there are.
+    series: usize,
+    study: SharedStudy,
 }
 
 /// What a study was read from.
@@ -58,8 +78,9 @@ struct Source {
 }
 
 /// Loads scans without holding up the editor or the game: DICOM files, folders and zip archives, NIfTI, NRRD,
-/// MetaImage and RAW. Signals arrive on the main thread. Compressed slices are decoded in this process: a library
-/// inside an engine has no program of its own to hand them to.
+/// MetaImage and RAW. Signals arrive on the main thread. JPEG-LS and JPEG 2000 are decoded by a program of their own,
+/// [code]lumivox-codecs[/code] beside the extension's library, so that a damaged file which crashes the decoder costs a
+/// slice and not the engine; without that program, in this process.
 ///
 /// [codeblock]
 /// var importer := LumivoxImporter.new()
@@ -71,8 +92,9 @@ struct Source {
 #[class(tool, init, base = RefCounted)]
 pub struct LumivoxImporter {
     job: Option<Job>,
+    picture: Option<Picture>,
     /// What was read last, so that it is not read again.
-    study: Option<(Source, Box<Study>)>,
+    known: Option<Known>,
     base: Base<RefCounted>,
 }
 
@@ -98,6 +120,11 @@ impl LumivoxImporter {
     #[signal]
     pub fn cancelled();
 
+    /// The picture that [method request_thumbnail] asked for. [param image] is [code]null[/code] if the slice cannot be
+    /// decoded.
+    #[signal]
+    pub fn thumbnail_ready(series: i64, image: Option<Gd<Image>>);
+
     /// Finds out what [param paths] hold, from the headers of DICOM files alone, and emits [signal scanned]. A
     /// [method start] of the same paths afterwards does not read the headers again. Paths may begin with
     /// [code]res://[/code] or [code]user://[/code]. [param options] are those of [method start]; only
@@ -117,12 +144,39 @@ impl LumivoxImporter {
     /// before [signal scanned], while an import is under way, and if the slice cannot be decoded.
     #[func]
     pub fn thumbnail(&self, series: i64, #[opt(default = 128)] size: i64) -> Option<Gd<Image>> {
-        let (_, study) = self.study.as_ref()?;
-        let series = usize::try_from(series).ok().filter(|&i| i < study.report().series.len())?;
-        let size = size.clamp(1, 4096) as usize;
-        let picture = study.thumbnail(series, size, &CancelToken::new()).ok()?;
-        let (width, height) = (picture.width as i32, picture.height as i32);
-        Image::create_from_data(width, height, false, Format::L8, &PackedByteArray::from(picture.grey))
+        let (study, series, size) = self.pictured(series, size)?;
+        codecs::name_worker();
+        let study = study.lock().unwrap_or_else(PoisonError::into_inner);
+        image(study.thumbnail(series, size, &CancelToken::new()).ok()?)
+    }
+
+    /// Makes the picture of [method thumbnail] without waiting, and emits [signal thumbnail_ready]. A request that is
+    /// not done yet gives way to the next one, to [method cancel], and to [method scan] and [method start]: of those
+    /// nothing is emitted. Returns [constant ERR_UNAVAILABLE] where there is no such series: before [signal scanned]
+    /// and while an import is under way there is none.
+    #[func]
+    pub fn request_thumbnail(&mut self, series: i64, #[opt(default = 128)] size: i64) -> Error {
+        let before = self.stop_picture();
+        let Some((study, place, size)) = self.pictured(series, size) else { return Error::ERR_UNAVAILABLE };
+        let (send, made) = channel();
+        let cancel = CancelToken::new();
+        let spawned = {
+            let cancel = cancel.clone();
+            std::thread::Builder::new().name("lumivox picture".to_owned()).spawn(move || {
+                // Nobody else waits for it, and no thread may outlive the library.
+                if let Some(before) = before {
+                    let _ = before.join();
+                }
+                codecs::name_worker();
+                let study = study.lock().unwrap_or_else(PoisonError::into_inner);
+                // Nobody listens any more where another picture was asked for.
+                let _ = send.send(study.thumbnail(place, size, &cancel).ok());
+            })
+        };
+        let Ok(thread) = spawned else { return Error::ERR_CANT_FORK };
+        self.picture = Some(Picture { series, cancel, made, thread });
+        self.listen();
+        Error::OK
     }
 
     /// Loads the scan in [param paths] (one file, one folder, one archive, or several DICOM files) and emits
@@ -138,22 +192,56 @@ impl LumivoxImporter {
         self.launch(Task::Import(None), &paths, &options)
     }
 
-    /// Stops what is under way; [signal cancelled] follows.
+    /// Stops what is under way; [signal cancelled] follows. A picture that was requested is stopped, too, without a
+    /// signal.
     #[func]
     pub fn cancel(&mut self) {
+        if let Some(picture) = &self.picture {
+            picture.cancel.cancel();
+        }
         if let Some(job) = &self.job {
             job.cancel.cancel();
         }
     }
 
-    /// Whether something is under way.
+    /// Whether a scan or an import is under way.
     #[func]
     pub fn is_running(&self) -> bool {
         self.job.is_some()
     }
 }
 
+/// A picture as Godot has it.
+fn image(picture: Thumbnail) -> Option<Gd<Image>> {
+    let (width, height) = (picture.width as i32, picture.height as i32);
+    Image::create_from_data(width, height, false, Format::L8, &PackedByteArray::from(picture.grey))
+}
+
 impl LumivoxImporter {
+    /// The study of a series that was found, its place and a size in pixels that can be.
+    fn pictured(&self, series: i64, size: i64) -> Option<(SharedStudy, usize, usize)> {
+        let known = self.known.as_ref()?;
+        let series = usize::try_from(series).ok().filter(|&i| i < known.series)?;
+        Some((known.study.clone(), series, size.clamp(1, 4096) as usize))
+    }
+
+    /// Ends the picture that is being made, unseen. Its thread has to be waited for.
+    fn stop_picture(&mut self) -> Option<JoinHandle<()>> {
+        let picture = self.picture.take()?;
+        picture.cancel.cancel();
+        Some(picture.thread)
+    }
+
+    /// Is asked for news once per frame from now on.
+    fn listen(&self) {
+        let this = self.to_gd();
+        RUNNING.with_borrow_mut(|running| {
+            if !running.contains(&this) {
+                running.push(this);
+            }
+        });
+    }
+
     fn launch(&mut self, mut task: Task, paths: &PackedStringArray, options: &Options) -> Error {
         if self.job.is_some() {
             return Error::ERR_BUSY;
@@ -170,27 +258,54 @@ impl LumivoxImporter {
         }
         let paths = paths.as_slice().iter().map(convert::system_path).collect();
         let source = Source { paths, raw: options.raw.clone() };
-        let known = self.study.take().filter(|(known, _)| *known == source);
-        if let (Task::Import(study), Some((_, known))) = (&mut task, known) {
-            *study = Some(known);
+        let picture = self.stop_picture();
+        let known = self.known.take().filter(|known| known.source == source);
+        if let (Task::Import(study), Some(known)) = (&mut task, known) {
+            *study = Some(known.study);
         }
         let (send, events) = channel();
         let cancel = CancelToken::new();
         let spawned = {
             let (source, cancel) = (source.clone(), cancel.clone());
-            std::thread::Builder::new()
-                .name("lumivox import".to_owned())
-                .spawn(move || run(task, &source.paths, &options, &cancel, &send))
+            std::thread::Builder::new().name("lumivox import".to_owned()).spawn(move || {
+                if let Some(picture) = picture {
+                    let _ = picture.join();
+                }
+                run(task, &source.paths, &options, &cancel, &send);
+            })
         };
         let Ok(thread) = spawned else { return Error::ERR_CANT_FORK };
         self.job = Some(Job { source, cancel, events, thread });
-        let this = self.to_gd();
-        RUNNING.with_borrow_mut(|running| running.push(this));
+        self.listen();
         Error::OK
     }
 
-    /// Emits what has happened since the last time. Returns whether it is over.
-    fn deliver(mut this: Gd<Self>) -> bool {
+    /// Emits what has happened since the last time. Returns whether nothing more will.
+    fn deliver(this: Gd<Self>) -> bool {
+        Self::deliver_job(this.clone());
+        Self::deliver_picture(this.clone());
+        // What has just been heard may have been answered with the next request.
+        let this = this.bind();
+        this.job.is_none() && this.picture.is_none()
+    }
+
+    fn deliver_picture(mut this: Gd<Self>) {
+        let made = match this.bind().picture.as_ref().map(|picture| picture.made.try_recv()) {
+            Some(Ok(made)) => made,
+            // The thread is gone without a word: it panicked, and said so.
+            Some(Err(TryRecvError::Disconnected)) => None,
+            Some(Err(TryRecvError::Empty)) | None => return,
+        };
+        let Some(picture) = this.bind_mut().picture.take() else { return };
+        // It has nothing left to do but to end.
+        let _ = picture.thread.join();
+        if !picture.cancel.is_cancelled() {
+            let image = made.and_then(image);
+            this.signals().thumbnail_ready().emit(picture.series, image.as_ref());
+        }
+    }
+
+    fn deliver_job(mut this: Gd<Self>) {
         let mut latest = None;
         let ended = loop {
             let event = this.bind().job.as_ref().map(|job| job.events.try_recv());
@@ -202,17 +317,17 @@ impl LumivoxImporter {
                     this.bind_mut().job = None;
                     let message = GString::from("The import stopped because of a fault in Lumivox.");
                     this.signals().failed().emit(&message);
-                    return true;
+                    return;
                 }
                 Some(Err(TryRecvError::Empty)) => break None,
-                None => return true,
+                None => return,
             }
         };
         if let Some((stage, done, total)) = latest {
             this.signals().progress().emit(&GString::from(stage.label()), done as i64, total as i64);
         }
-        let Some(result) = ended else { return false };
-        let Some(job) = this.bind_mut().job.take() else { return true };
+        let Some(result) = ended else { return };
+        let Some(job) = this.bind_mut().job.take() else { return };
         // It has nothing left to do but to end.
         let _ = job.thread.join();
         match result {
@@ -220,15 +335,17 @@ impl LumivoxImporter {
             Err(error) => this.signals().failed().emit(&GString::from(&error.to_string())),
             Ok(Outcome::Scanned(study)) => {
                 let report = report_dictionary(study.report());
-                this.bind_mut().study = Some((job.source, study));
+                let series = study.report().series.len();
+                let study = Arc::new(Mutex::new(*study));
+                this.bind_mut().known = Some(Known { source: job.source, series, study });
                 this.signals().scanned().emit(&report);
             }
             Ok(Outcome::Imported(imported, study)) => {
-                this.bind_mut().study = study.map(|study| (job.source, study));
+                let source = job.source;
+                this.bind_mut().known = study.map(|(series, study)| Known { source, series, study });
                 this.signals().finished().emit(&LumivoxVolume::imported(*imported));
             }
         }
-        true
     }
 }
 
@@ -238,7 +355,13 @@ pub fn deliver() {
     let running = RUNNING.take();
     let going_on: Vec<_> =
         running.into_iter().filter(|importer| !LumivoxImporter::deliver(importer.clone())).collect();
-    RUNNING.with_borrow_mut(|running| running.extend(going_on));
+    RUNNING.with_borrow_mut(|running| {
+        for importer in going_on {
+            if !running.contains(&importer) {
+                running.push(importer);
+            }
+        }
+    });
 }
 
 /// Ends every import, silently.
@@ -248,6 +371,10 @@ pub fn stop_all() {
             job.cancel.cancel();
             // A thread must not outlive the library that holds its code.
             let _ = job.thread.join();
+        }
+        let picture = importer.bind_mut().stop_picture();
+        if let Some(thread) = picture {
+            let _ = thread.join();
         }
     }
 }
@@ -261,6 +388,7 @@ fn run(task: Task, paths: &[PathBuf], options: &ImportOptions, cancel: &CancelTo
         }
     };
     let progress = Progress::new(&report);
+    codecs::name_worker();
     let work = || match task {
         Task::Scan => {
             let study = Study::open(paths, options, progress, cancel)?;
@@ -270,9 +398,12 @@ fn run(task: Task, paths: &[PathBuf], options: &ImportOptions, cancel: &CancelTo
             let imported = lumivox_import::load(paths, options, progress, cancel)?;
             Ok(Outcome::Imported(Box::new(imported), None))
         }
-        Task::Import(Some(mut study)) => {
+        Task::Import(Some(shared)) => {
+            let mut study = shared.lock().unwrap_or_else(PoisonError::into_inner);
             let imported = study.load(options, progress, cancel)?;
-            Ok(Outcome::Imported(Box::new(imported), Some(study)))
+            let series = study.report().series.len();
+            drop(study);
+            Ok(Outcome::Imported(Box::new(imported), Some((series, shared))))
         }
     };
     tell(send, Event::Ended(work()));

@@ -6,6 +6,7 @@
 //! between the threads.
 
 mod camera;
+mod codecs;
 mod convert;
 mod effect;
 mod executor;
@@ -27,6 +28,7 @@ struct LumivoxExtension;
 unsafe impl ExtensionLibrary for LumivoxExtension {
     fn on_stage_init(stage: InitStage) {
         if stage == InitStage::MainLoop {
+            codecs::start();
             server::start();
         }
     }

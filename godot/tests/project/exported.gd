@@ -1,5 +1,5 @@
 extends Node
-## What an exported game can do: import a scan that was not there when it was made, and show the demo's main scene.
+## What an exported game can do: import scans that were not there when it was made, and show the demo's main scene.
 
 const PATIENCE_MS := 60000
 
@@ -16,6 +16,7 @@ func _ready() -> void:
 		"program": OS.get_executable_path(),
 	})
 	tell("import", await import(arguments["scan"]))
+	tell("compressed", await preload("codecs.gd").import(arguments["compressed"]))
 	var main := (load("res://main.tscn") as PackedScene).instantiate()
 	get_tree().root.add_child.call_deferred(main)
 	# The head grows first. To finish the picture would take minutes in software.

@@ -34,6 +34,7 @@ func _ready() -> void:
 				push_error("what was imported is not shown")
 	await cancelling(all.large)
 	await scanning(all.series)
+	await picturing(all.series, all.large)
 	await misuse(all.series)
 	get_tree().quit()
 
@@ -52,6 +53,7 @@ func listened() -> LumivoxImporter:
 	importer.failed.connect(func(message: String) -> void: heard.append(["failed", message]))
 	importer.cancelled.connect(func() -> void: heard.append(["cancelled"]))
 	importer.scanned.connect(func(report: Dictionary) -> void: heard.append(["scanned", report]))
+	importer.thumbnail_ready.connect(func(series: int, image: Image) -> void: heard.append(["picture", series, image]))
 	return importer
 
 
@@ -140,6 +142,42 @@ func scanning(path: String) -> void:
 	importer.start([path])
 	await until_ended()
 	print("TELL scanning ", JSON.stringify({"scanned": scanned, "started": heard[-1]}))
+
+
+## Pictures that are asked for do not come at once, and not if another is asked for or they are stopped.
+func picturing(path: String, large: String) -> void:
+	var importer := listened()
+	var told := {"unknown": importer.request_thumbnail(0)}
+	importer.scan([path])
+	await until_ended()
+	told.beyond = importer.request_thumbnail(1)
+	var waited := importer.thumbnail(0, 16)
+	heard.clear()
+	told.requested = importer.request_thumbnail(0, 64)
+	importer.request_thumbnail(0, 32)
+	importer.cancel()
+	importer.request_thumbnail(0, 16)
+	told.at_once = heard.size()
+	await until_ended()
+	told.kinds = heard.map(func(one: Array) -> String: return one[0])
+	var picture: Image = heard[-1][2]
+	told.size = picture.get_width()
+	told.same = picture.get_data() == waited.get_data()
+	# An import does not wait for a picture, and nothing is heard of that.
+	heard.clear()
+	importer.request_thumbnail(0, 64)
+	told.started = importer.start([path])
+	await until_ended()
+	told.imported = heard.filter(func(one: Array) -> bool: return one[0] != "progress").map(
+			func(one: Array) -> String: return one[0])
+	# Dropped while it makes one.
+	var dropped := LumivoxImporter.new()
+	dropped.scanned.connect(func(_report: Dictionary) -> void: dropped.request_thumbnail(0, 256), CONNECT_ONE_SHOT)
+	dropped.scan([large])
+	while dropped.is_running():
+		await get_tree().process_frame
+	dropped = null
+	print("TELL picturing ", JSON.stringify(told))
 
 
 func misuse(path: String) -> void:

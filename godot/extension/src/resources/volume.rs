@@ -11,7 +11,7 @@ use lumivox_phantom::AnatomyOptions;
 
 use super::histogram::Histogram;
 use super::{Options, stored};
-use crate::convert;
+use crate::{codecs, convert};
 
 /// Voxels along a side of a phantom whose size nobody gave.
 const DEFAULT_PHANTOM_SIZE: usize = 128;
@@ -76,6 +76,7 @@ impl LumivoxVolume {
     pub fn load_file(path: GString, #[opt(default = &Options::none())] options: Options) -> Option<Gd<Self>> {
         let loaded = import_options(&options.0).and_then(|options| {
             let paths = [convert::system_path(&path)];
+            codecs::name_worker();
             lumivox_import::load(&paths, &options, Progress::SILENT, &CancelToken::new())
                 .map_err(|error| error.to_string())
         });

@@ -330,9 +330,26 @@ func _use_dialog() -> Dictionary:
 	var told := {"rows": [], "first": details.get_parsed_text()}
 	for item in tree.get_root().get_children():
 		told.rows.append(range(tree.columns).map(func(column: int) -> String: return item.get_text(column)))
+	var picture := dialog.get("_thumbnail") as TextureRect
+	var pictured := func() -> bool: return picture.texture != null
+	told.pictures = [await _picture_in(picture)]
 	tree.get_root().get_child(1).select(0)
 	await get_tree().process_frame
 	told.second = details.get_parsed_text()
+	told.pictures.append(await _picture_in(picture))
+	# Chosen one after the other: the last is shown, and the first is not waited for.
+	tree.get_root().get_child(0).select(0)
+	told.waited = pictured.call()
+	tree.get_root().get_child(1).select(0)
+	told.pictures.append(await _picture_in(picture))
+	# Closed before it is made, and opened again.
+	tree.get_root().get_child(0).select(0)
+	dialog.canceled.emit()
+	dialog.hide()
+	told.stopped = not pictured.call()
+	dialog.call("open")
+	told.pictures.append(await _picture_in(picture))
+	tree.get_root().get_child(1).select(0)
 	await _seconds(0.5)
 	dialog.get_texture().get_image().save_png(_path("editor_dialog.png"))
 	tree.get_root().get_child(0).select(0)
@@ -359,6 +376,14 @@ func _use_dialog() -> Dictionary:
 	dialog.get_texture().get_image().save_png(_path("editor_dialog_bad.png"))
 	dialog.hide()
 	return told
+
+
+## Sums up the picture that a dialog shows, once it is there.
+func _picture_in(rect: TextureRect) -> Array:
+	if not await _until(func() -> bool: return rect.texture != null):
+		return []
+	var image := rect.texture.get_image()
+	return [image.get_width(), image.get_height(), hash(image.get_data())]
 
 
 ## What the scene dock warns of at a node.

@@ -300,6 +300,17 @@ fn the_dialog_tells_series_apart_and_imports_the_phase_that_is_asked_for() {
 }
 
 #[test]
+fn the_dialog_pictures_the_series_that_is_chosen_without_waiting() {
+    let told = telling("dialog");
+    let [first, second, last, again] = [0, 1, 2, 3].map(|i| &told["pictures"][i]);
+    assert!(first.as_array().is_some_and(|picture| picture.len() == 3), "{told}");
+    assert_ne!(first, second, "{told}");
+    assert_eq!((last, again), (second, first), "{told}");
+    assert_eq!(told["waited"], false, "the picture is there when its series is chosen: {told}");
+    assert_eq!(told["stopped"], true, "{told}");
+}
+
+#[test]
 fn a_preset_for_several_volumes_is_one_step_of_undo() {
     let told = telling("several");
     for by in ["inspector", "dock"] {

@@ -12,6 +12,15 @@ use std::time::{Duration, Instant};
 /// Longest that one run of the engine may take, on two cores and software Vulkan.
 const TIME_LIMIT: Duration = Duration::from_secs(600);
 
+/// Where the addon's library is in a project, with the program that decodes for it.
+pub const BIN: &str = if cfg!(target_arch = "aarch64") {
+    "addons/lumivox/bin/linux.arm64"
+} else {
+    "addons/lumivox/bin/linux.x86_64"
+};
+/// What that program is called.
+pub const CODECS: &str = "lumivox-codecs";
+
 /// Words in a log that the addon is not to blame for.
 const NOT_OURS: &[&str] = &[
     // Xvfb, and machines without sound, dbus or a user's folders.
@@ -94,12 +103,14 @@ impl Engine {
         engine
     }
 
-    /// Cargo builds the extension with these tests, as a dependency of theirs, and leaves it beside them.
+    /// Cargo builds the extension with these tests, as a dependency of theirs, and leaves it beside them; the program
+    /// that decodes for it is one of theirs.
     fn install_extension(&self) {
         let test = std::env::current_exe().unwrap();
         let library = test.with_file_name("liblumivox_godot.so");
-        let bin = self.project.join("addons/lumivox/bin").join(format!("linux.{}", std::env::consts::ARCH));
+        let bin = self.project.join(BIN);
         fs::create_dir_all(&bin).unwrap();
+        fs::copy(env!("CARGO_BIN_EXE_tests-codecs"), bin.join(CODECS)).unwrap();
         fs::copy(&library, bin.join("liblumivox_godot.so"))
             .unwrap_or_else(|e| panic!("{}: {e}; cargo test builds it", library.display()));
     }

@@ -15,7 +15,8 @@ use lumivox_testing::png_io::SrgbImage;
 use serde_json::{Value, json};
 
 use crate::case::{Case, Volume};
-use crate::engine::{Engine, Run, Start, engine, once};
+use crate::codecs::{mark, marks, write_jpeg_ls};
+use crate::engine::{BIN, CODECS, Engine, Run, Start, engine, once};
 use crate::expected;
 use crate::shown::{assert_same, told};
 
@@ -24,7 +25,7 @@ const SYSTEM_LOADER: &[u8] = b"/lib64/ld-linux-x86-64.so.2\0";
 const OWN_LOADER: &str = "loader.so";
 
 /// What the engine leaks of a scene with one ReflectionProbe, with volumes and without.
-const PROBE_LEAK: &str = "7 RIDs of type \"Texture\" were leaked";
+pub const PROBE_LEAK: &str = "7 RIDs of type \"Texture\" were leaked";
 
 fn case() -> Case {
     Case { volumes: vec![Volume { anisotropy: 0.5, filter: 2, ..Volume::soft() }], ..Case::new("exported") }
@@ -52,14 +53,16 @@ impl Program {
         Self { path: own, root: Some(root) }
     }
 
-    /// Makes the exported program find its loader beside it, and says where it finds its libraries.
-    fn settle(&self, exported: &Path) -> Vec<(&'static str, OsString)> {
+    /// Makes the exported programs find their loader beside them, and says where they find their libraries.
+    fn settle(&self, exported: &Path, others: &[&Path]) -> Vec<(&'static str, OsString)> {
         let Some(root) = &self.root else { return vec![] };
-        let mut bytes = fs::read(exported).unwrap();
-        let at = bytes.windows(SYSTEM_LOADER.len()).position(|w| w == SYSTEM_LOADER).expect("a loader");
-        bytes[at..at + SYSTEM_LOADER.len()].fill(0);
-        bytes[at..at + OWN_LOADER.len()].copy_from_slice(OWN_LOADER.as_bytes());
-        fs::write(exported, bytes).unwrap();
+        for program in others.iter().chain([&exported]) {
+            let mut bytes = fs::read(program).unwrap();
+            let at = bytes.windows(SYSTEM_LOADER.len()).position(|w| w == SYSTEM_LOADER).expect("a loader");
+            bytes[at..at + SYSTEM_LOADER.len()].fill(0);
+            bytes[at..at + OWN_LOADER.len()].copy_from_slice(OWN_LOADER.as_bytes());
+            fs::write(program, bytes).unwrap();
+        }
         let loader = root.join("usr/lib64/ld-linux-x86-64.so.2");
         fs::copy(loader, exported.with_file_name(OWN_LOADER)).unwrap();
         let libraries = root.join("usr/lib/x86_64-linux-gnu");
@@ -100,7 +103,14 @@ fn exported() -> &'static (Run, PathBuf) {
         let [path, target] = [&project, &file].map(|path| path.to_str().unwrap());
         let arguments = ["--headless", "--path", path, "--export-release", "Linux", target];
         engine.run_as(&engine.godot, "export", &arguments, &Start::default());
-        let environment = program.settle(&file);
+        let codecs = game.join(CODECS);
+        let original = fs::read(project.join(BIN).join(CODECS)).unwrap();
+        assert!(fs::read(&codecs).is_ok_and(|bytes| bytes == original), "{CODECS} was not exported");
+        mark(&codecs);
+        let environment = program.settle(&file, &[&codecs, &codecs.with_extension("real")]);
+        // As an export leaves it; the program behind it is the test's own affair.
+        set_mode(&codecs, 0o644);
+        set_mode(&codecs.with_extension("real"), 0o755);
         // The game has nothing but its own folder.
         fs::remove_dir_all(&project).unwrap();
 
@@ -110,15 +120,26 @@ fn exported() -> &'static (Run, PathBuf) {
         let scan = folder.join("scan");
         let description = SeriesDescription::default();
         write_dicom_series(&head, &scan, &description, Progress::SILENT, &CancelToken::new()).unwrap();
+        let compressed = folder.join("compressed");
+        write_jpeg_ls(&compressed);
         let cases = folder.join("cases.json");
         fs::write(&cases, serde_json::to_vec(&[case()]).unwrap()).unwrap();
-        let [cases, out, scan] = [&cases, &folder, &scan].map(|path| path.to_str().unwrap());
+        let [cases, out, scan, compressed] =
+            [&cases, &folder, &scan, &compressed].map(|path| path.to_str().unwrap());
         let start = Start { environment, folder: Some(&game), excused: &[PROBE_LEAK] };
         let pictures = ["res://tests/show_cases.tscn", "--", "--cases", cases, "--out", out];
         engine.run_as(&file, "exported_case", &pictures, &start);
-        let game = ["res://tests/exported.tscn", "--", "--scan", scan, "--out", out];
+        let game =
+            ["res://tests/exported.tscn", "--", "--scan", scan, "--compressed", compressed, "--out", out];
         (engine.run_as(&file, "exported", &game, &start), folder)
     })
+}
+
+fn set_mode(path: &Path, mode: u32) {
+    #[cfg(unix)]
+    fs::set_permissions(path, std::os::unix::fs::PermissionsExt::from_mode(mode)).unwrap();
+    #[cfg(not(unix))]
+    panic!("{}: the engine tests run on Linux, not with mode {mode:o}", path.display());
 }
 
 fn telling(name: &str) -> Value {
@@ -128,7 +149,7 @@ fn telling(name: &str) -> Value {
 #[test]
 fn an_exported_game_has_the_library_beside_it_and_no_editor_scripts() {
     let folder = exported().1.join("game");
-    for file in ["lumivox_demo.x86_64", "lumivox_demo.pck", "liblumivox_godot.so"] {
+    for file in ["lumivox_demo.x86_64", "lumivox_demo.pck", "liblumivox_godot.so", CODECS] {
         assert!(folder.join(file).exists(), "{file} was not exported");
     }
     let told = telling("game");
@@ -150,6 +171,14 @@ fn an_exported_game_imports_dicom_while_it_runs() {
     assert_eq!(told["dims"], json!([24, 24, 24]), "{told}");
     assert_eq!(told["unit"], "HU");
     assert!(told["stages"].as_f64().unwrap() > 0.0, "there was no progress: {told}");
+}
+
+#[test]
+fn an_exported_game_decodes_beside_itself_with_a_file_that_was_no_program() {
+    let told = telling("compressed");
+    assert_eq!(told["histogram"], json!([0.0, 12.0, 12.0, 12.0, 12.0, 12.0]), "{told}");
+    let program = exported().1.join("game").join(CODECS);
+    assert!(marks(&program) > 0, "{} was not started for a frame", program.display());
 }
 
 #[test]

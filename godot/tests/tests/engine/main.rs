@@ -4,6 +4,8 @@
 
 mod antialiasing;
 mod case;
+mod codecs;
+mod demo;
 mod editor;
 mod engine;
 mod expected;

@@ -325,6 +325,19 @@ fn a_scan_tells_before_it_loads() {
 }
 
 #[test]
+fn pictures_are_made_while_the_game_goes_on() {
+    let told = told(&imports().run, "picturing");
+    println!("picturing: {told}");
+    // ERR_UNAVAILABLE.
+    assert_eq!((&told["unknown"], &told["beyond"]), (&Value::from(2), &Value::from(2)));
+    assert_eq!((&told["requested"], &told["at_once"]), (&Value::from(0), &Value::from(0)));
+    // The last one only, as somebody who waits gets it.
+    assert_eq!(told["kinds"], serde_json::json!(["picture"]));
+    assert_eq!((&told["size"], &told["same"]), (&Value::from(16), &Value::from(true)));
+    assert_eq!((&told["started"], &told["imported"]), (&Value::from(0), &serde_json::json!(["finished"])));
+}
+
+#[test]
 fn misuse_is_refused_at_once() {
     let told = told(&imports().run, "misuse");
     // ERR_INVALID_PARAMETER.

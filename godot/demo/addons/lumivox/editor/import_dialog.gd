@@ -78,6 +78,9 @@ func open(receiver: LumivoxVolume3D = null) -> void:
 	_add_to_scene.text = "Add to Scene" if receiver == null else "Give to %s" % receiver.name
 	if _step == Step.CHOOSE:
 		_go(Step.CHOOSE)
+	elif _step == Step.READY and _thumbnail.texture == null:
+		# It was stopped when the dialog was closed.
+		_request_picture()
 	popup_centered_clamped(Vector2i(Vector2(760.0, 560.0) * EditorInterface.get_editor_scale()), 0.9)
 	if _path.text == "":
 		_path.grab_focus()
@@ -229,6 +232,7 @@ func _new_importer() -> LumivoxImporter:
 		_importer.finished.connect(_on_finished)
 		_importer.failed.connect(_on_failed)
 		_importer.cancelled.connect(_on_cancelled)
+		_importer.thumbnail_ready.connect(_on_thumbnail_ready)
 	return _importer
 
 
@@ -310,10 +314,19 @@ func _on_series_selected() -> void:
 		_phase.value = 1.0
 		_phase_row.visible = phases > 1
 		_details.text = _series_text(one)
-		var picture := _importer.thumbnail(place, THUMBNAIL_SIZE)
-		if picture != null:
-			_thumbnail.texture = ImageTexture.create_from_image(picture)
+	_request_picture()
 	_details.text += _report_text(_report, place)
+
+
+## Of a large compressed file it takes long; the one that was asked for before is not waited for.
+func _request_picture() -> void:
+	if _importer != null:
+		_importer.request_thumbnail(_selected_series(), THUMBNAIL_SIZE)
+
+
+func _on_thumbnail_ready(place: int, picture: Image) -> void:
+	if picture != null and place == _selected_series():
+		_thumbnail.texture = ImageTexture.create_from_image(picture)
 
 
 func _series_text(one: Dictionary) -> String:
@@ -440,8 +453,9 @@ func _add_node() -> void:
 	EditorInterface.get_selection().add_node(node)
 
 
+## Stops what is under way, the picture of a series too.
 func _stop_work() -> void:
-	if _importer != null and _importer.is_running():
+	if _importer != null:
 		_importer.cancel()
 
 

@@ -1,0 +1,30 @@
+//! The demo's scenes, each of which takes a picture of itself when asked to, and ends.
+
+use lumivox_testing::png_io::SrgbImage;
+
+use crate::engine::{Start, engine};
+use crate::export::PROBE_LEAK;
+
+#[test]
+fn every_scene_takes_a_picture_of_itself() {
+    let engine = engine();
+    for scene in
+        ["main", "scenes/occlusion", "scenes/many_volumes", "scenes/clipping", "scenes/transfer_function"]
+    {
+        let name = format!("demo_{}", scene.trim_start_matches("scenes/"));
+        let picture = engine.out.join(&name).with_extension("png");
+        let [project, path] = [&engine.project, &picture].map(|path| path.to_str().unwrap());
+        let scene = format!("res://{scene}.tscn");
+        let view = ["--path", project, "--resolution", "320x180", &scene];
+        let asked = ["--", "--screenshot", path, "--samples", "1", "--seconds", "500"];
+        let start = Start { excused: &[PROBE_LEAK], ..Start::default() };
+        let run = engine.run_as(&engine.godot, &name, &[&view[..], &asked].concat(), &start);
+        let shown = SrgbImage::read(&picture).unwrap();
+        assert_eq!((shown.width, shown.height), (320, 180), "{scene}");
+        // What it says in the end: it waited for a volume, and not in vain.
+        let said =
+            run.log.lines().find_map(|line| line.strip_prefix(path)?.strip_prefix(": ")?.split_once(' '));
+        let (samples, _) = said.unwrap_or_else(|| panic!("{scene} says nothing of its picture"));
+        assert!(samples.parse::<u32>().unwrap() >= 1, "{scene} shows no volume");
+    }
+}
