@@ -10,9 +10,6 @@ use crate::frame;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::{SceneCache, check_binding};
 
-/// Most samples of one dispatch: enough to keep a GPU's lanes busy, few enough to keep it responsive.
-const MAX_SAMPLES_PER_DISPATCH: u32 = 64;
-
 /// What a view shows, besides scene and camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ViewSettings {
@@ -128,7 +125,7 @@ impl View {
             if self.next_row == 0 {
                 let left = u64::from(target_samples - self.complete);
                 let samples = (affordable / (row * u64::from(height)))
-                    .clamp(1, left.min(u64::from(MAX_SAMPLES_PER_DISPATCH)));
+                    .clamp(1, left.min(u64::from(cache.limits().max_samples_per_dispatch)));
                 self.pass_samples = samples as u32;
             }
             // A row is the least that is done, however small the budget: it makes progress.

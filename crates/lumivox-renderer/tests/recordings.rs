@@ -14,8 +14,12 @@ use lumivox_renderer::{
 };
 use lumivox_shaders::{Kernel, layout};
 
-const LIMITS: DeviceLimits =
-    DeviceLimits { max_texture_3d: 256, max_texture_2d: 1024, max_storage_binding: 4 << 20 };
+const LIMITS: DeviceLimits = DeviceLimits {
+    max_texture_3d: 256,
+    max_texture_2d: 1024,
+    max_storage_binding: 4 << 20,
+    max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
+};
 
 fn volume(size: usize) -> Arc<Volume> {
     let voxels = Voxels::U16((0..size * size * size).map(|i| (i % 1000) as u16).collect());

@@ -98,6 +98,10 @@ impl Executor {
             max_texture_3d: limits.max_texture_dimension_3d,
             max_texture_2d: limits.max_texture_dimension_2d,
             max_storage_binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+            max_samples_per_dispatch: match self.device.adapter_info().device_type {
+                wgpu::DeviceType::Cpu => DeviceLimits::SAMPLES_OF_SOFTWARE,
+                _ => DeviceLimits::SAMPLES_OF_GPU,
+            },
         }
     }
 

@@ -9,15 +9,15 @@ use crate::frame;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::{SceneCache, check_binding};
 
-/// Most samples of one dispatch.
-pub(super) const MAX_SAMPLES_PER_DISPATCH: u64 = 64;
-
 /// Rows that are traced together: a workgroup's.
 pub(super) const GROUP_ROWS: u32 = 8;
 
 /// Pixels between the taps of the denoiser's passes; an even number of them, so that the last writes where the first
 /// read.
 const DENOISE_STEPS: [u32; 4] = [1, 2, 4, 8];
+
+/// Those of a film whose pixels are many times as large: it would blend a head with what is behind it.
+const COARSE_DENOISE_STEPS: [u32; 2] = [1, 2];
 
 #[derive(Debug)]
 pub(super) struct LiveFilm {
@@ -127,8 +127,8 @@ impl LiveFilm {
         });
     }
 
-    /// Denoises what changed.
-    pub fn record_denoise(&mut self, recording: &mut Recording) {
+    /// Denoises what changed. A pixel of the film is as large as `factor` of the finest along a side.
+    pub fn record_denoise(&mut self, factor: u32, recording: &mut Recording) {
         if !std::mem::take(&mut self.stale) {
             return;
         }
@@ -138,7 +138,8 @@ impl LiveFilm {
             .get_or_insert_with(|| [(); 2].map(|()| recording.create_buffer("denoised film", bytes)));
         let params = |step| layout::DenoiseParams { film_size: self.size, step, padding: 0 };
         self.dispatch(Kernel::DenoisePrepare, &params(0), vec![self.film, self.limits, from], recording);
-        for step in DENOISE_STEPS {
+        let steps: &[u32] = if factor > 2 { &COARSE_DENOISE_STEPS } else { &DENOISE_STEPS };
+        for &step in steps {
             self.dispatch(Kernel::DenoiseWavelet, &params(step), vec![from, to], recording);
             std::mem::swap(&mut from, &mut to);
         }

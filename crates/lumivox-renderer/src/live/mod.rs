@@ -10,7 +10,7 @@ mod film;
 use lumivox_core::Camera;
 use lumivox_shaders::{Kernel, layout};
 
-use self::film::{GROUP_ROWS, LiveFilm, MAX_SAMPLES_PER_DISPATCH, pixels};
+use self::film::{GROUP_ROWS, LiveFilm, pixels};
 use crate::error::RenderError;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::SceneCache;
@@ -334,7 +334,7 @@ impl LiveView {
     fn record_coarse(&mut self, key: Key, cache: &SceneCache, budget: u64, recording: &mut Recording) -> u64 {
         let Some(coarse) = &mut self.coarse else { return 0 };
         let area = pixels(coarse.size);
-        let samples = (budget / area).clamp(1, MAX_SAMPLES_PER_DISPATCH) as u32;
+        let samples = (budget / area).clamp(1, u64::from(cache.limits().max_samples_per_dispatch)) as u32;
         coarse.record_all(key, cache, samples, recording);
         coarse.stale = true;
         (self.coarse_complete, self.coarse_row) = (samples, 0);
@@ -399,7 +399,8 @@ impl LiveView {
             if self.next_row == 0 {
                 let left = u64::from(target - self.complete);
                 let passes = (affordable / (row * f64::from(height))) as u64;
-                self.pass_samples = passes.clamp(1, left.min(MAX_SAMPLES_PER_DISPATCH)) as u32;
+                self.pass_samples =
+                    passes.clamp(1, left.min(u64::from(cache.limits().max_samples_per_dispatch))) as u32;
             }
             let rows = (affordable / (row * f64::from(self.pass_samples))) as u32;
             let rows = (rows / GROUP_ROWS * GROUP_ROWS).min(height - self.next_row);
@@ -439,9 +440,11 @@ impl LiveView {
             }
             return;
         }
-        let hidden = usize::from(!self.shows_fine());
-        for film in self.live_films().skip(hidden) {
-            film.record_denoise(recording);
+        if self.shows_fine() {
+            self.fine.record_denoise(1, recording);
+        }
+        if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
+            coarse.record_denoise(self.factor, recording);
         }
     }
 

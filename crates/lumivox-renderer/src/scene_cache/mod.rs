@@ -39,6 +39,17 @@ pub struct DeviceLimits {
     pub max_texture_2d: u32,
     /// Largest storage buffer that can be bound, in bytes.
     pub max_storage_binding: u64,
+    /// Samples that one invocation may trace in one dispatch; see [`SAMPLES_OF_GPU`](Self::SAMPLES_OF_GPU).
+    pub max_samples_per_dispatch: u32,
+}
+
+impl DeviceLimits {
+    /// Enough samples of a dispatch to keep a GPU's lanes busy, few enough to keep it responsive.
+    pub const SAMPLES_OF_GPU: u32 = 64;
+
+    /// Of a device in software. Mesa's llvmpipe ends an invocation after 65,536 turns of all its loops together
+    /// (`LP_MAX_TGSI_LOOP_ITERATIONS`), and says nothing: what is left of its samples would be missing.
+    pub const SAMPLES_OF_SOFTWARE: u32 = 4;
 }
 
 /// How paths find the environment's light. The engine's lights, which no path could find, are always sampled.

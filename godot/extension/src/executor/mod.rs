@@ -85,6 +85,10 @@ impl Executor {
             max_texture_3d: limit(Limit::MAX_TEXTURE_SIZE_3D),
             max_texture_2d: limit(Limit::MAX_TEXTURE_SIZE_2D),
             max_storage_binding: if on_cpu { 128 << 20 } else { 1 << 30 },
+            max_samples_per_dispatch: match on_cpu {
+                true => DeviceLimits::SAMPLES_OF_SOFTWARE,
+                false => DeviceLimits::SAMPLES_OF_GPU,
+            },
         }
     }
 
