@@ -47,7 +47,7 @@ impl DeviceLimits {
     /// Enough samples of a dispatch to keep a GPU's lanes busy, few enough to keep it responsive.
     pub const SAMPLES_OF_GPU: u32 = 64;
 
-    /// Of a device in software. Mesa's llvmpipe ends an invocation after 65,536 turns of all its loops together
+    /// Of a device in software. Mesa's llvmpipe ends an invocation after 65,535 turns of all its loops together
     /// (`LP_MAX_TGSI_LOOP_ITERATIONS`), and says nothing: what is left of its samples would be missing.
     pub const SAMPLES_OF_SOFTWARE: u32 = 4;
 }
