@@ -5,7 +5,7 @@ mod common;
 #[path = "common/writer.rs"]
 mod writer;
 
-use common::load;
+use common::load_written;
 use lumivox_core::Voxels;
 use lumivox_import::{ImportError, Imported};
 use writer::*;
@@ -14,10 +14,7 @@ use zune_jpegxl::JxlSimpleEncoder;
 
 /// Loads one file.
 fn load_one(elements: &Elements, syntax: Syntax) -> Result<Imported, ImportError> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("image.dcm");
-    elements.write(&path, syntax);
-    load(&path)
+    load_written(|path| elements.write(path, syntax))
 }
 
 /// Lossless JPEG XL; bytes of 16-bit samples in native order.

@@ -8,7 +8,7 @@ mod writer;
 
 use std::path::Path;
 
-use common::{load, load_series};
+use common::{load, load_series, load_written};
 use lumivox_core::{
     CancelToken, Modality, Progress, Volume, Voxels,
     glam::{DVec2, DVec3},
@@ -317,10 +317,7 @@ fn changing_intercepts_keep_integers_and_changing_slopes_keep_values() {
 
 /// Loads one file.
 fn load_one(elements: &Elements, syntax: Syntax) -> Result<Imported, ImportError> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("image.dcm");
-    elements.write(&path, syntax);
-    load(&path)
+    load_written(|path| elements.write(path, syntax))
 }
 
 fn values(elements: &Elements) -> Vec<f64> {

@@ -322,7 +322,7 @@ fn a_slow_first_image_is_shown_when_it_is_whole() {
     let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None };
     let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(128, 128) };
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
-    // Of 16 x 16 and of 128 x 128 pixels: the first is made in one frame, the second in many more.
+    // Of 32 x 32 and of 128 x 128 pixels: the first is made in one frame, the second in many more.
     let budget = 2048;
     let (mut shown, mut coarse_samples) = (vec![], 0.0);
     for _ in 0..24 {

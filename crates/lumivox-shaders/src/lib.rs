@@ -266,7 +266,6 @@ impl Kernel {
             text += &format!(
                 "const LIGHT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
                  const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst LIGHTS: bool = {};\n\
-                 const MANY_VOLUMES: bool = {};\n\
                  const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
                  const LIGHT_CANDIDATES: u32 = {LIGHT_CANDIDATES}u;\n",
                 variant.light_sampling,
@@ -274,8 +273,7 @@ impl Kernel {
                 variant.guides,
                 variant.mixed_filters,
                 variant.live,
-                variant.lights,
-                variant.many_volumes
+                variant.lights
             );
         }
         for module in modules {

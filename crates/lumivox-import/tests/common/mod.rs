@@ -34,6 +34,21 @@ pub fn load(path: &Path) -> Result<Imported, ImportError> {
     load_series(path, None)
 }
 
+/// Loads what `write` writes to the path that it is given.
+#[allow(dead_code, reason = "not every test program uses every helper")]
+pub fn load_written(write: impl FnOnce(&Path)) -> Result<Imported, ImportError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.dcm");
+    write(&path);
+    load(&path)
+}
+
+/// Physical values of all voxels.
+#[allow(dead_code, reason = "not every test program uses every helper")]
+pub fn values(volume: &Volume) -> Vec<f64> {
+    (0..volume.voxel_count()).map(|i| volume.voxels().get(i) * volume.slope() + volume.intercept()).collect()
+}
+
 /// Loads a series of one path.
 #[allow(dead_code, reason = "not every test program uses every helper")]
 pub fn load_series(path: &Path, series: Option<&str>) -> Result<Imported, ImportError> {

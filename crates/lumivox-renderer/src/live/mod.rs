@@ -1,9 +1,10 @@
 //! A view inside an engine's frame: traced within a budget, ended by the engine's depth, drawn over its colour.
 //!
 //! Two films make the picture. The fine one converges while nothing moves. When the camera or the scene changes and the
-//! budget does not buy a fine image at once, a coarse one answers in the same frame, is shown alone until every fine pixel
-//! has a sample, and fades out as more come in. Where only the engine's depth changes, because a mesh moved, the pixels concerned start over and no others:
-//! every pixel counts its own samples, so a finished live film is the film of a [`View`](crate::View), sample by sample.
+//! budget does not buy a fine image at once, a coarse one answers in the same frame, is shown alone until every fine
+//! pixel has a sample, and fades out as more come in. Where only the engine's depth changes, because a mesh moved, the
+//! pixels concerned start over and no others: every pixel counts its own samples, so a finished live film is the film of
+//! a [`View`](crate::View), sample by sample.
 
 mod film;
 
