@@ -20,7 +20,7 @@ mod view;
 pub use display::{Background, DisplaySettings, ToneMap};
 pub use error::RenderError;
 pub use film::Film;
-pub use live::{HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView};
+pub use live::{DistanceFog, Fog, HeightFog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView};
 pub use recording::{Recording, ResourceId, Step};
 pub use scene_cache::{DeviceLimits, LightSampling, SceneCache};
 pub use view::{View, ViewSettings};

@@ -238,6 +238,7 @@ fn a_live_view_answers_at_once_and_keeps_to_its_budget() {
         }),
         color_target: color,
         depth_target: None,
+        fog: None,
     };
     let mut settings = LiveSettings { target_samples: 4, ..LiveSettings::new(64, 64) };
     let mut recording = Recording::new();
@@ -296,7 +297,7 @@ fn a_live_view_answers_at_once_and_keeps_to_its_budget() {
 fn a_moving_live_view_does_not_jump_between_resolutions() {
     let mut cache = SceneCache::new(LIMITS);
     cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
-    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None };
+    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None, fog: None };
     let settings = LiveSettings::new(64, 64);
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
     let mut sizes = vec![];
@@ -319,7 +320,7 @@ fn a_moving_live_view_does_not_jump_between_resolutions() {
 fn a_slow_first_image_is_shown_when_it_is_whole() {
     let mut cache = SceneCache::new(LIMITS);
     cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
-    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None };
+    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None, fog: None };
     let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(128, 128) };
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
     // Of 32 x 32 and of 128 x 128 pixels: the first is made in one frame, the second in many more.
@@ -358,7 +359,7 @@ fn a_slow_first_image_is_shown_when_it_is_whole() {
 fn a_live_view_refuses_what_it_cannot_show() {
     let mut cache = SceneCache::new(LIMITS);
     cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
-    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None };
+    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None, fog: None };
     let settings = LiveSettings::new(64, 64);
     assert!(LiveView::new(&LiveSettings::new(0, 64), &cache, &mut Recording::new()).is_err());
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();

@@ -185,7 +185,15 @@ pub struct CompositeParams {
     pub clear: f32,
     pub has_host_depth: u32,
     pub denoised: u32,
-    pub padding: [u32; 2],
+    pub camera_parallel: u32,
+    pub fog_kind: u32,
+    pub fog_distance: [f32; 4],
+    pub fog_color: [f32; 3],
+    pub padding: u32,
+    pub camera_edges: [f32; 4],
+    pub world_height: [f32; 4],
+    pub fog_height: [f32; 2],
+    pub more_padding: [u32; 2],
 }
 
 /// Twin of `SampleParams`.

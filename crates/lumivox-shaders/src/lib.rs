@@ -241,6 +241,7 @@ impl Kernel {
                 module!("depth_convention"),
                 module!("live_pixel"),
                 module!("composite"),
+                module!("fog"),
                 module!("composite_color"),
             ],
             Kernel::CompositeDepth => {

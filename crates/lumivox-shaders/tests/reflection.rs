@@ -144,7 +144,15 @@ fn twins_have_the_shaders_layout() {
             clear,
             has_host_depth,
             denoised,
+            camera_parallel,
+            fog_kind,
+            fog_distance,
+            fog_color,
             padding,
+            camera_edges,
+            world_height,
+            fog_height,
+            more_padding,
         }
     );
     assert_twin!(Kernel::SampleDirections, SampleParams { axis, sampler, anisotropy, count, padding });

@@ -87,6 +87,7 @@ fn bench(gpu: &mut Gpu, name: &str, scene: &Scene, [width, height]: [u32; 2]) {
         }),
         color_target: names[1],
         depth_target: Some(names[2]),
+        fog: None,
     };
     let pixels = u64::from(width) * u64::from(height);
     let mut cache = SceneCache::new(gpu.executor.limits());

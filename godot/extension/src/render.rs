@@ -2,14 +2,14 @@
 
 use std::collections::HashMap;
 use std::sync::mpsc::{Receiver, TryRecvError};
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use godot::classes::rendering_device::{DataFormat, TextureSamples};
 use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
 use godot::prelude::*;
 use lumivox_core::Camera;
 use lumivox_renderer::{
-    HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId, SceneCache,
+    Fog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId, SceneCache,
 };
 
 use crate::camera;
@@ -85,11 +85,11 @@ pub fn draw(settings: Settings, data: &Gd<RenderData>) {
     let Some(scene_data) = data.get_render_scene_data() else { return };
     let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
     let target = buffers.get_render_target();
-    let Some(Target { snapshot, exposure }) = shared::lock().targets.get(&target).cloned() else { return };
-    let settings = Settings { exposure: settings.exposure * exposure, ..settings };
+    let Some(shown) = shared::lock().targets.get(&target).cloned() else { return };
+    let settings = Settings { exposure: settings.exposure * shown.exposure, ..settings };
     // After a panic, which was reported, nothing is drawn any more rather than the same panic again.
     let Ok(mut renderer) = RENDERER.lock() else { return };
-    let drawn = renderer.draw(&mut device, settings, &snapshot, &mut buffers, &scene_data);
+    let drawn = renderer.draw(&mut device, settings, &shown, &mut buffers, &scene_data);
     drop(renderer);
     let mut shared = shared::lock();
     match drawn {
@@ -126,18 +126,18 @@ impl Renderer {
         &mut self,
         device: &mut Gd<RenderingDevice>,
         settings: Settings,
-        snapshot: &Arc<Snapshot>,
+        target: &Target,
         buffers: &mut Gd<RenderSceneBuffersRd>,
         scene_data: &Gd<RenderSceneData>,
     ) -> Result<Option<Status>, String> {
         self.read_times(device);
-        self.update_world(device, snapshot)?;
+        self.update_world(device, &target.snapshot)?;
         let views = buffers.get_view_count();
         let mut status = Status { converged: true, samples: u32::MAX, ..Status::default() };
         for view in 0..views {
             let settings =
                 Settings { budget_milliseconds: settings.budget_milliseconds / f64::from(views), ..settings };
-            let Some(eye) = self.draw_eye(device, settings, snapshot, buffers, scene_data, view)? else {
+            let Some(eye) = self.draw_eye(device, settings, target, buffers, scene_data, view)? else {
                 return Ok(None);
             };
             status.samples = status.samples.min(eye.samples);
@@ -192,7 +192,7 @@ impl Renderer {
         &mut self,
         device: &mut Gd<RenderingDevice>,
         settings: Settings,
-        snapshot: &Snapshot,
+        Target { snapshot, fog, .. }: &Target,
         buffers: &mut Gd<RenderSceneBuffersRd>,
         scene_data: &Gd<RenderSceneData>,
         view: u32,
@@ -203,10 +203,11 @@ impl Renderer {
         let Some(host) = host.filter(|_| size.x > 0 && size.y > 0) else { return Ok(None) };
         let multisampled = buffers.get_texture_samples() != TextureSamples::SAMPLES_1;
         let color = buffers.get_color_layer_ex(view).msaa(multisampled).done();
+        let light_per_color = light_per_color(device, color);
         let live_settings = LiveSettings {
             resolution_scale: settings.resolution_scale,
             target_samples: settings.target_samples,
-            exposure: settings.exposure * light_per_color(device, color),
+            exposure: settings.exposure * light_per_color,
             denoise: settings.denoise,
             ..LiveSettings::new(size.x as u32, size.y as u32)
         };
@@ -250,6 +251,7 @@ impl Renderer {
             }),
             color_target,
             depth_target: settings.write_depth.then_some(depth_target),
+            fog: fog.map(|fog| Fog { color: fog.color.map(|c| c * light_per_color), ..fog }),
         };
         let camera =
             if jittered { camera::without_jitter(host.camera, live_settings.size) } else { host.camera };

@@ -5,6 +5,7 @@ use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
 use godot::prelude::Rid;
 use lumivox_core::Scene;
+use lumivox_renderer::Fog;
 
 /// What tells one scene from another: cameras that share it share its copy on the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -37,6 +38,8 @@ pub struct Target {
     pub snapshot: Arc<Snapshot>,
     /// What its camera multiplies all light by.
     pub exposure: f64,
+    /// What hides what is far from its camera.
+    pub fog: Option<Fog>,
 }
 
 /// How far a viewport's image is.

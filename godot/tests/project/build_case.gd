@@ -133,6 +133,8 @@ static func _environment(case: Dictionary) -> WorldEnvironment:
 		environment.sky = sky
 		environment.sky_rotation.y = panorama.rotation
 		environment.background_energy_multiplier = panorama.energy
+	if case.fog != null:
+		_set_fog(environment, case.fog)
 	var effect := LumivoxEffect.new()
 	effect.target_samples = int(case.samples)
 	effect.exposure = case.exposure
@@ -144,6 +146,22 @@ static func _environment(case: Dictionary) -> WorldEnvironment:
 	world.environment = environment
 	world.compositor = compositor
 	return world
+
+
+static func _set_fog(environment: Environment, fog: Dictionary) -> void:
+	environment.fog_enabled = true
+	if fog.depth != null:
+		environment.fog_mode = Environment.FOG_MODE_DEPTH
+		environment.fog_depth_end = fog.depth[1]
+		environment.fog_depth_begin = fog.depth[0]
+		environment.fog_depth_curve = fog.depth[2]
+	environment.fog_light_color = color(fog.color)
+	environment.fog_light_energy = fog.energy
+	environment.fog_density = fog.density
+	# Of the background alone.
+	environment.fog_sky_affect = 0.0
+	environment.fog_height = fog.height
+	environment.fog_height_density = fog.height_density
 
 
 static func camera(case: Dictionary) -> Camera3D:

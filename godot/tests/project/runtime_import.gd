@@ -36,6 +36,7 @@ func _ready() -> void:
 	await scanning(all.series)
 	await picturing(all.series, all.large)
 	await misuse(all.series)
+	await by_name(node, all.series)
 	get_tree().quit()
 
 
@@ -188,3 +189,45 @@ func misuse(path: String) -> void:
 	importer.cancel()
 	await get_tree().process_frame
 	print("TELL misuse ", JSON.stringify({"nothing": nothing, "option": option, "heard": heard}))
+
+
+## What the README's C# does: members by name, through `ClassDB` and `Object`, as C# reaches them.
+func by_name(node: VisualInstance3D, path: String) -> void:
+	var readme := FileAccess.get_file_as_string("res://addons/lumivox/README.md")
+	var sample := readme.get_slice("```csharp", 1).get_slice("```", 0)
+	var said := RegEx.create_from_string("(Instantiate|GetSingleton|Connect|Set|Call)\\(\"(\\w+)\"")
+	var importer: Object = ClassDB.instantiate("LumivoxImporter")
+	var objects: Array[Object] = [node, importer, Engine.get_singleton("Lumivox")]
+	var names := 0
+	var unknown := []
+	for found in said.search_all(sample):
+		var called := found.get_string(2)
+		var known := false
+		match found.get_string(1):
+			"Instantiate":
+				known = ClassDB.can_instantiate(called)
+			"GetSingleton":
+				known = Engine.has_singleton(called)
+			"Connect":
+				known = importer.has_signal(called)
+			"Set":
+				known = called in node
+			"Call":
+				known = objects.any(func(object: Object) -> bool: return object.has_method(called))
+		names += 1
+		if not known:
+			unknown.append(called)
+	heard.clear()
+	node.set("volume", null)
+	importer.connect("finished", func(volume: Resource) -> void:
+		node.set("volume", volume)
+		node.call("apply_preset", "ct-bone")
+		node.set("clip_max", Vector3(0.5, 1.0, 1.0))
+		heard.append(["finished"]))
+	importer.connect("failed", func(message: String) -> void: heard.append(["failed", message]))
+	importer.call("start", PackedStringArray([path]))
+	await until_ended()
+	var converged: Variant = Engine.get_singleton("Lumivox").call("is_converged", node.get_viewport())
+	print("TELL by_name ", JSON.stringify({
+		"names": names, "unknown": unknown, "heard": heard, "converged": type_string(typeof(converged)),
+		"volume": node.get("volume").get_class(), "clip_max": node.get("clip_max").x}))

@@ -7,11 +7,13 @@
 //! a [`View`](crate::View), sample by sample.
 
 mod film;
+mod fog;
 
 use lumivox_core::Camera;
 use lumivox_shaders::{Kernel, layout};
 
 use self::film::{GROUP_ROWS, LiveFilm, pixels};
+pub use self::fog::{DistanceFog, Fog, HeightFog};
 use crate::error::RenderError;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::SceneCache;
@@ -98,6 +100,8 @@ pub struct HostFrame {
     /// Where the volumes' depth is written, if anywhere; not the texture of [`HostFrame::depth`] while a host cannot
     /// write what it reads.
     pub depth_target: Option<ResourceId>,
+    /// What it lays over what is far.
+    pub fog: Option<Fog>,
 }
 
 /// How far a live view is.
@@ -226,7 +230,7 @@ impl LiveView {
             self.record_fine(key, cache, settings.target_samples, budget, recording)
         };
         self.record_denoise(settings, recording);
-        self.record_composite(settings, host, cache, recording);
+        self.record_composite(settings, host, camera, cache, recording);
         Ok(LiveStatus {
             samples: self.complete.min(settings.target_samples),
             converged: self.complete >= settings.target_samples,
@@ -453,6 +457,7 @@ impl LiveView {
         &self,
         settings: &LiveSettings,
         host: &HostFrame,
+        camera: &Camera,
         cache: &SceneCache,
         recording: &mut Recording,
     ) {
@@ -464,7 +469,7 @@ impl LiveView {
         // Something has to be bound where there is no second one; it is not looked at.
         let behind = back.unwrap_or(front);
         let [a, b, c, d] = host.depth.map_or([0.0, 1.0, 0.0, 1.0], |h| h.view_depth_from_ndc);
-        let params = layout::CompositeParams {
+        let mut params = layout::CompositeParams {
             view_depth_from_ndc: [a, b, c, d].map(|x| x as f32),
             // z of depth = (a z + b) / (c z + d).
             ndc_from_view_depth: [d, -b, -c, a].map(|x| x as f32),
@@ -477,6 +482,9 @@ impl LiveView {
             denoised: u32::from(settings.denoise),
             ..Default::default()
         };
+        if let Some(fog) = &host.fog {
+            fog.write(camera, &mut params);
+        }
         let films = [front.film, front.limits, behind.film, behind.limits, front.shown(), behind.shown()];
         let uniforms = vec![bytemuck::bytes_of(&params).to_vec()];
         let host_depth = host.depth.map_or(cache.light_resources()[0], |h| h.texture);

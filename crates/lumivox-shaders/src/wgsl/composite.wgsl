@@ -19,7 +19,19 @@ struct CompositeParams {
     has_host_depth: u32,
     // Whether light and alpha come from the denoiser's pixels instead of the films.
     denoised: u32,
-    padding: vec2u,
+    // Whether x and y of what is seen grow with its depth, or do not.
+    camera_parallel: u32,
+    // 0 without fog.
+    fog_kind: u32,
+    fog_distance: vec4f,
+    fog_color: vec3f,
+    padding: u32,
+    // The camera's left, right, bottom and top edge, in metres: at depth 1 unless parallel.
+    camera_edges: vec4f,
+    // World y of a point in the camera's frame: (x, y, z) * point + w.
+    world_height: vec4f,
+    fog_height: vec2f,
+    more_padding: vec2u,
 }
 
 @group(0) @binding(0) var<uniform> params: CompositeParams;

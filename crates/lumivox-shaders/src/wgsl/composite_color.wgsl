@@ -13,9 +13,11 @@ fn composite_color(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let ndc = textureLoad(host_depth_map, vec2i(position.xy), 0).r;
         limit = view_depth_from_ndc(ndc, params.view_depth_from_ndc, params.clear);
     }
-    let e = picture(position.xy / params.target_size, limit);
+    let uv = position.xy / params.target_size;
+    let e = picture(uv, limit);
     if (e.alpha <= 0.0) {
         discard;
     }
-    return vec4f(min(e.light * params.exposure, vec3f(BRIGHTEST)), e.alpha);
+    let light = fogged(e.light * params.exposure, e.alpha, uv, e.depth);
+    return vec4f(min(light, vec3f(BRIGHTEST)), e.alpha);
 }

@@ -7,7 +7,8 @@ use lumivox_reference::medium::place;
 use lumivox_reference::path::trace;
 use lumivox_reference::rng::Rng;
 use lumivox_renderer::{
-    Film, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId, SceneCache,
+    DistanceFog, Film, Fog, HeightFog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording,
+    ResourceId, SceneCache,
 };
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::{Gpu, RenderRequest, wgpu};
@@ -28,6 +29,7 @@ struct Host {
     depth: wgpu::Texture,
     written: wgpu::Texture,
     names: [ResourceId; 3],
+    fog: Option<Fog>,
 }
 
 impl Host {
@@ -63,7 +65,7 @@ impl Host {
         cache.update(&test.scene, &mut recording).unwrap();
         let live = LiveView::new(&settings, &cache, &mut recording).unwrap();
         gpu.executor.execute(&recording).unwrap();
-        Self { cache, live, settings, color, depth, written, names }
+        Self { cache, live, settings, color, depth, written, names, fog: None }
     }
 
     /// Draws "meshes": view depths of all pixels, 0 where there is none.
@@ -109,6 +111,7 @@ impl Host {
             }),
             color_target: self.names[0],
             depth_target: Some(self.names[2]),
+            fog: self.fog,
         };
         let mut recording = Recording::new();
         let status = self
@@ -345,6 +348,57 @@ fn the_picture_is_light_over_the_hosts_colour() {
             let got = f64::from(shown[pixel * 4 + i]);
             assert!((got - wanted).abs() < 2e-3 * (1.0 + wanted), "pixel {pixel}: {got} is not {wanted}");
         }
+    }
+}
+
+#[test]
+fn fog_hides_volumes_by_distance_and_by_height() {
+    let test = scenes::noise();
+    let centred = test.camera.with_aspect(1.0);
+    let world_from_camera = centred.world_from_camera;
+    let distance = world_from_camera.translation.length();
+    let half = (test.camera.vertical_fov / 2.0).tan();
+    let tangents = [-1.3 * half, 0.8 * half, -0.7 * half, 1.1 * half];
+    let extents = [-0.9, 1.1, -1.0, 0.8].map(|x| x * half * distance);
+    let cameras = [
+        Camera { world_from_camera, projection: Projection::Perspective { tangents } },
+        Camera { world_from_camera, projection: Projection::Orthographic { extents } },
+    ];
+    let far = DistanceFog::Exponential { density: 0.5 / distance };
+    let near = DistanceFog::Between { begin: 0.9 * distance, end: 1.2 * distance, curve: 1.5, density: 0.8 };
+    let low = HeightFog { height: 0.2 * distance, density: 3.0 / distance };
+    let color = [0.2, 0.7, 1.5];
+    let fogs = [
+        Fog { color, by_distance: far, by_height: None },
+        Fog { color, by_distance: near, by_height: None },
+        Fog { color, by_distance: far, by_height: Some(low) },
+    ];
+    let mut gpu = gpu();
+    for (camera, fog) in cameras.iter().flat_map(|camera| fogs.map(|fog| (camera, fog))) {
+        let settings = LiveSettings { target_samples: 8, ..LiveSettings::new(24, 24) };
+        let mut host = Host::new(&mut gpu, &test, settings);
+        host.converge(&mut gpu, camera, u64::MAX);
+        host.fog = Some(fog);
+        host.set_color(&gpu, |_| [0.0; 4]);
+        // The film is done: fog starts nothing over.
+        assert_eq!(host.frame(&mut gpu, camera, u64::MAX).pixel_samples, 0);
+        let (film, shown) = (host.film(&mut gpu), host.read_color(&gpu));
+        let (mut least, mut most) = (1.0f64, 0.0f64);
+        for pixel in (0..24 * 24).filter(|&pixel| film.alpha(pixel) > 0.0) {
+            let uv = [pixel % 24, pixel / 24].map(|x| (x as f64 + 0.5) / 24.0);
+            let ray = camera.ray(uv);
+            let t = film.depth(pixel) / ray.direction.dot(-world_from_camera.matrix3.z_axis);
+            let point = ray.origin + t * ray.direction;
+            let amount = fog.amount(point.distance(world_from_camera.translation), point.y);
+            (least, most) = (least.min(amount), most.max(amount));
+            let (light, alpha) = (film.radiance(pixel), film.alpha(pixel));
+            for i in 0..3 {
+                let wanted = (1.0 - amount) * light[i] + amount * alpha * color[i];
+                let got = f64::from(shown[pixel * 4 + i]);
+                assert!((got - wanted).abs() < 2e-3 * (1.0 + wanted), "{fog:?}: {pixel}: {got}, {wanted}");
+            }
+        }
+        assert!(most > 0.2 && least < most, "{fog:?} hides {least} to {most}");
     }
 }
 

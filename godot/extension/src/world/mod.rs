@@ -2,6 +2,7 @@
 
 mod compositors;
 mod exposure;
+mod fog;
 mod lights;
 mod nodes;
 mod sky;
@@ -55,7 +56,8 @@ impl Gatherer {
                 continue;
             };
             let exposure = exposure::of(&world, &camera);
-            targets.insert(render_target(&viewport), Target { snapshot, exposure });
+            let fog = environment(&world, &camera).and_then(|environment| fog::of(&environment, &camera));
+            targets.insert(render_target(&viewport), Target { snapshot, exposure, fog });
         }
         self.compositors.retain(&worlds);
         self.skies.retain();

@@ -10,6 +10,7 @@ use lumivox_core::{
     VolumeInstance,
 };
 use lumivox_phantom::{AnatomyOptions, anatomy};
+use lumivox_renderer::{DistanceFog, HeightFog};
 use serde::Serialize;
 
 /// A place: columns of the linear part, then the origin, as Godot's `Transform3D`.
@@ -247,6 +248,33 @@ pub enum Light {
     Panorama { width: usize, height: usize, texels: Vec<[f32; 3]>, rotation: f64, energy: f64 },
 }
 
+/// The engine's fog, by its manual's names; `depth` is between two distances.
+#[derive(Clone, Copy, Serialize)]
+pub struct Fog {
+    /// Linear RGB.
+    pub color: [f64; 3],
+    pub energy: f64,
+    pub density: f64,
+    /// Begin, end and curve.
+    pub depth: Option<[f64; 3]>,
+    pub height: f64,
+    pub height_density: f64,
+}
+
+impl Fog {
+    pub fn core(&self) -> lumivox_renderer::Fog {
+        let density = self.density;
+        lumivox_renderer::Fog {
+            color: self.color.map(|c| c * self.energy),
+            by_distance: match self.depth {
+                Some([begin, end, curve]) => DistanceFog::Between { begin, end, curve, density },
+                None => DistanceFog::Exponential { density },
+            },
+            by_height: Some(HeightFog { height: self.height, density: self.height_density }),
+        }
+    }
+}
+
 /// How a viewport makes pixels.
 #[derive(Clone, Copy, Serialize)]
 pub struct Output {
@@ -287,6 +315,7 @@ pub struct Case {
     pub output: Output,
     /// Milliseconds of tracing in a frame.
     pub budget: f64,
+    pub fog: Option<Fog>,
 }
 
 impl Case {
@@ -309,6 +338,7 @@ impl Case {
             glass: vec![],
             output: Output { msaa: 1, scale: 1.0, scaling: 0, hdr: false, transparent: false, taa: false },
             budget: 50.0,
+            fog: None,
         }
     }
 

@@ -25,9 +25,13 @@ pub fn linear(case: &Case) -> Vec<[f64; 3]> {
     let exposure = case.exposure.exp2();
     (0..pixel_count(case))
         .map(|pixel| {
-            let behind = host(case, pixel).map_or_else(|| background(case, pixel), |(_, color)| color);
-            let (light, alpha) = (film.radiance(pixel), film.alpha(pixel));
-            std::array::from_fn(|i| exposure * light[i] + (1.0 - alpha) * behind[i])
+            let behind = host(case, pixel).map_or_else(
+                || background(case, pixel),
+                |(depth, color)| fogged(case, pixel, depth, color, 1.0),
+            );
+            let (light, alpha) = (film.radiance(pixel).map(|c| exposure * c), film.alpha(pixel));
+            let light = fogged(case, pixel, film.depth(pixel), light, alpha);
+            std::array::from_fn(|i| light[i] + (1.0 - alpha) * behind[i])
         })
         .collect()
 }
@@ -92,6 +96,7 @@ pub fn film(case: &Case) -> Film {
         }),
         color_target: names[1],
         depth_target: None,
+        fog: None,
     };
     let settings = LiveSettings { target_samples: case.samples, ..LiveSettings::new(width, height) };
     let mut cache = SceneCache::new(gpu.executor.limits());
@@ -137,6 +142,16 @@ fn host(case: &Case, pixel: usize) -> Option<(f64, [f64; 3])> {
     });
     let (t, color) = flat.chain(lit).min_by(|a, b| a.0.total_cmp(&b.0))?;
     Some((t * ray.direction.dot(forward), color))
+}
+
+/// What is left of light, premultiplied with `alpha`, from a view depth.
+fn fogged(case: &Case, pixel: usize, depth: f64, light: [f64; 3], alpha: f64) -> [f64; 3] {
+    let Some(fog) = case.fog else { return light };
+    let (ray, camera) = (ray(case, pixel), case.camera().world_from_camera);
+    let point = ray.origin + depth / ray.direction.dot(-camera.matrix3.z_axis) * ray.direction;
+    let fog = fog.core();
+    let amount = fog.amount(point.distance(camera.translation), point.y);
+    std::array::from_fn(|i| (1.0 - amount) * light[i] + amount * alpha * fog.color[i])
 }
 
 /// The slab method: distance and unit normal.

@@ -2,7 +2,7 @@
 
 use lumivox_core::glam::{DMat3, DVec3};
 
-use crate::case::{Case, Light, Mesh, Place, Volume, look_at};
+use crate::case::{Case, Fog, Light, Mesh, Place, Volume, look_at};
 use crate::shown::Shown;
 
 /// Every case, in one run of the engine.
@@ -22,6 +22,17 @@ fn cases() -> Vec<Case> {
     };
     let far_turned =
         |x: f64, y: f64, z: f64, angle: f64| Place::new(DMat3::from_rotation_y(angle), DVec3::new(x, y, z));
+    // By distance above, by height below.
+    let fog = Fog {
+        color: [0.5, 0.1, 0.3],
+        energy: 1.2,
+        density: 4.0,
+        depth: None,
+        height: 0.004,
+        height_density: 80.0,
+    };
+    let behind =
+        Mesh { size: [0.2, 0.012, 0.002], place: far_turned(0.0, 0.0, -0.03, 0.0), color: [0.1, 0.8, 0.1] };
     vec![
         Case::new("cube"),
         Case {
@@ -70,6 +81,14 @@ fn cases() -> Vec<Case> {
         Case { fov: 0.0, height: 0.06, volumes: vec![turned.clone()], ..Case::new("parallel") },
         Case { exposure: 1.0, light: Light::Color([0.15, 0.2, 0.3]), ..Case::new("exposure") },
         Case { light: panorama(), volumes: vec![turned], ..Case::new("panorama") },
+        // Godot 4.6 makes backgrounds of one colour darker where there is fog: a sky it is.
+        Case { fog: Some(fog), light: panorama(), meshes: vec![behind], ..Case::new("fog") },
+        Case {
+            fog: Some(Fog { density: 0.8, depth: Some([0.07, 0.12, 1.5]), height_density: 0.0, ..fog }),
+            light: panorama(),
+            meshes: vec![behind],
+            ..Case::new("depth_fog")
+        },
     ]
 }
 
@@ -139,4 +158,11 @@ fn exposure_is_in_stops() {
 #[test]
 fn a_panorama_lights_volumes_turned_and_scaled() {
     assert_as_expected("panorama");
+}
+
+/// Meshes say whether it is the engine's fog.
+#[test]
+fn fog_hides_volumes_as_it_hides_meshes() {
+    assert_as_expected("fog");
+    assert_as_expected("depth_fog");
 }

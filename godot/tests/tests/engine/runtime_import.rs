@@ -9,7 +9,7 @@ use lumivox_core::{CancelToken, Progress, Volume};
 use lumivox_import::{ImportOptions, Imported};
 use lumivox_phantom::{SeriesDescription, write_dicom_series};
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::case::Case;
 use crate::engine::{Run, engine};
@@ -240,7 +240,7 @@ fn assert_goes_on(name: &str, told: &Value) {
 #[test]
 fn a_series_arrives_as_a_folder_and_as_an_archive() {
     let series = assert_loads("series");
-    assert_eq!(series["volume"]["dims"], serde_json::json!([24, 24, 24]));
+    assert_eq!(series["volume"]["dims"], json!([24, 24, 24]));
     assert_loads("zip");
 }
 
@@ -332,9 +332,9 @@ fn pictures_are_made_while_the_game_goes_on() {
     assert_eq!((&told["unknown"], &told["beyond"]), (&Value::from(2), &Value::from(2)));
     assert_eq!((&told["requested"], &told["at_once"]), (&Value::from(0), &Value::from(0)));
     // The last one only, as somebody who waits gets it.
-    assert_eq!(told["kinds"], serde_json::json!(["picture"]));
+    assert_eq!(told["kinds"], json!(["picture"]));
     assert_eq!((&told["size"], &told["same"]), (&Value::from(16), &Value::from(true)));
-    assert_eq!((&told["started"], &told["imported"]), (&Value::from(0), &serde_json::json!(["finished"])));
+    assert_eq!((&told["started"], &told["imported"]), (&Value::from(0), &json!(["finished"])));
 }
 
 #[test]
@@ -342,7 +342,7 @@ fn misuse_is_refused_at_once() {
     let told = told(&imports().run, "misuse");
     // ERR_INVALID_PARAMETER.
     assert_eq!((&told["nothing"], &told["option"]), (&Value::from(31), &Value::from(31)));
-    assert_eq!(told["heard"], serde_json::json!([]));
+    assert_eq!(told["heard"], json!([]));
 }
 
 #[test]
@@ -350,4 +350,16 @@ fn real_scans_load() {
     for (name, _) in real_scans() {
         assert_goes_on(name, &assert_loads(name));
     }
+}
+
+/// C# has no classes of an extension: it calls by name, and the README says how.
+#[test]
+fn members_are_reached_by_the_names_in_the_readmes_c_sharp() {
+    let told = told(&imports().run, "by_name");
+    assert_eq!(told["unknown"], json!([]));
+    assert_eq!(told["names"], 9);
+    assert_eq!(told["heard"], json!([["finished"]]));
+    assert_eq!(told["converged"], "bool");
+    assert_eq!(told["volume"], "LumivoxVolume");
+    assert_eq!(told["clip_max"], 0.5);
 }
