@@ -147,6 +147,8 @@ struct Key {
     scene_version: u64,
     seed: u32,
     roulette_start: u32,
+    /// Whether the host's surfaces end rays.
+    has_depth: bool,
 }
 
 impl LiveView {
@@ -216,6 +218,7 @@ impl LiveView {
             scene_version: cache.version(),
             seed: settings.seed,
             roulette_start: settings.roulette_start,
+            has_depth: host.depth.is_some(),
         };
         let restarted = self.key != Some(key);
         if restarted {
@@ -322,7 +325,7 @@ impl LiveView {
     fn record_host_depth(&mut self, host: &HostFrame, restarted: bool, recording: &mut Recording) {
         recording.push(Step::ClearBuffer { id: self.restarts });
         let Some(depth) = host.depth else {
-            // What was there may be gone: without depth, no ray ends.
+            // Without depth no ray ends; whether there is any is part of the key.
             for film in self.live_films().filter(|_| restarted) {
                 recording.push(Step::ClearBuffer { id: film.limits });
             }

@@ -20,6 +20,10 @@ struct March {
     scale: f32,        // extinction per unit of t at opacity 1
 }
 
+// Half a unit in the last place of 1, rounded up: 2^-24.
+const HALF_UNIT: f32 = 6e-8;
+
+// An empty walk where the ray misses the volume: its t_end is not positive.
 fn march_begin(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> March {
     var m: March;
     m.origin = voxel_from_world(v, origin);
@@ -49,6 +53,11 @@ fn march_begin(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> March {
     let side = vec3f(cell) + select(vec3f(0.0), vec3f(1.0), forward);
     m.t_next = (side * instances[v].cell_size - m.origin) * inverse;
     m.t_delta = abs(instances[v].cell_size * inverse);
+    // The walk adds up t_next, and every sum may fall short by half a unit in the last place. It ends where the shortest
+    // may reach the grid's last face: one step more, and it would read the majorants of another volume.
+    let steps = vec3f(select(cell, dims - 1 - cell, forward));
+    let faces = (m.t_next + steps * m.t_delta) * (1.0 - (steps + 4.0) * HALF_UNIT);
+    m.t_end = min(m.t_end, min(faces.x, min(faces.y, faces.z)));
     m.cell = dot(cell, stride) + i32(instances[v].grid_offset);
     m.step = select(-stride, stride, forward);
     return m;

@@ -30,6 +30,7 @@ struct Host {
     written: wgpu::Texture,
     names: [ResourceId; 3],
     fog: Option<Fog>,
+    gives_depth: bool,
 }
 
 impl Host {
@@ -65,7 +66,7 @@ impl Host {
         cache.update(&test.scene, &mut recording).unwrap();
         let live = LiveView::new(&settings, &cache, &mut recording).unwrap();
         gpu.executor.execute(&recording).unwrap();
-        Self { cache, live, settings, color, depth, written, names, fog: None }
+        Self { cache, live, settings, color, depth, written, names, fog: None, gives_depth: true }
     }
 
     /// Draws "meshes": view depths of all pixels, 0 where there is none.
@@ -103,7 +104,7 @@ impl Host {
 
     fn frame(&mut self, gpu: &mut Gpu, camera: &Camera, budget: u64) -> LiveStatus {
         let host = HostFrame {
-            depth: Some(HostDepth {
+            depth: self.gives_depth.then_some(HostDepth {
                 texture: self.names[1],
                 view_depth_from_ndc: VIEW_DEPTH_FROM_NDC,
                 clear: 0.0,
@@ -326,6 +327,22 @@ fn where_the_hosts_depth_changes_pixels_start_over_and_no_others() {
     fresh.set_depth(&gpu, mesh(6));
     fresh.converge(&mut gpu, &camera, u64::MAX);
     assert_same(&moved, &fresh.film(&mut gpu), 0..24 * 24);
+}
+
+#[test]
+fn a_host_that_gives_no_depth_any_more_ends_no_rays() {
+    let test = scenes::noise();
+    let camera = test.camera.with_aspect(1.0);
+    let wanted = film(&test, &RenderRequest::new(24, 24, 8));
+    let mut gpu = gpu();
+    let settings = LiveSettings { target_samples: 8, ..LiveSettings::new(24, 24) };
+    let mut host = Host::new(&mut gpu, &test, settings);
+    let distance = camera.world_from_camera.translation.length();
+    host.set_depth(&gpu, |_| distance);
+    host.converge(&mut gpu, &camera, u64::MAX);
+    host.gives_depth = false;
+    host.converge(&mut gpu, &camera, u64::MAX);
+    assert_same(&host.film(&mut gpu), &wanted, 0..24 * 24);
 }
 
 #[test]

@@ -2,13 +2,19 @@
 
 use std::sync::Arc;
 
-use lumivox_core::glam::{DAffine3, DVec3};
-use lumivox_core::{Ease, Environment, Filter, Medium, Modality, Scene, TransferFunction, Volume, Voxels};
+use lumivox_core::glam::{DAffine3, DMat3, DVec3};
+use lumivox_core::medium::MAX_DENSITY_SCALE;
+use lumivox_core::{
+    Ease, Environment, Filter, Medium, Modality, PerspectiveCamera, Scene, TransferFunction, Volume,
+    VolumeInstance, Voxels,
+};
 use lumivox_reference::medium::PlacedMedium;
 use lumivox_reference::rng::Rng;
 use lumivox_renderer::{Recording, SceneCache, Step};
+use lumivox_testing::scenes::{TestScene, noise_volume};
+use lumivox_wgpu::RenderRequest;
 
-use crate::gpu;
+use crate::{film, gpu};
 
 /// Majorants of a scene with one volume, as the GPU makes them, x fastest.
 fn majorants(scene: &Scene, cell_size: usize) -> Vec<f32> {
@@ -89,4 +95,38 @@ fn majorants_bound_every_interpolated_sample_and_are_tight() {
     }
     println!("{samples} samples; the largest of a cell is on average {:.3} of its majorant", used / bound);
     assert!(used / bound > 0.6, "majorants are loose: {used} of {bound}");
+}
+
+/// Between the grids of two opaque volumes that no ray meets lies that of an empty one that every ray meets before it
+/// sees anything, and leaves by a face beyond which the neighbours' majorants lie. A walk that read one of those would collide there, for nothing but random numbers: the
+/// film would be another than beside empty volumes.
+#[test]
+fn walks_stay_within_their_volumes_majorants() {
+    let volume = noise_volume(5, [64; 3]);
+    let look = |opacity: f64| {
+        let function = TransferFunction::from_points(Ease::Linear, &[(0.0, opacity)], &[(0.0, [1.0; 3])]);
+        // However short the way through a foreign cell is, something happens there.
+        Medium { albedo: 0.0, density_scale: MAX_DENSITY_SCALE, ..Medium::new(function.unwrap()) }
+    };
+    let at = |z: f64, opacity: f64| {
+        let mut instance = VolumeInstance::centered(volume.clone(), look(opacity));
+        let turn = DMat3::from_rotation_y(0.3 + z) * DMat3::from_rotation_x(1.8);
+        let place = DAffine3::from_mat3_translation(turn, DVec3::new(0.0, 0.0, z));
+        instance.world_from_patient = place * instance.world_from_patient;
+        instance
+    };
+    let film_beside = |opacity: f64| {
+        let volumes = vec![at(50.0, opacity), at(0.0, 0.0), at(60.0, opacity), at(-0.2, 2e-5)];
+        let scene = Scene { volumes, environment: Environment::uniform(1.0), lights: vec![] };
+        let camera = PerspectiveCamera::look_at(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, DVec3::Y, 0.03);
+        film(&TestScene { name: "beside", scene, camera }, &RenderRequest::new(96, 96, 8))
+    };
+    let (beside_opaque, beside_empty) = (film_beside(1.0), film_beside(0.0));
+    let pixels = 0..96 * 96;
+    assert!(
+        pixels.clone().filter(|&i| beside_empty.alpha(i) > 0.0).count() > 5000,
+        "there is nothing to see"
+    );
+    let other = pixels.filter(|&i| beside_opaque.alpha(i) != beside_empty.alpha(i)).count();
+    assert_eq!(other, 0, "pixels that saw other volumes' majorants");
 }
