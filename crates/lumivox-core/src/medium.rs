@@ -73,7 +73,7 @@ pub struct Medium {
     pub density_scale: f64,
     /// Fraction of light that survives a scattering event, times the transfer function's colour; 0 to 1.
     pub albedo: f64,
-    /// Henyey-Greenstein mean cosine g, in (-1, 1); 0 is isotropic, positive is forward.
+    /// Henyey-Greenstein mean cosine g, -0.99 to 0.99; 0 is isotropic, positive is forward.
     pub anisotropy: f64,
     /// A path ends at its `max_bounces + 1`-th collision; 1 is single scattering. 1 to 1000.
     pub max_bounces: u32,

@@ -3,8 +3,8 @@
 //! Nothing here is clever. Where the GPU kernel walks local majorants through lookup tables and connects every vertex
 //! to the light, this crate takes the estimator that is easiest to believe: *analog* delta tracking under one global
 //! majorant per volume, no next-event estimation but to the engine's lights, one by one, no multiple importance
-//! sampling, no Russian roulette, and curves and filters evaluated from their definitions in f64. The two share the definitions of `lumivox-core` and nothing
-//! else, so an error in one does not hide in the other.
+//! sampling, no Russian roulette, and curves and filters evaluated from their definitions in f64. The two share the
+//! definitions of `lumivox-core` and nothing else, so an error in one does not hide in the other.
 //!
 //! The integrator itself is held against mathematics: [`quadrature`] knows transmittance, single scattering and the
 //! light that a half-space returns without drawing a random number.
@@ -32,4 +32,4 @@ pub mod sampling;
 pub mod scattering;
 
 pub use image::ReferenceImage;
-pub use path::{Light, ReferenceSettings, render};
+pub use path::{EnvironmentLookup, ReferenceSettings, render};

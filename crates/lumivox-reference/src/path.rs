@@ -18,7 +18,7 @@ use crate::scattering::Collision;
 
 /// How the environment is looked up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Light {
+pub enum EnvironmentLookup {
     /// In its equirectangular map, as every host sees it: an image is then compared under identical light.
     #[default]
     Map,
@@ -38,21 +38,21 @@ pub struct ReferenceSettings {
     /// Images of different seeds are independent.
     pub seed: u64,
     /// How the environment is looked up.
-    pub light: Light,
+    pub environment: EnvironmentLookup,
 }
 
 impl Default for ReferenceSettings {
     fn default() -> Self {
-        Self { width: 64, height: 64, samples: 256, seed: 0, light: Light::Map }
+        Self { width: 64, height: 64, samples: 256, seed: 0, environment: EnvironmentLookup::Map }
     }
 }
 
 /// Renders a scene without its background; rows are shared among threads, the image is the same for any number.
 pub fn render(scene: &Scene, camera: &PerspectiveCamera, settings: &ReferenceSettings) -> ReferenceImage {
     let (media, lights) = (place(scene), lights(scene));
-    let environment = match settings.light {
-        Light::Exact => scene.environment.clone(),
-        Light::Map => {
+    let environment = match settings.environment {
+        EnvironmentLookup::Exact => scene.environment.clone(),
+        EnvironmentLookup::Map => {
             Environment { source: EnvironmentSource::Map(scene.environment.to_map()), ..scene.environment }
         }
     };

@@ -15,12 +15,12 @@ use lumivox_reference::quadrature::{
     Steps, half_space_beam_radiance, half_space_radiance, single_scattering, slab_beam_single_scattering,
     slab_single_scattering, slab_transmittance, transmittance,
 };
-use lumivox_reference::{Light, ReferenceImage, ReferenceSettings, render};
+use lumivox_reference::{EnvironmentLookup, ReferenceImage, ReferenceSettings, render};
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_testing::z_test::{Estimate, ZTest};
 
 fn settings(size: usize, samples: u32, seed: u64) -> ReferenceSettings {
-    ReferenceSettings { width: size, height: size, samples, seed, light: Light::Map }
+    ReferenceSettings { width: size, height: size, samples, seed, environment: EnvironmentLookup::Map }
 }
 
 fn radiance(image: &ReferenceImage) -> Estimate {

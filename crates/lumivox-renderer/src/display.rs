@@ -2,6 +2,7 @@
 //! hosts that keep the image after their GPU is gone, and the test of the GPU's.
 
 use lumivox_core::{Environment, PerspectiveCamera};
+use lumivox_shaders::constants;
 use lumivox_shaders::layout::DisplayParams;
 use rayon::prelude::*;
 
@@ -61,18 +62,18 @@ impl DisplaySettings {
 
     pub(crate) fn params(&self) -> DisplayParams {
         let (background_kind, background) = match self.background {
-            Background::Transparent => (0, [0.0; 3]),
-            Background::Color(color) => (1, color.map(|c| c as f32)),
-            Background::Environment => (2, [0.0; 3]),
+            Background::Transparent => (constants::BACKGROUND_TRANSPARENT, [0.0; 3]),
+            Background::Color(color) => (constants::BACKGROUND_COLOR, color.map(|c| c as f32)),
+            Background::Environment => (constants::BACKGROUND_ENVIRONMENT, [0.0; 3]),
         };
         DisplayParams {
             background,
             background_kind,
             exposure_scale: self.exposure_scale() as f32,
             tone_operator: match self.tone_map {
-                ToneMap::Plain => 0,
-                ToneMap::Agx => 1,
-                ToneMap::Aces => 2,
+                ToneMap::Plain => constants::TONE_PLAIN,
+                ToneMap::Agx => constants::TONE_AGX,
+                ToneMap::Aces => constants::TONE_ACES,
             },
             inverse_gamma: self.inverse_gamma() as f32,
             padding: 0.0,

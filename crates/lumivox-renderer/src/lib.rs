@@ -22,5 +22,5 @@ pub use error::RenderError;
 pub use film::Film;
 pub use live::{DistanceFog, Fog, HeightFog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView};
 pub use recording::{Recording, ResourceId, Step};
-pub use scene_cache::{DeviceLimits, LightSampling, SceneCache};
+pub use scene_cache::{DeviceLimits, EnvironmentSampling, SceneCache};
 pub use view::{View, ViewSettings};

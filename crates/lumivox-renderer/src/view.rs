@@ -217,7 +217,7 @@ impl View {
                 bytemuck::bytes_of(&frame).to_vec(),
                 bytemuck::bytes_of(&settings.params()).to_vec(),
             ],
-            resources: vec![self.film, cache.light_resources()[0], pixels],
+            resources: vec![self.film, cache.environment_resources()[0], pixels],
             workgroups: [width.div_ceil(x), height.div_ceil(y)],
         });
         pixels

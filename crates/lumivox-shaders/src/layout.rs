@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 /// Entries of a transfer function's table.
-pub const TABLE_SIZE: usize = 4096;
+pub const TABLE_SIZE: usize = crate::constants::TABLE_SIZE as usize;
 
 /// Levels of a range-maximum table over [`TABLE_SIZE`] entries.
 pub const RANGE_MAXIMUM_LEVELS: usize = TABLE_SIZE.ilog2() as usize + 1;
@@ -115,7 +115,7 @@ pub struct Light {
 /// Twin of `ImportanceCell`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[expect(missing_docs, reason = "documented in light_sampling.wgsl")]
+#[expect(missing_docs, reason = "documented in environment_sampling.wgsl")]
 pub struct ImportanceCell {
     pub threshold: f32,
     pub alias_index: u32,

@@ -1,9 +1,11 @@
 //! The GPU code of Lumivox: WGSL modules, the kernels made of them, and their Rust twins.
 //!
-//! A kernel is its modules, joined in a fixed order after a preamble of constants that selects a variant; WGSL
+//! A kernel is its modules, joined in a fixed order after a preamble of constants, [shared](constants) with Rust or those
+//! that select a variant; WGSL
 //! does not mind the order of declarations, so that is all the linking there is (docs/adr/0002). Every host starts
 //! from the text of [`Kernel::wgsl`]: wgpu takes it as it is, others turn it into SPIR-V, HLSL or MSL with naga.
 
+pub mod constants;
 pub mod layout;
 
 /// What a binding of group 0 is.
@@ -28,7 +30,7 @@ pub enum BindingKind {
 pub struct PathTraceVariant {
     /// Next-event estimation with multiple importance sampling. A uniform environment needs none: sampling the phase
     /// function is already perfect.
-    pub light_sampling: bool,
+    pub environment_sampling: bool,
     /// Some volume reflects at surfaces.
     pub surface: bool,
     /// The film also holds first-hit albedo and normal.
@@ -47,7 +49,7 @@ impl PathTraceVariant {
     /// Every combination.
     pub fn all() -> impl Iterator<Item = Self> {
         (0..128u32).map(|bits| Self {
-            light_sampling: bits & 1 != 0,
+            environment_sampling: bits & 1 != 0,
             surface: bits & 2 != 0,
             guides: bits & 4 != 0,
             mixed_filters: bits & 8 != 0,
@@ -95,7 +97,7 @@ pub enum Kernel {
 }
 
 /// Candidates from which next-event estimation resamples one.
-const LIGHT_CANDIDATES: u32 = 4;
+const ENVIRONMENT_CANDIDATES: u32 = 4;
 
 macro_rules! module {
     ($name:literal) => {
@@ -215,6 +217,7 @@ impl Kernel {
         let modules: &[&str] = match self {
             Kernel::PathTrace(variant) => &[
                 module!("frame"),
+                module!("luminance"),
                 module!("camera"),
                 if variant.live { module!("live_tracing") } else { module!("still_tracing") },
                 module!("random"),
@@ -222,7 +225,7 @@ impl Kernel {
                 if variant.many_volumes { module!("volume_hierarchy") } else { module!("volume_list") },
                 module!("tracking"),
                 module!("environment"),
-                module!("light_sampling"),
+                module!("environment_sampling"),
                 module!("directions"),
                 module!("scattering"),
                 module!("lights"),
@@ -247,29 +250,33 @@ impl Kernel {
             Kernel::CompositeDepth => {
                 &[module!("live_pixel"), module!("composite"), module!("composite_depth")]
             }
-            Kernel::DenoisePrepare => &[module!("live_pixel"), module!("denoise_prepare")],
-            Kernel::DenoiseWavelet => &[module!("live_pixel"), module!("denoise_wavelet")],
+            Kernel::DenoisePrepare => {
+                &[module!("live_pixel"), module!("luminance"), module!("denoise_prepare")]
+            }
+            Kernel::DenoiseWavelet => {
+                &[module!("live_pixel"), module!("luminance"), module!("denoise_wavelet")]
+            }
             Kernel::SampleDirections => &[
                 module!("frame"),
                 module!("random"),
                 module!("environment"),
-                module!("light_sampling"),
+                module!("environment_sampling"),
                 module!("directions"),
                 module!("sample_directions"),
             ],
         };
-        let mut text = String::new();
+        let mut text = constants::wgsl();
         if self == Kernel::SampleDirections {
             text += "const SURFACE: bool = true;\n";
         }
         if let Kernel::PathTrace(variant) = self {
             let [x, y] = self.workgroup_size();
             text += &format!(
-                "const LIGHT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
+                "const ENVIRONMENT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
                  const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst LIGHTS: bool = {};\n\
                  const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
-                 const LIGHT_CANDIDATES: u32 = {LIGHT_CANDIDATES}u;\n",
-                variant.light_sampling,
+                 const ENVIRONMENT_CANDIDATES: u32 = {ENVIRONMENT_CANDIDATES}u;\n",
+                variant.environment_sampling,
                 variant.surface,
                 variant.guides,
                 variant.mixed_filters,

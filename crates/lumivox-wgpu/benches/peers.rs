@@ -14,7 +14,7 @@ use lumivox_core::{
     Ease, Environment, EnvironmentMap, EnvironmentSource, Filter, Medium, Modality, PerspectiveCamera, Scene,
     TransferFunction, Volume, Voxels,
 };
-use lumivox_renderer::LightSampling;
+use lumivox_renderer::EnvironmentSampling;
 use lumivox_wgpu::{Gpu, RenderRequest, render};
 
 struct Workload {
@@ -24,7 +24,7 @@ struct Workload {
     size: [u32; 2],
     /// Whether the mean counts the environment behind the volume.
     background: bool,
-    light_sampling: LightSampling,
+    environment_sampling: EnvironmentSampling,
     cell_size: Option<usize>,
 }
 
@@ -57,7 +57,7 @@ fn main() {
 fn compare(gpu: &mut Gpu, workload: &Workload) {
     let [width, height] = workload.size.map(|n| n / 12);
     let request = RenderRequest {
-        light_sampling: workload.light_sampling,
+        environment_sampling: workload.environment_sampling,
         cell_size: workload.cell_size,
         ..RenderRequest::new(width, height, 2048)
     };
@@ -84,7 +84,7 @@ fn time(gpu: &mut Gpu, workload: &Workload) {
     let [width, height] = workload.size;
     let mut run = |samples: u32| {
         let request = RenderRequest {
-            light_sampling: workload.light_sampling,
+            environment_sampling: workload.environment_sampling,
             cell_size: workload.cell_size,
             seed: 1,
             ..RenderRequest::new(width, height, samples)
@@ -150,7 +150,7 @@ fn cubes(folder: &Path) -> Vec<Workload> {
                 camera: PerspectiveCamera::look_at(eye, eye - DVec3::Z, DVec3::Y, 60f64.to_radians()),
                 size: [1000, 1000],
                 background: true,
-                light_sampling: LightSampling::Auto,
+                environment_sampling: EnvironmentSampling::Auto,
                 cell_size: None,
             });
         }
@@ -197,7 +197,7 @@ fn thorax(folder: &Path) -> Vec<Workload> {
             camera: camera(1.0),
             size: [1920, 1080],
             background: false,
-            light_sampling: LightSampling::Auto,
+            environment_sampling: EnvironmentSampling::Auto,
             cell_size: None,
         }
     };
@@ -216,7 +216,7 @@ fn thorax(folder: &Path) -> Vec<Workload> {
     hdr.scene.environment.source = EnvironmentSource::Map(Arc::new(sky));
     list.push(hdr);
     list.push(Workload {
-        light_sampling: LightSampling::Always,
+        environment_sampling: EnvironmentSampling::Always,
         ..workload("W2 tf white 100b nee".into(), tf, 100)
     });
     list.push(Workload { camera: camera(0.45), ..workload("W2 tf white 100b close-up".into(), tf, 100) });

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use lumivox_core::{PerspectiveCamera, Scene};
-use lumivox_renderer::{Film, LightSampling, Recording, RenderError, SceneCache, View, ViewSettings};
+use lumivox_renderer::{EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewSettings};
 
 use crate::error::{GpuError, HeadlessError};
 use crate::gpu::Gpu;
@@ -25,7 +25,7 @@ pub struct RenderRequest {
     /// Whether the film also holds first-hit albedo and normal.
     pub guides: bool,
     /// How paths find the light.
-    pub light_sampling: LightSampling,
+    pub environment_sampling: EnvironmentSampling,
     /// Side of a majorant cell in voxels, where the default is not wanted.
     pub cell_size: Option<usize>,
 }
@@ -40,7 +40,7 @@ impl RenderRequest {
             time: None,
             seed: 0,
             guides: false,
-            light_sampling: LightSampling::Auto,
+            environment_sampling: EnvironmentSampling::Auto,
             cell_size: None,
         }
     }
@@ -114,7 +114,7 @@ pub fn render(
     }
     let begin = Instant::now();
     let mut cache = SceneCache::new(gpu.executor.limits());
-    cache.set_light_sampling(request.light_sampling);
+    cache.set_environment_sampling(request.environment_sampling);
     cache.set_cell_size(request.cell_size);
     let mut recording = Recording::new();
     cache.update(scene, &mut recording)?;

@@ -1,7 +1,7 @@
 //! Fog as rasterising engines have it: a colour over what is seen, not a medium that light goes through.
 
 use lumivox_core::{Camera, Projection};
-use lumivox_shaders::layout;
+use lumivox_shaders::{constants, layout};
 
 /// Hides what is far or low. Nothing is traced, and nothing starts over when it changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,8 +64,10 @@ impl Fog {
     pub(super) fn write(&self, camera: &Camera, params: &mut layout::CompositeParams) {
         let narrow = |numbers: [f64; 4]| numbers.map(|x| x as f32);
         let (kind, distance) = match self.by_distance {
-            DistanceFog::Exponential { density } => (1, [density, 0.0, 0.0, 0.0]),
-            DistanceFog::Between { begin, end, curve, density } => (2, [begin, end, curve, density]),
+            DistanceFog::Exponential { density } => (constants::FOG_EXPONENTIAL, [density, 0.0, 0.0, 0.0]),
+            DistanceFog::Between { begin, end, curve, density } => {
+                (constants::FOG_BETWEEN, [begin, end, curve, density])
+            }
         };
         let (edges, parallel) = match camera.projection {
             Projection::Perspective { tangents } => (tangents, false),

@@ -10,6 +10,7 @@ mod film;
 mod fog;
 
 use lumivox_core::Camera;
+use lumivox_shaders::constants::FINE_ALONE;
 use lumivox_shaders::{Kernel, layout};
 
 use self::film::{GROUP_ROWS, LiveFilm, pixels};
@@ -23,9 +24,6 @@ const COARSEST: u32 = 8;
 
 /// Samples that a pixel gets at once where the host's depth changed.
 const FIRST_AID: u32 = 4;
-
-/// Samples of the fine film from which on the coarse one is not looked at; `composite.wgsl` fades it out until then.
-const FINE_ALONE: u32 = 32;
 
 /// Samples of a coarse pixel that are worth halving its film's resolution for.
 const LEAST_COARSE_SAMPLES: u64 = 2;
@@ -490,7 +488,7 @@ impl LiveView {
         }
         let films = [front.film, front.limits, behind.film, behind.limits, front.shown(), behind.shown()];
         let uniforms = vec![bytemuck::bytes_of(&params).to_vec()];
-        let host_depth = host.depth.map_or(cache.light_resources()[0], |h| h.texture);
+        let host_depth = host.depth.map_or(cache.environment_resources()[0], |h| h.texture);
         recording.push(Step::Draw {
             kernel: Kernel::CompositeColor,
             uniforms: uniforms.clone(),

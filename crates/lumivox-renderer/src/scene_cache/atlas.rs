@@ -15,9 +15,16 @@ const UPLOAD_BYTES: usize = 32 << 20;
 #[derive(Debug)]
 pub(crate) struct Atlas {
     pub texture: ResourceId,
-    pub size: [u32; 3],
+    pub arrangement: Arrangement,
+}
+
+/// Where each volume lies in an atlas.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Arrangement {
     /// First voxel of each volume.
     pub origins: Vec<[u32; 3]>,
+    /// The atlas' size.
+    pub size: [u32; 3],
 }
 
 /// How a stored texel in [0, 1] becomes a physical value: `texel * per_texel + at_zero`.
@@ -61,28 +68,20 @@ pub(crate) fn fractions(volume: &Volume, range: std::ops::Range<usize>) -> Vec<u
 }
 
 impl Atlas {
-    /// Records the texture and the upload of `volumes`.
-    pub fn record(
-        volumes: &[Arc<Volume>],
-        max_size: u32,
-        recording: &mut Recording,
-    ) -> Result<Self, RenderError> {
-        let (origins, size) = arrange(volumes, max_size)?;
+    /// Records the texture and the upload of `volumes`, as they were arranged.
+    pub fn record(volumes: &[Arc<Volume>], arrangement: Arrangement, recording: &mut Recording) -> Self {
         let eight_bit = !volumes.is_empty() && volumes.iter().all(|v| matches!(v.voxels(), Voxels::U8(_)));
         let format = if eight_bit { TextureFormat::R8Unorm } else { TextureFormat::R16Unorm };
-        let texture = recording.create_texture("volume atlas", format, size);
-        for (volume, &origin) in volumes.iter().zip(&origins) {
+        let texture = recording.create_texture("volume atlas", format, arrangement.size);
+        for (volume, &origin) in volumes.iter().zip(&arrangement.origins) {
             record_upload(volume, texture, format, origin, recording);
         }
-        Ok(Self { texture, size, origins })
+        Self { texture, arrangement }
     }
 }
 
-/// Where each volume lies in an atlas, and the atlas' size.
-pub(crate) fn arrange(
-    volumes: &[Arc<Volume>],
-    max_size: u32,
-) -> Result<(Vec<[u32; 3]>, [u32; 3]), RenderError> {
+/// Finds room for volumes in an atlas of at most `max_size` along each axis.
+pub(crate) fn arrange(volumes: &[Arc<Volume>], max_size: u32) -> Result<Arrangement, RenderError> {
     let mut sizes = Vec::with_capacity(volumes.len());
     for volume in volumes {
         let dims = volume.dims();
@@ -135,9 +134,9 @@ fn record_upload(
 
 /// Origins for boxes in one box of at most `max` along each axis, and its size. One box is packed without waste;
 /// several lie on shelves: rows along x, rows along y into layers, layers along z, large boxes first.
-fn pack(sizes: &[[u32; 3]], max: u32) -> Option<(Vec<[u32; 3]>, [u32; 3])> {
+fn pack(sizes: &[[u32; 3]], max: u32) -> Option<Arrangement> {
     if sizes.is_empty() {
-        return Some((vec![], [1, 1, 1]));
+        return Some(Arrangement { origins: vec![], size: [1, 1, 1] });
     }
     let widest = |axis: usize| sizes.iter().map(|s| s[axis]).max().unwrap_or(1);
     // Shelves of every number of the widest boxes: the arrangement that fits with the least waste is kept.
@@ -147,12 +146,12 @@ fn pack(sizes: &[[u32; 3]], max: u32) -> Option<(Vec<[u32; 3]>, [u32; 3])> {
         .take(32)
         .flat_map(|row_end| ends(1).take(32).map(move |layer_end| [row_end, layer_end]))
         .map(|ends| pack_shelves(sizes, ends))
-        .filter(|(_, used)| used.iter().all(|&n| n <= max))
-        .min_by_key(|(_, used)| used.iter().map(|&n| u64::from(n)).product::<u64>())
+        .filter(|a| a.size.iter().all(|&n| n <= max))
+        .min_by_key(|a| a.size.iter().map(|&n| u64::from(n)).product::<u64>())
 }
 
 /// Fills rows up to `row_end` along x and layers up to `layer_end` along y.
-fn pack_shelves(sizes: &[[u32; 3]], [row_end, layer_end]: [u32; 2]) -> (Vec<[u32; 3]>, [u32; 3]) {
+fn pack_shelves(sizes: &[[u32; 3]], [row_end, layer_end]: [u32; 2]) -> Arrangement {
     let mut order: Vec<usize> = (0..sizes.len()).collect();
     order.sort_by_key(|&i| std::cmp::Reverse((sizes[i][2], sizes[i][1], sizes[i][0])));
     let mut origins = vec![[0; 3]; sizes.len()];
@@ -175,7 +174,7 @@ fn pack_shelves(sizes: &[[u32; 3]], [row_end, layer_end]: [u32; 2]) -> (Vec<[u32
         row_height = row_height.max(size[1]);
         layer_depth = layer_depth.max(size[2]);
     }
-    (origins, used)
+    Arrangement { origins, size: used }
 }
 
 #[cfg(test)]
@@ -184,10 +183,13 @@ mod tests {
 
     #[test]
     fn boxes_do_not_overlap_and_one_wastes_nothing() {
-        assert_eq!(pack(&[[512, 300, 7]], 2048), Some((vec![[0; 3]], [512, 300, 7])));
+        assert_eq!(
+            pack(&[[512, 300, 7]], 2048),
+            Some(Arrangement { origins: vec![[0; 3]], size: [512, 300, 7] })
+        );
         let sizes: Vec<[u32; 3]> =
             (0..100).map(|i| [20 + i % 7 * 5, 30 + i % 11 * 3, 10 + i % 13 * 4]).collect();
-        let (origins, size) = pack(&sizes, 2048).unwrap();
+        let Arrangement { origins, size } = pack(&sizes, 2048).unwrap();
         for i in 0..sizes.len() {
             assert!((0..3).all(|a| origins[i][a] + sizes[i][a] <= size[a]));
             for j in 0..i {

@@ -4,10 +4,8 @@ use std::ops::Range;
 
 use lumivox_core::VolumeInstance;
 use lumivox_core::glam::DVec3;
+use lumivox_shaders::constants::IS_VOLUME;
 use lumivox_shaders::layout::{Child, Node};
-
-/// Set in [`Child::index`] where the child is a volume and not another node.
-const VOLUME: u32 = 1 << 31;
 
 /// Volumes from which on a hierarchy is worth its walk.
 pub(super) const MANY: usize = 4;
@@ -75,7 +73,7 @@ fn split(bounds: &[Bounds], order: &mut [u32], range: Range<usize>, nodes: &mut 
     let children = [range.start..middle, middle..range.end].map(|part| {
         let around = Bounds::around(order[part.clone()].iter().map(|&v| bounds[v as usize]));
         let child = match part.len() {
-            1 => order[part.start] | VOLUME,
+            1 => order[part.start] | IS_VOLUME,
             _ => split(bounds, order, part, nodes),
         };
         around.child(child)
@@ -100,8 +98,8 @@ mod tests {
 
     /// Volumes below a child, which all lie in its box, and the greatest depth.
     fn below(nodes: &[Node], bounds: &[Bounds], child: &Child) -> (Vec<u32>, usize) {
-        let (volumes, depth) = if child.index & VOLUME != 0 {
-            (vec![child.index & !VOLUME], 0)
+        let (volumes, depth) = if child.index & IS_VOLUME != 0 {
+            (vec![child.index & !IS_VOLUME], 0)
         } else {
             let [a, b] = nodes[child.index as usize].children.each_ref().map(|c| below(nodes, bounds, c));
             ([a.0, b.0].concat(), 1 + a.1.max(b.1))

@@ -1,12 +1,16 @@
 //! The engine's lights on the GPU.
 
 use lumivox_core::glam::DVec3;
+use lumivox_core::light::MIN_LIGHT_DISTANCE;
 use lumivox_core::{Lamp, Light, LightKind};
-use lumivox_shaders::layout;
+use lumivox_shaders::{constants, layout};
 
 use super::{Placed, check_binding};
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step};
+
+// The kernels know nothing of the core.
+const _: () = assert!(constants::MIN_LIGHT_DISTANCE == MIN_LIGHT_DISTANCE as f32);
 
 /// A scene's lights: those that shine on something.
 #[derive(Debug, Default)]
@@ -78,14 +82,14 @@ fn twin(light: &Light, origin: DVec3) -> layout::Light {
     };
     match &light.kind {
         LightKind::Directional { direction, angular_radius, .. } => layout::Light {
-            kind: 0,
+            kind: constants::LIGHT_DIRECTIONAL,
             axis: direction.as_vec3().to_array(),
             size: one_minus_cosine(*angular_radius) as f32,
             ..base
         },
-        LightKind::Point(lamp) => layout::Light { kind: 1, ..at(lamp) },
+        LightKind::Point(lamp) => layout::Light { kind: constants::LIGHT_POINT, ..at(lamp) },
         LightKind::Spot { lamp, direction, half_angle, cone_attenuation } => layout::Light {
-            kind: 2,
+            kind: constants::LIGHT_SPOT,
             axis: direction.as_vec3().to_array(),
             inverse_cone: (1.0 / one_minus_cosine(*half_angle)) as f32,
             cone_attenuation: *cone_attenuation as f32,

@@ -1,13 +1,13 @@
 //! A scene on the GPU: what is there already stays, what changed is recorded.
 //!
-//! [`volumes`] holds the voxels and their value ranges, [`tables`] the transfer functions and majorants, [`light`] the
-//! environment, [`lights`] the engine's lights, [`hierarchy`] makes the boxes by which rays find volumes; the instances
-//! that tie them together are here.
+//! [`volumes`] holds the voxels and their value ranges, [`tables`] the transfer functions and majorants,
+//! [`environment`] the light from all around, [`lights`] the engine's lights, [`hierarchy`] makes the boxes by which
+//! rays find volumes; the instances that tie them together are here.
 
 mod atlas;
+mod environment;
 mod hierarchy;
 mod importance;
-mod light;
 mod lights;
 mod tables;
 mod transfer_table;
@@ -17,12 +17,12 @@ mod volumes;
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
 use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, VolumeInstance};
-use lumivox_shaders::PathTraceVariant;
 use lumivox_shaders::layout::{Frame, Instance, Node, TABLE_SIZE};
+use lumivox_shaders::{PathTraceVariant, constants};
 
 use self::atlas::TexelScale;
+use self::environment::CachedEnvironment;
 use self::hierarchy::Bounds;
-use self::light::CachedLight;
 use self::lights::CachedLights;
 use self::tables::CachedTables;
 use self::volumes::{CachedVolumes, GridSettings};
@@ -54,7 +54,7 @@ impl DeviceLimits {
 
 /// How paths find the environment's light. The engine's lights, which no path could find, are always sampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum LightSampling {
+pub enum EnvironmentSampling {
     /// Next-event estimation where it pays: for any light but a uniform one.
     #[default]
     Auto,
@@ -75,11 +75,11 @@ struct Placed<'a> {
 #[derive(Debug)]
 pub struct SceneCache {
     limits: DeviceLimits,
-    light_sampling: LightSampling,
+    environment_sampling: EnvironmentSampling,
     cell_size: Option<usize>,
     volumes: CachedVolumes,
     tables: CachedTables,
-    light: CachedLight,
+    environment: CachedEnvironment,
     lights: CachedLights,
     instances: Vec<Instance>,
     instance_buffer: Option<ResourceId>,
@@ -94,11 +94,11 @@ impl SceneCache {
     pub fn new(limits: DeviceLimits) -> Self {
         Self {
             limits,
-            light_sampling: LightSampling::Auto,
+            environment_sampling: EnvironmentSampling::Auto,
             cell_size: None,
             volumes: CachedVolumes::default(),
             tables: CachedTables::default(),
-            light: CachedLight::default(),
+            environment: CachedEnvironment::default(),
             lights: CachedLights::default(),
             instances: vec![],
             instance_buffer: None,
@@ -113,9 +113,9 @@ impl SceneCache {
     }
 
     /// Chooses how paths find the light; every choice has the same expectation.
-    pub fn set_light_sampling(&mut self, light_sampling: LightSampling) {
-        if self.light_sampling != light_sampling {
-            self.light_sampling = light_sampling;
+    pub fn set_environment_sampling(&mut self, environment_sampling: EnvironmentSampling) {
+        if self.environment_sampling != environment_sampling {
+            self.environment_sampling = environment_sampling;
             self.version = ids::next().0;
         }
     }
@@ -142,22 +142,22 @@ impl SceneCache {
             cell_size: self.cell_size,
         };
         let wanted = volumes::distinct(&placed);
-        volumes::check(&wanted, &self.limits)?;
+        let arrangement = self.volumes.arrange(&wanted, &self.limits)?;
         let cells = placed.iter().map(|p| {
             let size = settings.cell_size(&p.instance.volume);
             p.instance.volume.dims().iter().map(|n| n.div_ceil(size)).product()
         });
         tables::check(cells, self.limits.max_storage_binding)?;
-        light::check(&scene.environment, &self.limits)?;
+        environment::check(&scene.environment, &self.limits)?;
         let lights = lights::effective(&scene.lights, &placed);
         lights::check(&lights, self.limits.max_storage_binding)?;
 
-        let volumes_changed = self.volumes.update(wanted, settings, &self.limits, recording)?;
+        let volumes_changed = self.volumes.update(wanted, arrangement, settings, recording);
         let tables_changed = self.tables.update(&placed, &self.volumes, volumes_changed, recording);
         let instances_changed = self.update_instances(&placed, recording);
-        let light_changed = self.light.update(&scene.environment, recording);
+        let environment_changed = self.environment.update(&scene.environment, recording);
         let lights_changed = self.lights.update(&lights, self.origin, recording);
-        if volumes_changed || tables_changed || instances_changed || light_changed || lights_changed {
+        if volumes_changed || tables_changed || instances_changed || environment_changed || lights_changed {
             self.version = ids::next().0;
         }
         Ok(())
@@ -217,7 +217,7 @@ impl SceneCache {
             density: (medium.density_scale * SIGMA_UNIT_PER_MM) as f32,
             clip_high: clip_high.as_vec3().to_array(),
             albedo: medium.albedo as f32,
-            atlas_origin: atlas.origins[volume_index].map(|n| n as f32),
+            atlas_origin: atlas.arrangement.origins[volume_index].map(|n| n as f32),
             anisotropy: medium.anisotropy as f32,
             dims: dims.as_vec3().to_array(),
             max_bounces: medium.max_bounces,
@@ -229,9 +229,9 @@ impl SceneCache {
             table_bias: table_bias as f32,
             table_offset: (index * TABLE_SIZE) as u32,
             filter_kind: match medium.filter {
-                Filter::Nearest => 0,
-                Filter::Trilinear => 1,
-                Filter::Tricubic => 2,
+                Filter::Nearest => constants::FILTER_NEAREST,
+                Filter::Trilinear => constants::FILTER_TRILINEAR,
+                Filter::Tricubic => constants::FILTER_TRICUBIC,
             },
             value_per_texel: texel.per_texel.abs() as f32,
             world_millimetres: match medium.extinction_space {
@@ -250,14 +250,14 @@ impl SceneCache {
     /// The path-tracing kernel for what the scene holds.
     pub(crate) fn variant(&self, guides: bool, live: bool) -> PathTraceVariant {
         PathTraceVariant {
-            light_sampling: match self.light_sampling {
-                LightSampling::Auto => !self.light.uniform,
-                LightSampling::Always => true,
-                LightSampling::Never => false,
+            environment_sampling: match self.environment_sampling {
+                EnvironmentSampling::Auto => !self.environment.uniform,
+                EnvironmentSampling::Always => true,
+                EnvironmentSampling::Never => false,
             },
             surface: self.instances.iter().any(|i| i.surface_strength > 0.0),
             guides,
-            mixed_filters: self.instances.iter().any(|i| i.filter_kind != 1),
+            mixed_filters: self.instances.iter().any(|i| i.filter_kind != constants::FILTER_TRILINEAR),
             live,
             lights: !self.lights.list.is_empty(),
             many_volumes: self.instances.len() >= hierarchy::MANY,
@@ -271,14 +271,14 @@ impl SceneCache {
 
     /// Fills in the scene's part of a frame's parameters.
     pub fn fill_frame(&self, frame: &mut Frame) {
-        let size = self.volumes.atlas.as_ref().map_or([1; 3], |a| a.size);
+        let size = self.volumes.atlas.as_ref().map_or([1; 3], |a| a.arrangement.size);
         frame.volume_count = self.instances.len() as u32;
         frame.inverse_atlas_size = size.map(|n| 1.0 / n as f32);
-        frame.environment_strength = self.light.strength as f32;
-        let (sin, cos) = self.light.rotation.sin_cos();
+        frame.environment_strength = self.environment.strength as f32;
+        let (sin, cos) = self.environment.rotation.sin_cos();
         frame.environment_rotation = [cos as f32, sin as f32];
-        frame.environment_size = self.light.map_size;
-        frame.importance_size = self.light.importance_size;
+        frame.environment_size = self.environment.map_size;
+        frame.importance_size = self.environment.importance_size;
         frame.light_count = self.lights.list.len() as u32;
     }
 
@@ -291,8 +291,8 @@ impl SceneCache {
             tables.map(|b| b.color),
             tables.map(|b| b.majorants),
             self.volumes.atlas.as_ref().map(|a| a.texture),
-            self.light.map,
-            self.light.importance,
+            self.environment.map,
+            self.environment.importance,
             self.lights.buffer,
         ]
         .map(|id| id.expect("update() comes before tracing"))
@@ -303,8 +303,9 @@ impl SceneCache {
     ///
     /// # Panics
     /// Before the first [`update`](Self::update).
-    pub fn light_resources(&self) -> [ResourceId; 2] {
-        [self.light.map, self.light.importance].map(|id| id.expect("update() comes before display"))
+    pub fn environment_resources(&self) -> [ResourceId; 2] {
+        [self.environment.map, self.environment.importance]
+            .map(|id| id.expect("update() comes before display"))
     }
 
     /// The buffer of majorants, cells of the scene's volumes one after the other, and their number.
@@ -321,7 +322,7 @@ impl SceneCache {
     pub fn free(mut self, recording: &mut Recording) {
         self.volumes.free(recording);
         self.tables.free(recording);
-        self.light.free(recording);
+        self.environment.free(recording);
         self.lights.free(recording);
         recording.free(self.instance_buffer);
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use lumivox_core::{Filter, Volume};
 
-use super::atlas::{self, Atlas};
+use super::atlas::{self, Arrangement, Atlas};
 use super::value_ranges::ValueRangeGrid;
 use super::{DeviceLimits, Placed};
 use crate::error::RenderError;
@@ -54,11 +54,6 @@ pub(super) fn distinct(instances: &[Placed<'_>]) -> Vec<Arc<Volume>> {
     volumes
 }
 
-/// Whether the device has room for the atlas of `volumes`.
-pub(super) fn check(volumes: &[Arc<Volume>], limits: &DeviceLimits) -> Result<(), RenderError> {
-    atlas::arrange(volumes, limits.max_texture_3d).map(|_| ())
-}
-
 impl CachedVolumes {
     /// The place of a volume in the list.
     pub fn index(&self, volume: &Arc<Volume>) -> usize {
@@ -68,24 +63,33 @@ impl CachedVolumes {
             .expect("every placed volume is in the list")
     }
 
-    /// Records what differs; returns whether anything did. The device has room, see [`check`].
+    /// Finds room on the device for `wanted`; `None` if those are the volumes that there are.
+    pub fn arrange(
+        &self,
+        wanted: &[Arc<Volume>],
+        limits: &DeviceLimits,
+    ) -> Result<Option<Arrangement>, RenderError> {
+        let same = self.atlas.is_some()
+            && wanted.len() == self.list.len()
+            && wanted.iter().zip(&self.list).all(|(a, b)| Arc::ptr_eq(a, &b.volume));
+        if same { Ok(None) } else { atlas::arrange(wanted, limits.max_texture_3d).map(Some) }
+    }
+
+    /// Records what differs; returns whether anything did. The arrangement is that of [`arrange`](Self::arrange).
     pub fn update(
         &mut self,
         wanted: Vec<Arc<Volume>>,
+        arrangement: Option<Arrangement>,
         settings: GridSettings,
-        limits: &DeviceLimits,
         recording: &mut Recording,
-    ) -> Result<bool, RenderError> {
-        let same_volumes = self.atlas.is_some()
-            && wanted.len() == self.list.len()
-            && wanted.iter().zip(&self.list).all(|(a, b)| Arc::ptr_eq(a, &b.volume));
-        if same_volumes && settings == self.grid_settings {
-            return Ok(false);
+    ) -> bool {
+        if arrangement.is_none() && settings == self.grid_settings {
+            return false;
         }
-        if !same_volumes {
+        if let Some(arrangement) = arrangement {
             // Freed first: two atlases at once could be more than the GPU holds.
             recording.free(self.atlas.take().map(|old| old.texture));
-            self.atlas = Some(Atlas::record(&wanted, limits.max_texture_3d, recording)?);
+            self.atlas = Some(Atlas::record(&wanted, arrangement, recording));
         }
         let filter = if settings.wide_filter { Filter::Tricubic } else { Filter::Trilinear };
         // Grids that are as they should be stay.
@@ -109,7 +113,7 @@ impl CachedVolumes {
         let packed: Vec<u32> = self.list.iter().flat_map(|v| v.grid.packed()).collect();
         recording.free(self.value_ranges.take());
         self.value_ranges = Some(recording.create_buffer_with("value ranges", &packed));
-        Ok(true)
+        true
     }
 
     pub fn free(&mut self, recording: &mut Recording) {

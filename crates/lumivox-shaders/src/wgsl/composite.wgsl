@@ -21,7 +21,7 @@ struct CompositeParams {
     denoised: u32,
     // Whether x and y of what is seen grow with its depth, or do not.
     camera_parallel: u32,
-    // 0 without fog.
+    // FOG_NONE, FOG_EXPONENTIAL or FOG_BETWEEN.
     fog_kind: u32,
     fog_distance: vec4f,
     fog_color: vec3f,
@@ -42,8 +42,6 @@ struct CompositeParams {
 @group(0) @binding(5) var<storage, read> fine_pixels: array<vec4f>;
 @group(0) @binding(6) var<storage, read> coarse_pixels: array<vec4f>;
 
-// Samples of a pixel after which the coarse film is out of the picture.
-const FINE_ALONE: f32 = 32.0;
 // Samples of a pixel after which the denoiser is out of it: a finished picture is unbiased.
 const DENOISED_UNTIL: f32 = 256.0;
 // Samples of a fine pixel that weigh as much as the coarse film at the beginning.
@@ -151,14 +149,14 @@ fn film_at(coarse: bool, uv: vec2f, limit: f32) -> Estimate {
 
 fn picture(uv: vec2f, limit: f32) -> Estimate {
     var fine = film_at(false, uv, limit);
-    if (params.coarse_size.x == 0u || fine.samples >= FINE_ALONE) {
+    if (params.coarse_size.x == 0u || fine.samples >= f32(FINE_ALONE)) {
         return fine;
     }
     let coarse = film_at(true, uv, limit);
     if (coarse.samples == 0.0) {
         return fine;
     }
-    let fade = 1.0 - fine.samples / FINE_ALONE;
+    let fade = 1.0 - fine.samples / f32(FINE_ALONE);
     let w = fine.samples / (fine.samples + COARSE_WEIGHT * fade);
     let hits = mix(coarse.alpha, fine.alpha, w);
     fine.depth = mix(coarse.alpha * coarse.depth, fine.alpha * fine.depth, w) / max(hits, 1e-9);

@@ -1,12 +1,5 @@
 // A live film as means and the variance of their luminance: what the wavelet passes of `denoise_wavelet` start from.
 
-struct DenoiseParams {
-    film_size: vec2u,
-    // Pixels between taps.
-    step: u32,
-    padding: u32,
-}
-
 @group(0) @binding(0) var<uniform> params: DenoiseParams;
 @group(0) @binding(1) var<storage, read> film: array<vec4f>;
 @group(0) @binding(2) var<storage, read> ray_limits: array<f32>;
@@ -30,7 +23,7 @@ fn moments(at: vec2i) -> Moments {
     var m = Moments(vec4f(0.0), -1.0, n);
     if (n > 0.0) {
         m.light = film[index] / n;
-        let mean = pixel_luminance(m.light.rgb);
+        let mean = luminance(m.light.rgb);
         if (n > 1.0) {
             m.variance = max(sums.y / n - mean * mean, 0.0) / (n - 1.0);
         }
@@ -54,7 +47,7 @@ fn denoise_prepare(@builtin(global_invocation_id) id: vec3u) {
     for (var i = 0; i < 25; i++) {
         let m = moments(vec2i(id.xy) + vec2i(i % 5, i / 5) - 2);
         if (m.samples > 0.0) {
-            let l = pixel_luminance(m.light.rgb);
+            let l = luminance(m.light.rgb);
             sum += l;
             squares += l * l;
             taps += 1.0;

@@ -3,13 +3,6 @@
 // HPG 2017: what differs by more than noise is kept. As samples come in, noise and with it the filter's reach vanish:
 // biased, and consistent.
 
-struct DenoiseParams {
-    film_size: vec2u,
-    // Pixels between taps.
-    step: u32,
-    padding: u32,
-}
-
 @group(0) @binding(0) var<uniform> params: DenoiseParams;
 @group(0) @binding(1) var<storage, read> before: array<vec4f>;
 @group(0) @binding(2) var<storage, read_write> pixels: array<vec4f>;
@@ -36,7 +29,7 @@ fn denoise_wavelet(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let centre = load(id.xy);
-    let luminance = pixel_luminance(centre.light);
+    let brightness = luminance(centre.light);
     let light_noise = LUMINANCE_DEVIATIONS * sqrt(centre.variance) + 1e-6;
     // The variance of a fraction, with a hit and a miss more than there were (Agresti and Coull 1998): never 0.
     let a = (centre.alpha * centre.samples + 1.0) / (centre.samples + 2.0);
@@ -55,7 +48,7 @@ fn denoise_wavelet(@builtin(global_invocation_id) id: vec3u) {
         if (tap.samples == 0.0) {
             continue;
         }
-        let differs = abs(pixel_luminance(tap.light) - luminance) / light_noise
+        let differs = abs(luminance(tap.light) - brightness) / light_noise
             + abs(tap.alpha - centre.alpha) / alpha_noise;
         var w = spline(offset.x) * spline(offset.y);
         if (centre.samples > 0.0) {

@@ -30,9 +30,11 @@ fn henyey_greenstein(cosine: f32, g: f32) -> f32 {
 }
 
 fn sample_henyey_greenstein(g: f32, u: vec2f) -> vec3f {
-    var cosine = 1.0 - 2.0 * u.x;
+    let a = 1.0 - 2.0 * u.x;
+    // To first order in g: the closed form divides by it.
+    var cosine = a + 1.5 * g * (1.0 - a * a);
     if (abs(g) > 1e-3) {
-        let s = (1.0 - g * g) / (1.0 + g - 2.0 * g * u.x);
+        let s = (1.0 - g * g) / (1.0 + g * a);
         cosine = clamp((1.0 + g * g - s * s) / (2.0 * g), -1.0, 1.0);
     }
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));

@@ -18,9 +18,6 @@ struct DisplayParams {
 // Eight bits a channel, red lowest, alpha not premultiplied.
 @group(0) @binding(4) var<storage, read_write> pixels: array<u32>;
 
-const BACKGROUND_TRANSPARENT: u32 = 0u;
-const BACKGROUND_ENVIRONMENT: u32 = 2u;
-
 @compute @workgroup_size(8, 8)
 fn display(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.film_size)) {

@@ -1,11 +1,8 @@
 // An engine's fog over what a film shows; `Fog` in lumivox-renderer is its twin, and says what the numbers are.
 
-const FOG_EXPONENTIAL: u32 = 1u;
-const FOG_BETWEEN: u32 = 2u;
-
 // Premultiplied light that is seen at a view depth, at a point of the target in [0, 1].
 fn fogged(light: vec3f, alpha: f32, uv: vec2f, depth: f32) -> vec3f {
-    if (params.fog_kind == 0u) {
+    if (params.fog_kind == FOG_NONE) {
         return light;
     }
     let edges = params.camera_edges;

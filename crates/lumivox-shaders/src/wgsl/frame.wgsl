@@ -103,11 +103,5 @@ struct Instance {
     padding: array<u32, 3>,
 }
 
-const TABLE_SIZE: u32 = 4096u;
 const NO_VOLUME: u32 = 0xffffffffu;
-const IS_VOLUME: u32 = 0x80000000u;
 const PI: f32 = 3.14159265358979;
-
-fn luminance(c: vec3f) -> f32 {
-    return dot(c, vec3f(0.2126, 0.7152, 0.0722));
-}

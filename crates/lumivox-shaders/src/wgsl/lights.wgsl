@@ -2,10 +2,6 @@
 //
 // Expects `lights`, `frame` and `LIGHTS`.
 
-const DIRECTIONAL: u32 = 0u;
-const POINT: u32 = 1u;
-const SPOT: u32 = 2u;
-
 struct Light {
     // In the world; unused where light comes from afar.
     position: vec3f,
@@ -26,9 +22,6 @@ struct Light {
     cone_attenuation: f32,
 }
 
-// Least distance at which a falloff is evaluated, in metres.
-const MIN_LIGHT_DISTANCE: f32 = 1e-3;
-
 struct Arrival {
     direction: vec3f,   // towards the light
     distance: f32,
@@ -38,7 +31,7 @@ struct Arrival {
 // What arrives at a point from one place on a light, but for the transmittance on its way.
 fn light_arrival(i: u32, point: vec3f, rng: ptr<function, Rng>) -> Arrival {
     let size = lights[i].size;
-    if (lights[i].kind == DIRECTIONAL) {
+    if (lights[i].kind == LIGHT_DIRECTIONAL) {
         var direction = -lights[i].axis;
         if (size > 0.0) {
             direction = to_world(direction, sample_cone(size, rng_next2(rng)));
@@ -51,7 +44,7 @@ fn light_arrival(i: u32, point: vec3f, rng: ptr<function, Rng>) -> Arrival {
     let nearness = d * lights[i].inverse_range;
     let window = max(1.0 - nearness * nearness * nearness * nearness, 0.0);
     var factor = window * window * pow(d, -lights[i].decay);
-    if (lights[i].kind == SPOT) {
+    if (lights[i].kind == LIGHT_SPOT) {
         // 1 - cos(a) is half the squared difference of the unit vectors, to all digits for narrow cones.
         let difference = lights[i].axis + way / max(distance, 1e-20);
         let rim = clamp(0.5 * dot(difference, difference) * lights[i].inverse_cone, 1e-4, 1.0);

@@ -1,5 +1,12 @@
 // A pixel on its way through the denoiser of live films.
 
+struct DenoiseParams {
+    film_size: vec2u,
+    // Pixels between taps.
+    step: u32,
+    padding: u32,
+}
+
 // Two planes: (mean light, alpha), (variance of its luminance, end of its primary rays, samples, 0).
 struct Pixel {
     light: vec3f,
@@ -7,10 +14,6 @@ struct Pixel {
     variance: f32,
     limit: f32,
     samples: f32,
-}
-
-fn pixel_luminance(light: vec3f) -> f32 {
-    return dot(light, vec3f(0.2126, 0.7152, 0.0722));
 }
 
 // How alike two ends of primary rays are, 1 where they are the same; 0 as a depth stands for infinity.

@@ -106,7 +106,7 @@ fn trace(pixel: vec2u, sharer: u32) -> Sums {
             // What the camera sees without a collision is the background: the display pass adds it.
             if (bounces > 0u) {
                 var weight = 1.0;
-                if (LIGHT_SAMPLING) {
+                if (ENVIRONMENT_SAMPLING) {
                     weight = pdf / (pdf + environment_pdf(direction));
                 }
                 radiance += throughput * weight * environment_radiance(direction);
@@ -147,7 +147,7 @@ fn trace(pixel: vec2u, sharer: u32) -> Sums {
                     }
                 }
                 if (alive) {
-                    if (LIGHT_SAMPLING) {
+                    if (ENVIRONMENT_SAMPLING) {
                         let light = choose_light(event, &rng);
                         if (luminance(light.arriving) > 0.0) {
                             radiance += throughput * light.arriving
@@ -162,7 +162,7 @@ fn trace(pixel: vec2u, sharer: u32) -> Sums {
                         }
                     }
                     direction = event_sample(event, rng_next2(&rng));
-                    if (LIGHT_SAMPLING) {
+                    if (ENVIRONMENT_SAMPLING) {
                         pdf = event_pdf(event, direction);
                     }
                 }

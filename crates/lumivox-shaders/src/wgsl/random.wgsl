@@ -1,6 +1,8 @@
 // Random numbers as a pure function of (pixel, sample, seed, dimension), so that an image does not depend on tiling,
 // order or frame budget. The stream is keyed by pcg4d (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT
-// 9(3), 2020); each dimension is hashed with Wang-style multiply-xorshift rounds around the key.
+// 9(3), 2020); each dimension is hashed by the multiply-xorshift rounds of Wellons' lowbias32 (hash-prospector, 2018).
+// Half of the key is added to the dimension; by that alone, streams whose sums meet would be shifted copies of one
+// another, so the other half goes in between the rounds.
 
 struct Rng {
     key: vec2u,

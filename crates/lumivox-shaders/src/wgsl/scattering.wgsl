@@ -62,7 +62,7 @@ fn choose_light(event: Event, rng: ptr<function, Rng>) -> LightChoice {
     var chosen = LightChoice(event.axis, vec3f(0.0));
     var total = 0.0;
     var chosen_weight = 1.0;
-    for (var i = 0u; i < LIGHT_CANDIDATES; i++) {
+    for (var i = 0u; i < ENVIRONMENT_CANDIDATES; i++) {
         let light = sample_environment(rng);
         let event_density = event_pdf(event, light.direction);
         let pick = rng_next(rng);
@@ -78,6 +78,6 @@ fn choose_light(event: Event, rng: ptr<function, Rng>) -> LightChoice {
             }
         }
     }
-    chosen.arriving *= total / (chosen_weight * f32(LIGHT_CANDIDATES));
+    chosen.arriving *= total / (chosen_weight * f32(ENVIRONMENT_CANDIDATES));
     return chosen;
 }

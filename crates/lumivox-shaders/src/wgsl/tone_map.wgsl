@@ -1,9 +1,5 @@
 // From scene-linear light to display values in [0, 1]. CPU twin: `ToneMap` in lumivox-renderer's `display.rs`.
 
-const TONE_PLAIN: u32 = 0u;
-const TONE_AGX: u32 = 1u;
-const TONE_ACES: u32 = 2u;
-
 // The sRGB transfer function, IEC 61966-2-1.
 fn srgb_encode(c: vec3f) -> vec3f {
     return select(1.055 * pow(max(c, vec3f(0.0031308)), vec3f(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3f(0.0031308));

@@ -43,8 +43,8 @@ fn sample_tricubic(v: u32, p: vec3f) -> f32 {
 fn sample_volume(v: u32, p: vec3f) -> f32 {
     if (MIXED_FILTERS) {
         switch instances[v].filter_kind {
-            case 0u: { return sample_nearest(v, p); }
-            case 2u: { return sample_tricubic(v, p); }
+            case FILTER_NEAREST: { return sample_nearest(v, p); }
+            case FILTER_TRICUBIC: { return sample_tricubic(v, p); }
             default: {}
         }
     }

@@ -9,7 +9,7 @@ use lumivox_core::{
     TransferFunction, Volume, VolumeInstance, Voxels,
 };
 use lumivox_reference::quadrature::{half_space_beam_radiance, slab_beam_single_scattering};
-use lumivox_renderer::{Film, LightSampling};
+use lumivox_renderer::{EnvironmentSampling, Film};
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::RenderRequest;
 
@@ -118,8 +118,10 @@ fn a_sun_from_everywhere_is_a_furnace() {
         let (irradiance, angular_radius) = ([4.0 * PI; 3], PI);
         test.scene.lights =
             vec![LightKind::Directional { direction: DVec3::Y, irradiance, angular_radius }.into()];
-        for light_sampling in [LightSampling::Auto, LightSampling::Always, LightSampling::Never] {
-            let request = RenderRequest { light_sampling, ..RenderRequest::new(16, 16, 128) };
+        for environment_sampling in
+            [EnvironmentSampling::Auto, EnvironmentSampling::Always, EnvironmentSampling::Never]
+        {
+            let request = RenderRequest { environment_sampling, ..RenderRequest::new(16, 16, 128) };
             let film = film(&test, &request);
             let (mean, error) = mean(&film, 256);
             let alpha = (0..256).map(|p| film.alpha(p)).sum::<f64>() / 256.0;

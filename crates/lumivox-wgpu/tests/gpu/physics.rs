@@ -4,7 +4,7 @@ use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
     Environment, Medium, Modality, PerspectiveCamera, Scene, TransferFunction, Volume, VolumeInstance, Voxels,
 };
-use lumivox_renderer::LightSampling;
+use lumivox_renderer::EnvironmentSampling;
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::RenderRequest;
 use std::sync::Arc;
@@ -16,15 +16,15 @@ use crate::film;
 #[test]
 fn white_furnace() {
     for test in scenes::all().into_iter().map(scenes::furnace) {
-        for light_sampling in [LightSampling::Never, LightSampling::Always] {
-            let request = RenderRequest { light_sampling, ..RenderRequest::new(16, 16, 64) };
+        for environment_sampling in [EnvironmentSampling::Never, EnvironmentSampling::Always] {
+            let request = RenderRequest { environment_sampling, ..RenderRequest::new(16, 16, 64) };
             let film = film(&test, &request);
             let (mut sum, mut variance) = (0.0, 0.0);
             for pixel in 0..256 {
                 let (mean, pixel_variance) = film.luminance(pixel);
                 sum += mean - film.alpha(pixel);
                 variance += pixel_variance;
-                if light_sampling == LightSampling::Never {
+                if environment_sampling == EnvironmentSampling::Never {
                     // Every path brings exactly 1 home: no noise, only rounding.
                     let error = (mean - film.alpha(pixel)).abs();
                     assert!(error < 1e-4, "{}: pixel {pixel} is off by {error}", test.name);
@@ -33,7 +33,7 @@ fn white_furnace() {
             let (mean, error) = (sum / 256.0, variance.sqrt() / 256.0);
             assert!(
                 mean.abs() < 4.0 * error + 1e-5,
-                "{}: {light_sampling:?} light sampling is off by {mean} +- {error}",
+                "{}: {environment_sampling:?} light sampling is off by {mean} +- {error}",
                 test.name
             );
         }

@@ -1,7 +1,7 @@
 //! The kernel against the independent f64 reference: z-tests of every pixel and of the whole, for every test scene.
 
 use lumivox_reference::{ReferenceImage, ReferenceSettings};
-use lumivox_renderer::{Film, LightSampling};
+use lumivox_renderer::{EnvironmentSampling, Film};
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_testing::z_test::{Estimate, ZTest};
 use lumivox_wgpu::RenderRequest;
@@ -52,14 +52,14 @@ fn radiance_alpha_and_guides_agree_with_the_reference() {
     let all = scenes::all();
     for scene in &all {
         let reference = reference_of(scene);
-        for light_sampling in [LightSampling::Always, LightSampling::Never] {
+        for environment_sampling in [EnvironmentSampling::Always, EnvironmentSampling::Never] {
             let request = RenderRequest {
-                light_sampling,
-                guides: light_sampling == LightSampling::Always,
+                environment_sampling,
+                guides: environment_sampling == EnvironmentSampling::Always,
                 ..RenderRequest::new(SIZE, SIZE, SAMPLES)
             };
             let film = film(scene, &request);
-            let name = format!("{}_{light_sampling:?}", scene.name).to_lowercase();
+            let name = format!("{}_{environment_sampling:?}", scene.name).to_lowercase();
             test(all.len() * 2).assert_agree(
                 &format!("reference_{name}"),
                 &luminance_of_film(&film),

@@ -32,7 +32,7 @@ fn draw(environment: &Environment, sampler: u32, axis: DVec3, anisotropy: f64) -
         count: COUNT as u32,
         ..Default::default()
     };
-    let [map, importance] = cache.light_resources();
+    let [map, importance] = cache.environment_resources();
     let out = ResourceId(u64::MAX);
     let size = COUNT as u64 * 16;
     recording.push(Step::CreateBuffer { id: out, label: "directions", size });

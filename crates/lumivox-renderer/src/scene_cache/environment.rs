@@ -9,9 +9,9 @@ use super::importance::ImportanceGrid;
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step, TextureFormat};
 
-/// A scene's light.
+/// A scene's environment.
 #[derive(Debug)]
-pub(super) struct CachedLight {
+pub(super) struct CachedEnvironment {
     source: Option<EnvironmentSource>,
     pub map: Option<ResourceId>,
     pub importance: Option<ResourceId>,
@@ -22,7 +22,7 @@ pub(super) struct CachedLight {
     pub importance_size: [u32; 2],
 }
 
-impl Default for CachedLight {
+impl Default for CachedEnvironment {
     fn default() -> Self {
         Self {
             source: None,
@@ -48,7 +48,7 @@ pub(super) fn check(environment: &Environment, limits: &DeviceLimits) -> Result<
     }
 }
 
-impl CachedLight {
+impl CachedEnvironment {
     /// Records what differs; returns whether anything did. The device has room, see [`check`].
     pub fn update(&mut self, environment: &Environment, recording: &mut Recording) -> bool {
         let rotation = if environment.rotation.is_finite() { environment.rotation } else { 0.0 };

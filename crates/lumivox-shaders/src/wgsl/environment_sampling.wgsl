@@ -21,12 +21,12 @@ fn environment_pdf(direction: vec3f) -> f32 {
     return solid_angle_density(environment_importance[cell.y * size.x + cell.x].density, uv.y);
 }
 
-struct LightSample {
+struct EnvironmentSample {
     direction: vec3f,
     pdf: f32,  // over solid angle
 }
 
-fn sample_environment(rng: ptr<function, Rng>) -> LightSample {
+fn sample_environment(rng: ptr<function, Rng>) -> EnvironmentSample {
     let size = frame.importance_size;
     let count = size.x * size.y;
     var index = min(u32(rng_next(rng) * f32(count)), count - 1u);
@@ -39,5 +39,5 @@ fn sample_environment(rng: ptr<function, Rng>) -> LightSample {
     let d = vec3f(sin(phi) * sin(theta), cos(theta), -cos(phi) * sin(theta));
     let r = frame.environment_rotation;
     let direction = vec3f(d.x * r.x + d.z * r.y, d.y, d.z * r.x - d.x * r.y);
-    return LightSample(direction, solid_angle_density(environment_importance[index].density, uv.y));
+    return EnvironmentSample(direction, solid_angle_density(environment_importance[index].density, uv.y));
 }

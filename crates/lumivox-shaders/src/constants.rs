@@ -1,0 +1,58 @@
+//! Numbers that Rust and WGSL share: one list makes both, and [`Kernel::wgsl`](crate::Kernel::wgsl) begins with it.
+
+macro_rules! constants {
+    ($($(#[$doc:meta])* $name:ident: $kind:ident = $value:expr;)*) => {
+        $($(#[$doc])* pub const $name: $kind = $value;)*
+
+        /// The same in WGSL.
+        pub(crate) fn wgsl() -> String {
+            let all = [$((stringify!($name), stringify!($kind), format!("{:?}", $name))),*];
+            all.map(|(name, kind, value)| format!("const {name}: {kind} = {value};\n")).concat()
+        }
+    };
+}
+
+constants! {
+    /// Entries of a transfer function's table.
+    TABLE_SIZE: u32 = 4096;
+    /// Set in a child of a [`Node`](crate::layout::Node) that is a volume and not another node.
+    IS_VOLUME: u32 = 0x8000_0000;
+
+    /// [`Instance::filter_kind`](crate::layout::Instance::filter_kind).
+    FILTER_NEAREST: u32 = 0;
+    #[expect(missing_docs, reason = "as above")]
+    FILTER_TRILINEAR: u32 = 1;
+    #[expect(missing_docs, reason = "as above")]
+    FILTER_TRICUBIC: u32 = 2;
+
+    /// [`Light::kind`](crate::layout::Light::kind).
+    LIGHT_DIRECTIONAL: u32 = 0;
+    #[expect(missing_docs, reason = "as above")]
+    LIGHT_POINT: u32 = 1;
+    #[expect(missing_docs, reason = "as above")]
+    LIGHT_SPOT: u32 = 2;
+    /// Metres from a lamp below which it gets no brighter.
+    MIN_LIGHT_DISTANCE: f32 = 1e-3;
+
+    /// Samples of a live pixel after which the coarse film is out of the picture.
+    FINE_ALONE: u32 = 32;
+    /// [`CompositeParams::fog_kind`](crate::layout::CompositeParams::fog_kind).
+    FOG_NONE: u32 = 0;
+    #[expect(missing_docs, reason = "as above")]
+    FOG_EXPONENTIAL: u32 = 1;
+    #[expect(missing_docs, reason = "as above")]
+    FOG_BETWEEN: u32 = 2;
+
+    /// [`DisplayParams::tone_operator`](crate::layout::DisplayParams::tone_operator).
+    TONE_PLAIN: u32 = 0;
+    #[expect(missing_docs, reason = "as above")]
+    TONE_AGX: u32 = 1;
+    #[expect(missing_docs, reason = "as above")]
+    TONE_ACES: u32 = 2;
+    /// [`DisplayParams::background_kind`](crate::layout::DisplayParams::background_kind).
+    BACKGROUND_TRANSPARENT: u32 = 0;
+    #[expect(missing_docs, reason = "as above")]
+    BACKGROUND_COLOR: u32 = 1;
+    #[expect(missing_docs, reason = "as above")]
+    BACKGROUND_ENVIRONMENT: u32 = 2;
+}
