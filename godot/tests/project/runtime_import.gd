@@ -34,6 +34,7 @@ func _ready() -> void:
 				push_error("what was imported is not shown")
 	await cancelling(all.large)
 	await scanning(all.series)
+	await saving(all.mixed)
 	await picturing(all.series, all.large)
 	await misuse(all.series)
 	await by_name(node, all.series)
@@ -143,6 +144,21 @@ func scanning(path: String) -> void:
 	importer.start([path])
 	await until_ended()
 	print("TELL scanning ", JSON.stringify({"scanned": scanned, "started": heard[-1]}))
+
+
+## What of a scan's report is in a file of it, in what is loaded from that, and in what an older file held.
+func saving(path: String) -> void:
+	var volume := LumivoxVolume.load_file(path)
+	var file := "user://saved.res"
+	ResourceSaver.save(volume, file)
+	var loaded: LumivoxVolume = ResourceLoader.load(file, "", ResourceLoader.CACHE_MODE_IGNORE)
+	var older := LumivoxVolume.new()
+	var stored: Dictionary = volume.get("_stored")
+	stored["report"] = volume.get_report()
+	older.set("_stored", stored)
+	print("TELL saving ", JSON.stringify({
+		"file": ProjectSettings.globalize_path(file), "session": volume.get_report(), "loaded": describe(loaded),
+		"older": describe(older)}))
 
 
 ## Pictures that are asked for do not come at once, and not if another is asked for or they are stopped.
