@@ -7,7 +7,7 @@ use lumivox_core::{Modality, Volume, Voxels};
 /// Raised when the meaning of an entry changes.
 const VERSION: i64 = 1;
 
-/// The dictionary of a volume and the report of its import.
+/// The dictionary of a volume and what may be kept of the report of its import.
 pub fn to_dictionary(volume: &Volume, report: &VarDictionary) -> VarDictionary {
     let place = volume.patient_from_voxel();
     let numbers: PackedFloat64Array =
@@ -30,13 +30,13 @@ pub fn to_dictionary(volume: &Volume, report: &VarDictionary) -> VarDictionary {
             Modality::Pet => "PET",
             Modality::Other => "",
         },
-        "report" => report,
+        "report" => &kept(report),
         // As they lie in memory; every platform that Godot runs on is little-endian.
         "voxels" => &PackedByteArray::from(volume.voxels().as_bytes()),
     }
 }
 
-/// The volume of a dictionary and the report of its import.
+/// The volume of a dictionary and what was kept of the report of its import.
 pub fn from_dictionary(stored: &VarDictionary) -> Result<(Volume, VarDictionary), String> {
     let version = entry::<i64>(stored, "version")?;
     if version != VERSION {
@@ -64,7 +64,33 @@ pub fn from_dictionary(stored: &VarDictionary) -> Result<(Volume, VarDictionary)
         _ => Modality::Other,
     };
     let volume = Volume::new(dims, voxels, rescale, place, modality).map_err(|error| error.to_string())?;
-    Ok((volume, entry(stored, "report")?))
+    // Older files hold all of it.
+    Ok((volume, kept(&entry(stored, "report")?)))
+}
+
+/// What of a report goes with a scan to wherever it is copied: neither what the files on this machine are called, nor
+/// what names the patient's study, nor its other series.
+fn kept(report: &VarDictionary) -> VarDictionary {
+    let mut kept = VarDictionary::new();
+    for key in ["format", "notes"] {
+        if let Some(value) = report.get(key) {
+            kept.set(key, &value);
+        }
+    }
+    if let Some(mut series) = chosen_series(report) {
+        series.remove("id");
+        kept.set("series", &varray![&series]);
+        kept.set("chosen", 0);
+    }
+    kept
+}
+
+/// A copy of the series that a report is about.
+fn chosen_series(report: &VarDictionary) -> Option<VarDictionary> {
+    let series = report.get("series")?.try_to::<VarArray>().ok()?;
+    let chosen = report.get("chosen")?.try_to::<i64>().ok()?;
+    let one = series.get(usize::try_from(chosen).ok()?)?.try_to::<VarDictionary>().ok()?;
+    Some(one.duplicate_shallow())
 }
 
 fn entry<T: FromGodot>(stored: &VarDictionary, key: &str) -> Result<T, String> {

@@ -142,6 +142,9 @@ impl LumivoxVolume {
     /// ([code]axial[/code]), [code]phases[/code] (volumes in it), [code]unit[/code] of its values, [code]bytes[/code]
     /// of memory that one phase takes, [code]reason[/code] (why another series comes first, such as
     /// [code]a localizer[/code]; empty for the first) and [code]notes[/code] (sentences).
+    ///
+    /// A saved scan keeps nothing that names files or the patient's study: [code]format[/code], [code]notes[/code] and,
+    /// of [code]series[/code], the one that it is without its [code]id[/code].
     #[func]
     pub fn get_report(&self) -> VarDictionary {
         self.report.clone()

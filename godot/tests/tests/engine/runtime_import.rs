@@ -34,6 +34,7 @@ struct Script {
     jobs: Vec<Job>,
     series: String,
     large: String,
+    mixed: String,
 }
 
 struct Imports {
@@ -75,7 +76,8 @@ fn imports() -> &'static Imports {
             jobs.push(Job { blocking: true, ..job(name, path.to_str().unwrap().to_owned()) });
         }
         let case = Case { samples: 64, budget: 5.0, ..Case::new("importing") };
-        let script = Script { case, jobs: jobs.clone(), series: at("series"), large: at("large") };
+        let script =
+            Script { case, jobs: jobs.clone(), series: at("series"), large: at("large"), mixed: at("mixed") };
         let (_, run) = run_scene("runtime_import", "runtime_import", &script);
         Imports { jobs, copied: folder.join("scan.nrrd"), run }
     })
@@ -324,6 +326,32 @@ fn a_scan_tells_before_it_loads() {
     assert_eq!(told["started"][0], "finished");
 }
 
+/// Saved scans are copied, and go into exported games.
+#[test]
+fn a_saved_scan_tells_nothing_of_files_and_study() {
+    let told = told(&imports().run, "saving");
+    let session = &told["session"];
+    assert!(!session["skipped"].as_array().unwrap().is_empty(), "{session}");
+    let series = &session["series"][0];
+    let saved = fs::read(told["file"].as_str().unwrap()).unwrap();
+    let uid = series["id"].as_str().unwrap();
+    for word in [uid, "mixed", "cut_short", "notes.txt"] {
+        let found = saved.windows(word.len()).any(|bytes| bytes == word.as_bytes());
+        assert!(!found, "'{word}' is in the file");
+    }
+    for how in ["loaded", "older"] {
+        let volume = &told[how];
+        assert_eq!(volume["dims"], json!([24, 24, 20]), "{how}");
+        let report = volume["report"].as_object().unwrap();
+        let keys: HashSet<&str> = report.keys().map(String::as_str).collect();
+        assert_eq!(keys, HashSet::from(["format", "notes", "series", "chosen"]), "{how}");
+        assert_eq!(report["notes"], session["notes"], "{how}");
+        let mut kept = series.clone();
+        kept.as_object_mut().unwrap().remove("id");
+        assert_eq!((&report["series"], &report["chosen"]), (&json!([kept]), &json!(0)), "{how}");
+    }
+}
+
 #[test]
 fn pictures_are_made_while_the_game_goes_on() {
     let told = told(&imports().run, "picturing");
@@ -335,6 +363,15 @@ fn pictures_are_made_while_the_game_goes_on() {
     assert_eq!(told["kinds"], json!(["picture"]));
     assert_eq!((&told["size"], &told["same"]), (&Value::from(16), &Value::from(true)));
     assert_eq!((&told["started"], &told["imported"]), (&Value::from(0), &json!(["finished"])));
+}
+
+#[test]
+fn the_panel_opens_the_scan_that_was_asked_for_last() {
+    let told = told(&imports().run, "panelling");
+    assert_eq!(told["second"], json!([true, true, true]), "the one before ends the one after: {told}");
+    assert_eq!(told["stopped"], json!([true, true, false]), "{told}");
+    assert_eq!((&told["shown"], &told["kept"]), (&json!(true), &json!(true)), "{told}");
+    assert!(told["gone"].as_str().unwrap().contains("the node that it was for is gone"), "{told}");
 }
 
 #[test]

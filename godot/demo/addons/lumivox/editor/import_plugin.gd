@@ -30,6 +30,11 @@ func _get_priority() -> float:
 	return 1.0
 
 
+func _get_format_version() -> int:
+	# 1: the report is saved without the names of files.
+	return 1
+
+
 func _get_import_order() -> int:
 	return ResourceImporter.IMPORT_ORDER_DEFAULT
 
