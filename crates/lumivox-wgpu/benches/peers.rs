@@ -1,7 +1,7 @@
 //! The workloads that peers were timed on: `cargo bench -p lumivox-wgpu --bench peers -- FOLDER [FILTER [check]]`.
 //! With `check`, the mean of a small image of each is printed beside the f64 reference's (minutes on a CPU).
 //!
-//! FOLDER holds `cube.f32`, `ct.i16`, `dims.txt`, `tf.txt` and `tf_bone.txt` (see benches/README.md). Prints, for each
+//! FOLDER holds `cube.f32`, `ct.i16`, `tf.txt` and `tf_bone.txt` (see benches/README.md). Prints, for each
 //! workload, ms per sample, million samples per second, the mean of the image (over its channels), the error of one sample
 //! (of luminance, root mean square) and the samples and time to an error of 10% of that mean.
 

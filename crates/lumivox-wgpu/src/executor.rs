@@ -55,6 +55,42 @@ pub struct Executor {
 /// Bytes of uniforms between two submissions.
 const UNIFORM_BYTES: u64 = 1 << 16;
 
+/// Bytes of uniforms that a step may take.
+const STEP_UNIFORM_BYTES: u64 = 4096;
+
+/// Commands that are submitted together.
+struct Batch {
+    encoder: wgpu::CommandEncoder,
+    is_empty: bool,
+    /// Where the next uniforms go in their buffer.
+    uniform_cursor: u64,
+}
+
+impl Batch {
+    fn new(device: &wgpu::Device) -> Self {
+        let label = Some("recording");
+        let encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
+        Self { encoder, is_empty: true, uniform_cursor: 0 }
+    }
+
+    /// Where the next command goes.
+    fn commands(&mut self) -> &mut wgpu::CommandEncoder {
+        self.is_empty = false;
+        &mut self.encoder
+    }
+
+    /// Whether it has to be submitted before a step. The queue's writes take effect before the commands of the next
+    /// submission, and uniforms are written by the queue.
+    fn must_go_before(&self, step: &Step) -> bool {
+        let needed = match step {
+            Step::WriteBuffer { .. } | Step::WriteTexture { .. } => return !self.is_empty,
+            Step::Dispatch { .. } | Step::Draw { .. } => STEP_UNIFORM_BYTES,
+            _ => 0,
+        };
+        !self.is_empty && self.uniform_cursor + needed > UNIFORM_BYTES
+    }
+}
+
 impl Executor {
     /// An executor for a device with 16-bit normalised textures.
     pub fn new(device: wgpu::Device, queue: wgpu::Queue) -> Self {
@@ -166,81 +202,50 @@ impl Executor {
     }
 
     fn replay(&mut self, recording: &Recording) -> Result<Vec<ReadBack>, GpuError> {
-        let mut encoder = self.new_encoder();
-        let mut encoded = false;
-        let mut uniform_cursor = 0;
-        let mut read_backs = vec![];
+        let mut batch = Batch::new(&self.device);
+        let mut returned = vec![];
         for step in &recording.steps {
-            // The queue's writes take effect before the commands of the next submission: submit what came before.
-            let writes = matches!(step, Step::WriteBuffer { .. } | Step::WriteTexture { .. });
-            let uniforms_full = matches!(step, Step::Dispatch { .. } | Step::Draw { .. })
-                && uniform_cursor + 4096 > UNIFORM_BYTES;
-            if encoded && (writes || uniforms_full) {
-                self.queue.submit([std::mem::replace(&mut encoder, self.new_encoder()).finish()]);
-                (encoded, uniform_cursor) = (false, 0);
+            if batch.must_go_before(step) {
+                let full = std::mem::replace(&mut batch, Batch::new(&self.device));
+                self.queue.submit([full.encoder.finish()]);
             }
             match step {
                 Step::CreateBuffer { id, label, size } => {
-                    let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-                        label: Some(label),
-                        size: *size,
-                        usage: wgpu::BufferUsages::STORAGE
-                            | wgpu::BufferUsages::COPY_DST
-                            | wgpu::BufferUsages::COPY_SRC,
-                        mapped_at_creation: false,
-                    });
+                    let usage = wgpu::BufferUsages::STORAGE
+                        | wgpu::BufferUsages::COPY_DST
+                        | wgpu::BufferUsages::COPY_SRC;
+                    let buffer = self.create_buffer(label, *size, usage);
                     self.resources.insert(*id, Resource::Buffer(buffer));
                 }
                 Step::CreateTexture { id, label, format, size } => {
                     let texture = self.create_texture(label, *format, *size);
-                    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-                    self.resources.insert(*id, Resource::Texture(texture, view));
+                    self.lend_texture(*id, &texture);
                 }
                 Step::WriteBuffer { id, offset, data } => {
                     self.queue.write_buffer(self.buffer(*id)?, *offset, data.bytes());
                 }
                 Step::WriteTexture { id, origin, size, data } => {
-                    let Some(Resource::Texture(texture, _)) = self.resources.get(id) else {
-                        return Err(GpuError::Refused(format!("{id:?} is no texture")));
-                    };
+                    let (texture, _) = self.texture(*id)?;
                     write_texture(&self.queue, texture, *origin, *size, data.bytes());
                     // An empty submission lets the staging memory of a large upload go as soon as it is copied.
                     self.queue.submit([]);
                 }
-                Step::ClearBuffer { id } => {
-                    encoder.clear_buffer(self.buffer(*id)?, 0, None);
-                    encoded = true;
-                }
+                Step::ClearBuffer { id } => batch.commands().clear_buffer(self.buffer(*id)?, 0, None),
                 Step::Dispatch { kernel, uniforms, resources, workgroups } => {
-                    self.dispatch(
-                        *kernel,
-                        uniforms,
-                        resources,
-                        *workgroups,
-                        &mut uniform_cursor,
-                        &mut encoder,
-                    );
-                    encoded = true;
+                    self.dispatch(*kernel, uniforms, resources, *workgroups, &mut batch);
                 }
                 Step::Draw { kernel, uniforms, resources, target } => {
-                    let Some(Resource::Texture(texture, view)) = self.resources.get(target) else {
-                        return Err(GpuError::Refused(format!("{target:?} is no texture")));
-                    };
+                    let (texture, view) = self.texture(*target)?;
                     let target = (texture.clone(), view.clone());
-                    self.draw(*kernel, uniforms, resources, target, &mut uniform_cursor, &mut encoder);
-                    encoded = true;
+                    self.draw(*kernel, uniforms, resources, target, &mut batch);
                 }
                 Step::ReadBuffer { id, range } => {
                     let size = range.end - range.start;
-                    let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
-                        label: Some("read back"),
-                        size,
-                        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-                        mapped_at_creation: false,
-                    });
-                    encoder.copy_buffer_to_buffer(self.buffer(*id)?, range.start, &staging, 0, size);
-                    encoded = true;
-                    read_backs.push(staging);
+                    let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
+                    let staging = self.create_buffer("read back", size, usage);
+                    let from = self.buffer(*id)?;
+                    batch.commands().copy_buffer_to_buffer(from, range.start, &staging, 0, size);
+                    returned.push(staging);
                 }
                 Step::Free { id } => {
                     // Dropping is enough: wgpu keeps what submitted and encoded commands still need.
@@ -248,23 +253,30 @@ impl Executor {
                 }
             }
         }
-        let submission = Some(self.queue.submit([encoder.finish()]));
-        let read_backs = read_backs
-            .into_iter()
-            .map(|buffer| {
-                let (send, mapped) = mpsc::channel();
-                buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
-                    // Nobody listens any more where the read-back was dropped.
-                    let _ = send.send(result);
-                });
-                ReadBack { device: self.device.clone(), buffer, submission: submission.clone(), mapped }
-            })
-            .collect();
-        Ok(read_backs)
+        let submission = self.queue.submit([batch.encoder.finish()]);
+        Ok(returned.into_iter().map(|buffer| self.map(buffer, submission.clone())).collect())
     }
 
-    fn new_encoder(&self) -> wgpu::CommandEncoder {
-        self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("recording") })
+    /// Has a buffer mapped once a submission is done.
+    fn map(&self, buffer: wgpu::Buffer, submission: wgpu::SubmissionIndex) -> ReadBack {
+        let (send, mapped) = mpsc::channel();
+        buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+            // Nobody listens any more where the read-back was dropped.
+            let _ = send.send(result);
+        });
+        ReadBack { device: self.device.clone(), buffer, submission: Some(submission), mapped }
+    }
+
+    fn texture(&self, id: ResourceId) -> Result<(&wgpu::Texture, &wgpu::TextureView), GpuError> {
+        match self.resources.get(&id) {
+            Some(Resource::Texture(texture, view)) => Ok((texture, view)),
+            _ => Err(GpuError::Refused(format!("{id:?} is no texture"))),
+        }
+    }
+
+    fn create_buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let label = Some(label);
+        self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
     }
 
     fn create_texture(&self, label: &str, format: TextureFormat, size: [u32; 3]) -> wgpu::Texture {
@@ -291,16 +303,16 @@ impl Executor {
         uniforms: &[Vec<u8>],
         resources: &[ResourceId],
         [x, y]: [u32; 2],
-        uniform_cursor: &mut u64,
-        encoder: &mut wgpu::CommandEncoder,
+        batch: &mut Batch,
     ) {
         let device = &self.device;
         let pipeline = self.dispatches.entry(kernel).or_insert_with(|| pipelines::compute(device, kernel));
         let layout = pipeline.layout.clone();
-        let group = self.bind(kernel, &layout, uniforms, resources, uniform_cursor);
+        let group = self.bind(kernel, &layout, uniforms, resources, &mut batch.uniform_cursor);
         let label = Some(kernel.entry_point());
-        let mut pass =
-            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes: None });
+        let mut pass = batch
+            .commands()
+            .begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes: None });
         pass.set_pipeline(&self.dispatches[&kernel].pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.dispatch_workgroups(x, y, 1);
@@ -312,15 +324,14 @@ impl Executor {
         uniforms: &[Vec<u8>],
         resources: &[ResourceId],
         (target, view): (wgpu::Texture, wgpu::TextureView),
-        uniform_cursor: &mut u64,
-        encoder: &mut wgpu::CommandEncoder,
+        batch: &mut Batch,
     ) {
         let key = (kernel, target.format(), target.sample_count());
         let device = &self.device;
         let pipeline =
             self.draws.entry(key).or_insert_with(|| pipelines::render(device, key.0, key.1, key.2));
         let layout = pipeline.layout.clone();
-        let group = self.bind(kernel, &layout, uniforms, resources, uniform_cursor);
+        let group = self.bind(kernel, &layout, uniforms, resources, &mut batch.uniform_cursor);
         // What the host has drawn stays, under what is drawn now.
         let color = [Some(wgpu::RenderPassColorAttachment {
             view: &view,
@@ -334,7 +345,7 @@ impl Executor {
             stencil_ops: None,
         };
         let draws_color = kernel.stage() == Stage::DrawColor;
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        let mut pass = batch.commands().begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(kernel.entry_point()),
             color_attachments: if draws_color { &color } else { &[] },
             depth_stencil_attachment: (!draws_color).then_some(depth),
