@@ -114,6 +114,13 @@ fn bad_input_exits_3_and_names_the_file() {
         fails(path, &["info", name], 3, &[name]);
         fails(path, &["render", name, "-o", "a.png"], 3, &[name]);
     }
+    // Values that no renderer can compute with.
+    let header = "ObjectType = Image\nNDims = 3\nDimSize = 2 1 1\nElementType = MET_USHORT\n\
+                  ElementToIntensityFunctionSlope = 1e308\nElementDataFile = LOCAL\n";
+    fs::write(path.join("steep.mha"), [header.as_bytes(), &[0, 0, 255, 255]].concat()).unwrap();
+    for command in [&["info", "steep.mha"][..], &["render", "steep.mha", "-o", "a.png"]] {
+        fails(path, command, 3, &["steep.mha", "rescale slope 1", "Correct the header, or export"]);
+    }
     assert!(!path.join("a.png").exists());
     // What no reader knows may be samples; the command's own words say how to describe them.
     fails(path, &["info", "page.dcm"], 3, &["an HTML page", "'lumivox render --help' shows", "--raw"]);

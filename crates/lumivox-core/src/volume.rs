@@ -107,7 +107,9 @@ pub enum VolumeError {
     #[error("patient_from_voxel is not an invertible, finite transform")]
     Transform,
     /// Slope and intercept are not finite, the slope is zero, or values come out that 32-bit floats do not hold.
-    #[error("rescale slope {slope} and intercept {intercept} do not map samples to values that 32-bit floats hold")]
+    #[error(
+        "rescale slope {slope} and intercept {intercept} do not map samples to values that 32-bit floats hold"
+    )]
     Rescale {
         /// The slope.
         slope: f64,
@@ -331,9 +333,15 @@ mod tests {
         };
         let bytes = Voxels::U8(vec![0, 200]);
         let (most, least) = (f64::from(f32::MAX), f64::from(f32::MIN_POSITIVE));
-        for rescale in
-            [[1e308, 0.0], [-1e308, 0.0], [1e307, -1e308], [1e37, 0.0], [1.0, 1e39], [1.0, -1e39], [1e-300, 0.0]]
-        {
+        for rescale in [
+            [1e308, 0.0],
+            [-1e308, 0.0],
+            [1e307, -1e308],
+            [1e37, 0.0],
+            [1.0, 1e39],
+            [1.0, -1e39],
+            [1e-300, 0.0],
+        ] {
             let [slope, intercept] = rescale;
             assert_eq!(new(bytes.clone(), rescale), Err(VolumeError::Rescale { slope, intercept }));
         }
