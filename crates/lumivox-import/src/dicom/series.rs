@@ -162,6 +162,7 @@ impl Stack {
         let matrix = grid.patient_from_voxel.matrix3;
         SeriesSummary {
             id: shown_id(first),
+            uid: shown_uid(first).cloned(),
             number: first.series_number,
             description: format!("{modality}, {n} {slices}, {columns} x {rows}{kind}{phases}"),
             files: used.len(),
@@ -195,13 +196,16 @@ fn most_slices(slices: usize, slice_bytes: usize) -> usize {
     (slices + slices / 4 + 1).max((slices * 8).min(ALWAYS / slice_bytes))
 }
 
-/// What a series is called: its SeriesInstanceUID, or a file's name. A damaged UID may be any text, a patient's name too.
-fn shown_id(file: &ImageFile) -> String {
+/// SeriesInstanceUID as it may be shown. A damaged one may be any text, a patient's name too.
+fn shown_uid(file: &ImageFile) -> Option<&String> {
     let is_uid = |uid: &&String| uid.bytes().all(|b| b.is_ascii_digit() || b == b'.');
-    match file.series_uid.as_ref().filter(is_uid) {
-        Some(uid) => uid.clone(),
-        None => file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned(),
-    }
+    file.series_uid.as_ref().filter(is_uid)
+}
+
+/// What a series is called: its SeriesInstanceUID, or a file's name.
+fn shown_id(file: &ImageFile) -> String {
+    let name = || file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+    shown_uid(file).cloned().unwrap_or_else(name)
 }
 
 /// Sorts all images of `files` into stacks, the best first: localizers, which are pictures to plan by, last; those with
