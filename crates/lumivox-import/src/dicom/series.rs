@@ -112,11 +112,16 @@ impl Stack {
         notes
     }
 
-    /// The even grid that a phase's slices become.
-    pub(crate) fn grid(&self, files: &[ImageFile], phase: &Phase, sample_bytes: usize) -> Grid {
+    /// What the report says of the phase that is taken, where there are several.
+    pub(crate) fn taken_note(&self, number: usize) -> String {
+        format!("phase {} of {} is taken (told apart by {})", number + 1, self.phases.len(), self.told_by)
+    }
+
+    /// The even grid that a phase's slices become which lie at `places`.
+    pub(crate) fn grid(&self, files: &[ImageFile], places: &[DVec3], sample_bytes: usize) -> Grid {
         let format = &self.first(files).format;
         let slice_bytes = format.columns * format.rows * sample_bytes;
-        let (places, most) = (&phase.places, most_slices(phase.places.len(), slice_bytes));
+        let most = most_slices(places.len(), slice_bytes);
         let grid = geometry::even_grid(&self.plane, places, most);
         if self.first(files).segmentation.is_none() {
             return grid;
@@ -148,7 +153,7 @@ impl Stack {
             None => pixels::sample_bytes(files, &phase.slices),
         };
         let mut notes = self.all_notes(files, phase);
-        let grid = self.grid(files, phase, sample_bytes);
+        let grid = self.grid(files, &phase.places, sample_bytes);
         notes.extend(grid.notes);
         if self.phases.len() > 1 {
             notes.push(format!("{} phases, told apart by {}", self.phases.len(), self.told_by));
