@@ -251,6 +251,7 @@ impl Codecs {
     }
 
     /// A worker that has taken `request`: an idle one, or a new one where there is none or it has died meanwhile.
+    /// A request fits into the pipe, so that writing it takes no time that would have to be watched.
     fn worker_for(&self, settings: &CodecWorker, request: [u64; REQUEST_WORDS]) -> io::Result<Worker> {
         let idle = lock(&self.idle).pop();
         if let Some(mut worker) = idle {

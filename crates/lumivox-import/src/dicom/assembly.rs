@@ -87,7 +87,7 @@ impl Slices {
         }
     }
 
-    /// The even grid that they lie on, of which they need not be every slice. Labels that are aligned with a series are
+    /// The even grid that they lie on, of whose places some may have no slice. Labels that are aligned with a series are
     /// put on its grid.
     ///
     /// # Errors
@@ -143,11 +143,9 @@ impl OnGrid {
         let sources = gaps::sources(&self.grid, &self.slices.damaged, left || self.is_labels);
         notes.extend(gaps::note(&sources, &self.slices.damaged, &self.grid, self.is_labels));
         let why = if gaps == Gaps::MayBeDamaged { ", for damaged files may belong there" } else { "" };
-        let words = |note: &String| match left && !self.is_labels {
-            true => note.replace(geometry::FILLED_IN, &format!("left empty{why}")),
-            false => note.clone(),
-        };
-        notes.extend(self.grid.notes.iter().map(words));
+        let left_empty = format!("left empty{why}");
+        let words = if left && !self.is_labels { &left_empty } else { geometry::FILLED_IN };
+        notes.extend(self.grid.notes.iter().map(|note| note.replace(geometry::FILLED_IN, words)));
         sources
     }
 
@@ -187,9 +185,10 @@ impl OnGrid {
         let empty = self.empty_sample();
         let Slices { voxels, rescale, size, damaged, .. } = self.slices;
         let slice_len = size[0] * size[1];
-        let voxels = match is_even {
-            true => resample::clear(voxels, slice_len, &damaged, empty),
-            false => resample::resample(&voxels, slice_len, sources, empty, cancel)?,
+        let voxels = if is_even {
+            resample::clear(voxels, slice_len, &damaged, empty)
+        } else {
+            resample::resample(&voxels, slice_len, sources, empty, cancel)?
         };
         Ok((voxels, rescale))
     }
