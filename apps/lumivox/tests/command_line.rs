@@ -114,6 +114,13 @@ fn bad_input_exits_3_and_names_the_file() {
         fails(path, &["info", name], 3, &[name]);
         fails(path, &["render", name, "-o", "a.png"], 3, &[name]);
     }
+    // Values that no renderer can compute with.
+    let header = "ObjectType = Image\nNDims = 3\nDimSize = 2 1 1\nElementType = MET_USHORT\n\
+                  ElementToIntensityFunctionSlope = 1e308\nElementDataFile = LOCAL\n";
+    fs::write(path.join("steep.mha"), [header.as_bytes(), &[0, 0, 255, 255]].concat()).unwrap();
+    for command in [&["info", "steep.mha"][..], &["render", "steep.mha", "-o", "a.png"]] {
+        fails(path, command, 3, &["steep.mha", "rescale slope 1", "Correct the header, or export"]);
+    }
     assert!(!path.join("a.png").exists());
     // What no reader knows may be samples; the command's own words say how to describe them.
     fails(path, &["info", "page.dcm"], 3, &["an HTML page", "'lumivox render --help' shows", "--raw"]);
@@ -206,17 +213,55 @@ fn a_phantom_becomes_dicom_and_info_reads_it() {
     assert_eq!(counted.sum::<u64>(), voxels);
 }
 
+/// A NIfTI scan of 2 x 2 x 2 bytes.
+fn nifti() -> Vec<u8> {
+    let mut bytes = vec![0; 352];
+    bytes[0..4].copy_from_slice(&348i32.to_le_bytes());
+    for (at, value) in [(40, 3i16), (42, 2), (44, 2), (46, 2), (70, 2), (72, 8)] {
+        bytes[at..at + 2].copy_from_slice(&value.to_le_bytes());
+    }
+    for (at, value) in [(80, 1.0f32), (84, 1.0), (88, 1.0), (108, 352.0)] {
+        bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+    }
+    bytes[344..348].copy_from_slice(b"n+1\0");
+    bytes.extend([0, 1, 2, 3, 4, 5, 6, 7]);
+    bytes
+}
+
 #[test]
 fn info_never_names_the_patient() {
     let folder = folder_with_scan();
+    let path = folder.path();
     // The phantom's patient is called Phantom^Lumivox; a file name may hold a name too.
-    fs::write(folder.path().join("scan/Mustermann_Erika.txt"), "letter").unwrap();
-    for more in [&[][..], &["--json"]] {
-        let run = lumivox(folder.path(), &[&["info", "scan"], more].concat());
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
-        let all = (run.stdout + &run.stderr).to_lowercase();
-        for name in ["phantom^", "lumivox-phantom", "mustermann"] {
-            assert!(!all.contains(name), "{name} in:\n{all}");
+    fs::write(path.join("scan/Mustermann_Erika.txt"), "letter").unwrap();
+    fs::write(path.join("Mustermann_Erika_1970.nii"), nifti()).unwrap();
+    // A slice whose SeriesInstanceUID has another tag; one whose is text.
+    let slice = fs::read_dir(path.join("scan")).unwrap().map(|entry| entry.unwrap().path());
+    let mut slice =
+        fs::read(slice.into_iter().find(|path| path.extension().unwrap() == "dcm").unwrap()).unwrap();
+    let uid = slice.windows(6).position(|head| head == b"\x20\0\x0E\0UI").expect("an explicit element");
+    slice[uid + 8] = b'M';
+    fs::write(path.join("Mustermann_Erika_1971.dcm"), &slice).unwrap();
+    slice[uid + 2] = 0x0F;
+    fs::write(path.join("Mustermann_Erika_1972.dcm"), &slice).unwrap();
+    for (scan, has_uid) in [
+        ("scan", true),
+        ("Mustermann_Erika_1970.nii", false),
+        ("Mustermann_Erika_1971.dcm", false),
+        ("Mustermann_Erika_1972.dcm", false),
+    ] {
+        for more in [&[][..], &["--json"]] {
+            let run = lumivox(path, &[&["info", scan], more].concat());
+            assert_eq!(run.code, Some(0), "{}", run.stderr);
+            if !more.is_empty() {
+                let json: serde_json::Value = serde_json::from_str(&run.stdout).expect("JSON");
+                let id = &json["scans"][0]["series"][0]["id"];
+                assert_eq!(id.as_str().is_some(), has_uid, "{scan}: {id}");
+            }
+            let all = (run.stdout + &run.stderr).to_lowercase();
+            for name in ["phantom^", "lumivox-phantom", "mustermann", "erika"] {
+                assert!(!all.contains(name), "{name} of {scan} in:\n{all}");
+            }
         }
     }
 }

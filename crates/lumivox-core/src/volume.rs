@@ -106,8 +106,10 @@ pub enum VolumeError {
     /// `patient_from_voxel` is singular or not finite.
     #[error("patient_from_voxel is not an invertible, finite transform")]
     Transform,
-    /// Slope and intercept are not finite, or the slope is zero.
-    #[error("rescale slope {slope} and intercept {intercept} do not map samples to values")]
+    /// Slope and intercept are not finite, the slope is zero, or values come out that 32-bit floats do not hold.
+    #[error(
+        "rescale slope {slope} and intercept {intercept} do not map samples to values that 32-bit floats hold"
+    )]
     Rescale {
         /// The slope.
         slope: f64,
@@ -138,7 +140,8 @@ impl Volume {
     /// gantry) and mirror.
     ///
     /// # Errors
-    /// [`VolumeError`] when the parts do not fit together, or a sample is not finite.
+    /// [`VolumeError`] when the parts do not fit together, a sample is not finite, or values or their differences are
+    /// beyond 32-bit floats, in which renderers compute.
     pub fn new(
         dims: [usize; 3],
         voxels: Voxels,
@@ -162,7 +165,24 @@ impl Volume {
             return Err(VolumeError::Rescale { slope, intercept });
         }
         let stored_range = crate::statistics::stored_range(&voxels)?;
-        Ok(Self { dims, voxels, slope, intercept, patient_from_voxel, modality, stored_range })
+        let volume = Self { dims, voxels, slope, intercept, patient_from_voxel, modality, stored_range };
+        if !volume.fits_single_precision() {
+            return Err(VolumeError::Rescale { slope, intercept });
+        }
+        Ok(volume)
+    }
+
+    /// Whether 32-bit floats hold every value, and the value of the whole range of a texture's texel: of all samples
+    /// that integers can be, of the samples that floats are.
+    fn fits_single_precision(&self) -> bool {
+        let samples = match self.voxels {
+            Voxels::U8(_) => f64::from(u8::MAX),
+            Voxels::U16(_) => f64::from(u16::MAX),
+            Voxels::F32(_) => self.stored_range[1] - self.stored_range[0],
+        };
+        let per_texel = (samples * self.slope) as f32;
+        self.value_range().iter().all(|value| (*value as f32).is_finite())
+            && (per_texel.is_normal() || samples == 0.0)
     }
 
     /// Voxels along x (fastest), y and z.
@@ -224,8 +244,10 @@ impl Volume {
     /// When the index is outside the grid.
     #[inline]
     pub fn value(&self, [x, y, z]: [usize; 3]) -> f64 {
-        debug_assert!(x < self.dims[0] && y < self.dims[1]);
-        self.voxels.get((z * self.dims[1] + y) * self.dims[0] + x) * self.slope + self.intercept
+        // Beyond the end of a row lies the next one: the samples' own bounds do not tell.
+        let [nx, ny, nz] = self.dims;
+        assert!(x < nx && y < ny && z < nz, "voxel {:?} is outside a grid of {:?}", [x, y, z], self.dims);
+        self.voxels.get((z * ny + y) * nx + x) * self.slope + self.intercept
     }
 
     /// Distance between neighbouring voxel centres along each axis, in mm.
@@ -301,5 +323,43 @@ mod tests {
         assert_eq!(new([1; 3], Voxels::U8(vec![1]), [1.0, 0.0], DAffine3::ZERO), VolumeError::Transform);
         assert!(matches!(new([1; 3], Voxels::U8(vec![1]), [0.0, 0.0], id), VolumeError::Rescale { .. }));
         assert_eq!(new([1; 3], Voxels::F32(vec![f32::NAN]), [1.0, 0.0], id), VolumeError::NotFinite(0));
+    }
+
+    #[test]
+    fn values_beyond_32_bit_floats_are_refused() {
+        let new = |voxels: Voxels, rescale| {
+            let dims = [voxels.len(), 1, 1];
+            Volume::new(dims, voxels, rescale, DAffine3::IDENTITY, Modality::Other).map(|v| v.value_range())
+        };
+        let bytes = Voxels::U8(vec![0, 200]);
+        let (most, least) = (f64::from(f32::MAX), f64::from(f32::MIN_POSITIVE));
+        for rescale in [
+            [1e308, 0.0],
+            [-1e308, 0.0],
+            [1e307, -1e308],
+            [1e37, 0.0],
+            [1.0, 1e39],
+            [1.0, -1e39],
+            [1e-300, 0.0],
+        ] {
+            let [slope, intercept] = rescale;
+            assert_eq!(new(bytes.clone(), rescale), Err(VolumeError::Rescale { slope, intercept }));
+        }
+        // A texel is worth its type's whole range, whatever samples occur.
+        assert!(new(Voxels::U16(vec![0, 1]), [1e34, 0.0]).is_err());
+        assert_eq!(new(Voxels::U16(vec![0, 1]), [1e33, 0.0]), Ok([0.0, 1e33]));
+        // Of floats it is worth the samples that are there; their difference may be too much although they are not.
+        assert!(new(Voxels::F32(vec![f32::MIN, f32::MAX]), [1.0, 0.0]).is_err());
+        assert_eq!(new(Voxels::F32(vec![0.0, f32::MAX]), [1.0, 0.0]), Ok([0.0, most]));
+        assert_eq!(new(Voxels::F32(vec![0.0, f32::MIN_POSITIVE]), [1.0, 0.0]), Ok([0.0, least]));
+        assert_eq!(new(Voxels::F32(vec![0.0; 2]), [1.0, 0.0]), Ok([0.0; 2]));
+    }
+
+    #[test]
+    fn a_voxel_outside_the_grid_is_no_other_voxel() {
+        let volume = ramp();
+        for outside in [[2, 0, 0], [0, 3, 0], [0, 0, 4], [0, 0, usize::MAX]] {
+            assert!(std::panic::catch_unwind(|| volume.value(outside)).is_err(), "{outside:?}");
+        }
     }
 }

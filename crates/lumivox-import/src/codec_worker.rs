@@ -217,11 +217,6 @@ impl Codecs {
             _ => return codec::decode(stream, shape),
         };
         let Some(settings) = &self.worker else { return codec::decode(stream, shape) };
-        let Some(mut worker) = lock(&self.idle).pop().or_else(|| self.spawn(settings).ok()) else {
-            return Err("needs a decoder in a process of its own, which cannot be started".into());
-        };
-        let deadline = Instant::now() + settings.timeout;
-        lock(&self.watch.running).push((deadline, worker.child.clone()));
         let request = [
             code,
             shape.columns as u64,
@@ -231,14 +226,17 @@ impl Codecs {
             stream.len() as u64,
         ];
         // A worker may die while it is written to.
-        let answer = {
-            let _guard = BrokenPipesAreErrors::new();
-            exchange(&mut worker, request, stream, shape)
+        let _guard = BrokenPipesAreErrors::new();
+        let Ok(mut worker) = self.worker_for(settings, request) else {
+            return Err("needs a decoder in a process of its own, which cannot be started".into());
         };
+        let deadline = Instant::now() + settings.timeout;
+        lock(&self.watch.running).push((deadline, worker.child.clone()));
+        let answer = exchange(&mut worker, stream, shape);
         lock(&self.watch.running).retain(|(_, child)| !Arc::ptr_eq(child, &worker.child));
         match answer {
             Ok(answer) => {
-                lock(&self.idle).push(worker);
+                self.take_back(worker, deadline);
                 answer
             }
             Err(_) => {
@@ -249,6 +247,35 @@ impl Codecs {
                     "crashed its decoder, or asked it for too much memory".into()
                 })
             }
+        }
+    }
+
+    /// A worker that has taken `request`: an idle one, or a new one where there is none or it has died meanwhile.
+    /// A request fits into the pipe, so that writing it takes no time that would have to be watched.
+    fn worker_for(&self, settings: &CodecWorker, request: [u64; REQUEST_WORDS]) -> io::Result<Worker> {
+        let idle = lock(&self.idle).pop();
+        if let Some(mut worker) = idle {
+            if write_words(&mut worker.stdin, request).is_ok() {
+                return Ok(worker);
+            }
+            worker.end();
+        }
+        let mut worker = self.spawn(settings)?;
+        match write_words(&mut worker.stdin, request) {
+            Ok(()) => Ok(worker),
+            Err(error) => {
+                worker.end();
+                Err(error)
+            }
+        }
+    }
+
+    /// Keeps a worker that has answered for the next frame, unless the watch may have ended it since.
+    fn take_back(&self, worker: Worker, deadline: Instant) {
+        if Instant::now() < deadline {
+            lock(&self.idle).push(worker);
+        } else {
+            worker.end();
         }
     }
 
@@ -283,14 +310,12 @@ impl Drop for Codecs {
     }
 }
 
-/// Sends a frame and waits for what becomes of it.
+/// Sends the codestream of a request and waits for what becomes of it.
 fn exchange(
     worker: &mut Worker,
-    request: [u64; REQUEST_WORDS],
     stream: &[u8],
     shape: &FrameShape,
 ) -> io::Result<Result<Decoded, CodecFault>> {
-    write_words(&mut worker.stdin, request)?;
     worker.stdin.write_all(stream)?;
     worker.stdin.flush()?;
     let [kind, bytes, length] = read_words::<ANSWER_WORDS>(&mut worker.stdout)?;
@@ -317,5 +342,22 @@ impl FrameShape {
     /// Whether these are enough samples of so many bytes.
     fn holds(&self, samples: &[u8], bytes: u64) -> bool {
         matches!(bytes, 1 | 2 | 4) && samples.len() as u64 >= bytes * (self.columns * self.rows) as u64
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// Past its deadline a worker may be dead, although it has answered.
+    #[test]
+    fn a_late_worker_gets_no_other_frame() {
+        let codecs = Codecs::new(1, &CancelToken::new());
+        let settings = CodecWorker::new("cat", [""; 0]);
+        for (left, kept) in [(Duration::ZERO, 0), (settings.timeout, 1)] {
+            let worker = codecs.spawn(&settings).unwrap();
+            codecs.take_back(worker, Instant::now() + left);
+            assert_eq!(lock(&codecs.idle).len(), kept, "{left:?}");
+        }
     }
 }

@@ -106,7 +106,7 @@ pub enum ImportError {
         phases: usize,
     },
     /// The parts do not make a volume.
-    #[error("{path}: {source}", path = path.display())]
+    #[error("{path}: {source}. Correct the header, or export the scan again", path = path.display())]
     Volume {
         /// The file or folder.
         path: PathBuf,

@@ -3,7 +3,7 @@
 //! After ITK's MetaIO (<https://itk.org/Wiki/ITK/MetaIO/Documentation>). Positions are LPS millimetres, as ITK has
 //! them; `AnatomicalOrientation` only repeats them and is not read.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use lumivox_core::{
     Modality,
@@ -15,7 +15,7 @@ use crate::{
     payload::{ByteSkip, Encoding, Payload},
     sample::SampleType,
     single::{Single, is_placement},
-    text_header::{Field, Fields, HeaderLines, expand_pattern, parse_list},
+    text_header::{Field, Fields, HeaderLines, UnknownTail},
 };
 
 /// Keys that a MetaImage header begins with.
@@ -88,7 +88,7 @@ pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
     let dims = [size(0), size(1), size(2)];
     let phases = sizes.iter().skip(3).try_fold(1usize, |n, size| n.checked_mul(*size));
     let phases = phases.ok_or_else(|| fields.bad(field, "sizes that any file can have"))?;
-    let payload = payload(&header, rank)?;
+    let payload = payload(&header)?;
     let patient_from_voxel = placement(fields, rank, &mut notes)?;
     let rescale = rescale(fields)?;
     Single {
@@ -197,7 +197,7 @@ fn rescale(fields: &Fields) -> Result<[f64; 2], ImportError> {
 }
 
 /// Where the samples are.
-fn payload(header: &Header, rank: usize) -> Result<Payload, ImportError> {
+fn payload(header: &Header) -> Result<Payload, ImportError> {
     let fields = &header.fields;
     let flag = |names: &[&str], default: bool| match fields.get(names) {
         None => Ok(default),
@@ -215,55 +215,15 @@ fn payload(header: &Header, rank: usize) -> Result<Payload, ImportError> {
         (true, false) => Encoding::Raw,
         (false, false) => Encoding::Text,
     };
-    let byte_skip = match fields.get(&["HeaderSize"]) {
-        None => ByteSkip::Bytes(0),
-        Some(field) => match fields.number::<i64>(field, "a number of bytes, or -1")? {
-            -1 => ByteSkip::Tail,
-            skip => ByteSkip::Bytes(
-                u64::try_from(skip).map_err(|_| fields.bad(field, "a number of bytes, or -1"))?,
-            ),
-        },
-    };
-    let files = data_files(header, rank)?;
-    let start = if files.is_empty() { header.end } else { 0 };
-    let files = if files.is_empty() { vec![fields.path.to_owned()] } else { files };
-    // Behind the header there is nothing to skip, and a compressed file has no known tail.
-    let byte_skip = if start > 0 || (byte_skip == ByteSkip::Tail && encoding != Encoding::Raw) {
-        ByteSkip::Bytes(0)
-    } else {
-        byte_skip
+    let header_size = fields.byte_skip(&["HeaderSize"], encoding, UnknownTail::IsNothing)?;
+    let data_file = fields.require(&["ElementDataFile"])?;
+    let (files, start, byte_skip) = match data_file.value.as_str() {
+        // Behind the header there is nothing to skip.
+        "LOCAL" | "Local" | "local" => (vec![fields.path.to_owned()], header.end, ByteSkip::Bytes(0)),
+        _ => (fields.data_files(data_file, &header.list)?, 0, header_size),
     };
     let big_endian = flag(&["BinaryDataByteOrderMSB", "ElementByteOrderMSB"], false)?;
     Ok(Payload { files, start, line_skip: 0, byte_skip, encoding, sample, big_endian, interleaved: false })
-}
-
-/// The files that hold the samples; none when they follow the header.
-fn data_files(header: &Header, rank: usize) -> Result<Vec<PathBuf>, ImportError> {
-    let fields = &header.fields;
-    let field = fields.require(&["ElementDataFile"])?;
-    let folder = fields.path.parent().unwrap_or(Path::new(""));
-    let words: Vec<&str> = field.value.split_whitespace().collect();
-    let names = match words[..] {
-        [] => return Err(fields.complain(field, "names no file", "Name the file that holds the samples")),
-        ["LOCAL" | "Local" | "local"] => return Ok(Vec::new()),
-        ["LIST", ..] if header.list.is_empty() => {
-            return Err(fields.complain(
-                field,
-                "is followed by no file name",
-                "List one file for each slice",
-            ));
-        }
-        ["LIST", ..] => header.list.clone(),
-        [pattern, .., _, _, _] if pattern.contains('%') => {
-            let numbers: Option<Vec<i64>> = parse_list(&words[words.len() - 3..].join(" "));
-            numbers
-                .and_then(|n| expand_pattern(pattern, [n[0], n[1], n[2]]))
-                .filter(|names| rank >= 1 && !names.is_empty())
-                .ok_or_else(|| fields.bad(field, "a pattern such as 'slice%03d.raw 1 100 1'"))?
-        }
-        _ => vec![field.value.clone()],
-    };
-    Ok(names.iter().map(|name| folder.join(name)).collect())
 }
 
 /// MetaIO's names of types. Its `LONG` has 32 bits on every machine.

@@ -2,7 +2,7 @@
 //!
 //! After Gordon Kindlmann's "Definition of NRRD File Format" (<https://teem.sourceforge.net/nrrd/format.html>).
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use lumivox_core::{
     Modality,
@@ -11,10 +11,10 @@ use lumivox_core::{
 
 use crate::{
     error::ImportError,
-    payload::{ByteSkip, Encoding, Payload},
+    payload::{Encoding, Payload},
     sample::SampleType,
     single::{Single, axis_aligned, is_placement, lps_from_ras},
-    text_header::{Field, Fields, HeaderLines, expand_pattern, parse_list},
+    text_header::{Field, Fields, HeaderLines, UnknownTail, parse_list},
 };
 
 /// What every NRRD file begins with, before its version.
@@ -328,40 +328,12 @@ fn payload(header: &Header, notes: &mut Vec<String>) -> Result<Payload, ImportEr
     };
     let line_skip =
         fields.get(&["line skip", "lineskip"]).map_or(Ok(0), |f| fields.number(f, "a number of lines"))?;
-    let byte_skip = match fields.get(&["byte skip", "byteskip"]) {
-        None => ByteSkip::Bytes(0),
-        Some(field) => match fields.number::<i64>(field, "a number of bytes, or -1")? {
-            -1 if encoding == Encoding::Raw => ByteSkip::Tail,
-            skip => ByteSkip::Bytes(
-                u64::try_from(skip).map_err(|_| fields.bad(field, "a number of bytes, or -1"))?,
-            ),
-        },
+    let byte_skip = fields.byte_skip(&["byte skip", "byteskip"], encoding, UnknownTail::IsRefused)?;
+    let (files, start) = match fields.get(&["data file", "datafile"]) {
+        Some(field) => (fields.data_files(field, &header.list)?, 0),
+        None => (vec![fields.path.to_owned()], header.end),
     };
-    let files = data_files(header)?;
-    let start = if files.is_empty() { header.end } else { 0 };
-    let files = if files.is_empty() { vec![fields.path.to_owned()] } else { files };
     Ok(Payload { files, start, line_skip, byte_skip, encoding, sample, big_endian, interleaved: false })
-}
-
-/// The files that hold the samples; none when they follow the header.
-fn data_files(header: &Header) -> Result<Vec<PathBuf>, ImportError> {
-    let fields = &header.fields;
-    let Some(field) = fields.get(&["data file", "datafile"]) else { return Ok(Vec::new()) };
-    let folder = fields.path.parent().unwrap_or(Path::new(""));
-    let words: Vec<&str> = field.value.split_whitespace().collect();
-    let range = |i: usize| words.get(i).and_then(|w| w.parse::<i64>().ok());
-    let names = match (words.first(), range(1), range(2), range(3)) {
-        (Some(&"LIST"), ..) => header.list.clone(),
-        (Some(pattern), Some(first), Some(last), Some(step)) if pattern.contains('%') => {
-            expand_pattern(pattern, [first, last, step])
-                .ok_or_else(|| fields.bad(field, "a pattern such as 'slice%03d.raw 1 100 1'"))?
-        }
-        _ => vec![field.value.clone()],
-    };
-    if names.iter().all(String::is_empty) {
-        return Err(fields.complain(field, "names no file", "Name the file that holds the samples"));
-    }
-    Ok(names.iter().map(|name| folder.join(name)).collect())
 }
 
 /// The modality, where a program such as 3D Slicer left it.

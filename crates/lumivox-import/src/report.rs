@@ -9,8 +9,10 @@ use serde::{Serialize, Serializer};
 #[derive(Clone, Debug, Default, Serialize)]
 #[non_exhaustive]
 pub struct SeriesSummary {
-    /// SeriesInstanceUID, or the file's name where there is none.
+    /// SeriesInstanceUID, or the file's name where there is none. A file's name may be a patient's.
     pub id: String,
+    /// SeriesInstanceUID, where there is one.
+    pub uid: Option<String>,
     /// DICOM's SeriesNumber.
     pub number: Option<i64>,
     /// What it is, without a word about the patient: `CT, 275 slices, 512 x 512`.

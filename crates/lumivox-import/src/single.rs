@@ -79,6 +79,7 @@ impl Single {
         let detached = self.payload.files[0] != self.path;
         let summary = SeriesSummary {
             id: self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned(),
+            uid: None,
             number: None,
             description: format!("{prefix}{x} x {y} x {z}, {}-bit{kind}{phases}", 8 * sample.bytes()),
             files: self.payload.files.len() + usize::from(detached),

@@ -1,14 +1,17 @@
-//! Headers made of text lines, as NRRD and MetaImage have: reading them from the front of a binary file, and naming
-//! the line where something is wrong.
+//! Headers made of text lines, as NRRD and MetaImage have: reading them from the front of a binary file, naming the line
+//! where something is wrong, and what both say of their samples in the same words.
 
 use std::{
     fs::File,
     io::{BufRead, BufReader, Read, Take},
-    path::Path,
+    path::{Path, PathBuf},
     str::FromStr,
 };
 
-use crate::error::ImportError;
+use crate::{
+    error::ImportError,
+    payload::{ByteSkip, Encoding},
+};
 
 /// No header is longer; a file without line ends must not be read whole.
 const LONGEST_HEADER: u64 = 8 << 20;
@@ -119,6 +122,68 @@ impl Fields<'_> {
     }
 }
 
+/// What -1 means for the bytes to skip where samples are compressed or text, so that they have no known length to count
+/// back from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum UnknownTail {
+    /// No byte is skipped: MetaIO, which looks at its HeaderSize for raw samples only, writes and reads it so.
+    IsNothing,
+    /// It is refused: the definition of NRRD allows it for raw samples only.
+    IsRefused,
+}
+
+/// Where the samples are.
+impl Fields<'_> {
+    /// What lies before the samples of each file, by the field that goes by any of `names`.
+    ///
+    /// # Errors
+    /// When it is no number of bytes.
+    pub fn byte_skip(
+        &self,
+        names: &[&str],
+        encoding: Encoding,
+        tail: UnknownTail,
+    ) -> Result<ByteSkip, ImportError> {
+        let Some(field) = self.get(names) else { return Ok(ByteSkip::Bytes(0)) };
+        let expected = "a number of bytes, or -1";
+        match self.number::<i64>(field, expected)? {
+            -1 if encoding == Encoding::Raw => Ok(ByteSkip::Tail),
+            -1 if tail == UnknownTail::IsNothing => Ok(ByteSkip::Bytes(0)),
+            skip => u64::try_from(skip).map(ByteSkip::Bytes).map_err(|_| self.bad(field, expected)),
+        }
+    }
+
+    /// The files that `field` names, in the header's folder: those of the `list` that follows it, those that a pattern
+    /// makes (`slice%03d.raw 1 100 1`), or a single one.
+    ///
+    /// # Errors
+    /// When it names none.
+    pub fn data_files(&self, field: &Field, list: &[String]) -> Result<Vec<PathBuf>, ImportError> {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let words: Vec<&str> = field.value.split_whitespace().collect();
+        let number = |i: usize| words.get(i).and_then(|word| word.parse::<i64>().ok());
+        let names = match (words.first(), number(1), number(2), number(3)) {
+            (None, ..) => {
+                return Err(self.complain(field, "names no file", "Name the file that holds the samples"));
+            }
+            (Some(&"LIST"), ..) if list.is_empty() => {
+                return Err(self.complain(
+                    field,
+                    "is followed by no file name",
+                    "List one file for each slice",
+                ));
+            }
+            (Some(&"LIST"), ..) => list.to_vec(),
+            (Some(pattern), Some(first), Some(last), Some(step)) if pattern.contains('%') => {
+                expand_pattern(pattern, [first, last, step])
+                    .ok_or_else(|| self.bad(field, "a pattern such as 'slice%03d.raw 1 100 1'"))?
+            }
+            _ => vec![field.value.clone()],
+        };
+        Ok(names.iter().map(|name| folder.join(name)).collect())
+    }
+}
+
 /// Numbers between white space, commas and parentheses.
 pub(crate) fn parse_list<T: FromStr>(text: &str) -> Option<Vec<T>> {
     text.split(|c: char| c.is_whitespace() || ",()".contains(c))
@@ -129,7 +194,7 @@ pub(crate) fn parse_list<T: FromStr>(text: &str) -> Option<Vec<T>> {
 
 /// The names that a `printf` pattern with one `%d` makes, as NRRD and MetaImage list slices:
 /// `pattern first last step`.
-pub(crate) fn expand_pattern(pattern: &str, [first, last, step]: [i64; 3]) -> Option<Vec<String>> {
+fn expand_pattern(pattern: &str, [first, last, step]: [i64; 3]) -> Option<Vec<String>> {
     /// More slices than any scan has.
     const MOST: i64 = 1 << 16;
     let (before, rest) = pattern.split_once('%')?;
@@ -168,6 +233,50 @@ mod tests {
             ("%999999999d", [0, 1, 1]),
         ] {
             assert_eq!(expand_pattern(pattern, range), None, "{pattern} {range:?}");
+        }
+    }
+
+    #[test]
+    fn bytes_to_skip_are_a_number_or_a_known_tail() {
+        let skip = |value: &str, encoding, tail| {
+            let field = Field { name: "skip".to_owned(), value: value.to_owned(), line: 7 };
+            let fields = Fields { path: Path::new("scan"), fields: vec![field] };
+            fields.byte_skip(&["skip"], encoding, tail).map_err(|error| error.to_string())
+        };
+        for tail in [UnknownTail::IsNothing, UnknownTail::IsRefused] {
+            assert_eq!(skip("12", Encoding::Deflate, tail), Ok(ByteSkip::Bytes(12)));
+            assert_eq!(skip("-1", Encoding::Raw, tail), Ok(ByteSkip::Tail));
+            let error = skip("-2", Encoding::Raw, tail).unwrap_err();
+            assert!(error.contains("skip (line 7) is '-2', not a number of bytes, or -1"), "{error}");
+        }
+        for encoding in [Encoding::Deflate, Encoding::Text] {
+            assert_eq!(skip("-1", encoding, UnknownTail::IsNothing), Ok(ByteSkip::Bytes(0)));
+            assert!(skip("-1", encoding, UnknownTail::IsRefused).is_err());
+        }
+    }
+
+    #[test]
+    fn data_files_are_listed_made_or_named() {
+        let fields = Fields { path: Path::new("folder/scan"), fields: Vec::new() };
+        let files = |value: &str, list: &[&str]| {
+            let field = Field { name: "file".to_owned(), value: value.to_owned(), line: 7 };
+            let list: Vec<String> = list.iter().map(|name| (*name).to_owned()).collect();
+            let files = fields.data_files(&field, &list).map_err(|error| error.to_string())?;
+            Ok(files.iter().map(|file| file.strip_prefix("folder").unwrap().display().to_string()).collect())
+        };
+        let found = |names: &[&str]| -> Result<Vec<String>, String> {
+            Ok(names.iter().map(|name| (*name).to_owned()).collect())
+        };
+        assert_eq!(files("LIST", &["a", "b c"]), found(&["a", "b c"]));
+        assert_eq!(files("s%d.raw 1 3 2", &[]), found(&["s1.raw", "s3.raw"]));
+        assert_eq!(files("50% of it.raw", &[]), found(&["50% of it.raw"]));
+        for (value, words) in [
+            ("", "names no file. Name the file"),
+            ("LIST", "is followed by no file name. List"),
+            ("s%s.raw 1 3 2", "not a pattern such as"),
+        ] {
+            let error = files(value, &[]).unwrap_err();
+            assert!(error.contains("file (line 7)") && error.contains(words), "{error}");
         }
     }
 

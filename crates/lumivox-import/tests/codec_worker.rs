@@ -28,6 +28,13 @@ impl<R: Read> Read for Trap<R> {
             std::process::abort();
         } else if has(b"HANG THE WORKER") {
             std::thread::sleep(Duration::from_secs(600));
+        } else if has(b"LEAVE AFTER THE ANSWER") {
+            // Nobody reads the next request.
+            #[cfg(unix)]
+            // SAFETY: from here on, standard input is at its end for this process.
+            unsafe {
+                libc::close(libc::STDIN_FILENO)
+            };
         } else if has(b"EAT 64 MEGABYTES") {
             std::hint::black_box(vec![0u8; 64 << 20]);
         } else if has(b"EAT 2 GIGABYTES") {
@@ -51,14 +58,18 @@ fn stream(samples: [u8; 4], comment: &[u8]) -> Vec<u8> {
 }
 
 fn write_series(folder: &Path, bad: &[u8]) {
+    write_slices(folder, |k| if k == 2 { bad } else { b"fine" });
+}
+
+/// Five slices, each with a comment.
+fn write_slices<'a>(folder: &Path, comment: impl Fn(u8) -> &'a [u8]) {
     for k in 0..5u8 {
-        let comment = if k == 2 { bad } else { b"fine" };
         let mut image = image("MR", 4, 1, vec![])
             .short(BITS_ALLOCATED, 8)
             .short(BITS_STORED, 8)
             .short(HIGH_BIT, 7)
             .decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, 2.0 * f64::from(k)]);
-        image.set(PIXEL_DATA, "OB", Value::Fragments(vec![stream([k * 10; 4], comment)]));
+        image.set(PIXEL_DATA, "OB", Value::Fragments(vec![stream([k * 10; 4], comment(k))]));
         image.write(&folder.join(k.to_string()), Syntax::JpegLs);
     }
 }
@@ -104,6 +115,13 @@ fn main() {
     let imported = load(folder.path(), &CancelToken::new()).unwrap();
     assert_eq!(values(&imported), [0.0, 10.0, 20.0, 30.0, 40.0], "{:?}", imported.report.skipped);
     println!("memory below the limit is given ... ok");
+
+    // On one thread, so that all frames go to the same worker, if it is there.
+    write_slices(folder.path(), |_| b"LEAVE AFTER THE ANSWER");
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let imported = one.install(|| load(folder.path(), &CancelToken::new())).unwrap();
+    assert_eq!(values(&imported), [0.0, 10.0, 20.0, 30.0, 40.0], "{:?}", imported.report.skipped);
+    println!("a worker that left while it was idle is replaced ... ok");
 
     let traps = [
         (b"CRASH THE WORKER".to_vec(), "crashed its decoder"),

@@ -309,3 +309,17 @@ fn damaged_codestreams_are_survived() {
         }
     }
 }
+
+/// Who has no scans sees that, and no failure.
+#[test]
+fn absent_scans_are_said_once() {
+    let output = std::process::Command::new(std::env::current_exe().unwrap())
+        .args(["--skip", "absent_scans_are_said_once"])
+        .env(common::SHARED, "/nonexistent")
+        .output()
+        .unwrap();
+    let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{stdout}");
+    assert_eq!(stderr.matches("real scans are absent (/nonexistent/").count(), 1, "{stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+}

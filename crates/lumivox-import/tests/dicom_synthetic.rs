@@ -365,6 +365,39 @@ fn padding_becomes_air_or_the_lowest_value() {
     assert_eq!(values(&image("MR", 2, 1, vec![5, 5]).short(PIXEL_PADDING_VALUE, 5)).len(), 2);
 }
 
+/// With a negative slope the lowest value is that of the highest sample.
+#[test]
+fn the_lowest_value_is_not_the_lowest_sample() {
+    let slices = [[0u16, 7, 9, 3], [0, 5, 6, 4], [0, 8, 2, 3]];
+    let folder = tempfile::tempdir().unwrap();
+    for (k, samples) in slices.into_iter().enumerate() {
+        image("MR", 4, 1, samples.to_vec())
+            .decimals(RESCALE_SLOPE, &[-2.0])
+            .decimals(RESCALE_INTERCEPT, &[100.0])
+            .short(PIXEL_PADDING_VALUE, 0)
+            .decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, [0.0, 1.0, 3.0][k]])
+            .text(INSTANCE_NUMBER, "IS", &k.to_string())
+            .write(&folder.path().join(k.to_string()), Syntax::Explicit);
+    }
+    let slices = |imported: &Imported| -> Vec<Vec<f64>> {
+        common::values(&imported.volume).chunks(4).map(<[f64]>::to_vec).collect()
+    };
+    let (first, second, last) =
+        ([82.0, 86.0, 82.0, 94.0], [82.0, 90.0, 88.0, 92.0], [82.0, 84.0, 96.0, 94.0]);
+    // So of padding, and of a gap that is left.
+    assert_eq!(slices(&load_as(folder.path(), true, false)), [first, second, [82.0; 4], last]);
+    // And of a damaged slice, which has no part in it.
+    let path = folder.path().join("2");
+    image("MR", 4, 1, vec![0, 8, 2, 3])
+        .decimals(RESCALE_SLOPE, &[-2.0])
+        .decimals(RESCALE_INTERCEPT, &[100.0])
+        .decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, 2.0])
+        .write(&path, Syntax::Explicit);
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() - 4]).unwrap();
+    assert_eq!(slices(&load_as(folder.path(), false, false)), [first, second, [82.0; 4]]);
+}
+
 #[test]
 fn only_values_without_a_scale_are_inverted() {
     let inverted = |modality| {

@@ -1,19 +1,12 @@
 //! NIfTI, NRRD and RAW scans of real people and machines, against numbers that other programs read from them.
 
-use std::path::{Path, PathBuf};
+mod common;
 
+use std::path::PathBuf;
+
+use common::shared;
 use lumivox_core::{CancelToken, Modality, Progress, Volume, Voxels, glam::DVec3};
 use lumivox_import::{ImportOptions, Imported, RawDescription, load};
-
-/// Where real scans lie, if they are here; they belong to nobody's repository.
-fn shared(path: &str) -> Option<PathBuf> {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")).join(path);
-    if !path.exists() {
-        println!("shared scans absent: {}", path.display());
-        return None;
-    }
-    Some(path)
-}
 
 fn load_one(path: PathBuf) -> Imported {
     load(&[path], &ImportOptions::default(), Progress::SILENT, &CancelToken::new()).unwrap()

@@ -176,7 +176,7 @@ fn to_json(scan: &Imported) -> Value {
         "histogram": { "range": statistics.range, "counts": statistics.histogram },
         "preset": Preset::default_for(volume).name(),
         "series": report.series.iter().map(|s| json!({
-            "id": s.id, "description": s.description, "files": s.files,
+            "id": s.uid, "description": s.description, "files": s.files,
         })).collect::<Vec<_>>(),
         "chosen_series": report.chosen,
         "notes": report.notes,

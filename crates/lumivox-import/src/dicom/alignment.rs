@@ -80,7 +80,7 @@ impl Alignment {
 impl AlignedGrid {
     fn new(labels: &Stack, series: &Stack, files: &[ImageFile]) -> Option<Self> {
         let (phase, format) = (&series.phases[0], &series.first(files).format);
-        let grid = series.grid(files, phase, super::pixels::sample_bytes(files, &phase.slices));
+        let grid = series.grid(files, &phase.places, super::pixels::sample_bytes(files, &phase.slices));
         let depth = grid.sources.as_ref().map_or(phase.places.len(), Vec::len);
         let dims = [format.columns, format.rows, depth];
         let own = &labels.first(files).format;

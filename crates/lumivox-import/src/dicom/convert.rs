@@ -154,8 +154,8 @@ impl<'a> Conversion<'a> {
 pub(crate) struct Outcome {
     /// Samples that measured nothing: first and number.
     pub(crate) padded: Vec<(usize, usize)>,
-    /// Lowest other sample, where there is padding.
-    pub(crate) lowest: Option<f64>,
+    /// Lowest and highest other sample, where there is padding.
+    pub(crate) range: Option<[f64; 2]>,
 }
 
 impl Outcome {
@@ -167,8 +167,18 @@ impl Outcome {
     }
 
     fn add_sample(&mut self, sample: f64) {
-        self.lowest = Some(self.lowest.map_or(sample, |lowest| lowest.min(sample)));
+        self.range = Some(join(self.range.unwrap_or([sample; 2]), [sample; 2]));
     }
+}
+
+/// The range that holds both.
+pub(crate) fn join(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
+}
+
+/// The sample of the lowest value, of samples in this range: the highest one where the slope is negative.
+pub(crate) fn of_lowest_value([lowest, highest]: [f64; 2], slope: f64) -> f64 {
+    if slope < 0.0 { highest } else { lowest }
 }
 
 /// Converts raw integers, each read by `raw` from its index and what lies in `out` there.

@@ -11,9 +11,9 @@ use std::{
 use lumivox_core::{CancelToken, Modality};
 
 use super::{
-    attributes as attr,
+    attributes::{self as attr, Attribute},
     codec::{Encoding, FrameShape},
-    elements::{DataSet, Fault, Header, read_header},
+    elements::{DataSet, Fault, Header, PixelElement, read_header},
     frames::{Frame, frames},
     mosaic::{Layout, Mosaic},
     quantity::{ModalityLut, quantity},
@@ -312,91 +312,24 @@ type FramesThere = Result<usize, Truncated>;
 /// The pixel format, and how many of its frames are there.
 fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat, FramesThere), Refusal> {
     let data = &header.data;
-    let unsupported = |what: &str, remedy| Err(Refusal::Unsupported(what.to_owned(), remedy));
-    const OTHER_FILES: &str = "Open the series of images that it belongs to";
-    if header.is_directory {
-        return unsupported("it is a DICOMDIR, an index of other files", "Open the folder that it lies in");
-    }
-    let Some(pixels) = header.pixels else {
-        return unsupported(without_pixels(data), OTHER_FILES);
-    };
-    let samples = data.unsigned(attr::SAMPLES_PER_PIXEL).unwrap_or(1);
-    let photometric = data.text(attr::PHOTOMETRIC_INTERPRETATION).unwrap_or_default();
-    if photometric == "PALETTE COLOR" {
-        return unsupported("a colour image (by a palette), which has no physical values", OTHER_FILES);
-    }
-    if samples != 1 {
-        return unsupported("a colour image, which has no physical values", OTHER_FILES);
-    }
-    let side = |attribute| match data.unsigned(attribute) {
-        None => Err(FieldFault::missing(attribute)),
-        Some(n @ 1..=65535) => Ok(n as usize),
-        Some(n) => Err(FieldFault::new(attribute, format!("is {n}, not a length from 1 to 65535"))),
-    };
-    let (rows, columns) = (side(attr::ROWS)?, side(attr::COLUMNS)?);
-
-    let allocated = match pixels.attribute {
-        attr::FLOAT_PIXEL_DATA => 32,
-        attr::DOUBLE_FLOAT_PIXEL_DATA => 64,
-        _ => match data.unsigned(attr::BITS_ALLOCATED) {
-            None => return Err(FieldFault::missing(attr::BITS_ALLOCATED).into()),
-            Some(bits @ (1 | 8 | 12 | 16 | 32)) => bits,
-            Some(bits) => {
-                return Err(FieldFault::new(
-                    attr::BITS_ALLOCATED,
-                    format!("is {bits}, not 1, 8, 12, 16 or 32"),
-                )
-                .into());
-            }
-        },
-    };
-    let bits_stored = data.unsigned(attr::BITS_STORED).unwrap_or(allocated);
-    if bits_stored == 0 || bits_stored > allocated {
-        let problem = format!("is {bits_stored} where {allocated} bits are allocated");
-        return Err(FieldFault::new(attr::BITS_STORED, problem).into());
-    }
-    let high_bit = data.unsigned(attr::HIGH_BIT).unwrap_or(bits_stored - 1);
-    if high_bit >= allocated || high_bit + 1 < bits_stored {
-        let problem = format!("is {high_bit} where {bits_stored} of {allocated} bits are stored");
-        return Err(FieldFault::new(attr::HIGH_BIT, problem).into());
-    }
-    let is_float = pixels.attribute != attr::PIXEL_DATA;
-    let encoding = match pixels.length {
-        Some(_) => Encoding::Native,
-        None => Encoding::of_transfer_syntax(&header.transfer_syntax)
-            .map_err(|name| Refusal::Unsupported(format!("it is compressed as {name}"), DECOMPRESS))?,
-    };
-    if allocated == 1 && encoding != Encoding::Native {
-        return unsupported("it is made of single bits, and compressed", DECOMPRESS);
-    }
-    let (frames, there) = frame_counts(header, [columns, rows, allocated as usize], encoding)?;
-    if encoding == Encoding::Native
-        && there.is_ok()
-        && let (Some(declared), Some(there)) = (pixels.length, pixels.available)
-        // One byte of padding is often left out.
-        && declared > there.saturating_add(1)
-    {
-        notes.push(format!(
-            "{} declares {declared} bytes where the file has {there} left; read by the size of the image instead",
-            pixels.attribute
-        ));
-    }
-    if let Ok(complete) = there
-        && complete < frames
-    {
-        notes.push(format!("the file is cut short: {complete} of {frames} frames are there"));
-    }
+    let pixels = grey_pixels(header)?;
+    let (rows, columns) = (side(data, attr::ROWS)?, side(data, attr::COLUMNS)?);
+    let Bits { allocated, stored, high } = Bits::of(data, pixels.attribute)?;
+    let encoding = encoding(header, &pixels, allocated)?;
+    let (frames, there) = frame_counts(data, &pixels, [columns, rows, allocated as usize], encoding)?;
+    notes.extend(wrong_length(&pixels, encoding, there));
+    notes.extend(missing_frames(frames, there));
     let format = PixelFormat {
         columns,
         rows,
-        kind: if is_float { SampleKind::Float } else { SampleKind::Integer },
+        kind: if pixels.attribute == attr::PIXEL_DATA { SampleKind::Integer } else { SampleKind::Float },
         bytes: allocated.div_ceil(8) as usize,
         packed: (encoding == Encoding::Native && [1, 12].contains(&allocated)).then_some(allocated as usize),
         mosaic: None,
-        bits_stored,
-        high_bit,
+        bits_stored: stored,
+        high_bit: high,
         signed: data.unsigned(attr::PIXEL_REPRESENTATION) == Some(1),
-        inverted: photometric == "MONOCHROME1",
+        inverted: photometric(data) == "MONOCHROME1",
         big_endian: data.big_endian,
         swapped_pairs: data.big_endian && allocated == 8 && pixels.words,
         encoding,
@@ -416,6 +349,107 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         deflated_from: header.deflated_from,
     };
     Ok((format, there))
+}
+
+/// The pixel data of an image with physical values; a refusal of everything else.
+fn grey_pixels(header: &Header) -> Result<PixelElement, Refusal> {
+    const OTHER_FILES: &str = "Open the series of images that it belongs to";
+    let unsupported = |what: &str, remedy| Err(Refusal::Unsupported(what.to_owned(), remedy));
+    let data = &header.data;
+    if header.is_directory {
+        return unsupported("it is a DICOMDIR, an index of other files", "Open the folder that it lies in");
+    }
+    let Some(pixels) = header.pixels else {
+        return unsupported(without_pixels(data), OTHER_FILES);
+    };
+    if photometric(data) == "PALETTE COLOR" {
+        return unsupported("a colour image (by a palette), which has no physical values", OTHER_FILES);
+    }
+    if data.unsigned(attr::SAMPLES_PER_PIXEL).unwrap_or(1) != 1 {
+        return unsupported("a colour image, which has no physical values", OTHER_FILES);
+    }
+    Ok(pixels)
+}
+
+fn photometric(data: &DataSet) -> String {
+    data.text(attr::PHOTOMETRIC_INTERPRETATION).unwrap_or_default()
+}
+
+/// Rows or columns.
+fn side(data: &DataSet, attribute: Attribute) -> Result<usize, FieldFault> {
+    match data.unsigned(attribute) {
+        None => Err(FieldFault::missing(attribute)),
+        Some(n @ 1..=65535) => Ok(n as usize),
+        Some(n) => Err(FieldFault::new(attribute, format!("is {n}, not a length from 1 to 65535"))),
+    }
+}
+
+/// Which bits of a sample mean something.
+struct Bits {
+    allocated: u32,
+    stored: u32,
+    high: u32,
+}
+
+impl Bits {
+    /// Of samples in `pixels`: PixelData, or one of those that hold floats.
+    fn of(data: &DataSet, pixels: Attribute) -> Result<Self, FieldFault> {
+        let allocated = match pixels {
+            attr::FLOAT_PIXEL_DATA => 32,
+            attr::DOUBLE_FLOAT_PIXEL_DATA => 64,
+            _ => match data.unsigned(attr::BITS_ALLOCATED) {
+                None => return Err(FieldFault::missing(attr::BITS_ALLOCATED)),
+                Some(bits @ (1 | 8 | 12 | 16 | 32)) => bits,
+                Some(bits) => {
+                    let problem = format!("is {bits}, not 1, 8, 12, 16 or 32");
+                    return Err(FieldFault::new(attr::BITS_ALLOCATED, problem));
+                }
+            },
+        };
+        let stored = data.unsigned(attr::BITS_STORED).unwrap_or(allocated);
+        if stored == 0 || stored > allocated {
+            let problem = format!("is {stored} where {allocated} bits are allocated");
+            return Err(FieldFault::new(attr::BITS_STORED, problem));
+        }
+        let high = data.unsigned(attr::HIGH_BIT).unwrap_or(stored - 1);
+        if high >= allocated || high + 1 < stored {
+            let problem = format!("is {high} where {stored} of {allocated} bits are stored");
+            return Err(FieldFault::new(attr::HIGH_BIT, problem));
+        }
+        Ok(Self { allocated, stored, high })
+    }
+}
+
+/// How frames are compressed, if they are, in a way that is known.
+fn encoding(header: &Header, pixels: &PixelElement, allocated: u32) -> Result<Encoding, Refusal> {
+    if pixels.length.is_some() {
+        return Ok(Encoding::Native);
+    }
+    let encoding = Encoding::of_transfer_syntax(&header.transfer_syntax)
+        .map_err(|name| Refusal::Unsupported(format!("it is compressed as {name}"), DECOMPRESS))?;
+    if allocated == 1 && encoding != Encoding::Native {
+        return Err(Refusal::Unsupported("it is made of single bits, and compressed".to_owned(), DECOMPRESS));
+    }
+    Ok(encoding)
+}
+
+/// What to tell of a declared length that reaches beyond the end of the file, where all frames that count are there.
+fn wrong_length(pixels: &PixelElement, encoding: Encoding, frames: FramesThere) -> Option<String> {
+    let (declared, there) = (pixels.length?, pixels.available?);
+    // One byte of padding is often left out.
+    let is_wrong = encoding == Encoding::Native && frames.is_ok() && declared > there.saturating_add(1);
+    is_wrong.then(|| {
+        format!(
+            "{} declares {declared} bytes where the file has {there} left; read by the size of the image instead",
+            pixels.attribute
+        )
+    })
+}
+
+/// What to tell of frames that are cut off, where one at least is there.
+fn missing_frames(frames: usize, there: FramesThere) -> Option<String> {
+    let complete = there.ok().filter(|complete| *complete < frames)?;
+    Some(format!("the file is cut short: {complete} of {frames} frames are there"))
 }
 
 /// What a DICOM file without pixels is.
@@ -451,12 +485,12 @@ fn frame_offsets(data: &DataSet) -> Vec<u64> {
 /// How many frames the file declares, and how many it can hold: what is declared is checked against the bytes that are
 /// there before memory is taken for it.
 fn frame_counts(
-    header: &Header,
+    data: &DataSet,
+    pixels: &PixelElement,
     [columns, rows, bits]: [usize; 3],
     encoding: Encoding,
 ) -> Result<(usize, FramesThere), Refusal> {
-    let pixels = header.pixels.expect("checked by the caller");
-    let frames = match header.data.integer_text(attr::NUMBER_OF_FRAMES)?.unwrap_or(1) {
+    let frames = match data.integer_text(attr::NUMBER_OF_FRAMES)?.unwrap_or(1) {
         // Written so by some that mean a single image.
         0 => 1,
         n @ 1..=MOST_FRAMES => n as usize,

@@ -1,12 +1,14 @@
 //! DICOM: files to a volume at its true place in the patient.
 //!
 //! The walk: [`scan`](scan::scan) finds files and reads their headers ([`elements`], [`header`]), [`series`] sorts
-//! images into stacks and [`phases`], [`pixels`] decodes one ([`codec`]), and [`geometry`] makes an even grid of it.
+//! images into stacks and [`phases`], [`pixels`] decodes one ([`codec`]), and [`assembly`] puts its slices on the even
+//! grid that [`geometry`] makes of their places.
 //!
 //! Structure and headers are read by Lumivox itself, within bounds that no file can widen; compressed frames go to the
 //! decoders that dicom-rs uses too.
 
 mod alignment;
+mod assembly;
 mod attributes;
 pub(crate) mod codec;
 mod convert;
@@ -35,8 +37,10 @@ use std::{
 };
 
 use alignment::Alignment;
+use assembly::{Gaps, Slices};
 use header::ImageFile;
 use lumivox_core::{CancelToken, Modality, Progress, Volume, Voxels};
+use pixels::Failure;
 use scan::Rejected;
 pub(crate) use scan::files_below;
 use series::{Phase, Stack};
@@ -157,110 +161,41 @@ impl Study {
         cancel: &CancelToken,
     ) -> Result<Imported, ImportError> {
         let chosen = self.choose(options)?;
-        let (files, stack, path) = (&self.files, &self.stacks[chosen], self.path.clone());
-        let mut skipped = self.skipped.clone();
-        let number = phase_number(stack, files, options, &path)?;
+        let (files, stack) = (&self.files, &self.stacks[chosen]);
+        let number = phase_number(stack, files, options, &self.path)?;
         let phase = &stack.phases[number];
-        let format = &stack.first(files).format;
-        let slice_len = format.columns * format.rows;
-        let mut phase = phase.clone();
-        let mut notes = stack.all_notes(files, &phase);
-        let is_labels = stack.first(files).segmentation.is_some();
-        let decoded = if is_labels {
-            let (decoded, more) = segmentation::decode(files, stack, progress, cancel)?;
-            notes.extend(more);
-            decoded
+        let first = stack.first(files);
+        let is_labels = first.segmentation.is_some();
+
+        let mut notes = stack.all_notes(files, phase);
+        let (decoded, failed) = Slices::decode(files, stack, phase, &mut notes, progress, cancel)?;
+        notes.extend((stack.phases.len() > 1).then(|| stack.taken_note(number)));
+        let mut skipped = self.skipped.clone();
+        skipped.extend(newly_skipped(files, phase, failed));
+
+        let fills_damaged = options.fill_damaged && !options.leave_gaps && !is_labels;
+        let slices = if fills_damaged { decoded.without_damaged(&mut notes) } else { decoded };
+        let on_grid = slices.on_grid(files, stack, self.alignments[chosen].as_ref(), &mut notes)?;
+        let gaps = if options.leave_gaps {
+            Gaps::Left
+        } else if !options.fill_damaged && self.damaged_somewhere(phase) > 0 {
+            Gaps::MayBeDamaged
         } else {
-            pixels::decode(files, &phase.slices, progress, cancel)?
+            Gaps::Filled
         };
-        if stack.phases.len() > 1 {
-            notes.push(format!(
-                "phase {} of {} is taken (told apart by {})",
-                number + 1,
-                stack.phases.len(),
-                stack.told_by
-            ));
-        }
-        let mut voxels = decoded.voxels;
-        let total = phase.places.len();
-        let mut damaged = vec![false; total];
-        if !decoded.failed.is_empty() {
-            decoded.failed.iter().for_each(|(slice, _)| damaged[*slice] = true);
-            if !damaged.contains(&false) {
-                let (slice, error) = decoded.failed.into_iter().next().expect("some slice failed");
-                return Err(files[phase.slices[slice].file].truncation().unwrap_or(error));
-            }
-            let mut named = HashSet::new();
-            for (slice, error) in decoded.failed {
-                let file = &files[phase.slices[slice].file];
-                // One that is cut short was named when it was found; one of many frames is named once.
-                if file.truncated.is_none() && named.insert(phase.slices[slice].file) {
-                    skipped.push(Rejected { path: file.source.path(), error }.skipped());
-                }
-            }
-            if options.fill_damaged && !options.leave_gaps && !is_labels {
-                let count = damaged.iter().filter(|damaged| **damaged).count();
-                notes.push(format!("{count} of {total} slices could not be decoded"));
-                let keep: Vec<bool> = damaged.iter().map(|damaged| !damaged).collect();
-                voxels = resample::keep_slices(voxels, slice_len, &keep);
-                let mut kept = keep.iter();
-                phase.places.retain(|_| *kept.next().expect("one flag per slice"));
-                damaged = vec![false; phase.places.len()];
-            }
-        }
-        let mut grid = stack.grid(files, &phase, voxels.bytes_per_sample());
-        let aligned = self.alignments[chosen].as_ref();
-        notes.extend(aligned.map(Alignment::note));
-        let aligned = aligned.and_then(|alignment| alignment.grid.as_ref());
-        if let Some(aligned) = aligned {
-            voxels = aligned.place(&voxels, stack.first(files))?;
-            grid = aligned.as_grid();
-            damaged = aligned.damaged(&damaged);
-        }
-        let unknown = if options.fill_damaged { 0 } else { self.damaged_somewhere(&phase) };
-        let leave_gaps = grid.has_gaps && (options.leave_gaps || unknown > 0);
-        if leave_gaps && !is_labels {
-            let why = if options.leave_gaps { "" } else { ", for damaged files may belong there" };
-            let left = format!("left empty{why}");
-            grid.notes.iter_mut().for_each(|note| *note = note.replace(geometry::FILLED_IN, &left));
-        }
-        let sources = gaps::sources(&grid, &damaged, leave_gaps || is_labels);
-        notes.extend(gaps::note(&sources, &damaged, &grid, is_labels));
-        notes.append(&mut grid.notes);
-        let depth = sources.len();
-        // Where a slice has no segment, labels are measured: there is none.
-        let is_empty =
-            |k: &usize| sources[*k].is_none() && (!is_labels || gaps::is_lost(*k, &damaged, &grid, true));
-        let empty_slices: Vec<usize> = (0..depth).filter(is_empty).collect();
-        if grid.sources.is_some() || damaged.contains(&true) {
-            let [slope, intercept] = decoded.rescale;
-            let empty = match stack.first(files).modality {
-                _ if is_labels => 0.0,
-                Modality::Ct => (pixels::AIR_HU - intercept) / slope,
-                _ => resample::lowest(&voxels, slice_len, &damaged),
-            };
-            voxels = match grid.sources {
-                // Lost labels are 0 already.
-                None if is_labels => voxels,
-                None => resample::clear(voxels, slice_len, &damaged, empty),
-                Some(_) => resample::resample(&voxels, slice_len, &sources, empty, cancel)?,
-            };
-        }
-        let dims = aligned.map_or([format.columns, format.rows, depth], |aligned| aligned.dims);
-        let modality = if is_labels { Modality::Other } else { stack.first(files).modality };
-        single::check_spacing(&path, grid.patient_from_voxel)?;
+        let sources = on_grid.sources(gaps, &mut notes);
+        let empty_slices = on_grid.empty_slices(&sources);
+        let (dims, patient_from_voxel) = (on_grid.dims(), on_grid.patient_from_voxel());
+        let (voxels, rescale) = on_grid.filled(&sources, cancel)?;
+
+        single::check_spacing(&self.path, patient_from_voxel)?;
         cancel.check()?;
-        let volume = Volume::new(dims, voxels, decoded.rescale, grid.patient_from_voxel, modality)
-            .map_err(|source| ImportError::Volume { path, source })?;
+        let modality = if is_labels { Modality::Other } else { first.modality };
+        let volume = Volume::new(dims, voxels, rescale, patient_from_voxel, modality)
+            .map_err(|source| ImportError::Volume { path: self.path.clone(), source })?;
         notes.extend(single::remarks(&volume));
-        let report = ImportReport {
-            format: FORMAT.to_owned(),
-            series: self.summaries.clone(),
-            chosen,
-            notes,
-            empty_slices,
-            skipped,
-        };
+        let series = self.summaries.clone();
+        let report = ImportReport { format: FORMAT.to_owned(), series, chosen, notes, empty_slices, skipped };
         Ok(Imported { volume, report })
     }
 
@@ -362,6 +297,19 @@ fn with_pixels(files: Vec<ImageFile>, rejected: &mut Vec<Rejected>) -> Vec<Image
         lost.iter().filter_map(|file| Some(Rejected { path: file.source.path(), error: file.truncation()? })),
     );
     kept
+}
+
+/// The files of `failed` slices that are not among those left out yet.
+fn newly_skipped(files: &[ImageFile], phase: &Phase, failed: Vec<Failure>) -> Vec<SkippedFile> {
+    let mut named = HashSet::new();
+    let skip = |(slice, error): Failure| {
+        let index = phase.slices[slice].file;
+        let file = &files[index];
+        // One that is cut short was named when it was found; one of many frames is named once.
+        let is_new = file.truncated.is_none() && named.insert(index);
+        is_new.then(|| Rejected { path: file.source.path(), error }.skipped())
+    };
+    failed.into_iter().filter_map(skip).collect()
 }
 
 /// Slices that are tried for a thumbnail where some are damaged.

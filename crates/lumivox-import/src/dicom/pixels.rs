@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::{
     codec::{self, Encoding},
-    convert::{Conversion, Outcome, Sample, convert, convert_bytes, convert_floats},
+    convert::{Conversion, Outcome, Sample, convert, convert_bytes, convert_floats, join, of_lowest_value},
     frames::Frame,
     header::{ImageFile, PixelFormat, SampleKind},
     series::Slice,
@@ -154,7 +154,7 @@ struct Target<'a, T> {
 }
 
 /// A slice, by position in the list, and why it could not be decoded.
-type Failure = (usize, ImportError);
+pub(crate) type Failure = (usize, ImportError);
 type SliceResult = (usize, Result<Outcome, ImportError>);
 
 impl Context<'_> {
@@ -364,14 +364,15 @@ impl Context<'_> {
         Ok(results)
     }
 
-    /// Gives padding a value that does not disturb: air in a CT, else the lowest that was measured.
+    /// Gives padding a value that does not disturb: air in a CT, else the lowest value that was measured.
     fn fill_padding<T: Sample>(&self, samples: &mut [T], slice_len: usize, results: &[SliceResult]) {
         let outcomes = || results.iter().filter_map(|(slice, result)| Some((slice, result.as_ref().ok()?)));
         let [slope, intercept] = self.plan.rescale;
         let fill = if self.files[self.slices[0].file].modality == Modality::Ct {
             Some((AIR_HU - intercept) / slope)
         } else {
-            outcomes().filter_map(|(_, outcome)| outcome.lowest).reduce(f64::min)
+            let range = outcomes().filter_map(|(_, outcome)| outcome.range).reduce(join);
+            range.map(|range| of_lowest_value(range, slope))
         };
         let Some(fill) = fill else { return };
         for (slice, outcome) in outcomes() {

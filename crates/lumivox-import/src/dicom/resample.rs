@@ -3,7 +3,7 @@
 use lumivox_core::{CancelToken, Cancelled, Voxels};
 use rayon::prelude::*;
 
-use super::gaps::GridSource;
+use super::{convert::join, gaps::GridSource};
 
 /// Drops the slices whose flag is false.
 pub(crate) fn keep_slices(voxels: Voxels, frame_len: usize, keep: &[bool]) -> Voxels {
@@ -37,11 +37,11 @@ pub(crate) fn clear(mut voxels: Voxels, frame_len: usize, damaged: &[bool], empt
     voxels
 }
 
-/// The lowest sample of the slices whose flag is false.
-pub(crate) fn lowest(voxels: &Voxels, frame_len: usize, damaged: &[bool]) -> f64 {
+/// The lowest and the highest sample of the slices whose flag is false.
+pub(crate) fn measured_range(voxels: &Voxels, frame_len: usize, damaged: &[bool]) -> Option<[f64; 2]> {
     let whole = (0..damaged.len()).filter(|&slice| !damaged[slice]);
     let samples = whole.flat_map(|slice| slice * frame_len..(slice + 1) * frame_len);
-    samples.map(|i| voxels.get(i)).reduce(f64::min).unwrap_or(0.0)
+    samples.map(|i| [voxels.get(i); 2]).reduce(join)
 }
 
 /// Makes one slice for each of `sources`: a slice of `voxels` and the part of the way to the next one, or nothing but
@@ -113,6 +113,7 @@ mod tests {
         assert_eq!(even, Voxels::U16(vec![0, 0, 25, 50, 150, 301, 7, 7, 200, 401]));
         let cleared = clear(voxels.clone(), 2, &[false, true, false], 7.0);
         assert_eq!(cleared, Voxels::U16(vec![0, 0, 7, 7, 200, 401]));
-        assert_eq!(lowest(&voxels, 2, &[true, false, false]), 100.0);
+        assert_eq!(measured_range(&voxels, 2, &[true, false, false]), Some([100.0, 401.0]));
+        assert_eq!(measured_range(&voxels, 2, &[true; 3]), None);
     }
 }

@@ -112,11 +112,16 @@ impl Stack {
         notes
     }
 
-    /// The even grid that a phase's slices become.
-    pub(crate) fn grid(&self, files: &[ImageFile], phase: &Phase, sample_bytes: usize) -> Grid {
+    /// What the report says of the phase that is taken, where there are several.
+    pub(crate) fn taken_note(&self, number: usize) -> String {
+        format!("phase {} of {} is taken (told apart by {})", number + 1, self.phases.len(), self.told_by)
+    }
+
+    /// The even grid that a phase's slices become which lie at `places`.
+    pub(crate) fn grid(&self, files: &[ImageFile], places: &[DVec3], sample_bytes: usize) -> Grid {
         let format = &self.first(files).format;
         let slice_bytes = format.columns * format.rows * sample_bytes;
-        let (places, most) = (&phase.places, most_slices(phase.places.len(), slice_bytes));
+        let most = most_slices(places.len(), slice_bytes);
         let grid = geometry::even_grid(&self.plane, places, most);
         if self.first(files).segmentation.is_none() {
             return grid;
@@ -148,7 +153,7 @@ impl Stack {
             None => pixels::sample_bytes(files, &phase.slices),
         };
         let mut notes = self.all_notes(files, phase);
-        let grid = self.grid(files, phase, sample_bytes);
+        let grid = self.grid(files, &phase.places, sample_bytes);
         notes.extend(grid.notes);
         if self.phases.len() > 1 {
             notes.push(format!("{} phases, told apart by {}", self.phases.len(), self.told_by));
@@ -162,6 +167,7 @@ impl Stack {
         let matrix = grid.patient_from_voxel.matrix3;
         SeriesSummary {
             id: shown_id(first),
+            uid: shown_uid(first).cloned(),
             number: first.series_number,
             description: format!("{modality}, {n} {slices}, {columns} x {rows}{kind}{phases}"),
             files: used.len(),
@@ -195,13 +201,16 @@ fn most_slices(slices: usize, slice_bytes: usize) -> usize {
     (slices + slices / 4 + 1).max((slices * 8).min(ALWAYS / slice_bytes))
 }
 
-/// What a series is called: its SeriesInstanceUID, or a file's name. A damaged UID may be any text, a patient's name too.
-fn shown_id(file: &ImageFile) -> String {
+/// SeriesInstanceUID as it may be shown. A damaged one may be any text, a patient's name too.
+fn shown_uid(file: &ImageFile) -> Option<&String> {
     let is_uid = |uid: &&String| uid.bytes().all(|b| b.is_ascii_digit() || b == b'.');
-    match file.series_uid.as_ref().filter(is_uid) {
-        Some(uid) => uid.clone(),
-        None => file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned(),
-    }
+    file.series_uid.as_ref().filter(is_uid)
+}
+
+/// What a series is called: its SeriesInstanceUID, or a file's name.
+fn shown_id(file: &ImageFile) -> String {
+    let name = || file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+    shown_uid(file).cloned().unwrap_or_else(name)
 }
 
 /// Sorts all images of `files` into stacks, the best first: localizers, which are pictures to plan by, last; those with
