@@ -357,6 +357,12 @@ func _use_dialog() -> Dictionary:
 	(dialog.get("_phase") as SpinBox).value = 2.0
 	(dialog.get("_target") as LineEdit).text = "res://opened.res"
 	dialog.get_ok_button().pressed.emit()
+	# Another folder is dropped while this one is imported, and while it is saved.
+	told.refused = []
+	for step: int in [3, 4]:
+		await _until(func() -> bool: return dialog.get("_step") == step)
+		dialog.call("open_path", (_arguments["study"] as String).path_join("good/small"))
+		told.refused.append([step, dialog.get("_step"), details.get_parsed_text()])
 	await _until(func() -> bool: return not dialog.visible)
 	var root := EditorInterface.get_edited_scene_root()
 	var node := root.get_node_or_null("Opened") as LumivoxVolume3D
@@ -364,6 +370,7 @@ func _use_dialog() -> Dictionary:
 	if node != null:
 		var values := node.volume.get_value_range()
 		told.range = [values.x, values.y]
+		told.saved_as = node.volume.resource_path
 	_history().undo()
 	told.undone = not root.has_node("Opened")
 	dialog.call("open_path", "/nowhere/at/all")

@@ -300,6 +300,17 @@ fn the_dialog_tells_series_apart_and_imports_the_phase_that_is_asked_for() {
 }
 
 #[test]
+fn a_folder_dropped_while_the_dialog_works_is_refused_and_disturbs_nothing() {
+    let told = telling("dialog");
+    for (i, step) in [3, 4].into_iter().enumerate() {
+        let refused = &told["refused"][i];
+        assert_eq!((&refused[0], &refused[1]), (&json!(step), &json!(step)), "{told}");
+        assert!(refused[2].as_str().unwrap().contains("small was not opened: one scan at a time"), "{told}");
+    }
+    assert_eq!(told["saved_as"], "res://opened.res", "{told}");
+}
+
+#[test]
 fn the_dialog_pictures_the_series_that_is_chosen_without_waiting() {
     let told = telling("dialog");
     let [first, second, last, again] = [0, 1, 2, 3].map(|i| &told["pictures"][i]);

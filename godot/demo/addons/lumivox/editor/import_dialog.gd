@@ -13,7 +13,7 @@ const COLUMN_RATIOS: PackedInt32Array = [2, 10, 5, 2, 2, 4]
 const THUMBNAIL_SIZE := 160
 
 var _undo: EditorUndoRedoManager
-## The node that the scan is for, or null.
+## The node that the scan is for, or null. Another one must wait while something is under way.
 var _receiver: LumivoxVolume3D
 var _importer: LumivoxImporter
 var _step := Step.CHOOSE
@@ -21,6 +21,8 @@ var _report: Dictionary = {}
 var _save_task := -1
 var _save_result := OK
 var _volume: LumivoxVolume
+## Where the scan that is imported will be saved, whatever the fields say meanwhile.
+var _saved_as := ""
 
 var _path := LineEdit.new()
 var _browse := MenuButton.new()
@@ -72,10 +74,12 @@ func _exit_tree() -> void:
 		_save_task = -1
 
 
-## Opens the dialog. The scan is given to [param receiver], or a node of its own if there is none.
+## Opens the dialog. The scan is given to [param receiver], or a node of its own if there is none. While something is
+## under way, the dialog shows that.
 func open(receiver: LumivoxVolume3D = null) -> void:
-	_receiver = receiver
-	_add_to_scene.text = "Add to Scene" if receiver == null else "Give to %s" % receiver.name
+	if not _works():
+		_receiver = receiver
+		_add_to_scene.text = "Add to Scene" if receiver == null else "Give to %s" % receiver.name
 	if _step == Step.CHOOSE:
 		_go(Step.CHOOSE)
 	elif _step == Step.READY and _thumbnail.texture == null:
@@ -86,9 +90,13 @@ func open(receiver: LumivoxVolume3D = null) -> void:
 		_path.grab_focus()
 
 
-## Opens the dialog and looks at a folder or file.
+## Opens the dialog and looks at a folder or file, unless something is under way.
 func open_path(path: String) -> void:
 	open(_receiver if visible else null)
+	if _works():
+		_add_problem("%s was not opened: one scan at a time. Open it again when this one is done%s." % [
+			_name_of(path), "" if _step == Step.SAVING else ", or stopped"])
+		return
 	_path.text = path
 	_scan()
 
@@ -195,9 +203,19 @@ func _progress_row() -> Control:
 	return row
 
 
+## Whether something is under way.
+func _works() -> bool:
+	return _step in [Step.SCANNING, Step.IMPORTING, Step.SAVING]
+
+
+## What a folder or file is called.
+static func _name_of(path: String) -> String:
+	return path.trim_suffix("/").get_file()
+
+
 func _go(step: Step) -> void:
 	_step = step
-	var works := step in [Step.SCANNING, Step.IMPORTING, Step.SAVING]
+	var works := _works()
 	_path.editable = not works
 	_browse.disabled = works
 	_target.editable = not works
@@ -242,7 +260,7 @@ func _scan() -> void:
 		_show_problem("There is no folder or file '%s'." % _path.text)
 		_go(Step.CHOOSE)
 		return
-	_begin(Step.SCANNING, "Looking at %s" % _path.text.trim_suffix("/").get_file())
+	_begin(Step.SCANNING, "Looking at %s" % _name_of(_path.text))
 	var error := _new_importer().scan([_path.text])
 	if error != OK:
 		_on_failed(error_string(error))
@@ -292,7 +310,7 @@ func _on_scanned(report: Dictionary) -> void:
 		if i == (report.get("chosen", 0) as int):
 			item.select(0)
 	_on_series_selected()
-	_target.text = _free_name(_path.text.trim_suffix("/").get_file().get_slice(".", 0))
+	_target.text = _free_name(_name_of(_path.text).get_slice(".", 0))
 	_stage.text = "%d series" % list.size() if list.size() != 1 else "One series"
 	_go(Step.READY)
 
@@ -305,16 +323,21 @@ func _selected_series() -> int:
 func _on_series_selected() -> void:
 	var place := _selected_series()
 	_thumbnail.texture = null
-	_details.text = ""
 	_phase_row.hide()
 	if place >= 0:
-		var one: Dictionary = (_report.series as Array)[place]
-		var phases: int = one.get("phases", 1)
+		var phases: int = (_report.series as Array)[place].get("phases", 1)
 		_phase.max_value = maxi(phases, 1)
 		_phase.value = 1.0
 		_phase_row.visible = phases > 1
-		_details.text = _series_text(one)
 	_request_picture()
+	_show_details()
+
+
+func _show_details() -> void:
+	var place := _selected_series()
+	# The same text again would not replace what was added to it.
+	_details.text = ""
+	_details.text = _series_text((_report.series as Array)[place]) if place >= 0 else ""
 	_details.text += _report_text(_report, place)
 
 
@@ -398,6 +421,7 @@ func _on_confirmed() -> void:
 		options["series"] = str(place + 1)
 		if _phase_row.visible:
 			options["phase"] = int(_phase.value)
+	_saved_as = _target.text
 	_begin(Step.IMPORTING, "Importing")
 	var error := _new_importer().start([_path.text], options)
 	if error != OK:
@@ -406,10 +430,10 @@ func _on_confirmed() -> void:
 
 func _on_finished(volume: LumivoxVolume) -> void:
 	_volume = volume
-	volume.resource_name = _target.text.get_file().get_basename()
-	_begin(Step.SAVING, "Saving %s" % _target.text)
-	DirAccess.make_dir_recursive_absolute(_target.text.get_base_dir())
-	_save_task = WorkerThreadPool.add_task(_save.bind(volume, _target.text), false, "Lumivox save")
+	volume.resource_name = _saved_as.get_file().get_basename()
+	_begin(Step.SAVING, "Saving %s" % _saved_as)
+	DirAccess.make_dir_recursive_absolute(_saved_as.get_base_dir())
+	_save_task = WorkerThreadPool.add_task(_save.bind(volume, _saved_as), false, "Lumivox save")
 	set_process(true)
 
 
@@ -419,11 +443,11 @@ func _save(volume: LumivoxVolume, path: String) -> void:
 
 func _on_saved() -> void:
 	if _save_result != OK:
-		_show_problem("%s could not be written: %s." % [_target.text, error_string(_save_result)])
+		_show_problem("%s could not be written: %s." % [_saved_as, error_string(_save_result)])
 		_go(Step.READY)
 		return
 	EditorInterface.get_resource_filesystem().scan()
-	_volume.take_over_path(_target.text)
+	_volume.take_over_path(_saved_as)
 	if _add_to_scene.button_pressed and is_instance_valid(_receiver) and _receiver.is_inside_tree():
 		VolumeInspector.give_volume(_undo, _receiver, _volume)
 	elif _add_to_scene.button_pressed and EditorInterface.get_edited_scene_root() != null:
@@ -461,6 +485,10 @@ func _stop_work() -> void:
 
 func _on_cancelled() -> void:
 	_go(Step.READY if _step == Step.IMPORTING and not _report.is_empty() else Step.CHOOSE)
+	if _step == Step.READY:
+		_show_details()
+	else:
+		_details.text = ""
 	_stage.text = "Stopped"
 
 
@@ -472,6 +500,12 @@ func _on_failed(message: String) -> void:
 func _show_problem(message: String) -> void:
 	_stage.text = ""
 	_details.clear()
+	_add_problem(message)
+
+
+func _add_problem(message: String) -> void:
+	if _details.get_parsed_text() != "":
+		_details.newline()
 	_details.push_color(get_theme_color(&"error_color", &"Editor"))
 	_details.add_text(message)
 	_details.pop()
