@@ -36,6 +36,7 @@ func _ready() -> void:
 	await scanning(all.series)
 	await saving(all.mixed)
 	await picturing(all.series, all.large)
+	await panelling(all.series, all.large)
 	await misuse(all.series)
 	await by_name(node, all.series)
 	get_tree().quit()
@@ -195,6 +196,57 @@ func picturing(path: String, large: String) -> void:
 		await get_tree().process_frame
 	dropped = null
 	print("TELL picturing ", JSON.stringify(told))
+
+
+## Scans that are opened in the panel one after the other, before those before are loaded.
+func panelling(path: String, large: String) -> void:
+	var panel: LumivoxVolumePanel = (load("res://addons/lumivox/ui/volume_panel.tscn") as PackedScene).instantiate()
+	var node := LumivoxVolume3D.new()
+	add_child(node)
+	panel.volume_node = node
+	add_child(panel)
+	var importer := func() -> LumivoxImporter: return panel.get("_importer")
+	var works := func() -> bool: return (panel.get("_work") as Control).visible
+	var idle := func() -> bool: return not works.call()
+	var told := {}
+	panel.open([large])
+	var first: LumivoxImporter = importer.call()
+	panel.open([large])
+	var second: LumivoxImporter = importer.call()
+	# Said late: the second may be done before the first hears of its end.
+	first.cancelled.emit()
+	told.second = [second != first, importer.call() == second, works.call()]
+	panel.cancel()
+	await until(func() -> bool: return not second.is_running())
+	told.stopped = [node.volume == null, importer.call() == null, works.call()]
+	panel.open([large])
+	panel.open([path])
+	await until(idle)
+	told.shown = node.volume != null and node.volume.get_dimensions() == Vector3i(24, 24, 24)
+	# The panel turns to another node meanwhile.
+	var other := LumivoxVolume3D.new()
+	add_child(other)
+	node.volume = null
+	panel.open([path])
+	panel.volume_node = other
+	await until(idle)
+	told.kept = node.volume != null and other.volume == null
+	panel.open([path])
+	other.free()
+	await until(idle)
+	told.gone = (panel.get("_message") as Label).text
+	panel.free()
+	node.free()
+	print("TELL panelling ", JSON.stringify(told))
+
+
+func until(condition: Callable) -> void:
+	var begin := Time.get_ticks_msec()
+	while not condition.call():
+		if Time.get_ticks_msec() - begin > PATIENCE_MS:
+			push_error("this does not come about")
+			return
+		await get_tree().process_frame
 
 
 func misuse(path: String) -> void:

@@ -366,6 +366,15 @@ fn pictures_are_made_while_the_game_goes_on() {
 }
 
 #[test]
+fn the_panel_opens_the_scan_that_was_asked_for_last() {
+    let told = told(&imports().run, "panelling");
+    assert_eq!(told["second"], json!([true, true, true]), "the one before ends the one after: {told}");
+    assert_eq!(told["stopped"], json!([true, true, false]), "{told}");
+    assert_eq!((&told["shown"], &told["kept"]), (&json!(true), &json!(true)), "{told}");
+    assert!(told["gone"].as_str().unwrap().contains("the node that it was for is gone"), "{told}");
+}
+
+#[test]
 fn misuse_is_refused_at_once() {
     let told = told(&imports().run, "misuse");
     // ERR_INVALID_PARAMETER.

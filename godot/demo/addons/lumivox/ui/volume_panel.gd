@@ -32,6 +32,8 @@ var _exposure := RangeRow.new("Exposure", -4.0, 4.0, 0.05, " EV")
 var _denoise := CheckBox.new()
 var _clip: Array[ClipRow] = []
 var _importer: LumivoxImporter
+## The node that [member _importer] loads a scan for.
+var _receiver: LumivoxVolume3D
 var _since_status := 0.0
 
 @onready var _title: Label = %Title
@@ -123,8 +125,9 @@ func refresh() -> void:
 func open(paths: PackedStringArray, options: Dictionary = {}) -> void:
 	if volume_node == null or paths.is_empty():
 		return
-	cancel()
+	_abandon()
 	_say("")
+	_receiver = volume_node
 	_importer = LumivoxImporter.new()
 	_importer.progress.connect(_on_progress)
 	_importer.finished.connect(_on_finished)
@@ -143,6 +146,17 @@ func open(paths: PackedStringArray, options: Dictionary = {}) -> void:
 func cancel() -> void:
 	if _importer != null:
 		_importer.cancel()
+
+
+## Stops opening, and hears no more of it: it ends only after something else was begun.
+func _abandon() -> void:
+	cancel()
+	if _importer != null:
+		_importer.progress.disconnect(_on_progress)
+		_importer.finished.disconnect(_on_finished)
+		_importer.failed.disconnect(_on_failed)
+		_importer.cancelled.disconnect(_end_work)
+		_importer = null
 
 
 ## Applies a preset to the node: medium and transfer function.
@@ -266,11 +280,15 @@ func _on_progress(stage: String, done: int, total: int) -> void:
 
 func _on_finished(volume: LumivoxVolume) -> void:
 	_end_work()
-	volume_node.volume = volume
-	volume_node.clip_min = Vector3.ZERO
-	volume_node.clip_max = Vector3.ONE
+	if not is_instance_valid(_receiver):
+		_say("The scan was loaded, but the node that it was for is gone.")
+		return
+	_receiver.volume = volume
+	_receiver.clip_min = Vector3.ZERO
+	_receiver.clip_max = Vector3.ONE
 	# The look of the scan before may not suit this one's modality.
-	apply_preset(PresetGallery.suiting(volume))
+	_receiver.apply_preset(PresetGallery.suiting(volume))
+	_refresh()
 	volume_opened.emit(volume)
 
 
