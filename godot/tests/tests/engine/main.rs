@@ -1,6 +1,7 @@
 //! The addon in a real Godot, under a display that nobody sees.
 //!
-//! Nothing here skips: without an engine or a display these tests fail, and say what to install.
+//! Nothing here skips: without an engine, a display or a simulated headset these tests fail, and say what to install.
+//! Scans of real patients are not in the repository; where they are absent, that is printed.
 
 mod antialiasing;
 mod case;
