@@ -16,6 +16,7 @@ func _ready() -> void:
 	await walks()
 	await animation()
 	await scene_reload()
+	await foreign_compositor()
 	await two_cameras()
 	await many_worlds()
 	get_tree().quit()
@@ -159,6 +160,39 @@ func scene_reload() -> void:
 	root.add_child(volume)
 	await converge(viewport, "reload")
 	save(viewport, "reload_again")
+	await close(viewport)
+
+
+## A compositor without a LumivoxEffect: its owner sets the list of effects, and volumes stay.
+func foreign_compositor() -> void:
+	var viewport := show_case(all.compositor)
+	var world: WorldEnvironment = viewport.get_child(0).get_node("World")
+	var volume: LumivoxVolume3D = viewport.get_child(0).get_node("volumes0")
+	var settings: LumivoxEffect = world.compositor.compositor_effects[0]
+	var compositor := Compositor.new()
+	var one := CompositorEffect.new()
+	var told := {}
+	var picture := func() -> PackedByteArray:
+		# A few frames of an image that never rests.
+		for frame in 3:
+			await RenderingServer.frame_post_draw
+		return viewport.get_texture().get_image().get_data()
+	volume.hide()
+	var empty: PackedByteArray = await picture.call()
+	volume.show()
+	world.compositor = compositor
+	var lists := {
+		"none": [], "one": [one], "the same": [one], "another": [one, CompositorEffect.new()], "an empty entry": [one, null],
+		"its own": [settings], "none again": [],
+	}
+	for what: String in lists:
+		var effects: Array[CompositorEffect] = []
+		effects.assign(lists[what] as Array)
+		compositor.compositor_effects = effects
+		told[what] = await picture.call() != empty
+	volume.hide()
+	told["hidden"] = await picture.call() != empty
+	tell("compositor", told)
 	await close(viewport)
 
 

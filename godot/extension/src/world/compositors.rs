@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use godot::classes::{Camera3D, Compositor, RenderingServer, World3D};
+use godot::classes::{Camera3D, Compositor, CompositorEffect, RenderingServer, World3D};
 use godot::prelude::*;
 
 use super::Nodes;
@@ -14,8 +14,10 @@ pub struct Compositors {
     default: Option<Default>,
     /// Worlds that were given a compositor, by scenario.
     worlds: HashMap<Rid, InstanceId>,
-    /// Compositors that were given the effect, and the effects they have now.
-    extended: HashMap<InstanceId, Vec<Rid>>,
+    /// Compositors that were given the effect besides their own.
+    extended: HashSet<InstanceId>,
+    /// Those of them that have been given it for this frame.
+    fresh: HashSet<InstanceId>,
 }
 
 struct Default {
@@ -39,23 +41,26 @@ impl Compositors {
             RenderingServer::singleton().scenario_set_compositor(scenario, compositor);
             return None;
         };
-        let effects = compositor.get_compositor_effects();
-        if let Some(own) = effects.iter_shared().find_map(|e| e.try_cast::<LumivoxEffect>().ok()) {
+        let id = compositor.instance_id();
+        let effects = effects_of(&compositor);
+        if let Some(own) = effects.iter().find_map(|effect| effect.clone().try_cast().ok()) {
             // The engine has replaced the list, ours included.
-            self.extended.remove(&compositor.instance_id());
+            self.extended.remove(&id);
             return Some(own);
         }
-        let ours = self.default().effect.get_rid();
-        let mut list: Vec<Rid> = effects.iter_shared().map(|effect| effect.get_rid()).collect();
-        list.push(ours);
-        RenderingServer::singleton()
-            .compositor_set_compositor_effects(compositor.get_rid(), &list.iter().copied().collect());
-        self.extended.insert(compositor.instance_id(), list);
+        // Again in each frame, once: whoever sets the list, be it to what it is, takes ours away, and the engine tells
+        // nobody.
+        if self.fresh.insert(id) {
+            let ours = self.default().effect.get_rid();
+            show(&compositor, effects.iter().map(|effect| effect.get_rid()).chain([ours]));
+            self.extended.insert(id);
+        }
         None
     }
 
-    /// Takes the effect away from worlds that are not among `scenarios`.
+    /// Ends a frame: takes the effect away from worlds that are not among `scenarios`.
     pub fn retain(&mut self, scenarios: &HashSet<Rid>) {
+        self.fresh.clear();
         self.worlds.retain(|scenario, world| {
             let stays = scenarios.contains(scenario);
             if !stays && Gd::<World3D>::try_from_instance_id(*world).is_ok() {
@@ -77,10 +82,9 @@ impl Compositors {
     }
 
     fn restore_extended(&mut self) {
-        for (id, _) in self.extended.drain() {
+        for id in self.extended.drain() {
             if let Ok(compositor) = Gd::<Compositor>::try_from_instance_id(id) {
-                let own = compositor.get_compositor_effects().iter_shared().map(|e| e.get_rid()).collect();
-                RenderingServer::singleton().compositor_set_compositor_effects(compositor.get_rid(), &own);
+                show(&compositor, effects_of(&compositor).iter().map(|effect| effect.get_rid()));
             }
         }
     }
@@ -94,6 +98,17 @@ impl Compositors {
             Default { effect, compositor }
         })
     }
+}
+
+/// The effects that a compositor was given by its owner. The inspector adds entries that are empty at first.
+fn effects_of(compositor: &Gd<Compositor>) -> Vec<Gd<CompositorEffect>> {
+    let effects = compositor.get_compositor_effects().upcast_any_array();
+    effects.iter_shared().filter_map(|effect| effect.try_to().ok()).collect()
+}
+
+/// Has a compositor run `effects`, whatever its owner gave it.
+fn show(compositor: &Gd<Compositor>, effects: impl Iterator<Item = Rid>) {
+    RenderingServer::singleton().compositor_set_compositor_effects(compositor.get_rid(), &effects.collect());
 }
 
 /// The compositor that the scene gives a world.

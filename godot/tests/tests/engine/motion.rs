@@ -29,6 +29,7 @@ struct Script {
     animation: Case,
     animation_to: [f64; 3],
     reload: Case,
+    compositor: Case,
     still_camera: Case,
     moving_camera: Vec<Case>,
     worlds: Vec<Case>,
@@ -47,6 +48,7 @@ fn script() -> &'static Script {
         animation: Case { volumes: vec![Volume::solid()], ..opaque("animation") },
         animation_to: [0.012, -0.008, 0.01],
         reload: Case { samples: AT_REST, ..Case::new("reload") },
+        compositor: opaque("compositor"),
         still_camera: Case { samples: AT_REST, budget: 1.0, ..Case::new("still_camera") },
         moving_camera: (0..5)
             .map(|i| {
@@ -410,6 +412,16 @@ fn a_scene_that_is_freed_leaves_nothing_and_comes_back() {
     let without = read("reload_without");
     let first = without.pixels[0];
     assert!(without.pixels.iter().all(|p| *p == first), "something is left of the volume");
+}
+
+#[test]
+fn volumes_stay_when_the_owner_of_a_compositor_sets_its_effects() {
+    let told = told(&shown().1, "compositor");
+    let told = told.as_object().unwrap();
+    assert_eq!(told.len(), 8);
+    for (effects, is_shown) in told {
+        assert_eq!(*is_shown, effects != "hidden", "{effects}: {told:?}");
+    }
 }
 
 #[test]
