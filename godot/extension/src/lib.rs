@@ -10,6 +10,7 @@ mod codecs;
 mod convert;
 mod effect;
 mod executor;
+mod host_view;
 mod importer;
 mod nodes;
 mod pacing;

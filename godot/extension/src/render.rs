@@ -4,24 +4,18 @@ use std::collections::HashMap;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
-use godot::classes::rendering_device::{DataFormat, TextureSamples};
 use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
 use godot::prelude::*;
 use lumivox_core::Camera;
-use lumivox_renderer::{
-    Fog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId, SceneCache,
-};
+use lumivox_renderer::{Fog, LiveSettings, LiveStatus, LiveView, Recording, RenderError, SceneCache};
 
-use crate::camera;
-use crate::executor::{ExecuteError, Executor};
+use crate::executor::Executor;
+use crate::host_view::{HostView, Lent};
 use crate::pacing::{Pacer, Pass};
 use crate::shared::{self, Snapshot, Status, Target, WorldKey};
 
 /// Begins the names of captured times.
 const TIMED: &str = "lumivox";
-
-/// The scaling mode that brings its own temporal antialiasing.
-const FSR2: i64 = 2;
 
 /// What an effect asks for.
 #[derive(Clone, Copy, Debug)]
@@ -56,17 +50,29 @@ struct Eye {
     /// What was traced last: another one is a new image.
     traced: Option<(Camera, u64, [u32; 2])>,
     read_backs: Vec<Receiver<Vec<u8>>>,
-    /// Names of the host's textures: depth, colour, depth to write.
-    lent: [ResourceId; 3],
+    lent: Lent,
     world: WorldKey,
 }
+
+/// A frame of an eye, as it was recorded.
+#[derive(Clone, Copy)]
+struct Frame {
+    status: LiveStatus,
+    pass: Pass,
+    /// Pixel samples that were granted for `milliseconds`.
+    budget: u64,
+    milliseconds: f64,
+}
+
+/// A render target and the eye.
+type EyeKey = (Rid, u32);
 
 /// Everything on the GPU.
 #[derive(Default)]
 struct Renderer {
     executor: Executor,
     worlds: HashMap<WorldKey, World>,
-    eyes: HashMap<(Rid, u32), Eye>,
+    eyes: HashMap<EyeKey, Eye>,
     serial: u64,
     timed_frame: u64,
 }
@@ -188,6 +194,7 @@ impl Renderer {
         let _ = self.executor.execute(device, &recording, TIMED);
     }
 
+    /// Draws the volumes into one eye's picture; `None` where there is nothing to draw, or to draw to.
     fn draw_eye(
         &mut self,
         device: &mut Gd<RenderingDevice>,
@@ -197,99 +204,76 @@ impl Renderer {
         scene_data: &Gd<RenderSceneData>,
         view: u32,
     ) -> Result<Option<LiveStatus>, String> {
-        let projection = scene_data.get_view_projection(view);
-        let host = camera::host_camera(scene_data.get_cam_transform(), projection);
-        let size = buffers.get_internal_size();
-        let Some(host) = host.filter(|_| size.x > 0 && size.y > 0) else { return Ok(None) };
-        let multisampled = buffers.get_texture_samples() != TextureSamples::SAMPLES_1;
-        let color = buffers.get_color_layer_ex(view).msaa(multisampled).done();
-        let light_per_color = light_per_color(device, color);
-        let live_settings = LiveSettings {
-            resolution_scale: settings.resolution_scale,
-            target_samples: settings.target_samples,
-            exposure: settings.exposure * light_per_color,
-            denoise: settings.denoise,
-            ..LiveSettings::new(size.x as u32, size.y as u32)
-        };
-
-        let Some(world) = self.worlds.get(&snapshot.key) else { return Ok(None) };
-        let mut recording = Recording::new();
+        let Some(host) = HostView::new(device, buffers, scene_data, view) else { return Ok(None) };
         let key = (buffers.get_render_target(), view);
-        let mut known = self.eyes.remove(&key);
-        // An eye that turns to another scene starts over there.
-        if let Some(other) = known.take_if(|eye| eye.world != snapshot.key) {
-            other.live.free(&mut recording);
-        }
-        let eye = match known {
-            Some(eye) => Ok(eye),
-            None => LiveView::new(&live_settings, &world.cache, &mut recording)
-                .map(|live| Eye::new(live, snapshot.key)),
-        };
-        let eye = match eye {
-            Ok(eye) => eye,
-            Err(error) => {
-                // What was freed meanwhile is freed.
-                let _ = self.executor.execute(device, &recording, TIMED);
-                return Err(error.to_string());
-            }
-        };
-        let eye = self.eyes.entry(key).insert_entry(eye).into_mut();
+        let mut recording = Recording::new();
+        self.find_eye(device, key, snapshot.key, &host.live_settings(&settings), &mut recording)?;
+        let world = self.worlds.get(&snapshot.key);
+        let (Some(world), Some(eye)) = (world, self.eyes.get_mut(&key)) else { return Ok(None) };
         eye.take_read_backs();
-
-        let [depth, color_target, depth_target] = eye.lent;
-        self.executor.lend(depth, buffers.get_depth_layer(view));
-        self.executor.lend(color_target, color);
-        let written = buffers.get_depth_layer_ex(view).msaa(multisampled).done();
-        self.executor.lend(depth_target, written);
-        let jittered = buffers.get_use_taa() || scaling_mode(buffers) == FSR2;
-        let host_frame = HostFrame {
-            depth: Some(HostDepth {
-                texture: depth,
-                view_depth_from_ndc: host.view_depth_from_ndc,
-                clear: 0.0,
-                jittered,
-            }),
-            color_target,
-            depth_target: settings.write_depth.then_some(depth_target),
-            fog: fog.map(|fog| Fog { color: fog.color.map(|c| c * light_per_color), ..fog }),
-        };
-        let camera =
-            if jittered { camera::without_jitter(host.camera, live_settings.size) } else { host.camera };
-        let traced = Some((camera, snapshot.version, eye.live.film_size()));
-        let pass =
-            if std::mem::replace(&mut eye.traced, traced) == traced { Pass::Still } else { Pass::Moving };
-        let budget = eye.pacer.budget(pass, settings.budget_milliseconds);
-        let status = match eye.live.record_frame(
-            &world.cache,
-            &camera,
-            &live_settings,
-            &host_frame,
-            budget,
-            &mut recording,
-        ) {
-            Ok(status) => status,
+        host.lend(&mut self.executor, eye.lent);
+        match eye.record(world, &host, *fog, &settings, &mut recording) {
+            Ok(frame) => self.execute_eye(device, key, &recording, frame).map(Some),
             Err(error) => {
                 // A new eye's films are made all the same: the next frame counts on them.
                 let _ = self.executor.execute(device, &recording, TIMED);
-                return Err(error.to_string());
+                Err(error.to_string())
             }
-        };
-        self.serial += 1;
-        let name = format!("{TIMED} {}", self.serial);
-        match self.executor.execute(device, &recording, &name) {
-            Ok(read_backs) => {
-                let milliseconds = settings.budget_milliseconds;
-                eye.pacer.recorded(self.serial, pass, status.pixel_samples, budget, milliseconds);
-                eye.read_backs.extend(read_backs);
-                Ok(Some(status))
+        }
+    }
+
+    /// Sees to it that there is an eye, if there is its scene. One that turns to another scene starts over there.
+    fn find_eye(
+        &mut self,
+        device: &mut Gd<RenderingDevice>,
+        key: EyeKey,
+        shown: WorldKey,
+        live_settings: &LiveSettings,
+        recording: &mut Recording,
+    ) -> Result<(), String> {
+        let Some(world) = self.worlds.get(&shown) else { return Ok(()) };
+        if self.eyes.get(&key).is_some_and(|eye| eye.world == shown) {
+            return Ok(());
+        }
+        if let Some(other) = self.eyes.remove(&key) {
+            other.live.free(recording);
+        }
+        match LiveView::new(live_settings, &world.cache, recording) {
+            Ok(live) => {
+                self.eyes.insert(key, Eye::new(live, shown));
+                Ok(())
             }
             Err(error) => {
-                self.executor.discard(device, &recording);
+                // What was freed meanwhile is freed.
+                let _ = self.executor.execute(device, recording, TIMED);
+                Err(error.to_string())
+            }
+        }
+    }
+
+    /// Hands an eye's recording to the device. An eye that it refuses starts over in the next frame.
+    fn execute_eye(
+        &mut self,
+        device: &mut Gd<RenderingDevice>,
+        key: EyeKey,
+        recording: &Recording,
+        frame: Frame,
+    ) -> Result<LiveStatus, String> {
+        self.serial += 1;
+        match self.executor.execute(device, recording, &format!("{TIMED} {}", self.serial)) {
+            Ok(read_backs) => {
+                if let Some(eye) = self.eyes.get_mut(&key) {
+                    eye.executed(self.serial, frame, read_backs);
+                }
+                Ok(frame.status)
+            }
+            Err(error) => {
+                self.executor.discard(device, recording);
                 // What it made is gone: it makes everything anew.
                 if let Some(eye) = self.eyes.remove(&key) {
                     self.free_eye(device, eye);
                 }
-                Err(ExecuteError::to_string(&error))
+                Err(error.to_string())
             }
         }
     }
@@ -324,7 +308,7 @@ impl Renderer {
     }
 
     fn sweep(&mut self, device: &mut Gd<RenderingDevice>, shown: &HashMap<Rid, WorldKey>) {
-        let gone: Vec<(Rid, u32)> =
+        let gone: Vec<EyeKey> =
             self.eyes.keys().filter(|(target, _)| !shown.contains_key(target)).copied().collect();
         for key in gone {
             if let Some(eye) = self.eyes.remove(&key) {
@@ -342,7 +326,7 @@ impl Renderer {
     fn free_eye(&mut self, device: &mut Gd<RenderingDevice>, eye: Eye) {
         let mut recording = Recording::new();
         eye.live.free(&mut recording);
-        for id in eye.lent {
+        for id in eye.lent.ids() {
             recording.push(lumivox_renderer::Step::Free { id });
         }
         // Freeing never fails.
@@ -350,24 +334,38 @@ impl Renderer {
     }
 }
 
-/// What the engine draws light of 1 as: the Mobile renderer's colours end at 1, and it halves light to keep some above
-/// white.
-fn light_per_color(device: &mut Gd<RenderingDevice>, color: Rid) -> f64 {
-    match device.texture_get_format(color).map(|format| format.get_format()) {
-        Some(DataFormat::A2B10G10R10_UNORM_PACK32) => 0.5,
-        _ => 1.0,
-    }
-}
-
-/// The engine's answer where nothing is scaled is none of its enum: it is asked without one.
-fn scaling_mode(buffers: &mut Gd<RenderSceneBuffersRd>) -> i64 {
-    buffers.call("get_scaling_3d_mode", &[]).try_to().unwrap_or_default()
-}
-
 impl Eye {
     fn new(live: LiveView, world: WorldKey) -> Self {
-        let lent = [ResourceId::external(), ResourceId::external(), ResourceId::external()];
-        Self { live, pacer: Pacer::new(), traced: None, read_backs: vec![], lent, world }
+        Self { live, pacer: Pacer::new(), traced: None, read_backs: vec![], lent: Lent::new(), world }
+    }
+
+    /// Records as much of the picture as fits into the time that it has.
+    fn record(
+        &mut self,
+        world: &World,
+        host: &HostView,
+        fog: Option<Fog>,
+        settings: &Settings,
+        recording: &mut Recording,
+    ) -> Result<Frame, RenderError> {
+        let camera = host.camera();
+        let traced = Some((camera, world.version, self.live.film_size()));
+        let before = std::mem::replace(&mut self.traced, traced);
+        let pass = if before == traced { Pass::Still } else { Pass::Moving };
+        let milliseconds = settings.budget_milliseconds;
+        let budget = self.pacer.budget(pass, milliseconds);
+        let host_frame = host.frame(self.lent, settings.write_depth, fog);
+        let live_settings = host.live_settings(settings);
+        let status =
+            self.live.record_frame(&world.cache, &camera, &live_settings, &host_frame, budget, recording)?;
+        Ok(Frame { status, pass, budget, milliseconds })
+    }
+
+    /// Waits for what comes back of a frame, and for what it took.
+    fn executed(&mut self, serial: u64, frame: Frame, read_backs: Vec<Receiver<Vec<u8>>>) {
+        let Frame { status, pass, budget, milliseconds } = frame;
+        self.pacer.recorded(serial, pass, status.pixel_samples, budget, milliseconds);
+        self.read_backs.extend(read_backs);
     }
 
     /// Hands over what has come back from the GPU.

@@ -1,0 +1,134 @@
+//! What the engine lends of one eye's picture: its camera, and the textures that volumes are drawn to.
+
+use godot::classes::rendering_device::{DataFormat, TextureSamples};
+use godot::classes::{RenderSceneBuffersRd, RenderSceneData, RenderingDevice};
+use godot::prelude::*;
+use lumivox_core::Camera;
+use lumivox_renderer::{Fog, HostDepth, HostFrame, LiveSettings, ResourceId};
+
+use crate::camera::{self, HostCamera};
+use crate::executor::Executor;
+use crate::render::Settings;
+
+/// The scaling mode that brings its own temporal antialiasing.
+const FSR2: i64 = 2;
+
+/// One eye of one viewport, as the engine draws it in this frame.
+pub struct HostView {
+    host: HostCamera,
+    /// Pixels that are drawn, before any scaling.
+    size: [u32; 2],
+    /// Resolved, for primary rays end at one depth per pixel.
+    depth: Rid,
+    /// What is drawn over; multisampled where the engine's is.
+    color: Rid,
+    /// Where volumes write their depth; multisampled where the engine's is.
+    written_depth: Rid,
+    /// Whether the camera is shifted by part of a pixel in each frame.
+    jittered: bool,
+    light_per_color: f64,
+}
+
+/// The renderer's names of the textures.
+#[derive(Clone, Copy)]
+pub struct Lent {
+    depth: ResourceId,
+    color: ResourceId,
+    written_depth: ResourceId,
+}
+
+impl HostView {
+    /// `None` if there is nothing to draw to.
+    pub fn new(
+        device: &mut Gd<RenderingDevice>,
+        buffers: &mut Gd<RenderSceneBuffersRd>,
+        scene_data: &Gd<RenderSceneData>,
+        view: u32,
+    ) -> Option<Self> {
+        let host = camera::host_camera(scene_data.get_cam_transform(), scene_data.get_view_projection(view))?;
+        let size = buffers.get_internal_size();
+        if size.x <= 0 || size.y <= 0 {
+            return None;
+        }
+        let multisampled = buffers.get_texture_samples() != TextureSamples::SAMPLES_1;
+        let color = buffers.get_color_layer_ex(view).msaa(multisampled).done();
+        Some(Self {
+            host,
+            size: [size.x as u32, size.y as u32],
+            depth: buffers.get_depth_layer(view),
+            color,
+            written_depth: buffers.get_depth_layer_ex(view).msaa(multisampled).done(),
+            jittered: buffers.get_use_taa() || scaling_mode(buffers) == FSR2,
+            light_per_color: light_per_color(device, color),
+        })
+    }
+
+    /// What an effect's settings are for this picture.
+    pub fn live_settings(&self, settings: &Settings) -> LiveSettings {
+        let [width, height] = self.size;
+        LiveSettings {
+            resolution_scale: settings.resolution_scale,
+            target_samples: settings.target_samples,
+            exposure: settings.exposure * self.light_per_color,
+            denoise: settings.denoise,
+            ..LiveSettings::new(width, height)
+        }
+    }
+
+    /// The camera that is traced from.
+    pub fn camera(&self) -> Camera {
+        if self.jittered { camera::without_jitter(self.host.camera, self.size) } else { self.host.camera }
+    }
+
+    /// What the renderer is to know of the textures.
+    pub fn frame(&self, lent: Lent, write_depth: bool, fog: Option<Fog>) -> HostFrame {
+        HostFrame {
+            depth: Some(HostDepth {
+                texture: lent.depth,
+                view_depth_from_ndc: self.host.view_depth_from_ndc,
+                clear: 0.0,
+                jittered: self.jittered,
+            }),
+            color_target: lent.color,
+            depth_target: write_depth.then_some(lent.written_depth),
+            fog: fog.map(|fog| Fog { color: fog.color.map(|c| c * self.light_per_color), ..fog }),
+        }
+    }
+
+    /// Hands the textures over, for this frame.
+    pub fn lend(&self, executor: &mut Executor, lent: Lent) {
+        executor.lend(lent.depth, self.depth);
+        executor.lend(lent.color, self.color);
+        executor.lend(lent.written_depth, self.written_depth);
+    }
+}
+
+impl Lent {
+    /// Names that nothing else has.
+    pub fn new() -> Self {
+        Self {
+            depth: ResourceId::external(),
+            color: ResourceId::external(),
+            written_depth: ResourceId::external(),
+        }
+    }
+
+    /// Every name.
+    pub fn ids(self) -> [ResourceId; 3] {
+        [self.depth, self.color, self.written_depth]
+    }
+}
+
+/// What the engine draws light of 1 as: the Mobile renderer's colours end at 1, and it halves light to keep some above
+/// white.
+fn light_per_color(device: &mut Gd<RenderingDevice>, color: Rid) -> f64 {
+    match device.texture_get_format(color).map(|format| format.get_format()) {
+        Some(DataFormat::A2B10G10R10_UNORM_PACK32) => 0.5,
+        _ => 1.0,
+    }
+}
+
+/// The engine's answer where nothing is scaled is none of its enum: it is asked without one.
+fn scaling_mode(buffers: &mut Gd<RenderSceneBuffersRd>) -> i64 {
+    buffers.call("get_scaling_3d_mode", &[]).try_to().unwrap_or_default()
+}
