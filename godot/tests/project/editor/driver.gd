@@ -327,6 +327,7 @@ func _use_dialog() -> Dictionary:
 	var scanned := func() -> bool: return dialog.get("_step") != 1
 	dialog.call("open_path", (_arguments["study"] as String).path_join("good"))
 	await _until(scanned)
+	await get_tree().process_frame
 	var told := {"rows": [], "first": details.get_parsed_text()}
 	for item in tree.get_root().get_children():
 		told.rows.append(range(tree.columns).map(func(column: int) -> String: return item.get_text(column)))
