@@ -289,6 +289,7 @@ fn a_folder_dropped_while_the_dialog_works_is_refused_and_disturbs_nothing() {
         assert_eq!((&refused[0], &refused[1]), (&json!(step), &json!(step)), "{told}");
         assert!(refused[2].as_str().unwrap().contains("small was not opened: one scan at a time"), "{told}");
     }
+    assert_eq!(told["as_before"], true, "when it is stopped, the series is described again: {told}");
     assert_eq!(told["saved_as"], "res://opened.res", "{told}");
 }
 
