@@ -6,6 +6,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
+
 use crate::exit::{self, Failure};
 
 /// Writes to stdout. Whoever reads may stop early (`lumivox presets | head -1`): that is no error.
@@ -32,28 +34,19 @@ pub struct Picture {
 impl Picture {
     /// Puts an opaque sRGB colour behind the picture. Light adds up, so the blend is linear.
     pub fn put_on(&mut self, color: [u8; 3]) {
-        let linear: [f32; 256] = std::array::from_fn(|code| srgb_decode(code as f32 / 255.0));
+        let linear: [f64; 256] = std::array::from_fn(|code| linear_from_srgb(code as f64 / 255.0));
         for pixel in self.rgba.chunks_exact_mut(4) {
-            let alpha = f32::from(pixel[3]) / 255.0;
+            let alpha = f64::from(pixel[3]) / 255.0;
             if pixel[3] < 255 {
                 for (channel, behind) in pixel.iter_mut().zip(color) {
                     let light =
                         alpha * linear[usize::from(*channel)] + (1.0 - alpha) * linear[usize::from(behind)];
-                    *channel = (srgb_encode(light) * 255.0 + 0.5) as u8;
+                    *channel = (srgb_from_linear(light) * 255.0 + 0.5) as u8;
                 }
             }
             pixel[3] = 255;
         }
     }
-}
-
-/// The sRGB transfer function, IEC 61966-2-1.
-fn srgb_decode(code: f32) -> f32 {
-    if code <= 0.04045 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
-}
-
-fn srgb_encode(light: f32) -> f32 {
-    if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// A PNG that is going to be written.

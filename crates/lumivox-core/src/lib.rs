@@ -13,6 +13,7 @@
 //! - Colours are linear, with sRGB primaries.
 
 pub mod camera;
+pub mod color;
 pub mod environment;
 pub mod framing;
 pub mod light;

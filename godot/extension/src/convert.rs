@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use godot::classes::ProjectSettings;
 use godot::prelude::*;
+use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 
 /// A vector in Godot's precision.
@@ -31,16 +32,12 @@ pub fn transform(map: DAffine3) -> Transform3D {
 
 /// Linear RGB of a colour, which Godot keeps in sRGB.
 pub fn linear_from_color(color: Color) -> [f64; 3] {
-    [color.r, color.g, color.b].map(|c| {
-        let c = f64::from(c);
-        if c < 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-    })
+    [color.r, color.g, color.b].map(|code| linear_from_srgb(f64::from(code)))
 }
 
 /// The colour of linear RGB.
 pub fn color_from_linear(linear: [f64; 3]) -> Color {
-    let [r, g, b] =
-        linear.map(|c| (if c < 0.0031308 { c * 12.92 } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 }) as f32);
+    let [r, g, b] = linear.map(|c| srgb_from_linear(c) as f32);
     Color::from_rgb(r, g, b)
 }
 

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use lumivox_core::EnvironmentMap;
+use lumivox_core::color::luminance;
 use lumivox_shaders::layout::ImportanceCell;
 
 /// Largest importance grid; finer maps are summed into it.
@@ -25,8 +26,7 @@ impl ImportanceGrid {
             for x in 0..map.width {
                 // Bilinear radiance spreads a texel over its neighbours' cells; so does its weight, or light would
                 // arrive from where no sample goes.
-                let [r, g, b] = map.texels[y * map.width + x].map(f64::from);
-                let weight = (0.2126 * r + 0.7152 * g + 0.0722 * b) * sin_theta;
+                let weight = luminance(map.texels[y * map.width + x].map(f64::from)) * sin_theta;
                 for (dx, dy, share) in NEIGHBOURS {
                     let nx = (x as i64 + dx).rem_euclid(map.width as i64) as usize;
                     let ny = (y as i64 + dy).clamp(0, map.height as i64 - 1) as usize;
