@@ -11,6 +11,7 @@ mod editor;
 mod engine;
 mod expected;
 mod export;
+mod interpolation;
 mod lights;
 mod many;
 mod motion;
