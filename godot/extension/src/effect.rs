@@ -1,16 +1,21 @@
 //! How volumes are drawn into a viewport.
 
 use godot::classes::compositor_effect::EffectCallbackType;
-use godot::classes::{CompositorEffect, ICompositorEffect, RenderData};
+use godot::classes::rendering_server::CompositorEffectCallbackType;
+use godot::classes::{CompositorEffect, ICompositorEffect, RenderingServer};
 use godot::prelude::*;
 
-use crate::render::{self, Settings};
+use crate::render::Settings;
+use crate::server::Lumivox;
 
 /// Draws the [LumivoxVolume3D]s of a scene, in the [Compositor] of a [WorldEnvironment] or a [Camera3D]. Scenes
-/// without one are drawn with these defaults; add it to change them.
+/// without one are drawn with these defaults; add it to change them. Of several, the first that is enabled draws.
 ///
 /// While the camera moves the image is coarse and answers at once; at rest it converges to
 /// [member target_samples] per pixel, as much in each frame as fits into [member frame_budget_ms].
+///
+/// Where [member CompositorEffect.enabled] is off, no volumes are drawn, and nothing is kept of their image: for
+/// [method Lumivox.is_converged] and [method Lumivox.get_status] the viewport shows none.
 ///
 /// Volumes follow the exposure of the scene's [CameraAttributes] as its lights and sky do, and [member exposure] besides.
 #[derive(GodotClass)]
@@ -36,8 +41,8 @@ pub struct LumivoxEffect {
     /// pixel has 256 samples; the samples themselves never are.
     #[export]
     denoise: bool,
-    /// What lights the volumes besides the scene's lights. Scene: the environment of the world or the camera. Studio:
-    /// Lumivox' own studio light, whatever the scene's is.
+    /// What lights the volumes besides the scene's lights. Scene: the environment of the world
+    /// or the camera. Studio: Lumivox' own studio light, whatever the scene's is.
     #[export(enum = (Scene, Studio))]
     environment_source: i64,
     base: Base<CompositorEffect>,
@@ -61,22 +66,31 @@ impl ICompositorEffect for LumivoxEffect {
             base,
         }
     }
+}
 
-    fn render_callback(&mut self, _kind: i32, data: Option<Gd<RenderData>>) {
-        let Some(data) = data else { return };
-        let settings = Settings {
+impl LumivoxEffect {
+    /// Has the engine call the singleton in place of this effect: an effect may be freed while another thread draws,
+    /// and then no call of it may be under way. To be said in each frame, since the engine names the effect again
+    /// when its callback type is set, and tells nobody.
+    pub fn draw_by_singleton(&self) {
+        let base = self.base();
+        let kind = CompositorEffectCallbackType::from_ord(base.get_effect_callback_type().ord());
+        let draw = Lumivox::singleton().callable("_draw");
+        RenderingServer::singleton().compositor_effect_set_callback(base.get_rid(), kind, &draw);
+    }
+
+    /// What it asks for.
+    pub fn settings(&self) -> Settings {
+        Settings {
             exposure: self.exposure.clamp(-64.0, 64.0).exp2(),
             target_samples: self.target_samples.clamp(1, 1 << 20) as u32,
             budget_milliseconds: self.frame_budget_ms.clamp(0.1, 10_000.0),
             resolution_scale: self.resolution_scale,
             write_depth: self.write_depth,
             denoise: self.denoise,
-        };
-        render::draw(settings, &data);
+        }
     }
-}
 
-impl LumivoxEffect {
     /// Whether the scene's own environment lights the volumes.
     pub fn uses_scene_environment(&self) -> bool {
         self.environment_source == 0

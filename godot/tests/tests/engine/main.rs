@@ -8,6 +8,7 @@ mod case;
 mod codecs;
 mod demo;
 mod editor;
+mod effects;
 mod engine;
 mod expected;
 mod export;
