@@ -23,11 +23,14 @@ func _ready() -> void:
 	var arguments := Shower.arguments_by_name()
 	all = JSON.parse_string(FileAccess.get_file_as_string(arguments["cases"]))
 	out = arguments["out"]
+	limits()
+	constants()
 	await hide_and_show()
 	await hide_and_show_beside_another()
 	await two_effects()
 	await disabled()
 	await freed_nodes()
+	await redraws()
 	get_tree().quit()
 
 
@@ -81,6 +84,42 @@ static func give(compositor: Compositor, list: Array) -> void:
 	var effects: Array[CompositorEffect] = []
 	effects.assign(list)
 	compositor.compositor_effects = effects
+
+
+## What a setter makes of values beyond its range, and of those that are none.
+func limits() -> void:
+	var told := {}
+	var tries := {
+		"exposure": [100.0, -100.0, 3.5], "target_samples": [0, 1 << 20, 77], "frame_budget_ms": [0.0, 1e9, 5.0],
+		"resolution_scale": [0.0, 7.0, 0.25], "environment_source": [-3, 9, 0],
+	}
+	var effect := LumivoxEffect.new()
+	for property: String in tries:
+		var kept := []
+		for value: Variant in tries[property]:
+			effect.set(property, value)
+			kept.append(effect.get(property))
+		told[property] = kept
+	for property: String in ["exposure", "frame_budget_ms", "resolution_scale"]:
+		var before: float = effect.get(property)
+		var stays := true
+		for value: float in [NAN, INF, -INF]:
+			print("EXPECT an error of ", property)
+			effect.set(property, value)
+			stays = stays and effect.get(property) == before
+		told[property + " stays"] = stays
+	tell("limits", told)
+
+
+func constants() -> void:
+	var told := {"constants": {}, "units": {}}
+	for constant in ClassDB.class_get_integer_constant_list("LumivoxEffect", true):
+		told.constants[constant] = ClassDB.class_get_integer_constant("LumivoxEffect", constant)
+	for property in ClassDB.class_get_property_list("LumivoxEffect", true):
+		for part in (property.hint_string as String).split(","):
+			if part.begins_with("suffix:"):
+				told.units[property.name] = part.trim_prefix("suffix:")
+	tell("constants", told)
 
 
 ## A volume that was drawn before its scene had a compositor is hidden and shown again.
@@ -222,3 +261,37 @@ func freed_nodes() -> void:
 	await converge(viewport)
 	save(viewport, "after_freed_nodes")
 	await close(viewport)
+
+
+## Whether an engine that idles draws the frame that a setting needs.
+func redraws() -> void:
+	var viewport := show_case(all.soft)
+	var effect: LumivoxEffect = world_of(viewport).compositor.compositor_effects[0]
+	await converge(viewport)
+	OS.low_processor_usage_mode = true
+	var told := {}
+	var changes := {
+		"exposure": 1.0, "target_samples": 12, "frame_budget_ms": 40.0, "resolution_scale": 0.5, "write_depth": false,
+		"denoise": true, "environment_source": 1,
+	}
+	for property: String in changes:
+		var idle := await until_idle()
+		var before := Engine.get_frames_drawn()
+		effect.set(property, changes[property])
+		for frame in 5:
+			await get_tree().process_frame
+		told[property] = {"idle": idle, "frames": Engine.get_frames_drawn() - before}
+	OS.low_processor_usage_mode = false
+	tell("redraws", told)
+	await close(viewport)
+
+
+func until_idle() -> bool:
+	var quiet := 0
+	for frame in 1000:
+		var drawn := Engine.get_frames_drawn()
+		await get_tree().process_frame
+		quiet = quiet + 1 if Engine.get_frames_drawn() == drawn else 0
+		if quiet == 8:
+			return true
+	return false

@@ -79,6 +79,45 @@ fn nodes_freed_at_once_hold_nothing_up() {
 }
 
 #[test]
+fn settings_draw_a_frame_of_an_engine_that_idles() {
+    let told = telling("redraws");
+    let told = told.as_object().unwrap();
+    assert_eq!(told.len(), 7);
+    for (property, what) in told {
+        assert_eq!(what["idle"], true, "before {property}: {told:?}");
+        assert!(what["frames"].as_u64().unwrap() > 0, "{property}: {told:?}");
+    }
+}
+
+#[test]
+fn settings_keep_to_their_ranges() {
+    let told = telling("limits");
+    let wanted = json!({
+        "exposure": [64.0, -64.0, 3.5],
+        "target_samples": [1.0, 65536.0, 77.0],
+        "frame_budget_ms": [0.5, 10_000.0, 5.0],
+        "resolution_scale": [0.1, 1.0, 0.25],
+        "environment_source": [0.0, 1.0, 0.0],
+    });
+    for (property, values) in wanted.as_object().unwrap() {
+        let kept = told[property].as_array().unwrap().iter().map(Value::as_f64);
+        assert!(kept.eq(values.as_array().unwrap().iter().map(Value::as_f64)), "{property}: {told}");
+    }
+    for property in ["exposure", "frame_budget_ms", "resolution_scale"] {
+        assert_eq!(told[format!("{property} stays")], true, "{property} took what is no number");
+        let named = format!("LumivoxEffect.{property}");
+        assert_eq!(shown().1.log.matches(&named).count(), 3, "an error names {named}");
+    }
+}
+
+#[test]
+fn sources_of_light_have_names_and_settings_units() {
+    let told = telling("constants");
+    assert_eq!(told["constants"], json!({"ENVIRONMENT_SCENE": 0, "ENVIRONMENT_STUDIO": 1}));
+    assert_eq!(told["units"], json!({"exposure": "EV", "frame_budget_ms": "ms"}));
+}
+
+#[test]
 fn an_effect_is_freed_while_a_render_thread_of_its_own_draws() {
     let case = Case { samples: 16, size: [48, 36], budget: 4.0, ..Case::new("swapped") };
     let run = {
