@@ -28,6 +28,7 @@ pub struct LumivoxEffect {
     #[var(set)]
     exposure: f64,
     /// Samples per pixel after which the image is done and costs nothing more. Noise halves with four times as many.
+    /// From 1 to 65536.
     #[export(range = (1.0, 65536.0, 1.0, exp))]
     #[var(set)]
     target_samples: i64,
@@ -37,6 +38,7 @@ pub struct LumivoxEffect {
     #[var(set)]
     frame_budget_ms: f64,
     /// Pixels traced per pixel of the viewport along each side. Below 1 it converges sooner and is less sharp.
+    /// From 0.1 to 1.
     #[export(range = (0.1, 1.0, 0.01))]
     #[var(set)]
     resolution_scale: f64,

@@ -3,8 +3,7 @@
 //! The walk of a frame: `server` gathers the worlds that hold volumes on the main thread (`world`) and leaves them
 //! in `shared`, with what their `effect::LumivoxEffect` asks for; the singleton is called on the render thread, in the
 //! effect's place, while the engine draws a viewport, and `render` traces into its colour with the steps that
-//! `executor` replays. Nothing but plain Rust and RIDs crosses
-//! between the threads.
+//! `executor` replays. Nothing but plain Rust and RIDs crosses between the threads.
 
 mod camera;
 mod codecs;

@@ -74,7 +74,7 @@ impl Lumivox {
         GString::from(env!("CARGO_PKG_VERSION"))
     }
 
-    /// Called on the render thread. Nothing is bound: there it would outlive what the main thread frees.
+    /// Called on the render thread, in the place of effects. Nothing is bound while the main thread goes on.
     #[func(gd_self)]
     fn _draw(_this: Gd<Self>, _kind: i32, data: Option<Gd<RenderData>>) {
         if let Some(data) = data {

@@ -211,6 +211,11 @@ func two_effects() -> void:
 	save(viewport, "effects_shared")
 	save(other, "effects_shared_too")
 	await close(other)
+	# The engine names the effect itself again.
+	give(compositor, [first])
+	first.effect_callback_type = CompositorEffect.EFFECT_CALLBACK_TYPE_POST_TRANSPARENT
+	await frames(3)
+	save(viewport, "at_another_stage")
 	await close(viewport)
 
 

@@ -56,7 +56,7 @@ fn a_volume_hidden_and_shown_is_back_and_so_are_the_scenes_own_effects() {
 #[test]
 fn the_first_enabled_effect_draws_volumes_once() {
     assert_shows("two_effects");
-    for name in ["after_a_disabled_one", "effects_shared", "effects_shared_too"] {
+    for name in ["after_a_disabled_one", "effects_shared", "effects_shared_too", "at_another_stage"] {
         assert_shows(name);
     }
 }
