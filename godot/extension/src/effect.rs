@@ -1,46 +1,122 @@
 //! How volumes are drawn into a viewport.
 
 use godot::classes::compositor_effect::EffectCallbackType;
-use godot::classes::{CompositorEffect, ICompositorEffect, RenderData};
+use godot::classes::rendering_server::CompositorEffectCallbackType;
+use godot::classes::{CompositorEffect, ICompositorEffect, RenderingServer};
 use godot::prelude::*;
 
-use crate::render::{self, Settings};
+use crate::render::Settings;
+use crate::server::Lumivox;
 
 /// Draws the [LumivoxVolume3D]s of a scene, in the [Compositor] of a [WorldEnvironment] or a [Camera3D]. Scenes
-/// without one are drawn with these defaults; add it to change them.
+/// without one are drawn with these defaults; add it to change them. Of several, the first that is enabled draws.
 ///
 /// While the camera moves the image is coarse and answers at once; at rest it converges to
 /// [member target_samples] per pixel, as much in each frame as fits into [member frame_budget_ms].
 ///
+/// Where [member CompositorEffect.enabled] is off, no volumes are drawn, and nothing is kept of their image: for
+/// [method Lumivox.is_converged] and [method Lumivox.get_status] the viewport shows none.
+///
 /// Volumes follow the exposure of the scene's [CameraAttributes] as its lights and sky do, and [member exposure] besides.
+///
+/// Values beyond a setting's range become the nearest in it; what is no finite number is refused with an error.
 #[derive(GodotClass)]
 #[class(tool, base = CompositorEffect)]
 pub struct LumivoxEffect {
-    /// Brightens the volumes by so many stops: +1 doubles their light.
-    #[export(range = (-10.0, 10.0, 0.01, or_less, or_greater))]
+    /// Brightens the volumes by so many stops: +1 doubles their light. From -64 to 64.
+    #[export(range = (-10.0, 10.0, 0.01, or_less, or_greater, suffix = "EV"))]
+    #[var(set)]
     exposure: f64,
     /// Samples per pixel after which the image is done and costs nothing more. Noise halves with four times as many.
+    /// From 1 to 65536.
     #[export(range = (1.0, 65536.0, 1.0, exp))]
+    #[var(set)]
     target_samples: i64,
     /// Milliseconds of the GPU's time that tracing may take in a frame. More converges sooner and lowers the frame
-    /// rate until it has.
-    #[export(range = (0.5, 100.0, 0.1, or_greater))]
+    /// rate until it has. From 0.5 to 10000.
+    #[export(range = (0.5, 100.0, 0.1, or_greater, suffix = "ms"))]
+    #[var(set)]
     frame_budget_ms: f64,
     /// Pixels traced per pixel of the viewport along each side. Below 1 it converges sooner and is less sharp.
+    /// From 0.1 to 1.
     #[export(range = (0.1, 1.0, 0.01))]
+    #[var(set)]
     resolution_scale: f64,
     /// Writes the depth of volumes, so that transparent materials, fog and later effects see them.
     #[export]
+    #[var(set)]
     write_depth: bool,
     /// Filters the noise out of the image while it converges. What is shown is biased (softer than the truth) until a
     /// pixel has 256 samples; the samples themselves never are.
     #[export]
+    #[var(set)]
     denoise: bool,
-    /// What lights the volumes besides the scene's lights. Scene: the environment of the world or the camera. Studio:
-    /// Lumivox' own studio light, whatever the scene's is.
+    /// What lights the volumes besides the scene's lights. [constant ENVIRONMENT_SCENE]: the environment of the world
+    /// or the camera. [constant ENVIRONMENT_STUDIO]: Lumivox' own studio light, whatever the scene's is.
     #[export(enum = (Scene, Studio))]
+    #[var(set)]
     environment_source: i64,
     base: Base<CompositorEffect>,
+}
+
+#[godot_api]
+impl LumivoxEffect {
+    /// The environment of the world or the camera lights the volumes.
+    #[constant]
+    pub const ENVIRONMENT_SCENE: i64 = 0;
+    /// Lumivox' own studio light does.
+    #[constant]
+    pub const ENVIRONMENT_STUDIO: i64 = 1;
+
+    #[func]
+    fn set_exposure(&mut self, stops: f64) {
+        if let Some(stops) = within("exposure", stops, self.exposure, [-64.0, 64.0]) {
+            self.exposure = stops;
+            self.request_redraw();
+        }
+    }
+
+    #[func]
+    fn set_target_samples(&mut self, samples: i64) {
+        self.target_samples = samples.clamp(1, 65_536);
+        self.request_redraw();
+    }
+
+    #[func]
+    fn set_frame_budget_ms(&mut self, milliseconds: f64) {
+        if let Some(milliseconds) =
+            within("frame_budget_ms", milliseconds, self.frame_budget_ms, [0.5, 10_000.0])
+        {
+            self.frame_budget_ms = milliseconds;
+            self.request_redraw();
+        }
+    }
+
+    #[func]
+    fn set_resolution_scale(&mut self, scale: f64) {
+        if let Some(scale) = within("resolution_scale", scale, self.resolution_scale, [0.1, 1.0]) {
+            self.resolution_scale = scale;
+            self.request_redraw();
+        }
+    }
+
+    #[func]
+    fn set_write_depth(&mut self, writes: bool) {
+        self.write_depth = writes;
+        self.request_redraw();
+    }
+
+    #[func]
+    fn set_denoise(&mut self, filters: bool) {
+        self.denoise = filters;
+        self.request_redraw();
+    }
+
+    #[func]
+    fn set_environment_source(&mut self, source: i64) {
+        self.environment_source = source.clamp(Self::ENVIRONMENT_SCENE, Self::ENVIRONMENT_STUDIO);
+        self.request_redraw();
+    }
 }
 
 #[godot_api]
@@ -57,28 +133,53 @@ impl ICompositorEffect for LumivoxEffect {
             resolution_scale: 1.0,
             write_depth: true,
             denoise: false,
-            environment_source: 0,
+            environment_source: Self::ENVIRONMENT_SCENE,
             base,
         }
-    }
-
-    fn render_callback(&mut self, _kind: i32, data: Option<Gd<RenderData>>) {
-        let Some(data) = data else { return };
-        let settings = Settings {
-            exposure: self.exposure.clamp(-64.0, 64.0).exp2(),
-            target_samples: self.target_samples.clamp(1, 1 << 20) as u32,
-            budget_milliseconds: self.frame_budget_ms.clamp(0.1, 10_000.0),
-            resolution_scale: self.resolution_scale,
-            write_depth: self.write_depth,
-            denoise: self.denoise,
-        };
-        render::draw(settings, &data);
     }
 }
 
 impl LumivoxEffect {
+    /// Has the engine call the singleton in place of this effect: an effect may be freed while another thread draws,
+    /// and then no call of it may be under way. To be said in each frame, since the engine names the effect again
+    /// when its callback type is set, and tells nobody.
+    pub fn draw_by_singleton(&self) {
+        let base = self.base();
+        let kind = CompositorEffectCallbackType::from_ord(base.get_effect_callback_type().ord());
+        let draw = Lumivox::singleton().callable("_draw");
+        RenderingServer::singleton().compositor_effect_set_callback(base.get_rid(), kind, &draw);
+    }
+
+    /// What it asks for.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            exposure: self.exposure.exp2(),
+            target_samples: self.target_samples as u32,
+            budget_milliseconds: self.frame_budget_ms,
+            resolution_scale: self.resolution_scale,
+            write_depth: self.write_depth,
+            denoise: self.denoise,
+        }
+    }
+
     /// Whether the scene's own environment lights the volumes.
     pub fn uses_scene_environment(&self) -> bool {
-        self.environment_source == 0
+        self.environment_source == Self::ENVIRONMENT_SCENE
     }
+
+    /// An engine that idles draws again.
+    fn request_redraw(&self) {
+        let base = self.base();
+        // The cheapest change that the rendering server notices.
+        RenderingServer::singleton().compositor_effect_set_enabled(base.get_rid(), base.get_enabled());
+    }
+}
+
+/// A property's new value within its range; `None`, and an error, if it is no number.
+fn within(property: &str, value: f64, before: f64, [low, high]: [f64; 2]) -> Option<f64> {
+    if !value.is_finite() {
+        godot_error!("LumivoxEffect.{property} must be a finite number, not {value}; it stays {before}.");
+        return None;
+    }
+    Some(value.clamp(low, high))
 }

@@ -1,9 +1,9 @@
 //! Lumivox in Godot: scans as resources, volumes as nodes, path traced on the engine's own RenderingDevice.
 //!
 //! The walk of a frame: `server` gathers the worlds that hold volumes on the main thread (`world`) and leaves them
-//! in `shared`; `effect::LumivoxEffect` is called on the render thread while the engine draws a viewport, and
-//! `render` traces into its colour with the steps that `executor` replays. Nothing but plain Rust and RIDs crosses
-//! between the threads.
+//! in `shared`, with what their `effect::LumivoxEffect` asks for; the singleton is called on the render thread, in the
+//! effect's place, while the engine draws a viewport, and `render` traces into its colour with the steps that
+//! `executor` replays. Nothing but plain Rust and RIDs crosses between the threads.
 
 mod camera;
 mod codecs;

@@ -17,7 +17,7 @@ use crate::shared::{self, Snapshot, Status, Target, WorldKey};
 /// Begins the names of captured times.
 const TIMED: &str = "lumivox";
 
-/// What an effect asks for.
+/// What an effect asks for, with what the camera adds.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
     /// Multiplies the light.
@@ -85,17 +85,16 @@ fn renderer() -> MutexGuard<'static, Renderer> {
 }
 
 /// Draws the volumes of a viewport. Called by the engine while it draws that viewport.
-pub fn draw(settings: Settings, data: &Gd<RenderData>) {
+pub fn draw(data: &Gd<RenderData>) {
     let Some(buffers) = data.get_render_scene_buffers() else { return };
     let Ok(mut buffers) = buffers.try_cast::<RenderSceneBuffersRd>() else { return };
     let Some(scene_data) = data.get_render_scene_data() else { return };
     let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
     let target = buffers.get_render_target();
-    let Some(shown) = shared::lock().targets.get(&target).cloned() else { return };
-    let settings = Settings { exposure: settings.exposure * shown.exposure, ..settings };
+    let Some(shown) = shared::lock().begin(target) else { return };
     // After a panic, which was reported, nothing is drawn any more rather than the same panic again.
     let Ok(mut renderer) = RENDERER.lock() else { return };
-    let drawn = renderer.draw(&mut device, settings, &shown, &mut buffers, &scene_data);
+    let drawn = renderer.draw(&mut device, &shown, &mut buffers, &scene_data);
     drop(renderer);
     let mut shared = shared::lock();
     match drawn {
@@ -131,7 +130,6 @@ impl Renderer {
     fn draw(
         &mut self,
         device: &mut Gd<RenderingDevice>,
-        settings: Settings,
         target: &Target,
         buffers: &mut Gd<RenderSceneBuffersRd>,
         scene_data: &Gd<RenderSceneData>,
@@ -139,10 +137,10 @@ impl Renderer {
         self.read_times(device);
         self.update_world(device, &target.snapshot)?;
         let views = buffers.get_view_count();
+        let budget_milliseconds = target.settings.budget_milliseconds / f64::from(views);
+        let settings = Settings { budget_milliseconds, ..target.settings };
         let mut status = Status { converged: true, samples: u32::MAX, ..Status::default() };
         for view in 0..views {
-            let settings =
-                Settings { budget_milliseconds: settings.budget_milliseconds / f64::from(views), ..settings };
             let Some(eye) = self.draw_eye(device, settings, target, buffers, scene_data, view)? else {
                 return Ok(None);
             };

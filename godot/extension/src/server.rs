@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 
-use godot::classes::{DisplayServer, RenderingServer, Viewport};
+use godot::classes::{DisplayServer, RenderData, RenderingServer, Viewport};
 use godot::prelude::*;
 
 use crate::nodes::LumivoxVolume3D;
@@ -30,7 +30,8 @@ pub struct Lumivox {
 impl Lumivox {
     /// How far the image of [param viewport] is: [code]samples[/code] per pixel of [code]target[/code],
     /// [code]converged[/code], [code]ms_per_frame[/code] (the GPU's time that tracing took in a recent frame) and
-    /// [code]pixel_samples[/code] traced in the last frame. Empty if it shows no volume.
+    /// [code]pixel_samples[/code] traced in the last frame. Empty if it shows no volume, be it because its
+    /// [LumivoxEffect] is disabled.
     #[func]
     pub fn get_status(&self, viewport: Gd<Viewport>) -> VarDictionary {
         // Asked for first: the render thread, which answers, may be waiting for the lock.
@@ -47,7 +48,9 @@ impl Lumivox {
         })
     }
 
-    /// Whether the image of [param viewport] is done. Also true if it shows no volume.
+    /// Whether the image of [param viewport] is done. Also true if it shows no volume, be it because its
+    /// [LumivoxEffect] is disabled. Samples are added while the viewport is drawn: with
+    /// [constant SubViewport.UPDATE_ONCE] it is drawn once, and may never be done.
     #[func]
     pub fn is_converged(&self, viewport: Gd<Viewport>) -> bool {
         let target = render_target(&viewport);
@@ -69,6 +72,14 @@ impl Lumivox {
     #[func]
     pub fn version(&self) -> GString {
         GString::from(env!("CARGO_PKG_VERSION"))
+    }
+
+    /// Called on the render thread, in the place of effects. Nothing is bound while the main thread goes on.
+    #[func(gd_self)]
+    fn _draw(_this: Gd<Self>, _kind: i32, data: Option<Gd<RenderData>>) {
+        if let Some(data) = data {
+            render::draw(&data);
+        }
     }
 
     #[func]
@@ -146,8 +157,10 @@ pub fn stop() {
     let mut server = RenderingServer::singleton();
     server.disconnect("frame_pre_draw", &callbacks.before_frame);
     server.disconnect("frame_post_draw", &callbacks.after_frame);
-    NODES.with_borrow_mut(|nodes| nodes.unwatch(&callbacks.node_added));
-    GATHERER.with_borrow_mut(Gatherer::release);
+    NODES.with_borrow_mut(|nodes| {
+        GATHERER.with_borrow_mut(|all| all.release(nodes));
+        nodes.unwatch(&callbacks.node_added);
+    });
     shared::lock().targets.clear();
     on_render_thread(render::free);
     server.force_sync();
@@ -156,9 +169,12 @@ pub fn stop() {
 /// Leaves the worlds for the render thread.
 fn before_frame() {
     let nothing = NODES.with_borrow(|nodes| !nodes.has_volumes());
-    if nothing && shared::lock().targets.is_empty() {
+    let mut shared = shared::lock();
+    shared.drawn.clear();
+    if nothing && shared.targets.is_empty() {
         return;
     }
+    drop(shared);
     CALLBACKS.with_borrow(|callbacks| {
         if let Some(callbacks) = callbacks {
             NODES.with_borrow_mut(|nodes| nodes.watch(&callbacks.node_added));

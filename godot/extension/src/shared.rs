@@ -1,11 +1,13 @@
 //! What the main thread leaves for the render thread, and what comes back. Plain Rust and RIDs only.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
 use godot::prelude::Rid;
 use lumivox_core::Scene;
 use lumivox_renderer::Fog;
+
+use crate::render::Settings;
 
 /// What tells one scene from another: cameras that share it share its copy on the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -36,8 +38,8 @@ pub struct Snapshot {
 pub struct Target {
     /// Its scene.
     pub snapshot: Arc<Snapshot>,
-    /// What its camera multiplies all light by.
-    pub exposure: f64,
+    /// How it is drawn.
+    pub settings: Settings,
     /// What hides what is far from its camera.
     pub fog: Option<Fog>,
 }
@@ -62,6 +64,8 @@ pub struct Status {
 pub struct Shared {
     /// What each render target shows.
     pub targets: HashMap<Rid, Target>,
+    /// Which of them this frame has drawn.
+    pub drawn: HashSet<Rid>,
     /// How far it is.
     pub statuses: HashMap<Rid, Status>,
     /// Why volumes cannot be drawn.
@@ -73,6 +77,12 @@ pub struct Shared {
 }
 
 impl Shared {
+    /// What a render target shows, if this frame has not drawn it yet: a compositor may hold several effects.
+    pub fn begin(&mut self, target: Rid) -> Option<Target> {
+        let shown = self.targets.get(&target)?;
+        self.drawn.insert(target).then(|| shown.clone())
+    }
+
     /// An error that was not told yet.
     pub fn take_news(&mut self) -> Option<String> {
         let news = self.error.clone().filter(|error| self.told.as_ref() != Some(error));

@@ -272,7 +272,7 @@ impl LumivoxVolume3D {
         let volume = resource.volume()?.clone();
         let suited = resource.default_medium()?;
         let (low, high) = (convert::dvec(self.clip_min), convert::dvec(self.clip_max));
-        let world_from_node = convert::affine(self.base().get_global_transform());
+        let world_from_node = convert::affine(self.to_gd().get_global_transform_interpolated());
         Some(VolumeInstance {
             world_from_patient: world_from_node * placement::node_from_patient(&volume),
             clip_box: placement::clip_box(&volume, low, high),

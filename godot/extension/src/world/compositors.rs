@@ -26,45 +26,58 @@ struct Default {
 }
 
 impl Compositors {
-    /// The scene's own effect for what a camera sees in a world. Without one, the default effect is put in its place.
+    /// The effect that draws what a camera sees in a world: the scene's own, or the default one in its place. `None` if
+    /// the scene's own are disabled.
     pub fn ensure(
         &mut self,
         nodes: &mut Nodes,
         world: &Gd<World3D>,
         camera: &Gd<Camera3D>,
     ) -> Option<Gd<LumivoxEffect>> {
-        let Some(compositor) = camera.get_compositor().or_else(|| compositor_of(nodes, world)) else {
-            let compositor = self.default().compositor;
-            let scenario = world.get_scenario();
+        let scenario = world.get_scenario();
+        let of_world = compositor_of(nodes, world);
+        if of_world.is_some() {
+            // The engine has replaced ours.
+            self.worlds.remove(&scenario);
+        }
+        let Some(compositor) = camera.get_compositor().or(of_world) else {
+            let Default { effect, compositor } = self.default();
+            let (effect, compositor) = (effect.clone(), *compositor);
             self.worlds.insert(scenario, world.instance_id());
             // Each time: a compositor that comes and goes leaves none behind.
             RenderingServer::singleton().scenario_set_compositor(scenario, compositor);
-            return None;
+            return Some(effect);
         };
         let id = compositor.instance_id();
         let effects = effects_of(&compositor);
-        if let Some(own) = effects.iter().find_map(|effect| effect.clone().try_cast().ok()) {
+        let own: Vec<Gd<LumivoxEffect>> =
+            effects.iter().filter_map(|effect| effect.clone().try_cast().ok()).collect();
+        if !own.is_empty() {
             // The engine has replaced the list, ours included.
             self.extended.remove(&id);
-            return Some(own);
+            let first = own.into_iter().find(|effect| effect.get_enabled())?;
+            first.bind().draw_by_singleton();
+            return Some(first);
         }
+        let ours = self.default().effect.clone();
         // Again in each frame, once: whoever sets the list, be it to what it is, takes ours away, and the engine tells
         // nobody.
         if self.fresh.insert(id) {
-            let ours = self.default().effect.get_rid();
-            show(&compositor, effects.iter().map(|effect| effect.get_rid()).chain([ours]));
+            show(&compositor, effects.iter().map(|effect| effect.get_rid()).chain([ours.get_rid()]));
             self.extended.insert(id);
         }
-        None
+        Some(ours)
     }
 
-    /// Ends a frame: takes the effect away from worlds that are not among `scenarios`.
-    pub fn retain(&mut self, scenarios: &HashSet<Rid>) {
+    /// Ends a frame: takes the effect away from worlds that are not among `scenarios`, and gives them back what their
+    /// scenes have.
+    pub fn retain(&mut self, nodes: &mut Nodes, scenarios: &HashSet<Rid>) {
         self.fresh.clear();
         self.worlds.retain(|scenario, world| {
             let stays = scenarios.contains(scenario);
-            if !stays && Gd::<World3D>::try_from_instance_id(*world).is_ok() {
-                RenderingServer::singleton().scenario_set_compositor(*scenario, Rid::Invalid);
+            if !stays && let Ok(world) = Gd::try_from_instance_id(*world) {
+                let own = compositor_of(nodes, &world).map_or(Rid::Invalid, |own| own.get_rid());
+                RenderingServer::singleton().scenario_set_compositor(*scenario, own);
             }
             stays
         });
@@ -74,8 +87,8 @@ impl Compositors {
     }
 
     /// Takes the effect away from everywhere and frees it.
-    pub fn release(&mut self) {
-        self.retain(&HashSet::new());
+    pub fn release(&mut self, nodes: &mut Nodes) {
+        self.retain(nodes, &HashSet::new());
         if let Some(default) = self.default.take() {
             RenderingServer::singleton().free_rid(default.compositor);
         }
@@ -92,6 +105,7 @@ impl Compositors {
     fn default(&mut self) -> &Default {
         self.default.get_or_insert_with(|| {
             let effect = LumivoxEffect::new_gd();
+            effect.bind().draw_by_singleton();
             let mut server = RenderingServer::singleton();
             let compositor = server.compositor_create();
             server.compositor_set_compositor_effects(compositor, &array![effect.get_rid()]);

@@ -64,7 +64,7 @@ fn of(light: &Gd<Light3D>, scenario: Rid, playing: bool) -> Option<WorldLight> {
         energy = param(Param::ENERGY) * param(Param::INTENSITY) / solid_angle;
     }
     let strength = color.map(|c| c * energy);
-    let place = convert::affine(light.get_global_transform());
+    let place = convert::affine(light.clone().get_global_transform_interpolated());
     let direction = -place.matrix3.z_axis;
     let lamp = Lamp {
         position: place.translation,

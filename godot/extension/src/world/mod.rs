@@ -49,25 +49,29 @@ impl Gatherer {
             let Some(volumes) = volumes.get(&scenario) else { continue };
             let Some(camera) = viewport.get_camera_3d() else { continue };
             worlds.insert(scenario);
-            let effect = self.compositors.ensure(nodes, &world, &camera);
-            let from_scene = effect.is_none_or(|effect| effect.bind().uses_scene_environment());
+            // None: its effect is disabled.
+            let Some(effect) = self.compositors.ensure(nodes, &world, &camera) else { continue };
+            let (mut settings, from_scene) = {
+                let effect = effect.bind();
+                (effect.settings(), effect.uses_scene_environment())
+            };
             let Some(snapshot) = self.snapshot(nodes, &world, &camera, volumes, from_scene, &mut gathered)
             else {
                 continue;
             };
-            let exposure = exposure::of(&world, &camera);
+            settings.exposure *= exposure::of(&world, &camera);
             let fog = environment(&world, &camera).and_then(|environment| fog::of(&environment, &camera));
-            targets.insert(render_target(&viewport), Target { snapshot, exposure, fog });
+            targets.insert(render_target(&viewport), Target { snapshot, settings, fog });
         }
-        self.compositors.retain(&worlds);
+        self.compositors.retain(nodes, &worlds);
         self.skies.retain();
         self.snapshots = gathered;
         targets
     }
 
     /// Undoes what was done to the engine.
-    pub fn release(&mut self) {
-        self.compositors.release();
+    pub fn release(&mut self, nodes: &mut Nodes) {
+        self.compositors.release(nodes);
         self.snapshots.clear();
     }
 
