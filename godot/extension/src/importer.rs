@@ -19,7 +19,8 @@ use crate::{codecs, convert};
 #[derive(PartialEq)]
 struct Running(Gd<LumivoxImporter>);
 
-// SAFETY: the engine counts references atomically, and the cell around an importer lets in one thread at a time.
+// SAFETY: the engine counts references atomically, and the cell around an importer lets one thread at a time
+// change it.
 unsafe impl Send for Running {}
 
 /// Everything that is under way, whichever thread began it.
@@ -84,9 +85,9 @@ struct Source {
     raw: Option<RawDescription>,
 }
 
-/// Loads scans without holding up the editor or the game: DICOM files, folders and zip archives, NIfTI, NRRD,
-/// MetaImage and RAW. Every thread may call it; signals are emitted on the main thread, before a frame. An importer that
-/// nobody holds any more goes on until its last signal. JPEG-LS and JPEG 2000 are decoded by a program of their own,
+/// Loads scans without holding up the editor or the game: DICOM files, folders and zip archives, NIfTI, NRRD, MetaImage
+/// and RAW. Every thread may call it; signals are emitted on the main thread, before a frame. An importer that nobody
+/// holds any more goes on until its last signal. JPEG-LS and JPEG 2000 are decoded by a program of their own,
 /// [code]lumivox-codecs[/code] beside the extension's library, so that a damaged file which crashes the decoder costs a
 /// slice and not the engine; without that program, in this process.
 ///
@@ -108,8 +109,8 @@ pub struct LumivoxImporter {
 
 #[godot_api]
 impl LumivoxImporter {
-    /// How far it is: [param done] of [param total] steps of [param stage], a phrase for people. At most once per frame;
-    /// stages follow each other, and each counts anew.
+    /// How far it is: [param done] of [param total] steps of [param stage], a phrase for people. At most once per
+    /// frame; stages follow each other, and each counts anew.
     #[signal]
     pub fn progress(stage: GString, done: i64, total: i64);
 
@@ -192,8 +193,8 @@ impl LumivoxImporter {
     }
 
     /// Loads the scan in [param paths] (one file, one folder, one archive, or several DICOM files) and emits
-    /// [signal finished]. Paths may begin with [code]res://[/code] or [code]user://[/code]. [param options] are those of
-    /// [method LumivoxVolume.load_file]. Returns what [method scan] does.
+    /// [signal finished]. Paths may begin with [code]res://[/code] or [code]user://[/code]. [param options] are those
+    /// of [method LumivoxVolume.load_file]. Returns what [method scan] does.
     #[func]
     pub fn start(
         &mut self,
@@ -203,8 +204,8 @@ impl LumivoxImporter {
         self.launch(Task::Import(None), &paths, &options)
     }
 
-    /// Stops what is under way; [signal cancelled] follows in a later frame. A picture that was requested is stopped, too, without a
-    /// signal.
+    /// Stops what is under way; [signal cancelled] follows in a later frame. A picture that was requested is stopped,
+    /// too, without a signal.
     #[func]
     pub fn cancel(&mut self) {
         if let Some(picture) = &self.picture {

@@ -111,7 +111,9 @@ func _write_on_a_thread() -> Dictionary:
 				OS.kill(OS.get_process_id()))
 	var task := WorkerThreadPool.add_task(func() -> void:
 		for i in WRITES:
-			function.shift = -0.01 * i)
+			function.shift = -0.01 * i
+		# Listeners hear of this one here; the node must not.
+		function.emit_changed())
 	var frames := 0
 	while not WorkerThreadPool.is_task_completed(task):
 		await RenderingServer.frame_post_draw

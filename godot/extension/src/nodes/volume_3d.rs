@@ -13,7 +13,7 @@ use crate::convert;
 use crate::resources::{LumivoxTransferFunction, LumivoxVolume, OptionalVolume, no_scan, takes};
 use crate::{server, shared};
 
-/// Largest [member LumivoxVolume3D.surface_gradient], which a medium takes, too.
+/// Largest [member LumivoxVolume3D.surface_gradient]: that of a medium.
 const MAX_GRADIENT: f64 = 1e12;
 
 /// Metadata of a file that is a part of a scan: the file that the scan was imported with.
@@ -22,8 +22,8 @@ const SERIES_META: &str = "lumivox_series";
 /// A scan in a scene, path traced: it scatters the scene's light, hides meshes behind it and is hidden by those before
 /// it. Any number may overlap.
 ///
-/// The scan stands upright at its true size, its centre at the node's origin, and faces +z. It needs the Forward+ or the
-/// Mobile renderer. How the image converges is set by the [LumivoxEffect] of the scene's [Compositor]; without one,
+/// The scan stands upright at its true size, its centre at the node's origin, and faces +z. It needs the Forward+ or
+/// the Mobile renderer. How the image converges is set by the [LumivoxEffect] of the scene's [Compositor]; without one,
 /// its defaults hold.
 ///
 /// [DirectionalLight3D], [OmniLight3D] and [SpotLight3D] light it with their colour, energy, size, range, attenuation
@@ -37,13 +37,13 @@ const SERIES_META: &str = "lumivox_series";
 #[derive(GodotClass)]
 #[class(tool, init, base = VisualInstance3D)]
 pub struct LumivoxVolume3D {
-    /// The scan. Save it as a file of its own ([code].res[/code]): kept in the scene's file it makes that large. One slice
-    /// of a folder of DICOM files shows nothing: the folder's first file is the scan.
+    /// The scan. Save it as a file of its own ([code].res[/code]): kept in the scene's file it makes that large. One
+    /// slice of a folder of DICOM files shows nothing: the folder's first file is the scan.
     #[export]
     #[var(get, set)]
     volume: Option<Gd<LumivoxVolume>>,
     /// Opacity and colour of the scan's values. Empty: those of the preset that suits the scan. What changes in it is
-    /// shown with the frame; nodes may share it.
+    /// shown in the next frame; nodes may share it.
     #[export]
     #[var(get, set)]
     transfer_function: Option<Gd<LumivoxTransferFunction>>,
@@ -56,8 +56,8 @@ pub struct LumivoxVolume3D {
     // What `preset` was set to last: scenes keep it without taking over the preset again when they are loaded.
     #[var(get = _get_chosen_preset, set = _set_chosen_preset, usage_flags = [STORAGE, INTERNAL])]
     chosen_preset: GString,
-    /// Multiplies the extinction, which is 1 per millimetre at an opacity of 1: 0 (nothing is seen) to 1000. Low: glass and
-    /// mist; high: solid.
+    /// Multiplies the extinction, which is 1 per millimetre at an opacity of 1: 0 (nothing is seen) to 1000. Low: glass
+    /// and mist; high: solid.
     #[export(range = (0.0, 100.0, 0.001, exp, or_greater))]
     #[var(set)]
     #[init(val = 2.0)]
@@ -120,7 +120,7 @@ pub struct LumivoxVolume3D {
     base: Base<VisualInstance3D>,
 }
 
-/// Sets a number to the nearest in its range, which the inspector shows unless that goes on.
+/// Sets a number to the nearest in its range: the inspector's, or where that may be exceeded the renderer's.
 macro_rules! put {
     ($this:ident.$name:ident = $value:ident in [$low:expr, $high:expr]) => {
         if takes(concat!("LumivoxVolume3D.", stringify!($name)), ($value as f64).is_finite()) {
@@ -285,8 +285,8 @@ impl LumivoxVolume3D {
     }
 
     /// Takes over the look of a preset: its transfer function (a new one), [member density], [member albedo],
-    /// [member anisotropy], [member max_bounces] and the surface. [member filter], [member extinction_space] and the clip
-    /// box stay. Presets for MR place themselves by the scan's values and need [member volume]. Returns whether it
+    /// [member anisotropy], [member max_bounces] and the surface. [member filter], [member extinction_space] and the
+    /// clip box stay. Presets for MR place themselves by the scan's values and need [member volume]. Returns whether it
     /// could; if not, an error in the output says why, and nothing changes.
     #[func]
     pub fn apply_preset(&mut self, name: GString) -> bool {

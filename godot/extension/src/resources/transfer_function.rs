@@ -15,15 +15,15 @@ const WINDOW_SCALES: [f64; 2] = [0.01, 100.0];
 /// Opacity and colour of a scan's physical values (Hounsfield units for CT), so that it means the same on every scan.
 ///
 /// Opacity knots and colours are apart: one shapes what is seen, the other how it is painted. Before the first and
-/// after the last point the end's value holds; at two points of the same value the curve jumps. Without knots nothing is
-/// seen, without colours it is white; points that are not finite are passed over. Every change emits
+/// after the last point the end's value holds; at two points of the same value the curve jumps. Without knots nothing
+/// is seen, without colours it is white; points that are not finite are passed over. Every change emits
 /// [signal Resource.changed], and what is on screen follows. Other threads may change it: then the signal is emitted on
 /// the main thread, at the end of its frame.
 #[derive(GodotClass)]
 #[class(tool, init, base = Resource)]
 pub struct LumivoxTransferFunction {
-    /// Points of the opacity curve: x is the value in the scan's unit (HU for CT), y the opacity from 0 to 1. Kept sorted
-    /// by value.
+    /// Points of the opacity curve: x is the value in the scan's unit (HU for CT), y the opacity from 0 to 1. Kept
+    /// sorted by value.
     #[export]
     #[var(get, set)]
     opacity_knots: PackedVector2Array,
@@ -36,8 +36,8 @@ pub struct LumivoxTransferFunction {
     #[export]
     #[var(get, set)]
     color_values: PackedFloat32Array,
-    /// Colours at [member color_values]; alpha is not used. Between them light is mixed linearly. Where one list is longer
-    /// than the other, its rest is not used.
+    /// Colours at [member color_values]; alpha is not used. Between them light is mixed linearly. Where one list is
+    /// longer than the other, its rest is not used.
     #[export]
     #[var(get, set)]
     colors: PackedColorArray,
@@ -171,8 +171,8 @@ impl LumivoxTransferFunction {
     }
 
     /// The transfer function of a preset (see [method preset_names]). Presets for MR place themselves by the values of
-    /// [param volume]; those for CT need none. [code]null[/code] and an error in the output if there is no preset of that
-    /// name, and if one for MR is given no volume.
+    /// [param volume]; those for CT need none. [code]null[/code] and an error in the output if there is no preset of
+    /// that name, and if one for MR is given no volume.
     #[func]
     pub fn preset(
         name: GString,
@@ -216,8 +216,8 @@ impl LumivoxTransferFunction {
     }
 
     /// Reads a transfer function of Lumivox's or of UnityVolumeRendering's making. [param path] may begin with
-    /// [code]res://[/code] or [code]user://[/code]. Returns [code]null[/code] and says why in the output if it cannot be
-    /// read.
+    /// [code]res://[/code] or [code]user://[/code]. Returns [code]null[/code] and says why in the output if it cannot
+    /// be read.
     #[func]
     pub fn load_file(path: GString) -> Option<Gd<Self>> {
         // Old files are relative to the values of a CT scan.

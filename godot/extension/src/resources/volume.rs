@@ -25,8 +25,8 @@ const MAX_PHANTOM_SIZE: usize = 1024;
 /// [LumivoxImporter] to load one without holding up the game. Give it to a [LumivoxVolume3D] to see it. Save it as a
 /// binary resource ([code].res[/code]): text would be many times larger.
 ///
-/// Of a folder of DICOM files in the project, the first one is the scan. To [code]load[/code] another gives a volume that
-/// holds nothing ([method is_empty]) but, as the metadata [code]lumivox_series[/code], the path of the first.
+/// Of a folder of DICOM files in the project, the first one is the scan. To [code]load[/code] another gives a volume
+/// that holds nothing ([method is_empty]) but, as the metadata [code]lumivox_series[/code], the path of the first.
 #[derive(GodotClass)]
 #[class(tool, init, base = Resource)]
 pub struct LumivoxVolume {
@@ -157,8 +157,8 @@ impl LumivoxVolume {
 
     /// A slice as a grey image: black at values of [code]window.x[/code] and below, white at [code]window.y[/code] and
     /// above, in the scan's unit. [param axis] is the scan's own axis across the slice: 0, 1 or 2 for x, y or z;
-    /// [param index] counts voxels along it from 0. Slices across z have x to the right and y downwards, the others have
-    /// z upwards. [code]null[/code] if there is no such slice.
+    /// [param index] counts voxels along it from 0. Slices across z have x to the right and y downwards, the others
+    /// have z upwards. [code]null[/code] if there is no such slice.
     #[func]
     pub fn get_slice(&self, axis: i64, index: i64, window: Vector2) -> Option<Gd<Image>> {
         let volume = self.volume.as_ref()?;

@@ -34,7 +34,7 @@ fn an_importer_that_a_worker_thread_starts_signals_on_the_main_thread() {
 fn a_worker_thread_may_change_a_transfer_function_that_is_shown() {
     let told = telling("threads");
     println!("threads: {told}");
-    assert_eq!(told["heard"], json!({ "main": 3000, "elsewhere": 0 }), "{told}");
+    assert_eq!(told["heard"], json!({ "main": 3000, "elsewhere": 1 }), "{told}");
     assert_eq!(told["converged"], true, "{told}");
     assert!((told["shift"].as_f64().unwrap() + 29.99).abs() < 1e-9, "{told}");
 }
