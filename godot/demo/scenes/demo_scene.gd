@@ -3,9 +3,6 @@ extends Node3D
 
 const Screenshot := preload("res://scenes/demo_screenshot.gd")
 
-## The filter of volumes that are drawn in software, where Tricubic takes many times as long.
-const TRILINEAR := 1
-
 ## What is waited for.
 @export var source: PhantomSource
 ## Shows the volume that was grown.
@@ -17,8 +14,9 @@ const TRILINEAR := 1
 func _ready() -> void:
 	source.grown.connect(_on_grown)
 	if RenderingServer.get_video_adapter_type() == RenderingDevice.DEVICE_TYPE_CPU:
+		# In software Tricubic takes many times as long.
 		for volume in source.targets:
-			volume.filter = TRILINEAR
+			volume.filter = LumivoxVolume3D.FILTER_TRILINEAR
 	var screenshot := Screenshot.from_command_line()
 	if screenshot != null:
 		source.grown.connect(func(_volume: LumivoxVolume) -> void:

@@ -1,9 +1,8 @@
 //! Imports on a thread of their own, for editors and games that go on meanwhile.
 
-use std::cell::RefCell;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use godot::classes::Image;
@@ -16,9 +15,18 @@ use lumivox_import::{ImportError, ImportOptions, Imported, RawDescription, Study
 use crate::resources::{LumivoxVolume, Options, import_options, report_dictionary};
 use crate::{codecs, convert};
 
-thread_local! {
-    /// What is under way. Its owner may have dropped it; it lives until its last signal.
-    static RUNNING: RefCell<Vec<Gd<LumivoxImporter>>> = const { RefCell::new(vec![]) };
+/// What is under way. Its owner may have dropped it; it lives until its last signal.
+#[derive(PartialEq)]
+struct Running(Gd<LumivoxImporter>);
+
+// SAFETY: the engine counts references atomically, and the cell around an importer lets one thread at a time
+// change it.
+unsafe impl Send for Running {}
+
+/// Everything that is under way, whichever thread began it.
+fn running() -> MutexGuard<'static, Vec<Running>> {
+    static RUNNING: Mutex<Vec<Running>> = Mutex::new(vec![]);
+    RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What the thread tells.
@@ -77,8 +85,9 @@ struct Source {
     raw: Option<RawDescription>,
 }
 
-/// Loads scans without holding up the editor or the game: DICOM files, folders and zip archives, NIfTI, NRRD,
-/// MetaImage and RAW. Signals arrive on the main thread. JPEG-LS and JPEG 2000 are decoded by a program of their own,
+/// Loads scans without holding up the editor or the game: DICOM files, folders and zip archives, NIfTI, NRRD, MetaImage
+/// and RAW. Every thread may call it; signals are emitted on the main thread, before a frame. An importer that nobody
+/// holds any more goes on until its last signal. JPEG-LS and JPEG 2000 are decoded by a program of their own,
 /// [code]lumivox-codecs[/code] beside the extension's library, so that a damaged file which crashes the decoder costs a
 /// slice and not the engine; without that program, in this process.
 ///
@@ -100,36 +109,39 @@ pub struct LumivoxImporter {
 
 #[godot_api]
 impl LumivoxImporter {
-    /// How far it is: [param done] of [param total] steps of [param stage], a phrase for people.
+    /// How far it is: [param done] of [param total] steps of [param stage], a phrase for people. At most once per
+    /// frame; stages follow each other, and each counts anew.
     #[signal]
     pub fn progress(stage: GString, done: i64, total: i64);
 
-    /// The scan is over. See [method LumivoxVolume.get_report] for what is in [param report].
+    /// What [method scan] was asked for is known. See [method LumivoxVolume.get_report] for what is in [param report].
     #[signal]
     pub fn scanned(report: VarDictionary);
 
-    /// The import is over.
+    /// What [method start] was asked for is loaded. [param volume] is saved nowhere yet.
     #[signal]
     pub fn finished(volume: Gd<LumivoxVolume>);
 
-    /// It came to nothing; [param message] says why and what to do.
+    /// A scan or an import came to nothing; [param message] says why and what to do. It names files, but no patient.
     #[signal]
     pub fn failed(message: GString);
 
-    /// It was stopped by [method cancel].
+    /// A scan or an import was stopped by [method cancel].
     #[signal]
     pub fn cancelled();
 
-    /// The picture that [method request_thumbnail] asked for. [param image] is [code]null[/code] if the slice cannot be
-    /// decoded.
+    /// The picture that [method request_thumbnail] asked for, of the series in place [param series] of the report.
+    /// [param image] is [code]null[/code] if the slice cannot be decoded.
     #[signal]
     pub fn thumbnail_ready(series: i64, image: Option<Gd<Image>>);
 
     /// Finds out what [param paths] hold, from the headers of DICOM files alone, and emits [signal scanned]. A
     /// [method start] of the same paths afterwards does not read the headers again. Paths may begin with
     /// [code]res://[/code] or [code]user://[/code]. [param options] are those of [method start]; only
-    /// [code]raw[/code] matters here. Returns [constant ERR_BUSY] while something is under way, and
-    /// [constant ERR_INVALID_PARAMETER] if the options cannot be understood.
+    /// [code]raw[/code] matters here. Returns [constant ERR_BUSY] while a scan or an import is under way,
+    /// [constant ERR_INVALID_PARAMETER] without paths or if the options cannot be understood, and
+    /// [constant ERR_CANT_FORK] if there is no thread for it; of these nothing is emitted. Whatever else is wrong,
+    /// [signal failed] says.
     #[func]
     pub fn scan(
         &mut self,
@@ -140,8 +152,9 @@ impl LumivoxImporter {
     }
 
     /// The middle slice of a series that [method scan] has found, as a grey image of at most [param size] pixels along
-    /// a side; [param series] is its place in the report, from 0. Decodes one slice, and waits for it. [code]null[/code]
-    /// before [signal scanned], while an import is under way, and if the slice cannot be decoded.
+    /// a side, 1 to 4096; [param series] is its place in the report, from 0. Decodes one slice, and waits for it.
+    /// [code]null[/code] before [signal scanned], while an import is under way, if there is no such series, and if the
+    /// slice cannot be decoded.
     #[func]
     pub fn thumbnail(&self, series: i64, #[opt(default = 128)] size: i64) -> Option<Gd<Image>> {
         let (study, series, size) = self.pictured(series, size)?;
@@ -180,9 +193,8 @@ impl LumivoxImporter {
     }
 
     /// Loads the scan in [param paths] (one file, one folder, one archive, or several DICOM files) and emits
-    /// [signal finished]. [param options] are those of [method LumivoxVolume.load_file]. Returns
-    /// [constant ERR_BUSY] while something is under way, and [constant ERR_INVALID_PARAMETER] if the options cannot be
-    /// understood.
+    /// [signal finished]. Paths may begin with [code]res://[/code] or [code]user://[/code]. [param options] are those
+    /// of [method LumivoxVolume.load_file]. Returns what [method scan] does.
     #[func]
     pub fn start(
         &mut self,
@@ -192,8 +204,8 @@ impl LumivoxImporter {
         self.launch(Task::Import(None), &paths, &options)
     }
 
-    /// Stops what is under way; [signal cancelled] follows. A picture that was requested is stopped, too, without a
-    /// signal.
+    /// Stops what is under way; [signal cancelled] follows in a later frame. A picture that was requested is stopped,
+    /// too, without a signal.
     #[func]
     pub fn cancel(&mut self) {
         if let Some(picture) = &self.picture {
@@ -204,7 +216,7 @@ impl LumivoxImporter {
         }
     }
 
-    /// Whether a scan or an import is under way.
+    /// Whether a scan or an import is under way: from [method scan] or [method start] until its last signal.
     #[func]
     pub fn is_running(&self) -> bool {
         self.job.is_some()
@@ -234,12 +246,7 @@ impl LumivoxImporter {
 
     /// Is asked for news once per frame from now on.
     fn listen(&self) {
-        let this = self.to_gd();
-        RUNNING.with_borrow_mut(|running| {
-            if !running.contains(&this) {
-                running.push(this);
-            }
-        });
+        add(&mut running(), Running(self.to_gd()));
     }
 
     fn launch(&mut self, mut task: Task, paths: &PackedStringArray, options: &Options) -> Error {
@@ -351,22 +358,26 @@ impl LumivoxImporter {
 
 /// Emits what importers have to say, on the main thread, once per frame.
 pub fn deliver() {
-    // Listeners may start another import meanwhile.
-    let running = RUNNING.take();
+    // Listeners, and other threads, may start another import meanwhile.
+    let before = std::mem::take(&mut *running());
     let going_on: Vec<_> =
-        running.into_iter().filter(|importer| !LumivoxImporter::deliver(importer.clone())).collect();
-    RUNNING.with_borrow_mut(|running| {
-        for importer in going_on {
-            if !running.contains(&importer) {
-                running.push(importer);
-            }
-        }
-    });
+        before.into_iter().filter(|importer| !LumivoxImporter::deliver(importer.0.clone())).collect();
+    let mut running = running();
+    for importer in going_on {
+        add(&mut running, importer);
+    }
+}
+
+fn add(running: &mut Vec<Running>, importer: Running) {
+    if !running.contains(&importer) {
+        running.push(importer);
+    }
 }
 
 /// Ends every import, silently.
 pub fn stop_all() {
-    for mut importer in RUNNING.take() {
+    let all = std::mem::take(&mut *running());
+    for Running(mut importer) in all {
         if let Some(job) = importer.bind_mut().job.take() {
             job.cancel.cancel();
             // A thread must not outlive the library that holds its code.

@@ -1,21 +1,29 @@
 //! The node that shows a scan.
 
 use godot::classes::notify::Node3DNotification;
+use godot::classes::object::ConnectFlags;
 use godot::classes::{Engine, IVisualInstance3D, RenderingServer, Resource, VisualInstance3D};
 use godot::prelude::*;
 use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
+use lumivox_core::medium::MAX_DENSITY_SCALE;
 use lumivox_core::{ExtinctionSpace, Filter, Medium, Preset, SurfaceReflection, VolumeInstance};
 
 use super::placement;
 use crate::convert;
-use crate::resources::{LumivoxTransferFunction, LumivoxVolume, OptionalVolume, no_scan};
+use crate::resources::{LumivoxTransferFunction, LumivoxVolume, OptionalVolume, no_scan, takes};
 use crate::{server, shared};
+
+/// Largest [member LumivoxVolume3D.surface_gradient]: that of a medium.
+const MAX_GRADIENT: f64 = 1e12;
+
+/// Metadata of a file that is a part of a scan: the file that the scan was imported with.
+const SERIES_META: &str = "lumivox_series";
 
 /// A scan in a scene, path traced: it scatters the scene's light, hides meshes behind it and is hidden by those before
 /// it. Any number may overlap.
 ///
-/// The scan stands upright at its true size, its centre at the node's origin, and faces +z. It needs the Forward+ or the
-/// Mobile renderer. How the image converges is set by the [LumivoxEffect] of the scene's [Compositor]; without one,
+/// The scan stands upright at its true size, its centre at the node's origin, and faces +z. It needs the Forward+ or
+/// the Mobile renderer. How the image converges is set by the [LumivoxEffect] of the scene's [Compositor]; without one,
 /// its defaults hold.
 ///
 /// [DirectionalLight3D], [OmniLight3D] and [SpotLight3D] light it with their colour, energy, size, range, attenuation
@@ -23,71 +31,88 @@ use crate::{server, shared};
 /// the environment. Volumes cast shadows on volumes whether a light has shadows or not. Projectors and distance fades of
 /// lights are not followed, and lights with [member Light3D.light_negative] do not shine on volumes at all.
 /// [ReflectionProbe], [VoxelGI], SDFGI and lightmaps do nothing to volumes.
+///
+/// Numbers beyond the range of their property become the nearest one in it. NaN and infinity are refused with an error,
+/// and the property stays as it was.
 #[derive(GodotClass)]
 #[class(tool, init, base = VisualInstance3D)]
 pub struct LumivoxVolume3D {
-    /// The scan.
+    /// The scan. Save it as a file of its own ([code].res[/code]): kept in the scene's file it makes that large. One
+    /// slice of a folder of DICOM files shows nothing: the folder's first file is the scan.
     #[export]
     #[var(get, set)]
     volume: Option<Gd<LumivoxVolume>>,
-    /// Opacity and colour of the scan's values. Empty: those of the preset that suits the scan.
+    /// Opacity and colour of the scan's values. Empty: those of the preset that suits the scan. What changes in it is
+    /// shown in the next frame; nodes may share it.
     #[export]
     #[var(get, set)]
     transfer_function: Option<Gd<LumivoxTransferFunction>>,
-    /// A look that suits a kind of scan at once. Choosing one replaces [member transfer_function] and everything in
-    /// this group and the next; what is changed afterwards stays changed.
+    /// A look that suits a kind of scan at once. Choosing one replaces [member transfer_function], [member density],
+    /// [member albedo], [member anisotropy], [member max_bounces] and the surface; what is changed afterwards stays
+    /// changed. See [method apply_preset].
     #[export_group(name = "Medium")]
     #[var(get, set, usage_flags = [EDITOR])]
     preset: PhantomVar<GString>,
-    /// The preset that was chosen last, for the inspector.
-    #[var(usage_flags = [STORAGE])]
+    // What `preset` was set to last: scenes keep it without taking over the preset again when they are loaded.
+    #[var(get = _get_chosen_preset, set = _set_chosen_preset, usage_flags = [STORAGE, INTERNAL])]
     chosen_preset: GString,
-    /// Multiplies the extinction, which is 1 per millimetre at an opacity of 1. Low: glass and mist; high: solid.
+    /// Multiplies the extinction, which is 1 per millimetre at an opacity of 1: 0 (nothing is seen) to 1000. Low: glass
+    /// and mist; high: solid.
     #[export(range = (0.0, 100.0, 0.001, exp, or_greater))]
+    #[var(set)]
     #[init(val = 2.0)]
     density: f64,
-    /// Fraction of the light that survives each scattering.
+    /// Fraction of the light that survives each scattering, 0 to 1.
     #[export(range = (0.0, 1.0, 0.001))]
+    #[var(set)]
     #[init(val = 1.0)]
     albedo: f64,
-    /// Where light goes when it scatters: 0 in all directions alike, towards 1 onwards, towards -1 back.
+    /// Where light goes when it scatters: 0 in all directions alike, towards 0.99 onwards, towards -0.99 back.
     #[export(range = (-0.99, 0.99, 0.01))]
+    #[var(set)]
     anisotropy: f64,
-    /// Scatterings after which light is no longer followed. 1 is single scattering: fast and dark.
+    /// Scatterings after which light is no longer followed, 1 to 1000. 1 is single scattering: fast and dark.
     #[export(range = (1.0, 1000.0, 1.0, exp))]
+    #[var(set)]
     #[init(val = 100)]
     max_bounces: i64,
-    /// How values between voxels are found. Nearest shows the voxels; Tricubic is the smoothest and the slowest.
+    /// How values between voxels are found: [constant FILTER_NEAREST], [constant FILTER_TRILINEAR] or
+    /// [constant FILTER_TRICUBIC].
     #[export(enum = (Nearest, Trilinear, Tricubic))]
-    #[init(val = 1)]
+    #[var(set)]
+    #[init(val = Self::FILTER_TRILINEAR)]
     filter: i64,
-    /// What a millimetre of extinction is measured in. Volume: scaling the node never changes its look. World: twice as
-    /// large is twice as opaque.
+    /// What a millimetre of extinction is measured in: [constant EXTINCTION_VOLUME] or [constant EXTINCTION_WORLD].
     #[export(enum = (Volume, World))]
+    #[var(set)]
     extinction_space: i64,
-    /// How strongly boundaries inside the scan, such as that of bone, reflect like surfaces; 0 is off.
+    /// How strongly boundaries inside the scan, such as that of bone, reflect like surfaces: 0 (off) to 1.
     #[export_group(name = "Surface", prefix = "surface_")]
     #[export(range = (0.0, 1.0, 0.001))]
+    #[var(set)]
     #[init(val = 1.0)]
     surface_strength: f64,
     /// How steep a boundary must be, in value units (HU for CT) per millimetre. 0: as suits the scan.
-    #[export(range = (0.0, 1000.0, 0.1, or_greater))]
+    #[export(range = (0.0, 1000.0, 0.1, or_greater, suffix = "/mm"))]
+    #[var(set)]
     surface_gradient: f64,
     /// Width of the highlights: 0 glossy, 1 matt.
     #[export(range = (0.0, 1.0, 0.001))]
+    #[var(set)]
     #[init(val = 0.4)]
     surface_roughness: f64,
-    /// Brightness of the highlights seen head-on. Skin and bone have about 0.04.
+    /// Share of the light, 0 to 1, that the highlights reflect seen head-on. Skin and bone have about 0.04.
     #[export(range = (0.0, 1.0, 0.001))]
+    #[var(set)]
     #[init(val = 0.04)]
     surface_specular: f64,
-    /// The corner of what is kept of the scan with the smallest coordinates, as fractions of its box: x to the right, y
-    /// up, z towards the viewer.
+    /// The corner of what is kept of the scan with the smallest coordinates, as fractions of its box, 0 to 1: x to the
+    /// right, y up, z towards the viewer. Where it lies beyond [member clip_max], what is between them is kept.
     #[export_group(name = "Clip", prefix = "clip_")]
     #[export]
     #[var(get, set, hint = RANGE, hint_string = "0,1,0.001")]
     clip_min: Vector3,
-    /// The opposite corner of what is kept.
+    /// The opposite corner of what is kept. Where it is as large as [member clip_min] along an axis, nothing is.
     #[export]
     #[var(get, set, hint = RANGE, hint_string = "0,1,0.001")]
     #[init(val = Vector3::ONE)]
@@ -95,8 +120,34 @@ pub struct LumivoxVolume3D {
     base: Base<VisualInstance3D>,
 }
 
+/// Sets a number to the nearest in its range: the inspector's, or where that may be exceeded the renderer's.
+macro_rules! put {
+    ($this:ident.$name:ident = $value:ident in [$low:expr, $high:expr]) => {
+        if takes(concat!("LumivoxVolume3D.", stringify!($name)), ($value as f64).is_finite()) {
+            $this.$name = $value.clamp($low, $high);
+            $this.changed();
+        }
+    };
+}
+
 #[godot_api]
 impl LumivoxVolume3D {
+    /// [member filter] that shows the voxels: each value reaches to the middle between two.
+    #[constant]
+    pub const FILTER_NEAREST: i64 = 0;
+    /// [member filter] that goes straight from voxel to voxel.
+    #[constant]
+    pub const FILTER_TRILINEAR: i64 = 1;
+    /// [member filter] of cubic B-splines: the smoothest and the slowest.
+    #[constant]
+    pub const FILTER_TRICUBIC: i64 = 2;
+    /// [member extinction_space] of the scan's own millimetres: scaling the node never changes its look.
+    #[constant]
+    pub const EXTINCTION_VOLUME: i64 = 0;
+    /// [member extinction_space] of the scene's millimetres: twice as large is twice as opaque.
+    #[constant]
+    pub const EXTINCTION_WORLD: i64 = 1;
+
     #[func]
     fn get_volume(&self) -> Option<Gd<LumivoxVolume>> {
         self.volume.clone()
@@ -105,8 +156,20 @@ impl LumivoxVolume3D {
     #[func]
     fn set_volume(&mut self, volume: Option<Gd<LumivoxVolume>>) {
         self.watch(self.volume.clone().map(Gd::upcast), volume.clone().map(Gd::upcast));
+        if let Some(whole) = volume.as_ref().and_then(whole_scan)
+            && !Engine::singleton().is_editor_hint()
+        {
+            godot_warn!(
+                "LumivoxVolume3D.volume is one slice of a scan, and shows nothing: load {whole} instead."
+            );
+        }
+        let had_scan = self.has_scan();
         self.volume = volume;
         self._contents_changed();
+        if !(had_scan && self.has_scan()) {
+            // The inspector offers ways to a scan, or from one slice to all.
+            self.base_mut().notify_property_list_changed();
+        }
     }
 
     #[func]
@@ -118,7 +181,7 @@ impl LumivoxVolume3D {
     fn set_transfer_function(&mut self, transfer_function: Option<Gd<LumivoxTransferFunction>>) {
         self.watch(self.transfer_function.clone().map(Gd::upcast), transfer_function.clone().map(Gd::upcast));
         self.transfer_function = transfer_function;
-        self.request_redraw();
+        self.changed();
     }
 
     #[func]
@@ -136,15 +199,76 @@ impl LumivoxVolume3D {
     }
 
     #[func]
+    fn set_density(&mut self, value: f64) {
+        put!(self.density = value in [0.0, MAX_DENSITY_SCALE]);
+    }
+
+    #[func]
+    fn set_albedo(&mut self, value: f64) {
+        put!(self.albedo = value in [0.0, 1.0]);
+    }
+
+    #[func]
+    fn set_anisotropy(&mut self, value: f64) {
+        put!(self.anisotropy = value in [-0.99, 0.99]);
+    }
+
+    #[func]
+    fn set_max_bounces(&mut self, value: i64) {
+        put!(self.max_bounces = value in [1, 1000]);
+    }
+
+    #[func]
+    fn set_filter(&mut self, value: i64) {
+        put!(self.filter = value in [Self::FILTER_NEAREST, Self::FILTER_TRICUBIC]);
+    }
+
+    #[func]
+    fn set_extinction_space(&mut self, value: i64) {
+        put!(self.extinction_space = value in [Self::EXTINCTION_VOLUME, Self::EXTINCTION_WORLD]);
+    }
+
+    #[func]
+    fn set_surface_strength(&mut self, value: f64) {
+        put!(self.surface_strength = value in [0.0, 1.0]);
+    }
+
+    #[func]
+    fn set_surface_gradient(&mut self, value: f64) {
+        put!(self.surface_gradient = value in [0.0, MAX_GRADIENT]);
+    }
+
+    #[func]
+    fn set_surface_roughness(&mut self, value: f64) {
+        put!(self.surface_roughness = value in [0.0, 1.0]);
+    }
+
+    #[func]
+    fn set_surface_specular(&mut self, value: f64) {
+        put!(self.surface_specular = value in [0.0, 1.0]);
+    }
+
+    #[func]
+    fn _get_chosen_preset(&self) -> GString {
+        self.chosen_preset.clone()
+    }
+
+    #[func]
+    fn _set_chosen_preset(&mut self, name: GString) {
+        self.chosen_preset = name;
+    }
+
+    #[func]
     fn get_clip_min(&self) -> Vector3 {
         self.clip_min
     }
 
     #[func]
     fn set_clip_min(&mut self, corner: Vector3) {
-        self.clip_min = unit_cube(corner, Vector3::ZERO);
-        self.base_mut().update_gizmos();
-        self.request_redraw();
+        if takes("LumivoxVolume3D.clip_min", corner.is_finite()) {
+            self.clip_min = corner.clamp(Vector3::ZERO, Vector3::ONE);
+            self._contents_changed();
+        }
     }
 
     #[func]
@@ -154,13 +278,16 @@ impl LumivoxVolume3D {
 
     #[func]
     fn set_clip_max(&mut self, corner: Vector3) {
-        self.clip_max = unit_cube(corner, Vector3::ONE);
-        self.base_mut().update_gizmos();
-        self.request_redraw();
+        if takes("LumivoxVolume3D.clip_max", corner.is_finite()) {
+            self.clip_max = corner.clamp(Vector3::ZERO, Vector3::ONE);
+            self._contents_changed();
+        }
     }
 
-    /// Takes over the look of a preset: its transfer function, medium and surface. Returns whether there is one of that
-    /// name. Presets for MR place themselves by the scan's values and need [member volume].
+    /// Takes over the look of a preset: its transfer function (a new one), [member density], [member albedo],
+    /// [member anisotropy], [member max_bounces] and the surface. [member filter], [member extinction_space] and the
+    /// clip box stay. Presets for MR place themselves by the scan's values and need [member volume]. Returns whether it
+    /// could; if not, an error in the output says why, and nothing changes.
     #[func]
     pub fn apply_preset(&mut self, name: GString) -> bool {
         let Some(curve) = LumivoxTransferFunction::preset(name.clone(), OptionalVolume(self.volume.clone()))
@@ -187,7 +314,7 @@ impl LumivoxVolume3D {
         true
     }
 
-    /// The names of all presets.
+    /// The names of all presets, for [member preset] and [method apply_preset].
     #[func]
     pub fn preset_names() -> PackedStringArray {
         LumivoxTransferFunction::preset_names()
@@ -204,7 +331,7 @@ impl LumivoxVolume3D {
     }
 
     /// From clip coordinates, [code]0[/code] to [code]1[/code] along each edge of the scan's box, to the node's metres.
-    /// An oblique scan's box is turned against the node.
+    /// An oblique scan's box is turned against the node. The identity without a scan.
     #[func]
     pub fn get_clip_transform(&self) -> Transform3D {
         self.with_volume(|volume| convert::transform(placement::node_from_clip(volume))).unwrap_or_default()
@@ -212,11 +339,8 @@ impl LumivoxVolume3D {
 
     #[func]
     fn _contents_changed(&mut self) {
-        let mut base = self.base_mut();
-        base.update_gizmos();
-        base.update_configuration_warnings();
-        drop(base);
-        self.request_redraw();
+        self.base_mut().update_gizmos();
+        self.changed();
     }
 }
 
@@ -234,11 +358,8 @@ impl IVisualInstance3D for LumivoxVolume3D {
                  Project Settings, Plugins.",
             ));
         }
-        if self.with_volume(|_| ()).is_none() {
-            warnings.push(GString::from(
-                "There is no scan to show. Set 'Volume', or drop a DICOM folder on the FileSystem dock.",
-            ));
-        }
+        warnings.extend(self.scan_warning().as_ref().map(GString::from));
+        warnings.extend(self.look_warnings().into_iter().map(GString::from));
         if RenderingServer::singleton().get_rendering_device().is_none() {
             warnings.push(GString::from(server::NO_DEVICE));
         } else if let Some(error) = &shared::lock().error {
@@ -251,6 +372,8 @@ impl IVisualInstance3D for LumivoxVolume3D {
         match what {
             Node3DNotification::ENTER_WORLD => server::add_volume(self.base().instance_id()),
             Node3DNotification::EXIT_WORLD => server::remove_volume(self.base().instance_id()),
+            // The scan may have gone into the scene's file.
+            Node3DNotification::EDITOR_POST_SAVE => self.base_mut().update_configuration_warnings(),
             _ => {}
         }
     }
@@ -268,15 +391,16 @@ impl IVisualInstance3D for LumivoxVolume3D {
 impl LumivoxVolume3D {
     /// The volume as it stands in the world; `None` without a scan.
     pub fn instance(&self) -> Option<VolumeInstance> {
-        let resource = self.volume.as_ref()?.bind();
-        let volume = resource.volume()?.clone();
-        let suited = resource.default_medium()?;
+        let (volume, suited) = {
+            let resource = self.volume.as_ref()?.bind();
+            (resource.volume()?.clone(), resource.default_medium()?.clone())
+        };
         let (low, high) = (convert::dvec(self.clip_min), convert::dvec(self.clip_max));
         let world_from_node = convert::affine(self.to_gd().get_global_transform_interpolated());
         Some(VolumeInstance {
             world_from_patient: world_from_node * placement::node_from_patient(&volume),
             clip_box: placement::clip_box(&volume, low, high),
-            medium: self.medium(suited),
+            medium: self.medium(&suited),
             layers: self.base().get_layer_mask(),
             volume,
         })
@@ -292,10 +416,10 @@ impl LumivoxVolume3D {
             density_scale: self.density,
             albedo: self.albedo,
             anisotropy: self.anisotropy,
-            max_bounces: self.max_bounces.clamp(1, 1000) as u32,
+            max_bounces: self.max_bounces as u32,
             filter: match self.filter {
-                0 => Filter::Nearest,
-                2 => Filter::Tricubic,
+                Self::FILTER_NEAREST => Filter::Nearest,
+                Self::FILTER_TRICUBIC => Filter::Tricubic,
                 _ => Filter::Trilinear,
             },
             surface: SurfaceReflection {
@@ -309,11 +433,60 @@ impl LumivoxVolume3D {
                 specular: self.surface_specular,
             },
             extinction_space: match self.extinction_space {
-                1 => ExtinctionSpace::World,
+                Self::EXTINCTION_WORLD => ExtinctionSpace::World,
                 _ => ExtinctionSpace::Volume,
             },
         }
         .sanitized()
+    }
+
+    /// What is wrong with the scan, if anything.
+    fn scan_warning(&self) -> Option<String> {
+        if let Some(whole) = self.volume.as_ref().and_then(whole_scan) {
+            return Some(format!(
+                "'Volume' is one slice of a scan, and shows nothing. Press 'Use the Whole Scan' in the inspector, or set \
+                 {whole}."
+            ));
+        }
+        if !self.has_scan() {
+            let ways = "Set 'Volume', or drop a DICOM folder on the FileSystem dock.";
+            return Some(format!("There is no scan to show. {ways}"));
+        }
+        let path = self.volume.as_ref()?.get_path().to_string();
+        path.contains("::").then(|| {
+            "The scan is kept in the scene's file, which makes that large and slow to open and to save. Save it as .res: \
+             'Save As...' in the menu of 'Volume'."
+                .to_owned()
+        })
+    }
+
+    /// Why less is seen of the scan than there is.
+    fn look_warnings(&self) -> Vec<&'static str> {
+        let mut warnings = vec![];
+        if self.transfer_function.as_ref().is_some_and(|function| function.bind().is_without_knots()) {
+            warnings.push("The transfer function has no opacity knots: it shows nothing. Choose a preset, or add knots.");
+        }
+        if self.density == 0.0 {
+            warnings.push("'Density' is 0: nothing is seen.");
+        }
+        let extent = self.clip_max - self.clip_min;
+        if extent.x * extent.y * extent.z == 0.0 {
+            warnings
+                .push("The clip box is flat: nothing is seen. 'Clip Min' must be smaller than 'Clip Max'.");
+        } else if extent.x.min(extent.y).min(extent.z) < 0.0 {
+            warnings.push("'Clip Min' lies beyond 'Clip Max': what is between them is kept.");
+        }
+        warnings
+    }
+
+    /// What is seen, and perhaps warned of, is another.
+    fn changed(&mut self) {
+        self.base_mut().update_configuration_warnings();
+        self.request_redraw();
+    }
+
+    fn has_scan(&self) -> bool {
+        self.with_volume(|_| ()).is_some()
     }
 
     /// An engine that idles draws again.
@@ -329,14 +502,15 @@ impl LumivoxVolume3D {
         self.volume.as_ref()?.bind().volume().map(|volume| ask(volume))
     }
 
-    /// Listens to one resource instead of another.
+    /// Listens to one resource instead of another. Deferred: on the main thread, whichever changes it, and not while
+    /// that holds the resource.
     fn watch(&mut self, old: Option<Gd<Resource>>, new: Option<Gd<Resource>>) {
         let changed = self.base().callable("_contents_changed");
         if let Some(mut old) = old.filter(|old| old.is_connected("changed", &changed)) {
             old.disconnect("changed", &changed);
         }
         if let Some(mut new) = new.filter(|new| !new.is_connected("changed", &changed)) {
-            new.connect("changed", &changed);
+            new.connect_flags("changed", &changed, ConnectFlags::DEFERRED);
         }
     }
 }
@@ -348,6 +522,8 @@ fn plugin_is_off() -> bool {
     editor.is_some_and(|mut editor| !editor.call("is_plugin_enabled", &["lumivox".to_variant()]).booleanize())
 }
 
-fn unit_cube(v: Vector3, otherwise: Vector3) -> Vector3 {
-    if v.is_finite() { v.clamp(Vector3::ZERO, Vector3::ONE) } else { otherwise }
+/// The file of the scan of which a volume is only one slice.
+fn whole_scan(volume: &Gd<LumivoxVolume>) -> Option<String> {
+    let is_slice = volume.bind().is_empty() && volume.has_meta(SERIES_META);
+    is_slice.then(|| volume.get_meta(SERIES_META).stringify().to_string())
 }

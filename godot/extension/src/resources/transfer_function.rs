@@ -1,11 +1,12 @@
 //! A transfer function as a Godot resource.
 
 use godot::classes::{IResource, Resource};
+use godot::init::is_main_thread;
 use godot::prelude::*;
 use lumivox_core::glam::DAffine3;
 use lumivox_core::{ColorStop, Ease, Modality, OpacityKnot, Preset, TransferFunction, Volume, Voxels};
 
-use super::OptionalVolume;
+use super::{OptionalVolume, takes};
 use crate::convert;
 
 /// Narrowest and widest [member LumivoxTransferFunction.window_scale].
@@ -14,33 +15,38 @@ const WINDOW_SCALES: [f64; 2] = [0.01, 100.0];
 /// Opacity and colour of a scan's physical values (Hounsfield units for CT), so that it means the same on every scan.
 ///
 /// Opacity knots and colours are apart: one shapes what is seen, the other how it is painted. Before the first and
-/// after the last point the end's value holds; at two points of the same value the curve jumps. Every change emits
-/// [signal Resource.changed], and what is on screen follows.
+/// after the last point the end's value holds; at two points of the same value the curve jumps. Without knots nothing
+/// is seen, without colours it is white; points that are not finite are passed over. Every change emits
+/// [signal Resource.changed], and what is on screen follows. Other threads may change it: then the signal is emitted on
+/// the main thread, at the end of its frame.
 #[derive(GodotClass)]
 #[class(tool, init, base = Resource)]
 pub struct LumivoxTransferFunction {
-    /// Points of the opacity curve: x is the value, y the opacity from 0 to 1. Kept sorted by value.
+    /// Points of the opacity curve: x is the value in the scan's unit (HU for CT), y the opacity from 0 to 1. Kept
+    /// sorted by value.
     #[export]
     #[var(get, set)]
     opacity_knots: PackedVector2Array,
-    /// How the curve leaves each opacity knot towards the next: 0 along a straight line, 1 slowly at both ends.
+    /// How the curve leaves each opacity knot towards the next: 0 along a straight line, 1 slowly at both ends. One for
+    /// each of [member opacity_knots]; those that are missing are 0.
     #[export]
     #[var(get, set)]
     opacity_eases: PackedByteArray,
-    /// The values of [member colors]. Kept sorted.
+    /// The values of [member colors], in the scan's unit (HU for CT). Kept sorted.
     #[export]
     #[var(get, set)]
     color_values: PackedFloat32Array,
-    /// Colours at [member color_values]; alpha is not used. Between them light is mixed linearly.
+    /// Colours at [member color_values]; alpha is not used. Between them light is mixed linearly. Where one list is
+    /// longer than the other, its rest is not used.
     #[export]
     #[var(get, set)]
     colors: PackedColorArray,
-    /// Moves the whole function along the values, in their unit.
+    /// Moves the whole function along the values, in their unit (HU for CT).
     #[export_group(name = "Window")]
     #[export(range = (-2000.0, 2000.0, 1.0, or_greater, or_less))]
     #[var(get, set)]
     shift: f64,
-    /// Widens (above 1) or narrows (below 1) the whole function about its centre.
+    /// Widens (above 1) or narrows (below 1) the whole function about its centre: a factor, 0.01 to 100.
     #[export(range = (0.01, 100.0, 0.01, exp))]
     #[var(get, set)]
     #[init(val = 1.0)]
@@ -52,7 +58,8 @@ pub struct LumivoxTransferFunction {
 
 #[godot_api]
 impl LumivoxTransferFunction {
-    /// Replaces all points at once, with a single [signal Resource.changed].
+    /// Replaces all points at once, with a single [signal Resource.changed]. See [member opacity_knots],
+    /// [member opacity_eases], [member color_values] and [member colors] for what they mean.
     #[func]
     pub fn set_points(
         &mut self,
@@ -130,8 +137,10 @@ impl LumivoxTransferFunction {
 
     #[func]
     fn set_shift(&mut self, shift: f64) {
-        self.shift = if shift.is_finite() { shift } else { 0.0 };
-        self.touch();
+        if takes("LumivoxTransferFunction.shift", shift.is_finite()) {
+            self.shift = shift;
+            self.touch();
+        }
     }
 
     #[func]
@@ -141,25 +150,29 @@ impl LumivoxTransferFunction {
 
     #[func]
     fn set_window_scale(&mut self, scale: f64) {
-        let [narrowest, widest] = WINDOW_SCALES;
-        self.window_scale = if scale.is_finite() { scale.clamp(narrowest, widest) } else { 1.0 };
-        self.touch();
+        if takes("LumivoxTransferFunction.window_scale", scale.is_finite()) {
+            let [narrowest, widest] = WINDOW_SCALES;
+            self.window_scale = scale.clamp(narrowest, widest);
+            self.touch();
+        }
     }
 
-    /// The opacity of a value, 0 to 1, with [member shift] and [member window_scale] applied.
+    /// The opacity, 0 to 1, of a value in the scan's unit (HU for CT), with [member shift] and [member window_scale]
+    /// applied.
     #[func]
     pub fn get_opacity(&self, value: f64) -> f64 {
         self.curve().opacity(value)
     }
 
-    /// The colour of a value, with [member shift] and [member window_scale] applied.
+    /// The colour of a value in the scan's unit (HU for CT), with [member shift] and [member window_scale] applied.
     #[func]
     pub fn get_color(&self, value: f64) -> Color {
         convert::color_from_linear(self.curve().color(value))
     }
 
     /// The transfer function of a preset (see [method preset_names]). Presets for MR place themselves by the values of
-    /// [param volume]; those for CT need none. [code]null[/code] if there is no preset of that name.
+    /// [param volume]; those for CT need none. [code]null[/code] and an error in the output if there is no preset of
+    /// that name, and if one for MR is given no volume.
     #[func]
     pub fn preset(
         name: GString,
@@ -190,8 +203,9 @@ impl LumivoxTransferFunction {
         Preset::names().into_iter().map(GString::from).collect()
     }
 
-    /// Writes it as a Lumivox transfer function file, which the other Lumivox programs read too. Returns an empty
-    /// string, or what went wrong.
+    /// Writes it as a Lumivox transfer function file (JSON), which the other Lumivox programs read too, with
+    /// [member shift] and [member window_scale] applied. [param path] may begin with [code]res://[/code] or
+    /// [code]user://[/code]. Returns an empty string, or what went wrong.
     #[func]
     pub fn save_file(&self, path: GString) -> GString {
         let path = convert::system_path(&path);
@@ -201,8 +215,9 @@ impl LumivoxTransferFunction {
         }
     }
 
-    /// Reads a transfer function of Lumivox's or of UnityVolumeRendering's making. Returns [code]null[/code] and says
-    /// why in the output if it cannot be read.
+    /// Reads a transfer function of Lumivox's or of UnityVolumeRendering's making. [param path] may begin with
+    /// [code]res://[/code] or [code]user://[/code]. Returns [code]null[/code] and says why in the output if it cannot
+    /// be read.
     #[func]
     pub fn load_file(path: GString) -> Option<Gd<Self>> {
         // Old files are relative to the values of a CT scan.
@@ -242,6 +257,11 @@ impl LumivoxTransferFunction {
         self.curve.clone().unwrap_or_else(|| self.build())
     }
 
+    /// Whether there is nothing that gives opacity.
+    pub fn is_without_knots(&self) -> bool {
+        self.opacity_knots.is_empty()
+    }
+
     fn build(&self) -> TransferFunction {
         let (knots, eases) = (self.opacity_knots.as_slice(), self.opacity_eases.as_slice());
         let mut knots: Vec<OpacityKnot> = knots
@@ -279,7 +299,13 @@ impl LumivoxTransferFunction {
 
     fn touch(&mut self) {
         self.curve = Some(self.build());
-        self.base_mut().emit_changed();
+        let mut base = self.base_mut();
+        // Whoever listens shows it, which only the main thread may.
+        if is_main_thread() {
+            base.emit_changed();
+        } else {
+            base.call_deferred("emit_changed", &[]);
+        }
     }
 }
 

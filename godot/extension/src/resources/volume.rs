@@ -24,6 +24,9 @@ const MAX_PHANTOM_SIZE: usize = 1024;
 /// Drop a DICOM folder or a NIfTI, NRRD or MetaImage file on the FileSystem dock, call [method load_file], or use
 /// [LumivoxImporter] to load one without holding up the game. Give it to a [LumivoxVolume3D] to see it. Save it as a
 /// binary resource ([code].res[/code]): text would be many times larger.
+///
+/// Of a folder of DICOM files in the project, the first one is the scan. To [code]load[/code] another gives a volume
+/// that holds nothing ([method is_empty]) but, as the metadata [code]lumivox_series[/code], the path of the first.
 #[derive(GodotClass)]
 #[class(tool, init, base = Resource)]
 pub struct LumivoxVolume {
@@ -40,7 +43,8 @@ pub struct LumivoxVolume {
 impl LumivoxVolume {
     /// A scan that is computed: [code]"head"[/code] is an anatomical CT of a head, [code]"cube"[/code] a test body
     /// whose values rise from its corners to its centre. [param size] is the number of voxels along a side, 8 to 1024;
-    /// 0 stands for 128.
+    /// 0 stands for 128. [code]null[/code] and an error in the output for another kind or size. A large one takes
+    /// seconds: compute it on another thread.
     #[func]
     pub fn phantom(kind: GString, #[opt(default = 0)] size: i64) -> Option<Gd<Self>> {
         let size = match usize::try_from(size) {
@@ -89,25 +93,25 @@ impl LumivoxVolume {
         }
     }
 
-    /// Voxels along the scan's own x, y and z axes.
+    /// Voxels along the scan's own x, y and z axes; zeros without a scan.
     #[func]
     pub fn get_dimensions(&self) -> Vector3i {
         self.volume.as_ref().map_or(Vector3i::ZERO, |volume| dimensions(volume.dims()))
     }
 
-    /// Distances between neighbouring voxels along the scan's own axes, in millimetres.
+    /// Distances between neighbouring voxels along the scan's own axes, in millimetres; zeros without a scan.
     #[func]
     pub fn get_spacing_mm(&self) -> Vector3 {
         self.volume.as_ref().map_or(Vector3::ZERO, |volume| convert::vector(volume.spacing_mm()))
     }
 
-    /// Edge lengths along the scan's own axes, in metres: what it measures in a scene.
+    /// Edge lengths along the scan's own axes, in metres: what it measures in a scene. Zeros without a scan.
     #[func]
     pub fn get_size_m(&self) -> Vector3 {
         self.volume.as_ref().map_or(Vector3::ZERO, |volume| convert::vector(volume.size_mm() * 1e-3))
     }
 
-    /// The smallest and the largest value.
+    /// The smallest value as x and the largest as y, in the scan's unit (see [method get_unit]); zeros without a scan.
     #[func]
     pub fn get_value_range(&self) -> Vector2 {
         self.volume.as_ref().map_or(Vector2::ZERO, |volume| {
@@ -116,14 +120,15 @@ impl LumivoxVolume {
         })
     }
 
-    /// The unit of the values: [code]HU[/code] for CT, empty where they have none.
+    /// The unit of the values: [code]HU[/code] for CT, empty where they have none and without a scan.
     #[func]
     pub fn get_unit(&self) -> GString {
         self.volume.as_ref().map_or(GString::new(), |volume| GString::from(volume.modality().unit()))
     }
 
-    /// The number of voxels in each of [param bins] equal parts of the values from [code]range.x[/code] to
-    /// [code]range.y[/code]. The first call looks at every voxel, later ones are quick.
+    /// The number of voxels in each of [param bins] equal parts, 1 to 65536, of the values from [code]range.x[/code] to
+    /// [code]range.y[/code], in the scan's unit. Values outside are not counted; all are 0 without a scan. The first
+    /// call looks at every voxel, later ones are quick.
     #[func]
     pub fn get_histogram(&self, bins: i64, range: Vector2) -> PackedFloat32Array {
         let bins = bins.clamp(1, 1 << 16) as usize;
@@ -151,8 +156,9 @@ impl LumivoxVolume {
     }
 
     /// A slice as a grey image: black at values of [code]window.x[/code] and below, white at [code]window.y[/code] and
-    /// above. [param axis] is the scan's own axis across the slice: 0, 1 or 2 for x, y or z. Slices across z have x to
-    /// the right and y downwards, the others have z upwards. [code]null[/code] if there is no such slice.
+    /// above, in the scan's unit. [param axis] is the scan's own axis across the slice: 0, 1 or 2 for x, y or z;
+    /// [param index] counts voxels along it from 0. Slices across z have x to the right and y downwards, the others
+    /// have z upwards. [code]null[/code] if there is no such slice.
     #[func]
     pub fn get_slice(&self, axis: i64, index: i64, window: Vector2) -> Option<Gd<Image>> {
         let volume = self.volume.as_ref()?;
@@ -176,7 +182,7 @@ impl LumivoxVolume {
         Image::create_from_data(width, height, false, Format::L8, &PackedByteArray::from(pixels))
     }
 
-    /// Whether there is no scan in it.
+    /// Whether there is no scan in it: a new volume, or a slice that only names the file of its scan.
     #[func]
     pub fn is_empty(&self) -> bool {
         self.volume.is_none()
