@@ -8,9 +8,14 @@ use crate::export::PROBE_LEAK;
 #[test]
 fn every_scene_takes_a_picture_of_itself() {
     let engine = engine();
-    for scene in
-        ["main", "scenes/occlusion", "scenes/many_volumes", "scenes/clipping", "scenes/transfer_function"]
-    {
+    for scene in [
+        "main",
+        "scenes/occlusion",
+        "scenes/many_volumes",
+        "scenes/clipping",
+        "scenes/transfer_function",
+        "scenes/vr",
+    ] {
         let name = format!("demo_{}", scene.trim_start_matches("scenes/"));
         let picture = engine.out.join(&name).with_extension("png");
         let [project, path] = [&engine.project, &picture].map(|path| path.to_str().unwrap());

@@ -16,5 +16,6 @@ mod many;
 mod motion;
 mod pictures;
 mod runtime_import;
+mod script;
 mod shown;
 mod xr;
