@@ -37,6 +37,12 @@ func _ready() -> void:
 	super()
 
 
+## A headset waits for no frame.
+func _lighten() -> void:
+	if not get_viewport().use_xr:
+		super()
+
+
 func _exit_tree() -> void:
 	if get_viewport().use_xr:
 		_leave_vr()
