@@ -11,6 +11,7 @@ mod editor;
 mod engine;
 mod expected;
 mod export;
+mod folders;
 mod lights;
 mod many;
 mod motion;
