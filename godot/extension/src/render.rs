@@ -7,7 +7,7 @@ use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
 use godot::prelude::*;
 use lumivox_core::Camera;
-use lumivox_renderer::{Fog, LiveSettings, LiveStatus, LiveView, Recording, RenderError, SceneCache};
+use lumivox_renderer::{Fog, LiveSettings, LiveStatus, LiveView, Recording, RenderError, SceneCache, Step};
 
 use crate::executor::Executor;
 use crate::host_view::{HostView, Lent};
@@ -236,7 +236,7 @@ impl Renderer {
             return Ok(());
         }
         if let Some(other) = self.eyes.remove(&key) {
-            other.live.free(recording);
+            other.free(recording);
         }
         match LiveView::new(live_settings, &world.cache, recording) {
             Ok(live) => {
@@ -325,10 +325,7 @@ impl Renderer {
 
     fn free_eye(&mut self, device: &mut Gd<RenderingDevice>, eye: Eye) {
         let mut recording = Recording::new();
-        eye.live.free(&mut recording);
-        for id in eye.lent.ids() {
-            recording.push(lumivox_renderer::Step::Free { id });
-        }
+        eye.free(&mut recording);
         // Freeing never fails.
         let _ = self.executor.execute(device, &recording, TIMED);
     }
@@ -366,6 +363,13 @@ impl Eye {
         let Frame { status, pass, budget, milliseconds } = frame;
         self.pacer.recorded(serial, pass, status.pixel_samples, budget, milliseconds);
         self.read_backs.extend(read_backs);
+    }
+
+    fn free(self, recording: &mut Recording) {
+        self.live.free(recording);
+        for id in self.lent.ids() {
+            recording.push(Step::Free { id });
+        }
     }
 
     /// Hands over what has come back from the GPU.

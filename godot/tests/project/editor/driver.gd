@@ -327,6 +327,7 @@ func _use_dialog() -> Dictionary:
 	var scanned := func() -> bool: return dialog.get("_step") != 1
 	dialog.call("open_path", (_arguments["study"] as String).path_join("good"))
 	await _until(scanned)
+	await get_tree().process_frame
 	var told := {"rows": [], "first": details.get_parsed_text()}
 	for item in tree.get_root().get_children():
 		told.rows.append(range(tree.columns).map(func(column: int) -> String: return item.get_text(column)))
@@ -356,6 +357,13 @@ func _use_dialog() -> Dictionary:
 	await get_tree().process_frame
 	(dialog.get("_phase") as SpinBox).value = 2.0
 	(dialog.get("_target") as LineEdit).text = "res://opened.res"
+	# Stopped, and started again.
+	var described := details.get_parsed_text()
+	dialog.get_ok_button().pressed.emit()
+	dialog.call("open_path", (_arguments["study"] as String).path_join("good/small"))
+	dialog.canceled.emit()
+	await _until(func() -> bool: return dialog.get("_step") == 2)
+	told.as_before = described != "" and details.get_parsed_text() == described
 	dialog.get_ok_button().pressed.emit()
 	# Another folder is dropped while this one is imported, and while it is saved.
 	told.refused = []

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::light::{self, Falloff, LightKind};
 use lumivox_core::{
-    Camera, CancelToken, ColorStop, Ease, Environment, EnvironmentMap, EnvironmentSource, Filter, Medium,
-    OpacityKnot, PerspectiveCamera, Progress, Projection, Scene, SurfaceReflection, TransferFunction,
-    VolumeInstance,
+    Camera, ColorStop, Ease, Environment, EnvironmentMap, EnvironmentSource, Filter, Medium, OpacityKnot,
+    PerspectiveCamera, Projection, Scene, SurfaceReflection, TransferFunction, VolumeInstance,
 };
-use lumivox_phantom::{AnatomyOptions, anatomy};
 use lumivox_renderer::{DistanceFog, HeightFog};
 use serde::Serialize;
+
+use crate::scans;
 
 /// A place: columns of the linear part, then the origin, as Godot's `Transform3D`.
 #[derive(Clone, Copy, Serialize)]
@@ -85,6 +85,18 @@ impl Volume {
         }
     }
 
+    /// A head whose surfaces reflect.
+    pub fn head() -> Self {
+        Self {
+            phantom: "head",
+            size: 40,
+            knots: vec![[-300.0, 0.0, 1.0], [300.0, 0.6, 1.0], [1500.0, 1.0, 0.0]],
+            density: 0.3,
+            surface: [0.7, 60.0, 0.4, 0.04],
+            ..Self::soft()
+        }
+    }
+
     /// Nothing behind it shines through, and it is red: a hole in it is seen.
     pub fn solid() -> Self {
         Self {
@@ -115,10 +127,7 @@ impl Volume {
         };
         let volume = match self.phantom {
             "cube" => lumivox_phantom::cube(self.size),
-            _ => {
-                let options = AnatomyOptions { size: self.size, ..Default::default() };
-                anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap()
-            }
+            _ => scans::head(self.size),
         };
         let mut instance = VolumeInstance::centered(Arc::new(volume), medium);
         instance.world_from_patient = self.place.affine() * instance.world_from_patient;

@@ -55,14 +55,11 @@ struct Imported {
 /// Imports the series in a project of its own, whose program is as `prepare` leaves it.
 fn import(engine: &Engine, name: &str, prepare: impl FnOnce(&Path)) -> Imported {
     let project = engine.copy_project(name);
-    let folder = engine.out.join(name);
+    let scan = engine.out.join(name).join("scan");
+    write_jpeg_ls(&scan);
+    let (_, cases) = engine.write_cases(name, &json!({ "path": scan }));
     let program = project.join(BIN).join(CODECS);
     prepare(&program);
-    let scan = folder.join("scan");
-    write_jpeg_ls(&scan);
-    let cases = folder.join("cases.json");
-    let job = json!({ "path": scan });
-    fs::write(&cases, serde_json::to_vec(&job).unwrap()).unwrap();
     let [path, cases] = [&project, &cases].map(|path| path.to_str().unwrap());
     let arguments = ["--headless", "--path", path, "res://tests/codecs.tscn", "--", "--cases", cases];
     let run = engine.run_as(&engine.godot, name, &arguments, &Start::default());

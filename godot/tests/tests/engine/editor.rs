@@ -5,13 +5,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use lumivox_core::{CancelToken, Progress, Volume as Scan, glam::DVec3};
-use lumivox_phantom::{AnatomyOptions, SeriesDescription, anatomy, write_dicom_series};
+use lumivox_core::glam::DVec3;
+use lumivox_phantom::cube;
 use serde_json::{Value, json};
 
 use crate::case::{Case, Lamp, LampKind, Volume, look_at};
 use crate::engine::{Run, Start, engine, once};
 use crate::expected;
+use crate::scans;
 use crate::shown::{assert_same, run_scene, told};
 
 /// The file that cannot be read.
@@ -27,14 +28,7 @@ const EXCUSED: &[&str] = &[
 
 fn case() -> Case {
     Case {
-        volumes: vec![Volume {
-            phantom: "head",
-            size: 40,
-            knots: vec![[-300.0, 0.0, 1.0], [300.0, 0.6, 1.0], [1500.0, 1.0, 0.0]],
-            density: 0.3,
-            surface: [0.7, 60.0, 0.4, 0.04],
-            ..Volume::soft()
-        }],
+        volumes: vec![Volume::head()],
         camera: look_at(DVec3::new(0.35, 0.1, 0.6), DVec3::ZERO),
         // A scene without a sun would be given one by the editor, to preview it.
         lamps: vec![Lamp {
@@ -51,9 +45,7 @@ fn edited() -> &'static (Run, PathBuf) {
     once(&EDITED, || {
         let engine = engine();
         let project = engine.copy_project("editor");
-        let folder = engine.out.join("editor");
-        let file = folder.join("cases.json");
-        fs::write(&file, serde_json::to_vec(&[case()]).unwrap()).unwrap();
+        let (folder, file) = engine.write_cases("editor", &[case()]);
         let settings = fs::read_to_string(project.join("project.godot")).unwrap();
         let settings = settings.replace("plugin.cfg\")", "plugin.cfg\", \"res://tests/editor/plugin.cfg\")");
         // The editor would begin with the main scene, and grow its phantom.
@@ -76,12 +68,8 @@ fn telling(name: &str) -> Value {
 
 /// A folder of DICOM files, an archive of every other one, a file of each other kind, and one that is cut short.
 fn write_scans(folder: &Path) {
-    let head =
-        anatomy(AnatomyOptions { size: 24, ..Default::default() }, Progress::SILENT, &CancelToken::new())
-            .unwrap();
     let series = folder.join("ct");
-    let description = SeriesDescription::default();
-    write_dicom_series(&head, &series, &description, Progress::SILENT, &CancelToken::new()).unwrap();
+    scans::write_series(&scans::head(24), &series);
 
     let mut archive = zip::ZipWriter::new(fs::File::create(folder.join("archive.zip")).unwrap());
     let stored = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
@@ -120,7 +108,7 @@ fn write_scans(folder: &Path) {
 
 /// A series of two phases, whose second is flat, that the import dock is told to take the second of.
 fn write_phases(folder: &Path) {
-    write_series(&lumivox_phantom::cube(16), folder, 3);
+    scans::write_series_number(&cube(16), folder, 3);
     add_flat_phase(folder);
     let options = "[remap]\n\nimporter=\"lumivox.dicom\"\ntype=\"LumivoxVolume\"\n\n[params]\n\nseries=\"\"\nphase=2\n\
                    compress=true\n";
@@ -129,19 +117,12 @@ fn write_phases(folder: &Path) {
 
 /// Outside the project: a series of two phases, a smaller one, and files that are none.
 fn write_study(folder: &Path) {
-    write_series(&lumivox_phantom::cube(20), &folder.join("good/large"), 4);
+    scans::write_series_number(&cube(20), &folder.join("good/large"), 4);
     add_flat_phase(&folder.join("good/large"));
-    write_series(&lumivox_phantom::cube(12), &folder.join("good/small"), 5);
+    scans::write_series_number(&cube(12), &folder.join("good/small"), 5);
     fs::create_dir_all(folder.join("bad")).unwrap();
     fs::write(folder.join("bad/notes.txt"), "Nothing to see here.\n").unwrap();
     fs::write(folder.join("bad/page.dcm"), "<html>Not found</html>\n").unwrap();
-}
-
-fn write_series(volume: &Scan, folder: &Path, number: u32) {
-    fs::create_dir_all(folder).unwrap();
-    let description =
-        SeriesDescription { series_number: number, seed: number.into(), ..SeriesDescription::default() };
-    write_dicom_series(volume, folder, &description, Progress::SILENT, &CancelToken::new()).unwrap();
 }
 
 /// Adds to each slice of a series one of a second acquisition in the same place, all of whose samples are 100.
@@ -291,7 +272,8 @@ fn the_dialog_tells_series_apart_and_imports_the_phase_that_is_asked_for() {
         (&json!("12 × 12 × 12"), &json!("1"), &json!("fewer voxels"))
     );
     assert!(told["second"].as_str().unwrap().contains("Not the first choice: fewer voxels"), "{told}");
-    assert!(!told["first"].as_str().unwrap().contains("Not the first choice"), "{told}");
+    let first = told["first"].as_str().unwrap();
+    assert!(first.contains("CT, axial") && !first.contains("Not the first choice"), "{told}");
     assert_eq!(told["added"], true, "{told}");
     assert_eq!(told["range"][0], told["range"][1], "the second phase is the flat one: {told}");
     assert_eq!(told["undone"], true, "{told}");
@@ -307,6 +289,7 @@ fn a_folder_dropped_while_the_dialog_works_is_refused_and_disturbs_nothing() {
         assert_eq!((&refused[0], &refused[1]), (&json!(step), &json!(step)), "{told}");
         assert!(refused[2].as_str().unwrap().contains("small was not opened: one scan at a time"), "{told}");
     }
+    assert_eq!(told["as_before"], true, "when it is stopped, the series is described again: {told}");
     assert_eq!(told["saved_as"], "res://opened.res", "{told}");
 }
 

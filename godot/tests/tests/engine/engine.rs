@@ -9,6 +9,8 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
+use serde::Serialize;
+
 /// Longest that one run of the engine may take, on two cores and software Vulkan.
 const TIME_LIMIT: Duration = Duration::from_secs(600);
 
@@ -130,6 +132,15 @@ impl Engine {
         let _ = fs::remove_dir_all(&to);
         copy(&self.project, &to, &[]);
         to
+    }
+
+    /// Writes what a run is to do. Returns the folder for what it makes, and the file.
+    pub fn write_cases(&self, name: &str, what: &impl Serialize) -> (PathBuf, PathBuf) {
+        let folder = self.out.join(name);
+        fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("cases.json");
+        fs::write(&file, serde_json::to_vec(what).unwrap()).unwrap();
+        (folder, file)
     }
 
     /// Runs another program with the engine's arguments, as an exported game is one.

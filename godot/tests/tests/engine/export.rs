@@ -9,8 +9,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use lumivox_core::{CancelToken, Progress};
-use lumivox_phantom::{AnatomyOptions, SeriesDescription, anatomy, write_dicom_series};
 use lumivox_testing::png_io::SrgbImage;
 use serde_json::{Value, json};
 
@@ -18,6 +16,7 @@ use crate::case::{Case, Volume};
 use crate::codecs::{mark, marks, write_jpeg_ls};
 use crate::engine::{BIN, CODECS, Engine, Run, Start, engine, once};
 use crate::expected;
+use crate::scans;
 use crate::shown::{assert_same, told};
 
 /// What Debian's loader is called in a program, and what it is called beside the exported one.
@@ -88,7 +87,7 @@ fn exported() -> &'static (Run, PathBuf) {
     once(&EXPORTED, || {
         let engine = engine();
         let project = engine.copy_project("export");
-        let folder = engine.out.join("export");
+        let (folder, cases) = engine.write_cases("export", &[case()]);
         let program = Program::of(&engine);
         let presets = project.join("export_presets.cfg");
         let template = format!("custom_template/release={:?}\n", program.path.display().to_string());
@@ -114,16 +113,10 @@ fn exported() -> &'static (Run, PathBuf) {
         // The game has nothing but its own folder.
         fs::remove_dir_all(&project).unwrap();
 
-        let head =
-            anatomy(AnatomyOptions { size: 24, ..Default::default() }, Progress::SILENT, &CancelToken::new())
-                .unwrap();
         let scan = folder.join("scan");
-        let description = SeriesDescription::default();
-        write_dicom_series(&head, &scan, &description, Progress::SILENT, &CancelToken::new()).unwrap();
+        scans::write_series(&scans::head(24), &scan);
         let compressed = folder.join("compressed");
         write_jpeg_ls(&compressed);
-        let cases = folder.join("cases.json");
-        fs::write(&cases, serde_json::to_vec(&[case()]).unwrap()).unwrap();
         let [cases, out, scan, compressed] =
             [&cases, &folder, &scan, &compressed].map(|path| path.to_str().unwrap());
         let start = Start { environment, folder: Some(&game), excused: &[PROBE_LEAK] };

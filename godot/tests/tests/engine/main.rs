@@ -17,6 +17,6 @@ mod many;
 mod motion;
 mod pictures;
 mod runtime_import;
-mod script;
+mod scans;
 mod shown;
 mod xr;

@@ -36,14 +36,7 @@ fn cases() -> Vec<Case> {
     vec![
         Case::new("cube"),
         Case {
-            volumes: vec![Volume {
-                phantom: "head",
-                size: 40,
-                knots: vec![[-300.0, 0.0, 1.0], [300.0, 0.6, 1.0], [1500.0, 1.0, 0.0]],
-                density: 0.3,
-                surface: [0.7, 60.0, 0.4, 0.04],
-                ..translucent.clone()
-            }],
+            volumes: vec![Volume::head()],
             camera: look_at(DVec3::new(0.35, 0.1, 0.6), DVec3::ZERO),
             ..Case::new("head")
         },

@@ -5,14 +5,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use lumivox_core::{CancelToken, Progress, Volume};
+use lumivox_core::{CancelToken, Progress};
 use lumivox_import::{ImportOptions, Imported};
-use lumivox_phantom::{SeriesDescription, write_dicom_series};
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::case::Case;
 use crate::engine::{Run, engine};
+use crate::scans;
 use crate::shown::{run_scene, told};
 
 /// What `project/runtime_import.gd` loads.
@@ -99,14 +99,8 @@ fn real_scans() -> Vec<(&'static str, PathBuf)> {
 }
 
 fn write_files(folder: &Path) {
-    let whole = lumivox_phantom::cube(24);
-    let write = |volume: &Volume, name: &str| {
-        let description = SeriesDescription::default();
-        write_dicom_series(volume, &folder.join(name), &description, Progress::SILENT, &CancelToken::new())
-            .unwrap();
-    };
-    write(&whole, "series");
-    write(&lumivox_phantom::cube(256), "large");
+    scans::write_series(&lumivox_phantom::cube(24), &folder.join("series"));
+    scans::write_series(&lumivox_phantom::cube(256), &folder.join("large"));
     let mut slices: Vec<PathBuf> =
         fs::read_dir(folder.join("series")).unwrap().map(|e| e.unwrap().path()).collect();
     slices.sort();

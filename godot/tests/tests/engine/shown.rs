@@ -1,6 +1,5 @@
 //! Cases as the engine shows them, each compared with what the renderer makes of it.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -47,10 +46,7 @@ impl Shown {
 /// Runs a scene of `project/` in the engine with what it is to do. Returns the folder of what it writes, and its log.
 pub fn run_scene(name: &str, scene: &str, what: &impl Serialize) -> (PathBuf, Run) {
     let engine = engine();
-    let folder = engine.out.join(name);
-    fs::create_dir_all(&folder).unwrap();
-    let file = folder.join("cases.json");
-    fs::write(&file, serde_json::to_vec(what).unwrap()).unwrap();
+    let (folder, file) = engine.write_cases(name, what);
     let scene = format!("res://tests/{scene}.tscn");
     let [cases, out] = [&file, &folder].map(|path| path.to_str().unwrap());
     let run = engine.run(name, &[&scene, "--", "--cases", cases, "--out", out]);

@@ -80,10 +80,7 @@ fn seen() -> &'static (Seen, PathBuf) {
 fn run_in_headset(name: &str, scene: &str, cases: &impl Serialize, options: &[&str]) -> (Run, PathBuf) {
     let monado = Monado::find();
     let engine = engine();
-    let folder = engine.out.join(name);
-    fs::create_dir_all(&folder).unwrap();
-    let file = folder.join("cases.json");
-    fs::write(&file, serde_json::to_vec(cases).unwrap()).unwrap();
+    let (folder, file) = engine.write_cases(name, cases);
     let service = monado.start(&folder.join("monado.log"));
     let scene = format!("res://tests/{scene}.tscn");
     let [project, cases, out] = [&engine.project, &file, &folder].map(|path| path.to_str().unwrap());

@@ -335,7 +335,8 @@ func _on_series_selected() -> void:
 
 func _show_details() -> void:
 	var place := _selected_series()
-	_details.clear()
+	# The same text again would not replace what was added to it.
+	_details.text = ""
 	_details.text = _series_text((_report.series as Array)[place]) if place >= 0 else ""
 	_details.text += _report_text(_report, place)
 
@@ -487,7 +488,7 @@ func _on_cancelled() -> void:
 	if _step == Step.READY:
 		_show_details()
 	else:
-		_details.clear()
+		_details.text = ""
 	_stage.text = "Stopped"
 
 

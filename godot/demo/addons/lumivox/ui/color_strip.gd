@@ -21,23 +21,16 @@ func _enter_tree() -> void:
 	custom_minimum_size.y = scaled(38.0)
 
 
-func _gui_input(event: InputEvent) -> void:
-	if not is_ready_to_edit():
-		return
-	if navigate(event):
-		accept_event()
-	elif event is InputEventMouseButton:
-		_on_button(event as InputEventMouseButton)
-	elif event is InputEventMouseMotion:
-		_on_motion(event as InputEventMouseMotion)
-
-
 func handle_count() -> int:
 	return points.color_values.size()
 
 
 func handle_distance(stop: int, at: Vector2) -> float:
 	return absf(x_of(points.shown(points.color_values[stop])) - at.x)
+
+
+func remove_point(stop: int) -> bool:
+	return points.remove_stop(stop)
 
 
 func _on_button(button: InputEventMouseButton) -> void:
@@ -59,7 +52,7 @@ func _on_button(button: InputEventMouseButton) -> void:
 		queue_redraw()
 		accept_event()
 	elif button.button_index == MOUSE_BUTTON_RIGHT and button.pressed and stop >= 0:
-		_remove(stop)
+		remove_handle(stop)
 		accept_event()
 
 
@@ -86,15 +79,6 @@ func _add(value: float) -> void:
 	hovered = points.add_stop(value, transfer_function.get_color(value))
 	edited.emit()
 	end_edit()
-
-
-func _remove(stop: int) -> void:
-	begin_edit()
-	points.bake_window()
-	if points.remove_stop(stop):
-		edited.emit()
-	end_edit()
-	hover(-1)
 
 
 func _open_picker(stop: int) -> void:
@@ -140,7 +124,7 @@ func _on_picker_closed() -> void:
 func _on_remove_pressed() -> void:
 	var stop := _picked
 	_popup.hide()
-	_remove(stop)
+	remove_handle(stop)
 
 
 func _draw() -> void:

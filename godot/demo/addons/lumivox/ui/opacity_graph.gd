@@ -43,19 +43,6 @@ func _init() -> void:
 	focus_exited.connect(queue_redraw)
 
 
-func _gui_input(event: InputEvent) -> void:
-	if not is_ready_to_edit():
-		return
-	if navigate(event):
-		accept_event()
-	elif event is InputEventMouseButton:
-		_on_button(event as InputEventMouseButton)
-	elif event is InputEventMouseMotion:
-		_on_motion(event as InputEventMouseMotion)
-	elif event is InputEventKey and event.is_pressed():
-		_on_key(event as InputEventKey)
-
-
 func handle_count() -> int:
 	return points.knots.size()
 
@@ -64,10 +51,19 @@ func handle_distance(knot: int, at: Vector2) -> float:
 	return _position_of(knot).distance_to(at)
 
 
+func remove_point(knot: int) -> bool:
+	return points.remove_knot(knot)
+
+
+func remove_handle(knot: int) -> void:
+	super(knot)
+	selected = -1
+
+
 ## Removes the knot that keys act on.
 func remove_selected() -> void:
 	if selected >= 0 and selected < points.knots.size():
-		_remove(selected)
+		remove_handle(selected)
 
 
 func _on_button(button: InputEventMouseButton) -> void:
@@ -94,7 +90,7 @@ func _on_button(button: InputEventMouseButton) -> void:
 		accept_event()
 	elif button.button_index == MOUSE_BUTTON_RIGHT:
 		if knot >= 0:
-			_remove(knot)
+			remove_handle(knot)
 		else:
 			_open_menu(button.position)
 		accept_event()
@@ -126,7 +122,7 @@ func _on_key(key: InputEventKey) -> void:
 	var step := Vector2.ZERO
 	match key.keycode:
 		KEY_DELETE, KEY_BACKSPACE:
-			_remove(selected)
+			remove_handle(selected)
 			accept_event()
 			return
 		KEY_LEFT: step.x = -value_step
@@ -140,16 +136,6 @@ func _on_key(key: InputEventKey) -> void:
 	edited.emit()
 	end_edit()
 	accept_event()
-
-
-func _remove(knot: int) -> void:
-	begin_edit()
-	points.bake_window()
-	if points.remove_knot(knot):
-		edited.emit()
-	end_edit()
-	selected = -1
-	hover(-1)
 
 
 func _open_menu(at: Vector2) -> void:

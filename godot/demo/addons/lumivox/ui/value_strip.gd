@@ -43,6 +43,31 @@ func _init() -> void:
 	mouse_exited.connect(_on_mouse_exited)
 
 
+func _gui_input(event: InputEvent) -> void:
+	if not is_ready_to_edit():
+		return
+	if navigate(event):
+		accept_event()
+	elif event is InputEventMouseButton:
+		_on_button(event as InputEventMouseButton)
+	elif event is InputEventMouseMotion:
+		_on_motion(event as InputEventMouseMotion)
+	elif event is InputEventKey and event.is_pressed():
+		_on_key(event as InputEventKey)
+
+
+func _on_button(_button: InputEventMouseButton) -> void:
+	pass
+
+
+func _on_motion(_motion: InputEventMouseMotion) -> void:
+	pass
+
+
+func _on_key(_key: InputEventKey) -> void:
+	pass
+
+
 ## Pixels of the interface for a length at scale 1.
 func scaled(length: float) -> float:
 	return length * maxf(get_theme_default_base_scale(), 1.0)
@@ -85,6 +110,21 @@ func handle_count() -> int:
 ## How far a handle is from [param at], in pixels.
 func handle_distance(_handle: int, _at: Vector2) -> float:
 	return INF
+
+
+## Removes what a handle stands for. Returns whether it could be.
+func remove_point(_handle: int) -> bool:
+	return false
+
+
+## Removes a handle, as an edit of its own.
+func remove_handle(handle: int) -> void:
+	begin_edit()
+	points.bake_window()
+	if remove_point(handle):
+		edited.emit()
+	end_edit()
+	hover(-1)
 
 
 ## The handle that a pointer or finger takes hold of, or -1.

@@ -18,27 +18,21 @@ func _enter_tree() -> void:
 	custom_minimum_size.y = scaled(16.0)
 
 
-func _gui_input(event: InputEvent) -> void:
-	if not is_ready_to_edit():
+func _on_button(button: InputEventMouseButton) -> void:
+	if button.button_index != MOUSE_BUTTON_LEFT:
 		return
-	if navigate(event):
-		accept_event()
-		return
-	var button := event as InputEventMouseButton
-	if button != null and button.button_index == MOUSE_BUTTON_LEFT:
-		if button.pressed:
-			_pressed = _part_at(button)
-			_start_x = button.position.x
-			_start = points.value_range()
-		else:
-			_pressed = Part.NONE
-			end_edit()
-		queue_redraw()
-		accept_event()
-		return
-	var motion := event as InputEventMouseMotion
-	if motion == null:
-		return
+	if button.pressed:
+		_pressed = _part_at(button)
+		_start_x = button.position.x
+		_start = points.value_range()
+	else:
+		_pressed = Part.NONE
+		end_edit()
+	queue_redraw()
+	accept_event()
+
+
+func _on_motion(motion: InputEventMouseMotion) -> void:
 	if _pressed == Part.NONE:
 		var part := _part_at(motion)
 		mouse_default_cursor_shape = Control.CURSOR_HSIZE if part in [Part.LOW, Part.HIGH] \
