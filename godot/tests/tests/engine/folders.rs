@@ -3,11 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use lumivox_core::{CancelToken, Progress};
-use lumivox_phantom::{SeriesDescription, write_dicom_series};
 use serde_json::{Value, json};
 
 use crate::engine::{Start, engine};
+use crate::scans::write_series;
 use crate::shown::told;
 
 /// What the addon says of a scan that moved, and of files that are none in the end; and the engine, when it is told to
@@ -38,9 +37,7 @@ fn a_folder_that_changes_is_imported_again_once_it_rests() {
     let engine = engine();
     let project = engine.copy_project("folders");
     let slices = engine.out.join("folders/slices");
-    let description = SeriesDescription::default();
-    write_dicom_series(&lumivox_phantom::cube(32), &slices, &description, Progress::SILENT, &CancelToken::new())
-        .unwrap();
+    write_series(&lumivox_phantom::cube(32), &slices);
     let folder = project.join("scans/ct");
     fs::create_dir_all(&folder).unwrap();
     copy_slices(&slices, &folder, 10..=19);
