@@ -62,6 +62,13 @@ func _run() -> void:
 	_tell("broken")
 	await _rest()
 	_tell("idle")
+	# Gone altogether: nothing is said of it.
+	for name in DirAccess.get_files_at(FOLDER):
+		DirAccess.remove_absolute(FOLDER.path_join(name))
+	DirAccess.remove_absolute(FOLDER)
+	await _scan()
+	await _rest()
+	print("GONE")
 	get_tree().quit()
 
 

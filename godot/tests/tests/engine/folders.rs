@@ -83,4 +83,7 @@ fn a_folder_that_changes_is_imported_again_once_it_rests() {
     assert_eq!(broken["imports"]["CT0006.dcm"], 1, "{broken}");
     assert!(run.log.contains("res://scans/ct was not imported; the line above says why"));
     assert_eq!(telling("idle")["imports"], json!({}));
+    // Nor is anything wrong with a folder that is gone.
+    let (_, gone) = run.log.split_once("TELL idle").unwrap();
+    assert!(gone.contains("GONE") && !gone.contains("ERROR"), "{gone}");
 }

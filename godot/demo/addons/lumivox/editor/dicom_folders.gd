@@ -14,6 +14,8 @@ const STATE_FILE := "lumivox_folders"
 const LOOK_SECONDS := 0.5
 ## A folder is at rest when its files have been the same for so long.
 const SETTLE_MS := 2000
+## Folders within folders that are looked into: a link may lead in circles.
+const DEEPEST := 16
 
 ## By folder: what its scan was made of. `first` is the file it was imported with, `options` how, `files` is a
 ## [method listing], and `moved_from` is the first file before, while others still point there.
@@ -67,7 +69,7 @@ static func first_file(folder: String) -> String:
 ## The files in a folder that are imported as DICOM, by name.
 static func dicom_files(folder: String) -> Array[String]:
 	var files: Array[String] = []
-	for name in DirAccess.get_files_at(folder):
+	for name in DirAccess.get_files_at(folder) if DirAccess.dir_exists_absolute(folder) else PackedStringArray():
 		if name.get_extension().to_lower() in ["dcm", "dicom"]:
 			files.append(folder.path_join(name))
 	files.sort_custom(func(a: String, b: String) -> bool: return a.naturalnocasecmp_to(b) < 0)
@@ -95,11 +97,14 @@ static func touch(file: String) -> void:
 ## Size and time of each file that a scan in [param folder] may be read from, by its path within.
 static func listing(folder: String) -> Dictionary:
 	var found := {}
-	var folders: Array[String] = [""]
+	var folders: Array[String] = []
+	if DirAccess.dir_exists_absolute(folder):
+		folders.append("")
 	while not folders.is_empty():
 		var within: String = folders.pop_back()
-		for name in DirAccess.get_directories_at(folder.path_join(within)):
-			folders.append(within.path_join(name))
+		if within.count("/") < DEEPEST:
+			for name in DirAccess.get_directories_at(folder.path_join(within)):
+				folders.append(within.path_join(name))
 		for name in DirAccess.get_files_at(folder.path_join(within)):
 			var extension := name.get_extension().to_lower()
 			# Scanners leave the extension out, or end names with a UID's number. The project's other files come and go.
@@ -113,6 +118,9 @@ func _on_filesystem_changed() -> void:
 	_first_files.clear()
 	_read()
 	for folder: String in _made_of.keys():
+		# Importing one comes back here, and may find that another is gone.
+		if not _made_of.has(folder):
+			continue
 		var now := listing(folder)
 		if not _differs(folder, now) and not _fresh.has(folder):
 			continue
@@ -172,7 +180,7 @@ func _update(folder: String, now: Dictionary) -> void:
 		_made_of.erase(folder)
 		_write()
 		return
-	if not _differs(folder, now) or _asked.get(folder, {}) == now:
+	if not _made_of.has(folder) or not _differs(folder, now) or _asked.get(folder, {}) == now:
 		return
 	var files := EditorInterface.get_resource_filesystem()
 	var own := dicom_files(folder)
