@@ -1,4 +1,4 @@
-extends Node3D
+extends "demo_scene.gd"
 ## The head in VR: grab it with one hand, scale it with two, cut it with a controller.
 ##
 ## Without a headset, or where the project was not started for one, a flat view with a note takes over.
@@ -34,6 +34,13 @@ func _ready() -> void:
 		_enter_vr()
 	else:
 		_stay_flat()
+	super()
+
+
+## A headset waits for no frame.
+func _lighten() -> void:
+	if not get_viewport().use_xr:
+		super()
 
 
 func _exit_tree() -> void:

@@ -4,6 +4,7 @@ extends EditorPlugin
 
 const VolumeImporter := preload("editor/import_plugin.gd")
 const DicomImporter := preload("editor/dicom_import_plugin.gd")
+const DicomFolders := preload("editor/dicom_folders.gd")
 const ImportDialog := preload("editor/import_dialog.gd")
 const VolumeGizmo := preload("editor/volume_gizmo.gd")
 const VolumeInspector := preload("editor/volume_inspector.gd")
@@ -37,13 +38,12 @@ func _enter_tree() -> void:
 	add_tool_menu_item(MENU_ITEM, _dialog.open)
 	_inspector.import_requested.connect(_dialog.open)
 	get_window().files_dropped.connect(_on_files_dropped)
-	EditorInterface.get_resource_filesystem().filesystem_changed.connect(DicomImporter.forget_folders)
+	add_child(DicomFolders.new())
 	EditorInterface.get_selection().selection_changed.connect(_on_selection_changed)
 
 
 func _exit_tree() -> void:
 	EditorInterface.get_selection().selection_changed.disconnect(_on_selection_changed)
-	EditorInterface.get_resource_filesystem().filesystem_changed.disconnect(DicomImporter.forget_folders)
 	get_window().files_dropped.disconnect(_on_files_dropped)
 	remove_tool_menu_item(MENU_ITEM)
 	_dialog.queue_free()

@@ -1,16 +1,23 @@
 //! The demo's scenes, each of which takes a picture of itself when asked to, and ends.
 
 use lumivox_testing::png_io::SrgbImage;
+use serde_json::json;
 
 use crate::engine::{Start, engine};
 use crate::export::PROBE_LEAK;
+use crate::shown::{run_scene, told};
 
 #[test]
 fn every_scene_takes_a_picture_of_itself() {
     let engine = engine();
-    for scene in
-        ["main", "scenes/occlusion", "scenes/many_volumes", "scenes/clipping", "scenes/transfer_function"]
-    {
+    for scene in [
+        "main",
+        "scenes/occlusion",
+        "scenes/many_volumes",
+        "scenes/clipping",
+        "scenes/transfer_function",
+        "scenes/vr",
+    ] {
         let name = format!("demo_{}", scene.trim_start_matches("scenes/"));
         let picture = engine.out.join(&name).with_extension("png");
         let [project, path] = [&engine.project, &picture].map(|path| path.to_str().unwrap());
@@ -27,4 +34,12 @@ fn every_scene_takes_a_picture_of_itself() {
         let (samples, _) = said.unwrap_or_else(|| panic!("{scene} says nothing of its picture"));
         assert!(samples.parse::<u32>().unwrap() >= 1, "{scene} shows no volume");
     }
+}
+
+#[test]
+fn software_gets_time_to_trace_and_a_gpu_stays_fast() {
+    let told = told(&run_scene("software", "software", &json!([])).1, "software");
+    let cpu = told["cpu"] == true;
+    assert_eq!(told["budget_ms"].as_f64().unwrap() >= 100.0, cpu, "{told}");
+    assert_eq!(told["ssao"] == true, !cpu, "{told}");
 }

@@ -33,6 +33,12 @@ func remove_point(stop: int) -> bool:
 	return points.remove_stop(stop)
 
 
+func drop() -> void:
+	_pressed = -1
+	_dragged = false
+	super()
+
+
 func _on_button(button: InputEventMouseButton) -> void:
 	var stop := handle_at(button)
 	if button.button_index == MOUSE_BUTTON_LEFT:

@@ -43,6 +43,16 @@ func _init() -> void:
 	focus_exited.connect(queue_redraw)
 
 
+func _gui_input(event: InputEvent) -> void:
+	if is_ready_to_edit():
+		super(event)
+		return
+	var button := event as InputEventMouseButton
+	# There is no point yet.
+	if transfer_function != null and button != null and button.pressed and button.button_index == MOUSE_BUTTON_LEFT:
+		_on_button(button)
+
+
 func handle_count() -> int:
 	return points.knots.size()
 
@@ -58,6 +68,13 @@ func remove_point(knot: int) -> bool:
 func remove_handle(knot: int) -> void:
 	super(knot)
 	selected = -1
+
+
+func drop() -> void:
+	_dragged = -1
+	super()
+	if selected >= points.knots.size():
+		selected = -1
 
 
 ## Removes the knot that keys act on.
@@ -81,6 +98,8 @@ func _on_button(button: InputEventMouseButton) -> void:
 			begin_edit()
 			points.bake_window()
 			knot = points.add_knot(_point_at(button.position))
+			if points.color_values.is_empty():
+				points.add_stop(points.knots[knot].x, Color.WHITE)
 			edited.emit()
 		if knot >= 0:
 			_dragged = knot
@@ -162,6 +181,8 @@ func _open_menu(at: Vector2) -> void:
 
 
 func _on_menu(id: int) -> void:
+	if id in [1, 2] and _menu_segment >= points.eases.size():
+		return
 	begin_edit()
 	match id:
 		0:
@@ -207,11 +228,19 @@ func _draw() -> void:
 	box.set_corner_radius_all(int(scaled(4.0)))
 	draw_style_box(box, Rect2(Vector2.ZERO, size))
 	if not is_ready_to_edit():
+		if transfer_function != null:
+			_draw_invitation()
 		return
 	_draw_grid()
 	_draw_histogram()
 	_draw_curve()
 	_draw_knots()
+
+
+func _draw_invitation() -> void:
+	var at := Vector2(scaled(MARGIN), size.y / 2.0)
+	draw_string(get_theme_default_font(), at, "Double-click to add the first knot, or choose a preset.",
+			HORIZONTAL_ALIGNMENT_CENTER, size.x - 2.0 * at.x, int(scaled(13.0)), ink(0.6))
 
 
 func _draw_grid() -> void:

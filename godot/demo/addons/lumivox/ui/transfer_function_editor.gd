@@ -29,6 +29,10 @@ const HISTOGRAM_BINS := 384
 const HISTOGRAM_DELAY := 0.15
 ## Opacity is shown to the power of 1 over this when small opacities are emphasised.
 const EMPHASIS := 2.5
+## Seconds without a change after which what a window's field was dragged or typed to is one edit.
+const TYPING_DELAY := 0.3
+## Values shown where neither volume nor points say which: those of a CT scanner.
+const CT_VALUES := Vector2(-1024.0, 3071.0)
 
 ## What is edited.
 @export var transfer_function: LumivoxTransferFunction:
@@ -49,12 +53,15 @@ var _middle := SpinBox.new()
 var _width := SpinBox.new()
 var _hint := Label.new()
 var _remove: Button
+var _load: Button
 var _tools: Array[BaseButton] = []
 var _timer := Timer.new()
 var _dialog: FileDialog
 var _error: AcceptDialog
 var _before: Dictionary = {}
 var _writing := false
+## Ends an edit of the window's fields.
+var _typing := Timer.new()
 
 
 func _init() -> void:
@@ -78,6 +85,10 @@ func _init() -> void:
 	_timer.wait_time = HISTOGRAM_DELAY
 	_timer.timeout.connect(_update_histogram)
 	add_child(_timer)
+	_typing.one_shot = true
+	_typing.wait_time = TYPING_DELAY
+	_typing.timeout.connect(_end)
+	add_child(_typing)
 	_axis.view_changed.connect(_on_view_changed)
 	_refresh()
 
@@ -86,6 +97,10 @@ func _init() -> void:
 func set_transfer_function(value: LumivoxTransferFunction) -> void:
 	if value == transfer_function:
 		return
+	_finish_typing()
+	for strip in _strips:
+		strip.end_edit()
+		strip.drop()
 	if transfer_function != null:
 		transfer_function.changed.disconnect(_on_changed)
 	transfer_function = value
@@ -159,7 +174,7 @@ func _build_toolbar() -> void:
 	_graph.knot_selected.connect(func(_knot: int) -> void: _show_selection())
 	_tool(bar, "fit", "Show all values.", _axis.fit)
 	_tool(bar, "focus", "Show the points.", _show_points)
-	_tool(bar, "load", "Load a transfer function (.json, .tf).", _open_dialog.bind(FileDialog.FILE_MODE_OPEN_FILE))
+	_load = _tool(bar, "load", "Load a transfer function (.json, .tf).", _open_dialog.bind(FileDialog.FILE_MODE_OPEN_FILE))
 	_tool(bar, "save", "Save the transfer function.", _open_dialog.bind(FileDialog.FILE_MODE_SAVE_FILE))
 
 
@@ -187,6 +202,7 @@ func _tool(bar: Container, icon: String, tooltip: String, action: Callable) -> B
 
 
 func _begin() -> void:
+	_finish_typing()
 	_before = _points.state()
 	edit_started.emit()
 
@@ -195,6 +211,7 @@ func _write() -> void:
 	_writing = true
 	_points.write(transfer_function)
 	_writing = false
+	_show_usable()
 	_show_window()
 	_redraw()
 
@@ -206,31 +223,49 @@ func _end() -> void:
 
 
 func _on_changed() -> void:
-	if not _writing:
-		_refresh()
+	if _writing:
+		return
+	var before := _points.state()
+	_refresh()
+	# Somebody else replaced the points: an undo, say, or a script.
+	if _points.state() != before:
+		_typing.stop()
+		for strip in _strips:
+			strip.drop()
 
 
 ## Reads the resource and shows it.
 func _refresh() -> void:
 	if transfer_function != null:
 		_points.read(transfer_function)
-	var usable := transfer_function != null and not _points.is_empty()
 	for strip in _strips:
-		strip.transfer_function = transfer_function if usable else null
-	_presets.disabled = not usable
+		strip.transfer_function = transfer_function
+	_show_usable()
+	if transfer_function != null:
+		var extent := _points.value_range()
+		if volume != null and not volume.is_empty():
+			extent = volume.get_value_range() if _points.is_empty() else _wider(extent, volume.get_value_range())
+		elif _points.is_empty() or extent.x == extent.y:
+			extent = _wider(extent, CT_VALUES)
+		_axis.set_full(extent.x, extent.y)
+	_show_window()
+	_redraw()
+
+
+## What can be done to the function: one without points can be given some.
+func _show_usable() -> void:
+	var usable := transfer_function != null and not _points.is_empty()
 	_middle.editable = usable
 	_width.editable = usable
 	for button in _tools:
 		button.disabled = not usable
+	_presets.disabled = transfer_function == null
+	_load.disabled = transfer_function == null
 	_show_selection()
-	if usable:
-		var extent := _points.value_range()
-		if volume != null and not volume.is_empty():
-			var values := volume.get_value_range()
-			extent = Vector2(minf(extent.x, values.x), maxf(extent.y, values.y))
-		_axis.set_full(extent.x, extent.y)
-	_show_window()
-	_redraw()
+
+
+func _wider(a: Vector2, b: Vector2) -> Vector2:
+	return Vector2(minf(a.x, b.x), maxf(a.y, b.y))
 
 
 func _redraw() -> void:
@@ -255,10 +290,23 @@ func _show_hint(text: String) -> void:
 
 
 func _on_window_typed(_value: float) -> void:
-	_begin()
-	_points.set_window(_middle.value, _width.value)
+	var middle := _middle.value
+	var width := _width.value
+	if _typing.is_stopped():
+		_begin()
+	_points.set_window(middle, width)
 	_write()
-	_end()
+	if is_inside_tree():
+		_typing.start()
+	else:
+		_end()
+
+
+## What is typed or dragged comes to its end before another edit begins.
+func _finish_typing() -> void:
+	if not _typing.is_stopped():
+		_typing.stop()
+		_end()
 
 
 func _on_view_changed() -> void:
@@ -288,9 +336,10 @@ func _on_emphasise() -> void:
 
 
 func _show_points() -> void:
-	if _points.is_empty():
-		return
 	var shown := _points.value_range()
+	if _points.is_empty() or shown.x == shown.y:
+		_axis.fit()
+		return
 	var border := (shown.y - shown.x) * 0.08
 	_axis.show_range(Vector2(shown.x - border, shown.y + border))
 

@@ -6,6 +6,8 @@ extends RefCounted
 
 ## Distance that stays between a dragged point and its neighbours, as a fraction of the value range.
 const MIN_GAP := 1e-4
+## Narrowest and widest window, as [member LumivoxTransferFunction.window_scale] has them.
+const WINDOW_SCALES: Array[float] = [0.01, 100.0]
 
 ## Opacity knots by rising value: x is the physical value, y the opacity from 0 to 1.
 var knots := PackedVector2Array()
@@ -28,6 +30,12 @@ func read(source: LumivoxTransferFunction) -> void:
 	eases.resize(knots.size())
 	color_values = source.color_values
 	colors = source.colors
+	# Scripts set one after the other. Without colours everything is white.
+	var stops := mini(color_values.size(), colors.size())
+	color_values.resize(stops)
+	colors.resize(stops)
+	if stops == 0 and not knots.is_empty():
+		add_stop(knots[0].x, Color.WHITE)
 	shift = source.shift
 	window_scale = source.window_scale
 
@@ -105,7 +113,7 @@ func set_window(middle: float, width: float) -> void:
 	var stored := stored_range()
 	var extent := stored.y - stored.x
 	shift = middle - (stored.x + stored.y) / 2.0
-	window_scale = clampf(width / extent, 1e-3, 1e3) if extent > 0.0 else 1.0
+	window_scale = clampf(width / extent, WINDOW_SCALES[0], WINDOW_SCALES[1]) if extent > 0.0 else 1.0
 
 
 ## Moves a knot, between its neighbours.

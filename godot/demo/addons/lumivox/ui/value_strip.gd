@@ -102,6 +102,12 @@ func end_edit() -> void:
 		edit_finished.emit()
 
 
+## Lets go of what is dragged, for the points became others. What was edited is nobody's step any more.
+func drop() -> void:
+	_editing = false
+	hover(-1)
+
+
 ## How many handles there are to drag.
 func handle_count() -> int:
 	return 0

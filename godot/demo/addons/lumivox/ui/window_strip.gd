@@ -43,6 +43,11 @@ func _on_motion(motion: InputEventMouseMotion) -> void:
 		accept_event()
 
 
+func drop() -> void:
+	_pressed = Part.NONE
+	super()
+
+
 func _drag(by: float) -> void:
 	begin_edit()
 	var low := _start.x
