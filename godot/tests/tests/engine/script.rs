@@ -88,7 +88,9 @@ fn a_run_off_screen_ends_with_a_picture_or_an_error() {
     assert!(output.status.success() && said(&output).contains("Done: "), "{}", said(&output));
     assert!(said(&output).contains("limit 240"), "{}", said(&output));
     // A picture of another run is none of this one.
-    for (engine, word) in [("exit 0", "left no picture"), ("exit 3", "ended with 3"), ("exit 124", "not done")] {
+    for (engine, word) in
+        [("exit 0", "left no picture"), ("exit 3", "ended with 3"), ("exit 124", "not done")]
+    {
         let output = checkout.run(engine, &[]);
         assert!(said(&output).contains(word), "{}", said(&output));
         assert_eq!(output.status.code(), Some(1), "{engine}");
