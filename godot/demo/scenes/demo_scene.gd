@@ -44,8 +44,8 @@ func _lighten() -> void:
 		for effect in world.compositor.compositor_effects:
 			if effect is LumivoxEffect:
 				(effect as LumivoxEffect).frame_budget_ms = SOFTWARE_BUDGET_MS
-	RenderingServer.directional_soft_shadow_filter_set_quality(RenderingServer.SHADOW_QUALITY_SOFT_VERY_LOW)
-	RenderingServer.positional_soft_shadow_filter_set_quality(RenderingServer.SHADOW_QUALITY_SOFT_VERY_LOW)
+	RenderingServer.directional_soft_shadow_filter_set_quality(RenderingServer.SHADOW_QUALITY_SOFT_MEDIUM)
+	RenderingServer.positional_soft_shadow_filter_set_quality(RenderingServer.SHADOW_QUALITY_SOFT_MEDIUM)
 
 
 ## Stops what moves, where a picture of it says the most.
