@@ -1,9 +1,9 @@
 //! The GPU code of Lumivox: WGSL modules, the kernels made of them, and their Rust twins.
 //!
-//! A kernel is its modules, joined in a fixed order after a preamble of constants, [shared](constants) with Rust or those
-//! that select a variant; WGSL
-//! does not mind the order of declarations, so that is all the linking there is (docs/adr/0002). Every host starts
-//! from the text of [`Kernel::wgsl`]: wgpu takes it as it is, others turn it into SPIR-V, HLSL or MSL with naga.
+//! A kernel is its modules, joined in a fixed order after a preamble: the [`constants`] that Rust shares, and those that
+//! select a variant. WGSL does not mind the order of declarations, so that is all the linking there is (docs/adr/0002).
+//! Every host starts from the text of [`Kernel::wgsl`]: wgpu takes it as it is, others turn it into SPIR-V, HLSL or MSL
+//! with naga.
 
 pub mod constants;
 pub mod layout;

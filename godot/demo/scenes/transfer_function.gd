@@ -45,7 +45,7 @@ func _on_preset_chosen(preset: String) -> void:
 
 
 func _on_edit_finished(before: Dictionary, after: Dictionary) -> void:
-	_undo.create_action("Edit")
+	_undo.create_action("Edit", UndoRedo.MERGE_ENDS if editor.merges else UndoRedo.MERGE_DISABLE)
 	_undo.add_do_method(editor.restore.bind(editor.transfer_function, after))
 	_undo.add_undo_method(editor.restore.bind(editor.transfer_function, before))
 	_undo.commit_action(false)

@@ -84,14 +84,14 @@ fn renderer() -> MutexGuard<'static, Renderer> {
     RENDERER.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Draws the volumes of a viewport. Called by the engine while it draws that viewport.
-pub fn draw(data: &Gd<RenderData>) {
+/// Draws the volumes of a viewport. Called by the engine while it draws that viewport, at a stage of that.
+pub fn draw(stage: i32, data: &Gd<RenderData>) {
     let Some(buffers) = data.get_render_scene_buffers() else { return };
     let Ok(mut buffers) = buffers.try_cast::<RenderSceneBuffersRd>() else { return };
     let Some(scene_data) = data.get_render_scene_data() else { return };
     let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
     let target = buffers.get_render_target();
-    let Some(shown) = shared::lock().begin(target) else { return };
+    let Some(shown) = shared::lock().begin(target, stage) else { return };
     // After a panic, which was reported, nothing is drawn any more rather than the same panic again.
     let Ok(mut renderer) = RENDERER.lock() else { return };
     let drawn = renderer.draw(&mut device, &shown, &mut buffers, &scene_data);

@@ -76,9 +76,9 @@ impl Lumivox {
 
     /// Called on the render thread, in the place of effects. Nothing is bound while the main thread goes on.
     #[func(gd_self)]
-    fn _draw(_this: Gd<Self>, _kind: i32, data: Option<Gd<RenderData>>) {
+    fn _draw(_this: Gd<Self>, stage: i32, data: Option<Gd<RenderData>>) {
         if let Some(data) = data {
-            render::draw(&data);
+            render::draw(stage, &data);
         }
     }
 

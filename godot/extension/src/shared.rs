@@ -40,6 +40,8 @@ pub struct Target {
     pub snapshot: Arc<Snapshot>,
     /// How it is drawn.
     pub settings: Settings,
+    /// The engine's number of the stage of a frame at which it is drawn.
+    pub stage: i32,
     /// What hides what is far from its camera.
     pub fog: Option<Fog>,
 }
@@ -77,9 +79,10 @@ pub struct Shared {
 }
 
 impl Shared {
-    /// What a render target shows, if this frame has not drawn it yet: a compositor may hold several effects.
-    pub fn begin(&mut self, target: Rid) -> Option<Target> {
-        let shown = self.targets.get(&target)?;
+    /// What a render target shows, if this is the stage to draw it at and this frame has not yet: a compositor may hold
+    /// several effects.
+    pub fn begin(&mut self, target: Rid, stage: i32) -> Option<Target> {
+        let shown = self.targets.get(&target).filter(|shown| shown.stage == stage)?;
         self.drawn.insert(target).then(|| shown.clone())
     }
 

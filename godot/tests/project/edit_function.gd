@@ -3,18 +3,29 @@ extends Node
 
 var _editor := LumivoxTransferFunctionEditor.new()
 var _edits: Array = []
+## Steps as an owner keeps them.
+var _undo := UndoRedo.new()
 var _told := {}
 
 
 func _ready() -> void:
 	_editor.size = Vector2(900.0, 400.0)
 	add_child(_editor)
-	_editor.edit_finished.connect(func(before: Dictionary, after: Dictionary) -> void: _edits.append([before, after]))
+	_editor.edit_finished.connect(_on_edit_finished)
 	await _begin_empty()
 	await _type_window()
 	_replace_while_dragging()
 	print("TELL function %s" % JSON.stringify(_told))
+	_undo.free()
 	get_tree().quit()
+
+
+func _on_edit_finished(before: Dictionary, after: Dictionary) -> void:
+	_edits.append([before, after])
+	_undo.create_action("edit", UndoRedo.MERGE_ENDS if _editor.merges else UndoRedo.MERGE_DISABLE)
+	_undo.add_do_method(_editor.restore.bind(_editor.transfer_function, after))
+	_undo.add_undo_method(_editor.restore.bind(_editor.transfer_function, before))
+	_undo.commit_action(false)
 
 
 func _check(what: String, ok: bool) -> void:
@@ -90,20 +101,39 @@ func _type_window() -> void:
 	var middle := _editor.get("_middle") as SpinBox
 	var width := _editor.get("_width") as SpinBox
 	var level := middle.value
+	_undo.clear_history()
 	for i in 20:
 		middle.value += 5.0
 		await get_tree().process_frame
 	_check("the window follows each change", absf(function.shift - 100.0) < 0.1)
-	await get_tree().create_timer(0.6).timeout
-	_check("a dragged field is one edit", _edits.size() == 1)
-	_check("from the first to the last", _edits[0][0].shift == 0.0 and absf((_edits[0][1].shift as float) - 100.0) < 0.1)
+	_check("a dragged field is one step to undo", _undo.get_history_count() == 1 and _edits.size() == 20)
+	_undo.undo()
+	_check("from the last to the first", function.shift == 0.0)
+	_undo.redo()
+	_check("and back", absf(function.shift - 100.0) < 0.1)
+	var points: Dictionary = (_editor.get("_points") as RefCounted).call("state")
+	var strip := _colors()
+	strip.call("_open_picker", 1)
+	var popup := strip.get("_popup") as PopupPanel
+	var shown := popup.visible
+	_editor.restore(function, _edits[0][0] as Dictionary)
+	(strip.get("_picker") as ColorPicker).color_changed.emit(Color.GREEN)
+	_check("a picker closes with the stop that it shows", shown and not popup.visible and not function.colors.has(Color.GREEN))
+	_editor.restore(function, points)
 	middle.value = level
 	width.value = 1.0
 	var scale: float = (_editor.get("_points") as RefCounted).get("window_scale")
 	_check("the narrowest window is the resource's", scale == function.window_scale and function.window_scale == 0.01)
 	_check("and is shown", absf(width.value - 8.4) < 0.011)
+	function.window_scale = 1.0
+	var graph := _graph()
+	var at := graph.get_global_transform() * (graph.call("_position_of", 1) as Vector2)
+	_button(at, true)
+	_move(at + Vector2(5.0, 0.0))
+	var edits := _edits.size()
 	_editor.transfer_function = null
-	_check("another function ends an edit", _edits.size() == 2)
+	_button(at, false)
+	_check("a drag ends with its function", _edits.size() == edits + 1)
 	_edits.clear()
 
 

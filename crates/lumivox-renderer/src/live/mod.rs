@@ -98,7 +98,7 @@ pub struct HostFrame {
     /// Where the volumes' depth is written, if anywhere; not the texture of [`HostFrame::depth`] while a host cannot
     /// write what it reads.
     pub depth_target: Option<ResourceId>,
-    /// What it lays over what is far.
+    /// What it lays over what is far or low.
     pub fog: Option<Fog>,
 }
 

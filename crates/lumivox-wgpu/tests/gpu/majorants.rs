@@ -98,8 +98,8 @@ fn majorants_bound_every_interpolated_sample_and_are_tight() {
 }
 
 /// Between the grids of two opaque volumes that no ray meets lies that of an empty one that every ray meets before it
-/// sees anything, and leaves by a face beyond which the neighbours' majorants lie. A walk that read one of those would collide there, for nothing but random numbers: the
-/// film would be another than beside empty volumes.
+/// sees anything, and leaves by a face beyond which the neighbours' majorants lie. A walk that read one of those would
+/// collide there, for nothing but random numbers: the film would be another than beside empty volumes.
 #[test]
 fn walks_stay_within_their_volumes_majorants() {
     let volume = noise_volume(5, [64; 3]);

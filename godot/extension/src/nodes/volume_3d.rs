@@ -3,6 +3,7 @@
 use godot::classes::notify::Node3DNotification;
 use godot::classes::object::ConnectFlags;
 use godot::classes::{Engine, IVisualInstance3D, RenderingServer, Resource, VisualInstance3D};
+use godot::init::is_main_thread;
 use godot::prelude::*;
 use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
 use lumivox_core::medium::MAX_DENSITY_SCALE;
@@ -481,7 +482,10 @@ impl LumivoxVolume3D {
 
     /// What is seen, and perhaps warned of, is another.
     fn changed(&mut self) {
-        self.base_mut().update_configuration_warnings();
+        // The scene dock is the main thread's.
+        if is_main_thread() {
+            self.base_mut().update_configuration_warnings();
+        }
         self.request_redraw();
     }
 

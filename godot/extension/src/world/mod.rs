@@ -51,6 +51,7 @@ impl Gatherer {
             worlds.insert(scenario);
             // None: its effect is disabled.
             let Some(effect) = self.compositors.ensure(nodes, &world, &camera) else { continue };
+            let stage = effect.get_effect_callback_type().ord();
             let (mut settings, from_scene) = {
                 let effect = effect.bind();
                 (effect.settings(), effect.uses_scene_environment())
@@ -61,7 +62,7 @@ impl Gatherer {
             };
             settings.exposure *= exposure::of(&world, &camera);
             let fog = environment(&world, &camera).and_then(|environment| fog::of(&environment, &camera));
-            targets.insert(render_target(&viewport), Target { snapshot, settings, fog });
+            targets.insert(render_target(&viewport), Target { snapshot, settings, stage, fog });
         }
         self.compositors.retain(nodes, &worlds);
         self.skies.retain();

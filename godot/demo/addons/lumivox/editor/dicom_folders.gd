@@ -14,8 +14,9 @@ const STATE_FILE := "lumivox_folders"
 const LOOK_SECONDS := 0.5
 ## A folder is at rest when its files have been the same for so long.
 const SETTLE_MS := 2000
-## Folders within folders that are looked into: a link may lead in circles.
-const DEEPEST := 16
+## Where a DICOM file says that it is one, and how.
+const PREAMBLE := 128
+const MAGIC := "DICM"
 
 ## By folder: what its scan was made of. `first` is the file it was imported with, `options` how, `files` is a
 ## [method listing], and `moved_from` is the first file before, while others still point there.
@@ -24,8 +25,10 @@ static var _is_read := false
 static var _first_files: Dictionary[String, String] = {}
 ## Folders that were imported since they were looked at.
 static var _fresh: Dictionary[String, bool] = {}
-## Files that Godot found to have other contents.
-static var _touched: Dictionary[String, bool] = {}
+## Files that Godot found to have other contents, by folder.
+static var _touched: Dictionary[String, Dictionary] = {}
+## By path: size, time, and whether that file is DICOM by its contents.
+static var _looked_into: Dictionary[String, Array] = {}
 
 ## Folders that may still change, with their last listing and when it was new.
 var _waiting: Dictionary[String, Dictionary] = {}
@@ -91,7 +94,7 @@ static func remember(folder: String, first: String, options: Dictionary) -> void
 
 ## Told when a file that only points to its folder's scan is imported.
 static func touch(file: String) -> void:
-	_touched[file] = true
+	_touched.get_or_add(file.get_base_dir(), {})[file] = true
 
 
 ## Size and time of each file that a scan in [param folder] may be read from, by its path within.
@@ -102,16 +105,36 @@ static func listing(folder: String) -> Dictionary:
 		folders.append("")
 	while not folders.is_empty():
 		var within: String = folders.pop_back()
-		if within.count("/") < DEEPEST:
-			for name in DirAccess.get_directories_at(folder.path_join(within)):
+		var inside := DirAccess.open(folder.path_join(within))
+		if inside == null:
+			continue
+		for name in inside.get_directories():
+			# A link may lead anywhere, in circles too.
+			if not inside.is_link(name):
 				folders.append(within.path_join(name))
-		for name in DirAccess.get_files_at(folder.path_join(within)):
-			var extension := name.get_extension().to_lower()
-			# Scanners leave the extension out, or end names with a UID's number. The project's other files come and go.
-			if extension in ["", "dcm", "dicom", "ima"] or extension.is_valid_int():
-				var path := folder.path_join(within).path_join(name)
-				found[within.path_join(name)] = [FileAccess.get_size(path), FileAccess.get_modified_time(path)]
+		for name in inside.get_files():
+			var path := folder.path_join(within).path_join(name)
+			var seen := [FileAccess.get_size(path), FileAccess.get_modified_time(path)]
+			if _may_be_dicom(path, seen):
+				found[within.path_join(name)] = seen
 	return found
+
+
+## Whether a scan may be read from a file, by its name, or by its contents where its name says nothing: scanners leave
+## the extension out, or end names with a UID's number.
+static func _may_be_dicom(path: String, seen: Array) -> bool:
+	var extension := path.get_extension().to_lower()
+	if extension in ["dcm", "dicom", "ima"]:
+		return true
+	if extension != "" and not extension.is_valid_int():
+		return false
+	if _looked_into.get(path, [0, 0, false]).slice(0, 2) != seen:
+		var file := FileAccess.open(path, FileAccess.READ)
+		if file != null:
+			file.seek(PREAMBLE)
+		var is_dicom := file != null and file.get_buffer(MAGIC.length()).get_string_from_ascii() == MAGIC
+		_looked_into[path] = seen + [is_dicom]
+	return _looked_into[path][2]
 
 
 func _on_filesystem_changed() -> void:
@@ -123,6 +146,7 @@ func _on_filesystem_changed() -> void:
 			continue
 		var now := listing(folder)
 		if not _differs(folder, now) and not _fresh.has(folder):
+			_touched.erase(folder)
 			continue
 		if DisplayServer.get_name() == "headless":
 			# Nobody copies files there, and what only imports ends now.
@@ -167,7 +191,9 @@ static func _differs(folder: String, now: Dictionary) -> bool:
 	for name: String in now:
 		var before: Array = made.files.get(name, [-1, 0])
 		# A time alone says little: copies of a project have others. Godot compares contents then.
-		if before[0] != now[name][0] or (before[1] != now[name][1] and _touched.has(folder.path_join(name))):
+		var path := folder.path_join(name)
+		var is_touched := (_touched.get(path.get_base_dir(), {}) as Dictionary).has(path)
+		if before[0] != now[name][0] or (before[1] != now[name][1] and is_touched):
 			return true
 	return false
 
@@ -208,6 +234,7 @@ func _update(folder: String, now: Dictionary) -> void:
 				else "it had %d files and has %d now" % [made.files.size(), now.size()]
 		print("Lumivox: %s is imported again: %s." % [folder, what])
 	files.reimport_files(wanted)
+	_touched.erase(folder)
 	(_made_of[folder] as Dictionary).erase("moved_from")
 	_write()
 

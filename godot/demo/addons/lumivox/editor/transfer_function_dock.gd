@@ -49,6 +49,8 @@ func _process(_delta: float) -> void:
 
 ## Edits what a node shows, whatever becomes of it.
 func follow_node(node: LumivoxVolume3D) -> void:
+	# An edit that is under way ends as one of the node before.
+	_editor.transfer_function = node.transfer_function
 	_node = node
 	_take_node()
 
@@ -57,9 +59,9 @@ func follow_node(node: LumivoxVolume3D) -> void:
 func follow_resource(resource: LumivoxTransferFunction) -> void:
 	if is_instance_valid(_node) and _node.transfer_function == resource:
 		return
+	_editor.transfer_function = resource
 	_node = null
 	_editor.volume = null
-	_editor.transfer_function = resource
 	_show_state()
 
 
@@ -99,7 +101,8 @@ func _on_create() -> void:
 
 func _on_edit_finished(before: Dictionary, after: Dictionary) -> void:
 	var edited := _editor.transfer_function
-	_undo.create_action("Edit Transfer Function", UndoRedo.MERGE_DISABLE, _context())
+	var mode := UndoRedo.MERGE_ENDS if _editor.merges else UndoRedo.MERGE_DISABLE
+	_undo.create_action("Set Window" if _editor.merges else "Edit Transfer Function", mode, _context())
 	_undo.add_do_method(_editor, &"restore", edited, after)
 	_undo.add_undo_method(_editor, &"restore", edited, before)
 	_undo.commit_action(false)

@@ -37,6 +37,10 @@ func drop() -> void:
 	_pressed = -1
 	_dragged = false
 	super()
+	# It shows a stop that is no more.
+	_picked = -1
+	if _popup != null:
+		_popup.hide()
 
 
 func _on_button(button: InputEventMouseButton) -> void:

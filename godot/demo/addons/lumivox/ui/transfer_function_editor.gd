@@ -10,7 +10,8 @@ extends VBoxContainer
 
 ## Emitted before the first change of an edit.
 signal edit_started
-## Emitted after an edit with the points before and after it, for [method restore].
+## Emitted after an edit with the points before and after it, for [method restore]. Where [member merges] is on, it may
+## go on with the edit before.
 signal edit_finished(before: Dictionary, after: Dictionary)
 ## Emitted when a preset was chosen. When [member apply_presets] is off, applying it is up to the owner.
 signal preset_chosen(preset: String)
@@ -29,8 +30,6 @@ const HISTOGRAM_BINS := 384
 const HISTOGRAM_DELAY := 0.15
 ## Opacity is shown to the power of 1 over this when small opacities are emphasised.
 const EMPHASIS := 2.5
-## Seconds without a change after which what a window's field was dragged or typed to is one edit.
-const TYPING_DELAY := 0.3
 ## Values shown where neither volume nor points say which: those of a CT scanner.
 const CT_VALUES := Vector2(-1024.0, 3071.0)
 
@@ -42,6 +41,9 @@ const CT_VALUES := Vector2(-1024.0, 3071.0)
 	set = set_volume
 ## Whether a chosen preset's points are taken over here. Off when a preset is to set a volume's medium as well.
 @export var apply_presets := true
+## On during [signal edit_finished] while a field is dragged or typed to: each change is an edit, and together they are
+## one to whoever undoes them, as [constant UndoRedo.MERGE_ENDS] has it.
+var merges := false
 
 var _points := Points.new()
 var _axis := ValueAxis.new()
@@ -60,8 +62,6 @@ var _dialog: FileDialog
 var _error: AcceptDialog
 var _before: Dictionary = {}
 var _writing := false
-## Ends an edit of the window's fields.
-var _typing := Timer.new()
 
 
 func _init() -> void:
@@ -85,10 +85,6 @@ func _init() -> void:
 	_timer.wait_time = HISTOGRAM_DELAY
 	_timer.timeout.connect(_update_histogram)
 	add_child(_timer)
-	_typing.one_shot = true
-	_typing.wait_time = TYPING_DELAY
-	_typing.timeout.connect(_end)
-	add_child(_typing)
 	_axis.view_changed.connect(_on_view_changed)
 	_refresh()
 
@@ -97,7 +93,6 @@ func _init() -> void:
 func set_transfer_function(value: LumivoxTransferFunction) -> void:
 	if value == transfer_function:
 		return
-	_finish_typing()
 	for strip in _strips:
 		strip.end_edit()
 		strip.drop()
@@ -202,7 +197,6 @@ func _tool(bar: Container, icon: String, tooltip: String, action: Callable) -> B
 
 
 func _begin() -> void:
-	_finish_typing()
 	_before = _points.state()
 	edit_started.emit()
 
@@ -229,7 +223,6 @@ func _on_changed() -> void:
 	_refresh()
 	# Somebody else replaced the points: an undo, say, or a script.
 	if _points.state() != before:
-		_typing.stop()
 		for strip in _strips:
 			strip.drop()
 
@@ -292,21 +285,12 @@ func _show_hint(text: String) -> void:
 func _on_window_typed(_value: float) -> void:
 	var middle := _middle.value
 	var width := _width.value
-	if _typing.is_stopped():
-		_begin()
+	_begin()
 	_points.set_window(middle, width)
 	_write()
-	if is_inside_tree():
-		_typing.start()
-	else:
-		_end()
-
-
-## What is typed or dragged comes to its end before another edit begins.
-func _finish_typing() -> void:
-	if not _typing.is_stopped():
-		_typing.stop()
-		_end()
+	merges = true
+	_end()
+	merges = false
 
 
 func _on_view_changed() -> void:
