@@ -250,7 +250,7 @@ impl Codecs {
         }
     }
 
-    /// A worker that has taken `request`: an idle one, or a new one where there is none or it has died meanwhile.
+    /// A worker that was given `request`: an idle one, or a new one where there is none or it has died meanwhile.
     /// A request fits into the pipe, so that writing it takes no time that would have to be watched.
     fn worker_for(&self, settings: &CodecWorker, request: [u64; REQUEST_WORDS]) -> io::Result<Worker> {
         let idle = lock(&self.idle).pop();
@@ -261,13 +261,9 @@ impl Codecs {
             worker.end();
         }
         let mut worker = self.spawn(settings)?;
-        match write_words(&mut worker.stdin, request) {
-            Ok(()) => Ok(worker),
-            Err(error) => {
-                worker.end();
-                Err(error)
-            }
-        }
+        // One that has crashed by now is found out like one that crashes later: it does not answer.
+        let _ = write_words(&mut worker.stdin, request);
+        Ok(worker)
     }
 
     /// Keeps a worker that has answered for the next frame, unless the watch may have ended it since.
@@ -348,6 +344,20 @@ impl FrameShape {
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
+
+    /// Whether it dies before it is written to or after makes no difference.
+    #[test]
+    fn a_worker_that_dies_at_once_has_crashed() {
+        let mut codecs = Codecs::new(1, &CancelToken::new());
+        codecs.worker = Some(CodecWorker::new("false", [""; 0]));
+        let shape = FrameShape { encoding: Encoding::JpegLs, columns: 1, rows: 1, bytes: 1 };
+        for _ in 0..100 {
+            let Err(CodecFault::Damaged(message)) = codecs.decode(&[0; 70_000], &shape) else {
+                panic!("it decodes nothing");
+            };
+            assert!(message.starts_with("crashed its decoder"), "{message}");
+        }
+    }
 
     /// Past its deadline a worker may be dead, although it has answered.
     #[test]
