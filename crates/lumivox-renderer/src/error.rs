@@ -55,6 +55,15 @@ pub enum RenderError {
         "the camera's position, direction and field of view must be finite, and the field of view between 0 and 180 degrees"
     )]
     Camera,
+    /// Pixels whose paths the driver ended: what was asked for is more than what there is.
+    #[error(
+        "{pixels} pixels lack samples: the GPU's driver ended their paths before their time. Lower the number of bounces \
+         or the density, or render on another GPU"
+    )]
+    SamplesLost {
+        /// Pixels concerned.
+        pixels: u32,
+    },
     /// An image without pixels.
     #[error("an image needs at least one pixel, not {width} x {height}")]
     EmptyImage {

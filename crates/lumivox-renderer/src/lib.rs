@@ -15,12 +15,14 @@ mod ids;
 pub mod live;
 pub mod recording;
 mod scene_cache;
+mod unfinished;
 mod view;
 
 pub use display::{Background, DisplaySettings, ToneMap};
 pub use error::RenderError;
 pub use film::Film;
 pub use live::{DistanceFog, Fog, HeightFog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView};
+pub use lumivox_shaders::layout::FilmCount;
 pub use recording::{Recording, ResourceId, Step};
-pub use scene_cache::{DeviceLimits, EnvironmentSampling, SceneCache};
+pub use scene_cache::{DeviceLimits, EnvironmentSampling, LoopTurns, SceneCache};
 pub use view::{View, ViewSettings};

@@ -1,14 +1,16 @@
 //! One camera's film, and how it fills: samples, bands, budget.
 
 use lumivox_core::PerspectiveCamera;
-use lumivox_shaders::{Kernel, layout};
+use lumivox_shaders::Kernel;
+use lumivox_shaders::layout::{self, FilmCount};
 
 use crate::display::DisplaySettings;
 use crate::error::RenderError;
 use crate::film::bytes_per_pixel;
 use crate::frame;
 use crate::recording::{Recording, ResourceId, Step};
-use crate::scene_cache::{SceneCache, check_binding};
+use crate::scene_cache::{DeviceLimits, SceneCache, check_binding};
+use crate::unfinished::Unfinished;
 
 /// What a view shows, besides scene and camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,9 +42,9 @@ impl ViewSettings {
         }
     }
 
-    /// Bytes of a pixel of the film.
-    pub fn bytes_per_pixel(&self) -> u64 {
-        bytes_per_pixel(self.guides)
+    /// Bytes of a pixel in the largest buffer that a view of the film binds.
+    pub fn bytes_per_pixel(&self, limits: DeviceLimits) -> u64 {
+        bytes_per_pixel(self.guides).max(Unfinished::bytes_per_pixel(self.guides, limits))
     }
 }
 
@@ -54,11 +56,12 @@ pub struct View {
     pixels: Option<ResourceId>,
     camera: Option<PerspectiveCamera>,
     scene_version: u64,
-    /// Samples that every pixel has.
+    /// Samples that were recorded for every pixel.
     complete: u32,
     /// Samples that the rows above `next_row` have beyond `complete`, while a pass is under way.
     pass_samples: u32,
     next_row: u32,
+    unfinished: Unfinished,
 }
 
 impl View {
@@ -75,8 +78,11 @@ impl View {
         if width == 0 || height == 0 {
             return Err(RenderError::EmptyImage { width, height });
         }
-        let bytes = u64::from(width) * u64::from(height) * settings.bytes_per_pixel();
-        check_binding("film", bytes, cache.limits().max_storage_binding, "Render it in windows")?;
+        let pixels = u64::from(width) * u64::from(height);
+        let bytes = pixels * bytes_per_pixel(settings.guides);
+        let remedy = "Render it in windows";
+        check_binding("film", bytes, cache.limits().max_storage_binding, remedy)?;
+        let unfinished = Unfinished::new(pixels, settings.guides, cache.limits(), remedy, recording)?;
         let film = recording.create_buffer("film", bytes);
         Ok(Self {
             settings,
@@ -87,6 +93,7 @@ impl View {
             complete: 0,
             pass_samples: 0,
             next_row: 0,
+            unfinished,
         })
     }
 
@@ -95,7 +102,7 @@ impl View {
         &self.settings
     }
 
-    /// Samples that every pixel has.
+    /// Samples that were recorded for every pixel; [`record_count`](Self::record_count) asks for what it got.
     pub fn samples(&self) -> u32 {
         self.complete
     }
@@ -117,6 +124,7 @@ impl View {
             self.camera = Some(*camera);
             self.scene_version = cache.version();
             (self.complete, self.pass_samples, self.next_row) = (0, 0, 0);
+            self.unfinished.forget();
         }
         let [width, height] = self.settings.window_size;
         let (row, mut recorded) = (u64::from(width), 0);
@@ -135,7 +143,8 @@ impl View {
                 break;
             }
             let rows = rows.max(1) as u32;
-            self.record_band(cache, camera, rows, recording);
+            let end = self.complete + self.pass_samples;
+            self.record_band(cache, camera, end, [self.next_row, self.next_row + rows], recording);
             recorded += row * u64::from(rows) * u64::from(self.pass_samples);
             self.next_row += rows;
             if self.next_row == height {
@@ -149,28 +158,51 @@ impl View {
         recorded
     }
 
+    /// Records that a count of the film comes back, for [`counted`](Self::counted): whether every pixel has the samples
+    /// that were recorded for it.
+    pub fn record_count(&self, recording: &mut Recording) {
+        let [width, height] = self.settings.window_size;
+        let pixels = u64::from(width) * u64::from(height);
+        self.unfinished.record_count(self.film, pixels, self.complete, recording);
+    }
+
+    /// Takes the bytes of a count, and says what they mean.
+    ///
+    /// # Errors
+    /// [`RenderError::SamplesLost`] when pixels lack samples and no dispatch will bring them.
+    pub fn counted(&mut self, bytes: &[u8]) -> Result<FilmCount, RenderError> {
+        self.unfinished.counted(bytes)
+    }
+
+    /// Records what the last count found missing: paths that were put aside go on, and pixels catch up with the samples
+    /// that were recorded for all. Returns whether anything was.
+    pub fn record_missing(&mut self, cache: &SceneCache, recording: &mut Recording) -> bool {
+        let Some(camera) = self.camera.filter(|_| self.unfinished.is_missing_some()) else { return false };
+        self.record_band(cache, &camera, self.complete, [0, self.settings.window_size[1]], recording);
+        true
+    }
+
+    /// Rows of pixels, until each has `sample_limit` samples or its invocation comes to its end.
     fn record_band(
         &self,
         cache: &SceneCache,
         camera: &PerspectiveCamera,
-        rows: u32,
+        sample_limit: u32,
+        [row_begin, row_end]: [u32; 2],
         recording: &mut Recording,
     ) {
         let kernel = Kernel::PathTrace(cache.variant(self.settings.guides, false));
-        let mut frame = self.frame(cache, camera);
-        frame.sample_begin = self.complete;
-        frame.sample_end = self.complete + self.pass_samples;
-        frame.row_begin = self.next_row;
-        frame.row_end = self.next_row + rows;
+        let frame = self.frame(cache, camera);
+        let frame = layout::Frame { samples: sample_limit, sample_limit, row_begin, row_end, ..frame };
         let mut resources = cache.path_trace_resources();
         resources.push(self.film);
+        resources.extend(self.unfinished.resources());
         let [x, y] = kernel.workgroup_size();
-        recording.push(Step::Dispatch {
-            kernel,
-            uniforms: vec![bytemuck::bytes_of(&frame).to_vec()],
-            resources,
-            workgroups: [self.settings.window_size[0].div_ceil(x), rows.div_ceil(y)],
-        });
+        let workgroups = [self.settings.window_size[0].div_ceil(x), (row_end - row_begin).div_ceil(y)];
+        for frame in self.unfinished.dispatches(frame) {
+            let uniforms = vec![bytemuck::bytes_of(&frame).to_vec()];
+            recording.push(Step::Dispatch { kernel, uniforms, resources: resources.clone(), workgroups });
+        }
     }
 
     fn frame(&self, cache: &SceneCache, camera: &PerspectiveCamera) -> layout::Frame {
@@ -190,7 +222,7 @@ impl View {
     /// Records that the film comes back, for [`Film::insert`](crate::Film::insert).
     pub fn record_read_film(&self, recording: &mut Recording) {
         let [width, height] = self.settings.window_size;
-        let bytes = u64::from(width) * u64::from(height) * self.settings.bytes_per_pixel();
+        let bytes = u64::from(width) * u64::from(height) * bytes_per_pixel(self.settings.guides);
         recording.push(Step::ReadBuffer { id: self.film, range: 0..bytes });
     }
 
@@ -227,5 +259,6 @@ impl View {
     pub fn free(self, recording: &mut Recording) {
         recording.push(Step::Free { id: self.film });
         recording.free(self.pixels);
+        self.unfinished.free(recording);
     }
 }

@@ -19,6 +19,7 @@ const LIMITS: DeviceLimits = DeviceLimits {
     max_texture_2d: 1024,
     max_storage_binding: 4 << 20,
     max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
+    loop_turns: None,
 };
 
 fn volume(size: usize) -> Arc<Volume> {
@@ -336,8 +337,7 @@ fn a_slow_first_image_is_shown_when_it_is_whole() {
                     let frame: layout::Frame = bytemuck::pod_read_unaligned(&uniforms[0]);
                     // But for those that only look for pixels that started over.
                     if frame.film_size == [32, 32] && frame.sample_limit != 4 {
-                        coarse_samples +=
-                            f64::from(frame.sample_end * (frame.row_end - frame.row_begin)) / 32.0;
+                        coarse_samples += f64::from(frame.samples * (frame.row_end - frame.row_begin)) / 32.0;
                     }
                 }
                 Step::Draw { kernel: Kernel::CompositeColor, uniforms, .. } => {

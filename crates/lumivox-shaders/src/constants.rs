@@ -34,6 +34,19 @@ constants! {
     /// Metres from a lamp below which it gets no brighter.
     MIN_LIGHT_DISTANCE: f32 = 1e-3;
 
+    /// [`Frame::lone_invocation`](crate::layout::Frame::lone_invocation): all work.
+    NONE_IS_ALONE: u32 = 0xffff_ffff;
+    /// State of a pixel's path in its film: none is under way.
+    PATH_NONE: f32 = 0.0;
+    /// One is put aside.
+    PATH_ASIDE: f32 = 1.0;
+    /// One is put aside, though it had had an invocation's turns for a single event.
+    PATH_STARVED: f32 = 2.0;
+    /// One had all turns that there are for a single event, and is given up.
+    PATH_STUCK: f32 = 3.0;
+    /// Invocations, at most, that a driver in software runs together as one vector.
+    TOGETHER: u32 = 16;
+
     /// Samples of a live pixel after which the coarse film is out of the picture.
     FINE_ALONE: u32 = 32;
     /// [`CompositeParams::fog_kind`](crate::layout::CompositeParams::fog_kind).

@@ -18,9 +18,9 @@ pub struct Frame {
     pub camera_right: [f32; 3],
     pub volume_count: u32,
     pub camera_up: [f32; 3],
-    pub sample_begin: u32,
+    pub samples: u32,
     pub camera_forward: [f32; 3],
-    pub sample_end: u32,
+    pub sample_limit: u32,
     pub image_size: [u32; 2],
     pub film_origin: [u32; 2],
     pub film_size: [u32; 2],
@@ -32,12 +32,12 @@ pub struct Frame {
     pub environment_size: [u32; 2],
     pub importance_size: [u32; 2],
     pub roulette_start: u32,
-    pub sample_limit: u32,
+    pub light_count: u32,
     pub view_axis: [f32; 3],
     pub orthographic: u32,
-    pub light_count: u32,
+    pub turn_limit: u32,
+    pub lone_invocation: u32,
     pub group_stride: u32,
-    pub group_count: u32,
     pub sharers: u32,
 }
 
@@ -148,6 +148,29 @@ pub struct DisplayParams {
     pub tone_operator: u32,
     pub inverse_gamma: f32,
     pub padding: f32,
+}
+
+/// Twin of `FilmCountParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in film_count.wgsl")]
+pub struct FilmCountParams {
+    pub pixels: u32,
+    pub invocations: u32,
+    pub target_samples: u32,
+    pub padding: u32,
+}
+
+/// Twin of `FilmCount`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in film_count.wgsl")]
+pub struct FilmCount {
+    pub samples: u32,
+    pub short: u32,
+    pub aside: u32,
+    pub starved: u32,
+    pub stuck: u32,
 }
 
 /// Twin of `HostDepthParams`.

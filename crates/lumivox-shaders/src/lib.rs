@@ -43,12 +43,15 @@ pub struct PathTraceVariant {
     pub lights: bool,
     /// There are so many volumes that rays look for them in a hierarchy.
     pub many_volumes: bool,
+    /// The driver ends invocations after so many turns of their loops: paths are put aside in time, and taken up by the
+    /// next dispatch.
+    pub limited_turns: bool,
 }
 
 impl PathTraceVariant {
     /// Every combination.
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..128u32).map(|bits| Self {
+        (0..256u32).map(|bits| Self {
             environment_sampling: bits & 1 != 0,
             surface: bits & 2 != 0,
             guides: bits & 4 != 0,
@@ -56,6 +59,7 @@ impl PathTraceVariant {
             live: bits & 16 != 0,
             lights: bits & 32 != 0,
             many_volumes: bits & 64 != 0,
+            limited_turns: bits & 128 != 0,
         })
     }
 }
@@ -92,6 +96,8 @@ pub enum Kernel {
     CompositeColor,
     /// The depth of live films into the host's.
     CompositeDepth,
+    /// What a film really holds.
+    FilmCount,
     /// Draws from the samplers, for tests.
     SampleDirections,
 }
@@ -116,6 +122,7 @@ impl Kernel {
             Kernel::DenoiseWavelet,
             Kernel::CompositeColor,
             Kernel::CompositeDepth,
+            Kernel::FilmCount,
             Kernel::SampleDirections,
         ]
         .into_iter()
@@ -145,6 +152,7 @@ impl Kernel {
             Kernel::DenoiseWavelet => "denoise_wavelet",
             Kernel::CompositeColor => "composite_color",
             Kernel::CompositeDepth => "composite_depth",
+            Kernel::FilmCount => "film_count",
             Kernel::SampleDirections => "sample_directions",
         }
     }
@@ -158,7 +166,7 @@ impl Kernel {
             | Kernel::DenoisePrepare
             | Kernel::DenoiseWavelet => [8, 8],
             Kernel::CompositeColor | Kernel::CompositeDepth => [1, 1],
-            Kernel::MajorantGrid | Kernel::SampleDirections => [64, 1],
+            Kernel::MajorantGrid | Kernel::FilmCount | Kernel::SampleDirections => [64, 1],
         }
     }
 
@@ -167,7 +175,8 @@ impl Kernel {
         use BindingKind::*;
         match self {
             Kernel::PathTrace(variant) => {
-                const LIVE: &[BindingKind] = &[
+                // Scene and film, where a live view's rays end, and what is put aside of paths.
+                const ALL: &[BindingKind] = &[
                     Uniform,
                     StorageRead,
                     StorageRead,
@@ -180,8 +189,28 @@ impl Kernel {
                     StorageRead,
                     StorageReadWrite,
                     StorageRead,
+                    StorageReadWrite,
                 ];
-                if variant.live { LIVE } else { LIVE.split_last().expect("it is not empty").1 }
+                const STILL_LIMITED: &[BindingKind] = &[
+                    Uniform,
+                    StorageRead,
+                    StorageRead,
+                    StorageRead,
+                    StorageRead,
+                    Texture3dFiltered,
+                    LinearSampler,
+                    Texture2dLoaded,
+                    StorageRead,
+                    StorageRead,
+                    StorageReadWrite,
+                    StorageReadWrite,
+                ];
+                match (variant.live, variant.limited_turns) {
+                    (true, true) => ALL,
+                    (true, false) => &ALL[..12],
+                    (false, true) => STILL_LIMITED,
+                    (false, false) => &ALL[..11],
+                }
             }
             Kernel::MajorantGrid => &[Uniform, StorageRead, StorageRead, StorageReadWrite],
             Kernel::Display => &[Uniform, Uniform, StorageRead, Texture2dLoaded, StorageReadWrite],
@@ -208,6 +237,7 @@ impl Kernel {
             }
             Kernel::DenoisePrepare => &[Uniform, StorageRead, StorageRead, StorageReadWrite],
             Kernel::DenoiseWavelet => &[Uniform, StorageRead, StorageReadWrite],
+            Kernel::FilmCount => &[Uniform, StorageRead, StorageReadWrite],
             Kernel::SampleDirections => &[Uniform, Uniform, Texture2dLoaded, StorageRead, StorageReadWrite],
         }
     }
@@ -220,6 +250,7 @@ impl Kernel {
                 module!("luminance"),
                 module!("camera"),
                 if variant.live { module!("live_tracing") } else { module!("still_tracing") },
+                if variant.limited_turns { module!("limited_turns") } else { module!("unlimited_turns") },
                 module!("random"),
                 module!("volume"),
                 if variant.many_volumes { module!("volume_hierarchy") } else { module!("volume_list") },
@@ -256,6 +287,7 @@ impl Kernel {
             Kernel::DenoiseWavelet => {
                 &[module!("live_pixel"), module!("luminance"), module!("denoise_wavelet")]
             }
+            Kernel::FilmCount => &[module!("film_count")],
             Kernel::SampleDirections => &[
                 module!("frame"),
                 module!("random"),
@@ -275,13 +307,14 @@ impl Kernel {
                 "const ENVIRONMENT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
                  const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst LIGHTS: bool = {};\n\
                  const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
-                 const ENVIRONMENT_CANDIDATES: u32 = {ENVIRONMENT_CANDIDATES}u;\n",
+                 const ENVIRONMENT_CANDIDATES: u32 = {ENVIRONMENT_CANDIDATES}u;\nconst PATHS_BINDING: u32 = {}u;\n",
                 variant.environment_sampling,
                 variant.surface,
                 variant.guides,
                 variant.mixed_filters,
                 variant.live,
-                variant.lights
+                variant.lights,
+                self.bindings().len() - 1,
             );
         }
         for module in modules {

@@ -39,9 +39,9 @@ fn twins_have_the_shaders_layout() {
             camera_right,
             volume_count,
             camera_up,
-            sample_begin,
+            samples,
             camera_forward,
-            sample_end,
+            sample_limit,
             image_size,
             film_origin,
             film_size,
@@ -53,12 +53,12 @@ fn twins_have_the_shaders_layout() {
             environment_size,
             importance_size,
             roulette_start,
-            sample_limit,
+            light_count,
             view_axis,
             orthographic,
-            light_count,
+            turn_limit,
+            lone_invocation,
             group_stride,
-            group_count,
             sharers,
         }
     );
@@ -129,6 +129,8 @@ fn twins_have_the_shaders_layout() {
         Kernel::Display,
         DisplayParams { background, background_kind, exposure_scale, tone_operator, inverse_gamma, padding }
     );
+    assert_twin!(Kernel::FilmCount, FilmCountParams { pixels, invocations, target_samples, padding });
+    assert_twin!(Kernel::FilmCount, FilmCount { samples, short, aside, starved, stuck });
     assert_twin!(Kernel::HostDepth, HostDepthParams { view_depth_from_ndc, film_size, clear, jittered });
     assert_twin!(Kernel::DenoisePrepare, DenoiseParams { film_size, step, padding });
     assert_twin!(Kernel::DenoiseWavelet, DenoiseParams { film_size, step, padding });

@@ -6,7 +6,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
-use lumivox_core::glam::{DAffine3, DMat3, DQuat, DVec3};
+use lumivox_core::glam::{DAffine3, DMat3, DQuat, DVec3, IVec3};
 use lumivox_core::{
     ColorStop, Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Falloff, Filter, Lamp,
     Light, LightKind, Medium, Modality, PerspectiveCamera, Scene, SurfaceReflection, TransferFunction,
@@ -69,6 +69,18 @@ pub fn furnace(mut test: TestScene) -> TestScene {
         medium.max_bounces = 1000;
     }
     test
+}
+
+/// A white furnace whose paths are long and take many turns: a ball of dense grains that scatter forward and absorb
+/// nothing, its majorants dozens of times the mean opacity.
+pub fn dense_furnace() -> TestScene {
+    let n = 64;
+    let grains = fill([n; 3], DAffine3::IDENTITY, |p| {
+        let is_grain = (p * n as f64).floor().as_ivec3() % 3 == IVec3::ZERO;
+        if is_grain && (p - 0.5).length() < 0.46 { 1.0 } else { 0.0 }
+    });
+    let medium = Medium { anisotropy: 0.8, density_scale: 40.0, ..soft_ball_medium() };
+    furnace(scene("dense_furnace", vec![VolumeInstance::centered(grains.u16(), medium)], gradient_light()))
 }
 
 /// A cube of one value: 24 mm, optical depth 2.

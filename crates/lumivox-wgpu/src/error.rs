@@ -31,6 +31,9 @@ pub enum GpuError {
     /// The driver stopped: it was reset, unplugged, or a dispatch took longer than the system allows.
     #[error("the GPU was lost: {0}")]
     Lost(String),
+    /// The driver ended paths before their time.
+    #[error(transparent)]
+    Samples(RenderError),
     /// The device refused a command; a fault of ours.
     #[error("the GPU refused a command, which is a fault in Lumivox; please report it: {0}")]
     Refused(String),

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::mpsc;
 
 use lumivox_renderer::recording::{BindingKind, Kernel, Stage, TextureFormat};
-use lumivox_renderer::{DeviceLimits, Recording, ResourceId, Step};
+use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step};
 
 use crate::error::GpuError;
 use crate::pipelines::{self, Pipeline};
@@ -129,15 +129,17 @@ impl Executor {
 
     /// What the renderer needs to know of the device.
     pub fn limits(&self) -> DeviceLimits {
-        let limits = self.device.limits();
+        let (limits, adapter) = (self.device.limits(), self.device.adapter_info());
+        let in_software = adapter.device_type == wgpu::DeviceType::Cpu;
         DeviceLimits {
             max_texture_3d: limits.max_texture_dimension_3d,
             max_texture_2d: limits.max_texture_dimension_2d,
             max_storage_binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
-            max_samples_per_dispatch: match self.device.adapter_info().device_type {
-                wgpu::DeviceType::Cpu => DeviceLimits::SAMPLES_OF_SOFTWARE,
-                _ => DeviceLimits::SAMPLES_OF_GPU,
+            max_samples_per_dispatch: match in_software {
+                true => DeviceLimits::SAMPLES_OF_SOFTWARE,
+                false => DeviceLimits::SAMPLES_OF_GPU,
             },
+            loop_turns: in_software.then(|| LoopTurns::of_software(adapter.subgroup_max_size)),
         }
     }
 

@@ -137,10 +137,10 @@ pub fn render(
         look_took: Duration::ZERO,
         noise: None,
     };
-    let mut outcome = match tracing.run(gpu, &cache, &mut views, camera, request, &mut film, on_progress) {
-        Ok(outcome) => outcome,
-        Err(error) => Outcome::Failed(error),
-    };
+    let run = tracing.run(gpu, &cache, &mut views, camera, request, &mut film, on_progress);
+    let mut outcome = run
+        .and_then(|outcome| tracing.finish_paths(gpu, &cache, &mut views).map(|()| outcome))
+        .unwrap_or_else(Outcome::Failed);
     // Even after a failure: the device may still be there, only its memory full.
     if let Err(error) = read_film(gpu, &views, &mut film)
         && !matches!(outcome, Outcome::Failed(_))
@@ -167,7 +167,7 @@ fn windows(
         guides: request.guides,
         ..ViewSettings::new(request.width, request.height)
     };
-    let pixels = cache.limits().max_storage_binding / whole.bytes_per_pixel();
+    let pixels = cache.limits().max_storage_binding / whole.bytes_per_pixel(cache.limits());
     let width = u64::from(request.width.max(1)).min(pixels).max(1);
     let height = (pixels / width).clamp(1, u64::from(request.height.max(1)));
     let mut views = vec![];
@@ -250,6 +250,33 @@ impl Tracing {
                 self.last_look = Instant::now();
             }
         }
+    }
+
+    /// Has every sample that was asked for counted, and paths that take many dispatches followed to their ends: without
+    /// the long ones an image would be too dark.
+    fn finish_paths(
+        &mut self,
+        gpu: &mut Gpu,
+        cache: &SceneCache,
+        views: &mut [View],
+    ) -> Result<(), GpuError> {
+        let begin = Instant::now();
+        for view in views {
+            let mut recording = Recording::new();
+            loop {
+                view.record_count(&mut recording);
+                for read_back in gpu.executor.execute(&recording)? {
+                    view.counted(&read_back.wait()?).map_err(GpuError::Samples)?;
+                }
+                gpu.check()?;
+                recording = Recording::new();
+                if !view.record_missing(cache, &mut recording) {
+                    break;
+                }
+            }
+        }
+        self.trace += begin.elapsed();
+        Ok(())
     }
 
     /// Aims the next submission at its time; at most doubles, for the first ones tell little.

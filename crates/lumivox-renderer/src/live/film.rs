@@ -8,6 +8,7 @@ use crate::film::bytes_per_pixel;
 use crate::frame;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::{SceneCache, check_binding};
+use crate::unfinished::Unfinished;
 
 /// Rows that are traced together: a workgroup's.
 pub(super) const GROUP_ROWS: u32 = 8;
@@ -23,6 +24,7 @@ const COARSE_DENOISE_STEPS: [u32; 2] = [1, 2];
 pub(super) struct LiveFilm {
     pub film: ResourceId,
     pub limits: ResourceId,
+    unfinished: Unfinished,
     /// Pixels there is room for.
     pub capacity: u64,
     pub size: [u32; 2],
@@ -36,8 +38,10 @@ impl LiveFilm {
     pub fn new(size: [u32; 2], cache: &SceneCache, recording: &mut Recording) -> Result<Self, RenderError> {
         let capacity = pixels(size);
         let bytes = capacity * bytes_per_pixel(false);
-        check_binding("film", bytes, cache.limits().max_storage_binding, "Lower the resolution scale")?;
+        let remedy = "Lower the resolution scale";
+        check_binding("film", bytes, cache.limits().max_storage_binding, remedy)?;
         Ok(Self {
+            unfinished: Unfinished::new(capacity, false, cache.limits(), remedy, recording)?,
             film: recording.create_buffer("live film", bytes),
             limits: recording.create_buffer("ray limits", capacity * 4),
             capacity,
@@ -87,6 +91,8 @@ impl LiveFilm {
     /// to keep a large GPU busy.
     pub fn record_all(&mut self, key: Key, cache: &SceneCache, samples: u32, recording: &mut Recording) {
         let [most, _] = Kernel::PathTrace(Default::default()).workgroup_size();
+        // A path that is put aside belongs to a pixel.
+        let most = if cache.limits().loop_turns.is_some() { 1 } else { most };
         let sharers = 1 << samples.clamp(1, most).ilog2();
         let rows = [0, self.padded_height()];
         self.record_shared(key, cache, [samples, samples, sharers], rows, recording);
@@ -106,11 +112,9 @@ impl LiveFilm {
             roulette_start: key.roulette_start,
             image_size: self.size,
             film_size: self.size,
-            sample_begin: 0,
-            sample_end: samples,
+            samples,
             sample_limit: limit,
             group_stride: group_stride(self.padded_height() / GROUP_ROWS),
-            group_count: self.padded_height() / GROUP_ROWS,
             row_begin,
             row_end,
             sharers,
@@ -118,13 +122,13 @@ impl LiveFilm {
         };
         let mut resources = cache.path_trace_resources();
         resources.extend([self.film, self.limits]);
+        resources.extend(self.unfinished.resources());
         let [x, y] = kernel.workgroup_size();
-        recording.push(Step::Dispatch {
-            kernel,
-            uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
-            resources,
-            workgroups: [(self.size[0] * sharers).div_ceil(x), (row_end - row_begin).div_ceil(y)],
-        });
+        let workgroups = [(self.size[0] * sharers).div_ceil(x), (row_end - row_begin).div_ceil(y)];
+        for params in self.unfinished.dispatches(params) {
+            let uniforms = vec![bytemuck::bytes_of(&params).to_vec()];
+            recording.push(Step::Dispatch { kernel, uniforms, resources: resources.clone(), workgroups });
+        }
     }
 
     /// Denoises what changed. A pixel of the film is as large as `factor` of the finest along a side.
@@ -164,6 +168,7 @@ impl LiveFilm {
 
     pub fn free(mut self, recording: &mut Recording) {
         self.drop_denoised(recording);
+        self.unfinished.free(recording);
         recording.push(Step::Free { id: self.film });
         recording.push(Step::Free { id: self.limits });
     }

@@ -39,16 +39,35 @@ pub struct DeviceLimits {
     pub max_texture_2d: u32,
     /// Largest storage buffer that can be bound, in bytes.
     pub max_storage_binding: u64,
-    /// Samples that one invocation may trace in one dispatch; see [`SAMPLES_OF_GPU`](Self::SAMPLES_OF_GPU).
+    /// Samples that one invocation traces in one dispatch at most; see [`SAMPLES_OF_GPU`](Self::SAMPLES_OF_GPU).
     pub max_samples_per_dispatch: u32,
+    /// Where the driver ends invocations after so many turns of their loops: what they may take.
+    pub loop_turns: Option<LoopTurns>,
+}
+
+/// Turns that all loops of an invocation may take together before its driver ends it, and says nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LoopTurns {
+    /// While the invocations with which it shares a vector, and the turns, work as well.
+    pub shared: u32,
+    /// While they rest.
+    pub alone: u32,
+}
+
+impl LoopTurns {
+    /// Of Mesa's llvmpipe (65,535, `LP_MAX_TGSI_LOOP_ITERATIONS`), for each vector of at most `width` invocations. A few
+    /// are left for loops that are not counted.
+    pub fn of_software(width: u32) -> Self {
+        let alone = 65_000;
+        Self { shared: alone / width.clamp(1, constants::TOGETHER), alone }
+    }
 }
 
 impl DeviceLimits {
     /// Enough samples of a dispatch to keep a GPU's lanes busy, few enough to keep it responsive.
     pub const SAMPLES_OF_GPU: u32 = 64;
 
-    /// Of a device in software. Mesa's llvmpipe ends an invocation after 65,535 turns of all its loops together
-    /// (`LP_MAX_TGSI_LOOP_ITERATIONS`), and says nothing: what is left of its samples would be missing.
+    /// Of a device in software, whose dispatches take long.
     pub const SAMPLES_OF_SOFTWARE: u32 = 4;
 }
 
@@ -261,6 +280,7 @@ impl SceneCache {
             live,
             lights: !self.lights.list.is_empty(),
             many_volumes: self.instances.len() >= hierarchy::MANY,
+            limited_turns: self.limits.loop_turns.is_some(),
         }
     }
 

@@ -12,9 +12,10 @@ struct Frame {
     camera_right: vec3f,
     volume_count: u32,
     camera_up: vec3f,
-    sample_begin: u32,
+    // More samples for each pixel of this dispatch, and what a pixel has at most.
+    samples: u32,
     camera_forward: vec3f,
-    sample_end: u32,
+    sample_limit: u32,
     // The whole image, and the window of it that the film holds, in pixels.
     image_size: vec2u,
     film_origin: vec2u,
@@ -31,15 +32,16 @@ struct Frame {
     importance_size: vec2u,
     // Bounces before Russian roulette may end a path.
     roulette_start: u32,
-    // Live films: what a pixel has at most.
-    sample_limit: u32,
+    light_count: u32,
     // Unit vector along which view depth is measured.
     view_axis: vec3f,
     orthographic: u32,
-    light_count: u32,
-    // Live films: groups of rows are traced in strides, so that every band of them costs about the same.
+    // Where drivers count: turns of its loops that an invocation may take, and which of those that run TOGETHER works
+    // while the others rest, or NONE_IS_ALONE.
+    turn_limit: u32,
+    lone_invocation: u32,
+    // Live films: groups of a workgroup's rows are traced in strides, so that every band of them costs about the same.
     group_stride: u32,
-    group_count: u32,
     // Live films: invocations that share the samples of a pixel.
     sharers: u32,
 }

@@ -64,7 +64,7 @@ fn choose_arrival(event: Event, layers: u32, point: vec3f, rng: ptr<function, Rn
     var chosen = Arrival(event.axis, 0.0, vec3f(0.0));
     var total = 0.0;
     var chosen_weight = 1.0;
-    for (var i = 0u; i < frame.light_count; i++) {
+    for (var i = 0u; i < frame.light_count && take_turn(); i++) {
         // A light of other layers draws no number: it must not change an image.
         if ((lights[i].layers & layers) == 0u) {
             continue;

@@ -63,6 +63,7 @@ fn choose_light(event: Event, rng: ptr<function, Rng>) -> LightChoice {
     var total = 0.0;
     var chosen_weight = 1.0;
     for (var i = 0u; i < ENVIRONMENT_CANDIDATES; i++) {
+        take_turn();
         let light = sample_environment(rng);
         let event_density = event_pdf(event, light.direction);
         let pick = rng_next(rng);

@@ -67,7 +67,7 @@ fn march_begin(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> March {
 // `m.t`, or 0 where the ray leaves the volume first.
 fn march_to_tentative(m: ptr<function, March>, depth: f32) -> f32 {
     var rest = depth;
-    while ((*m).t < (*m).t_end) {
+    while ((*m).t < (*m).t_end && take_turn()) {
         let majorant = majorants[(*m).cell] * (*m).scale;
         let t_exit = min(min((*m).t_next.x, (*m).t_next.y), min((*m).t_next.z, (*m).t_end));
         let available = majorant * (t_exit - (*m).t);
@@ -105,7 +105,7 @@ fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function
     var search = search_begin(origin, direction);
     loop {
         let v = search_next(&search, nearest.t);
-        if (v == NO_VOLUME) {
+        if (v == NO_VOLUME || !take_turn()) {
             break;
         }
         var m = march_begin(v, origin, direction, nearest.t);
@@ -114,7 +114,7 @@ fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function
         }
         loop {
             let majorant = march_to_tentative(&m, -log(1.0 - rng_next(rng)));
-            if (majorant == 0.0) {
+            if (majorant == 0.0 || !take_turn()) {
                 break;
             }
             let texel = sample_volume(v, m.origin + m.t * m.direction);
@@ -134,7 +134,7 @@ fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function,
     var search = search_begin(origin, direction);
     loop {
         let v = search_next(&search, t_max);
-        if (v == NO_VOLUME) {
+        if (v == NO_VOLUME || !take_turn()) {
             break;
         }
         var m = march_begin(v, origin, direction, t_max);
@@ -143,7 +143,7 @@ fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function,
         }
         loop {
             let majorant = march_to_tentative(&m, -log(1.0 - rng_next(rng)));
-            if (majorant == 0.0) {
+            if (majorant == 0.0 || !take_turn()) {
                 break;
             }
             let sigma_t = opacity(v, sample_volume(v, m.origin + m.t * m.direction)) * m.scale;

@@ -32,6 +32,7 @@ fn sample_tricubic(v: u32, p: vec3f) -> f32 {
     let h1 = i + 1.5 + w3 / g1;
     var sum = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
+        take_turn();
         let high = (vec3u(corner) >> vec3u(0u, 1u, 2u)) & vec3u(1u);
         let at = select(h0, h1, high == vec3u(1u));
         let weight = select(g0, g1, high == vec3u(1u));

@@ -38,13 +38,13 @@ fn box_entry(s: ptr<function, Search>, node: u32, side: u32, t_max: f32) -> f32 
 
 // The next volume that the ray may meet before t_max, or NO_VOLUME.
 fn search_next(s: ptr<function, Search>, t_max: f32) -> u32 {
-    while ((*s).depth > 0u) {
+    while ((*s).depth > 0u && take_turn()) {
         (*s).depth -= 1u;
         if ((*s).entries[(*s).depth] >= t_max) {
             continue;
         }
         var index = (*s).indices[(*s).depth];
-        while ((index & IS_VOLUME) == 0u) {
+        while ((index & IS_VOLUME) == 0u && take_turn()) {
             let entry_0 = box_entry(s, index, 0u, t_max);
             let entry_1 = box_entry(s, index, 1u, t_max);
             let near = select(0u, 1u, entry_1 < entry_0);

@@ -27,6 +27,15 @@ fn film_in_pieces(test: &scenes::TestScene, size: u32, samples: u32, rows: u32, 
             gpu.executor.execute(&recording).unwrap();
             recording = Recording::new();
         }
+        loop {
+            view.record_count(&mut recording);
+            let bytes = gpu.executor.execute(&recording).unwrap().remove(0).wait().unwrap();
+            view.counted(&bytes).unwrap();
+            recording = Recording::new();
+            if !view.record_missing(&cache, &mut recording) {
+                break;
+            }
+        }
         view.record_read_film(&mut recording);
         let bytes = gpu.executor.execute(&recording).unwrap().remove(0).wait().unwrap();
         film.insert([0, y], window_size, &bytes);

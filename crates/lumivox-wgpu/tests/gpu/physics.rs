@@ -40,6 +40,27 @@ fn white_furnace() {
     }
 }
 
+/// Paths of hundreds of events, each with next-event estimation, take more turns of loops than some drivers allow an
+/// invocation: none may be lost, nor end before its time. What they find in a furnace is 1 still.
+#[test]
+fn long_paths_lose_no_light() {
+    let test = scenes::dense_furnace();
+    let environment_sampling = EnvironmentSampling::Always;
+    let request = RenderRequest { environment_sampling, ..RenderRequest::new(12, 12, 8) };
+    let film = film(&test, &request);
+    let (mut mean, mut alpha, mut variance) = (0.0, 0.0, 0.0);
+    for pixel in 0..144 {
+        let (pixel_mean, pixel_variance) = film.luminance(pixel);
+        assert_eq!(film.samples(pixel), 8.0, "pixel {pixel}");
+        mean += pixel_mean / 144.0;
+        alpha += film.alpha(pixel) / 144.0;
+        variance += pixel_variance / 144.0 / 144.0;
+    }
+    let error = variance.sqrt();
+    assert!(error < 0.03 * alpha, "{error} is too much noise to tell");
+    assert!((mean - alpha).abs() < 3.0 * error, "{mean} of {alpha} +- {error}");
+}
+
 /// A homogeneous slab, 30 mm thick along the view, and a camera far away from it.
 fn slab(opacity: f64, density_scale: f64, world_scale: f64) -> TestScene {
     let place = DAffine3::from_scale(DVec3::splat(1.0));

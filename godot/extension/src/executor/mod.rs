@@ -16,7 +16,7 @@ use godot::classes::{
 use godot::global::Error;
 use godot::prelude::*;
 use lumivox_renderer::recording::{BindingKind, Kernel, Payload, TextureFormat};
-use lumivox_renderer::{DeviceLimits, Recording, ResourceId, Step};
+use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step};
 
 use self::pipelines::Pipelines;
 
@@ -89,6 +89,8 @@ impl Executor {
                 true => DeviceLimits::SAMPLES_OF_SOFTWARE,
                 false => DeviceLimits::SAMPLES_OF_GPU,
             },
+            // Godot does not tell how wide the vectors are.
+            loop_turns: on_cpu.then(|| LoopTurns::of_software(16)),
         }
     }
 

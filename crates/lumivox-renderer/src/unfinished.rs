@@ -1,0 +1,143 @@
+//! What a film still lacks, as its GPU counts it: hosts compare what they asked for with what they got.
+//!
+//! A sample counts when its path has ended. Where the driver ends invocations after so many turns of their loops
+//! ([`LoopTurns`](crate::LoopTurns)), paths that take more are put aside and go on in later dispatches.
+
+use lumivox_shaders::layout::{self, FilmCount};
+use lumivox_shaders::{Kernel, constants};
+
+use crate::error::RenderError;
+use crate::recording::{Payload, Recording, ResourceId, Step};
+use crate::scene_cache::{DeviceLimits, LoopTurns, check_binding};
+
+/// Bytes that are put aside for the path of a pixel.
+fn path_bytes(guides: bool) -> u64 {
+    if guides { 96 } else { 64 }
+}
+
+/// Invocations that count a film at most; each takes every so manieth pixel.
+const COUNTERS: u64 = 1 << 14;
+
+/// The paths of a film that are put aside, and what its last count said.
+#[derive(Debug)]
+pub(crate) struct Unfinished {
+    turns: Option<LoopTurns>,
+    paths: Option<ResourceId>,
+    count: ResourceId,
+    last: FilmCount,
+    /// Whether what the last count found missing has been recorded since.
+    recorded: bool,
+}
+
+impl Unfinished {
+    /// For a film of `pixels`.
+    ///
+    /// # Errors
+    /// [`RenderError`] when the device does not bind so much.
+    pub fn new(
+        pixels: u64,
+        guides: bool,
+        limits: DeviceLimits,
+        remedy: &'static str,
+        recording: &mut Recording,
+    ) -> Result<Self, RenderError> {
+        let bytes = pixels * path_bytes(guides);
+        if limits.loop_turns.is_some() {
+            check_binding("buffer of a film's paths", bytes, limits.max_storage_binding, remedy)?;
+        }
+        Ok(Self {
+            turns: limits.loop_turns,
+            paths: limits.loop_turns.map(|_| recording.create_buffer("paths", bytes)),
+            count: recording.create_buffer("film count", size_of::<FilmCount>() as u64),
+            last: FilmCount::default(),
+            recorded: false,
+        })
+    }
+
+    /// Bytes of a pixel in the largest of the buffers that belong to a film.
+    pub fn bytes_per_pixel(guides: bool, limits: DeviceLimits) -> u64 {
+        limits.loop_turns.map_or(0, |_| path_bytes(guides))
+    }
+
+    /// What the kernel binds, behind all else.
+    pub fn resources(&self) -> impl Iterator<Item = ResourceId> + use<> {
+        self.paths.into_iter()
+    }
+
+    /// The dispatches by which every pixel of a film gets as far as one dispatch takes it, as the parameters in which
+    /// they differ.
+    pub fn dispatches(&self, frame: layout::Frame) -> impl Iterator<Item = layout::Frame> + use<> {
+        let all = layout::Frame {
+            turn_limit: self.turns.map_or(u32::MAX, |turns| turns.shared),
+            lone_invocation: constants::NONE_IS_ALONE,
+            ..frame
+        };
+        let starved = self.turns.filter(|_| self.last.starved > 0);
+        let lone = starved.into_iter().flat_map(move |turns| {
+            (0..constants::TOGETHER).map(move |lone_invocation| layout::Frame {
+                turn_limit: turns.alone,
+                lone_invocation,
+                ..frame
+            })
+        });
+        [all].into_iter().chain(lone)
+    }
+
+    /// Records that a count of the film comes back, for [`counted`](Self::counted).
+    pub fn record_count(
+        &self,
+        film: ResourceId,
+        pixels: u64,
+        target_samples: u32,
+        recording: &mut Recording,
+    ) {
+        let kernel = Kernel::FilmCount;
+        let [x, _] = kernel.workgroup_size();
+        let workgroups = pixels.min(COUNTERS).div_ceil(u64::from(x)) as u32;
+        let params = layout::FilmCountParams {
+            pixels: pixels as u32,
+            invocations: workgroups * x,
+            target_samples,
+            padding: 0,
+        };
+        let nothing = FilmCount { samples: u32::MAX, ..Default::default() };
+        recording.push(Step::WriteBuffer { id: self.count, offset: 0, data: Payload::copy_of(&[nothing]) });
+        recording.push(Step::Dispatch {
+            kernel,
+            uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
+            resources: vec![film, self.count],
+            workgroups: [workgroups, 1],
+        });
+        recording.push(Step::ReadBuffer { id: self.count, range: 0..size_of::<FilmCount>() as u64 });
+    }
+
+    /// Takes the bytes of a count.
+    ///
+    /// # Errors
+    /// [`RenderError::SamplesLost`] when pixels lack samples and no dispatch will bring them.
+    pub fn counted(&mut self, bytes: &[u8]) -> Result<FilmCount, RenderError> {
+        let count: FilmCount = bytemuck::pod_read_unaligned(&bytes[..size_of::<FilmCount>()]);
+        self.last = count;
+        let retried = std::mem::take(&mut self.recorded);
+        let lost = count.stuck + if retried && self.turns.is_none() { count.short } else { 0 };
+        if lost > 0 { Err(RenderError::SamplesLost { pixels: lost }) } else { Ok(count) }
+    }
+
+    /// Whether the last count found samples missing, or paths put aside. If so, what is recorded next has to bring them.
+    pub fn is_missing_some(&mut self) -> bool {
+        self.recorded = self.last.short + self.last.aside + self.last.starved > 0;
+        self.recorded
+    }
+
+    /// The film is empty again.
+    pub fn forget(&mut self) {
+        self.last = FilmCount::default();
+        self.recorded = false;
+    }
+
+    /// Records that everything is freed.
+    pub fn free(self, recording: &mut Recording) {
+        recording.free(self.paths);
+        recording.push(Step::Free { id: self.count });
+    }
+}
