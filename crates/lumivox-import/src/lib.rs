@@ -45,8 +45,8 @@ pub struct ImportOptions {
     pub series: Option<String>,
     /// Which phase of a series with several, counted from 1; `None` takes the first that is whole.
     pub phase: Option<usize>,
-    /// Whether slices that are missing stay empty, as damaged ones do: air in a CT, else the lowest value. By default
-    /// they are filled in from both neighbours' values; either way the report says how many.
+    /// Whether slices that are missing, or lie between uneven ones, stay empty, as damaged ones do: air in a CT, else the
+    /// lowest value. By default they are filled in from both neighbours' values; either way the report says how many.
     pub leave_gaps: bool,
     /// Whether slices that are there but damaged (cut short, corrupt, fatal to their decoder) are filled in as missing
     /// ones are. By default they stay empty, for what they showed is not known; [`Self::leave_gaps`] wins over this.

@@ -36,7 +36,7 @@ impl Alignment {
     /// What stack `index` was made on, if it is a segmentation and the other is there.
     pub(crate) fn of(index: usize, stacks: &[Stack], files: &[ImageFile]) -> Option<Self> {
         let own = stacks[index].first(files);
-        let segmentation = own.segmentation.as_ref()?;
+        let segmentation = own.segmentation.as_ref().filter(|segmentation| segmentation.has_places)?;
         let images = || (0..stacks.len()).filter(|&k| stacks[k].first(files).segmentation.is_none());
         let of_series = |k: &usize| {
             let uid = stacks[*k].first(files).series_uid.as_ref();
@@ -134,11 +134,6 @@ impl AlignedGrid {
 
     /// What the labels lie on once they are placed.
     pub(crate) fn as_grid(&self) -> Grid {
-        Grid {
-            patient_from_voxel: self.patient_from_voxel,
-            sources: None,
-            has_gaps: false,
-            notes: Vec::new(),
-        }
+        Grid { patient_from_voxel: self.patient_from_voxel, ..Grid::default() }
     }
 }

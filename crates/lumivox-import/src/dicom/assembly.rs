@@ -103,7 +103,12 @@ impl Slices {
         let (modality, is_labels) = (first.modality, first.segmentation.is_some());
         notes.extend(alignment.map(Alignment::note));
         let Some(aligned) = alignment.and_then(|alignment| alignment.grid.as_ref()) else {
-            let grid = stack.grid(files, &self.places, self.voxels.bytes_per_sample());
+            let bytes = self.voxels.bytes_per_sample();
+            let grid = stack.grid(files, &self.places, bytes);
+            if let Some(sources) = &grid.sources {
+                // Nothing else tells in words that memory does not suffice for what is filled in.
+                drop(pixels::allocate::<u8>(self.size[0] * self.size[1] * bytes, sources.len(), first)?);
+            }
             return Ok(OnGrid { slices: self, grid, modality, is_labels });
         };
         let slices = Self {
@@ -138,11 +143,21 @@ pub(crate) struct OnGrid {
 
 impl OnGrid {
     /// Where the slices of the grid come from.
-    pub(crate) fn sources(&self, gaps: Gaps, notes: &mut Vec<String>) -> Vec<GridSource> {
-        let left = self.grid.has_gaps && gaps != Gaps::Filled;
+    pub(crate) fn sources(&mut self, gaps: Gaps, notes: &mut Vec<String>) -> Vec<GridSource> {
+        if gaps == Gaps::Left
+            && let Some(nearest) = self.grid.nearest.take()
+        {
+            // The first note is about the places; others are about their line.
+            self.grid.notes[0] = nearest.note;
+            self.grid.sources = Some(nearest.sources);
+            self.grid.has_gaps = true;
+        }
+        // What lies between slices that never were even was not lost, whatever else is damaged.
+        let may_be_damaged = gaps == Gaps::MayBeDamaged && !self.grid.is_uneven;
+        let left = self.grid.has_gaps && (gaps == Gaps::Left || may_be_damaged);
         let sources = gaps::sources(&self.grid, &self.slices.damaged, left || self.is_labels);
         notes.extend(gaps::note(&sources, &self.slices.damaged, &self.grid, self.is_labels));
-        let why = if gaps == Gaps::MayBeDamaged { ", for damaged files may belong there" } else { "" };
+        let why = if may_be_damaged { ", for damaged files may belong there" } else { "" };
         let left_empty = format!("left empty{why}");
         let words = if left && !self.is_labels { &left_empty } else { geometry::FILLED_IN };
         notes.extend(self.grid.notes.iter().map(|note| note.replace(geometry::FILLED_IN, words)));

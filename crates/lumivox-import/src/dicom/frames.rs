@@ -3,12 +3,15 @@
 //! Enhanced multi-frame files say everything frame by frame in functional groups (PS3.3 C.7.6.16); classic ones say it
 //! once.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
+
 use lumivox_core::glam::{DVec2, DVec3};
 
 use super::{
     attributes::{self as attr, Attribute},
     elements::DataSet,
     header::{PixelFormat, Refusal},
+    multi_frame,
     values::FieldFault,
 };
 use crate::single::SPACING_MM;
@@ -25,6 +28,8 @@ pub(crate) struct PhaseKey {
     pub(crate) echo: i64,
     /// In milliseconds.
     pub(crate) trigger_time: i64,
+    /// A number that stands for the contrast agent; 0 where there is none.
+    pub(crate) contrast: i64,
     pub(crate) acquisition: i64,
     /// Of the day or the series, in seconds.
     pub(crate) time: i64,
@@ -63,8 +68,8 @@ pub(crate) struct Frame {
     pub(crate) segment: Option<u16>,
 }
 
-/// A frame's own functional groups, those shared by all frames, and the data set: the first that has an attribute says
-/// it.
+/// A frame's own functional groups, those shared by all frames, the detector of nuclear medicine, and the data set: the
+/// first that has an attribute says it.
 pub(crate) struct FrameScope<'a> {
     own: Option<&'a DataSet>,
     shared: Option<&'a DataSet>,
@@ -78,6 +83,7 @@ impl<'a> FrameScope<'a> {
             .into_iter()
             .flatten()
             .filter_map(|group| group.items(sequence).first())
+            .chain(self.data.items(attr::DETECTOR_INFORMATION_SEQUENCE))
             .find(|item| item.bytes(attribute).is_some())
             .unwrap_or(self.data)
     }
@@ -89,6 +95,7 @@ pub(crate) fn frames(
     format: &PixelFormat,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Frame>, Refusal> {
+    multi_frame::refuse_pictures(data, format.frames)?;
     let per_frame = data.items(attr::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE);
     if !per_frame.is_empty() && per_frame.len() < format.frames {
         let problem = format!("has {} items for {} frames", per_frame.len(), format.frames);
@@ -99,7 +106,7 @@ pub(crate) fn frames(
         .map(|index| frame(index, &FrameScope { own: per_frame.get(index), shared, data }, notes))
         .collect::<Result<Vec<_>, FieldFault>>()?;
     if frames.len() > 1 && per_frame.is_empty() {
-        stack_frames(&mut frames, data, notes)?;
+        multi_frame::place_frames(&mut frames, data, notes)?;
     }
     Ok(frames)
 }
@@ -295,6 +302,12 @@ fn phase_key(scope: &FrameScope<'_>) -> PhaseKey {
             number => number,
         },
         trigger_time: millionths(delay.or_else(|| decimal(attr::TRIGGER_TIME))),
+        contrast: data.text(attr::CONTRAST_BOLUS_AGENT).map_or(0, |agent| {
+            let mut hasher = DefaultHasher::new();
+            agent.hash(&mut hasher);
+            // Above 0, which is none.
+            (hasher.finish() >> 1) as i64 | 1
+        }),
         acquisition: match content(attr::FRAME_ACQUISITION_NUMBER) {
             Some(number) => number.into(),
             None => number(attr::ACQUISITION_NUMBER),
@@ -307,32 +320,4 @@ fn phase_key(scope: &FrameScope<'_>) -> PhaseKey {
 fn segment(scope: &FrameScope<'_>) -> Option<u16> {
     let number = attr::REFERENCED_SEGMENT_NUMBER;
     scope.find(attr::SEGMENT_IDENTIFICATION_SEQUENCE, number).unsigned(number)?.try_into().ok()
-}
-
-/// Places the frames of a multi-frame file without functional groups, which says where the first is.
-fn stack_frames(frames: &mut [Frame], data: &DataSet, notes: &mut Vec<String>) -> Result<(), Refusal> {
-    let offsets = match data.decimal_list(attr::GRID_FRAME_OFFSET_VECTOR)? {
-        Some(offsets) if offsets.len() >= frames.len() => {
-            // They are relative to the first image's plane, or absolute (PS3.3 C.8.8.3.2).
-            offsets.iter().map(|offset| offset - offsets[0]).collect()
-        }
-        Some(offsets) => {
-            let problem = format!("has {} values for {} frames", offsets.len(), frames.len());
-            return Err(FieldFault::new(attr::GRID_FRAME_OFFSET_VECTOR, problem).into());
-        }
-        None => {
-            let step = frames[0].thickness_mm;
-            notes.push(format!(
-                "the places of the {} frames are not given; stacked {step} mm apart",
-                frames.len()
-            ));
-            (0..frames.len()).map(|k| k as f64 * step).collect::<Vec<_>>()
-        }
-    };
-    let normal = frames[0].row_direction.cross(frames[0].column_direction);
-    let first = frames[0].position.unwrap_or(DVec3::ZERO);
-    for (frame, offset) in frames.iter_mut().zip(offsets) {
-        frame.position = Some(first + normal * offset);
-    }
-    Ok(())
 }

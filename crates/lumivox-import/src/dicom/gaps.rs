@@ -76,7 +76,7 @@ mod tests {
     fn grid(sources: Option<Vec<(usize, f64)>>) -> Grid {
         let matrix3 = DMat3::from_diagonal(DVec3::new(1.0, 1.0, 2.5));
         let patient_from_voxel = DAffine3 { matrix3, translation: DVec3::new(-10.0, 0.0, -5.0) };
-        Grid { patient_from_voxel, sources, has_gaps: true, notes: Vec::new() }
+        Grid { patient_from_voxel, sources, has_gaps: true, ..Grid::default() }
     }
 
     #[test]

@@ -16,8 +16,9 @@ use super::{
     elements::{DataSet, Fault, Header, PixelElement, read_header},
     frames::{Frame, frames},
     mosaic::{Layout, Mosaic},
+    multi_frame,
     quantity::{ModalityLut, quantity},
-    segmentation::Segmentation,
+    segmentation::{self, Segmentation},
     source::Source,
     values::FieldFault,
 };
@@ -140,6 +141,8 @@ pub(crate) struct ImageFile {
     /// What the header promises of pixel data and what is there, in bytes, where that is not even one frame. Its place
     /// is known all the same.
     pub(crate) truncated: Option<Truncated>,
+    /// Whether its frames, if there are several, are moments of one place.
+    pub(crate) is_film: bool,
     /// Sentences about liberties taken.
     pub(crate) notes: Vec<String>,
 }
@@ -225,6 +228,9 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
     let is_mosaic = image_type.iter().any(|value| value == "MOSAIC");
     let layout = is_mosaic.then(|| Layout::of(data, format.columns, format.rows)).flatten();
     let mut frames = frames(data, &format, &mut notes)?;
+    let stacked = if is_segmentation(data) { segmentation::stack_frames(&mut frames, data)? } else { None };
+    let has_places = stacked.is_none();
+    notes.extend(stacked);
     let whole = there.unwrap_or(0);
     if whole < format.frames && !marks_lost_frames(data, &format, whole) {
         frames.truncate(whole.max(1));
@@ -255,7 +261,7 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
     if format.lut.is_some() {
         notes.push("values are given by a table (ModalityLUTSequence)".to_owned());
     }
-    let segmentation = is_segmentation(data).then(|| Segmentation::of(data));
+    let segmentation = is_segmentation(data).then(|| Segmentation::of(data, has_places));
     notes.extend(segmentation.iter().flat_map(Segmentation::notes));
     Ok(ImageFile {
         source: source.clone(),
@@ -279,6 +285,7 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         format,
         frames,
         truncated: there.err(),
+        is_film: multi_frame::is_film(data),
         notes,
     })
 }

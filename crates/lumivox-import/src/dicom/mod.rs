@@ -17,8 +17,10 @@ mod frames;
 mod gaps;
 mod geometry;
 mod header;
+mod interleaving;
 mod jpeg_extended;
 mod mosaic;
+mod multi_frame;
 mod phases;
 mod pixels;
 mod quantity;
@@ -175,7 +177,7 @@ impl Study {
 
         let fills_damaged = options.fill_damaged && !options.leave_gaps && !is_labels;
         let slices = if fills_damaged { decoded.without_damaged(&mut notes) } else { decoded };
-        let on_grid = slices.on_grid(files, stack, self.alignments[chosen].as_ref(), &mut notes)?;
+        let mut on_grid = slices.on_grid(files, stack, self.alignments[chosen].as_ref(), &mut notes)?;
         let gaps = if options.leave_gaps {
             Gaps::Left
         } else if !options.fill_damaged && self.damaged_somewhere(phase) > 0 {

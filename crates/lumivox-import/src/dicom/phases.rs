@@ -3,31 +3,37 @@
 
 use std::collections::BTreeMap;
 
-use super::{frames::PhaseKey, geometry::AtPlace};
+use super::{frames::PhaseKey, geometry::AtPlace, interleaving::interleaved_scans};
 
 /// A phase covers at least this part of what all cover.
-const COVERED: f64 = 0.6;
+pub(crate) const COVERED: f64 = 0.6;
 
-type Field = (&'static str, fn(&PhaseKey) -> i64);
+pub(crate) type Field = (&'static str, fn(&PhaseKey) -> i64);
 
 /// What parts images even where no two lie at one place: never do two of these make one volume.
-const STRONG: [Field; 4] = [
+pub(crate) const STRONG: [Field; 5] = [
     ("temporal position", |key| key.temporal_position),
     ("b-value", |key| key.b_value),
     ("echo", |key| key.echo),
     ("trigger time", |key| key.trigger_time),
+    ("contrast agent", |key| key.contrast),
 ];
 
 /// What parts images of one place only, since it may change within a volume too.
-const WEAK: [Field; 3] = [
+pub(crate) const WEAK: [Field; 3] = [
     ("acquisition", |key| key.acquisition),
     ("time", |key| key.time),
     ("instance number", |key| key.instance),
 ];
 
-/// Parts images, each with its key and its depth along the normal, by what no volume mixes. Returns the classes, as
-/// indices, and what they were told apart by.
-pub(crate) fn strong_classes(keys: &[PhaseKey], depths: &[f64]) -> (Vec<Vec<usize>>, Vec<&'static str>) {
+/// Parts images, each with its key and its depth along the normal, by what no volume mixes, and where they are scans that
+/// lie between each other. `header_step` is the distance of slices by the header's word. Returns the classes, as indices,
+/// and what they were told apart by.
+pub(crate) fn strong_classes(
+    keys: &[PhaseKey],
+    depths: &[f64],
+    header_step: f64,
+) -> (Vec<Vec<usize>>, Vec<&'static str>) {
     let mut classes = vec![(0..keys.len()).collect::<Vec<usize>>()];
     let mut told_by = Vec::new();
     for (name, field) in STRONG {
@@ -38,7 +44,18 @@ pub(crate) fn strong_classes(keys: &[PhaseKey], depths: &[f64]) -> (Vec<Vec<usiz
             classes = parted.into_iter().flatten().collect();
         }
     }
-    (classes, told_by)
+    let mut parted = Vec::new();
+    for class in classes {
+        match interleaved_scans(&class, keys, depths, header_step) {
+            Some((scans, name)) => {
+                parted.extend(scans);
+                told_by.push(name);
+            }
+            None => parted.push(class),
+        }
+    }
+    told_by.dedup();
+    (parted, told_by)
 }
 
 /// Parts one class by a field; in one part where that makes no phases, but pieces of a volume.
@@ -128,11 +145,11 @@ mod tests {
     #[test]
     fn weightings_part_even_where_places_differ() {
         let keys = keys(&[(0, 0), (1000, 0), (0, 0), (1000, 0), (0, 0), (1000, 0)]);
-        let (classes, told_by) = strong_classes(&keys, &[0.0, 0.3, 2.0, 2.3, 4.0, 4.3]);
+        let (classes, told_by) = strong_classes(&keys, &[0.0, 0.3, 2.0, 2.3, 4.0, 4.3], 2.0);
         assert_eq!((classes, told_by), (vec![vec![0, 2, 4], vec![1, 3, 5]], vec!["b-value"]));
         // Each slice with a value of its own is one volume.
         let own: Vec<PhaseKey> = (0..4).map(|b_value| PhaseKey { b_value, ..Default::default() }).collect();
-        assert_eq!(strong_classes(&own, &[0.0, 1.0, 2.0, 3.0]).0.len(), 1);
+        assert_eq!(strong_classes(&own, &[0.0, 1.0, 2.0, 3.0], 1.0).0.len(), 1);
     }
 
     #[test]

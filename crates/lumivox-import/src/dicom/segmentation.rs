@@ -1,21 +1,22 @@
 //! DICOM segmentations as label volumes: frames of single segments are put together, so that each voxel holds the
 //! number of its segment, and 0 where there is none. They lie in the patient as their series does.
 
-use lumivox_core::{
-    CancelToken, Progress, Stage, Voxels,
-    glam::{DAffine3, DVec3},
-};
+use std::collections::{BTreeMap, BTreeSet};
+
+use lumivox_core::{CancelToken, Progress, Stage, Voxels, glam::DVec3};
 
 use super::{
     attributes as attr,
     codec::{self, Encoding},
     elements::DataSet,
-    geometry::{Grid, Plane},
-    header::ImageFile,
+    frames::Frame,
+    geometry::{self, Gaps, Grid, Plane, Spread},
+    header::{ImageFile, Refusal},
     pixels::{Decoded, Failure, allocate},
     scan::Rejected,
     series::Stack,
     stored::{self, NativeFrames},
+    values::FieldFault,
 };
 use crate::{ImportError, codec_worker::Codecs};
 
@@ -43,13 +44,15 @@ pub(crate) struct Segmentation {
     kind: Kind,
     /// Number and name of each segment.
     segments: Vec<(u32, String)>,
+    /// Whether the file says where its frames lie.
+    pub(crate) has_places: bool,
     /// SeriesInstanceUID of what it was made on.
     pub(crate) referenced_series: Option<String>,
 }
 
 impl Segmentation {
     /// The description in a data set. Nothing is required: segments without a name have numbers.
-    pub(crate) fn of(data: &DataSet) -> Self {
+    pub(crate) fn of(data: &DataSet, has_places: bool) -> Self {
         let kind = match data.text(attr::SEGMENTATION_TYPE).as_deref() {
             Some("FRACTIONAL") => {
                 Kind::Fractional(data.unsigned(attr::MAXIMUM_FRACTIONAL_VALUE).unwrap_or(255).max(1))
@@ -67,6 +70,7 @@ impl Segmentation {
         let series = data.items(attr::REFERENCED_SERIES_SEQUENCE).first();
         Self {
             kind,
+            has_places,
             segments: data.items(attr::SEGMENT_SEQUENCE).iter().filter_map(name).collect(),
             referenced_series: series.and_then(|item| item.text(attr::SERIES_INSTANCE_UID)),
         }
@@ -104,34 +108,126 @@ impl Segmentation {
     }
 }
 
-/// The grid of labels whose slices lie at `places`: by the header's own step where they are on it, for slices without a
-/// segment are left out of the file.
-pub(crate) fn grid(plane: &Plane, stack_grid: Grid, depths: &[f64], most_slices: usize) -> Grid {
-    let step = plane.thickness_mm;
-    let at: Vec<f64> = depths.iter().map(|depth| depth / step).collect();
-    let on_steps = at.iter().all(|at| (at - at.round()).abs() < EVEN);
-    let slices = at.last().map_or(1, |last| last.round() as usize + 1);
-    if !on_steps || slices > most_slices || slices <= depths.len() {
-        return stack_grid;
+/// Stacks the frames of a segmentation that says nowhere where they lie, if it tells their order; says so.
+///
+/// # Errors
+/// Where the order is not known, or where only some frames have a place.
+pub(crate) fn stack_frames(frames: &mut [Frame], data: &DataSet) -> Result<Option<String>, Refusal> {
+    let n = frames.len();
+    match frames.iter().filter(|frame| frame.position.is_none()).count() {
+        0 => return Ok(None),
+        missing if missing == n => {}
+        missing => {
+            let problem = format!("is missing in {missing} of {n} frames");
+            return Err(FieldFault::new(attr::IMAGE_POSITION_PATIENT, problem).into());
+        }
     }
-    let mut sources = vec![(0, EMPTY); slices];
-    for (k, at) in at.iter().enumerate() {
-        sources[at.round() as usize] = (k, 0.0);
+    let (slices, by) = match (slices_in_stack(data, n), slices_of_segments(frames)) {
+        (Some(slices), _) => (slices, "by InStackPositionNumber"),
+        (None, Some(slices)) => (slices, "in the order of the frames"),
+        (None, None) => {
+            return Err(Refusal::Unsupported(
+                "a segmentation without the places of its frames, in an order that does not tell them"
+                    .to_owned(),
+                "Export it again with ImagePositionPatient for each frame",
+            ));
+        }
+    };
+    let first = &frames[0];
+    let step = first.row_direction.cross(first.column_direction) * first.thickness_mm;
+    let (count, mm) = (slices.iter().collect::<BTreeSet<_>>().len(), first.thickness_mm);
+    for (frame, slice) in frames.iter_mut().zip(slices) {
+        frame.position = Some(step * slice as f64);
     }
-    let mut matrix = stack_grid.patient_from_voxel.matrix3;
-    matrix.z_axis = matrix.z_axis.normalize() * step;
-    let empty = slices - depths.len();
-    let verb = if empty == 1 { "holds" } else { "hold" };
-    Grid {
-        patient_from_voxel: DAffine3 { matrix3: matrix, ..stack_grid.patient_from_voxel },
-        sources: Some(sources),
-        has_gaps: true,
-        notes: vec![format!("{empty} of {slices} slices {verb} no segment")],
-    }
+    Ok(Some(match count {
+        1 => "the place in the patient is not given; put at the origin".to_owned(),
+        _ => format!(
+            "the places of the {count} slices are not given; stacked {mm} mm apart at the origin, {by}"
+        ),
+    }))
 }
 
-/// In place of the part of the way to the next slice: labels never come from between two slices, so this is empty.
-const EMPTY: f64 = 0.5;
+/// The slice of each of `n` frames, by the file's own count of its stack.
+fn slices_in_stack(data: &DataSet, n: usize) -> Option<Vec<usize>> {
+    let number = |group: &DataSet| {
+        let content = group.items(attr::FRAME_CONTENT_SEQUENCE).first()?;
+        content.unsigned(attr::IN_STACK_POSITION_NUMBER).map(|number| number as usize)
+    };
+    let groups = data.items(attr::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE).iter().take(n);
+    let numbers: Vec<usize> = groups.map(number).collect::<Option<_>>()?;
+    let lowest = *numbers.iter().min().filter(|_| numbers.len() == n)?;
+    Some(numbers.iter().map(|number| number - lowest).collect())
+}
+
+/// The slice of each frame where every segment has a frame in each: those of one follow each other.
+fn slices_of_segments(frames: &[Frame]) -> Option<Vec<usize>> {
+    let mut counts: BTreeMap<Option<u16>, usize> = BTreeMap::new();
+    let mut count = |frame: &Frame| {
+        let count = counts.entry(frame.segment).or_default();
+        *count += 1;
+        *count - 1
+    };
+    let slices: Vec<usize> = frames.iter().map(&mut count).collect();
+    let each = frames.len() / counts.len();
+    counts.values().all(|count| *count == each).then_some(slices)
+}
+
+/// The grid of labels whose slices lie at `places`, at most `most_slices` where that is more than they are: by the
+/// header's own step where they are on it, for slices without a segment are left out of the file; else by one that they
+/// have in common. Labels are never changed and never left out.
+pub(crate) fn grid(plane: &Plane, places: &[DVec3], most_slices: usize) -> Grid {
+    let n = places.len();
+    let dense = Spread { slices: n, ..Spread::default() };
+    if n < 2 {
+        return geometry::grid_of(plane, places, dense);
+    }
+    let depths = geometry::depths_of(plane, places);
+    let slices_of = |steps: &[usize]| steps[n - 1].saturating_add(1);
+    let steps = steps_of_header(&depths, plane.thickness_mm).or_else(|| geometry::common_steps(&depths));
+    let spread = match steps.filter(|steps| slices_of(steps) <= most_slices.max(n)) {
+        Some(steps) if slices_of(&steps) == n => dense,
+        Some(steps) => {
+            let slices = slices_of(&steps);
+            let empty = slices - n;
+            let verb = if empty == 1 { "holds" } else { "hold" };
+            Spread {
+                slices,
+                sources: Some(geometry::sources_at(&steps)),
+                has_gaps: true,
+                notes: vec![format!("{empty} of {slices} slices {verb} no segment")],
+                ..Spread::default()
+            }
+        }
+        None => {
+            let Gaps { smallest, largest, .. } = Gaps::of(&depths);
+            let extent = depths[n - 1];
+            let steps = ((extent / smallest).ceil() as usize).clamp(n - 1, most_slices.max(n) - 1);
+            let (sources, off) = geometry::nearest_places(&depths, steps);
+            let note = format!(
+                "the slices with labels lie unevenly, {smallest:.3} to {largest:.3} mm apart; each is, unchanged, at the \
+                 nearest of {} places {:.3} mm apart, up to {off:.3} mm beside its own",
+                steps + 1,
+                extent / steps as f64
+            );
+            Spread {
+                slices: steps + 1,
+                sources: Some(sources),
+                has_gaps: true,
+                notes: vec![note],
+                ..Spread::default()
+            }
+        }
+    };
+    geometry::grid_of(plane, places, spread)
+}
+
+/// Where slices at `depths` lie in steps of the header, if they all lie on such.
+fn steps_of_header(depths: &[f64], step: f64) -> Option<Vec<usize>> {
+    let at = depths.iter().map(|depth| depth / step);
+    let steps = at.map(|at| ((at - at.round()).abs() < EVEN).then_some(at.round() as usize));
+    let steps: Vec<usize> = steps.collect::<Option<_>>()?;
+    steps.is_sorted_by(|a, b| a < b).then_some(steps)
+}
 
 /// Reads the labels of `stack`, whose frames are of one file; also what to tell of them.
 ///

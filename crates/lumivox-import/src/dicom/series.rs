@@ -13,6 +13,7 @@ use super::{
     frames::{Frame, PhaseKey},
     geometry::{self, Grid, Plane, sort_into_runs},
     header::ImageFile,
+    multi_frame,
     phases::{phases_of_run, strong_classes},
     pixels, segmentation,
 };
@@ -121,14 +122,11 @@ impl Stack {
     pub(crate) fn grid(&self, files: &[ImageFile], places: &[DVec3], sample_bytes: usize) -> Grid {
         let format = &self.first(files).format;
         let slice_bytes = format.columns * format.rows * sample_bytes;
-        let most = most_slices(places.len(), slice_bytes);
-        let grid = geometry::even_grid(&self.plane, places, most);
-        if self.first(files).segmentation.is_none() {
-            return grid;
+        if self.first(files).segmentation.is_some() {
+            // Slices without a label are no part of the file, however many they are.
+            return segmentation::grid(&self.plane, places, most_slices(places.len(), slice_bytes, LABELS));
         }
-        let normal = self.plane.normal();
-        let depths: Vec<f64> = places.iter().map(|place| (*place - places[0]).dot(normal)).collect();
-        segmentation::grid(&self.plane, grid, &depths, most)
+        geometry::even_grid(&self.plane, places, most_slices(places.len(), slice_bytes, IMAGES))
     }
 
     /// What the report says about it.
@@ -195,10 +193,17 @@ struct Rank {
     is_original: bool,
 }
 
+/// Bytes that a grid of images may take, however few they are; and one of labels.
+const IMAGES: usize = 256 << 20;
+const LABELS: usize = 2 << 30;
+
 /// How many slices filling gaps may make of `slices`: a quarter more in any case, else as memory allows.
-fn most_slices(slices: usize, slice_bytes: usize) -> usize {
-    const ALWAYS: usize = 4 << 30;
-    (slices + slices / 4 + 1).max((slices * 8).min(ALWAYS / slice_bytes))
+fn most_slices(slices: usize, slice_bytes: usize, always: usize) -> usize {
+    /// More than any scan has; they cost time even where they are small.
+    const MOST: usize = 16_384;
+    const EIGHTFOLD: usize = 4 << 30;
+    let eightfold = (slices * 8).min(EIGHTFOLD / slice_bytes);
+    (slices + slices / 4 + 1).max(eightfold).max(MOST.min(always / slice_bytes))
 }
 
 /// SeriesInstanceUID as it may be shown. A damaged one may be any text, a patient's name too.
@@ -343,10 +348,17 @@ fn stack_group(
         stacks.push(Stack { plane, phases, told_by: String::new(), notes: Vec::new() });
         return;
     }
+    let film = &files[group[0].file];
+    if film.is_film && film.frames.len() > 1 && places.iter().all(|place| *place == places[0]) {
+        let mut films: Vec<usize> = group.iter().map(|slice| slice.file).collect();
+        films.dedup();
+        skipped.extend(films.into_iter().map(|file| skip(&files[file], multi_frame::FILM)));
+        return;
+    }
     let keys: Vec<PhaseKey> = group.iter().map(|slice| frame(slice).phase).collect();
     let normal = plane.normal();
     let depths: Vec<f64> = places.iter().map(|place| place.dot(normal)).collect();
-    let (classes, told_by) = strong_classes(&keys, &depths);
+    let (classes, told_by) = strong_classes(&keys, &depths, plane.thickness_mm);
     // By class, then run, then place.
     let runs: Vec<_> = classes
         .iter()
