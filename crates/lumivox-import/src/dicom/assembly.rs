@@ -2,7 +2,7 @@
 //! on an even grid whose gaps are filled or left.
 
 use lumivox_core::{
-    CancelToken, Cancelled, Modality, Progress, Voxels,
+    CancelToken, Cancelled, Progress, Voxels,
     glam::{DAffine3, DVec3},
 };
 
@@ -100,11 +100,11 @@ impl Slices {
         notes: &mut Vec<String>,
     ) -> Result<OnGrid, ImportError> {
         let first = stack.first(files);
-        let (modality, is_labels) = (first.modality, first.segmentation.is_some());
+        let (is_hounsfield, is_labels) = (first.is_hounsfield(), first.segmentation.is_some());
         notes.extend(alignment.map(Alignment::note));
         let Some(aligned) = alignment.and_then(|alignment| alignment.grid.as_ref()) else {
             let grid = stack.grid(files, &self.places, self.voxels.bytes_per_sample());
-            return Ok(OnGrid { slices: self, grid, modality, is_labels });
+            return Ok(OnGrid { slices: self, grid, is_hounsfield, is_labels });
         };
         let slices = Self {
             voxels: aligned.place(&self.voxels, first)?,
@@ -112,7 +112,7 @@ impl Slices {
             damaged: aligned.damaged(&self.damaged),
             ..self
         };
-        Ok(OnGrid { slices, grid: aligned.as_grid(), modality, is_labels })
+        Ok(OnGrid { slices, grid: aligned.as_grid(), is_hounsfield, is_labels })
     }
 }
 
@@ -132,7 +132,7 @@ pub(crate) enum Gaps {
 pub(crate) struct OnGrid {
     slices: Slices,
     grid: Grid,
-    modality: Modality,
+    is_hounsfield: bool,
     is_labels: bool,
 }
 
@@ -196,10 +196,10 @@ impl OnGrid {
     /// The sample of places where nothing was measured: air in a CT, no segment in labels, else of the lowest value.
     fn empty_sample(&self) -> f64 {
         let Slices { voxels, rescale: [slope, intercept], size, damaged, .. } = &self.slices;
-        match self.modality {
-            _ if self.is_labels => 0.0,
-            Modality::Ct => (pixels::AIR_HU - intercept) / slope,
-            _ => resample::measured_range(voxels, size[0] * size[1], damaged)
+        match () {
+            () if self.is_labels => 0.0,
+            () if self.is_hounsfield => (pixels::AIR_HU - intercept) / slope,
+            () => resample::measured_range(voxels, size[0] * size[1], damaged)
                 .map_or(0.0, |range| convert::of_lowest_value(range, *slope)),
         }
     }
