@@ -79,6 +79,7 @@ fn weightings_are_guessed_and_said() {
     assert!(mr("SE", 3000.0, 20.0, 0.0).contains("PD-weighted"));
     assert!(mr("SE\\IR", 9000.0, 120.0, 2500.0).contains("FLAIR"));
     assert!(mr("GR\\IR", 2000.0, 3.0, 900.0).contains("T1-weighted"));
+    assert!(!mr("GR", 3.0, 1.5, 0.0).contains("weighted"));
     assert!(mr("RM", 100.0, 5.0, 0.0).contains("TR 100 TE 5 ms"));
 }
 

@@ -68,6 +68,7 @@ attributes! { VALUES:
     SPACING_BETWEEN_SLICES = "SpacingBetweenSlices" 0x0018_0088;
     ECHO_NUMBERS = "EchoNumbers" 0x0018_0086;
     SCANNING_SEQUENCE = "ScanningSequence" 0x0018_0020;
+    SEQUENCE_VARIANT = "SequenceVariant" 0x0018_0021;
     ANGIO_FLAG = "AngioFlag" 0x0018_0025;
     REPETITION_TIME = "RepetitionTime" 0x0018_0080;
     INVERSION_TIME = "InversionTime" 0x0018_0082;

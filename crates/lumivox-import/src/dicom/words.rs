@@ -291,6 +291,7 @@ pub(crate) fn weighting(data: &DataSet, contrast: Option<&str>, b_value: f64) ->
     }
     let sequence = data.texts(attr::SCANNING_SEQUENCE);
     let has = |kind: &str| sequence.iter().any(|word| word == kind);
+    let is_spoiled = data.texts(attr::SEQUENCE_VARIANT).iter().any(|word| word == "SP");
     let time = |attribute| data.decimal(attribute).ok().flatten().filter(|ms| (0.0..1e5).contains(ms));
     let (tr, te) = (time(attr::REPETITION_TIME), time(attr::ECHO_TIME));
     let inversion = time(attr::INVERSION_TIME).unwrap_or(0.0);
@@ -302,7 +303,8 @@ pub(crate) fn weighting(data: &DataSet, contrast: Option<&str>, b_value: f64) ->
         () if has("IR") && (80.0..=300.0).contains(&inversion) && te >= 15.0 => "STIR",
         () if has("EP") && te >= 20.0 => "T2*-weighted",
         () if has("GR") && te >= 15.0 => "T2*-weighted",
-        () if has("GR") && te < 10.0 => "T1-weighted",
+        // Of steady states that are not spoiled neither T1 nor T2 is told.
+        () if has("GR") && te < 10.0 && (has("IR") || is_spoiled) => "T1-weighted",
         () if has("SE") && tr < 1000.0 && te <= 30.0 => "T1-weighted",
         () if has("SE") && tr >= 1500.0 && te >= 60.0 => "T2-weighted",
         () if has("SE") && tr >= 1500.0 && te < 50.0 => "PD-weighted",
