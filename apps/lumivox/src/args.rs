@@ -109,6 +109,9 @@ pub struct InputArgs {
     /// Fill in slices that are there but damaged, as missing ones are [default: left empty, and said]
     #[arg(long, conflicts_with = "leave_gaps")]
     pub fill_damaged: bool,
+    /// Let a header (.mhd, .nhdr) name data files anywhere [default: only beside it or below]
+    #[arg(long)]
+    pub allow_outside_data: bool,
     /// Layout of a RAW scan: size, sample type, then any of spacing (mm), axes (where x, y and z grow), header
     /// (bytes), slope, intercept, modality: 256x256x108:i16le:spacing=0.9,0.9,1.5:axes=LAS
     /// [default: from a file beside it, or its name]

@@ -26,6 +26,7 @@ pub fn options(args: &InputArgs) -> ImportOptions {
     options.phase = args.phase.map(|phase| phase as usize);
     options.leave_gaps = args.leave_gaps;
     options.fill_damaged = args.fill_damaged;
+    options.allow_outside_data = args.allow_outside_data;
     options.raw.clone_from(&args.raw);
     options
 }
@@ -62,8 +63,9 @@ pub fn scans(inputs: &[PathBuf]) -> Vec<Vec<PathBuf>> {
 
 fn may_be_a_slice(path: &Path) -> bool {
     const WHOLE_SCANS: [&str; 8] = ["nii", "gz", "nrrd", "nhdr", "mha", "mhd", "raw", "zip"];
-    let extension = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
-    path.is_file() && !WHOLE_SCANS.contains(&extension.as_str())
+    let name = path.file_name().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
+    let extension = Path::new(&name).extension().and_then(OsStr::to_str).unwrap_or("");
+    path.is_file() && (!WHOLE_SCANS.contains(&extension) || name.ends_with(".dcm.gz"))
 }
 
 /// `CT, 512 x 512 x 275 voxels of 0.78 x 0.78 x 1.00 mm, -1000 to 3071 HU`.
@@ -79,7 +81,7 @@ pub fn describe(volume: &Volume) -> String {
         number(low),
         number(high),
         modality = modality(volume).map(|name| format!("{name}, ")).unwrap_or_default(),
-        unit = volume.modality().unit(),
+        unit = volume.unit(),
     );
     line.trim_end().to_owned()
 }
@@ -112,7 +114,7 @@ mod tests {
     #[test]
     fn slices_of_one_folder_are_one_scan() {
         let folder = tempfile::tempdir().unwrap();
-        let paths = ["1.dcm", "2.dcm", "IM0003", "a.nii", "b.nii.gz"].map(|name| folder.path().join(name));
+        let paths = ["1.dcm", "2.dcm.gz", "IM0003", "a.nii", "b.nii.gz"].map(|name| folder.path().join(name));
         for path in &paths {
             std::fs::write(path, "").unwrap();
         }

@@ -336,6 +336,7 @@ fn import_lists_series_and_what_was_left_out_and_writes_pictures() {
     assert_eq!((&series["reason"], &series["segments_series"]), (&"".into(), &serde_json::Value::Null));
     assert!(series["thumbnail"].as_str().unwrap().ends_with("series-001.png"));
     assert_eq!(json["scans"][0]["skipped_by_reason"]["it is not a DICOM file"], 1);
+    assert_eq!(json["scans"][0]["skipped"][0]["path"], "README.txt", "the folder may be called by a name");
 
     fails(folder.path(), &["import", "missing"], 3, &["missing"]);
     fails(folder.path(), &["import", "scan/README.txt"], 3, &["this is a text file"]);
@@ -361,4 +362,24 @@ fn the_codec_worker_ends_with_its_input() {
     let folder = empty_folder();
     let run = lumivox(folder.path(), &["--codec-worker"]);
     assert_eq!((run.code, run.stdout.as_str(), run.stderr.as_str()), (Some(0), "", ""));
+}
+
+#[test]
+fn a_header_names_no_file_elsewhere_unless_that_is_allowed() {
+    let folder = empty_folder();
+    fs::create_dir(folder.path().join("scan")).unwrap();
+    fs::write(folder.path().join("private"), [1, 2, 3, 4]).unwrap();
+    let header = "ObjectType = Image\nNDims = 3\nDimSize = 2 2 1\nElementType = MET_UCHAR\n\
+                  ElementDataFile = ../private\n";
+    fs::write(folder.path().join("scan/a.mhd"), header).unwrap();
+    fails(
+        folder.path(),
+        &["info", "scan/a.mhd"],
+        3,
+        &["does not lie beside the header", "--allow-outside-data"],
+    );
+    let run = lumivox(folder.path(), &["info", "scan/a.mhd", "--allow-outside-data", "--json"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!(json["scans"][0]["dims"], serde_json::json!([2, 2, 1]));
 }

@@ -97,8 +97,10 @@ impl Preset {
     /// The preset that suits a volume when nobody chose one.
     pub fn default_for(volume: &Volume) -> Self {
         match volume.modality() {
-            Modality::Ct => Preset::CtMuscle,
-            Modality::Mr => Preset::MrHead,
+            _ if volume.is_hounsfield() => Preset::CtMuscle,
+            // Maps of iodine, perfusion or dose have a scale of their own.
+            _ if !volume.unit().is_empty() => Preset::MrHead,
+            Modality::Ct | Modality::Mr => Preset::MrHead,
             Modality::Pet | Modality::Other => {
                 let [min, max] = volume.value_range();
                 if min <= -500.0 && max >= 300.0 { Preset::CtMuscle } else { Preset::MrHead }
@@ -263,6 +265,18 @@ mod tests {
         assert_eq!(Preset::from_name("CT_bone"), Ok(Preset::CtBone));
         assert_eq!(Preset::from_name("ct-bome").unwrap_err().nearest, "ct-bone");
         assert_eq!(Preset::from_name("head").unwrap_err().nearest, "mr-head");
+    }
+
+    #[test]
+    fn only_hounsfield_units_get_a_look_of_ct() {
+        let id = DAffine3::IDENTITY;
+        let samples = Voxels::U16(vec![0, 3000]);
+        let ct = Volume::new([2, 1, 1], samples, [1.0, -1000.0], id, Modality::Ct).unwrap();
+        assert_eq!(Preset::default_for(&ct), Preset::CtMuscle);
+        for unit in ["mg/ml", ""] {
+            let map = ct.clone().with_unit(unit);
+            assert_eq!((Preset::default_for(&map), map.unit()), (Preset::MrHead, unit));
+        }
     }
 
     #[test]

@@ -2,6 +2,8 @@
 //!
 //! The first stop of the walk: an importer or a phantom makes a [`Volume`], and everything after it reads one.
 
+use std::borrow::Cow;
+
 use glam::{DAffine3, DMat3, DVec3};
 
 /// The stored samples of a [`Volume`], x fastest, then y, then z.
@@ -62,10 +64,13 @@ impl Voxels {
     }
 }
 
-/// What made the scan, which says what its values mean.
+/// The unit of what most CT shows.
+const HOUNSFIELD: &str = "HU";
+
+/// What made the scan; mostly this says what its values mean, see [`Volume::unit`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Modality {
-    /// Computed tomography: values are Hounsfield units (air -1000, water 0).
+    /// Computed tomography: values are Hounsfield units (air -1000, water 0), unless the volume's unit says otherwise.
     Ct,
     /// Magnetic resonance: values have no fixed scale.
     Mr,
@@ -77,10 +82,10 @@ pub enum Modality {
 }
 
 impl Modality {
-    /// The unit of a physical value, for people.
-    pub fn unit(self) -> &'static str {
+    /// The unit that its values usually have, for people. A volume says its own: [`Volume::unit`].
+    pub fn usual_unit(self) -> &'static str {
         match self {
-            Modality::Ct => "HU",
+            Modality::Ct => HOUNSFIELD,
             _ => "",
         }
     }
@@ -130,11 +135,12 @@ pub struct Volume {
     intercept: f64,
     patient_from_voxel: DAffine3,
     modality: Modality,
+    unit: Cow<'static, str>,
     stored_range: [f64; 2],
 }
 
 impl Volume {
-    /// A volume of `dims` voxels whose physical value is `stored * slope + intercept`.
+    /// A volume of `dims` voxels whose physical value is `stored * slope + intercept`, in the modality's usual unit.
     ///
     /// `patient_from_voxel` maps voxel indices (centres at integers) to LPS millimetres; it may shear (a tilted
     /// gantry) and mirror.
@@ -165,7 +171,9 @@ impl Volume {
             return Err(VolumeError::Rescale { slope, intercept });
         }
         let stored_range = crate::statistics::stored_range(&voxels)?;
-        let volume = Self { dims, voxels, slope, intercept, patient_from_voxel, modality, stored_range };
+        let unit = modality.usual_unit().into();
+        let volume =
+            Self { dims, voxels, slope, intercept, patient_from_voxel, modality, unit, stored_range };
         if !volume.fits_single_precision() {
             return Err(VolumeError::Rescale { slope, intercept });
         }
@@ -220,11 +228,29 @@ impl Volume {
         self.modality
     }
 
-    /// The same volume, said to come from another modality.
+    /// The same volume, said to come from another modality, in its usual unit.
     #[must_use]
     pub fn with_modality(mut self, modality: Modality) -> Self {
         self.modality = modality;
+        self.unit = modality.usual_unit().into();
         self
+    }
+
+    /// What values are measured in, for people: `HU`, `mg/ml`, `SUV`; empty where that is not known.
+    pub fn unit(&self) -> &str {
+        &self.unit
+    }
+
+    /// The same volume, said to be measured in another unit: iodine maps come from a CT and are no Hounsfield units.
+    #[must_use]
+    pub fn with_unit(mut self, unit: impl Into<Cow<'static, str>>) -> Self {
+        self.unit = unit.into();
+        self
+    }
+
+    /// Whether values are Hounsfield units: air -1000, water 0.
+    pub fn is_hounsfield(&self) -> bool {
+        self.unit == HOUNSFIELD
     }
 
     /// Smallest and largest stored sample.

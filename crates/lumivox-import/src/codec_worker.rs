@@ -130,8 +130,41 @@ fn limit_memory(bytes: u64) {
         // SAFETY: the struct is valid for the call. Where it fails, the limit is as it was.
         unsafe { libc::setrlimit(resource, &limit) };
     }
-    #[cfg(not(unix))]
+    #[cfg(windows)]
+    limit_memory_by_job(bytes);
+    #[cfg(not(any(unix, windows)))]
     let _ = bytes;
+}
+
+/// Lets this process commit no more than so many bytes, as the only one of a job; it ends without a dialog if it
+/// crashes.
+#[cfg(windows)]
+fn limit_memory_by_job(bytes: u64) {
+    use windows_sys::Win32::System::{
+        JobObjects::{
+            AssignProcessToJobObject, CreateJobObjectW, JOB_OBJECT_LIMIT_DIE_ON_UNHANDLED_EXCEPTION,
+            JOB_OBJECT_LIMIT_PROCESS_MEMORY, JOBOBJECT_EXTENDED_LIMIT_INFORMATION,
+            JobObjectExtendedLimitInformation, SetInformationJobObject,
+        },
+        Threading::GetCurrentProcess,
+    };
+    let mut limit = JOBOBJECT_EXTENDED_LIMIT_INFORMATION {
+        ProcessMemoryLimit: usize::try_from(bytes).unwrap_or(usize::MAX),
+        ..Default::default()
+    };
+    limit.BasicLimitInformation.LimitFlags =
+        JOB_OBJECT_LIMIT_PROCESS_MEMORY | JOB_OBJECT_LIMIT_DIE_ON_UNHANDLED_EXCEPTION;
+    let length = size_of_val(&limit) as u32;
+    // SAFETY: the struct is valid for the call and has the length given. Where a call fails, the limit is as it was. The
+    // job's handle stays open, for the job lasts as long as the process.
+    unsafe {
+        let job = CreateJobObjectW(std::ptr::null(), std::ptr::null());
+        if !job.is_null() {
+            let limit = std::ptr::from_ref(&limit).cast();
+            SetInformationJobObject(job, JobObjectExtendedLimitInformation, limit, length);
+            AssignProcessToJobObject(job, GetCurrentProcess());
+        }
+    }
 }
 
 fn read_words<const N: usize>(input: &mut impl Read) -> io::Result<[u64; N]> {

@@ -66,7 +66,7 @@ pub enum ImportError {
         remedy: String,
     },
     /// A DICOM folder holds no series of images.
-    #[error("{path}: none of its {files} files is an image that makes up a volume. {detail}", path = path.display())]
+    #[error("{path}: {}. {detail}", none_of(*files), path = path.display())]
     NoSeries {
         /// The folder.
         path: PathBuf,
@@ -122,5 +122,17 @@ impl ImportError {
     /// An [`ImportError::Io`] about `path`, for `map_err`.
     pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |source| Self::Io { path: path.to_owned(), source }
+    }
+}
+
+/// What to do about a folder without files.
+pub(crate) const CHOOSE_FOLDER: &str = "Choose the folder that holds the scan";
+
+/// That none of so many files is an image.
+fn none_of(files: usize) -> String {
+    match files {
+        0 => "it holds no file".to_owned(),
+        1 => "its one file is no image that makes up a volume".to_owned(),
+        n => format!("none of its {n} files is an image that makes up a volume"),
     }
 }

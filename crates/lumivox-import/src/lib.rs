@@ -51,6 +51,9 @@ pub struct ImportOptions {
     /// Whether slices that are there but damaged (cut short, corrupt, fatal to their decoder) are filled in as missing
     /// ones are. By default they stay empty, for what they showed is not known; [`Self::leave_gaps`] wins over this.
     pub fill_damaged: bool,
+    /// Whether a header (`.mhd`, `.nhdr`) may name data files anywhere, through links too. By default they lie beside it
+    /// or below it: a header that somebody sent must not choose which files of this computer are read.
+    pub allow_outside_data: bool,
     /// What the bytes of a file mean that no other reader knows.
     pub raw: Option<RawDescription>,
 }

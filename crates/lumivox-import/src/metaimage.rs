@@ -57,8 +57,8 @@ struct Header<'a> {
 ///
 /// # Errors
 /// [`ImportError`] names the field, or the data that are missing.
-pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
-    let header = read_header(path)?;
+pub(crate) fn open(path: &Path, allow_outside_data: bool) -> Result<Single, ImportError> {
+    let header = read_header(path, allow_outside_data)?;
     let fields = &header.fields;
     let mut notes = Vec::new();
     if let Some(kind) = fields.get(&["ObjectType"]).filter(|f| !f.value.eq_ignore_ascii_case("Image")) {
@@ -105,9 +105,9 @@ pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
     .checked()
 }
 
-fn read_header(path: &Path) -> Result<Header<'_>, ImportError> {
+fn read_header(path: &Path, allow_outside_data: bool) -> Result<Header<'_>, ImportError> {
     let mut lines = HeaderLines::open(path)?;
-    let mut fields = Fields { path, fields: Vec::new() };
+    let mut fields = Fields { path, fields: Vec::new(), allow_outside_data };
     let mut list = Vec::new();
     while let Some(text) = lines.next()? {
         if text.trim().is_empty() {
@@ -264,7 +264,7 @@ mod tests {
     use crate::Imported;
 
     fn load(path: &Path) -> Result<Imported, ImportError> {
-        open(path)?.load(None, Progress::SILENT, &CancelToken::new())
+        open(path, false)?.load(None, Progress::SILENT, &CancelToken::new())
     }
 
     const GRID: &str = "ObjectType = Image\nNDims = 3\nDimSize = 2 1 2\n";

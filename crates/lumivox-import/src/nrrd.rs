@@ -46,8 +46,8 @@ struct Axes {
 ///
 /// # Errors
 /// [`ImportError`] names the field, or the data that are missing.
-pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
-    let header = read_header(path)?;
+pub(crate) fn open(path: &Path, allow_outside_data: bool) -> Result<Single, ImportError> {
+    let header = read_header(path, allow_outside_data)?;
     let fields = &header.fields;
     let mut notes = Vec::new();
     let axes = axes(fields)?;
@@ -67,7 +67,7 @@ pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
     .checked()
 }
 
-fn read_header(path: &Path) -> Result<Header<'_>, ImportError> {
+fn read_header(path: &Path, allow_outside_data: bool) -> Result<Header<'_>, ImportError> {
     let mut lines = HeaderLines::open(path)?;
     let magic = lines.next()?.unwrap_or_default();
     let version = magic.strip_prefix("NRRD000").and_then(|v| v.chars().next());
@@ -121,7 +121,7 @@ fn read_header(path: &Path) -> Result<Header<'_>, ImportError> {
         in_list = data_file && field.value.split_whitespace().next() == Some("LIST");
         fields.push(field);
     }
-    Ok(Header { fields: Fields { path, fields }, list, end: lines.offset })
+    Ok(Header { fields: Fields { path, fields, allow_outside_data }, list, end: lines.offset })
 }
 
 /// Sorts the axes into those in space and one of phases.
@@ -359,7 +359,7 @@ mod tests {
     use crate::Imported;
 
     fn load(path: &Path) -> Result<Imported, ImportError> {
-        open(path)?.load(None, Progress::SILENT, &CancelToken::new())
+        open(path, false)?.load(None, Progress::SILENT, &CancelToken::new())
     }
 
     fn load_bytes(bytes: &[u8]) -> Result<Imported, ImportError> {

@@ -375,7 +375,7 @@ fn read_sidecar(path: &Path) -> Result<RawDescription, ImportError> {
             Some(Field { name: name.trim().to_owned(), value, line: i + 1 })
         })
         .collect();
-    let fields = Fields { path, fields };
+    let fields = Fields { path, fields, allow_outside_data: false };
 
     let dims = match fields.get(&["dims"]) {
         Some(field) => {

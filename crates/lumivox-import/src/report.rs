@@ -11,11 +11,14 @@ use serde::{Serialize, Serializer};
 pub struct SeriesSummary {
     /// SeriesInstanceUID, or the file's name where there is none. A file's name may be a patient's.
     pub id: String,
+    /// What to call it where files and folders may be named by the patient: `CT series 4`, `PET`, `NIfTI scan`.
+    pub name: String,
     /// SeriesInstanceUID, where there is one.
     pub uid: Option<String>,
     /// DICOM's SeriesNumber.
     pub number: Option<i64>,
-    /// What it is, without a word about the patient: `CT, 275 slices, 512 x 512`.
+    /// What it is, without a word about the patient, and what tells it from others:
+    /// `CT series 4, thorax 1.0, kernel B30f, 10:31:05, 275 slices, 512 x 512`.
     pub description: String,
     /// Files that make it up.
     pub files: usize,

@@ -79,6 +79,7 @@ impl Single {
         let detached = self.payload.files[0] != self.path;
         let summary = SeriesSummary {
             id: self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned(),
+            name: if code.is_empty() { format!("{} scan", self.format) } else { code.to_owned() },
             uid: None,
             number: None,
             description: format!("{prefix}{x} x {y} x {z}, {}-bit{kind}{phases}", 8 * sample.bytes()),
@@ -88,7 +89,7 @@ impl Single {
             spacing_mm: [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length),
             orientation: orientation_words(matrix),
             phases: self.phases,
-            unit: modality.unit().to_owned(),
+            unit: modality.usual_unit().to_owned(),
             bytes,
             reason: String::new(),
             segments_series: None,

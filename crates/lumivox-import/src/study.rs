@@ -66,8 +66,8 @@ impl Study {
                     return dicom(dicom::Study::open(&[file.to_owned()], progress, cancel)?);
                 }
                 (Format::Nifti, _) => nifti::open(file),
-                (Format::Nrrd, _) => nrrd::open(file),
-                (Format::MetaImage, _) => metaimage::open(file),
+                (Format::Nrrd, _) => nrrd::open(file, options.allow_outside_data),
+                (Format::MetaImage, _) => metaimage::open(file, options.allow_outside_data),
                 (Format::Raw, Some(description)) => raw::open_as(file, description),
                 (Format::Raw, None) => raw::open(file),
             }?;
@@ -180,6 +180,7 @@ fn format_of(path: &Path, options: &ImportOptions) -> Result<Format, ImportError
     match (&options.raw, format::recognise(path)) {
         (Some(_), Err(error)) if !matches!(error, ImportError::Io { .. }) => Ok(Format::Raw),
         // The DICOM reader knows more ways to begin a file, if it has to.
+        // It unpacks them, too.
         (None, Err(ImportError::UnknownFormat { .. })) if dicom::is_dicom(path) => Ok(Format::Dicom),
         (_, format) => format,
     }
@@ -205,6 +206,7 @@ fn only_volume_in(
             path: folder.to_owned(),
             files: all.len(),
             detail: match &options.raw {
+                _ if all.is_empty() => crate::error::CHOOSE_FOLDER,
                 Some(_) => "Open the one that is described",
                 None => "None is of a format that Lumivox reads",
             }

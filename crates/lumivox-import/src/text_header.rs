@@ -4,7 +4,7 @@
 use std::{
     fs::File,
     io::{BufRead, BufReader, Read, Take},
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
     str::FromStr,
 };
 
@@ -67,6 +67,8 @@ pub(crate) struct Field {
 pub(crate) struct Fields<'a> {
     pub path: &'a Path,
     pub fields: Vec<Field>,
+    /// Whether data files may lie anywhere ([`crate::ImportOptions::allow_outside_data`]).
+    pub allow_outside_data: bool,
 }
 
 impl Fields<'_> {
@@ -157,7 +159,7 @@ impl Fields<'_> {
     /// makes (`slice%03d.raw 1 100 1`), or a single one.
     ///
     /// # Errors
-    /// When it names none.
+    /// When it names none, and one that does not lie beside the header or below it, unless that is allowed.
     pub fn data_files(&self, field: &Field, list: &[String]) -> Result<Vec<PathBuf>, ImportError> {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         let words: Vec<&str> = field.value.split_whitespace().collect();
@@ -180,7 +182,35 @@ impl Fields<'_> {
             }
             _ => vec![field.value.clone()],
         };
+        let is_beside = |name: &String| self.allow_outside_data || is_below(folder, Path::new(name));
+        if !names.iter().all(is_beside) {
+            let problem = "names a data file that does not lie beside the header or below it";
+            return Err(self.complain(field, problem, OUTSIDE));
+        }
         Ok(names.iter().map(|name| folder.join(name)).collect())
+    }
+}
+
+/// What to do about data files elsewhere.
+const OUTSIDE: &str = "Put both into one folder; of a header that you trust, allow it (--allow-outside-data)";
+
+/// Whether a header in `folder` may name a file: nothing that leads out of it, be it by a link. A header comes from
+/// strangers; it must not choose which of the user's files are read, nor have another computer asked for one.
+fn is_below(folder: &Path, name: &Path) -> bool {
+    // Of another system's ways to say where, too.
+    let text = name.to_string_lossy();
+    let is_plain = text.as_bytes().get(1) != Some(&b':')
+        && !text.starts_with('\\')
+        && !text.split(['/', '\\']).any(|part| part == "..");
+    let leads_down = name.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    if !is_plain || !leads_down {
+        return false;
+    }
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    match (folder.canonicalize(), folder.join(name).canonicalize()) {
+        (Ok(real_folder), Ok(real)) => real.starts_with(real_folder),
+        // What is not there is complained about where it is looked for.
+        _ => true,
     }
 }
 
@@ -240,7 +270,7 @@ mod tests {
     fn bytes_to_skip_are_a_number_or_a_known_tail() {
         let skip = |value: &str, encoding, tail| {
             let field = Field { name: "skip".to_owned(), value: value.to_owned(), line: 7 };
-            let fields = Fields { path: Path::new("scan"), fields: vec![field] };
+            let fields = Fields { path: Path::new("scan"), fields: vec![field], allow_outside_data: false };
             fields.byte_skip(&["skip"], encoding, tail).map_err(|error| error.to_string())
         };
         for tail in [UnknownTail::IsNothing, UnknownTail::IsRefused] {
@@ -257,7 +287,7 @@ mod tests {
 
     #[test]
     fn data_files_are_listed_made_or_named() {
-        let fields = Fields { path: Path::new("folder/scan"), fields: Vec::new() };
+        let fields = Fields { path: Path::new("folder/scan"), fields: Vec::new(), allow_outside_data: false };
         let files = |value: &str, list: &[&str]| {
             let field = Field { name: "file".to_owned(), value: value.to_owned(), line: 7 };
             let list: Vec<String> = list.iter().map(|name| (*name).to_owned()).collect();

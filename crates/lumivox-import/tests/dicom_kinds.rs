@@ -256,6 +256,9 @@ fn frame_types_are_told_where_they_are_coded_words() {
         report.series[0].description.clone()
     };
     assert!(description("ORIGINAL\\PRIMARY\\DIFFUSION\\NONE").ends_with("2 x 1, diffusion"));
+    // The magnitude is what an image is anyway; letters are parts of complex images.
+    assert!(description("ORIGINAL\\PRIMARY\\M\\NONE").ends_with("2 x 1"));
+    assert!(description("ORIGINAL\\PRIMARY\\P\\PHASE").ends_with("2 x 1, phase"));
     for wrong in ["ORIGINAL\\PRIMARY\\SECRET^NAME", "ORIGINAL\\Secret", "ORIGINAL\\A VERY LONG SECRET"] {
         assert!(description(wrong).ends_with("2 x 1"), "{}", description(wrong));
     }

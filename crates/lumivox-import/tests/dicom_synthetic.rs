@@ -607,7 +607,7 @@ fn series_do_not_mix_and_can_be_chosen() {
     assert_eq!(imported.volume.dims(), [5, 4, 3]);
     let reasons: Vec<_> = imported.report.series.iter().map(|series| series.reason.as_str()).collect();
     assert_eq!(reasons, ["", "fewer voxels", "fewer voxels", "a localizer"]);
-    assert_eq!(imported.report.series[0].description, "CT, 3 slices, 5 x 4");
+    assert_eq!(imported.report.series[0].description, "CT series 7, 3 slices, 5 x 4");
     assert_eq!(imported.report.series[0].files, 3);
     let skipped: Vec<_> = imported.report.skipped.iter().map(|s| s.reason.as_str()).collect();
     assert_eq!(skipped.len(), 2);
@@ -623,7 +623,10 @@ fn series_do_not_mix_and_can_be_chosen() {
     // Two volumes of one series.
     match load_series(folder.path(), Some("7")).unwrap_err() {
         ImportError::AmbiguousSeries { candidates, .. } => {
-            assert!(candidates.contains("1 (CT, 3 slices") && candidates.contains("(CT, 2 slices"));
+            assert!(
+                candidates.contains("1 (CT series 7, 3 slices")
+                    && candidates.contains("(CT series 7, 2 slices")
+            );
             assert!(!candidates.contains("1.2.4"), "{candidates}");
         }
         other => panic!("{other}"),
@@ -671,7 +674,14 @@ fn scans_come_before_dose_grids_and_unknown_codes_are_not_shown() {
     assert_eq!(series[0].id, "image.dcm");
     let series = load(folder.path()).unwrap().report.series;
     let series: Vec<_> = series.iter().map(|series| series.description.as_str()).collect();
-    assert_eq!(series, ["MR, 3 slices, 5 x 4", "RTDOSE, 5 slices, 5 x 4", "other, 4 slices, 5 x 4"]);
+    assert_eq!(
+        series,
+        [
+            "MR series 7, 3 slices, 5 x 4",
+            "RTDOSE series 7, 5 slices, 5 x 4",
+            "other series 7, 4 slices, 5 x 4"
+        ]
+    );
 }
 
 #[test]

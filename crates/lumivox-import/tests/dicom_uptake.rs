@@ -121,3 +121,128 @@ fn uptake_values_of_enhanced_images() {
     let found = values(&load_one(&zones).unwrap().volume)[1];
     assert!((found - 2.0 * expected).abs() < 1e-6, "{found}");
 }
+
+const DECAY_CORRECTION: u32 = 0x0054_1102;
+const UNITS: u32 = 0x0054_1001;
+
+/// The SUV of the second sample, 2000 in Bq/ml, or the first note where there is none.
+fn suv(elements: &Elements) -> Result<f64, String> {
+    let imported = load_one(elements).unwrap();
+    match imported.report.series[0].unit.as_str() {
+        "SUV" => Ok(values(&imported.volume)[1]),
+        _ => Err(imported.report.notes[0].clone()),
+    }
+}
+
+fn near(found: Result<f64, String>, expected: f64) {
+    let found = found.unwrap();
+    assert!((found - expected).abs() < 1e-6 * expected, "{found}, not {expected}");
+}
+
+/// What 2000 Bq/ml are after so many half-lives, with 370 MBq and 70 kg.
+fn after(half_lives: f64) -> f64 {
+    2000.0 * 70_000.0 / (370e6 * (-half_lives).exp2())
+}
+
+fn drug(half_life: f64, time: Option<&str>, date_time: Option<&str>) -> Elements {
+    let mut drug = Elements::default().decimals(0x0018_1074, &[370e6]).decimals(0x0018_1075, &[half_life]);
+    if let Some(time) = time {
+        drug = drug.text(0x0018_1072, "TM", time);
+    }
+    if let Some(date_time) = date_time {
+        drug = drug.text(0x0018_1078, "DT", date_time);
+    }
+    drug
+}
+
+/// [`pet`], on a day.
+fn pet_on(date: &str, drug: Elements) -> Elements {
+    pet().text(0x0008_0021, "DA", date).text(0x0008_0022, "DA", date).items(0x0054_0016, vec![drug])
+}
+
+#[test]
+fn days_between_injection_and_scan_count() {
+    const HOUR: f64 = 3600.0;
+    // Zirconium-89, given four days before the scan, by date; 97 hours and 59 minutes by the clock.
+    let given = Some("20240226225900.00");
+    let late = pet_on("20240302", drug(78.41 * HOUR, Some("225900"), given));
+    near(suv(&late), after((4.0 * 24.0 + 2.0) / 78.41));
+    // Its time of day alone would be 2.3 times too low: no SUV is better than a wrong one.
+    let why = suv(&pet_on("20240302", drug(78.41 * HOUR, Some("225900"), None))).unwrap_err();
+    assert!(why.contains("the day of the injection is not given"), "{why}");
+    // Of what decays within hours it suffices, over midnight too; a date that was moved away counts for nothing.
+    for date_time in [None, Some("20240301235900"), Some("19990101235900")] {
+        near(suv(&pet_on("20240302", drug(HOUR, Some("235900"), date_time))), after(1.0));
+    }
+    // Both ahead of UTC by their own hours.
+    let zones = pet_on("20240302", drug(HOUR, None, Some("20240301235900.0000+0000")));
+    near(suv(&zones.text(0x0008_0201, "SH", "-0100")), after(2.0));
+}
+
+#[test]
+fn decay_correction_and_corrections_are_believed_as_they_are_said() {
+    near(suv(&pet()), after(1.0));
+    near(suv(&pet().text(DECAY_CORRECTION, "CS", "ADMIN")), after(0.0));
+    let why = |elements: Elements| suv(&elements).unwrap_err();
+    assert!(why(pet().text(DECAY_CORRECTION, "CS", "NONE")).contains("not corrected for decay"));
+    assert!(why(pet().without(DECAY_CORRECTION)).contains("to which time decay is corrected"));
+    assert!(why(pet().text(0x0028_0051, "CS", "ATTN")).contains("for the image is not corrected for decay"));
+    let other = pet().text(UNITS, "CS", "GML").text(0x0054_1006, "CS", "LBM");
+    assert!(why(other).contains("another measure than body weight"));
+}
+
+#[test]
+fn series_made_after_the_scan_are_counted_back_to_its_beginning() {
+    const HALF_LIFE: f64 = 3600.0;
+    // The third bed position, begun 20 minutes after the scan at 00:59:00, for three minutes.
+    let duration = 180.0;
+    let decay = std::f64::consts::LN_2 / HALF_LIFE;
+    let mean = (decay * duration / (1.0 - (-decay * duration).exp())).ln() / decay;
+    let again = pet()
+        .text(0x0008_0031, "TM", "120000")
+        .text(0x0008_0032, "TM", "011900")
+        .decimals(0x0054_1300, &[(1200.0 + mean) * 1e3])
+        .text(0x0018_1242, "IS", "180000");
+    let found = suv(&again).unwrap();
+    assert!((found / after(1.0) - 1.0).abs() < 1e-6, "{found}");
+    // GE says it in an element of its own.
+    let private = pet().text(0x0008_0031, "TM", "120000").text(0x0009_0010, "LO", "GEMS_PETD_01").text(
+        0x0009_100D,
+        "DT",
+        "20240302005900.00",
+    );
+    near(suv(&private), after(1.0));
+}
+
+#[test]
+fn counts_become_uptake_by_philips_factors() {
+    let philips = |element: u32, factor: f64| {
+        let counts = pet().text(UNITS, "CS", "CNTS").text(0x7053_0010, "LO", "Philips PET Private Group");
+        counts.decimals(0x7053_1000 | element, &[factor])
+    };
+    near(suv(&philips(0x00, 0.25)), 500.0);
+    near(suv(&philips(0x09, 3.0)), 3.0 * after(1.0));
+    let imported = load_one(&philips(0x09, 3.0).without(0x0010_1030)).unwrap();
+    assert_eq!((values(&imported.volume)[1], imported.report.series[0].unit.as_str()), (6000.0, "Bq/ml"));
+    let imported = load_one(&philips(0x00, 0.25).text(0x0028_0051, "CS", "DECY")).unwrap();
+    assert_eq!((values(&imported.volume)[1], imported.report.series[0].unit.as_str()), (2000.0, "counts"));
+}
+
+#[test]
+fn legacy_converted_images_have_their_unit_among_the_leftovers() {
+    let classic = pet();
+    // What an enhanced image has no place for moves into a sequence of the shared groups.
+    let moved = [0x0028_0051, UNITS, DECAY_CORRECTION, 0x0054_0016];
+    let mut leftovers = Elements::default();
+    leftovers.0.extend(classic.0.iter().filter(|(tag, ..)| moved.contains(tag)).cloned());
+    let rescale = Elements::default().decimals(RESCALE_SLOPE, &[2.0]).decimals(RESCALE_INTERCEPT, &[0.0]);
+    let shared = Elements::default().items(0x0020_9170, vec![leftovers]).items(0x0028_9145, vec![rescale]);
+    let mut legacy = classic
+        .text(SOP_CLASS_UID, "UI", "1.2.840.10008.5.1.4.1.1.128.1")
+        .items(0x5200_9229, vec![shared])
+        .without(RESCALE_SLOPE);
+    for tag in moved {
+        legacy = legacy.without(tag);
+    }
+    near(suv(&legacy), after(1.0));
+}

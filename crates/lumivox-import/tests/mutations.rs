@@ -138,6 +138,32 @@ fn mosaic() -> Elements {
     image
 }
 
+/// The same, of which only the protocol of the series is left.
+fn protocol() -> Elements {
+    let text = "\0\x05### ASCCONV BEGIN ###\nsSliceArray.asSlice[0].sNormal.dTra = 1.0\nsSliceArray.lSize = 3\n\
+                sSliceArray.ucImageNumbTra = 0x1\n### ASCCONV END ###\0";
+    let mut image = mosaic().without(0x0029_1010);
+    image.set(0x0029_1020, "OB", Value::Bytes(text.as_bytes().to_vec()));
+    image
+}
+
+/// A grid of 2 x 2 tiles, three of them slices, with a place for each.
+fn grid() -> Elements {
+    let place = |k: u8| Elements::default().decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, f64::from(k)]);
+    image("MR", 4, 4, (0..16).collect())
+        .text(IMAGE_TYPE, "CS", "ORIGINAL\\PRIMARY\\M_SE\\VFRAME")
+        .text(0x0065_0010, "LO", "Image Private Header")
+        .text(0x0065_1050, "DS", "3")
+        .items(0x0065_1051, (0..3).map(place).collect())
+}
+
+fn gzip(file: &[u8]) -> Vec<u8> {
+    use std::io::Write;
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    encoder.write_all(file).unwrap();
+    encoder.finish().unwrap()
+}
+
 fn lut() -> Elements {
     let mut item = Elements::default();
     let words = |words: &[u16]| words.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>();
@@ -184,6 +210,9 @@ fn seeds() -> Vec<(String, Vec<u8>)> {
         ("enhanced_pet".to_owned(), enhanced_pet().file(Syntax::Explicit)),
         ("nrrd_list".to_owned(), b"NRRD0005\ntype: uint8\ndimension: 4\nsizes: 2 2 1 2\nkinds: list domain domain domain\nspace: RAS\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\nencoding: hex\n\n0001 0203\n04050607".to_vec()),
         ("mosaic".to_owned(), mosaic().file(Syntax::Explicit)),
+        ("protocol".to_owned(), protocol().file(Syntax::Explicit)),
+        ("grid".to_owned(), grid().file(Syntax::Explicit)),
+        ("gzip".to_owned(), gzip(&grey.file(Syntax::Explicit))),
         ("bare".to_owned(), grey.data_set(Syntax::Implicit)),
         ("nifti".to_owned(), nifti()),
         ("nrrd".to_owned(), b"NRRD0004\ntype: int16\ndimension: 3\nsizes: 2 2 2\nspace: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\nendian: little\n\n0123456789abcdef".to_vec()),

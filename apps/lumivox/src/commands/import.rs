@@ -48,7 +48,7 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
         let report = study.report();
         found += report.series.len();
         if args.json {
-            objects.push(to_json(report, &pictures)?);
+            objects.push(to_json(report, &pictures, root(files))?);
         } else {
             if scans.len() > 1 {
                 let _ = writeln!(
@@ -79,6 +79,11 @@ fn root(files: &[PathBuf]) -> Option<&Path> {
         [first, ..] => first.parent(),
         [] => None,
     }
+}
+
+/// A file as it is named below the folder `root`.
+fn below<'a>(root: Option<&Path>, file: &'a Path) -> &'a Path {
+    root.and_then(|root| file.strip_prefix(root).ok()).unwrap_or(file)
 }
 
 /// Writes a picture of each series; its path, or nothing where no slice could be decoded.
@@ -140,8 +145,7 @@ fn to_text(report: &ImportReport, root: Option<&Path>) -> String {
         for (reason, files) in by_reason {
             let _ = writeln!(text, "  {} x {reason}", files.len());
             for file in files.iter().take(MOST_NAMED) {
-                let shown = root.and_then(|root| file.strip_prefix(root).ok()).unwrap_or(file);
-                let _ = writeln!(text, "      {}", shown.display());
+                let _ = writeln!(text, "      {}", below(root, file).display());
             }
             if files.len() > MOST_NAMED {
                 let _ = writeln!(text, "      and {} more", files.len() - MOST_NAMED);
@@ -162,11 +166,19 @@ fn geometry(series: &SeriesSummary) -> String {
     words.join(", ")
 }
 
-fn to_json(report: &ImportReport, pictures: &[Option<PathBuf>]) -> Result<Value, Failure> {
+fn to_json(
+    report: &ImportReport,
+    pictures: &[Option<PathBuf>],
+    root: Option<&Path>,
+) -> Result<Value, Failure> {
     let mut object = serde_json::to_value(report)
         .map_err(|error| Failure::other(format!("cannot write the report: {error}")))?;
     for (place, picture) in pictures.iter().enumerate() {
         object["series"][place]["thumbnail"] = json!(picture.as_ref().map(|path| path.to_string_lossy()));
+    }
+    // The folder is often called by the patient's name.
+    for (place, file) in report.skipped.iter().enumerate() {
+        object["skipped"][place]["path"] = json!(below(root, &file.path).to_string_lossy());
     }
     object["skipped_by_reason"] = json!(report.skipped_by_reason());
     Ok(object)

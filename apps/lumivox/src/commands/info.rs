@@ -71,7 +71,7 @@ fn skipped(report: &ImportReport) -> BTreeMap<&str, usize> {
 fn to_text(scan: &Imported) -> String {
     let (volume, report) = (&scan.volume, &scan.report);
     let statistics = ValueStatistics::new(volume, BINS);
-    let unit = volume.modality().unit();
+    let unit = volume.unit();
     let mut rows: Vec<(&str, String)> = Vec::new();
     let three = |v: [String; 3], between: &str| v.join(between);
     rows.push(("format", report.format.clone()));
@@ -170,7 +170,7 @@ fn to_json(scan: &Imported) -> Value {
         "orientation": axes(volume),
         "patient_from_voxel_columns": columns.map(|c| c.to_array()),
         "bits": 8 * volume.voxels().bytes_per_sample(),
-        "unit": volume.modality().unit(),
+        "unit": volume.unit(),
         "value_range": volume.value_range(),
         "percentiles": percentiles,
         "histogram": { "range": statistics.range, "counts": statistics.histogram },

@@ -2,7 +2,7 @@
 //! on an even grid whose gaps are filled or left.
 
 use lumivox_core::{
-    CancelToken, Cancelled, Modality, Progress, Voxels,
+    CancelToken, Cancelled, Progress, Voxels,
     glam::{DAffine3, DVec3},
 };
 
@@ -100,7 +100,7 @@ impl Slices {
         notes: &mut Vec<String>,
     ) -> Result<OnGrid, ImportError> {
         let first = stack.first(files);
-        let (modality, is_labels) = (first.modality, first.segmentation.is_some());
+        let (is_hounsfield, is_labels) = (first.is_hounsfield(), first.segmentation.is_some());
         notes.extend(alignment.map(Alignment::note));
         let Some(aligned) = alignment.and_then(|alignment| alignment.grid.as_ref()) else {
             let bytes = self.voxels.bytes_per_sample();
@@ -109,7 +109,7 @@ impl Slices {
                 // Nothing else tells in words that memory does not suffice for what is filled in.
                 drop(pixels::allocate::<u8>(self.size[0] * self.size[1] * bytes, sources.len(), first)?);
             }
-            return Ok(OnGrid { slices: self, grid, modality, is_labels });
+            return Ok(OnGrid { slices: self, grid, is_hounsfield, is_labels });
         };
         let slices = Self {
             voxels: aligned.place(&self.voxels, first)?,
@@ -117,7 +117,7 @@ impl Slices {
             damaged: aligned.damaged(&self.damaged),
             ..self
         };
-        Ok(OnGrid { slices, grid: aligned.as_grid(), modality, is_labels })
+        Ok(OnGrid { slices, grid: aligned.as_grid(), is_hounsfield, is_labels })
     }
 }
 
@@ -137,7 +137,7 @@ pub(crate) enum Gaps {
 pub(crate) struct OnGrid {
     slices: Slices,
     grid: Grid,
-    modality: Modality,
+    is_hounsfield: bool,
     is_labels: bool,
 }
 
@@ -211,10 +211,10 @@ impl OnGrid {
     /// The sample of places where nothing was measured: air in a CT, no segment in labels, else of the lowest value.
     fn empty_sample(&self) -> f64 {
         let Slices { voxels, rescale: [slope, intercept], size, damaged, .. } = &self.slices;
-        match self.modality {
-            _ if self.is_labels => 0.0,
-            Modality::Ct => (pixels::AIR_HU - intercept) / slope,
-            _ => resample::measured_range(voxels, size[0] * size[1], damaged)
+        match () {
+            () if self.is_labels => 0.0,
+            () if self.is_hounsfield => (pixels::AIR_HU - intercept) / slope,
+            () => resample::measured_range(voxels, size[0] * size[1], damaged)
                 .map_or(0.0, |range| convert::of_lowest_value(range, *slope)),
         }
     }

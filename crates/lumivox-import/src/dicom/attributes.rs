@@ -49,13 +49,18 @@ attributes! { VALUES:
     SOP_INSTANCE_UID = "SOPInstanceUID" 0x0008_0018;
     SERIES_DATE = "SeriesDate" 0x0008_0021;
     ACQUISITION_DATE = "AcquisitionDate" 0x0008_0022;
+    ACQUISITION_DATE_TIME = "AcquisitionDateTime" 0x0008_002A;
     SERIES_TIME = "SeriesTime" 0x0008_0031;
     ACQUISITION_TIME = "AcquisitionTime" 0x0008_0032;
     CONTENT_TIME = "ContentTime" 0x0008_0033;
     MODALITY = "Modality" 0x0008_0060;
     CODE_VALUE = "CodeValue" 0x0008_0100;
+    TIMEZONE_OFFSET_FROM_UTC = "TimezoneOffsetFromUTC" 0x0008_0201;
+    SERIES_DESCRIPTION = "SeriesDescription" 0x0008_103E;
     FRAME_TYPE = "FrameType" 0x0008_9007;
     COMPLEX_IMAGE_COMPONENT = "ComplexImageComponent" 0x0008_9208;
+    ACQUISITION_CONTRAST = "AcquisitionContrast" 0x0008_9209;
+    PATIENT_NAME = "PatientName" 0x0010_0010;
     PATIENT_ID = "PatientID" 0x0010_0020;
     PATIENT_WEIGHT = "PatientWeight" 0x0010_1030;
     CONTRAST_BOLUS_AGENT = "ContrastBolusAgent" 0x0018_0010;
@@ -63,9 +68,17 @@ attributes! { VALUES:
     ECHO_TIME = "EchoTime" 0x0018_0081;
     SPACING_BETWEEN_SLICES = "SpacingBetweenSlices" 0x0018_0088;
     ECHO_NUMBERS = "EchoNumbers" 0x0018_0086;
+    SCANNING_SEQUENCE = "ScanningSequence" 0x0018_0020;
+    SEQUENCE_VARIANT = "SequenceVariant" 0x0018_0021;
+    ANGIO_FLAG = "AngioFlag" 0x0018_0025;
+    REPETITION_TIME = "RepetitionTime" 0x0018_0080;
+    INVERSION_TIME = "InversionTime" 0x0018_0082;
     TRIGGER_TIME = "TriggerTime" 0x0018_1060;
     FRAME_TIME = "FrameTime" 0x0018_1063;
     FRAME_TIME_VECTOR = "FrameTimeVector" 0x0018_1065;
+    ACTUAL_FRAME_DURATION = "ActualFrameDuration" 0x0018_1242;
+    NOMINAL_SCANNED_PIXEL_SPACING = "NominalScannedPixelSpacing" 0x0018_2010;
+    FRAME_ACQUISITION_DATE_TIME = "FrameAcquisitionDateTime" 0x0018_9074;
     RADIOPHARMACEUTICAL_START_TIME = "RadiopharmaceuticalStartTime" 0x0018_1072;
     RADIONUCLIDE_TOTAL_DOSE = "RadionuclideTotalDose" 0x0018_1074;
     RADIONUCLIDE_HALF_LIFE = "RadionuclideHalfLife" 0x0018_1075;
@@ -109,7 +122,9 @@ attributes! { VALUES:
     DOUBLE_FLOAT_PIXEL_PADDING_VALUE = "DoubleFloatPixelPaddingValue" 0x0028_0123;
     RESCALE_INTERCEPT = "RescaleIntercept" 0x0028_1052;
     RESCALE_SLOPE = "RescaleSlope" 0x0028_1053;
+    RESCALE_TYPE = "RescaleType" 0x0028_1054;
     LUT_DESCRIPTOR = "LUTDescriptor" 0x0028_3002;
+    MODALITY_LUT_TYPE = "ModalityLUTType" 0x0028_3004;
     LUT_DATA = "LUTData" 0x0028_3006;
     REAL_WORLD_VALUE_INTERCEPT = "RealWorldValueIntercept" 0x0040_9224;
     REAL_WORLD_VALUE_SLOPE = "RealWorldValueSlope" 0x0040_9225;
@@ -121,6 +136,7 @@ attributes! { VALUES:
     SLICE_VECTOR = "SliceVector" 0x0054_0080;
     TIME_SLICE_VECTOR = "TimeSliceVector" 0x0054_0100;
     UNITS = "Units" 0x0054_1001;
+    SUV_TYPE = "SUVType" 0x0054_1006;
     DECAY_CORRECTION = "DecayCorrection" 0x0054_1102;
     FRAME_REFERENCE_TIME = "FrameReferenceTime" 0x0054_1300;
     SEGMENTATION_TYPE = "SegmentationType" 0x0062_0001;
@@ -154,6 +170,10 @@ attributes! { SEQUENCES:
     SEGMENT_IDENTIFICATION_SEQUENCE = "SegmentIdentificationSequence" 0x0062_000A;
     PIXEL_MEASURES_SEQUENCE = "PixelMeasuresSequence" 0x0028_9110;
     PIXEL_VALUE_TRANSFORMATION_SEQUENCE = "PixelValueTransformationSequence" 0x0028_9145;
+    UNASSIGNED_SHARED_CONVERTED_ATTRIBUTES_SEQUENCE =
+        "UnassignedSharedConvertedAttributesSequence" 0x0020_9170;
+    UNASSIGNED_PER_FRAME_CONVERTED_ATTRIBUTES_SEQUENCE =
+        "UnassignedPerFrameConvertedAttributesSequence" 0x0020_9171;
     SHARED_FUNCTIONAL_GROUPS_SEQUENCE = "SharedFunctionalGroupsSequence" 0x5200_9229;
     PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE = "PerFrameFunctionalGroupsSequence" 0x5200_9230;
 }
@@ -167,7 +187,43 @@ pub(crate) const GE_B_VALUE: Private =
     Private { group: 0x0043, element: 0x39, creator: "GEMS_PARM_01", keyword: "B_value" };
 pub(crate) const PHILIPS_B_VALUE: Private =
     Private { group: 0x2001, element: 0x03, creator: "Philips Imaging DD 001", keyword: "DiffusionBFactor" };
-const PRIVATE: [Private; 4] = [SIEMENS_B_VALUE, SIEMENS_CSA_HEADER, GE_B_VALUE, PHILIPS_B_VALUE];
+/// The protocol of a whole series, as text between binary data.
+pub(crate) const SIEMENS_CSA_SERIES_HEADER: Private =
+    Private { group: 0x0029, element: 0x20, creator: "SIEMENS CSA HEADER", keyword: "CSASeriesHeaderInfo" };
+/// When the scan of a PET series began, whenever the series was made.
+pub(crate) const GE_SCAN_DATE_TIME: Private =
+    Private { group: 0x0009, element: 0x0D, creator: "GEMS_PETD_01", keyword: "ScanDateTime" };
+/// What makes SUV of counts.
+pub(crate) const PHILIPS_SUV_SCALE: Private =
+    Private { group: 0x7053, element: 0x00, creator: "Philips PET Private Group", keyword: "SUVScaleFactor" };
+/// What makes Bq/ml of counts.
+pub(crate) const PHILIPS_ACTIVITY_SCALE: Private = Private {
+    group: 0x7053,
+    element: 0x09,
+    creator: "Philips PET Private Group",
+    keyword: "ActivityConcentrationScaleFactor",
+};
+/// Slices of a picture that is a grid of them.
+pub(crate) const UIH_SLICES: Private = Private {
+    group: 0x0065,
+    element: 0x50,
+    creator: "Image Private Header",
+    keyword: "MRNumberOfSliceInVolume",
+};
+/// An item for each of them.
+pub(crate) const UIH_FRAME_SEQUENCE: Private =
+    Private { group: 0x0065, element: 0x51, creator: "Image Private Header", keyword: "MRVFrameSequence" };
+const PRIVATE: [Private; 9] = [
+    SIEMENS_B_VALUE,
+    SIEMENS_CSA_HEADER,
+    SIEMENS_CSA_SERIES_HEADER,
+    GE_B_VALUE,
+    GE_SCAN_DATE_TIME,
+    PHILIPS_B_VALUE,
+    PHILIPS_SUV_SCALE,
+    PHILIPS_ACTIVITY_SCALE,
+    UIH_SLICES,
+];
 
 pub(crate) const FLOAT_PIXEL_DATA: Attribute = Attribute { tag: 0x7FE0_0008, keyword: "FloatPixelData" };
 pub(crate) const DOUBLE_FLOAT_PIXEL_DATA: Attribute =
@@ -187,5 +243,7 @@ pub(crate) fn is_wanted_value(tag: u32) -> bool {
 
 /// Whether the items of sequence `tag` are read, not skipped.
 pub(crate) fn is_wanted_sequence(tag: u32) -> bool {
+    let uih = UIH_FRAME_SEQUENCE;
     SEQUENCES.contains(&tag)
+        || tag >> 16 == uih.group && (tag & 0xFFFF) >= 0x1000 && tag & 0xFF == uih.element
 }

@@ -85,17 +85,53 @@ impl DataSet {
 
     /// Where `private` is, in a block that its creator has, unless it is absent or empty.
     pub(crate) fn find_private(&self, private: Private) -> Option<Attribute> {
+        self.places_of(private).find(|attribute| self.bytes(*attribute).is_some())
+    }
+
+    /// Where `private` is, or would be where an anonymizer has taken its creator's name and left the block.
+    pub(crate) fn find_nameless_private(&self, private: Private) -> Attribute {
+        self.find_private(private).unwrap_or(private.in_block(0x10))
+    }
+
+    /// The items of the sequence `private`, as [`DataSet::find_nameless_private`] finds it.
+    pub(crate) fn private_items(&self, private: Private) -> &[DataSet] {
+        let places = self.places_of(private).chain([private.in_block(0x10)]);
+        places.map(|attribute| self.items(attribute)).find(|items| !items.is_empty()).unwrap_or(&[])
+    }
+
+    /// Where `private` belongs in the blocks that its creator has.
+    fn places_of(&self, private: Private) -> impl Iterator<Item = Attribute> {
         let creators = self
             .values
             .iter()
-            .filter(|(tag, _)| tag >> 16 == private.group && (0x10..=0xFF).contains(&(tag & 0xFFFF)));
-        let is_creator = |name: &[u8]| {
+            .filter(move |(tag, _)| tag >> 16 == private.group && (0x10..=0xFF).contains(&(tag & 0xFFFF)));
+        let is_creator = move |name: &[u8]| {
             let name = name.trim_ascii_end();
             let name = name.strip_suffix(b"\0").unwrap_or(name).trim_ascii();
             name.eq_ignore_ascii_case(private.creator.as_bytes())
         };
-        let blocks = creators.filter(|(_, name)| is_creator(name)).map(|(tag, _)| tag & 0xFF);
-        blocks.map(|block| private.in_block(block)).find(|attribute| self.bytes(*attribute).is_some())
+        let blocks = creators.filter(move |(_, name)| is_creator(name)).map(|(tag, _)| tag & 0xFF);
+        blocks.map(move |block| private.in_block(block))
+    }
+
+    /// What it says and, where it is silent, the others, of values and of the sequence `of` alone.
+    pub(crate) fn completed_by<'a>(
+        &self,
+        others: impl Iterator<Item = &'a DataSet>,
+        of: Attribute,
+    ) -> DataSet {
+        let mut all =
+            DataSet { big_endian: self.big_endian, values: self.values.clone(), sequences: Vec::new() };
+        all.sequences.extend(self.sequences.iter().find(|(tag, _)| *tag == of.tag).cloned());
+        for other in others {
+            let news = other.values.iter().filter(|(tag, _)| !self.has(*tag));
+            let news: Vec<_> = news.filter(|(tag, _)| !all.has(*tag)).cloned().collect();
+            all.values.extend(news);
+            if all.sequences.is_empty() {
+                all.sequences.extend(other.sequences.iter().find(|(tag, _)| *tag == of.tag).cloned());
+            }
+        }
+        all
     }
 
     /// The items of sequence `attribute`; none where it is absent.
@@ -159,9 +195,12 @@ pub(crate) fn is_dicom(source: &Source) -> bool {
 
 /// Where a file's first element is, and its syntax where no prefix says that it is the file meta information.
 fn find_start(source: &Source) -> Result<Option<(u64, Option<Syntax>)>> {
-    let mut head = [0; 132];
+    let mut head = [0; 138];
     let n = source.open()?.read_up_to(&mut head)?;
-    if n == 132 && &head[128..] == b"DICM" {
+    let has_prefix = n >= 132 && &head[128..132] == b"DICM";
+    // A file without preamble may have these letters there in a value; behind a prefix the meta group begins.
+    let has_meta = n == 138 && head[132..134] == [2, 0] && is_known_vr([head[136], head[137]]);
+    if has_prefix && (has_meta || bare_syntax(&head).is_none()) {
         return Ok(Some((132, None)));
     }
     // The prefix without its preamble, or neither.

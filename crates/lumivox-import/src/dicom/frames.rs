@@ -12,6 +12,7 @@ use super::{
     elements::DataSet,
     header::{PixelFormat, Refusal},
     multi_frame,
+    units::{self, Unit},
     values::FieldFault,
 };
 use crate::single::SPACING_MM;
@@ -36,12 +37,31 @@ pub(crate) struct PhaseKey {
     pub(crate) instance: i64,
 }
 
-/// A unit of radioactivity, and the slope and intercept that lead to it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A unit, and the slope and intercept that lead to it.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RealWorld {
-    /// As Units (0054,1001) spells it: `BQML` or `GML`.
-    pub(crate) unit: &'static str,
+    /// Of radioactivity and uptake as Units (0054,1001) spells it: `BQML` and `GML`.
+    pub(crate) unit: Unit,
     pub(crate) rescale: [f64; 2],
+}
+
+/// What a file says of the unit that rescaled values have.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) enum RescaleType {
+    #[default]
+    Absent,
+    Known(Unit),
+    /// It is said to be unspecified, or called by a name that stands for nothing.
+    Unknown,
+}
+
+impl RescaleType {
+    pub(crate) fn known(&self) -> Option<Unit> {
+        match self {
+            Self::Known(unit) => Some(unit.clone()),
+            _ => None,
+        }
+    }
 }
 
 /// One image of a file.
@@ -59,10 +79,13 @@ pub(crate) struct Frame {
     pub(crate) thickness_mm: f64,
     /// Slope and intercept.
     pub(crate) rescale: [f64; 2],
-    /// What makes real world values of stored ones, of a PET image.
+    pub(crate) rescale_type: RescaleType,
+    /// What makes real world values of stored ones.
     pub(crate) real_world: Option<RealWorld>,
     /// What it shows, in words beyond its series': images of different kinds never make one volume.
     pub(crate) kind: String,
+    /// AcquisitionContrast of an enhanced MR image.
+    pub(crate) contrast: Option<String>,
     pub(crate) phase: PhaseKey,
     /// The segment that a frame of a segmentation shows.
     pub(crate) segment: Option<u16>,
@@ -124,7 +147,7 @@ fn frame(index: usize, scope: &FrameScope<'_>, notes: &mut Vec<String>) -> Resul
     }
     let [row_direction, column_direction] = orientation(scope)?;
     let measures = |attribute| scope.find(attr::PIXEL_MEASURES_SEQUENCE, attribute);
-    let spacing_mm = match pixel_spacing(measures(attr::PIXEL_SPACING))? {
+    let spacing_mm = match pixel_spacing(measures(attr::PIXEL_SPACING), notes)? {
         Some(spacing) => spacing,
         None => {
             if index == 0 {
@@ -148,8 +171,13 @@ fn frame(index: usize, scope: &FrameScope<'_>, notes: &mut Vec<String>) -> Resul
         spacing_mm,
         thickness_mm,
         rescale: rescale(scope)?,
+        rescale_type: rescale_type(scope),
         real_world: real_world(scope),
         kind: frame_kind(scope),
+        contrast: {
+            let sequence = attr::MR_IMAGE_FRAME_TYPE_SEQUENCE;
+            scope.find(sequence, attr::ACQUISITION_CONTRAST).text(attr::ACQUISITION_CONTRAST)
+        },
         phase: phase_key(scope),
         segment: segment(scope),
     })
@@ -170,11 +198,25 @@ fn orientation(scope: &FrameScope<'_>) -> Result<[DVec3; 2], FieldFault> {
     Ok([row, column])
 }
 
-/// PixelSpacing is the distance of rows, then of columns: y before x.
-fn pixel_spacing(measures: &DataSet) -> Result<Option<DVec2>, FieldFault> {
-    for attribute in [attr::PIXEL_SPACING, attr::IMAGER_PIXEL_SPACING] {
+/// PixelSpacing is the distance of rows, then of columns: y before x. Where it is zero, which stands for not known,
+/// another distance counts if there is one.
+fn pixel_spacing(measures: &DataSet, notes: &mut Vec<String>) -> Result<Option<DVec2>, FieldFault> {
+    let others = [attr::IMAGER_PIXEL_SPACING, attr::NOMINAL_SCANNED_PIXEL_SPACING];
+    let are_lengths = |spacing: &[f64; 2]| spacing.iter().all(|mm| SPACING_MM.contains(mm));
+    for attribute in [attr::PIXEL_SPACING].into_iter().chain(others) {
         let Some([row_mm, column_mm]) = measures.decimals::<2>(attribute)? else { continue };
-        if [row_mm, column_mm].iter().all(|mm| SPACING_MM.contains(mm)) {
+        if are_lengths(&[row_mm, column_mm]) {
+            return Ok(Some(DVec2::new(column_mm, row_mm)));
+        }
+        let other = others.into_iter().find_map(|other| {
+            let spacing = measures.decimals::<2>(other).ok().flatten().filter(are_lengths)?;
+            Some((other, spacing))
+        });
+        if let (true, Some((other, [row_mm, column_mm]))) = (row_mm == 0.0 || column_mm == 0.0, other) {
+            let note = format!("{attribute} is zero; {other} is taken");
+            if !notes.contains(&note) {
+                notes.push(note);
+            }
             return Ok(Some(DVec2::new(column_mm, row_mm)));
         }
         let (least, most) = (SPACING_MM.start(), SPACING_MM.end());
@@ -203,27 +245,35 @@ fn rescale(scope: &FrameScope<'_>) -> Result<[f64; 2], FieldFault> {
     Ok([slope, intercept])
 }
 
-/// The mapping to Bq/ml, else to SUV by body weight, that an enhanced PET image has in place of Units (PS3.3 C.7.6.16.2.11).
+fn rescale_type(scope: &FrameScope<'_>) -> RescaleType {
+    let sequence = attr::PIXEL_VALUE_TRANSFORMATION_SEQUENCE;
+    match scope.find(sequence, attr::RESCALE_TYPE).text(attr::RESCALE_TYPE) {
+        None => RescaleType::Absent,
+        Some(text) => units::unit(&text).map_or(RescaleType::Unknown, RescaleType::Known),
+    }
+}
+
+/// The mapping to Bq/ml, else to SUV by body weight, that an enhanced PET image has in place of Units
+/// (PS3.3 C.7.6.16.2.11); else the first to a unit that is known.
 fn real_world(scope: &FrameScope<'_>) -> Option<RealWorld> {
-    let group = |set: Option<&'_ DataSet>, code: &[&str]| {
-        let items = set?.items(attr::REAL_WORLD_VALUE_MAPPING_SEQUENCE).iter();
-        let mut of_unit = items.filter(|item| {
-            let unit = item.items(attr::MEASUREMENT_UNITS_CODE_SEQUENCE).first();
-            unit.and_then(|unit| unit.text(attr::CODE_VALUE))
-                .is_some_and(|unit| code.contains(&unit.as_str()))
-        });
-        let item = of_unit.next()?;
+    let mapping = |item: &DataSet| {
+        let unit = item.items(attr::MEASUREMENT_UNITS_CODE_SEQUENCE).first()?.text(attr::CODE_VALUE)?;
+        // UCUM's codes, and those of DICOM's context group 85.
+        let unit = match unit.as_str() {
+            "Bq/ml" | "Bq/mL" => "BQML".into(),
+            "g/ml{SUVbw}" | "{SUVbw}g/ml" => "GML".into(),
+            other => units::unit(other)?,
+        };
         let rescale =
             [item.float(attr::REAL_WORLD_VALUE_SLOPE)?, item.float(attr::REAL_WORLD_VALUE_INTERCEPT)?];
-        (rescale[0].is_normal() && rescale.iter().all(|part| part.abs() < 1e30)).then_some(rescale)
+        let is_scale = rescale[0].is_normal() && rescale.iter().all(|part| part.abs() < 1e30);
+        is_scale.then_some(RealWorld { unit, rescale })
     };
-    // UCUM's codes, and those of DICOM's context group 85.
-    let units: [(&'static str, &[&str]); 2] =
-        [("BQML", &["Bq/ml", "Bq/mL"]), ("GML", &["g/ml{SUVbw}", "{SUVbw}g/ml"])];
-    units.into_iter().find_map(|(unit, code)| {
-        let rescale = group(scope.own, code).or_else(|| group(scope.shared, code))?;
-        Some(RealWorld { unit, rescale })
-    })
+    let sets = [scope.own, scope.shared, Some(scope.data)].into_iter().flatten();
+    let mappings: Vec<RealWorld> =
+        sets.flat_map(|set| set.items(attr::REAL_WORLD_VALUE_MAPPING_SEQUENCE)).filter_map(mapping).collect();
+    let of = |unit| mappings.iter().find(|mapping| mapping.unit == unit);
+    of("BQML").or_else(|| of("GML")).or(mappings.first()).cloned()
 }
 
 /// What keeps frames of one series apart: derived images, and the parts of complex ones.
@@ -243,7 +293,21 @@ fn frame_kind(scope: &FrameScope<'_>) -> String {
             let is_coded =
                 |byte: u8| byte.is_ascii_uppercase() || byte.is_ascii_digit() || b" _".contains(&byte);
             words.retain(|word| word.len() <= 16 && word.bytes().all(is_coded));
-            return words.join(" ").to_lowercase();
+            // One part of a complex image is said twice, by a letter too; the magnitude is what an image is anyway.
+            let whole_word = |word: String| match word.as_str() {
+                "M" | "MAGNITUDE" => String::new(),
+                "P" => "PHASE".to_owned(),
+                "R" => "REAL".to_owned(),
+                "I" => "IMAGINARY".to_owned(),
+                _ => word,
+            };
+            let mut told: Vec<String> = Vec::new();
+            for word in words.into_iter().map(whole_word).filter(|word| !word.is_empty()) {
+                if !told.contains(&word) {
+                    told.push(word);
+                }
+            }
+            return told.join(" ").to_lowercase();
         }
     }
     let values = scope.data.texts(attr::IMAGE_TYPE);

@@ -15,12 +15,14 @@ use super::{
     codec::{Encoding, FrameShape},
     elements::{DataSet, Fault, Header, PixelElement, read_header},
     frames::{Frame, frames},
-    mosaic::{Layout, Mosaic},
+    mosaic::{Layout, Mosaic, is_mosaic},
     multi_frame,
     quantity::{ModalityLut, quantity},
     segmentation::{self, Segmentation},
     source::Source,
+    units::{self, Unit},
     values::FieldFault,
+    words,
 };
 use crate::ImportError;
 
@@ -64,7 +66,7 @@ pub(crate) struct PixelFormat {
     /// MONOCHROME1: the lowest value is shown white.
     pub(crate) inverted: bool,
     pub(crate) big_endian: bool,
-    /// 8-bit samples in big endian 16-bit words, pairwise swapped.
+    /// Samples of less than 16 bits in big endian 16-bit words, pairwise swapped.
     pub(crate) swapped_pairs: bool,
     pub(crate) encoding: Encoding,
     /// Frames that the file says it has.
@@ -97,8 +99,8 @@ impl PixelFormat {
 
     /// Columns and rows of one frame, which are more than a slice's where it is a mosaic.
     pub(crate) fn picture(&self) -> [usize; 2] {
-        let across = self.mosaic.map_or(1, |mosaic| mosaic.across);
-        [self.columns * across, self.rows * across]
+        let [across, down] = self.mosaic.map_or([1, 1], |mosaic| [mosaic.across, mosaic.down]);
+        [self.columns * across, self.rows * down]
     }
 
     /// What a codec has to know of a frame.
@@ -128,10 +130,13 @@ pub(crate) struct ImageFile {
     pub(crate) patient: u64,
     /// SOPInstanceUID.
     pub(crate) instance_uid: Option<String>,
+    /// What tells the series from others, in words that are no names: what it is called, how it is weighted or filtered,
+    /// when it was made. Some are empty.
+    pub(crate) labels: [String; 3],
     /// ConvolutionKernel: images of several make several volumes.
     pub(crate) kernel: Option<String>,
     /// What values are measured in; empty where that is not known.
-    pub(crate) unit: &'static str,
+    pub(crate) unit: Unit,
     /// What it is where it is no image, but labels.
     pub(crate) segmentation: Option<Segmentation>,
     pub(crate) format: PixelFormat,
@@ -155,6 +160,11 @@ pub(crate) struct Truncated {
 }
 
 impl ImageFile {
+    /// Whether values are Hounsfield units of a CT, of which padding is air.
+    pub(crate) fn is_hounsfield(&self) -> bool {
+        self.modality == Modality::Ct && self.unit == units::HOUNSFIELD
+    }
+
     /// Whether the pixels of a frame are there, as far as is known before they are read.
     pub(crate) fn has(&self, frame: usize) -> bool {
         frame < self.whole
@@ -225,7 +235,7 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         _ => Modality::Other,
     };
     let image_type = data.texts(attr::IMAGE_TYPE);
-    let is_mosaic = image_type.iter().any(|value| value == "MOSAIC");
+    let is_mosaic = is_mosaic(data);
     let layout = is_mosaic.then(|| Layout::of(data, format.columns, format.rows)).flatten();
     let mut frames = frames(data, &format, &mut notes)?;
     let stacked = if is_segmentation(data) { segmentation::stack_frames(&mut frames, data)? } else { None };
@@ -238,7 +248,7 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
     match layout {
         Some(layout) => {
             format.columns /= layout.mosaic.across;
-            format.rows /= layout.mosaic.across;
+            format.rows /= layout.mosaic.down;
             format.mosaic = Some(layout.mosaic);
             frames = frames.iter().flat_map(|f| layout.slices(f, format.columns, format.rows)).collect();
             notes.push(format!("a mosaic, parted into its {} slices", layout.mosaic.slices));
@@ -261,6 +271,7 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
     if format.lut.is_some() {
         notes.push("values are given by a table (ModalityLUTSequence)".to_owned());
     }
+    let labels = labels(data, modality, &frames);
     let segmentation = is_segmentation(data).then(|| Segmentation::of(data, has_places));
     notes.extend(segmentation.iter().flat_map(Segmentation::notes));
     Ok(ImageFile {
@@ -278,8 +289,9 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
             hasher.finish()
         },
         instance_uid: data.text(attr::SOP_INSTANCE_UID),
+        labels,
         kernel: data.text(attr::CONVOLUTION_KERNEL),
-        unit: if segmentation.is_some() { "" } else { quantity.unit },
+        unit: if segmentation.is_some() { "".into() } else { quantity.unit },
         segmentation,
         whole: whole * format.slices_in_frame(),
         format,
@@ -288,6 +300,21 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         is_film: multi_frame::is_film(data),
         notes,
     })
+}
+
+/// [`ImageFile::labels`].
+fn labels(data: &DataSet, modality: Modality, frames: &[Frame]) -> [String; 3] {
+    let kernel = words::kernel_label(data.text(attr::CONVOLUTION_KERNEL).as_deref());
+    let filter = match modality {
+        Modality::Mr => {
+            let first = frames.first();
+            let b_value = first.map_or(0.0, |frame| frame.phase.b_value as f64);
+            words::weighting(data, first.and_then(|frame| frame.contrast.as_deref()), b_value)
+        }
+        _ if kernel.is_empty() => kernel,
+        _ => format!("kernel {kernel}"),
+    };
+    [words::series_label(data), filter, words::time_label(data)]
 }
 
 /// Whether frames that are cut off keep their places, as empty slices: where the file tells these, and the frames that
@@ -338,7 +365,7 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         signed: data.unsigned(attr::PIXEL_REPRESENTATION) == Some(1),
         inverted: photometric(data) == "MONOCHROME1",
         big_endian: data.big_endian,
-        swapped_pairs: data.big_endian && allocated == 8 && pixels.words,
+        swapped_pairs: data.big_endian && allocated < 16 && pixels.words,
         encoding,
         frames,
         padding: data.unsigned(attr::PIXEL_PADDING_VALUE).map(|value| {

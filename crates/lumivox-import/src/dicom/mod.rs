@@ -31,7 +31,10 @@ mod segmentation;
 mod series;
 mod source;
 mod stored;
+mod units;
+mod uptake;
 mod values;
+mod words;
 
 use std::{
     collections::{BTreeMap, HashSet},
@@ -68,7 +71,9 @@ pub(crate) struct Study {
 /// Whether a file's first bytes are those of a DICOM file, if need be one without preamble or prefix.
 pub(crate) fn is_dicom(path: &Path) -> bool {
     // Opening a pipe might wait for ever.
-    path.is_file() && elements::is_dicom(&source::Source::File(path.to_owned()))
+    path.is_file()
+        && (elements::is_dicom(&source::Source::File(path.to_owned()))
+            || matches!(source::gzip(path), Ok(Some(_))))
 }
 
 impl Study {
@@ -194,7 +199,8 @@ impl Study {
         cancel.check()?;
         let modality = if is_labels { Modality::Other } else { first.modality };
         let volume = Volume::new(dims, voxels, rescale, patient_from_voxel, modality)
-            .map_err(|source| ImportError::Volume { path: self.path.clone(), source })?;
+            .map_err(|source| ImportError::Volume { path: self.path.clone(), source })?
+            .with_unit(first.unit.clone());
         notes.extend(single::remarks(&volume));
         let series = self.summaries.clone();
         let report = ImportReport { format: FORMAT.to_owned(), series, chosen, notes, empty_slices, skipped };
@@ -260,7 +266,7 @@ impl Study {
             return Ok(picture(&decoded.voxels, decoded.rescale, middle, None));
         }
         // Soft tissue and bone, where values are absolute.
-        let window = (first.unit == "HU").then_some([-200.0, 500.0]);
+        let window = first.is_hounsfield().then_some([-200.0, 500.0]);
         let mut fault = None;
         let (whole, cut): (Vec<usize>, Vec<usize>) = (middle..slices.len())
             .chain((0..middle).rev())
@@ -350,6 +356,6 @@ fn commonest_reason(skipped: &[SkippedFile]) -> String {
     }
     match counts.into_iter().max_by_key(|&(_, count)| count) {
         Some((reason, count)) => format!("{count} left out: {reason}"),
-        None => "It is empty".to_owned(),
+        None => crate::error::CHOOSE_FOLDER.to_owned(),
     }
 }

@@ -6,7 +6,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use lumivox_core::{CancelToken, Modality, Progress, Stage, Voxels};
+use lumivox_core::{CancelToken, Progress, Stage, Voxels};
 use rayon::prelude::*;
 
 use super::{
@@ -368,7 +368,7 @@ impl Context<'_> {
     fn fill_padding<T: Sample>(&self, samples: &mut [T], slice_len: usize, results: &[SliceResult]) {
         let outcomes = || results.iter().filter_map(|(slice, result)| Some((slice, result.as_ref().ok()?)));
         let [slope, intercept] = self.plan.rescale;
-        let fill = if self.files[self.slices[0].file].modality == Modality::Ct {
+        let fill = if self.files[self.slices[0].file].is_hounsfield() {
             Some((AIR_HU - intercept) / slope)
         } else {
             let range = outcomes().filter_map(|(_, outcome)| outcome.range).reduce(join);

@@ -1,11 +1,13 @@
-//! What stored values mean beyond rescale slope and intercept: dose grids, PET and its SUV, the modality LUT.
+//! What stored values mean beyond rescale slope and intercept: units, dose grids, the modality LUT. Of PET see [`uptake`].
 
 use lumivox_core::Modality;
 
 use super::{
-    attributes::{self as attr, Attribute},
+    attributes as attr,
     elements::DataSet,
-    frames::Frame,
+    frames::{Frame, RescaleType},
+    units::{self, Unit},
+    uptake,
     values::FieldFault,
 };
 
@@ -15,13 +17,25 @@ pub(crate) struct Quantity {
     /// What rescaled values are multiplied by.
     pub(crate) factor: f64,
     /// The unit for people; empty where there is none.
-    pub(crate) unit: &'static str,
+    pub(crate) unit: Unit,
     /// A sentence worth telling.
     pub(crate) note: Option<String>,
 }
 
-/// Finds the quantity of a data set whose images are of `modality`. Frames of an enhanced PET image get the rescale that
-/// leads to its unit.
+impl Quantity {
+    /// Rescaled values as they are, in `unit`.
+    fn plain(unit: impl Into<Unit>) -> Self {
+        Self { factor: 1.0, unit: unit.into(), note: None }
+    }
+
+    /// As [`Quantity::plain`], with something to tell.
+    pub(crate) fn told(unit: impl Into<Unit>, note: impl Into<String>) -> Self {
+        Self { note: Some(note.into()), ..Self::plain(unit) }
+    }
+}
+
+/// Finds the quantity of a data set whose images are of `modality`. Frames with a mapping to real world values in place
+/// of a rescale get that.
 ///
 /// # Errors
 /// Where a dose grid has no believable scale.
@@ -31,140 +45,96 @@ pub(crate) fn quantity(
     code: &str,
     frames: &mut [Frame],
 ) -> Result<Quantity, FieldFault> {
-    let plain = |unit| Quantity { factor: 1.0, unit, note: None };
     match (modality, code) {
-        (Modality::Ct, _) => Ok(plain("HU")),
-        (Modality::Pet, _) => Ok(pet(data, frames)),
+        (Modality::Pet, _) => Ok(uptake::pet(data, frames)),
         (_, "RTDOSE") => {
-            let Some(factor) = data.decimal(attr::DOSE_GRID_SCALING)? else { return Ok(plain("")) };
+            let Some(factor) = data.decimal(attr::DOSE_GRID_SCALING)? else { return Ok(Quantity::plain("")) };
             if !factor.is_normal() || !(1e-30..1e30).contains(&factor) {
                 return Err(FieldFault::new(attr::DOSE_GRID_SCALING, format!("is {factor}, no scale")));
             }
-            let unit = if data.text(attr::DOSE_UNITS).as_deref() == Some("GY") { "Gy" } else { "" };
-            let note = (unit == "Gy").then(|| "values are doses in Gy".to_owned());
-            Ok(Quantity { factor, unit, note })
+            let is_gray = data.text(attr::DOSE_UNITS).as_deref() == Some("GY");
+            let note = is_gray.then(|| "values are doses in Gy".to_owned());
+            Ok(Quantity { factor, unit: if is_gray { "Gy" } else { "" }.into(), note })
         }
-        _ => Ok(plain("")),
-    }
-}
-
-fn pet(data: &DataSet, frames: &mut [Frame]) -> Quantity {
-    let told = |unit, note: &str| Quantity { factor: 1.0, unit, note: Some(note.to_owned()) };
-    let units = data.text(attr::UNITS);
-    // An enhanced image has it frame by frame.
-    let of_frame = frames.first().and_then(|frame| frame.real_world).map(|real_world| real_world.unit);
-    let is_of_all = |unit| frames.iter().all(|frame| frame.real_world.is_some_and(|real| real.unit == unit));
-    let enhanced = of_frame.filter(|unit| units.is_none() && is_of_all(*unit));
-    if enhanced.is_some() {
-        let rescale =
-            |frame: &mut Frame| frame.rescale = frame.real_world.map_or(frame.rescale, |real| real.rescale);
-        frames.iter_mut().for_each(rescale);
-    }
-    let factor = if enhanced.is_some() { enhanced_suv_factor } else { suv_factor };
-    match enhanced.or(units.as_deref()) {
-        Some("BQML") => match factor(data) {
-            Ok(factor) => Quantity {
-                factor,
-                unit: "SUV",
-                note: Some("values are SUV (body weight), made from Bq/ml".to_owned()),
-            },
-            Err(why) => told("Bq/ml", &format!("values are Bq/ml; no SUV, for {why}")),
-        },
-        Some("GML") => told("SUV", "values are SUV as the scanner gives them (g/ml)"),
-        Some("CNTS") => told("counts", "values are counts, which are no SUV"),
-        _ => Quantity { factor: 1.0, unit: "", note: None },
-    }
-}
-
-/// What Bq/ml are multiplied by to become the standardized uptake value by body weight, in g/ml: weight over the dose
-/// that was left when the scan began (QIBA, <https://qibawiki.rsna.org/index.php/Standardized_Uptake_Value_(SUV)>).
-///
-/// # Errors
-/// What is missing.
-fn suv_factor(data: &DataSet) -> Result<f64, &'static str> {
-    let corrections = data.texts(attr::CORRECTED_IMAGE);
-    let corrected = |name: &str| corrections.iter().any(|correction| correction == name);
-    if !corrected("ATTN") || !corrected("DECY") {
-        return Err(NOT_CORRECTED);
-    }
-    let weight = body_weight(data)?;
-    let item = data.items(attr::RADIOPHARMACEUTICAL_INFORMATION_SEQUENCE).first();
-    let item = item.ok_or("the radiopharmaceutical is not given")?;
-    // Less than a tenth of a megabecquerel was surely written in another unit.
-    let dose = positive(item, attr::RADIONUCLIDE_TOTAL_DOSE)
-        .filter(|bq| (1e5..1e12).contains(bq))
-        .ok_or("the dose is not given in Bq")?;
-    let left = match data.text(attr::DECAY_CORRECTION).as_deref() {
-        Some("ADMIN") => 1.0,
-        Some("START") => {
-            let half_life =
-                positive(item, attr::RADIONUCLIDE_HALF_LIFE).ok_or("the half-life is not given")?;
-            let given = item
-                .seconds_of_day(attr::RADIOPHARMACEUTICAL_START_DATE_TIME)
-                .or_else(|| item.seconds_of_day(attr::RADIOPHARMACEUTICAL_START_TIME))
-                .ok_or("the time of injection is not given")?;
-            let scan = data.seconds_of_day(attr::SERIES_TIME).ok_or("the time of the scan is not given")?;
-            // A series made anew has a time that says nothing about the scan.
-            let acquired = data.seconds_of_day(attr::ACQUISITION_TIME).unwrap_or(scan);
-            let same_day = data.text(attr::SERIES_DATE) == data.text(attr::ACQUISITION_DATE)
-                || data.bytes(attr::ACQUISITION_DATE).is_none();
-            if !same_day || scan > acquired + 1.0 {
-                return Err("the series was made after the scan");
+        (Modality::Ct, _) => Ok(match scale(data, frames) {
+            Some(unit) if unit == units::HOUNSFIELD => Quantity::plain(unit),
+            Some(unit) => {
+                let note = format!("values are {unit}, not Hounsfield units");
+                Quantity::told(unit, note)
             }
-            const DAY: f64 = 86_400.0;
-            (-(scan - given).rem_euclid(DAY) / half_life).exp2()
+            None => hounsfield_or_nothing(data, frames),
+        }),
+        _ => Ok(Quantity::plain(scale(data, frames).unwrap_or_default())),
+    }
+}
+
+/// The unit that a file tells: of its table or rescale, else of the mapping to real world values that all frames have
+/// and that then takes the place of their rescale.
+fn scale(data: &DataSet, frames: &mut [Frame]) -> Option<Unit> {
+    let lut = data.items(attr::MODALITY_LUT_SEQUENCE).first();
+    let told = match lut.and_then(|lut| lut.text(attr::MODALITY_LUT_TYPE)) {
+        Some(text) => units::unit(&text),
+        None => frames.first().and_then(|frame| frame.rescale_type.known()),
+    };
+    if told.is_some() {
+        return told;
+    }
+    let unit = frames.first()?.real_world.as_ref()?.unit.clone();
+    let is_of_all =
+        frames.iter().all(|frame| frame.real_world.as_ref().is_some_and(|real| real.unit == unit));
+    (is_of_all && lut.is_none()).then(|| {
+        take_real_world(frames);
+        unit
+    })
+}
+
+/// Puts the mapping to real world values in the place of the rescale.
+pub(crate) fn take_real_world(frames: &mut [Frame]) {
+    for frame in frames {
+        frame.rescale = frame.real_world.as_ref().map_or(frame.rescale, |real| real.rescale);
+    }
+}
+
+/// Kinds of CT that are maps of something else, as ImageType and FrameType call them (PS3.3 C.8.15.2, C.8.2.1.1.1).
+const MAPS: [&str; 15] = [
+    "EFF_ATOMIC_NUM",
+    "ELECTRON_DENSITY",
+    "MAT_SPECIFIC",
+    "MAT_FRACTIONAL",
+    "MAT_VALUE_BASED",
+    "CBF",
+    "CBV",
+    "RCBF",
+    "RCBV",
+    "REGIONAL_CBF",
+    "REGIONAL_CBV",
+    "MTT",
+    "TTP",
+    "TMAX",
+    "PERMEABILITY",
+];
+
+/// What a CT shows that tells no unit.
+fn hounsfield_or_nothing(data: &DataSet, frames: &[Frame]) -> Quantity {
+    let types = data.texts(attr::IMAGE_TYPE);
+    let kinds = frames.iter().flat_map(|frame| frame.kind.split(' ')).map(str::to_uppercase);
+    let is_map = types.iter().cloned().chain(kinds).any(|word| MAPS.contains(&word.as_str()));
+    let is_original = types.first().is_some_and(|origin| origin == "ORIGINAL");
+    // Some scanners call the unit of every image unspecified.
+    let begins_at_air = || frames.iter().all(|frame| frame.rescale[1] <= -1000.0);
+    match frames.first().map(|frame| &frame.rescale_type) {
+        _ if is_map => {
+            Quantity::told("", "a map of another quantity than Hounsfield units, which tells no unit")
         }
-        _ => return Err("it is not said to which time decay is corrected"),
-    };
-    Ok(weight * 1000.0 / (dose * left))
-}
-
-const NOT_CORRECTED: &str = "the image is not corrected for attenuation and decay";
-
-/// As [`suv_factor`], of an enhanced PET image (PS3.3 C.8.22).
-fn enhanced_suv_factor(data: &DataSet) -> Result<f64, &'static str> {
-    let corrected = |attribute| data.text(attribute).as_deref() == Some("YES");
-    if !corrected(attr::ATTENUATION_CORRECTED) || !corrected(attr::DECAY_CORRECTED) {
-        return Err(NOT_CORRECTED);
+        Some(RescaleType::Unknown) if is_original && begins_at_air() => Quantity::told(
+            units::HOUNSFIELD,
+            "RescaleType tells no unit; taken for Hounsfield units, since the images are original ones of a CT",
+        ),
+        Some(RescaleType::Unknown) => {
+            Quantity::told("", "RescaleType tells no unit that is known: values are not Hounsfield units")
+        }
+        _ => Quantity::plain(units::HOUNSFIELD),
     }
-    let weight = body_weight(data)?;
-    let item = match data.items(attr::RADIOPHARMACEUTICAL_INFORMATION_SEQUENCE) {
-        [] => return Err("the radiopharmaceutical is not given"),
-        [item] => item,
-        _ => return Err("several radiopharmaceuticals were given"),
-    };
-    // Here in MBq (C.8.22.4), where classic images have Bq; as many MBq as Bq would be were surely written in these.
-    let dose = positive(item, attr::RADIONUCLIDE_TOTAL_DOSE)
-        .filter(|mbq| (0.1..1e5).contains(mbq))
-        .ok_or("the dose is not given in MBq")?;
-    let half_life = positive(item, attr::RADIONUCLIDE_HALF_LIFE).ok_or("the half-life is not given")?;
-    let (given, given_zone) = item
-        .instant(attr::RADIOPHARMACEUTICAL_START_DATE_TIME)
-        .ok_or("the time of injection is not given")?;
-    let (corrected_to, zone) = data
-        .instant(attr::DECAY_CORRECTION_DATE_TIME)
-        .ok_or("it is not said to which time decay is corrected")?;
-    let ahead = match (given_zone, zone) {
-        (Some(given), Some(zone)) => zone - given,
-        (None, None) => 0.0,
-        _ => return Err("one of its times has a time zone and the other has none"),
-    };
-    let elapsed = corrected_to - given - ahead;
-    // Nobody scans what has decayed to a thousandth.
-    if !(-1.0..10.0 * half_life).contains(&elapsed) {
-        return Err("decay is corrected to a time that makes no sense");
-    }
-    Ok(weight * 1000.0 / (dose * 1e6 * (-elapsed / half_life).exp2()))
-}
-
-fn positive(data: &DataSet, attribute: Attribute) -> Option<f64> {
-    data.decimal(attribute).ok().flatten().filter(|x| *x > 0.0)
-}
-
-fn body_weight(data: &DataSet) -> Result<f64, &'static str> {
-    positive(data, attr::PATIENT_WEIGHT)
-        .filter(|kg| (0.1..1000.0).contains(kg))
-        .ok_or("the body weight is not given")
 }
 
 /// A table from stored values to those of the modality (PS3.3 C.11.1.1).

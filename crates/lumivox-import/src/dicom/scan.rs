@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::{
     header::{ImageFile, read_image},
-    source::{Source, is_junk, zip_entries},
+    source::{self, Source, is_junk, zip_entries},
 };
 use crate::{
     ImportError,
@@ -125,7 +125,7 @@ fn in_archive(source: &Source, error: ImportError) -> ImportError {
     let mut head = [0; 1024];
     let n = match source {
         Source::Entry { .. } => source.open().and_then(|mut input| input.read_up_to(&mut head)).unwrap_or(0),
-        Source::File(_) => 0,
+        Source::File(_) | Source::Gzip { .. } => 0,
     };
     let found = match sniff(&head[..n]) {
         Some(Format::Zip) => "it is a zip archive within the archive; unpack it".to_owned(),
@@ -149,6 +149,12 @@ fn add(path: &Path, sources: &mut Vec<Source>, rejected: &mut Vec<Rejected>) -> 
     let source = Source::File(path.to_owned());
     let mut magic = [0; 4];
     source.open().and_then(|mut input| input.read_up_to(&mut magic)).map_err(ImportError::io(path))?;
+    if magic.starts_with(&GZIP_MAGIC)
+        && let Ok(Some(unpacked)) = source::gzip(path)
+    {
+        sources.push(unpacked);
+        return Ok(());
+    }
     // With entries, or without any.
     if &magic != b"PK\x03\x04" && &magic != b"PK\x05\x06" {
         sources.push(source);

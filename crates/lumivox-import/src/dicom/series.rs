@@ -96,7 +96,7 @@ impl Stack {
             () if own.is_scan != best.is_scan => "not CT, MR or PET",
             () if own.voxels < best.voxels => "fewer voxels",
             () if own.is_original != best.is_original => "derived",
-            () => "as large as the first",
+            () => "equal to the first, and found later",
         }
     }
 
@@ -134,6 +134,9 @@ impl Stack {
         let (first, phase) = (self.first(files), &self.phases[0]);
         let (columns, rows, n) = (first.format.columns, first.format.rows, phase.slices.len());
         let modality = if first.modality_code.is_empty() { "no modality" } else { first.modality_code };
+        let number = first.series_number.map_or(String::new(), |number| format!(" series {number}"));
+        let labels: String =
+            first.labels.iter().filter(|label| !label.is_empty()).map(|label| format!(", {label}")).collect();
         let slices = if n == 1 { "slice" } else { "slices" };
         let kind = &first.frames[phase.slices[0].frame].kind;
         let kind = if kind.is_empty() { String::new() } else { format!(", {kind}") };
@@ -167,14 +170,20 @@ impl Stack {
             id: shown_id(first),
             uid: shown_uid(first).cloned(),
             number: first.series_number,
-            description: format!("{modality}, {n} {slices}, {columns} x {rows}{kind}{phases}"),
+            name: match first.modality_code {
+                "" | "other" => format!("Scan{number}"),
+                code => format!("{code}{number}"),
+            },
+            description: format!(
+                "{modality}{number}{labels}, {n} {slices}, {columns} x {rows}{kind}{phases}"
+            ),
             files: used.len(),
             modality: first.modality_code.to_owned(),
             dims: [columns, rows, depth],
             spacing_mm: [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length),
             orientation: orientation_words(matrix),
             phases: self.phases.len(),
-            unit: first.unit.to_owned(),
+            unit: first.unit.clone().into_owned(),
             bytes: (columns * rows * depth * sample_bytes) as u64,
             reason: String::new(),
             segments_series: None,
@@ -283,7 +292,7 @@ fn groups(files: &[ImageFile], left_out: &[bool]) -> Vec<Vec<Slice>> {
                 (of.format.rows, of.format.columns) == (image.format.rows, image.format.columns)
                     && (of.modality, of.is_localizer) == (image.modality, image.is_localizer)
                     && (of.patient == image.patient || !several(image))
-                    && (&of.kernel, of.unit) == (&image.kernel, image.unit)
+                    && (&of.kernel, &of.unit) == (&image.kernel, &image.unit)
                     // Each file of labels is a volume of its own.
                     && (image.segmentation.is_none() && of.segmentation.is_none() || first.file == file)
                     && alike(&of.frames[first.frame], &image.frames[frame])

@@ -1,4 +1,5 @@
-//! Where the bytes of a DICOM file come from: a file, or an entry of a zip archive that stays zipped.
+//! Where the bytes of a DICOM file come from: a file, one that stays gzipped, or an entry of a zip archive that stays
+//! zipped.
 
 use std::{
     fs::File,
@@ -7,9 +8,10 @@ use std::{
     sync::Arc,
 };
 
-use flate2::{Crc, read::DeflateDecoder};
+use flate2::{Crc, bufread::MultiGzDecoder, read::DeflateDecoder};
 use lumivox_core::CancelToken;
 
+use super::elements::is_dicom;
 use crate::ImportError;
 
 /// Read at a time while a header is walked: few headers are longer.
@@ -31,6 +33,12 @@ pub(crate) fn inflation_limit(compressed: u64) -> u64 {
 pub(crate) enum Source {
     /// A file of its own.
     File(PathBuf),
+    /// A gzip file of one.
+    Gzip {
+        path: PathBuf,
+        /// Its size when unpacked.
+        size: u64,
+    },
     /// An entry of a zip archive.
     Entry {
         /// The archive.
@@ -54,7 +62,7 @@ impl Source {
     /// The path shown to people; for an entry, the archive's with the entry's appended.
     pub(crate) fn path(&self) -> PathBuf {
         match self {
-            Source::File(path) => path.clone(),
+            Source::File(path) | Source::Gzip { path, .. } => path.clone(),
             Source::Entry { archive, name, .. } => archive.join(name),
         }
     }
@@ -72,6 +80,13 @@ impl Source {
                 let length = Some(file.metadata()?.len());
                 let reader = Reader::File(BufReader::with_capacity(BUFFER, file));
                 Ok(Input { reader, position: 0, length, cancel: CancelToken::new() })
+            }
+            Source::Gzip { path, size } => {
+                // The decoder compares the checksums, the last one behind the last byte.
+                let unpacked = MultiGzDecoder::new(BufReader::with_capacity(BUFFER, File::open(path)?));
+                let unpacked = unpacked.take(size.saturating_add(1));
+                let reader = Reader::Stream(Box::new(BufReader::with_capacity(BUFFER, unpacked)));
+                Ok(Input { reader, position: 0, length: Some(*size), cancel: CancelToken::new() })
             }
             Source::Entry { archive, start, compressed, size, deflated, crc, .. } => {
                 let mut file = File::open(archive)?;
@@ -194,16 +209,18 @@ impl Input {
 
     /// Reads an entry of an archive to its end, where its checksum is compared.
     pub(crate) fn finish(&mut self) -> io::Result<()> {
-        match &mut self.reader {
-            Reader::Stream(reader) if self.length.is_some() => loop {
-                check(&self.cancel)?;
-                match io::copy(&mut reader.take(CHUNK as u64), &mut io::sink())? {
-                    0 => break Ok(()),
-                    taken => self.position += taken,
-                }
-            },
-            _ => Ok(()),
+        let (Reader::Stream(reader), Some(length)) = (&mut self.reader, self.length) else { return Ok(()) };
+        loop {
+            check(&self.cancel)?;
+            match io::copy(&mut reader.take(CHUNK as u64), &mut io::sink())? {
+                0 => break,
+                taken => self.position += taken,
+            }
         }
+        if self.position > length {
+            return Err(io::Error::new(io::ErrorKind::InvalidData, "it is longer than it says at its end"));
+        }
+        Ok(())
     }
 
     /// `prefix` and what follows, inflated (Deflated Explicit VR Little Endian), as an input that starts at 0.
@@ -260,6 +277,35 @@ impl<R: Read> Read for Checked<R> {
         }
         Ok(n)
     }
+}
+
+/// The source of a gzip file of a DICOM file; `None` of one of something else.
+///
+/// # Errors
+/// When it cannot be read, when it is damaged, and where it grows beyond any scan's size.
+pub(crate) fn gzip(path: &Path) -> io::Result<Option<Source>> {
+    /// Magic, method, flags, time, system; checksum and size.
+    const LEAST: u64 = 18;
+    let mut file = File::open(path)?;
+    let compressed = file.metadata()?.len();
+    let limit = inflation_limit(compressed);
+    if compressed < LEAST || !is_dicom(&Source::Gzip { path: path.to_owned(), size: limit }) {
+        return Ok(None);
+    }
+    file.seek(SeekFrom::End(-4))?;
+    let mut size = [0; 4];
+    file.read_exact(&mut size)?;
+    let mut size = u64::from(u32::from_le_bytes(size));
+    // What is written at the end is of the last part only, and deflate makes nothing much larger.
+    if size < (compressed - LEAST) / 2 {
+        file.rewind()?;
+        let unpacked = MultiGzDecoder::new(BufReader::with_capacity(BUFFER, file));
+        size = io::copy(&mut unpacked.take(limit + 1), &mut io::sink())?;
+    }
+    if size > limit {
+        return Err(io::Error::other("it grows beyond any scan's size"));
+    }
+    Ok(Some(Source::Gzip { path: path.to_owned(), size }))
 }
 
 /// What a zip archive holds.

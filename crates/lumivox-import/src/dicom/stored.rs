@@ -116,7 +116,7 @@ impl<'a> NativeFrames<'a> {
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
         // The first sample is in the lowest bits (PS3.5 8.1.1); big endian words are swapped.
-        let swap = usize::from(self.format.big_endian);
+        let swap = usize::from(self.format.swapped_pairs);
         let byte = |at: usize| u16::from(bits.get(at ^ swap).copied().unwrap_or(0));
         for (i, sample) in self.buffer.chunks_exact_mut(self.format.bytes).enumerate() {
             let bit = (first + i) * each;

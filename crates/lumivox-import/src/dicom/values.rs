@@ -92,26 +92,23 @@ impl DataSet {
         Some(two(0)? * 3600.0 + two(2).unwrap_or(0.0) * 60.0 + two(4).unwrap_or(0.0) + fraction)
     }
 
+    /// A date (DA), as seconds since 1970 at its midnight.
+    pub(crate) fn day(&self, attribute: Attribute) -> Option<f64> {
+        days_since_1970(&self.text(attribute)?).map(|days| days as f64 * 86_400.0)
+    }
+
+    /// How far a clock is ahead of UTC (`+0100`), in seconds.
+    pub(crate) fn zone(&self, attribute: Attribute) -> Option<f64> {
+        zone(&self.text(attribute)?)
+    }
+
     /// A date and time (DT) in seconds since 1970, by the clock where it was written; and how far that is ahead of UTC,
     /// in seconds, where it says so.
     pub(crate) fn instant(&self, attribute: Attribute) -> Option<(f64, Option<f64>)> {
         let text = self.text(attribute)?;
-        let number = |from: usize, to: usize| {
-            let part = text.get(from..to)?;
-            part.bytes().all(|b| b.is_ascii_digit()).then(|| part.parse::<i64>().ok()).flatten()
-        };
-        let (year, month, day) = (number(0, 4)?, number(4, 6)?, number(6, 8)?);
-        number(8, 14)?;
-        // Days since 1970, by years that begin in March.
-        let year = if month <= 2 { year - 1 } else { year };
-        let of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
-        let days =
-            year * 365 + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + of_year - 719_468;
-        let offset = text.find(['+', '-']).and_then(|at| {
-            let minutes = 60 * number(at + 1, at + 3)? + number(at + 3, at + 5)?;
-            Some(if text[at..].starts_with('-') { -60.0 } else { 60.0 } * minutes as f64)
-        });
-        Some((days as f64 * 86_400.0 + self.seconds_of_day(attribute)?, offset))
+        number(&text, 8, 14)?;
+        let days = days_since_1970(&text)?;
+        Some((days as f64 * 86_400.0 + self.seconds_of_day(attribute)?, zone(&text)))
     }
 
     /// An integer in text (IS).
@@ -155,6 +152,28 @@ impl DataSet {
     pub(crate) fn decimal(&self, attribute: Attribute) -> Result<Option<f64>, FieldFault> {
         Ok(self.decimal_list(attribute)?.and_then(|numbers| numbers.first().copied()))
     }
+}
+
+/// The digits at a place of a text.
+fn number(text: &str, from: usize, to: usize) -> Option<i64> {
+    let part = text.get(from..to)?;
+    part.bytes().all(|b| b.is_ascii_digit()).then(|| part.parse().ok()).flatten()
+}
+
+/// The days from 1970 to a date that a text begins with.
+fn days_since_1970(text: &str) -> Option<i64> {
+    let (year, month, day) = (number(text, 0, 4)?, number(text, 4, 6)?, number(text, 6, 8)?);
+    // By years that begin in March.
+    let year = if month <= 2 { year - 1 } else { year };
+    let of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
+    Some(year * 365 + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + of_year - 719_468)
+}
+
+/// The time zone in a text, in seconds ahead of UTC.
+fn zone(text: &str) -> Option<f64> {
+    let at = text.find(['+', '-'])?;
+    let minutes = 60 * number(text, at + 1, at + 3)? + number(text, at + 3, at + 5)?;
+    Some(if text[at..].starts_with('-') { -60.0 } else { 60.0 } * minutes as f64)
 }
 
 fn printable(byte: u8) -> char {

@@ -30,6 +30,7 @@ pub fn to_dictionary(volume: &Volume, report: &VarDictionary) -> VarDictionary {
             Modality::Pet => "PET",
             Modality::Other => "",
         },
+        "unit" => volume.unit(),
         "report" => &kept(report),
         // As they lie in memory; every platform that Godot runs on is little-endian.
         "voxels" => &PackedByteArray::from(volume.voxels().as_bytes()),
@@ -63,7 +64,12 @@ pub fn from_dictionary(stored: &VarDictionary) -> Result<(Volume, VarDictionary)
         "PET" => Modality::Pet,
         _ => Modality::Other,
     };
-    let volume = Volume::new(dims, voxels, rescale, place, modality).map_err(|error| error.to_string())?;
+    let mut volume =
+        Volume::new(dims, voxels, rescale, place, modality).map_err(|error| error.to_string())?;
+    // Older files have none.
+    if let Some(unit) = stored.get("unit") {
+        volume = volume.with_unit(unit.stringify().to_string());
+    }
     // Older files hold all of it.
     Ok((volume, kept(&entry(stored, "report")?)))
 }

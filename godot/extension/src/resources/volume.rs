@@ -73,9 +73,10 @@ impl LumivoxVolume {
     /// Loads a scan and waits for it: a file of any format (DICOM, NIfTI, NRRD, MetaImage, RAW), a folder of DICOM
     /// files, or a zip archive of one. [param options] may hold [code]series[/code] (which series of a DICOM study: its
     /// position from 1, its SeriesInstanceUID or its number), [code]phase[/code] (which volume of a series with
-    /// several, counted from 1) and [code]raw[/code] (what a RAW file holds, such as
-    /// [code]256x256x108:i16le:spacing=1,1,2[/code]). Returns [code]null[/code] and says why in the output if it cannot
-    /// be loaded.
+    /// several, counted from 1), [code]raw[/code] (what a RAW file holds, such as
+    /// [code]256x256x108:i16le:spacing=1,1,2[/code]) and [code]allow_outside_data[/code] (whether a header such as
+    /// [code].mhd[/code] may name data files anywhere, not only beside it or below). Returns [code]null[/code] and says
+    /// why in the output if it cannot be loaded.
     #[func]
     pub fn load_file(path: GString, #[opt(default = &Options::none())] options: Options) -> Option<Gd<Self>> {
         let loaded = import_options(&options.0).and_then(|options| {
@@ -120,10 +121,11 @@ impl LumivoxVolume {
         })
     }
 
-    /// The unit of the values: [code]HU[/code] for CT, empty where they have none and without a scan.
+    /// The unit of the values: [code]HU[/code] for most CT, [code]mg/ml[/code] for a map of iodine, [code]SUV[/code] for
+    /// most PET; empty where it is not known and without a scan.
     #[func]
     pub fn get_unit(&self) -> GString {
-        self.volume.as_ref().map_or(GString::new(), |volume| GString::from(volume.modality().unit()))
+        self.volume.as_ref().map_or(GString::new(), |volume| GString::from(volume.unit()))
     }
 
     /// The number of voxels in each of [param bins] equal parts, 1 to 65536, of the values from [code]range.x[/code] to
@@ -141,7 +143,8 @@ impl LumivoxVolume {
     /// [code]chosen[/code] (which of them it is), [code]notes[/code] (sentences) and [code]skipped[/code] (a list with
     /// [code]path[/code] and [code]reason[/code]). Empty for a phantom.
     ///
-    /// A series has [code]id[/code], [code]number[/code] ([code]null[/code] without one), [code]description[/code],
+    /// A series has [code]id[/code], [code]name[/code] (such as [code]CT series 4[/code], which names neither files nor
+    /// the patient), [code]number[/code] ([code]null[/code] without one), [code]description[/code],
     /// [code]files[/code], [code]modality[/code] (DICOM's code, such as [code]CT[/code]), [code]dimensions[/code]
     /// (a [Vector3i] of voxels), [code]spacing_mm[/code] (a [Vector3]), [code]orientation[/code] of its slices
     /// ([code]axial[/code]), [code]phases[/code] (volumes in it), [code]unit[/code] of its values, [code]bytes[/code]
@@ -153,6 +156,19 @@ impl LumivoxVolume {
     #[func]
     pub fn get_report(&self) -> VarDictionary {
         self.report.clone()
+    }
+
+    /// What the scan may be called: [code]CT series 4[/code]. It names neither files nor folders, which may be called by
+    /// the patient's name. [code]Scan[/code] for a phantom and without a scan.
+    #[func]
+    pub fn get_scan_name(&self) -> GString {
+        let name = || {
+            let series = self.report.get("series")?.try_to::<VarArray>().ok()?;
+            let chosen = usize::try_from(self.report.get("chosen")?.try_to::<i64>().ok()?).ok()?;
+            let one = series.get(chosen)?.try_to::<VarDictionary>().ok()?;
+            one.get("name")?.try_to::<GString>().ok().filter(|name| !name.is_empty())
+        };
+        name().unwrap_or("Scan".into())
     }
 
     /// A slice as a grey image: black at values of [code]window.x[/code] and below, white at [code]window.y[/code] and
@@ -266,10 +282,15 @@ pub fn import_options(dictionary: &VarDictionary) -> Result<ImportOptions, Strin
                 let wrong = || format!("The import option 'phase' counts from 1, and is not '{text}'.");
                 options.phase = Some(phase.ok_or_else(wrong)?);
             }
+            "allow_outside_data" => {
+                let wrong =
+                    |_| format!("The import option 'allow_outside_data' is true or false, and not '{text}'.");
+                options.allow_outside_data = text.parse().map_err(wrong)?;
+            }
             "raw" => options.raw = Some(RawDescription::parse(&text).map_err(|error| error.to_string())?),
             other => {
                 return Err(format!(
-                    "There is no import option '{other}'. There are 'series', 'phase' and 'raw'."
+                    "There is no import option '{other}'. There are 'series', 'phase', 'raw' and 'allow_outside_data'."
                 ));
             }
         }
@@ -284,6 +305,7 @@ pub fn report_dictionary(report: &ImportReport) -> VarDictionary {
         series.push(
             &vdict! {
                 "id" => one.id.as_str(),
+                "name" => one.name.as_str(),
                 "number" => &one.number.map_or(Variant::nil(), |n| n.to_variant()),
                 "description" => one.description.as_str(),
                 "files" => one.files as i64,

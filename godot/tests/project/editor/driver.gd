@@ -102,6 +102,7 @@ func _scans() -> Dictionary:
 			found[path.trim_prefix("res://scans/")] = {
 				"dims": [dims.x, dims.y, dims.z], "spacing": [spacing.x, spacing.y, spacing.z],
 				"range": [values.x, values.y], "part_of": volume.get_meta(&"lumivox_series", ""),
+				"name": volume.resource_name, "unit": volume.get_unit(),
 			}
 	return found
 
@@ -350,8 +351,10 @@ func _use_dialog() -> Dictionary:
 	told.stopped = not pictured.call()
 	dialog.call("open")
 	told.pictures.append(await _picture_in(picture))
+	told.proposed = [(dialog.get("_target") as LineEdit).text]
 	tree.get_root().get_child(1).select(0)
 	await _seconds(0.5)
+	told.proposed.append((dialog.get("_target") as LineEdit).text)
 	dialog.get_texture().get_image().save_png(_path("editor_dialog.png"))
 	tree.get_root().get_child(0).select(0)
 	await get_tree().process_frame

@@ -256,6 +256,19 @@ fn files_in_the_project_become_volumes() {
     assert_eq!(told["grid.nrrd"]["range"], json!([0.0, 209.0]));
     assert_eq!(told["grid.nii"]["spacing"], json!([1.5, 2.0, 2.5]));
     assert_eq!(told["ct/CT0002.dcm"]["part_of"], "res://scans/ct/CT0001.dcm");
+    // By what they are: folders and archives are often called by the patient's name.
+    let names = ["ct/CT0001.dcm", "ct/CT0002.dcm", "archive.zip", "grid.nii", "phases/CT0001.dcm"];
+    let names = names.map(|file| told[file]["name"].as_str().unwrap().to_owned());
+    assert_eq!(
+        names,
+        ["CT series 1", "Part of a scan", "CT series 1", "NIfTI scan", "CT series 3"],
+        "{told}"
+    );
+    assert_eq!(
+        (&told["ct/CT0001.dcm"]["unit"], &told["grid.nii"]["unit"]),
+        (&json!("HU"), &json!("")),
+        "{told}"
+    );
     let phase = &told["phases/CT0001.dcm"];
     assert_eq!(phase["dims"], json!([16, 16, 16]), "{told}");
     assert_eq!(phase["range"][0], phase["range"][1], "the dock's option asks for the flat phase: {phase}");
@@ -274,6 +287,8 @@ fn the_dialog_tells_series_apart_and_imports_the_phase_that_is_asked_for() {
     assert!(told["second"].as_str().unwrap().contains("Not the first choice: fewer voxels"), "{told}");
     let first = told["first"].as_str().unwrap();
     assert!(first.contains("CT, axial") && !first.contains("Not the first choice"), "{told}");
+    // After the series, not after the folder, which is often called by the patient's name.
+    assert_eq!(told["proposed"], json!(["res://ct_series_4.res", "res://ct_series_5.res"]), "{told}");
     assert_eq!(told["added"], true, "{told}");
     assert_eq!(told["range"][0], told["range"][1], "the second phase is the flat one: {told}");
     assert_eq!(told["undone"], true, "{told}");

@@ -179,7 +179,7 @@ fn assert_as_the_library(name: &str, described: &Value, library: &Imported) {
     assert!(spacing.iter().zip(volume.spacing_mm().to_array()).all(|(a, b)| close(*a, b)), "{name}");
     let range = numbers::<2>(&described["range"]);
     assert!(range.iter().zip(volume.value_range()).all(|(a, b)| close(*a, b)), "{name}");
-    assert_eq!(described["unit"], volume.modality().unit(), "{name}");
+    assert_eq!(described["unit"], volume.unit(), "{name}");
     assert_eq!(described["counted"].as_f64().unwrap(), volume.voxel_count() as f64, "{name}");
     let report = &described["report"];
     assert_eq!(report["format"], library.report.format, "{name}");
@@ -188,7 +188,7 @@ fn assert_as_the_library(name: &str, described: &Value, library: &Imported) {
     println!(
         "{name}: {:?} voxels of {spacing:?} mm, {range:?} {}, {}",
         volume.dims(),
-        volume.modality().unit(),
+        volume.unit(),
         library.report.format
     );
 }

@@ -24,8 +24,8 @@ func _get_recognized_extensions() -> PackedStringArray:
 
 
 func _get_format_version() -> int:
-	# 2: what the folder held is remembered.
-	return 2
+	# 3: scans are saved with their unit, and are not called by the names of folders.
+	return 3
 
 
 func _get_import_options(_path: String, _preset: int) -> Array[Dictionary]:
@@ -45,5 +45,5 @@ func _import(
 	if volume == null:
 		push_error("Lumivox: %s was not imported; the line above says why." % folder)
 		return ERR_FILE_CORRUPT
-	volume.resource_name = folder.get_file()
+	volume.resource_name = volume.get_scan_name()
 	return save_volume(volume, source_file, save_path, options)

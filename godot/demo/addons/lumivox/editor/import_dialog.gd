@@ -23,6 +23,8 @@ var _save_result := OK
 var _volume: LumivoxVolume
 ## Where the scan that is imported will be saved, whatever the fields say meanwhile.
 var _saved_as := ""
+## The path that was proposed last, until the user writes another.
+var _suggested := ""
 
 var _path := LineEdit.new()
 var _browse := MenuButton.new()
@@ -270,6 +272,7 @@ func _forget() -> void:
 	_report = {}
 	_series.clear()
 	_target.text = ""
+	_suggested = ""
 	_details.text = ""
 	_thumbnail.texture = null
 	_phase_row.hide()
@@ -310,7 +313,6 @@ func _on_scanned(report: Dictionary) -> void:
 		if i == (report.get("chosen", 0) as int):
 			item.select(0)
 	_on_series_selected()
-	_target.text = _free_name(_name_of(_path.text).get_slice(".", 0))
 	_stage.text = "%d series" % list.size() if list.size() != 1 else "One series"
 	_go(Step.READY)
 
@@ -324,6 +326,9 @@ func _on_series_selected() -> void:
 	var place := _selected_series()
 	_thumbnail.texture = null
 	_phase_row.hide()
+	if _target.text == _suggested:
+		_suggested = _free_name((_report.series as Array)[place].get("name", "") as String if place >= 0 else "")
+		_target.text = _suggested
 	if place >= 0:
 		var phases: int = (_report.series as Array)[place].get("phases", 1)
 		_phase.max_value = maxi(phases, 1)
@@ -395,6 +400,7 @@ func _report_text(report: Dictionary, place: int) -> String:
 	return text
 
 
+## A path that is free, of what a series is called: folders and archives are often called by the patient's name.
 func _free_name(stem: String) -> String:
 	var clean := stem.validate_filename().to_snake_case()
 	if clean == "":

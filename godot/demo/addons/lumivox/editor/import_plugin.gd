@@ -31,8 +31,8 @@ func _get_priority() -> float:
 
 
 func _get_format_version() -> int:
-	# 1: the report is saved without the names of files.
-	return 1
+	# 2: scans are saved with their unit, and are not called by the names of files.
+	return 2
 
 
 func _get_import_order() -> int:
@@ -59,6 +59,8 @@ func _get_import_options(path: String, _preset: int) -> Array[Dictionary]:
 			"name": "raw", "default_value": "",
 			"property_hint": PROPERTY_HINT_PLACEHOLDER_TEXT, "hint_string": "256x256x108:i16le:spacing=1,1,2",
 		})
+	if extension in ["nhdr", "mhd", ""]:
+		options.append({"name": "allow_outside_data", "default_value": false})
 	options.append({"name": "compress", "default_value": true})
 	return options
 
@@ -85,7 +87,8 @@ func _import(
 			remedy = "Describe it under 'Raw' in the Import dock, or choose 'Keep File' there if it is no scan."
 		push_error("Lumivox: %s was not imported; the line above says why. %s" % [source_file, remedy])
 		return ERR_FILE_CORRUPT
-	volume.resource_name = source_file.get_file().get_slice(".", 0)
+	# Files and folders are often called by the patient's name.
+	volume.resource_name = volume.get_scan_name()
 	return save_volume(volume, source_file, save_path, options)
 
 
@@ -114,6 +117,8 @@ static func reader_options(options: Dictionary) -> Dictionary:
 	var phase: int = options.get("phase", 0)
 	if phase > 0:
 		wanted["phase"] = phase
+	if options.get("allow_outside_data", false):
+		wanted["allow_outside_data"] = true
 	return wanted
 
 
@@ -133,7 +138,7 @@ static func save_volume(volume: LumivoxVolume, source_file: String, save_path: S
 ## Writes, for a file that is a part of a scan, a resource that holds nothing but where the scan is.
 static func save_pointer(save_path: String, series_file: String) -> Error:
 	var pointer := LumivoxVolume.new()
-	pointer.resource_name = "Part of %s" % series_file.get_file()
+	pointer.resource_name = "Part of a scan"
 	pointer.set_meta(&"lumivox_series", series_file)
 	return ResourceSaver.save(pointer, "%s.%s" % [save_path, SAVE_EXTENSION])
 

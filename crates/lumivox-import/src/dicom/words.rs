@@ -1,0 +1,336 @@
+//! Words that tell series apart: of DICOM's free texts those that are terms of the field, since any other may be a name.
+
+use super::{attributes as attr, elements::DataSet};
+
+/// Terms that descriptions of series and kernels are made of, in lower case.
+const TERMS: &[&str] = &[
+    "abdomen",
+    "abd",
+    "ac",
+    "adc",
+    "angio",
+    "aorta",
+    "arm",
+    "arterial",
+    "asl",
+    "ax",
+    "axial",
+    "axials",
+    "ankle",
+    "attenuation",
+    "average",
+    "axl",
+    "b",
+    "base",
+    "baseline",
+    "bh",
+    "biphasic",
+    "black",
+    "blood",
+    "body",
+    "bold",
+    "bone",
+    "boneplus",
+    "brain",
+    "breast",
+    "bright",
+    "brust",
+    "c",
+    "cardiac",
+    "carotid",
+    "cbf",
+    "cbv",
+    "ce",
+    "cerebral",
+    "cervical",
+    "chest",
+    "cine",
+    "ciss",
+    "contrast",
+    "cor",
+    "coronal",
+    "coronary",
+    "corrected",
+    "cspine",
+    "ct",
+    "cta",
+    "ctac",
+    "cube",
+    "delayed",
+    "derived",
+    "detail",
+    "diffusion",
+    "dixon",
+    "dose",
+    "dual",
+    "dwi",
+    "dti",
+    "dynamic",
+    "early",
+    "echo",
+    "edge",
+    "elbow",
+    "energy",
+    "epi",
+    "extremity",
+    "fa",
+    "face",
+    "fast",
+    "fat",
+    "fdg",
+    "fiesta",
+    "filtered",
+    "fl",
+    "flair",
+    "flash",
+    "fmri",
+    "foot",
+    "fs",
+    "fse",
+    "fsat",
+    "gated",
+    "gd",
+    "gre",
+    "grase",
+    "hand",
+    "haste",
+    "head",
+    "heart",
+    "high",
+    "hip",
+    "hr",
+    "in",
+    "inner",
+    "iodine",
+    "ir",
+    "irm",
+    "iv",
+    "kidney",
+    "knee",
+    "kopf",
+    "late",
+    "lateral",
+    "leg",
+    "left",
+    "liver",
+    "localizer",
+    "loc",
+    "low",
+    "lspine",
+    "lumbar",
+    "lung",
+    "lungs",
+    "map",
+    "medium",
+    "mip",
+    "mmpr",
+    "mono",
+    "moco",
+    "mpr",
+    "mprage",
+    "mr",
+    "mra",
+    "mrcp",
+    "mri",
+    "mtt",
+    "multiphase",
+    "nac",
+    "native",
+    "neck",
+    "no",
+    "non",
+    "oblique",
+    "obl",
+    "opp",
+    "orbit",
+    "out",
+    "pancreas",
+    "parallel",
+    "part",
+    "pc",
+    "pd",
+    "pelvis",
+    "perfusion",
+    "pet",
+    "phase",
+    "plain",
+    "portal",
+    "post",
+    "pre",
+    "prone",
+    "prostate",
+    "recon",
+    "reformat",
+    "rest",
+    "right",
+    "sag",
+    "sagittal",
+    "scan",
+    "scout",
+    "se",
+    "series",
+    "sharp",
+    "shoulder",
+    "sinus",
+    "skull",
+    "slab",
+    "smooth",
+    "soft",
+    "space",
+    "spgr",
+    "spin",
+    "spine",
+    "spoiled",
+    "standard",
+    "stir",
+    "stress",
+    "surview",
+    "swi",
+    "te",
+    "temporal",
+    "thick",
+    "thin",
+    "thorax",
+    "thx",
+    "tirm",
+    "tissue",
+    "tof",
+    "topogram",
+    "tra",
+    "trace",
+    "transverse",
+    "tse",
+    "tspine",
+    "vascular",
+    "venous",
+    "vibe",
+    "virtual",
+    "vol",
+    "water",
+    "weighted",
+    "whole",
+    "with",
+    "wo",
+];
+
+/// Whether a word names nothing but a thing of the field: a term, or a short code with a digit (`T2`, `B30f`, `1.0`).
+fn is_told(word: &str, names: &[String]) -> bool {
+    let lower = word.to_ascii_lowercase();
+    let (digits, letters) = word.bytes().fold((0, 0), |(digits, letters), byte| {
+        (digits + usize::from(byte.is_ascii_digit()), letters + usize::from(byte.is_ascii_alphabetic()))
+    });
+    // Numbers of patients, and dates, are longer.
+    let is_code = (1..=4).contains(&digits) && letters <= 4 && word.len() <= 8;
+    !names.contains(&lower) && (is_code || TERMS.contains(&lower.as_str()))
+}
+
+/// The parts of the patient's name and number, in lower case: they are told nowhere, even where they are terms.
+fn names(data: &DataSet) -> Vec<String> {
+    let texts = [attr::PATIENT_NAME, attr::PATIENT_ID].into_iter().filter_map(|name| data.text(name));
+    let parts = |text: String| {
+        let parts = text.split(|c: char| !c.is_ascii_alphanumeric()).map(str::to_ascii_lowercase);
+        parts.filter(|part| !part.is_empty()).collect::<Vec<_>>()
+    };
+    texts.flat_map(parts).collect()
+}
+
+/// The words of SeriesDescription that may be told; empty where none may.
+pub(crate) fn series_label(data: &DataSet) -> String {
+    let names = names(data);
+    let text = data.text(attr::SERIES_DESCRIPTION).unwrap_or_default();
+    let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || ".+-".contains(c)));
+    let told = |word: &str| -> Option<String> {
+        // `T1-weighted` is two words.
+        let mut parts = word.split(['-', '+']).filter(|part| !part.is_empty()).peekable();
+        let is_any = parts.peek().is_some();
+        (is_any && parts.all(|part| is_told(part, &names)))
+            .then(|| word.trim_matches(['-', '+', '.']).to_owned())
+    };
+    words.filter_map(told).take(MOST_WORDS).collect::<Vec<_>>().join(" ")
+}
+
+/// Words of a description; longer ones do not tell series apart at a glance.
+const MOST_WORDS: usize = 6;
+
+/// A kernel as it may be told: `B30f`, `STANDARD`, `Br40d`.
+pub(crate) fn kernel_label(kernel: Option<&str>) -> String {
+    let first = kernel.unwrap_or_default().split('\\').next().unwrap_or_default().trim();
+    // Philips and Canon have kernels of one letter or two.
+    let is_told =
+        is_told(first, &[]) || (first.len() <= 2 && first.bytes().all(|b| b.is_ascii_alphanumeric()));
+    if is_told { first.to_owned() } else { String::new() }
+}
+
+/// When a series was made, as `10:31:05`; empty where that is not given.
+pub(crate) fn time_label(data: &DataSet) -> String {
+    let seconds =
+        data.seconds_of_day(attr::SERIES_TIME).or_else(|| data.seconds_of_day(attr::ACQUISITION_TIME));
+    let Some(seconds) = seconds.filter(|seconds| (0.0..86_400.0).contains(seconds)) else {
+        return String::new();
+    };
+    let seconds = seconds as u32;
+    format!("{:02}:{:02}:{:02}", seconds / 3600, seconds / 60 % 60, seconds % 60)
+}
+
+/// How an MR image is weighted, by its sequence and times; empty where they do not tell. `contrast` is what an enhanced
+/// image says itself.
+pub(crate) fn weighting(data: &DataSet, contrast: Option<&str>, b_value: f64) -> String {
+    const CONTRASTS: [(&str, &str); 9] = [
+        ("DIFFUSION", "diffusion"),
+        ("FLOW_ENCODED", "flow"),
+        ("FLUID_ATTENUATED", "FLAIR"),
+        ("PERFUSION", "perfusion"),
+        ("PROTON_DENSITY", "PD-weighted"),
+        ("STIR", "STIR"),
+        ("T1", "T1-weighted"),
+        ("T2", "T2-weighted"),
+        ("T2_STAR", "T2*-weighted"),
+    ];
+    if let Some((_, word)) = CONTRASTS.iter().find(|(term, _)| Some(*term) == contrast) {
+        return (*word).to_owned();
+    }
+    let sequence = data.texts(attr::SCANNING_SEQUENCE);
+    let has = |kind: &str| sequence.iter().any(|word| word == kind);
+    let is_spoiled = data.texts(attr::SEQUENCE_VARIANT).iter().any(|word| word == "SP");
+    let time = |attribute| data.decimal(attribute).ok().flatten().filter(|ms| (0.0..1e5).contains(ms));
+    let (tr, te) = (time(attr::REPETITION_TIME), time(attr::ECHO_TIME));
+    let inversion = time(attr::INVERSION_TIME).unwrap_or(0.0);
+    let (Some(tr), Some(te)) = (tr, te) else { return String::new() };
+    let word = match () {
+        () if b_value > 0.0 => "diffusion",
+        () if data.text(attr::ANGIO_FLAG).as_deref() == Some("Y") => "angiography",
+        () if has("IR") && inversion >= 1500.0 && te >= 60.0 => "FLAIR",
+        () if has("IR") && (80.0..=300.0).contains(&inversion) && te >= 15.0 => "STIR",
+        () if has("EP") && te >= 20.0 => "T2*-weighted",
+        () if has("GR") && te >= 15.0 => "T2*-weighted",
+        // Of steady states that are not spoiled neither T1 nor T2 is told.
+        () if has("GR") && te < 10.0 && (has("IR") || is_spoiled) => "T1-weighted",
+        () if has("SE") && tr < 1000.0 && te <= 30.0 => "T1-weighted",
+        () if has("SE") && tr >= 1500.0 && te >= 60.0 => "T2-weighted",
+        () if has("SE") && tr >= 1500.0 && te < 50.0 => "PD-weighted",
+        () => "",
+    };
+    let times = format!("TR {tr:.0} TE {te:.0} ms");
+    if word.is_empty() { times } else { format!("{word} by {times}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn terms_and_codes_are_told_and_names_are_not() {
+        for word in ["Thorax", "T2", "B30f", "1.0", "0.625", "b1000", "mprage"] {
+            assert!(is_told(word, &[]), "{word}");
+        }
+        for word in ["Miller", "JANE", "19500312", "AB123456", "P1234567", "Dr", ""] {
+            assert!(!is_told(word, &[]), "{word}");
+        }
+        assert!(!is_told("Brain", &["brain".to_owned()]), "somebody is called so");
+        assert_eq!(kernel_label(Some("Br40d\\3")), "Br40d");
+        assert_eq!(
+            (kernel_label(Some("Jane Doe")), kernel_label(Some("YA"))),
+            (String::new(), "YA".to_owned())
+        );
+    }
+}

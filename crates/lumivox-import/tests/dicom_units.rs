@@ -1,0 +1,107 @@
+//! What values are measured in: maps of a CT are no Hounsfield units, and quantities have units of their own.
+
+mod common;
+#[allow(dead_code, reason = "not every test program uses all of it")]
+#[path = "common/writer.rs"]
+mod writer;
+
+use common::{load_written, values};
+use lumivox_core::{Modality, Preset};
+use lumivox_import::Imported;
+use writer::*;
+
+const RESCALE_TYPE: u32 = 0x0028_1054;
+const REAL_WORLD_VALUE_MAPPING_SEQUENCE: u32 = 0x0040_9096;
+
+fn load_one(elements: &Elements) -> Imported {
+    load_written(|path| elements.write(path, Syntax::Explicit)).unwrap()
+}
+
+/// A CT whose second sample is padding; values are 10 and -1000 as Hounsfield units.
+fn ct() -> Elements {
+    image("CT", 3, 1, vec![1010, 0, 3000])
+        .decimals(RESCALE_SLOPE, &[1.0])
+        .decimals(RESCALE_INTERCEPT, &[-1000.0])
+        .short(PIXEL_PADDING_VALUE, 0)
+}
+
+/// A mapping to `unit` by a slope and an intercept.
+fn real_world(unit: &str, slope: f64, intercept: f64) -> Elements {
+    let code = Elements::default().text(0x0008_0100, "SH", unit).text(0x0008_0102, "SH", "UCUM");
+    let mut mapping = Elements::default().items(0x0040_08EA, vec![code]);
+    mapping.set(0x0040_9224, "FD", Value::Raw(8, intercept.to_le_bytes().to_vec()));
+    mapping.set(0x0040_9225, "FD", Value::Raw(8, slope.to_le_bytes().to_vec()));
+    mapping
+}
+
+/// The unit in the report, the first two values, and whether the default look is one of CT.
+fn seen(elements: &Elements) -> (String, [f64; 2], bool) {
+    let imported = load_one(elements);
+    let found = values(&imported.volume);
+    let preset = Preset::default_for(&imported.volume);
+    (imported.report.series[0].unit.clone(), [found[0], found[1]], preset == Preset::CtMuscle)
+}
+
+#[test]
+fn maps_of_a_ct_are_no_hounsfield_units() {
+    let hu = ("HU".to_owned(), [10.0, -1000.0], true);
+    assert_eq!(seen(&ct()), hu);
+    assert_eq!(seen(&ct().text(RESCALE_TYPE, "LO", "HU ")), hu);
+    // Padding is the lowest value of what was measured, not air.
+    for (told, unit) in [
+        ("MGML", "mg/ml"),
+        ("Z_EFF", "Z_eff"),
+        ("ED", "10^23 e/ml"),
+        ("EDW", "electrons per electron of water"),
+        ("PCT", "%"),
+        ("ml/100ml/s", "ml/100ml/s"),
+        ("US", ""),
+        ("SECRET^NAME", ""),
+    ] {
+        let map = ct().decimals(RESCALE_INTERCEPT, &[0.0]).text(RESCALE_TYPE, "LO", told);
+        assert_eq!(seen(&map), (unit.to_owned(), [1010.0, 1010.0], false), "{told}");
+        let imported = load_one(&map);
+        let notes = imported.report.notes.join("; ");
+        assert!(notes.contains("not Hounsfield units") && !notes.contains("SECRET"), "{notes}");
+        assert_eq!(imported.volume.modality(), Modality::Ct, "a CT made it all the same");
+    }
+    for kind in ["MAT_SPECIFIC", "CBF", "EFF_ATOMIC_NUM"] {
+        let map = ct().text(IMAGE_TYPE, "CS", &format!("DERIVED\\PRIMARY\\AXIAL\\{kind}"));
+        assert_eq!(seen(&map), (String::new(), [10.0, 10.0], false), "{kind}");
+    }
+    // Of original images that begin at air the unit is known, whatever the scanner calls it.
+    let original = ct().text(RESCALE_TYPE, "LO", "US").text(IMAGE_TYPE, "CS", "ORIGINAL\\PRIMARY\\AXIAL");
+    assert_eq!(seen(&original), hu);
+}
+
+#[test]
+fn tables_and_frames_tell_units_too() {
+    // A table of the modality, whose type is that of a rescale.
+    let mut table = Elements::default().text(0x0028_3004, "LO", "MGML");
+    table.set(0x0028_3002, "US", Value::Words(vec![2, 0, 16]));
+    table.set(0x0028_3006, "OW", Value::Words(vec![7, 9]));
+    let map = image("CT", 2, 1, vec![0, 1]).items(0x0028_3000, vec![table]);
+    assert_eq!(seen(&map), ("mg/ml".to_owned(), [7.0, 9.0], false));
+    // An enhanced image has it in its functional groups.
+    let rescale = Elements::default()
+        .decimals(RESCALE_SLOPE, &[0.5])
+        .decimals(RESCALE_INTERCEPT, &[0.0])
+        .text(RESCALE_TYPE, "LO", "EDW");
+    let shared = Elements::default().items(0x0028_9145, vec![rescale]);
+    let map = image("CT", 2, 1, vec![2, 4]).items(0x5200_9229, vec![shared]);
+    assert_eq!(seen(&map), ("electrons per electron of water".to_owned(), [1.0, 2.0], false));
+}
+
+#[test]
+fn real_world_values_count_where_the_rescale_tells_nothing() {
+    let mapped = |modality, unit: &str| {
+        image(modality, 2, 1, vec![2, 4])
+            .items(REAL_WORLD_VALUE_MAPPING_SEQUENCE, vec![real_world(unit, 0.5, 1.0)])
+    };
+    assert_eq!(seen(&mapped("CT", "mg/ml")), ("mg/ml".to_owned(), [2.0, 3.0], false));
+    assert_eq!(seen(&mapped("MR", "mm2/s")), ("mm2/s".to_owned(), [2.0, 3.0], false));
+    // A mapping without a unit, and one that a CT needs no more, change nothing.
+    assert_eq!(seen(&mapped("MR", "1")), (String::new(), [2.0, 4.0], false));
+    let hu = mapped("CT", "mg/ml").text(RESCALE_TYPE, "LO", "HU");
+    assert_eq!(seen(&hu), ("HU".to_owned(), [2.0, 4.0], true));
+}
