@@ -1,0 +1,21 @@
+@tool
+extends EditorContextMenuPlugin
+## 'Import as Lumivox Volume' in the FileSystem dock: for what is not imported by itself.
+
+## Emitted with the file or folder that was chosen.
+signal chosen(path: String)
+
+const ListedFiles := preload("listed_files.gd")
+const ITEM := "Import as Lumivox Volume..."
+
+
+func _popup_menu(paths: PackedStringArray) -> void:
+	if paths.size() == 1 and is_offered(paths[0]):
+		add_context_menu_item(ITEM, func(_clicked: Variant) -> void: chosen.emit(paths[0]))
+
+
+## Whether a path may lead to a scan that Godot does not import by itself.
+static func is_offered(path: String) -> bool:
+	if DirAccess.dir_exists_absolute(path):
+		return true
+	return path.get_extension().to_lower() in ListedFiles.EXTENSIONS and not path.to_lower().ends_with(".nii.gz")
