@@ -6,7 +6,6 @@ const VolumeImporter := preload("editor/import_plugin.gd")
 const DicomImporter := preload("editor/dicom_import_plugin.gd")
 const DicomFolders := preload("editor/dicom_folders.gd")
 const FormerImports := preload("editor/former_imports.gd")
-const ListedFiles := preload("editor/listed_files.gd")
 const ImportMenu := preload("editor/import_menu.gd")
 const ImportDialog := preload("editor/import_dialog.gd")
 const VolumeGizmo := preload("editor/volume_gizmo.gd")
@@ -16,7 +15,6 @@ const TransferFunctionDock := preload("editor/transfer_function_dock.gd")
 const MENU_ITEM := "Import a Scan..."
 
 var _importers: Array[EditorImportPlugin] = []
-var _listed := ListedFiles.new()
 var _menu := ImportMenu.new()
 var _dialog: ImportDialog
 var _gizmo: VolumeGizmo
@@ -28,7 +26,6 @@ var _dock_button: Button
 func _enter_tree() -> void:
 	# Collected now: the engine does it without a lock when the first volume is saved, and that is in the background.
 	ClassDB.class_get_property_default_value(&"LumivoxVolume", &"resource_name")
-	ResourceLoader.add_resource_format_loader(_listed)
 	_importers = [VolumeImporter.new(), DicomImporter.new()]
 	for importer in _importers:
 		add_import_plugin(importer)
@@ -91,8 +88,6 @@ func _enable_plugin() -> void:
 
 
 func _disable_plugin() -> void:
-	# Not where the editor ends: it has let go of it by then.
-	ResourceLoader.remove_resource_format_loader(_listed)
 	_update_warnings.call_deferred()
 
 

@@ -520,7 +520,7 @@ func _use_dialog() -> Dictionary:
 
 ## Imports an archive by the menu of the FileSystem dock, and a raw file with a description.
 func _use_menu() -> Dictionary:
-	var told := {"offered": {}}
+	var told := {"offered": {}, "listed": _listed().types}
 	for file: String in ["archive.zip", "ct", "grid.nrrd"]:
 		told.offered[file] = await _open_menu("res://scans/".path_join(file)) >= 0
 	var item := await _open_menu("res://scans/archive.zip")
@@ -561,9 +561,14 @@ var _menu: PopupMenu
 ## Opens the menu of a file or folder in the FileSystem dock. Returns which of its items imports it, or -1.
 func _open_menu(path: String) -> int:
 	var dock := EditorInterface.get_file_system_dock()
-	dock.navigate_to_path(path)
-	await _seconds(0.3)
 	var tree := _find_all(dock, func(node: Node) -> bool: return node is Tree)[0] as Tree
+	# A look for changed files that is under way sets the tree anew.
+	await _until(func() -> bool:
+		if EditorInterface.get_resource_filesystem().is_scanning():
+			return false
+		dock.navigate_to_path(path)
+		return tree.get_selected() != null and tree.get_selected().get_text(0) == path.get_file())
+	await _seconds(0.3)
 	tree.item_mouse_selected.emit(Vector2.ZERO, MOUSE_BUTTON_RIGHT)
 	await _seconds(0.3)
 	_menu = null

@@ -328,6 +328,7 @@ fn what_may_be_anything_is_a_volume_only_where_it_was_made_one() {
 #[test]
 fn the_file_systems_menu_imports_an_archive_and_a_raw_file() {
     let told = telling("menu");
+    assert_eq!(told["listed"], telling("listed")["types"], "later, too: {told}");
     assert_eq!(told["offered"], json!({"archive.zip": true, "ct": true, "grid.nrrd": false}), "{told}");
     assert_eq!(told["archive"], json!([24, 24, 12]), "{told}");
     let lacking = told["undescribed"].as_str().unwrap();

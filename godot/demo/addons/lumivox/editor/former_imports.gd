@@ -6,7 +6,6 @@ extends Node
 ## where what was made of them is missing, as in a fresh copy of a project, or older than they are. Those that could not
 ## be imported are the project's own again: what still says otherwise would keep them out of its exports.
 
-const ListedFiles := preload("listed_files.gd")
 const IMPORTER := "lumivox.volume"
 
 var _imports := false
@@ -36,7 +35,7 @@ func _look_into(folder: EditorFileSystemDirectory, outdated: PackedStringArray) 
 		_look_into(folder.get_subdir(i), outdated)
 	for i in folder.get_file_count():
 		var path := folder.get_file_path(i)
-		if not path.get_extension().to_lower() in ListedFiles.EXTENSIONS or path.to_lower().ends_with(".nii.gz"):
+		if not path.get_extension().to_lower() in LumivoxListedFiles.EXTENSIONS or path.to_lower().ends_with(".nii.gz"):
 			continue
 		var settings := ConfigFile.new()
 		if not FileAccess.file_exists(path + ".import") or settings.load(path + ".import") != OK \

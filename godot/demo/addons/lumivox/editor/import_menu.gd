@@ -5,7 +5,6 @@ extends EditorContextMenuPlugin
 ## Emitted with the file or folder that was chosen.
 signal chosen(path: String)
 
-const ListedFiles := preload("listed_files.gd")
 const ITEM := "Import as Lumivox Volume..."
 
 
@@ -18,4 +17,4 @@ func _popup_menu(paths: PackedStringArray) -> void:
 static func is_offered(path: String) -> bool:
 	if DirAccess.dir_exists_absolute(path):
 		return true
-	return path.get_extension().to_lower() in ListedFiles.EXTENSIONS and not path.to_lower().ends_with(".nii.gz")
+	return path.get_extension().to_lower() in LumivoxListedFiles.EXTENSIONS and not path.to_lower().ends_with(".nii.gz")

@@ -2,7 +2,7 @@
 extends EditorImportPlugin
 ## Imports scans that are one file whose name says so: NIfTI, NRRD and MetaImage.
 ##
-## Zip archives, RAW and other gz files are often a game's own: `listed_files.gd`. Those that were imported as volumes
+## Zip archives, RAW and other gz files are often a game's own: `runtime/listed_files.gd`. Those that were imported as volumes
 ## before stay volumes: `former_imports.gd`.
 
 const SAVE_EXTENSION := "res"

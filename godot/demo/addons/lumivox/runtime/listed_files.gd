@@ -1,9 +1,13 @@
 @tool
+class_name LumivoxListedFiles
 extends ResourceFormatLoader
 ## Has the FileSystem dock list files that may be scans, but need not be: zip, gz and raw. Nothing is made of them.
 ##
 ## Godot lists what somebody can load, and imports what ends as an import plugin says. Both together tell `head.nii.gz`,
 ## which is imported, from `level.gz`, which is a game's own. What is only listed is offered in the dock's menu.
+##
+## The engine makes one of each class like this by itself. Those that are added by hand it takes away again when it looks
+## for new classes. Games load it, too, for the engine knows no difference; nothing comes of it there.
 
 ## Whose endings say too little.
 const EXTENSIONS: PackedStringArray = ["zip", "gz", "raw"]
