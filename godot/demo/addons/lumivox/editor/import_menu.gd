@@ -7,10 +7,18 @@ signal chosen(path: String)
 
 const ITEM := "Import as Lumivox Volume..."
 
+var _offered := ""
+
 
 func _popup_menu(paths: PackedStringArray) -> void:
 	if paths.size() == 1 and is_offered(paths[0]):
-		add_context_menu_item(ITEM, func(_clicked: Variant) -> void: chosen.emit(paths[0]))
+		_offered = paths[0]
+		# No closure: this holds the item, which would hold this.
+		add_context_menu_item(ITEM, _on_chosen)
+
+
+func _on_chosen(_paths: Variant) -> void:
+	chosen.emit(_offered)
 
 
 ## Whether a path may lead to a scan that Godot does not import by itself.
