@@ -6,6 +6,9 @@ GODOT_MINIMUM=4.5
 # C library (on a machine without a GPU, Vulkan in software), and Monado, which simulates the headset of the tests.
 GODOT_PACKAGES="godot mesa-vulkan-drivers libvulkan1 monado-service libopenxr1-monado"
 
+# What vouches for what is fetched, from whatever mirror.
+DEBIAN_KEYRING=/usr/share/keyrings/debian-archive-keyring.gpg
+
 # Whether the program $1 is a Godot of at least GODOT_MINIMUM.
 godot_is_new_enough() {
     local version oldest
@@ -40,21 +43,53 @@ need_godot() {
     local help="Install Godot $GODOT_MINIMUM or newer from https://godotengine.org/download and put it on the PATH as 'godot', or name it:
     GODOT=/path/to/godot $0"
     [ "$(uname -s) $(uname -m)" = "Linux x86_64" ] && command -v apt-get >/dev/null 2>&1 &&
-        command -v dpkg-deb >/dev/null 2>&1 && [ -e /usr/share/keyrings/debian-archive-keyring.gpg ] ||
-        die "There is no Godot $GODOT_MINIMUM on the PATH. $help"
+        command -v dpkg-deb >/dev/null 2>&1 || die "There is no Godot $GODOT_MINIMUM on the PATH. $help"
+    [ -e "$DEBIAN_KEYRING" ] || die "There is no Godot $GODOT_MINIMUM on the PATH. $help
+One can be fetched from Debian, too, once 'debian-archive-keyring' is installed."
+    local mirrors mirror
+    mirrors=$(debian_mirrors)
+    [ -n "$mirrors" ] || die "There is no Godot $GODOT_MINIMUM on the PATH, and apt's sources name no mirror of Debian to fetch one from. $help
+or name a mirror, as apt's sources would:
+    DEBIAN_MIRROR=URI $0"
     say "No Godot $GODOT_MINIMUM on the PATH: fetching one from Debian into $folder (270 MB, nothing is installed)"
-    fetch_godot "$folder" || die "Godot could not be fetched (see $folder/log). $help"
+    local fetched=
+    for mirror in $mirrors; do
+        if fetch_godot "$folder" "$mirror"; then
+            fetched=1
+            break
+        fi
+    done
+    [ -n "$fetched" ] || die "Godot could not be fetched from $mirror (see $folder/log). $help
+or name another mirror of Debian:
+    DEBIAN_MIRROR=URI $0"
     godot_is_new_enough "$GODOT" || die "The Godot from Debian does not run here (see $folder/log). $help"
 }
 
-# Unpacks Debian's Godot and all that it needs, its C library too, into the folder $1, which nothing else looks at.
+# URIs of mirrors of Debian's archive, one a line: DEBIAN_MIRROR, or what this system's own apt sources name, if it is a
+# Debian by the file $1. Others may be among them; what is fetched must be signed by Debian.
+debian_mirrors() {
+    if [ -n "${DEBIAN_MIRROR:-}" ]; then
+        printf '%s\n' "$DEBIAN_MIRROR"
+        return 0
+    fi
+    # Others' archives, Ubuntu's too, hold other packages.
+    grep -qx 'ID="\{0,1\}debian"\{0,1\}' "${1:-/etc/os-release}" 2>/dev/null || return 0
+    # Single quotes on purpose: apt fills these in. The security archive and the additions to a release have no others.
+    # shellcheck disable=SC2016
+    apt-get indextargets --no-release-info --format '$(RELEASE) $(REPO_URI)' \
+        'Target-Of: deb' 'Created-By: Packages' 'Component: main' </dev/null 2>/dev/null |
+        awk '$1 !~ /[-\/]/ && $2 !~ /^(cdrom|copy):/ && !known[$2]++ { print $2 }'
+}
+
+# Unpacks Debian's Godot and all that it needs, its C library too, from the mirror $2 into the folder $1, which nothing
+# else looks at. Proxies and passwords are those of the system's apt.
 fetch_godot() (
     set -e
     rm -rf "$1"
     mkdir -p "$1/lists/partial" "$1/archives/partial" "$1/root"
     cd "$1"
     : >status
-    echo "deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] http://deb.debian.org/debian forky main" >sources.list
+    echo "deb [signed-by=$DEBIAN_KEYRING] $2 forky main" >sources.list
     cat >apt.conf <<CONF
 Dir::Etc::sourcelist "$1/sources.list";
 Dir::Etc::sourceparts "/dev/null";
@@ -68,13 +103,13 @@ APT::Install-Recommends "false";
 APT::Sandbox::User "root";
 Debug::NoLocking "true";
 CONF
-    export APT_CONFIG=$1/apt.conf
+    # Not left to `set -e`, which nothing heeds where the caller looks at the outcome.
     {
-        apt-get update -q
         # shellcheck disable=SC2086
-        apt-get install -y -q --download-only $GODOT_PACKAGES
-        for package in archives/*.deb; do dpkg-deb -x "$package" root; done
-    } >log 2>&1 </dev/null
+        apt-get -c "$1/apt.conf" update -q &&
+            apt-get -c "$1/apt.conf" install -y -q --download-only $GODOT_PACKAGES &&
+            for package in archives/*.deb; do dpkg-deb -x "$package" root || exit 1; done
+    } >log 2>&1 </dev/null || exit 1
     rm -rf archives lists ./*pkgcache.bin
     # Its own loader and libraries first, so that the system's age does not matter; the system's come last, for its
     # GPU's driver.

@@ -69,7 +69,7 @@ find_missing() {
     else
         has_vulkan_driver 'lvp_icd*.json' || lack mesa-vulkan-drivers "Vulkan in software, as this machine shows no GPU"
     fi
-    # crates.io is reached over HTTPS.
+    # Cargo downloads over HTTPS.
     [ -e /etc/ssl/certs/ca-certificates.crt ] || [ ! -e /etc/debian_version ] || lack ca-certificates "downloads over HTTPS"
 }
 

@@ -19,6 +19,13 @@ use crate::server::Lumivox;
 ///
 /// Volumes follow the exposure of the scene's [CameraAttributes] as its lights and sky do, and [member exposure] besides.
 ///
+/// They are drawn after opaque things and the sky, and before all that is transparent or looks at what is behind it:
+/// refraction, and shaders with [code]hint_screen_texture[/code] or [code]hint_depth_texture[/code], see volumes; with
+/// MSAA, the depth that shaders read has none, for the engine resolves it before and lends nothing to write to.
+/// [member CompositorEffect.effect_callback_type] says so, and may be set to a later stage. Once a material with
+/// subsurface scattering is loaded, they are drawn after its scattering, which would take them for skin; that is too late
+/// for refraction. The Mobile renderer knows no such stage and draws them at the next, where refraction sees them.
+///
 /// Values beyond a setting's range become the nearest in it; what is no finite number is refused with an error.
 #[derive(GodotClass)]
 #[class(tool, base = CompositorEffect)]
@@ -42,7 +49,8 @@ pub struct LumivoxEffect {
     #[export(range = (0.1, 1.0, 0.01))]
     #[var(set)]
     resolution_scale: f64,
-    /// Writes the depth of volumes, so that transparent materials, fog and later effects see them.
+    /// Writes the depth of volumes where they hide more than half of what is behind them: they hide transparent
+    /// materials there, and shaders that read the depth, depth of field and later effects see them.
     #[export]
     #[var(set)]
     write_depth: bool,
@@ -123,7 +131,8 @@ impl LumivoxEffect {
 impl ICompositorEffect for LumivoxEffect {
     fn init(base: Base<CompositorEffect>) -> Self {
         let mut effect = base.to_init_gd();
-        effect.set_effect_callback_type(EffectCallbackType::PRE_TRANSPARENT);
+        // Before the engine copies screen and depth for the materials that look at them.
+        effect.set_effect_callback_type(EffectCallbackType::POST_SKY);
         // Primary rays end at one depth per pixel, whatever the antialiasing.
         effect.set_access_resolved_depth(true);
         Self {

@@ -4,7 +4,7 @@ use godot::classes::rendering_device::{DataFormat, TextureSamples};
 use godot::classes::{RenderSceneBuffersRd, RenderSceneData, RenderingDevice};
 use godot::prelude::*;
 use lumivox_core::Camera;
-use lumivox_renderer::{Fog, HostDepth, HostFrame, LiveSettings, ResourceId};
+use lumivox_renderer::{Fog, HostDepth, HostFrame, LiveSettings, Recording, ResourceId, Step};
 
 use crate::camera::{self, HostCamera};
 use crate::executor::Executor;
@@ -24,6 +24,8 @@ pub struct HostView {
     color: Rid,
     /// Where volumes write their depth; multisampled where the engine's is.
     written_depth: Rid,
+    /// What the engine makes of a multisampled `color`.
+    resolved_color: Option<Rid>,
     /// Whether the camera is shifted by part of a pixel in each frame.
     jittered: bool,
     light_per_color: f64,
@@ -35,6 +37,7 @@ pub struct Lent {
     depth: ResourceId,
     color: ResourceId,
     written_depth: ResourceId,
+    resolved_color: ResourceId,
 }
 
 impl HostView {
@@ -58,6 +61,7 @@ impl HostView {
             depth: buffers.get_depth_layer(view),
             color,
             written_depth: buffers.get_depth_layer_ex(view).msaa(multisampled).done(),
+            resolved_color: multisampled.then(|| buffers.get_color_layer(view)),
             jittered: buffers.get_use_taa() || scaling_mode(buffers) == FSR2,
             light_per_color: light_per_color(device, color),
         })
@@ -100,6 +104,20 @@ impl HostView {
         executor.lend(lent.depth, self.depth);
         executor.lend(lent.color, self.color);
         executor.lend(lent.written_depth, self.written_depth);
+        if let Some(color) = self.resolved_color {
+            executor.lend(lent.resolved_color, color);
+        }
+    }
+
+    /// Repeats what was drawn into a multisampled colour in what it is resolved to. The engine resolves before this, and
+    /// copies the outcome for materials that look at what is behind them. Blending and averaging samples are both linear:
+    /// it is what resolving once more would give. A resolved depth cannot be drawn to.
+    pub fn draw_resolved_too(&self, lent: Lent, recording: &mut Recording) {
+        if self.resolved_color.is_none() {
+            return;
+        }
+        let again: Vec<Step> = recording.steps.iter().filter_map(|step| lent.resolved(step)).collect();
+        recording.steps.extend(again);
     }
 }
 
@@ -110,13 +128,33 @@ impl Lent {
             depth: ResourceId::external(),
             color: ResourceId::external(),
             written_depth: ResourceId::external(),
+            resolved_color: ResourceId::external(),
         }
     }
 
     /// Every name.
-    pub fn ids(self) -> [ResourceId; 3] {
-        [self.depth, self.color, self.written_depth]
+    pub fn ids(self) -> [ResourceId; 4] {
+        [self.depth, self.color, self.written_depth, self.resolved_color]
     }
+
+    /// A step that draws into a multisampled colour, with the resolved one in its place.
+    fn resolved(self, step: &Step) -> Option<Step> {
+        match step {
+            Step::Draw { kernel, uniforms, resources, target } if *target == self.color => Some(Step::Draw {
+                kernel: *kernel,
+                uniforms: uniforms.clone(),
+                resources: resources.clone(),
+                target: self.resolved_color,
+            }),
+            _ => None,
+        }
+    }
+}
+
+/// Whether the engine goes on with meshes after the sky: where there is skin, its renderer scatters the colours whose
+/// alpha says so, and adds what all meshes reflect. Both would happen to volumes that were drawn by then.
+pub fn goes_on_with_meshes(buffers: &mut Gd<RenderSceneBuffersRd>) -> bool {
+    buffers.has_texture("forward_clustered", "specular")
 }
 
 /// What the engine draws light of 1 as: the Mobile renderer's colours end at 1, and it halves light to keep some above

@@ -10,7 +10,7 @@ use lumivox_core::Camera;
 use lumivox_renderer::{Fog, LiveSettings, LiveStatus, LiveView, Recording, RenderError, SceneCache, Step};
 
 use crate::executor::Executor;
-use crate::host_view::{HostView, Lent};
+use crate::host_view::{self, HostView, Lent};
 use crate::pacing::{Pacer, Pass};
 use crate::shared::{self, Snapshot, Status, Target, WorldKey};
 
@@ -90,6 +90,9 @@ pub fn draw(stage: i32, data: &Gd<RenderData>) {
     let Ok(mut buffers) = buffers.try_cast::<RenderSceneBuffersRd>() else { return };
     let Some(scene_data) = data.get_render_scene_data() else { return };
     let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
+    if stage < shared::last_stage() && host_view::goes_on_with_meshes(&mut buffers) {
+        return;
+    }
     let target = buffers.get_render_target();
     let Some(shown) = shared::lock().begin(target, stage) else { return };
     // After a panic, which was reported, nothing is drawn any more rather than the same panic again.
@@ -353,6 +356,7 @@ impl Eye {
         let live_settings = host.live_settings(settings);
         let status =
             self.live.record_frame(&world.cache, &camera, &live_settings, &host_frame, budget, recording)?;
+        host.draw_resolved_too(self.lent, recording);
         Ok(Frame { status, pass, budget, milliseconds })
     }
 

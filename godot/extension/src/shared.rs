@@ -3,11 +3,18 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
+use godot::classes::rendering_server::CompositorEffectCallbackType;
+use godot::obj::EngineEnum;
 use godot::prelude::Rid;
 use lumivox_core::Scene;
 use lumivox_renderer::Fog;
 
 use crate::render::Settings;
+
+/// The engine's number of the last stage before what is transparent is drawn.
+pub fn last_stage() -> i32 {
+    CompositorEffectCallbackType::PRE_TRANSPARENT.ord()
+}
 
 /// What tells one scene from another: cameras that share it share its copy on the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -80,9 +87,11 @@ pub struct Shared {
 
 impl Shared {
     /// What a render target shows, if this is the stage to draw it at and this frame has not yet: a compositor may hold
-    /// several effects.
+    /// several effects. [`last_stage`] makes up for earlier ones: not every renderer has them, nor can volumes always be
+    /// drawn there.
     pub fn begin(&mut self, target: Rid, stage: i32) -> Option<Target> {
-        let shown = self.targets.get(&target).filter(|shown| shown.stage == stage)?;
+        let is_due = |shown: &&Target| shown.stage == stage || (shown.stage < stage && stage == last_stage());
+        let shown = self.targets.get(&target).filter(is_due)?;
         self.drawn.insert(target).then(|| shown.clone())
     }
 

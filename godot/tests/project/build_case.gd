@@ -1,6 +1,16 @@
 class_name LumivoxCase
 ## Builds a scene from a description of a test, as `tests/engine/case.rs` writes it, and changes it to another.
 
+## Shows its colour where the depth behind it is that of something.
+const DEPTH_READER := "shader_type spatial;
+render_mode unshaded, fog_disabled;
+uniform vec3 color;
+uniform sampler2D behind : hint_depth_texture, filter_nearest;
+void fragment() {
+	ALBEDO = texture(behind, SCREEN_UV).r > 0.0 ? color : vec3(0.0);
+}
+"
+
 const MSAA := {1: Viewport.MSAA_DISABLED, 2: Viewport.MSAA_2X, 4: Viewport.MSAA_4X, 8: Viewport.MSAA_8X}
 
 
@@ -70,7 +80,8 @@ static func build(case: Dictionary) -> Node3D:
 	root.name = case.name
 	root.add_child(_environment(case))
 	root.add_child(camera(case))
-	for list: String in ["volumes", "meshes", "lit_meshes", "glass", "lamps"]:
+	for list: String in [
+			"volumes", "meshes", "lit_meshes", "glass", "clear_glass", "depth_readers", "skin", "lamps"]:
 		for i in len(case[list]):
 			var node := _node(list, case[list][i])
 			node.name = "%s%d" % [list, i]
@@ -285,8 +296,27 @@ static func _mesh(list: String, description: Dictionary) -> MeshInstance3D:
 			material.shading_mode = BaseMaterial3D.SHADING_MODE_UNSHADED
 			material.transparency = BaseMaterial3D.TRANSPARENCY_ALPHA
 			material.albedo_color.a = 0.5
-	box.material = material
+		"clear_glass":
+			material.albedo_color = Color.TRANSPARENT
+			material.refraction_enabled = true
+			material.refraction_scale = 0.0
+			material.roughness = 0.0
+			material.specular_mode = BaseMaterial3D.SPECULAR_DISABLED
+			material.disable_ambient_light = true
+		"skin":
+			material.subsurf_scatter_enabled = true
+			material.subsurf_scatter_strength = 1.0
+			material.roughness = 0.3
+	box.material = _depth_reader(description.color) if list == "depth_readers" else material
 	var node := MeshInstance3D.new()
 	node.mesh = box
 	node.transform = transform(description.place)
 	return node
+
+
+static func _depth_reader(linear: Array) -> ShaderMaterial:
+	var material := ShaderMaterial.new()
+	material.shader = Shader.new()
+	material.shader.code = DEPTH_READER
+	material.set_shader_parameter(&"color", vector(linear))
+	return material

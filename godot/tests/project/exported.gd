@@ -15,6 +15,7 @@ func _ready() -> void:
 		"version": Lumivox.version(),
 		"program": OS.get_executable_path(),
 	})
+	tell("own", own_files())
 	tell("import", await import(arguments["scan"]))
 	tell("compressed", await preload("codecs.gd").import(arguments["compressed"]))
 	var main := (load("res://main.tscn") as PackedScene).instantiate()
@@ -31,6 +32,17 @@ func _ready() -> void:
 	for frame in 3:
 		await get_tree().process_frame
 	get_tree().quit()
+
+
+## The bytes of files that are no scans.
+func own_files() -> Dictionary:
+	var told := {}
+	for folder: String in ["own", "left"]:
+		told[folder] = {}
+		for file: String in ["data.zip", "level.gz", "texture.raw"]:
+			var path := "res://".path_join(folder).path_join(file)
+			told[folder][file] = Array(FileAccess.get_file_as_bytes(path)) if FileAccess.file_exists(path) else null
+	return told
 
 
 func import(folder: String) -> Dictionary:

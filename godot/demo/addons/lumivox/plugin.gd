@@ -5,14 +5,17 @@ extends EditorPlugin
 const VolumeImporter := preload("editor/import_plugin.gd")
 const DicomImporter := preload("editor/dicom_import_plugin.gd")
 const DicomFolders := preload("editor/dicom_folders.gd")
+const FormerImports := preload("editor/former_imports.gd")
+const ImportMenu := preload("editor/import_menu.gd")
 const ImportDialog := preload("editor/import_dialog.gd")
 const VolumeGizmo := preload("editor/volume_gizmo.gd")
 const VolumeInspector := preload("editor/volume_inspector.gd")
 const TransferFunctionDock := preload("editor/transfer_function_dock.gd")
 
-const MENU_ITEM := "Import DICOM Folder..."
+const MENU_ITEM := "Import a Scan..."
 
 var _importers: Array[EditorImportPlugin] = []
+var _menu := ImportMenu.new()
 var _dialog: ImportDialog
 var _gizmo: VolumeGizmo
 var _inspector: VolumeInspector
@@ -37,8 +40,11 @@ func _enter_tree() -> void:
 	EditorInterface.get_base_control().add_child(_dialog)
 	add_tool_menu_item(MENU_ITEM, _dialog.open)
 	_inspector.import_requested.connect(_dialog.open)
+	_menu.chosen.connect(_dialog.open_path)
+	add_context_menu_plugin(EditorContextMenuPlugin.CONTEXT_SLOT_FILESYSTEM, _menu)
 	get_window().files_dropped.connect(_on_files_dropped)
 	add_child(DicomFolders.new())
+	add_child(FormerImports.new())
 	EditorInterface.get_selection().selection_changed.connect(_on_selection_changed)
 
 
@@ -46,6 +52,8 @@ func _exit_tree() -> void:
 	EditorInterface.get_selection().selection_changed.disconnect(_on_selection_changed)
 	get_window().files_dropped.disconnect(_on_files_dropped)
 	remove_tool_menu_item(MENU_ITEM)
+	remove_context_menu_plugin(_menu)
+	_menu.chosen.disconnect(_dialog.open_path)
 	_dialog.queue_free()
 	remove_control_from_bottom_panel(_dock)
 	_dock.queue_free()
@@ -72,6 +80,7 @@ func _edit(object: Object) -> void:
 func _make_visible(visible: bool) -> void:
 	if visible and _dock_button != null:
 		_dock_button.show()
+		make_bottom_panel_item_visible(_dock)
 
 
 func _enable_plugin() -> void:
@@ -98,7 +107,8 @@ func _on_selection_changed() -> void:
 			return
 
 
-## The editor copies what is dropped and imports it by extension; scanners often leave the extension out.
+## The editor copies what is dropped and imports it by extension; scanners often leave the extension out, and archives
+## hold all sorts of things.
 func _on_files_dropped(files: PackedStringArray) -> void:
-	if files.size() == 1 and ImportDialog.holds_unnamed_dicom(files[0]):
+	if files.size() == 1 and (ImportDialog.holds_unnamed_dicom(files[0]) or ImportDialog.is_dicom_archive(files[0])):
 		_dialog.open_path(files[0])

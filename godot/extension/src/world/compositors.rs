@@ -2,11 +2,13 @@
 
 use std::collections::{HashMap, HashSet};
 
+use godot::classes::rendering_server::{CompositorEffectCallbackType, CompositorEffectFlags};
 use godot::classes::{Camera3D, Compositor, CompositorEffect, RenderingServer, World3D};
 use godot::prelude::*;
 
 use super::Nodes;
 use crate::effect::LumivoxEffect;
+use crate::server::Lumivox;
 
 /// The effect for worlds without one of their own, and where it was put.
 #[derive(Default)]
@@ -14,14 +16,18 @@ pub struct Compositors {
     default: Option<Default>,
     /// Worlds that were given a compositor, by scenario.
     worlds: HashMap<Rid, InstanceId>,
-    /// Compositors that were given the effect besides their own.
+    /// Compositors that were given effects besides their own.
     extended: HashSet<InstanceId>,
-    /// Those of them that have been given it for this frame.
+    /// Those of them that have been given them for this frame.
     fresh: HashSet<InstanceId>,
 }
 
 struct Default {
     effect: Gd<LumivoxEffect>,
+    /// Goes along with every effect that draws volumes, the scene's own too: at the last stage before what is
+    /// transparent it draws what no stage before could, and for its sake the engine resolves a multisampled depth before
+    /// any stage that has the sky.
+    last: Rid,
     compositor: Rid,
 }
 
@@ -41,32 +47,32 @@ impl Compositors {
             self.worlds.remove(&scenario);
         }
         let Some(compositor) = camera.get_compositor().or(of_world) else {
-            let Default { effect, compositor } = self.default();
+            let Default { effect, compositor, .. } = self.default();
             let (effect, compositor) = (effect.clone(), *compositor);
             self.worlds.insert(scenario, world.instance_id());
             // Each time: a compositor that comes and goes leaves none behind.
             RenderingServer::singleton().scenario_set_compositor(scenario, compositor);
             return Some(effect);
         };
-        let id = compositor.instance_id();
         let effects = effects_of(&compositor);
         let own: Vec<Gd<LumivoxEffect>> =
             effects.iter().filter_map(|effect| effect.clone().try_cast().ok()).collect();
-        if !own.is_empty() {
-            // The engine has replaced the list, ours included.
-            self.extended.remove(&id);
+        let Default { effect: ours, last, .. } = self.default();
+        let (shown, besides) = if own.is_empty() {
+            (ours.clone(), vec![ours.get_rid(), *last])
+        } else {
+            let besides = vec![*last];
             let first = own.into_iter().find(|effect| effect.get_enabled())?;
             first.bind().draw_by_singleton();
-            return Some(first);
-        }
-        let ours = self.default().effect.clone();
+            (first, besides)
+        };
         // Again in each frame, once: whoever sets the list, be it to what it is, takes ours away, and the engine tells
         // nobody.
-        if self.fresh.insert(id) {
-            show(&compositor, effects.iter().map(|effect| effect.get_rid()).chain([ours.get_rid()]));
-            self.extended.insert(id);
+        if self.fresh.insert(compositor.instance_id()) {
+            show(&compositor, effects.iter().map(|effect| effect.get_rid()).chain(besides));
+            self.extended.insert(compositor.instance_id());
         }
-        Some(ours)
+        Some(shown)
     }
 
     /// Ends a frame: takes the effect away from worlds that are not among `scenarios`, and gives them back what their
@@ -90,7 +96,9 @@ impl Compositors {
     pub fn release(&mut self, nodes: &mut Nodes) {
         self.retain(nodes, &HashSet::new());
         if let Some(default) = self.default.take() {
-            RenderingServer::singleton().free_rid(default.compositor);
+            let mut server = RenderingServer::singleton();
+            server.free_rid(default.compositor);
+            server.free_rid(default.last);
         }
     }
 
@@ -107,9 +115,13 @@ impl Compositors {
             let effect = LumivoxEffect::new_gd();
             effect.bind().draw_by_singleton();
             let mut server = RenderingServer::singleton();
+            let last = server.compositor_effect_create();
+            let draw = Lumivox::singleton().callable("_draw");
+            server.compositor_effect_set_callback(last, CompositorEffectCallbackType::PRE_TRANSPARENT, &draw);
+            server.compositor_effect_set_flag(last, CompositorEffectFlags::ACCESS_RESOLVED_DEPTH, true);
             let compositor = server.compositor_create();
-            server.compositor_set_compositor_effects(compositor, &array![effect.get_rid()]);
-            Default { effect, compositor }
+            server.compositor_set_compositor_effects(compositor, &array![effect.get_rid(), last]);
+            Default { effect, last, compositor }
         })
     }
 }

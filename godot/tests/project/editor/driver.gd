@@ -27,6 +27,7 @@ func _run() -> void:
 	await _seconds(1.0)
 	# Asking for the broken file complains once more.
 	_tell("scans", _scans())
+	_tell("listed", _listed())
 	_case = JSON.parse_string(FileAccess.get_file_as_string(_arguments["cases"]))[0]
 	await _open_scene()
 	_tell("idle", await _watch_idle_editor())
@@ -36,9 +37,11 @@ func _run() -> void:
 	_tell("inspector", await _inspect())
 	_tell("dock", await _use_dock())
 	await _screenshot("dock")
+	_tell("raised", await _raise_dock())
 	_tell("several", await _edit_several())
 	_tell("gizmo", await _drag_handle())
 	_tell("dialog", await _use_dialog())
+	_tell("menu", await _use_menu())
 	_tell("empty", await _begin_with_nothing())
 	_tell("four", await _four_views())
 	await _screenshot("four")
@@ -105,6 +108,17 @@ func _scans() -> Dictionary:
 				"name": volume.resource_name, "unit": volume.get_unit(),
 			}
 	return found
+
+
+## What Godot takes the files for whose endings may be anything's, and which of them are still imported.
+func _listed() -> Dictionary:
+	var told := {"settings": [], "types": {}}
+	for file: String in ["archive.zip", "data.zip", "former.zip", "level.gz", "texture.raw"]:
+		var path := "res://scans/" + file
+		told.types[file] = EditorInterface.get_resource_filesystem().get_file_type(path)
+		if FileAccess.file_exists(path + ".import"):
+			told.settings.append(path + ".import")
+	return told
 
 
 ## Saves the case as a scene, and opens that.
@@ -217,7 +231,20 @@ func _inspect() -> Dictionary:
 		if (property.usage as int) & PROPERTY_USAGE_GROUP != 0:
 			groups.append(property.name)
 	var before := _node.density
-	var told := {"properties": properties.keys(), "groups": groups}
+	var told := {"properties": properties.keys(), "groups": groups, "clipped": _clipped_names(properties)}
+	EditorInterface.edit_resource(LumivoxEffect.new())
+	await _seconds(0.5)
+	var effects := {}
+	for property: EditorProperty in _find_all(
+			EditorInterface.get_inspector(), func(node: Node) -> bool: return node is EditorProperty):
+		effects[property.get_edited_property()] = property
+	told.clipped_of_effect = _clipped_names(effects)
+	EditorInterface.edit_node(_node)
+	await _seconds(0.5)
+	for property: EditorProperty in _find_all(
+			EditorInterface.get_inspector(), func(node: Node) -> bool: return node is EditorProperty):
+		if property.get_edited_object() == _node:
+			properties[property.get_edited_property()] = property
 	if properties.has(&"density"):
 		(properties[&"density"] as EditorProperty).emit_changed(&"density", 0.25)
 		await get_tree().process_frame
@@ -226,6 +253,22 @@ func _inspect() -> Dictionary:
 		_history().undo()
 		told.undone = is_equal_approx(_node.density, before)
 	return told
+
+
+## The names of the addon's properties that have less room than they need, with the arrow that reverts them.
+func _clipped_names(properties: Dictionary) -> Array:
+	var clipped := []
+	var theme := EditorInterface.get_editor_theme()
+	var width := EditorInterface.get_inspector().size.x
+	for name: StringName in properties:
+		var property := properties[name] as EditorProperty
+		if not ClassDB.class_has_method(property.get_edited_object().get_class(), "set_" + name, true):
+			continue
+		var text := theme.default_font.get_string_size(
+				property.label, HORIZONTAL_ALIGNMENT_LEFT, -1.0, theme.default_font_size).x
+		if text + 28.0 > width * property.name_split_ratio:
+			clipped.append("%s of %s: %s in %s" % [property.label, width, text, property.name_split_ratio])
+	return clipped
 
 
 ## Brings the selection into view, in every viewport.
@@ -269,6 +312,88 @@ func _use_dock() -> Dictionary:
 	_history().undo()
 	told.preset_undone = is_equal_approx(_node.density, look) and _node.preset != "ct-bone"
 	return told
+
+
+## What raises the dock, and what it shows of a volume without a function of its own.
+func _raise_dock() -> Dictionary:
+	var dock := _find_script("res://addons/lumivox/editor/transfer_function_dock.gd") as Control
+	var editor := dock.get("_editor") as LumivoxTransferFunctionEditor
+	var told := {"suited": {}, "clipped": []}
+	hide_bottom_panel()
+	await _seconds(0.3)
+	told.hidden = not dock.is_visible_in_tree()
+	told.by_node = await _is_raised_by(dock, func() -> void: _select(_node))
+	told.by_function = await _is_raised_by(dock, func() -> void: EditorInterface.edit_resource(_node.transfer_function))
+	told.edits_it = editor.transfer_function == _node.transfer_function and editor.volume == _node.volume
+	var alone := LumivoxTransferFunction.preset("ct-bone", null)
+	told.by_script = await _is_raised_by(dock, func() -> void: EditorInterface.edit_resource(alone))
+	told.edits_that = editor.transfer_function == alone and editor.is_visible_in_tree()
+	var bare := LumivoxVolume3D.new()
+	bare.name = "Bare"
+	bare.volume = _node.volume
+	var root := EditorInterface.get_edited_scene_root()
+	root.add_child(bare)
+	bare.owner = root
+	told.by_empty = await _is_raised_by(dock, func() -> void: _select(bare))
+	await _screenshot("suited")
+	told.clipped = _clipped_labels(dock)
+	var notice := dock.get("_notice") as Label
+	var preset := LumivoxTransferFunction.preset("ct-muscle", bare.volume)
+	var suited: Dictionary = told.suited
+	suited.shown = editor.is_visible_in_tree() and bare.transfer_function == null
+	suited.as_preset = editor.transfer_function != null \
+			and editor.transfer_function.opacity_knots == preset.opacity_knots
+	suited.notice = notice.text
+	editor.call("_begin")
+	(editor.get("_points") as RefCounted).call("move_knot", 1, Vector2(preset.opacity_knots[1].x, 0.75))
+	editor.call("_write")
+	suited.adopted = bare.transfer_function != null and bare.transfer_function == editor.transfer_function
+	editor.call("_end")
+	var has_moved := func() -> bool:
+		return bare.transfer_function != null and is_equal_approx(bare.transfer_function.opacity_knots[1].y, 0.75)
+	suited.moved = has_moved.call()
+	_history().undo()
+	suited.undone = bare.transfer_function == null
+	await _seconds(0.3)
+	suited.shown_again = editor.is_visible_in_tree() and editor.transfer_function.opacity_knots == preset.opacity_knots
+	_history().redo()
+	suited.redone = bare.transfer_function != null
+	suited.redone_knot = has_moved.call()
+	_history().undo()
+	bare.preset = "ct-bone"
+	await _seconds(0.3)
+	suited.chosen = notice.text
+	_select(_node)
+	bare.free()
+	await _seconds(0.3)
+	return told
+
+
+func _select(node: Node) -> void:
+	EditorInterface.get_selection().clear()
+	EditorInterface.get_selection().add_node(node)
+	EditorInterface.edit_node(node)
+
+
+func _is_raised_by(dock: Control, act: Callable) -> bool:
+	hide_bottom_panel()
+	await _seconds(0.3)
+	act.call()
+	await _seconds(0.5)
+	return dock.is_visible_in_tree()
+
+
+## The texts in a control that have less room than they need.
+func _clipped_labels(control: Control) -> Array:
+	var clipped := []
+	for found in _find_all(control, func(node: Node) -> bool: return node is Label and (node as Label).is_visible_in_tree()):
+		var label := found as Label
+		var font := label.get_theme_font(&"font")
+		var needed := font.get_string_size(
+				label.text, HORIZONTAL_ALIGNMENT_LEFT, -1.0, label.get_theme_font_size(&"font_size")).x
+		if label.autowrap_mode == TextServer.AUTOWRAP_OFF and needed > label.size.x + 1.0:
+			clipped.append(label.text)
+	return clipped
 
 
 ## Gives two selected volumes a preset, in the inspector and in the dock.
@@ -394,6 +519,85 @@ func _use_dialog() -> Dictionary:
 	dialog.get_texture().get_image().save_png(_path("editor_dialog_bad.png"))
 	dialog.hide()
 	return told
+
+
+## Imports an archive by the menu of the FileSystem dock, and a raw file with a description.
+func _use_menu() -> Dictionary:
+	var told := {"offered": {}, "listed": _listed().types}
+	for file: String in ["archive.zip", "ct", "grid.nrrd"]:
+		told.offered[file] = await _open_menu("res://scans/".path_join(file)) >= 0
+	var item := await _open_menu("res://scans/archive.zip")
+	await _screenshot("menu")
+	if item >= 0:
+		_menu.id_pressed.emit(_menu.get_item_id(item))
+	if _menu != null:
+		_menu.hide()
+	var dialog := _find_script("res://addons/lumivox/editor/import_dialog.gd") as ConfirmationDialog
+	told.archive = await _import_as(dialog, "res://from_archive.res")
+	var details := dialog.get("_details") as RichTextLabel
+	var description := dialog.get("_raw") as LineEdit
+	var scanned := func() -> bool: return dialog.get("_step") != 1
+	dialog.call("open_path", "res://scans/texture.raw")
+	await _until(scanned)
+	told.undescribed = details.get_parsed_text()
+	told.asks = description.is_visible_in_tree()
+	await _seconds(0.5)
+	dialog.get_texture().get_image().save_png(_path("editor_dialog_raw.png"))
+	print("EXPECT an error of the description")
+	description.text = "5x6"
+	description.text_submitted.emit(description.text)
+	await _until(scanned)
+	told.misdescribed = details.get_parsed_text()
+	description.text = "5x6x7:i16le:spacing=1,2,3"
+	description.text_submitted.emit(description.text)
+	told.raw = await _import_as(dialog, "res://from_raw.res")
+	var values := (load("res://from_raw.res") as LumivoxVolume).get_value_range()
+	told.raw_range = [values.x, values.y]
+	told.dropped = ["archive.zip", "level.gz"].map(func(file: String) -> bool:
+		return dialog.call("is_dicom_archive", "res://scans/" + file))
+	return told
+
+
+var _menu: PopupMenu
+
+
+## Opens the menu of a file or folder in the FileSystem dock. Returns which of its items imports it, or -1.
+func _open_menu(path: String) -> int:
+	var dock := EditorInterface.get_file_system_dock()
+	var tree := _find_all(dock, func(node: Node) -> bool: return node is Tree)[0] as Tree
+	# A look for changed files that is under way sets the tree anew.
+	await _until(func() -> bool:
+		if EditorInterface.get_resource_filesystem().is_scanning():
+			return false
+		dock.navigate_to_path(path)
+		return tree.get_selected() != null and tree.get_selected().get_text(0) == path.get_file())
+	await _seconds(0.3)
+	tree.item_mouse_selected.emit(Vector2.ZERO, MOUSE_BUTTON_RIGHT)
+	await _seconds(0.3)
+	_menu = null
+	for found in _find_all(dock, func(node: Node) -> bool: return node is PopupMenu and (node as PopupMenu).visible):
+		_menu = found as PopupMenu
+		for i in _menu.item_count:
+			if _menu.get_item_text(i) == "Import as Lumivox Volume...":
+				return i
+	if _menu != null:
+		_menu.hide()
+	return -1
+
+
+## Imports what the dialog looks at. Returns how many voxels it has.
+func _import_as(dialog: ConfirmationDialog, path: String) -> Array:
+	await _until(func() -> bool: return dialog.get("_step") == 2)
+	(dialog.get("_add_to_scene") as CheckBox).button_pressed = false
+	(dialog.get("_target") as LineEdit).text = path
+	dialog.get_ok_button().pressed.emit()
+	await _until(func() -> bool: return not dialog.visible)
+	(dialog.get("_add_to_scene") as CheckBox).button_pressed = true
+	var volume := load(path) as LumivoxVolume if FileAccess.file_exists(path) else null
+	if volume == null:
+		return []
+	var dims := volume.get_dimensions()
+	return [dims.x, dims.y, dims.z]
 
 
 ## Sums up the picture that a dialog shows, once it is there.

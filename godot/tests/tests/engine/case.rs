@@ -321,6 +321,12 @@ pub struct Case {
     pub lit_meshes: Vec<Mesh>,
     /// Boxes that let half of what is behind them through.
     pub glass: Vec<Mesh>,
+    /// Boxes that refract what the screen shows behind them, by no angle: they show just that.
+    pub clear_glass: Vec<Mesh>,
+    /// Boxes that show their colour where the depth behind them is that of something, and black elsewhere.
+    pub depth_readers: Vec<Mesh>,
+    /// Boxes that scatter light below their surface, and shine.
+    pub skin: Vec<Mesh>,
     pub output: Output,
     /// Milliseconds of tracing in a frame.
     pub budget: f64,
@@ -345,6 +351,9 @@ impl Case {
             lamps: vec![],
             lit_meshes: vec![],
             glass: vec![],
+            clear_glass: vec![],
+            depth_readers: vec![],
+            skin: vec![],
             output: Output { msaa: 1, scale: 1.0, scaling: 0, hdr: false, transparent: false, taa: false },
             budget: 50.0,
             fog: None,

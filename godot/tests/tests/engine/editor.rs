@@ -66,7 +66,8 @@ fn telling(name: &str) -> Value {
     told(&edited().0, name)
 }
 
-/// A folder of DICOM files, an archive of every other one, a file of each other kind, and one that is cut short.
+/// A folder of DICOM files, an archive of every other one, a file of each other kind, and one that is cut short. Of the
+/// endings that may be anything's, one was imported as a volume by an addon that claimed them all, and one was not.
 fn write_scans(folder: &Path) {
     let series = folder.join("ct");
     scans::write_series(&scans::head(24), &series);
@@ -80,6 +81,19 @@ fn write_scans(folder: &Path) {
         archive.write_all(&fs::read(slice).unwrap()).unwrap();
     }
     archive.finish().unwrap();
+    for (name, made) in
+        [("former.zip", "path=\"res://.godot/imported/former.res\""), ("data.zip", "valid=false")]
+    {
+        let source = folder.join(name);
+        fs::copy(folder.join("archive.zip"), &source).unwrap();
+        let settings = format!(
+            "[remap]\n\nimporter=\"lumivox.volume\"\nimporter_version=1\ntype=\"LumivoxVolume\"\n\
+             uid=\"uid://c{}lumivox\"\n{made}\n\n[deps]\n\nsource_file=\"res://scans/{name}\"\n\n\
+             [params]\n\nseries=\"\"\nphase=0\ncompress=true\n",
+            name.len()
+        );
+        fs::write(folder.join(format!("{name}.import")), settings).unwrap();
+    }
 
     let voxels: Vec<u8> = (0..210_i16).flat_map(i16::to_le_bytes).collect();
     let header = "NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: 5 6 7\n\
@@ -102,8 +116,18 @@ fn write_scans(folder: &Path) {
     put(108, &352_f32.to_le_bytes());
     put(123, &[2]);
     put(344, b"n+1\0");
-    fs::write(folder.join("grid.nii"), [&nifti[..], &voxels[..240]].concat()).unwrap();
+    let nifti = [&nifti[..], &voxels[..240]].concat();
+    fs::write(folder.join("grid.nii"), &nifti).unwrap();
+    fs::write(folder.join("packed.nii.gz"), gzip(&nifti)).unwrap();
+    fs::write(folder.join("level.gz"), gzip(b"a level")).unwrap();
+    fs::write(folder.join("texture.raw"), &voxels).unwrap();
     write_phases(&folder.join("phases"));
+}
+
+pub fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut packed = flate2::write::GzEncoder::new(vec![], flate2::Compression::fast());
+    packed.write_all(bytes).unwrap();
+    packed.finish().unwrap()
 }
 
 /// A series of two phases, whose second is flat, that the import dock is told to take the second of.
@@ -201,6 +225,11 @@ fn the_inspector_groups_and_edits_properties() {
     for property in ["volume", "transfer_function", "density", "surface_strength", "clip_min", "clip_max"] {
         assert!(strings("properties").contains(&property), "{property} is not in the inspector");
     }
+    assert_eq!(
+        (&told["clipped"], &told["clipped_of_effect"]),
+        (&json!([]), &json!([])),
+        "names that do not fit"
+    );
     assert_eq!(told["edited"], 0.25, "{told}");
     assert_eq!(told["undone"], true, "{told}");
 }
@@ -215,6 +244,21 @@ fn the_dock_edits_the_selected_volume_with_undo() {
     assert_eq!(told["undone"], told["knot"], "{told}");
     assert_eq!(told["action"], "Edit Transfer Function");
     assert_eq!((&told["preset"], &told["preset_action"]), (&json!("ct-bone"), &json!("Apply Preset")));
+}
+
+#[test]
+fn the_dock_is_raised_by_what_it_edits_and_shows_what_is_in_force() {
+    let told = telling("raised");
+    for fact in ["hidden", "by_node", "by_function", "edits_it", "by_script", "edits_that", "by_empty"] {
+        assert_eq!(told[fact], true, "{fact}: {told}");
+    }
+    let suited = &told["suited"];
+    for fact in ["shown", "as_preset", "adopted", "moved", "undone", "shown_again", "redone", "redone_knot"] {
+        assert_eq!(suited[fact], true, "{fact}: {told}");
+    }
+    assert_eq!(suited["notice"], "Bare: CT muscle, which suits its scan, until you choose or edit");
+    assert_eq!(suited["chosen"], "Bare: begun with CT bone");
+    assert_eq!(told["clipped"], json!([]), "labels that do not fit");
 }
 
 #[test]
@@ -249,7 +293,7 @@ fn files_in_the_project_become_volumes() {
     let told = telling("scans");
     let dims = |file: &str| told[file]["dims"].clone();
     assert_eq!(dims("ct/CT0001.dcm"), json!([24, 24, 24]), "{told}");
-    assert_eq!(dims("archive.zip"), json!([24, 24, 12]));
+    assert_eq!(dims("packed.nii.gz"), json!([4, 5, 6]));
     assert_eq!(dims("grid.nrrd"), json!([5, 6, 7]));
     assert_eq!(dims("grid.nii"), json!([4, 5, 6]));
     assert_eq!(told["grid.nrrd"]["spacing"], json!([1.0, 2.0, 3.0]));
@@ -272,6 +316,39 @@ fn files_in_the_project_become_volumes() {
     let phase = &told["phases/CT0001.dcm"];
     assert_eq!(phase["dims"], json!([16, 16, 16]), "{told}");
     assert_eq!(phase["range"][0], phase["range"][1], "the dock's option asks for the flat phase: {phase}");
+}
+
+#[test]
+fn what_may_be_anything_is_a_volume_only_where_it_was_made_one() {
+    let told = telling("scans");
+    for file in ["archive.zip", "level.gz", "texture.raw", "data.zip"] {
+        assert_eq!(told[file], Value::Null, "{file} was imported: {told}");
+    }
+    assert_eq!(
+        told["former.zip"]["dims"],
+        json!([24, 24, 12]),
+        "a volume before is one in a fresh copy: {told}"
+    );
+    let told = telling("listed");
+    assert_eq!(told["settings"], json!(["res://scans/former.zip.import"]), "{told}");
+    // Godot exports what it lists, but text files.
+    for file in ["archive.zip", "level.gz", "texture.raw", "data.zip"] {
+        assert_eq!(told["types"][file], "TextFile", "{told}");
+    }
+    assert_eq!(told["types"]["former.zip"], "LumivoxVolume", "{told}");
+}
+
+#[test]
+fn the_file_systems_menu_imports_an_archive_and_a_raw_file() {
+    let told = telling("menu");
+    assert_eq!(told["listed"], telling("listed")["types"], "later, too: {told}");
+    assert_eq!(told["offered"], json!({"archive.zip": true, "ct": true, "grid.nrrd": false}), "{told}");
+    assert_eq!(told["archive"], json!([24, 24, 12]), "{told}");
+    let lacking = told["undescribed"].as_str().unwrap();
+    assert!(lacking.contains("texture.raw") && told["asks"] == true, "{told}");
+    assert!(told["misdescribed"].as_str().unwrap().contains("'5x6' does not describe"), "{told}");
+    assert_eq!((&told["raw"], &told["raw_range"]), (&json!([5, 6, 7]), &json!([0.0, 209.0])), "{told}");
+    assert_eq!(told["dropped"], json!([true, false]), "{told}");
 }
 
 #[test]

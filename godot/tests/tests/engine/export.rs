@@ -95,7 +95,10 @@ fn exported() -> &'static (Run, PathBuf) {
         let preset =
             preset.replacen("[preset.0.options]\n\n", &format!("[preset.0.options]\n\n{template}"), 1);
         assert!(preset.contains(&template), "the demo's export preset is not as expected");
-        fs::write(&presets, preset).unwrap();
+        let filtered = preset.replacen("include_filter=\"\"", "include_filter=\"own/*\"", 1);
+        assert_ne!(filtered, preset, "the demo's export preset is not as expected");
+        fs::write(&presets, filtered).unwrap();
+        write_own_files(&project);
         let game = folder.join("game");
         fs::create_dir_all(&game).unwrap();
         let file = game.join("lumivox_demo.x86_64");
@@ -128,6 +131,19 @@ fn exported() -> &'static (Run, PathBuf) {
     })
 }
 
+/// What a game may have: files of its own that end as scans do, and archives that nobody asked to export.
+const OWN: [(&str, &[u8]); 3] =
+    [("data.zip", b"PK\x05\x06no scan"), ("level.gz", b"\x1f\x8ba level"), ("texture.raw", b"texels")];
+
+fn write_own_files(project: &Path) {
+    for folder in ["own", "left"] {
+        fs::create_dir_all(project.join(folder)).unwrap();
+        for (name, bytes) in OWN {
+            fs::write(project.join(folder).join(name), bytes).unwrap();
+        }
+    }
+}
+
 fn set_mode(path: &Path, mode: u32) {
     #[cfg(unix)]
     fs::set_permissions(path, std::os::unix::fs::PermissionsExt::from_mode(mode)).unwrap();
@@ -151,6 +167,15 @@ fn an_exported_game_has_the_library_beside_it_and_no_editor_scripts() {
     assert_eq!((&told["plugin"], &told["dock"]), (&json!(false), &json!(false)), "{told}");
     assert_eq!(told["project_file"], false, "it runs from the project, not from its pack: {told}");
     assert_eq!(told["panel"], true, "{told}");
+}
+
+#[test]
+fn an_exported_game_has_its_own_archives_and_raw_files() {
+    let told = telling("own");
+    for (name, bytes) in OWN {
+        assert_eq!(told["own"][name], json!(bytes), "{name}: {told}");
+        assert_eq!(told["left"][name], Value::Null, "{name} was not asked for: {told}");
+    }
 }
 
 #[test]

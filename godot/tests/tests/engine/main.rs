@@ -20,6 +20,7 @@ mod many;
 mod motion;
 mod node;
 mod pictures;
+mod refraction;
 mod runtime_import;
 mod scans;
 mod script;

@@ -1,6 +1,6 @@
 @tool
 extends ConfirmationDialog
-## 'Import DICOM Folder': choose a folder or archive, see what it holds, choose a series, and save it into the project.
+## 'Import a Scan': choose a folder, archive or file, see what it holds, choose a series, and save it into the project.
 ##
 ## Reading and saving go on in the background; the editor stays usable.
 
@@ -27,6 +27,7 @@ var _saved_as := ""
 var _suggested := ""
 
 var _path := LineEdit.new()
+var _raw := LineEdit.new()
 var _browse := MenuButton.new()
 var _series := Tree.new()
 var _details := RichTextLabel.new()
@@ -50,6 +51,7 @@ func _init(undo: EditorUndoRedoManager = null) -> void:
 	var column := VBoxContainer.new()
 	add_child(column)
 	column.add_child(_source_row())
+	column.add_child(_raw_row())
 	column.add_child(_series_tree())
 	column.add_child(_details_row())
 	column.add_child(_target_row())
@@ -100,6 +102,7 @@ func open_path(path: String) -> void:
 			_name_of(path), "" if _step == Step.SAVING else ", or stopped"])
 		return
 	_path.text = path
+	_raw.text = ""
 	_scan()
 
 
@@ -124,6 +127,17 @@ static func holds_unnamed_dicom(path: String, depth := 2) -> bool:
 	return false
 
 
+## Whether a path is a zip archive with DICOM in it, by its entries' names.
+static func is_dicom_archive(path: String) -> bool:
+	var archive := ZIPReader.new()
+	if path.get_extension().to_lower() != "zip" or archive.open(path) != OK:
+		return false
+	for entry in archive.get_files():
+		if entry.get_extension().to_lower() in ["dcm", "dicom", "ima"] or entry.get_file().to_upper() == "DICOMDIR":
+			return true
+	return false
+
+
 func _source_row() -> Control:
 	var row := HBoxContainer.new()
 	_path.placeholder_text = "A folder of DICOM files, a zip archive, or a NIfTI, NRRD or MetaImage file"
@@ -137,6 +151,14 @@ func _source_row() -> Control:
 	_browse.get_popup().id_pressed.connect(_on_browse)
 	row.add_child(_browse)
 	return row
+
+
+## What a file without a header holds.
+func _raw_row() -> Control:
+	_raw.placeholder_text = "What the file holds, such as 256x256x108:i16le:spacing=1,1,2"
+	_raw.text_submitted.connect(func(_text: String) -> void: _scan())
+	_raw.hide()
+	return _raw
 
 
 func _series_tree() -> Control:
@@ -219,6 +241,7 @@ func _go(step: Step) -> void:
 	_step = step
 	var works := _works()
 	_path.editable = not works
+	_raw.editable = not works
 	_browse.disabled = works
 	_target.editable = not works
 	_phase.editable = not works
@@ -240,7 +263,7 @@ func _on_browse(id: int) -> void:
 		add_child(_files)
 	_files.file_mode = FileDialog.FILE_MODE_OPEN_DIR if id == 0 else FileDialog.FILE_MODE_OPEN_FILE
 	_files.filters = PackedStringArray() if id == 0 \
-			else PackedStringArray(["*.zip,*.nii,*.nii.gz,*.nrrd,*.nhdr,*.mha,*.mhd,*.dcm;Scans", "*;All files"])
+			else PackedStringArray(["*.zip,*.nii,*.gz,*.nrrd,*.nhdr,*.mha,*.mhd,*.dcm,*.raw;Scans", "*;All files"])
 	_files.popup_centered_clamped(Vector2i(Vector2(800.0, 560.0) * EditorInterface.get_editor_scale()), 0.9)
 
 
@@ -263,9 +286,21 @@ func _scan() -> void:
 		_go(Step.CHOOSE)
 		return
 	_begin(Step.SCANNING, "Looking at %s" % _name_of(_path.text))
-	var error := _new_importer().scan([_path.text])
-	if error != OK:
+	_raw.visible = _needs_description(_path.text)
+	var error := _new_importer().scan([_path.text], _raw_options())
+	if error == ERR_INVALID_PARAMETER:
+		_on_failed("'%s' does not describe what a file holds; 256x256x108:i16le:spacing=1,1,2 would." % _raw.text)
+	elif error != OK:
 		_on_failed(error_string(error))
+
+
+## Whether a file may say nothing of what it holds.
+static func _needs_description(path: String) -> bool:
+	return path.get_extension().to_lower() in ["raw", "gz"] and not path.to_lower().ends_with(".nii.gz")
+
+
+func _raw_options() -> Dictionary:
+	return {"raw": _raw.text.strip_edges()} if _raw.visible and _raw.text.strip_edges() != "" else {}
 
 
 func _forget() -> void:
@@ -421,7 +456,7 @@ func _on_confirmed() -> void:
 		return
 	if _target.text.get_extension() != "res":
 		_target.text = "%s.res" % _target.text
-	var options := {}
+	var options := _raw_options()
 	var place := _selected_series()
 	if place >= 0 and _report.get("format", "") == "DICOM":
 		options["series"] = str(place + 1)
@@ -501,6 +536,8 @@ func _on_cancelled() -> void:
 func _on_failed(message: String) -> void:
 	_go(Step.READY if _step == Step.IMPORTING and not _report.is_empty() else Step.CHOOSE)
 	_show_problem(message)
+	if _raw.visible and _raw.text == "":
+		_raw.grab_focus()
 
 
 func _show_problem(message: String) -> void:

@@ -1,6 +1,9 @@
 @tool
 extends EditorImportPlugin
-## Imports scans that are one file: zip archives of DICOM, NIfTI, NRRD, MetaImage and RAW.
+## Imports scans that are one file whose name says so: NIfTI, NRRD and MetaImage.
+##
+## Zip archives, RAW and other gz files are often a game's own: `runtime/listed_files.gd`. Those that were imported as volumes
+## before stay volumes: `former_imports.gd`.
 
 const SAVE_EXTENSION := "res"
 
@@ -14,8 +17,8 @@ func _get_visible_name() -> String:
 
 
 func _get_recognized_extensions() -> PackedStringArray:
-	# Godot looks at the last extension only: gz stands for nii.gz.
-	return ["zip", "nii", "gz", "nrrd", "nhdr", "mha", "mhd", "raw"]
+	# Godot compares ends of names: nii.gz is not every gz.
+	return ["nii", "nii.gz", "nrrd", "nhdr", "mha", "mhd"]
 
 
 func _get_save_extension() -> String:
@@ -54,7 +57,7 @@ func _get_import_options(path: String, _preset: int) -> Array[Dictionary]:
 	var options: Array[Dictionary] = []
 	if extension in ["zip", ""]:
 		options.append_array(series_options())
-	if extension in ["raw", "gz", ""]:
+	if extension in ["raw", "gz", ""] and not path.to_lower().ends_with(".nii.gz"):
 		options.append({
 			"name": "raw", "default_value": "",
 			"property_hint": PROPERTY_HINT_PLACEHOLDER_TEXT, "hint_string": "256x256x108:i16le:spacing=1,1,2",
@@ -75,11 +78,6 @@ func _import(
 	var header := _header_of(source_file)
 	if header != "":
 		return save_pointer(save_path, header)
-	if source_file.get_extension().to_lower() == "gz" and not source_file.to_lower().ends_with(".nii.gz") \
-			and options.get("raw", "") == "":
-		push_error("Lumivox: %s is no NIfTI file (.nii.gz). If it is no scan, choose 'Keep File' in the Import dock."
-				% source_file)
-		return ERR_FILE_UNRECOGNIZED
 	var volume := LumivoxVolume.load_file(source_file, reader_options(options))
 	if volume == null:
 		var remedy := "If it is no scan, choose 'Keep File' in the Import dock."
@@ -130,7 +128,7 @@ static func save_volume(volume: LumivoxVolume, source_file: String, save_path: S
 	var series: Array = report.get("series", [])
 	if series.size() > 1 and report.get("format", "") == "DICOM":
 		print("Lumivox: %s is of a study with %d series. Set 'Series' in the Import dock to take another, " % [
-			source_file.get_file(), series.size()] + "or import several with Project > Tools > Import DICOM Folder.")
+			source_file.get_file(), series.size()] + "or import several with Project > Tools > Import a Scan.")
 	var flags := ResourceSaver.FLAG_COMPRESS if options.get("compress", true) else ResourceSaver.FLAG_NONE
 	return ResourceSaver.save(volume, "%s.%s" % [save_path, SAVE_EXTENSION], flags)
 

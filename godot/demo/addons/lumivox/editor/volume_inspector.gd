@@ -1,7 +1,7 @@
 @tool
 extends EditorInspectorPlugin
-## Adds to the inspector what a scan is, ways to get one, a way from one slice of a series to the whole, and the undoing
-## of presets.
+## Adds to the inspector what a scan is, ways to get one, a way from one slice of a series to the whole, room for long
+## names, and the undoing of presets.
 
 ## Emitted when a volume without a scan is to be given one.
 signal import_requested(node: LumivoxVolume3D)
@@ -10,8 +10,16 @@ const DicomImporter := preload("dicom_import_plugin.gd")
 const PresetProperty := preload("preset_property.gd")
 const PhantomTask := preload("phantom_task.gd")
 const PREVIEW_HEIGHT := 150.0
+## Pixels of a property in an inspector that nobody widened.
+const DEFAULT_WIDTH := 200.0
+## Pixels beside a property's name: margins, and the arrow that reverts it.
+const NAME_MARGIN := 34.0
+## Largest part of a property that its name takes.
+const NAME_RATIO := 0.7
 
 var _undo: EditorUndoRedoManager
+## On while the engine is asked for its own editor of a property, which asks all plugins.
+var _is_asking := false
 
 
 func _init(undo: EditorUndoRedoManager = null) -> void:
@@ -19,7 +27,7 @@ func _init(undo: EditorUndoRedoManager = null) -> void:
 
 
 func _can_handle(object: Object) -> bool:
-	return object is LumivoxVolume or object is LumivoxVolume3D or _is_several(object)
+	return object is LumivoxVolume or object is LumivoxVolume3D or object is LumivoxEffect or _is_several(object)
 
 
 func _parse_begin(object: Object) -> void:
@@ -36,14 +44,41 @@ func _parse_begin(object: Object) -> void:
 
 
 func _parse_property(
-		object: Object, _type: Variant.Type, name: String, _hint_type: PropertyHint, _hint_string: String,
-		_usage: int, _wide: bool) -> bool:
+		object: Object, type: Variant.Type, name: String, hint_type: PropertyHint, hint_string: String,
+		usage: int, wide: bool) -> bool:
+	if _is_asking:
+		return false
+	if (object is LumivoxVolume3D or object is LumivoxEffect) and _is_own(object, name):
+		return _add_with_room(object, type, name, hint_type, hint_string, usage, wide)
 	if name != "preset" or not _is_several(object):
 		return false
 	var editor := PresetProperty.new()
 	editor.chosen.connect(func(preset: String) -> void:
 		apply_preset(_undo, selected_volumes(), preset)
 		editor.update_property())
+	add_property_editor(name, editor)
+	return true
+
+
+static func _is_own(object: Object, name: String) -> bool:
+	return ClassDB.class_get_property_list(object.get_class(), true).any(func(property: Dictionary) -> bool:
+		return property.name == name)
+
+
+## The engine's own editor of a property, with as much room as its name needs.
+func _add_with_room(
+		object: Object, type: Variant.Type, name: String, hint_type: PropertyHint, hint_string: String,
+		usage: int, wide: bool) -> bool:
+	_is_asking = true
+	var editor := EditorInspector.instantiate_property_editor(object, type, name, hint_type, hint_string, usage, wide)
+	_is_asking = false
+	if editor == null:
+		return false
+	var theme := EditorInterface.get_editor_theme()
+	var text := name.capitalize()
+	var needed := theme.default_font.get_string_size(
+			text, HORIZONTAL_ALIGNMENT_LEFT, -1.0, theme.default_font_size).x / EditorInterface.get_editor_scale()
+	editor.name_split_ratio = clampf((needed + NAME_MARGIN) / DEFAULT_WIDTH, 0.5, NAME_RATIO)
 	add_property_editor(name, editor)
 	return true
 
