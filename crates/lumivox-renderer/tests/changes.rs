@@ -42,8 +42,8 @@ fn camera() -> PerspectiveCamera {
     PerspectiveCamera::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 0.5)
 }
 
-fn map() -> Environment {
-    let texels = (0..64 * 32).map(|i| [i as f32, 1.0, 0.5]).collect();
+fn map(brightness: f32) -> Environment {
+    let texels = (0..64 * 32).map(|i| [brightness * i as f32, 1.0, 0.5]).collect();
     let map = EnvironmentMap::new(64, 32, texels).unwrap();
     Environment { source: EnvironmentSource::Map(Arc::new(map)), ..Environment::uniform(1.0) }
 }
@@ -161,7 +161,7 @@ fn a_filter_looks_at_its_own_volume_and_once() {
 #[test]
 fn what_is_prepared_is_not_computed_in_an_update() {
     let mut cache = SceneCache::new(LIMITS);
-    let mut scene = Scene { environment: map(), ..scene(&[volume(40), volume(44)]) };
+    let mut scene = Scene { environment: map(1.0), ..scene(&[volume(40), volume(44)]) };
     scene.volumes[1].medium.filter = Filter::Tricubic;
     let preparation = cache.preparation(&scene).expect("nobody has looked at the volumes");
     std::thread::spawn(move || preparation.run()).join().unwrap();
@@ -174,7 +174,9 @@ fn what_is_prepared_is_not_computed_in_an_update() {
     prepare_volume(&loaded);
     scene.volumes[0].volume = loaded;
     assert!(cache.preparation(&scene).is_none());
-    scene.environment = map();
+    scene.environment = map(1.0);
+    assert!(cache.preparation(&scene).is_none(), "an equal sky");
+    scene.environment = map(2.0);
     assert!(cache.preparation(&scene).is_some(), "another sky");
     cache.update(&scene, &mut Recording::new()).unwrap();
     assert_eq!(cache.unprepared(), 1);
@@ -185,7 +187,7 @@ fn scene_with(features: Features) -> Scene {
     let count = if features.many_volumes { 4 } else { 1 };
     let mut scene = scene(&vec![volume(8); count]);
     if features.environment {
-        scene.environment = map();
+        scene.environment = map(1.0);
     }
     if features.surface {
         scene.volumes[0].medium.surface.strength = 0.5;

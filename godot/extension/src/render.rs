@@ -4,14 +4,12 @@ use std::collections::HashMap;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
-use godot::classes::rendering_device::DeviceType;
 use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
 use godot::prelude::*;
 use lumivox_core::Camera;
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
-    DeviceLimits, Fog, LiveSettings, LiveStatus, LiveView, Recording, RenderError, SceneCache, Step,
-    ViewKind, record_priming,
+    DeviceLimits, Fog, LiveSettings, LiveStatus, LiveView, Recording, RenderError, SceneCache, Step, ViewKind,
 };
 
 use crate::executor::{Executor, workshop};
@@ -153,23 +151,6 @@ pub fn sweep() {
 pub fn stalls() -> [u64; 2] {
     let renderer = renderer();
     [renderer.computed, renderer.postponed]
-}
-
-/// Whether the driver is one that compiles a kernel when it first runs.
-pub fn is_primed_by_running() -> bool {
-    RenderingServer::singleton().get_video_adapter_type() == DeviceType::CPU
-}
-
-/// Runs a kernel on nothing. On the render thread.
-pub fn prime(kernel: Kernel) {
-    let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
-    let mut recording = Recording::new();
-    record_priming([kernel], &mut recording);
-    let executor = &mut renderer().executor;
-    if executor.execute(&mut device, &recording, TIMED).is_err() {
-        // Whoever needs it will be told.
-        executor.discard(&mut device, &recording);
-    }
 }
 
 /// Frees everything. On the render thread.

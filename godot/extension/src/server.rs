@@ -82,8 +82,8 @@ impl Lumivox {
     /// or Lumivox' studio light, anything that is not one colour), [code]surface[/code] (volumes whose
     /// [member LumivoxVolume3D.surface_strength] is above 0), [code]filters[/code] (a filter other than trilinear),
     /// [code]lights[/code] (lights that reach volumes) and [code]many_volumes[/code] (four or more). Nothing named
-    /// stands for all: 32 programs, each named feature doubles their number. Programs that are there already cost
-    /// nothing.
+    /// stands for all: 32 programs, each named feature doubles their number. Name what there will be: in software a
+    /// program takes a second or more. Programs that are there already cost nothing.
     ///
     /// Without it nothing is wrong, only later: while a program is missing, a viewport goes on with the scene before,
     /// and shows no volumes where there was none.
@@ -283,8 +283,7 @@ fn after_frame() {
     }
 }
 
-/// Has the engine call `task` there.
-pub fn on_render_thread(task: impl Fn() + Send + Sync + 'static) {
+fn on_render_thread(task: fn()) {
     let task = Callable::from_sync_fn("lumivox_render_task", move |_: &[&Variant]| task());
     RenderingServer::singleton().call_on_render_thread(&task);
 }

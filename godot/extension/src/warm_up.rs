@@ -6,8 +6,6 @@ use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{Features, ViewKind};
 
 use crate::executor::workshop;
-use crate::render;
-use crate::server::on_render_thread;
 
 /// What scenes may hold, by the names that scripts use.
 const NAMES: [(&str, Features); 5] = {
@@ -22,17 +20,11 @@ const NAMES: [(&str, Features); 5] = {
     ]
 };
 
-/// What was asked for and not announced yet.
-struct WarmUp {
-    kernels: Vec<Kernel>,
-    /// How many of them have run, where they have to.
-    primed: usize,
-}
+/// The kernels that were asked for, until that they are made is announced.
+static KERNELS: Mutex<Option<Vec<Kernel>>> = Mutex::new(None);
 
-static WARM_UP: Mutex<Option<WarmUp>> = Mutex::new(None);
-
-fn warm_up() -> MutexGuard<'static, Option<WarmUp>> {
-    WARM_UP.lock().unwrap_or_else(PoisonError::into_inner)
+fn asked_for() -> MutexGuard<'static, Option<Vec<Kernel>>> {
+    KERNELS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The features of these names, all where there is no name; or the name that stands for none.
@@ -59,34 +51,27 @@ pub fn begin(features: Features, has_device: bool) {
         }
     }
     workshop().prepare(kernels.iter().copied());
-    let mut warm_up = warm_up();
-    let all = warm_up.get_or_insert(WarmUp { kernels: vec![], primed: 0 });
-    kernels.retain(|kernel| !all.kernels.contains(kernel));
-    all.kernels.append(&mut kernels);
+    let mut asked_for = asked_for();
+    let all = asked_for.get_or_insert_default();
+    kernels.retain(|kernel| !all.contains(kernel));
+    all.append(&mut kernels);
 }
 
 /// The part of it that is done, 0 to 1.
 pub fn progress() -> f64 {
-    let warm_up = warm_up();
-    let Some(all) = warm_up.as_ref().filter(|all| !all.kernels.is_empty()) else { return 1.0 };
-    let ready = all.kernels.iter().filter(|kernel| workshop().is_ready(**kernel)).count();
-    let primed = if render::is_primed_by_running() { all.primed } else { ready };
-    (ready + primed) as f64 / (2 * all.kernels.len()) as f64
+    let asked_for = asked_for();
+    let kernels = asked_for.as_deref().unwrap_or_default();
+    let ready = kernels.iter().filter(|kernel| workshop().is_ready(**kernel)).count();
+    if kernels.is_empty() { 1.0 } else { ready as f64 / kernels.len() as f64 }
 }
 
-/// Whether it has ended since the last time. Once per frame, in which it may have one kernel run.
+/// Whether it has ended since the last time. Once per frame.
 pub fn take_end() -> bool {
-    let mut warm_up = warm_up();
-    let Some(all) = warm_up.as_mut() else { return false };
-    if !all.kernels.iter().all(|kernel| workshop().is_ready(*kernel)) {
-        return false;
+    let mut asked_for = asked_for();
+    let made = |kernels: &Vec<Kernel>| kernels.iter().all(|kernel| workshop().is_ready(*kernel));
+    let ended = asked_for.as_ref().is_some_and(made);
+    if ended {
+        *asked_for = None;
     }
-    if let Some(kernel) = all.kernels.get(all.primed).filter(|_| render::is_primed_by_running()) {
-        all.primed += 1;
-        let kernel = *kernel;
-        on_render_thread(move || render::prime(kernel));
-        return false;
-    }
-    *warm_up = None;
-    true
+    ended
 }

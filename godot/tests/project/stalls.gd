@@ -3,6 +3,7 @@ extends Node
 
 const Shower := preload("res://tests/show_cases.gd")
 const PATIENCE_FRAMES := 3000
+const FEATURES := ["surface", "many_volumes"]
 
 
 func _ready() -> void:
@@ -15,7 +16,7 @@ func _ready() -> void:
 	Lumivox.warm_up(PackedStringArray(["volumes"]))
 	_tell("unknown", {"progress": Lumivox.get_warm_up_progress()})
 	_tell("warm_up", await _warm_up(scenes))
-	Lumivox.warm_up()
+	Lumivox.warm_up(FEATURES)
 	await Lumivox.warmed_up
 	_tell("again", {"ended": true})
 	get_tree().quit()
@@ -45,7 +46,7 @@ func _change_while_shown(case: Dictionary) -> Dictionary:
 
 
 func _draw_once(case: Dictionary) -> Dictionary:
-	# Lights nothing else here has, so that its kernel is new.
+	# Nothing else here has both, so that its kernel is new.
 	case = case.duplicate(true)
 	case.volumes[0].surface = [0.5, 60.0, 0.4, 0.04]
 	case.volumes[0].filter = 0.0
@@ -62,7 +63,7 @@ func _draw_once(case: Dictionary) -> Dictionary:
 
 func _warm_up(scenes: Array) -> Dictionary:
 	var begin := Time.get_ticks_msec()
-	Lumivox.warm_up(PackedStringArray(["environment", "surface", "filters", "lights", "many_volumes"]))
+	Lumivox.warm_up(FEATURES)
 	await Lumivox.warmed_up
 	var progress := Lumivox.get_warm_up_progress()
 	print("warm up: %d ms" % (Time.get_ticks_msec() - begin))

@@ -47,6 +47,11 @@ pub(super) fn check(environment: &Environment, limits: &DeviceLimits) -> Result<
 }
 
 impl CachedEnvironment {
+    /// Whether this is the source that it has.
+    pub fn holds(&self, source: &EnvironmentSource) -> bool {
+        self.source.as_ref().is_some_and(|held| same(held, source))
+    }
+
     /// Records what differs; returns whether anything did. The device has room, see [`check`].
     pub fn update(
         &mut self,
@@ -58,7 +63,7 @@ impl CachedEnvironment {
         let strength = if environment.strength.is_finite() { environment.strength.max(0.0) } else { 1.0 };
         let turned = [rotation, strength] != [self.rotation, self.strength];
         (self.rotation, self.strength) = (rotation, strength);
-        if self.source.as_ref().is_some_and(|source| same(source, &environment.source)) {
+        if self.holds(&environment.source) {
             return turned;
         }
         let (map, grid, computed) = importance::of(&environment.source);

@@ -34,7 +34,8 @@ impl SceneCache {
         let wanted = volumes::distinct(&place(scene), self.cell_size);
         let grids: Vec<_> = wanted.into_iter().filter(|(volume, key)| !key.is_known(volume)).collect();
         let source = &scene.environment.source;
-        let environment = (!importance::is_known(source)).then(|| source.clone());
+        let is_new = !self.environment.holds(source) && !importance::is_known(source);
+        let environment = is_new.then(|| source.clone());
         (!grids.is_empty() || environment.is_some()).then_some(Preparation { grids, environment })
     }
 }

@@ -4,12 +4,11 @@ use std::sync::OnceLock;
 
 use serde_json::{Value, json};
 
-use crate::case::{Case, Lamp, LampKind, Light, Place, Volume};
+use crate::case::{Case, Light, Volume};
 use crate::engine::{Run, once};
 use crate::shown::{run_scene, told};
-use lumivox_core::glam::DVec3;
 
-/// Scenes that want a kernel each, one feature after the other.
+/// Scenes that want a kernel each: all that the script warms up for.
 fn scenes() -> Vec<Case> {
     let base = || Case {
         size: [48, 48],
@@ -19,17 +18,9 @@ fn scenes() -> Vec<Case> {
         volumes: vec![Volume::solid()],
         ..Case::new("plain")
     };
-    let texels = (0..32).map(|i| [0.2 + 0.02 * i as f32, 0.5, 0.6]).collect();
-    let sky = Light::Panorama { width: 8, height: 4, texels, rotation: 0.0, energy: 1.0 };
-    let lamp = Lamp::new(LampKind::Omni, Place::at(DVec3::new(0.0, 0.02, 0.05)));
-    vec![
-        base(),
-        Case { volumes: vec![Volume::solid(); 5], ..base() },
-        Case { light: sky, ..base() },
-        Case { volumes: vec![Volume { filter: 2, ..Volume::solid() }], ..base() },
-        Case { volumes: vec![Volume { surface: [0.7, 60.0, 0.4, 0.04], ..Volume::solid() }], ..base() },
-        Case { lamps: vec![Lamp { energy: 0.001, ..lamp }], ..base() },
-    ]
+    let glossy = Volume { surface: [0.7, 60.0, 0.4, 0.04], ..Volume::solid() };
+    let volumes = [vec![glossy.clone()], vec![Volume::solid(); 5], vec![glossy; 5]];
+    std::iter::once(base()).chain(volumes.map(|volumes| Case { volumes, ..base() })).collect()
 }
 
 fn run() -> &'static Run {
