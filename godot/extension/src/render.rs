@@ -393,10 +393,12 @@ impl World {
         let under_way = self.preparing.as_ref().is_some_and(|shared| Arc::strong_count(shared) > 1);
         if let Some(preparation) = preparation.filter(|_| !under_way) {
             let done = self.preparing.insert(Arc::default()).clone();
-            std::thread::spawn(move || {
+            let run = move || {
                 preparation.run();
                 drop(done);
-            });
+            };
+            // Without a thread, the next frame tries again.
+            let _ = std::thread::Builder::new().spawn(run);
         }
         if kernels.is_empty() { computing } else { Some(Missing::Kernels) }
     }
