@@ -43,8 +43,8 @@ fn camera() -> PerspectiveCamera {
 }
 
 fn map(brightness: f32) -> Environment {
-    let texels = (0..64 * 32).map(|i| [brightness * i as f32, 1.0, 0.5]).collect();
-    let map = EnvironmentMap::new(64, 32, texels).unwrap();
+    let texels = (0..128 * 64).map(|i| [brightness * i as f32, 1.0, 0.5]).collect();
+    let map = EnvironmentMap::new(128, 64, texels).unwrap();
     Environment { source: EnvironmentSource::Map(Arc::new(map)), ..Environment::uniform(1.0) }
 }
 
@@ -128,7 +128,7 @@ fn volumes_in_another_order_or_number_upload_no_voxels_again() {
 #[test]
 fn a_swapped_preset_uploads_its_tables_alone() {
     let mut cache = SceneCache::new(LIMITS);
-    let mut scene = scene(&[volume(40), volume(40)]);
+    let mut scene = scene(&[volume(72), volume(72)]);
     cost(&mut cache, &scene);
     for opacity in [0.1, 0.2] {
         scene.volumes[0].medium.transfer_function = TransferFunction::constant(opacity, [0.1; 3]);
@@ -143,7 +143,7 @@ fn a_swapped_preset_uploads_its_tables_alone() {
 #[test]
 fn a_filter_looks_at_its_own_volume_and_once() {
     let mut cache = SceneCache::new(LIMITS);
-    let mut scene = scene(&[volume(40), volume(44)]);
+    let mut scene = scene(&[volume(72), volume(76)]);
     cost(&mut cache, &scene);
     assert_eq!(cache.unprepared(), 2);
     for (filter, unprepared) in [(Filter::Tricubic, 3), (Filter::Trilinear, 3), (Filter::Tricubic, 3)] {
@@ -161,7 +161,7 @@ fn a_filter_looks_at_its_own_volume_and_once() {
 #[test]
 fn what_is_prepared_is_not_computed_in_an_update() {
     let mut cache = SceneCache::new(LIMITS);
-    let mut scene = Scene { environment: map(1.0), ..scene(&[volume(40), volume(44)]) };
+    let mut scene = Scene { environment: map(1.0), ..scene(&[volume(72), volume(76)]) };
     scene.volumes[1].medium.filter = Filter::Tricubic;
     let preparation = cache.preparation(&scene).expect("nobody has looked at the volumes");
     std::thread::spawn(move || preparation.run()).join().unwrap();
@@ -170,7 +170,7 @@ fn what_is_prepared_is_not_computed_in_an_update() {
     assert_eq!(cache.unprepared(), 0);
 
     // What was loaded with care needs nothing.
-    let loaded = volume(48);
+    let loaded = volume(80);
     prepare_volume(&loaded);
     scene.volumes[0].volume = loaded;
     assert!(cache.preparation(&scene).is_none());
@@ -180,6 +180,9 @@ fn what_is_prepared_is_not_computed_in_an_update() {
     assert!(cache.preparation(&scene).is_some(), "another sky");
     cache.update(&scene, &mut Recording::new()).unwrap();
     assert_eq!(cache.unprepared(), 1);
+    // A small one is quicker looked at than handed over.
+    scene.volumes[0].volume = volume(16);
+    assert!(cache.preparation(&scene).is_none());
 }
 
 /// A scene that holds what `features` says.

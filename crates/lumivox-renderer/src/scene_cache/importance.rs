@@ -12,6 +12,9 @@ use super::derived::Derived;
 /// Largest importance grid; finer maps are summed into it.
 const MAX_GRID: [usize; 2] = [1024, 512];
 
+/// Texels that are weighed in less time than it takes to hand them to another thread and wait for a frame.
+const QUICK_TEXELS: usize = 1 << 12;
+
 /// Cells of equal size over the map's unit square, to be drawn in proportion to luminance times sin(theta).
 #[derive(Debug)]
 pub(crate) struct ImportanceGrid {
@@ -52,7 +55,11 @@ fn known_map(source: &EnvironmentSource) -> Option<Arc<EnvironmentMap>> {
 }
 
 fn takes_long(source: &EnvironmentSource) -> bool {
-    matches!(source, EnvironmentSource::Map(_) | EnvironmentSource::Studio)
+    match source {
+        EnvironmentSource::Map(map) => map.texels.len() > QUICK_TEXELS,
+        EnvironmentSource::Studio => true,
+        _ => false,
+    }
 }
 
 impl ImportanceGrid {

@@ -22,6 +22,9 @@ pub struct ValueRangeGrid {
     pub ranges: Vec<[u16; 2]>,
 }
 
+/// Voxels that are looked at in less time than it takes to hand them to another thread and wait for a frame.
+const QUICK_VOXELS: usize = 1 << 18;
+
 /// What decides a grid, besides its volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct GridKey {
@@ -35,16 +38,22 @@ pub(super) struct GridKey {
 static GRIDS: Derived<Volume, GridKey, ValueRangeGrid> = Derived::new();
 
 impl GridKey {
-    /// The grid of a volume, and whether nobody had computed it before.
+    /// The grid of a volume, and whether that took long because nobody had computed it before.
     pub fn grid(self, volume: &Arc<Volume>) -> (Arc<ValueRangeGrid>, bool) {
         let filter = if self.wide { Filter::Tricubic } else { Filter::Trilinear };
-        GRIDS.get_or(volume, self, || ValueRangeGrid::new(volume, filter, self.cell_size))
+        let (grid, computed) =
+            GRIDS.get_or(volume, self, || ValueRangeGrid::new(volume, filter, self.cell_size));
+        (grid, computed && takes_long(volume))
     }
 
-    /// Whether somebody has.
+    /// Whether [`grid`](Self::grid) takes no longer than a frame has time for.
     pub fn is_known(self, volume: &Arc<Volume>) -> bool {
-        GRIDS.get(volume, &self).is_some()
+        !takes_long(volume) || GRIDS.get(volume, &self).is_some()
     }
+}
+
+fn takes_long(volume: &Volume) -> bool {
+    volume.dims().iter().product::<usize>() > QUICK_VOXELS
 }
 
 impl ValueRangeGrid {
