@@ -5,10 +5,14 @@
 //! one). The walk: [`SceneCache::update`] puts volumes, tables, majorants and light on the GPU;
 //! [`View::record_samples`] traces; [`View::record_display`] or [`View::record_read_film`] brings the image out.
 //! An engine keeps a [`LiveView`] instead: it traces within a frame's budget and draws over the engine's own image.
+//!
+//! Nothing that takes long has to happen in a frame: [`SceneCache::kernels`] names the kernels that a scene will want, a
+//! [`Workshop`] makes them on threads of its own, and a [`Preparation`] computes what an update would have to.
 
 mod denoise;
 pub mod display;
 mod error;
+mod features;
 pub mod film;
 mod frame;
 mod ids;
@@ -17,12 +21,17 @@ pub mod recording;
 mod scene_cache;
 mod unfinished;
 mod view;
+mod workshop;
 
 pub use display::{Background, DisplaySettings, ToneMap};
 pub use error::RenderError;
+pub use features::{Features, ViewKind};
 pub use film::Film;
 pub use live::{DistanceFog, Fog, HeightFog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView};
 pub use lumivox_shaders::layout::FilmCount;
 pub use recording::{Recording, ResourceId, Step};
-pub use scene_cache::{DeviceLimits, EnvironmentSampling, LoopTurns, SceneCache};
+pub use scene_cache::{
+    DeviceLimits, EnvironmentSampling, LoopTurns, Preparation, SceneCache, prepare_volume,
+};
 pub use view::{View, ViewSettings};
+pub use workshop::Workshop;

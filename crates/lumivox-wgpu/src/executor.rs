@@ -1,10 +1,10 @@
 //! Replays recordings on a wgpu device.
 
 use std::collections::HashMap;
-use std::sync::mpsc;
+use std::sync::{Arc, mpsc};
 
 use lumivox_renderer::recording::{BindingKind, Kernel, Stage, TextureFormat};
-use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step};
+use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step, Workshop};
 
 use crate::error::GpuError;
 use crate::pipelines::{self, Pipeline};
@@ -46,7 +46,7 @@ pub struct Executor {
     device: wgpu::Device,
     queue: wgpu::Queue,
     resources: HashMap<ResourceId, Resource>,
-    dispatches: HashMap<Kernel, Pipeline<wgpu::ComputePipeline>>,
+    dispatches: Workshop<Arc<Pipeline<wgpu::ComputePipeline>>>,
     draws: HashMap<(Kernel, wgpu::TextureFormat, u32), Pipeline<wgpu::RenderPipeline>>,
     sampler: wgpu::Sampler,
     uniforms: wgpu::Buffer,
@@ -106,11 +106,12 @@ impl Executor {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let dispatches = pipelines::workshop(device.clone());
         Self {
             device,
             queue,
             resources: HashMap::new(),
-            dispatches: HashMap::new(),
+            dispatches,
             draws: HashMap::new(),
             sampler,
             uniforms,
@@ -159,6 +160,24 @@ impl Executor {
     pub fn lend_texture(&mut self, id: ResourceId, texture: &wgpu::Texture) {
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         self.resources.insert(id, Resource::Texture(texture.clone(), view));
+    }
+
+    /// Has the pipelines of kernels made on other threads, before a recording wants them. What is drawn is left out:
+    /// its pipeline depends on its target. [`SceneCache::kernels`](lumivox_renderer::SceneCache::kernels) names those
+    /// that a scene needs, [`Features`](lumivox_renderer::Features) those that scenes may need.
+    pub fn prepare(&self, kernels: impl IntoIterator<Item = Kernel>) {
+        self.dispatches.prepare(kernels.into_iter().filter(|kernel| kernel.stage() == Stage::Compute));
+    }
+
+    /// Whether a recording with these kernels waits for none of their pipelines; as to what is drawn, see
+    /// [`prepare`](Self::prepare).
+    pub fn is_prepared(&self, kernels: impl IntoIterator<Item = Kernel>) -> bool {
+        kernels.into_iter().all(|kernel| kernel.stage() != Stage::Compute || self.dispatches.is_ready(kernel))
+    }
+
+    /// How often a recording had to wait for a pipeline, or to make it.
+    pub fn pipeline_waits(&self) -> u64 {
+        self.dispatches.waits()
     }
 
     /// Hands the recording to the GPU without waiting for it. The read-backs come in the order of their steps.
@@ -234,7 +253,7 @@ impl Executor {
                 }
                 Step::ClearBuffer { id } => batch.commands().clear_buffer(self.buffer(*id)?, 0, None),
                 Step::Dispatch { kernel, uniforms, resources, workgroups } => {
-                    self.dispatch(*kernel, uniforms, resources, *workgroups, &mut batch);
+                    self.dispatch(*kernel, uniforms, resources, *workgroups, &mut batch)?;
                 }
                 Step::Draw { kernel, uniforms, resources, target } => {
                     let (texture, view) = self.texture(*target)?;
@@ -306,18 +325,17 @@ impl Executor {
         resources: &[ResourceId],
         [x, y]: [u32; 2],
         batch: &mut Batch,
-    ) {
-        let device = &self.device;
-        let pipeline = self.dispatches.entry(kernel).or_insert_with(|| pipelines::compute(device, kernel));
-        let layout = pipeline.layout.clone();
-        let group = self.bind(kernel, &layout, uniforms, resources, &mut batch.uniform_cursor);
+    ) -> Result<(), GpuError> {
+        let pipeline = self.dispatches.get(kernel).map_err(GpuError::Refused)?;
+        let group = self.bind(kernel, &pipeline.layout, uniforms, resources, &mut batch.uniform_cursor);
         let label = Some(kernel.entry_point());
         let mut pass = batch
             .commands()
             .begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes: None });
-        pass.set_pipeline(&self.dispatches[&kernel].pipeline);
+        pass.set_pipeline(&pipeline.pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.dispatch_workgroups(x, y, 1);
+        Ok(())
     }
 
     fn draw(

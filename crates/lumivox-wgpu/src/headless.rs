@@ -4,7 +4,9 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use lumivox_core::{PerspectiveCamera, Scene};
-use lumivox_renderer::{EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewSettings};
+use lumivox_renderer::{
+    EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewKind, ViewSettings,
+};
 
 use crate::error::{GpuError, HeadlessError};
 use crate::gpu::Gpu;
@@ -116,6 +118,8 @@ pub fn render(
     let mut cache = SceneCache::new(gpu.executor.limits());
     cache.set_environment_sampling(request.environment_sampling);
     cache.set_cell_size(request.cell_size);
+    // While voxels are looked at and uploaded.
+    gpu.executor.prepare(cache.kernels(scene, ViewKind::Still { guides: request.guides }));
     let mut recording = Recording::new();
     cache.update(scene, &mut recording)?;
     let mut views = windows(request, &cache, &mut recording)?;

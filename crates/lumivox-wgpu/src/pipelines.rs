@@ -1,5 +1,8 @@
 //! Kernels as wgpu pipelines.
 
+use std::sync::Arc;
+
+use lumivox_renderer::Workshop;
 use lumivox_renderer::recording::{BindingKind, Kernel, Stage};
 
 /// A pipeline and the layout of its only bind group.
@@ -9,8 +12,24 @@ pub(crate) struct Pipeline<T> {
     pub pipeline: T,
 }
 
+/// Makes the pipelines of kernels that run in workgroups, ahead and on threads of their own.
+pub(crate) fn workshop(device: wgpu::Device) -> Workshop<Arc<Pipeline<wgpu::ComputePipeline>>> {
+    Workshop::new(move |kernel| {
+        // Scopes catch what goes wrong on their own thread.
+        let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
+        let pipeline = compute(&device, kernel);
+        let errors = [internal, validation, memory].map(|scope| pollster::block_on(scope.pop()));
+        match errors.into_iter().flatten().next() {
+            Some(error) => Err(error.to_string()),
+            None => Ok(Arc::new(pipeline)),
+        }
+    })
+}
+
 /// A kernel that runs in workgroups.
-pub(crate) fn compute(device: &wgpu::Device, kernel: Kernel) -> Pipeline<wgpu::ComputePipeline> {
+fn compute(device: &wgpu::Device, kernel: Kernel) -> Pipeline<wgpu::ComputePipeline> {
     let (layout, pipeline_layout, module) = parts(device, kernel, wgpu::ShaderStages::COMPUTE);
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(kernel.entry_point()),

@@ -18,6 +18,7 @@ mod render;
 mod resources;
 mod server;
 mod shared;
+mod warm_up;
 mod world;
 
 use godot::init::InitStage;
@@ -36,6 +37,7 @@ unsafe impl ExtensionLibrary for LumivoxExtension {
 
     fn on_main_loop_frame() {
         importer::deliver();
+        server::deliver();
     }
 
     fn on_stage_deinit(stage: InitStage) {

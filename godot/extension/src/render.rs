@@ -2,14 +2,17 @@
 
 use std::collections::HashMap;
 use std::sync::mpsc::{Receiver, TryRecvError};
-use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
 use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
 use godot::prelude::*;
 use lumivox_core::Camera;
-use lumivox_renderer::{Fog, LiveSettings, LiveStatus, LiveView, Recording, RenderError, SceneCache, Step};
+use lumivox_renderer::recording::Kernel;
+use lumivox_renderer::{
+    DeviceLimits, Fog, LiveSettings, LiveStatus, LiveView, Recording, RenderError, SceneCache, Step, ViewKind,
+};
 
-use crate::executor::Executor;
+use crate::executor::{Executor, workshop};
 use crate::host_view::{self, HostView, Lent};
 use crate::pacing::{Pacer, Pass};
 use crate::shared::{self, Snapshot, Status, Target, WorldKey};
@@ -41,6 +44,28 @@ struct World {
     version: u64,
     /// Why it does not fit.
     error: Option<String>,
+    /// Whether there is anything to draw: a scene that fits.
+    whole: bool,
+    /// What is prepared for the next scene, on another thread that holds the same.
+    preparing: Option<Arc<()>>,
+}
+
+/// How far a scene's copy is.
+#[derive(Clone, Copy, PartialEq)]
+enum Update {
+    Done,
+    /// The one before is there while something is prepared for the next.
+    Before,
+    /// Nothing is there yet.
+    Nothing,
+}
+
+/// What a scene waits for.
+#[derive(PartialEq)]
+enum Missing {
+    Kernels,
+    /// Of its volumes or its environment.
+    Computation,
 }
 
 /// One eye of one viewport.
@@ -75,6 +100,9 @@ struct Renderer {
     eyes: HashMap<EyeKey, Eye>,
     serial: u64,
     timed_frame: u64,
+    /// See [`stalls`].
+    computed: u64,
+    postponed: u64,
 }
 
 static RENDERER: LazyLock<Mutex<Renderer>> = LazyLock::new(Mutex::default);
@@ -121,6 +149,13 @@ pub fn sweep() {
     renderer().sweep(&mut device, &shown);
 }
 
+/// How often a scene's update computed something that takes long, and how many frames showed a scene's predecessor for
+/// want of a kernel.
+pub fn stalls() -> [u64; 2] {
+    let renderer = renderer();
+    [renderer.computed, renderer.postponed]
+}
+
 /// Frees everything. On the render thread.
 pub fn free() {
     let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
@@ -138,7 +173,11 @@ impl Renderer {
         scene_data: &Gd<RenderSceneData>,
     ) -> Result<Option<Status>, String> {
         self.read_times(device);
-        self.update_world(device, &target.snapshot)?;
+        let update = self.update_world(device, target)?;
+        let pending = Status { target: target.settings.target_samples, ..Status::default() };
+        if update == Update::Nothing {
+            return Ok(Some(pending));
+        }
         let views = buffers.get_view_count();
         let budget_milliseconds = target.settings.budget_milliseconds / f64::from(views);
         let settings = Settings { budget_milliseconds, ..target.settings };
@@ -155,23 +194,30 @@ impl Renderer {
             }
         }
         status.target = settings.target_samples;
-        Ok(Some(status))
+        // An image of the scene before counts for nothing.
+        Ok(Some(if update == Update::Before { pending } else { status }))
     }
 
-    /// Brings a scene's copy on the GPU up to date. One that does not fit is an error until it changes.
-    fn update_world(&mut self, device: &mut Gd<RenderingDevice>, snapshot: &Snapshot) -> Result<(), String> {
+    /// Brings a scene's copy on the GPU up to date, once all that takes long is prepared; until then the one before
+    /// goes on. One that does not fit is an error until it changes.
+    fn update_world(&mut self, device: &mut Gd<RenderingDevice>, target: &Target) -> Result<Update, String> {
+        let snapshot = &*target.snapshot;
         let limits = Executor::limits(device);
-        let world = self.worlds.entry(snapshot.key).or_insert_with(|| World {
-            cache: SceneCache::new(limits),
-            version: 0,
-            error: None,
-        });
+        let world = self.worlds.entry(snapshot.key).or_insert_with(|| World::new(limits));
         if world.version == snapshot.version {
-            return world.error.clone().map_or(Ok(()), Err);
+            return world.error.clone().map_or(Ok(Update::Done), Err);
+        }
+        if !target.at_once
+            && let Some(missing) = world.unprepared(snapshot, &target.settings)
+        {
+            self.postponed += u64::from(missing == Missing::Kernels);
+            return Ok(if world.whole { Update::Before } else { Update::Nothing });
         }
         world.version = snapshot.version;
         let mut recording = Recording::new();
+        let computed = world.cache.unprepared();
         let mut error = world.cache.update(&snapshot.scene, &mut recording).err().map(|e| e.to_string());
+        self.computed += world.cache.unprepared() - computed;
         if error.is_none()
             && let Err(refused) = self.executor.execute(device, &recording, TIMED)
         {
@@ -181,8 +227,9 @@ impl Renderer {
         }
         if let Some(world) = self.worlds.get_mut(&snapshot.key) {
             world.error.clone_from(&error);
+            world.whole = error.is_none();
         }
-        error.map_or(Ok(()), Err)
+        error.map_or(Ok(Update::Done), Err)
     }
 
     /// Starts a scene over whose copy is not whole, once something in it changes.
@@ -329,6 +376,34 @@ impl Renderer {
         eye.free(&mut recording);
         // Freeing never fails.
         let _ = self.executor.execute(device, &recording, TIMED);
+    }
+}
+
+impl World {
+    fn new(limits: DeviceLimits) -> Self {
+        let cache = SceneCache::new(limits);
+        Self { cache, version: 0, error: None, whole: false, preparing: None }
+    }
+
+    /// What a scene lacks to be shown without holding up the frame. It is on its way then.
+    fn unprepared(&mut self, snapshot: &Snapshot, settings: &Settings) -> Option<Missing> {
+        let view = ViewKind::Live { denoise: settings.denoise };
+        let mut kernels: Vec<Kernel> = self.cache.kernels(&snapshot.scene, view);
+        kernels.retain(|kernel| !workshop().is_ready(*kernel));
+        workshop().hurry(kernels.iter().copied());
+        let preparation = self.cache.preparation(&snapshot.scene);
+        let computing = preparation.is_some().then_some(Missing::Computation);
+        let under_way = self.preparing.as_ref().is_some_and(|shared| Arc::strong_count(shared) > 1);
+        if let Some(preparation) = preparation.filter(|_| !under_way) {
+            let done = self.preparing.insert(Arc::default()).clone();
+            let run = move || {
+                preparation.run();
+                drop(done);
+            };
+            // Without a thread, the next frame tries again.
+            let _ = std::thread::Builder::new().spawn(run);
+        }
+        if kernels.is_empty() { computing } else { Some(Missing::Kernels) }
     }
 }
 

@@ -5,11 +5,14 @@ use std::collections::{HashMap, HashSet};
 
 use godot::classes::{DisplayServer, RenderData, RenderingServer, Viewport};
 use godot::prelude::*;
+use lumivox_renderer::recording::Kernel;
+use lumivox_renderer::{DeviceLimits, Features, ViewKind};
 
+use crate::executor::{Executor, workshop};
 use crate::nodes::LumivoxVolume3D;
 use crate::shared::Target;
 use crate::world::{Gatherer, Nodes, render_target};
-use crate::{render, shared};
+use crate::{render, shared, warm_up};
 
 thread_local! {
     static NODES: RefCell<Nodes> = RefCell::default();
@@ -68,6 +71,51 @@ impl Lumivox {
         GString::from(shared::lock().error.as_deref().unwrap_or_default())
     }
 
+    /// All that [method warm_up] was asked for is prepared.
+    #[signal]
+    fn warmed_up();
+
+    /// Prepares what scenes with volumes need of the GPU's programs, in the background, so that their first frames do
+    /// not wait for it: for loading screens. Emits [signal warmed_up] in a later frame.
+    ///
+    /// [param features] says what the scenes will hold, be it some of it or all at once: [code]environment[/code] (a sky
+    /// or Lumivox' studio light, anything that is not one colour), [code]surface[/code] (volumes whose
+    /// [member LumivoxVolume3D.surface_strength] is above 0), [code]filters[/code] (a filter other than trilinear),
+    /// [code]lights[/code] (lights that reach volumes) and [code]many_volumes[/code] (four or more). Nothing named
+    /// stands for all: 32 programs, each named feature doubles their number. Name what there will be: in software a
+    /// program takes a second or more. Programs that are there already cost nothing.
+    ///
+    /// Without it nothing is wrong, only later: while a program is missing, a viewport goes on with the scene before,
+    /// and shows no volumes where there was none.
+    #[func]
+    fn warm_up(&self, #[opt(default = &PackedStringArray::new())] features: PackedStringArray) {
+        let names: Vec<String> = features.as_slice().iter().map(|name| name.to_string()).collect();
+        match warm_up::features(&names) {
+            Ok(features) => {
+                warm_up::begin(features, device_limits());
+            }
+            Err(why) => godot_error!("{why}"),
+        }
+    }
+
+    /// The part of what [method warm_up] was asked for that is done, from 0 to 1; 1 where nothing was.
+    #[func]
+    fn get_warm_up_progress(&self) -> f64 {
+        warm_up::progress()
+    }
+
+    /// For tests: how often the render thread waited for a kernel or made one, how often it computed something of a
+    /// volume or an environment, and how many frames showed the scene before because a kernel was missing.
+    #[func]
+    fn _get_stalls(&self) -> VarDictionary {
+        let [computed, postponed] = render::stalls();
+        vdict! {
+            "kernels" => workshop().waits() as i64,
+            "computed" => computed as i64,
+            "postponed" => postponed as i64,
+        }
+    }
+
     /// The version of Lumivox.
     #[func]
     pub fn version(&self) -> GString {
@@ -106,10 +154,20 @@ struct Callbacks {
     node_added: Callable,
 }
 
+/// What the engine's device can do, where it has one.
+fn device_limits() -> Option<DeviceLimits> {
+    RenderingServer::singleton().get_rendering_device().map(|device| Executor::limits(&device))
+}
+
 /// A volume entered a world.
 pub fn add_volume(id: InstanceId) {
     if CALLBACKS.with_borrow(Option::is_none) {
         tell_no_device();
+    } else {
+        let view = ViewKind::Live { denoise: true };
+        let of_any_scene = |kernel: &Kernel| !matches!(kernel, Kernel::PathTrace(_));
+        let kernels = device_limits().map(|limits| Features::default().kernels(view, limits));
+        workshop().prepare(kernels.into_iter().flatten().filter(of_any_scene));
     }
     NODES.with_borrow_mut(|nodes| nodes.add_volume(id));
 }
@@ -149,6 +207,13 @@ pub fn start() {
     server.connect("frame_pre_draw", &callbacks.before_frame);
     server.connect("frame_post_draw", &callbacks.after_frame);
     CALLBACKS.set(Some(callbacks));
+}
+
+/// What became of other threads' work, in each frame.
+pub fn deliver() {
+    if warm_up::take_end() {
+        Lumivox::singleton().signals().warmed_up().emit();
+    }
 }
 
 /// The engine goes down.

@@ -51,6 +51,8 @@ pub struct Target {
     pub stage: i32,
     /// What hides what is far from its camera.
     pub fog: Option<Fog>,
+    /// Whether this frame must show its scene, however long the preparation takes: no other may follow.
+    pub at_once: bool,
 }
 
 /// How far a viewport's image is.

@@ -49,6 +49,9 @@ func save(viewport: Viewport, what: String) -> void:
 ## One change after another in a viewport that is not made anew: the next frame, and what it converges to.
 func edits() -> void:
 	var list: Array = all.edits
+	# Else the frame after an edit that wants another kernel would still show the scene before.
+	Lumivox.warm_up(["surface", "filters", "lights"])
+	await Lumivox.warmed_up
 	var viewport := show_case(list[0])
 	await converge(viewport, "edits")
 	save(viewport, list[0].name)

@@ -5,24 +5,53 @@ use std::sync::Arc;
 use lumivox_core::{Volume, Voxels};
 use rayon::prelude::*;
 
+use super::value_ranges::GridKey;
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step, TextureFormat};
 
 /// Bytes of one upload: small enough to bound the memory of staging, large enough to be fast.
 const UPLOAD_BYTES: usize = 32 << 20;
 
-/// The texture and where each volume lies in it.
+/// The texture, and what of it no volume is in.
 #[derive(Debug)]
 pub(crate) struct Atlas {
     pub texture: ResourceId,
-    pub arrangement: Arrangement,
+    format: TextureFormat,
+    /// Voxels along each axis.
+    pub size: [u32; 3],
+    /// Where volumes were that have gone.
+    pub free: Vec<Slot>,
+}
+
+/// A box of an atlas for a volume no larger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Slot {
+    /// Its first voxel.
+    pub origin: [u32; 3],
+    /// Voxels along each axis.
+    pub size: [u32; 3],
+}
+
+impl Slot {
+    pub fn fits(self, dims: [usize; 3]) -> bool {
+        (0..3).all(|axis| dims[axis] <= self.size[axis] as usize)
+    }
+
+    pub fn voxels(self) -> u64 {
+        voxels(self.size)
+    }
+}
+
+/// Voxels of a box.
+pub(crate) fn voxels(size: [u32; 3]) -> u64 {
+    size.iter().map(|&n| u64::from(n)).product()
 }
 
 /// Where each volume lies in an atlas.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Arrangement {
-    /// First voxel of each volume.
-    pub origins: Vec<[u32; 3]>,
+    /// The place of each volume.
+    pub slots: Vec<Slot>,
     /// The atlas' size.
     pub size: [u32; 3],
 }
@@ -68,22 +97,35 @@ pub(crate) fn fractions(volume: &Volume, range: std::ops::Range<usize>) -> Vec<u
 }
 
 impl Atlas {
-    /// Records the texture and the upload of `volumes`, as they were arranged.
-    pub fn record(volumes: &[Arc<Volume>], arrangement: Arrangement, recording: &mut Recording) -> Self {
-        let eight_bit = !volumes.is_empty() && volumes.iter().all(|v| matches!(v.voxels(), Voxels::U8(_)));
+    /// Records a texture for `volumes`.
+    pub fn new(volumes: &[(Arc<Volume>, GridKey)], size: [u32; 3], recording: &mut Recording) -> Self {
+        let eight_bit =
+            !volumes.is_empty() && volumes.iter().all(|(v, _)| matches!(v.voxels(), Voxels::U8(_)));
         let format = if eight_bit { TextureFormat::R8Unorm } else { TextureFormat::R16Unorm };
-        let texture = recording.create_texture("volume atlas", format, arrangement.size);
-        for (volume, &origin) in volumes.iter().zip(&arrangement.origins) {
-            record_upload(volume, texture, format, origin, recording);
-        }
-        Self { texture, arrangement }
+        let texture = recording.create_texture("volume atlas", format, size);
+        Self { texture, format, size, free: vec![] }
+    }
+
+    /// Whether its texels are fine enough for a volume.
+    pub fn holds(&self, volume: &Volume) -> bool {
+        self.format == TextureFormat::R16Unorm || matches!(volume.voxels(), Voxels::U8(_))
+    }
+
+    /// Its size in voxels.
+    pub fn voxels(&self) -> u64 {
+        voxels(self.size)
+    }
+
+    /// Records the upload of a volume.
+    pub fn record_upload(&self, volume: &Arc<Volume>, slot: Slot, recording: &mut Recording) {
+        record_upload(volume, self.texture, self.format, slot.origin, recording);
     }
 }
 
 /// Finds room for volumes in an atlas of at most `max_size` along each axis.
-pub(crate) fn arrange(volumes: &[Arc<Volume>], max_size: u32) -> Result<Arrangement, RenderError> {
+pub(crate) fn arrange(volumes: &[(Arc<Volume>, GridKey)], max_size: u32) -> Result<Arrangement, RenderError> {
     let mut sizes = Vec::with_capacity(volumes.len());
-    for volume in volumes {
+    for (volume, _) in volumes {
         let dims = volume.dims();
         if dims.iter().any(|&n| n > max_size as usize) {
             return Err(RenderError::VolumeTooLarge { dims, limit: max_size });
@@ -136,7 +178,7 @@ fn record_upload(
 /// several lie on shelves: rows along x, rows along y into layers, layers along z, large boxes first.
 fn pack(sizes: &[[u32; 3]], max: u32) -> Option<Arrangement> {
     if sizes.is_empty() {
-        return Some(Arrangement { origins: vec![], size: [1, 1, 1] });
+        return Some(Arrangement { slots: vec![], size: [1, 1, 1] });
     }
     let widest = |axis: usize| sizes.iter().map(|s| s[axis]).max().unwrap_or(1);
     // Shelves of every number of the widest boxes: the arrangement that fits with the least waste is kept.
@@ -147,14 +189,14 @@ fn pack(sizes: &[[u32; 3]], max: u32) -> Option<Arrangement> {
         .flat_map(|row_end| ends(1).take(32).map(move |layer_end| [row_end, layer_end]))
         .map(|ends| pack_shelves(sizes, ends))
         .filter(|a| a.size.iter().all(|&n| n <= max))
-        .min_by_key(|a| a.size.iter().map(|&n| u64::from(n)).product::<u64>())
+        .min_by_key(|a| voxels(a.size))
 }
 
 /// Fills rows up to `row_end` along x and layers up to `layer_end` along y.
 fn pack_shelves(sizes: &[[u32; 3]], [row_end, layer_end]: [u32; 2]) -> Arrangement {
     let mut order: Vec<usize> = (0..sizes.len()).collect();
     order.sort_by_key(|&i| std::cmp::Reverse((sizes[i][2], sizes[i][1], sizes[i][0])));
-    let mut origins = vec![[0; 3]; sizes.len()];
+    let mut slots: Vec<Slot> = sizes.iter().map(|&size| Slot { origin: [0; 3], size }).collect();
     let (mut cursor, mut row_height, mut layer_depth, mut used) = ([0u32; 3], 0, 0, [0u32; 3]);
     for i in order {
         let size = sizes[i];
@@ -166,7 +208,7 @@ fn pack_shelves(sizes: &[[u32; 3]], [row_end, layer_end]: [u32; 2]) -> Arrangeme
             cursor = [0, 0, cursor[2] + layer_depth];
             (row_height, layer_depth) = (0, 0);
         }
-        origins[i] = cursor;
+        slots[i].origin = cursor;
         for axis in 0..3 {
             used[axis] = used[axis].max(cursor[axis] + size[axis]);
         }
@@ -174,7 +216,7 @@ fn pack_shelves(sizes: &[[u32; 3]], [row_end, layer_end]: [u32; 2]) -> Arrangeme
         row_height = row_height.max(size[1]);
         layer_depth = layer_depth.max(size[2]);
     }
-    Arrangement { origins, size: used }
+    Arrangement { slots, size: used }
 }
 
 #[cfg(test)]
@@ -185,11 +227,15 @@ mod tests {
     fn boxes_do_not_overlap_and_one_wastes_nothing() {
         assert_eq!(
             pack(&[[512, 300, 7]], 2048),
-            Some(Arrangement { origins: vec![[0; 3]], size: [512, 300, 7] })
+            Some(Arrangement {
+                slots: vec![Slot { origin: [0; 3], size: [512, 300, 7] }],
+                size: [512, 300, 7]
+            })
         );
         let sizes: Vec<[u32; 3]> =
             (0..100).map(|i| [20 + i % 7 * 5, 30 + i % 11 * 3, 10 + i % 13 * 4]).collect();
-        let Arrangement { origins, size } = pack(&sizes, 2048).unwrap();
+        let Arrangement { slots, size } = pack(&sizes, 2048).unwrap();
+        let origins: Vec<[u32; 3]> = slots.iter().map(|slot| slot.origin).collect();
         for i in 0..sizes.len() {
             assert!((0..3).all(|a| origins[i][a] + sizes[i][a] <= size[a]));
             for j in 0..i {

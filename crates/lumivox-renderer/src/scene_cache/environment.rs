@@ -5,7 +5,7 @@ use std::sync::Arc;
 use lumivox_core::{Environment, EnvironmentSource};
 
 use super::DeviceLimits;
-use super::importance::ImportanceGrid;
+use super::importance;
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step, TextureFormat};
 
@@ -15,7 +15,6 @@ pub(super) struct CachedEnvironment {
     source: Option<EnvironmentSource>,
     pub map: Option<ResourceId>,
     pub importance: Option<ResourceId>,
-    pub uniform: bool,
     pub rotation: f64,
     pub strength: f64,
     pub map_size: [u32; 2],
@@ -28,7 +27,6 @@ impl Default for CachedEnvironment {
             source: None,
             map: None,
             importance: None,
-            uniform: true,
             rotation: 0.0,
             strength: 1.0,
             map_size: [1, 1],
@@ -49,17 +47,27 @@ pub(super) fn check(environment: &Environment, limits: &DeviceLimits) -> Result<
 }
 
 impl CachedEnvironment {
+    /// Whether this is the source that it has.
+    pub fn holds(&self, source: &EnvironmentSource) -> bool {
+        self.source.as_ref().is_some_and(|held| same(held, source))
+    }
+
     /// Records what differs; returns whether anything did. The device has room, see [`check`].
-    pub fn update(&mut self, environment: &Environment, recording: &mut Recording) -> bool {
+    pub fn update(
+        &mut self,
+        environment: &Environment,
+        unprepared: &mut u64,
+        recording: &mut Recording,
+    ) -> bool {
         let rotation = if environment.rotation.is_finite() { environment.rotation } else { 0.0 };
         let strength = if environment.strength.is_finite() { environment.strength.max(0.0) } else { 1.0 };
         let turned = [rotation, strength] != [self.rotation, self.strength];
         (self.rotation, self.strength) = (rotation, strength);
-        if self.source.as_ref().is_some_and(|source| same(source, &environment.source)) {
+        if self.holds(&environment.source) {
             return turned;
         }
-        let map = environment.to_map();
-        let grid = ImportanceGrid::new(&map);
+        let (map, grid, computed) = importance::of(&environment.source);
+        *unprepared += u64::from(computed);
         self.free(recording);
         self.map_size = [map.width as u32, map.height as u32];
         self.importance_size = grid.size.map(|n| n as u32);
@@ -70,7 +78,6 @@ impl CachedEnvironment {
         recording.push(Step::WriteTexture { id, origin: [0; 3], size: [width, height, 1], data });
         self.map = Some(id);
         self.importance = Some(recording.create_buffer_with("importance", &grid.cells));
-        self.uniform = environment.is_uniform();
         self.source = Some(environment.source.clone());
         true
     }

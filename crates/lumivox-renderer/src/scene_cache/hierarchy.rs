@@ -8,7 +8,7 @@ use lumivox_shaders::constants::IS_VOLUME;
 use lumivox_shaders::layout::{Child, Node};
 
 /// Volumes from which on a hierarchy is worth its walk.
-pub(super) const MANY: usize = 4;
+pub(crate) const MANY: usize = 4;
 
 /// An axis-parallel box, relative to the GPU's origin.
 #[derive(Clone, Copy, Debug)]

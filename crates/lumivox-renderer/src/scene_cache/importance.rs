@@ -1,19 +1,65 @@
 //! An environment's importance grid: where light comes from, so that samples go there.
 
 use std::f64::consts::PI;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use lumivox_core::EnvironmentMap;
 use lumivox_core::color::luminance;
+use lumivox_core::{Environment, EnvironmentMap, EnvironmentSource};
 use lumivox_shaders::layout::ImportanceCell;
+
+use super::derived::Derived;
 
 /// Largest importance grid; finer maps are summed into it.
 const MAX_GRID: [usize; 2] = [1024, 512];
+
+/// Texels that are weighed in less time than it takes to hand them to another thread and wait for a frame.
+const QUICK_TEXELS: usize = 1 << 12;
 
 /// Cells of equal size over the map's unit square, to be drawn in proportion to luminance times sin(theta).
 #[derive(Debug)]
 pub(crate) struct ImportanceGrid {
     pub size: [usize; 2],
     pub cells: Vec<ImportanceCell>,
+}
+
+/// The grids of maps that scenes share.
+static GRIDS: Derived<EnvironmentMap, (), ImportanceGrid> = Derived::new();
+
+/// The studio's map, for it is always the same.
+static STUDIO: Mutex<Option<Arc<EnvironmentMap>>> = Mutex::new(None);
+
+/// A source's map and grid, and whether that took long because nobody had computed the grid before.
+pub(super) fn of(source: &EnvironmentSource) -> (Arc<EnvironmentMap>, Arc<ImportanceGrid>, bool) {
+    let map = known_map(source).unwrap_or_else(|| {
+        let map = Environment { source: source.clone(), rotation: 0.0, strength: 1.0 }.to_map();
+        if *source == EnvironmentSource::Studio {
+            *STUDIO.lock().unwrap_or_else(PoisonError::into_inner) = Some(map.clone());
+        }
+        map
+    });
+    let (grid, computed) = GRIDS.get_or(&map, (), || ImportanceGrid::new(&map));
+    (map, grid, computed && takes_long(source))
+}
+
+/// Whether [`of`] takes no longer than a frame has time for.
+pub(super) fn is_known(source: &EnvironmentSource) -> bool {
+    !takes_long(source) || known_map(source).is_some_and(|map| GRIDS.get(&map, &()).is_some())
+}
+
+fn known_map(source: &EnvironmentSource) -> Option<Arc<EnvironmentMap>> {
+    match source {
+        EnvironmentSource::Map(map) => Some(map.clone()),
+        EnvironmentSource::Studio => STUDIO.lock().unwrap_or_else(PoisonError::into_inner).clone(),
+        _ => None,
+    }
+}
+
+fn takes_long(source: &EnvironmentSource) -> bool {
+    match source {
+        EnvironmentSource::Map(map) => map.texels.len() > QUICK_TEXELS,
+        EnvironmentSource::Studio => true,
+        _ => false,
+    }
 }
 
 impl ImportanceGrid {

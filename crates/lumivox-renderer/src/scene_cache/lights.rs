@@ -20,7 +20,7 @@ pub(super) struct CachedLights {
 }
 
 /// The lights that reach a volume, every number in its documented range.
-pub(super) fn effective(lights: &[Light], placed: &[Placed<'_>]) -> Vec<Light> {
+pub(crate) fn effective(lights: &[Light], placed: &[Placed<'_>]) -> Vec<Light> {
     let layers = placed.iter().fold(0, |layers, p| layers | p.instance.layers);
     lights
         .iter()

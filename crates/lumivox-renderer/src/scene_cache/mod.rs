@@ -2,13 +2,16 @@
 //!
 //! [`volumes`] holds the voxels and their value ranges, [`tables`] the transfer functions and majorants,
 //! [`environment`] the light from all around, [`lights`] the engine's lights, [`hierarchy`] makes the boxes by which
-//! rays find volumes; the instances that tie them together are here.
+//! rays find volumes; the instances that tie them together are here. [`preparation`] computes ahead, on another thread,
+//! what takes long.
 
 mod atlas;
+mod derived;
 mod environment;
 mod hierarchy;
 mod importance;
 mod lights;
+mod preparation;
 mod tables;
 mod transfer_table;
 mod value_ranges;
@@ -18,15 +21,19 @@ use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
 use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, VolumeInstance};
 use lumivox_shaders::layout::{Frame, Instance, Node, TABLE_SIZE};
-use lumivox_shaders::{PathTraceVariant, constants};
+use lumivox_shaders::{Kernel, PathTraceVariant, constants};
 
 use self::atlas::TexelScale;
 use self::environment::CachedEnvironment;
 use self::hierarchy::Bounds;
+pub(crate) use self::hierarchy::MANY as MANY_VOLUMES;
 use self::lights::CachedLights;
+pub(crate) use self::lights::effective as effective_lights;
+pub use self::preparation::{Preparation, prepare_volume};
 use self::tables::CachedTables;
-use self::volumes::{CachedVolumes, GridSettings};
+use self::volumes::{CachedVolume, CachedVolumes};
 use crate::error::RenderError;
+use crate::features::{Features, ViewKind};
 use crate::ids;
 use crate::recording::{Payload, Recording, ResourceId, Step};
 
@@ -84,9 +91,9 @@ pub enum EnvironmentSampling {
 }
 
 /// An instance that can be seen, with everything in its documented range.
-struct Placed<'a> {
+pub(crate) struct Placed<'a> {
     instance: &'a VolumeInstance,
-    medium: Medium,
+    pub medium: Medium,
     patient_from_world: DAffine3,
 }
 
@@ -102,6 +109,8 @@ pub struct SceneCache {
     lights: CachedLights,
     instances: Vec<Instance>,
     instance_buffer: Option<ResourceId>,
+    features: Features,
+    unprepared: u64,
     /// Subtracted from world positions before they are rounded to 32 bits: scenes far from the world's origin keep
     /// their precision.
     origin: DVec3,
@@ -121,6 +130,8 @@ impl SceneCache {
             lights: CachedLights::default(),
             instances: vec![],
             instance_buffer: None,
+            features: Features::default(),
+            unprepared: 0,
             origin: DVec3::ZERO,
             version: ids::next().0,
         }
@@ -156,14 +167,10 @@ impl SceneCache {
     /// [`RenderError`] when the scene does not fit the device; then nothing is recorded or changed.
     pub fn update(&mut self, scene: &Scene, recording: &mut Recording) -> Result<(), RenderError> {
         let placed = place(scene);
-        let settings = GridSettings {
-            wide_filter: placed.iter().any(|p| p.medium.filter == Filter::Tricubic),
-            cell_size: self.cell_size,
-        };
-        let wanted = volumes::distinct(&placed);
+        let wanted = volumes::distinct(&placed, self.cell_size);
         let arrangement = self.volumes.arrange(&wanted, &self.limits)?;
         let cells = placed.iter().map(|p| {
-            let size = settings.cell_size(&p.instance.volume);
+            let size = volumes::cell_size(&p.instance.volume, self.cell_size);
             p.instance.volume.dims().iter().map(|n| n.div_ceil(size)).product()
         });
         tables::check(cells, self.limits.max_storage_binding)?;
@@ -171,11 +178,13 @@ impl SceneCache {
         let lights = lights::effective(&scene.lights, &placed);
         lights::check(&lights, self.limits.max_storage_binding)?;
 
-        let volumes_changed = self.volumes.update(wanted, arrangement, settings, recording);
-        let tables_changed = self.tables.update(&placed, &self.volumes, volumes_changed, recording);
+        let volumes_changed = self.volumes.update(wanted, arrangement, &mut self.unprepared, recording);
+        let tables_changed = self.tables.update(&placed, &self.volumes, recording);
         let instances_changed = self.update_instances(&placed, recording);
-        let environment_changed = self.environment.update(&scene.environment, recording);
+        let environment_changed =
+            self.environment.update(&scene.environment, &mut self.unprepared, recording);
         let lights_changed = self.lights.update(&lights, self.origin, recording);
+        self.features = Features::of_placed(scene, &placed, !lights.is_empty());
         if volumes_changed || tables_changed || instances_changed || environment_changed || lights_changed {
             self.version = ids::next().0;
         }
@@ -212,9 +221,7 @@ impl SceneCache {
     fn instance(&self, index: usize, placed: &Placed<'_>, origin: DVec3) -> Instance {
         let Placed { instance, medium, patient_from_world } = placed;
         let volume = &*instance.volume;
-        let volume_index = self.volumes.index(&instance.volume);
-        let grid = &self.volumes.list[volume_index].grid;
-        let atlas = self.volumes.atlas.as_ref().expect("volumes are updated before instances");
+        let CachedVolume { grid, slot, .. } = &self.volumes.list[self.volumes.index(&instance.volume)];
         let (table, grid_offset) = self.tables.get(index);
         let texel = TexelScale::of(volume);
         let (table_scale, table_bias) = table.coordinate(texel);
@@ -236,7 +243,7 @@ impl SceneCache {
             density: (medium.density_scale * SIGMA_UNIT_PER_MM) as f32,
             clip_high: clip_high.as_vec3().to_array(),
             albedo: medium.albedo as f32,
-            atlas_origin: atlas.arrangement.origins[volume_index].map(|n| n as f32),
+            atlas_origin: slot.origin.map(|n| n as f32),
             anisotropy: medium.anisotropy as f32,
             dims: dims.as_vec3().to_array(),
             max_bounces: medium.max_bounces,
@@ -266,22 +273,29 @@ impl SceneCache {
         }
     }
 
+    /// The kernels with which views of `scene` are recorded once [`update`](Self::update) has come to it.
+    pub fn kernels(&self, scene: &Scene, view: ViewKind) -> Vec<Kernel> {
+        self.sampled(Features::of(scene)).kernels(view, self.limits)
+    }
+
+    /// How often [`update`](Self::update) itself had to compute something that takes long, for nobody had before:
+    /// value ranges of a volume, where an environment's light comes from. See [`preparation`](Self::preparation).
+    pub fn unprepared(&self) -> u64 {
+        self.unprepared
+    }
+
     /// The path-tracing kernel for what the scene holds.
     pub(crate) fn variant(&self, guides: bool, live: bool) -> PathTraceVariant {
-        PathTraceVariant {
-            environment_sampling: match self.environment_sampling {
-                EnvironmentSampling::Auto => !self.environment.uniform,
-                EnvironmentSampling::Always => true,
-                EnvironmentSampling::Never => false,
-            },
-            surface: self.instances.iter().any(|i| i.surface_strength > 0.0),
-            guides,
-            mixed_filters: self.instances.iter().any(|i| i.filter_kind != constants::FILTER_TRILINEAR),
-            live,
-            lights: !self.lights.list.is_empty(),
-            many_volumes: self.instances.len() >= hierarchy::MANY,
-            limited_turns: self.limits.loop_turns.is_some(),
-        }
+        self.sampled(self.features).variant(guides, live, self.limits)
+    }
+
+    fn sampled(&self, features: Features) -> Features {
+        let environment = match self.environment_sampling {
+            EnvironmentSampling::Auto => features.environment,
+            EnvironmentSampling::Always => true,
+            EnvironmentSampling::Never => false,
+        };
+        Features { environment, ..features }
     }
 
     /// The point of the world that is the GPU's origin.
@@ -291,7 +305,7 @@ impl SceneCache {
 
     /// Fills in the scene's part of a frame's parameters.
     pub fn fill_frame(&self, frame: &mut Frame) {
-        let size = self.volumes.atlas.as_ref().map_or([1; 3], |a| a.arrangement.size);
+        let size = self.volumes.atlas.as_ref().map_or([1; 3], |a| a.size);
         frame.volume_count = self.instances.len() as u32;
         frame.inverse_atlas_size = size.map(|n| 1.0 / n as f32);
         frame.environment_strength = self.environment.strength as f32;
@@ -349,7 +363,7 @@ impl SceneCache {
 }
 
 /// The instances that can be seen.
-fn place(scene: &Scene) -> Vec<Placed<'_>> {
+pub(crate) fn place(scene: &Scene) -> Vec<Placed<'_>> {
     scene
         .volumes
         .iter()

@@ -1,11 +1,14 @@
 //! The instances' transfer functions on the GPU, and the majorants that follow from them.
 
-use lumivox_core::TransferFunction;
+use std::sync::Arc;
+
+use lumivox_core::{TransferFunction, Volume};
 use lumivox_shaders::Kernel;
 use lumivox_shaders::layout::{MajorantParams, TABLE_SIZE};
 
 use super::atlas::TexelScale;
 use super::transfer_table::TransferTable;
+use super::value_ranges::ValueRangeGrid;
 use super::volumes::{CachedVolume, CachedVolumes};
 use super::{Placed, check_binding};
 use crate::error::RenderError;
@@ -14,8 +17,9 @@ use crate::recording::{Payload, Recording, ResourceId, Step};
 /// An instance's table, and where its majorants are.
 #[derive(Debug)]
 struct CachedTable {
-    /// The volume's place among the cached.
-    volume: usize,
+    volume: Arc<Volume>,
+    /// What the majorants were made of.
+    grid: Arc<ValueRangeGrid>,
     transfer_function: TransferFunction,
     table: TransferTable,
     grid_offset: usize,
@@ -34,6 +38,8 @@ pub(super) struct TableBuffers {
 pub(super) struct CachedTables {
     list: Vec<CachedTable>,
     pub buffers: Option<TableBuffers>,
+    /// Instances and cells that the buffers have room for.
+    capacity: [usize; 2],
 }
 
 /// Whether the device has room for the tables and majorants of instances with so many cells each.
@@ -45,32 +51,46 @@ pub(super) fn check(cells: impl ExactSizeIterator<Item = usize>, limit: u64) -> 
 }
 
 impl CachedTables {
-    /// Records what differs; returns whether anything did. `volumes_changed` says that every majorant is stale.
+    /// Records what differs; returns whether anything did.
     pub fn update(
         &mut self,
         instances: &[Placed<'_>],
         volumes: &CachedVolumes,
-        volumes_changed: bool,
         recording: &mut Recording,
     ) -> bool {
-        let indices: Vec<usize> = instances.iter().map(|p| volumes.index(&p.instance.volume)).collect();
-        let rebuild = volumes_changed
-            || self.buffers.is_none()
-            || !indices.iter().copied().eq(self.list.iter().map(|t| t.volume));
-        if rebuild {
-            self.allocate(&indices, volumes, recording);
+        let cached: Vec<&CachedVolume> =
+            instances.iter().map(|p| &volumes.list[volumes.index(&p.instance.volume)]).collect();
+        let needed = [cached.len(), cached.iter().map(|v| v.grid.ranges.len()).sum()];
+        let mut changed = self.list.len() != cached.len();
+        let suits = (0..2).all(|i| (needed[i]..=needed[i].saturating_mul(4)).contains(&self.capacity[i]));
+        if self.buffers.is_none() || !suits {
+            self.allocate(needed, recording);
+            changed = true;
         }
+        self.list.truncate(cached.len());
         let buffers = self.buffers.expect("allocated above");
         let value_ranges = volumes.value_ranges.expect("volumes are updated before tables");
         let mut grid_offset = 0;
-        let mut changed = rebuild;
-        for (index, (placed, &volume)) in instances.iter().zip(&indices).enumerate() {
-            let cached = &volumes.list[volume];
+        for (index, (placed, cached)) in instances.iter().zip(cached).enumerate() {
             let function = &placed.medium.transfer_function;
-            if self.list.get(index).is_none_or(|t| t.transfer_function != *function) {
-                let table = TransferTable::new(function, &cached.volume);
+            let old = self.list.get(index);
+            let same_table = old
+                .filter(|old| Arc::ptr_eq(&old.volume, &cached.volume) && old.transfer_function == *function);
+            let same_majorants = same_table
+                .is_some_and(|old| Arc::ptr_eq(&old.grid, &cached.grid) && old.grid_offset == grid_offset);
+            if !same_majorants {
+                let table = match same_table {
+                    Some(old) => old.table.clone(),
+                    None => TransferTable::new(function, &cached.volume),
+                };
                 record_table(index, grid_offset, &table, cached, value_ranges, buffers, recording);
-                let entry = CachedTable { volume, transfer_function: function.clone(), table, grid_offset };
+                let entry = CachedTable {
+                    volume: cached.volume.clone(),
+                    grid: cached.grid.clone(),
+                    transfer_function: function.clone(),
+                    table,
+                    grid_offset,
+                };
                 match self.list.get_mut(index) {
                     Some(old) => *old = entry,
                     None => self.list.push(entry),
@@ -82,11 +102,11 @@ impl CachedTables {
         changed
     }
 
-    /// Makes room for a table and a majorant grid for each instance, given its volume.
-    fn allocate(&mut self, volumes_of: &[usize], volumes: &CachedVolumes, recording: &mut Recording) {
+    /// Makes room for the tables of so many instances, and for so many cells of their majorant grids.
+    fn allocate(&mut self, [instances, cells]: [usize; 2], recording: &mut Recording) {
         self.free(recording);
-        let cells: usize = volumes_of.iter().map(|&v| volumes.list[v].grid.ranges.len()).sum();
-        let entries = (volumes_of.len() * TABLE_SIZE) as u64;
+        let entries = (instances * TABLE_SIZE) as u64;
+        self.capacity = [instances, cells];
         self.buffers = Some(TableBuffers {
             majorants: recording.create_buffer("majorants", cells as u64 * 4),
             opacity: recording.create_buffer("opacity table", entries * 8),

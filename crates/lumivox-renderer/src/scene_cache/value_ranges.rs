@@ -1,9 +1,12 @@
 //! Value ranges over cells of a volume, from which the GPU makes majorants for any transfer function.
 
+use std::sync::Arc;
+
 use lumivox_core::{Filter, Volume, Voxels};
 use rayon::prelude::*;
 
 use super::atlas::quantise;
+use super::derived::Derived;
 
 /// Fewer cells than this along the longest side are made smaller: tight majorants cost little on small volumes.
 const MIN_CELLS: usize = 64;
@@ -17,6 +20,40 @@ pub struct ValueRangeGrid {
     pub cell_size: usize,
     /// Smallest and largest 16-bit fraction of each cell, x fastest.
     pub ranges: Vec<[u16; 2]>,
+}
+
+/// Voxels that are looked at in less time than it takes to hand them to another thread and wait for a frame.
+const QUICK_VOXELS: usize = 1 << 18;
+
+/// What decides a grid, besides its volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct GridKey {
+    /// Whether the volume is filtered wider than linearly.
+    pub wide: bool,
+    /// Side of a cell in voxels.
+    pub cell_size: usize,
+}
+
+/// The grids of volumes that scenes share.
+static GRIDS: Derived<Volume, GridKey, ValueRangeGrid> = Derived::new();
+
+impl GridKey {
+    /// The grid of a volume, and whether that took long because nobody had computed it before.
+    pub fn grid(self, volume: &Arc<Volume>) -> (Arc<ValueRangeGrid>, bool) {
+        let filter = if self.wide { Filter::Tricubic } else { Filter::Trilinear };
+        let (grid, computed) =
+            GRIDS.get_or(volume, self, || ValueRangeGrid::new(volume, filter, self.cell_size));
+        (grid, computed && takes_long(volume))
+    }
+
+    /// Whether [`grid`](Self::grid) takes no longer than a frame has time for.
+    pub fn is_known(self, volume: &Arc<Volume>) -> bool {
+        !takes_long(volume) || GRIDS.get(volume, &self).is_some()
+    }
+}
+
+fn takes_long(volume: &Volume) -> bool {
+    volume.dims().iter().product::<usize>() > QUICK_VOXELS
 }
 
 impl ValueRangeGrid {

@@ -4,17 +4,19 @@ use std::sync::Arc;
 
 use lumivox_core::{Filter, Volume};
 
-use super::atlas::{self, Arrangement, Atlas};
-use super::value_ranges::ValueRangeGrid;
+use super::atlas::{self, Arrangement, Atlas, Slot};
+use super::value_ranges::{GridKey, ValueRangeGrid};
 use super::{DeviceLimits, Placed};
 use crate::error::RenderError;
-use crate::recording::{Recording, ResourceId};
+use crate::recording::{Payload, Recording, ResourceId, Step};
 
 /// One volume, shared by all its instances.
 #[derive(Debug)]
 pub(super) struct CachedVolume {
     pub volume: Arc<Volume>,
-    pub grid: ValueRangeGrid,
+    pub grid: Arc<ValueRangeGrid>,
+    /// Its place in the atlas.
+    pub slot: Slot,
     /// The grid's first cell in the buffer of ranges.
     pub range_offset: usize,
 }
@@ -25,30 +27,38 @@ pub(super) struct CachedVolumes {
     pub list: Vec<CachedVolume>,
     pub atlas: Option<Atlas>,
     pub value_ranges: Option<ResourceId>,
-    grid_settings: GridSettings,
+    /// Cells that the buffer of ranges has room for.
+    range_capacity: usize,
 }
 
-/// What decides a grid, besides its volume.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct GridSettings {
-    /// Whether some volume is filtered wider than linearly.
-    pub wide_filter: bool,
-    /// Side of a cell in voxels, where the suitable one is not wanted.
-    pub cell_size: Option<usize>,
+/// How the wanted volumes come into the atlas.
+pub(super) enum Placement {
+    /// A new one, with all of them.
+    Anew(Arrangement),
+    /// The one that there is: the slot of each.
+    InPlace(Vec<Slot>),
 }
 
-impl GridSettings {
-    pub fn cell_size(&self, volume: &Volume) -> usize {
-        self.cell_size.unwrap_or_else(|| ValueRangeGrid::suitable_cell_size(volume))
-    }
+/// Side of a volume's cells in voxels: the suitable one, unless another is wanted.
+pub(super) fn cell_size(volume: &Volume, wanted: Option<usize>) -> usize {
+    wanted.unwrap_or_else(|| ValueRangeGrid::suitable_cell_size(volume))
 }
 
-/// Each volume once, in the order of its first instance.
-pub(super) fn distinct(instances: &[Placed<'_>]) -> Vec<Arc<Volume>> {
-    let mut volumes: Vec<Arc<Volume>> = vec![];
+/// Each volume once, in the order of its first instance, and the grid that its filters need.
+pub(super) fn distinct(
+    instances: &[Placed<'_>],
+    wanted_cell_size: Option<usize>,
+) -> Vec<(Arc<Volume>, GridKey)> {
+    let mut volumes: Vec<(Arc<Volume>, GridKey)> = vec![];
     for placed in instances {
-        if !volumes.iter().any(|v| Arc::ptr_eq(v, &placed.instance.volume)) {
-            volumes.push(placed.instance.volume.clone());
+        let volume = &placed.instance.volume;
+        let wide = placed.medium.filter == Filter::Tricubic;
+        match volumes.iter_mut().find(|(known, _)| Arc::ptr_eq(known, volume)) {
+            Some((_, key)) => key.wide |= wide,
+            None => {
+                let cell_size = cell_size(volume, wanted_cell_size);
+                volumes.push((volume.clone(), GridKey { wide, cell_size }));
+            }
         }
     }
     volumes
@@ -57,63 +67,132 @@ pub(super) fn distinct(instances: &[Placed<'_>]) -> Vec<Arc<Volume>> {
 impl CachedVolumes {
     /// The place of a volume in the list.
     pub fn index(&self, volume: &Arc<Volume>) -> usize {
-        self.list
-            .iter()
-            .position(|v| Arc::ptr_eq(&v.volume, volume))
-            .expect("every placed volume is in the list")
+        self.position(volume).expect("every placed volume is in the list")
     }
 
-    /// Finds room on the device for `wanted`; `None` if those are the volumes that there are.
+    fn position(&self, volume: &Arc<Volume>) -> Option<usize> {
+        self.list.iter().position(|v| Arc::ptr_eq(&v.volume, volume))
+    }
+
+    /// Finds room on the device for `wanted`.
     pub fn arrange(
         &self,
-        wanted: &[Arc<Volume>],
+        wanted: &[(Arc<Volume>, GridKey)],
         limits: &DeviceLimits,
-    ) -> Result<Option<Arrangement>, RenderError> {
-        let same = self.atlas.is_some()
-            && wanted.len() == self.list.len()
-            && wanted.iter().zip(&self.list).all(|(a, b)| Arc::ptr_eq(a, &b.volume));
-        if same { Ok(None) } else { atlas::arrange(wanted, limits.max_texture_3d).map(Some) }
+    ) -> Result<Placement, RenderError> {
+        let Some(atlas) = &self.atlas else {
+            return atlas::arrange(wanted, limits.max_texture_3d).map(Placement::Anew);
+        };
+        // Those that are there stay; others take the tightest slot of those that have gone.
+        let stays = |v: &&CachedVolume| wanted.iter().any(|(volume, _)| Arc::ptr_eq(volume, &v.volume));
+        let unchanged = self.list.len() == wanted.len() && self.list.iter().all(|v| stays(&v));
+        let gone = self.list.iter().filter(|v| !stays(v)).map(|v| v.slot);
+        let mut free: Vec<Slot> = atlas.free.iter().copied().chain(gone).collect();
+        let mut slots = Vec::with_capacity(wanted.len());
+        for (volume, _) in wanted {
+            let slot = match self.position(volume) {
+                Some(index) => Some(self.list[index].slot),
+                None if !atlas.holds(volume) => None,
+                None => {
+                    let fits = (0..free.len()).filter(|&i| free[i].fits(volume.dims()));
+                    fits.min_by_key(|&i| free[i].voxels()).map(|i| free.swap_remove(i))
+                }
+            };
+            slots.extend(slot);
+        }
+        if unchanged {
+            return Ok(Placement::InPlace(slots));
+        }
+        let anew = atlas::arrange(wanted, limits.max_texture_3d);
+        // A much larger texture than is needed is not kept.
+        let is_too_large = |anew: &Arrangement| atlas.voxels() > 2 * atlas::voxels(anew.size);
+        if slots.len() == wanted.len() && !anew.as_ref().is_ok_and(is_too_large) {
+            return Ok(Placement::InPlace(slots));
+        }
+        anew.map(Placement::Anew)
     }
 
-    /// Records what differs; returns whether anything did. The arrangement is that of [`arrange`](Self::arrange).
+    /// Records what differs; returns whether anything did. The placement is that of [`arrange`](Self::arrange). Counts
+    /// in `unprepared` what it had to compute.
     pub fn update(
         &mut self,
-        wanted: Vec<Arc<Volume>>,
-        arrangement: Option<Arrangement>,
-        settings: GridSettings,
+        wanted: Vec<(Arc<Volume>, GridKey)>,
+        placement: Placement,
+        unprepared: &mut u64,
         recording: &mut Recording,
     ) -> bool {
-        if arrangement.is_none() && settings == self.grid_settings {
-            return false;
+        let mut changed = false;
+        let slots = match placement {
+            Placement::InPlace(slots) => slots,
+            Placement::Anew(arrangement) => {
+                // Freed first: two atlases at once could be more than the GPU holds.
+                recording.free(self.atlas.take().map(|old| old.texture));
+                self.atlas = Some(Atlas::new(&wanted, arrangement.size, recording));
+                self.list.clear();
+                changed = true;
+                arrangement.slots
+            }
+        };
+        let atlas = self.atlas.as_mut().expect("made above where there was none");
+        let before: Vec<Slot> = self.list.iter().map(|v| v.slot).collect();
+        // A volume takes the place in the list, too, of the one whose slot it takes: what follows need not move.
+        let mut incoming: Vec<Option<(Arc<Volume>, GridKey, Slot)>> =
+            wanted.into_iter().zip(slots).map(|((volume, key), slot)| Some((volume, key, slot))).collect();
+        let mut list = Vec::with_capacity(incoming.len());
+        for old in std::mem::take(&mut self.list) {
+            let taken =
+                incoming.iter_mut().find(|i| i.as_ref().is_some_and(|(_, _, slot)| *slot == old.slot));
+            match taken.and_then(Option::take) {
+                Some(new) => list.push((new, Some(old))),
+                None => changed = true,
+            }
         }
-        if let Some(arrangement) = arrangement {
-            // Freed first: two atlases at once could be more than the GPU holds.
-            recording.free(self.atlas.take().map(|old| old.texture));
-            self.atlas = Some(Atlas::record(&wanted, arrangement, recording));
-        }
-        let filter = if settings.wide_filter { Filter::Tricubic } else { Filter::Trilinear };
-        // Grids that are as they should be stay.
-        let mut old: Vec<CachedVolume> = std::mem::take(&mut self.list);
-        let same_filter = settings.wide_filter == self.grid_settings.wide_filter;
+        list.extend(incoming.into_iter().flatten().map(|new| (new, None)));
+
         let mut range_offset = 0;
-        for volume in wanted {
-            let cell_size = settings.cell_size(&volume);
-            let kept = old.iter().position(|o| {
-                same_filter && Arc::ptr_eq(&o.volume, &volume) && o.grid.cell_size == cell_size
-            });
-            let grid = match kept {
-                Some(index) => old.swap_remove(index).grid,
-                None => ValueRangeGrid::new(&volume, filter, cell_size),
-            };
+        let mut stale = vec![];
+        for ((volume, key, slot), old) in list {
+            let (grid, computed) = key.grid(&volume);
+            *unprepared += u64::from(computed);
+            if !old.as_ref().is_some_and(|old| Arc::ptr_eq(&old.volume, &volume)) {
+                atlas.record_upload(&volume, slot, recording);
+                changed = true;
+            }
+            let same_ranges =
+                old.is_some_and(|old| Arc::ptr_eq(&old.grid, &grid) && old.range_offset == range_offset);
+            if !same_ranges {
+                stale.push(self.list.len());
+            }
             let cells = grid.ranges.len();
-            self.list.push(CachedVolume { volume, grid, range_offset });
+            self.list.push(CachedVolume { volume, grid, slot, range_offset });
             range_offset += cells;
         }
-        self.grid_settings = settings;
-        let packed: Vec<u32> = self.list.iter().flat_map(|v| v.grid.packed()).collect();
-        recording.free(self.value_ranges.take());
-        self.value_ranges = Some(recording.create_buffer_with("value ranges", &packed));
-        true
+        let used = |slot: &Slot| self.list.iter().any(|v| v.slot == *slot);
+        atlas.free.extend(before);
+        atlas.free.retain(|slot| !used(slot));
+        self.update_ranges(range_offset, &stale, recording);
+        changed | !stale.is_empty()
+    }
+
+    /// Uploads the ranges of the volumes `stale`, or of all where the buffer does not suit the number of cells.
+    fn update_ranges(&mut self, cells: usize, stale: &[usize], recording: &mut Recording) {
+        let suits = (cells..=cells.saturating_mul(4)).contains(&self.range_capacity);
+        let buffer = match self.value_ranges.filter(|_| suits) {
+            Some(buffer) => buffer,
+            None => {
+                recording.free(self.value_ranges.take());
+                self.range_capacity = cells;
+                let packed: Vec<u32> = self.list.iter().flat_map(|v| v.grid.packed()).collect();
+                self.value_ranges = Some(recording.create_buffer_with("value ranges", &packed));
+                return;
+            }
+        };
+        for &index in stale {
+            let volume = &self.list[index];
+            let offset = volume.range_offset as u64 * 4;
+            let data = Payload::copy_of(&volume.grid.packed());
+            recording.push(Step::WriteBuffer { id: buffer, offset, data });
+        }
     }
 
     pub fn free(&mut self, recording: &mut Recording) {

@@ -1,4 +1,5 @@
-//! Replays recordings on Godot's RenderingDevice. Everything here runs on the render thread.
+//! Replays recordings on Godot's RenderingDevice. Everything here runs on the render thread, but for the [`workshop`] that
+//! makes kernels.
 
 mod pipelines;
 mod spirv;
@@ -19,6 +20,7 @@ use lumivox_renderer::recording::{BindingKind, Kernel, Payload, TextureFormat};
 use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step};
 
 use self::pipelines::Pipelines;
+pub use self::pipelines::workshop;
 
 /// Uniform sets that are kept; more are made anew.
 const MAX_UNIFORM_SETS: usize = 512;
@@ -190,7 +192,7 @@ impl Executor {
                 device.buffer_clear(buffer, 0, size as u32);
             }
             Step::Dispatch { kernel, uniforms, resources, workgroups: [x, y] } => {
-                let pipeline = self.pipelines.compute(device, *kernel)?;
+                let pipeline = self.pipelines.compute(*kernel)?;
                 let set = self.uniform_set(device, *kernel, uniforms, resources)?;
                 let list = device.compute_list_begin();
                 device.compute_list_bind_compute_pipeline(list, pipeline);
@@ -316,7 +318,7 @@ impl Executor {
             uniform.add_id(*rid);
             list.push(&uniform);
         }
-        let shader = self.pipelines.shader(device, kernel)?;
+        let shader = self.pipelines.shader(kernel)?;
         let set = device.uniform_set_create(&list, shader, 0);
         if !set.is_valid() {
             let why = "its buffers and textures cannot be bound".to_owned();

@@ -1,6 +1,8 @@
-//! Shaders, pipelines and framebuffers on Godot's RenderingDevice, made when they are first needed.
+//! Shaders, pipelines and framebuffers on Godot's RenderingDevice. Shaders and the pipelines of what is dispatched are
+//! made ahead, on threads of their own: the device lets any thread make them.
 
 use std::collections::HashMap;
+use std::sync::LazyLock;
 
 use godot::classes::rendering_device::{
     BlendFactor, BlendOperation, CompareOperator, RenderPrimitive, ShaderStage,
@@ -8,8 +10,10 @@ use godot::classes::rendering_device::{
 use godot::classes::{
     RdPipelineColorBlendState, RdPipelineColorBlendStateAttachment, RdPipelineDepthStencilState,
     RdPipelineMultisampleState, RdPipelineRasterizationState, RdShaderSpirv, RenderingDevice,
+    RenderingServer,
 };
 use godot::prelude::*;
+use lumivox_renderer::Workshop;
 use lumivox_renderer::recording::{Kernel, Stage};
 
 use super::ExecuteError;
@@ -18,52 +22,62 @@ use super::spirv::{self, Binary};
 /// RenderingDevice's name for "no vertex buffers".
 const NO_VERTICES: i64 = -1;
 
-/// What was made so far.
+/// A kernel on the device.
+#[derive(Clone, Copy)]
+pub struct Program {
+    shader: Rid,
+    /// Of what is dispatched; what is drawn has one for each kind of target.
+    pipeline: Option<Rid>,
+}
+
+/// What makes kernels, for every thread.
+pub fn workshop() -> &'static Workshop<Program> {
+    static WORKSHOP: LazyLock<Workshop<Program>> = LazyLock::new(|| Workshop::new(make));
+    &WORKSHOP
+}
+
+fn make(kernel: Kernel) -> Result<Program, String> {
+    let Some(mut device) = RenderingServer::singleton().get_rendering_device() else {
+        return Err("there is no device".to_owned());
+    };
+    let mut binary = RdShaderSpirv::new_gd();
+    match spirv::compile(kernel)? {
+        Binary::Compute(bytes) => {
+            binary.set_stage_bytecode(ShaderStage::COMPUTE, &PackedByteArray::from(bytes));
+        }
+        Binary::Draw([vertex, fragment]) => {
+            binary.set_stage_bytecode(ShaderStage::VERTEX, &PackedByteArray::from(vertex));
+            binary.set_stage_bytecode(ShaderStage::FRAGMENT, &PackedByteArray::from(fragment));
+        }
+    }
+    let shader = device.shader_create_from_spirv(&binary);
+    if !shader.is_valid() {
+        return Err("the driver refuses it".to_owned());
+    }
+    let pipeline = (kernel.stage() == Stage::Compute).then(|| device.compute_pipeline_create(shader));
+    if pipeline.is_some_and(|pipeline| !pipeline.is_valid()) {
+        device.free_rid(shader);
+        return Err(NO_PIPELINE.to_owned());
+    }
+    Ok(Program { shader, pipeline })
+}
+
+/// What was made so far for the render thread alone.
 #[derive(Default)]
 pub struct Pipelines {
-    shaders: HashMap<Kernel, Rid>,
-    computes: HashMap<Kernel, Rid>,
     draws: HashMap<(Kernel, i64), Rid>,
     framebuffers: HashMap<Rid, Rid>,
 }
 
 impl Pipelines {
     /// A kernel's shader, for its uniform sets.
-    pub fn shader(&mut self, device: &mut Gd<RenderingDevice>, kernel: Kernel) -> Result<Rid, ExecuteError> {
-        if let Some(shader) = self.shaders.get(&kernel) {
-            return Ok(*shader);
-        }
-        let refused = |why| ExecuteError::Kernel { kernel: kernel.entry_point(), why };
-        let mut binary = RdShaderSpirv::new_gd();
-        match spirv::compile(kernel).map_err(refused)? {
-            Binary::Compute(bytes) => {
-                binary.set_stage_bytecode(ShaderStage::COMPUTE, &PackedByteArray::from(bytes));
-            }
-            Binary::Draw([vertex, fragment]) => {
-                binary.set_stage_bytecode(ShaderStage::VERTEX, &PackedByteArray::from(vertex));
-                binary.set_stage_bytecode(ShaderStage::FRAGMENT, &PackedByteArray::from(fragment));
-            }
-        }
-        let shader = device.shader_create_from_spirv(&binary);
-        if !shader.is_valid() {
-            return Err(refused("the driver refuses it".to_owned()));
-        }
-        self.shaders.insert(kernel, shader);
-        Ok(shader)
+    pub fn shader(&self, kernel: Kernel) -> Result<Rid, ExecuteError> {
+        Ok(program(kernel)?.shader)
     }
 
     /// The pipeline of a kernel that is dispatched.
-    pub fn compute(&mut self, device: &mut Gd<RenderingDevice>, kernel: Kernel) -> Result<Rid, ExecuteError> {
-        if let Some(pipeline) = self.computes.get(&kernel) {
-            return Ok(*pipeline);
-        }
-        let shader = self.shader(device, kernel)?;
-        let pipeline = device.compute_pipeline_create(shader);
-        if !pipeline.is_valid() {
-            return Err(no_pipeline(kernel));
-        }
-        self.computes.insert(kernel, pipeline);
-        Ok(pipeline)
+    pub fn compute(&self, kernel: Kernel) -> Result<Rid, ExecuteError> {
+        program(kernel)?.pipeline.ok_or_else(|| no_pipeline(kernel))
     }
 
     /// The framebuffer of a texture alone, and the pipeline that draws a kernel into it.
@@ -90,7 +104,7 @@ impl Pipelines {
         if let Some(pipeline) = self.draws.get(&(kernel, format)) {
             return Ok((framebuffer, *pipeline));
         }
-        let shader = self.shader(device, kernel)?;
+        let shader = self.shader(kernel)?;
         let mut multisample = RdPipelineMultisampleState::new_gd();
         multisample.set_sample_count(device.framebuffer_format_get_texture_samples(format));
         let pipeline = device.render_pipeline_create(
@@ -119,16 +133,20 @@ impl Pipelines {
         }
         // A shader takes its pipelines with it.
         self.draws.clear();
-        self.computes.clear();
-        for (_, shader) in self.shaders.drain() {
-            device.free_rid(shader);
+        for program in workshop().clear() {
+            device.free_rid(program.shader);
         }
     }
 }
 
+fn program(kernel: Kernel) -> Result<Program, ExecuteError> {
+    workshop().get(kernel).map_err(|why| ExecuteError::Kernel { kernel: kernel.entry_point(), why })
+}
+
+const NO_PIPELINE: &str = "the driver makes no pipeline of it";
+
 fn no_pipeline(kernel: Kernel) -> ExecuteError {
-    let why = "the driver makes no pipeline of it".to_owned();
-    ExecuteError::Kernel { kernel: kernel.entry_point(), why }
+    ExecuteError::Kernel { kernel: kernel.entry_point(), why: NO_PIPELINE.to_owned() }
 }
 
 fn depth_state(stage: Stage) -> Gd<RdPipelineDepthStencilState> {

@@ -236,8 +236,10 @@ impl LumivoxVolume {
     pub fn of(volume: Volume, report: VarDictionary) -> Gd<Self> {
         let mut resource = Self::new_gd();
         {
+            let volume = Arc::new(volume);
+            prepare(&volume);
             let mut this = resource.bind_mut();
-            this.volume = Some(Arc::new(volume));
+            this.volume = Some(volume);
             this.report = report;
         }
         resource
@@ -261,12 +263,20 @@ impl LumivoxVolume {
     }
 
     fn set_volume(&mut self, volume: Option<Arc<Volume>>, report: VarDictionary) {
+        volume.iter().for_each(prepare);
         self.volume = volume;
         self.report = report;
         self.histogram = OnceLock::new();
         self.default_medium = OnceLock::new();
         self.base_mut().emit_changed();
     }
+}
+
+/// Computes what every picture needs of a volume, before one does.
+fn prepare(volume: &Arc<Volume>) {
+    let volume = volume.clone();
+    // Without a thread, the first picture computes it.
+    let _ = std::thread::Builder::new().spawn(move || lumivox_renderer::prepare_volume(&volume));
 }
 
 /// The import options of a dictionary from a script.

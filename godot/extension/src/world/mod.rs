@@ -11,7 +11,8 @@ use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use godot::classes::{Camera3D, Environment, RenderingServer, Viewport, World3D};
+use godot::classes::sub_viewport::UpdateMode;
+use godot::classes::{Camera3D, Environment, Os, RenderingServer, SubViewport, Viewport, World3D};
 use godot::prelude::*;
 use lumivox_core::{Scene, VolumeInstance};
 
@@ -62,7 +63,8 @@ impl Gatherer {
             };
             settings.exposure *= exposure::of(&world, &camera);
             let fog = environment(&world, &camera).and_then(|environment| fog::of(&environment, &camera));
-            targets.insert(render_target(&viewport), Target { snapshot, settings, stage, fog });
+            let at_once = no_frame_follows(&viewport);
+            targets.insert(render_target(&viewport), Target { snapshot, settings, stage, fog, at_once });
         }
         self.compositors.retain(nodes, &worlds);
         self.skies.retain();
@@ -161,6 +163,15 @@ pub fn render_target(viewport: &Gd<Viewport>) -> Rid {
         let ask = || RenderingServer::singleton().viewport_get_render_target(viewport);
         *known.entry(viewport).or_insert_with(ask)
     })
+}
+
+/// Whether a frame of a viewport has to hold everything: it is the only one, or goes into a film.
+fn no_frame_follows(viewport: &Gd<Viewport>) -> bool {
+    thread_local! {
+        static FILMING: bool = Os::singleton().has_feature("movie");
+    }
+    let once = |viewport: Gd<SubViewport>| viewport.get_update_mode() == UpdateMode::ONCE;
+    FILMING.with(|filming| *filming) || viewport.clone().try_cast().is_ok_and(once)
 }
 
 fn environment(world: &Gd<World3D>, camera: &Gd<Camera3D>) -> Option<Gd<Environment>> {

@@ -25,5 +25,6 @@ mod runtime_import;
 mod scans;
 mod script;
 mod shown;
+mod stalls;
 mod warnings;
 mod xr;

@@ -1,0 +1,119 @@
+//! Which kernels a picture needs, known before it is recorded, so that a host can make them ahead of the frame that
+//! wants them (see [`Workshop`](crate::Workshop)).
+
+use lumivox_core::{Filter, Scene};
+use lumivox_shaders::{Kernel, PathTraceVariant};
+
+use crate::scene_cache::{DeviceLimits, MANY_VOLUMES, Placed, effective_lights, place};
+
+/// What a scene holds that kernels are specialised for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Features {
+    /// Light from all around that is more than one colour: a map, a gradient, the studio.
+    pub environment: bool,
+    /// Some volume reflects at surfaces.
+    pub surface: bool,
+    /// Some volume is filtered otherwise than trilinearly.
+    pub filters: bool,
+    /// Some light of the engine reaches some volume.
+    pub lights: bool,
+    /// There are so many volumes that rays look for them in a hierarchy.
+    pub many_volumes: bool,
+}
+
+/// What looks at a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ViewKind {
+    /// A [`View`](crate::View); with [guides](crate::ViewSettings::guides), or without.
+    Still {
+        /// Whether its film also holds first-hit albedo and normal.
+        guides: bool,
+    },
+    /// A [`LiveView`](crate::LiveView), [denoised](crate::LiveSettings::denoise) or not.
+    Live {
+        /// Whether noise is filtered out of what is shown.
+        denoise: bool,
+    },
+}
+
+impl Features {
+    /// Everything.
+    pub const ALL: Self =
+        Self { environment: true, surface: true, filters: true, lights: true, many_volumes: true };
+
+    /// What `scene` holds.
+    pub fn of(scene: &Scene) -> Self {
+        let placed = place(scene);
+        Self::of_placed(scene, &placed, !effective_lights(&scene.lights, &placed).is_empty())
+    }
+
+    pub(crate) fn of_placed(scene: &Scene, placed: &[Placed<'_>], lights: bool) -> Self {
+        Self {
+            environment: !scene.environment.is_uniform(),
+            surface: placed.iter().any(|p| p.medium.surface.strength as f32 > 0.0),
+            filters: placed.iter().any(|p| p.medium.filter != Filter::Trilinear),
+            lights,
+            many_volumes: placed.len() >= MANY_VOLUMES,
+        }
+    }
+
+    /// Every scene that holds some of this, and nothing else: each has kernels of its own.
+    pub fn subsets(self) -> impl Iterator<Item = Self> {
+        (0..32u32)
+            .map(|bits| Self {
+                environment: bits & 1 != 0,
+                surface: bits & 2 != 0,
+                filters: bits & 4 != 0,
+                lights: bits & 8 != 0,
+                many_volumes: bits & 16 != 0,
+            })
+            .filter(move |part| part.union(self) == self)
+    }
+
+    /// What either holds.
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            environment: self.environment | other.environment,
+            surface: self.surface | other.surface,
+            filters: self.filters | other.filters,
+            lights: self.lights | other.lights,
+            many_volumes: self.many_volumes | other.many_volumes,
+        }
+    }
+
+    /// The kernels with which a view of exactly this is recorded for a device.
+    pub fn kernels(self, view: ViewKind, limits: DeviceLimits) -> Vec<Kernel> {
+        use Kernel::*;
+        match view {
+            ViewKind::Still { guides } => {
+                vec![PathTrace(self.variant(guides, false, limits)), MajorantGrid, FilmCount, Display]
+            }
+            ViewKind::Live { denoise } => {
+                let mut kernels = vec![
+                    PathTrace(self.variant(false, true, limits)),
+                    MajorantGrid,
+                    HostDepth,
+                    CompositeColor,
+                    CompositeDepth,
+                ];
+                if denoise {
+                    kernels.extend([DenoisePrepare, DenoiseWavelet]);
+                }
+                kernels
+            }
+        }
+    }
+
+    pub(crate) fn variant(self, guides: bool, live: bool, limits: DeviceLimits) -> PathTraceVariant {
+        PathTraceVariant {
+            environment_sampling: self.environment,
+            surface: self.surface,
+            guides,
+            mixed_filters: self.filters,
+            live,
+            lights: self.lights,
+            many_volumes: self.many_volumes,
+            limited_turns: limits.loop_turns.is_some(),
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! Kernels made for a device on threads of their own, ahead of the frame that wants them. What "made" means is the
+//! host's: a wgpu pipeline, a shader of an engine's.
+
+use std::collections::{HashMap, VecDeque};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+use crate::recording::Kernel;
+
+/// Most threads at once: compilers take memory, and the host's own threads go on beside them.
+const MAX_THREADS: usize = 4;
+
+/// What is made of a kernel, or why nothing can be.
+type Made<T> = Result<T, String>;
+
+/// Makes `T` of kernels, each once. Threads last while there is something to make.
+pub struct Workshop<T>(Arc<Inner<T>>);
+
+struct Inner<T> {
+    make: Box<dyn Fn(Kernel) -> Made<T> + Send + Sync>,
+    state: Mutex<State<T>>,
+    changed: Condvar,
+    max_threads: usize,
+}
+
+struct State<T> {
+    /// In the order in which they are made.
+    orders: VecDeque<Kernel>,
+    threads: usize,
+    /// `None` while it is being made.
+    made: HashMap<Kernel, Option<Made<T>>>,
+    waits: u64,
+}
+
+impl<T> std::fmt::Debug for Workshop<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let state = self.0.lock();
+        write!(f, "Workshop({} made, {} ordered)", state.made.len(), state.orders.len())
+    }
+}
+
+impl<T: Clone + Send + 'static> Workshop<T> {
+    /// An empty one. `make` is called on threads that it starts, and on those that [`get`](Self::get).
+    pub fn new(make: impl Fn(Kernel) -> Made<T> + Send + Sync + 'static) -> Self {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        Self(Arc::new(Inner {
+            make: Box::new(make),
+            state: Mutex::new(State { orders: VecDeque::new(), threads: 0, made: HashMap::new(), waits: 0 }),
+            changed: Condvar::new(),
+            max_threads: cores.saturating_sub(1).clamp(1, MAX_THREADS),
+        }))
+    }
+
+    /// Has kernels made that are not yet, after those ordered before. Returns at once.
+    pub fn prepare(&self, kernels: impl IntoIterator<Item = Kernel>) {
+        let mut state = self.0.lock();
+        for kernel in kernels {
+            if !state.made.contains_key(&kernel) && !state.orders.contains(&kernel) {
+                state.orders.push_back(kernel);
+            }
+        }
+        self.start_threads(state);
+    }
+
+    /// The same, before all others: something waits for them.
+    pub fn hurry(&self, kernels: impl IntoIterator<Item = Kernel>) {
+        let mut state = self.0.lock();
+        for kernel in kernels {
+            if !state.made.contains_key(&kernel) {
+                state.orders.retain(|other| *other != kernel);
+                state.orders.push_front(kernel);
+            }
+        }
+        self.start_threads(state);
+    }
+
+    /// Whether [`get`](Self::get) will not have to wait.
+    pub fn is_ready(&self, kernel: Kernel) -> bool {
+        matches!(self.0.lock().made.get(&kernel), Some(Some(_)))
+    }
+
+    /// What is made of a kernel. Waits for it where it is being made, and makes it where nobody does.
+    ///
+    /// # Errors
+    /// What the maker said; it is not tried again.
+    pub fn get(&self, kernel: Kernel) -> Made<T> {
+        let mut state = self.0.lock();
+        let mut waited = false;
+        loop {
+            match state.made.get(&kernel) {
+                Some(Some(made)) => return made.clone(),
+                Some(None) => {
+                    state.waits += u64::from(!waited);
+                    waited = true;
+                    state = self.0.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+                }
+                None => {
+                    state.waits += u64::from(!waited);
+                    state.orders.retain(|other| *other != kernel);
+                    state.made.insert(kernel, None);
+                    drop(state);
+                    return self.0.make(kernel);
+                }
+            }
+        }
+    }
+
+    /// Kernels that are ordered and not made.
+    pub fn outstanding(&self) -> usize {
+        let state = self.0.lock();
+        state.orders.len() + state.made.values().filter(|made| made.is_none()).count()
+    }
+
+    /// How often [`get`](Self::get) had to wait, or to make a kernel itself: 0 where all were prepared in time.
+    pub fn waits(&self) -> u64 {
+        self.0.lock().waits
+    }
+
+    /// Drops what is ordered, waits for what is being made, and hands over everything.
+    pub fn clear(&self) -> Vec<T> {
+        let mut state = self.0.lock();
+        state.orders.clear();
+        while state.threads > 0 || state.made.values().any(Option::is_none) {
+            state = self.0.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+        state.made.drain().filter_map(|(_, made)| made?.ok()).collect()
+    }
+
+    fn start_threads(&self, mut state: MutexGuard<'_, State<T>>) {
+        let wanted = state.orders.len().min(self.0.max_threads);
+        while state.threads < wanted {
+            let inner = self.0.clone();
+            let thread = std::thread::Builder::new().name("lumivox kernels".to_owned());
+            // Without threads whoever wants a kernel makes it.
+            if thread.spawn(move || inner.work()).is_err() {
+                return;
+            }
+            state.threads += 1;
+        }
+    }
+}
+
+impl<T: Clone> Inner<T> {
+    /// Makes what is ordered until nothing is.
+    fn work(&self) {
+        let mut state = self.lock();
+        while let Some(kernel) = state.orders.pop_front() {
+            state.made.insert(kernel, None);
+            drop(state);
+            let _ = self.make(kernel);
+            state = self.lock();
+        }
+        state.threads -= 1;
+        self.changed.notify_all();
+    }
+
+    fn make(&self, kernel: Kernel) -> Made<T> {
+        // Others may wait for it: a panic, which was reported, is one more reason why it cannot be had.
+        let made = catch_unwind(AssertUnwindSafe(|| (self.make)(kernel)))
+            .unwrap_or_else(|_| Err("its compiler panicked".to_owned()));
+        self.lock().made.insert(kernel, Some(made.clone()));
+        self.changed.notify_all();
+        made
+    }
+}
+
+impl<T> Inner<T> {
+    fn lock(&self) -> MutexGuard<'_, State<T>> {
+        // Nothing panics while it is held.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::thread::{self, ThreadId};
+
+    use super::*;
+
+    #[test]
+    fn what_is_prepared_is_made_once_elsewhere_and_waited_for_never_again() {
+        let calls = Arc::new(AtomicUsize::new(0));
+        let counted = calls.clone();
+        let workshop: Workshop<ThreadId> = Workshop::new(move |_| {
+            counted.fetch_add(1, Ordering::Relaxed);
+            Ok(thread::current().id())
+        });
+        let kernels = [Kernel::MajorantGrid, Kernel::HostDepth, Kernel::Display];
+        workshop.prepare(kernels);
+        workshop.hurry(kernels);
+        while workshop.outstanding() > 0 {
+            thread::yield_now();
+        }
+        for kernel in kernels {
+            assert!(workshop.is_ready(kernel));
+            assert_ne!(workshop.get(kernel), Ok(thread::current().id()));
+        }
+        assert_eq!((workshop.waits(), calls.load(Ordering::Relaxed)), (0, 3));
+        assert!(!workshop.is_ready(Kernel::DenoisePrepare));
+        assert_eq!(
+            workshop.get(Kernel::DenoisePrepare),
+            Ok(thread::current().id()),
+            "made where it is wanted"
+        );
+        assert_eq!(workshop.waits(), 1);
+        assert_eq!(workshop.clear().len(), 4);
+        assert!(!workshop.is_ready(Kernel::Display));
+    }
+
+    #[test]
+    fn whoever_waits_for_a_kernel_that_cannot_be_made_is_told() {
+        let workshop: Workshop<()> = Workshop::new(|kernel| match kernel {
+            Kernel::Display => Err("no".to_owned()),
+            _ => panic!("a compiler's fault, on purpose"),
+        });
+        workshop.prepare([Kernel::Display, Kernel::HostDepth]);
+        assert_eq!(workshop.get(Kernel::Display), Err("no".to_owned()));
+        assert_eq!(workshop.get(Kernel::HostDepth), Err("its compiler panicked".to_owned()));
+        assert!(workshop.clear().is_empty());
+    }
+}

@@ -1,0 +1,253 @@
+//! What a change of a scene costs, seen without a GPU: only what changed is uploaded and computed, and what takes long
+//! can be computed ahead, on another thread.
+
+use std::sync::Arc;
+
+use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::{
+    Camera, Environment, EnvironmentMap, EnvironmentSource, Filter, Light, Medium, Modality,
+    PerspectiveCamera, Scene, TransferFunction, Volume, VolumeInstance, Voxels,
+};
+use lumivox_renderer::recording::Kernel;
+use lumivox_renderer::{
+    DeviceLimits, Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View,
+    ViewKind, ViewSettings, prepare_volume,
+};
+
+const LIMITS: DeviceLimits = DeviceLimits {
+    max_texture_3d: 256,
+    max_texture_2d: 1024,
+    max_storage_binding: 4 << 20,
+    max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
+    loop_turns: None,
+};
+
+fn volume(size: usize) -> Arc<Volume> {
+    let voxels = Voxels::U16((0..size * size * size).map(|i| (i % 1000) as u16).collect());
+    Arc::new(Volume::new([size; 3], voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Other).unwrap())
+}
+
+fn instance(volume: &Arc<Volume>) -> VolumeInstance {
+    VolumeInstance::centered(volume.clone(), Medium::new(TransferFunction::constant(0.5, [0.5; 3])))
+}
+
+fn scene(volumes: &[Arc<Volume>]) -> Scene {
+    Scene {
+        volumes: volumes.iter().map(instance).collect(),
+        environment: Environment::uniform(1.0),
+        ..Default::default()
+    }
+}
+
+fn camera() -> PerspectiveCamera {
+    PerspectiveCamera::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 0.5)
+}
+
+fn map(brightness: f32) -> Environment {
+    let texels = (0..128 * 64).map(|i| [brightness * i as f32, 1.0, 0.5]).collect();
+    let map = EnvironmentMap::new(128, 64, texels).unwrap();
+    Environment { source: EnvironmentSource::Map(Arc::new(map)), ..Environment::uniform(1.0) }
+}
+
+/// What a recording costs.
+#[derive(Debug, Default, PartialEq)]
+struct Cost {
+    textures: usize,
+    voxel_bytes: usize,
+    /// To buffers.
+    bytes: usize,
+    majorant_grids: usize,
+}
+
+fn cost(cache: &mut SceneCache, scene: &Scene) -> Cost {
+    let mut recording = Recording::new();
+    cache.update(scene, &mut recording).unwrap();
+    let mut cost = Cost::default();
+    for step in &recording.steps {
+        match step {
+            Step::CreateTexture { .. } => cost.textures += 1,
+            Step::WriteTexture { data, .. } => cost.voxel_bytes += data.bytes().len(),
+            Step::WriteBuffer { data, .. } => cost.bytes += data.bytes().len(),
+            Step::Dispatch { kernel: Kernel::MajorantGrid, .. } => cost.majorant_grids += 1,
+            _ => {}
+        }
+    }
+    cost
+}
+
+/// Bytes of a transfer function's tables: opacity, colour, range maxima.
+const TABLES: usize = 4096 * (8 + 16 + 13 * 4);
+
+/// Bytes of an instance.
+const INSTANCE: usize = size_of::<lumivox_shaders::layout::Instance>();
+
+/// Bytes of the value ranges of a volume whose cells are 4 voxels wide.
+fn ranges(size: usize) -> usize {
+    size.div_ceil(4).pow(3) * 4
+}
+
+#[test]
+fn a_swapped_volume_uploads_itself_alone() {
+    let mut cache = SceneCache::new(LIMITS);
+    let mut scene = scene(&[volume(16), volume(20), volume(16)]);
+    cost(&mut cache, &scene);
+
+    scene.volumes[1].volume = volume(20);
+    let swapped = cost(&mut cache, &scene);
+    assert_eq!((swapped.textures, swapped.voxel_bytes, swapped.majorant_grids), (0, 2 * 20 * 20 * 20, 1));
+    assert!(swapped.bytes <= TABLES + ranges(20) + 3 * INSTANCE, "{swapped:?}");
+
+    // A smaller one lies where the larger was, and so does the larger again.
+    for size in [18, 20] {
+        scene.volumes[1].volume = volume(size);
+        let swapped = cost(&mut cache, &scene);
+        assert_eq!((swapped.textures, swapped.voxel_bytes), (0, 2 * size * size * size));
+    }
+    scene.volumes[1].volume = volume(24);
+    let swapped = cost(&mut cache, &scene);
+    assert_eq!(swapped.textures, 1, "a larger one does not fit where a smaller was");
+    assert_eq!(swapped.voxel_bytes, 2 * (24 * 24 * 24 + 2 * 16 * 16 * 16));
+}
+
+#[test]
+fn volumes_in_another_order_or_number_upload_no_voxels_again() {
+    let mut cache = SceneCache::new(LIMITS);
+    let mut scene = scene(&[volume(16), volume(20), volume(16)]);
+    cost(&mut cache, &scene);
+    scene.volumes.swap(0, 2);
+    assert_eq!(cost(&mut cache, &scene).voxel_bytes, 0);
+    let gone = scene.volumes.pop().unwrap();
+    assert_eq!(cost(&mut cache, &scene).voxel_bytes, 0, "there is room for three still");
+    scene.volumes.push(gone);
+    let back = cost(&mut cache, &scene);
+    assert_eq!((back.textures, back.voxel_bytes), (0, 2 * 16 * 16 * 16), "it went, and came back");
+    // But the memory of many is not kept for one.
+    scene.volumes = vec![instance(&volume(8))];
+    assert_eq!(cost(&mut cache, &scene).textures, 1);
+}
+
+#[test]
+fn a_swapped_preset_uploads_its_tables_alone() {
+    let mut cache = SceneCache::new(LIMITS);
+    let mut scene = scene(&[volume(72), volume(72)]);
+    cost(&mut cache, &scene);
+    for opacity in [0.1, 0.2] {
+        scene.volumes[0].medium.transfer_function = TransferFunction::constant(opacity, [0.1; 3]);
+        scene.volumes[0].medium.surface.strength = opacity;
+        let cost = cost(&mut cache, &scene);
+        assert_eq!((cost.textures, cost.voxel_bytes, cost.majorant_grids), (0, 0, 1));
+        assert!(cost.bytes <= TABLES + 2 * INSTANCE, "{cost:?}");
+    }
+    assert_eq!(cache.unprepared(), 2, "the ranges of two volumes, once");
+}
+
+#[test]
+fn a_filter_looks_at_its_own_volume_and_once() {
+    let mut cache = SceneCache::new(LIMITS);
+    let mut scene = scene(&[volume(72), volume(76)]);
+    cost(&mut cache, &scene);
+    assert_eq!(cache.unprepared(), 2);
+    for (filter, unprepared) in [(Filter::Tricubic, 3), (Filter::Trilinear, 3), (Filter::Tricubic, 3)] {
+        scene.volumes[0].medium.filter = filter;
+        let cost = cost(&mut cache, &scene);
+        assert_eq!((cost.voxel_bytes, cost.majorant_grids), (0, 1), "{filter:?}");
+        assert_eq!(cache.unprepared(), unprepared, "{filter:?}");
+    }
+    // Nor does another scene look at them again.
+    let mut other = SceneCache::new(LIMITS);
+    other.update(&scene, &mut Recording::new()).unwrap();
+    assert_eq!(other.unprepared(), 0);
+}
+
+#[test]
+fn what_is_prepared_is_not_computed_in_an_update() {
+    let mut cache = SceneCache::new(LIMITS);
+    let mut scene = Scene { environment: map(1.0), ..scene(&[volume(72), volume(76)]) };
+    scene.volumes[1].medium.filter = Filter::Tricubic;
+    let preparation = cache.preparation(&scene).expect("nobody has looked at the volumes");
+    std::thread::spawn(move || preparation.run()).join().unwrap();
+    assert!(cache.preparation(&scene).is_none());
+    cache.update(&scene, &mut Recording::new()).unwrap();
+    assert_eq!(cache.unprepared(), 0);
+
+    // What was loaded with care needs nothing.
+    let loaded = volume(80);
+    prepare_volume(&loaded);
+    scene.volumes[0].volume = loaded;
+    assert!(cache.preparation(&scene).is_none());
+    scene.environment = map(1.0);
+    assert!(cache.preparation(&scene).is_none(), "an equal sky");
+    scene.environment = map(2.0);
+    assert!(cache.preparation(&scene).is_some(), "another sky");
+    cache.update(&scene, &mut Recording::new()).unwrap();
+    assert_eq!(cache.unprepared(), 1);
+    // A small one is quicker looked at than handed over.
+    scene.volumes[0].volume = volume(16);
+    assert!(cache.preparation(&scene).is_none());
+}
+
+/// A scene that holds what `features` says.
+fn scene_with(features: Features) -> Scene {
+    let count = if features.many_volumes { 4 } else { 1 };
+    let mut scene = scene(&vec![volume(8); count]);
+    if features.environment {
+        scene.environment = map(1.0);
+    }
+    if features.surface {
+        scene.volumes[0].medium.surface.strength = 0.5;
+    }
+    if features.filters {
+        scene.volumes[0].medium.filter = Filter::Nearest;
+    }
+    if features.lights {
+        scene.lights = vec![Light::directional(DVec3::NEG_Y, [1.0; 3])];
+    }
+    scene
+}
+
+fn kernels(recording: &Recording) -> Vec<Kernel> {
+    let kernel = |step: &Step| match step {
+        Step::Dispatch { kernel, .. } | Step::Draw { kernel, .. } => Some(*kernel),
+        _ => None,
+    };
+    recording.steps.iter().filter_map(kernel).collect()
+}
+
+#[test]
+fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
+    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None, fog: None };
+    let mut seen = vec![];
+    for features in Features::ALL.subsets() {
+        let scene = scene_with(features);
+        assert_eq!(Features::of(&scene), features);
+        let mut cache = SceneCache::new(LIMITS);
+        let live_kernels = cache.kernels(&scene, ViewKind::Live { denoise: true });
+        let still_kernels = cache.kernels(&scene, ViewKind::Still { guides: true });
+        assert_eq!(live_kernels, features.kernels(ViewKind::Live { denoise: true }, LIMITS));
+
+        let mut recording = Recording::new();
+        cache.update(&scene, &mut recording).unwrap();
+        let settings = LiveSettings { denoise: true, ..LiveSettings::new(16, 16) };
+        let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
+        let camera_of_live: Camera = camera().with_aspect(1.0);
+        live.record_frame(&cache, &camera_of_live, &settings, &host, 1024, &mut recording).unwrap();
+        let recorded = kernels(&recording);
+        assert!(recorded.iter().all(|kernel| live_kernels.contains(kernel)), "{recorded:?} {live_kernels:?}");
+        seen.extend(recorded.into_iter().filter(|kernel| matches!(kernel, Kernel::PathTrace(_))));
+
+        let mut recording = Recording::new();
+        let settings = ViewSettings { guides: true, ..ViewSettings::new(16, 16) };
+        let mut view = View::new(settings, &cache, &mut recording).unwrap();
+        view.record_samples(&cache, &camera(), 1, u64::MAX, &mut recording);
+        view.record_display(&cache, &Default::default(), &mut recording);
+        let recorded = kernels(&recording);
+        assert!(
+            recorded.iter().all(|kernel| still_kernels.contains(kernel)),
+            "{recorded:?} {still_kernels:?}"
+        );
+    }
+    seen.dedup();
+    assert_eq!(seen.len(), 32, "each has a kernel of its own");
+    let lights = Features { lights: true, ..Features::default() };
+    assert_eq!(lights.subsets().count(), 2);
+}

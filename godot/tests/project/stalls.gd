@@ -1,0 +1,94 @@
+extends Node
+## Changes what volumes want of the GPU, and tells what frames show and wait for meanwhile, in lines `TELL name JSON`.
+
+const Shower := preload("res://tests/show_cases.gd")
+const PATIENCE_FRAMES := 3000
+const FEATURES := ["surface", "many_volumes"]
+
+
+func _ready() -> void:
+	var arguments := Shower.arguments_by_name()
+	var all: Dictionary = JSON.parse_string(FileAccess.get_file_as_string(arguments["cases"]))
+	var scenes: Array = all.scenes
+	_tell("before", await _change_while_shown(scenes[0]))
+	_tell("once", await _draw_once(scenes[0]))
+	print("EXPECT an error: there is no such feature")
+	Lumivox.warm_up(PackedStringArray(["volumes"]))
+	_tell("unknown", {"progress": Lumivox.get_warm_up_progress()})
+	_tell("warm_up", await _warm_up(scenes))
+	Lumivox.warm_up(FEATURES)
+	await Lumivox.warmed_up
+	_tell("again", {"ended": true})
+	get_tree().quit()
+
+
+func _tell(what: String, told: Variant) -> void:
+	print("TELL %s %s" % [what, JSON.stringify(told)])
+
+
+## Another filter wants another kernel and other value ranges.
+func _change_while_shown(case: Dictionary) -> Dictionary:
+	var viewport := LumivoxCase.viewport(case)
+	add_child(viewport)
+	await Shower.until_converged(viewport)
+	var node: LumivoxVolume3D = viewport.get_child(0).get_node("volumes0")
+	node.filter = LumivoxVolume3D.FILTER_TRICUBIC
+	var filled := []
+	for frame in PATIENCE_FRAMES:
+		await RenderingServer.frame_post_draw
+		filled.append(_filled(viewport))
+		if frame > 1 and Lumivox.is_converged(viewport):
+			break
+	var told := {"filled": filled, "stalls": Lumivox._get_stalls()}
+	viewport.queue_free()
+	await get_tree().process_frame
+	return told
+
+
+func _draw_once(case: Dictionary) -> Dictionary:
+	# Nothing else here has both, so that its kernel is new.
+	case = case.duplicate(true)
+	case.volumes[0].surface = [0.5, 60.0, 0.4, 0.04]
+	case.volumes[0].filter = 0.0
+	var viewport := LumivoxCase.viewport(case)
+	viewport.render_target_update_mode = SubViewport.UPDATE_ONCE
+	add_child(viewport)
+	for frame in 4:
+		await RenderingServer.frame_post_draw
+	var told := {"filled": _filled(viewport)}
+	viewport.queue_free()
+	await get_tree().process_frame
+	return told
+
+
+func _warm_up(scenes: Array) -> Dictionary:
+	var begin := Time.get_ticks_msec()
+	Lumivox.warm_up(FEATURES)
+	await Lumivox.warmed_up
+	var progress := Lumivox.get_warm_up_progress()
+	print("warm up: %d ms" % (Time.get_ticks_msec() - begin))
+	var before := Lumivox._get_stalls()
+	var converged := []
+	for case: Dictionary in scenes:
+		var viewport := LumivoxCase.viewport(case)
+		add_child(viewport)
+		converged.append(await Shower.until_converged(viewport))
+		viewport.queue_free()
+		await get_tree().process_frame
+	var after := Lumivox._get_stalls()
+	var stalls := {}
+	for name: String in after:
+		stalls[name] = after[name] - before[name]
+	return {"progress": progress, "stalls": stalls, "converged": converged}
+
+
+## The share of a viewport's pixels that the red volume is in.
+static func _filled(viewport: Viewport) -> float:
+	var image := viewport.get_texture().get_image()
+	var red := 0
+	for y in image.get_height():
+		for x in image.get_width():
+			var pixel := image.get_pixel(x, y)
+			if pixel.r > 1.3 * pixel.b:
+				red += 1
+	return float(red) / (image.get_width() * image.get_height())
