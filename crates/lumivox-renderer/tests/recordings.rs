@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
-    EnvironmentMap, EnvironmentSource, Filter, Lamp, Light, Medium, Modality, PerspectiveCamera, Scene,
-    TransferFunction, Volume, VolumeInstance, Voxels,
+    EnvironmentMap, EnvironmentSource, Falloff, Filter, Lamp, Light, Medium, Modality, PerspectiveCamera,
+    Scene, TransferFunction, Volume, VolumeInstance, Voxels,
 };
 use lumivox_renderer::{
     DeviceLimits, DisplaySettings, HostDepth, HostFrame, LiveSettings, LiveView, Recording, RenderError,
@@ -143,6 +143,55 @@ fn a_changed_light_writes_the_lights_and_nothing_else() {
     cache.free(&mut recording);
     replay(&recording, &mut alive);
     assert!(alive.is_empty(), "{alive:?} leak");
+}
+
+/// A lamp whose range ends before the volumes is not there, whatever it does.
+#[test]
+fn a_light_that_reaches_no_volume_changes_nothing() {
+    let mut alive = HashSet::new();
+    let mut cache = SceneCache::new(LIMITS);
+    // The volume is 16 mm wide, about the origin.
+    let mut scene = scene(&[volume(16)]);
+    let lamp = |x: f64, range: f64, brightness: f64| Lamp {
+        falloff: Falloff { range, decay: 2.0 },
+        ..Lamp::new(DVec3::X * x, [brightness; 3])
+    };
+    let near = Light::point(lamp(0.1, f64::INFINITY, 1.0));
+    let spot = |lamp| Light::spot(lamp, DVec3::NEG_X, 0.5);
+    scene.lights = vec![near];
+    update(&mut cache, &scene, &mut alive);
+    let version = cache.version();
+    for brightness in [0.3, 0.0, 0.7] {
+        scene.lights =
+            vec![Light::point(lamp(5.0, 4.9, brightness)), near, spot(lamp(-5.0, 4.9, 2.0 * brightness))];
+        assert!(update(&mut cache, &scene, &mut alive).is_empty(), "a lamp of {brightness} out of reach");
+        assert_eq!(cache.version(), version);
+    }
+    let mut version = version;
+    for light in [
+        Light::point(lamp(5.0, 5.1, 1.0)),
+        spot(lamp(5.0, 5.1, 1.0)),
+        Light::point(lamp(5.0, f64::INFINITY, 1.0)),
+        Light::directional(DVec3::X, [1.0; 3]),
+    ] {
+        scene.lights = vec![near, light];
+        update(&mut cache, &scene, &mut alive);
+        assert_ne!(std::mem::replace(&mut version, cache.version()), cache.version(), "{light:?} reaches it");
+    }
+    // Only what the light's layers hold counts, and only what is kept of it.
+    scene.volumes.push(instance(&volume(16)));
+    scene.volumes[1].world_from_patient.translation.x += 5.0;
+    scene.volumes[1].layers = 2;
+    let beside = |layers| Light { layers, ..Light::point(lamp(5.1, 0.2, 1.0)) };
+    scene.lights = vec![near, beside(1)];
+    update(&mut cache, &scene, &mut alive);
+    let version = cache.version();
+    scene.lights = vec![near];
+    update(&mut cache, &scene, &mut alive);
+    assert_eq!(cache.version(), version, "it shines on another layer");
+    scene.lights = vec![near, beside(2)];
+    update(&mut cache, &scene, &mut alive);
+    assert_ne!(cache.version(), version);
 }
 
 #[test]

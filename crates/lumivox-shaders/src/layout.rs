@@ -39,6 +39,8 @@ pub struct Frame {
     pub group_stride: u32,
     pub group_count: u32,
     pub sharers: u32,
+    pub ambient: [f32; 3],
+    pub padding: u32,
 }
 
 /// Twin of `Child`.

@@ -154,6 +154,7 @@ impl LumivoxEffect {
     pub fn settings(&self) -> Settings {
         Settings {
             exposure: self.exposure.exp2(),
+            ambient: [0.0; 3],
             target_samples: self.target_samples as u32,
             budget_milliseconds: self.frame_budget_ms,
             resolution_scale: self.resolution_scale,

@@ -114,6 +114,7 @@ impl LiveFilm {
             row_begin,
             row_end,
             sharers,
+            ambient: key.ambient,
             ..frame::of(cache, &key.camera)
         };
         let mut resources = cache.path_trace_resources();

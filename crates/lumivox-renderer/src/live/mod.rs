@@ -45,6 +45,9 @@ pub struct LiveSettings {
     pub target_samples: u32,
     /// Multiplies the light.
     pub exposure: f64,
+    /// Linear RGB radiance from everywhere besides the scene's environment, as the volumes receive it: for light that
+    /// differs from view to view, such as what a host shows equally bright at any exposure.
+    pub ambient: [f64; 3],
     /// Chooses the random numbers.
     pub seed: u32,
     /// Bounces before Russian roulette may end a path.
@@ -62,6 +65,7 @@ impl LiveSettings {
             resolution_scale: 1.0,
             target_samples: 512,
             exposure: 1.0,
+            ambient: [0.0; 3],
             seed: 0,
             roulette_start: 4,
             denoise: false,
@@ -107,9 +111,13 @@ pub struct HostFrame {
 pub struct LiveStatus {
     /// Samples that every pixel has.
     pub samples: u32,
-    /// Whether there is nothing more to trace unless something changes.
+    /// Whether there is nothing more to trace unless something changes, as far as is known.
     pub converged: bool,
-    /// Pixel samples that this frame traces.
+    /// Whether the host's depth may have changed in a frame whose read-back was not handed to
+    /// [`LiveView::feedback`] yet. A host that draws on demand must not rest before it did that and asked
+    /// [`LiveView::status`] again: nobody but the GPU knows which pixels started over.
+    pub awaits_feedback: bool,
+    /// Pixel samples that the last frame traces.
     pub pixel_samples: u64,
 }
 
@@ -136,6 +144,11 @@ pub struct LiveView {
     restarted_in_pass: bool,
     /// Pixels that lack samples, as far as is known: what a pass costs.
     open_pixels: u64,
+    /// Frames whose read-back has not come.
+    awaited: u32,
+    /// Of the last frame: the samples after which it is done, and those that it traces.
+    target_samples: u32,
+    pixel_samples: u64,
 }
 
 /// What a film shows; another key, another image.
@@ -143,6 +156,7 @@ pub struct LiveView {
 struct Key {
     camera: Camera,
     scene_version: u64,
+    ambient: [f32; 3],
     seed: u32,
     roulette_start: u32,
     /// Whether the host's surfaces end rays.
@@ -177,6 +191,9 @@ impl LiveView {
             covered: false,
             restarted_in_pass: false,
             open_pixels: 0,
+            awaited: 0,
+            target_samples: settings.target_samples,
+            pixel_samples: 0,
         })
     }
 
@@ -184,7 +201,8 @@ impl LiveView {
     /// over the host's. Starts over if the camera or the scene changed, and makes new films if the size did.
     ///
     /// The recording holds a [`Step::ReadBuffer`] whenever the host's depth is given; its bytes go to
-    /// [`feedback`](Self::feedback) as soon as they are there, frames later if the host likes.
+    /// [`feedback`](Self::feedback) as soon as they are there, frames later if the host likes, but before it
+    /// [rests](LiveStatus::awaits_feedback).
     ///
     /// # Errors
     /// [`RenderError`] when the image has no pixel, the film is larger than the device binds or the camera sees
@@ -214,6 +232,7 @@ impl LiveView {
         let key = Key {
             camera: *camera,
             scene_version: cache.version(),
+            ambient: settings.ambient.map(|c| if c.is_finite() { c.max(0.0) as f32 } else { 0.0 }),
             seed: settings.seed,
             roulette_start: settings.roulette_start,
             has_depth: host.depth.is_some(),
@@ -225,22 +244,31 @@ impl LiveView {
         }
         self.record_host_depth(host, restarted, recording);
         let coarse_only = restarted && self.factor > 1;
-        let pixel_samples = if coarse_only {
+        self.pixel_samples = if coarse_only {
             self.record_coarse(key, cache, budget, recording)
         } else {
             self.record_fine(key, cache, settings.target_samples, budget, recording)
         };
         self.record_denoise(settings, recording);
         self.record_composite(settings, host, camera, cache, recording);
-        Ok(LiveStatus {
-            samples: self.complete.min(settings.target_samples),
-            converged: self.complete >= settings.target_samples,
-            pixel_samples,
-        })
+        self.target_samples = settings.target_samples;
+        Ok(self.status())
     }
 
-    /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there.
+    /// How far it is by what is known now.
+    pub fn status(&self) -> LiveStatus {
+        LiveStatus {
+            samples: self.complete.min(self.target_samples),
+            converged: self.complete >= self.target_samples,
+            awaits_feedback: self.awaited > 0,
+            pixel_samples: self.pixel_samples,
+        }
+    }
+
+    /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there. None, if it
+    /// got lost.
     pub fn feedback(&mut self, bytes: &[u8]) {
+        self.awaited = self.awaited.saturating_sub(1);
         let count = bytes.first_chunk().map_or(0, |b| u32::from_le_bytes(*b));
         if count == 0 {
             return;
@@ -334,6 +362,7 @@ impl LiveView {
             film.record_host_depth(&depth, restarts, recording);
         }
         recording.push(Step::ReadBuffer { id: self.restarts, range: 0..4 });
+        self.awaited += 1;
     }
 
     /// All of the coarse film, as often as the budget allows.
