@@ -170,7 +170,7 @@ pub struct HostDepthParams {
 pub struct DenoiseParams {
     pub film_size: [u32; 2],
     pub step: u32,
-    pub padding: u32,
+    pub bounded: u32,
 }
 
 /// Twin of `CompositeParams`.
@@ -195,7 +195,8 @@ pub struct CompositeParams {
     pub camera_edges: [f32; 4],
     pub world_height: [f32; 4],
     pub fog_height: [f32; 2],
-    pub more_padding: [u32; 2],
+    pub coarse_alone: u32,
+    pub more_padding: u32,
 }
 
 /// Twin of `SampleParams`.

@@ -60,6 +60,8 @@ fn twins_have_the_shaders_layout() {
             group_stride,
             group_count,
             sharers,
+            ambient,
+            padding,
         }
     );
     assert_twin!(path_trace, Child { low, index, high, padding });
@@ -130,8 +132,8 @@ fn twins_have_the_shaders_layout() {
         DisplayParams { background, background_kind, exposure_scale, tone_operator, inverse_gamma, padding }
     );
     assert_twin!(Kernel::HostDepth, HostDepthParams { view_depth_from_ndc, film_size, clear, jittered });
-    assert_twin!(Kernel::DenoisePrepare, DenoiseParams { film_size, step, padding });
-    assert_twin!(Kernel::DenoiseWavelet, DenoiseParams { film_size, step, padding });
+    assert_twin!(Kernel::DenoisePrepare, DenoiseParams { film_size, step, bounded });
+    assert_twin!(Kernel::DenoiseWavelet, DenoiseParams { film_size, step, bounded });
     assert_twin!(
         Kernel::CompositeColor,
         CompositeParams {
@@ -152,6 +154,7 @@ fn twins_have_the_shaders_layout() {
             camera_edges,
             world_height,
             fog_height,
+            coarse_alone,
             more_padding,
         }
     );

@@ -47,7 +47,7 @@ pub struct LumivoxEffect {
     #[var(set)]
     write_depth: bool,
     /// Filters the noise out of the image while it converges. What is shown is biased (softer than the truth) until a
-    /// pixel has 256 samples; the samples themselves never are.
+    /// pixel has 256 samples; the samples themselves never are. The coarse image of a moving camera is always filtered.
     #[export]
     #[var(set)]
     denoise: bool,

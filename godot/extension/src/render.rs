@@ -105,7 +105,7 @@ pub fn draw(stage: i32, data: &Gd<RenderData>) {
     match drawn {
         Ok(Some(status)) => {
             shared.wants_frame |= !status.converged;
-            shared.awaits_feedback |= status.awaits_feedback;
+            shared.awaits_feedback |= status.converged && status.awaits_feedback;
             shared.statuses.insert(target, status);
         }
         Ok(None) => {}

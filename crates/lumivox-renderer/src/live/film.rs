@@ -12,12 +12,15 @@ use crate::scene_cache::{SceneCache, check_binding};
 /// Rows that are traced together: a workgroup's.
 pub(super) const GROUP_ROWS: u32 = 8;
 
-/// Pixels between the taps of the denoiser's passes; an even number of them, so that the last writes where the first
-/// read.
-const DENOISE_STEPS: [u32; 4] = [1, 2, 4, 8];
-
-/// Those of a film whose pixels are many times as large: it would blend a head with what is behind it.
-const COARSE_DENOISE_STEPS: [u32; 2] = [1, 2];
+/// Pixels between the taps of the denoiser's passes, for a film whose pixels are as large as so many of the finest along
+/// a side: of coarse ones they would blend a head with what is behind it.
+fn denoise_steps(factor: u32) -> &'static [u32] {
+    match factor {
+        1 => &[1, 2, 4, 8],
+        2 => &[1, 2],
+        _ => &[1],
+    }
+}
 
 #[derive(Debug)]
 pub(super) struct LiveFilm {
@@ -128,18 +131,24 @@ impl LiveFilm {
         });
     }
 
-    /// Denoises what changed. A pixel of the film is as large as `factor` of the finest along a side.
+    /// Denoises what changed. A pixel of the film is as large as `factor` of the finest along a side; of a coarse film,
+    /// pixels that outshine their neighbours are held back.
     pub fn record_denoise(&mut self, factor: u32, recording: &mut Recording) {
         if !std::mem::take(&mut self.stale) {
             return;
         }
         let bytes = self.capacity * bytes_per_pixel(false);
-        let [mut from, mut to] = *self
+        let [mut to, mut from] = *self
             .denoised
             .get_or_insert_with(|| [(); 2].map(|()| recording.create_buffer("denoised film", bytes)));
-        let params = |step| layout::DenoiseParams { film_size: self.size, step, padding: 0 };
+        // The last pass writes to the first buffer.
+        let steps = denoise_steps(factor);
+        if steps.len() % 2 == 0 {
+            std::mem::swap(&mut from, &mut to);
+        }
+        let params =
+            |step| layout::DenoiseParams { film_size: self.size, step, bounded: u32::from(factor > 1) };
         self.dispatch(Kernel::DenoisePrepare, &params(0), vec![self.film, self.limits, from], recording);
-        let steps: &[u32] = if factor > 2 { &COARSE_DENOISE_STEPS } else { &DENOISE_STEPS };
         for &step in steps {
             self.dispatch(Kernel::DenoiseWavelet, &params(step), vec![from, to], recording);
             std::mem::swap(&mut from, &mut to);

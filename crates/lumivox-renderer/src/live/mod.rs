@@ -2,7 +2,8 @@
 //!
 //! Two films make the picture. The fine one converges while nothing moves. When the camera or the scene changes and the
 //! budget does not buy a fine image at once, a coarse one answers in the same frame, is shown alone until every fine
-//! pixel has a sample, and fades out as more come in. Where only the engine's depth changes, because a mesh moved, the
+//! pixel has a sample, and fades out as more come in. What is shown of it is denoised and without outliers; while the fine
+//! one takes long it gets more samples, and gives way to one of half its grain. Where only the engine's depth changes, because a mesh moved, the
 //! pixels concerned start over and no others: every pixel counts its own samples, so a finished live film is the film of
 //! a [`View`](crate::View), sample by sample.
 
@@ -31,8 +32,11 @@ const LEAST_COARSE_SAMPLES: u64 = 2;
 /// A first fine image that is done in so many frames needs no better coarse one until then.
 const SOON_FRAMES: f64 = 4.0;
 
-/// Samples that a coarse pixel gets at most while the first fine image takes longer.
-const MOST_COARSE_SAMPLES: u32 = 16;
+/// Samples that a coarse pixel gets at most while the first fine image takes longer, before a finer film follows. They
+/// are a quarter of a fine pass.
+fn most_coarse_samples(factor: u32) -> u32 {
+    (factor * factor / 4).max(LEAST_COARSE_SAMPLES as u32)
+}
 
 /// What a live view shows, besides scene and camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,8 +56,8 @@ pub struct LiveSettings {
     pub seed: u32,
     /// Bounces before Russian roulette may end a path.
     pub roulette_start: u32,
-    /// Whether noise is filtered out of what is shown. Biased while samples are few, 256 at most; the
-    /// film itself never is.
+    /// Whether noise is filtered out of what is shown, and not only while that is coarse. Biased while samples are few,
+    /// 256 at most; the film itself never is.
     pub denoise: bool,
 }
 
@@ -126,6 +130,9 @@ pub struct LiveStatus {
 pub struct LiveView {
     fine: LiveFilm,
     coarse: Option<LiveFilm>,
+    /// Half as coarse, and hidden until it is whole; its next row while it is filled.
+    finer: Option<LiveFilm>,
+    finer_row: Option<u32>,
     restarts: ResourceId,
     key: Option<Key>,
     /// Fine pixels along a side of a coarse one; 1 while no coarse film is shown.
@@ -180,6 +187,8 @@ impl LiveView {
         Ok(Self {
             fine: LiveFilm::new(settings.film_size(), cache, recording)?,
             coarse: None,
+            finer: None,
+            finer_row: None,
             restarts: recording.create_buffer("restarts", 16),
             key: None,
             factor: 1,
@@ -241,6 +250,8 @@ impl LiveView {
         if restarted {
             self.restart(budget, cache, recording)?;
             self.key = Some(key);
+        } else {
+            self.begin_finer(budget, cache, recording)?;
         }
         self.record_host_depth(host, restarted, recording);
         let coarse_only = restarted && self.factor > 1;
@@ -322,20 +333,64 @@ impl LiveView {
         (self.complete, self.pass_samples, self.next_row) = (0, 0, 0);
         (self.covered, self.restarted_in_pass) = (false, false);
         self.open_pixels = pixels(size);
+        self.finer_row = None;
         Ok(())
     }
 
-    fn drop_coarse(&mut self, recording: &mut Recording) {
-        if let Some(coarse) = self.coarse.take() {
-            coarse.free(recording);
+    /// Begins a film of half the coarse one's grain, if that has enough samples and the fine one is far.
+    fn begin_finer(
+        &mut self,
+        budget: u64,
+        cache: &SceneCache,
+        recording: &mut Recording,
+    ) -> Result<(), RenderError> {
+        let has_enough = self.coarse_complete >= most_coarse_samples(self.factor);
+        if self.factor <= 2 || self.finer_row.is_some() || !has_enough || !self.fine_is_far(budget) {
+            return Ok(());
         }
+        let size = self.fine.size.map(|n| n.div_ceil(self.factor / 2));
+        if self.finer.as_ref().is_none_or(|film| film.capacity < pixels(size)) {
+            let film = LiveFilm::new(size, cache, recording)?;
+            if let Some(small) = self.finer.replace(film) {
+                small.free(recording);
+            }
+        }
+        if let Some(finer) = &mut self.finer {
+            finer.size = size;
+            finer.clear(recording);
+            // Of an image before, when there may have been depth.
+            recording.push(Step::ClearBuffer { id: finer.limits });
+            self.finer_row = Some(0);
+        }
+        Ok(())
+    }
+
+    /// Pixels that lack samples in a row of the fine film, about: those where none are missing cost next to nothing.
+    fn open_pixels_per_row(&self) -> f64 {
+        self.open_pixels.clamp(1, pixels(self.fine.size)) as f64 / f64::from(self.fine.padded_height())
+    }
+
+    /// Whether the first fine image takes so long that the coarse one is to get better until then.
+    fn fine_is_far(&self, budget: u64) -> bool {
+        let rows_left = self.fine.padded_height() - self.next_row;
+        self.factor > 1
+            && !self.covered
+            && self.open_pixels_per_row() * f64::from(rows_left) > SOON_FRAMES * budget as f64
+    }
+
+    fn drop_coarse(&mut self, recording: &mut Recording) {
+        for film in [self.coarse.take(), self.finer.take()].into_iter().flatten() {
+            film.free(recording);
+        }
+        self.finer_row = None;
         self.factor = 1;
     }
 
     /// The films that samples go into.
     fn live_films(&mut self) -> impl Iterator<Item = &mut LiveFilm> {
         let coarse = self.coarse.as_mut().filter(|_| self.factor > 1);
-        [Some(&mut self.fine), coarse].into_iter().flatten()
+        let finer = self.finer.as_mut().filter(|_| self.finer_row.is_some());
+        [Some(&mut self.fine), coarse, finer].into_iter().flatten()
     }
 
     /// The coarse film, while samples go into it.
@@ -385,21 +440,42 @@ impl LiveView {
         recording: &mut Recording,
     ) -> u64 {
         let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) else { return 0 };
-        if self.coarse_complete >= MOST_COARSE_SAMPLES {
-            return 0;
+        let most = most_coarse_samples(self.factor);
+        if self.coarse_complete >= most {
+            return self.record_finer(key, cache, budget, recording);
         }
         let height = coarse.padded_height();
         let row = pixels(coarse.size) as f64 / f64::from(height);
         let rows = (budget as f64 / row) as u32 / GROUP_ROWS * GROUP_ROWS;
         let rows = rows.clamp(GROUP_ROWS, height - self.coarse_row);
         let band = [self.coarse_row, self.coarse_row + rows];
-        coarse.record_samples(key, cache, 1, MOST_COARSE_SAMPLES, band, recording);
+        coarse.record_samples(key, cache, 1, most, band, recording);
         coarse.stale = true;
         self.coarse_row += rows;
         if self.coarse_row == height {
             (self.coarse_row, self.coarse_complete) = (0, self.coarse_complete + 1);
         }
         (row * f64::from(rows)) as u64
+    }
+
+    /// Rows of the film that follows the coarse one, which it replaces with its last; returns how many samples.
+    fn record_finer(&mut self, key: Key, cache: &SceneCache, budget: u64, recording: &mut Recording) -> u64 {
+        let (Some(finer), Some(begin)) = (&mut self.finer, self.finer_row) else { return 0 };
+        let samples = LEAST_COARSE_SAMPLES as u32;
+        let height = finer.padded_height();
+        let row = (pixels(finer.size) * LEAST_COARSE_SAMPLES) as f64 / f64::from(height);
+        let rows = (budget as f64 / row) as u32 / GROUP_ROWS * GROUP_ROWS;
+        let end = begin + rows.clamp(GROUP_ROWS, height - begin);
+        finer.record_samples(key, cache, samples, samples, [begin, end], recording);
+        self.finer_row = Some(end).filter(|&end| end < height);
+        if self.finer_row.is_none() {
+            // What started over on the way is no hole.
+            finer.record_samples(key, cache, samples, samples, [0, height], recording);
+            std::mem::swap(&mut self.finer, &mut self.coarse);
+            self.factor /= 2;
+            (self.coarse_complete, self.coarse_row) = (samples, 0);
+        }
+        (row * f64::from(end - begin)) as u64
     }
 
     /// Rows of the fine film, as many as the budget allows.
@@ -411,9 +487,8 @@ impl LiveView {
         budget: u64,
         recording: &mut Recording,
     ) -> u64 {
-        let (area, height) = (pixels(self.fine.size), self.fine.padded_height());
-        // Pixels where nothing is missing cost next to nothing.
-        let row = self.open_pixels.clamp(1, area) as f64 / f64::from(height);
+        let height = self.fine.padded_height();
+        let row = self.open_pixels_per_row();
         let mut recorded = 0.0;
         // What started over in this very frame must not be a hole in the picture. Other pixels only look, and return.
         let samples = FIRST_AID.min(target);
@@ -421,11 +496,12 @@ impl LiveView {
             self.fine.record_samples(key, cache, samples, samples, [0, height], recording);
         } else if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
             let rows = [0, coarse.padded_height()];
+            // No more than all have: the others are not to get theirs here.
+            let samples = samples.min(self.coarse_complete.max(1));
             coarse.record_samples(key, cache, samples, samples, rows, recording);
             coarse.stale = true;
-            let rows_left = height - self.next_row;
-            if row * f64::from(rows_left) > SOON_FRAMES * budget as f64 {
-                recorded = self.record_more_coarse(key, cache, budget / 2, recording) as f64;
+            if self.fine_is_far(budget) {
+                recorded = self.record_more_coarse(key, cache, budget, recording) as f64;
             }
         }
         let budget = budget as f64;
@@ -451,6 +527,7 @@ impl LiveView {
             if self.next_row == height {
                 self.next_row = 0;
                 self.covered = true;
+                self.finer_row = None;
                 self.complete = if self.restarted_in_pass { 0 } else { self.complete + self.pass_samples };
                 self.restarted_in_pass = false;
             }
@@ -466,16 +543,12 @@ impl LiveView {
         recorded.round() as u64
     }
 
-    /// The denoiser's pixels of every film that is shown, made anew where samples or the switch changed.
+    /// The denoiser's pixels of every film that is shown, made anew where samples or the switch changed. A coarse film has
+    /// them always: it is never the last word.
     fn record_denoise(&mut self, settings: &LiveSettings, recording: &mut Recording) {
         if !settings.denoise {
             self.fine.drop_denoised(recording);
-            if let Some(coarse) = &mut self.coarse {
-                coarse.drop_denoised(recording);
-            }
-            return;
-        }
-        if self.shows_fine() {
+        } else if self.shows_fine() {
             self.fine.record_denoise(1, recording);
         }
         if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
@@ -510,6 +583,7 @@ impl LiveView {
             clear: host.depth.map_or(0.0, |h| h.clear as f32),
             has_host_depth: u32::from(host.depth.is_some()),
             denoised: u32::from(settings.denoise),
+            coarse_alone: u32::from(self.factor > 1 && !self.shows_fine()),
             ..Default::default()
         };
         if let Some(fog) = &host.fog {
@@ -533,6 +607,13 @@ impl LiveView {
     /// Records that the fine film comes back, for [`Film::insert`](crate::Film::insert).
     pub fn record_read_film(&self, recording: &mut Recording) {
         self.fine.record_read(recording);
+    }
+
+    /// The same of the coarse film, while there is one; returns its pixels across and down.
+    pub fn record_read_coarse_film(&self, recording: &mut Recording) -> Option<[u32; 2]> {
+        let coarse = self.live_coarse()?;
+        coarse.record_read(recording);
+        Some(coarse.size)
     }
 
     /// Pixels of the fine film.

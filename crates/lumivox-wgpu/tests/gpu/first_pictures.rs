@@ -1,12 +1,12 @@
 //! What is seen first on a weak GPU, while a camera moves and just after: coarse, but no mosaic.
 
+use std::ops::{Range, RangeInclusive};
 use std::sync::{Arc, OnceLock};
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{CancelToken, Lamp, Light, Preset, Progress, Scene, framing};
 use lumivox_phantom::{AnatomyOptions, anatomy};
 use lumivox_renderer::LiveSettings;
-use lumivox_testing::flip::flip;
 use lumivox_testing::png_io::SrgbImage;
 use lumivox_testing::{failures, scenes::TestScene};
 
@@ -20,6 +20,10 @@ const FACTOR: usize = 8;
 
 /// Two samples for each pixel of that film.
 const BUDGET: u64 = 2 * (SIZE[0] as u64 / FACTOR as u64) * (SIZE[1] as u64 / FACTOR as u64);
+
+/// Columns of a bar before the head, and those whose slopes break at it.
+const BAR: Range<u32> = 100..112;
+const BESIDE_BAR: RangeInclusive<usize> = 97..=115;
 
 /// A head beside a small bright bulb.
 fn head() -> TestScene {
@@ -46,9 +50,8 @@ fn pictures() -> &'static Pictures {
         let camera = test.camera.with_aspect(1.25);
         let distance = camera.world_from_camera.translation.length();
         let mut gpu = gpu();
-        let settings = LiveSettings { target_samples: 128, ..LiveSettings::new(SIZE[0], SIZE[1]) };
-        // A bar in front of the head.
-        let bar = |at: [u32; 2]| if (100..112).contains(&at[0]) { 0.6 * distance } else { 0.0 };
+        let settings = LiveSettings { target_samples: 32, ..LiveSettings::new(SIZE[0], SIZE[1]) };
+        let bar = |at: [u32; 2]| if BAR.contains(&at[0]) { 0.6 * distance } else { 0.0 };
         let picture = |host: &mut Host, gpu: &mut _, camera: &_, budget| {
             let behind = |at| if bar(at) > 0.0 { [0.1, 0.2, 0.4, 1.0] } else { [0.05, 0.05, 0.05, 1.0] };
             host.set_color(gpu, behind);
@@ -68,7 +71,7 @@ fn pictures() -> &'static Pictures {
         }
         let moving = picture(&mut host, &mut gpu, &camera, BUDGET);
         let mut resting = picture(&mut host, &mut gpu, &camera, BUDGET);
-        for _ in 0..9 {
+        for _ in 0..15 {
             resting = picture(&mut host, &mut gpu, &camera, BUDGET);
         }
         let mut host = Host::new(&mut gpu, &test, settings);
@@ -94,13 +97,20 @@ fn luminance(image: &SrgbImage) -> Vec<f64> {
         .collect()
 }
 
+/// Root mean square error in codes of 255.
+fn error(image: &SrgbImage, truth: &SrgbImage) -> f64 {
+    let squares = image.pixels.iter().flatten().zip(truth.pixels.iter().flatten());
+    let sum: f64 = squares.map(|(&a, &b)| f64::from(a.abs_diff(b)).powi(2)).sum();
+    (sum / (3 * image.pixels.len()) as f64).sqrt()
+}
+
 /// How much more the slope changes where pixels of the coarse film meet, or in their middles, than elsewhere: the mean
 /// second difference of the column where it is largest, of those that are a film's pixel apart, over the mean of all.
 fn kinks(image: &SrgbImage) -> f64 {
     let light = luminance(image);
     let mut sums = [0.0; FACTOR];
     for row in light.chunks_exact(image.width) {
-        for x in 1..image.width - 1 {
+        for x in (1..image.width - 1).filter(|x| !BESIDE_BAR.contains(x)) {
             sums[x % FACTOR] += (row[x + 1] - 2.0 * row[x] + row[x - 1]).abs();
         }
     }
@@ -125,15 +135,15 @@ fn fireflies(image: &SrgbImage, truth: &SrgbImage) -> usize {
 
 fn told(name: &str, image: &SrgbImage) -> [f64; 3] {
     let truth = &pictures().truth;
-    let told = [flip(truth, image).mean(), kinks(image), fireflies(image, truth) as f64];
-    println!("{name}: FLIP {:.4}, kinks {:.2}, {} pixels of fireflies", told[0], told[1], told[2]);
+    let told = [error(image, truth), kinks(image), fireflies(image, truth) as f64];
+    println!("{name}: error {:.2} of 255, kinks {:.2}, {} pixels of fireflies", told[0], told[1], told[2]);
     told
 }
 
 #[test]
 fn a_coarse_picture_is_smooth_and_near_the_truth() {
     let [error, kinks, fireflies] = told("moving", &pictures().moving);
-    assert!(error < 0.1, "FLIP {error}");
+    assert!(error < 22.0, "{error} of 255");
     assert!(kinks < 1.3, "slopes break {kinks} times as much at the film's pixels as on average");
     assert!(fireflies < 20.0, "{fireflies} pixels of fireflies");
 }
@@ -142,6 +152,6 @@ fn a_coarse_picture_is_smooth_and_near_the_truth() {
 fn a_coarse_picture_gets_better_while_the_fine_one_is_not_done() {
     let [before, ..] = told("moving", &pictures().moving);
     let [after, kinks, fireflies] = told("resting", &pictures().resting);
-    assert!(after < 0.85 * before, "FLIP {before} becomes {after}");
+    assert!(after < 0.8 * before && after < 17.0, "{before} becomes {after} of 255");
     assert!(kinks < 1.3 && fireflies < 20.0, "{kinks}, {fireflies}");
 }
