@@ -89,17 +89,17 @@ impl Features {
                 vec![PathTrace(self.variant(guides, false, limits)), MajorantGrid, FilmCount, Display]
             }
             ViewKind::Live { denoise } => {
-                let mut kernels = vec![
+                vec![
                     PathTrace(self.variant(false, true, limits)),
                     MajorantGrid,
                     HostDepth,
                     CompositeColor,
                     CompositeDepth,
-                ];
-                if denoise {
-                    kernels.extend([DenoisePrepare, DenoiseWavelet]);
-                }
-                kernels
+                    FilmCount,
+                    // Coarse films are denoised whatever the settings.
+                    DenoisePrepare,
+                    DenoiseWavelet,
+                ]
             }
         }
     }

@@ -39,6 +39,8 @@ pub struct Frame {
     pub lone_invocation: u32,
     pub group_stride: u32,
     pub sharers: u32,
+    pub ambient: [f32; 3],
+    pub padding: u32,
 }
 
 /// Twin of `Child`.
@@ -191,7 +193,7 @@ pub struct HostDepthParams {
 pub struct DenoiseParams {
     pub film_size: [u32; 2],
     pub step: u32,
-    pub padding: u32,
+    pub bounded: u32,
 }
 
 /// Twin of `CompositeParams`.
@@ -216,7 +218,8 @@ pub struct CompositeParams {
     pub camera_edges: [f32; 4],
     pub world_height: [f32; 4],
     pub fog_height: [f32; 2],
-    pub more_padding: [u32; 2],
+    pub coarse_alone: u32,
+    pub more_padding: u32,
 }
 
 /// Twin of `SampleParams`.

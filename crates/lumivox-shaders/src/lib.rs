@@ -273,14 +273,18 @@ impl Kernel {
             Kernel::HostDepth => &[module!("depth_convention"), module!("host_depth")],
             Kernel::CompositeColor => &[
                 module!("depth_convention"),
+                module!("luminance"),
                 module!("live_pixel"),
                 module!("composite"),
                 module!("fog"),
                 module!("composite_color"),
             ],
-            Kernel::CompositeDepth => {
-                &[module!("live_pixel"), module!("composite"), module!("composite_depth")]
-            }
+            Kernel::CompositeDepth => &[
+                module!("luminance"),
+                module!("live_pixel"),
+                module!("composite"),
+                module!("composite_depth"),
+            ],
             Kernel::DenoisePrepare => {
                 &[module!("live_pixel"), module!("luminance"), module!("denoise_prepare")]
             }

@@ -60,6 +60,8 @@ fn twins_have_the_shaders_layout() {
             lone_invocation,
             group_stride,
             sharers,
+            ambient,
+            padding,
         }
     );
     assert_twin!(path_trace, Child { low, index, high, padding });
@@ -132,8 +134,8 @@ fn twins_have_the_shaders_layout() {
     assert_twin!(Kernel::FilmCount, FilmCountParams { pixels, invocations, target_samples, padding });
     assert_twin!(Kernel::FilmCount, FilmCount { samples, short, aside, starved, stuck });
     assert_twin!(Kernel::HostDepth, HostDepthParams { view_depth_from_ndc, film_size, clear, jittered });
-    assert_twin!(Kernel::DenoisePrepare, DenoiseParams { film_size, step, padding });
-    assert_twin!(Kernel::DenoiseWavelet, DenoiseParams { film_size, step, padding });
+    assert_twin!(Kernel::DenoisePrepare, DenoiseParams { film_size, step, bounded });
+    assert_twin!(Kernel::DenoiseWavelet, DenoiseParams { film_size, step, bounded });
     assert_twin!(
         Kernel::CompositeColor,
         CompositeParams {
@@ -154,6 +156,7 @@ fn twins_have_the_shaders_layout() {
             camera_edges,
             world_height,
             fog_height,
+            coarse_alone,
             more_padding,
         }
     );

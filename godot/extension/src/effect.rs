@@ -55,7 +55,7 @@ pub struct LumivoxEffect {
     #[var(set)]
     write_depth: bool,
     /// Filters the noise out of the image while it converges. What is shown is biased (softer than the truth) until a
-    /// pixel has 256 samples; the samples themselves never are.
+    /// pixel has 256 samples; the samples themselves never are. The coarse image of a moving camera is always filtered.
     #[export]
     #[var(set)]
     denoise: bool,
@@ -163,6 +163,7 @@ impl LumivoxEffect {
     pub fn settings(&self) -> Settings {
         Settings {
             exposure: self.exposure.exp2(),
+            ambient: [0.0; 3],
             target_samples: self.target_samples as u32,
             budget_milliseconds: self.frame_budget_ms,
             resolution_scale: self.resolution_scale,

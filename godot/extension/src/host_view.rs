@@ -74,6 +74,7 @@ impl HostView {
             resolution_scale: settings.resolution_scale,
             target_samples: settings.target_samples,
             exposure: settings.exposure * self.light_per_color,
+            ambient: settings.ambient,
             denoise: settings.denoise,
             ..LiveSettings::new(width, height)
         }

@@ -10,6 +10,7 @@ mod codecs;
 mod convert;
 mod effect;
 mod executor;
+mod frame_rate;
 mod host_view;
 mod importer;
 mod nodes;
@@ -38,6 +39,7 @@ unsafe impl ExtensionLibrary for LumivoxExtension {
     fn on_main_loop_frame() {
         importer::deliver();
         server::deliver();
+        server::settle_if_idle();
     }
 
     fn on_stage_deinit(stage: InitStage) {

@@ -3,14 +3,18 @@
 //! A GPU tells frames later what a frame took, its times are noisy, and what a sample costs may change by a factor of
 //! ten from one frame to the next. So the pace follows the cost per sample, which does not depend on how many were
 //! asked for, rather than the time, which does and would make it swing.
+//!
+//! Some drivers tell no times (Godot's Metal says 0): there the frame rate has to do, see [`FrameRate`].
 
 use std::collections::VecDeque;
+
+use crate::frame_rate::FrameRate;
 
 /// Pixel samples of the first frame, when nothing is known of the GPU.
 const FIRST_BUDGET: f64 = 32_768.0;
 
 /// Pixel samples that are asked for however slow the GPU is: an image has to get done.
-const LEAST_BUDGET: f64 = 4096.0;
+pub const LEAST_BUDGET: f64 = 4096.0;
 
 /// Most that a budget grows from one measured frame to the next.
 const GROWTH: f64 = 1.5;
@@ -46,6 +50,9 @@ pub struct Pacer {
     /// Frames whose time is not known yet.
     under_way: VecDeque<Frame>,
     milliseconds: f64,
+    frame_rate: FrameRate,
+    /// Whether times are missing, and the frame rate decides.
+    blind: bool,
 }
 
 /// What is known of one kind of pass.
@@ -73,6 +80,8 @@ impl Pacer {
             paces: [Pace { budget: FIRST_BUDGET, cost: None }; 2],
             under_way: VecDeque::new(),
             milliseconds: 0.0,
+            frame_rate: FrameRate::default(),
+            blind: false,
         }
     }
 
@@ -83,12 +92,18 @@ impl Pacer {
             Pass::Still => [self.paces[1], self.paces[0]],
         };
         let budget = match (pace.cost, other.cost) {
+            _ if self.blind => pace.budget,
             (Some(cost), _) => pace.budget.min(milliseconds / cost),
             // Better than nothing, but to be taken with care.
             (None, Some(cost)) => other.budget.min(milliseconds / cost) / 2.0,
             (None, None) => pace.budget,
         };
         budget.clamp(LEAST_BUDGET, 1e12) as u64
+    }
+
+    /// So much time has passed since the frame before began, in which the engine drew as fast as it could.
+    pub fn interval(&mut self, milliseconds: f64) {
+        self.frame_rate.interval(milliseconds);
     }
 
     /// A frame was recorded that traces `pixel_samples` where `budget` was what [`Pacer::budget`] said for
@@ -98,18 +113,28 @@ impl Pacer {
         self.under_way.push_back(Frame { serial, pass, pixel_samples, granted, target: milliseconds });
         if self.under_way.len() > MEMORY {
             self.under_way.pop_front();
+            self.blind = true;
+        }
+        if self.blind {
+            let was_used = tells(pixel_samples, granted);
+            let pace = &mut self.paces[pass as usize];
+            pace.budget = self.frame_rate.next(pass, pace.budget, was_used, milliseconds);
         }
     }
 
-    /// A recorded frame's time is known.
+    /// A recorded frame's time is known; 0 says that it is not.
     pub fn measured(&mut self, serial: u64, milliseconds: f64) {
         let Some(at) = self.under_way.iter().position(|frame| frame.serial == serial) else { return };
         let frame = self.under_way.drain(..=at).next_back().expect("it was found");
         self.milliseconds = milliseconds;
-        let samples = frame.pixel_samples as f64;
-        if samples < (frame.granted * TELLING_SHARE).max(1.0) {
+        if !tells(frame.pixel_samples, frame.granted) {
             return;
         }
+        self.blind = milliseconds <= 0.0;
+        if self.blind {
+            return;
+        }
+        let samples = frame.pixel_samples as f64;
         let cost = milliseconds.max(1e-3) / samples;
         let pace = &mut self.paces[frame.pass as usize];
         let mean = match pace.cost {
@@ -124,10 +149,15 @@ impl Pacer {
         pace.budget = (frame.target / mean).min(most).max(LEAST_BUDGET);
     }
 
-    /// What tracing took in the last frame that was measured.
+    /// What tracing took in the last frame that was measured; 0 where the driver does not tell.
     pub fn milliseconds(&self) -> f64 {
         self.milliseconds
     }
+}
+
+/// Whether a frame traced so much of what it was granted that its time says something of the cost.
+fn tells(pixel_samples: u64, granted: f64) -> bool {
+    pixel_samples as f64 >= (granted * TELLING_SHARE).max(1.0)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
 use godot::prelude::*;
@@ -25,6 +26,8 @@ const TIMED: &str = "lumivox";
 pub struct Settings {
     /// Multiplies the light.
     pub exposure: f64,
+    /// Radiance from everywhere besides that of the scene: what no exposure changes, before this one.
+    pub ambient: [f64; 3],
     /// Samples per pixel after which an image is done.
     pub target_samples: u32,
     /// Milliseconds of the GPU's time in a frame.
@@ -73,7 +76,9 @@ struct Eye {
     live: LiveView,
     pacer: Pacer,
     /// What was traced last: another one is a new image.
-    traced: Option<(Camera, u64, [u32; 2])>,
+    traced: Option<(Camera, u64, [u32; 2], [f64; 3])>,
+    /// When the last frame began, unless it was done then and the engine may have idled since.
+    began: Option<Instant>,
     read_backs: Vec<Receiver<Vec<u8>>>,
     lent: Lent,
     world: WorldKey,
@@ -131,6 +136,7 @@ pub fn draw(stage: i32, data: &Gd<RenderData>) {
     match drawn {
         Ok(Some(status)) => {
             shared.wants_frame |= !status.converged;
+            shared.awaits_feedback |= status.converged && status.awaits_feedback;
             shared.statuses.insert(target, status);
         }
         Ok(None) => {}
@@ -138,6 +144,29 @@ pub fn draw(stage: i32, data: &Gd<RenderData>) {
             shared.error = Some(error);
             shared.statuses.remove(&target);
         }
+    }
+}
+
+/// Waits for what comes back of the frames drawn, and learns whether their images are done after all: an engine that idles
+/// draws no more, and what comes back would never arrive. On the render thread.
+pub fn settle() {
+    let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
+    let Ok(mut renderer) = RENDERER.lock() else { return };
+    renderer.executor.finish(&mut device);
+    let mut statuses: HashMap<Rid, LiveStatus> = HashMap::new();
+    for ((target, _), eye) in &mut renderer.eyes {
+        eye.take_read_backs();
+        let status = eye.live.status();
+        let all = statuses.entry(*target).or_insert(status);
+        all.samples = all.samples.min(status.samples);
+        all.converged &= status.converged;
+    }
+    drop(renderer);
+    let mut shared = shared::lock();
+    for (target, live) in statuses {
+        let Some(status) = shared.statuses.get_mut(&target) else { continue };
+        (status.samples, status.converged, status.awaits_feedback) = (live.samples, live.converged, false);
+        shared.wants_frame |= !live.converged;
     }
 }
 
@@ -188,6 +217,7 @@ impl Renderer {
             };
             status.samples = status.samples.min(eye.samples);
             status.converged &= eye.converged;
+            status.awaits_feedback |= eye.awaits_feedback;
             status.pixel_samples += eye.pixel_samples;
             if let Some(eye) = self.eyes.get(&(buffers.get_render_target(), view)) {
                 status.milliseconds += eye.pacer.milliseconds();
@@ -409,7 +439,15 @@ impl World {
 
 impl Eye {
     fn new(live: LiveView, world: WorldKey) -> Self {
-        Self { live, pacer: Pacer::new(), traced: None, read_backs: vec![], lent: Lent::new(), world }
+        Self {
+            live,
+            pacer: Pacer::new(),
+            traced: None,
+            began: None,
+            read_backs: vec![],
+            lent: Lent::new(),
+            world,
+        }
     }
 
     /// Records as much of the picture as fits into the time that it has.
@@ -422,16 +460,22 @@ impl Eye {
         recording: &mut Recording,
     ) -> Result<Frame, RenderError> {
         let camera = host.camera();
-        let traced = Some((camera, world.version, self.live.film_size()));
+        // The cache's version and not the snapshot's: a light that reaches no volume starts nothing over.
+        let traced = Some((camera, world.cache.version(), self.live.film_size(), settings.ambient));
         let before = std::mem::replace(&mut self.traced, traced);
         let pass = if before == traced { Pass::Still } else { Pass::Moving };
         let milliseconds = settings.budget_milliseconds;
+        let now = Instant::now();
+        if let Some(before) = self.began {
+            self.pacer.interval((now - before).as_secs_f64() * 1e3);
+        }
         let budget = self.pacer.budget(pass, milliseconds);
         let host_frame = host.frame(self.lent, settings.write_depth, fog);
         let live_settings = host.live_settings(settings);
         let status =
             self.live.record_frame(&world.cache, &camera, &live_settings, &host_frame, budget, recording)?;
         host.draw_resolved_too(self.lent, recording);
+        self.began = (!status.converged).then_some(now);
         Ok(Frame { status, pass, budget, milliseconds })
     }
 
@@ -458,7 +502,10 @@ impl Eye {
                 false
             }
             Err(TryRecvError::Empty) => true,
-            Err(TryRecvError::Disconnected) => false,
+            Err(TryRecvError::Disconnected) => {
+                live.feedback(&[]);
+                false
+            }
         });
     }
 }

@@ -1,6 +1,6 @@
 //! The main thread's side: once per frame, worlds go to the render thread; and the singleton that scripts ask.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::{HashMap, HashSet};
 
 use godot::classes::{DisplayServer, RenderData, RenderingServer, Viewport};
@@ -20,6 +20,8 @@ thread_local! {
     /// The error that nodes show in the editor.
     static WARNED_OF: RefCell<Option<String>> = const { RefCell::new(None) };
     static CALLBACKS: RefCell<Option<Callbacks>> = const { RefCell::new(None) };
+    /// Whether a frame was drawn since the main loop last came by.
+    static DRAWN: Cell<bool> = const { Cell::new(false) };
 }
 
 /// How the volumes on screen are doing, for scripts.
@@ -32,8 +34,8 @@ pub struct Lumivox {
 #[godot_api]
 impl Lumivox {
     /// How far the image of [param viewport] is: [code]samples[/code] per pixel of [code]target[/code],
-    /// [code]converged[/code], [code]ms_per_frame[/code] (the GPU's time that tracing took in a recent frame) and
-    /// [code]pixel_samples[/code] traced in the last frame. Empty if it shows no volume, be it because its
+    /// [code]converged[/code], [code]ms_per_frame[/code] (the GPU's time that tracing took in a recent frame; 0
+    /// where the driver does not tell) and [code]pixel_samples[/code] traced in the last frame. Empty if it shows no volume, be it because its
     /// [LumivoxEffect] is disabled.
     #[func]
     pub fn get_status(&self, viewport: Gd<Viewport>) -> VarDictionary {
@@ -268,8 +270,9 @@ fn before_frame() {
 
 /// Tells what went wrong, and has an engine that idles draw again while an image is not done.
 fn after_frame() {
+    DRAWN.set(true);
+    request_wanted_frame();
     let mut shared = shared::lock();
-    let wants_frame = std::mem::take(&mut shared.wants_frame);
     let error = shared.error.clone();
     let news = shared.take_news();
     drop(shared);
@@ -281,6 +284,24 @@ fn after_frame() {
             volume.update_configuration_warnings();
         }
     }
+}
+
+/// Whether meshes moved the GPU alone knows, and what it tells comes with later frames. An engine that draws on demand
+/// may draw none: once a turn of the main loop has passed without one, the GPU is asked. Called once a turn.
+pub fn settle_if_idle() {
+    if DRAWN.replace(false) {
+        return;
+    }
+    let awaits_feedback = std::mem::take(&mut shared::lock().awaits_feedback);
+    if awaits_feedback {
+        on_render_thread(render::settle);
+    }
+    request_wanted_frame();
+}
+
+/// Has an engine that idles draw again while an image is not done.
+fn request_wanted_frame() {
+    let wants_frame = std::mem::take(&mut shared::lock().wants_frame);
     if wants_frame {
         let volumes = NODES.with_borrow_mut(Nodes::volumes);
         if let Some(volume) = volumes.first() {

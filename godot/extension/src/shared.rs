@@ -64,6 +64,8 @@ pub struct Status {
     pub target: u32,
     /// Whether it is.
     pub converged: bool,
+    /// Whether that may turn out to be wrong.
+    pub awaits_feedback: bool,
     /// Milliseconds of the GPU's time that tracing took in a recent frame.
     pub milliseconds: f64,
     /// Pixel samples traced in the last frame.
@@ -85,6 +87,8 @@ pub struct Shared {
     pub told: Option<String>,
     /// Whether an image is not done, and an engine that idles should draw again.
     pub wants_frame: bool,
+    /// Whether an engine that idles has to look what came back first.
+    pub awaits_feedback: bool,
 }
 
 impl Shared {

@@ -31,6 +31,8 @@ func _ready() -> void:
 	await disabled()
 	await freed_nodes()
 	await redraws()
+	await moved_mesh()
+	await exposures()
 	get_tree().quit()
 
 
@@ -289,6 +291,40 @@ func redraws() -> void:
 	OS.low_processor_usage_mode = false
 	tell("redraws", told)
 	await close(viewport)
+
+
+## A mesh moves once over a finished image of an engine that idles.
+func moved_mesh() -> void:
+	var viewport := show_case(all.mesh)
+	await converge(viewport)
+	OS.low_processor_usage_mode = true
+	var told := {"idle": await until_idle()}
+	LumivoxCase.change(viewport.get_child(0), all.mesh, all.moved_mesh)
+	told["rests again"] = await until_idle()
+	told["converged"] = Lumivox.is_converged(viewport)
+	save(viewport, "moved_mesh")
+	OS.low_processor_usage_mode = false
+	tell("moved_mesh", told)
+	await close(viewport)
+
+
+## Two cameras look at one world, each with an exposure of its own.
+func exposures() -> void:
+	var first := show_case(all.solid)
+	var second := LumivoxCase.empty_viewport(all.solid)
+	second.world_3d = first.find_world_3d()
+	var camera := LumivoxCase.camera(all.solid)
+	second.add_child(camera)
+	var multipliers := {first.get_camera_3d(): 0.5, camera: 3.0}
+	for exposed: Camera3D in multipliers:
+		exposed.attributes = CameraAttributesPractical.new()
+		exposed.attributes.exposure_multiplier = multipliers[exposed]
+	add_child(second)
+	tell("exposures", {"first": await converge(first), "second": await converge(second)})
+	save(first, "exposed_little")
+	save(second, "exposed_much")
+	await close(second)
+	await close(first)
 
 
 func until_idle() -> bool:

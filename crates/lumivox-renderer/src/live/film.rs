@@ -13,18 +13,21 @@ use crate::unfinished::Unfinished;
 /// Rows that are traced together: a workgroup's.
 pub(super) const GROUP_ROWS: u32 = 8;
 
-/// Pixels between the taps of the denoiser's passes; an even number of them, so that the last writes where the first
-/// read.
-const DENOISE_STEPS: [u32; 4] = [1, 2, 4, 8];
-
-/// Those of a film whose pixels are many times as large: it would blend a head with what is behind it.
-const COARSE_DENOISE_STEPS: [u32; 2] = [1, 2];
+/// Pixels between the taps of the denoiser's passes, for a film whose pixels are as large as so many of the finest along
+/// a side: of coarse ones they would blend a head with what is behind it.
+fn denoise_steps(factor: u32) -> &'static [u32] {
+    match factor {
+        1 => &[1, 2, 4, 8],
+        2 => &[1, 2],
+        _ => &[1],
+    }
+}
 
 #[derive(Debug)]
 pub(super) struct LiveFilm {
     pub film: ResourceId,
     pub limits: ResourceId,
-    unfinished: Unfinished,
+    pub unfinished: Unfinished,
     /// Pixels there is room for.
     pub capacity: u64,
     pub size: [u32; 2],
@@ -53,6 +56,7 @@ impl LiveFilm {
 
     pub fn clear(&mut self, recording: &mut Recording) {
         recording.push(Step::ClearBuffer { id: self.film });
+        self.unfinished.forget();
         self.stale = true;
     }
 
@@ -87,6 +91,11 @@ impl LiveFilm {
         self.record_shared(key, cache, [samples, limit, 1], rows, recording);
     }
 
+    /// Records that a count of the film comes back: whether every pixel has `samples`.
+    pub fn record_count(&self, samples: u32, recording: &mut Recording) {
+        self.unfinished.record_count(self.film, pixels(self.size), samples, recording);
+    }
+
     /// So many samples of every pixel at once, by as many invocations as may share it: what a film of few pixels needs
     /// to keep a large GPU busy.
     pub fn record_all(&mut self, key: Key, cache: &SceneCache, samples: u32, recording: &mut Recording) {
@@ -118,6 +127,7 @@ impl LiveFilm {
             row_begin,
             row_end,
             sharers,
+            ambient: key.ambient,
             ..frame::of(cache, &key.camera)
         };
         let mut resources = cache.path_trace_resources();
@@ -131,18 +141,24 @@ impl LiveFilm {
         }
     }
 
-    /// Denoises what changed. A pixel of the film is as large as `factor` of the finest along a side.
+    /// Denoises what changed. A pixel of the film is as large as `factor` of the finest along a side; of a coarse film,
+    /// pixels that outshine their neighbours are held back.
     pub fn record_denoise(&mut self, factor: u32, recording: &mut Recording) {
         if !std::mem::take(&mut self.stale) {
             return;
         }
         let bytes = self.capacity * bytes_per_pixel(false);
-        let [mut from, mut to] = *self
+        let [mut to, mut from] = *self
             .denoised
             .get_or_insert_with(|| [(); 2].map(|()| recording.create_buffer("denoised film", bytes)));
-        let params = |step| layout::DenoiseParams { film_size: self.size, step, padding: 0 };
+        // The last pass writes to the first buffer.
+        let steps = denoise_steps(factor);
+        if steps.len() % 2 == 0 {
+            std::mem::swap(&mut from, &mut to);
+        }
+        let params =
+            |step| layout::DenoiseParams { film_size: self.size, step, bounded: u32::from(factor > 1) };
         self.dispatch(Kernel::DenoisePrepare, &params(0), vec![self.film, self.limits, from], recording);
-        let steps: &[u32] = if factor > 2 { &COARSE_DENOISE_STEPS } else { &DENOISE_STEPS };
         for &step in steps {
             self.dispatch(Kernel::DenoiseWavelet, &params(step), vec![from, to], recording);
             std::mem::swap(&mut from, &mut to);

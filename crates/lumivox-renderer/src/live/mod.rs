@@ -2,7 +2,8 @@
 //!
 //! Two films make the picture. The fine one converges while nothing moves. When the camera or the scene changes and the
 //! budget does not buy a fine image at once, a coarse one answers in the same frame, is shown alone until every fine
-//! pixel has a sample, and fades out as more come in. Where only the engine's depth changes, because a mesh moved, the
+//! pixel has a sample, and fades out as more come in. What is shown of it is denoised and without outliers; while the fine
+//! one takes long it gets more samples, and gives way to one of half its grain. Where only the engine's depth changes, because a mesh moved, the
 //! pixels concerned start over and no others: every pixel counts its own samples, so a finished live film is the film of
 //! a [`View`](crate::View), sample by sample.
 
@@ -31,8 +32,11 @@ const LEAST_COARSE_SAMPLES: u64 = 2;
 /// A first fine image that is done in so many frames needs no better coarse one until then.
 const SOON_FRAMES: f64 = 4.0;
 
-/// Samples that a coarse pixel gets at most while the first fine image takes longer.
-const MOST_COARSE_SAMPLES: u32 = 16;
+/// Samples that a coarse pixel gets at most while the first fine image takes longer, before a finer film follows. They
+/// are a quarter of a fine pass.
+fn most_coarse_samples(factor: u32) -> u32 {
+    (factor * factor / 4).max(LEAST_COARSE_SAMPLES as u32)
+}
 
 /// What a live view shows, besides scene and camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,12 +49,15 @@ pub struct LiveSettings {
     pub target_samples: u32,
     /// Multiplies the light.
     pub exposure: f64,
+    /// Linear RGB radiance from everywhere besides the scene's environment, as the volumes receive it: for light that
+    /// differs from view to view, such as what a host shows equally bright at any exposure.
+    pub ambient: [f64; 3],
     /// Chooses the random numbers.
     pub seed: u32,
     /// Bounces before Russian roulette may end a path.
     pub roulette_start: u32,
-    /// Whether noise is filtered out of what is shown. Biased while samples are few, 256 at most; the
-    /// film itself never is.
+    /// Whether noise is filtered out of what is shown, and not only while that is coarse. Biased while samples are few,
+    /// 256 at most; the film itself never is.
     pub denoise: bool,
 }
 
@@ -62,6 +69,7 @@ impl LiveSettings {
             resolution_scale: 1.0,
             target_samples: 512,
             exposure: 1.0,
+            ambient: [0.0; 3],
             seed: 0,
             roulette_start: 4,
             denoise: false,
@@ -107,10 +115,16 @@ pub struct HostFrame {
 pub struct LiveStatus {
     /// Samples that every pixel has.
     pub samples: u32,
-    /// Whether there is nothing more to trace unless something changes.
+    /// Whether there is nothing more to trace unless something changes, as far as is known.
     pub converged: bool,
-    /// Pixel samples that this frame traces.
+    /// Whether the host's depth may have changed in a frame whose read-back was not handed to
+    /// [`LiveView::feedback`] yet. A host that draws on demand must not rest before it did that and asked
+    /// [`LiveView::status`] again: nobody but the GPU knows which pixels started over.
+    pub awaits_feedback: bool,
+    /// Pixel samples that the last frame traces.
     pub pixel_samples: u64,
+    /// Pixels that lack samples and will not get them: the driver ended their paths before their time.
+    pub lost_pixels: u32,
 }
 
 /// One view of an engine: a camera of a viewport, an eye of a headset. None knows of another.
@@ -118,6 +132,9 @@ pub struct LiveStatus {
 pub struct LiveView {
     fine: LiveFilm,
     coarse: Option<LiveFilm>,
+    /// Half as coarse, and hidden until it is whole; its next row while it is filled.
+    finer: Option<LiveFilm>,
+    finer_row: Option<u32>,
     restarts: ResourceId,
     key: Option<Key>,
     /// Fine pixels along a side of a coarse one; 1 while no coarse film is shown.
@@ -136,6 +153,34 @@ pub struct LiveView {
     restarted_in_pass: bool,
     /// Pixels that lack samples, as far as is known: what a pass costs.
     open_pixels: u64,
+    /// Read-backs that have not come.
+    awaited: u32,
+    /// What the counts of the fine film say once it should be whole.
+    count: CountOfWhole,
+    /// Of the last frame: the samples after which it is done, and those that it traces.
+    target_samples: u32,
+    pixel_samples: u64,
+}
+
+/// Where the count of a film that should be whole is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct CountOfWhole {
+    /// One is on its way.
+    under_way: bool,
+    /// So many on their way are of another image.
+    outdated: u32,
+    /// The last one found nothing missing.
+    confirmed: bool,
+    /// Pixels that will not get what they lack.
+    lost: u32,
+}
+
+impl CountOfWhole {
+    /// The film is not what it was.
+    fn forget(&mut self) {
+        let outdated = self.outdated + u32::from(self.under_way);
+        *self = Self { outdated, ..Default::default() };
+    }
 }
 
 /// What a film shows; another key, another image.
@@ -143,6 +188,7 @@ pub struct LiveView {
 struct Key {
     camera: Camera,
     scene_version: u64,
+    ambient: [f32; 3],
     seed: u32,
     roulette_start: u32,
     /// Whether the host's surfaces end rays.
@@ -166,6 +212,8 @@ impl LiveView {
         Ok(Self {
             fine: LiveFilm::new(settings.film_size(), cache, recording)?,
             coarse: None,
+            finer: None,
+            finer_row: None,
             restarts: recording.create_buffer("restarts", 16),
             key: None,
             factor: 1,
@@ -177,6 +225,10 @@ impl LiveView {
             covered: false,
             restarted_in_pass: false,
             open_pixels: 0,
+            awaited: 0,
+            count: CountOfWhole::default(),
+            target_samples: settings.target_samples,
+            pixel_samples: 0,
         })
     }
 
@@ -184,7 +236,8 @@ impl LiveView {
     /// over the host's. Starts over if the camera or the scene changed, and makes new films if the size did.
     ///
     /// The recording holds a [`Step::ReadBuffer`] whenever the host's depth is given; its bytes go to
-    /// [`feedback`](Self::feedback) as soon as they are there, frames later if the host likes.
+    /// [`feedback`](Self::feedback) as soon as they are there, frames later if the host likes, but before it
+    /// [rests](LiveStatus::awaits_feedback).
     ///
     /// # Errors
     /// [`RenderError`] when the image has no pixel, the film is larger than the device binds or the camera sees
@@ -214,6 +267,7 @@ impl LiveView {
         let key = Key {
             camera: *camera,
             scene_version: cache.version(),
+            ambient: settings.ambient.map(|c| if c.is_finite() { c.max(0.0) as f32 } else { 0.0 }),
             seed: settings.seed,
             roulette_start: settings.roulette_start,
             has_depth: host.depth.is_some(),
@@ -222,30 +276,57 @@ impl LiveView {
         if restarted {
             self.restart(budget, cache, recording)?;
             self.key = Some(key);
+        } else {
+            self.begin_finer(budget, cache, recording)?;
         }
         self.record_host_depth(host, restarted, recording);
         let coarse_only = restarted && self.factor > 1;
-        let pixel_samples = if coarse_only {
+        self.pixel_samples = if coarse_only {
             self.record_coarse(key, cache, budget, recording)
         } else {
             self.record_fine(key, cache, settings.target_samples, budget, recording)
         };
         self.record_denoise(settings, recording);
         self.record_composite(settings, host, camera, cache, recording);
-        Ok(LiveStatus {
-            samples: self.complete.min(settings.target_samples),
-            converged: self.complete >= settings.target_samples,
-            pixel_samples,
-        })
+        self.target_samples = settings.target_samples;
+        Ok(self.status())
     }
 
-    /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there.
+    /// How far it is by what is known now.
+    pub fn status(&self) -> LiveStatus {
+        LiveStatus {
+            samples: self.complete.min(self.target_samples),
+            converged: self.complete >= self.target_samples && self.is_confirmed(),
+            awaits_feedback: self.awaited > 0,
+            pixel_samples: self.pixel_samples,
+            lost_pixels: self.count.lost,
+        }
+    }
+
+    /// Whether the fine film, where it should be whole, is, as far as anyone can know. Where paths may be put aside only
+    /// its count tells.
+    fn is_confirmed(&self) -> bool {
+        let unfinished = &self.fine.unfinished;
+        self.count.confirmed || (!unfinished.has_to_be_counted() && unfinished.missing() == 0)
+    }
+
+    /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there, or a count of
+    /// the film. None, if it got lost.
     pub fn feedback(&mut self, bytes: &[u8]) {
+        self.awaited = self.awaited.saturating_sub(1);
+        if bytes.is_empty() {
+            self.count.forget();
+            self.count.outdated = 0;
+        } else if bytes.len() == size_of::<layout::FilmCount>() {
+            self.take_count(bytes);
+            return;
+        }
         let count = bytes.first_chunk().map_or(0, |b| u32::from_le_bytes(*b));
         if count == 0 {
             return;
         }
         // Only those cost anything from here on, unless others are still missing.
+        self.count.forget();
         let open = if self.complete > 0 { 0 } else { self.open_pixels };
         self.open_pixels = (open + u64::from(count)).min(pixels(self.fine.size));
         if self.next_row == 0 {
@@ -253,6 +334,44 @@ impl LiveView {
         } else {
             self.restarted_in_pass = true;
         }
+    }
+
+    fn take_count(&mut self, bytes: &[u8]) {
+        if self.count.outdated > 0 {
+            self.count.outdated -= 1;
+            return;
+        }
+        self.count.under_way = false;
+        match self.fine.unfinished.counted(bytes) {
+            Ok(_) => self.count.confirmed = self.fine.unfinished.missing() == 0,
+            Err(RenderError::SamplesLost { pixels }) => {
+                (self.count.confirmed, self.count.lost) = (true, pixels);
+            }
+            Err(_) => {}
+        }
+    }
+
+    /// Has a fine film that should be whole counted, and what was found missing traced. Returns how many samples.
+    fn record_confirmation(
+        &mut self,
+        key: Key,
+        cache: &SceneCache,
+        target: u32,
+        recording: &mut Recording,
+    ) -> u64 {
+        if self.count.confirmed || self.count.under_way {
+            return 0;
+        }
+        let mut recorded = 0;
+        if self.fine.unfinished.is_missing_some() {
+            recorded = u64::from(self.fine.unfinished.missing());
+            let rows = [0, self.fine.padded_height()];
+            self.fine.record_samples(key, cache, target, target, rows, recording);
+        }
+        self.fine.record_count(target, recording);
+        self.count.under_way = true;
+        self.awaited += 1;
+        recorded
     }
 
     /// Begins an empty image, as coarse as the budget demands.
@@ -294,20 +413,65 @@ impl LiveView {
         (self.complete, self.pass_samples, self.next_row) = (0, 0, 0);
         (self.covered, self.restarted_in_pass) = (false, false);
         self.open_pixels = pixels(size);
+        self.finer_row = None;
+        self.count.forget();
         Ok(())
     }
 
-    fn drop_coarse(&mut self, recording: &mut Recording) {
-        if let Some(coarse) = self.coarse.take() {
-            coarse.free(recording);
+    /// Begins a film of half the coarse one's grain, if that has enough samples and the fine one is far.
+    fn begin_finer(
+        &mut self,
+        budget: u64,
+        cache: &SceneCache,
+        recording: &mut Recording,
+    ) -> Result<(), RenderError> {
+        let has_enough = self.coarse_complete >= most_coarse_samples(self.factor);
+        if self.factor <= 2 || self.finer_row.is_some() || !has_enough || !self.fine_is_far(budget) {
+            return Ok(());
         }
+        let size = self.fine.size.map(|n| n.div_ceil(self.factor / 2));
+        if self.finer.as_ref().is_none_or(|film| film.capacity < pixels(size)) {
+            let film = LiveFilm::new(size, cache, recording)?;
+            if let Some(small) = self.finer.replace(film) {
+                small.free(recording);
+            }
+        }
+        if let Some(finer) = &mut self.finer {
+            finer.size = size;
+            finer.clear(recording);
+            // Of an image before, when there may have been depth.
+            recording.push(Step::ClearBuffer { id: finer.limits });
+            self.finer_row = Some(0);
+        }
+        Ok(())
+    }
+
+    /// Pixels that lack samples in a row of the fine film, about: those where none are missing cost next to nothing.
+    fn open_pixels_per_row(&self) -> f64 {
+        self.open_pixels.clamp(1, pixels(self.fine.size)) as f64 / f64::from(self.fine.padded_height())
+    }
+
+    /// Whether the first fine image takes so long that the coarse one is to get better until then.
+    fn fine_is_far(&self, budget: u64) -> bool {
+        let rows_left = self.fine.padded_height() - self.next_row;
+        self.factor > 1
+            && !self.covered
+            && self.open_pixels_per_row() * f64::from(rows_left) > SOON_FRAMES * budget as f64
+    }
+
+    fn drop_coarse(&mut self, recording: &mut Recording) {
+        for film in [self.coarse.take(), self.finer.take()].into_iter().flatten() {
+            film.free(recording);
+        }
+        self.finer_row = None;
         self.factor = 1;
     }
 
     /// The films that samples go into.
     fn live_films(&mut self) -> impl Iterator<Item = &mut LiveFilm> {
         let coarse = self.coarse.as_mut().filter(|_| self.factor > 1);
-        [Some(&mut self.fine), coarse].into_iter().flatten()
+        let finer = self.finer.as_mut().filter(|_| self.finer_row.is_some());
+        [Some(&mut self.fine), coarse, finer].into_iter().flatten()
     }
 
     /// The coarse film, while samples go into it.
@@ -334,6 +498,7 @@ impl LiveView {
             film.record_host_depth(&depth, restarts, recording);
         }
         recording.push(Step::ReadBuffer { id: self.restarts, range: 0..4 });
+        self.awaited += 1;
     }
 
     /// All of the coarse film, as often as the budget allows.
@@ -356,21 +521,42 @@ impl LiveView {
         recording: &mut Recording,
     ) -> u64 {
         let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) else { return 0 };
-        if self.coarse_complete >= MOST_COARSE_SAMPLES {
-            return 0;
+        let most = most_coarse_samples(self.factor);
+        if self.coarse_complete >= most {
+            return self.record_finer(key, cache, budget, recording);
         }
         let height = coarse.padded_height();
         let row = pixels(coarse.size) as f64 / f64::from(height);
         let rows = (budget as f64 / row) as u32 / GROUP_ROWS * GROUP_ROWS;
         let rows = rows.clamp(GROUP_ROWS, height - self.coarse_row);
         let band = [self.coarse_row, self.coarse_row + rows];
-        coarse.record_samples(key, cache, 1, MOST_COARSE_SAMPLES, band, recording);
+        coarse.record_samples(key, cache, 1, most, band, recording);
         coarse.stale = true;
         self.coarse_row += rows;
         if self.coarse_row == height {
             (self.coarse_row, self.coarse_complete) = (0, self.coarse_complete + 1);
         }
         (row * f64::from(rows)) as u64
+    }
+
+    /// Rows of the film that follows the coarse one, which it replaces with its last; returns how many samples.
+    fn record_finer(&mut self, key: Key, cache: &SceneCache, budget: u64, recording: &mut Recording) -> u64 {
+        let (Some(finer), Some(begin)) = (&mut self.finer, self.finer_row) else { return 0 };
+        let samples = LEAST_COARSE_SAMPLES as u32;
+        let height = finer.padded_height();
+        let row = (pixels(finer.size) * LEAST_COARSE_SAMPLES) as f64 / f64::from(height);
+        let rows = (budget as f64 / row) as u32 / GROUP_ROWS * GROUP_ROWS;
+        let end = begin + rows.clamp(GROUP_ROWS, height - begin);
+        finer.record_samples(key, cache, samples, samples, [begin, end], recording);
+        self.finer_row = Some(end).filter(|&end| end < height);
+        if self.finer_row.is_none() {
+            // What started over on the way is no hole.
+            finer.record_samples(key, cache, samples, samples, [0, height], recording);
+            std::mem::swap(&mut self.finer, &mut self.coarse);
+            self.factor /= 2;
+            (self.coarse_complete, self.coarse_row) = (samples, 0);
+        }
+        (row * f64::from(end - begin)) as u64
     }
 
     /// Rows of the fine film, as many as the budget allows.
@@ -382,9 +568,8 @@ impl LiveView {
         budget: u64,
         recording: &mut Recording,
     ) -> u64 {
-        let (area, height) = (pixels(self.fine.size), self.fine.padded_height());
-        // Pixels where nothing is missing cost next to nothing.
-        let row = self.open_pixels.clamp(1, area) as f64 / f64::from(height);
+        let height = self.fine.padded_height();
+        let row = self.open_pixels_per_row();
         let mut recorded = 0.0;
         // What started over in this very frame must not be a hole in the picture. Other pixels only look, and return.
         let samples = FIRST_AID.min(target);
@@ -392,11 +577,12 @@ impl LiveView {
             self.fine.record_samples(key, cache, samples, samples, [0, height], recording);
         } else if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
             let rows = [0, coarse.padded_height()];
+            // No more than all have: the others are not to get theirs here.
+            let samples = samples.min(self.coarse_complete.max(1));
             coarse.record_samples(key, cache, samples, samples, rows, recording);
             coarse.stale = true;
-            let rows_left = height - self.next_row;
-            if row * f64::from(rows_left) > SOON_FRAMES * budget as f64 {
-                recorded = self.record_more_coarse(key, cache, budget / 2, recording) as f64;
+            if self.fine_is_far(budget) {
+                recorded = self.record_more_coarse(key, cache, budget, recording) as f64;
             }
         }
         let budget = budget as f64;
@@ -417,11 +603,13 @@ impl LiveView {
             let rows = rows.max(GROUP_ROWS);
             let band = [self.next_row, self.next_row + rows];
             self.fine.record_samples(key, cache, self.pass_samples, target, band, recording);
+            self.count.forget();
             recorded += row * f64::from(rows) * f64::from(self.pass_samples);
             self.next_row += rows;
             if self.next_row == height {
                 self.next_row = 0;
                 self.covered = true;
+                self.finer_row = None;
                 self.complete = if self.restarted_in_pass { 0 } else { self.complete + self.pass_samples };
                 self.restarted_in_pass = false;
             }
@@ -429,24 +617,24 @@ impl LiveView {
                 break;
             }
         }
+        let missing = match self.complete >= target {
+            true => self.record_confirmation(key, cache, target, recording),
+            false => 0,
+        };
         // A finished picture must not depend on what was shown before it.
         if self.complete >= FINE_ALONE.min(target) {
             self.factor = 1;
         }
-        self.fine.stale |= recorded > 0.0;
-        recorded.round() as u64
+        self.fine.stale |= recorded > 0.0 || missing > 0;
+        recorded.round() as u64 + missing
     }
 
-    /// The denoiser's pixels of every film that is shown, made anew where samples or the switch changed.
+    /// The denoiser's pixels of every film that is shown, made anew where samples or the switch changed. A coarse film has
+    /// them always: it is never the last word.
     fn record_denoise(&mut self, settings: &LiveSettings, recording: &mut Recording) {
         if !settings.denoise {
             self.fine.drop_denoised(recording);
-            if let Some(coarse) = &mut self.coarse {
-                coarse.drop_denoised(recording);
-            }
-            return;
-        }
-        if self.shows_fine() {
+        } else if self.shows_fine() {
             self.fine.record_denoise(1, recording);
         }
         if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
@@ -481,6 +669,7 @@ impl LiveView {
             clear: host.depth.map_or(0.0, |h| h.clear as f32),
             has_host_depth: u32::from(host.depth.is_some()),
             denoised: u32::from(settings.denoise),
+            coarse_alone: u32::from(self.factor > 1 && !self.shows_fine()),
             ..Default::default()
         };
         if let Some(fog) = &host.fog {
@@ -504,6 +693,13 @@ impl LiveView {
     /// Records that the fine film comes back, for [`Film::insert`](crate::Film::insert).
     pub fn record_read_film(&self, recording: &mut Recording) {
         self.fine.record_read(recording);
+    }
+
+    /// The same of the coarse film, while there is one; returns its pixels across and down.
+    pub fn record_read_coarse_film(&self, recording: &mut Recording) -> Option<[u32; 2]> {
+        let coarse = self.live_coarse()?;
+        coarse.record_read(recording);
+        Some(coarse.size)
     }
 
     /// Pixels of the fine film.

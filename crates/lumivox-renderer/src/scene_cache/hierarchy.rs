@@ -33,6 +33,11 @@ impl Bounds {
         Self { low: low - slack, high: high + slack }
     }
 
+    /// From a point to the nearest in it; 0 inside.
+    pub fn distance(&self, point: DVec3) -> f64 {
+        point.distance(point.clamp(self.low, self.high))
+    }
+
     fn around(list: impl Iterator<Item = Self>) -> Self {
         let nothing = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
         list.fold(nothing, |a, b| Self { low: a.low.min(b.low), high: a.high.max(b.high) })

@@ -5,6 +5,7 @@ use lumivox_core::light::MIN_LIGHT_DISTANCE;
 use lumivox_core::{Lamp, Light, LightKind};
 use lumivox_shaders::{constants, layout};
 
+use super::hierarchy::Bounds;
 use super::{Placed, check_binding};
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step};
@@ -19,14 +20,29 @@ pub(super) struct CachedLights {
     pub buffer: Option<ResourceId>,
 }
 
-/// The lights that reach a volume, every number in its documented range.
+/// The lights that reach a volume, every number in its documented range. The others are not there: whatever they do, no
+/// image changes, and no collision asks them.
 pub(crate) fn effective(lights: &[Light], placed: &[Placed<'_>]) -> Vec<Light> {
-    let layers = placed.iter().fold(0, |layers, p| layers | p.instance.layers);
+    let volumes: Vec<(u32, Bounds)> =
+        placed.iter().map(|p| (p.instance.layers, Bounds::of(p.instance, DVec3::ZERO))).collect();
     lights
         .iter()
         .filter_map(|light| light.sanitized())
-        .filter(|light| light.layers & layers != 0 && color(light) != [0.0; 3])
+        .filter(|light| color(light) != [0.0; 3])
+        .filter(|light| {
+            volumes.iter().any(|(layers, bounds)| light.layers & layers != 0 && reaches(&light.kind, bounds))
+        })
         .collect()
+}
+
+/// Whether light falls into a box at all: a lamp's ends at its range.
+fn reaches(kind: &LightKind, bounds: &Bounds) -> bool {
+    match kind {
+        LightKind::Directional { .. } => true,
+        LightKind::Point(lamp) | LightKind::Spot { lamp, .. } => {
+            bounds.distance(lamp.position) < lamp.falloff.range
+        }
+    }
 }
 
 /// Whether the device binds that many lights.

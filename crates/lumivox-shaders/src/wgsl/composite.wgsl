@@ -1,7 +1,7 @@
 // A live film over the host's own image: `light + (1 - alpha) * host`, by premultiplied blending.
 //
 // Two films make the picture. A coarse one answers at once while something moves; a fine one takes over as its samples
-// come in. Both may be smaller than the target: taps that lie behind another surface of the host do not leak over its
+// come in. The coarse one is always denoised, and interpolated by a spline, whose slopes have no breaks. Both may be smaller than the target: taps that lie behind another surface of the host do not leak over its
 // edges, in the manner of joint bilateral upsampling (Kopf et al., SIGGRAPH 2007).
 
 struct CompositeParams {
@@ -31,7 +31,9 @@ struct CompositeParams {
     // World y of a point in the camera's frame: (x, y, z) * point + w.
     world_height: vec4f,
     fog_height: vec2f,
-    more_padding: vec2u,
+    // Whether the first film is the coarse one, and there is no other yet.
+    coarse_alone: u32,
+    more_padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: CompositeParams;
@@ -46,6 +48,9 @@ struct CompositeParams {
 const DENOISED_UNTIL: f32 = 256.0;
 // Samples of a fine pixel that weigh as much as the coarse film at the beginning.
 const COARSE_WEIGHT: f32 = 8.0;
+// Samples of a fine pixel up to which it does not outshine the coarse film, and how many times at first.
+const BOUNDED_UNTIL: f32 = 8.0;
+const BRIGHTEST_OVER_COARSE: f32 = 4.0;
 
 @vertex
 fn fullscreen(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
@@ -57,9 +62,15 @@ fn fullscreen(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
 struct Estimate {
     light: vec3f,
     alpha: f32,
-    // View depth of what is seen, where alpha is not 0.
+    // View depth of what is seen, where a sample has hit; the share of those that have.
     depth: f32,
+    hits: f32,
     samples: f32,
+}
+
+// The first film may be the coarse one, the second always is.
+fn is_coarse(second: bool) -> bool {
+    return second || params.coarse_alone != 0u;
 }
 
 fn film_pixel(coarse: bool, at: vec2u) -> Estimate {
@@ -82,8 +93,9 @@ fn film_pixel(coarse: bool, at: vec2u) -> Estimate {
     }
     e.light = sum.rgb / e.samples;
     e.alpha = sum.a / e.samples;
+    e.hits = e.alpha;
     e.depth = moments.x / max(sum.a, 1.0);
-    if (params.denoised != 0u && e.samples < DENOISED_UNTIL) {
+    if (is_coarse(coarse) || (params.denoised != 0u && e.samples < DENOISED_UNTIL)) {
         var filtered: vec4f;
         var filtered_samples: f32;
         if (coarse) {
@@ -95,7 +107,7 @@ fn film_pixel(coarse: bool, at: vec2u) -> Estimate {
         }
         // What started over since it was filtered is another surface's.
         if (e.samples >= filtered_samples) {
-            let kept = e.samples / DENOISED_UNTIL;
+            let kept = select(e.samples / DENOISED_UNTIL, 0.0, is_coarse(coarse));
             e.light = mix(filtered.rgb, e.light, kept);
             e.alpha = mix(filtered.a, e.alpha, kept);
         }
@@ -117,32 +129,40 @@ fn film_at(coarse: bool, uv: vec2f, limit: f32) -> Estimate {
     if (all(vec2f(size) == params.target_size)) {
         return film_pixel(coarse, vec2u(clamp(vec2i(uv * params.target_size), vec2i(0), last)));
     }
-    let q = uv * vec2f(size) - 0.5;
-    let base = vec2i(floor(q));
+    // Weights of two or three pixels along each axis: linear, or the quadratic B-spline's.
+    let smooth_taps = is_coarse(coarse);
+    let q = uv * vec2f(size) - select(0.5, 0.0, smooth_taps);
     let f = q - floor(q);
+    let taps = select(2, 3, smooth_taps);
+    let base = vec2i(floor(q)) - select(0, 1, smooth_taps);
+    var along_x = vec3f(1.0 - f.x, f.x, 0.0);
+    var along_y = vec3f(1.0 - f.y, f.y, 0.0);
+    if (smooth_taps) {
+        along_x = vec3f(0.5 * (1.0 - f.x) * (1.0 - f.x), 0.75 - (f.x - 0.5) * (f.x - 0.5), 0.5 * f.x * f.x);
+        along_y = vec3f(0.5 * (1.0 - f.y) * (1.0 - f.y), 0.75 - (f.y - 0.5) * (f.y - 0.5), 0.5 * f.y * f.y);
+    }
     var mean: Estimate;
     var weights = 0.0;
-    var hits = 0.0;
-    for (var i = 0; i < 4; i++) {
-        let corner = vec2i(i & 1, i >> 1u);
-        let at = vec2u(clamp(base + corner, vec2i(0), last));
+    for (var i = 0; i < taps * taps; i++) {
+        let tap = vec2i(i % taps, i / taps);
+        let at = vec2u(clamp(base + tap, vec2i(0), last));
         let e = film_pixel(coarse, at);
         if (e.samples > 0.0) {
-            let bilinear = select(1.0 - f, f, corner == vec2i(1));
-            let w = (bilinear.x * bilinear.y + 1e-4) * likeness(film_limit(coarse, at), limit);
+            let w = (along_x[tap.x] * along_y[tap.y] + 1e-4) * likeness(film_limit(coarse, at), limit);
             mean.light += w * e.light;
             mean.alpha += w * e.alpha;
-            mean.depth += w * e.alpha * e.depth;
+            mean.depth += w * e.hits * e.depth;
             mean.samples += w * e.samples;
+            mean.hits += w * e.hits;
             weights += w;
-            hits += w * e.alpha;
         }
     }
     if (weights > 0.0) {
         mean.light /= weights;
         mean.alpha /= weights;
         mean.samples /= weights;
-        mean.depth /= max(hits, 1e-9);
+        mean.depth /= max(mean.hits, 1e-9);
+        mean.hits /= weights;
     }
     return mean;
 }
@@ -158,9 +178,14 @@ fn picture(uv: vec2f, limit: f32) -> Estimate {
     }
     let fade = 1.0 - fine.samples / f32(FINE_ALONE);
     let w = fine.samples / (fine.samples + COARSE_WEIGHT * fade);
-    let hits = mix(coarse.alpha, fine.alpha, w);
-    fine.depth = mix(coarse.alpha * coarse.depth, fine.alpha * fine.depth, w) / max(hits, 1e-9);
+    fine.depth = mix(coarse.hits * coarse.depth, fine.hits * fine.depth, w)
+        / max(mix(coarse.hits, fine.hits, w), 1e-9);
+    let few = 1.0 - fine.samples / BOUNDED_UNTIL;
+    if (few > 0.0) {
+        let most = BRIGHTEST_OVER_COARSE / few * luminance(coarse.light);
+        fine.light *= min(most / max(luminance(fine.light), 1e-30), 1.0);
+    }
     fine.light = mix(coarse.light, fine.light, w);
-    fine.alpha = hits;
+    fine.alpha = mix(coarse.alpha, fine.alpha, w);
     return fine;
 }

@@ -9,7 +9,7 @@ fn composite_depth(@builtin(position) position: vec4f) -> @builtin(frag_depth) f
     let last = vec2i(params.fine_size) - 1;
     let at = vec2u(clamp(vec2i(uv * vec2f(params.fine_size)), vec2i(0), last));
     let e = picture(uv, film_limit(false, at));
-    if (e.alpha < LEAST_ALPHA) {
+    if (e.alpha < LEAST_ALPHA || e.depth <= 0.0) {
         discard;
     }
     let map = params.ndc_from_view_depth;

@@ -31,6 +31,25 @@ fn moments(at: vec2i) -> Moments {
     return m;
 }
 
+// The third largest luminance of a neighbourhood. Of a coarse film no pixel is shown brighter: one bright path among a
+// few is a square that flashes, and a highlight of fewer pixels comes with the fine film.
+fn bound_of(at: vec2i) -> f32 {
+    if (params.bounded == 0u) {
+        return 1e30;
+    }
+    var first = 0.0;
+    var second = 0.0;
+    var third = 0.0;
+    for (var i = 0; i < 25; i++) {
+        let m = moments(at + vec2i(i % 5, i / 5) - 2);
+        let l = luminance(m.light.rgb);
+        third = max(third, min(second, l));
+        second = max(second, min(first, l));
+        first = max(first, l);
+    }
+    return third;
+}
+
 @compute @workgroup_size(8, 8)
 fn denoise_prepare(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= params.film_size)) {
@@ -39,6 +58,7 @@ fn denoise_prepare(@builtin(global_invocation_id) id: vec3u) {
     let centre = moments(vec2i(id.xy));
     // Few samples say little of their own variance, and none at all where all of them missed a rare bright event:
     // neighbours see the same kind of light (Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017).
+    let bound = bound_of(vec2i(id.xy));
     var sum = 0.0;
     var squares = 0.0;
     var within = 0.0;
@@ -47,13 +67,13 @@ fn denoise_prepare(@builtin(global_invocation_id) id: vec3u) {
     for (var i = 0; i < 25; i++) {
         let m = moments(vec2i(id.xy) + vec2i(i % 5, i / 5) - 2);
         if (m.samples > 0.0) {
-            let l = luminance(m.light.rgb);
+            let l = min(luminance(m.light.rgb), bound);
             sum += l;
             squares += l * l;
             taps += 1.0;
         }
         if (m.variance >= 0.0) {
-            within += m.variance;
+            within += min(m.variance, bound * bound);
             known += 1.0;
         }
     }
@@ -61,10 +81,11 @@ fn denoise_prepare(@builtin(global_invocation_id) id: vec3u) {
     let between = max(squares / max(taps, 1.0) - mean * mean, 0.0);
     let around = select(between, within / max(known, 1.0), known > 0.0);
     let trust = clamp((centre.samples - 1.0) / (TRUSTED_SAMPLES - 1.0), 0.0, 1.0);
-    let variance = mix(max(around, select(0.0, between, centre.samples < 4.0)), max(centre.variance, 0.5 * around), trust);
+    let variance = mix(max(around, select(0.0, between, centre.samples < 4.0)), max(min(centre.variance, bound * bound), 0.5 * around), trust);
 
     let index = id.y * params.film_size.x + id.x;
-    pixels[index] = centre.light;
+    let scale = min(bound / max(luminance(centre.light.rgb), 1e-30), 1.0);
+    pixels[index] = vec4f(centre.light.rgb * scale, centre.light.a);
     pixels[params.film_size.x * params.film_size.y + index] =
         vec4f(variance, ray_limits[index], centre.samples, 0.0);
 }

@@ -7,9 +7,10 @@
 @group(0) @binding(1) var<storage, read> before: array<vec4f>;
 @group(0) @binding(2) var<storage, read_write> pixels: array<vec4f>;
 
-// Standard deviations of noise that pass for the same light.
-const LUMINANCE_DEVIATIONS: f32 = 4.0;
-const ALPHA_DEVIATIONS: f32 = 4.0;
+// Standard deviations of noise that pass for the same light, and the same alpha. Of a coarse film, whose variance is
+// mostly that of what its pixels show, fewer.
+const DEVIATIONS: f32 = 4.0;
+const COARSE_DEVIATIONS: f32 = 2.0;
 
 fn load(at: vec2u) -> Pixel {
     let index = at.y * params.film_size.x + at.x;
@@ -30,10 +31,11 @@ fn denoise_wavelet(@builtin(global_invocation_id) id: vec3u) {
     }
     let centre = load(id.xy);
     let brightness = luminance(centre.light);
-    let light_noise = LUMINANCE_DEVIATIONS * sqrt(centre.variance) + 1e-6;
+    let deviations = select(DEVIATIONS, COARSE_DEVIATIONS, params.bounded != 0u);
+    let light_noise = deviations * sqrt(centre.variance) + 1e-6;
     // The variance of a fraction, with a hit and a miss more than there were (Agresti and Coull 1998): never 0.
     let a = (centre.alpha * centre.samples + 1.0) / (centre.samples + 2.0);
-    let alpha_noise = ALPHA_DEVIATIONS * sqrt(a * (1.0 - a) / (centre.samples + 2.0));
+    let alpha_noise = deviations * sqrt(a * (1.0 - a) / (centre.samples + 2.0));
 
     var light = vec4f(0.0);
     var variance = 0.0;

@@ -1,4 +1,4 @@
-// Light from afar: an equirectangular map. Expects `environment_map` and `frame`.
+// Light from afar: an equirectangular map, and one colour besides. Expects `environment_map` and `frame`.
 
 fn environment_uv(direction: vec3f) -> vec2f {
     let r = frame.environment_rotation;
@@ -21,5 +21,5 @@ fn environment_radiance(direction: vec3f) -> vec3f {
     let f = p - floor(p);
     let top = mix(environment_texel(i.x, i.y), environment_texel(i.x + 1, i.y), f.x);
     let bottom = mix(environment_texel(i.x, i.y + 1), environment_texel(i.x + 1, i.y + 1), f.x);
-    return mix(top, bottom, f.y) * frame.environment_strength;
+    return mix(top, bottom, f.y) * frame.environment_strength + frame.ambient;
 }

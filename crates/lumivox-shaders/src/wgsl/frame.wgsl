@@ -44,6 +44,9 @@ struct Frame {
     group_stride: u32,
     // Live films: invocations that share the samples of a pixel.
     sharers: u32,
+    // Radiance from everywhere besides the environment's map.
+    ambient: vec3f,
+    padding: u32,
 }
 
 // One half of a node's volumes, and a box around them in the world.

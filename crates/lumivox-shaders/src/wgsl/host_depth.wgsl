@@ -59,12 +59,15 @@ fn host_depth(@builtin(global_invocation_id) id: vec3u) {
     let at = vec2i(uv * vec2f(textureDimensions(host_depth_map)));
     let index = id.y * params.film_size.x + id.x;
     let now = view_depth(at);
-    if (unchanged(ray_limits[index], now, at)) {
+    let plane = params.film_size.x * params.film_size.y;
+    // Or a path of one, put aside.
+    let has_samples = any(film[plane + index].zw > vec2f(0.0));
+    // What is left of another image, whose camera was elsewhere, is nothing to compare with.
+    if (has_samples && unchanged(ray_limits[index], now, at)) {
         return;
     }
     ray_limits[index] = now;
-    let plane = params.film_size.x * params.film_size.y;
-    if (film[plane + index].z > 0.0) {
+    if (has_samples) {
         film[index] = vec4f(0.0);
         film[plane + index] = vec4f(0.0);
         atomicAdd(&restarts[0], 1u);

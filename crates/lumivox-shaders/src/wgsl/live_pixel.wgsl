@@ -4,7 +4,8 @@ struct DenoiseParams {
     film_size: vec2u,
     // Pixels between taps.
     step: u32,
-    padding: u32,
+    // Whether pixels that outshine their neighbours are held back.
+    bounded: u32,
 }
 
 // Two planes: (mean light, alpha), (variance of its luminance, end of its primary rays, samples, 0).

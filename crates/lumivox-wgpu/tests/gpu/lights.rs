@@ -154,6 +154,25 @@ fn a_light_for_other_layers_changes_no_bit() {
     assert_ne!(film_with(&test, &[sun(3), bulb]), alone);
 }
 
+/// The nearest corner of the volumes' box is just within a lamp's range, or just beyond: what the cache leaves out
+/// brought nothing, and what it keeps is all there is.
+#[test]
+fn a_light_out_of_reach_changes_no_bit() {
+    let test = scenes::overlapping_volumes();
+    let bulb = Light::point(Lamp { radius: 0.004, ..Lamp::new(DVec3::new(0.02, 0.02, 0.02), [1e-3; 3]) });
+    let far = |range| {
+        let falloff = Falloff { range, decay: 2.0 };
+        Light::point(Lamp { radius: 0.01, falloff, ..Lamp::new(DVec3::X * 1.0, [1.0; 3]) })
+    };
+    let alone = film_with(&test, &[bulb]);
+    let same: Vec<bool> = [0.5, 0.9, 0.93, 0.96, 0.99, 1.02, 1.05, 2.0]
+        .map(|range| film_with(&test, &[far(range), bulb]) == alone)
+        .to_vec();
+    // Once it reaches something it stays: there is no gap in which it is culled and would have been seen.
+    assert!(same[0] && !same[7] && same.is_sorted_by(|a, b| a >= b), "{same:?}");
+    assert_eq!(film_with(&test, &[far(0.5)]), film_with(&test, &[]));
+}
+
 #[test]
 fn lights_that_are_no_lights_are_not_there() {
     let test = scenes::noise();

@@ -3,6 +3,7 @@
 //! A missing device fails these tests; they never skip. `LUMIVOX_GPU` chooses one by a part of its name.
 
 mod changes;
+mod first_pictures;
 mod golden;
 mod images;
 mod lights;

@@ -131,6 +131,18 @@ impl Executor {
         Ok(read_backs)
     }
 
+    /// Waits until everything that was handed over is done and every read-back has come.
+    pub fn finish(&self, device: &mut Gd<RenderingDevice>) {
+        let buffer = self.resources.values().find_map(|resource| match resource {
+            Resource::Buffer(buffer, _) => Some(*buffer),
+            _ => None,
+        });
+        if let Some(buffer) = buffer {
+            // To look at any buffer at once, the device ends all frames and delivers what was asked for in them.
+            device.buffer_get_data_ex(buffer).size_bytes(4).done();
+        }
+    }
+
     /// Frees every resource that `recording` makes: after an error nobody else will.
     pub fn discard(&mut self, device: &mut Gd<RenderingDevice>, recording: &Recording) {
         for step in &recording.steps {

@@ -19,19 +19,22 @@ use lumivox_core::{Scene, VolumeInstance};
 use self::compositors::Compositors;
 use self::lights::WorldLight;
 pub use self::nodes::Nodes;
-use self::sky::Skies;
+use self::sky::{Skies, Surroundings};
 use crate::nodes::LumivoxVolume3D;
 use crate::shared::{Snapshot, Target, WorldKey};
 
 /// A volume and the layers that it is on.
 type LayeredVolume = (u32, VolumeInstance);
 
+/// A scene, and [what else](Surroundings::ambient) lights it.
+type Lit = (Arc<Snapshot>, [f64; 3]);
+
 /// What is remembered from frame to frame.
 #[derive(Default)]
 pub struct Gatherer {
     skies: Skies,
     compositors: Compositors,
-    snapshots: HashMap<WorldKey, Arc<Snapshot>>,
+    snapshots: HashMap<WorldKey, Lit>,
     last_version: u64,
     frame: u64,
 }
@@ -57,11 +60,14 @@ impl Gatherer {
                 let effect = effect.bind();
                 (effect.settings(), effect.uses_scene_environment())
             };
-            let Some(snapshot) = self.snapshot(nodes, &world, &camera, volumes, from_scene, &mut gathered)
+            let Some((snapshot, ambient)) =
+                self.snapshot(nodes, &world, &camera, volumes, from_scene, &mut gathered)
             else {
                 continue;
             };
-            settings.exposure *= exposure::of(&world, &camera);
+            let exposure = exposure::of(&world, &camera);
+            settings.exposure *= exposure;
+            settings.ambient = ambient.map(|c| if exposure > 0.0 { c / exposure } else { 0.0 });
             let fog = environment(&world, &camera).and_then(|environment| fog::of(&environment, &camera));
             let at_once = no_frame_follows(&viewport);
             targets.insert(render_target(&viewport), Target { snapshot, settings, stage, fog, at_once });
@@ -85,8 +91,8 @@ impl Gatherer {
         camera: &Gd<Camera3D>,
         volumes: &[LayeredVolume],
         from_scene: bool,
-        gathered: &mut HashMap<WorldKey, Arc<Snapshot>>,
-    ) -> Option<Arc<Snapshot>> {
+        gathered: &mut HashMap<WorldKey, Lit>,
+    ) -> Option<Lit> {
         let environment = environment(world, camera);
         let layers = volumes.iter().fold(0, |all, (layers, _)| all | layers) & camera.get_cull_mask();
         let key = WorldKey {
@@ -95,46 +101,45 @@ impl Gatherer {
             layers,
             studio: !from_scene,
         };
-        if let Some(snapshot) = gathered.get(&key) {
-            return Some(snapshot.clone());
+        if let Some(lit) = gathered.get(&key) {
+            return Some(lit.clone());
         }
         let lights = lights::gather(nodes, key.scenario);
+        let Surroundings { environment, ambient } = if from_scene {
+            self.surroundings(environment.as_ref(), &lights, exposure::of(world, camera))?
+        } else {
+            Surroundings { environment: studio(), ambient: [0.0; 3] }
+        };
         let scene = Scene {
             volumes: volumes
                 .iter()
                 .filter(|(on, _)| on & layers != 0)
                 .map(|(_, instance)| instance.clone())
                 .collect(),
-            environment: if from_scene {
-                self.light(environment.as_ref(), &lights, exposure::of(world, camera))?
-            } else {
-                studio()
-            },
+            environment,
             lights: lights.iter().filter(|light| light.in_scene).map(|light| light.light).collect(),
         };
-        let known = self.snapshots.get(&key).filter(|known| same(&known.scene, &scene)).cloned();
-        let snapshot = known.unwrap_or_else(|| {
+        let known = self.snapshots.get(&key).filter(|(known, _)| same(&known.scene, &scene));
+        let snapshot = known.map(|(known, _)| known.clone()).unwrap_or_else(|| {
             self.last_version += 1;
             Arc::new(Snapshot { key, scene, version: self.last_version })
         });
-        gathered.insert(key, snapshot.clone());
-        Some(snapshot)
+        gathered.insert(key, (snapshot.clone(), ambient));
+        Some((snapshot, ambient))
     }
 
     /// The light around a scene; `None` while the engine has not drawn its sky yet.
-    fn light(
+    fn surroundings(
         &mut self,
         environment: Option<&Gd<Environment>>,
         lights: &[WorldLight],
         exposure: f64,
-    ) -> Option<lumivox_core::Environment> {
+    ) -> Option<Surroundings> {
         match environment {
             Some(environment) => self.skies.light(environment, lights, exposure, self.frame),
-            None if lights.iter().any(|light| light.in_scene) => {
-                Some(lumivox_core::Environment::uniform(0.0))
-            }
+            None if lights.iter().any(|light| light.in_scene) => Some(Surroundings::plain([0.0; 3])),
             // Nothing lights the scene: a studio does, so that a volume alone is seen.
-            None => Some(studio()),
+            None => Some(Surroundings { environment: studio(), ambient: [0.0; 3] }),
         }
     }
 }

@@ -9,7 +9,6 @@ use godot::classes::image::Format;
 use godot::classes::{Environment, Image, PanoramaSkyMaterial, RenderingServer, Sky};
 use godot::prelude::*;
 use godot::register::info::PropertyUsageFlags;
-use lumivox_core::glam::DMat3;
 use lumivox_core::{EnvironmentMap, EnvironmentSource};
 
 use super::exposure::physical_units;
@@ -39,39 +38,44 @@ struct BakedSky {
     tries: u64,
     used: bool,
     map: Option<Arc<EnvironmentMap>>,
-    /// The map with everything in it that a core environment cannot say, and what that was.
-    adapted: Option<(Adaptation, Arc<EnvironmentMap>)>,
+    /// The map turned about more than the vertical axis, and by what.
+    turned: Option<(Vector3, Arc<EnvironmentMap>)>,
 }
 
-/// What is done to a map: a turn about more than the vertical axis, and a mix with one colour.
-#[derive(Clone, Copy, PartialEq)]
-struct Adaptation {
-    turn: Option<Vector3>,
-    share: f64,
-    /// The colour over the sky's energy.
-    color: [f64; 3],
+/// The light around a world.
+pub struct Surroundings {
+    /// What cameras see as bright as they are exposed.
+    pub environment: lumivox_core::Environment,
+    /// Radiance from everywhere besides, as cameras show it: the engine's exposure leaves light that is one colour as it
+    /// is.
+    pub ambient: [f64; 3],
+}
+
+impl Surroundings {
+    /// One colour, or darkness.
+    pub fn plain(ambient: [f64; 3]) -> Self {
+        Self { environment: lumivox_core::Environment::uniform(0.0), ambient }
+    }
 }
 
 impl Skies {
-    /// The light of an environment that is seen at an `exposure`; `None` while the engine has not drawn its sky yet.
+    /// The light of an environment; `None` while the engine has not drawn its sky yet. A camera of this `exposure` had
+    /// it drawn last.
     pub fn light(
         &mut self,
         environment: &Gd<Environment>,
         world_lights: &[WorldLight],
         exposure: f64,
         frame: u64,
-    ) -> Option<lumivox_core::Environment> {
+    ) -> Option<Surroundings> {
         let intensity = if physical_units() { f64::from(environment.get_bg_intensity()) } else { 1.0 };
         let energy = f64::from(environment.get_bg_energy_multiplier()) * intensity;
-        // The engine's exposure leaves light that is one colour as it is.
-        let unexposed =
-            |radiance: [f64; 3]| radiance.map(|c| if exposure > 0.0 { c / exposure } else { 0.0 });
         let background = environment.get_background();
         let scaled = |color: Color, by: f64| convert::linear_from_color(color).map(|c| c * by);
         let ambient =
             scaled(environment.get_ambient_light_color(), f64::from(environment.get_ambient_light_energy()));
         let multiplier = energy / intensity.max(f64::MIN_POSITIVE);
-        let plain = |radiance| Some(uniform(unexposed(radiance)));
+        let plain = |ambient| Some(Surroundings::plain(ambient));
         match environment.get_ambient_source() {
             AmbientSource::DISABLED => return plain([0.0; 3]),
             AmbientSource::COLOR => return plain(ambient),
@@ -86,33 +90,28 @@ impl Skies {
             _ => {}
         }
         let share = f64::from(environment.get_ambient_light_sky_contribution());
-        let Some(sky) = environment.get_sky() else {
-            return plain(ambient.map(|c| c * (1.0 - share)));
-        };
+        let ambient = ambient.map(|c| c * (1.0 - share));
+        let Some(sky) = environment.get_sky() else { return plain(ambient) };
         let baked = self.0.entry(sky.instance_id()).or_default();
         baked.used = true;
         // What the engine bakes is as bright as the camera saw it then.
-        if energy * exposure > 0.0 {
-            baked.look(&sky, world_lights, energy * exposure, frame);
-        } else {
-            return plain(ambient.map(|c| c * (1.0 - share)));
+        if energy * exposure * share <= 0.0 {
+            return plain(ambient);
         }
+        baked.look(&sky, world_lights, energy * exposure, frame);
         let Some(map) = baked.map.clone() else {
             // The engine has no picture of its sky: the studio is better than the dark.
-            return (baked.tries > MAX_TRIES).then(super::studio);
+            return (baked.tries > MAX_TRIES)
+                .then(|| Surroundings { environment: super::studio(), ambient: [0.0; 3] });
         };
         let rotation = environment.get_sky_rotation();
         let upright = rotation.x.abs() < 1e-6 && rotation.z.abs() < 1e-6;
-        let adaptation = Adaptation {
-            turn: (!upright).then_some(rotation),
-            share,
-            color: unexposed(ambient).map(|c| c / energy),
-        };
-        Some(lumivox_core::Environment {
-            source: EnvironmentSource::Map(baked.adapt(map, adaptation)),
+        let environment = lumivox_core::Environment {
+            source: EnvironmentSource::Map(if upright { map } else { baked.turn(&map, rotation) }),
             rotation: if upright { f64::from(rotation.y) } else { 0.0 },
-            strength: energy,
-        })
+            strength: energy * share,
+        };
+        Some(Surroundings { environment, ambient })
     }
 
     /// Forgets what was not used since the last time.
@@ -138,7 +137,7 @@ impl BakedSky {
                     // The same picture again starts no image over.
                     if self.map.as_deref() != Some(&map) {
                         self.map = Some(Arc::new(map));
-                        self.adapted = None;
+                        self.turned = None;
                     }
                     // What the engine draws may lag a frame behind the change: look again.
                     self.fingerprint = if self.tries == 0 { 0 } else { fingerprint };
@@ -150,26 +149,19 @@ impl BakedSky {
         self.next_look = if self.map.is_some() { frame + FRAMES_BETWEEN_LOOKS } else { frame + 1 };
     }
 
-    fn adapt(&mut self, map: Arc<EnvironmentMap>, adaptation: Adaptation) -> Arc<EnvironmentMap> {
-        if adaptation.turn.is_none() && adaptation.share == 1.0 {
-            return map;
-        }
-        if let Some((known, adapted)) = &self.adapted
-            && *known == adaptation
+    fn turn(&mut self, map: &EnvironmentMap, euler: Vector3) -> Arc<EnvironmentMap> {
+        if let Some((known, turned)) = &self.turned
+            && *known == euler
         {
-            return adapted.clone();
+            return turned.clone();
         }
-        let turn = adaptation.turn.map_or(DMat3::IDENTITY, |euler| {
-            let basis = Basis::from_euler(EulerOrder::YXZ, euler);
-            convert::affine(Transform3D::new(basis, Vector3::ZERO)).matrix3
-        });
-        let Adaptation { share, color, .. } = adaptation;
-        let adapted = Arc::new(EnvironmentMap::from_fn(map.width, map.height, |direction| {
-            let sky = map.radiance(turn.transpose() * direction);
-            [0, 1, 2].map(|i| color[i] * (1.0 - share) + sky[i] * share)
+        let basis = Basis::from_euler(EulerOrder::YXZ, euler);
+        let world_from_sky = convert::affine(Transform3D::new(basis, Vector3::ZERO)).matrix3;
+        let turned = Arc::new(EnvironmentMap::from_fn(map.width, map.height, |direction| {
+            map.radiance(world_from_sky.transpose() * direction)
         }));
-        self.adapted = Some((adaptation, adapted.clone()));
-        adapted
+        self.turned = Some((euler, turned.clone()));
+        turned
     }
 }
 
@@ -180,10 +172,6 @@ pub fn same(a: &lumivox_core::Environment, b: &lumivox_core::Environment) -> boo
         (a, b) => a == b,
     };
     same_source && a.rotation == b.rotation && a.strength == b.strength
-}
-
-fn uniform(radiance: [f64; 3]) -> lumivox_core::Environment {
-    lumivox_core::Environment { source: EnvironmentSource::Uniform(radiance), rotation: 0.0, strength: 1.0 }
 }
 
 /// Changes whenever the sky's look may.

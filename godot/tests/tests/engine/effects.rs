@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use lumivox_core::glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::case::{Case, Lamp, LampKind, Place};
+use crate::case::{Case, Lamp, LampKind, Mesh, Place, Volume};
 use crate::engine::{Run, Start, engine, once};
 use crate::expected;
 use crate::shown::{assert_same, run_scene, told};
@@ -28,10 +28,30 @@ fn lit() -> Case {
     Case { lamps: vec![Lamp { energy: 0.05, ..Lamp::new(LampKind::Omni, place) }], ..soft() }
 }
 
+/// A bar in the midst of the volume, at that x.
+fn beside_mesh(x: f64) -> Case {
+    let bar = Mesh { size: [0.01, 0.1, 0.004], place: Place::at(DVec3::X * x), color: [0.1, 0.3, 0.1] };
+    Case { meshes: vec![bar], samples: 48, ..soft() }
+}
+
+/// Opaque, in light of one colour.
+fn solid() -> Case {
+    Case { volumes: vec![Volume::solid()], ..soft() }
+}
+
 /// What `project/effects.gd` leaves: pictures, and its log.
 fn shown() -> &'static (PathBuf, Run) {
     static SHOWN: OnceLock<Option<(PathBuf, Run)>> = OnceLock::new();
-    once(&SHOWN, || run_scene("effects", "effects", &json!({"soft": soft(), "lit": lit()})))
+    let cases = || {
+        json!({
+            "soft": soft(),
+            "lit": lit(),
+            "mesh": beside_mesh(-0.008),
+            "moved_mesh": beside_mesh(0.008),
+            "solid": solid(),
+        })
+    };
+    once(&SHOWN, || run_scene("effects", "effects", &cases()))
 }
 
 fn telling(name: &str) -> Value {
@@ -86,6 +106,24 @@ fn settings_draw_a_frame_of_an_engine_that_idles() {
     for (property, what) in told {
         assert_eq!(what["idle"], true, "before {property}: {told:?}");
         assert!(what["frames"].as_u64().unwrap() > 0, "{property}: {told:?}");
+    }
+}
+
+/// Nobody but the GPU knows that pixels started over.
+#[test]
+fn a_mesh_that_moves_once_in_an_engine_that_idles_leaves_a_finished_image() {
+    let told = telling("moved_mesh");
+    assert_eq!(told, json!({"idle": true, "rests again": true, "converged": true}));
+    assert_same(&shown().0, "moved_mesh", &expected::picture(&beside_mesh(0.008)), |_| true);
+}
+
+/// The engine shows light of one colour as bright at any exposure, and so is what it falls on.
+#[test]
+fn cameras_of_different_exposures_see_one_flat_light() {
+    assert_eq!(telling("exposures"), json!({"first": true, "second": true}));
+    let (wanted, film) = (expected::picture(&solid()), expected::film(&solid()));
+    for name in ["exposed_little", "exposed_much"] {
+        assert_same(&shown().0, name, &wanted, |pixel| film.alpha(pixel) == 1.0);
     }
 }
 

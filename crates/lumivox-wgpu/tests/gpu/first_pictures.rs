@@ -1,0 +1,157 @@
+//! What is seen first on a weak GPU, while a camera moves and just after: coarse, but no mosaic.
+
+use std::ops::{Range, RangeInclusive};
+use std::sync::{Arc, OnceLock};
+
+use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::{CancelToken, Lamp, Light, Preset, Progress, Scene, framing};
+use lumivox_phantom::{AnatomyOptions, anatomy};
+use lumivox_renderer::LiveSettings;
+use lumivox_testing::png_io::SrgbImage;
+use lumivox_testing::{failures, scenes::TestScene};
+
+use crate::gpu;
+use crate::live::Host;
+
+const SIZE: [u32; 2] = [240, 192];
+
+/// Pixels along a side of the picture that share one of the coarsest film.
+const FACTOR: usize = 8;
+
+/// Two samples for each pixel of that film.
+const BUDGET: u64 = 2 * (SIZE[0] as u64 / FACTOR as u64) * (SIZE[1] as u64 / FACTOR as u64);
+
+/// Columns of a bar before the head, and those whose slopes break at it.
+const BAR: Range<u32> = 100..112;
+const BESIDE_BAR: RangeInclusive<usize> = 97..=115;
+
+/// A head beside a small bright bulb.
+fn head() -> TestScene {
+    let options = AnatomyOptions { size: 96, ..Default::default() };
+    let volume = Arc::new(anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap());
+    let mut scene = Scene::with_volume(volume.clone(), Preset::CtMuscle.medium(&volume));
+    scene.lights = vec![Light::point(Lamp::new(DVec3::new(0.08, 0.0, 0.09), [4e-3; 3]))];
+    let camera = framing::frame(&scene, 0.5, 0.1, 0.5, 1.25).camera();
+    TestScene { name: "first_pictures", scene, camera }
+}
+
+struct Pictures {
+    /// Of a camera that moves.
+    moving: SrgbImage,
+    /// When it has rested for some frames, and the fine film is not nearly there.
+    resting: SrgbImage,
+    truth: SrgbImage,
+}
+
+fn pictures() -> &'static Pictures {
+    static PICTURES: OnceLock<Pictures> = OnceLock::new();
+    PICTURES.get_or_init(|| {
+        let test = head();
+        let camera = test.camera.with_aspect(1.25);
+        let distance = camera.world_from_camera.translation.length();
+        let mut gpu = gpu();
+        let settings = LiveSettings { target_samples: 32, ..LiveSettings::new(SIZE[0], SIZE[1]) };
+        let bar = |at: [u32; 2]| if BAR.contains(&at[0]) { 0.6 * distance } else { 0.0 };
+        let picture = |host: &mut Host, gpu: &mut _, camera: &_, budget| {
+            let behind = |at| if bar(at) > 0.0 { [0.1, 0.2, 0.4, 1.0] } else { [0.05, 0.05, 0.05, 1.0] };
+            host.set_color(gpu, behind);
+            host.frame(gpu, camera, budget);
+            let linear = host.read_color(gpu);
+            let linear: Vec<[f64; 3]> =
+                linear.chunks_exact(4).map(|p| [p[0], p[1], p[2]].map(f64::from)).collect();
+            SrgbImage::from_linear(SIZE[0] as usize, SIZE[1] as usize, &linear)
+        };
+        let mut host = Host::new(&mut gpu, &test, settings);
+        host.set_depth(&gpu, bar);
+        for frame in (1..6).rev() {
+            let mut moved = camera;
+            moved.world_from_camera =
+                DAffine3::from_rotation_y(0.05 * f64::from(frame)) * camera.world_from_camera;
+            picture(&mut host, &mut gpu, &moved, BUDGET);
+        }
+        let moving = picture(&mut host, &mut gpu, &camera, BUDGET);
+        let mut resting = picture(&mut host, &mut gpu, &camera, BUDGET);
+        for _ in 0..15 {
+            resting = picture(&mut host, &mut gpu, &camera, BUDGET);
+        }
+        let mut host = Host::new(&mut gpu, &test, settings);
+        host.set_depth(&gpu, bar);
+        host.converge(&mut gpu, &camera, u64::MAX);
+        let truth = picture(&mut host, &mut gpu, &camera, u64::MAX);
+        let pictures = Pictures { moving, resting, truth };
+        let folder = failures::folder("first_pictures");
+        for (name, image) in
+            [("moving", &pictures.moving), ("resting", &pictures.resting), ("truth", &pictures.truth)]
+        {
+            image.write(&folder.join(format!("{name}.png"))).unwrap();
+        }
+        pictures
+    })
+}
+
+fn luminance(image: &SrgbImage) -> Vec<f64> {
+    image
+        .pixels
+        .iter()
+        .map(|p| 0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2]))
+        .collect()
+}
+
+/// Root mean square error in codes of 255.
+fn error(image: &SrgbImage, truth: &SrgbImage) -> f64 {
+    let squares = image.pixels.iter().flatten().zip(truth.pixels.iter().flatten());
+    let sum: f64 = squares.map(|(&a, &b)| f64::from(a.abs_diff(b)).powi(2)).sum();
+    (sum / (3 * image.pixels.len()) as f64).sqrt()
+}
+
+/// How much more the slope changes where pixels of the coarse film meet, or in their middles, than elsewhere: the mean
+/// second difference of the column where it is largest, of those that are a film's pixel apart, over the mean of all.
+fn kinks(image: &SrgbImage) -> f64 {
+    let light = luminance(image);
+    let mut sums = [0.0; FACTOR];
+    for row in light.chunks_exact(image.width) {
+        for x in (1..image.width - 1).filter(|x| !BESIDE_BAR.contains(x)) {
+            sums[x % FACTOR] += (row[x + 1] - 2.0 * row[x] + row[x - 1]).abs();
+        }
+    }
+    let mean = sums.iter().sum::<f64>() / FACTOR as f64;
+    sums.into_iter().fold(0.0, f64::max) / mean
+}
+
+/// Pixels that are much brighter than all of the truth about them.
+fn fireflies(image: &SrgbImage, truth: &SrgbImage) -> usize {
+    let (light, truth) = (luminance(image), luminance(truth));
+    let (width, height, reach) = (image.width as i64, image.height as i64, FACTOR as i64);
+    let brightest_about = |at: i64| {
+        let (x, y) = (at % width, at / width);
+        let rows = (y - reach).max(0)..(y + reach + 1).min(height);
+        let columns = (x - reach).max(0)..(x + reach + 1).min(width);
+        rows.flat_map(|y| columns.clone().map(move |x| y * width + x))
+            .map(|i| truth[i as usize])
+            .fold(0.0, f64::max)
+    };
+    (0..width * height).filter(|&at| light[at as usize] > brightest_about(at) + 12.0).count()
+}
+
+fn told(name: &str, image: &SrgbImage) -> [f64; 3] {
+    let truth = &pictures().truth;
+    let told = [error(image, truth), kinks(image), fireflies(image, truth) as f64];
+    println!("{name}: error {:.2} of 255, kinks {:.2}, {} pixels of fireflies", told[0], told[1], told[2]);
+    told
+}
+
+#[test]
+fn a_coarse_picture_is_smooth_and_near_the_truth() {
+    let [error, kinks, fireflies] = told("moving", &pictures().moving);
+    assert!(error < 22.0, "{error} of 255");
+    assert!(kinks < 1.3, "slopes break {kinks} times as much at the film's pixels as on average");
+    assert!(fireflies < 20.0, "{fireflies} pixels of fireflies");
+}
+
+#[test]
+fn a_coarse_picture_gets_better_while_the_fine_one_is_not_done() {
+    let [before, ..] = told("moving", &pictures().moving);
+    let [after, kinks, fireflies] = told("resting", &pictures().resting);
+    assert!(after < 0.8 * before && after < 17.0, "{before} becomes {after} of 255");
+    assert!(kinks < 1.3 && fireflies < 20.0, "{kinks}, {fireflies}");
+}
