@@ -43,9 +43,8 @@ pub(crate) fn refuse_pictures(data: &DataSet, frames: usize) -> Result<(), Refus
         Some("77.1.6") => return refuse(TILES),
         _ => {}
     }
-    match data.text(attr::DIMENSION_ORGANIZATION_TYPE).as_deref() {
-        Some("TILED_FULL" | "TILED_SPARSE") => return refuse(TILES),
-        _ => {}
+    if let Some("TILED_FULL" | "TILED_SPARSE") = data.text(attr::DIMENSION_ORGANIZATION_TYPE).as_deref() {
+        return refuse(TILES);
     }
     let counts = counted_by(data);
     let is_counted = |by: &Attribute| counts.contains(&by.tag);
