@@ -29,11 +29,8 @@ pub enum ViewKind {
         /// Whether its film also holds first-hit albedo and normal.
         guides: bool,
     },
-    /// A [`LiveView`](crate::LiveView), [denoised](crate::LiveSettings::denoise) or not.
-    Live {
-        /// Whether noise is filtered out of what is shown.
-        denoise: bool,
-    },
+    /// A [`LiveView`](crate::LiveView), denoised or not: a coarse picture is always.
+    Live,
 }
 
 impl Features {
@@ -88,7 +85,7 @@ impl Features {
             ViewKind::Still { guides } => {
                 vec![PathTrace(self.variant(guides, false, limits)), MajorantGrid, FilmCount, Display]
             }
-            ViewKind::Live { denoise } => {
+            ViewKind::Live => {
                 vec![
                     PathTrace(self.variant(false, true, limits)),
                     MajorantGrid,
@@ -96,7 +93,6 @@ impl Features {
                     CompositeColor,
                     CompositeDepth,
                     FilmCount,
-                    // Coarse films are denoised whatever the settings.
                     DenoisePrepare,
                     DenoiseWavelet,
                 ]

@@ -221,9 +221,9 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         let scene = scene_with(features);
         assert_eq!(Features::of(&scene), features);
         let mut cache = SceneCache::new(LIMITS);
-        let live_kernels = cache.kernels(&scene, ViewKind::Live { denoise: true });
+        let live_kernels = cache.kernels(&scene, ViewKind::Live);
         let still_kernels = cache.kernels(&scene, ViewKind::Still { guides: true });
-        assert_eq!(live_kernels, features.kernels(ViewKind::Live { denoise: true }, LIMITS));
+        assert_eq!(live_kernels, features.kernels(ViewKind::Live, LIMITS));
 
         let mut recording = Recording::new();
         cache.update(&scene, &mut recording).unwrap();

@@ -238,7 +238,7 @@ impl Renderer {
             return world.error.clone().map_or(Ok(Update::Done), Err);
         }
         if !target.at_once
-            && let Some(missing) = world.unprepared(snapshot, &target.settings)
+            && let Some(missing) = world.unprepared(snapshot)
         {
             self.postponed += u64::from(missing == Missing::Kernels);
             return Ok(if world.whole { Update::Before } else { Update::Nothing });
@@ -416,9 +416,8 @@ impl World {
     }
 
     /// What a scene lacks to be shown without holding up the frame. It is on its way then.
-    fn unprepared(&mut self, snapshot: &Snapshot, settings: &Settings) -> Option<Missing> {
-        let view = ViewKind::Live { denoise: settings.denoise };
-        let mut kernels: Vec<Kernel> = self.cache.kernels(&snapshot.scene, view);
+    fn unprepared(&mut self, snapshot: &Snapshot) -> Option<Missing> {
+        let mut kernels: Vec<Kernel> = self.cache.kernels(&snapshot.scene, ViewKind::Live);
         kernels.retain(|kernel| !workshop().is_ready(*kernel));
         workshop().hurry(kernels.iter().copied());
         let preparation = self.cache.preparation(&snapshot.scene);

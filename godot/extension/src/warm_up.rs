@@ -44,13 +44,12 @@ pub fn features(names: &[String]) -> Result<Features, String> {
 /// Has the kernels made for scenes that hold some of `features` or all, for a device of such limits; without one there
 /// is nothing to do.
 pub fn begin(features: Features, limits: Option<DeviceLimits>) {
-    let view = ViewKind::Live { denoise: true };
+    let view = ViewKind::Live;
     let mut kernels = vec![];
-    for limits in limits {
-        for kernel in features.subsets().flat_map(|part| part.kernels(view, limits)) {
-            if !kernels.contains(&kernel) {
-                kernels.push(kernel);
-            }
+    let wanted = limits.map(|limits| features.subsets().flat_map(move |part| part.kernels(view, limits)));
+    for kernel in wanted.into_iter().flatten() {
+        if !kernels.contains(&kernel) {
+            kernels.push(kernel);
         }
     }
     workshop().prepare(kernels.iter().copied());
