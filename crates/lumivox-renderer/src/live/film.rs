@@ -13,15 +13,11 @@ use crate::unfinished::Unfinished;
 /// Rows that are traced together: a workgroup's.
 pub(super) const GROUP_ROWS: u32 = 8;
 
-/// Pixels between the taps of the denoiser's passes, for a film whose pixels are as large as so many of the finest along
-/// a side: of coarse ones they would blend a head with what is behind it.
-fn denoise_steps(factor: u32) -> &'static [u32] {
-    match factor {
-        1 => &[1, 2, 4, 8],
-        2 => &[1, 2],
-        _ => &[1],
-    }
-}
+/// Pixels between the taps of the denoiser's passes.
+const DENOISE_STEPS: &[u32] = &[1, 2, 4, 8];
+
+/// Those of a coarse film: its pixels are many times as large, and it would blend a head with what is behind it.
+const COARSE_DENOISE_STEPS: &[u32] = &[1];
 
 #[derive(Debug)]
 pub(super) struct LiveFilm {
@@ -152,7 +148,7 @@ impl LiveFilm {
             .denoised
             .get_or_insert_with(|| [(); 2].map(|()| recording.create_buffer("denoised film", bytes)));
         // The last pass writes to the first buffer.
-        let steps = denoise_steps(factor);
+        let steps = if factor > 1 { COARSE_DENOISE_STEPS } else { DENOISE_STEPS };
         if steps.len() % 2 == 0 {
             std::mem::swap(&mut from, &mut to);
         }

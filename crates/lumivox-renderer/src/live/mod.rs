@@ -32,6 +32,9 @@ const LEAST_COARSE_SAMPLES: u64 = 2;
 /// A first fine image that is done in so many frames needs no better coarse one until then.
 const SOON_FRAMES: f64 = 4.0;
 
+/// The share of the budget after which the coarse film gets no more in a frame.
+const COARSE_SHARE: f64 = 0.9;
+
 /// Samples that a coarse pixel gets at most while the first fine image takes longer, before a finer film follows. They
 /// are a quarter of a fine pass.
 fn most_coarse_samples(factor: u32) -> u32 {
@@ -581,8 +584,13 @@ impl LiveView {
             let samples = samples.min(self.coarse_complete.max(1));
             coarse.record_samples(key, cache, samples, samples, rows, recording);
             coarse.stale = true;
-            if self.fine_is_far(budget) {
-                recorded = self.record_more_coarse(key, cache, budget, recording) as f64;
+            // All of the budget, but for what buys no whole group of rows.
+            while self.fine_is_far(budget) && recorded < COARSE_SHARE * budget as f64 {
+                let left = budget - recorded as u64;
+                match self.record_more_coarse(key, cache, left, recording) {
+                    0 => break,
+                    more => recorded += more as f64,
+                }
             }
         }
         let budget = budget as f64;
