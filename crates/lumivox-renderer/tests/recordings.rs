@@ -9,8 +9,8 @@ use lumivox_core::{
     Scene, TransferFunction, Volume, VolumeInstance, Voxels,
 };
 use lumivox_renderer::{
-    DeviceLimits, DisplaySettings, HostDepth, HostFrame, LiveSettings, LiveView, Recording, RenderError,
-    ResourceId, SceneCache, Step, View, ViewSettings,
+    DeviceLimits, DisplaySettings, FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, Recording,
+    RenderError, ResourceId, SceneCache, Step, View, ViewSettings,
 };
 use lumivox_shaders::{Kernel, layout};
 
@@ -251,6 +251,28 @@ fn a_view_starts_over_for_another_scene_and_frees_what_it_made() {
     assert_eq!(alive, before);
 }
 
+/// A film that holds less than was asked for is traced again, once; what a driver keeps cutting short is said.
+#[test]
+fn what_a_film_lacks_is_traced_again_or_said() {
+    let mut cache = SceneCache::new(LIMITS);
+    let mut recording = Recording::new();
+    cache.update(&scene(&[volume(8)]), &mut recording).unwrap();
+    let mut view = View::new(ViewSettings::new(10, 10), &cache, &mut recording).unwrap();
+    view.record_samples(&cache, &camera(), 3, u64::MAX, &mut recording);
+    let count = |samples, short| {
+        let count = FilmCount { samples, short, ..Default::default() };
+        bytemuck::bytes_of(&count).to_vec()
+    };
+    view.counted(&count(3, 0)).unwrap();
+    assert!(!view.record_missing(&cache, &mut recording), "nothing is missing");
+    view.counted(&count(1, 7)).unwrap();
+    let before = recording.steps.len();
+    assert!(view.record_missing(&cache, &mut recording));
+    assert!(recording.steps.len() > before);
+    let error = view.counted(&count(1, 7)).unwrap_err();
+    assert_eq!(error, RenderError::SamplesLost { pixels: 7 });
+}
+
 #[test]
 fn a_film_that_is_too_large_names_the_limit() {
     let cache = SceneCache::new(LIMITS);
@@ -330,7 +352,7 @@ fn a_live_view_answers_at_once_and_keeps_to_its_budget() {
 
     // A budget that buys a fine image at once needs no coarse one.
     let (status, steps) = frame(&mut live, &settings, 0.1, 4 * 64 * 64, &mut alive);
-    assert_eq!((status.samples, steps), (4, "host_depth path_trace composite_color".to_owned()));
+    assert_eq!((status.samples, steps), (4, "host_depth path_trace film_count composite_color".to_owned()));
     // Another size makes new films and frees the old.
     settings.size = [32, 16];
     frame(&mut live, &settings, 0.1, 1 << 20, &mut alive);

@@ -108,6 +108,8 @@ struct Renderer {
     /// See [`stalls`].
     computed: u64,
     postponed: u64,
+    /// Whether it was said that paths are cut short.
+    said_lost: bool,
 }
 
 static RENDERER: LazyLock<Mutex<Renderer>> = LazyLock::new(Mutex::default);
@@ -219,6 +221,11 @@ impl Renderer {
             status.converged &= eye.converged;
             status.awaits_feedback |= eye.awaits_feedback;
             status.pixel_samples += eye.pixel_samples;
+            // The picture stays: it is the best there is.
+            if eye.lost_pixels > 0 && !std::mem::replace(&mut self.said_lost, true) {
+                let error = RenderError::SamplesLost { pixels: eye.lost_pixels };
+                shared::lock().error = Some(error.to_string());
+            }
             if let Some(eye) = self.eyes.get(&(buffers.get_render_target(), view)) {
                 status.milliseconds += eye.pacer.milliseconds();
             }

@@ -5,7 +5,8 @@ use std::ops::ControlFlow;
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_renderer::recording::Payload;
 use lumivox_renderer::{
-    Background, DisplaySettings, Film, Recording, SceneCache, Step, ToneMap, View, ViewSettings,
+    Background, DeviceLimits, DisplaySettings, Film, LoopTurns, Recording, RenderError, SceneCache, Step,
+    ToneMap, View, ViewSettings,
 };
 use lumivox_testing::scenes;
 use lumivox_wgpu::{Gpu, GpuError, Outcome, RenderRequest, render};
@@ -14,8 +15,21 @@ use crate::{film, gpu};
 
 /// Renders `test` in windows of at most `rows` rows with submissions of at most `budget` pixel samples.
 fn film_in_pieces(test: &scenes::TestScene, size: u32, samples: u32, rows: u32, budget: u64) -> Film {
+    let limits = gpu().executor.limits();
+    film_within(limits, test, size, samples, rows, budget).unwrap()
+}
+
+/// The same on a device of other limits.
+fn film_within(
+    limits: DeviceLimits,
+    test: &scenes::TestScene,
+    size: u32,
+    samples: u32,
+    rows: u32,
+    budget: u64,
+) -> Result<Film, RenderError> {
     let mut gpu = gpu();
-    let mut cache = SceneCache::new(gpu.executor.limits());
+    let mut cache = SceneCache::new(limits);
     let mut recording = Recording::new();
     cache.update(&test.scene, &mut recording).unwrap();
     let mut film = Film::new(size, size, false);
@@ -30,7 +44,7 @@ fn film_in_pieces(test: &scenes::TestScene, size: u32, samples: u32, rows: u32, 
         loop {
             view.record_count(&mut recording);
             let bytes = gpu.executor.execute(&recording).unwrap().remove(0).wait().unwrap();
-            view.counted(&bytes).unwrap();
+            view.counted(&bytes)?;
             recording = Recording::new();
             if !view.record_missing(&cache, &mut recording) {
                 break;
@@ -41,7 +55,7 @@ fn film_in_pieces(test: &scenes::TestScene, size: u32, samples: u32, rows: u32, 
         film.insert([0, y], window_size, &bytes);
         recording = Recording::new();
     }
-    film
+    Ok(film)
 }
 
 #[test]
@@ -56,6 +70,34 @@ fn an_image_does_not_depend_on_windows_or_budget() {
             assert!((0..3).all(|i| (a[i] - b[i]).abs() <= 1e-5 * a[i].abs()), "{rows} {budget}: {a:?} {b:?}");
             assert_eq!(whole.alpha(pixel), pieces.alpha(pixel));
         }
+    }
+}
+
+/// A driver that ends invocations after a few turns of their loops changes no image: paths go on in later dispatches, and
+/// where a single event takes too many, in dispatches of their own.
+#[test]
+fn an_image_does_not_depend_on_how_many_turns_loops_may_take() {
+    let limits = gpu().executor.limits();
+    let within = |test: &scenes::TestScene, shared, alone| {
+        let limits = DeviceLimits { loop_turns: Some(LoopTurns { shared, alone }), ..limits };
+        film_within(limits, test, 16, 4, 16, u64::MAX)
+    };
+    for test in [scenes::overlapping_volumes(), scenes::crowd(), scenes::stage(), scenes::dense_furnace()] {
+        let whole = within(&test, 1_000, 65_000).unwrap();
+        assert_eq!(whole.min_samples(), 4, "{}", test.name);
+        for shared in [150, 20] {
+            let pieces = within(&test, shared, 65_000).unwrap();
+            for pixel in 0..16 * 16 {
+                let (a, b) = (whole.radiance(pixel), pieces.radiance(pixel));
+                let close = (0..3).all(|i| (a[i] - b[i]).abs() <= 1e-5 * a[i].abs());
+                assert!(close, "{} with {shared} turns, pixel {pixel}: {a:?} {b:?}", test.name);
+                assert_eq!(whole.samples(pixel), pieces.samples(pixel), "{}", test.name);
+                assert_eq!(whole.alpha(pixel), pieces.alpha(pixel), "{}", test.name);
+            }
+        }
+        // An event that not even an invocation alone can finish is no image with less light, but an error.
+        let refused = within(&test, 3, 3).unwrap_err();
+        assert!(matches!(refused, RenderError::SamplesLost { .. }), "{refused}");
     }
 }
 

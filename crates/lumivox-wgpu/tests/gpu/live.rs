@@ -7,8 +7,8 @@ use lumivox_reference::medium::place;
 use lumivox_reference::path::trace;
 use lumivox_reference::rng::Rng;
 use lumivox_renderer::{
-    DistanceFog, Film, Fog, HeightFog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording,
-    ResourceId, SceneCache,
+    DeviceLimits, DistanceFog, Film, Fog, HeightFog, HostDepth, HostFrame, LiveSettings, LiveStatus,
+    LiveView, LoopTurns, Recording, ResourceId, SceneCache,
 };
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::{Gpu, RenderRequest, wgpu};
@@ -36,6 +36,12 @@ pub struct Host {
 
 impl Host {
     pub fn new(gpu: &mut Gpu, test: &TestScene, settings: LiveSettings) -> Self {
+        let limits = gpu.executor.limits();
+        Self::within(limits, gpu, test, settings)
+    }
+
+    /// On a device of other limits.
+    fn within(limits: DeviceLimits, gpu: &mut Gpu, test: &TestScene, settings: LiveSettings) -> Self {
         let device = gpu.executor.device();
         let texture = |format, usage| {
             device.create_texture(&wgpu::TextureDescriptor {
@@ -62,7 +68,7 @@ impl Host {
         for (name, texture) in names.iter().zip([&color, &depth, &written]) {
             gpu.executor.lend_texture(*name, texture);
         }
-        let mut cache = SceneCache::new(gpu.executor.limits());
+        let mut cache = SceneCache::new(limits);
         let mut recording = Recording::new();
         cache.update(&test.scene, &mut recording).unwrap();
         let live = LiveView::new(&settings, &cache, &mut recording).unwrap();
@@ -217,6 +223,28 @@ fn a_finished_live_film_is_the_headless_film() {
         host.converge(&mut gpu, &test.camera.with_aspect(1.0), budget);
         assert_same(&host.film(&mut gpu), &wanted, 0..24 * 24);
     }
+}
+
+/// Where a driver ends invocations after a few turns of their loops, a view has converged when every path has ended.
+#[test]
+fn a_live_film_does_not_depend_on_how_many_turns_loops_may_take() {
+    let test = scenes::overlapping_volumes();
+    let wanted = film(&test, &RenderRequest::new(24, 24, 6));
+    let mut gpu = gpu();
+    let limits = gpu.executor.limits();
+    for shared in [150, 20] {
+        let loop_turns = Some(LoopTurns { shared, alone: 65_000 });
+        let settings = LiveSettings { target_samples: 6, ..LiveSettings::new(24, 24) };
+        let mut host = Host::within(DeviceLimits { loop_turns, ..limits }, &mut gpu, &test, settings);
+        host.converge(&mut gpu, &test.camera.with_aspect(1.0), 1000);
+        assert_eq!(host.live.status().lost_pixels, 0);
+        assert_same(&host.film(&mut gpu), &wanted, 0..24 * 24);
+    }
+    let loop_turns = Some(LoopTurns { shared: 3, alone: 3 });
+    let settings = LiveSettings { target_samples: 6, ..LiveSettings::new(24, 24) };
+    let mut host = Host::within(DeviceLimits { loop_turns, ..limits }, &mut gpu, &test, settings);
+    host.converge(&mut gpu, &test.camera.with_aspect(1.0), 1000);
+    assert!(host.live.status().lost_pixels > 0, "what is lost is said");
 }
 
 /// View depth of a plane that cuts obliquely through the scene, on the left two thirds of the image.
