@@ -3,7 +3,9 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 /// Of sources `S`, what a key `K` asks for.
-pub(super) struct Derived<S, K, V>(Mutex<Vec<(Weak<S>, K, Arc<V>)>>);
+pub(super) struct Derived<S, K, V>(Mutex<Vec<Known<S, K, V>>>);
+
+type Known<S, K, V> = (Weak<S>, K, Arc<V>);
 
 impl<S, K: PartialEq, V> Derived<S, K, V> {
     pub const fn new() -> Self {
@@ -31,12 +33,12 @@ impl<S, K: PartialEq, V> Derived<S, K, V> {
         (computed, true)
     }
 
-    fn lock(&self) -> MutexGuard<'_, Vec<(Weak<S>, K, Arc<V>)>> {
+    fn lock(&self) -> MutexGuard<'_, Vec<Known<S, K, V>>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-fn find<S, K: PartialEq, V>(list: &[(Weak<S>, K, Arc<V>)], source: &Arc<S>, key: &K) -> Option<Arc<V>> {
+fn find<S, K: PartialEq, V>(list: &[Known<S, K, V>], source: &Arc<S>, key: &K) -> Option<Arc<V>> {
     // A weak reference keeps the address from being used again.
     let same = |other: &Weak<S>| std::ptr::eq(other.as_ptr(), Arc::as_ptr(source));
     list.iter().find(|(other, k, _)| same(other) && k == key).map(|(_, _, value)| value.clone())
