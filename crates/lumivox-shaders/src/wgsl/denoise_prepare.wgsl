@@ -31,8 +31,8 @@ fn moments(at: vec2i) -> Moments {
     return m;
 }
 
-// The third largest luminance of a neighbourhood. Of a coarse film no pixel is shown brighter: one bright path among a
-// few is a square that flashes, and a highlight of fewer pixels comes with the fine film.
+// Twice the third largest luminance of a neighbourhood. Of a coarse film no pixel is shown brighter: one bright path among
+// a few is a square that flashes, and a highlight of fewer pixels comes with the fine film.
 fn bound_of(at: vec2i) -> f32 {
     if (params.bounded == 0u) {
         return 1e30;
@@ -47,7 +47,7 @@ fn bound_of(at: vec2i) -> f32 {
         second = max(second, min(first, l));
         first = max(first, l);
     }
-    return third;
+    return 2.0 * third;
 }
 
 @compute @workgroup_size(8, 8)
