@@ -301,7 +301,7 @@ fn files_in_the_project_become_volumes() {
     assert_eq!(told["grid.nii"]["spacing"], json!([1.5, 2.0, 2.5]));
     assert_eq!(told["ct/CT0002.dcm"]["part_of"], "res://scans/ct/CT0001.dcm");
     // By what they are: folders and archives are often called by the patient's name.
-    let names = ["ct/CT0001.dcm", "ct/CT0002.dcm", "archive.zip", "grid.nii", "phases/CT0001.dcm"];
+    let names = ["ct/CT0001.dcm", "ct/CT0002.dcm", "former.zip", "grid.nii", "phases/CT0001.dcm"];
     let names = names.map(|file| told[file]["name"].as_str().unwrap().to_owned());
     assert_eq!(
         names,
