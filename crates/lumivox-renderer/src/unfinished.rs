@@ -123,11 +123,6 @@ impl Unfinished {
         if lost > 0 { Err(RenderError::SamplesLost { pixels: lost }) } else { Ok(count) }
     }
 
-    /// Whether paths may be put aside: nothing is known of a film that was not counted.
-    pub fn has_to_be_counted(&self) -> bool {
-        self.turns.is_some()
-    }
-
     /// Pixels that lack samples by the last count, or have a path put aside.
     pub fn missing(&self) -> u32 {
         self.last.short.max(self.last.aside + self.last.starved)

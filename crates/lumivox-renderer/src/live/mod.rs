@@ -299,18 +299,16 @@ impl LiveView {
     pub fn status(&self) -> LiveStatus {
         LiveStatus {
             samples: self.complete.min(self.target_samples),
-            converged: self.complete >= self.target_samples && self.is_confirmed(),
+            converged: self.complete >= self.target_samples && self.is_whole(),
             awaits_feedback: self.awaited > 0,
             pixel_samples: self.pixel_samples,
             lost_pixels: self.count.lost,
         }
     }
 
-    /// Whether the fine film, where it should be whole, is, as far as anyone can know. Where paths may be put aside only
-    /// its count tells.
-    fn is_confirmed(&self) -> bool {
-        let unfinished = &self.fine.unfinished;
-        self.count.confirmed || (!unfinished.has_to_be_counted() && unfinished.missing() == 0)
+    /// Whether the fine film, where it should be whole, is so by its last count. Until that comes the host must not rest.
+    fn is_whole(&self) -> bool {
+        self.count.confirmed || self.fine.unfinished.missing() == 0
     }
 
     /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there, or a count of
