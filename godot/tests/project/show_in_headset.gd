@@ -44,7 +44,11 @@ func _show(case: Dictionary) -> void:
 	for frame in 10:
 		await RenderingServer.frame_post_draw
 	origin.global_transform = LumivoxCase.transform(case.camera) * XRServer.get_hmd_transform().affine_inverse()
-	await RenderingServer.frame_post_draw
+	# Until the scene's programs are made there is nothing to see.
+	for frame in PATIENCE_FRAMES:
+		await RenderingServer.frame_post_draw
+		if Lumivox.get_status(get_viewport()).get("samples", 0) > 0:
+			break
 	var seen := {"frames": 0, "moved": 0, "unfinished": 0, "views": _interface.get_view_count()}
 	var before := _places()
 	for frame in PATIENCE_FRAMES:
