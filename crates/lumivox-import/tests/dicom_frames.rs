@@ -234,8 +234,8 @@ fn gated_spect_has_phases() {
     assert_eq!(
         found,
         [
-            (1, [2, 1, 2], "NM, 2 slices, 2 x 1, energy window 1"),
-            (1, [2, 1, 2], "NM, 2 slices, 2 x 1, energy window 2")
+            (1, [2, 1, 2], "NM series 7, 2 slices, 2 x 1, energy window 1"),
+            (1, [2, 1, 2], "NM series 7, 2 slices, 2 x 1, energy window 2")
         ]
     );
     // A vector that is too short is no vector.
