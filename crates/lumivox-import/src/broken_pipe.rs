@@ -68,8 +68,8 @@ fn is_pending() -> bool {
 
 #[cfg(all(test, unix))]
 mod tests {
-    use std::io::{ErrorKind, Write};
-    use std::process::{Command, Stdio};
+    use std::io::{Error, ErrorKind, PipeWriter, Write};
+    use std::time::Duration;
 
     use super::*;
 
@@ -80,14 +80,24 @@ mod tests {
         let before = unsafe { libc::signal(libc::SIGPIPE, libc::SIG_DFL) };
         for _ in 0..2 {
             let guard = BrokenPipesAreErrors::new();
-            let mut child = Command::new("true").stdin(Stdio::piped()).spawn().unwrap();
-            let mut stdin = child.stdin.take().unwrap();
-            child.wait().unwrap();
-            assert_eq!(stdin.write_all(b"?").unwrap_err().kind(), ErrorKind::BrokenPipe);
+            let (reader, writer) = std::io::pipe().unwrap();
+            drop(reader);
+            assert_eq!(first_error(writer).kind(), ErrorKind::BrokenPipe);
             drop(guard);
             assert!(!is_pending());
         }
         // SAFETY: as above.
         unsafe { libc::signal(libc::SIGPIPE, before) };
+    }
+
+    /// A process that another test starts at this moment holds a copy of the reader until it is itself.
+    fn first_error(mut writer: PipeWriter) -> Error {
+        for _ in 0..10_000 {
+            if let Err(error) = writer.write_all(b"?") {
+                return error;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        panic!("ten thousand writes reached a reader that is gone");
     }
 }
