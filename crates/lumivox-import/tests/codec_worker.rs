@@ -101,7 +101,8 @@ fn main() {
         return;
     }
     let mut worker = CodecWorker::new(std::env::current_exe().unwrap(), ["--worker"]);
-    worker.timeout = Duration::from_millis(700);
+    // Ample for a frame on a busy machine.
+    worker.timeout = Duration::from_secs(4);
     set_codec_worker(Some(worker.clone()));
     let folder = tempfile::tempdir().unwrap();
 
@@ -159,7 +160,7 @@ fn main() {
     let result = load(folder.path(), &cancel);
     let after = canceller.join().unwrap().elapsed();
     assert!(matches!(result, Err(ImportError::Cancelled(_))), "{result:?}");
-    assert!(after < Duration::from_millis(200), "cancelled after {after:?}");
+    assert!(after < worker.timeout / 10, "cancelled after {after:?}");
     println!("a hanging decoder is cancelled after {after:?} ... ok");
 
     // A worker that is not there is said.

@@ -388,7 +388,7 @@ fn a_jpeg_ls_scan_without_an_end_is_refused_at_once() {
     let start = Instant::now();
     let result = common::load(file.path());
     assert!(result.is_err_and(|error| error.to_string().contains("damaged JPEG-LS")));
-    assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());
+    assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
 }
 
 /// Writes the undamaged files where `cargo fuzz` looks for them; only if asked to.

@@ -90,6 +90,7 @@ impl Features {
                     PathTrace(self.variant(false, true, limits)),
                     MajorantGrid,
                     HostDepth,
+                    LivePicture,
                     CompositeColor,
                     CompositeDepth,
                     FilmCount,

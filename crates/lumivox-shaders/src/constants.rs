@@ -49,7 +49,7 @@ constants! {
 
     /// Samples of a live pixel after which the coarse film is out of the picture.
     FINE_ALONE: u32 = 32;
-    /// [`CompositeParams::fog_kind`](crate::layout::CompositeParams::fog_kind).
+    /// [`LivePictureParams::fog_kind`](crate::layout::LivePictureParams::fog_kind).
     FOG_NONE: u32 = 0;
     #[expect(missing_docs, reason = "as above")]
     FOG_EXPONENTIAL: u32 = 1;

@@ -201,9 +201,20 @@ pub struct DenoiseParams {
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[expect(missing_docs, reason = "documented in composite.wgsl")]
 pub struct CompositeParams {
+    pub width: u32,
+    pub padding_x: u32,
+    pub padding_y: u32,
+    pub padding_z: u32,
+}
+
+/// Twin of `LivePictureParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in live_picture.wgsl")]
+pub struct LivePictureParams {
     pub view_depth_from_ndc: [f32; 4],
     pub ndc_from_view_depth: [f32; 4],
-    pub target_size: [f32; 2],
+    pub picture_size: [u32; 2],
     pub fine_size: [u32; 2],
     pub coarse_size: [u32; 2],
     pub exposure: f32,

@@ -92,9 +92,11 @@ pub enum Kernel {
     DenoisePrepare,
     /// One pass of the denoiser of live films.
     DenoiseWavelet,
-    /// Live films over the host's colour.
+    /// Live films to the picture that is drawn over the host's.
+    LivePicture,
+    /// The picture of a live view over the host's colour.
     CompositeColor,
-    /// The depth of live films into the host's.
+    /// The depth of what a live view shows into the host's.
     CompositeDepth,
     /// What a film really holds.
     FilmCount,
@@ -120,6 +122,7 @@ impl Kernel {
             Kernel::HostDepth,
             Kernel::DenoisePrepare,
             Kernel::DenoiseWavelet,
+            Kernel::LivePicture,
             Kernel::CompositeColor,
             Kernel::CompositeDepth,
             Kernel::FilmCount,
@@ -150,6 +153,7 @@ impl Kernel {
             Kernel::HostDepth => "host_depth",
             Kernel::DenoisePrepare => "denoise_prepare",
             Kernel::DenoiseWavelet => "denoise_wavelet",
+            Kernel::LivePicture => "live_picture",
             Kernel::CompositeColor => "composite_color",
             Kernel::CompositeDepth => "composite_depth",
             Kernel::FilmCount => "film_count",
@@ -164,7 +168,8 @@ impl Kernel {
             | Kernel::Display
             | Kernel::HostDepth
             | Kernel::DenoisePrepare
-            | Kernel::DenoiseWavelet => [8, 8],
+            | Kernel::DenoiseWavelet
+            | Kernel::LivePicture => [8, 8],
             Kernel::CompositeColor | Kernel::CompositeDepth => [1, 1],
             Kernel::MajorantGrid | Kernel::FilmCount | Kernel::SampleDirections => [64, 1],
         }
@@ -175,41 +180,30 @@ impl Kernel {
         use BindingKind::*;
         match self {
             Kernel::PathTrace(variant) => {
-                // Scene and film, where a live view's rays end, and what is put aside of paths.
-                const ALL: &[BindingKind] = &[
-                    Uniform,
-                    StorageRead,
-                    StorageRead,
-                    StorageRead,
-                    StorageRead,
-                    Texture3dFiltered,
-                    LinearSampler,
-                    Texture2dLoaded,
-                    StorageRead,
-                    StorageRead,
-                    StorageReadWrite,
-                    StorageRead,
-                    StorageReadWrite,
-                ];
-                const STILL_LIMITED: &[BindingKind] = &[
-                    Uniform,
-                    StorageRead,
-                    StorageRead,
-                    StorageRead,
-                    StorageRead,
-                    Texture3dFiltered,
-                    LinearSampler,
-                    Texture2dLoaded,
-                    StorageRead,
-                    StorageRead,
-                    StorageReadWrite,
-                    StorageReadWrite,
-                ];
+                // Scene and film; then where a live view's rays end, and what is put aside of paths.
+                macro_rules! scene_and_film_and {
+                    ($($more:ident),*) => {
+                        &[
+                            Uniform,
+                            StorageRead,
+                            StorageRead,
+                            StorageRead,
+                            StorageRead,
+                            Texture3dFiltered,
+                            LinearSampler,
+                            Texture2dLoaded,
+                            StorageRead,
+                            StorageRead,
+                            StorageReadWrite,
+                            $($more),*
+                        ]
+                    };
+                }
                 match (variant.live, variant.limited_turns) {
-                    (true, true) => ALL,
-                    (true, false) => &ALL[..12],
-                    (false, true) => STILL_LIMITED,
-                    (false, false) => &ALL[..11],
+                    (false, false) => scene_and_film_and![],
+                    (false, true) => scene_and_film_and![StorageReadWrite],
+                    (true, false) => scene_and_film_and![StorageRead],
+                    (true, true) => scene_and_film_and![StorageRead, StorageReadWrite],
                 }
             }
             Kernel::MajorantGrid => &[Uniform, StorageRead, StorageRead, StorageReadWrite],
@@ -217,24 +211,19 @@ impl Kernel {
             Kernel::HostDepth => {
                 &[Uniform, Texture2dLoaded, StorageReadWrite, StorageReadWrite, StorageReadWrite]
             }
-            Kernel::CompositeColor | Kernel::CompositeDepth => {
-                const COLOR: &[BindingKind] = &[
-                    Uniform,
-                    StorageRead,
-                    StorageRead,
-                    StorageRead,
-                    StorageRead,
-                    StorageRead,
-                    StorageRead,
-                    Texture2dLoaded,
-                ];
-                // Depth is drawn without looking at the host's.
-                if self == Kernel::CompositeColor {
-                    COLOR
-                } else {
-                    COLOR.split_last().expect("it is not empty").1
-                }
-            }
+            Kernel::LivePicture => &[
+                Uniform,
+                StorageRead,
+                StorageRead,
+                StorageRead,
+                StorageRead,
+                StorageRead,
+                StorageRead,
+                Texture2dLoaded,
+                StorageReadWrite,
+                StorageReadWrite,
+            ],
+            Kernel::CompositeColor | Kernel::CompositeDepth => &[Uniform, StorageRead],
             Kernel::DenoisePrepare => &[Uniform, StorageRead, StorageRead, StorageReadWrite],
             Kernel::DenoiseWavelet => &[Uniform, StorageRead, StorageReadWrite],
             Kernel::FilmCount => &[Uniform, StorageRead, StorageReadWrite],
@@ -271,20 +260,15 @@ impl Kernel {
                 module!("display"),
             ],
             Kernel::HostDepth => &[module!("depth_convention"), module!("host_depth")],
-            Kernel::CompositeColor => &[
+            Kernel::LivePicture => &[
                 module!("depth_convention"),
                 module!("luminance"),
                 module!("live_pixel"),
-                module!("composite"),
                 module!("fog"),
-                module!("composite_color"),
+                module!("live_picture"),
             ],
-            Kernel::CompositeDepth => &[
-                module!("luminance"),
-                module!("live_pixel"),
-                module!("composite"),
-                module!("composite_depth"),
-            ],
+            Kernel::CompositeColor => &[module!("composite"), module!("composite_color")],
+            Kernel::CompositeDepth => &[module!("composite"), module!("composite_depth")],
             Kernel::DenoisePrepare => {
                 &[module!("live_pixel"), module!("luminance"), module!("denoise_prepare")]
             }

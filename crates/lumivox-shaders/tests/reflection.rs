@@ -136,12 +136,15 @@ fn twins_have_the_shaders_layout() {
     assert_twin!(Kernel::HostDepth, HostDepthParams { view_depth_from_ndc, film_size, clear, jittered });
     assert_twin!(Kernel::DenoisePrepare, DenoiseParams { film_size, step, bounded });
     assert_twin!(Kernel::DenoiseWavelet, DenoiseParams { film_size, step, bounded });
+    for kernel in [Kernel::CompositeColor, Kernel::CompositeDepth] {
+        assert_twin!(kernel, CompositeParams { width, padding_x, padding_y, padding_z });
+    }
     assert_twin!(
-        Kernel::CompositeColor,
-        CompositeParams {
+        Kernel::LivePicture,
+        LivePictureParams {
             view_depth_from_ndc,
             ndc_from_view_depth,
-            target_size,
+            picture_size,
             fine_size,
             coarse_size,
             exposure,

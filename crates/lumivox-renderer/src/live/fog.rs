@@ -61,7 +61,7 @@ impl Fog {
         by_distance.max(by_height).clamp(0.0, 1.0)
     }
 
-    pub(super) fn write(&self, camera: &Camera, params: &mut layout::CompositeParams) {
+    pub(super) fn write(&self, camera: &Camera, params: &mut layout::LivePictureParams) {
         let narrow = |numbers: [f64; 4]| numbers.map(|x| x as f32);
         let (kind, distance) = match self.by_distance {
             DistanceFog::Exponential { density } => (constants::FOG_EXPONENTIAL, [density, 0.0, 0.0, 0.0]),

@@ -9,13 +9,15 @@
 
 mod film;
 mod fog;
+mod picture;
 
 use lumivox_core::Camera;
 use lumivox_shaders::constants::FINE_ALONE;
-use lumivox_shaders::{Kernel, layout};
+use lumivox_shaders::layout;
 
 use self::film::{GROUP_ROWS, LiveFilm, pixels};
 pub use self::fog::{DistanceFog, Fog, HeightFog};
+use self::picture::Picture;
 use crate::error::RenderError;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::SceneCache;
@@ -138,6 +140,7 @@ pub struct LiveView {
     /// Half as coarse, and hidden until it is whole; its next row while it is filled.
     finer: Option<LiveFilm>,
     finer_row: Option<u32>,
+    picture: Picture,
     restarts: ResourceId,
     key: Option<Key>,
     /// Fine pixels along a side of a coarse one; 1 while no coarse film is shown.
@@ -212,8 +215,10 @@ impl LiveView {
         if width == 0 || height == 0 {
             return Err(RenderError::EmptyImage { width, height });
         }
+        Picture::check(settings.size, cache)?;
         Ok(Self {
             fine: LiveFilm::new(settings.film_size(), cache, recording)?,
+            picture: Picture::new(settings.size, recording),
             coarse: None,
             finer: None,
             finer_row: None,
@@ -261,11 +266,16 @@ impl LiveView {
         if !camera.is_valid() {
             return Err(RenderError::Camera);
         }
+        Picture::check(settings.size, cache)?;
         if settings.film_size() != self.fine.size {
             let fine = LiveFilm::new(settings.film_size(), cache, recording)?;
             std::mem::replace(&mut self.fine, fine).free(recording);
             self.drop_coarse(recording);
             self.key = None;
+        }
+        if settings.size != self.picture.size() {
+            let picture = Picture::new(settings.size, recording);
+            std::mem::replace(&mut self.picture, picture).free(recording);
         }
         let key = Key {
             camera: *camera,
@@ -290,7 +300,7 @@ impl LiveView {
             self.record_fine(key, cache, settings.target_samples, budget, recording)
         };
         self.record_denoise(settings, recording);
-        self.record_composite(settings, host, camera, cache, recording);
+        self.picture.record(self.shown(), settings, host, camera, cache, recording);
         self.target_samples = settings.target_samples;
         Ok(self.status())
     }
@@ -648,51 +658,12 @@ impl LiveView {
         }
     }
 
-    fn record_composite(
-        &self,
-        settings: &LiveSettings,
-        host: &HostFrame,
-        camera: &Camera,
-        cache: &SceneCache,
-        recording: &mut Recording,
-    ) {
-        // The second film fades out behind the first.
-        let (front, back) = match self.live_coarse() {
-            Some(coarse) if !self.shows_fine() => (coarse, None),
-            coarse => (&self.fine, coarse),
-        };
-        // Something has to be bound where there is no second one; it is not looked at.
-        let behind = back.unwrap_or(front);
-        let [a, b, c, d] = host.depth.map_or([0.0, 1.0, 0.0, 1.0], |h| h.view_depth_from_ndc);
-        let mut params = layout::CompositeParams {
-            view_depth_from_ndc: [a, b, c, d].map(|x| x as f32),
-            // z of depth = (a z + b) / (c z + d).
-            ndc_from_view_depth: [d, -b, -c, a].map(|x| x as f32),
-            target_size: settings.size.map(|n| n as f32),
-            fine_size: front.size,
-            coarse_size: back.map_or([0, 0], |film| film.size),
-            exposure: settings.exposure as f32,
-            clear: host.depth.map_or(0.0, |h| h.clear as f32),
-            has_host_depth: u32::from(host.depth.is_some()),
-            denoised: u32::from(settings.denoise),
-            coarse_alone: u32::from(self.factor > 1 && !self.shows_fine()),
-            ..Default::default()
-        };
-        if let Some(fog) = &host.fog {
-            fog.write(camera, &mut params);
-        }
-        let films = [front.film, front.limits, behind.film, behind.limits, front.shown(), behind.shown()];
-        let uniforms = vec![bytemuck::bytes_of(&params).to_vec()];
-        let host_depth = host.depth.map_or(cache.environment_resources()[0], |h| h.texture);
-        recording.push(Step::Draw {
-            kernel: Kernel::CompositeColor,
-            uniforms: uniforms.clone(),
-            resources: films.into_iter().chain([host_depth]).collect(),
-            target: host.color_target,
-        });
-        if let Some(target) = host.depth_target.filter(|_| host.depth.is_some()) {
-            let resources = films.to_vec();
-            recording.push(Step::Draw { kernel: Kernel::CompositeDepth, uniforms, resources, target });
+    /// The films that make the picture, the second fading out behind the first.
+    fn shown(&self) -> picture::Films<'_> {
+        match self.live_coarse() {
+            Some(coarse) if !self.shows_fine() => picture::Films::Coarse(coarse),
+            Some(coarse) => picture::Films::Both { fine: &self.fine, coarse },
+            None => picture::Films::Fine(&self.fine),
         }
     }
 
@@ -717,6 +688,7 @@ impl LiveView {
     pub fn free(mut self, recording: &mut Recording) {
         self.drop_coarse(recording);
         self.fine.free(recording);
+        self.picture.free(recording);
         recording.push(Step::Free { id: self.restarts });
     }
 }

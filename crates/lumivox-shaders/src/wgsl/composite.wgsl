@@ -1,191 +1,22 @@
-// A live film over the host's own image: `light + (1 - alpha) * host`, by premultiplied blending.
-//
-// Two films make the picture. A coarse one answers at once while something moves; a fine one takes over as its samples
-// come in. The coarse one is always denoised, and interpolated by a spline, whose slopes have no breaks. Both may be smaller than the target: taps that lie behind another surface of the host do not leak over its
-// edges, in the manner of joint bilateral upsampling (Kopf et al., SIGGRAPH 2007).
+// One triangle that covers what is drawn to.
 
 struct CompositeParams {
-    // View depth is (x * ndc + y) / (z * ndc + w), and the other way round.
-    view_depth_from_ndc: vec4f,
-    ndc_from_view_depth: vec4f,
-    // Pixels of the host's image.
-    target_size: vec2f,
-    fine_size: vec2u,
-    // 0 without a coarse film.
-    coarse_size: vec2u,
-    exposure: f32,
-    // The depth buffer's value where nothing was drawn.
-    clear: f32,
-    has_host_depth: u32,
-    // Whether light and alpha come from the denoiser's pixels instead of the films.
-    denoised: u32,
-    // Whether x and y of what is seen grow with its depth, or do not.
-    camera_parallel: u32,
-    // FOG_NONE, FOG_EXPONENTIAL or FOG_BETWEEN.
-    fog_kind: u32,
-    fog_distance: vec4f,
-    fog_color: vec3f,
-    padding: u32,
-    // The camera's left, right, bottom and top edge, in metres: at depth 1 unless parallel.
-    camera_edges: vec4f,
-    // World y of a point in the camera's frame: (x, y, z) * point + w.
-    world_height: vec4f,
-    fog_height: vec2f,
-    // Whether the first film is the coarse one, and there is no other yet.
-    coarse_alone: u32,
-    more_padding: u32,
+    // Pixels of a row of the picture.
+    width: u32,
+    padding_x: u32,
+    padding_y: u32,
+    padding_z: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: CompositeParams;
-@group(0) @binding(1) var<storage, read> fine_film: array<vec4f>;
-@group(0) @binding(2) var<storage, read> fine_limits: array<f32>;
-@group(0) @binding(3) var<storage, read> coarse_film: array<vec4f>;
-@group(0) @binding(4) var<storage, read> coarse_limits: array<f32>;
-@group(0) @binding(5) var<storage, read> fine_pixels: array<vec4f>;
-@group(0) @binding(6) var<storage, read> coarse_pixels: array<vec4f>;
-
-// Samples of a pixel after which the denoiser is out of it: a finished picture is unbiased.
-const DENOISED_UNTIL: f32 = 256.0;
-// Samples of a fine pixel that weigh as much as the coarse film at the beginning.
-const COARSE_WEIGHT: f32 = 8.0;
-// Samples of a fine pixel up to which it does not outshine the coarse film, and how many times at first.
-const BOUNDED_UNTIL: f32 = 8.0;
-const BRIGHTEST_OVER_COARSE: f32 = 4.0;
 
 @vertex
 fn fullscreen(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
-    // One triangle that covers the target.
     let corner = vec2f(f32(vertex & 1u), f32(vertex >> 1u));
     return vec4f(corner * 4.0 - 1.0, 0.0, 1.0);
 }
 
-struct Estimate {
-    light: vec3f,
-    alpha: f32,
-    // View depth of what is seen, where a sample has hit; the share of those that have.
-    depth: f32,
-    hits: f32,
-    samples: f32,
-}
-
-// The first film may be the coarse one, the second always is.
-fn is_coarse(second: bool) -> bool {
-    return second || params.coarse_alone != 0u;
-}
-
-fn film_pixel(coarse: bool, at: vec2u) -> Estimate {
-    var e: Estimate;
-    let size = select(params.fine_size, params.coarse_size, coarse);
-    let index = at.y * size.x + at.x;
-    let plane = size.x * size.y;
-    var sum: vec4f;
-    var moments: vec4f;
-    if (coarse) {
-        sum = coarse_film[index];
-        moments = coarse_film[plane + index];
-    } else {
-        sum = fine_film[index];
-        moments = fine_film[plane + index];
-    }
-    e.samples = moments.z;
-    if (e.samples == 0.0) {
-        return e;
-    }
-    e.light = sum.rgb / e.samples;
-    e.alpha = sum.a / e.samples;
-    e.hits = e.alpha;
-    e.depth = moments.x / max(sum.a, 1.0);
-    if (is_coarse(coarse) || (params.denoised != 0u && e.samples < DENOISED_UNTIL)) {
-        var filtered: vec4f;
-        var filtered_samples: f32;
-        if (coarse) {
-            filtered = coarse_pixels[index];
-            filtered_samples = coarse_pixels[plane + index].z;
-        } else {
-            filtered = fine_pixels[index];
-            filtered_samples = fine_pixels[plane + index].z;
-        }
-        // What started over since it was filtered is another surface's.
-        if (e.samples >= filtered_samples) {
-            let kept = select(e.samples / DENOISED_UNTIL, 0.0, is_coarse(coarse));
-            e.light = mix(filtered.rgb, e.light, kept);
-            e.alpha = mix(filtered.a, e.alpha, kept);
-        }
-    }
-    return e;
-}
-
-fn film_limit(coarse: bool, at: vec2u) -> f32 {
-    if (coarse) {
-        return coarse_limits[at.y * params.coarse_size.x + at.x];
-    }
-    return fine_limits[at.y * params.fine_size.x + at.x];
-}
-
-// A film at a point of the target in [0, 1], where the host's surface lies at view depth `limit`.
-fn film_at(coarse: bool, uv: vec2f, limit: f32) -> Estimate {
-    let size = select(params.fine_size, params.coarse_size, coarse);
-    let last = vec2i(size) - 1;
-    if (all(vec2f(size) == params.target_size)) {
-        return film_pixel(coarse, vec2u(clamp(vec2i(uv * params.target_size), vec2i(0), last)));
-    }
-    // Weights of two or three pixels along each axis: linear, or the quadratic B-spline's.
-    let smooth_taps = is_coarse(coarse);
-    let q = uv * vec2f(size) - select(0.5, 0.0, smooth_taps);
-    let f = q - floor(q);
-    let taps = select(2, 3, smooth_taps);
-    let base = vec2i(floor(q)) - select(0, 1, smooth_taps);
-    var along_x = vec3f(1.0 - f.x, f.x, 0.0);
-    var along_y = vec3f(1.0 - f.y, f.y, 0.0);
-    if (smooth_taps) {
-        along_x = vec3f(0.5 * (1.0 - f.x) * (1.0 - f.x), 0.75 - (f.x - 0.5) * (f.x - 0.5), 0.5 * f.x * f.x);
-        along_y = vec3f(0.5 * (1.0 - f.y) * (1.0 - f.y), 0.75 - (f.y - 0.5) * (f.y - 0.5), 0.5 * f.y * f.y);
-    }
-    var mean: Estimate;
-    var weights = 0.0;
-    for (var i = 0; i < taps * taps; i++) {
-        let tap = vec2i(i % taps, i / taps);
-        let at = vec2u(clamp(base + tap, vec2i(0), last));
-        let e = film_pixel(coarse, at);
-        if (e.samples > 0.0) {
-            let w = (along_x[tap.x] * along_y[tap.y] + 1e-4) * likeness(film_limit(coarse, at), limit);
-            mean.light += w * e.light;
-            mean.alpha += w * e.alpha;
-            mean.depth += w * e.hits * e.depth;
-            mean.samples += w * e.samples;
-            mean.hits += w * e.hits;
-            weights += w;
-        }
-    }
-    if (weights > 0.0) {
-        mean.light /= weights;
-        mean.alpha /= weights;
-        mean.samples /= weights;
-        mean.depth /= max(mean.hits, 1e-9);
-        mean.hits /= weights;
-    }
-    return mean;
-}
-
-fn picture(uv: vec2f, limit: f32) -> Estimate {
-    var fine = film_at(false, uv, limit);
-    if (params.coarse_size.x == 0u || fine.samples >= f32(FINE_ALONE)) {
-        return fine;
-    }
-    let coarse = film_at(true, uv, limit);
-    if (coarse.samples == 0.0) {
-        return fine;
-    }
-    let fade = 1.0 - fine.samples / f32(FINE_ALONE);
-    let w = fine.samples / (fine.samples + COARSE_WEIGHT * fade);
-    fine.depth = mix(coarse.hits * coarse.depth, fine.hits * fine.depth, w)
-        / max(mix(coarse.hits, fine.hits, w), 1e-9);
-    let few = 1.0 - fine.samples / BOUNDED_UNTIL;
-    if (few > 0.0) {
-        let most = BRIGHTEST_OVER_COARSE / few * luminance(coarse.light);
-        fine.light *= min(most / max(luminance(fine.light), 1e-30), 1.0);
-    }
-    fine.light = mix(coarse.light, fine.light, w);
-    fine.alpha = mix(coarse.alpha, fine.alpha, w);
-    return fine;
+fn pixel_at(position: vec4f) -> u32 {
+    let at = vec2u(position.xy);
+    return at.y * params.width + at.x;
 }

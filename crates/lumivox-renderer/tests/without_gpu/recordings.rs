@@ -5,39 +5,16 @@ use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
-    EnvironmentMap, EnvironmentSource, Falloff, Filter, Lamp, Light, Medium, Modality, PerspectiveCamera,
-    Scene, TransferFunction, Volume, VolumeInstance, Voxels,
+    EnvironmentMap, EnvironmentSource, Falloff, Filter, Lamp, Light, Modality, Scene, TransferFunction,
+    Volume, Voxels,
 };
 use lumivox_renderer::{
-    DeviceLimits, DisplaySettings, FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, Recording,
-    RenderError, ResourceId, SceneCache, Step, View, ViewSettings,
+    DisplaySettings, FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, Recording, RenderError,
+    ResourceId, SceneCache, Step, View, ViewSettings,
 };
 use lumivox_shaders::{Kernel, layout};
 
-const LIMITS: DeviceLimits = DeviceLimits {
-    max_texture_3d: 256,
-    max_texture_2d: 1024,
-    max_storage_binding: 4 << 20,
-    max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
-    loop_turns: None,
-};
-
-fn volume(size: usize) -> Arc<Volume> {
-    let voxels = Voxels::U16((0..size * size * size).map(|i| (i % 1000) as u16).collect());
-    Arc::new(Volume::new([size; 3], voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Other).unwrap())
-}
-
-fn instance(volume: &Arc<Volume>) -> VolumeInstance {
-    VolumeInstance::centered(volume.clone(), Medium::new(TransferFunction::constant(0.5, [0.5; 3])))
-}
-
-fn scene(volumes: &[Arc<Volume>]) -> Scene {
-    Scene { volumes: volumes.iter().map(instance).collect(), ..Default::default() }
-}
-
-fn camera() -> PerspectiveCamera {
-    PerspectiveCamera::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 0.5)
-}
+use crate::scenes::*;
 
 /// Records an update and checks that it makes sense on its own, given what exists.
 fn update(cache: &mut SceneCache, scene: &Scene, alive: &mut HashSet<ResourceId>) -> Recording {
@@ -411,8 +388,8 @@ fn a_slow_first_image_is_shown_when_it_is_whole() {
                         coarse_samples += f64::from(frame.samples * (frame.row_end - frame.row_begin)) / 32.0;
                     }
                 }
-                Step::Draw { kernel: Kernel::CompositeColor, uniforms, .. } => {
-                    let params: layout::CompositeParams = bytemuck::pod_read_unaligned(&uniforms[0]);
+                Step::Dispatch { kernel: Kernel::LivePicture, uniforms, .. } => {
+                    let params: layout::LivePictureParams = bytemuck::pod_read_unaligned(&uniforms[0]);
                     shown.push((params.fine_size[0], params.coarse_size[0]));
                 }
                 _ => {}

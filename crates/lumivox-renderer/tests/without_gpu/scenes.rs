@@ -1,0 +1,34 @@
+//! Small scenes, and the device that they are recorded for.
+
+use std::sync::Arc;
+
+use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::{
+    Medium, Modality, PerspectiveCamera, Scene, TransferFunction, Volume, VolumeInstance, Voxels,
+};
+use lumivox_renderer::DeviceLimits;
+
+pub const LIMITS: DeviceLimits = DeviceLimits {
+    max_texture_3d: 256,
+    max_texture_2d: 1024,
+    max_storage_binding: 4 << 20,
+    max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
+    loop_turns: None,
+};
+
+pub fn volume(size: usize) -> Arc<Volume> {
+    let voxels = Voxels::U16((0..size * size * size).map(|i| (i % 1000) as u16).collect());
+    Arc::new(Volume::new([size; 3], voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Other).unwrap())
+}
+
+pub fn instance(volume: &Arc<Volume>) -> VolumeInstance {
+    VolumeInstance::centered(volume.clone(), Medium::new(TransferFunction::constant(0.5, [0.5; 3])))
+}
+
+pub fn scene(volumes: &[Arc<Volume>]) -> Scene {
+    Scene { volumes: volumes.iter().map(instance).collect(), ..Default::default() }
+}
+
+pub fn camera() -> PerspectiveCamera {
+    PerspectiveCamera::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 0.5)
+}
