@@ -29,7 +29,7 @@ pub enum ViewKind {
         /// Whether its film also holds first-hit albedo and normal.
         guides: bool,
     },
-    /// A [`LiveView`](crate::LiveView), denoised or not: a coarse picture is always.
+    /// A [`LiveView`](crate::LiveView), denoised or not: its coarse picture always is.
     Live,
 }
 

@@ -15,7 +15,7 @@ fn path_bytes(guides: bool) -> u64 {
     if guides { 96 } else { 64 }
 }
 
-/// Invocations that count a film at most; each takes every so manieth pixel.
+/// Invocations that count a film at most. Each takes every n-th pixel, of n invocations.
 const COUNTERS: u64 = 1 << 14;
 
 /// The paths of a film that are put aside, and what its last count said.
@@ -25,8 +25,10 @@ pub(crate) struct Unfinished {
     paths: Option<ResourceId>,
     count: ResourceId,
     last: FilmCount,
+    /// Of its pixels, those that will not get what they lack.
+    lost: u32,
     /// Whether what the last count found missing has been recorded since.
-    recorded: bool,
+    retried: bool,
 }
 
 impl Unfinished {
@@ -50,11 +52,12 @@ impl Unfinished {
             paths: limits.loop_turns.map(|_| recording.create_buffer("paths", bytes)),
             count: recording.create_buffer("film count", size_of::<FilmCount>() as u64),
             last: FilmCount::default(),
-            recorded: false,
+            lost: 0,
+            retried: false,
         })
     }
 
-    /// Bytes of a pixel in the largest of the buffers that belong to a film.
+    /// Bytes of a pixel in the buffer of paths, which is there where loops have a limit.
     pub fn bytes_per_pixel(guides: bool, limits: DeviceLimits) -> u64 {
         limits.loop_turns.map_or(0, |_| path_bytes(guides))
     }
@@ -114,30 +117,39 @@ impl Unfinished {
     /// Takes the bytes of a count.
     ///
     /// # Errors
-    /// [`RenderError::SamplesLost`] when pixels lack samples and no dispatch will bring them.
+    /// [`RenderError::SamplesLost`] when pixels lack samples and no dispatch will bring them. Others may, and are
+    /// [`missing`](Self::missing).
+    ///
+    /// # Panics
+    /// If those are fewer bytes than a [`FilmCount`] has.
     pub fn counted(&mut self, bytes: &[u8]) -> Result<FilmCount, RenderError> {
         let count: FilmCount = bytemuck::pod_read_unaligned(&bytes[..size_of::<FilmCount>()]);
+        let retried = std::mem::take(&mut self.retried);
         self.last = count;
-        let retried = std::mem::take(&mut self.recorded);
-        let lost = count.stuck + if retried && self.turns.is_none() { count.short } else { 0 };
-        if lost > 0 { Err(RenderError::SamplesLost { pixels: lost }) } else { Ok(count) }
+        self.lost = if retried && self.turns.is_none() { count.short.max(count.stuck) } else { count.stuck };
+        match self.lost {
+            0 => Ok(count),
+            pixels => Err(RenderError::SamplesLost { pixels }),
+        }
     }
 
-    /// Pixels that lack samples by the last count, or have a path put aside.
+    /// Pixels that lack samples by the last count, or have a path put aside, and can get what they lack.
     pub fn missing(&self) -> u32 {
-        self.last.short.max(self.last.aside + self.last.starved)
+        self.last.short.saturating_sub(self.lost).max(self.last.aside + self.last.starved)
     }
 
-    /// Whether the last count found samples missing, or paths put aside. If so, what is recorded next has to bring them.
-    pub fn is_missing_some(&mut self) -> bool {
-        self.recorded = self.missing() > 0;
-        self.recorded
+    /// Whether anything is missing. If so, what is recorded next has to bring it: where nothing is put aside, what is
+    /// missing after that is lost.
+    pub fn begin_retry(&mut self) -> bool {
+        self.retried = self.missing() > 0;
+        self.retried
     }
 
     /// The film is empty again.
     pub fn forget(&mut self) {
         self.last = FilmCount::default();
-        self.recorded = false;
+        self.lost = 0;
+        self.retried = false;
     }
 
     /// Records that everything is freed.

@@ -170,15 +170,26 @@ impl View {
     ///
     /// # Errors
     /// [`RenderError::SamplesLost`] when pixels lack samples and no dispatch will bring them.
+    ///
+    /// # Panics
+    /// If those are fewer bytes than a [`FilmCount`] has.
     pub fn counted(&mut self, bytes: &[u8]) -> Result<FilmCount, RenderError> {
         self.unfinished.counted(bytes)
     }
 
     /// Records what the last count found missing: paths that were put aside go on, and pixels catch up with the samples
-    /// that were recorded for all. Returns whether anything was.
+    /// that were recorded for them. Returns whether anything was.
     pub fn record_missing(&mut self, cache: &SceneCache, recording: &mut Recording) -> bool {
-        let Some(camera) = self.camera.filter(|_| self.unfinished.is_missing_some()) else { return false };
-        self.record_band(cache, &camera, self.complete, [0, self.settings.window_size[1]], recording);
+        let Some(camera) = self.camera.filter(|_| self.unfinished.begin_retry()) else { return false };
+        // Rows of a pass under way have more, each of their pixels as many: were those with the long paths left behind,
+        // they would weigh too little.
+        let (begun, height) = (self.next_row, self.settings.window_size[1]);
+        let bands = [(self.complete + self.pass_samples, [0, begun]), (self.complete, [begun, height])];
+        for (sample_limit, rows) in bands {
+            if sample_limit > 0 && rows[1] > rows[0] {
+                self.record_band(cache, &camera, sample_limit, rows, recording);
+            }
+        }
         true
     }
 

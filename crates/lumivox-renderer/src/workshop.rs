@@ -65,12 +65,10 @@ impl<T: Clone + Send + 'static> Workshop<T> {
     /// The same, before all others: something waits for them.
     pub fn hurry(&self, kernels: impl IntoIterator<Item = Kernel>) {
         let mut state = self.0.lock();
-        for kernel in kernels {
-            if !state.made.contains_key(&kernel) {
-                state.orders.retain(|other| *other != kernel);
-                state.orders.push_front(kernel);
-            }
-        }
+        let wanted: Vec<Kernel> =
+            kernels.into_iter().filter(|kernel| !state.made.contains_key(kernel)).collect();
+        state.orders.retain(|other| !wanted.contains(other));
+        wanted.into_iter().rev().for_each(|kernel| state.orders.push_front(kernel));
         self.start_threads(state);
     }
 
@@ -127,7 +125,9 @@ impl<T: Clone + Send + 'static> Workshop<T> {
     }
 
     fn start_threads(&self, mut state: MutexGuard<'_, State<T>>) {
-        let wanted = state.orders.len().min(self.0.max_threads);
+        // Those that are there may be busy for long.
+        let under_way = state.made.values().filter(|made| made.is_none()).count();
+        let wanted = (under_way + state.orders.len()).min(self.0.max_threads);
         while state.threads < wanted {
             let inner = self.0.clone();
             let thread = std::thread::Builder::new().name("lumivox kernels".to_owned());
@@ -175,6 +175,7 @@ impl<T> Inner<T> {
 mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::thread::{self, ThreadId};
+    use std::time::{Duration, Instant};
 
     use super::*;
 
@@ -206,6 +207,41 @@ mod tests {
         assert_eq!(workshop.waits(), 1);
         assert_eq!(workshop.clear().len(), 4);
         assert!(!workshop.is_ready(Kernel::Display));
+    }
+
+    /// A compiler may take seconds for one kernel; the next in haste does not wait for that.
+    #[test]
+    fn what_is_hurried_overtakes_what_is_under_way() {
+        let (release, hold) = std::sync::mpsc::channel::<()>();
+        let hold = Mutex::new(hold);
+        let made = Arc::new(Mutex::new(vec![]));
+        let order = made.clone();
+        let mut workshop: Workshop<()> = Workshop::new(move |kernel| {
+            if kernel == Kernel::Display {
+                hold.lock().unwrap().recv().unwrap();
+            }
+            order.lock().unwrap().push(kernel);
+            Ok(())
+        });
+        Arc::get_mut(&mut workshop.0).unwrap().max_threads = 2;
+        workshop.prepare([Kernel::Display]);
+        while workshop.0.lock().threads == 0 || !workshop.0.lock().orders.is_empty() {
+            thread::yield_now();
+        }
+        let until_made = |kernels: &[Kernel]| {
+            workshop.hurry(kernels.iter().copied());
+            let begin = Instant::now();
+            while !kernels.iter().all(|kernel| workshop.is_ready(*kernel)) {
+                assert!(begin.elapsed() < Duration::from_secs(60), "it waits for what is under way");
+                thread::yield_now();
+            }
+        };
+        until_made(&[Kernel::HostDepth]);
+        until_made(&[Kernel::FilmCount, Kernel::MajorantGrid]);
+        release.send(()).unwrap();
+        workshop.clear();
+        let in_order = [Kernel::HostDepth, Kernel::FilmCount, Kernel::MajorantGrid, Kernel::Display];
+        assert_eq!(*made.lock().unwrap(), in_order);
     }
 
     #[test]

@@ -263,7 +263,7 @@ impl Kernel {
             Kernel::LivePicture => &[
                 module!("depth_convention"),
                 module!("luminance"),
-                module!("live_pixel"),
+                module!("likeness"),
                 module!("fog"),
                 module!("live_picture"),
             ],
@@ -272,9 +272,12 @@ impl Kernel {
             Kernel::DenoisePrepare => {
                 &[module!("live_pixel"), module!("luminance"), module!("denoise_prepare")]
             }
-            Kernel::DenoiseWavelet => {
-                &[module!("live_pixel"), module!("luminance"), module!("denoise_wavelet")]
-            }
+            Kernel::DenoiseWavelet => &[
+                module!("live_pixel"),
+                module!("luminance"),
+                module!("likeness"),
+                module!("denoise_wavelet"),
+            ],
             Kernel::FilmCount => &[module!("film_count")],
             Kernel::SampleDirections => &[
                 module!("frame"),

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use lumivox_core::{PerspectiveCamera, Scene};
+use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
     EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewKind, ViewSettings,
 };
@@ -119,7 +120,8 @@ pub fn render(
     cache.set_environment_sampling(request.environment_sampling);
     cache.set_cell_size(request.cell_size);
     // While voxels are looked at and uploaded.
-    gpu.executor.prepare(cache.kernels(scene, ViewKind::Still { guides: request.guides }));
+    let kernels = cache.kernels(scene, ViewKind::Still { guides: request.guides });
+    gpu.executor.prepare(kernels.into_iter().filter(|kernel| *kernel != Kernel::Display));
     let mut recording = Recording::new();
     cache.update(scene, &mut recording)?;
     let mut views = windows(request, &cache, &mut recording)?;
@@ -142,9 +144,14 @@ pub fn render(
         noise: None,
     };
     let run = tracing.run(gpu, &cache, &mut views, camera, request, &mut film, on_progress);
-    let mut outcome = run
-        .and_then(|outcome| tracing.finish_paths(gpu, &cache, &mut views).map(|()| outcome))
-        .unwrap_or_else(Outcome::Failed);
+    let mut outcome = run.unwrap_or_else(Outcome::Failed);
+    for view in &mut views {
+        if !matches!(outcome, Outcome::Failed(_))
+            && let Err(error) = tracing.finish_paths(gpu, &cache, view, request, on_progress)
+        {
+            outcome = Outcome::Failed(error);
+        }
+    }
     // Even after a failure: the device may still be there, only its memory full.
     if let Err(error) = read_film(gpu, &views, &mut film)
         && !matches!(outcome, Outcome::Failed(_))
@@ -226,6 +233,7 @@ impl Tracing {
             let mut recording = Recording::new();
             // The window that is furthest behind is next, so that an unfinished image is evenly unfinished.
             let behind = views.iter_mut().min_by_key(|v| v.samples()).expect("an image has a window");
+            let samples = behind.samples();
             let recorded = behind.record_samples(cache, camera, request.samples, self.budget, &mut recording);
             if recorded == 0 {
                 return Ok(Outcome::Complete);
@@ -238,7 +246,13 @@ impl Tracing {
             self.pixel_samples += recorded;
             self.adapt(recorded, took);
 
-            if on_progress(&self.progress(request)).is_break() {
+            // Else the film would fall behind where paths are put aside, and to stop would take as long as to catch up.
+            let is_behind = cache.limits().loop_turns.is_some() && behind.samples() > samples;
+            let finished = match is_behind {
+                true => self.finish_paths(gpu, cache, behind, request, on_progress)?,
+                false => ControlFlow::Continue(()),
+            };
+            if on_progress(&self.progress(request)).is_break() || finished.is_break() {
                 return Ok(Outcome::Stopped);
             }
             // An image of which parts were never traced is none: the first sample is always finished.
@@ -256,31 +270,35 @@ impl Tracing {
         }
     }
 
-    /// Has every sample that was asked for counted, and paths that take many dispatches followed to their ends: without
-    /// the long ones an image would be too dark.
+    /// Has what was recorded of a view counted, and what the film lacks of it traced: paths that take many dispatches
+    /// are followed to their ends, for without the long ones an image would be too dark.
     fn finish_paths(
         &mut self,
         gpu: &mut Gpu,
         cache: &SceneCache,
-        views: &mut [View],
-    ) -> Result<(), GpuError> {
+        view: &mut View,
+        request: &RenderRequest,
+        on_progress: &mut dyn FnMut(&RenderProgress) -> ControlFlow<()>,
+    ) -> Result<ControlFlow<()>, GpuError> {
         let begin = Instant::now();
-        for view in views {
-            let mut recording = Recording::new();
-            loop {
-                view.record_count(&mut recording);
-                for read_back in gpu.executor.execute(&recording)? {
-                    view.counted(&read_back.wait()?).map_err(GpuError::Samples)?;
-                }
-                gpu.check()?;
-                recording = Recording::new();
-                if !view.record_missing(cache, &mut recording) {
-                    break;
-                }
+        let mut flow = ControlFlow::Continue(());
+        let mut recording = Recording::new();
+        loop {
+            view.record_count(&mut recording);
+            for read_back in gpu.executor.execute(&recording)? {
+                view.counted(&read_back.wait()?).map_err(GpuError::Samples)?;
+            }
+            gpu.check()?;
+            recording = Recording::new();
+            if !view.record_missing(cache, &mut recording) {
+                break;
+            }
+            if on_progress(&self.progress(request)).is_break() {
+                flow = ControlFlow::Break(());
             }
         }
         self.trace += begin.elapsed();
-        Ok(())
+        Ok(flow)
     }
 
     /// Aims the next submission at its time; at most doubles, for the first ones tell little.

@@ -15,12 +15,12 @@ pub(crate) struct Pipeline<T> {
 /// Makes the pipelines of kernels that run in workgroups, ahead and on threads of their own.
 pub(crate) fn workshop(device: wgpu::Device) -> Workshop<Arc<Pipeline<wgpu::ComputePipeline>>> {
     Workshop::new(move |kernel| {
-        // Scopes catch what goes wrong on their own thread.
-        let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        // Scopes catch what goes wrong on their own thread. Want of memory is no kernel's fault: the device's own handler
+        // takes it.
         let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
         let pipeline = compute(&device, kernel);
-        let errors = [internal, validation, memory].map(|scope| pollster::block_on(scope.pop()));
+        let errors = [internal, validation].map(|scope| pollster::block_on(scope.pop()));
         match errors.into_iter().flatten().next() {
             Some(error) => Err(error.to_string()),
             None => Ok(Arc::new(pipeline)),

@@ -149,15 +149,26 @@ pub fn draw(stage: i32, data: &Gd<RenderData>) {
     }
 }
 
-/// Waits for what comes back of the frames drawn, and learns whether their images are done after all: an engine that idles
-/// draws no more, and what comes back would never arrive. On the render thread.
+/// Waits for what comes back of the frames drawn, and learns whether their images are done after all: an engine that
+/// idles draws no more, and what comes back would never arrive. On the render thread.
 pub fn settle() {
     let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
+    let scenes: HashMap<Rid, (WorldKey, u64)> = shared::lock()
+        .targets
+        .iter()
+        .map(|(rid, target)| (*rid, (target.snapshot.key, target.snapshot.version)))
+        .collect();
     let Ok(mut renderer) = RENDERER.lock() else { return };
-    renderer.executor.finish(&mut device);
+    let Renderer { executor, eyes, worlds, .. } = &mut *renderer;
+    executor.finish(&mut device);
     let mut statuses: HashMap<Rid, LiveStatus> = HashMap::new();
-    for ((target, _), eye) in &mut renderer.eyes {
+    for ((target, _), eye) in eyes {
         eye.take_read_backs();
+        // While it shows the scene before, which counts for nothing.
+        let is_current = |(key, version)| worlds.get(key).is_some_and(|world| world.version == *version);
+        if !scenes.get(target).is_some_and(|(key, version)| is_current((key, version))) {
+            continue;
+        }
         let status = eye.live.status();
         let all = statuses.entry(*target).or_insert(status);
         all.samples = all.samples.min(status.samples);

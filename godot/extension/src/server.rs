@@ -35,8 +35,8 @@ pub struct Lumivox {
 impl Lumivox {
     /// How far the image of [param viewport] is: [code]samples[/code] per pixel of [code]target[/code],
     /// [code]converged[/code], [code]ms_per_frame[/code] (the GPU's time that tracing took in a recent frame; 0
-    /// where the driver does not tell) and [code]pixel_samples[/code] traced in the last frame. Empty if it shows no volume, be it because its
-    /// [LumivoxEffect] is disabled.
+    /// where the driver does not tell) and [code]pixel_samples[/code] traced in the last frame. Empty if it shows no
+    /// volume, be it because its [LumivoxEffect] is disabled.
     #[func]
     pub fn get_status(&self, viewport: Gd<Viewport>) -> VarDictionary {
         // Asked for first: the render thread, which answers, may be waiting for the lock.

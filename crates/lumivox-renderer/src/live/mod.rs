@@ -3,9 +3,9 @@
 //! Two films make the picture. The fine one converges while nothing moves. When the camera or the scene changes and the
 //! budget does not buy a fine image at once, a coarse one answers in the same frame, is shown alone until every fine
 //! pixel has a sample, and fades out as more come in. What is shown of it is denoised and without outliers; while the fine
-//! one takes long it gets more samples, and gives way to one of half its grain. Where only the engine's depth changes, because a mesh moved, the
-//! pixels concerned start over and no others: every pixel counts its own samples, so a finished live film is the film of
-//! a [`View`](crate::View), sample by sample.
+//! one takes long it gets more samples, and gives way to one of half its grain. Where only the engine's depth changes,
+//! because a mesh moved, the pixels concerned start over and no others: every pixel counts its own samples, so a finished
+//! live film is the film of a [`View`](crate::View), sample by sample.
 
 mod film;
 mod fog;
@@ -122,9 +122,9 @@ pub struct LiveStatus {
     pub samples: u32,
     /// Whether there is nothing more to trace unless something changes, as far as is known.
     pub converged: bool,
-    /// Whether the host's depth may have changed in a frame whose read-back was not handed to
-    /// [`LiveView::feedback`] yet. A host that draws on demand must not rest before it did that and asked
-    /// [`LiveView::status`] again: nobody but the GPU knows which pixels started over.
+    /// Whether a frame's read-back was not handed to [`LiveView::feedback`] yet. A host that draws on demand must not
+    /// rest before it did that and asked [`LiveView::status`] again: nobody but the GPU knows which pixels started over
+    /// because the host's depth changed, and whether all have their samples.
     pub awaits_feedback: bool,
     /// Pixel samples that the last frame traces.
     pub pixel_samples: u64,
@@ -150,6 +150,8 @@ pub struct LiveView {
     coarse_row: u32,
     /// Samples that every pixel of the fine film has.
     complete: u32,
+    /// Samples that every pixel has that never started over.
+    common: u32,
     pass_samples: u32,
     /// In the order in which rows are traced, see [`LiveFilm::padded_height`].
     next_row: u32,
@@ -205,7 +207,7 @@ impl LiveView {
     /// A view with an empty film.
     ///
     /// # Errors
-    /// [`RenderError`] when the image has no pixel, or the film is larger than the device binds.
+    /// [`RenderError`] when the image has no pixel, or film or picture are larger than the device binds.
     pub fn new(
         settings: &LiveSettings,
         cache: &SceneCache,
@@ -228,6 +230,7 @@ impl LiveView {
             coarse_complete: 0,
             coarse_row: 0,
             complete: 0,
+            common: 0,
             pass_samples: 0,
             next_row: 0,
             covered: false,
@@ -240,15 +243,16 @@ impl LiveView {
         })
     }
 
-    /// Records one frame: about `budget` pixel samples (eight rows at least, while any are missing), and the picture so far
-    /// over the host's. Starts over if the camera or the scene changed, and makes new films if the size did.
+    /// Records one frame: about `budget` pixel samples (eight rows at least, while any are missing), and the picture so
+    /// far over the host's. Starts over if the camera, the scene, [ambient light](LiveSettings::ambient), seed or roulette
+    /// changed, or the host begins or ceases to give depth; makes new films if the size changed.
     ///
-    /// The recording holds a [`Step::ReadBuffer`] whenever the host's depth is given; its bytes go to
-    /// [`feedback`](Self::feedback) as soon as they are there, frames later if the host likes, but before it
-    /// [rests](LiveStatus::awaits_feedback).
+    /// The recording holds a [`Step::ReadBuffer`] where the host's depth is given, and another where the film should be
+    /// whole and is counted. The bytes of each go to [`feedback`](Self::feedback) in their order, as soon as they are
+    /// there: frames later if the host likes, but before it [rests](LiveStatus::awaits_feedback).
     ///
     /// # Errors
-    /// [`RenderError`] when the image has no pixel, the film is larger than the device binds or the camera sees
+    /// [`RenderError`] when the image has no pixel, film or picture are larger than the device binds or the camera sees
     /// nothing; then nothing is recorded or changed.
     pub fn record_frame(
         &mut self,
@@ -277,6 +281,11 @@ impl LiveView {
             let picture = Picture::new(settings.size, recording);
             std::mem::replace(&mut self.picture, picture).free(recording);
         }
+        if settings.target_samples > self.target_samples {
+            // However few of them were open.
+            self.open_pixels = pixels(self.fine.size);
+        }
+        self.target_samples = settings.target_samples;
         let key = Key {
             camera: *camera,
             scene_version: cache.version(),
@@ -301,7 +310,6 @@ impl LiveView {
         };
         self.record_denoise(settings, recording);
         self.picture.record(self.shown(), settings, host, camera, cache, recording);
-        self.target_samples = settings.target_samples;
         Ok(self.status())
     }
 
@@ -309,26 +317,31 @@ impl LiveView {
     pub fn status(&self) -> LiveStatus {
         LiveStatus {
             samples: self.complete.min(self.target_samples),
-            converged: self.complete >= self.target_samples && self.is_whole(),
+            converged: self.complete >= self.target_samples && self.is_whole() && self.factor == 1,
             awaits_feedback: self.awaited > 0,
             pixel_samples: self.pixel_samples,
             lost_pixels: self.count.lost,
         }
     }
 
-    /// Whether the fine film, where it should be whole, is so by its last count. Until that comes the host must not rest.
+    /// Whether the fine film, where it should be whole, is so by its last count. Until that comes the host must not
+    /// rest.
     fn is_whole(&self) -> bool {
         self.count.confirmed || self.fine.unfinished.missing() == 0
     }
 
-    /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there, or a count of
-    /// the film. None, if it got lost.
+    /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there, or a count
+    /// of the film. None, if it got lost.
     pub fn feedback(&mut self, bytes: &[u8]) {
         self.awaited = self.awaited.saturating_sub(1);
         if bytes.is_empty() {
-            self.count.forget();
+            // Any pixel may have started over.
+            self.open_pixels = pixels(self.fine.size);
+            self.some_started_over();
             self.count.outdated = 0;
-        } else if bytes.len() == size_of::<layout::FilmCount>() {
+            return;
+        }
+        if bytes.len() == size_of::<layout::FilmCount>() {
             self.take_count(bytes);
             return;
         }
@@ -337,9 +350,14 @@ impl LiveView {
             return;
         }
         // Only those cost anything from here on, unless others are still missing.
-        self.count.forget();
-        let open = if self.complete > 0 { 0 } else { self.open_pixels };
+        let open = if self.complete >= self.target_samples { 0 } else { self.open_pixels };
         self.open_pixels = (open + u64::from(count)).min(pixels(self.fine.size));
+        self.some_started_over();
+    }
+
+    /// No count of samples holds for all pixels any more.
+    fn some_started_over(&mut self) {
+        self.count.forget();
         if self.next_row == 0 {
             self.complete = 0;
         } else {
@@ -353,13 +371,10 @@ impl LiveView {
             return;
         }
         self.count.under_way = false;
-        match self.fine.unfinished.counted(bytes) {
-            Ok(_) => self.count.confirmed = self.fine.unfinished.missing() == 0,
-            Err(RenderError::SamplesLost { pixels }) => {
-                (self.count.confirmed, self.count.lost) = (true, pixels);
-            }
-            Err(_) => {}
+        if let Err(RenderError::SamplesLost { pixels }) = self.fine.unfinished.counted(bytes) {
+            self.count.lost = pixels;
         }
+        self.count.confirmed = self.fine.unfinished.missing() == 0;
     }
 
     /// Has a fine film that should be whole counted, and what was found missing traced. Returns how many samples.
@@ -374,7 +389,7 @@ impl LiveView {
             return 0;
         }
         let mut recorded = 0;
-        if self.fine.unfinished.is_missing_some() {
+        if self.fine.unfinished.begin_retry() {
             recorded = u64::from(self.fine.unfinished.missing());
             let rows = [0, self.fine.padded_height()];
             self.fine.record_samples(key, cache, target, target, rows, recording);
@@ -421,7 +436,7 @@ impl LiveView {
             coarse.clear(recording);
         }
         self.fine.clear(recording);
-        (self.complete, self.pass_samples, self.next_row) = (0, 0, 0);
+        (self.complete, self.common, self.pass_samples, self.next_row) = (0, 0, 0, 0);
         (self.covered, self.restarted_in_pass) = (false, false);
         self.open_pixels = pixels(size);
         self.finer_row = None;
@@ -582,14 +597,14 @@ impl LiveView {
         let height = self.fine.padded_height();
         let row = self.open_pixels_per_row();
         let mut recorded = 0.0;
-        // What started over in this very frame must not be a hole in the picture. Other pixels only look, and return.
-        let samples = FIRST_AID.min(target);
+        // What started over in this very frame must not be a hole in the picture. Other pixels have as many already: they
+        // only look, and return.
+        let samples = FIRST_AID.min(target).min(self.common);
         if self.covered {
             self.fine.record_samples(key, cache, samples, samples, [0, height], recording);
         } else if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
             let rows = [0, coarse.padded_height()];
-            // No more than all have: the others are not to get theirs here.
-            let samples = samples.min(self.coarse_complete.max(1));
+            let samples = FIRST_AID.min(target).min(self.coarse_complete.max(1));
             coarse.record_samples(key, cache, samples, samples, rows, recording);
             coarse.stale = true;
             // All of the budget, but for what buys no whole group of rows.
@@ -626,6 +641,7 @@ impl LiveView {
                 self.next_row = 0;
                 self.covered = true;
                 self.finer_row = None;
+                self.common += self.pass_samples;
                 self.complete = if self.restarted_in_pass { 0 } else { self.complete + self.pass_samples };
                 self.restarted_in_pass = false;
             }
@@ -637,16 +653,18 @@ impl LiveView {
             true => self.record_confirmation(key, cache, target, recording),
             false => 0,
         };
-        // A finished picture must not depend on what was shown before it.
-        if self.complete >= FINE_ALONE.min(target) {
+        // A finished picture must not depend on what was shown before it. Where paths are put aside, pixels may have fewer
+        // samples than were traced, even none.
+        let has_all = cache.limits().loop_turns.is_none() || self.count.confirmed;
+        if self.complete >= FINE_ALONE.min(target) && has_all {
             self.factor = 1;
         }
         self.fine.stale |= recorded > 0.0 || missing > 0;
         recorded.round() as u64 + missing
     }
 
-    /// The denoiser's pixels of every film that is shown, made anew where samples or the switch changed. A coarse film has
-    /// them always: it is never the last word.
+    /// The denoiser's pixels of every film that is shown, made anew where samples or the switch changed. A coarse film
+    /// has them always: it is never the last word.
     fn record_denoise(&mut self, settings: &LiveSettings, recording: &mut Recording) {
         if !settings.denoise {
             self.fine.drop_denoised(recording);

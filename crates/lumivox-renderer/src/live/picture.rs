@@ -81,7 +81,7 @@ impl Picture {
         recording: &mut Recording,
     ) {
         // Something has to be bound where there is no second one; it is not looked at.
-        let (first, second, coarse_size) = match films {
+        let (first, second, second_size) = match films {
             Films::Fine(film) | Films::Coarse(film) => (film, film, [0, 0]),
             Films::Both { fine, coarse } => (fine, coarse, coarse.size),
         };
@@ -91,8 +91,8 @@ impl Picture {
             // z of depth = (a z + b) / (c z + d).
             ndc_from_view_depth: [d, -b, -c, a].map(|x| x as f32),
             picture_size: self.size,
-            fine_size: first.size,
-            coarse_size,
+            first_size: first.size,
+            second_size,
             exposure: settings.exposure as f32,
             clear: host.depth.map_or(0.0, |h| h.clear as f32),
             has_host_depth: u32::from(host.depth.is_some()),

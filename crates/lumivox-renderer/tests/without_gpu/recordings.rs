@@ -302,7 +302,10 @@ fn a_live_view_answers_at_once_and_keeps_to_its_budget() {
     };
     // A quarter of a sample per pixel: a coarse image of all of it, at once.
     let (status, steps) = frame(&mut live, &settings, 0.0, 1024, &mut alive);
-    assert_eq!(steps, "host_depth host_depth path_trace denoise_prepare denoise_wavelet composite_color");
+    assert_eq!(
+        steps,
+        "host_depth host_depth path_trace denoise_prepare denoise_wavelet live_picture composite_color"
+    );
     assert!(status.pixel_samples <= 1024 && !status.converged);
     // Then the fine one, a quarter a frame.
     let mut frames = 0;
@@ -329,7 +332,10 @@ fn a_live_view_answers_at_once_and_keeps_to_its_budget() {
 
     // A budget that buys a fine image at once needs no coarse one.
     let (status, steps) = frame(&mut live, &settings, 0.1, 4 * 64 * 64, &mut alive);
-    assert_eq!((status.samples, steps), (4, "host_depth path_trace film_count composite_color".to_owned()));
+    assert_eq!(
+        (status.samples, steps),
+        (4, "host_depth path_trace film_count live_picture composite_color".to_owned())
+    );
     // Another size makes new films and frees the old.
     settings.size = [32, 16];
     frame(&mut live, &settings, 0.1, 1 << 20, &mut alive);
@@ -364,6 +370,64 @@ fn a_moving_live_view_does_not_jump_between_resolutions() {
     assert_eq!(sizes, [32, 16, 16, 16, 16, 32]);
 }
 
+/// What a frame may trace of pixels that have so many samples: not only what it says.
+fn most_pixel_samples(recording: &Recording, have: u32) -> u64 {
+    let mut most = 0;
+    for step in &recording.steps {
+        if let Step::Dispatch { kernel: Kernel::PathTrace(_), uniforms, .. } = step {
+            let frame: layout::Frame = bytemuck::pod_read_unaligned(&uniforms[0]);
+            let samples = frame.samples.min(frame.sample_limit.saturating_sub(have));
+            let rows = (frame.row_end - frame.row_begin).min(frame.film_size[1]);
+            most += u64::from(samples) * u64::from(rows) * u64::from(frame.film_size[0]);
+        }
+    }
+    most
+}
+
+/// Where a mesh moves before the image is done, or more samples are wanted after one moved.
+#[test]
+fn a_frame_keeps_to_its_budget_after_pixels_started_over() {
+    let mut cache = SceneCache::new(LIMITS);
+    cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
+    let depth = HostDepth {
+        texture: ResourceId::external(),
+        view_depth_from_ndc: [0.0, 0.1, 1.0, 0.0],
+        clear: 0.0,
+        jittered: false,
+    };
+    let host =
+        HostFrame { depth: Some(depth), color_target: ResourceId::external(), depth_target: None, fog: None };
+    let mut settings = LiveSettings { target_samples: 256, ..LiveSettings::new(64, 64) };
+    let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
+    let mut frame = |live: &mut LiveView, settings: &LiveSettings, budget| {
+        let mut recording = Recording::new();
+        let camera = camera().with_aspect(1.0);
+        let status = live.record_frame(&cache, &camera, settings, &host, budget, &mut recording).unwrap();
+        (status, recording)
+    };
+    // A quarter of a sample a frame, until all have one; the coarse frame comes first.
+    while frame(&mut live, &settings, 1024).0.samples < 1 {}
+    let (_, recording) = frame(&mut live, &settings, 1024);
+    assert!(most_pixel_samples(&recording, 1) <= 1024, "when the first image is whole");
+    while frame(&mut live, &settings, 1024).0.samples < 3 {}
+    live.feedback(&10u32.to_le_bytes());
+    for _ in 0..4 {
+        let (_, recording) = frame(&mut live, &settings, 1024);
+        assert!(most_pixel_samples(&recording, 3) <= 1024, "when pixels started over");
+    }
+    live.feedback(&[]);
+    let (_, recording) = frame(&mut live, &settings, 1024);
+    assert!(most_pixel_samples(&recording, 3) <= 1024, "when nobody knows which");
+
+    settings.target_samples = 4;
+    while !frame(&mut live, &settings, 1 << 20).0.converged {}
+    live.feedback(&10u32.to_le_bytes());
+    assert!(frame(&mut live, &settings, 1024).0.converged);
+    settings.target_samples = 256;
+    let (_, recording) = frame(&mut live, &settings, 1024);
+    assert!(most_pixel_samples(&recording, 4) <= 1024, "when more samples are wanted");
+}
+
 /// Sharp rows in a coarse picture would wander through it.
 #[test]
 fn a_slow_first_image_is_shown_when_it_is_whole() {
@@ -390,7 +454,7 @@ fn a_slow_first_image_is_shown_when_it_is_whole() {
                 }
                 Step::Dispatch { kernel: Kernel::LivePicture, uniforms, .. } => {
                     let params: layout::LivePictureParams = bytemuck::pod_read_unaligned(&uniforms[0]);
-                    shown.push((params.fine_size[0], params.coarse_size[0]));
+                    shown.push((params.first_size[0], params.second_size[0]));
                 }
                 _ => {}
             }

@@ -31,11 +31,12 @@ fn moments(at: vec2i) -> Moments {
     return m;
 }
 
-// Twice the third largest luminance of a neighbourhood. Of a coarse film no pixel is shown brighter: one bright path among
-// a few is a square that flashes, and a highlight of fewer pixels comes with the fine film.
+// Twice the third largest luminance of a neighbourhood. Of a coarse film no pixel is shown brighter: one bright path
+// among a few is a square that flashes, and a highlight of fewer pixels comes with the fine film.
 fn bound_of(at: vec2i) -> f32 {
     if (params.bounded == 0u) {
-        return 1e30;
+        // Its square is finite.
+        return 1e15;
     }
     var first = 0.0;
     var second = 0.0;
@@ -81,7 +82,9 @@ fn denoise_prepare(@builtin(global_invocation_id) id: vec3u) {
     let between = max(squares / max(taps, 1.0) - mean * mean, 0.0);
     let around = select(between, within / max(known, 1.0), known > 0.0);
     let trust = clamp((centre.samples - 1.0) / (TRUSTED_SAMPLES - 1.0), 0.0, 1.0);
-    let variance = mix(max(around, select(0.0, between, centre.samples < 4.0)), max(min(centre.variance, bound * bound), 0.5 * around), trust);
+    let untrusted = max(around, select(0.0, between, centre.samples < 4.0));
+    let trusted = max(min(centre.variance, bound * bound), 0.5 * around);
+    let variance = mix(untrusted, trusted, trust);
 
     let index = id.y * params.film_size.x + id.x;
     let scale = min(bound / max(luminance(centre.light.rgb), 1e-30), 1.0);

@@ -2,7 +2,7 @@
 
 struct FilmCountParams {
     pixels: u32,
-    // Invocations of the dispatch: each counts every so manieth pixel.
+    // Invocations of the dispatch: each counts every n-th pixel, of n of them.
     invocations: u32,
     // Samples that were asked for.
     target_samples: u32,

@@ -11,9 +11,9 @@ struct LivePictureParams {
     ndc_from_view_depth: vec4f,
     // Pixels of the host's image.
     picture_size: vec2u,
-    fine_size: vec2u,
-    // 0 without a coarse film.
-    coarse_size: vec2u,
+    first_size: vec2u,
+    // 0 without a second film.
+    second_size: vec2u,
     exposure: f32,
     // The depth buffer's value where nothing was drawn.
     clear: f32,
@@ -38,12 +38,12 @@ struct LivePictureParams {
 }
 
 @group(0) @binding(0) var<uniform> params: LivePictureParams;
-@group(0) @binding(1) var<storage, read> fine_film: array<vec4f>;
-@group(0) @binding(2) var<storage, read> fine_limits: array<f32>;
-@group(0) @binding(3) var<storage, read> coarse_film: array<vec4f>;
-@group(0) @binding(4) var<storage, read> coarse_limits: array<f32>;
-@group(0) @binding(5) var<storage, read> fine_pixels: array<vec4f>;
-@group(0) @binding(6) var<storage, read> coarse_pixels: array<vec4f>;
+@group(0) @binding(1) var<storage, read> first_film: array<vec4f>;
+@group(0) @binding(2) var<storage, read> first_limits: array<f32>;
+@group(0) @binding(3) var<storage, read> second_film: array<vec4f>;
+@group(0) @binding(4) var<storage, read> second_limits: array<f32>;
+@group(0) @binding(5) var<storage, read> first_pixels: array<vec4f>;
+@group(0) @binding(6) var<storage, read> second_pixels: array<vec4f>;
 // Only loaded from where `has_host_depth` says that it is one.
 @group(0) @binding(7) var host_depth_map: texture_2d<f32>;
 // Premultiplied light and alpha.
@@ -77,19 +77,19 @@ fn is_coarse(second: bool) -> bool {
     return second || params.coarse_alone != 0u;
 }
 
-fn film_pixel(coarse: bool, at: vec2u) -> Estimate {
+fn film_pixel(second: bool, at: vec2u) -> Estimate {
     var e: Estimate;
-    let size = select(params.fine_size, params.coarse_size, coarse);
+    let size = select(params.first_size, params.second_size, second);
     let index = at.y * size.x + at.x;
     let plane = size.x * size.y;
     var sum: vec4f;
     var moments: vec4f;
-    if (coarse) {
-        sum = coarse_film[index];
-        moments = coarse_film[plane + index];
+    if (second) {
+        sum = second_film[index];
+        moments = second_film[plane + index];
     } else {
-        sum = fine_film[index];
-        moments = fine_film[plane + index];
+        sum = first_film[index];
+        moments = first_film[plane + index];
     }
     e.samples = moments.z;
     if (e.samples == 0.0) {
@@ -99,19 +99,20 @@ fn film_pixel(coarse: bool, at: vec2u) -> Estimate {
     e.alpha = sum.a / e.samples;
     e.hits = e.alpha;
     e.depth = moments.x / max(sum.a, 1.0);
-    if (is_coarse(coarse) || (params.denoised != 0u && e.samples < DENOISED_UNTIL)) {
+    if (is_coarse(second) || (params.denoised != 0u && e.samples < DENOISED_UNTIL)) {
         var filtered: vec4f;
-        var filtered_samples: f32;
-        if (coarse) {
-            filtered = coarse_pixels[index];
-            filtered_samples = coarse_pixels[plane + index].z;
+        // Variance, limit and samples as they were then.
+        var then: vec4f;
+        if (second) {
+            filtered = second_pixels[index];
+            then = second_pixels[plane + index];
         } else {
-            filtered = fine_pixels[index];
-            filtered_samples = fine_pixels[plane + index].z;
+            filtered = first_pixels[index];
+            then = first_pixels[plane + index];
         }
         // What started over since it was filtered is another surface's.
-        if (e.samples >= filtered_samples) {
-            let kept = select(e.samples / DENOISED_UNTIL, 0.0, is_coarse(coarse));
+        if (e.samples >= then.z && film_limit(second, at) == then.y) {
+            let kept = select(e.samples / DENOISED_UNTIL, 0.0, is_coarse(second));
             e.light = mix(filtered.rgb, e.light, kept);
             e.alpha = mix(filtered.a, e.alpha, kept);
         }
@@ -119,22 +120,22 @@ fn film_pixel(coarse: bool, at: vec2u) -> Estimate {
     return e;
 }
 
-fn film_limit(coarse: bool, at: vec2u) -> f32 {
-    if (coarse) {
-        return coarse_limits[at.y * params.coarse_size.x + at.x];
+fn film_limit(second: bool, at: vec2u) -> f32 {
+    if (second) {
+        return second_limits[at.y * params.second_size.x + at.x];
     }
-    return fine_limits[at.y * params.fine_size.x + at.x];
+    return first_limits[at.y * params.first_size.x + at.x];
 }
 
 // A film at a point of the picture in [0, 1], where the host's surface lies at view depth `limit`.
-fn film_at(coarse: bool, uv: vec2f, limit: f32) -> Estimate {
-    let size = select(params.fine_size, params.coarse_size, coarse);
+fn film_at(second: bool, uv: vec2f, limit: f32) -> Estimate {
+    let size = select(params.first_size, params.second_size, second);
     let last = vec2i(size) - 1;
     if (all(size == params.picture_size)) {
-        return film_pixel(coarse, vec2u(clamp(vec2i(uv * vec2f(size)), vec2i(0), last)));
+        return film_pixel(second, vec2u(clamp(vec2i(uv * vec2f(size)), vec2i(0), last)));
     }
     // Weights of two or three pixels along each axis: linear, or the quadratic B-spline's.
-    let smooth_taps = is_coarse(coarse);
+    let smooth_taps = is_coarse(second);
     let q = uv * vec2f(size) - select(0.5, 0.0, smooth_taps);
     let f = q - floor(q);
     let taps = select(2, 3, smooth_taps);
@@ -150,9 +151,9 @@ fn film_at(coarse: bool, uv: vec2f, limit: f32) -> Estimate {
     for (var i = 0; i < taps * taps; i++) {
         let tap = vec2i(i % taps, i / taps);
         let at = vec2u(clamp(base + tap, vec2i(0), last));
-        let e = film_pixel(coarse, at);
+        let e = film_pixel(second, at);
         if (e.samples > 0.0) {
-            let w = (along_x[tap.x] * along_y[tap.y] + 1e-4) * likeness(film_limit(coarse, at), limit);
+            let w = (along_x[tap.x] * along_y[tap.y] + 1e-4) * likeness(film_limit(second, at), limit);
             mean.light += w * e.light;
             mean.alpha += w * e.alpha;
             mean.depth += w * e.hits * e.depth;
@@ -173,7 +174,7 @@ fn film_at(coarse: bool, uv: vec2f, limit: f32) -> Estimate {
 
 fn both_films_at(uv: vec2f, limit: f32) -> Estimate {
     var fine = film_at(false, uv, limit);
-    if (params.coarse_size.x == 0u || fine.samples >= f32(FINE_ALONE)) {
+    if (params.second_size.x == 0u || fine.samples >= f32(FINE_ALONE)) {
         return fine;
     }
     let coarse = film_at(true, uv, limit);

@@ -275,8 +275,7 @@ impl LumivoxVolume {
 /// Computes what every picture needs of a volume, before one does.
 fn prepare(volume: &Arc<Volume>) {
     let volume = volume.clone();
-    // Without a thread, the first picture computes it.
-    let _ = std::thread::Builder::new().spawn(move || lumivox_renderer::prepare_volume(&volume));
+    rayon::spawn(move || lumivox_renderer::prepare_volume(&volume));
 }
 
 /// The import options of a dictionary from a script.

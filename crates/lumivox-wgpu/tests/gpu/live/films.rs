@@ -33,7 +33,7 @@ fn a_live_film_does_not_depend_on_how_many_turns_loops_may_take() {
     let mut gpu = gpu();
     let limits = gpu.executor.limits();
     for shared in [150, 20] {
-        let loop_turns = Some(LoopTurns { shared, alone: 65_000 });
+        let loop_turns = Some(LoopTurns { shared, alone: 64_000 });
         let settings = LiveSettings { target_samples: 6, ..LiveSettings::new(24, 24) };
         let mut host = Host::within(DeviceLimits { loop_turns, ..limits }, &mut gpu, &test, settings);
         host.converge(&mut gpu, &test.camera.with_aspect(1.0), 1000);
