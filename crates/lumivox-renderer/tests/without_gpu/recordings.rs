@@ -399,7 +399,7 @@ fn a_frame_keeps_to_its_budget_after_pixels_started_over() {
         HostFrame { depth: Some(depth), color_target: ResourceId::external(), depth_target: None, fog: None };
     let mut settings = LiveSettings { target_samples: 256, ..LiveSettings::new(64, 64) };
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
-    let mut frame = |live: &mut LiveView, settings: &LiveSettings, budget| {
+    let frame = |live: &mut LiveView, settings: &LiveSettings, budget| {
         let mut recording = Recording::new();
         let camera = camera().with_aspect(1.0);
         let status = live.record_frame(&cache, &camera, settings, &host, budget, &mut recording).unwrap();
@@ -417,7 +417,7 @@ fn a_frame_keeps_to_its_budget_after_pixels_started_over() {
     }
     live.feedback(&[]);
     let (_, recording) = frame(&mut live, &settings, 1024);
-    assert!(most_pixel_samples(&recording, 3) <= 1024, "when nobody knows which");
+    assert!(most_pixel_samples(&recording, 4) <= 1024, "when nobody knows which");
 
     settings.target_samples = 4;
     while !frame(&mut live, &settings, 1 << 20).0.converged {}
