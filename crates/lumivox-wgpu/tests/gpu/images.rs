@@ -138,7 +138,7 @@ fn a_stopped_render_gives_all_pixels_of_a_row_as_much() {
     assert!(matches!(rendered.outcome, Outcome::Stopped), "{:?}", rendered.outcome);
     assert!(rendered.film.min_samples() > 0);
     for row in 0..32 {
-        let samples: Vec<u32> = (0..32).map(|x| rendered.film.samples(row * 32 + x)).collect();
+        let samples: Vec<f32> = (0..32).map(|x| rendered.film.samples(row * 32 + x)).collect();
         assert!(samples.iter().all(|n| *n == samples[0]), "row {row}: {samples:?}");
     }
 }

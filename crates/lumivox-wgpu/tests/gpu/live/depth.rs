@@ -4,7 +4,7 @@ use lumivox_renderer::LiveSettings;
 use lumivox_testing::scenes;
 use lumivox_wgpu::RenderRequest;
 
-use super::{Host, NEAR, assert_same};
+use super::{Host, NEAR, assert_same, oblique};
 use crate::{film, gpu};
 
 #[test]

@@ -1,6 +1,6 @@
 //! The film of a live view is that of a still one, and of the reference.
 
-use lumivox_core::glam::{DVec2, DVec3};
+use lumivox_core::glam::DVec2;
 use lumivox_core::{Camera, Environment, EnvironmentSource, Projection, Ray};
 use lumivox_reference::medium::place;
 use lumivox_reference::path::trace;
@@ -9,7 +9,7 @@ use lumivox_renderer::{DeviceLimits, Film, LiveSettings, LoopTurns, Recording};
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::RenderRequest;
 
-use super::{Host, assert_same};
+use super::{Host, assert_same, oblique};
 use crate::{film, gpu};
 
 #[test]
@@ -45,19 +45,6 @@ fn a_live_film_does_not_depend_on_how_many_turns_loops_may_take() {
     let mut host = Host::within(DeviceLimits { loop_turns, ..limits }, &mut gpu, &test, settings);
     host.converge(&mut gpu, &test.camera.with_aspect(1.0), 1000);
     assert!(host.live.status().lost_pixels > 0, "what is lost is said");
-}
-
-/// View depth of a plane that cuts obliquely through the scene, on the left two thirds of the image.
-fn oblique(camera: &Camera, size: [u32; 2], at: [u32; 2]) -> f64 {
-    let uv = [0, 1].map(|i| (f64::from(at[i]) + 0.5) / f64::from(size[i]));
-    if uv[0] > 0.66 {
-        return 0.0;
-    }
-    let ray = camera.ray(uv);
-    let normal = DVec3::new(0.5, 0.2, 1.0).normalize();
-    let t = -ray.origin.dot(normal) / ray.direction.dot(normal);
-    let forward = -camera.world_from_camera.matrix3.z_axis;
-    t * ray.direction.dot(forward)
 }
 
 /// Mean alpha and luminance over blocks of pixels agree with the independent reference, whose first collisions beyond

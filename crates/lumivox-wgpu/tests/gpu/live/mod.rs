@@ -6,6 +6,7 @@ mod picture;
 
 use half::f16;
 use lumivox_core::Camera;
+use lumivox_core::glam::DVec3;
 use lumivox_renderer::{
     DeviceLimits, Film, Fog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId,
     SceneCache,
@@ -208,4 +209,17 @@ fn assert_same(a: &Film, b: &Film, pixels: impl Iterator<Item = usize>) {
         // Sums are made in another order: equal but for the last bits.
         assert!((0..3).all(|i| (x[i] - y[i]).abs() <= 2e-5 * y[i].abs()), "pixel {pixel}: {x:?} {y:?}");
     }
+}
+
+/// View depth of a plane that cuts obliquely through the scene, on the left two thirds of the image.
+fn oblique(camera: &Camera, size: [u32; 2], at: [u32; 2]) -> f64 {
+    let uv = [0, 1].map(|i| (f64::from(at[i]) + 0.5) / f64::from(size[i]));
+    if uv[0] > 0.66 {
+        return 0.0;
+    }
+    let ray = camera.ray(uv);
+    let normal = DVec3::new(0.5, 0.2, 1.0).normalize();
+    let t = -ray.origin.dot(normal) / ray.direction.dot(normal);
+    let forward = -camera.world_from_camera.matrix3.z_axis;
+    t * ray.direction.dot(forward)
 }

@@ -1,7 +1,7 @@
 //! What is seen over the host's colour.
 
-use lumivox_core::Projection;
-use lumivox_renderer::{DistanceFog, Film, Fog, HeightFog, LiveSettings};
+use lumivox_core::{Camera, Projection};
+use lumivox_renderer::{DistanceFog, Fog, HeightFog, LiveSettings};
 use lumivox_testing::scenes;
 
 use super::Host;
