@@ -165,8 +165,8 @@ pub fn settle() {
     for ((target, _), eye) in eyes {
         eye.take_read_backs();
         // While it shows the scene before, which counts for nothing.
-        let is_current = |(key, version)| worlds.get(key).is_some_and(|world| world.version == *version);
-        if !scenes.get(target).is_some_and(|(key, version)| is_current((key, version))) {
+        let scene = scenes.get(target).and_then(|(key, version)| Some((worlds.get(key)?, *version)));
+        if !scene.is_some_and(|(world, version)| world.version == version) {
             continue;
         }
         let status = eye.live.status();
