@@ -84,13 +84,11 @@ debian_mirrors() {
 # Unpacks Debian's Godot and all that it needs, its C library too, from the mirror $2 into the folder $1, which nothing
 # else looks at. Proxies and passwords are those of the system's apt.
 fetch_godot() (
-    set -e
-    rm -rf "$1"
-    mkdir -p "$1/lists/partial" "$1/archives/partial" "$1/root"
-    cd "$1"
-    : >status
-    echo "deb [signed-by=$DEBIAN_KEYRING] $2 forky main" >sources.list
-    cat >apt.conf <<CONF
+    # Nothing is left to `set -e`, which nothing heeds where the caller looks at the outcome.
+    rm -rf "$1" && mkdir -p "$1/lists/partial" "$1/archives/partial" "$1/root" && cd "$1" || exit 1
+    : >status || exit 1
+    echo "deb [signed-by=$DEBIAN_KEYRING] $2 forky main" >sources.list || exit 1
+    cat >apt.conf <<CONF || exit 1
 Dir::Etc::sourcelist "$1/sources.list";
 Dir::Etc::sourceparts "/dev/null";
 Dir::State::lists "$1/lists";
@@ -103,17 +101,16 @@ APT::Install-Recommends "false";
 APT::Sandbox::User "root";
 Debug::NoLocking "true";
 CONF
-    # Not left to `set -e`, which nothing heeds where the caller looks at the outcome.
     {
         # shellcheck disable=SC2086
         apt-get -c "$1/apt.conf" update -q &&
             apt-get -c "$1/apt.conf" install -y -q --download-only $GODOT_PACKAGES &&
             for package in archives/*.deb; do dpkg-deb -x "$package" root || exit 1; done
     } >log 2>&1 </dev/null || exit 1
-    rm -rf archives lists ./*pkgcache.bin
+    rm -rf archives lists ./*pkgcache.bin || exit 1
     # Its own loader and libraries first, so that the system's age does not matter; the system's come last, for its
     # GPU's driver.
-    cat >run <<'RUN'
+    cat >run <<'RUN' || exit 1
 #!/bin/sh
 # Runs the program that this is linked as.
 here=$(cd "$(dirname "$0")" && pwd)
@@ -127,10 +124,8 @@ exec "$root/usr/lib64/ld-linux-x86-64.so.2" --library-path \
     "$libraries:$libraries/pulseaudio:$libraries/blas:$libraries/lapack:$root/usr/lib:/usr/lib/x86_64-linux-gnu:/usr/local/lib:/usr/lib64" \
     "$root/usr/bin/$(basename "$0")" "$@"
 RUN
-    chmod +x run
-    ln -s run godot
+    chmod +x run && ln -s run godot && ln -s run monado-service || exit 1
     runtime=root/usr/lib/x86_64-linux-gnu/libopenxr_monado.so
-    ln -s run monado-service
     printf '{"file_format_version": "1.0.0", "runtime": {"name": "Monado", "library_path": "%s"}}\n' \
         "$PWD/$runtime" >openxr_monado.json
 )

@@ -192,7 +192,8 @@ impl Fields<'_> {
 }
 
 /// What to do about data files elsewhere.
-const OUTSIDE: &str = "Put both into one folder; of a header that you trust, allow it (--allow-outside-data)";
+const OUTSIDE: &str = "Put both into one folder; of a header that you trust, allow it (--allow-outside-data, in Godot \
+                       'Allow data outside the scan's folder', in scripts allow_outside_data)";
 
 /// Whether a header in `folder` may name a file: nothing that leads out of it, be it by a link. A header comes from
 /// strangers; it must not choose which of the user's files are read, nor have another computer asked for one.

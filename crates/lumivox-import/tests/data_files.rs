@@ -52,7 +52,11 @@ fn a_header_names_no_file_elsewhere() {
             fs::write(scan.join(header), text).unwrap();
             let error = load(&scan.join(header), false).unwrap_err().to_string();
             assert!(error.contains("does not lie beside the header or below it"), "{name}: {error}");
-            assert!(error.contains("--allow-outside-data"), "{error}");
+            for way in
+                ["--allow-outside-data", "allow_outside_data", "'Allow data outside the scan's folder'"]
+            {
+                assert!(error.contains(way), "{error}");
+            }
             assert_eq!(load(&scan.join(header), true).unwrap().volume.dims(), [2, 2, 1], "{name}");
         }
     }

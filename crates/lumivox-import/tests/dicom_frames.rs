@@ -8,7 +8,7 @@ mod writer;
 
 use std::path::Path;
 
-use common::{load, load_written, values};
+use common::{load, load_series, load_written, values};
 use lumivox_core::{CancelToken, Progress, Volume, glam::DVec3};
 use lumivox_import::{ImportError, ImportOptions, Imported};
 use writer::*;
@@ -95,6 +95,7 @@ fn a_film_is_no_volume() {
     // Of a place in the patient, too.
     let timed = counted_by(frames("MR", 5).text(FRAME_TIME, "DS", "40"), &[FRAME_TIME]);
     assert_refused(&timed, film);
+    assert_refused(&timed, "Open a series of slices, or the volume that was reconstructed of it");
     // One frame is a picture, as others are.
     let one = counted_by(frames("XA", 1).text(FRAME_TIME, "DS", "0"), &[FRAME_TIME]);
     assert_eq!(load_one(&one).unwrap().volume.dims(), [2, 1, 1]);
@@ -157,7 +158,10 @@ fn projections_and_tiles_are_no_volumes() {
 #[test]
 fn slice_locations_say_where_frames_are() {
     let captured = frames("CT", 3).text(SLICE_LOCATION_VECTOR, "DS", "12\\8\\10");
-    let volume = load_one(&counted_by(captured, &[SLICE_LOCATION_VECTOR])).unwrap().volume;
+    let imported = load_one(&counted_by(captured, &[SLICE_LOCATION_VECTOR])).unwrap();
+    let notes = imported.report.notes.join("; ");
+    assert!(notes.contains("frames lie where SliceLocationVector (0018,2005) says"), "{notes}");
+    let volume = imported.volume;
     assert_eq!(firsts(&volume), [11.0, 21.0, 1.0]);
     assert_eq!(volume.spacing_mm().z, 2.0);
 }
@@ -263,4 +267,27 @@ fn planar_nuclear_medicine_is_no_volume() {
     }
     // A single one is a picture, as others are.
     assert_eq!(load_one(&spect("STATIC", 1, 4.0)).unwrap().volume.dims(), [2, 1, 1]);
+}
+
+#[test]
+fn reconstructions_of_several_detectors_lie_where_each_says() {
+    let detector = |x: f64| {
+        Elements::default()
+            .decimals(IMAGE_POSITION_PATIENT, &[x, 6.0, 70.0])
+            .decimals(IMAGE_ORIENTATION_PATIENT, &[0.0, 1.0, 0.0, -1.0, 0.0, 0.0])
+    };
+    let of = |detectors: Vec<Elements>| {
+        let vectors: &[(u32, &[u16])] = &[(DETECTOR_VECTOR, &[1, 1, 2, 2]), (SLICE_VECTOR, &[1, 2, 1, 2])];
+        with_vectors(spect("RECON TOMO", 4, 4.0), vectors).items(DETECTOR_INFORMATION_SEQUENCE, detectors)
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("spect.dcm");
+    of(vec![detector(5.0), detector(-50.0)]).write(&path, Syntax::Explicit);
+    for (series, x) in [("1", 5.0), ("2", -50.0)] {
+        let volume = load_series(&path, Some(series)).unwrap().volume;
+        assert_eq!(volume.dims(), [2, 1, 2]);
+        assert_eq!(volume.patient_from_voxel().translation, DVec3::new(x, 6.0, 70.0), "detector {series}");
+    }
+    // Where the second is described by nothing, its frames may lie anywhere.
+    assert_refused(&of(vec![detector(5.0)]), "DetectorVector (0054,0020) counts 2 detectors, of which 1");
 }

@@ -164,3 +164,92 @@ fn labels_whose_places_cannot_be_known_are_refused() {
     let error = load(&some, 2.5).unwrap_err().to_string();
     assert!(error.contains("ImagePositionPatient (0020,0032) is missing in 1 of 3 frames"), "{error}");
 }
+
+#[test]
+fn labels_without_numbers_of_segments_are_refused() {
+    let segments = |numbers: &[u16]| -> Vec<Elements> {
+        numbers.iter().map(|&number| Elements::default().short(0x0062_0004, number)).collect()
+    };
+    let load = |seg: &Elements| load_written(|path| seg.write(path, Syntax::Explicit));
+    // Two segments of ten slices each, in a file that says one place and nothing of its frames.
+    let frames: Vec<(u16, u8)> = (0..20).map(|k| (1 + k / 10, 1 << (k % 8))).collect();
+    let bare = segmentation(&unplaced(&frames), 2.0)
+        .without(0x5200_9230)
+        .decimals(IMAGE_POSITION_PATIENT, &[3.0, 4.0, 5.0]);
+    let error = load(&bare.clone().items(0x0062_0002, segments(&[1, 2]))).unwrap_err().to_string();
+    assert!(error.contains("ReferencedSegmentNumber (0062,000B) is missing in 20 of 20 frames"), "{error}");
+    // Places alone do not tell whose they are, either.
+    let place = |z: f64| {
+        let place = Elements::default().decimals(IMAGE_POSITION_PATIENT, &[3.0, 4.0, z]);
+        Elements::default().items(0x0020_9113, vec![place])
+    };
+    let placed =
+        segmentation(&unplaced(&[(1, 1), (2, 2)]), 2.0).items(0x5200_9230, vec![place(0.0), place(2.0)]);
+    let error = load(&placed.clone().items(0x0062_0002, segments(&[1, 2]))).unwrap_err().to_string();
+    assert!(error.contains("is missing in 2 of 2 frames"), "{error}");
+    // Of a single segment, and where voxels are numbers themselves, nothing is missing.
+    let one = load(&placed.clone().items(0x0062_0002, segments(&[3]))).unwrap();
+    assert_eq!(values(&one.volume)[..2], [3.0, 0.0]);
+    let stacked = load(&bare.items(0x0062_0002, segments(&[1]))).unwrap();
+    assert_eq!(stacked.volume.dims(), [8, 1, 20]);
+    let notes = stacked.report.notes.join("; ");
+    assert!(notes.contains("the places of the 20 slices are not given; stacked 2 mm apart"), "{notes}");
+    let mut map = placed.text(0x0062_0001, "CS", "LABELMAP").short(BITS_ALLOCATED, 8).short(BITS_STORED, 8);
+    map.set(HIGH_BIT, "US", Value::Short(7));
+    map.set(PIXEL_DATA, "OB", Value::Bytes((0..16).collect()));
+    assert_eq!(values(&load(&map).unwrap().volume), (0..16).map(f64::from).collect::<Vec<_>>());
+}
+
+#[test]
+fn labels_of_a_packed_file_with_another_checksum_are_refused() {
+    use std::io::Write;
+    let native = segmentation(&placed(&[(0.0, 0xA5), (1.0, 0x5A)]), 1.0);
+    let fraction = |value: u8| {
+        let mut stream = rle(&[value; 8], 1);
+        stream.resize(stream.len().next_multiple_of(2), 0);
+        stream
+    };
+    let mut encapsulated = native
+        .clone()
+        .text(0x0062_0001, "CS", "FRACTIONAL")
+        .short(BITS_ALLOCATED, 8)
+        .short(BITS_STORED, 8)
+        .short(HIGH_BIT, 7);
+    encapsulated.set(PIXEL_DATA, "OB", Value::Fragments(vec![fraction(0xA5), fraction(0x5A)]));
+    for (seg, syntax, pixels) in
+        [(native, Syntax::Explicit, &[0xA5, 0x5A][..]), (encapsulated, Syntax::Rle, &[0xA5; 8])]
+    {
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::none());
+        packed.write_all(&seg.file(syntax)).unwrap();
+        let mut packed = packed.finish().unwrap();
+        load_written(|path| std::fs::write(path, &packed).unwrap()).unwrap();
+        let at = packed.windows(pixels.len()).rposition(|window| window == pixels).unwrap();
+        packed[at] ^= 2;
+        let error = load_written(|path| std::fs::write(path, &packed).unwrap()).unwrap_err().to_string();
+        assert!(error.contains("cannot be unpacked"), "{syntax:?}: {error}");
+    }
+}
+
+#[test]
+fn two_labels_far_apart_are_no_thick_slabs() {
+    let written = [(0.0, 0b101), (28.8, 0b10)];
+    let imported = load(&placed(&written), 5.0).unwrap();
+    assert_eq!(imported.volume.dims(), [8, 1, 7]);
+    assert!((imported.volume.spacing_mm().z - 4.8).abs() < 1e-9);
+    let read = slices_with_labels(&imported);
+    assert!(read.len() == 2 && read[0] == written[0] && (read[1].0 - 28.8).abs() < 1e-9 && read[1].1 == 0b10);
+    let notes = imported.report.notes.join("; ");
+    assert!(notes.contains("5 of 7 slices hold no segment"), "{notes}");
+    assert!(
+        notes.contains("28.800 mm apart, taken as 6 steps of 4.800 mm (5.000 mm were expected)"),
+        "{notes}"
+    );
+    // No multiple of it is near.
+    let imported = load(&placed(&[(0.0, 0b101), (7.0, 0b10)]), 5.0).unwrap();
+    assert_eq!(imported.volume.dims(), [8, 1, 2]);
+    let notes = imported.report.notes.join("; ");
+    assert!(
+        notes.contains("7.000 mm apart, which is no multiple of the 5.000 mm that were expected"),
+        "{notes}"
+    );
+}

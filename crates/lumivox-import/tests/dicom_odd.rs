@@ -194,3 +194,48 @@ fn folders_of_gzipped_slices_are_read_where_they_lie() {
     assert_eq!(imported.report.empty_slices, [2], "{:?}", imported.report);
     assert_eq!(imported.report.skipped.len(), 2, "{:?}", imported.report.skipped);
 }
+
+/// A slice of samples that cannot be packed.
+fn noise(k: u16) -> Vec<u8> {
+    let mut random = Random(k.into());
+    let samples = (0..64 * 64).map(|_| random.below(1 << 16) as u16).collect();
+    image("MR", 64, 64, samples)
+        .decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, f64::from(k)])
+        .file(Syntax::Explicit)
+}
+
+#[test]
+fn what_a_gzip_file_says_at_its_end_is_of_its_last_member_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |k: u16| folder.path().join(format!("{k}.dcm.gz"));
+    for k in 0..3 {
+        std::fs::write(path(k), gzip(&noise(k))).unwrap();
+    }
+    // Nearly all of it lies in the last of two members.
+    let file = noise(1);
+    std::fs::write(path(1), [gzip(&file[..200]), gzip(&file[200..])].concat()).unwrap();
+    let imported = load(folder.path()).unwrap();
+    assert!(imported.report.empty_slices.is_empty(), "{:?}", imported.report);
+    assert_eq!(imported.volume.dims(), [64, 64, 3], "{:?}", imported.report.skipped);
+    // One that breaks off says nothing at its end, and costs itself.
+    let cut = gzip(&file);
+    std::fs::write(path(1), &cut[..cut.len() / 2]).unwrap();
+    let imported = load(folder.path()).unwrap();
+    assert_eq!(imported.report.empty_slices, [1], "{:?}", imported.report);
+}
+
+#[test]
+fn a_gzip_file_that_grows_without_bounds_is_said_to_do_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut bomb = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    bomb.write_all(&image("MR", 2, 1, vec![1, 2]).file(Syntax::Explicit)).unwrap();
+    (0..100).for_each(|_| bomb.write_all(&[0; 1 << 20]).unwrap());
+    let path = folder.path().join("bomb.dcm.gz");
+    std::fs::write(&path, bomb.finish().unwrap()).unwrap();
+    let error = load(&path).unwrap_err().to_string();
+    assert!(error.contains("it grows beyond any scan's size"), "{error}");
+    // In a folder it costs itself only.
+    std::fs::write(folder.path().join("0.dcm.gz"), gzip(&noise(0))).unwrap();
+    let report = load(folder.path()).unwrap().report;
+    assert!(report.skipped[0].reason.contains("it grows beyond any scan's size"), "{:?}", report.skipped);
+}

@@ -274,3 +274,14 @@ fn what_merely_counts_slices_parts_nothing() {
     assert_eq!(imported.report.series[0].phases, 1);
     assert_eq!(imported.report.notes, ["1 of 20 slices is missing; filled in from the neighbours' values"]);
 }
+
+#[test]
+fn times_as_far_apart_as_numbers_go_are_far_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    for k in 0..6 {
+        let time = if k < 5 { -1e17 } else { 1e17 };
+        let slice = slice(0, k, k as f64).decimals(SLICE_THICKNESS, &[2.0]).decimals(0x0054_1300, &[time]);
+        slice.write(&folder.path().join(k.to_string()), Syntax::Explicit);
+    }
+    assert_eq!(load_as(folder.path(), false, None).volume.dims(), [3, 2, 6]);
+}

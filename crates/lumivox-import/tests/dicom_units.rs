@@ -105,3 +105,29 @@ fn real_world_values_count_where_the_rescale_tells_nothing() {
     let hu = mapped("CT", "mg/ml").text(RESCALE_TYPE, "LO", "HU");
     assert_eq!(seen(&hu), ("HU".to_owned(), [2.0, 4.0], true));
 }
+
+#[test]
+fn a_mapping_is_applied_where_it_holds() {
+    let over = |first: u16, last: u16, slope: f64| {
+        let mut mapping = real_world("mg/ml", slope, 0.0);
+        mapping.set(0x0040_9216, "US", Value::Short(first));
+        mapping.set(0x0040_9211, "US", Value::Short(last));
+        mapping
+    };
+    let mapped = |mappings: Vec<Elements>| {
+        let image = image("MR", 2, 1, vec![2, 4000]).short(BITS_STORED, 12).short(HIGH_BIT, 11);
+        image.items(REAL_WORLD_VALUE_MAPPING_SEQUENCE, mappings)
+    };
+    let notes = |elements: &Elements| load_one(elements).report.notes.join("; ");
+    let all = ("mg/ml".to_owned(), [1.0, 2000.0], false);
+    // The one of several that holds for all that may be stored.
+    assert_eq!(seen(&mapped(vec![over(0, 100, 7.0), over(0, 4095, 0.5)])), all);
+    // The only one is of the values that there are, as some programs write it; it is said.
+    let only = mapped(vec![over(2, 4000, 0.5)]);
+    assert_eq!(seen(&only), all);
+    assert!(notes(&only).contains("given for stored values from 2 to 4000 only"), "{}", notes(&only));
+    // Parts with a mapping each have no common one.
+    let parts = mapped(vec![over(0, 99, 7.0), over(100, 4095, 0.5)]);
+    assert_eq!(seen(&parts), (String::new(), [2.0, 4000.0], false));
+    assert!(notes(&parts).contains("several mappings to mg/ml"), "{}", notes(&parts));
+}

@@ -122,6 +122,7 @@ fn uptake_values_of_enhanced_images() {
     assert!((found - 2.0 * expected).abs() < 1e-6, "{found}");
 }
 
+const SERIES_TIME: u32 = 0x0008_0031;
 const DECAY_CORRECTION: u32 = 0x0054_1102;
 const UNITS: u32 = 0x0054_1001;
 
@@ -163,7 +164,7 @@ fn pet_on(date: &str, drug: Elements) -> Elements {
 #[test]
 fn days_between_injection_and_scan_count() {
     const HOUR: f64 = 3600.0;
-    // Zirconium-89, given four days before the scan, by date; 97 hours and 59 minutes by the clock.
+    // Zirconium-89, given four days before the scan, by date; 98 hours in all.
     let given = Some("20240226225900.00");
     let late = pet_on("20240302", drug(78.41 * HOUR, Some("225900"), given));
     near(suv(&late), after((4.0 * 24.0 + 2.0) / 78.41));
@@ -245,4 +246,48 @@ fn legacy_converted_images_have_their_unit_among_the_leftovers() {
         legacy = legacy.without(tag);
     }
     near(suv(&legacy), after(1.0));
+}
+
+#[test]
+fn a_scan_may_begin_a_little_before_the_injection_and_not_long_after_it() {
+    const FLUORINE: f64 = 6586.2;
+    const RUBIDIUM: f64 = 75.6;
+    for dated in [false, true] {
+        let scan = |half_life: f64, scan: &str, given: &str| {
+            let date_time = format!("20240302{given}");
+            let drug = drug(half_life, (!dated).then_some(given), dated.then_some(&date_time));
+            suv(&pet_on("20240302", drug).text(SERIES_TIME, "TM", scan).text(0x0008_0032, "TM", scan))
+        };
+        near(scan(FLUORINE, "100000", "100010"), after(-10.0 / FLUORINE));
+        near(scan(RUBIDIUM, "100000", "100100"), after(-60.0 / RUBIDIUM));
+        // Ten seconds before, over midnight, where the day counts.
+        near(scan(FLUORINE, "235955", "000005"), after(-10.0 / FLUORINE));
+        // Neither long before, nor when nothing is left.
+        for (half_life, at, given) in
+            [(FLUORINE, "100000", "110000"), (RUBIDIUM, "100000", "100600"), (RUBIDIUM, "100000", "094500")]
+        {
+            let why = scan(half_life, at, given).unwrap_err();
+            assert!(why.contains("the time of injection makes no sense"), "{why}");
+        }
+    }
+    // An enhanced image, whose decay is corrected to the same moment.
+    let drug = Elements::default().decimals(0x0018_1074, &[370.0]).decimals(0x0018_1075, &[RUBIDIUM]).text(
+        0x0018_1078,
+        "DT",
+        "20240301003100",
+    );
+    near(suv(&enhanced_pet("Bq/ml").items(0x0054_0016, vec![drug])), after(-60.0 / RUBIDIUM));
+}
+
+#[test]
+fn a_series_without_a_time_is_said_to_have_none() {
+    let why = suv(&pet().without(SERIES_TIME)).unwrap_err();
+    assert!(why.contains("the time of the series is not given") && !why.contains("after the scan"), "{why}");
+}
+
+#[test]
+fn an_empty_value_is_completed_by_the_leftovers() {
+    let leftovers = Elements::default().text(DECAY_CORRECTION, "CS", "START");
+    let shared = Elements::default().items(0x0020_9170, vec![leftovers]);
+    near(suv(&pet().text(DECAY_CORRECTION, "CS", "").items(0x5200_9229, vec![shared])), after(1.0));
 }

@@ -39,7 +39,8 @@ fn eleven_series_of_one_size_are_told_apart() {
     let report = load(folder.path()).unwrap().report;
     let told: HashSet<_> = report.series.iter().map(|series| &series.description).collect();
     assert_eq!(told.len(), 11, "{told:?}");
-    assert!(!report.series.iter().any(|series| series.reason.contains("as large as the first")));
+    let reasons: HashSet<_> = report.series[1..].iter().map(|series| series.reason.as_str()).collect();
+    assert_eq!(reasons, HashSet::from(["equal to the first, and found later"]));
 }
 
 #[test]
@@ -97,4 +98,23 @@ fn a_folder_without_files_is_said_to_be_one() {
     std::fs::write(folder.path().join("a.txt"), "text").unwrap();
     let one = open(folder.path());
     assert!(one.contains("its one file is no image"), "{one}");
+}
+
+#[test]
+fn parts_of_a_name_or_number_are_told_nowhere() {
+    let told = |name: &str, id: &str, text: &str, kernel: &str| {
+        let ct = image("CT", 2, 1, vec![0, 1])
+            .text(PATIENT_NAME, "PN", name)
+            .text(0x0010_0020, "LO", id)
+            .text(SERIES_DESCRIPTION, "LO", text)
+            .text(0x0018_1210, "SH", kernel);
+        description(&ct)
+    };
+    // Beside digits, behind a point; a number without its dash, and in pieces.
+    assert_eq!(
+        told("DOE^JANE", "1", "DOE1950 chest DOE.1 T2", "JANE3"),
+        "CT series 7, chest T2, 1 slice, 2 x 1"
+    );
+    assert_eq!(told("DOE^JANE", "AB-123", "AB123 axial T2", ""), "CT series 7, axial T2, 1 slice, 2 x 1");
+    assert_eq!(told("DOE^JANE", "AB123", "A.B.123 123 axial", ""), "CT series 7, axial, 1 slice, 2 x 1");
 }

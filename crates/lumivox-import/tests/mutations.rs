@@ -186,6 +186,52 @@ fn pet() -> Elements {
         .items(0x0054_0016, vec![drug])
 }
 
+/// A gated reconstruction of nuclear medicine by two detectors: slices and moments that vectors count.
+fn nuclear() -> Elements {
+    let detector = |x: f64| {
+        Elements::default()
+            .decimals(IMAGE_POSITION_PATIENT, &[x, 6.0, 70.0])
+            .decimals(IMAGE_ORIENTATION_PATIENT, &[0.0, 1.0, 0.0, -1.0, 0.0, 0.0])
+    };
+    let vectors: [(u32, [u16; 8]); 4] = [
+        (0x0054_0010, [1; 8]),
+        (0x0054_0020, [1, 1, 1, 1, 2, 2, 2, 2]),
+        (0x0054_0070, [1, 1, 2, 2, 1, 1, 2, 2]),
+        (0x0054_0080, [1, 2, 1, 2, 1, 2, 1, 2]),
+    ];
+    let mut image = image("NM", 2, 1, (0..16).collect())
+        .without(IMAGE_POSITION_PATIENT)
+        .without(IMAGE_ORIENTATION_PATIENT)
+        .text(0x0008_0016, "UI", "1.2.840.10008.5.1.4.1.1.20")
+        .text(IMAGE_TYPE, "CS", "ORIGINAL\\PRIMARY\\RECON GATED TOMO\\EMISSION")
+        .text(NUMBER_OF_FRAMES, "IS", "8")
+        .decimals(SPACING_BETWEEN_SLICES, &[-4.0])
+        .items(0x0054_0022, vec![detector(5.0), detector(-50.0)]);
+    let words = |words: &[u16]| words.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>();
+    for (tag, numbers) in vectors {
+        image.set(tag, "US", Value::Raw(16, words(&numbers)));
+    }
+    let tags: Vec<u16> = vectors.iter().flat_map(|(tag, _)| [(tag >> 16) as u16, *tag as u16]).collect();
+    image.set(0x0028_0009, "AT", Value::Raw(16, words(&tags)));
+    image
+}
+
+/// The slices of two scans that lie between each other and are told apart by their times, with words, a kernel and a unit.
+fn interleaved() -> Vec<Vec<u8>> {
+    let slice = |k: u16| {
+        let (scan, place) = (f64::from(k / 4), f64::from(k % 4));
+        image("CT", 2, 1, vec![k, 100])
+            .decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, 3.0 * place + 0.7 * scan])
+            .text(INSTANCE_NUMBER, "IS", &(k + 1).to_string())
+            .text(0x0008_0032, "TM", &format!("10{:02}{:02}", 10 + k / 4, k % 4))
+            .text(0x0008_103E, "LO", "Thorax^1.0 B30f SECRET1950 SECRETID")
+            .text(0x0018_1210, "SH", "B30f")
+            .text(0x0028_1054, "LO", "ml/100ml/s")
+            .file(Syntax::Explicit)
+    };
+    (0..8).map(slice).collect()
+}
+
 /// The files that are damaged: small ones of every kind.
 fn seeds() -> Vec<(String, Vec<u8>)> {
     let grey = image("CT", 4, 3, (0..12).collect())
@@ -223,7 +269,10 @@ fn seeds() -> Vec<(String, Vec<u8>)> {
         seeds.push((format!("enhanced {syntax:?}"), enhanced().file(syntax)));
         seeds.push((format!("segmentation {syntax:?}"), segmentation().file(syntax)));
     }
-    seeds.push(("zip".to_owned(), zip(&grey.file(Syntax::Explicit))));
+    seeds.push(("zip".to_owned(), zip(&[grey.file(Syntax::Explicit)])));
+    // Headers are read whatever the checksums are.
+    seeds.push(("interleaved".to_owned(), zip(&interleaved())));
+    seeds.push(("nuclear".to_owned(), nuclear().file(Syntax::Explicit)));
     // Codestreams that no crate here can write.
     for name in ["MR_small_jp2klossless.dcm", "JPGExtended.dcm"] {
         if let Some(bytes) =
@@ -235,12 +284,35 @@ fn seeds() -> Vec<(String, Vec<u8>)> {
     seeds
 }
 
-fn zip(file: &[u8]) -> Vec<u8> {
+fn zip(files: &[Vec<u8>]) -> Vec<u8> {
     use std::io::Write;
     let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
-    zip.start_file("image.dcm", zip::write::SimpleFileOptions::default()).unwrap();
-    zip.write_all(file).unwrap();
+    let method =
+        if files.len() == 1 { zip::CompressionMethod::Deflated } else { zip::CompressionMethod::Stored };
+    let options = zip::write::SimpleFileOptions::default().compression_method(method);
+    for (k, file) in files.iter().enumerate() {
+        zip.start_file(format!("{k}.dcm"), options).unwrap();
+        zip.write_all(file).unwrap();
+    }
     zip.finish().unwrap().into_inner()
+}
+
+#[test]
+fn seeds_are_what_they_are_meant_to_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |name: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, &seeds().iter().find(|(seed, _)| seed == name).unwrap().1).unwrap();
+        common::load(&path).unwrap().report.series
+    };
+    let interleaved = &of("interleaved")[0];
+    assert_eq!(
+        (interleaved.phases, interleaved.dims, interleaved.unit.as_str()),
+        (2, [2, 1, 4], "ml/100ml/s")
+    );
+    assert!(interleaved.description.contains("Thorax 1.0 B30f, kernel B30f"), "{}", interleaved.description);
+    let nuclear = of("nuclear");
+    assert_eq!(nuclear.iter().map(|s| (s.phases, s.dims)).collect::<Vec<_>>(), [(2, [2, 1, 2]); 2]);
 }
 
 fn nifti() -> Vec<u8> {

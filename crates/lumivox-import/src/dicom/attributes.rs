@@ -126,6 +126,10 @@ attributes! { VALUES:
     LUT_DESCRIPTOR = "LUTDescriptor" 0x0028_3002;
     MODALITY_LUT_TYPE = "ModalityLUTType" 0x0028_3004;
     LUT_DATA = "LUTData" 0x0028_3006;
+    REAL_WORLD_VALUE_LAST_VALUE_MAPPED = "RealWorldValueLastValueMapped" 0x0040_9211;
+    DOUBLE_FLOAT_REAL_WORLD_VALUE_LAST_VALUE_MAPPED = "DoubleFloatRealWorldValueLastValueMapped" 0x0040_9213;
+    DOUBLE_FLOAT_REAL_WORLD_VALUE_FIRST_VALUE_MAPPED = "DoubleFloatRealWorldValueFirstValueMapped" 0x0040_9214;
+    REAL_WORLD_VALUE_FIRST_VALUE_MAPPED = "RealWorldValueFirstValueMapped" 0x0040_9216;
     REAL_WORLD_VALUE_INTERCEPT = "RealWorldValueIntercept" 0x0040_9224;
     REAL_WORLD_VALUE_SLOPE = "RealWorldValueSlope" 0x0040_9225;
     ENERGY_WINDOW_VECTOR = "EnergyWindowVector" 0x0054_0010;

@@ -116,19 +116,18 @@ impl DataSet {
 
     /// What it says and, where it is silent, the others, of values and of the sequence `of` alone.
     pub(crate) fn completed_by<'a>(
-        &self,
+        &'a self,
         others: impl Iterator<Item = &'a DataSet>,
         of: Attribute,
     ) -> DataSet {
-        let mut all =
-            DataSet { big_endian: self.big_endian, values: self.values.clone(), sequences: Vec::new() };
-        all.sequences.extend(self.sequences.iter().find(|(tag, _)| *tag == of.tag).cloned());
-        for other in others {
-            let news = other.values.iter().filter(|(tag, _)| !self.has(*tag));
-            let news: Vec<_> = news.filter(|(tag, _)| !all.has(*tag)).cloned().collect();
+        let mut all = DataSet { big_endian: self.big_endian, ..DataSet::default() };
+        for set in [self].into_iter().chain(others) {
+            // What is there and empty says nothing.
+            let is_new = |(tag, value): &&(u32, Vec<u8>)| !value.is_empty() && !all.has(*tag);
+            let news: Vec<_> = set.values.iter().filter(is_new).cloned().collect();
             all.values.extend(news);
-            if all.sequences.is_empty() {
-                all.sequences.extend(other.sequences.iter().find(|(tag, _)| *tag == of.tag).cloned());
+            if all.sequences.is_empty() && !set.items(of).is_empty() {
+                all.sequences.push((of.tag, set.items(of).to_vec()));
             }
         }
         all

@@ -5,13 +5,16 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use lumivox_core::glam::{DVec2, DVec3};
+use lumivox_core::{
+    CancelToken,
+    glam::{DVec2, DVec3},
+};
 
 use super::{
     attributes::{self as attr, Attribute},
     elements::DataSet,
-    header::{PixelFormat, Refusal},
-    multi_frame,
+    header::{PixelFormat, Refusal, SampleKind},
+    multi_frame, segmentation,
     units::{self, Unit},
     values::FieldFault,
 };
@@ -19,6 +22,8 @@ use crate::single::SPACING_MM;
 
 /// Added to b-values by some of GE's programs.
 const GE_B_VALUE_OFFSET: f64 = 1e9;
+/// Mappings to real world values that are looked at in a frame.
+const MOST_MAPPINGS: usize = 16;
 
 /// What tells images of one place apart: phases, echoes, diffusion weightings. Numbers are in millionths, so that they
 /// compare. Never used to order slices.
@@ -75,7 +80,9 @@ pub(crate) struct Frame {
     pub(crate) column_direction: DVec3,
     /// Distance of neighbouring columns (x) and rows (y), in mm.
     pub(crate) spacing_mm: DVec2,
-    /// Distance to the next slice by the header's word, for single slices only.
+    /// Distance to the next slice by the header's word, else the larger side of a pixel. It is the step where places tell
+    /// none (single slices, frames that are stacked), the first guess at that of labels, which leave slices out, and
+    /// decides between one volume and two scans at half a step; else places count alone.
     pub(crate) thickness_mm: f64,
     /// Slope and intercept.
     pub(crate) rescale: [f64; 2],
@@ -91,11 +98,12 @@ pub(crate) struct Frame {
     pub(crate) segment: Option<u16>,
 }
 
-/// A frame's own functional groups, those shared by all frames, the detector of nuclear medicine, and the data set: the
+/// A frame's own functional groups, those shared by all frames, its detector of nuclear medicine, and the data set: the
 /// first that has an attribute says it.
 pub(crate) struct FrameScope<'a> {
     own: Option<&'a DataSet>,
     shared: Option<&'a DataSet>,
+    detector: Option<&'a DataSet>,
     pub(crate) data: &'a DataSet,
 }
 
@@ -106,17 +114,21 @@ impl<'a> FrameScope<'a> {
             .into_iter()
             .flatten()
             .filter_map(|group| group.items(sequence).first())
-            .chain(self.data.items(attr::DETECTOR_INFORMATION_SEQUENCE))
+            .chain(self.detector)
             .find(|item| item.bytes(attribute).is_some())
             .unwrap_or(self.data)
     }
 }
 
 /// Where and what each frame is.
+///
+/// # Errors
+/// Where the file does not say that, and on cancel.
 pub(crate) fn frames(
     data: &DataSet,
     format: &PixelFormat,
     notes: &mut Vec<String>,
+    cancel: &CancelToken,
 ) -> Result<Vec<Frame>, Refusal> {
     multi_frame::refuse_pictures(data, format.frames)?;
     let per_frame = data.items(attr::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE);
@@ -125,16 +137,36 @@ pub(crate) fn frames(
         return Err(FieldFault::new(attr::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE, problem).into());
     }
     let shared = data.items(attr::SHARED_FUNCTIONAL_GROUPS_SEQUENCE).first();
-    let mut frames = (0..format.frames)
-        .map(|index| frame(index, &FrameScope { own: per_frame.get(index), shared, data }, notes))
-        .collect::<Result<Vec<_>, FieldFault>>()?;
-    if frames.len() > 1 && per_frame.is_empty() {
-        multi_frame::place_frames(&mut frames, data, notes)?;
+    let detectors = match per_frame {
+        [] => multi_frame::detectors(data, format.frames)?,
+        _ => vec![data.items(attr::DETECTOR_INFORMATION_SEQUENCE).first(); format.frames],
+    };
+    let contrast_agent = contrast_agent(data);
+    let mut frames = Vec::with_capacity(format.frames);
+    for (index, detector) in detectors.into_iter().enumerate() {
+        cancel.check()?;
+        let scope = FrameScope { own: per_frame.get(index), shared, detector, data };
+        let mut frame = frame(index, &scope, format, notes)?;
+        frame.phase.contrast = contrast_agent;
+        frames.push(frame);
+    }
+    match frames.len() > 1 && per_frame.is_empty() {
+        // Of a segment in each frame, a place of the file is that of none.
+        true if segmentation::is_segmentation(data) => {
+            frames.iter_mut().for_each(|frame| frame.position = None);
+        }
+        true => multi_frame::place_frames(&mut frames, data, notes)?,
+        false => {}
     }
     Ok(frames)
 }
 
-fn frame(index: usize, scope: &FrameScope<'_>, notes: &mut Vec<String>) -> Result<Frame, FieldFault> {
+fn frame(
+    index: usize,
+    scope: &FrameScope<'_>,
+    format: &PixelFormat,
+    notes: &mut Vec<String>,
+) -> Result<Frame, FieldFault> {
     let position = scope
         .find(attr::PLANE_POSITION_SEQUENCE, attr::IMAGE_POSITION_PATIENT)
         .decimals::<3>(attr::IMAGE_POSITION_PATIENT)?
@@ -156,7 +188,7 @@ fn frame(index: usize, scope: &FrameScope<'_>, notes: &mut Vec<String>) -> Resul
             DVec2::ONE
         }
     };
-    // Only a fallback where there is one slice: nonsense is as good as nothing.
+    // Wherever it counts there is something to fall back to: nonsense is as good as nothing.
     let length = |attribute| {
         let value = measures(attribute).decimal(attribute).ok().flatten();
         value.map(f64::abs).filter(|mm| (1e-3..1e3).contains(mm))
@@ -172,7 +204,7 @@ fn frame(index: usize, scope: &FrameScope<'_>, notes: &mut Vec<String>) -> Resul
         thickness_mm,
         rescale: rescale(scope)?,
         rescale_type: rescale_type(scope),
-        real_world: real_world(scope),
+        real_world: real_world(scope, format, notes),
         kind: frame_kind(scope),
         contrast: {
             let sequence = attr::MR_IMAGE_FRAME_TYPE_SEQUENCE;
@@ -254,8 +286,9 @@ fn rescale_type(scope: &FrameScope<'_>) -> RescaleType {
 }
 
 /// The mapping to Bq/ml, else to SUV by body weight, that an enhanced PET image has in place of Units
-/// (PS3.3 C.7.6.16.2.11); else the first to a unit that is known.
-fn real_world(scope: &FrameScope<'_>) -> Option<RealWorld> {
+/// (PS3.3 C.7.6.16.2.11); else that to the first unit that is known. Of several to one unit it is one that holds for all
+/// values that may be stored, and of a single one it is said where it does not.
+fn real_world(scope: &FrameScope<'_>, format: &PixelFormat, notes: &mut Vec<String>) -> Option<RealWorld> {
     let mapping = |item: &DataSet| {
         let unit = item.items(attr::MEASUREMENT_UNITS_CODE_SEQUENCE).first()?.text(attr::CODE_VALUE)?;
         // UCUM's codes, and those of DICOM's context group 85.
@@ -267,13 +300,62 @@ fn real_world(scope: &FrameScope<'_>) -> Option<RealWorld> {
         let rescale =
             [item.float(attr::REAL_WORLD_VALUE_SLOPE)?, item.float(attr::REAL_WORLD_VALUE_INTERCEPT)?];
         let is_scale = rescale[0].is_normal() && rescale.iter().all(|part| part.abs() < 1e30);
-        is_scale.then_some(RealWorld { unit, rescale })
+        is_scale.then(|| (RealWorld { unit, rescale }, mapped_values(item, format)))
     };
     let sets = [scope.own, scope.shared, Some(scope.data)].into_iter().flatten();
-    let mappings: Vec<RealWorld> =
-        sets.flat_map(|set| set.items(attr::REAL_WORLD_VALUE_MAPPING_SEQUENCE)).filter_map(mapping).collect();
-    let of = |unit| mappings.iter().find(|mapping| mapping.unit == unit);
-    of("BQML").or_else(|| of("GML")).or(mappings.first()).cloned()
+    let items = sets.flat_map(|set| set.items(attr::REAL_WORLD_VALUE_MAPPING_SEQUENCE).iter());
+    let mut mappings: Vec<_> = items.take(MOST_MAPPINGS).filter_map(mapping).collect();
+    let is_of = |unit: &str| mappings.iter().any(|(mapping, _)| mapping.unit == unit);
+    let unit: Unit = match ["BQML", "GML"].into_iter().find(|unit| is_of(unit)) {
+        Some(unit) => unit.into(),
+        None => mappings.first()?.0.unit.clone(),
+    };
+    mappings.retain(|(mapping, _)| mapping.unit == unit);
+    let [lowest, highest] = stored_values(format);
+    let holds = |[first, last]: [f64; 2]| first <= lowest && highest <= last;
+    if let Some((mapping, _)) = mappings.iter().find(|(_, values)| values.is_none_or(holds)) {
+        return Some(mapping.clone());
+    }
+    // Often the values that are there, not those that might be. Once for all frames, each of which has its own.
+    const BEGIN: &str = "the mapping to real world values";
+    let (found, note) = match &mappings[..] {
+        [(mapping, Some([first, last]))] => (
+            Some(mapping.clone()),
+            format!("{BEGIN} ({unit}) is given for stored values from {first} to {last} only"),
+        ),
+        _ => (None, format!("{BEGIN} is unclear: several mappings to {unit} hold for a part each")),
+    };
+    if !notes.iter().any(|note| note.starts_with(BEGIN)) {
+        notes.push(note);
+    }
+    found
+}
+
+/// The first and the last of the stored values that a mapping holds for; `None` where it does not say.
+fn mapped_values(mapping: &DataSet, format: &PixelFormat) -> Option<[f64; 2]> {
+    let word = |attribute| {
+        let word = *mapping.words(attribute)?.first()?;
+        Some(if format.signed { f64::from(word as i16) } else { word.into() })
+    };
+    let integers =
+        [attr::REAL_WORLD_VALUE_FIRST_VALUE_MAPPED, attr::REAL_WORLD_VALUE_LAST_VALUE_MAPPED].map(word);
+    let doubles = [
+        attr::DOUBLE_FLOAT_REAL_WORLD_VALUE_FIRST_VALUE_MAPPED,
+        attr::DOUBLE_FLOAT_REAL_WORLD_VALUE_LAST_VALUE_MAPPED,
+    ]
+    .map(|attribute| mapping.float(attribute));
+    let [first, last] = [integers[0].or(doubles[0])?, integers[1].or(doubles[1])?];
+    Some([first.min(last), first.max(last)])
+}
+
+/// The lowest and the highest value that may be stored.
+fn stored_values(format: &PixelFormat) -> [f64; 2] {
+    let count = f64::from(format.bits_stored).exp2();
+    match (format.kind, format.signed) {
+        (SampleKind::Float, _) => [f64::NEG_INFINITY, f64::INFINITY],
+        (SampleKind::Integer, false) => [0.0, count - 1.0],
+        (SampleKind::Integer, true) => [-count / 2.0, count / 2.0 - 1.0],
+    }
 }
 
 /// What keeps frames of one series apart: derived images, and the parts of complex ones.
@@ -366,12 +448,8 @@ fn phase_key(scope: &FrameScope<'_>) -> PhaseKey {
             number => number,
         },
         trigger_time: millionths(delay.or_else(|| decimal(attr::TRIGGER_TIME))),
-        contrast: data.text(attr::CONTRAST_BOLUS_AGENT).map_or(0, |agent| {
-            let mut hasher = DefaultHasher::new();
-            agent.hash(&mut hasher);
-            // Above 0, which is none.
-            (hasher.finish() >> 1) as i64 | 1
-        }),
+        // Of the file, not of a frame.
+        contrast: 0,
         acquisition: match content(attr::FRAME_ACQUISITION_NUMBER) {
             Some(number) => number.into(),
             None => number(attr::ACQUISITION_NUMBER),
@@ -379,6 +457,16 @@ fn phase_key(scope: &FrameScope<'_>) -> PhaseKey {
         time: millionths(time),
         instance: number(attr::INSTANCE_NUMBER),
     }
+}
+
+/// [`PhaseKey::contrast`] of all frames.
+fn contrast_agent(data: &DataSet) -> i64 {
+    data.text(attr::CONTRAST_BOLUS_AGENT).map_or(0, |agent| {
+        let mut hasher = DefaultHasher::new();
+        agent.hash(&mut hasher);
+        // Above 0, which is none.
+        (hasher.finish() >> 1) as i64 | 1
+    })
 }
 
 fn segment(scope: &FrameScope<'_>) -> Option<u16> {

@@ -7,9 +7,9 @@ use lumivox_core::glam::{DAffine3, DMat3, DVec2, DVec3};
 
 /// Slices lie evenly if none is farther from its even place than this part of the step; a writer's rounding of
 /// positions stays below.
-const EVEN: f64 = 0.05;
+pub(crate) const EVEN: f64 = 0.05;
 /// Slices nearer than this part of the usual gap lie at the same place.
-const SAME_PLACE: f64 = 0.01;
+pub(crate) const SAME_PLACE: f64 = 0.01;
 /// Slices nearer than this lie at the same place, whatever the usual gap is.
 const NO_GAP_MM: f64 = 1e-4;
 /// The smallest part of the smallest gap that a common step may be.
@@ -31,7 +31,7 @@ pub(crate) struct Plane {
     pub(crate) column_direction: DVec3,
     /// Distance of neighbouring columns (x) and rows (y), in mm.
     pub(crate) spacing_mm: DVec2,
-    /// What the step is where there is one slice only, in mm.
+    /// [`Frame::thickness_mm`](super::frames::Frame::thickness_mm) of the first slice: the step of a single one.
     pub(crate) thickness_mm: f64,
 }
 

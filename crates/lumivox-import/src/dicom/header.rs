@@ -8,7 +8,7 @@ use std::{
     sync::Arc,
 };
 
-use lumivox_core::{CancelToken, Modality};
+use lumivox_core::{CancelToken, Cancelled, Modality};
 
 use super::{
     attributes::{self as attr, Attribute},
@@ -193,7 +193,8 @@ pub(crate) fn read_image(source: &Source, cancel: &CancelToken) -> Result<ImageF
         Fault::Damaged(problem) => ImportError::Damaged { path: path(), problem },
         Fault::Io(source) => ImportError::Io { path: path(), source },
     })?;
-    interpret(source, &header).map_err(|refusal| match refusal {
+    interpret(source, &header, cancel).map_err(|refusal| match refusal {
+        Refusal::Cancelled(cancelled) => cancelled.into(),
         Refusal::Field(FieldFault { attribute, problem, remedy }) => ImportError::Field {
             path: path(),
             field: attribute.to_string(),
@@ -215,6 +216,13 @@ pub(crate) fn undecodable(source: &Source, what: String) -> ImportError {
 pub(crate) enum Refusal {
     Field(FieldFault),
     Unsupported(String, &'static str),
+    Cancelled(Cancelled),
+}
+
+impl From<Cancelled> for Refusal {
+    fn from(cancelled: Cancelled) -> Self {
+        Refusal::Cancelled(cancelled)
+    }
 }
 
 impl From<FieldFault> for Refusal {
@@ -223,7 +231,7 @@ impl From<FieldFault> for Refusal {
     }
 }
 
-fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
+fn interpret(source: &Source, header: &Header, cancel: &CancelToken) -> Result<ImageFile, Refusal> {
     let data = &header.data;
     let mut notes = Vec::new();
     let (mut format, there) = pixel_format(header, &mut notes)?;
@@ -237,8 +245,14 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
     let image_type = data.texts(attr::IMAGE_TYPE);
     let is_mosaic = is_mosaic(data);
     let layout = is_mosaic.then(|| Layout::of(data, format.columns, format.rows)).flatten();
-    let mut frames = frames(data, &format, &mut notes)?;
-    let stacked = if is_segmentation(data) { segmentation::stack_frames(&mut frames, data)? } else { None };
+    let mut frames = frames(data, &format, &mut notes, cancel)?;
+    let is_segmentation = segmentation::is_segmentation(data);
+    let stacked = if is_segmentation {
+        segmentation::number_frames(&mut frames, data)?;
+        segmentation::stack_frames(&mut frames, data)?
+    } else {
+        None
+    };
     let has_places = stacked.is_none();
     notes.extend(stacked);
     let whole = there.unwrap_or(0);
@@ -272,7 +286,7 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
         notes.push("values are given by a table (ModalityLUTSequence)".to_owned());
     }
     let labels = labels(data, modality, &frames);
-    let segmentation = is_segmentation(data).then(|| Segmentation::of(data, has_places));
+    let segmentation = is_segmentation.then(|| Segmentation::of(data, has_places));
     notes.extend(segmentation.iter().flat_map(Segmentation::notes));
     Ok(ImageFile {
         source: source.clone(),
@@ -304,7 +318,7 @@ fn interpret(source: &Source, header: &Header) -> Result<ImageFile, Refusal> {
 
 /// [`ImageFile::labels`].
 fn labels(data: &DataSet, modality: Modality, frames: &[Frame]) -> [String; 3] {
-    let kernel = words::kernel_label(data.text(attr::CONVOLUTION_KERNEL).as_deref());
+    let kernel = words::kernel_label(data);
     let filter = match modality {
         Modality::Mr => {
             let first = frames.first();
@@ -500,11 +514,6 @@ fn without_pixels(data: &DataSet) -> &'static str {
         Some("104.1") => "a PDF document",
         _ => "it holds no image",
     }
-}
-
-fn is_segmentation(data: &DataSet) -> bool {
-    let sop_class = data.text(attr::SOP_CLASS_UID).unwrap_or_default();
-    ["1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"].contains(&sop_class.as_str())
 }
 
 /// The extended offset table.

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use super::{
     frames::PhaseKey,
-    geometry::{self, Gaps},
+    geometry::{self, Gaps, SAME_PLACE},
     phases::{COVERED, STRONG, WEAK},
 };
 
@@ -22,8 +22,6 @@ const MOST_CUTS: usize = 16;
 const FILLED: f64 = 0.5;
 /// Places of all scans that are filled worse by this part than those of each are no volume's.
 const WORSE: f64 = 0.1;
-/// Slices nearer than this part of the usual gap lie at the same place.
-const SAME_PLACE: f64 = 0.01;
 
 /// Parts images, each with its key and its depth along the normal, into scans that lie between each other, as indices; and
 /// what they are told apart by. `None` where there is one. `header_step` is the distance of slices by the header's word.
@@ -51,7 +49,7 @@ pub(crate) fn interleaved_scans(
     }
     let mut by_time = class.to_vec();
     by_time.sort_by_key(|&index| keys[index].time);
-    let pause = |a: usize, b: usize| (keys[b].time - keys[a].time) as f64;
+    let pause = |a: usize, b: usize| keys[b].time as f64 - keys[a].time as f64;
     let mut by_number = class.to_vec();
     by_number.sort_by_key(|&index| keys[index].instance);
     let turn = |a: usize, b: usize| (depths[b] - depths[a]).abs();

@@ -73,7 +73,7 @@ pub(crate) fn is_dicom(path: &Path) -> bool {
     // Opening a pipe might wait for ever.
     path.is_file()
         && (elements::is_dicom(&source::Source::File(path.to_owned()))
-            || matches!(source::gzip(path), Ok(Some(_))))
+            || source::is_gzip_of_dicom(path).unwrap_or(false))
 }
 
 impl Study {

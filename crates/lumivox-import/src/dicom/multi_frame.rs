@@ -21,7 +21,7 @@ const MOMENTS: [Attribute; 4] =
 /// What makes volumes of their own, and what a report calls it.
 const KINDS: [(Attribute, &str); 2] =
     [(attr::ENERGY_WINDOW_VECTOR, "energy window"), (attr::DETECTOR_VECTOR, "detector")];
-const OTHER_SERIES: &str = "Open a series of slices, or the volume that was reconstructed of it";
+pub(crate) const OTHER_SERIES: &str = "Open a series of slices, or the volume that was reconstructed of it";
 
 /// Refuses several frames that cannot be slices of a volume, whatever places they have.
 ///
@@ -77,6 +77,26 @@ pub(crate) fn is_film(data: &DataSet) -> bool {
         && ![attr::SLICE_LOCATION_VECTOR, attr::SLICE_VECTOR].iter().any(|by| counts.contains(&by.tag))
 }
 
+/// The item of each frame's detector of nuclear medicine, if there is any: the first, or those that DetectorVector counts.
+///
+/// # Errors
+/// Where one that is counted is not described: its frames would lie where another's do.
+pub(crate) fn detectors(data: &DataSet, frames: usize) -> Result<Vec<Option<&DataSet>>, FieldFault> {
+    let items = data.items(attr::DETECTOR_INFORMATION_SEQUENCE);
+    let numbers = vector(data, attr::DETECTOR_VECTOR, frames)?.unwrap_or_default();
+    if items.is_empty() || numbers.iter().all(|number| *number == numbers[0]) {
+        return Ok(vec![items.first(); frames]);
+    }
+    let of = |number: &u16| items.get(usize::from(*number).checked_sub(1)?);
+    let found: Option<Vec<_>> = numbers.iter().map(|number| of(number).map(Some)).collect();
+    found.ok_or_else(|| {
+        let counted: BTreeSet<&u16> = numbers.iter().collect();
+        let described = counted.iter().filter(|number| of(number).is_some()).count();
+        let problem = format!("counts {} detectors, of which {described} are described", counted.len());
+        FieldFault::new(attr::DETECTOR_VECTOR, problem)
+    })
+}
+
 /// Places the frames of a file whose header says where the first one is, and tells which of them are phases.
 ///
 /// # Errors
@@ -86,19 +106,21 @@ pub(crate) fn place_frames(
     data: &DataSet,
     notes: &mut Vec<String>,
 ) -> Result<(), Refusal> {
-    let first = frames[0].position.unwrap_or(DVec3::ZERO);
+    // That of the first one, or of the first of each detector.
+    for frame in frames.iter_mut() {
+        frame.position.get_or_insert(DVec3::ZERO);
+    }
     if is_film(data) {
         for (moment, frame) in (1..).zip(frames) {
-            frame.position = Some(first);
             frame.phase.temporal_position = moment;
         }
         return Ok(());
     }
     number_moments(frames, data)?;
-    let normal = frames[0].row_direction.cross(frames[0].column_direction);
     let offsets = offsets(frames, data, notes)?;
     for (frame, offset) in frames.iter_mut().zip(offsets) {
-        frame.position = Some(first + normal * offset);
+        let normal = frame.row_direction.cross(frame.column_direction);
+        frame.position = frame.position.map(|first| first + normal * offset);
     }
     Ok(())
 }
@@ -109,6 +131,9 @@ fn offsets(frames: &[Frame], data: &DataSet, notes: &mut Vec<String>) -> Result<
     for attribute in [attr::GRID_FRAME_OFFSET_VECTOR, attr::SLICE_LOCATION_VECTOR] {
         if let Some(depths) = data.decimal_list(attribute)? {
             check_count(attribute, depths.len(), frames.len())?;
+            if attribute == attr::SLICE_LOCATION_VECTOR {
+                notes.push(format!("the {} frames lie where {attribute} says", frames.len()));
+            }
             return Ok(depths.iter().take(frames.len()).map(|depth| depth - depths[0]).collect());
         }
     }

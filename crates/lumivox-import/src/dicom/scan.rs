@@ -87,14 +87,16 @@ pub(crate) fn scan(
             let Found { files, closed } = files_below(path, cancel)?;
             scan.rejected.extend(closed);
             for file in files {
-                add(&file, &mut sources, &mut scan.rejected).unwrap_or_else(|error| {
+                cancel.check()?;
+                add(&file, &mut sources, &mut scan.rejected, cancel).unwrap_or_else(|error| {
                     scan.rejected.push(Rejected { path: file, error });
                 });
             }
         } else {
-            add(path, &mut sources, &mut scan.rejected)?;
+            add(path, &mut sources, &mut scan.rejected, cancel)?;
         }
     }
+    cancel.check()?;
     let total = sources.len() as u64;
     let done = AtomicU64::new(0);
     let results: Vec<_> = sources
@@ -139,7 +141,12 @@ fn in_archive(source: &Source, error: ImportError) -> ImportError {
 }
 
 /// Adds the file at `path`, or the entries of the archive that it is.
-fn add(path: &Path, sources: &mut Vec<Source>, rejected: &mut Vec<Rejected>) -> Result<(), ImportError> {
+fn add(
+    path: &Path,
+    sources: &mut Vec<Source>,
+    rejected: &mut Vec<Rejected>,
+    cancel: &CancelToken,
+) -> Result<(), ImportError> {
     let unusable =
         |found: &str| ImportError::UnknownFormat { path: path.to_owned(), found: found.to_owned() };
     // Opening a pipe or a device might wait for ever.
@@ -149,11 +156,21 @@ fn add(path: &Path, sources: &mut Vec<Source>, rejected: &mut Vec<Rejected>) -> 
     let source = Source::File(path.to_owned());
     let mut magic = [0; 4];
     source.open().and_then(|mut input| input.read_up_to(&mut magic)).map_err(ImportError::io(path))?;
-    if magic.starts_with(&GZIP_MAGIC)
-        && let Ok(Some(unpacked)) = source::gzip(path)
-    {
-        sources.push(unpacked);
-        return Ok(());
+    if magic.starts_with(&GZIP_MAGIC) {
+        match source::gzip(path, cancel) {
+            Ok(Some(unpacked)) => {
+                sources.push(unpacked);
+                return Ok(());
+            }
+            Ok(None) => {}
+            Err(fault) => {
+                cancel.check()?;
+                let problem = format!("cannot be unpacked ({fault})");
+                let error = ImportError::Damaged { path: path.to_owned(), problem };
+                rejected.push(Rejected { path: path.to_owned(), error });
+                return Ok(());
+            }
+        }
     }
     // With entries, or without any.
     if &magic != b"PK\x03\x04" && &magic != b"PK\x05\x06" {

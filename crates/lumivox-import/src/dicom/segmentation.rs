@@ -10,7 +10,7 @@ use super::{
     codec::{self, Encoding},
     elements::DataSet,
     frames::Frame,
-    geometry::{self, Gaps, Grid, Plane, Spread},
+    geometry::{self, EVEN, Gaps, Grid, Plane, Spread},
     header::{ImageFile, Refusal},
     pixels::{Decoded, Failure, allocate},
     scan::Rejected,
@@ -22,8 +22,6 @@ use crate::{ImportError, codec_worker::Codecs};
 
 /// Bytes of a label.
 pub(crate) const SAMPLE_BYTES: usize = 2;
-/// Labels lie on even places within this part of a step.
-const EVEN: f64 = 0.05;
 /// Segments that are named in the report.
 const MOST_NAMED: usize = 64;
 
@@ -36,6 +34,24 @@ enum Kind {
     Fractional(u32),
     /// Numbers of segments.
     Labels,
+}
+
+impl Kind {
+    fn of(data: &DataSet) -> Self {
+        match data.text(attr::SEGMENTATION_TYPE).as_deref() {
+            Some("FRACTIONAL") => {
+                Kind::Fractional(data.unsigned(attr::MAXIMUM_FRACTIONAL_VALUE).unwrap_or(255).max(1))
+            }
+            Some("LABELMAP") => Kind::Labels,
+            _ => Kind::Binary,
+        }
+    }
+}
+
+/// Whether a data set is a segmentation that is made of pixels.
+pub(crate) fn is_segmentation(data: &DataSet) -> bool {
+    let sop_class = data.text(attr::SOP_CLASS_UID).unwrap_or_default();
+    ["1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"].contains(&sop_class.as_str())
 }
 
 /// What is not an image, but tells which voxels belong to what.
@@ -53,13 +69,6 @@ pub(crate) struct Segmentation {
 impl Segmentation {
     /// The description in a data set. Nothing is required: segments without a name have numbers.
     pub(crate) fn of(data: &DataSet, has_places: bool) -> Self {
-        let kind = match data.text(attr::SEGMENTATION_TYPE).as_deref() {
-            Some("FRACTIONAL") => {
-                Kind::Fractional(data.unsigned(attr::MAXIMUM_FRACTIONAL_VALUE).unwrap_or(255).max(1))
-            }
-            Some("LABELMAP") => Kind::Labels,
-            _ => Kind::Binary,
-        };
         let name = |item: &DataSet| {
             let number = item.unsigned(attr::SEGMENT_NUMBER)?;
             // No longer than it may be, and of one piece: a damaged one may reach into what is said of the patient.
@@ -69,7 +78,7 @@ impl Segmentation {
         };
         let series = data.items(attr::REFERENCED_SERIES_SEQUENCE).first();
         Self {
-            kind,
+            kind: Kind::of(data),
             has_places,
             segments: data.items(attr::SEGMENT_SEQUENCE).iter().filter_map(name).collect(),
             referenced_series: series.and_then(|item| item.text(attr::SERIES_INSTANCE_UID)),
@@ -106,6 +115,27 @@ impl Segmentation {
         }
         notes
     }
+}
+
+/// Gives frames without the number of a segment that of the only one there is.
+///
+/// # Errors
+/// Where several frames have none, and several segments may be meant. Frames whose pixels are numbers need none.
+pub(crate) fn number_frames(frames: &mut [Frame], data: &DataSet) -> Result<(), FieldFault> {
+    let (n, missing) = (frames.len(), frames.iter().filter(|frame| frame.segment.is_none()).count());
+    if missing == 0 || Kind::of(data) == Kind::Labels {
+        return Ok(());
+    }
+    let number = match data.items(attr::SEGMENT_SEQUENCE) {
+        [only] => only.unsigned(attr::SEGMENT_NUMBER).and_then(|number| u16::try_from(number).ok()),
+        _ if n > 1 => {
+            let problem = format!("is missing in {missing} of {n} frames");
+            return Err(FieldFault::new(attr::REFERENCED_SEGMENT_NUMBER, problem));
+        }
+        _ => None,
+    };
+    frames.iter_mut().for_each(|frame| frame.segment = frame.segment.or(number));
+    Ok(())
 }
 
 /// Stacks the frames of a segmentation that says nowhere where they lie, if it tells their order; says so.
@@ -183,8 +213,17 @@ pub(crate) fn grid(plane: &Plane, places: &[DVec3], most_slices: usize) -> Grid 
     }
     let depths = geometry::depths_of(plane, places);
     let slices_of = |steps: &[usize]| steps[n - 1].saturating_add(1);
-    let steps = steps_of_header(&depths, plane.thickness_mm).or_else(|| geometry::common_steps(&depths));
-    let spread = match steps.filter(|steps| slices_of(steps) <= most_slices.max(n)) {
+    let mut note = None;
+    let steps = steps_of_header(&depths, plane.thickness_mm).or_else(|| match depths[..] {
+        // Any distance is a step that two have in common.
+        [_, gap] => {
+            let (steps, what) = step_of_two(gap, plane.thickness_mm);
+            note = Some(what);
+            Some(vec![0, steps])
+        }
+        _ => geometry::common_steps(&depths),
+    });
+    let mut spread = match steps.filter(|steps| slices_of(steps) <= most_slices.max(n)) {
         Some(steps) if slices_of(&steps) == n => dense,
         Some(steps) => {
             let slices = slices_of(&steps);
@@ -218,7 +257,24 @@ pub(crate) fn grid(plane: &Plane, places: &[DVec3], most_slices: usize) -> Grid 
             }
         }
     };
+    spread.notes.extend(note);
     geometry::grid_of(plane, places, spread)
+}
+
+/// How many steps two slices are apart that are no multiple of the one expected: the nearest such number where that is
+/// near, else one; and a sentence about it.
+fn step_of_two(gap: f64, expected: f64) -> (usize, String) {
+    /// The part of the step by which another one may differ.
+    const NEAR: f64 = 0.05;
+    let steps = (gap / expected).round().max(1.0);
+    let step = gap / steps;
+    let apart = format!("the two slices with labels lie {gap:.3} mm apart");
+    if (step - expected).abs() <= NEAR * expected {
+        let what =
+            format!("{apart}, taken as {steps} steps of {step:.3} mm ({expected:.3} mm were expected)");
+        return (steps as usize, what);
+    }
+    (1, format!("{apart}, which is no multiple of the {expected:.3} mm that were expected"))
 }
 
 /// Where slices at `depths` lie in steps of the header, if they all lie on such.
@@ -289,13 +345,18 @@ fn read_frames(
             }
             step(frame + 1)?;
         }
+        let finished = input.finish();
+        cancel.check()?;
+        finished.map_err(|fault| stored::reading(file, &fault))?;
         return Ok(lost);
     }
     let codecs = Codecs::new(format.columns * format.rows, cancel);
     let damaged = |problem| ImportError::Damaged { path: file.source.path(), problem };
-    let streams = codec::read_frames(&mut input, format.frames, &format.frame_offsets).map_err(damaged);
+    let streams = codec::read_frames(&mut input, format.frames, &format.frame_offsets);
+    let finished = input.finish();
     cancel.check()?;
-    let streams = streams?;
+    let streams = streams.map_err(damaged)?;
+    finished.map_err(|fault| stored::reading(file, &fault))?;
     for frame in 0..frames {
         let decoded = match streams.get(frame) {
             Some(stream) => codecs.decode(stream, &format.shape()),

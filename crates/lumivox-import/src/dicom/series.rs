@@ -361,7 +361,8 @@ fn stack_group(
     if film.is_film && film.frames.len() > 1 && places.iter().all(|place| *place == places[0]) {
         let mut films: Vec<usize> = group.iter().map(|slice| slice.file).collect();
         films.dedup();
-        skipped.extend(films.into_iter().map(|file| skip(&files[file], multi_frame::FILM)));
+        let reason = format!("{}. {}", multi_frame::FILM, multi_frame::OTHER_SERIES);
+        skipped.extend(films.into_iter().map(|file| skip(&files[file], &reason)));
         return;
     }
     let keys: Vec<PhaseKey> = group.iter().map(|slice| frame(slice).phase).collect();

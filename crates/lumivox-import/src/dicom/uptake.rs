@@ -14,6 +14,9 @@ use super::{
 const DAY: f64 = 86_400.0;
 /// What has decayed for so many half-lives is not scanned any more.
 const MOST_HALF_LIVES: f64 = 10.0;
+/// A dynamic scan begins before the injection, to see the first pass: by seconds, by minutes where somebody was late. No
+/// other scan does, and one that seems to begin much earlier has a time that is wrong.
+const MOST_SECONDS_BEFORE: f64 = 300.0;
 /// Nuclides that decay no faster are scanned days after the injection, too, so that a time of day does not suffice.
 const SCANNED_FOR_DAYS: f64 = 10.0 * 3600.0;
 
@@ -86,7 +89,8 @@ fn as_given(data: &DataSet) -> Quantity {
 /// Counts, of which Philips tells what makes SUV or Bq/ml of them.
 fn counts(data: &DataSet) -> Quantity {
     let scale = |private| {
-        data.find_private(private).and_then(|scale| positive(data, scale)).filter(|scale| scale.is_normal())
+        let scale = data.find_private(private).and_then(|scale| positive(data, scale));
+        scale.filter(|scale| (1e-30..1e30).contains(scale))
     };
     if let Some(why) = not_corrected(data) {
         return Quantity::told("counts", format!("values are counts; no SUV, for {why}"));
@@ -122,8 +126,7 @@ fn suv_factor(data: &DataSet) -> Result<f64, &'static str> {
         Some("START") => {
             let half_life =
                 positive(item, attr::RADIONUCLIDE_HALF_LIFE).ok_or("the half-life is not given")?;
-            let elapsed = scan_start(data, half_life)?.seconds_since_injection(data, item, half_life)?;
-            (-elapsed / half_life).exp2()
+            scan_start(data, half_life)?.part_left(data, item, half_life)?
         }
         Some("NONE") => return Err(NO_DECAY_CORRECTION),
         _ => return Err("it is not said to which time decay is corrected"),
@@ -186,13 +189,8 @@ impl Moment {
         }
     }
 
-    /// Seconds from the injection to this.
-    fn seconds_since_injection(
-        self,
-        data: &DataSet,
-        drug: &DataSet,
-        half_life: f64,
-    ) -> Result<f64, &'static str> {
+    /// What part of the dose is left at this moment.
+    fn part_left(self, data: &DataSet, drug: &DataSet, half_life: f64) -> Result<f64, &'static str> {
         let stamp = drug.instant(attr::RADIOPHARMACEUTICAL_START_DATE_TIME);
         if let (Some((given, zone)), Some(day)) = (stamp, self.day) {
             // Where both say how far they are ahead of UTC, that counts, too.
@@ -200,9 +198,8 @@ impl Moment {
                 (Some(given), Some(scan)) => scan - given,
                 _ => 0.0,
             };
-            let elapsed = day + self.time - given - ahead;
-            if (-1.0..MOST_HALF_LIVES * half_life).contains(&elapsed) {
-                return Ok(elapsed);
+            if let Some(left) = part_left_after(day + self.time - given - ahead, half_life) {
+                return Ok(left);
             }
             // Anonymizers move one of the dates, which leaves the times of day.
             if half_life >= SCANNED_FOR_DAYS {
@@ -217,14 +214,23 @@ impl Moment {
             .or_else(|| drug.seconds_of_day(attr::RADIOPHARMACEUTICAL_START_DATE_TIME))
             .ok_or("the time of injection is not given")?;
         // Midnight may lie between.
-        Ok((self.time - given).rem_euclid(DAY))
+        let elapsed = (self.time - given + MOST_SECONDS_BEFORE).rem_euclid(DAY) - MOST_SECONDS_BEFORE;
+        part_left_after(elapsed, half_life).ok_or("the time of injection makes no sense")
     }
+}
+
+/// What part of a dose is left so many seconds after the injection, or makes up for so many before it; `None` where
+/// nobody scans.
+fn part_left_after(elapsed: f64, half_life: f64) -> Option<f64> {
+    let longest = MOST_HALF_LIVES * half_life;
+    let is_scanned = elapsed >= -longest.min(MOST_SECONDS_BEFORE) && elapsed < longest;
+    is_scanned.then(|| (-elapsed / half_life).exp2())
 }
 
 /// When the scan began, which is the time that decay is corrected to.
 ///
 /// # Errors
-/// Where the times are those of a series that was made anew.
+/// Where no time is that of the beginning, as in a series that was made anew.
 fn scan_start(data: &DataSet, half_life: f64) -> Result<Moment, &'static str> {
     let series = Moment::of(data, attr::SERIES_DATE, attr::SERIES_TIME);
     let acquired = Moment::of(data, attr::ACQUISITION_DATE, attr::ACQUISITION_TIME)
@@ -250,7 +256,10 @@ fn scan_start(data: &DataSet, half_life: f64) -> Result<Moment, &'static str> {
     let (Some(acquired), Some(reference), Some(duration)) =
         (acquired, milliseconds(attr::FRAME_REFERENCE_TIME), milliseconds(attr::ACTUAL_FRAME_DURATION))
     else {
-        return Err("the series was made after the scan");
+        return Err(match series {
+            Some(_) => "the series was made after the scan",
+            None => "the time of the series is not given",
+        });
     };
     let decay = std::f64::consts::LN_2 / half_life;
     let in_frame = decay * duration;
@@ -286,12 +295,9 @@ fn enhanced_suv_factor(data: &DataSet) -> Result<f64, &'static str> {
         (None, None) => 0.0,
         _ => return Err("one of its times has a time zone and the other has none"),
     };
-    let elapsed = corrected_to - given - ahead;
-    // Nobody scans what has decayed to a thousandth.
-    if !(-1.0..MOST_HALF_LIVES * half_life).contains(&elapsed) {
-        return Err("decay is corrected to a time that makes no sense");
-    }
-    Ok(weight * 1000.0 / (dose * 1e6 * (-elapsed / half_life).exp2()))
+    let left = part_left_after(corrected_to - given - ahead, half_life)
+        .ok_or("decay is corrected to a time that makes no sense")?;
+    Ok(weight * 1000.0 / (dose * 1e6 * left))
 }
 
 fn positive(data: &DataSet, attribute: Attribute) -> Option<f64> {

@@ -24,10 +24,17 @@ impl FieldFault {
     }
 }
 
+/// Bytes of a text or of a few numbers; no list of terms is longer (PS3.5 6.2). Some are looked at in every frame anew.
+const LONGEST_TEXT: usize = 4096;
+
 impl DataSet {
     /// A text without its padding; what is not printable ASCII becomes `?`.
     pub(crate) fn text(&self, attribute: Attribute) -> Option<String> {
-        let text: String = self.bytes(attribute)?.iter().map(|&b| printable(b)).collect();
+        self.text_up_to(attribute, LONGEST_TEXT)
+    }
+
+    fn text_up_to(&self, attribute: Attribute, longest: usize) -> Option<String> {
+        let text: String = self.bytes(attribute)?.iter().take(longest).map(|&b| printable(b)).collect();
         let text = text.trim_matches(|c: char| c == '\0' || c == ' ');
         (!text.is_empty()).then(|| text.to_owned())
     }
@@ -123,7 +130,11 @@ impl DataSet {
 
     /// All numbers of a text with decimals (DS), every one finite.
     pub(crate) fn decimal_list(&self, attribute: Attribute) -> Result<Option<Vec<f64>>, FieldFault> {
-        let Some(text) = self.text(attribute) else { return Ok(None) };
+        self.decimals_up_to(attribute, usize::MAX)
+    }
+
+    fn decimals_up_to(&self, attribute: Attribute, longest: usize) -> Result<Option<Vec<f64>>, FieldFault> {
+        let Some(text) = self.text_up_to(attribute, longest) else { return Ok(None) };
         // A backslash parts values, so a comma can only be the decimal comma of a careless writer.
         let parse = |part: &str| part.trim().replace(',', ".").parse().ok().filter(|x: &f64| x.is_finite());
         match text.split('\\').map(parse).collect() {
@@ -137,7 +148,7 @@ impl DataSet {
         &self,
         attribute: Attribute,
     ) -> Result<Option<[f64; N]>, FieldFault> {
-        let Some(numbers) = self.decimal_list(attribute)? else { return Ok(None) };
+        let Some(numbers) = self.decimals_up_to(attribute, LONGEST_TEXT)? else { return Ok(None) };
         let count = numbers.len();
         match numbers.try_into() {
             Ok(array) => Ok(Some(array)),
@@ -150,7 +161,7 @@ impl DataSet {
 
     /// The first of some decimals.
     pub(crate) fn decimal(&self, attribute: Attribute) -> Result<Option<f64>, FieldFault> {
-        Ok(self.decimal_list(attribute)?.and_then(|numbers| numbers.first().copied()))
+        Ok(self.decimals_up_to(attribute, LONGEST_TEXT)?.and_then(|numbers| numbers.first().copied()))
     }
 }
 

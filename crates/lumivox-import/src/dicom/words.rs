@@ -214,24 +214,42 @@ const TERMS: &[&str] = &[
 ];
 
 /// Whether a word names nothing but a thing of the field: a term, or a short code with a digit (`T2`, `B30f`, `1.0`).
+/// Nothing of it is one of `names`.
 fn is_told(word: &str, names: &[String]) -> bool {
     let lower = word.to_ascii_lowercase();
+    let is_named = |part: &str| names.iter().any(|name| name == part);
+    let bare: String = lower.chars().filter(char::is_ascii_alphanumeric).collect();
+    if is_named(&lower) || is_named(&bare) || runs(&lower).any(is_named) {
+        return false;
+    }
     let (digits, letters) = word.bytes().fold((0, 0), |(digits, letters), byte| {
         (digits + usize::from(byte.is_ascii_digit()), letters + usize::from(byte.is_ascii_alphabetic()))
     });
     // Numbers of patients, and dates, are longer.
     let is_code = (1..=4).contains(&digits) && letters <= 4 && word.len() <= 8;
-    !names.contains(&lower) && (is_code || TERMS.contains(&lower.as_str()))
+    is_code || TERMS.contains(&lower.as_str())
 }
 
-/// The parts of the patient's name and number, in lower case: they are told nowhere, even where they are terms.
+/// The runs of letters and of digits in a text.
+fn runs(text: &str) -> impl Iterator<Item = &str> {
+    let kind = |byte: &u8| (byte.is_ascii_alphabetic(), byte.is_ascii_digit());
+    let runs = text.as_bytes().chunk_by(move |a, b| kind(a) == kind(b));
+    let runs = runs.filter(|run| run[0].is_ascii_alphanumeric());
+    runs.filter_map(|run| std::str::from_utf8(run).ok())
+}
+
+/// The patient's name and number in lower case, without what parts them and in parts, of which a letter or digit by itself
+/// is none: they are told nowhere, even where they are terms.
 fn names(data: &DataSet) -> Vec<String> {
-    let texts = [attr::PATIENT_NAME, attr::PATIENT_ID].into_iter().filter_map(|name| data.text(name));
-    let parts = |text: String| {
-        let parts = text.split(|c: char| !c.is_ascii_alphanumeric()).map(str::to_ascii_lowercase);
-        parts.filter(|part| !part.is_empty()).collect::<Vec<_>>()
-    };
-    texts.flat_map(parts).collect()
+    let mut names = Vec::new();
+    for text in [attr::PATIENT_NAME, attr::PATIENT_ID].into_iter().filter_map(|name| data.text(name)) {
+        let text = text.to_ascii_lowercase();
+        names.push(text.chars().filter(char::is_ascii_alphanumeric).collect());
+        let parts = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty());
+        names.extend(parts.map(str::to_owned));
+        names.extend(runs(&text).filter(|run| run.len() > 1).map(str::to_owned));
+    }
+    names
 }
 
 /// The words of SeriesDescription that may be told; empty where none may.
@@ -252,13 +270,16 @@ pub(crate) fn series_label(data: &DataSet) -> String {
 /// Words of a description; longer ones do not tell series apart at a glance.
 const MOST_WORDS: usize = 6;
 
-/// A kernel as it may be told: `B30f`, `STANDARD`, `Br40d`.
-pub(crate) fn kernel_label(kernel: Option<&str>) -> String {
-    let first = kernel.unwrap_or_default().split('\\').next().unwrap_or_default().trim();
+/// ConvolutionKernel as it may be told: `B30f`, `STANDARD`, `Br40d`.
+pub(crate) fn kernel_label(data: &DataSet) -> String {
+    let kernel = data.texts(attr::CONVOLUTION_KERNEL).swap_remove(0);
+    if is_told_kernel(&kernel, &names(data)) { kernel } else { String::new() }
+}
+
+fn is_told_kernel(kernel: &str, names: &[String]) -> bool {
     // Philips and Canon have kernels of one letter or two.
-    let is_told =
-        is_told(first, &[]) || (first.len() <= 2 && first.bytes().all(|b| b.is_ascii_alphanumeric()));
-    if is_told { first.to_owned() } else { String::new() }
+    let is_short = kernel.len() <= 2 && kernel.bytes().all(|b| b.is_ascii_alphanumeric());
+    is_told(kernel, names) || is_short && !names.contains(&kernel.to_ascii_lowercase())
 }
 
 /// When a series was made, as `10:31:05`; empty where that is not given.
@@ -327,10 +348,8 @@ mod tests {
             assert!(!is_told(word, &[]), "{word}");
         }
         assert!(!is_told("Brain", &["brain".to_owned()]), "somebody is called so");
-        assert_eq!(kernel_label(Some("Br40d\\3")), "Br40d");
-        assert_eq!(
-            (kernel_label(Some("Jane Doe")), kernel_label(Some("YA"))),
-            (String::new(), "YA".to_owned())
-        );
+        for (kernel, is_told) in [("Br40d", true), ("YA", true), ("Jane Doe", false)] {
+            assert_eq!(is_told_kernel(kernel, &[]), is_told, "{kernel}");
+        }
     }
 }

@@ -342,6 +342,19 @@ func _use_dialog() -> Dictionary:
 		told.saved_as = node.volume.resource_path
 	_history().undo()
 	told.undone = not root.has_node("Opened")
+	# A header whose data lie elsewhere, before and after that is allowed; the next one is trusted no more.
+	var outside := dialog.get("_allow_outside") as CheckBox
+	told.outside = [outside.visible]
+	var header := (_arguments["study"] as String).path_join("outside/header/scan.mhd")
+	dialog.call("open_path", header)
+	await _until(scanned)
+	told.outside.append_array([outside.is_visible_in_tree(), dialog.get("_step"), details.get_parsed_text()])
+	outside.button_pressed = true
+	await _until(scanned)
+	told.outside.append(dialog.get("_step"))
+	dialog.call("open_path", header)
+	await _until(scanned)
+	told.outside.append_array([outside.button_pressed, dialog.get("_step")])
 	dialog.call("open_path", "/nowhere/at/all")
 	told.nowhere = details.get_parsed_text()
 	dialog.call("open_path", (_arguments["study"] as String).path_join("bad"))

@@ -147,6 +147,11 @@ fn write_study(folder: &Path) {
     fs::create_dir_all(folder.join("bad")).unwrap();
     fs::write(folder.join("bad/notes.txt"), "Nothing to see here.\n").unwrap();
     fs::write(folder.join("bad/page.dcm"), "<html>Not found</html>\n").unwrap();
+    let header = "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n\
+                  ElementDataFile = ../samples.raw\n";
+    fs::create_dir_all(folder.join("outside/header")).unwrap();
+    fs::write(folder.join("outside/header/scan.mhd"), header).unwrap();
+    fs::write(folder.join("outside/samples.raw"), [0, 1, 2, 3, 4, 5, 6, 7]).unwrap();
 }
 
 /// Adds to each slice of a series one of a second acquisition in the same place, all of whose samples are 100.
@@ -371,6 +376,17 @@ fn the_dialog_tells_series_apart_and_imports_the_phase_that_is_asked_for() {
     assert_eq!(told["undone"], true, "{told}");
     assert!(told["nowhere"].as_str().unwrap().contains("There is no folder or file"), "{told}");
     assert!(!told["bad"].as_str().unwrap().is_empty() && told["bad_step"] == 0, "{told}");
+}
+
+#[test]
+fn the_dialog_allows_data_outside_of_one_header_s_folder() {
+    let told = &telling("dialog")["outside"];
+    // Asked for only where a header may name files.
+    assert_eq!((&told[0], &told[1]), (&json!(false), &json!(true)), "{told}");
+    let refused = told[3].as_str().unwrap();
+    assert!(told[2] == 0 && refused.contains("'Allow data outside the scan's folder'"), "{told}");
+    assert_eq!(told[4], 2, "allowed, it is ready: {told}");
+    assert_eq!((&told[5], &told[6]), (&json!(false), &json!(0)), "the next one is distrusted: {told}");
 }
 
 #[test]

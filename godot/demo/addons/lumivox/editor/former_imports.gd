@@ -9,6 +9,9 @@ extends Node
 const IMPORTER := "lumivox.volume"
 
 var _imports := false
+## When files were written last that were imported again in this session. One from the future stays newer than what is
+## made of it.
+var _imported: Dictionary[String, int] = {}
 
 
 func _enter_tree() -> void:
@@ -47,7 +50,10 @@ func _look_into(folder: EditorFileSystemDirectory, outdated: PackedStringArray) 
 			continue
 		# One that was a volume once and cannot be imported now is tried again when it has changed.
 		var last := made if made != "" else path + ".import"
-		if not FileAccess.file_exists(last) or FileAccess.get_modified_time(last) < FileAccess.get_modified_time(path):
+		var written := FileAccess.get_modified_time(path)
+		var imported_of: int = _imported.get(path, -1)
+		if not FileAccess.file_exists(last) or FileAccess.get_modified_time(last) < written and imported_of != written:
+			_imported[path] = written
 			outdated.append(path)
 
 

@@ -28,6 +28,7 @@ var _suggested := ""
 
 var _path := LineEdit.new()
 var _raw := LineEdit.new()
+var _allow_outside := CheckBox.new()
 var _browse := MenuButton.new()
 var _series := Tree.new()
 var _details := RichTextLabel.new()
@@ -52,6 +53,7 @@ func _init(undo: EditorUndoRedoManager = null) -> void:
 	add_child(column)
 	column.add_child(_source_row())
 	column.add_child(_raw_row())
+	column.add_child(_outside_row())
 	column.add_child(_series_tree())
 	column.add_child(_details_row())
 	column.add_child(_target_row())
@@ -103,6 +105,7 @@ func open_path(path: String) -> void:
 		return
 	_path.text = path
 	_raw.text = ""
+	_distrust()
 	_scan()
 
 
@@ -142,6 +145,7 @@ func _source_row() -> Control:
 	var row := HBoxContainer.new()
 	_path.placeholder_text = "A folder of DICOM files, a zip archive, or a NIfTI, NRRD or MetaImage file"
 	_path.size_flags_horizontal = Control.SIZE_EXPAND_FILL
+	_path.text_changed.connect(func(_text: String) -> void: _distrust())
 	_path.text_submitted.connect(func(_text: String) -> void: _scan())
 	row.add_child(_path)
 	_browse.text = "Browse..."
@@ -159,6 +163,15 @@ func _raw_row() -> Control:
 	_raw.text_submitted.connect(func(_text: String) -> void: _scan())
 	_raw.hide()
 	return _raw
+
+
+## For headers that name data files.
+func _outside_row() -> Control:
+	_allow_outside.text = "Allow data outside the scan's folder"
+	_allow_outside.tooltip_text = "Of a header that you trust: its data may be files that lie neither beside it nor below it."
+	_allow_outside.toggled.connect(func(_allows: bool) -> void: _scan())
+	_allow_outside.hide()
+	return _allow_outside
 
 
 func _series_tree() -> Control:
@@ -242,6 +255,7 @@ func _go(step: Step) -> void:
 	var works := _works()
 	_path.editable = not works
 	_raw.editable = not works
+	_allow_outside.disabled = works
 	_browse.disabled = works
 	_target.editable = not works
 	_phase.editable = not works
@@ -287,7 +301,8 @@ func _scan() -> void:
 		return
 	_begin(Step.SCANNING, "Looking at %s" % _name_of(_path.text))
 	_raw.visible = _needs_description(_path.text)
-	var error := _new_importer().scan([_path.text], _raw_options())
+	_allow_outside.visible = _path.text.get_extension().to_lower() in ["mhd", "nhdr"]
+	var error := _new_importer().scan([_path.text], _source_options())
 	if error == ERR_INVALID_PARAMETER:
 		_on_failed("'%s' does not describe what a file holds; 256x256x108:i16le:spacing=1,1,2 would." % _raw.text)
 	elif error != OK:
@@ -299,8 +314,18 @@ static func _needs_description(path: String) -> bool:
 	return path.get_extension().to_lower() in ["raw", "gz"] and not path.to_lower().ends_with(".nii.gz")
 
 
-func _raw_options() -> Dictionary:
-	return {"raw": _raw.text.strip_edges()} if _raw.visible and _raw.text.strip_edges() != "" else {}
+## Trust in one header is none in the next.
+func _distrust() -> void:
+	_allow_outside.set_pressed_no_signal(false)
+
+
+func _source_options() -> Dictionary:
+	var options := {}
+	if _raw.visible and _raw.text.strip_edges() != "":
+		options["raw"] = _raw.text.strip_edges()
+	if _allow_outside.visible and _allow_outside.button_pressed:
+		options["allow_outside_data"] = true
+	return options
 
 
 func _forget() -> void:
@@ -456,7 +481,7 @@ func _on_confirmed() -> void:
 		return
 	if _target.text.get_extension() != "res":
 		_target.text = "%s.res" % _target.text
-	var options := _raw_options()
+	var options := _source_options()
 	var place := _selected_series()
 	if place >= 0 and _report.get("format", "") == "DICOM":
 		options["series"] = str(place + 1)
