@@ -106,7 +106,13 @@ pub fn trace(
             if samples == 1 && request.time.is_some_and(|limit| trace > limit + Duration::from_millis(500)) {
                 reporter.say(&format!("note: needed {} for one sample per pixel", human_duration(trace)));
             }
-            if pixels(&traced.film).all(|pixel| traced.film.alpha(pixel) == 0.0) {
+            if rendered.unfinished > 0 {
+                let pixels = rendered.unfinished;
+                reporter.say(&format!(
+                    "note: {pixels} pixels are darker than they should be: their longest paths had not ended"
+                ));
+            }
+            if begun == 1.0 && pixels(&traced.film).all(|pixel| traced.film.alpha(pixel) == 0.0) {
                 reporter.say("note: no ray met the scan: check --eye, --clip, the transfer function");
             }
             Ok(traced)

@@ -86,6 +86,9 @@ pub struct Rendered {
     pub prepare: Duration,
     /// Time spent tracing, read-backs left out.
     pub trace: Duration,
+    /// Pixels that lack a path so long that it had not ended when the render was stopped, which makes them darker than
+    /// they are. Only where a driver limits the turns of loops.
+    pub unfinished: u32,
 }
 
 /// The time one submission may take: short enough for Ctrl-C and a shared desktop, long enough to keep the GPU busy.
@@ -96,6 +99,9 @@ const FIRST_SUBMISSION: u64 = 1 << 14;
 
 /// Least time between two looks at the film while rendering: each brings back what survives a lost GPU.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
+
+/// The time that paths under way may take to end once a render is stopped.
+const FINISHING: Duration = Duration::from_secs(2);
 
 /// Largest part of the time that looking may take.
 const LOOK_SHARE: u32 = 20;
@@ -142,14 +148,17 @@ pub fn render(
         last_look: Instant::now(),
         look_took: Duration::ZERO,
         noise: None,
+        stopped: None,
     };
     let run = tracing.run(gpu, &cache, &mut views, camera, request, &mut film, on_progress);
     let mut outcome = run.unwrap_or_else(Outcome::Failed);
+    let mut unfinished = 0;
     for view in &mut views {
-        if !matches!(outcome, Outcome::Failed(_))
-            && let Err(error) = tracing.finish_paths(gpu, &cache, view, request, on_progress)
-        {
-            outcome = Outcome::Failed(error);
+        if !matches!(outcome, Outcome::Failed(_)) {
+            match tracing.finish_paths(gpu, &cache, view, request, on_progress) {
+                Ok(put_aside) => unfinished += put_aside,
+                Err(error) => outcome = Outcome::Failed(error),
+            }
         }
     }
     // Even after a failure: the device may still be there, only its memory full.
@@ -163,7 +172,7 @@ pub fn render(
     cache.free(&mut recording);
     // A device that is gone has freed everything already.
     let _ = gpu.executor.execute(&recording);
-    Ok(Rendered { film, outcome, prepare, trace: tracing.trace })
+    Ok(Rendered { film, outcome, prepare, trace: tracing.trace, unfinished })
 }
 
 /// Views that together hold the image, each small enough for the device: bands of rows, and of columns where a row
@@ -214,6 +223,8 @@ struct Tracing {
     last_look: Instant,
     look_took: Duration,
     noise: Option<f64>,
+    /// When the callback said so.
+    stopped: Option<Instant>,
 }
 
 impl Tracing {
@@ -248,11 +259,11 @@ impl Tracing {
 
             // Else the film would fall behind where paths are put aside, and to stop would take as long as to catch up.
             let is_behind = cache.limits().loop_turns.is_some() && behind.samples() > samples;
-            let finished = match is_behind {
-                true => self.finish_paths(gpu, cache, behind, request, on_progress)?,
-                false => ControlFlow::Continue(()),
-            };
-            if on_progress(&self.progress(request)).is_break() || finished.is_break() {
+            if is_behind {
+                self.finish_paths(gpu, cache, behind, request, on_progress)?;
+            }
+            self.tell(request, on_progress);
+            if self.stopped.is_some() {
                 return Ok(Outcome::Stopped);
             }
             // An image of which parts were never traced is none: the first sample is always finished.
@@ -271,7 +282,8 @@ impl Tracing {
     }
 
     /// Has what was recorded of a view counted, and what the film lacks of it traced: paths that take many dispatches
-    /// are followed to their ends, for without the long ones an image would be too dark.
+    /// are followed to their ends, for without the long ones an image would be too dark. Returns how many were not, for
+    /// who stopped the render waits no longer.
     fn finish_paths(
         &mut self,
         gpu: &mut Gpu,
@@ -279,26 +291,47 @@ impl Tracing {
         view: &mut View,
         request: &RenderRequest,
         on_progress: &mut dyn FnMut(&RenderProgress) -> ControlFlow<()>,
-    ) -> Result<ControlFlow<()>, GpuError> {
-        let begin = Instant::now();
-        let mut flow = ControlFlow::Continue(());
-        let mut recording = Recording::new();
+    ) -> Result<u32, GpuError> {
         loop {
+            let mut recording = Recording::new();
             view.record_count(&mut recording);
+            let mut put_aside = 0;
             for read_back in gpu.executor.execute(&recording)? {
-                view.counted(&read_back.wait()?).map_err(GpuError::Samples)?;
+                let count = view.counted(&read_back.wait()?).map_err(GpuError::Samples)?;
+                put_aside = count.aside + count.starved;
             }
-            gpu.check()?;
-            recording = Recording::new();
-            if !view.record_missing(cache, &mut recording) {
-                break;
+            let mut recording = Recording::new();
+            if self.is_late() || !view.record_missing(cache, &mut recording) {
+                return Ok(put_aside);
             }
-            if on_progress(&self.progress(request)).is_break() {
-                flow = ControlFlow::Break(());
+            // One after the other, so that they can be stopped in between.
+            for step in recording.steps {
+                let begin = Instant::now();
+                let executed = gpu.executor.execute(&Recording { steps: vec![step] });
+                let waited = executed.and_then(|_| gpu.executor.wait()).and_then(|()| gpu.check());
+                self.trace += begin.elapsed();
+                waited?;
+                self.tell(request, on_progress);
+                if self.is_late() {
+                    break;
+                }
             }
         }
-        self.trace += begin.elapsed();
-        Ok(flow)
+    }
+
+    fn is_late(&self) -> bool {
+        self.stopped.is_some_and(|at| at.elapsed() >= FINISHING)
+    }
+
+    /// Tells how far the render is, and notes when it shall end.
+    fn tell(
+        &mut self,
+        request: &RenderRequest,
+        on_progress: &mut dyn FnMut(&RenderProgress) -> ControlFlow<()>,
+    ) {
+        if on_progress(&self.progress(request)).is_break() {
+            self.stopped.get_or_insert_with(Instant::now);
+        }
     }
 
     /// Aims the next submission at its time; at most doubles, for the first ones tell little.
