@@ -9,10 +9,11 @@ use std::{
 use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
 
 use crate::exit::{self, Failure};
+use crate::progress::without_controls;
 
 /// Writes to stdout. Whoever reads may stop early (`lumivox presets | head -1`): that is no error.
 pub fn print(text: &str) -> Result<(), Failure> {
-    match io::stdout().lock().write_all(text.as_bytes()) {
+    match io::stdout().lock().write_all(without_controls(text).as_bytes()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Failure::other(format!("cannot write to stdout: {error}")))
         }

@@ -1,6 +1,7 @@
 //! What the user sees while waiting: bars on a terminal, a few lines elsewhere, nothing if asked to be quiet.
 
 use std::{
+    borrow::Cow,
     io::{self, IsTerminal, Write},
     sync::Mutex,
     time::{Duration, Instant},
@@ -18,7 +19,17 @@ const WORTH_SAYING: Duration = Duration::from_secs(1);
 
 /// Says a line on stderr. Where nobody listens any more, the work goes on: its result is a file.
 pub fn say(line: &str) {
-    let _ = writeln!(io::stderr(), "{line}");
+    let _ = writeln!(io::stderr(), "{}", without_controls(line));
+}
+
+/// A text whose control characters are seen and not obeyed: names of files may hold a terminal's commands.
+pub fn without_controls(text: &str) -> Cow<'_, str> {
+    let obeyed = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    if !text.contains(obeyed) {
+        return Cow::Borrowed(text);
+    }
+    let seen = |c: char| if obeyed(c) { c.escape_default().to_string() } else { c.to_string() };
+    Cow::Owned(text.chars().map(seen).collect())
 }
 
 /// Talks to the user on stderr.
@@ -174,6 +185,12 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_terminal_obeys_no_name_of_a_file() {
+        assert_eq!(without_controls("a\tb\nc"), "a\tb\nc");
+        assert_eq!(without_controls("\u{1b}[31mred\r\u{9b}2J"), "\\u{1b}[31mred\\r\\u{9b}2J");
+    }
 
     #[test]
     fn durations_read_well() {
