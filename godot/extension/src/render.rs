@@ -166,7 +166,7 @@ pub fn settle() {
         eye.take_read_backs();
         // While it shows the scene before, which counts for nothing.
         let scene = scenes.get(target).and_then(|(key, version)| Some((worlds.get(key)?, *version)));
-        if !scene.is_some_and(|(world, version)| world.version == version) {
+        if scene.is_none_or(|(world, version)| world.version != version) {
             continue;
         }
         let status = eye.live.status();

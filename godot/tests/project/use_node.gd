@@ -23,6 +23,7 @@ func _ready() -> void:
 		push_error("the volume is not shown")
 	_tell("constants", _constants())
 	_tell("preset", _preset())
+	_tell("colors", _colors())
 	_tell("slice", _slice())
 	_tell("importer", await _import_on_a_thread(all.series))
 	_tell("threads", await _write_on_a_thread())
@@ -41,6 +42,14 @@ func _constants() -> Dictionary:
 	for name in ClassDB.class_get_integer_constant_list(&"LumivoxVolume3D", true):
 		told[name] = ClassDB.class_get_integer_constant(&"LumivoxVolume3D", name)
 	return told
+
+
+## What is left of colours that are none.
+func _colors() -> Array[String]:
+	var function := LumivoxTransferFunction.new()
+	function.color_values = [-100.0, 0.0, 100.0, NAN] as PackedFloat32Array
+	function.colors = [Color(NAN, 0.0, 0.0), Color(-5.0, 1e30, 0.0), Color(0.0, 0.0, INF), Color.RED] as PackedColorArray
+	return [function.get_color(-100.0).to_html(false), function.get_color(100.0).to_html(false)] as Array[String]
 
 
 ## What a scene stores of a preset, and what comes back of it.

@@ -279,7 +279,7 @@ impl LumivoxTransferFunction {
             .as_slice()
             .iter()
             .zip(self.colors.as_slice())
-            .filter(|(value, _)| value.is_finite())
+            .filter(|(value, color)| value.is_finite() && !(color.r + color.g + color.b).is_nan())
             .map(|(&value, &color)| ColorStop {
                 value: f64::from(value),
                 color: convert::linear_from_color(color).map(|c| c.clamp(0.0, 1.0)),

@@ -83,6 +83,11 @@ fn numbers_stay_in_the_range_that_the_inspector_shows() {
 }
 
 #[test]
+fn colours_that_are_none_leave_the_others() {
+    assert_eq!(telling("colors"), json!(["00ff00", "0000ff"]));
+}
+
+#[test]
 fn filters_and_spaces_have_names() {
     let names = json!({
         "FILTER_NEAREST": 0, "FILTER_TRILINEAR": 1, "FILTER_TRICUBIC": 2,
