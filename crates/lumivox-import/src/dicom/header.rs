@@ -36,6 +36,9 @@ const LARGEST_RATIO: u64 = 256;
 const LOST_AT_LEAST: usize = 64 << 20;
 const LOST_RATIO: usize = 8;
 
+/// GE's own transfer syntax: implicit little endian, but samples of the pixels are big endian.
+const GE_PRIVATE: &str = "1.2.840.113619.5.2";
+
 const DECOMPRESS: &str = "Lumivox cannot decode that: convert it to an uncompressed transfer syntax, for example with 'gdcmconv --raw'";
 
 /// What a sample is before any rescale.
@@ -378,7 +381,7 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         high_bit: high,
         signed: data.unsigned(attr::PIXEL_REPRESENTATION) == Some(1),
         inverted: photometric(data) == "MONOCHROME1",
-        big_endian: data.big_endian,
+        big_endian: data.big_endian || header.transfer_syntax == GE_PRIVATE,
         swapped_pairs: data.big_endian && allocated < 16 && pixels.words,
         encoding,
         frames,
