@@ -18,6 +18,7 @@ use super::{
     mosaic::{Layout, Mosaic, is_mosaic},
     multi_frame,
     quantity::{ModalityLut, quantity},
+    scan::Rejected,
     segmentation::{self, Segmentation},
     source::Source,
     units::{self, Unit},
@@ -188,15 +189,16 @@ impl ImageFile {
 /// Reads the header of the image at `source`.
 ///
 /// # Errors
-/// [`ImportError`] says why it is not an image that can be part of a volume.
-pub(crate) fn read_image(source: &Source, cancel: &CancelToken) -> Result<ImageFile, ImportError> {
+/// [`Rejected`] says why it is not an image that can be part of a volume.
+pub(crate) fn read_image(source: &Source, cancel: &CancelToken) -> Result<ImageFile, Rejected> {
     let path = || source.path();
     let header = read_header(source, cancel).map_err(|fault| match fault {
         Fault::NotDicom(found) => ImportError::UnknownFormat { path: path(), found: found.to_owned() },
         Fault::Damaged(problem) => ImportError::Damaged { path: path(), problem },
         Fault::Io(source) => ImportError::Io { path: path(), source },
-    })?;
-    interpret(source, &header, cancel).map_err(|refusal| match refusal {
+    });
+    let header = header.map_err(|error| Rejected::new(path(), error))?;
+    let result = interpret(source, &header, cancel).map_err(|refusal| match refusal {
         Refusal::Cancelled(cancelled) => cancelled.into(),
         Refusal::Field(FieldFault { attribute, problem, remedy }) => ImportError::Field {
             path: path(),
@@ -207,7 +209,12 @@ pub(crate) fn read_image(source: &Source, cancel: &CancelToken) -> Result<ImageF
         Refusal::Unsupported(what, remedy) => {
             ImportError::Unsupported { path: path(), what, remedy: remedy.to_owned() }
         }
-    })
+    });
+    result.map_err(|error| Rejected { series_uid: series_uid(&header.data), ..Rejected::new(path(), error) })
+}
+
+fn series_uid(data: &DataSet) -> Option<String> {
+    data.text(attr::SERIES_INSTANCE_UID)
 }
 
 /// The error about a compression that no decoder is there for.
@@ -293,7 +300,7 @@ fn interpret(source: &Source, header: &Header, cancel: &CancelToken) -> Result<I
     notes.extend(segmentation.iter().flat_map(Segmentation::notes));
     Ok(ImageFile {
         source: source.clone(),
-        series_uid: data.text(attr::SERIES_INSTANCE_UID),
+        series_uid: series_uid(data),
         // Of no use for anything but choosing, so nonsense is as good as nothing.
         series_number: data.integer_text(attr::SERIES_NUMBER).unwrap_or(None),
         modality,

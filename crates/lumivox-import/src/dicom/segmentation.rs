@@ -458,7 +458,7 @@ impl<'a> Canvas<'a> {
                 counts.len()
             ));
         }
-        let reason = Rejected { path: self.file.source.path(), error }.reason();
+        let reason = Rejected::new(self.file.source.path(), error).reason();
         let fault = || ImportError::Damaged { path: self.file.source.path(), problem: reason.clone() };
         Ok((0..counts.len()).filter(|&k| counts[k][0] == counts[k][1]).map(|k| (k, fault())).collect())
     }
