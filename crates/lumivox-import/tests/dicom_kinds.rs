@@ -247,6 +247,26 @@ fn labels_that_reach_into_other_elements_are_not_told() {
 }
 
 #[test]
+fn labels_that_name_the_patient_are_not_told() {
+    let notes = |labels: [&str; 2]| {
+        let segment = |(k, label): (usize, &&str)| {
+            Elements::default().short(0x0062_0004, k as u16 + 1).text(0x0062_0005, "LO", label)
+        };
+        let seg = segmentation("BINARY", &[(1, 0.0, [1; 8]), (2, 2.0, [1; 8])])
+            .text(PATIENT_NAME, "PN", "MILLER^JANE")
+            .text(0x0010_0020, "LO", "AB-123");
+        let seg = seg.items(0x0062_0002, labels.iter().enumerate().map(segment).collect());
+        load_one(&seg).unwrap().report.notes
+    };
+    for name in ["MILLER^JANE", "miller", "AB-123", "AB123", "Jane's", "Smith"] {
+        let notes = notes([name, "spleen"]);
+        assert!(notes.contains(&"segments: 1, 2 spleen".to_owned()), "{name}: {notes:?}");
+    }
+    let found = notes(["Miller left kidney", "vertebrae_L5"]);
+    assert!(found.contains(&"segments: 1 left kidney, 2 vertebrae L5".to_owned()), "{found:?}");
+}
+
+#[test]
 fn frame_types_are_told_where_they_are_coded_words() {
     let description = |frame_type: &str| {
         let kind = Elements::default().text(0x0008_9007, "CS", frame_type);
@@ -274,6 +294,15 @@ fn fractions_stay_fractions_where_there_is_one_segment() {
         &[(1, 0.0, [0, 50, 100, 200, 0, 0, 0, 0]), (2, 0.0, [99, 150, 120, 0, 0, 0, 0, 0])],
     );
     assert_eq!(values(&load_one(&two).unwrap().volume)[..4], [0.0, 2.0, 2.0, 1.0]);
+    // As of binary ones the highest number is kept where several fill at least half.
+    let overlapping = segmentation(
+        "FRACTIONAL",
+        &[(1, 0.0, [0, 200, 100, 200, 0, 0, 0, 0]), (2, 0.0, [99, 150, 100, 99, 0, 0, 0, 0])],
+    );
+    let imported = load_one(&overlapping).unwrap();
+    assert_eq!(values(&imported.volume)[..4], [0.0, 2.0, 2.0, 1.0]);
+    let notes = imported.report.notes.join("; ");
+    assert!(notes.contains("2 voxels belong to several segments"), "{notes}");
 }
 
 #[test]

@@ -118,6 +118,17 @@ fn bits_in_bytes_have_no_byte_order() {
 }
 
 #[test]
+fn ge_private_syntax_has_pixels_in_big_endian() {
+    // All but the pixels is little endian; bytes have no order.
+    let words = image("CT", 2, 1, vec![1, 0x0203]).short(PIXEL_PADDING_VALUE, 0x0100);
+    assert_eq!(values(&load_as(&words, Syntax::GePrivate).volume), [1.0, 515.0]);
+    let mut bytes =
+        image("MR", 2, 1, vec![]).short(BITS_ALLOCATED, 8).short(BITS_STORED, 8).short(HIGH_BIT, 7);
+    bytes.set(PIXEL_DATA, "OB", Value::Bytes(vec![1, 2]));
+    assert_eq!(values(&load_as(&bytes, Syntax::GePrivate).volume), [1.0, 2.0]);
+}
+
+#[test]
 fn a_spacing_of_zero_is_not_known() {
     let zero = |zeros: &str| image("MR", 2, 1, vec![0, 1]).text(PIXEL_SPACING, "DS", zeros);
     for (other, name) in [(0x0018_1164, "ImagerPixelSpacing"), (0x0018_2010, "NominalScannedPixelSpacing")] {

@@ -285,3 +285,71 @@ fn times_as_far_apart_as_numbers_go_are_far_apart() {
     }
     assert_eq!(load_as(folder.path(), false, None).volume.dims(), [3, 2, 6]);
 }
+
+/// Slices of a CT 2 mm apart at heights from 0 to 10 mm, without that at 6 mm; `refuse` makes one of the slice that
+/// belongs there.
+fn with_refused(refuse: impl Fn(Elements) -> Elements) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for k in 0..6u16 {
+        let slice = image("CT", 2, 1, vec![100 * k, 7])
+            .decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, 2.0 * f64::from(k)])
+            .text(INSTANCE_NUMBER, "IS", &k.to_string());
+        let slice = if k == 3 { refuse(slice) } else { slice };
+        slice.write(&folder.path().join(k.to_string()), Syntax::Explicit);
+    }
+    folder
+}
+
+#[test]
+fn nothing_is_made_up_for_a_slice_that_is_refused() {
+    type Refuse = fn(Elements) -> Elements;
+    let refusals: [(&str, Refuse); 4] = [
+        ("nan", |slice| slice.text(IMAGE_POSITION_PATIENT, "DS", "0\\0\\nan")),
+        ("far", |slice| slice.text(IMAGE_POSITION_PATIENT, "DS", "0\\0\\1e39")),
+        ("slope", |slice| slice.decimals(RESCALE_SLOPE, &[0.0])),
+        ("no place", |slice| slice.without(IMAGE_POSITION_PATIENT)),
+    ];
+    let note = "1 of 6 slices is missing; left empty, for damaged files may belong there";
+    for (name, refuse) in refusals {
+        let folder = with_refused(refuse);
+        let imported = load_as(folder.path(), false, None);
+        assert_eq!(imported.report.empty_slices, [3], "{name}");
+        assert!(imported.report.notes.contains(&note.to_owned()), "{name}: {:?}", imported.report.notes);
+        // Of another series it belongs nowhere here.
+        let folder = with_refused(|slice| refuse(slice).text(SERIES_INSTANCE_UID, "UI", "1.2.4"));
+        assert!(load_as(folder.path(), false, None).report.empty_slices.is_empty(), "{name}");
+    }
+}
+
+#[test]
+fn what_is_said_of_gaps_is_the_same_before_and_after_loading() {
+    let refused = with_refused(|slice| slice.decimals(RESCALE_SLOPE, &[0.0]));
+    let missing = with_refused(|slice| slice);
+    std::fs::remove_file(missing.path().join("3")).unwrap();
+    let uneven = tempfile::tempdir().unwrap();
+    for (k, z) in [0.0, 4.0, 8.0, 9.13, 16.31, 23.77].into_iter().enumerate() {
+        image("CT", 2, 1, vec![k as u16, 7])
+            .decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, z])
+            .write(&uneven.path().join(k.to_string()), Syntax::Explicit);
+    }
+    for (folder, words) in [
+        (&refused, ["left empty, for damaged files may belong there", "left empty"]),
+        (&missing, ["filled in from the neighbours' values", "left empty"]),
+        (&uneven, ["interpolated", "left empty"]),
+    ] {
+        for (leave_gaps, words) in [false, true].into_iter().zip(words) {
+            let mut options = ImportOptions::default();
+            options.leave_gaps = leave_gaps;
+            let paths = [folder.path().to_owned()];
+            let table =
+                lumivox_import::scan(&paths, &options, Progress::SILENT, &CancelToken::new()).unwrap();
+            let loaded = load_as(folder.path(), leave_gaps, None).report;
+            let told = loaded.notes.iter().find(|note| note.contains(words)).unwrap_or_else(|| {
+                panic!("'{words}' is missing: {:?}", loaded.notes);
+            });
+            for notes in [&table.notes, &table.series[0].notes, &loaded.series[0].notes] {
+                assert!(notes.contains(told), "{told}: {notes:?}");
+            }
+        }
+    }
+}

@@ -100,10 +100,31 @@ fn real_world_values_count_where_the_rescale_tells_nothing() {
     };
     assert_eq!(seen(&mapped("CT", "mg/ml")), ("mg/ml".to_owned(), [2.0, 3.0], false));
     assert_eq!(seen(&mapped("MR", "mm2/s")), ("mm2/s".to_owned(), [2.0, 3.0], false));
-    // A mapping without a unit, and one that a CT needs no more, change nothing.
-    assert_eq!(seen(&mapped("MR", "1")), (String::new(), [2.0, 4.0], false));
+    // One whose unit is not known, and one that a CT needs no more, change nothing.
+    assert_eq!(seen(&mapped("MR", "SECRET^NAME")), (String::new(), [2.0, 4.0], false));
     let hu = mapped("CT", "mg/ml").text(RESCALE_TYPE, "LO", "HU");
     assert_eq!(seen(&hu), ("HU".to_owned(), [2.0, 4.0], true));
+}
+
+#[test]
+fn a_mapping_to_plain_numbers_holds_too() {
+    let mapped = |modality, mappings| {
+        image(modality, 2, 1, vec![20, 40]).items(REAL_WORLD_VALUE_MAPPING_SEQUENCE, mappings)
+    };
+    let numbers = || real_world("1", 0.1, 5.0);
+    let expected = (String::new(), [7.0, 9.0], false);
+    assert_eq!(seen(&mapped("MR", vec![numbers()])), expected);
+    assert_eq!(seen(&mapped("PT", vec![numbers()])), expected);
+    // A map that is made of a CT has its modality.
+    let map = mapped("CT", vec![numbers()]);
+    assert_eq!(seen(&map), expected);
+    let notes = load_one(&map).report.notes.join("; ");
+    assert!(notes.contains("values are plain numbers, not Hounsfield units"), "{notes}");
+    // Of a CT with a rescale that leads to Hounsfield units, it is beside them; and a unit says more.
+    let ct = ct().items(REAL_WORLD_VALUE_MAPPING_SEQUENCE, vec![numbers()]);
+    assert_eq!(seen(&ct), ("HU".to_owned(), [10.0, -1000.0], true));
+    let both = mapped("MR", vec![numbers(), real_world("mm2/s", 0.5, 0.0)]);
+    assert_eq!(seen(&both), ("mm2/s".to_owned(), [10.0, 20.0], false));
 }
 
 #[test]

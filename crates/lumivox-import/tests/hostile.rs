@@ -101,6 +101,21 @@ fn what_may_not_be_read_is_named() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_whose_listing_breaks_off_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    write_slices(folder.path(), 3);
+    // Opens for its owner, but lists nothing without more rights; the system may close or open it altogether, too.
+    let listed = Path::new("/proc/1/map_files");
+    std::os::unix::fs::symlink(listed, folder.path().join("broken")).unwrap();
+    let imported = load(folder.path()).unwrap();
+    assert_eq!(imported.volume.dims(), [2, 1, 3]);
+    let is_closed = fs::read_dir(listed).and_then(|mut entries| entries.next().transpose()).is_err();
+    let is_named = imported.report.skipped.iter().any(|file| file.path.ends_with("broken"));
+    assert_eq!(is_named, is_closed, "{:?}", imported.report.skipped);
+}
+
 #[test]
 fn archives_are_read_whatever_their_names_say() {
     let folder = tempfile::tempdir().unwrap();

@@ -9,8 +9,8 @@ use lumivox_core::{
 use super::{
     alignment::Alignment,
     convert,
-    gaps::{self, GridSource},
-    geometry::{self, Grid},
+    gaps::{self, Gaps, GridSource},
+    geometry::Grid,
     header::ImageFile,
     pixels::{self, Failure},
     resample, segmentation,
@@ -121,17 +121,6 @@ impl Slices {
     }
 }
 
-/// What becomes of places without a slice.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Gaps {
-    /// They are filled in from their neighbours.
-    Filled,
-    /// They stay empty, as the user wants it.
-    Left,
-    /// They stay empty, for damaged files whose place is not known may belong there.
-    MayBeDamaged,
-}
-
 /// Slices, and the even grid that they lie on.
 #[derive(Debug)]
 pub(crate) struct OnGrid {
@@ -144,23 +133,10 @@ pub(crate) struct OnGrid {
 impl OnGrid {
     /// Where the slices of the grid come from.
     pub(crate) fn sources(&mut self, gaps: Gaps, notes: &mut Vec<String>) -> Vec<GridSource> {
-        if gaps == Gaps::Left
-            && let Some(nearest) = self.grid.nearest.take()
-        {
-            // The first note is about the places; others are about their line.
-            self.grid.notes[0] = nearest.note;
-            self.grid.sources = Some(nearest.sources);
-            self.grid.has_gaps = true;
-        }
-        // What lies between slices that never were even was not lost, whatever else is damaged.
-        let may_be_damaged = gaps == Gaps::MayBeDamaged && !self.grid.is_uneven;
-        let left = self.grid.has_gaps && (gaps == Gaps::Left || may_be_damaged);
+        let left = self.grid.settle(gaps);
         let sources = gaps::sources(&self.grid, &self.slices.damaged, left || self.is_labels);
         notes.extend(gaps::note(&sources, &self.slices.damaged, &self.grid, self.is_labels));
-        let why = if may_be_damaged { ", for damaged files may belong there" } else { "" };
-        let left_empty = format!("left empty{why}");
-        let words = if left && !self.is_labels { &left_empty } else { geometry::FILLED_IN };
-        notes.extend(self.grid.notes.iter().map(|note| note.replace(geometry::FILLED_IN, words)));
+        notes.append(&mut self.grid.notes);
         sources
     }
 

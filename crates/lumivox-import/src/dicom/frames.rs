@@ -45,7 +45,7 @@ pub(crate) struct PhaseKey {
 /// A unit, and the slope and intercept that lead to it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RealWorld {
-    /// Of radioactivity and uptake as Units (0054,1001) spells it: `BQML` and `GML`.
+    /// Of radioactivity and uptake as Units (0054,1001) spells it: `BQML` and `GML`. Empty for plain numbers.
     pub(crate) unit: Unit,
     pub(crate) rescale: [f64; 2],
 }
@@ -286,7 +286,7 @@ fn rescale_type(scope: &FrameScope<'_>) -> RescaleType {
 }
 
 /// The mapping to Bq/ml, else to SUV by body weight, that an enhanced PET image has in place of Units
-/// (PS3.3 C.7.6.16.2.11); else that to the first unit that is known. Of several to one unit it is one that holds for all
+/// (PS3.3 C.7.6.16.2.11); else that to the first unit that is known, else to plain numbers. Of several to one unit it is one that holds for all
 /// values that may be stored, and of a single one it is said where it does not.
 fn real_world(scope: &FrameScope<'_>, format: &PixelFormat, notes: &mut Vec<String>) -> Option<RealWorld> {
     let mapping = |item: &DataSet| {
@@ -295,6 +295,7 @@ fn real_world(scope: &FrameScope<'_>, format: &PixelFormat, notes: &mut Vec<Stri
         let unit = match unit.as_str() {
             "Bq/ml" | "Bq/mL" => "BQML".into(),
             "g/ml{SUVbw}" | "{SUVbw}g/ml" => "GML".into(),
+            other if units::is_plain_number(other) => "".into(),
             other => units::unit(other)?,
         };
         let rescale =
@@ -308,7 +309,10 @@ fn real_world(scope: &FrameScope<'_>, format: &PixelFormat, notes: &mut Vec<Stri
     let is_of = |unit: &str| mappings.iter().any(|(mapping, _)| mapping.unit == unit);
     let unit: Unit = match ["BQML", "GML"].into_iter().find(|unit| is_of(unit)) {
         Some(unit) => unit.into(),
-        None => mappings.first()?.0.unit.clone(),
+        None => {
+            let mut units = mappings.iter().map(|(mapping, _)| &mapping.unit);
+            units.find(|unit| !unit.is_empty()).or(mappings.first().map(|(first, _)| &first.unit))?.clone()
+        }
     };
     mappings.retain(|(mapping, _)| mapping.unit == unit);
     let [lowest, highest] = stored_values(format);
@@ -316,14 +320,15 @@ fn real_world(scope: &FrameScope<'_>, format: &PixelFormat, notes: &mut Vec<Stri
     if let Some((mapping, _)) = mappings.iter().find(|(_, values)| values.is_none_or(holds)) {
         return Some(mapping.clone());
     }
+    let to = if unit.is_empty() { "plain numbers" } else { &*unit };
     // Often the values that are there, not those that might be. Once for all frames, each of which has its own.
     const BEGIN: &str = "the mapping to real world values";
     let (found, note) = match &mappings[..] {
         [(mapping, Some([first, last]))] => (
             Some(mapping.clone()),
-            format!("{BEGIN} ({unit}) is given for stored values from {first} to {last} only"),
+            format!("{BEGIN} ({to}) is given for stored values from {first} to {last} only"),
         ),
-        _ => (None, format!("{BEGIN} is unclear: several mappings to {unit} hold for a part each")),
+        _ => (None, format!("{BEGIN} is unclear: several mappings to {to} hold for a part each")),
     };
     if !notes.iter().any(|note| note.starts_with(BEGIN)) {
         notes.push(note);

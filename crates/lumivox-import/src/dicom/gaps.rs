@@ -5,7 +5,41 @@
 
 use lumivox_core::glam::DVec3;
 
-use super::geometry::Grid;
+use super::geometry::{self, Grid};
+
+/// What becomes of places without a slice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Gaps {
+    /// They are filled in from their neighbours.
+    Filled,
+    /// They stay empty, as the user wants it.
+    Left,
+    /// They stay empty, for damaged files whose place is not known may belong there.
+    MayBeDamaged,
+}
+
+impl Grid {
+    /// Lets the grid and its notes be as `gaps` say; whether what has no slice stays empty.
+    pub(crate) fn settle(&mut self, gaps: Gaps) -> bool {
+        if gaps == Gaps::Left
+            && let Some(nearest) = self.nearest.take()
+        {
+            // The first note is about the places; others are about their line.
+            self.notes[0] = nearest.note;
+            self.sources = Some(nearest.sources);
+            self.has_gaps = true;
+        }
+        // What lies between slices that never were even was not lost, whatever else is damaged.
+        let may_be_damaged = gaps == Gaps::MayBeDamaged && !self.is_uneven;
+        let left = self.has_gaps && (gaps == Gaps::Left || may_be_damaged);
+        if left {
+            let why = if may_be_damaged { ", for damaged files may belong there" } else { "" };
+            let words = format!("left empty{why}");
+            self.notes.iter_mut().for_each(|note| *note = note.replace(geometry::FILLED_IN, &words));
+        }
+        left
+    }
+}
 
 /// Where a slice of a grid comes from: a given slice and the part of the way to the next one; `None` if it stays empty.
 pub(crate) type GridSource = Option<(usize, f64)>;

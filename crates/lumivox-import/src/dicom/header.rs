@@ -18,6 +18,7 @@ use super::{
     mosaic::{Layout, Mosaic, is_mosaic},
     multi_frame,
     quantity::{ModalityLut, quantity},
+    scan::Rejected,
     segmentation::{self, Segmentation},
     source::Source,
     units::{self, Unit},
@@ -35,6 +36,9 @@ const LARGEST_RATIO: u64 = 256;
 /// Frames that are cut off may always take so many bytes, and beyond it up to [`LOST_RATIO`] times those that are there.
 const LOST_AT_LEAST: usize = 64 << 20;
 const LOST_RATIO: usize = 8;
+
+/// GE's own transfer syntax: implicit little endian, but samples of the pixels are big endian.
+const GE_PRIVATE: &str = "1.2.840.113619.5.2";
 
 const DECOMPRESS: &str = "Lumivox cannot decode that: convert it to an uncompressed transfer syntax, for example with 'gdcmconv --raw'";
 
@@ -185,15 +189,16 @@ impl ImageFile {
 /// Reads the header of the image at `source`.
 ///
 /// # Errors
-/// [`ImportError`] says why it is not an image that can be part of a volume.
-pub(crate) fn read_image(source: &Source, cancel: &CancelToken) -> Result<ImageFile, ImportError> {
+/// [`Rejected`] says why it is not an image that can be part of a volume.
+pub(crate) fn read_image(source: &Source, cancel: &CancelToken) -> Result<ImageFile, Rejected> {
     let path = || source.path();
     let header = read_header(source, cancel).map_err(|fault| match fault {
         Fault::NotDicom(found) => ImportError::UnknownFormat { path: path(), found: found.to_owned() },
         Fault::Damaged(problem) => ImportError::Damaged { path: path(), problem },
         Fault::Io(source) => ImportError::Io { path: path(), source },
-    })?;
-    interpret(source, &header, cancel).map_err(|refusal| match refusal {
+    });
+    let header = header.map_err(|error| Rejected::new(path(), error))?;
+    let result = interpret(source, &header, cancel).map_err(|refusal| match refusal {
         Refusal::Cancelled(cancelled) => cancelled.into(),
         Refusal::Field(FieldFault { attribute, problem, remedy }) => ImportError::Field {
             path: path(),
@@ -204,7 +209,12 @@ pub(crate) fn read_image(source: &Source, cancel: &CancelToken) -> Result<ImageF
         Refusal::Unsupported(what, remedy) => {
             ImportError::Unsupported { path: path(), what, remedy: remedy.to_owned() }
         }
-    })
+    });
+    result.map_err(|error| Rejected { series_uid: series_uid(&header.data), ..Rejected::new(path(), error) })
+}
+
+fn series_uid(data: &DataSet) -> Option<String> {
+    data.text(attr::SERIES_INSTANCE_UID)
 }
 
 /// The error about a compression that no decoder is there for.
@@ -290,7 +300,7 @@ fn interpret(source: &Source, header: &Header, cancel: &CancelToken) -> Result<I
     notes.extend(segmentation.iter().flat_map(Segmentation::notes));
     Ok(ImageFile {
         source: source.clone(),
-        series_uid: data.text(attr::SERIES_INSTANCE_UID),
+        series_uid: series_uid(data),
         // Of no use for anything but choosing, so nonsense is as good as nothing.
         series_number: data.integer_text(attr::SERIES_NUMBER).unwrap_or(None),
         modality,
@@ -378,7 +388,7 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
         high_bit: high,
         signed: data.unsigned(attr::PIXEL_REPRESENTATION) == Some(1),
         inverted: photometric(data) == "MONOCHROME1",
-        big_endian: data.big_endian,
+        big_endian: data.big_endian || header.transfer_syntax == GE_PRIVATE,
         swapped_pairs: data.big_endian && allocated < 16 && pixels.words,
         encoding,
         frames,

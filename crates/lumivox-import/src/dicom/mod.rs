@@ -42,7 +42,8 @@ use std::{
 };
 
 use alignment::Alignment;
-use assembly::{Gaps, Slices};
+use assembly::Slices;
+use gaps::Gaps;
 use header::ImageFile;
 use lumivox_core::{CancelToken, Modality, Progress, Volume, Voxels};
 use pixels::Failure;
@@ -64,7 +65,6 @@ pub(crate) struct Study {
     stacks: Vec<Stack>,
     /// Of segmentations: which stack they were made on.
     alignments: Vec<Option<Alignment>>,
-    summaries: Vec<SeriesSummary>,
     skipped: Vec<SkippedFile>,
 }
 
@@ -96,17 +96,35 @@ impl Study {
         let mut skipped: Vec<SkippedFile> = rejected.iter().map(Rejected::skipped).collect();
         skipped.extend(left_out);
         let truncated = files.iter().filter_map(|file| Some((file, file.truncation()?)));
-        skipped.extend(truncated.map(|(file, error)| Rejected { path: file.source.path(), error }.skipped()));
-        let mut summaries: Vec<SeriesSummary> = stacks.iter().map(|stack| stack.summary(&files)).collect();
-        for (summary, stack) in summaries.iter_mut().zip(&stacks).skip(1) {
-            summary.reason = stack.reason(&stacks[0], &files).to_owned();
-        }
+        skipped.extend(truncated.map(|(file, error)| Rejected::new(file.source.path(), error).skipped()));
         let alignments: Vec<_> = (0..stacks.len()).map(|k| Alignment::of(k, &stacks, &files)).collect();
-        for (summary, alignment) in summaries.iter_mut().zip(&alignments) {
-            alignment.iter().for_each(|alignment| alignment.describe(summary));
-        }
         let path = paths.first().cloned().unwrap_or_default();
-        Ok(Self { path, files, rejected, stacks, alignments, summaries, skipped })
+        Ok(Self { path, files, rejected, stacks, alignments, skipped })
+    }
+
+    /// What the report says of each series.
+    fn summaries(&self, options: &ImportOptions) -> Vec<SeriesSummary> {
+        let summary = |(stack, alignment): (&Stack, &Option<Alignment>)| {
+            let mut summary = stack.summary(&self.files, self.gaps(stack, &stack.phases[0], options));
+            alignment.iter().for_each(|alignment| alignment.describe(&mut summary));
+            summary
+        };
+        let mut summaries: Vec<_> = self.stacks.iter().zip(&self.alignments).map(summary).collect();
+        for (summary, stack) in summaries.iter_mut().zip(&self.stacks).skip(1) {
+            summary.reason = stack.reason(&self.stacks[0], &self.files).to_owned();
+        }
+        summaries
+    }
+
+    /// What becomes of the gaps of a phase.
+    fn gaps(&self, stack: &Stack, phase: &Phase, options: &ImportOptions) -> Gaps {
+        if options.leave_gaps {
+            Gaps::Left
+        } else if !options.fill_damaged && self.is_damaged_somewhere(stack, phase) {
+            Gaps::MayBeDamaged
+        } else {
+            Gaps::Filled
+        }
     }
 
     /// Whether there is any DICOM in it.
@@ -131,11 +149,11 @@ impl Study {
         match series::choose(&self.stacks, &self.files, &wanted)[..] {
             [chosen] => Ok(chosen),
             [] => {
-                let available = list(&self.summaries, 0..self.summaries.len());
+                let available = list(&self.summaries(options), 0..self.stacks.len());
                 Err(ImportError::NoSuchSeries { path, wanted, available })
             }
             ref several => {
-                let candidates = list(&self.summaries, several.iter().copied());
+                let candidates = list(&self.summaries(options), several.iter().copied());
                 Err(ImportError::AmbiguousSeries { path, wanted, candidates })
             }
         }
@@ -147,10 +165,11 @@ impl Study {
     /// When `options` name a series that is not there. A study without any series is no error here.
     pub(crate) fn report(&mut self, options: &ImportOptions) -> Result<ImportReport, ImportError> {
         let chosen = if self.stacks.is_empty() { 0 } else { self.choose(options)? };
+        let series = self.summaries(options);
         Ok(ImportReport {
             format: FORMAT.to_owned(),
-            notes: self.summaries.get(chosen).map(|series| series.notes.clone()).unwrap_or_default(),
-            series: self.summaries.clone(),
+            notes: series.get(chosen).map(|series| series.notes.clone()).unwrap_or_default(),
+            series,
             chosen,
             empty_slices: Vec::new(),
             skipped: self.skipped.clone(),
@@ -183,14 +202,7 @@ impl Study {
         let fills_damaged = options.fill_damaged && !options.leave_gaps && !is_labels;
         let slices = if fills_damaged { decoded.without_damaged(&mut notes) } else { decoded };
         let mut on_grid = slices.on_grid(files, stack, self.alignments[chosen].as_ref(), &mut notes)?;
-        let gaps = if options.leave_gaps {
-            Gaps::Left
-        } else if !options.fill_damaged && self.damaged_somewhere(phase) > 0 {
-            Gaps::MayBeDamaged
-        } else {
-            Gaps::Filled
-        };
-        let sources = on_grid.sources(gaps, &mut notes);
+        let sources = on_grid.sources(self.gaps(stack, phase, options), &mut notes);
         let empty_slices = on_grid.empty_slices(&sources);
         let (dims, patient_from_voxel) = (on_grid.dims(), on_grid.patient_from_voxel());
         let (voxels, rescale) = on_grid.filled(&sources, cancel)?;
@@ -202,7 +214,7 @@ impl Study {
             .map_err(|source| ImportError::Volume { path: self.path.clone(), source })?
             .with_unit(first.unit.clone());
         notes.extend(single::remarks(&volume));
-        let series = self.summaries.clone();
+        let series = self.summaries(options);
         let report = ImportReport { format: FORMAT.to_owned(), series, chosen, notes, empty_slices, skipped };
         Ok(Imported { volume, report })
     }
@@ -223,11 +235,17 @@ impl Study {
         format!("'{}' was left out: {}{others}", name.display(), first.reason())
     }
 
-    /// Damaged files that may belong in the gaps of `phase`, since their place is not known.
-    fn damaged_somewhere(&self, phase: &Phase) -> usize {
-        let rejected = self.rejected.iter().filter(|rejected| rejected.is_damaged()).count();
-        let cut = phase.slices.iter().filter(|slice| self.files[slice.file].is_cut_short()).count();
-        rejected + cut
+    /// Whether there are files that may belong in the gaps of a phase: damaged or refused, or their place is not known.
+    fn is_damaged_somewhere(&self, stack: &Stack, phase: &Phase) -> bool {
+        let first = stack.first(&self.files);
+        let lacks_place = |file: &ImageFile| {
+            (&file.series_uid, file.is_localizer) == (&first.series_uid, first.is_localizer)
+                && (file.format.rows, file.format.columns) == (first.format.rows, first.format.columns)
+                && file.frames.iter().any(|frame| frame.position.is_none())
+        };
+        self.rejected.iter().any(|rejected| rejected.may_belong_to(first.series_uid.as_deref()))
+            || phase.slices.iter().any(|slice| self.files[slice.file].is_cut_short())
+            || self.files.iter().any(lacks_place)
     }
 
     /// The middle slice of a series, by its position in the report.
@@ -301,9 +319,8 @@ fn with_pixels(files: Vec<ImageFile>, rejected: &mut Vec<Rejected>) -> Vec<Image
     let marks = |file: &ImageFile| sizes.contains(&size(file)) && !places.contains(&place(file));
     let (kept, lost): (Vec<_>, Vec<_>) =
         files.into_iter().partition(|file| file.truncated.is_none() || marks(file));
-    rejected.extend(
-        lost.iter().filter_map(|file| Some(Rejected { path: file.source.path(), error: file.truncation()? })),
-    );
+    rejected
+        .extend(lost.iter().filter_map(|file| Some(Rejected::new(file.source.path(), file.truncation()?))));
     kept
 }
 
@@ -315,7 +332,7 @@ fn newly_skipped(files: &[ImageFile], phase: &Phase, failed: Vec<Failure>) -> Ve
         let file = &files[index];
         // One that is cut short was named when it was found; one of many frames is named once.
         let is_new = file.truncated.is_none() && named.insert(index);
-        is_new.then(|| Rejected { path: file.source.path(), error }.skipped())
+        is_new.then(|| Rejected::new(file.source.path(), error).skipped())
     };
     failed.into_iter().filter_map(skip).collect()
 }

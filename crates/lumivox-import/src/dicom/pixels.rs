@@ -301,7 +301,7 @@ impl Context<'_> {
         targets: &[Target<'_, T>],
         error: ImportError,
     ) -> Result<Vec<SliceResult>, ImportError> {
-        let reason = super::scan::Rejected { path: file.source.path(), error }.reason();
+        let reason = super::scan::Rejected::new(file.source.path(), error).reason();
         targets
             .iter()
             .map(|target| {

@@ -56,10 +56,15 @@ pub(crate) fn quantity(
             let note = is_gray.then(|| "values are doses in Gy".to_owned());
             Ok(Quantity { factor, unit: if is_gray { "Gy" } else { "" }.into(), note })
         }
+        // With a rescale of its own, a CT has Hounsfield units beside plain numbers.
+        (Modality::Ct, _) if frames.iter().any(is_rescaled_and_mapped_to_numbers) => {
+            Ok(hounsfield_or_nothing(data, frames))
+        }
         (Modality::Ct, _) => Ok(match scale(data, frames) {
             Some(unit) if unit == units::HOUNSFIELD => Quantity::plain(unit),
             Some(unit) => {
-                let note = format!("values are {unit}, not Hounsfield units");
+                let values = if unit.is_empty() { "plain numbers" } else { &*unit };
+                let note = format!("values are {values}, not Hounsfield units");
                 Quantity::told(unit, note)
             }
             None => hounsfield_or_nothing(data, frames),
@@ -86,6 +91,10 @@ fn scale(data: &DataSet, frames: &mut [Frame]) -> Option<Unit> {
         take_real_world(frames);
         unit
     })
+}
+
+fn is_rescaled_and_mapped_to_numbers(frame: &Frame) -> bool {
+    frame.rescale != [1.0, 0.0] && frame.real_world.as_ref().is_some_and(|real| real.unit.is_empty())
 }
 
 /// Puts the mapping to real world values in the place of the rescale.

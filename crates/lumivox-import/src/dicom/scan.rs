@@ -38,9 +38,16 @@ pub(crate) struct Scan {
 pub(crate) struct Rejected {
     pub(crate) path: PathBuf,
     pub(crate) error: ImportError,
+    /// SeriesInstanceUID, where its header could be read.
+    pub(crate) series_uid: Option<String>,
 }
 
 impl Rejected {
+    /// A file of which no more is known than why it is of no use.
+    pub(crate) fn new(path: PathBuf, error: ImportError) -> Self {
+        Self { path, error, series_uid: None }
+    }
+
     /// Whether it is a DICOM file at all.
     pub(crate) fn is_dicom(&self) -> bool {
         !matches!(self.error, ImportError::UnknownFormat { .. } | ImportError::Io { .. })
@@ -49,6 +56,12 @@ impl Rejected {
     /// Whether it is a DICOM file that might be an image, were it whole.
     pub(crate) fn is_damaged(&self) -> bool {
         matches!(self.error, ImportError::Damaged { .. } | ImportError::Truncated { .. })
+    }
+
+    /// Whether it may be a slice of a series: one that is damaged, or one of it that is refused for a wrong field.
+    pub(crate) fn may_belong_to(&self, series_uid: Option<&str>) -> bool {
+        let is_refused = matches!(self.error, ImportError::Field { .. });
+        self.is_damaged() || is_refused && self.series_uid.as_deref() == series_uid
     }
 
     /// The reason as a phrase for the report.
@@ -89,7 +102,7 @@ pub(crate) fn scan(
             for file in files {
                 cancel.check()?;
                 add(&file, &mut sources, &mut scan.rejected, cancel).unwrap_or_else(|error| {
-                    scan.rejected.push(Rejected { path: file, error });
+                    scan.rejected.push(Rejected::new(file, error));
                 });
             }
         } else {
@@ -112,9 +125,9 @@ pub(crate) fn scan(
     for (source, result) in sources.iter().zip(results) {
         match result {
             Ok(image) => scan.images.push(image),
-            Err(error) => {
-                let error = in_archive(source, error);
-                scan.rejected.push(Rejected { path: source.path(), error });
+            Err(rejected) => {
+                let error = in_archive(source, rejected.error);
+                scan.rejected.push(Rejected { error, ..rejected });
             }
         }
     }
@@ -167,7 +180,7 @@ fn add(
                 cancel.check()?;
                 let problem = format!("cannot be unpacked ({fault})");
                 let error = ImportError::Damaged { path: path.to_owned(), problem };
-                rejected.push(Rejected { path: path.to_owned(), error });
+                rejected.push(Rejected::new(path.to_owned(), error));
                 return Ok(());
             }
         }
@@ -182,7 +195,7 @@ fn add(
     rejected.extend(entries.skipped.into_iter().map(|(path, what)| {
         let error =
             ImportError::Unsupported { path: path.clone(), what, remedy: "Unpack it first".to_owned() };
-        Rejected { path, error }
+        Rejected::new(path, error)
     }));
     Ok(())
 }
@@ -192,7 +205,7 @@ fn add(
 pub(crate) struct Found {
     /// Files, in the order of their paths.
     pub(crate) files: Vec<PathBuf>,
-    /// Folders that may not be read.
+    /// Folders that cannot be read, or not to their end.
     pub(crate) closed: Vec<Rejected>,
 }
 
@@ -203,19 +216,29 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, 
     let mut folders = vec![(folder.to_owned(), 0)];
     let root = fs::canonicalize(folder).map_err(ImportError::io(folder))?;
     let mut seen = HashSet::from([root.clone()]);
+    let mut close = |folder: PathBuf, source| {
+        let error = ImportError::Io { path: folder.clone(), source };
+        closed.push(Rejected::new(folder, error));
+    };
     while let Some((folder, depth)) = folders.pop() {
         let entries = match fs::read_dir(&folder) {
             // A folder within that is closed to the user is no reason to give up on the rest.
             Err(error) if depth > 0 => {
-                let error = ImportError::Io { path: folder.clone(), source: error };
-                closed.push(Rejected { path: folder, error });
+                close(folder, error);
                 continue;
             }
             result => result.map_err(ImportError::io(&folder))?,
         };
         for entry in entries {
             cancel.check()?;
-            let entry = entry.map_err(ImportError::io(&folder))?;
+            let entry = match entry {
+                // Some open, and say what is in them no further.
+                Err(error) if depth > 0 => {
+                    close(folder, error);
+                    break;
+                }
+                result => result.map_err(ImportError::io(&folder))?,
+            };
             if is_junk(&entry.file_name().to_string_lossy()) {
                 continue;
             }

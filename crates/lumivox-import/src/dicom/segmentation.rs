@@ -17,6 +17,7 @@ use super::{
     series::Stack,
     stored::{self, NativeFrames},
     values::FieldFault,
+    words,
 };
 use crate::{ImportError, codec_worker::Codecs};
 
@@ -58,7 +59,7 @@ pub(crate) fn is_segmentation(data: &DataSet) -> bool {
 #[derive(Clone, Debug)]
 pub(crate) struct Segmentation {
     kind: Kind,
-    /// Number and name of each segment.
+    /// Number and name of each segment; the name is empty where none may be told.
     segments: Vec<(u32, String)>,
     /// Whether the file says where its frames lie.
     pub(crate) has_places: bool,
@@ -69,18 +70,20 @@ pub(crate) struct Segmentation {
 impl Segmentation {
     /// The description in a data set. Nothing is required: segments without a name have numbers.
     pub(crate) fn of(data: &DataSet, has_places: bool) -> Self {
-        let name = |item: &DataSet| {
+        let label = |item: &DataSet| {
             let number = item.unsigned(attr::SEGMENT_NUMBER)?;
             // No longer than it may be, and of one piece: a damaged one may reach into what is said of the patient.
             let label =
                 item.text(attr::SEGMENT_LABEL).filter(|label| label.len() <= 64 && !label.contains('\0'));
             Some((number, label.unwrap_or_default()))
         };
+        let segments = data.items(attr::SEGMENT_SEQUENCE).iter().filter_map(label);
+        let (numbers, labels): (Vec<u32>, Vec<String>) = segments.unzip();
         let series = data.items(attr::REFERENCED_SERIES_SEQUENCE).first();
         Self {
             kind: Kind::of(data),
             has_places,
-            segments: data.items(attr::SEGMENT_SEQUENCE).iter().filter_map(name).collect(),
+            segments: numbers.into_iter().zip(words::segment_labels(data, &labels)).collect(),
             referenced_series: series.and_then(|item| item.text(attr::SERIES_INSTANCE_UID)),
         }
     }
@@ -107,10 +110,9 @@ impl Segmentation {
             .segments
             .iter()
             .take(MOST_NAMED)
-            .filter(|(_, name)| !name.is_empty())
-            .map(|(number, name)| format!("{number} {name}"))
+            .map(|(number, name)| format!("{number} {name}").trim_end().to_owned())
             .collect();
-        if !named.is_empty() {
+        if self.segments.iter().any(|(_, name)| !name.is_empty()) {
             notes.push(format!("segments: {}", named.join(", ")));
         }
         notes
@@ -380,8 +382,6 @@ struct Canvas<'a> {
     normal: DVec3,
     depths: Vec<f64>,
     labels: Vec<u16>,
-    /// The largest fraction at each voxel so far, where several segments have fractions; else empty.
-    best: Vec<u8>,
     /// Voxels that belong to several segments.
     overlaps: u64,
 }
@@ -392,15 +392,9 @@ impl<'a> Canvas<'a> {
         let places = &stack.phases[0].places;
         let slice_len = file.format.columns * file.format.rows;
         let labels = allocate::<u16>(slice_len, places.len(), file)?;
-        let best = match segmentation.kind {
-            Kind::Fractional(_) if !segmentation.is_one_fraction() => {
-                allocate::<u8>(slice_len, places.len(), file)?
-            }
-            _ => Vec::new(),
-        };
         let normal = stack.plane.normal();
         let depths = places.iter().map(|place| place.dot(normal)).collect();
-        Ok(Self { file, segmentation, slice_len, normal, depths, labels, best, overlaps: 0 })
+        Ok(Self { file, segmentation, slice_len, normal, depths, labels, overlaps: 0 })
     }
 
     /// The slice that a frame belongs to: the nearest one.
@@ -425,18 +419,15 @@ impl<'a> Canvas<'a> {
         let segment = self.file.frames[frame].segment.unwrap_or(1);
         match self.segmentation.kind {
             Kind::Labels => (0..len).for_each(|i| out[i] = value(i)),
-            Kind::Fractional(_) if self.best.is_empty() => (0..len).for_each(|i| out[i] = value(i)),
-            Kind::Fractional(max) => {
-                let best = &mut self.best[slice * len..][..len];
-                for i in 0..len {
-                    let fraction = value(i).min(255) as u8;
-                    if 2 * u32::from(fraction) >= max && fraction > best[i] {
-                        (out[i], best[i]) = (segment, fraction);
-                    }
-                }
+            Kind::Fractional(_) if self.segmentation.is_one_fraction() => {
+                (0..len).for_each(|i| out[i] = value(i));
             }
-            Kind::Binary => {
-                for i in (0..len).filter(|&i| value(i) != 0) {
+            Kind::Fractional(_) | Kind::Binary => {
+                let is_in = |i: &usize| match self.segmentation.kind {
+                    Kind::Fractional(max) => 2 * u32::from(value(*i)) >= max,
+                    _ => value(*i) != 0,
+                };
+                for i in (0..len).filter(is_in) {
                     self.overlaps += u64::from(out[i] != 0 && out[i] != segment);
                     out[i] = out[i].max(segment);
                 }
@@ -467,7 +458,7 @@ impl<'a> Canvas<'a> {
                 counts.len()
             ));
         }
-        let reason = Rejected { path: self.file.source.path(), error }.reason();
+        let reason = Rejected::new(self.file.source.path(), error).reason();
         let fault = || ImportError::Damaged { path: self.file.source.path(), problem: reason.clone() };
         Ok((0..counts.len()).filter(|&k| counts[k][0] == counts[k][1]).map(|k| (k, fault())).collect())
     }
@@ -482,7 +473,7 @@ impl<'a> Canvas<'a> {
     /// The labels, or the fractions of the only segment.
     fn finish(self, failed: Vec<Failure>) -> Decoded {
         let rescale = match self.segmentation.kind {
-            Kind::Fractional(max) if self.best.is_empty() => [1.0 / f64::from(max), 0.0],
+            Kind::Fractional(max) if self.segmentation.is_one_fraction() => [1.0 / f64::from(max), 0.0],
             _ => [1.0, 0.0],
         };
         Decoded { voxels: Voxels::U16(self.labels), rescale, failed }

@@ -11,6 +11,7 @@ use lumivox_core::{Modality, glam::DVec3};
 use super::{
     attributes as attr,
     frames::{Frame, PhaseKey},
+    gaps::Gaps,
     geometry::{self, Grid, Plane, sort_into_runs},
     header::ImageFile,
     multi_frame,
@@ -129,8 +130,8 @@ impl Stack {
         geometry::even_grid(&self.plane, places, most_slices(places.len(), slice_bytes, IMAGES))
     }
 
-    /// What the report says about it.
-    pub(crate) fn summary(&self, files: &[ImageFile]) -> SeriesSummary {
+    /// What the report says about it, where `gaps` are left or filled.
+    pub(crate) fn summary(&self, files: &[ImageFile], gaps: Gaps) -> SeriesSummary {
         let (first, phase) = (self.first(files), &self.phases[0]);
         let (columns, rows, n) = (first.format.columns, first.format.rows, phase.slices.len());
         let modality = if first.modality_code.is_empty() { "no modality" } else { first.modality_code };
@@ -154,7 +155,8 @@ impl Stack {
             None => pixels::sample_bytes(files, &phase.slices),
         };
         let mut notes = self.all_notes(files, phase);
-        let grid = self.grid(files, &phase.places, sample_bytes);
+        let mut grid = self.grid(files, &phase.places, sample_bytes);
+        grid.settle(gaps);
         notes.extend(grid.notes);
         if self.phases.len() > 1 {
             notes.push(format!("{} phases, told apart by {}", self.phases.len(), self.told_by));

@@ -11,6 +11,11 @@ pub(crate) const HOUNSFIELD: &str = "HU";
 /// A unit, for people.
 pub(crate) type Unit = Cow<'static, str>;
 
+/// Whether the code of a unit is UCUM's for a number without one.
+pub(crate) fn is_plain_number(code: &str) -> bool {
+    code.trim() == "1"
+}
+
 /// No unit has more characters.
 const LONGEST: usize = 24;
 

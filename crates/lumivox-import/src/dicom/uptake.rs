@@ -35,6 +35,7 @@ pub(crate) fn pet(data: &DataSet, frames: &mut [Frame]) -> Quantity {
         return match &*unit {
             "BQML" => by_weight(enhanced_suv_factor(data), 1.0),
             "GML" => as_given(data),
+            "" => Quantity::told("", "values are plain numbers, which are no SUV"),
             _ => Quantity::told(unit.clone(), format!("values are {unit}, which are no SUV")),
         };
     }

@@ -7,6 +7,8 @@ use std::path::Path;
 pub enum Syntax {
     Explicit,
     Implicit,
+    /// GE's own: implicit, with pixels in big endian.
+    GePrivate,
     BigEndian,
     Deflated,
     Rle,
@@ -19,6 +21,7 @@ impl Syntax {
         match self {
             Syntax::Explicit => "1.2.840.10008.1.2.1",
             Syntax::Implicit => "1.2.840.10008.1.2",
+            Syntax::GePrivate => "1.2.840.113619.5.2",
             Syntax::BigEndian => "1.2.840.10008.1.2.2",
             Syntax::Deflated => "1.2.840.10008.1.2.1.99",
             Syntax::Rle => "1.2.840.10008.1.2.5",
@@ -98,6 +101,9 @@ impl Elements {
                 Value::Text(text) => (None, text.clone().into_bytes()),
                 Value::Short(n) => (None, short(*n).to_vec()),
                 Value::Bytes(bytes) => (None, bytes.clone()),
+                Value::Words(words) if syntax == Syntax::GePrivate && *tag == PIXEL_DATA => {
+                    (None, words.iter().flat_map(|w| w.to_be_bytes()).collect())
+                }
                 Value::Words(words) => (None, words.iter().flat_map(|w| short(*w)).collect()),
                 Value::Raw(length, bytes) => (Some(*length), bytes.clone()),
                 Value::Items(items) => {
@@ -122,7 +128,7 @@ impl Elements {
             }
             let length = declared.unwrap_or(bytes.len() as u32);
             out.extend(tag_bytes(*tag));
-            if syntax == Syntax::Implicit {
+            if [Syntax::Implicit, Syntax::GePrivate].contains(&syntax) {
                 out.extend(long(length));
             } else {
                 out.extend(vr.as_bytes());
