@@ -190,14 +190,14 @@ impl ImageFile {
 ///
 /// # Errors
 /// [`Rejected`] says why it is not an image that can be part of a volume.
-pub(crate) fn read_image(source: &Source, cancel: &CancelToken) -> Result<ImageFile, Rejected> {
+pub(crate) fn read_image(source: &Source, cancel: &CancelToken) -> Result<ImageFile, Box<Rejected>> {
     let path = || source.path();
     let header = read_header(source, cancel).map_err(|fault| match fault {
         Fault::NotDicom(found) => ImportError::UnknownFormat { path: path(), found: found.to_owned() },
         Fault::Damaged(problem) => ImportError::Damaged { path: path(), problem },
         Fault::Io(source) => ImportError::Io { path: path(), source },
     });
-    let header = header.map_err(|error| Rejected::new(path(), error))?;
+    let header = header.map_err(|error| Box::new(Rejected::new(path(), error)))?;
     let result = interpret(source, &header, cancel).map_err(|refusal| match refusal {
         Refusal::Cancelled(cancelled) => cancelled.into(),
         Refusal::Field(FieldFault { attribute, problem, remedy }) => ImportError::Field {
@@ -210,7 +210,9 @@ pub(crate) fn read_image(source: &Source, cancel: &CancelToken) -> Result<ImageF
             ImportError::Unsupported { path: path(), what, remedy: remedy.to_owned() }
         }
     });
-    result.map_err(|error| Rejected { series_uid: series_uid(&header.data), ..Rejected::new(path(), error) })
+    result.map_err(|error| {
+        Box::new(Rejected { series_uid: series_uid(&header.data), ..Rejected::new(path(), error) })
+    })
 }
 
 fn series_uid(data: &DataSet) -> Option<String> {

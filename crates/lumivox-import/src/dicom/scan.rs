@@ -126,8 +126,8 @@ pub(crate) fn scan(
         match result {
             Ok(image) => scan.images.push(image),
             Err(rejected) => {
-                let error = in_archive(source, rejected.error);
-                scan.rejected.push(Rejected { error, ..rejected });
+                let Rejected { path, error, series_uid } = *rejected;
+                scan.rejected.push(Rejected { path, error: in_archive(source, error), series_uid });
             }
         }
     }
