@@ -524,6 +524,36 @@ mod tests {
     }
 
     #[test]
+    fn phases_that_a_packed_file_lacks_are_told() {
+        let mut file = Builder::new(Version::One, false, &[64, 32, 2, 3], 2);
+        // What does not pack, so that half a file is half of the voxels.
+        let mut state = 1u32;
+        let mut noise = || {
+            state ^= state << 13;
+            state ^= state >> 17;
+            state ^= state << 5;
+            state as u8
+        };
+        file.data = (0..3 * 4096).map(|_| noise()).collect();
+        let gzip = |bytes: &[u8]| {
+            let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+            encoder.write_all(bytes).unwrap();
+            encoder.finish().unwrap()
+        };
+        let bytes = file.bytes();
+        let whole = gzip(&bytes);
+        let is_told = |bytes: &[u8]| {
+            let notes = load_bytes(bytes).unwrap().report.notes;
+            notes.contains(&"the file is cut short: 1 of 3 phases is there".to_owned())
+        };
+        assert!(is_told(&whole[..whole.len() / 2]));
+        assert!(is_told(&gzip(&bytes[..bytes.len() - 5000])));
+        assert!(!is_told(&whole));
+        // Of several members the last one says its own size only.
+        assert!(!is_told(&[gzip(&bytes[..9000]), gzip(&bytes[9000..])].concat()));
+    }
+
+    #[test]
     fn pairs_of_hdr_and_img() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scan.hdr");

@@ -197,7 +197,7 @@ fn vectors(fields: &Fields, field: &Field) -> Result<Vec<Option<Vec<f64>>>, Impo
 fn placement(fields: &Fields, axes: &Axes, notes: &mut Vec<String>) -> Result<DAffine3, ImportError> {
     let Some(directions) = fields.get(&["space directions"]) else {
         notes.push("no orientation is given: axes are taken for left, posterior, superior".to_owned());
-        return Ok(axis_aligned(spacings(fields, axes)?, [0.0; 3]));
+        return Ok(axis_aligned(spacings(fields, axes, notes)?, [0.0; 3]));
     };
     let vectors = vectors(fields, directions)?;
     let expected = "one vector of 3 numbers for each axis in space";
@@ -269,17 +269,19 @@ fn patient_from_space(fields: &Fields, notes: &mut Vec<String>) -> Result<DAffin
     Ok(DAffine3::from_scale(DVec3::splat(mm)) * flips)
 }
 
-/// Distances between voxels where there are no directions.
-fn spacings(fields: &Fields, axes: &Axes) -> Result<[f64; 3], ImportError> {
+/// Distances between voxels where there are no directions; an axis with a negative one counts the other way.
+fn spacings(fields: &Fields, axes: &Axes, notes: &mut Vec<String>) -> Result<[f64; 3], ImportError> {
     let mut spacing = [1.0; 3];
     let Some(field) = fields.get(&["spacings"]) else { return Ok(spacing) };
     let all: Vec<f64> =
         parse_list(&field.value).ok_or_else(|| fields.bad(field, "one length for each axis"))?;
     for (mm, axis) in spacing.iter_mut().zip(&axes.spatial) {
         match all.get(*axis) {
-            Some(length) if length.is_normal() => *mm = length.abs(),
+            Some(length) if length.is_normal() => *mm = *length,
             // NRRD writes NaN for what is not known.
-            Some(length) if length.is_nan() => {}
+            Some(length) if length.is_nan() => {
+                notes.push(format!("the spacing of axis {} is not given (nan): taken as 1 mm", axis + 1));
+            }
             _ => return Err(fields.bad(field, "one length for each axis")),
         }
     }
@@ -426,10 +428,21 @@ mod tests {
 
     #[test]
     fn spacings_do_without_directions() {
-        let header = format!("type: uchar\n{GRID}\nspacings: 0.5 nan 2\nencoding: raw");
-        let imported = with(&header, &[1, 2, 3, 4]).unwrap();
+        let with_spacings = |spacings: &str| {
+            let header = format!("type: uchar\n{GRID}\nspacings: {spacings}\nencoding: raw");
+            with(&header, &[1, 2, 3, 4]).unwrap()
+        };
+        let imported = with_spacings("0.5 nan 2");
         assert_eq!(imported.volume.spacing_mm(), DVec3::new(0.5, 1.0, 2.0));
-        assert!(imported.report.notes[0].contains("no orientation"));
+        let notes = &imported.report.notes;
+        assert!(notes[0].contains("no orientation"));
+        assert!(
+            notes.contains(&"the spacing of axis 2 is not given (nan): taken as 1 mm".to_owned()),
+            "{notes:?}"
+        );
+        // A negative one counts the other way.
+        let place = with_spacings("-0.5 1 -2").volume.patient_from_voxel();
+        assert_eq!(place.transform_vector3(DVec3::ONE), DVec3::new(-0.5, 1.0, -2.0));
     }
 
     #[test]

@@ -168,6 +168,41 @@ impl Payload {
         Ok(builder.finish())
     }
 
+    /// How many of `phases` grids of `dims` voxels are whole in a deflated file, where these are not all, so that it is
+    /// cut short behind one that could be read. `None` too where several files hold them.
+    ///
+    /// # Errors
+    /// As [`Payload::read`].
+    pub fn phases_of_cut(
+        &self,
+        header: &Path,
+        dims: [usize; 3],
+        phases: usize,
+        cancel: &CancelToken,
+    ) -> Result<Option<usize>, ImportError> {
+        let ([file], Encoding::Deflate, ByteSkip::Bytes(skip)) =
+            (&self.files[..], self.encoding, self.byte_skip)
+        else {
+            return Ok(None);
+        };
+        let expected = self.bytes_per_file(header, dims, phases)?;
+        // Unpacking all is slow, and needless where the size at the end of a gzip file is that of the whole.
+        if unpacked_size(file).map_err(ImportError::io(file))? == skip.saturating_add(expected) as u32 {
+            return Ok(None);
+        }
+        let mut input = self.open(file, self.start_in(header, file, expected)?, 0, cancel)?;
+        let mut there = 0;
+        let mut buffer = vec![0; CHUNK.min(expected as usize)];
+        while there < expected {
+            cancel.check()?;
+            let wanted = buffer.len().min((expected - there) as usize);
+            // Damage of later phases is that of what they hold.
+            let Ok(got @ 1..) = fill(&mut *input, &mut buffer[..wanted]) else { break };
+            there += got as u64;
+        }
+        Ok((there < expected).then(|| (there / (expected / phases as u64)) as usize))
+    }
+
     /// Bytes of samples in each file.
     fn bytes_per_file(&self, header: &Path, dims: [usize; 3], phases: usize) -> Result<u64, ImportError> {
         let field = |field: &str, problem: String, remedy: &str| ImportError::Field {
@@ -319,6 +354,15 @@ impl Payload {
             remedy: "Copy or export the file again".to_owned(),
         }
     }
+}
+
+/// The size that a gzip file gives at its end, of its last member; of other files four bytes.
+fn unpacked_size(path: &Path) -> io::Result<u32> {
+    let mut file = File::open(path)?;
+    file.seek(SeekFrom::End(-4))?;
+    let mut size = [0; 4];
+    file.read_exact(&mut size)?;
+    Ok(u32::from_le_bytes(size))
 }
 
 /// Inflates gzip (of one or more members) or zlib data, whichever it is.

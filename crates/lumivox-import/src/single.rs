@@ -126,6 +126,11 @@ impl Single {
         notes.extend(decoded.notes);
         if self.phases > 1 {
             notes.push(format!("phase {wanted} of {} is taken", self.phases));
+            if let Some(there) = self.payload.phases_of_cut(path, self.dims, self.phases, cancel)? {
+                let verb = if there == 1 { "is" } else { "are" };
+                let phases = self.phases;
+                notes.push(format!("the file is cut short: {there} of {phases} phases {verb} there"));
+            }
         }
         let [slope, intercept] = self.rescale;
         let [own_slope, own_intercept] = decoded.rescale;
