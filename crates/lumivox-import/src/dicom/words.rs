@@ -213,232 +213,11 @@ const TERMS: &[&str] = &[
     "wo",
 ];
 
-/// What segments are called, beside the terms of descriptions, in lower case.
-const PARTS_OF_THE_BODY: &[&str] = &[
-    "adrenal",
-    "airway",
-    "airways",
-    "and",
-    "appendage",
-    "appendix",
-    "arteries",
-    "artery",
-    "ascending",
-    "ascites",
-    "atrial",
-    "atrium",
-    "atrophy",
-    "autochthon",
-    "background",
-    "bladder",
-    "bodies",
-    "bowel",
-    "brachiocephalic",
-    "brainstem",
-    "bronchi",
-    "bronchus",
-    "calcification",
-    "callosum",
-    "carpal",
-    "cartilage",
-    "caudate",
-    "cava",
-    "cavity",
-    "central",
-    "cerebellum",
-    "cerebrum",
-    "chiasm",
-    "clavicle",
-    "clavicula",
-    "cochlea",
-    "colon",
-    "common",
-    "cord",
-    "core",
-    "corpus",
-    "cortex",
-    "costal",
-    "cricoid",
-    "csf",
-    "ctv",
-    "cyst",
-    "cysts",
-    "deep",
-    "descending",
-    "diaphragm",
-    "disc",
-    "discs",
-    "disk",
-    "disks",
-    "duct",
-    "duodenum",
-    "edema",
-    "effusion",
-    "enhancing",
-    "esophagus",
-    "eye",
-    "eyes",
-    "femoral",
-    "femur",
-    "fibula",
-    "fluid",
-    "fossa",
-    "gall",
-    "gallbladder",
-    "ganglia",
-    "gastrocnemius",
-    "gland",
-    "glands",
-    "globus",
-    "gluteus",
-    "gray",
-    "grey",
-    "gtv",
-    "gtvn",
-    "gtvp",
-    "hemorrhage",
-    "hepatic",
-    "hippocampus",
-    "humerus",
-    "hyoid",
-    "iliac",
-    "iliacus",
-    "iliopsoas",
-    "infarct",
-    "inferior",
-    "intestine",
-    "jaw",
-    "jugular",
-    "kidneys",
-    "large",
-    "larynx",
-    "lens",
-    "lesion",
-    "lesions",
-    "lobe",
-    "lower",
-    "lymph",
-    "mandible",
-    "mass",
-    "maxilla",
-    "maximus",
-    "medius",
-    "meniscus",
-    "mesentery",
-    "metastases",
-    "metastasis",
-    "metatarsal",
-    "middle",
-    "minimus",
-    "muscle",
-    "muscles",
-    "myocardium",
-    "nasal",
-    "necrosis",
-    "necrotic",
-    "nerve",
-    "node",
-    "nodes",
-    "nodule",
-    "nodules",
-    "oar",
-    "oedema",
-    "oesophagus",
-    "of",
-    "optic",
-    "orbits",
-    "outer",
-    "ovary",
-    "pallidum",
-    "parotid",
-    "patella",
-    "pelvic",
-    "pericardium",
-    "peripheral",
-    "pharynx",
-    "pituitary",
-    "placenta",
-    "plaque",
-    "pleura",
-    "pleural",
-    "pneumonia",
-    "psoas",
-    "ptv",
-    "pulmonary",
-    "putamen",
-    "quadriceps",
-    "radius",
-    "rectum",
-    "region",
-    "renal",
-    "rib",
-    "ribs",
-    "roi",
-    "sacrum",
-    "scapula",
-    "segment",
-    "skeleton",
-    "skin",
-    "small",
-    "spinal",
-    "spleen",
-    "stem",
-    "sternum",
-    "stomach",
-    "subclavian",
-    "subcutaneous",
-    "submandibular",
-    "superior",
-    "tarsal",
-    "teeth",
-    "tendon",
-    "testis",
-    "thalamus",
-    "the",
-    "thigh",
-    "thrombus",
-    "thyroid",
-    "tibia",
-    "tongue",
-    "tonsil",
-    "tooth",
-    "torso",
-    "trachea",
-    "transition",
-    "trunk",
-    "tumor",
-    "tumors",
-    "tumour",
-    "tumours",
-    "ulna",
-    "upper",
-    "ureter",
-    "urethra",
-    "urinary",
-    "uterus",
-    "vein",
-    "veins",
-    "vena",
-    "ventricle",
-    "ventricles",
-    "vertebra",
-    "vertebrae",
-    "vesicle",
-    "vesicles",
-    "vessel",
-    "vessels",
-    "wall",
-    "white",
-    "zone",
-];
-
 /// Whether a word names nothing but a thing of the field: a term, or a short code with a digit (`T2`, `B30f`, `1.0`).
-/// Nothing of it is one of `names`; terms are those of `more`, too.
-fn is_told(word: &str, names: &[String], more: &[&str]) -> bool {
+/// Nothing of it is one of `names`.
+fn is_told(word: &str, names: &[String]) -> bool {
     let lower = word.to_ascii_lowercase();
-    let is_named = |part: &str| names.iter().any(|name| name == part);
-    let bare: String = lower.chars().filter(char::is_ascii_alphanumeric).collect();
-    if is_named(&lower) || is_named(&bare) || runs(&lower).any(is_named) {
+    if is_named(&lower, names) {
         return false;
     }
     let (digits, letters) = word.bytes().fold((0, 0), |(digits, letters), byte| {
@@ -446,7 +225,14 @@ fn is_told(word: &str, names: &[String], more: &[&str]) -> bool {
     });
     // Numbers of patients, and dates, are longer.
     let is_code = (1..=4).contains(&digits) && letters <= 4 && word.len() <= 8;
-    is_code || TERMS.contains(&&*lower) || more.contains(&&*lower)
+    is_code || TERMS.contains(&&*lower)
+}
+
+/// Whether a word in lower case, or a part of it, is one of `names`.
+fn is_named(word: &str, names: &[String]) -> bool {
+    let is_name = |part: &str| names.iter().any(|name| name == part);
+    let bare: String = word.chars().filter(char::is_ascii_alphanumeric).collect();
+    is_name(word) || is_name(&bare) || runs(word).any(is_name)
 }
 
 /// The runs of letters and of digits in a text.
@@ -473,23 +259,36 @@ fn names(data: &DataSet) -> Vec<String> {
 
 /// The words of SeriesDescription that may be told; empty where none may.
 pub(crate) fn series_label(data: &DataSet) -> String {
-    told_words(&data.text(attr::SERIES_DESCRIPTION).unwrap_or_default(), &names(data), &[])
+    told_words(&data.text(attr::SERIES_DESCRIPTION).unwrap_or_default(), &names(data))
 }
 
-/// The words of SegmentLabels that may be told; empty where none may. `data` tell the patient's names.
+/// SegmentLabels without words that `data` has in the patient's name or number. They name parts of the body in any language,
+/// so that all else is told.
 pub(crate) fn segment_labels(data: &DataSet, labels: &[String]) -> Vec<String> {
     let names = names(data);
-    labels.iter().map(|label| told_words(label, &names, PARTS_OF_THE_BODY)).collect()
+    let texts: Vec<String> = [attr::PATIENT_NAME, attr::PATIENT_ID]
+        .into_iter()
+        .filter_map(|name| Some(data.text(name)?.to_lowercase()))
+        .collect();
+    // Of a script without spaces, or whose letters are no ASCII.
+    let is_within = |word: &str| word.chars().count() > 1 && texts.iter().any(|text| text.contains(word));
+    let is_told = |word: &&str| {
+        let lower = word.to_lowercase();
+        let bare = lower.trim_matches(|c: char| !c.is_alphanumeric());
+        !is_named(&lower, &names) && (lower.is_ascii() || !is_within(bare))
+    };
+    let told = |label: &String| label.split_whitespace().filter(is_told).collect::<Vec<_>>().join(" ");
+    labels.iter().map(told).collect()
 }
 
-/// The words of a text that are terms, also of `more`, or codes, and nothing of `names`.
-fn told_words(text: &str, names: &[String], more: &[&str]) -> String {
+/// The words of a text that are terms or codes, and nothing of `names`.
+fn told_words(text: &str, names: &[String]) -> String {
     let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || ".+-".contains(c)));
     let told = |word: &str| -> Option<String> {
         // `T1-weighted` is two words.
         let mut parts = word.split(['-', '+']).filter(|part| !part.is_empty()).peekable();
         let is_any = parts.peek().is_some();
-        (is_any && parts.all(|part| is_told(part, names, more)))
+        (is_any && parts.all(|part| is_told(part, names)))
             .then(|| word.trim_matches(['-', '+', '.']).to_owned())
     };
     words.filter_map(told).take(MOST_WORDS).collect::<Vec<_>>().join(" ")
@@ -507,7 +306,7 @@ pub(crate) fn kernel_label(data: &DataSet) -> String {
 fn is_told_kernel(kernel: &str, names: &[String]) -> bool {
     // Philips and Canon have kernels of one letter or two.
     let is_short = kernel.len() <= 2 && kernel.bytes().all(|b| b.is_ascii_alphanumeric());
-    is_told(kernel, names, &[]) || is_short && !names.contains(&kernel.to_ascii_lowercase())
+    is_told(kernel, names) || is_short && !names.contains(&kernel.to_ascii_lowercase())
 }
 
 /// When a series was made, as `10:31:05`; empty where that is not given.
@@ -570,12 +369,12 @@ mod tests {
     #[test]
     fn terms_and_codes_are_told_and_names_are_not() {
         for word in ["Thorax", "T2", "B30f", "1.0", "0.625", "b1000", "mprage"] {
-            assert!(is_told(word, &[], &[]), "{word}");
+            assert!(is_told(word, &[]), "{word}");
         }
         for word in ["Miller", "JANE", "19500312", "AB123456", "P1234567", "Dr", ""] {
-            assert!(!is_told(word, &[], &[]), "{word}");
+            assert!(!is_told(word, &[]), "{word}");
         }
-        assert!(!is_told("Brain", &["brain".to_owned()], &["brain"]), "somebody is called so");
+        assert!(!is_told("Brain", &["brain".to_owned()]), "somebody is called so");
         for (kernel, is_told) in [("Br40d", true), ("YA", true), ("Jane Doe", false)] {
             assert_eq!(is_told_kernel(kernel, &[]), is_told, "{kernel}");
         }
