@@ -68,14 +68,19 @@ impl Unfinished {
     }
 
     /// The dispatches by which every pixel of a film gets as far as one dispatch takes it, as the parameters in which
-    /// they differ.
-    pub fn dispatches(&self, frame: layout::Frame) -> impl Iterator<Item = layout::Frame> + use<> {
+    /// they differ. Those for starved paths, of which each has its invocation alone, are among them where the last count
+    /// found some, or `with_lone`.
+    pub fn dispatches(
+        &self,
+        frame: layout::Frame,
+        with_lone: bool,
+    ) -> impl Iterator<Item = layout::Frame> + use<> {
         let all = layout::Frame {
             turn_limit: self.turns.map_or(u32::MAX, |turns| turns.shared),
             lone_invocation: constants::NONE_IS_ALONE,
             ..frame
         };
-        let starved = self.turns.filter(|_| self.last.starved > 0);
+        let starved = self.turns.filter(|_| with_lone || self.last.starved > 0);
         let lone = starved.into_iter().flat_map(move |turns| {
             (0..constants::TOGETHER).map(move |lone_invocation| layout::Frame {
                 turn_limit: turns.alone,

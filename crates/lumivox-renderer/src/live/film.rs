@@ -84,7 +84,19 @@ impl LiveFilm {
         rows: [u32; 2],
         recording: &mut Recording,
     ) {
-        self.record_shared(key, cache, [samples, limit, 1], rows, recording);
+        self.record_shared(key, cache, [samples, limit, 1], rows, false, recording);
+    }
+
+    /// The same of all rows, where few pixels lack any: those that started over.
+    pub fn record_first_aid(
+        &mut self,
+        key: Key,
+        cache: &SceneCache,
+        samples: u32,
+        recording: &mut Recording,
+    ) {
+        let rows = [0, self.padded_height()];
+        self.record_shared(key, cache, [samples, samples, 1], rows, true, recording);
     }
 
     /// Records that a count of the film comes back: whether every pixel has `samples`.
@@ -100,7 +112,7 @@ impl LiveFilm {
         let most = if cache.limits().loop_turns.is_some() { 1 } else { most };
         let sharers = 1 << samples.clamp(1, most).ilog2();
         let rows = [0, self.padded_height()];
-        self.record_shared(key, cache, [samples, samples, sharers], rows, recording);
+        self.record_shared(key, cache, [samples, samples, sharers], rows, false, recording);
     }
 
     fn record_shared(
@@ -109,6 +121,7 @@ impl LiveFilm {
         cache: &SceneCache,
         [samples, limit, sharers]: [u32; 3],
         [row_begin, row_end]: [u32; 2],
+        looks_only: bool,
         recording: &mut Recording,
     ) {
         let kernel = Kernel::PathTrace(cache.variant(false, true));
@@ -131,7 +144,10 @@ impl LiveFilm {
         resources.extend(self.unfinished.resources());
         let [x, y] = kernel.workgroup_size();
         let workgroups = [(self.size[0] * sharers).div_ceil(x), (row_end - row_begin).div_ceil(y)];
-        for params in self.unfinished.dispatches(params) {
+        // A picture is looked at long before its film is counted: paths that starve would be missing from it all the
+        // while. Where all rows are only looked through, none is waited for.
+        let with_lone = !looks_only;
+        for params in self.unfinished.dispatches(params, with_lone) {
             let uniforms = vec![bytemuck::bytes_of(&params).to_vec()];
             recording.push(Step::Dispatch { kernel, uniforms, resources: resources.clone(), workgroups });
         }

@@ -601,11 +601,10 @@ impl LiveView {
         // only look, and return.
         let samples = FIRST_AID.min(target).min(self.common);
         if self.covered {
-            self.fine.record_samples(key, cache, samples, samples, [0, height], recording);
+            self.fine.record_first_aid(key, cache, samples, recording);
         } else if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
-            let rows = [0, coarse.padded_height()];
             let samples = FIRST_AID.min(target).min(self.coarse_complete.max(1));
-            coarse.record_samples(key, cache, samples, samples, rows, recording);
+            coarse.record_first_aid(key, cache, samples, recording);
             coarse.stale = true;
             // All of the budget, but for what buys no whole group of rows.
             while self.fine_is_far(budget) && recorded < COARSE_SHARE * budget as f64 {

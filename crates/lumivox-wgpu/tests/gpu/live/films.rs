@@ -47,6 +47,23 @@ fn a_live_film_does_not_depend_on_how_many_turns_loops_may_take() {
     assert!(host.live.status().lost_pixels > 0, "what is lost is said");
 }
 
+/// Where no event fits into the turns that invocations share, pixels have samples long before the view is done.
+#[test]
+fn a_live_film_fills_however_few_turns_loops_may_take() {
+    let test = scenes::overlapping_volumes();
+    let mut gpu = gpu();
+    let loop_turns = Some(LoopTurns { shared: 3, alone: 64_000 });
+    let limits = DeviceLimits { loop_turns, ..gpu.executor.limits() };
+    let mut host = Host::within(limits, &mut gpu, &test, LiveSettings::new(24, 24));
+    let camera = test.camera.with_aspect(1.0);
+    for _ in 0..3 {
+        host.frame(&mut gpu, &camera, 2 * 24 * 24);
+    }
+    let film = host.film(&mut gpu);
+    let empty = (0..24 * 24).filter(|pixel| film.samples(*pixel) == 0.0).count();
+    assert_eq!(empty, 0, "pixels without samples");
+}
+
 /// Mean alpha and luminance over blocks of pixels agree with the independent reference, whose first collisions beyond
 /// the host's surface count as none: what free flights that end there are.
 fn compare_with_reference(test: &TestScene, camera: &Camera, samples: u32) {
