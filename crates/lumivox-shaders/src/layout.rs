@@ -40,7 +40,7 @@ pub struct Frame {
     pub group_stride: u32,
     pub sharers: u32,
     pub ambient: [f32; 3],
-    pub padding: u32,
+    pub only_below: u32,
 }
 
 /// Twin of `Child`.

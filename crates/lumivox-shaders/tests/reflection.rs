@@ -61,7 +61,7 @@ fn twins_have_the_shaders_layout() {
             group_stride,
             sharers,
             ambient,
-            padding,
+            only_below,
         }
     );
     assert_twin!(path_trace, Child { low, index, high, padding });

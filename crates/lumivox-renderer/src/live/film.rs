@@ -84,19 +84,20 @@ impl LiveFilm {
         rows: [u32; 2],
         recording: &mut Recording,
     ) {
-        self.record_shared(key, cache, [samples, limit, 1], rows, false, recording);
+        self.record_shared(key, cache, [samples, limit, 1], rows, None, recording);
     }
 
-    /// The same of all rows, where few pixels lack any: those that started over.
+    /// Up to `samples` for each pixel that has fewer than `others`: for few, those that started over.
     pub fn record_first_aid(
         &mut self,
         key: Key,
         cache: &SceneCache,
         samples: u32,
+        others: u32,
         recording: &mut Recording,
     ) {
         let rows = [0, self.padded_height()];
-        self.record_shared(key, cache, [samples, samples, 1], rows, true, recording);
+        self.record_shared(key, cache, [samples, samples, 1], rows, Some(others), recording);
     }
 
     /// Records that a count of the film comes back: whether every pixel has `samples`.
@@ -112,7 +113,7 @@ impl LiveFilm {
         let most = if cache.limits().loop_turns.is_some() { 1 } else { most };
         let sharers = 1 << samples.clamp(1, most).ilog2();
         let rows = [0, self.padded_height()];
-        self.record_shared(key, cache, [samples, samples, sharers], rows, false, recording);
+        self.record_shared(key, cache, [samples, samples, sharers], rows, None, recording);
     }
 
     fn record_shared(
@@ -121,7 +122,7 @@ impl LiveFilm {
         cache: &SceneCache,
         [samples, limit, sharers]: [u32; 3],
         [row_begin, row_end]: [u32; 2],
-        looks_only: bool,
+        only_below: Option<u32>,
         recording: &mut Recording,
     ) {
         let kernel = Kernel::PathTrace(cache.variant(false, true));
@@ -137,6 +138,7 @@ impl LiveFilm {
             row_end,
             sharers,
             ambient: key.ambient,
+            only_below: only_below.unwrap_or(0),
             ..frame::of(cache, &key.camera)
         };
         let mut resources = cache.path_trace_resources();
@@ -145,8 +147,8 @@ impl LiveFilm {
         let [x, y] = kernel.workgroup_size();
         let workgroups = [(self.size[0] * sharers).div_ceil(x), (row_end - row_begin).div_ceil(y)];
         // A picture is looked at long before its film is counted: paths that starve would be missing from it all the
-        // while. Where all rows are only looked through, none is waited for.
-        let with_lone = !looks_only;
+        // while. Where few pixels are looked for, none is waited for.
+        let with_lone = only_below.is_none();
         for params in self.unfinished.dispatches(params, with_lone) {
             let uniforms = vec![bytemuck::bytes_of(&params).to_vec()];
             recording.push(Step::Dispatch { kernel, uniforms, resources: resources.clone(), workgroups });

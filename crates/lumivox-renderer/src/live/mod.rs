@@ -597,14 +597,12 @@ impl LiveView {
         let height = self.fine.padded_height();
         let row = self.open_pixels_per_row();
         let mut recorded = 0.0;
-        // What started over in this very frame must not be a hole in the picture. Other pixels have as many already: they
-        // only look, and return.
-        let samples = FIRST_AID.min(target).min(self.common);
+        // What started over in this very frame must not be a hole in the picture. Other pixels only look, and return.
+        let samples = FIRST_AID.min(target);
         if self.covered {
-            self.fine.record_first_aid(key, cache, samples, recording);
+            self.fine.record_first_aid(key, cache, samples, self.common, recording);
         } else if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
-            let samples = FIRST_AID.min(target).min(self.coarse_complete.max(1));
-            coarse.record_first_aid(key, cache, samples, recording);
+            coarse.record_first_aid(key, cache, samples, self.coarse_complete.max(1), recording);
             coarse.stale = true;
             // All of the budget, but for what buys no whole group of rows.
             while self.fine_is_far(budget) && recorded < COARSE_SHARE * budget as f64 {

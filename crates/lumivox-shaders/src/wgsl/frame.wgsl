@@ -46,7 +46,8 @@ struct Frame {
     sharers: u32,
     // Radiance from everywhere besides the environment's map.
     ambient: vec3f,
-    padding: u32,
+    // Live films: only pixels that have fewer samples get any; 0 for all of them.
+    only_below: u32,
 }
 
 // One half of a node's volumes, and a box around them in the world.

@@ -81,6 +81,9 @@ fn trace(pixel: vec2u, sharer: u32) -> Sums {
     let moments = film[plane + index];
     var sample_index = u32(moments.z) + sharer;
     var sample_end = min(u32(moments.z) + frame.samples, frame.sample_limit);
+    if (LIVE && frame.only_below > 0u && u32(moments.z) >= frame.only_below) {
+        sample_end = 0u;
+    }
     var rng = rng_new(image_pixel, sample_index, frame.seed);
     var path = Path();
     var alive = take_up(moments.w, index, image_pixel, &path, &rng);
