@@ -62,33 +62,38 @@ impl Unfinished {
         limits.loop_turns.map_or(0, |_| path_bytes(guides))
     }
 
+    /// Whether a dispatch may leave paths behind.
+    pub fn puts_aside(&self) -> bool {
+        self.turns.is_some()
+    }
+
     /// What the kernel binds, behind all else.
     pub fn resources(&self) -> impl Iterator<Item = ResourceId> + use<> {
         self.paths.into_iter()
     }
 
     /// The dispatches by which every pixel of a film gets as far as one dispatch takes it, as the parameters in which
-    /// they differ. Those for starved paths, of which each has its invocation alone, are among them where the last count
-    /// found some, or `with_lone`.
-    pub fn dispatches(
-        &self,
-        frame: layout::Frame,
-        with_lone: bool,
-    ) -> impl Iterator<Item = layout::Frame> + use<> {
+    /// they differ. [Those for starved paths](Self::lone_dispatches) are among them where the last count found some.
+    pub fn dispatches(&self, frame: layout::Frame) -> impl Iterator<Item = layout::Frame> + use<> {
         let all = layout::Frame {
             turn_limit: self.turns.map_or(u32::MAX, |turns| turns.shared),
             lone_invocation: constants::NONE_IS_ALONE,
             ..frame
         };
-        let starved = self.turns.filter(|_| with_lone || self.last.starved > 0);
-        let lone = starved.into_iter().flat_map(move |turns| {
+        [all]
+            .into_iter()
+            .chain((self.last.starved > 0).then(|| self.lone_dispatches(frame)).into_iter().flatten())
+    }
+
+    /// The dispatches for starved paths, in which each has its invocation alone; none where none starve.
+    pub fn lone_dispatches(&self, frame: layout::Frame) -> impl Iterator<Item = layout::Frame> + use<> {
+        self.turns.into_iter().flat_map(move |turns| {
             (0..constants::TOGETHER).map(move |lone_invocation| layout::Frame {
                 turn_limit: turns.alone,
                 lone_invocation,
                 ..frame
             })
-        });
-        [all].into_iter().chain(lone)
+        })
     }
 
     /// Records that a count of the film comes back, for [`counted`](Self::counted).

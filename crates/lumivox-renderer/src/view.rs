@@ -210,7 +210,7 @@ impl View {
         resources.extend(self.unfinished.resources());
         let [x, y] = kernel.workgroup_size();
         let workgroups = [self.settings.window_size[0].div_ceil(x), (row_end - row_begin).div_ceil(y)];
-        for frame in self.unfinished.dispatches(frame, false) {
+        for frame in self.unfinished.dispatches(frame) {
             let uniforms = vec![bytemuck::bytes_of(&frame).to_vec()];
             recording.push(Step::Dispatch { kernel, uniforms, resources: resources.clone(), workgroups });
         }

@@ -84,10 +84,12 @@ impl LiveFilm {
         rows: [u32; 2],
         recording: &mut Recording,
     ) {
-        self.record_shared(key, cache, [samples, limit, 1], rows, None, recording);
+        let params = self.frame(key, cache, [samples, limit, 1], rows);
+        self.record_trace(cache, params, self.unfinished.dispatches(params), recording);
     }
 
-    /// Up to `samples` for each pixel that has fewer than `others`: for few, those that started over.
+    /// Up to `samples` for each pixel that has fewer than `others`: for few, those that started over. Those of them that
+    /// starve are not waited for.
     pub fn record_first_aid(
         &mut self,
         key: Key,
@@ -97,7 +99,22 @@ impl LiveFilm {
         recording: &mut Recording,
     ) {
         let rows = [0, self.padded_height()];
-        self.record_shared(key, cache, [samples, samples, 1], rows, Some(others), recording);
+        let all = self.frame(key, cache, [samples, samples, 1], rows);
+        let params = layout::Frame { only_below: others, ..all };
+        self.record_trace(cache, params, self.unfinished.dispatches(params), recording);
+    }
+
+    /// `samples` more for each pixel whose path starved, `limit` at most in all.
+    pub fn record_starved(
+        &mut self,
+        key: Key,
+        cache: &SceneCache,
+        samples: u32,
+        limit: u32,
+        recording: &mut Recording,
+    ) {
+        let params = self.frame(key, cache, [samples, limit, 1], [0, self.padded_height()]);
+        self.record_trace(cache, params, self.unfinished.lone_dispatches(params), recording);
     }
 
     /// Records that a count of the film comes back: whether every pixel has `samples`.
@@ -112,21 +129,19 @@ impl LiveFilm {
         // A path that is put aside belongs to a pixel.
         let most = if cache.limits().loop_turns.is_some() { 1 } else { most };
         let sharers = 1 << samples.clamp(1, most).ilog2();
-        let rows = [0, self.padded_height()];
-        self.record_shared(key, cache, [samples, samples, sharers], rows, None, recording);
+        let params = self.frame(key, cache, [samples, samples, sharers], [0, self.padded_height()]);
+        self.record_trace(cache, params, self.unfinished.dispatches(params), recording);
     }
 
-    fn record_shared(
-        &mut self,
+    /// What the kernel needs to know of all dispatches for some rows.
+    fn frame(
+        &self,
         key: Key,
         cache: &SceneCache,
         [samples, limit, sharers]: [u32; 3],
         [row_begin, row_end]: [u32; 2],
-        only_below: Option<u32>,
-        recording: &mut Recording,
-    ) {
-        let kernel = Kernel::PathTrace(cache.variant(false, true));
-        let params = layout::Frame {
+    ) -> layout::Frame {
+        layout::Frame {
             seed: key.seed,
             roulette_start: key.roulette_start,
             image_size: self.size,
@@ -138,18 +153,26 @@ impl LiveFilm {
             row_end,
             sharers,
             ambient: key.ambient,
-            only_below: only_below.unwrap_or(0),
+            only_below: 0,
             ..frame::of(cache, &key.camera)
-        };
+        }
+    }
+
+    fn record_trace(
+        &self,
+        cache: &SceneCache,
+        common: layout::Frame,
+        dispatches: impl Iterator<Item = layout::Frame>,
+        recording: &mut Recording,
+    ) {
+        let kernel = Kernel::PathTrace(cache.variant(false, true));
         let mut resources = cache.path_trace_resources();
         resources.extend([self.film, self.limits]);
         resources.extend(self.unfinished.resources());
         let [x, y] = kernel.workgroup_size();
-        let workgroups = [(self.size[0] * sharers).div_ceil(x), (row_end - row_begin).div_ceil(y)];
-        // A picture is looked at long before its film is counted: paths that starve would be missing from it all the
-        // while. Where few pixels are looked for, none is waited for.
-        let with_lone = only_below.is_none();
-        for params in self.unfinished.dispatches(params, with_lone) {
+        let rows = common.row_end - common.row_begin;
+        let workgroups = [(self.size[0] * common.sharers).div_ceil(x), rows.div_ceil(y)];
+        for params in dispatches {
             let uniforms = vec![bytemuck::bytes_of(&params).to_vec()];
             recording.push(Step::Dispatch { kernel, uniforms, resources: resources.clone(), workgroups });
         }

@@ -165,6 +165,8 @@ pub struct LiveView {
     awaited: u32,
     /// What the counts of the fine film say once it should be whole.
     count: CountOfWhole,
+    /// Whether paths of the scene starve, as far as is known.
+    starves: bool,
     /// Of the last frame: the samples after which it is done, and those that it traces.
     target_samples: u32,
     pixel_samples: u64,
@@ -175,7 +177,7 @@ pub struct LiveView {
 struct CountOfWhole {
     /// One is on its way.
     under_way: bool,
-    /// So many on their way are of another image.
+    /// So many on their way are of another image, or of films that need not be whole.
     outdated: u32,
     /// The last one found nothing missing.
     confirmed: bool,
@@ -238,6 +240,7 @@ impl LiveView {
             open_pixels: 0,
             awaited: 0,
             count: CountOfWhole::default(),
+            starves: false,
             target_samples: settings.target_samples,
             pixel_samples: 0,
         })
@@ -296,6 +299,8 @@ impl LiveView {
         };
         let restarted = self.key != Some(key);
         if restarted {
+            let same_scene = self.key.is_some_and(|shown| shown.scene_version == key.scene_version);
+            self.starves &= same_scene;
             self.restart(budget, cache, recording)?;
             self.key = Some(key);
         } else {
@@ -308,6 +313,9 @@ impl LiveView {
         } else {
             self.record_fine(key, cache, settings.target_samples, budget, recording)
         };
+        if self.fine.unfinished.puts_aside() && self.pixel_samples > 0 {
+            self.record_starved(key, cache, recording);
+        }
         self.record_denoise(settings, recording);
         self.picture.record(self.shown(), settings, host, camera, cache, recording);
         Ok(self.status())
@@ -325,9 +333,10 @@ impl LiveView {
     }
 
     /// Whether the fine film, where it should be whole, is so by its last count. Until that comes the host must not
-    /// rest.
+    /// rest; where paths are put aside, pixels may have fewer samples than were traced by then, even none.
     fn is_whole(&self) -> bool {
-        self.count.confirmed || self.fine.unfinished.missing() == 0
+        let is_likely = !self.fine.unfinished.puts_aside() && self.fine.unfinished.missing() == 0;
+        self.count.confirmed || is_likely
     }
 
     /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there, or a count
@@ -367,7 +376,9 @@ impl LiveView {
 
     fn take_count(&mut self, bytes: &[u8]) {
         if self.count.outdated > 0 {
+            let count: layout::FilmCount = bytemuck::pod_read_unaligned(bytes);
             self.count.outdated -= 1;
+            self.starves |= count.starved > 0;
             return;
         }
         self.count.under_way = false;
@@ -375,6 +386,24 @@ impl LiveView {
             self.count.lost = pixels;
         }
         self.count.confirmed = self.fine.unfinished.missing() == 0;
+    }
+
+    /// What is shown is looked at long before it is whole: paths that starve would be missing from it all the while. Takes
+    /// them up where some are known to be, and has others found.
+    fn record_starved(&mut self, key: Key, cache: &SceneCache, recording: &mut Recording) {
+        let (samples, target) = (self.pass_samples.max(1), self.target_samples);
+        let shows_fine = self.shows_fine();
+        let Some(shown) = (if shows_fine { Some(&mut self.fine) } else { self.coarse.as_mut() }) else {
+            return;
+        };
+        if self.starves {
+            shown.record_starved(key, cache, samples, target, recording);
+            shown.stale = true;
+        } else if self.count.outdated == 0 && !self.count.under_way {
+            shown.record_count(target, recording);
+            self.count.outdated = 1;
+            self.awaited += 1;
+        }
     }
 
     /// Has a fine film that should be whole counted, and what was found missing traced. Returns how many samples.
@@ -650,10 +679,8 @@ impl LiveView {
             true => self.record_confirmation(key, cache, target, recording),
             false => 0,
         };
-        // A finished picture must not depend on what was shown before it. Where paths are put aside, pixels may have fewer
-        // samples than were traced, even none.
-        let has_all = cache.limits().loop_turns.is_none() || self.count.confirmed;
-        if self.complete >= FINE_ALONE.min(target) && has_all {
+        // A finished picture must not depend on what was shown before it.
+        if self.complete >= FINE_ALONE.min(target) && self.is_whole() {
             self.factor = 1;
         }
         self.fine.stale |= recorded > 0.0 || missing > 0;

@@ -56,8 +56,11 @@ fn path_trace(
     let plane = frame.film_size.x * frame.film_size.y;
     let index = pixel.y * frame.film_size.x + pixel.x;
     var sums = Sums();
-    if (row_is_wanted && all(pixel < frame.film_size) && has_turn(film[plane + index].w, local_index)) {
-        sums = trace(pixel, sharer);
+    if (row_is_wanted && all(pixel < frame.film_size)) {
+        let counts = film[plane + index].zw;
+        if (is_wanted(counts.x) && has_turn(counts.y, local_index)) {
+            sums = trace(pixel, sharer);
+        }
     }
     sums = gather(sums, local_index);
     if (all(sums.moments.zw == vec2f(0.0)) || sharer > 0u) {
@@ -71,6 +74,11 @@ fn path_trace(
     }
 }
 
+// Whether a pixel that has so many samples is one of those that the dispatch is for.
+fn is_wanted(samples: f32) -> bool {
+    return !LIVE || frame.only_below == 0u || samples < f32(frame.only_below);
+}
+
 // The samples of a pixel, from the sharer's first one in steps of as many as share it.
 fn trace(pixel: vec2u, sharer: u32) -> Sums {
     let image_pixel = pixel + frame.film_origin;
@@ -81,9 +89,6 @@ fn trace(pixel: vec2u, sharer: u32) -> Sums {
     let moments = film[plane + index];
     var sample_index = u32(moments.z) + sharer;
     var sample_end = min(u32(moments.z) + frame.samples, frame.sample_limit);
-    if (LIVE && frame.only_below > 0u && u32(moments.z) >= frame.only_below) {
-        sample_end = 0u;
-    }
     var rng = rng_new(image_pixel, sample_index, frame.seed);
     var path = Path();
     var alive = take_up(moments.w, index, image_pixel, &path, &rng);

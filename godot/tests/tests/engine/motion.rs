@@ -13,6 +13,9 @@ use crate::engine::Run;
 use crate::expected;
 use crate::shown::{assert_same, distance, run_scene, told};
 
+/// Samples that a pixel gets in the frame in which it starts over.
+const FIRST_AID: u32 = 4;
+
 const STEPS: usize = 14;
 
 /// Samples after which nothing of a coarse picture is left.
@@ -265,8 +268,7 @@ fn the_frame_after_an_edit_shows_all_of_it() {
         let (new, shown) = (expected::picture(after), read(&format!("{}_first", after.name)));
         let off = block_difference(&shown, &new);
         println!("{}: {first} samples in the next frame, blocks differ by {off:.3}", after.name);
-        // Of few samples, how many depends on the machine's speed: what is missing or of before differs by more.
-        assert!(off < 0.25, "{}: a block of the next frame differs by {off}", after.name);
+        assert!(off < 0.2, "{}: a block of the next frame differs by {off}", after.name);
         if before.size == after.size {
             // It is the new picture already, not the old one.
             let old = expected::picture(before);
@@ -356,12 +358,13 @@ fn a_mesh_that_moves_through_a_volume_tears_no_holes() {
         let is_mesh = |[r, g, _]: [f64; 3]| g > 0.25 && g < 0.45 && r < 0.1;
         let inner = eroded(case, 1, |i| is_mesh(wanted[i]));
         let missing = (0..shown.len()).filter(|&i| inner[i] && !is_mesh(shown[i])).count();
-        let near = eroded(case, 1, |i| !is_mesh(wanted[i]));
+        // Nor where its first samples say that it shines through tissue: a pixel's samples are the same in every host.
+        let first = expected::linear(&Case { samples: FIRST_AID, ..case.clone() });
+        let near = eroded(case, 1, |i| !is_mesh(wanted[i]) && !is_mesh(first[i]));
         let stale = (0..shown.len()).filter(|&i| near[i] && is_mesh(shown[i])).count();
         let there = inner.iter().filter(|m| **m).count();
         println!("{}: mesh in {there} pixels, missing in {missing}, stale in {stale}", case.name);
-        // Pixels of few samples may show it through tissue.
-        assert!(missing == 0 && stale <= 6, "{}: {missing} missing, {stale} stale", case.name);
+        assert!(missing == 0 && stale == 0, "{}: {missing} missing, {stale} stale", case.name);
         frames_with_mesh += usize::from(there > 20);
     }
     assert!(frames_with_mesh > STEPS / 2, "the mesh is seen in {frames_with_mesh} frames only");
