@@ -91,7 +91,8 @@ func _look(interface: OpenXRInterface) -> Array:
 		# Straight ahead, wherever the head turns to.
 		_head.global_position = camera.global_transform * Vector3(0.0, 0.0, -0.8)
 		await RenderingServer.frame_post_draw
-		if frame >= 10 and Lumivox.is_converged(get_viewport()):
+		# It moves in every frame: whether no path lags behind a count would say too late.
+		if frame >= 10 and Lumivox.get_status(get_viewport()).samples >= effect.target_samples:
 			break
 	var seen := []
 	var images := pictures.images()

@@ -165,8 +165,8 @@ pub struct LiveView {
     awaited: u32,
     /// What the counts of the fine film say once it should be whole.
     count: CountOfWhole,
-    /// Whether paths of the scene starve, as far as is known.
-    starves: bool,
+    /// What counts of the scene's films said.
+    paths: PathsOfScene,
     /// Of the last frame: the samples after which it is done, and those that it traces.
     target_samples: u32,
     pixel_samples: u64,
@@ -183,6 +183,30 @@ struct CountOfWhole {
     confirmed: bool,
     /// Pixels that will not get what they lack.
     lost: u32,
+}
+
+/// What becomes of a scene's paths on devices that put some aside. What is known of the scene before holds until a count
+/// comes: what moves changes the scene in every frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct PathsOfScene {
+    are_known: bool,
+    are_of_this_scene: bool,
+    /// Some have to go on in another dispatch.
+    lag: bool,
+    /// Some need their invocation alone.
+    starve: bool,
+}
+
+impl PathsOfScene {
+    fn learn(&mut self, count: &layout::FilmCount) {
+        let before = if self.are_of_this_scene { *self } else { Self::default() };
+        *self = Self {
+            are_known: true,
+            are_of_this_scene: true,
+            lag: before.lag || count.aside + count.starved > 0,
+            starve: before.starve || count.starved > 0,
+        };
+    }
 }
 
 impl CountOfWhole {
@@ -240,7 +264,7 @@ impl LiveView {
             open_pixels: 0,
             awaited: 0,
             count: CountOfWhole::default(),
-            starves: false,
+            paths: PathsOfScene::default(),
             target_samples: settings.target_samples,
             pixel_samples: 0,
         })
@@ -299,8 +323,9 @@ impl LiveView {
         };
         let restarted = self.key != Some(key);
         if restarted {
-            let same_scene = self.key.is_some_and(|shown| shown.scene_version == key.scene_version);
-            self.starves &= same_scene;
+            if self.key.is_none_or(|shown| shown.scene_version != key.scene_version) {
+                self.paths.are_of_this_scene = false;
+            }
             self.restart(budget, cache, recording)?;
             self.key = Some(key);
         } else {
@@ -333,10 +358,10 @@ impl LiveView {
     }
 
     /// Whether the fine film, where it should be whole, is so by its last count. Until that comes the host must not
-    /// rest; where paths are put aside, pixels may have fewer samples than were traced by then, even none.
+    /// rest; where paths of the scene are put aside, pixels may have fewer samples than were traced by then, even none.
     fn is_whole(&self) -> bool {
-        let is_likely = !self.fine.unfinished.puts_aside() && self.fine.unfinished.missing() == 0;
-        self.count.confirmed || is_likely
+        let none_lags = self.paths.are_known && !self.paths.lag || !self.fine.unfinished.puts_aside();
+        self.count.confirmed || none_lags && self.fine.unfinished.missing() == 0
     }
 
     /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there, or a count
@@ -376,9 +401,8 @@ impl LiveView {
 
     fn take_count(&mut self, bytes: &[u8]) {
         if self.count.outdated > 0 {
-            let count: layout::FilmCount = bytemuck::pod_read_unaligned(bytes);
             self.count.outdated -= 1;
-            self.starves |= count.starved > 0;
+            self.paths.learn(&bytemuck::pod_read_unaligned(bytes));
             return;
         }
         self.count.under_way = false;
@@ -396,13 +420,17 @@ impl LiveView {
         let Some(shown) = (if shows_fine { Some(&mut self.fine) } else { self.coarse.as_mut() }) else {
             return;
         };
-        if self.starves {
-            shown.record_starved(key, cache, samples, target, recording);
-            shown.stale = true;
-        } else if self.count.outdated == 0 && !self.count.under_way {
+        if self.count.outdated == 0
+            && !self.count.under_way
+            && !(self.paths.are_of_this_scene && self.paths.starve)
+        {
             shown.record_count(target, recording);
             self.count.outdated = 1;
             self.awaited += 1;
+        }
+        if self.paths.starve {
+            shown.record_starved(key, cache, samples, target, recording);
+            shown.stale = true;
         }
     }
 

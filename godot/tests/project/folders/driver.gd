@@ -5,8 +5,10 @@ extends EditorPlugin
 
 const FOLDER := "res://scans/ct"
 const PATIENCE_MS := 60000
-## Longer than the addon waits for a folder to come to rest.
-const REST_SECONDS := 8.0
+## What nothing happened in for so long, and for so many frames, rests.
+const REST_MS := 1500
+const REST_FRAMES := 30
+const DicomFolders := preload("res://addons/lumivox/editor/dicom_folders.gd")
 
 var _slices := ""
 var _imports: Array[String] = []
@@ -95,11 +97,23 @@ func _scan() -> void:
 	await _idle(files)
 
 
+## Until neither the editor nor the addon has anything left to do.
 func _rest() -> void:
 	var files := EditorInterface.get_resource_filesystem()
-	await _idle(files)
-	await get_tree().create_timer(REST_SECONDS).timeout
-	await _idle(files)
+	var all := get_tree().root.find_children("*", "Node", true, false)
+	var folders: Array[Node] = all.filter(func(node: Node) -> bool: return node.get_script() == DicomFolders)
+	assert(folders.size() == 1)
+	var begin := Time.get_ticks_msec()
+	var since := begin
+	var frames := 0
+	while Time.get_ticks_msec() - begin < PATIENCE_MS:
+		await get_tree().process_frame
+		frames += 1
+		if files.is_scanning() or not (folders[0] as DicomFolders).is_at_rest():
+			since = Time.get_ticks_msec()
+			frames = 0
+		elif frames >= REST_FRAMES and Time.get_ticks_msec() - since >= REST_MS:
+			return
 
 
 func _idle(files: EditorFileSystem) -> void:

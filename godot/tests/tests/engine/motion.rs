@@ -13,8 +13,8 @@ use crate::engine::Run;
 use crate::expected;
 use crate::shown::{assert_same, distance, run_scene, told};
 
-/// Samples that a pixel gets in the frame in which it starts over.
-const FIRST_AID: u32 = 4;
+/// Samples of a pixel in the frame in which it starts over, at least and at most.
+const FIRST_AID: std::ops::RangeInclusive<u32> = 4..=8;
 
 const STEPS: usize = 14;
 
@@ -358,13 +358,19 @@ fn a_mesh_that_moves_through_a_volume_tears_no_holes() {
         let is_mesh = |[r, g, _]: [f64; 3]| g > 0.25 && g < 0.45 && r < 0.1;
         let inner = eroded(case, 1, |i| is_mesh(wanted[i]));
         let missing = (0..shown.len()).filter(|&i| inner[i] && !is_mesh(shown[i])).count();
-        // Nor where its first samples say that it shines through tissue: a pixel's samples are the same in every host.
-        let first = expected::linear(&Case { samples: FIRST_AID, ..case.clone() });
-        let near = eroded(case, 1, |i| !is_mesh(wanted[i]) && !is_mesh(first[i]));
-        let stale = (0..shown.len()).filter(|&i| near[i] && is_mesh(shown[i])).count();
+        let near = eroded(case, 1, |i| !is_mesh(wanted[i]));
+        let mut stale: Vec<usize> = (0..shown.len()).filter(|&i| near[i] && is_mesh(shown[i])).collect();
+        // A pixel's samples are the same in every host. Its first ones may all have passed through tissue to the mesh.
+        for samples in FIRST_AID {
+            if stale.is_empty() {
+                break;
+            }
+            let first = expected::linear(&Case { samples, ..case.clone() });
+            stale.retain(|&i| (0..3).any(|c| (shown[i][c] - first[i][c]).abs() > 0.01));
+        }
         let there = inner.iter().filter(|m| **m).count();
-        println!("{}: mesh in {there} pixels, missing in {missing}, stale in {stale}", case.name);
-        assert!(missing == 0 && stale == 0, "{}: {missing} missing, {stale} stale", case.name);
+        println!("{}: mesh in {there} pixels, missing in {missing}, stale at {stale:?}", case.name);
+        assert!(missing == 0 && stale.is_empty(), "{}: {missing} missing, stale at {stale:?}", case.name);
         frames_with_mesh += usize::from(there > 20);
     }
     assert!(frames_with_mesh > STEPS / 2, "the mesh is seen in {frames_with_mesh} frames only");

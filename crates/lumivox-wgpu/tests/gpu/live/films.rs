@@ -64,6 +64,26 @@ fn a_live_film_fills_however_few_turns_loops_may_take() {
     assert_eq!(empty, 0, "pixels without samples");
 }
 
+/// A host may take its picture when a view says that it is done, and then every pixel has its samples.
+#[test]
+fn a_live_film_in_pieces_is_done_when_it_is_whole() {
+    const TARGET: u16 = 4;
+    let test = scenes::overlapping_volumes();
+    let camera = test.camera.with_aspect(1.0);
+    let mut gpu = gpu();
+    // Where paths starve, and where they lag behind only.
+    for shared in [3, 300] {
+        let loop_turns = Some(LoopTurns { shared, alone: 64_000 });
+        let limits = DeviceLimits { loop_turns, ..gpu.executor.limits() };
+        let settings = LiveSettings { target_samples: u32::from(TARGET), ..LiveSettings::new(24, 24) };
+        let mut host = Host::within(limits, &mut gpu, &test, settings);
+        while !host.frame(&mut gpu, &camera, u64::MAX).converged {}
+        let film = host.film(&mut gpu);
+        let short = (0..24 * 24).filter(|pixel| film.samples(*pixel) < f32::from(TARGET)).count();
+        assert_eq!(short, 0, "pixels lack samples, of {shared} turns");
+    }
+}
+
 /// Mean alpha and luminance over blocks of pixels agree with the independent reference, whose first collisions beyond
 /// the host's surface count as none: what free flights that end there are.
 fn compare_with_reference(test: &TestScene, camera: &Camera, samples: u32) {

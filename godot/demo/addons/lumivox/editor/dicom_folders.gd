@@ -60,6 +60,11 @@ func _exit_tree() -> void:
 	files.resources_reimported.disconnect(_on_reimported)
 
 
+## Whether no folder is waited for.
+func is_at_rest() -> bool:
+	return _waiting.is_empty() and not _importing
+
+
 ## The file that a folder's scan is imported with: its first one by name.
 static func first_file(folder: String) -> String:
 	if not _first_files.has(folder):
