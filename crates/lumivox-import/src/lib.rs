@@ -24,6 +24,7 @@ mod single;
 mod study;
 mod text_header;
 mod transfer_function_file;
+mod written_samples;
 
 pub use axes::{PatientAxes, UnknownAxes};
 pub use codec_worker::{CodecWorker, serve_codecs, set_codec_worker};

@@ -80,12 +80,11 @@ impl Unfinished {
             lone_invocation: constants::NONE_IS_ALONE,
             ..frame
         };
-        [all]
-            .into_iter()
-            .chain((self.last.starved > 0).then(|| self.lone_dispatches(frame)).into_iter().flatten())
+        let some_starved = self.last.starved > 0;
+        [all].into_iter().chain(self.lone_dispatches(frame).filter(move |_| some_starved))
     }
 
-    /// The dispatches for starved paths, in which each has its invocation alone; none where none starve.
+    /// The dispatches for starved paths, in which each has its invocation alone; none where the driver limits no loop.
     pub fn lone_dispatches(&self, frame: layout::Frame) -> impl Iterator<Item = layout::Frame> + use<> {
         self.turns.into_iter().flat_map(move |turns| {
             (0..constants::TOGETHER).map(move |lone_invocation| layout::Frame {

@@ -7,16 +7,20 @@
 //! because a mesh moved, the pixels concerned start over and no others: every pixel counts its own samples, so a finished
 //! live film is the film of a [`View`](crate::View), sample by sample.
 
+mod counts;
 mod film;
 mod fog;
+mod host;
 mod picture;
 
 use lumivox_core::Camera;
 use lumivox_shaders::constants::FINE_ALONE;
 use lumivox_shaders::layout;
 
+use self::counts::{CountOfWhole, PathsOfScene};
 use self::film::{GROUP_ROWS, LiveFilm, pixels};
 pub use self::fog::{DistanceFog, Fog, HeightFog};
+pub use self::host::{HostDepth, HostFrame, LiveSettings, LiveStatus};
 use self::picture::Picture;
 use crate::error::RenderError;
 use crate::recording::{Recording, ResourceId, Step};
@@ -41,95 +45,6 @@ const COARSE_SHARE: f64 = 0.9;
 /// are a quarter of a fine pass.
 fn most_coarse_samples(factor: u32) -> u32 {
     (factor * factor / 4).max(LEAST_COARSE_SAMPLES as u32)
-}
-
-/// What a live view shows, besides scene and camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LiveSettings {
-    /// Pixels of the host's image across and down.
-    pub size: [u32; 2],
-    /// Pixels of the film per pixel of the host along a side; 0.1 to 1.
-    pub resolution_scale: f64,
-    /// Samples per pixel after which the image is done.
-    pub target_samples: u32,
-    /// Multiplies the light.
-    pub exposure: f64,
-    /// Linear RGB radiance from everywhere besides the scene's environment, as the volumes receive it: for light that
-    /// differs from view to view, such as what a host shows equally bright at any exposure.
-    pub ambient: [f64; 3],
-    /// Chooses the random numbers.
-    pub seed: u32,
-    /// Bounces before Russian roulette may end a path.
-    pub roulette_start: u32,
-    /// Whether noise is filtered out of what is shown, and not only while that is coarse. Biased while samples are few,
-    /// 256 at most; the film itself never is.
-    pub denoise: bool,
-}
-
-impl LiveSettings {
-    /// Full resolution, 512 samples.
-    pub fn new(width: u32, height: u32) -> Self {
-        Self {
-            size: [width, height],
-            resolution_scale: 1.0,
-            target_samples: 512,
-            exposure: 1.0,
-            ambient: [0.0; 3],
-            seed: 0,
-            roulette_start: 4,
-            denoise: false,
-        }
-    }
-
-    fn film_size(&self) -> [u32; 2] {
-        let scale =
-            if self.resolution_scale.is_finite() { self.resolution_scale.clamp(0.1, 1.0) } else { 1.0 };
-        self.size.map(|n| ((f64::from(n) * scale).round() as u32).max(1))
-    }
-}
-
-/// The host's depth, as primary rays meet it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HostDepth {
-    /// A texture of one sample that can be loaded from.
-    pub texture: ResourceId,
-    /// `[a, b, c, d]`: view depth in metres is `(a z + b) / (c z + d)` where the texture holds `z`.
-    pub view_depth_from_ndc: [f64; 4],
-    /// What the texture holds where nothing was drawn.
-    pub clear: f64,
-    /// Whether the host moves its camera by fractions of a pixel from frame to frame.
-    pub jittered: bool,
-}
-
-/// What a host lends for one frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HostFrame {
-    /// What ends primary rays, if anything does.
-    pub depth: Option<HostDepth>,
-    /// The colour that the volumes are blended over, scene-linear.
-    pub color_target: ResourceId,
-    /// Where the volumes' depth is written, if anywhere; not the texture of [`HostFrame::depth`] while a host cannot
-    /// write what it reads.
-    pub depth_target: Option<ResourceId>,
-    /// What it lays over what is far or low.
-    pub fog: Option<Fog>,
-}
-
-/// How far a live view is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LiveStatus {
-    /// Samples that every pixel has.
-    pub samples: u32,
-    /// Whether there is nothing more to trace unless something changes, as far as is known.
-    pub converged: bool,
-    /// Whether a frame's read-back was not handed to [`LiveView::feedback`] yet. A host that draws on demand must not
-    /// rest before it did that and asked [`LiveView::status`] again: nobody but the GPU knows which pixels started over
-    /// because the host's depth changed, and whether all have their samples.
-    pub awaits_feedback: bool,
-    /// Pixel samples that the last frame traces.
-    pub pixel_samples: u64,
-    /// Pixels that lack samples and will not get them: the driver ended their paths before their time.
-    pub lost_pixels: u32,
 }
 
 /// One view of an engine: a camera of a viewport, an eye of a headset. None knows of another.
@@ -170,51 +85,6 @@ pub struct LiveView {
     /// Of the last frame: the samples after which it is done, and those that it traces.
     target_samples: u32,
     pixel_samples: u64,
-}
-
-/// Where the count of a film that should be whole is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct CountOfWhole {
-    /// One is on its way.
-    under_way: bool,
-    /// So many on their way are of another image, or of films that need not be whole.
-    outdated: u32,
-    /// The last one found nothing missing.
-    confirmed: bool,
-    /// Pixels that will not get what they lack.
-    lost: u32,
-}
-
-/// What becomes of a scene's paths on devices that put some aside. What is known of the scene before holds until a count
-/// comes: what moves changes the scene in every frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct PathsOfScene {
-    are_known: bool,
-    are_of_this_scene: bool,
-    /// Some have to go on in another dispatch.
-    lag: bool,
-    /// Some need their invocation alone.
-    starve: bool,
-}
-
-impl PathsOfScene {
-    fn learn(&mut self, count: &layout::FilmCount) {
-        let before = if self.are_of_this_scene { *self } else { Self::default() };
-        *self = Self {
-            are_known: true,
-            are_of_this_scene: true,
-            lag: before.lag || count.aside + count.starved > 0,
-            starve: before.starve || count.starved > 0,
-        };
-    }
-}
-
-impl CountOfWhole {
-    /// The film is not what it was.
-    fn forget(&mut self) {
-        let outdated = self.outdated + u32::from(self.under_way);
-        *self = Self { outdated, ..Default::default() };
-    }
 }
 
 /// What a film shows; another key, another image.

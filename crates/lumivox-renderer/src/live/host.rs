@@ -1,0 +1,93 @@
+//! What a host tells a live view, and what it is told.
+
+use super::fog::Fog;
+use crate::recording::ResourceId;
+
+/// What a live view shows, besides scene and camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LiveSettings {
+    /// Pixels of the host's image across and down.
+    pub size: [u32; 2],
+    /// Pixels of the film per pixel of the host along a side; 0.1 to 1.
+    pub resolution_scale: f64,
+    /// Samples per pixel after which the image is done.
+    pub target_samples: u32,
+    /// Multiplies the light.
+    pub exposure: f64,
+    /// Linear RGB radiance from everywhere besides the scene's environment, as the volumes receive it: for light that
+    /// differs from view to view, such as what a host shows equally bright at any exposure.
+    pub ambient: [f64; 3],
+    /// Chooses the random numbers.
+    pub seed: u32,
+    /// Bounces before Russian roulette may end a path.
+    pub roulette_start: u32,
+    /// Whether noise is filtered out of what is shown, and not only while that is coarse. Biased while samples are few,
+    /// 256 at most; the film itself never is.
+    pub denoise: bool,
+}
+
+impl LiveSettings {
+    /// Full resolution, 512 samples.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self {
+            size: [width, height],
+            resolution_scale: 1.0,
+            target_samples: 512,
+            exposure: 1.0,
+            ambient: [0.0; 3],
+            seed: 0,
+            roulette_start: 4,
+            denoise: false,
+        }
+    }
+
+    pub(super) fn film_size(&self) -> [u32; 2] {
+        let scale =
+            if self.resolution_scale.is_finite() { self.resolution_scale.clamp(0.1, 1.0) } else { 1.0 };
+        self.size.map(|n| ((f64::from(n) * scale).round() as u32).max(1))
+    }
+}
+
+/// The host's depth, as primary rays meet it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HostDepth {
+    /// A texture of one sample that can be loaded from.
+    pub texture: ResourceId,
+    /// `[a, b, c, d]`: view depth in metres is `(a z + b) / (c z + d)` where the texture holds `z`.
+    pub view_depth_from_ndc: [f64; 4],
+    /// What the texture holds where nothing was drawn.
+    pub clear: f64,
+    /// Whether the host moves its camera by fractions of a pixel from frame to frame.
+    pub jittered: bool,
+}
+
+/// What a host lends for one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HostFrame {
+    /// What ends primary rays, if anything does.
+    pub depth: Option<HostDepth>,
+    /// The colour that the volumes are blended over, scene-linear.
+    pub color_target: ResourceId,
+    /// Where the volumes' depth is written, if anywhere; not the texture of [`HostFrame::depth`] while a host cannot
+    /// write what it reads.
+    pub depth_target: Option<ResourceId>,
+    /// What it lays over what is far or low.
+    pub fog: Option<Fog>,
+}
+
+/// How far a live view is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LiveStatus {
+    /// Samples that every pixel has.
+    pub samples: u32,
+    /// Whether there is nothing more to trace unless something changes, as far as is known.
+    pub converged: bool,
+    /// Whether a frame's read-back was not handed to [`LiveView::feedback`](super::LiveView::feedback) yet. A host that draws on demand must not
+    /// rest before it did that and asked [`LiveView::status`](super::LiveView::status) again: nobody but the GPU knows which pixels started over
+    /// because the host's depth changed, and whether all have their samples.
+    pub awaits_feedback: bool,
+    /// Pixel samples that the last frame traces.
+    pub pixel_samples: u64,
+    /// Pixels that lack samples and will not get them: the driver ended their paths before their time.
+    pub lost_pixels: u32,
+}
