@@ -1,7 +1,7 @@
 extends Node
 ## What an exported game can do: import scans that were not there when it was made, and show the demo's main scene.
 
-const PATIENCE_MS := 60000
+const PATIENCE_MS := 240_000
 
 
 func _ready() -> void:

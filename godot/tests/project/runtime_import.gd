@@ -2,7 +2,7 @@ extends Node
 ## Imports scans in the running game while it draws a volume, and tells what came of each in lines `TELL name JSON`.
 
 const Shower := preload("res://tests/show_cases.gd")
-const PATIENCE_MS := 120_000
+const PATIENCE_MS := 240_000
 
 ## What an importer has said, in order.
 var heard: Array = []

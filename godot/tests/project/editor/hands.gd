@@ -2,7 +2,7 @@
 extends EditorPlugin
 ## Hands and eyes at the editor: opens, selects, chooses, waits and looks. What they are used for is in `driver.gd`.
 
-const PATIENCE_MS := 60000
+const PATIENCE_MS := 240_000
 
 var _arguments := {}
 var _case := {}

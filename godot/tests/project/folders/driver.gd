@@ -3,12 +3,13 @@ extends EditorPlugin
 ## Copies slices into a folder that is imported already, as a slow disk does, and takes some away again. Tells in lines
 ## `TELL NAME JSON` what each file of the folder is then, and how often the scan was imported for it.
 
+const DicomFolders := preload("res://addons/lumivox/editor/dicom_folders.gd")
+
 const FOLDER := "res://scans/ct"
-const PATIENCE_MS := 60000
+const PATIENCE_MS := 240_000
 ## What nothing happened in for so long, and for so many frames, rests.
 const REST_MS := 1500
 const REST_FRAMES := 30
-const DicomFolders := preload("res://addons/lumivox/editor/dicom_folders.gd")
 
 var _slices := ""
 var _imports: Array[String] = []

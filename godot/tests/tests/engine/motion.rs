@@ -13,7 +13,7 @@ use crate::engine::Run;
 use crate::expected;
 use crate::shown::{assert_same, distance, run_scene, told};
 
-/// Samples of a pixel in the frame in which it starts over, at least and at most.
+/// Samples that a pixel may have when it started over in this frame or the one before.
 const FIRST_AID: std::ops::RangeInclusive<u32> = 4..=8;
 
 const STEPS: usize = 14;
