@@ -217,15 +217,17 @@ impl Renderer {
         self.read_times(device);
         let update = self.update_world(device, target)?;
         let pending = Status { target: target.settings.target_samples, ..Status::default() };
-        if update == Update::Nothing {
-            return Ok(Some(pending));
-        }
         let views = buffers.get_view_count();
+        let world = match update {
+            Update::Nothing => self.world_before(buffers.get_render_target(), target.snapshot.key),
+            Update::Done | Update::Before => Some(target.snapshot.key),
+        };
+        let Some(world) = world else { return Ok(Some(pending)) };
         let budget_milliseconds = target.settings.budget_milliseconds / f64::from(views);
         let settings = Settings { budget_milliseconds, ..target.settings };
         let mut status = Status { converged: true, samples: u32::MAX, ..Status::default() };
         for view in 0..views {
-            let Some(eye) = self.draw_eye(device, settings, target, buffers, scene_data, view)? else {
+            let Some(eye) = self.draw_eye(device, settings, target, world, buffers, scene_data, view)? else {
                 return Ok(None);
             };
             status.samples = status.samples.min(eye.samples);
@@ -243,7 +245,16 @@ impl Renderer {
         }
         status.target = settings.target_samples;
         // An image of the scene before counts for nothing.
-        Ok(Some(if update == Update::Before { pending } else { status }))
+        Ok(Some(if update == Update::Done { status } else { pending }))
+    }
+
+    /// The same volumes as a viewport showed them last, while nothing is there yet of what it is to show: another
+    /// environment makes another world.
+    fn world_before(&self, target: Rid, key: WorldKey) -> Option<WorldKey> {
+        let before = self.eyes.get(&(target, 0))?.world;
+        let is_alike = (before.scenario, before.layers) == (key.scenario, key.layers);
+        let is_whole = self.worlds.get(&before).is_some_and(|world| world.whole);
+        (is_alike && is_whole).then_some(before)
     }
 
     /// Brings a scene's copy on the GPU up to date, once all that takes long is prepared; until then the one before
@@ -295,7 +306,8 @@ impl Renderer {
         &mut self,
         device: &mut Gd<RenderingDevice>,
         settings: Settings,
-        Target { snapshot, fog, .. }: &Target,
+        Target { fog, .. }: &Target,
+        shown: WorldKey,
         buffers: &mut Gd<RenderSceneBuffersRd>,
         scene_data: &Gd<RenderSceneData>,
         view: u32,
@@ -303,8 +315,8 @@ impl Renderer {
         let Some(host) = HostView::new(device, buffers, scene_data, view) else { return Ok(None) };
         let key = (buffers.get_render_target(), view);
         let mut recording = Recording::new();
-        self.find_eye(device, key, snapshot.key, &host.live_settings(&settings), &mut recording)?;
-        let world = self.worlds.get(&snapshot.key);
+        self.find_eye(device, key, shown, &host.live_settings(&settings), &mut recording)?;
+        let world = self.worlds.get(&shown);
         let (Some(world), Some(eye)) = (world, self.eyes.get_mut(&key)) else { return Ok(None) };
         eye.take_read_backs();
         host.lend(&mut self.executor, eye.lent);
@@ -411,8 +423,10 @@ impl Renderer {
                 self.free_eye(device, eye);
             }
         }
-        let gone: Vec<WorldKey> =
-            self.worlds.keys().filter(|key| !shown.values().any(|other| other == *key)).copied().collect();
+        // A viewport goes on with its world until the next one is there.
+        let in_use: Vec<WorldKey> =
+            shown.values().copied().chain(self.eyes.values().map(|eye| eye.world)).collect();
+        let gone: Vec<WorldKey> = self.worlds.keys().filter(|key| !in_use.contains(key)).copied().collect();
         for key in gone {
             self.forget_world(device, key);
             self.worlds.remove(&key);

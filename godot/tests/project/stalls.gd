@@ -26,20 +26,17 @@ func _tell(what: String, told: Variant) -> void:
 	print("TELL %s %s" % [what, JSON.stringify(told)])
 
 
-## Another filter wants another kernel and other value ranges.
+## Another filter wants another kernel and other value ranges; another environment makes another scene.
 func _change_while_shown(case: Dictionary) -> Dictionary:
 	var viewport := LumivoxCase.viewport(case)
 	add_child(viewport)
 	await Shower.until_converged(viewport)
 	var node: LumivoxVolume3D = viewport.get_child(0).get_node("volumes0")
 	node.filter = LumivoxVolume3D.FILTER_TRICUBIC
-	var filled := []
-	for frame in PATIENCE_FRAMES:
-		await RenderingServer.frame_post_draw
-		filled.append(_filled(viewport))
-		if frame > 1 and Lumivox.is_converged(viewport):
-			break
-	var told := {"filled": filled, "stalls": Lumivox._get_stalls()}
+	var told := {"filled": await _filled_until_converged(viewport), "stalls": Lumivox._get_stalls()}
+	var world: WorldEnvironment = viewport.find_children("*", "WorldEnvironment", true, false)[0]
+	world.environment = world.environment.duplicate()
+	told.relit = await _filled_until_converged(viewport)
 	viewport.queue_free()
 	await get_tree().process_frame
 	return told
@@ -80,6 +77,17 @@ func _warm_up(scenes: Array) -> Dictionary:
 	for name: String in after:
 		stalls[name] = after[name] - before[name]
 	return {"progress": progress, "stalls": stalls, "converged": converged}
+
+
+## The same of each frame until the picture is done.
+func _filled_until_converged(viewport: Viewport) -> Array[float]:
+	var filled: Array[float] = []
+	for frame in PATIENCE_FRAMES:
+		await RenderingServer.frame_post_draw
+		filled.append(_filled(viewport))
+		if frame > 1 and Lumivox.is_converged(viewport):
+			break
+	return filled
 
 
 ## The share of a viewport's pixels that the red volume is in.

@@ -528,6 +528,10 @@ impl LiveView {
         let samples = FIRST_AID.min(target);
         if self.covered {
             self.fine.record_first_aid(key, cache, samples, self.common, recording);
+            if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
+                // It still shows through.
+                coarse.record_first_aid(key, cache, samples, self.coarse_complete.max(1), recording);
+            }
         } else if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
             coarse.record_first_aid(key, cache, samples, self.coarse_complete.max(1), recording);
             coarse.stale = true;

@@ -376,7 +376,9 @@ fn most_pixel_samples(recording: &Recording, have: u32) -> u64 {
     for step in &recording.steps {
         if let Step::Dispatch { kernel: Kernel::PathTrace(_), uniforms, .. } = step {
             let frame: layout::Frame = bytemuck::pod_read_unaligned(&uniforms[0]);
-            let is_looked_at_only = frame.only_below > 0 && have >= frame.only_below;
+            // No pixel of a coarse film starts over here.
+            let is_coarse = frame.film_size != [64, 64];
+            let is_looked_at_only = frame.only_below > 0 && (is_coarse || have >= frame.only_below);
             let samples = frame.samples.min(frame.sample_limit.saturating_sub(have));
             let samples = if is_looked_at_only { 0 } else { samples };
             let rows = (frame.row_end - frame.row_begin).min(frame.film_size[1]);

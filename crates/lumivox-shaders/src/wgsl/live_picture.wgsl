@@ -60,6 +60,8 @@ const BOUNDED_UNTIL: f32 = 8.0;
 const BRIGHTEST_OVER_COARSE: f32 = 4.0;
 // What is more transparent than this has no depth: what lies behind it is seen better than it is itself.
 const LEAST_ALPHA: f32 = 0.5;
+// A tap whose ray ends less alike than this saw another surface of the host than the pixel shows.
+const ALIKE: f32 = 0.1;
 // The largest that a half float holds is 65504.
 const BRIGHTEST: f32 = 65000.0;
 
@@ -70,6 +72,8 @@ struct Estimate {
     depth: f32,
     hits: f32,
     samples: f32,
+    // How alike the ends of its rays and the pixel's are, at best.
+    alike: f32,
 }
 
 // The first film may be the coarse one, the second always is.
@@ -132,7 +136,9 @@ fn film_at(second: bool, uv: vec2f, limit: f32) -> Estimate {
     let size = select(params.first_size, params.second_size, second);
     let last = vec2i(size) - 1;
     if (all(size == params.picture_size)) {
-        return film_pixel(second, vec2u(clamp(vec2i(uv * vec2f(size)), vec2i(0), last)));
+        var own = film_pixel(second, vec2u(clamp(vec2i(uv * vec2f(size)), vec2i(0), last)));
+        own.alike = 1.0;
+        return own;
     }
     // Weights of two or three pixels along each axis: linear, or the quadratic B-spline's.
     let smooth_taps = is_coarse(second);
@@ -151,9 +157,17 @@ fn film_at(second: bool, uv: vec2f, limit: f32) -> Estimate {
     for (var i = 0; i < taps * taps; i++) {
         let tap = vec2i(i % taps, i / taps);
         let at = vec2u(clamp(base + tap, vec2i(0), last));
-        let e = film_pixel(second, at);
+        var e = film_pixel(second, at);
         if (e.samples > 0.0) {
-            let w = (along_x[tap.x] * along_y[tap.y] + 1e-4) * likeness(film_limit(second, at), limit);
+            let alike = likeness(film_limit(second, at), limit);
+            if (alike < ALIKE && limit > 0.0 && e.depth > limit) {
+                // What a ray met that passed by the pixel's surface is hidden behind that.
+                e.light = vec3f(0.0);
+                e.alpha = 0.0;
+                e.hits = 0.0;
+            }
+            mean.alike = max(mean.alike, alike);
+            let w = (along_x[tap.x] * along_y[tap.y] + 1e-4) * alike;
             mean.light += w * e.light;
             mean.alpha += w * e.alpha;
             mean.depth += w * e.hits * e.depth;
@@ -178,7 +192,7 @@ fn both_films_at(uv: vec2f, limit: f32) -> Estimate {
         return fine;
     }
     let coarse = film_at(true, uv, limit);
-    if (coarse.samples == 0.0) {
+    if (coarse.samples == 0.0 || (coarse.alike < ALIKE && fine.samples > 0.0)) {
         return fine;
     }
     let fade = 1.0 - fine.samples / f32(FINE_ALONE);

@@ -39,6 +39,9 @@ fn a_volume_stays_in_the_picture_while_its_next_kernel_is_made() {
     // Each frame from the change of filter until the new picture is done, and how much of it the volume filled.
     let filled: Vec<f64> = serde_json::from_value(told["filled"].clone()).unwrap();
     assert!(filled.len() > 2 && filled.iter().all(|share| *share > 0.05), "{filled:?}");
+    // And from a change of the environment.
+    let relit: Vec<f64> = serde_json::from_value(told["relit"].clone()).unwrap();
+    assert!(relit.iter().all(|share| *share > 0.05), "{relit:?}");
     assert_eq!(told["stalls"]["kernels"], 0, "no frame waits for a kernel: {told}");
     assert_eq!(told["stalls"]["computed"], 0, "nor looks at voxels: {told}");
     assert!(told["stalls"]["postponed"].as_u64() > Some(0), "the scene before is shown instead: {told}");

@@ -30,6 +30,36 @@ fn the_picture_is_light_over_the_hosts_colour() {
     }
 }
 
+/// While a coarse film is shown alone, and while it shows through.
+#[test]
+fn a_mesh_that_moves_in_front_of_a_volume_hides_it_at_once() {
+    const SIZE: u32 = 64;
+    let test = scenes::noise();
+    let camera = test.camera.with_aspect(1.0);
+    let distance = camera.world_from_camera.translation.length();
+    let columns = |left: u32| left..left + 11;
+    let mesh =
+        |left: u32| move |at: [u32; 2]| if columns(left).contains(&at[0]) { 0.3 * distance } else { 0.0 };
+    let mut gpu = gpu();
+    for samples in [0, 1, 8] {
+        let mut host = Host::new(&mut gpu, &test, LiveSettings::new(SIZE, SIZE));
+        host.set_depth(&gpu, mesh(8));
+        let budget = u64::from(SIZE * SIZE / 8);
+        while host.frame(&mut gpu, &camera, budget).samples < samples {}
+        for left in 9..40 {
+            host.set_depth(&gpu, mesh(left));
+            host.set_color(&gpu, |_| [0.0, 0.0, 0.0, 1.0]);
+            host.frame(&mut gpu, &camera, budget);
+            let shown = host.read_color(&gpu);
+            let light = |at: [u32; 2]| shown[((at[1] * SIZE + at[0]) * 4) as usize];
+            let painted =
+                (0..SIZE).flat_map(|y| columns(left).map(move |x| [x, y])).filter(|&at| light(at) > 0.02);
+            assert_eq!(painted.count(), 0, "{samples} samples, mesh from column {left}");
+            assert!(light([SIZE / 2 + 20, SIZE / 2]) > 0.02 || light([SIZE / 2 - 20, SIZE / 2]) > 0.02);
+        }
+    }
+}
+
 #[test]
 fn fog_hides_volumes_by_distance_and_by_height() {
     let test = scenes::noise();
