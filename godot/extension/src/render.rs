@@ -306,7 +306,7 @@ impl Renderer {
         &mut self,
         device: &mut Gd<RenderingDevice>,
         settings: Settings,
-        Target { fog, .. }: &Target,
+        Target { snapshot, fog, .. }: &Target,
         shown: WorldKey,
         buffers: &mut Gd<RenderSceneBuffersRd>,
         scene_data: &Gd<RenderSceneData>,
@@ -320,6 +320,10 @@ impl Renderer {
         let (Some(world), Some(eye)) = (world, self.eyes.get_mut(&key)) else { return Ok(None) };
         eye.take_read_backs();
         host.lend(&mut self.executor, eye.lent);
+        // A scene goes with its own light, also when it is the one before.
+        let is_before = shown != snapshot.key || world.version != snapshot.version;
+        let ambient = eye.traced.filter(|_| is_before).map_or(settings.ambient, |(.., ambient)| ambient);
+        let settings = Settings { ambient, ..settings };
         match eye.record(world, &host, *fog, &settings, &mut recording) {
             Ok(frame) => self.execute_eye(device, key, &recording, frame).map(Some),
             Err(error) => {

@@ -12,6 +12,7 @@ func _ready() -> void:
 	var scenes: Array = all.scenes
 	_tell("before", await _change_while_shown(scenes[0]))
 	_tell("once", await _draw_once(scenes[0]))
+	_tell("once_under_sky", await _draw_once(scenes[0], _sky()))
 	print("EXPECT an error: there is no such feature")
 	Lumivox.warm_up(PackedStringArray(["volumes"]))
 	_tell("unknown", {"progress": Lumivox.get_warm_up_progress()})
@@ -34,21 +35,22 @@ func _change_while_shown(case: Dictionary) -> Dictionary:
 	var node: LumivoxVolume3D = viewport.get_child(0).get_node("volumes0")
 	node.filter = LumivoxVolume3D.FILTER_TRICUBIC
 	var told := {"filled": await _filled_until_converged(viewport), "stalls": Lumivox._get_stalls()}
-	var world: WorldEnvironment = viewport.find_children("*", "WorldEnvironment", true, false)[0]
-	world.environment = world.environment.duplicate()
+	_world(viewport).environment = _sky()
 	told.relit = await _filled_until_converged(viewport)
 	viewport.queue_free()
 	await get_tree().process_frame
 	return told
 
 
-func _draw_once(case: Dictionary) -> Dictionary:
+func _draw_once(case: Dictionary, environment: Environment = null) -> Dictionary:
 	# Nothing else here has both, so that its kernel is new.
 	case = case.duplicate(true)
 	case.volumes[0].surface = [0.5, 60.0, 0.4, 0.04]
 	case.volumes[0].filter = 0.0
 	var viewport := LumivoxCase.viewport(case)
 	viewport.render_target_update_mode = SubViewport.UPDATE_ONCE
+	if environment != null:
+		_world(viewport).environment = environment
 	add_child(viewport)
 	for frame in 4:
 		await RenderingServer.frame_post_draw
@@ -79,7 +81,24 @@ func _warm_up(scenes: Array) -> Dictionary:
 	return {"progress": progress, "stalls": stalls, "converged": converged}
 
 
-## The same of each frame until the picture is done.
+static func _world(viewport: SubViewport) -> WorldEnvironment:
+	return viewport.get_child(0).get_node("World")
+
+
+## A blue one, that the engine has to draw before its light is known.
+static func _sky() -> Environment:
+	var material := ProceduralSkyMaterial.new()
+	material.ground_bottom_color = Color(0.1, 0.15, 0.3)
+	material.ground_horizon_color = Color(0.3, 0.4, 0.6)
+	material.sky_horizon_color = Color(0.3, 0.4, 0.6)
+	var environment := Environment.new()
+	environment.background_mode = Environment.BG_SKY
+	environment.sky = Sky.new()
+	environment.sky.sky_material = material
+	return environment
+
+
+## The share of red pixels of each frame until the picture is done.
 func _filled_until_converged(viewport: Viewport) -> Array[float]:
 	var filled: Array[float] = []
 	for frame in PATIENCE_FRAMES:

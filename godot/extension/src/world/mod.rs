@@ -29,12 +29,23 @@ type LayeredVolume = (u32, VolumeInstance);
 /// A scene, and [what else](Surroundings::ambient) lights it.
 type Lit = (Arc<Snapshot>, [f64; 3]);
 
+/// What a viewport shows.
+struct Seen<'a> {
+    world: &'a Gd<World3D>,
+    camera: &'a Gd<Camera3D>,
+    volumes: &'a [LayeredVolume],
+    /// Whether its environment lights it.
+    from_scene: bool,
+}
+
 /// What is remembered from frame to frame.
 #[derive(Default)]
 pub struct Gatherer {
     skies: Skies,
     compositors: Compositors,
     snapshots: HashMap<WorldKey, Lit>,
+    /// What lit each scenario last, for as long as nobody knows what does now.
+    surroundings: HashMap<Rid, Surroundings>,
     last_version: u64,
     frame: u64,
 }
@@ -60,11 +71,8 @@ impl Gatherer {
                 let effect = effect.bind();
                 (effect.settings(), effect.uses_scene_environment())
             };
-            let Some((snapshot, ambient)) =
-                self.snapshot(nodes, &world, &camera, volumes, from_scene, &mut gathered)
-            else {
-                continue;
-            };
+            let seen = Seen { world: &world, camera: &camera, volumes, from_scene };
+            let Some((snapshot, ambient)) = self.snapshot(nodes, &seen, &mut gathered) else { continue };
             let exposure = exposure::of(&world, &camera);
             settings.exposure *= exposure;
             settings.ambient = ambient.map(|c| if exposure > 0.0 { c / exposure } else { 0.0 });
@@ -74,6 +82,7 @@ impl Gatherer {
         }
         self.compositors.retain(nodes, &worlds);
         self.skies.retain();
+        self.surroundings.retain(|scenario, _| worlds.contains(scenario));
         self.snapshots = gathered;
         targets
     }
@@ -87,10 +96,7 @@ impl Gatherer {
     fn snapshot(
         &mut self,
         nodes: &mut Nodes,
-        world: &Gd<World3D>,
-        camera: &Gd<Camera3D>,
-        volumes: &[LayeredVolume],
-        from_scene: bool,
+        &Seen { world, camera, volumes, from_scene }: &Seen,
         gathered: &mut HashMap<WorldKey, Lit>,
     ) -> Option<Lit> {
         let environment = environment(world, camera);
@@ -105,10 +111,18 @@ impl Gatherer {
             return Some(lit.clone());
         }
         let lights = lights::gather(nodes, key.scenario);
-        let Surroundings { environment, ambient } = if from_scene {
-            self.surroundings(environment.as_ref(), &lights, exposure::of(world, camera))?
+        let lit = if from_scene {
+            self.surroundings(environment.as_ref(), &lights, exposure::of(world, camera))
         } else {
-            Surroundings { environment: studio(), ambient: [0.0; 3] }
+            Some(Surroundings::studio())
+        };
+        let Surroundings { environment, ambient } = match lit {
+            Some(lit) => {
+                self.surroundings.insert(key.scenario, lit.clone());
+                lit
+            }
+            // The engine draws the next sky first.
+            None => self.surroundings.get(&key.scenario).cloned()?,
         };
         let scene = Scene {
             volumes: volumes
@@ -139,18 +153,9 @@ impl Gatherer {
             Some(environment) => self.skies.light(environment, lights, exposure, self.frame),
             None if lights.iter().any(|light| light.in_scene) => Some(Surroundings::plain([0.0; 3])),
             // Nothing lights the scene: a studio does, so that a volume alone is seen.
-            None => Some(Surroundings { environment: studio(), ambient: [0.0; 3] }),
+            None => Some(Surroundings::studio()),
         }
     }
-}
-
-/// Lumivox' own light, as bright beside the engine's as a sky.
-fn studio() -> lumivox_core::Environment {
-    /// Nits that Godot gives a sky.
-    const SKY_NITS: f64 = 30_000.0;
-    let studio = lumivox_core::Environment::default();
-    let strength = studio.strength * if exposure::physical_units() { SKY_NITS } else { 1.0 };
-    lumivox_core::Environment { strength, ..studio }
 }
 
 /// The texture that a viewport is drawn into, the same for its whole life. To ask the engine waits for a render thread

@@ -43,6 +43,7 @@ struct BakedSky {
 }
 
 /// The light around a world.
+#[derive(Clone)]
 pub struct Surroundings {
     /// What cameras see as bright as they are exposed.
     pub environment: lumivox_core::Environment,
@@ -55,6 +56,16 @@ impl Surroundings {
     /// One colour, or darkness.
     pub fn plain(ambient: [f64; 3]) -> Self {
         Self { environment: lumivox_core::Environment::uniform(0.0), ambient }
+    }
+
+    /// Lumivox' own light, as bright beside the engine's as a sky.
+    pub fn studio() -> Self {
+        /// Nits that Godot gives a sky.
+        const SKY_NITS: f64 = 30_000.0;
+        let studio = lumivox_core::Environment::default();
+        let strength = studio.strength * if physical_units() { SKY_NITS } else { 1.0 };
+        let environment = lumivox_core::Environment { strength, ..studio };
+        Self { environment, ambient: [0.0; 3] }
     }
 }
 
@@ -101,8 +112,7 @@ impl Skies {
         baked.look(&sky, world_lights, energy * exposure, frame);
         let Some(map) = baked.map.clone() else {
             // The engine has no picture of its sky: the studio is better than the dark.
-            return (baked.tries > MAX_TRIES)
-                .then(|| Surroundings { environment: super::studio(), ambient: [0.0; 3] });
+            return (baked.tries > MAX_TRIES).then(Surroundings::studio);
         };
         let rotation = environment.get_sky_rotation();
         let upright = rotation.x.abs() < 1e-6 && rotation.z.abs() < 1e-6;
