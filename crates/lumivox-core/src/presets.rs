@@ -29,12 +29,18 @@ pub enum Preset {
 
 /// A preset of that name does not exist.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no preset '{name}'; did you mean '{nearest}'? Presets: {}", Preset::names().join(", "))]
+#[error("there is no preset '{name}'{} Presets: {}", self.guess(), Preset::names().join(", "))]
 pub struct UnknownPreset {
     /// The name asked for.
     pub name: String,
-    /// The existing name closest to it.
-    pub nearest: &'static str,
+    /// The existing name that may have been meant.
+    pub nearest: Option<&'static str>,
+}
+
+impl UnknownPreset {
+    fn guess(&self) -> String {
+        self.nearest.map_or_else(|| ".".to_owned(), |name| format!("; did you mean '{name}'?"))
+    }
 }
 
 impl Preset {
@@ -86,11 +92,15 @@ impl Preset {
         if let Some(preset) = Self::ALL.into_iter().find(|p| p.name() == wanted) {
             return Ok(preset);
         }
+        /// So many wrong letters are a slip of the fingers.
+        const SLIPS: usize = 2;
+        let is_part = |known: &str| wanted.len() > 2 && known.contains(&wanted);
         let nearest = Self::ALL
             .into_iter()
-            .map(Preset::name)
-            .min_by_key(|known| edit_distance(&wanted, known))
-            .expect("there are presets");
+            .map(|preset| (edit_distance(&wanted, preset.name()), preset.name()))
+            .filter(|(distance, known)| *distance <= SLIPS || is_part(known))
+            .min()
+            .map(|(_, known)| known);
         Err(UnknownPreset { name: name.to_owned(), nearest })
     }
 
@@ -263,8 +273,15 @@ mod tests {
     #[test]
     fn an_unknown_name_gets_the_nearest() {
         assert_eq!(Preset::from_name("CT_bone"), Ok(Preset::CtBone));
-        assert_eq!(Preset::from_name("ct-bome").unwrap_err().nearest, "ct-bone");
-        assert_eq!(Preset::from_name("head").unwrap_err().nearest, "mr-head");
+        let nearest = |name| Preset::from_name(name).unwrap_err().nearest;
+        assert_eq!(nearest("ct-bome"), Some("ct-bone"));
+        assert_eq!(nearest("head"), Some("mr-head"));
+        assert_eq!(["fancy", "x", ""].map(nearest), [None; 3]);
+        let told = |name| Preset::from_name(name).unwrap_err().to_string();
+        assert!(
+            told("ct-bome").starts_with("there is no preset 'ct-bome'; did you mean 'ct-bone'? Presets: ")
+        );
+        assert!(told("fancy").starts_with("there is no preset 'fancy'. Presets: ct-bone, "));
     }
 
     #[test]

@@ -261,6 +261,7 @@ impl LumivoxImporter {
             }
         };
         if paths.is_empty() {
+            godot_error!("LumivoxImporter: there is nothing to read: name a file, a folder or an archive");
             return Error::ERR_INVALID_PARAMETER;
         }
         let paths = paths.as_slice().iter().map(convert::system_path).collect();

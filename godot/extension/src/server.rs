@@ -37,8 +37,15 @@ impl Lumivox {
     /// [code]converged[/code], [code]ms_per_frame[/code] (the GPU's time that tracing took in a recent frame; 0
     /// where the driver does not tell) and [code]pixel_samples[/code] traced in the last frame. Empty if it shows no
     /// volume, be it because its [LumivoxEffect] is disabled.
+    ///
+    /// This is known of the frame that was drawn last: after a change, await
+    /// [signal RenderingServer.frame_post_draw] first.
     #[func]
-    pub fn get_status(&self, viewport: Gd<Viewport>) -> VarDictionary {
+    pub fn get_status(&self, viewport: Option<Gd<Viewport>>) -> VarDictionary {
+        let Some(viewport) = viewport else {
+            godot_error!("Lumivox.get_status: there is no viewport: it is null");
+            return VarDictionary::new();
+        };
         // Asked for first: the render thread, which answers, may be waiting for the lock.
         let target = render_target(&viewport);
         let status = shared::lock().statuses.get(&target).copied();
@@ -56,8 +63,15 @@ impl Lumivox {
     /// Whether the image of [param viewport] is done. Also true if it shows no volume, be it because its
     /// [LumivoxEffect] is disabled. Samples are added while the viewport is drawn: with
     /// [constant SubViewport.UPDATE_ONCE] it is drawn once, and may never be done.
+    ///
+    /// This is known of the frame that was drawn last: after a change, be it a volume that was just added, await
+    /// [signal RenderingServer.frame_post_draw] first.
     #[func]
-    pub fn is_converged(&self, viewport: Gd<Viewport>) -> bool {
+    pub fn is_converged(&self, viewport: Option<Gd<Viewport>>) -> bool {
+        let Some(viewport) = viewport else {
+            godot_error!("Lumivox.is_converged: there is no viewport: it is null");
+            return false;
+        };
         let target = render_target(&viewport);
         let shared = shared::lock();
         match shared.statuses.get(&target) {

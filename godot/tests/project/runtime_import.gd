@@ -251,12 +251,16 @@ func until(condition: Callable) -> void:
 
 func misuse(path: String) -> void:
 	var importer := listened()
+	print("EXPECT an error about no paths at all")
 	var nothing := importer.start([])
+	print("EXPECT an error about null for a viewport")
+	var status := Lumivox.get_status(null)
 	print("EXPECT an error about an option that there is not")
 	var option := importer.start([path], {"colour": "red"})
 	importer.cancel()
 	await get_tree().process_frame
-	print("TELL misuse ", JSON.stringify({"nothing": nothing, "option": option, "heard": heard}))
+	print("TELL misuse ", JSON.stringify({
+		"nothing": nothing, "status": status, "option": option, "heard": heard}))
 
 
 ## What the README's C# does: members by name, through `ClassDB` and `Object`, as C# reaches them.
