@@ -260,7 +260,7 @@ impl LumivoxImporter {
                 return Error::ERR_INVALID_PARAMETER;
             }
         };
-        if paths.is_empty() {
+        if paths.as_slice().iter().all(GString::is_empty) {
             godot_error!("LumivoxImporter: there is nothing to read: name a file, a folder or an archive");
             return Error::ERR_INVALID_PARAMETER;
         }

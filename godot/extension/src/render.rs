@@ -248,11 +248,11 @@ impl Renderer {
         Ok(Some(if update == Update::Done { status } else { pending }))
     }
 
-    /// The same volumes as a viewport showed them last, while nothing is there yet of what it is to show: another
-    /// environment makes another world.
+    /// What a viewport showed last of a scenario, while nothing is there yet of what it is to show: another environment
+    /// or other layers make another world.
     fn world_before(&self, target: Rid, key: WorldKey) -> Option<WorldKey> {
         let before = self.eyes.get(&(target, 0))?.world;
-        let is_alike = (before.scenario, before.layers) == (key.scenario, key.layers);
+        let is_alike = before.scenario == key.scenario;
         let is_whole = self.worlds.get(&before).is_some_and(|world| world.whole);
         (is_alike && is_whole).then_some(before)
     }

@@ -35,7 +35,7 @@ fn unchanged(before: f32, now: f32, at: vec2i) -> bool {
         return before > 0.0 && now > 0.0 && abs(now - before) <= TOLERANCE * before;
     }
     // Under jitter any depth of the neighbourhood may show up here.
-    var nearest = now;
+    var nearest = select(now, 1e30, now == 0.0);
     var farthest = now;
     var open = now == 0.0;
     for (var i = 0; i < 9; i++) {

@@ -31,11 +31,14 @@ type Lit = (Arc<Snapshot>, [f64; 3]);
 
 /// What a viewport shows.
 struct Seen<'a> {
+    target: Rid,
     world: &'a Gd<World3D>,
     camera: &'a Gd<Camera3D>,
     volumes: &'a [LayeredVolume],
     /// Whether its environment lights it.
     from_scene: bool,
+    /// Whether no frame follows that could show what this one lacks.
+    at_once: bool,
 }
 
 /// What is remembered from frame to frame.
@@ -44,8 +47,8 @@ pub struct Gatherer {
     skies: Skies,
     compositors: Compositors,
     snapshots: HashMap<WorldKey, Lit>,
-    /// What lit each scenario last, for as long as nobody knows what does now.
-    surroundings: HashMap<Rid, Surroundings>,
+    /// What each render target showed last.
+    shown: HashMap<Rid, Lit>,
     last_version: u64,
     frame: u64,
 }
@@ -57,6 +60,7 @@ impl Gatherer {
         let volumes = volumes_by_scenario(nodes);
         let mut targets = HashMap::new();
         let mut gathered = HashMap::new();
+        let mut shown = HashMap::new();
         let mut worlds = HashSet::new();
         for viewport in nodes.viewports() {
             let Some(world) = viewport.find_world_3d() else { continue };
@@ -71,19 +75,22 @@ impl Gatherer {
                 let effect = effect.bind();
                 (effect.settings(), effect.uses_scene_environment())
             };
-            let seen = Seen { world: &world, camera: &camera, volumes, from_scene };
-            let Some((snapshot, ambient)) = self.snapshot(nodes, &seen, &mut gathered) else { continue };
+            let target = render_target(&viewport);
+            let at_once = no_frame_follows(&viewport);
+            let seen = Seen { target, world: &world, camera: &camera, volumes, from_scene, at_once };
+            let Some(lit) = self.snapshot(nodes, &seen, &mut gathered) else { continue };
+            shown.insert(target, lit.clone());
+            let (snapshot, ambient) = lit;
             let exposure = exposure::of(&world, &camera);
             settings.exposure *= exposure;
             settings.ambient = ambient.map(|c| if exposure > 0.0 { c / exposure } else { 0.0 });
             let fog = environment(&world, &camera).and_then(|environment| fog::of(&environment, &camera));
-            let at_once = no_frame_follows(&viewport);
-            targets.insert(render_target(&viewport), Target { snapshot, settings, stage, fog, at_once });
+            targets.insert(target, Target { snapshot, settings, stage, fog, at_once });
         }
         self.compositors.retain(nodes, &worlds);
         self.skies.retain();
-        self.surroundings.retain(|scenario, _| worlds.contains(scenario));
         self.snapshots = gathered;
+        self.shown = shown;
         targets
     }
 
@@ -91,12 +98,13 @@ impl Gatherer {
     pub fn release(&mut self, nodes: &mut Nodes) {
         self.compositors.release(nodes);
         self.snapshots.clear();
+        self.shown.clear();
     }
 
     fn snapshot(
         &mut self,
         nodes: &mut Nodes,
-        &Seen { world, camera, volumes, from_scene }: &Seen,
+        &Seen { target, world, camera, volumes, from_scene, at_once }: &Seen,
         gathered: &mut HashMap<WorldKey, Lit>,
     ) -> Option<Lit> {
         let environment = environment(world, camera);
@@ -116,14 +124,14 @@ impl Gatherer {
         } else {
             Some(Surroundings::studio())
         };
-        let Surroundings { environment, ambient } = match lit {
-            Some(lit) => {
-                self.surroundings.insert(key.scenario, lit.clone());
-                lit
-            }
-            // The engine draws the next sky first.
-            None => self.surroundings.get(&key.scenario).cloned()?,
+        // While the engine has yet to draw what does now, what lit the viewport before.
+        let before = || {
+            let (snapshot, ambient) = self.shown.get(&target)?;
+            Some(Surroundings { environment: snapshot.scene.environment.clone(), ambient: *ambient })
         };
+        // Another light is better than no volumes in a viewport's only frame.
+        let instead = || at_once.then(Surroundings::studio);
+        let Surroundings { environment, ambient } = lit.or_else(before).or_else(instead)?;
         let scene = Scene {
             volumes: volumes
                 .iter()

@@ -33,13 +33,29 @@ pub struct Skies(HashMap<InstanceId, BakedSky>);
 
 #[derive(Default)]
 struct BakedSky {
+    /// Of what the map shows.
     fingerprint: u64,
+    /// The material, when it was looked at last.
+    material: Option<InstanceId>,
     next_look: u64,
+    /// The sky has changed, and the engine has to draw it before there is a picture of it.
+    is_awaited: bool,
+    /// The picture was taken again after a while, should the engine have been late.
+    is_confirmed: bool,
     tries: u64,
     used: bool,
+    brightness: Brightness,
     map: Option<Arc<EnvironmentMap>>,
     /// The map turned about more than the vertical axis, and by what.
     turned: Option<(Vector3, Arc<EnvironmentMap>)>,
+}
+
+/// How bright the engine draws a sky. What it bakes was drawn in the frame before.
+#[derive(Clone, Copy, Default)]
+struct Brightness {
+    frame: u64,
+    now: f64,
+    before: f64,
 }
 
 /// The light around a world.
@@ -70,8 +86,8 @@ impl Surroundings {
 }
 
 impl Skies {
-    /// The light of an environment; `None` while the engine has not drawn its sky yet. A camera of this `exposure` had
-    /// it drawn last.
+    /// The light of an environment; `None` while the engine has not drawn its sky yet, or not as it is now. A camera of
+    /// this `exposure` has it drawn.
     pub fn light(
         &mut self,
         environment: &Gd<Environment>,
@@ -110,10 +126,11 @@ impl Skies {
             return plain(ambient);
         }
         baked.look(&sky, world_lights, energy * exposure, frame);
-        let Some(map) = baked.map.clone() else {
-            // The engine has no picture of its sky: the studio is better than the dark.
-            return (baked.tries > MAX_TRIES).then(Surroundings::studio);
-        };
+        if baked.is_awaited && baked.tries <= MAX_TRIES {
+            return None;
+        }
+        // Where the engine has no picture of its sky, the studio is better than the dark.
+        let Some(map) = baked.map.clone() else { return Some(Surroundings::studio()) };
         let rotation = environment.get_sky_rotation();
         let upright = rotation.x.abs() < 1e-6 && rotation.z.abs() < 1e-6;
         let environment = lumivox_core::Environment {
@@ -133,30 +150,47 @@ impl Skies {
 impl BakedSky {
     /// Takes a new picture if the sky changed.
     fn look(&mut self, sky: &Gd<Sky>, world_lights: &[WorldLight], brightness: f64, frame: u64) {
-        if frame < self.next_look {
+        self.brightness.is(brightness, frame);
+        let material = sky.get_material().map(|material| material.instance_id());
+        let is_time = frame >= self.next_look;
+        if !is_time && !self.is_awaited && material == self.material && self.map.is_some() {
             return;
         }
-        let fingerprint = fingerprint(sky, world_lights);
-        if self.map.is_none() || fingerprint != self.fingerprint {
-            // A sky that was never drawn is black; after a few frames, one that is black means it.
-            let drawn = |map: &EnvironmentMap| {
-                self.tries >= FRAMES_BETWEEN_LOOKS || map.texels.iter().any(|texel| *texel != [0.0; 3])
-            };
-            match picture(sky, brightness).filter(drawn) {
-                Some(map) => {
-                    // The same picture again starts no image over.
-                    if self.map.as_deref() != Some(&map) {
-                        self.map = Some(Arc::new(map));
-                        self.turned = None;
-                    }
-                    // What the engine draws may lag a frame behind the change: look again.
-                    self.fingerprint = if self.tries == 0 { 0 } else { fingerprint };
-                }
-                None => self.fingerprint = 0,
-            }
-            self.tries += 1;
+        self.material = material;
+        let (tries_on, may_be_late) = (self.is_awaited, self.map.is_some() && !self.is_confirmed);
+        if tries_on && self.tries > MAX_TRIES && !is_time {
+            return;
         }
-        self.next_look = if self.map.is_some() { frame + FRAMES_BETWEEN_LOOKS } else { frame + 1 };
+        self.next_look = frame + FRAMES_BETWEEN_LOOKS;
+        let fingerprint = fingerprint(sky, world_lights);
+        if fingerprint != self.fingerprint {
+            (self.fingerprint, self.tries) = (fingerprint, 0);
+            (self.is_awaited, self.is_confirmed) = (true, false);
+            // What the engine has of a sky that it has not drawn yet is anything.
+            if is_panorama(sky) {
+                self.take(sky);
+            }
+        } else if tries_on {
+            self.take(sky);
+        } else if may_be_late {
+            self.is_confirmed = true;
+            self.take(sky);
+        }
+    }
+
+    fn take(&mut self, sky: &Gd<Sky>) {
+        self.tries += 1;
+        // A sky that was never drawn is black; after a few frames, one that is black means it.
+        let drawn = |map: &EnvironmentMap| {
+            self.tries >= FRAMES_BETWEEN_LOOKS || map.texels.iter().any(|texel| *texel != [0.0; 3])
+        };
+        let Some(map) = picture(sky, self.brightness.before).filter(drawn) else { return };
+        self.is_awaited = false;
+        // The same picture again starts no image over.
+        if self.map.as_deref() != Some(&map) {
+            self.map = Some(Arc::new(map));
+            self.turned = None;
+        }
     }
 
     fn turn(&mut self, map: &EnvironmentMap, euler: Vector3) -> Arc<EnvironmentMap> {
@@ -172,6 +206,16 @@ impl BakedSky {
         }));
         self.turned = Some((euler, turned.clone()));
         turned
+    }
+}
+
+impl Brightness {
+    fn is(&mut self, brightness: f64, frame: u64) {
+        if frame != self.frame {
+            let follows = frame == self.frame + 1;
+            *self = Self { frame, now: brightness, before: if follows { self.now } else { brightness } };
+        }
+        self.now = brightness;
     }
 }
 
@@ -194,14 +238,18 @@ fn fingerprint(sky: &Gd<Sky>, world_lights: &[WorldLight]) -> u64 {
             if usage as u64 & PropertyUsageFlags::STORAGE.ord() == 0 {
                 continue;
             }
-            if let Some(name) = property.get("name").and_then(|n| n.try_to::<StringName>().ok()) {
-                material.get(&name).hash_u32().hash(&mut hasher);
+            if let Some(name) = property.get("name") {
+                material.get(&StringName::from(&name.stringify())).hash_u32().hash(&mut hasher);
             }
         }
     }
     lights::sky_fingerprint(world_lights, &mut hasher);
-    // 0 means "look again".
+    // 0 is that of none.
     hasher.finish().max(1)
+}
+
+fn is_panorama(sky: &Gd<Sky>) -> bool {
+    sky.get_material().is_some_and(|material| material.is_class("PanoramaSkyMaterial"))
 }
 
 /// A sky's radiance at an energy of 1, unturned. The engine has drawn it `brightness` times as bright.

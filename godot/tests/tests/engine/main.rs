@@ -25,6 +25,7 @@ mod runtime_import;
 mod scans;
 mod script;
 mod shown;
+mod skies;
 mod stalls;
 mod warnings;
 mod xr;

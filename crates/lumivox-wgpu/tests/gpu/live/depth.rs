@@ -85,6 +85,27 @@ fn a_camera_that_moves_under_jitter_leaves_no_ends_of_rays_behind() {
     }
 }
 
+/// Where nothing is behind it either, there is no other depth in the neighbourhood.
+#[test]
+fn a_mesh_that_passed_under_jitter_ends_no_rays() {
+    let test = scenes::noise();
+    let camera = test.camera.with_aspect(1.0);
+    let wanted = film(&test, &RenderRequest::new(24, 24, 8));
+    let mut gpu = gpu();
+    let mut host =
+        Host::new(&mut gpu, &test, LiveSettings { target_samples: 8, ..LiveSettings::new(24, 24) });
+    host.jittered = true;
+    let distance = camera.world_from_camera.translation.length();
+    for left in [0, 6, 12, 18] {
+        let mesh = |at: [u32; 2]| if (left..left + 8).contains(&at[0]) { 0.3 * distance } else { 0.0 };
+        host.set_depth(&gpu, mesh);
+        host.converge(&mut gpu, &camera, u64::MAX);
+    }
+    host.set_depth(&gpu, |_| 0.0);
+    host.converge(&mut gpu, &camera, u64::MAX);
+    assert_same(&host.film(&mut gpu), &wanted, 0..24 * 24);
+}
+
 #[test]
 fn a_host_that_gives_no_depth_any_more_ends_no_rays() {
     let test = scenes::noise();
