@@ -10,10 +10,7 @@ mod writer;
 
 use common::{load, load_written};
 use field::*;
-use lumivox_core::{
-    CancelToken, Modality, Progress, Volume, Voxels,
-    glam::{DVec2, DVec3},
-};
+use lumivox_core::{CancelToken, Modality, Progress, Voxels, glam::DVec3};
 use lumivox_import::{ImportError, ImportOptions, Imported};
 use writer::*;
 

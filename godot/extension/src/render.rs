@@ -227,7 +227,9 @@ impl Renderer {
         let settings = Settings { budget_milliseconds, ..target.settings };
         let mut status = Status { converged: true, samples: u32::MAX, ..Status::default() };
         for view in 0..views {
-            let Some(eye) = self.draw_eye(device, settings, target, world, buffers, scene_data, view)? else {
+            let key = (buffers.get_render_target(), view);
+            let Some(host) = HostView::new(device, buffers, scene_data, view) else { return Ok(None) };
+            let Some(eye) = self.draw_eye(device, settings, target, world, &host, key)? else {
                 return Ok(None);
             };
             status.samples = status.samples.min(eye.samples);
@@ -239,7 +241,7 @@ impl Renderer {
                 let error = RenderError::SamplesLost { pixels: eye.lost_pixels };
                 shared::lock().error = Some(error.to_string());
             }
-            if let Some(eye) = self.eyes.get(&(buffers.get_render_target(), view)) {
+            if let Some(eye) = self.eyes.get(&key) {
                 status.milliseconds += eye.pacer.milliseconds();
             }
         }
@@ -301,19 +303,16 @@ impl Renderer {
         let _ = self.executor.execute(device, &recording, TIMED);
     }
 
-    /// Draws the volumes into one eye's picture; `None` where there is nothing to draw, or to draw to.
+    /// Draws the volumes of the world `shown` into one eye's picture; `None` where there is nothing to draw.
     fn draw_eye(
         &mut self,
         device: &mut Gd<RenderingDevice>,
         settings: Settings,
         Target { snapshot, fog, .. }: &Target,
         shown: WorldKey,
-        buffers: &mut Gd<RenderSceneBuffersRd>,
-        scene_data: &Gd<RenderSceneData>,
-        view: u32,
+        host: &HostView,
+        key: EyeKey,
     ) -> Result<Option<LiveStatus>, String> {
-        let Some(host) = HostView::new(device, buffers, scene_data, view) else { return Ok(None) };
-        let key = (buffers.get_render_target(), view);
         let mut recording = Recording::new();
         self.find_eye(device, key, shown, &host.live_settings(&settings), &mut recording)?;
         let world = self.worlds.get(&shown);
@@ -324,7 +323,7 @@ impl Renderer {
         let is_before = shown != snapshot.key || world.version != snapshot.version;
         let ambient = eye.traced.filter(|_| is_before).map_or(settings.ambient, |(.., ambient)| ambient);
         let settings = Settings { ambient, ..settings };
-        match eye.record(world, &host, *fog, &settings, &mut recording) {
+        match eye.record(world, host, *fog, &settings, &mut recording) {
             Ok(frame) => self.execute_eye(device, key, &recording, frame).map(Some),
             Err(error) => {
                 // A new eye's films are made all the same: the next frame counts on them.
