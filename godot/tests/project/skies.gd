@@ -28,8 +28,20 @@ func _ready() -> void:
 	(viewport.get_child(0).get_node("Camera") as Camera3D).cull_mask = 1 | 1 << 4
 	(viewport.get_child(0).get_node("volumes0") as LumivoxVolume3D).layers = 1 | 1 << 4
 	before = await _follow("new sky and layers", viewport, before, COLORS[4])
+	await _fade(viewport, before)
 	await _share(viewport)
 	get_tree().quit()
+
+
+## A sky that changes in every frame.
+func _fade(viewport: SubViewport, before: Array) -> void:
+	var material: ProceduralSkyMaterial = _world(viewport).environment.sky.sky_material
+	var frames := []
+	for frame in FRAMES:
+		_paint(material, COLORS[4].lerp(COLORS[1], (frame + 1.0) / FRAMES))
+		await RenderingServer.frame_post_draw
+		frames.append(_middle(viewport))
+	await _follow("fade", viewport, before, COLORS[1], 1.0, frames)
 
 
 ## Another viewport of the same world, whose camera has skies of its own.
@@ -49,8 +61,8 @@ func _share(viewport: SubViewport) -> void:
 
 
 func _follow(
-		name: String, viewport: SubViewport, before: Array, color: Color, energy: float = 1.0) -> Array:
-	var frames := []
+		name: String, viewport: SubViewport, before: Array, color: Color, energy: float = 1.0,
+		frames: Array = []) -> Array:
 	for frame in FRAMES:
 		await RenderingServer.frame_post_draw
 		frames.append(_middle(viewport))

@@ -151,17 +151,20 @@ impl BakedSky {
     /// Takes a new picture if the sky changed.
     fn look(&mut self, sky: &Gd<Sky>, world_lights: &[WorldLight], brightness: f64, frame: u64) {
         self.brightness.is(brightness, frame);
-        let material = sky.get_material().map(|material| material.instance_id());
         let is_time = frame >= self.next_look;
-        if !is_time && !self.is_awaited && material == self.material && self.map.is_some() {
+        if self.is_awaited {
+            // Also where it has changed again, as in a fade: the next look sees that.
+            if self.tries <= MAX_TRIES || is_time {
+                self.next_look = frame + FRAMES_BETWEEN_LOOKS;
+                self.take(sky);
+            }
             return;
         }
-        self.material = material;
-        let (tries_on, may_be_late) = (self.is_awaited, self.map.is_some() && !self.is_confirmed);
-        if tries_on && self.tries > MAX_TRIES && !is_time {
+        let material = sky.get_material().map(|material| material.instance_id());
+        if !is_time && material == self.material && self.map.is_some() {
             return;
         }
-        self.next_look = frame + FRAMES_BETWEEN_LOOKS;
+        (self.material, self.next_look) = (material, frame + FRAMES_BETWEEN_LOOKS);
         let fingerprint = fingerprint(sky, world_lights);
         if fingerprint != self.fingerprint {
             (self.fingerprint, self.tries) = (fingerprint, 0);
@@ -170,9 +173,7 @@ impl BakedSky {
             if is_panorama(sky) {
                 self.take(sky);
             }
-        } else if tries_on {
-            self.take(sky);
-        } else if may_be_late {
+        } else if !self.is_confirmed {
             self.is_confirmed = true;
             self.take(sky);
         }

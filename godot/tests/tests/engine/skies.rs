@@ -47,8 +47,10 @@ fn off(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max)
 }
 
-fn assert_goes_from_one_to_the_other(name: &str) {
-    let Change { before, frames, fresh } = change(name);
+fn assert_goes_from_one_to_the_other(name: &str) -> Change {
+    let change = change(name);
+    let Change { before, frames, fresh } = &change;
+    let (before, fresh) = (*before, *fresh);
     for (i, frame) in frames.iter().enumerate() {
         for channel in 0..3 {
             let [low, high] =
@@ -59,6 +61,7 @@ fn assert_goes_from_one_to_the_other(name: &str) {
     }
     assert!(off(before, fresh) > 2.0 * NOISE, "{name}: the change changes too little");
     assert!(off(*frames.last().unwrap(), fresh) < REST, "{name}: not the light of a scene made so");
+    change
 }
 
 #[test]
@@ -70,6 +73,14 @@ fn another_sky_lights_volumes_once_it_is_drawn() {
 fn another_look_of_a_sky_lights_volumes() {
     assert_goes_from_one_to_the_other("new_properties");
     assert_goes_from_one_to_the_other("new_material_and_energy");
+}
+
+/// Looked at every ten frames or so.
+#[test]
+fn a_sky_that_changes_in_every_frame_is_followed() {
+    let Change { before, frames, fresh } = assert_goes_from_one_to_the_other("fade");
+    let share = off(frames[20], before) / off(fresh, before);
+    assert!(share > 0.2, "{share} of the way after 20 of 24 frames");
 }
 
 #[test]
