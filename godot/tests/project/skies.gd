@@ -57,7 +57,7 @@ func _share(viewport: SubViewport) -> void:
 	var others := _middle(viewport)
 	camera.environment = _sky(COLORS[1])
 	await _follow("shared world", second, before, COLORS[1])
-	_tell("neighbour", [others], [_middle(viewport)], others)
+	_tell("neighbour", others, [_middle(viewport)], others)
 
 
 func _follow(
@@ -71,7 +71,7 @@ func _follow(
 	var sky := _sky(color)
 	sky.background_energy_multiplier = energy
 	var fresh := await _shown(sky)
-	_tell(name, [before], frames, _middle(fresh))
+	_tell(name, before, frames, _middle(fresh))
 	fresh.queue_free()
 	await get_tree().process_frame
 	return frames.back()
@@ -89,7 +89,7 @@ func _shown(environment: Environment) -> SubViewport:
 
 func _tell(name: String, before: Array, frames: Array, fresh: Array) -> void:
 	print("TELL %s %s" % [name.replace(" ", "_"), JSON.stringify({
-		"before": before[0], "frames": frames, "fresh": fresh})])
+		"before": before, "frames": frames, "fresh": fresh})])
 
 
 static func _world(viewport: SubViewport) -> WorldEnvironment:

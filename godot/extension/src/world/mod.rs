@@ -129,7 +129,7 @@ impl Gatherer {
             let (snapshot, ambient) = self.shown.get(&target)?;
             Some(Surroundings { environment: snapshot.scene.environment.clone(), ambient: *ambient })
         };
-        // Another light is better than no volumes in a viewport's only frame.
+        // Another light is better than no volumes in a viewport's only frame, or the first of a film.
         let instead = || at_once.then(Surroundings::studio);
         let Surroundings { environment, ambient } = lit.or_else(before).or_else(instead)?;
         let scene = Scene {
