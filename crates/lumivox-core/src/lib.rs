@@ -27,7 +27,7 @@ pub mod volume;
 
 pub use glam;
 
-pub use camera::{Camera, Orbit, PerspectiveCamera, Projection, Ray};
+pub use camera::{Camera, HostCamera, Orbit, PerspectiveCamera, Projection, Ray};
 pub use environment::{Environment, EnvironmentMap, EnvironmentSource};
 pub use light::{Falloff, Lamp, Light, LightKind};
 pub use medium::{ExtinctionSpace, Filter, Medium, SurfaceReflection};

@@ -17,6 +17,7 @@ pub mod film;
 mod frame;
 mod ids;
 pub mod live;
+pub mod pacing;
 pub mod recording;
 mod scene_cache;
 mod unfinished;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use godot::classes::ProjectSettings;
 use godot::prelude::*;
 use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
-use lumivox_core::glam::{DAffine3, DMat3, DVec3};
+use lumivox_core::glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 
 /// A vector in Godot's precision.
 pub fn vector(v: DVec3) -> Vector3 {
@@ -22,6 +22,12 @@ pub fn affine(transform: Transform3D) -> DAffine3 {
     let columns = transform.basis.to_cols().map(dvec);
     let matrix = DMat3::from_cols(columns[0], columns[1], columns[2]);
     DAffine3::from_mat3_translation(matrix, dvec(transform.origin))
+}
+
+/// A projection in the core's precision.
+pub fn matrix(projection: Projection) -> DMat4 {
+    let [x, y, z, w] = projection.cols.map(|c| DVec4::new(c.x.into(), c.y.into(), c.z.into(), c.w.into()));
+    DMat4::from_cols(x, y, z, w)
 }
 
 /// An affine map in Godot's precision.

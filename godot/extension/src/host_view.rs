@@ -3,10 +3,10 @@
 use godot::classes::rendering_device::{DataFormat, TextureSamples};
 use godot::classes::{RenderSceneBuffersRd, RenderSceneData, RenderingDevice};
 use godot::prelude::*;
-use lumivox_core::Camera;
+use lumivox_core::{Camera, HostCamera};
 use lumivox_renderer::{Fog, HostDepth, HostFrame, LiveSettings, Recording, ResourceId, Step};
 
-use crate::camera::{self, HostCamera};
+use crate::convert;
 use crate::executor::Executor;
 use crate::render::Settings;
 
@@ -48,7 +48,10 @@ impl HostView {
         scene_data: &Gd<RenderSceneData>,
         view: u32,
     ) -> Option<Self> {
-        let host = camera::host_camera(scene_data.get_cam_transform(), scene_data.get_view_projection(view))?;
+        let world_from_head = convert::affine(scene_data.get_cam_transform());
+        // Its y points down, and depth is what the buffer holds.
+        let clip_from_head = convert::matrix(scene_data.get_view_projection(view));
+        let host = HostCamera::from_matrices(world_from_head, clip_from_head)?;
         let size = buffers.get_internal_size();
         if size.x <= 0 || size.y <= 0 {
             return None;
@@ -82,7 +85,7 @@ impl HostView {
 
     /// The camera that is traced from.
     pub fn camera(&self) -> Camera {
-        if self.jittered { camera::without_jitter(self.host.camera, self.size) } else { self.host.camera }
+        if self.jittered { self.host.camera.without_jitter(self.size) } else { self.host.camera }
     }
 
     /// What the renderer is to know of the textures.

@@ -5,16 +5,13 @@
 //! effect's place, while the engine draws a viewport, and `render` traces into its colour with the steps that
 //! `executor` replays. Nothing but plain Rust and RIDs crosses between the threads.
 
-mod camera;
 mod codecs;
 mod convert;
 mod effect;
 mod executor;
-mod frame_rate;
 mod host_view;
 mod importer;
 mod nodes;
-mod pacing;
 mod render;
 mod resources;
 mod server;

@@ -8,6 +8,7 @@ use std::time::Instant;
 use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
 use godot::prelude::*;
 use lumivox_core::Camera;
+use lumivox_renderer::pacing::{Pacer, Pass};
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
     DeviceLimits, Fog, LiveSettings, LiveStatus, LiveView, Recording, RenderError, SceneCache, Step, ViewKind,
@@ -15,7 +16,6 @@ use lumivox_renderer::{
 
 use crate::executor::{Executor, workshop};
 use crate::host_view::{self, HostView, Lent};
-use crate::pacing::{Pacer, Pass};
 use crate::shared::{self, Snapshot, Status, Target, WorldKey};
 
 /// Begins the names of captured times.

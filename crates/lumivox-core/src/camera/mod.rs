@@ -1,6 +1,10 @@
-//! Pinhole and parallel cameras, and an orbit around something worth seeing.
+//! Pinhole and parallel cameras, those that hosts describe by matrices, and an orbit around something worth seeing.
+
+mod host;
 
 use glam::{DAffine3, DMat3, DVec3};
+
+pub use self::host::HostCamera;
 
 /// A half-line `origin + t * direction`, `t >= 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]

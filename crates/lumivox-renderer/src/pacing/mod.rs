@@ -4,17 +4,21 @@
 //! ten from one frame to the next. So the pace follows the cost per sample, which does not depend on how many were
 //! asked for, rather than the time, which does and would make it swing.
 //!
-//! Some drivers tell no times (Godot's Metal says 0): there the frame rate has to do, see [`FrameRate`].
+//! Some drivers tell no times (Godot's Metal says 0): there the frame rate has to do (`frame_rate.rs`).
+//!
+//! A host asks [`Pacer::budget`] before it records a frame, tells what was recorded, and what it took once it knows.
+
+mod frame_rate;
 
 use std::collections::VecDeque;
 
-use crate::frame_rate::FrameRate;
+use self::frame_rate::FrameRate;
 
 /// Pixel samples of the first frame, when nothing is known of the GPU.
 const FIRST_BUDGET: f64 = 32_768.0;
 
 /// Pixel samples that are asked for however slow the GPU is: an image has to get done.
-pub const LEAST_BUDGET: f64 = 4096.0;
+const LEAST_BUDGET: f64 = 4096.0;
 
 /// Most that a budget grows from one measured frame to the next.
 const GROWTH: f64 = 1.5;
@@ -71,6 +75,12 @@ struct Frame {
     pixel_samples: u64,
     granted: f64,
     target: f64,
+}
+
+impl Default for Pacer {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Pacer {

@@ -5,7 +5,7 @@
 //! do without tracing, and shrinks when they come later by more than tracing may take; what was too much is remembered
 //! for a while, or a screen's beat would be missed every few frames.
 
-use crate::pacing::{LEAST_BUDGET, Pass};
+use super::{LEAST_BUDGET, Pass};
 
 /// Growth from frame to frame while nothing speaks against it.
 const GROWTH: f64 = 1.06;
