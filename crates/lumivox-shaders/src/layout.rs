@@ -5,6 +5,9 @@ use bytemuck::{Pod, Zeroable};
 /// Entries of a transfer function's table.
 pub const TABLE_SIZE: usize = crate::constants::TABLE_SIZE as usize;
 
+/// Pairs of numbers of a transfer function on the GPU: opacities with their successors', then colours in two pairs each.
+pub const TABLE_PAIRS: usize = 3 * TABLE_SIZE;
+
 /// Levels of a range-maximum table over [`TABLE_SIZE`] entries.
 pub const RANGE_MAXIMUM_LEVELS: usize = TABLE_SIZE.ilog2() as usize + 1;
 
@@ -67,7 +70,6 @@ pub struct Node {
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[expect(missing_docs, reason = "documented in frame.wgsl")]
 pub struct Instance {
-    pub node: Node,
     pub voxel_from_world: [[f32; 4]; 3],
     pub patient_from_world: [[f32; 4]; 3],
     pub patient_gradient_from_voxel: [[f32; 4]; 3],

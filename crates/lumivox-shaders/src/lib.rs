@@ -242,6 +242,7 @@ impl Kernel {
                 if variant.limited_turns { module!("limited_turns") } else { module!("unlimited_turns") },
                 module!("random"),
                 module!("volume"),
+                module!("medium"),
                 if variant.many_volumes { module!("volume_hierarchy") } else { module!("volume_list") },
                 module!("tracking"),
                 module!("environment"),

@@ -69,7 +69,6 @@ fn twins_have_the_shaders_layout() {
     assert_twin!(
         path_trace,
         Instance {
-            node,
             voxel_from_world,
             patient_from_world,
             patient_gradient_from_voxel,

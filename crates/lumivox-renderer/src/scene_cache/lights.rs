@@ -8,17 +8,9 @@ use lumivox_shaders::{constants, layout};
 use super::hierarchy::Bounds;
 use super::{Placed, check_binding};
 use crate::error::RenderError;
-use crate::recording::{Payload, Recording, ResourceId, Step};
 
 // The kernels know nothing of the core.
 const _: () = assert!(constants::MIN_LIGHT_DISTANCE == MIN_LIGHT_DISTANCE as f32);
-
-/// A scene's lights: those that shine on something.
-#[derive(Debug, Default)]
-pub(super) struct CachedLights {
-    pub list: Vec<layout::Light>,
-    pub buffer: Option<ResourceId>,
-}
 
 /// The lights that reach a volume, every number in its documented range. The others are not there: whatever they do, no
 /// image changes, and no collision asks them.
@@ -50,31 +42,6 @@ pub(super) fn check(lights: &[Light], limit: u64) -> Result<(), RenderError> {
     check_binding("lights", size_of_val(&*twins(lights, DVec3::ZERO)) as u64, limit, "Leave some out")
 }
 
-impl CachedLights {
-    /// Records what differs; returns whether anything did. Positions on the GPU count from `origin`.
-    pub fn update(&mut self, lights: &[Light], origin: DVec3, recording: &mut Recording) -> bool {
-        let list = twins(lights, origin);
-        if self.buffer.is_some() && list == self.list {
-            return false;
-        }
-        if list.len() != self.list.len() {
-            recording.free(self.buffer.take());
-        }
-        let bytes = (size_of::<layout::Light>() * list.len().max(1)) as u64;
-        let id = *self.buffer.get_or_insert_with(|| recording.create_buffer("lights", bytes));
-        if !list.is_empty() {
-            recording.push(Step::WriteBuffer { id, offset: 0, data: Payload::copy_of(&list) });
-        }
-        let changed = list != self.list;
-        self.list = list;
-        changed
-    }
-
-    pub fn free(&mut self, recording: &mut Recording) {
-        recording.free(self.buffer.take());
-    }
-}
-
 fn color(light: &Light) -> [f64; 3] {
     match light.kind {
         LightKind::Directional { irradiance, .. } => irradiance,
@@ -82,7 +49,8 @@ fn color(light: &Light) -> [f64; 3] {
     }
 }
 
-fn twins(lights: &[Light], origin: DVec3) -> Vec<layout::Light> {
+/// As the GPU has them. Positions count from `origin`.
+pub(super) fn twins(lights: &[Light], origin: DVec3) -> Vec<layout::Light> {
     lights.iter().map(|light| twin(light, origin)).collect()
 }
 

@@ -11,6 +11,7 @@ mod environment;
 mod hierarchy;
 mod importance;
 mod lights;
+mod mirror;
 mod preparation;
 mod tables;
 mod transfer_table;
@@ -20,15 +21,15 @@ mod volumes;
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
 use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, VolumeInstance};
-use lumivox_shaders::layout::{Frame, Instance, Node, TABLE_SIZE};
+use lumivox_shaders::layout::{Frame, Instance, Light, Node, TABLE_PAIRS};
 use lumivox_shaders::{Kernel, PathTraceVariant, constants};
 
 use self::atlas::TexelScale;
 use self::environment::CachedEnvironment;
 use self::hierarchy::Bounds;
 pub(crate) use self::hierarchy::MANY as MANY_VOLUMES;
-use self::lights::CachedLights;
 pub(crate) use self::lights::effective as effective_lights;
+use self::mirror::Mirror;
 pub use self::preparation::{Preparation, prepare_volume};
 use self::tables::CachedTables;
 use self::volumes::{CachedVolume, CachedVolumes};
@@ -107,9 +108,11 @@ pub struct SceneCache {
     volumes: CachedVolumes,
     tables: CachedTables,
     environment: CachedEnvironment,
-    lights: CachedLights,
-    instances: Vec<Instance>,
-    instance_buffer: Option<ResourceId>,
+    /// Those that shine on something.
+    lights: Mirror<Light>,
+    instances: Mirror<Instance>,
+    /// The hierarchy over many volumes.
+    nodes: Mirror<Node>,
     features: Features,
     unprepared: u64,
     /// Subtracted from world positions before they are rounded to 32 bits: scenes far from the world's origin keep
@@ -128,9 +131,9 @@ impl SceneCache {
             volumes: CachedVolumes::default(),
             tables: CachedTables::default(),
             environment: CachedEnvironment::default(),
-            lights: CachedLights::default(),
-            instances: vec![],
-            instance_buffer: None,
+            lights: Mirror::default(),
+            instances: Mirror::default(),
+            nodes: Mirror::default(),
             features: Features::default(),
             unprepared: 0,
             origin: DVec3::ZERO,
@@ -184,7 +187,7 @@ impl SceneCache {
         let instances_changed = self.update_instances(&placed, recording);
         let environment_changed =
             self.environment.update(&scene.environment, &mut self.unprepared, recording);
-        let lights_changed = self.lights.update(&lights, self.origin, recording);
+        let lights_changed = self.lights.update("lights", lights::twins(&lights, self.origin), recording);
         self.features = Features::of_placed(scene, &placed, !lights.is_empty());
         if volumes_changed || tables_changed || instances_changed || environment_changed || lights_changed {
             self.version = ids::next().0;
@@ -195,28 +198,12 @@ impl SceneCache {
     fn update_instances(&mut self, placed: &[Placed<'_>], recording: &mut Recording) -> bool {
         let centers = placed.iter().map(|p| p.instance.world_from_box().transform_point3(DVec3::splat(0.5)));
         let origin = centers.sum::<DVec3>() / placed.len().max(1) as f64;
-        let mut instances: Vec<Instance> =
-            placed.iter().enumerate().map(|(i, p)| self.instance(i, p, origin)).collect();
+        let instances = placed.iter().enumerate().map(|(i, p)| self.instance(i, p, origin)).collect();
         let bounds: Vec<Bounds> = placed.iter().map(|p| Bounds::of(p.instance, origin)).collect();
-        for (instance, node) in instances.iter_mut().zip(hierarchy::build(&bounds)) {
-            instance.node = node;
-        }
-        let same_bytes =
-            bytemuck::cast_slice::<_, u8>(&instances) == bytemuck::cast_slice::<_, u8>(&self.instances);
-        if self.instance_buffer.is_some() && same_bytes && origin == self.origin {
-            return false;
-        }
-        if instances.len() != self.instances.len() || self.instance_buffer.is_none() {
-            recording.free(self.instance_buffer.take());
-        }
-        let bytes = (size_of::<Instance>() * instances.len().max(1)) as u64;
-        let id = *self.instance_buffer.get_or_insert_with(|| recording.create_buffer("instances", bytes));
-        if !instances.is_empty() {
-            recording.push(Step::WriteBuffer { id, offset: 0, data: Payload::copy_of(&instances) });
-        }
-        self.instances = instances;
-        self.origin = origin;
-        true
+        let instances_changed = self.instances.update("instances", instances, recording);
+        let nodes_changed = self.nodes.update("hierarchy", hierarchy::build(&bounds), recording);
+        let moved = std::mem::replace(&mut self.origin, origin) != origin;
+        instances_changed | nodes_changed | moved
     }
 
     fn instance(&self, index: usize, placed: &Placed<'_>, origin: DVec3) -> Instance {
@@ -235,7 +222,6 @@ impl SceneCache {
         let voxel_from_world = voxel_from_patient * *patient_from_world * DAffine3::from_translation(origin);
         let surface = medium.surface;
         Instance {
-            node: Node::default(),
             voxel_from_world: affine_rows(voxel_from_world),
             patient_from_world: linear_rows(patient_from_world.matrix3),
             // A gradient is a covector: it maps with the transposed inverse of the points' map.
@@ -254,7 +240,7 @@ impl SceneCache {
             cells_per_voxel: 1.0 / grid.cell_size as f32,
             table_scale: table_scale as f32,
             table_bias: table_bias as f32,
-            table_offset: (index * TABLE_SIZE) as u32,
+            table_offset: (index * TABLE_PAIRS) as u32,
             filter_kind: match medium.filter {
                 Filter::Nearest => constants::FILTER_NEAREST,
                 Filter::Trilinear => constants::FILTER_TRILINEAR,
@@ -307,7 +293,7 @@ impl SceneCache {
     /// Fills in the scene's part of a frame's parameters.
     pub fn fill_frame(&self, frame: &mut Frame) {
         let size = self.volumes.atlas.as_ref().map_or([1; 3], |a| a.size);
-        frame.volume_count = self.instances.len() as u32;
+        frame.volume_count = self.instances.list.len() as u32;
         frame.inverse_atlas_size = size.map(|n| 1.0 / n as f32);
         frame.environment_strength = self.environment.strength as f32;
         let (sin, cos) = self.environment.rotation.sin_cos();
@@ -321,9 +307,9 @@ impl SceneCache {
     pub(crate) fn path_trace_resources(&self) -> Vec<ResourceId> {
         let tables = self.tables.buffers;
         [
-            self.instance_buffer,
-            tables.map(|b| b.opacity),
-            tables.map(|b| b.color),
+            self.instances.buffer,
+            self.nodes.buffer,
+            tables.map(|b| b.tables),
             tables.map(|b| b.majorants),
             self.volumes.atlas.as_ref().map(|a| a.texture),
             self.environment.map,
@@ -348,8 +334,12 @@ impl SceneCache {
     /// # Panics
     /// Before the first [`update`](Self::update).
     pub fn majorants(&self) -> (ResourceId, usize) {
-        let cells =
-            self.instances.iter().map(|i| i.grid_dims.map(|n| n as usize).iter().product::<usize>()).sum();
+        let cells = self
+            .instances
+            .list
+            .iter()
+            .map(|i| i.grid_dims.map(|n| n as usize).iter().product::<usize>())
+            .sum();
         (self.tables.buffers.expect("update() comes before reading").majorants, cells)
     }
 
@@ -359,7 +349,8 @@ impl SceneCache {
         self.tables.free(recording);
         self.environment.free(recording);
         self.lights.free(recording);
-        recording.free(self.instance_buffer);
+        self.instances.free(recording);
+        self.nodes.free(recording);
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use lumivox_core::{TransferFunction, Volume};
 use lumivox_shaders::Kernel;
-use lumivox_shaders::layout::{MajorantParams, TABLE_SIZE};
+use lumivox_shaders::layout::{MajorantParams, TABLE_PAIRS};
 
 use super::atlas::TexelScale;
 use super::transfer_table::TransferTable;
@@ -28,8 +28,7 @@ struct CachedTable {
 /// The buffers, each for all instances.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TableBuffers {
-    pub opacity: ResourceId,
-    pub color: ResourceId,
+    pub tables: ResourceId,
     pub majorants: ResourceId,
 }
 
@@ -42,10 +41,12 @@ pub(super) struct CachedTables {
     capacity: [usize; 2],
 }
 
+/// Bytes of an instance's table.
+const TABLE_BYTES: u64 = 8 * TABLE_PAIRS as u64;
+
 /// Whether the device has room for the tables and majorants of instances with so many cells each.
 pub(super) fn check(cells: impl ExactSizeIterator<Item = usize>, limit: u64) -> Result<(), RenderError> {
-    let entries = (cells.len() * TABLE_SIZE) as u64;
-    check_binding("transfer function table", entries * 16, limit, "Leave some volumes out")?;
+    check_binding("transfer functions", cells.len() as u64 * TABLE_BYTES, limit, "Leave some volumes out")?;
     let majorants = cells.map(|n| n as u64).sum::<u64>() * 4;
     check_binding("majorant grid", majorants, limit, "Leave some volumes out")
 }
@@ -105,12 +106,10 @@ impl CachedTables {
     /// Makes room for the tables of so many instances, and for so many cells of their majorant grids.
     fn allocate(&mut self, [instances, cells]: [usize; 2], recording: &mut Recording) {
         self.free(recording);
-        let entries = (instances * TABLE_SIZE) as u64;
         self.capacity = [instances, cells];
         self.buffers = Some(TableBuffers {
             majorants: recording.create_buffer("majorants", cells as u64 * 4),
-            opacity: recording.create_buffer("opacity table", entries * 8),
-            color: recording.create_buffer("color table", entries * 16),
+            tables: recording.create_buffer("transfer functions", instances as u64 * TABLE_BYTES),
         });
     }
 
@@ -121,7 +120,7 @@ impl CachedTables {
 
     pub fn free(&mut self, recording: &mut Recording) {
         if let Some(buffers) = self.buffers.take() {
-            for id in [buffers.majorants, buffers.opacity, buffers.color] {
+            for id in [buffers.majorants, buffers.tables] {
                 recording.push(Step::Free { id });
             }
         }
@@ -139,11 +138,8 @@ fn record_table(
     buffers: TableBuffers,
     recording: &mut Recording,
 ) {
-    let first = (index * TABLE_SIZE) as u64;
-    let data = Payload::copy_of(&table.opacity_pairs());
-    recording.push(Step::WriteBuffer { id: buffers.opacity, offset: first * 8, data });
-    let data = Payload::copy_of(&table.color);
-    recording.push(Step::WriteBuffer { id: buffers.color, offset: first * 16, data });
+    let data = Payload::copy_of(&table.pairs());
+    recording.push(Step::WriteBuffer { id: buffers.tables, offset: index as u64 * TABLE_BYTES, data });
 
     let maxima = recording.create_buffer_with("range maxima", &table.range_maxima());
     let (scale, bias) = table.coordinate(TexelScale::of(&cached.volume));

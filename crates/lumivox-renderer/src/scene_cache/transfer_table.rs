@@ -11,8 +11,8 @@ pub struct TransferTable {
     pub domain: [f64; 2],
     /// Opacity of each entry.
     pub opacity: Vec<f32>,
-    /// Linear RGB of each entry, and a zero.
-    pub color: Vec<[f32; 4]>,
+    /// Linear RGB of each entry.
+    pub color: Vec<[f32; 3]>,
 }
 
 impl TransferTable {
@@ -34,12 +34,7 @@ impl TransferTable {
         Self {
             domain: [low, high],
             opacity: (0..TABLE_SIZE).map(|i| function.opacity(value(i)) as f32).collect(),
-            color: (0..TABLE_SIZE)
-                .map(|i| {
-                    let [r, g, b] = function.color(value(i)).map(|c| c as f32);
-                    [r, g, b, 0.0]
-                })
-                .collect(),
+            color: (0..TABLE_SIZE).map(|i| function.color(value(i)).map(|c| c as f32)).collect(),
         }
     }
 
@@ -49,9 +44,12 @@ impl TransferTable {
         (texel.per_texel * entries_per_value, (texel.at_zero - self.domain[0]) * entries_per_value)
     }
 
-    /// Each entry's opacity with its successor's, so that the GPU interpolates from one load.
-    pub(crate) fn opacity_pairs(&self) -> Vec<[f32; 2]> {
-        (0..TABLE_SIZE).map(|i| [self.opacity[i], self.opacity[(i + 1).min(TABLE_SIZE - 1)]]).collect()
+    /// Each entry's opacity with its successor's, so that the GPU interpolates from one load; then each entry's colour, in
+    /// two pairs.
+    pub(crate) fn pairs(&self) -> Vec<[f32; 2]> {
+        let opacities = self.opacity.iter().zip(self.opacity.iter().skip(1).chain(self.opacity.last()));
+        let colors = self.color.iter().flat_map(|&[r, g, b]| [[r, g], [b, 0.0]]);
+        opacities.map(|(&own, &next)| [own, next]).chain(colors).collect()
     }
 
     /// Level `k`, entry `i`: the largest opacity of entries `i .. i + 2^k`.

@@ -59,13 +59,12 @@ struct Child {
     padding: u32,
 }
 
+// Of the hierarchy over all volumes: there is one node fewer than volumes, and node 0 is the root.
 struct Node {
     children: array<Child, 2>,
 }
 
 struct Instance {
-    // Of the hierarchy over all volumes, not of this one's: there is one node fewer than volumes, and node 0 is the root.
-    node: Node,
     // Rows of the affine map to voxel space.
     voxel_from_world: array<vec4f, 3>,
     // Rows of the linear map of directions to patient millimetres; w is unused.
@@ -92,6 +91,7 @@ struct Instance {
     // Transfer function table coordinate of a texel: texel * table_scale + table_bias, in [0, TABLE_SIZE - 1].
     table_scale: f32,
     table_bias: f32,
+    // The first pair of its transfer function in the buffer of tables.
     table_offset: u32,
     // 0 nearest, 1 trilinear, 2 tricubic.
     filter_kind: u32,

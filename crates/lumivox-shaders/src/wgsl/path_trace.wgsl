@@ -6,8 +6,8 @@
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> instances: array<Instance>;
-@group(0) @binding(2) var<storage, read> opacity_table: array<vec2f>;
-@group(0) @binding(3) var<storage, read> color_table: array<vec4f>;
+@group(0) @binding(2) var<storage, read> nodes: array<Node>;
+@group(0) @binding(3) var<storage, read> tables: array<vec2f>;
 @group(0) @binding(4) var<storage, read> majorants: array<f32>;
 @group(0) @binding(5) var atlas: texture_3d<f32>;
 @group(0) @binding(6) var atlas_sampler: sampler;
@@ -146,7 +146,7 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
         t_max = view_limit / dot(direction, frame.view_axis);
     }
     let hit = next_collision((*path).origin, direction, t_max, rng);
-    if (hit.volume == NO_VOLUME) {
+    if (hit.kind == ESCAPE) {
         // What the camera sees without a collision is the background: the display pass adds it.
         if ((*path).bounces > 0u) {
             var weight = 1.0;
@@ -161,22 +161,18 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
     let position = (*path).origin + hit.t * direction;
     (*path).origin = position;
     (*path).bounces += 1u;
-    let scattering_albedo = instances[v].albedo * color(v, hit.texel);
-    var gradient = vec3f(0.0);
-    if ((SURFACE && instances[v].surface_strength > 0.0) || (GUIDES && (*path).bounces == 1u)) {
-        gradient = voxel_gradient(v, voxel_from_world(v, position));
-    }
+    let optics = optics_at(v, position, hit.reading, GUIDES && (*path).bounces == 1u);
     if ((*path).bounces == 1u) {
         (*path).depth = dot(position - frame.camera_position, frame.view_axis);
         if (GUIDES) {
-            (*path).albedo = scattering_albedo;
-            (*path).normal = facing_normal(v, gradient, -direction);
+            (*path).albedo = optics.albedo;
+            (*path).normal = facing(optics.normal, -direction);
         }
     }
     if ((*path).bounces > instances[v].max_bounces) {
         return false;
     }
-    let event = choose_event(v, gradient, scattering_albedo, -direction, rng);
+    let event = choose_event(v, optics, -direction, rng);
     (*path).throughput *= event.weight;
     // Russian roulette: what survives is weighted up by what did not.
     let brightest = max((*path).throughput.r, max((*path).throughput.g, (*path).throughput.b));

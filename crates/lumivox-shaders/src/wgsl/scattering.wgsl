@@ -1,36 +1,11 @@
-// What happens at a collision: the phase function scatters light or, where the gradient says there is a surface, that
-// reflects it specularly or diffusely. Expects `instances`.
+// What happens at a collision: the phase function scatters light or, where there is a surface, that reflects it
+// specularly or diffusely. Expects `instances`.
 
-// A gradient, as a surface's normal on the side of wo; zero where there is none.
-fn facing_normal(v: u32, gradient: vec3f, wo: vec3f) -> vec3f {
-    let g = world_gradient(v, gradient);
-    let size = length(g);
-    if (size < 1e-20) {
-        return vec3f(0.0);
-    }
-    let n = g / size;
-    return select(-n, n, dot(n, wo) >= 0.0);
-}
-
-// The probability that a collision happens at a surface (after Kroes, Post and Botha, "Exposure Render", PLoS ONE
-// 7(7), 2012, with a Gaussian fall-off so that noise is no surface).
-fn surface_probability(v: u32, gradient: vec3f) -> f32 {
-    let per_mm = length(transform_rows(instances[v].patient_gradient_from_voxel, gradient))
-        * instances[v].value_per_texel * instances[v].surface_inverse_gradient;
-    return instances[v].surface_strength * (1.0 - exp(-per_mm * per_mm));
-}
-
-fn choose_event(
-    v: u32,
-    gradient: vec3f,
-    scattering_albedo: vec3f,
-    wo: vec3f,
-    rng: ptr<function, Rng>,
-) -> Event {
-    if (SURFACE && instances[v].surface_strength > 0.0) {
-        let normal = facing_normal(v, gradient, wo);
-        let is_surface = rng_next(rng) < surface_probability(v, gradient);
-        if (is_surface && dot(normal, normal) > 0.0) {
+fn choose_event(v: u32, optics: Optics, wo: vec3f, rng: ptr<function, Rng>) -> Event {
+    if (may_reflect(v)) {
+        let is_surface = rng_next(rng) < optics.surface;
+        if (is_surface && dot(optics.normal, optics.normal) > 0.0) {
+            let normal = facing(optics.normal, wo);
             let cosine = dot(normal, wo);
             // Schlick 1994.
             let f0 = instances[v].surface_specular;
@@ -39,10 +14,10 @@ fn choose_event(
                 let mirror = 2.0 * cosine * normal - wo;
                 return Event(SPECULAR, mirror, instances[v].surface_lobe_anisotropy, vec3f(1.0));
             }
-            return Event(DIFFUSE, normal, 0.0, scattering_albedo);
+            return Event(DIFFUSE, normal, 0.0, optics.albedo);
         }
     }
-    return Event(PHASE, -wo, instances[v].anisotropy, scattering_albedo);
+    return Event(PHASE, -wo, instances[v].anisotropy, optics.albedo);
 }
 
 struct LightChoice {

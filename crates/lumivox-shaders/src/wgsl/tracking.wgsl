@@ -92,16 +92,22 @@ fn march_to_tentative(m: ptr<function, March>, depth: f32) -> f32 {
     return 0.0;
 }
 
+// What ends a free flight.
+const ESCAPE: u32 = 0u;     // nothing: the ray leaves all volumes, or reaches its end
+const IN_VOLUME: u32 = 1u;  // a collision with a volume's medium
+
 struct Collision {
+    kind: u32,
     t: f32,
-    volume: u32,  // NO_VOLUME: the ray escaped
-    texel: f32,   // stored value there
+    // Where it is in a volume: which, and what was read there.
+    volume: u32,
+    reading: Reading,
 }
 
 // The first collision along a ray. Media are independent Poisson processes: a free flight is sampled in each volume,
 // and the nearest collision wins.
 fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function, Rng>) -> Collision {
-    var nearest = Collision(t_max, NO_VOLUME, 0.0);
+    var nearest = Collision(ESCAPE, t_max, 0u, Reading());
     var search = search_begin(origin, direction);
     loop {
         let v = search_next(&search, nearest.t);
@@ -117,9 +123,9 @@ fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function
             if (majorant == 0.0 || !take_turn()) {
                 break;
             }
-            let texel = sample_volume(v, m.origin + m.t * m.direction);
-            if (rng_next(rng) * majorant < opacity(v, texel) * m.scale) {
-                nearest = Collision(m.t_enter + m.t, v, texel);
+            let reading = read_medium(v, m.origin + m.t * m.direction);
+            if (rng_next(rng) * majorant < opacity(v, reading) * m.scale) {
+                nearest = Collision(IN_VOLUME, m.t_enter + m.t, v, reading);
                 break;
             }
         }
@@ -146,7 +152,7 @@ fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function,
             if (majorant == 0.0 || !take_turn()) {
                 break;
             }
-            let sigma_t = opacity(v, sample_volume(v, m.origin + m.t * m.direction)) * m.scale;
+            let sigma_t = opacity(v, read_medium(v, m.origin + m.t * m.direction)) * m.scale;
             product *= max(1.0 - sigma_t / majorant, 0.0);
             if (product < 0.1) {
                 if (rng_next(rng) * 0.1 >= product) {

@@ -1,5 +1,4 @@
-// Reading a volume: filter, transfer function, gradient. Expects `instances`, `atlas`, `atlas_sampler`, `frame`,
-// `opacity_table` and `color_table`.
+// Reading a volume: filters, gradient, spaces. Expects `instances`, `atlas`, `atlas_sampler` and `frame`.
 
 // Stored value in [0, 1] at a point of voxel space. Taps clamp to the volume's own voxels, a hair inside the outermost
 // centres: texture units round coordinates to 1/256 of a voxel, and a neighbour in the atlas must not leak in.
@@ -50,29 +49,6 @@ fn sample_volume(v: u32, p: vec3f) -> f32 {
         }
     }
     return sample_trilinear(v, p);
-}
-
-struct TableAddress {
-    index: u32,
-    fraction: f32,
-}
-
-fn table_address(v: u32, texel: f32) -> TableAddress {
-    let u = clamp(texel * instances[v].table_scale + instances[v].table_bias, 0.0, f32(TABLE_SIZE - 1u));
-    let index = min(u32(u), TABLE_SIZE - 2u);
-    return TableAddress(instances[v].table_offset + index, u - f32(index));
-}
-
-// Opacity of a stored value. An entry holds its own and the next one's opacity: one load.
-fn opacity(v: u32, texel: f32) -> f32 {
-    let a = table_address(v, texel);
-    let pair = opacity_table[a.index];
-    return mix(pair.x, pair.y, a.fraction);
-}
-
-fn color(v: u32, texel: f32) -> vec3f {
-    let a = table_address(v, texel);
-    return mix(color_table[a.index].rgb, color_table[a.index + 1u].rgb, a.fraction);
 }
 
 // Central differences over one voxel to each side, per voxel, in stored units.

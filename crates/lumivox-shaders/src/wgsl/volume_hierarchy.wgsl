@@ -27,8 +27,8 @@ fn search_begin(origin: vec3f, direction: vec3f) -> Search {
 
 // Where the ray enters a child's box; infinitely far away where it does not, or only beyond t_max.
 fn box_entry(s: ptr<function, Search>, node: u32, side: u32, t_max: f32) -> f32 {
-    let a = (instances[node].node.children[side].low - (*s).origin) * (*s).inverse;
-    let b = (instances[node].node.children[side].high - (*s).origin) * (*s).inverse;
+    let a = (nodes[node].children[side].low - (*s).origin) * (*s).inverse;
+    let b = (nodes[node].children[side].high - (*s).origin) * (*s).inverse;
     let near = min(a, b);
     let far = max(a, b);
     let entry = max(max(near.x, near.y), max(near.z, 0.0));
@@ -53,11 +53,11 @@ fn search_next(s: ptr<function, Search>, t_max: f32) -> u32 {
                 break;
             }
             if (far_entry < 1e38) {
-                (*s).indices[(*s).depth] = instances[index].node.children[1u - near].index;
+                (*s).indices[(*s).depth] = nodes[index].children[1u - near].index;
                 (*s).entries[(*s).depth] = far_entry;
                 (*s).depth += 1u;
             }
-            index = instances[index].node.children[near].index;
+            index = nodes[index].children[near].index;
         }
         if ((index & IS_VOLUME) != 0u) {
             return index & ~IS_VOLUME;
