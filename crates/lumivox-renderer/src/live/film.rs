@@ -68,13 +68,8 @@ impl LiveFilm {
         self.dispatch(Kernel::HostDepth, &params, resources, recording);
     }
 
-    /// Rows in the order in which they are traced, in groups of a workgroup's height; the last may not all be there.
-    pub fn padded_height(&self) -> u32 {
-        self.size[1].next_multiple_of(GROUP_ROWS)
-    }
-
     /// `samples` more for each pixel of some rows, `limit` at most in all. Rows count in the order of
-    /// [`padded_height`](Self::padded_height).
+    /// [`padded_height`].
     pub fn record_samples(
         &mut self,
         key: Key,
@@ -98,7 +93,7 @@ impl LiveFilm {
         others: u32,
         recording: &mut Recording,
     ) {
-        let rows = [0, self.padded_height()];
+        let rows = [0, padded_height(self.size)];
         let all = self.frame(key, cache, [samples, samples, 1], rows);
         let params = layout::Frame { only_below: others, ..all };
         self.record_trace(cache, params, self.unfinished.dispatches(params), recording);
@@ -113,7 +108,7 @@ impl LiveFilm {
         limit: u32,
         recording: &mut Recording,
     ) {
-        let params = self.frame(key, cache, [samples, limit, 1], [0, self.padded_height()]);
+        let params = self.frame(key, cache, [samples, limit, 1], [0, padded_height(self.size)]);
         self.record_trace(cache, params, self.unfinished.lone_dispatches(params), recording);
     }
 
@@ -129,7 +124,7 @@ impl LiveFilm {
         // A path that is put aside belongs to a pixel.
         let most = if cache.limits().loop_turns.is_some() { 1 } else { most };
         let sharers = 1 << samples.clamp(1, most).ilog2();
-        let params = self.frame(key, cache, [samples, samples, sharers], [0, self.padded_height()]);
+        let params = self.frame(key, cache, [samples, samples, sharers], [0, padded_height(self.size)]);
         self.record_trace(cache, params, self.unfinished.dispatches(params), recording);
     }
 
@@ -148,7 +143,7 @@ impl LiveFilm {
             film_size: self.size,
             samples,
             sample_limit: limit,
-            group_stride: group_stride(self.padded_height() / GROUP_ROWS),
+            group_stride: group_stride(padded_height(self.size) / GROUP_ROWS),
             row_begin,
             row_end,
             sharers,
@@ -256,6 +251,11 @@ fn group_stride(count: u32) -> u32 {
     };
     let golden = (f64::from(count) * 0.618).round() as u32;
     (golden.max(1)..=count.max(1)).find(|&stride| coprime(stride)).unwrap_or(1)
+}
+
+/// Rows in the order in which they are traced, in groups of a workgroup's height; the last may not all be there.
+pub(super) fn padded_height([_, height]: [u32; 2]) -> u32 {
+    height.next_multiple_of(GROUP_ROWS)
 }
 
 pub(super) fn pixels([width, height]: [u32; 2]) -> u64 {

@@ -12,77 +12,42 @@ mod film;
 mod fog;
 mod host;
 mod picture;
+mod schedule;
 
 use lumivox_core::Camera;
-use lumivox_shaders::constants::FINE_ALONE;
 use lumivox_shaders::layout;
 
 use self::counts::{CountOfWhole, PathsOfScene};
-use self::film::{GROUP_ROWS, LiveFilm, pixels};
+use self::film::{LiveFilm, padded_height, pixels};
 pub use self::fog::{DistanceFog, Fog, HeightFog};
 pub use self::host::{HostDepth, HostFrame, LiveSettings, LiveStatus};
 use self::picture::Picture;
+use self::schedule::{Plan, Schedule, Which, Work};
 use crate::error::RenderError;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::SceneCache;
 
-/// Pixels along a side of the fine film that share one of the coarse film, at most.
-const COARSEST: u32 = 8;
-
-/// Samples that a pixel gets at once where the host's depth changed.
-const FIRST_AID: u32 = 4;
-
-/// Samples of a coarse pixel that are worth halving its film's resolution for.
-const LEAST_COARSE_SAMPLES: u64 = 2;
-
-/// A first fine image that is done in so many frames needs no better coarse one until then.
-const SOON_FRAMES: f64 = 4.0;
-
-/// The share of the budget after which the coarse film gets no more in a frame.
-const COARSE_SHARE: f64 = 0.9;
-
-/// Samples that a coarse pixel gets at most while the first fine image takes longer, before a finer film follows. They
-/// are a quarter of a fine pass.
-fn most_coarse_samples(factor: u32) -> u32 {
-    (factor * factor / 4).max(LEAST_COARSE_SAMPLES as u32)
-}
-
 /// One view of an engine: a camera of a viewport, an eye of a headset. None knows of another.
+///
+/// [`schedule`] plans what is traced, [`film`] records that, [`counts`] holds what the GPU says of it frames later, and
+/// [`picture`] makes of the films what is shown; this ties them together.
 #[derive(Debug)]
 pub struct LiveView {
+    schedule: Schedule,
     fine: LiveFilm,
     coarse: Option<LiveFilm>,
-    /// Half as coarse, and hidden until it is whole; its next row while it is filled.
+    /// Half as coarse, and hidden until it is whole.
     finer: Option<LiveFilm>,
-    finer_row: Option<u32>,
     picture: Picture,
     restarts: ResourceId,
     key: Option<Key>,
-    /// Fine pixels along a side of a coarse one; 1 while no coarse film is shown.
-    factor: u32,
-    /// Samples that every pixel of the coarse film has, and the next row that gets one more.
-    coarse_complete: u32,
-    coarse_row: u32,
-    /// Samples that every pixel of the fine film has.
-    complete: u32,
-    /// Samples that every pixel has that never started over.
-    common: u32,
-    pass_samples: u32,
-    /// In the order in which rows are traced, see [`LiveFilm::padded_height`].
-    next_row: u32,
-    /// Whether every pixel of the fine film has had a sample since the film was empty.
-    covered: bool,
-    /// Some pixel started over while a pass was under way: when the pass ends, no count of samples holds for all.
-    restarted_in_pass: bool,
-    /// Pixels that lack samples, as far as is known: what a pass costs.
-    open_pixels: u64,
     /// Read-backs that have not come.
     awaited: u32,
     /// What the counts of the fine film say once it should be whole.
     count: CountOfWhole,
     /// What counts of the scene's films said.
     paths: PathsOfScene,
-    /// Of the last frame: the samples after which it is done, and those that it traces.
+    /// Samples after which the last frame is done, and those that it traces.
     target_samples: u32,
     pixel_samples: u64,
 }
@@ -114,24 +79,15 @@ impl LiveView {
             return Err(RenderError::EmptyImage { width, height });
         }
         Picture::check(settings.size, cache)?;
+        let most_samples = cache.limits().max_samples_per_dispatch;
         Ok(Self {
+            schedule: Schedule::new(settings.film_size(), most_samples, settings.target_samples),
             fine: LiveFilm::new(settings.film_size(), cache, recording)?,
             picture: Picture::new(settings.size, recording),
             coarse: None,
             finer: None,
-            finer_row: None,
             restarts: recording.create_buffer("restarts", 16),
             key: None,
-            factor: 1,
-            coarse_complete: 0,
-            coarse_row: 0,
-            complete: 0,
-            common: 0,
-            pass_samples: 0,
-            next_row: 0,
-            covered: false,
-            restarted_in_pass: false,
-            open_pixels: 0,
             awaited: 0,
             count: CountOfWhole::default(),
             paths: PathsOfScene::default(),
@@ -178,11 +134,8 @@ impl LiveView {
             let picture = Picture::new(settings.size, recording);
             std::mem::replace(&mut self.picture, picture).free(recording);
         }
-        if settings.target_samples > self.target_samples {
-            // However few of them were open.
-            self.open_pixels = pixels(self.fine.size);
-        }
         self.target_samples = settings.target_samples;
+        self.schedule.set_target(settings.target_samples);
         let key = Key {
             camera: *camera,
             scene_version: cache.version(),
@@ -202,11 +155,12 @@ impl LiveView {
             self.begin_finer(budget, cache, recording)?;
         }
         self.record_host_depth(host, restarted, recording);
-        let coarse_only = restarted && self.factor > 1;
-        self.pixel_samples = if coarse_only {
-            self.record_coarse(key, cache, budget, recording)
+        self.pixel_samples = if restarted && self.schedule.factor() > 1 {
+            let plan = self.schedule.answer(budget);
+            self.record_plan(&plan, key, cache, recording);
+            plan.pixel_samples
         } else {
-            self.record_fine(key, cache, settings.target_samples, budget, recording)
+            self.record_refinement(key, cache, budget, recording)
         };
         if self.fine.unfinished.puts_aside() && self.pixel_samples > 0 {
             self.record_starved(key, cache, recording);
@@ -219,8 +173,8 @@ impl LiveView {
     /// How far it is by what is known now.
     pub fn status(&self) -> LiveStatus {
         LiveStatus {
-            samples: self.complete.min(self.target_samples),
-            converged: self.complete >= self.target_samples && self.is_whole() && self.factor == 1,
+            samples: self.schedule.complete(),
+            converged: self.schedule.is_done() && self.is_whole() && self.schedule.factor() == 1,
             awaits_feedback: self.awaited > 0,
             pixel_samples: self.pixel_samples,
             lost_pixels: self.count.lost,
@@ -240,8 +194,7 @@ impl LiveView {
         self.awaited = self.awaited.saturating_sub(1);
         if bytes.is_empty() {
             // Any pixel may have started over.
-            self.open_pixels = pixels(self.fine.size);
-            self.some_started_over();
+            self.start_over(pixels(self.fine.size));
             self.count.outdated = 0;
             return;
         }
@@ -250,23 +203,14 @@ impl LiveView {
             return;
         }
         let count = bytes.first_chunk().map_or(0, |b| u32::from_le_bytes(*b));
-        if count == 0 {
-            return;
+        if count > 0 {
+            self.start_over(count.into());
         }
-        // Only those cost anything from here on, unless others are still missing.
-        let open = if self.complete >= self.target_samples { 0 } else { self.open_pixels };
-        self.open_pixels = (open + u64::from(count)).min(pixels(self.fine.size));
-        self.some_started_over();
     }
 
-    /// No count of samples holds for all pixels any more.
-    fn some_started_over(&mut self) {
+    fn start_over(&mut self, count: u64) {
         self.count.forget();
-        if self.next_row == 0 {
-            self.complete = 0;
-        } else {
-            self.restarted_in_pass = true;
-        }
+        self.schedule.start_over(count);
     }
 
     fn take_count(&mut self, bytes: &[u8]) {
@@ -285,8 +229,8 @@ impl LiveView {
     /// What is shown is looked at long before it is whole: paths that starve would be missing from it all the while. Takes
     /// them up where some are known to be, and has others found.
     fn record_starved(&mut self, key: Key, cache: &SceneCache, recording: &mut Recording) {
-        let (samples, target) = (self.pass_samples.max(1), self.target_samples);
-        let shows_fine = self.shows_fine();
+        let (samples, target) = (self.schedule.pass_samples(), self.target_samples);
+        let shows_fine = self.schedule.shows_fine();
         let Some(shown) = (if shows_fine { Some(&mut self.fine) } else { self.coarse.as_mut() }) else {
             return;
         };
@@ -305,20 +249,15 @@ impl LiveView {
     }
 
     /// Has a fine film that should be whole counted, and what was found missing traced. Returns how many samples.
-    fn record_confirmation(
-        &mut self,
-        key: Key,
-        cache: &SceneCache,
-        target: u32,
-        recording: &mut Recording,
-    ) -> u64 {
+    fn record_confirmation(&mut self, key: Key, cache: &SceneCache, recording: &mut Recording) -> u64 {
         if self.count.confirmed || self.count.under_way {
             return 0;
         }
         let mut recorded = 0;
+        let target = self.target_samples;
         if self.fine.unfinished.begin_retry() {
             recorded = u64::from(self.fine.unfinished.missing());
-            let rows = [0, self.fine.padded_height()];
+            let rows = [0, padded_height(self.fine.size)];
             self.fine.record_samples(key, cache, target, target, rows, recording);
         }
         self.fine.record_count(target, recording);
@@ -334,107 +273,56 @@ impl LiveView {
         cache: &SceneCache,
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
-        let size = self.fine.size;
-        let coarse_size = |factor: u32| size.map(|n| n.div_ceil(factor));
-        let affords = |factor: u32| pixels(coarse_size(factor)) * LEAST_COARSE_SAMPLES <= budget;
-        // A finer film than the last has to be well affordable, or the picture's grain would jump to and fro.
-        let affords_easily = |factor: u32| pixels(coarse_size(factor)) * LEAST_COARSE_SAMPLES * 2 <= budget;
-        let mut factor = 1;
-        while factor < COARSEST
-            && !(if self.key.is_some() && factor < self.factor {
-                affords_easily(factor)
-            } else {
-                affords(factor)
-            })
-        {
-            factor *= 2;
+        let schedule = self.schedule.restarted(self.fine.size, budget, self.key.is_some());
+        if let Some(size) = schedule.coarse_size() {
+            make_room(&mut self.coarse, size, cache, recording)?;
         }
-        if factor > 1 {
-            let wanted = coarse_size(factor);
-            if self.coarse.as_ref().is_none_or(|c| c.capacity < pixels(wanted)) {
-                let film = LiveFilm::new(wanted, cache, recording)?;
-                self.drop_coarse(recording);
-                self.coarse = Some(film);
-            }
-        }
-        self.factor = factor;
-        if let Some(coarse) = self.coarse.as_mut().filter(|_| factor > 1) {
-            coarse.size = coarse_size(factor);
+        self.schedule = schedule;
+        if let Some((coarse, size)) = self.coarse.as_mut().zip(self.schedule.coarse_size()) {
+            coarse.size = size;
             coarse.clear(recording);
         }
         self.fine.clear(recording);
-        (self.complete, self.common, self.pass_samples, self.next_row) = (0, 0, 0, 0);
-        (self.covered, self.restarted_in_pass) = (false, false);
-        self.open_pixels = pixels(size);
-        self.finer_row = None;
         self.count.forget();
         Ok(())
     }
 
-    /// Begins a film of half the coarse one's grain, if that has enough samples and the fine one is far.
+    /// Begins a film of half the coarse one's grain, where it is time for that.
     fn begin_finer(
         &mut self,
         budget: u64,
         cache: &SceneCache,
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
-        let has_enough = self.coarse_complete >= most_coarse_samples(self.factor);
-        if self.factor <= 2 || self.finer_row.is_some() || !has_enough || !self.fine_is_far(budget) {
-            return Ok(());
-        }
-        let size = self.fine.size.map(|n| n.div_ceil(self.factor / 2));
-        if self.finer.as_ref().is_none_or(|film| film.capacity < pixels(size)) {
-            let film = LiveFilm::new(size, cache, recording)?;
-            if let Some(small) = self.finer.replace(film) {
-                small.free(recording);
-            }
-        }
+        let Some(size) = self.schedule.finer_to_begin(budget) else { return Ok(()) };
+        make_room(&mut self.finer, size, cache, recording)?;
         if let Some(finer) = &mut self.finer {
             finer.size = size;
             finer.clear(recording);
             // Of an image before, when there may have been depth.
             recording.push(Step::ClearBuffer { id: finer.limits });
-            self.finer_row = Some(0);
+            self.schedule.begin_finer();
         }
         Ok(())
-    }
-
-    /// Pixels that lack samples in a row of the fine film, about: those where none are missing cost next to nothing.
-    fn open_pixels_per_row(&self) -> f64 {
-        self.open_pixels.clamp(1, pixels(self.fine.size)) as f64 / f64::from(self.fine.padded_height())
-    }
-
-    /// Whether the first fine image takes so long that the coarse one is to get better until then.
-    fn fine_is_far(&self, budget: u64) -> bool {
-        let rows_left = self.fine.padded_height() - self.next_row;
-        self.factor > 1
-            && !self.covered
-            && self.open_pixels_per_row() * f64::from(rows_left) > SOON_FRAMES * budget as f64
     }
 
     fn drop_coarse(&mut self, recording: &mut Recording) {
         for film in [self.coarse.take(), self.finer.take()].into_iter().flatten() {
             film.free(recording);
         }
-        self.finer_row = None;
-        self.factor = 1;
+        self.schedule.drop_coarse();
     }
 
     /// The films that samples go into.
     fn live_films(&mut self) -> impl Iterator<Item = &mut LiveFilm> {
-        let coarse = self.coarse.as_mut().filter(|_| self.factor > 1);
-        let finer = self.finer.as_mut().filter(|_| self.finer_row.is_some());
+        let coarse = self.coarse.as_mut().filter(|_| self.schedule.factor() > 1);
+        let finer = self.finer.as_mut().filter(|_| self.schedule.fills_finer());
         [Some(&mut self.fine), coarse, finer].into_iter().flatten()
     }
 
     /// The coarse film, while samples go into it.
     fn live_coarse(&self) -> Option<&LiveFilm> {
-        self.coarse.as_ref().filter(|_| self.factor > 1)
-    }
-
-    /// Not while it has holes: bands of sharp rows would wander through the coarse picture.
-    fn shows_fine(&self) -> bool {
-        self.covered || self.factor == 1
+        self.coarse.as_ref().filter(|_| self.schedule.factor() > 1)
     }
 
     fn record_host_depth(&mut self, host: &HostFrame, restarted: bool, recording: &mut Recording) {
@@ -454,139 +342,64 @@ impl LiveView {
         self.awaited += 1;
     }
 
-    /// All of the coarse film, as often as the budget allows.
-    fn record_coarse(&mut self, key: Key, cache: &SceneCache, budget: u64, recording: &mut Recording) -> u64 {
-        let Some(coarse) = &mut self.coarse else { return 0 };
-        let area = pixels(coarse.size);
-        let samples = (budget / area).clamp(1, u64::from(cache.limits().max_samples_per_dispatch)) as u32;
-        coarse.record_all(key, cache, samples, recording);
-        coarse.stale = true;
-        (self.coarse_complete, self.coarse_row) = (samples, 0);
-        area * u64::from(samples)
-    }
-
-    /// More samples for the coarse film while it is all that is shown; returns how many.
-    fn record_more_coarse(
+    /// More samples of the same image, and what its counts ask for once it should be whole; returns how many.
+    fn record_refinement(
         &mut self,
         key: Key,
         cache: &SceneCache,
         budget: u64,
         recording: &mut Recording,
     ) -> u64 {
-        let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) else { return 0 };
-        let most = most_coarse_samples(self.factor);
-        if self.coarse_complete >= most {
-            return self.record_finer(key, cache, budget, recording);
+        let plan = self.schedule.refine(budget);
+        self.record_plan(&plan, key, cache, recording);
+        let missing = match self.schedule.is_done() {
+            true => self.record_confirmation(key, cache, recording),
+            false => 0,
+        };
+        if self.is_whole() {
+            self.schedule.retire_coarse();
         }
-        let height = coarse.padded_height();
-        let row = pixels(coarse.size) as f64 / f64::from(height);
-        let rows = (budget as f64 / row) as u32 / GROUP_ROWS * GROUP_ROWS;
-        let rows = rows.clamp(GROUP_ROWS, height - self.coarse_row);
-        let band = [self.coarse_row, self.coarse_row + rows];
-        coarse.record_samples(key, cache, 1, most, band, recording);
-        coarse.stale = true;
-        self.coarse_row += rows;
-        if self.coarse_row == height {
-            (self.coarse_row, self.coarse_complete) = (0, self.coarse_complete + 1);
-        }
-        (row * f64::from(rows)) as u64
+        self.fine.stale |= plan.pixel_samples > 0 || missing > 0;
+        plan.pixel_samples + missing
     }
 
-    /// Rows of the film that follows the coarse one, which it replaces with its last; returns how many samples.
-    fn record_finer(&mut self, key: Key, cache: &SceneCache, budget: u64, recording: &mut Recording) -> u64 {
-        let (Some(finer), Some(begin)) = (&mut self.finer, self.finer_row) else { return 0 };
-        let samples = LEAST_COARSE_SAMPLES as u32;
-        let height = finer.padded_height();
-        let row = (pixels(finer.size) * LEAST_COARSE_SAMPLES) as f64 / f64::from(height);
-        let rows = (budget as f64 / row) as u32 / GROUP_ROWS * GROUP_ROWS;
-        let end = begin + rows.clamp(GROUP_ROWS, height - begin);
-        finer.record_samples(key, cache, samples, samples, [begin, end], recording);
-        self.finer_row = Some(end).filter(|&end| end < height);
-        if self.finer_row.is_none() {
-            // What started over on the way is no hole.
-            finer.record_samples(key, cache, samples, samples, [0, height], recording);
-            std::mem::swap(&mut self.finer, &mut self.coarse);
-            self.factor /= 2;
-            (self.coarse_complete, self.coarse_row) = (samples, 0);
-        }
-        (row * f64::from(end - begin)) as u64
-    }
-
-    /// Rows of the fine film, as many as the budget allows.
-    fn record_fine(
-        &mut self,
-        key: Key,
-        cache: &SceneCache,
-        target: u32,
-        budget: u64,
-        recording: &mut Recording,
-    ) -> u64 {
-        let height = self.fine.padded_height();
-        let row = self.open_pixels_per_row();
-        let mut recorded = 0.0;
-        // What started over in this very frame must not be a hole in the picture. Other pixels only look, and return.
-        let samples = FIRST_AID.min(target);
-        if self.covered {
-            self.fine.record_first_aid(key, cache, samples, self.common, recording);
-            if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
-                // It still shows through.
-                coarse.record_first_aid(key, cache, samples, self.coarse_complete.max(1), recording);
-            }
-        } else if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
-            coarse.record_first_aid(key, cache, samples, self.coarse_complete.max(1), recording);
-            coarse.stale = true;
-            // All of the budget, but for what buys no whole group of rows.
-            while self.fine_is_far(budget) && recorded < COARSE_SHARE * budget as f64 {
-                let left = budget - recorded as u64;
-                match self.record_more_coarse(key, cache, left, recording) {
-                    0 => break,
-                    more => recorded += more as f64,
+    fn record_plan(&mut self, plan: &Plan, key: Key, cache: &SceneCache, recording: &mut Recording) {
+        for &work in &plan.works {
+            match work {
+                Work::Replace => std::mem::swap(&mut self.finer, &mut self.coarse),
+                Work::AllCoarse { samples } => {
+                    if let Some(coarse) = self.film(Which::Coarse) {
+                        coarse.record_all(key, cache, samples, recording);
+                        coarse.stale = true;
+                    }
+                }
+                Work::FirstAid { film, samples, below } => {
+                    // Where it only shows through it is not denoised anew for a few pixels.
+                    let is_alone = !self.schedule.is_covered();
+                    if let Some(film) = self.film(film) {
+                        film.record_first_aid(key, cache, samples, below, recording);
+                        film.stale |= is_alone;
+                    }
+                }
+                Work::Samples { film, samples, limit, rows } => {
+                    if film == Which::Fine {
+                        self.count.forget();
+                    }
+                    if let Some(film) = self.film(film) {
+                        film.record_samples(key, cache, samples, limit, rows, recording);
+                        film.stale = true;
+                    }
                 }
             }
         }
-        let budget = budget as f64;
-        while self.complete < target {
-            let affordable = budget - recorded;
-            if self.next_row == 0 {
-                let left = u64::from(target - self.complete);
-                let passes = (affordable / (row * f64::from(height))) as u64;
-                self.pass_samples =
-                    passes.clamp(1, left.min(u64::from(cache.limits().max_samples_per_dispatch))) as u32;
-            }
-            let rows = (affordable / (row * f64::from(self.pass_samples))) as u32;
-            let rows = (rows / GROUP_ROWS * GROUP_ROWS).min(height - self.next_row);
-            if rows == 0 && recorded > 0.0 {
-                break;
-            }
-            // A group is the least that is done, however small the budget: it makes progress.
-            let rows = rows.max(GROUP_ROWS);
-            let band = [self.next_row, self.next_row + rows];
-            self.fine.record_samples(key, cache, self.pass_samples, target, band, recording);
-            self.count.forget();
-            recorded += row * f64::from(rows) * f64::from(self.pass_samples);
-            self.next_row += rows;
-            if self.next_row == height {
-                self.next_row = 0;
-                self.covered = true;
-                self.finer_row = None;
-                self.common += self.pass_samples;
-                self.complete = if self.restarted_in_pass { 0 } else { self.complete + self.pass_samples };
-                self.restarted_in_pass = false;
-            }
-            if recorded >= budget {
-                break;
-            }
+    }
+
+    fn film(&mut self, which: Which) -> Option<&mut LiveFilm> {
+        match which {
+            Which::Fine => Some(&mut self.fine),
+            Which::Coarse => self.coarse.as_mut(),
+            Which::Finer => self.finer.as_mut(),
         }
-        let missing = match self.complete >= target {
-            true => self.record_confirmation(key, cache, target, recording),
-            false => 0,
-        };
-        // A finished picture must not depend on what was shown before it.
-        if self.complete >= FINE_ALONE.min(target) && self.is_whole() {
-            self.factor = 1;
-        }
-        self.fine.stale |= recorded > 0.0 || missing > 0;
-        recorded.round() as u64 + missing
     }
 
     /// The denoiser's pixels of every film that is shown, made anew where samples or the switch changed. A coarse film
@@ -594,18 +407,19 @@ impl LiveView {
     fn record_denoise(&mut self, settings: &LiveSettings, recording: &mut Recording) {
         if !settings.denoise {
             self.fine.drop_denoised(recording);
-        } else if self.shows_fine() {
+        } else if self.schedule.shows_fine() {
             self.fine.record_denoise(1, recording);
         }
-        if let Some(coarse) = self.coarse.as_mut().filter(|_| self.factor > 1) {
-            coarse.record_denoise(self.factor, recording);
+        let factor = self.schedule.factor();
+        if let Some(coarse) = self.coarse.as_mut().filter(|_| factor > 1) {
+            coarse.record_denoise(factor, recording);
         }
     }
 
     /// The films that make the picture, the second fading out behind the first.
     fn shown(&self) -> picture::Films<'_> {
         match self.live_coarse() {
-            Some(coarse) if !self.shows_fine() => picture::Films::Coarse(coarse),
+            Some(coarse) if !self.schedule.shows_fine() => picture::Films::Coarse(coarse),
             Some(coarse) => picture::Films::Both { fine: &self.fine, coarse },
             None => picture::Films::Fine(&self.fine),
         }
@@ -635,4 +449,20 @@ impl LiveView {
         self.picture.free(recording);
         recording.push(Step::Free { id: self.restarts });
     }
+}
+
+/// Sees to it that there is a film of so many pixels.
+fn make_room(
+    film: &mut Option<LiveFilm>,
+    size: [u32; 2],
+    cache: &SceneCache,
+    recording: &mut Recording,
+) -> Result<(), RenderError> {
+    if film.as_ref().is_none_or(|film| film.capacity < pixels(size)) {
+        let larger = LiveFilm::new(size, cache, recording)?;
+        if let Some(small) = film.replace(larger) {
+            small.free(recording);
+        }
+    }
+    Ok(())
 }
