@@ -17,7 +17,11 @@ pub fn run() -> Result<(), String> {
         cargo(&["clippy", "--workspace", "--all-targets", "--release", "--quiet", "--", "-D", "warnings"])
     })?;
     let summaries = step("tests", tests)?;
-    step("examples", || cargo(&["run", "--release", "--quiet", "--example", "hello_volume"]))?;
+    step("examples", || {
+        ["hello_volume", "fake_device"]
+            .iter()
+            .try_for_each(|name| cargo(&["run", "--release", "--quiet", "--example", name]))
+    })?;
     step("documentation", documentation)?;
     step("licences and sources", deny)?;
 
