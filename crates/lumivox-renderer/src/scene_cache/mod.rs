@@ -36,7 +36,7 @@ use self::volumes::{CachedVolume, CachedVolumes};
 use crate::error::RenderError;
 use crate::features::{Features, ViewKind};
 use crate::ids;
-use crate::recording::{Payload, Recording, ResourceId, Step};
+use crate::recording::{Recording, ResourceId};
 
 /// What the host's GPU can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
