@@ -112,6 +112,12 @@ pub fn trace(
                     "note: {pixels} pixels are darker than they should be: their longest paths had not ended"
                 ));
             }
+            let coarsest = rendered.reductions.into_iter().max().unwrap_or(1);
+            if coarsest > 1 {
+                reporter.say(&format!(
+                    "note: the GPU has no room for all voxels: the scan was rendered at 1/{coarsest} of its resolution"
+                ));
+            }
             if begun == 1.0 && pixels(&traced.film).all(|pixel| traced.film.alpha(pixel) == 0.0) {
                 reporter.say("note: no ray met the scan: check --eye, --clip, the transfer function");
             }

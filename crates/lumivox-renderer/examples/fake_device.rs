@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use lumivox_core::glam::DAffine3;
 use lumivox_core::{Ease, Medium, Modality, Scene, TransferFunction, Volume, Voxels, framing};
-use lumivox_renderer::{DeviceLimits, Recording, ResourceId, SceneCache, Step, View, ViewSettings};
+use lumivox_renderer::{
+    DeviceLimits, Recording, ResourceId, SceneCache, Step, View, ViewSettings, VoxelStore,
+};
 
 /// What a GPU would hold.
 #[derive(Default)]
@@ -42,6 +44,7 @@ impl FakeDevice {
                     self.uploaded += bytes.len();
                 }
                 Step::WriteTexture { data, .. } => self.uploaded += data.bytes().len(),
+                Step::CopyTexture { .. } => {}
                 Step::ClearBuffer { id } => self.buffers.get_mut(id).expect("it was made").fill(0),
                 // A real one makes a pipeline of `kernel.wgsl()` once, binds `uniforms` and `resources` in the order of
                 // `kernel.bindings()`, and dispatches or draws.
@@ -72,6 +75,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let camera = framing::frame(&scene, 0.5, 0.4, 0.5, 1.0).camera();
     let limits = DeviceLimits {
         max_texture_3d: 2048,
+        max_texture_bytes: DeviceLimits::TEXTURE_BYTES_OF_GPU,
+        unorm16: true,
+        one_pool: false,
         max_texture_2d: 8192,
         max_storage_binding: 128 << 20,
         max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
@@ -80,7 +86,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut device = FakeDevice::default();
     let mut recording = Recording::new();
-    let mut cache = SceneCache::new(limits);
+    let store = VoxelStore::new(limits);
+    let mut cache = SceneCache::new(&store);
     cache.update(&scene, &mut recording)?;
     let mut view = View::new(ViewSettings::new(256, 256), &cache, &mut recording)?;
     device.execute(&recording);
@@ -103,6 +110,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut recording = Recording::new();
     view.free(&mut recording);
     cache.free(&mut recording);
+    store.free(&mut recording);
     device.execute(&recording);
     assert!(device.buffers.is_empty() && device.textures.is_empty(), "all that was made is freed");
     Ok(())

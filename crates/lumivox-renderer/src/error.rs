@@ -4,27 +4,11 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// A volume has more voxels along an axis than the GPU's 3D textures.
-    #[error(
-        "a volume of {dims:?} voxels is larger than this GPU's 3D textures ({limit} along each axis). \
-         Resample it, or render it on another GPU"
-    )]
-    VolumeTooLarge {
-        /// Voxels of the volume.
-        dims: [usize; 3],
-        /// Largest side.
-        limit: u32,
-    },
-    /// All volumes together do not fit into one texture.
-    #[error(
-        "the {count} volumes of the scene do not fit together into one 3D texture of this GPU ({limit} voxels along \
-         each axis). Leave some out, or resample them"
-    )]
-    TooManyVolumes {
+    /// Not even the coarsest copies of all volumes fit into the GPU's textures.
+    #[error("this GPU has no room for {count} volumes, however coarse. Leave some out")]
+    NoRoom {
         /// Volumes in the scene.
         count: usize,
-        /// Largest side.
-        limit: u32,
     },
     /// A buffer is larger than the GPU binds at once.
     #[error("the {what} needs {bytes} bytes, more than the {limit} that this GPU can bind. {remedy}")]

@@ -83,11 +83,18 @@ impl Features {
         use Kernel::*;
         match view {
             ViewKind::Still { guides } => {
-                vec![PathTrace(self.variant(guides, false, limits)), MajorantGrid, FilmCount, Display]
+                vec![
+                    PathTrace(self.variant(guides, false, limits)),
+                    ValueRanges { one_pool: limits.one_pool },
+                    MajorantGrid,
+                    FilmCount,
+                    Display,
+                ]
             }
             ViewKind::Live => {
                 vec![
                     PathTrace(self.variant(false, true, limits)),
+                    ValueRanges { one_pool: limits.one_pool },
                     MajorantGrid,
                     HostDepth,
                     LivePicture,
@@ -110,6 +117,7 @@ impl Features {
             live,
             lights: self.lights,
             many_volumes: self.many_volumes,
+            one_pool: limits.one_pool,
             limited_turns: limits.loop_turns.is_some(),
         }
     }

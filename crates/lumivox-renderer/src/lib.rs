@@ -1,8 +1,8 @@
 //! Turns a scene, a camera and a budget into a [`Recording`]: what a host has to do on its GPU, in order.
 //!
-//! This crate owns no device and knows no graphics API, window or engine. The host keeps a [`SceneCache`] per scene
-//! and a [`View`] per camera, asks them to record, and replays the recording with its executor (`lumivox-wgpu` is
-//! one). The walk: [`SceneCache::update`] puts volumes, tables, majorants and light on the GPU;
+//! This crate owns no device and knows no graphics API, window or engine. The host keeps a [`VoxelStore`] per device, a
+//! [`SceneCache`] per scene and a [`View`] per camera, asks them to record, and replays the recording with its executor
+//! (`lumivox-wgpu` is one). The walk: [`SceneCache::update`] puts volumes, tables, majorants and light on the GPU;
 //! [`View::record_samples`] traces; [`View::record_display`] or [`View::record_read_film`] brings the image out.
 //! An engine keeps a [`LiveView`] instead: it traces within a frame's budget and draws over the engine's own image.
 //!
@@ -10,6 +10,7 @@
 //! [`Workshop`] makes them on threads of its own, and a [`Preparation`] computes what an update would have to.
 
 mod denoise;
+mod derived;
 pub mod display;
 mod error;
 mod features;
@@ -20,6 +21,7 @@ pub mod live;
 pub mod pacing;
 pub mod recording;
 mod scene_cache;
+mod store;
 mod unfinished;
 mod view;
 mod workshop;
@@ -31,8 +33,7 @@ pub use film::Film;
 pub use live::{DistanceFog, Fog, HeightFog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView};
 pub use lumivox_shaders::layout::FilmCount;
 pub use recording::{Recording, ResourceId, Step};
-pub use scene_cache::{
-    DeviceLimits, EnvironmentSampling, LoopTurns, Preparation, SceneCache, prepare_volume,
-};
+pub use scene_cache::{DeviceLimits, EnvironmentSampling, LoopTurns, Preparation, SceneCache};
+pub use store::{Resolution, VoxelStore, prepare_volume};
 pub use view::{View, ViewSettings};
 pub use workshop::Workshop;

@@ -24,6 +24,8 @@ pub enum TextureFormat {
     R8Unorm,
     /// One 16-bit channel in [0, 1].
     R16Unorm,
+    /// One half float, where 16-bit norms are missing.
+    R16Float,
     /// Four floats; never filtered.
     Rgba32Float,
 }
@@ -33,7 +35,7 @@ impl TextureFormat {
     pub fn bytes_per_texel(self) -> usize {
         match self {
             TextureFormat::R8Unorm => 1,
-            TextureFormat::R16Unorm => 2,
+            TextureFormat::R16Unorm | TextureFormat::R16Float => 2,
             TextureFormat::Rgba32Float => 16,
         }
     }
@@ -117,6 +119,15 @@ pub enum Step {
         size: [u32; 3],
         /// The texels without padding, x fastest.
         data: Payload,
+    },
+    /// Copy the first box of a 3D texture to the first of another of the same format.
+    CopyTexture {
+        /// Where the texels come from.
+        from: ResourceId,
+        /// Where they go.
+        to: ResourceId,
+        /// Texels along x, y and z.
+        size: [u32; 3],
     },
     /// Set a buffer to zeros.
     ClearBuffer {

@@ -208,6 +208,7 @@ impl View {
         let mut resources = cache.path_trace_resources();
         resources.push(self.film);
         resources.extend(self.unfinished.resources());
+        resources.extend(cache.pools());
         let [x, y] = kernel.workgroup_size();
         let workgroups = [self.settings.window_size[0].div_ceil(x), (row_end - row_begin).div_ceil(y)];
         for frame in self.unfinished.dispatches(frame) {

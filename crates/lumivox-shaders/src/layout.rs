@@ -8,6 +8,12 @@ pub const TABLE_SIZE: usize = crate::constants::TABLE_SIZE as usize;
 /// Pairs of numbers of a transfer function on the GPU: opacities with their successors', then colours in two pairs each.
 pub const TABLE_PAIRS: usize = 3 * TABLE_SIZE;
 
+/// Pools that a kernel can read.
+pub const POOL_COUNT: usize = crate::constants::MAX_POOLS as usize;
+
+// A number in `Frame`: the compiler of Rust 1.95 fails at closures that copy a struct whose array has a constant's size.
+const _: () = assert!(POOL_COUNT == 4);
+
 /// Levels of a range-maximum table over [`TABLE_SIZE`] entries.
 pub const RANGE_MAXIMUM_LEVELS: usize = TABLE_SIZE.ilog2() as usize + 1;
 
@@ -29,21 +35,24 @@ pub struct Frame {
     pub film_size: [u32; 2],
     pub row_begin: u32,
     pub row_end: u32,
-    pub inverse_atlas_size: [f32; 3],
     pub environment_strength: f32,
+    pub light_count: u32,
     pub environment_rotation: [f32; 2],
     pub environment_size: [u32; 2],
     pub importance_size: [u32; 2],
     pub roulette_start: u32,
-    pub light_count: u32,
-    pub view_axis: [f32; 3],
     pub orthographic: u32,
     pub turn_limit: u32,
     pub lone_invocation: u32,
+    pub view_axis: [f32; 3],
     pub group_stride: u32,
-    pub sharers: u32,
     pub ambient: [f32; 3],
+    pub sharers: u32,
     pub only_below: u32,
+    pub padding_x: u32,
+    pub padding_y: u32,
+    pub padding_z: u32,
+    pub inverse_pool_sizes: [[f32; 4]; 4],
 }
 
 /// Twin of `Child`.
@@ -77,7 +86,7 @@ pub struct Instance {
     pub density: f32,
     pub clip_high: [f32; 3],
     pub albedo: f32,
-    pub atlas_origin: [f32; 3],
+    pub bricks: [u32; 3],
     pub anisotropy: f32,
     pub dims: [f32; 3],
     pub max_bounces: u32,
@@ -96,7 +105,8 @@ pub struct Instance {
     pub surface_lobe_anisotropy: f32,
     pub surface_specular: f32,
     pub layers: u32,
-    pub padding: [u32; 3],
+    pub cells_per_brick: u32,
+    pub padding: [u32; 2],
 }
 
 /// Twin of `Light`.
@@ -127,18 +137,38 @@ pub struct ImportanceCell {
     pub padding: f32,
 }
 
+/// Twin of `ValueRangeParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in value_ranges.wgsl")]
+pub struct ValueRangeParams {
+    pub dims: [u32; 3],
+    pub cell_size: u32,
+    pub grid_dims: [u32; 3],
+    pub reach: u32,
+    pub bricks: [u32; 3],
+    pub first_cell: u32,
+    pub cell_count: u32,
+    pub row_length: u32,
+    pub padding: [u32; 2],
+}
+
 /// Twin of `MajorantParams`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[expect(missing_docs, reason = "documented in majorant_grid.wgsl")]
 pub struct MajorantParams {
     pub cell_count: u32,
-    pub range_offset: u32,
     pub majorant_offset: u32,
     pub row_length: u32,
     pub table_scale: f32,
     pub table_bias: f32,
+    pub cells_per_brick: u32,
     pub padding: [u32; 2],
+    pub grid_dims: [u32; 3],
+    pub more_padding: u32,
+    pub bricks: [u32; 3],
+    pub last_padding: u32,
 }
 
 /// Twin of `DisplayParams`.

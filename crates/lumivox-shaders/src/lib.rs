@@ -17,8 +17,8 @@ pub enum BindingKind {
     StorageRead,
     /// A storage buffer that the kernel reads and writes.
     StorageReadWrite,
-    /// A 3D texture that a sampler filters.
-    Texture3dFiltered,
+    /// A 3D texture, loaded from or filtered by the sampler.
+    Texture3d,
     /// A 2D texture of floats that is only loaded from.
     Texture2dLoaded,
     /// A sampler: linear, clamped to the edge, normalised coordinates.
@@ -43,6 +43,8 @@ pub struct PathTraceVariant {
     pub lights: bool,
     /// There are so many volumes that rays look for them in a hierarchy.
     pub many_volumes: bool,
+    /// All voxels lie in one pool.
+    pub one_pool: bool,
     /// The driver ends invocations after so many turns of their loops: paths are put aside in time, and taken up by the
     /// next dispatch.
     pub limited_turns: bool,
@@ -51,7 +53,7 @@ pub struct PathTraceVariant {
 impl PathTraceVariant {
     /// Every combination.
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..256u32).map(|bits| Self {
+        (0..512u32).map(|bits| Self {
             environment_sampling: bits & 1 != 0,
             surface: bits & 2 != 0,
             guides: bits & 4 != 0,
@@ -59,7 +61,8 @@ impl PathTraceVariant {
             live: bits & 16 != 0,
             lights: bits & 32 != 0,
             many_volumes: bits & 64 != 0,
-            limited_turns: bits & 128 != 0,
+            one_pool: bits & 128 != 0,
+            limited_turns: bits & 256 != 0,
         })
     }
 }
@@ -82,6 +85,11 @@ pub enum Stage {
 pub enum Kernel {
     /// Adds samples to a film.
     PathTrace(PathTraceVariant),
+    /// Voxels to value ranges.
+    ValueRanges {
+        /// All voxels lie in one pool.
+        one_pool: bool,
+    },
     /// Value ranges and a transfer function to majorants.
     MajorantGrid,
     /// A film to displayable pixels.
@@ -104,6 +112,9 @@ pub enum Kernel {
     SampleDirections,
 }
 
+/// Where a path-tracing kernel's film is bound.
+const FILM_BINDING: u32 = 9;
+
 /// Candidates from which next-event estimation resamples one.
 const ENVIRONMENT_CANDIDATES: u32 = 4;
 
@@ -117,6 +128,8 @@ impl Kernel {
     /// Every kernel in every variant.
     pub fn all() -> impl Iterator<Item = Self> {
         [
+            Kernel::ValueRanges { one_pool: false },
+            Kernel::ValueRanges { one_pool: true },
             Kernel::MajorantGrid,
             Kernel::Display,
             Kernel::HostDepth,
@@ -148,6 +161,7 @@ impl Kernel {
     pub fn entry_point(self) -> &'static str {
         match self {
             Kernel::PathTrace(_) => "path_trace",
+            Kernel::ValueRanges { .. } => "value_ranges",
             Kernel::MajorantGrid => "majorant_grid",
             Kernel::Display => "display",
             Kernel::HostDepth => "host_depth",
@@ -171,32 +185,51 @@ impl Kernel {
             | Kernel::DenoiseWavelet
             | Kernel::LivePicture => [8, 8],
             Kernel::CompositeColor | Kernel::CompositeDepth => [1, 1],
-            Kernel::MajorantGrid | Kernel::FilmCount | Kernel::SampleDirections => [64, 1],
+            Kernel::ValueRanges { .. }
+            | Kernel::MajorantGrid
+            | Kernel::FilmCount
+            | Kernel::SampleDirections => [64, 1],
         }
     }
 
     /// The bindings of group 0, in order.
     pub fn bindings(self) -> &'static [BindingKind] {
         use BindingKind::*;
+        macro_rules! bindings_and_pools {
+            ($one_pool:expr, $($kind:ident),*) => {
+                if $one_pool {
+                    &[$($kind),*, Texture3d]
+                } else {
+                    const ALL: &[BindingKind] = &[
+                        $($kind),*,
+                        Texture3d,
+                        Texture3d,
+                        Texture3d,
+                        Texture3d,
+                    ];
+                    ALL
+                }
+            };
+        }
         match self {
             Kernel::PathTrace(variant) => {
-                // Scene and film; then where a live view's rays end, and what is put aside of paths.
+                // Scene and film; then where a live view's rays end, what is put aside of paths, and the pools.
                 macro_rules! scene_and_film_and {
                     ($($more:ident),*) => {
-                        &[
+                        bindings_and_pools!(
+                            variant.one_pool,
                             Uniform,
                             StorageRead,
                             StorageRead,
                             StorageRead,
                             StorageRead,
-                            Texture3dFiltered,
                             LinearSampler,
                             Texture2dLoaded,
                             StorageRead,
                             StorageRead,
-                            StorageReadWrite,
-                            $($more),*
-                        ]
+                            StorageReadWrite
+                            $(, $more)*
+                        )
                     };
                 }
                 match (variant.live, variant.limited_turns) {
@@ -206,7 +239,10 @@ impl Kernel {
                     (true, true) => scene_and_film_and![StorageRead, StorageReadWrite],
                 }
             }
-            Kernel::MajorantGrid => &[Uniform, StorageRead, StorageRead, StorageReadWrite],
+            Kernel::ValueRanges { one_pool } => {
+                bindings_and_pools!(one_pool, Uniform, StorageRead, StorageReadWrite)
+            }
+            Kernel::MajorantGrid => &[Uniform, StorageRead, StorageRead, StorageRead, StorageReadWrite],
             Kernel::Display => &[Uniform, Uniform, StorageRead, Texture2dLoaded, StorageReadWrite],
             Kernel::HostDepth => {
                 &[Uniform, Texture2dLoaded, StorageReadWrite, StorageReadWrite, StorageReadWrite]
@@ -241,6 +277,9 @@ impl Kernel {
                 if variant.live { module!("live_tracing") } else { module!("still_tracing") },
                 if variant.limited_turns { module!("limited_turns") } else { module!("unlimited_turns") },
                 module!("random"),
+                module!("cells"),
+                if variant.one_pool { module!("one_pool") } else { module!("many_pools") },
+                if variant.one_pool { module!("one_pool_filtered") } else { module!("many_pools_filtered") },
                 module!("volume"),
                 module!("medium"),
                 if variant.many_volumes { module!("volume_hierarchy") } else { module!("volume_list") },
@@ -252,7 +291,12 @@ impl Kernel {
                 module!("lights"),
                 module!("path_trace"),
             ],
-            Kernel::MajorantGrid => &[module!("frame"), module!("majorant_grid")],
+            Kernel::ValueRanges { one_pool } => &[
+                module!("pools"),
+                if one_pool { module!("one_pool") } else { module!("many_pools") },
+                module!("value_ranges"),
+            ],
+            Kernel::MajorantGrid => &[module!("pools"), module!("cells"), module!("majorant_grid")],
             Kernel::Display => &[
                 module!("frame"),
                 module!("camera"),
@@ -295,19 +339,25 @@ impl Kernel {
         }
         if let Kernel::PathTrace(variant) = self {
             let [x, y] = self.workgroup_size();
+            // Behind the film; paths that are put aside come last before the pools.
+            let (ray_limits, paths) = (FILM_BINDING + 1, FILM_BINDING + 1 + u32::from(variant.live));
             text += &format!(
                 "const ENVIRONMENT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
                  const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst LIGHTS: bool = {};\n\
                  const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
-                 const ENVIRONMENT_CANDIDATES: u32 = {ENVIRONMENT_CANDIDATES}u;\nconst PATHS_BINDING: u32 = {}u;\n",
+                 const ENVIRONMENT_CANDIDATES: u32 = {ENVIRONMENT_CANDIDATES}u;\n\
+                 const RAY_LIMITS_BINDING: u32 = {ray_limits}u;\nconst PATHS_BINDING: u32 = {paths}u;\n",
                 variant.environment_sampling,
                 variant.surface,
                 variant.guides,
                 variant.mixed_filters,
                 variant.live,
                 variant.lights,
-                self.bindings().len() - 1,
             );
+        }
+        let pools = self.bindings().iter().position(|kind| *kind == BindingKind::Texture3d);
+        if let Some(first) = pools {
+            text += &format!("const POOL_BINDING: u32 = {first}u;\n");
         }
         for module in modules {
             text += module;

@@ -47,21 +47,24 @@ fn twins_have_the_shaders_layout() {
             film_size,
             row_begin,
             row_end,
-            inverse_atlas_size,
             environment_strength,
+            light_count,
             environment_rotation,
             environment_size,
             importance_size,
             roulette_start,
-            light_count,
-            view_axis,
             orthographic,
             turn_limit,
             lone_invocation,
+            view_axis,
             group_stride,
-            sharers,
             ambient,
+            sharers,
             only_below,
+            padding_x,
+            padding_y,
+            padding_z,
+            inverse_pool_sizes,
         }
     );
     assert_twin!(path_trace, Child { low, index, high, padding });
@@ -76,7 +79,7 @@ fn twins_have_the_shaders_layout() {
             density,
             clip_high,
             albedo,
-            atlas_origin,
+            bricks,
             anisotropy,
             dims,
             max_bounces,
@@ -95,6 +98,7 @@ fn twins_have_the_shaders_layout() {
             surface_lobe_anisotropy,
             surface_specular,
             layers,
+            cells_per_brick,
             padding,
         }
     );
@@ -115,15 +119,33 @@ fn twins_have_the_shaders_layout() {
     );
     assert_twin!(path_trace, ImportanceCell { threshold, alias_index, density, padding });
     assert_twin!(
+        Kernel::ValueRanges { one_pool: true },
+        ValueRangeParams {
+            dims,
+            cell_size,
+            grid_dims,
+            reach,
+            bricks,
+            first_cell,
+            cell_count,
+            row_length,
+            padding,
+        }
+    );
+    assert_twin!(
         Kernel::MajorantGrid,
         MajorantParams {
             cell_count,
-            range_offset,
             majorant_offset,
             row_length,
             table_scale,
             table_bias,
+            cells_per_brick,
             padding,
+            grid_dims,
+            more_padding,
+            bricks,
+            last_padding,
         }
     );
     assert_twin!(
@@ -188,7 +210,7 @@ fn bindings_and_workgroups_are_as_declared() {
                         TypeInner::Image {
                             dim: ImageDimension::D3, class: ImageClass::Sampled { .. }, ..
                         },
-                    ) => BindingKind::Texture3dFiltered,
+                    ) => BindingKind::Texture3d,
                     (_, TypeInner::Image { dim: ImageDimension::D2, .. }) => BindingKind::Texture2dLoaded,
                     other => panic!("{kernel:?}: unexpected global {other:?}"),
                 };

@@ -11,6 +11,7 @@ use lumivox_core::{CancelToken, Preset, Progress, Scene, VolumeInstance, framing
 use lumivox_phantom::{AnatomyOptions, anatomy};
 use lumivox_renderer::{
     HostDepth, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, View, ViewSettings,
+    VoxelStore,
 };
 use lumivox_wgpu::{Gpu, wgpu};
 
@@ -90,7 +91,7 @@ fn bench(gpu: &mut Gpu, name: &str, scene: &Scene, [width, height]: [u32; 2]) {
         fog: None,
     };
     let pixels = u64::from(width) * u64::from(height);
-    let mut cache = SceneCache::new(gpu.executor.limits());
+    let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
     let mut recording = Recording::new();
     let begin = Instant::now();
     cache.update(scene, &mut recording).expect("it fits");

@@ -92,7 +92,7 @@ impl Batch {
 }
 
 impl Executor {
-    /// An executor for a device with 16-bit normalised textures.
+    /// An executor for a device; one with 16-bit normalised textures keeps 16-bit scans as they are.
     pub fn new(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("linear"),
@@ -134,6 +134,12 @@ impl Executor {
         let in_software = adapter.device_type == wgpu::DeviceType::Cpu;
         DeviceLimits {
             max_texture_3d: limits.max_texture_dimension_3d,
+            max_texture_bytes: match in_software {
+                true => DeviceLimits::TEXTURE_BYTES_OF_SOFTWARE,
+                false => DeviceLimits::TEXTURE_BYTES_OF_GPU,
+            },
+            unorm16: self.device.features().contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM),
+            one_pool: in_software,
             max_texture_2d: limits.max_texture_dimension_2d,
             max_storage_binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
             max_samples_per_dispatch: match in_software {
@@ -202,10 +208,10 @@ impl Executor {
         replayed
     }
 
-    /// Drops every resource that `recording` makes: after an error nobody else will.
+    /// Drops every resource that `recording` makes or would have freed: after an error nobody else will.
     pub fn discard(&mut self, recording: &Recording) {
         for step in &recording.steps {
-            if let Step::CreateBuffer { id, .. } | Step::CreateTexture { id, .. } = step {
+            if let Step::CreateBuffer { id, .. } | Step::CreateTexture { id, .. } | Step::Free { id } = step {
                 self.resources.remove(id);
             }
         }
@@ -250,6 +256,12 @@ impl Executor {
                     write_texture(&self.queue, texture, *origin, *size, data.bytes());
                     // An empty submission lets the staging memory of a large upload go as soon as it is copied.
                     self.queue.submit([]);
+                }
+                Step::CopyTexture { from, to, size } => {
+                    let [(from, _), (to, _)] = [self.texture(*from)?, self.texture(*to)?];
+                    let [width, height, depth_or_array_layers] = *size;
+                    let size = wgpu::Extent3d { width, height, depth_or_array_layers };
+                    batch.commands().copy_texture_to_texture(from.as_image_copy(), to.as_image_copy(), size);
                 }
                 Step::ClearBuffer { id } => batch.commands().clear_buffer(self.buffer(*id)?, 0, None),
                 Step::Dispatch { kernel, uniforms, resources, workgroups } => {
@@ -311,9 +323,12 @@ impl Executor {
             format: match format {
                 TextureFormat::R8Unorm => wgpu::TextureFormat::R8Unorm,
                 TextureFormat::R16Unorm => wgpu::TextureFormat::R16Unorm,
+                TextureFormat::R16Float => wgpu::TextureFormat::R16Float,
                 TextureFormat::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
             },
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_DST
+                | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         })
     }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use lumivox_core::{PerspectiveCamera, Scene};
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
-    EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewKind, ViewSettings,
+    EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewKind, ViewSettings, VoxelStore,
 };
 
 use crate::error::{GpuError, HeadlessError};
@@ -89,6 +89,8 @@ pub struct Rendered {
     /// Pixels that lack a path so long that it had not ended when the render was stopped, which makes them darker than
     /// they are. Only where a driver limits the turns of loops.
     pub unfinished: u32,
+    /// Of each volume of the scene, voxels along an axis for one on the GPU: 1 but for those that it has no room for.
+    pub reductions: Vec<u32>,
 }
 
 /// The time one submission may take: short enough for Ctrl-C and a shared desktop, long enough to keep the GPU busy.
@@ -102,6 +104,9 @@ const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// The time that paths under way may take to end once a render is stopped.
 const FINISHING: Duration = Duration::from_secs(2);
+
+/// Bytes of voxels that a device which has no room even for them cannot use.
+const LEAST_VOXELS: u64 = 16 << 20;
 
 /// Largest part of the time that looking may take.
 const LOOK_SHARE: u32 = 20;
@@ -122,21 +127,33 @@ pub fn render(
         return Err(RenderError::Camera.into());
     }
     let begin = Instant::now();
-    let mut cache = SceneCache::new(gpu.executor.limits());
-    cache.set_environment_sampling(request.environment_sampling);
-    cache.set_cell_size(request.cell_size);
+    let store = VoxelStore::new(gpu.executor.limits());
+    let mut cache = another(&store, request);
     // While voxels are looked at and uploaded.
     let kernels = cache.kernels(scene, ViewKind::Still { guides: request.guides });
     gpu.executor.prepare(kernels.into_iter().filter(|kernel| *kernel != Kernel::Display));
     let mut recording = Recording::new();
-    cache.update(scene, &mut recording)?;
-    let mut views = windows(request, &cache, &mut recording)?;
-    let prepared = gpu.executor.execute(&recording).and_then(|_| gpu.executor.wait());
-    if let Err(error) = prepared {
-        gpu.executor.discard(&recording);
-        return Err(error.into());
-    }
+    let mut views = loop {
+        cache.update(scene, &mut recording)?;
+        let views = windows(request, &cache, &mut recording)?;
+        match gpu.executor.execute(&recording).and_then(|_| gpu.executor.wait()) {
+            Ok(()) => break views,
+            // What there is no room for comes reduced.
+            Err(GpuError::OutOfMemory(_)) if store.bytes() > LEAST_VOXELS => {
+                gpu.executor.discard(&recording);
+                store.refused(&recording);
+                recording = Recording::new();
+                cache = another(&store, request);
+            }
+            Err(error) => {
+                gpu.executor.discard(&recording);
+                return Err(error.into());
+            }
+        }
+    };
     drop(recording);
+    let factor = |volume| store.resolution(volume).map_or(1, |resolution| resolution.factor);
+    let reductions = scene.volumes.iter().map(|instance| factor(&instance.volume)).collect();
     let prepare = begin.elapsed();
 
     let mut film = Film::new(request.width, request.height, request.guides);
@@ -170,9 +187,18 @@ pub fn render(
     let mut recording = Recording::new();
     views.into_iter().for_each(|view| view.free(&mut recording));
     cache.free(&mut recording);
+    store.free(&mut recording);
     // A device that is gone has freed everything already.
     let _ = gpu.executor.execute(&recording);
-    Ok(Rendered { film, outcome, prepare, trace: tracing.trace, unfinished })
+    Ok(Rendered { film, outcome, prepare, trace: tracing.trace, unfinished, reductions })
+}
+
+/// An empty cache for a request.
+fn another(store: &VoxelStore, request: &RenderRequest) -> SceneCache {
+    let mut cache = SceneCache::new(store);
+    cache.set_environment_sampling(request.environment_sampling);
+    cache.set_cell_size(request.cell_size);
+    cache
 }
 
 /// Views that together hold the image, each small enough for the device: bands of rows, and of columns where a row

@@ -130,7 +130,7 @@ fn binding_type(kind: BindingKind) -> wgpu::BindingType {
         BindingKind::Uniform => buffer(wgpu::BufferBindingType::Uniform),
         BindingKind::StorageRead => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
         BindingKind::StorageReadWrite => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-        BindingKind::Texture3dFiltered => texture(true, wgpu::TextureViewDimension::D3),
+        BindingKind::Texture3d => texture(true, wgpu::TextureViewDimension::D3),
         BindingKind::Texture2dLoaded => texture(false, wgpu::TextureViewDimension::D2),
         BindingKind::LinearSampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
     }

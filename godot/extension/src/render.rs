@@ -8,13 +8,13 @@ use std::time::Instant;
 use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
 use godot::prelude::*;
 use lumivox_core::Camera;
-use lumivox_renderer::pacing::{Pacer, Pass};
+use lumivox_renderer::pacing::{Pacer, Pass, UploadPacer};
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
-    DeviceLimits, Fog, LiveSettings, LiveStatus, LiveView, Recording, RenderError, SceneCache, Step, ViewKind,
+    Fog, LiveSettings, LiveStatus, LiveView, Recording, RenderError, SceneCache, Step, ViewKind, VoxelStore,
 };
 
-use crate::executor::{Executor, workshop};
+use crate::executor::{ExecuteError, Executor, workshop};
 use crate::host_view::{self, HostView, Lent};
 use crate::shared::{self, Snapshot, Status, Target, WorldKey};
 
@@ -57,6 +57,8 @@ struct World {
 #[derive(Clone, Copy, PartialEq)]
 enum Update {
     Done,
+    /// It is there, but for finer voxels that are on their way.
+    Arriving,
     /// The one before is there while something is prepared for the next.
     Before,
     /// Nothing is there yet.
@@ -94,6 +96,33 @@ struct Frame {
     milliseconds: f64,
 }
 
+/// What a frame brings of voxels.
+#[derive(Default)]
+struct Uploads {
+    pacer: UploadPacer,
+    /// The frame, and when it began.
+    frame: u64,
+    began: Option<Instant>,
+    /// Bytes that are left of its budget.
+    left: u64,
+}
+
+impl Uploads {
+    /// What is left for this frame.
+    fn budget(&mut self, frame: u64) -> u64 {
+        if self.frame != frame {
+            self.frame = frame;
+            let before = self.began.replace(Instant::now());
+            let took = before.map_or(0.0, |before| before.elapsed().as_secs_f64() * 1e3);
+            self.left = self.pacer.budget(took.min(MOST_MILLISECONDS));
+        }
+        self.left
+    }
+}
+
+/// An engine that idled has not drawn one long frame.
+const MOST_MILLISECONDS: f64 = 500.0;
+
 /// A render target and the eye.
 type EyeKey = (Rid, u32);
 
@@ -101,6 +130,8 @@ type EyeKey = (Rid, u32);
 #[derive(Default)]
 struct Renderer {
     executor: Executor,
+    store: Option<VoxelStore>,
+    uploads: Uploads,
     worlds: HashMap<WorldKey, World>,
     eyes: HashMap<EyeKey, Eye>,
     serial: u64,
@@ -203,6 +234,8 @@ pub fn free() {
     let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
     let mut renderer = renderer();
     renderer.sweep(&mut device, &HashMap::new());
+    renderer.store = None;
+    shared::lock().store = None;
     renderer.executor.free(&mut device);
 }
 
@@ -215,12 +248,13 @@ impl Renderer {
         scene_data: &Gd<RenderSceneData>,
     ) -> Result<Option<Status>, String> {
         self.read_times(device);
+        self.collect(device);
         let update = self.update_world(device, target)?;
         let pending = Status { target: target.settings.target_samples, ..Status::default() };
         let views = buffers.get_view_count();
         let world = match update {
             Update::Nothing => self.world_before(buffers.get_render_target(), target.snapshot.key),
-            Update::Done | Update::Before => Some(target.snapshot.key),
+            Update::Done | Update::Arriving | Update::Before => Some(target.snapshot.key),
         };
         let Some(world) = world else { return Ok(Some(pending)) };
         let budget_milliseconds = target.settings.budget_milliseconds / f64::from(views);
@@ -246,8 +280,9 @@ impl Renderer {
             }
         }
         status.target = settings.target_samples;
+        status.converged &= update == Update::Done;
         // An image of the scene before counts for nothing.
-        Ok(Some(if update == Update::Done { status } else { pending }))
+        Ok(Some(if matches!(update, Update::Done | Update::Arriving) { status } else { pending }))
     }
 
     /// What a viewport showed last of a scenario, while nothing is there yet of what it is to show: another environment
@@ -263,12 +298,14 @@ impl Renderer {
     /// goes on. One that does not fit is an error until it changes.
     fn update_world(&mut self, device: &mut Gd<RenderingDevice>, target: &Target) -> Result<Update, String> {
         let snapshot = &*target.snapshot;
-        let limits = Executor::limits(device);
-        let world = self.worlds.entry(snapshot.key).or_insert_with(|| World::new(limits));
-        if world.version == snapshot.version {
+        let store = self.store(device);
+        let world = self.worlds.entry(snapshot.key).or_insert_with(|| World::new(&store));
+        let is_another = world.version != snapshot.version;
+        if !is_another && (world.error.is_some() || world.cache.is_settled()) {
             return world.error.clone().map_or(Ok(Update::Done), Err);
         }
-        if !target.at_once
+        if is_another
+            && !target.at_once
             && let Some(missing) = world.unprepared(snapshot)
         {
             self.postponed += u64::from(missing == Missing::Kernels);
@@ -277,26 +314,63 @@ impl Renderer {
         world.version = snapshot.version;
         let mut recording = Recording::new();
         let computed = world.cache.unprepared();
-        let mut error = world.cache.update(&snapshot.scene, &mut recording).err().map(|e| e.to_string());
+        let granted = if target.at_once { u64::MAX } else { self.uploads.budget(shared::lock().frame) };
+        let (mut budget, began) = (granted, Instant::now());
+        let updated = world.cache.update_within(&snapshot.scene, &mut budget, &mut recording);
         self.computed += world.cache.unprepared() - computed;
-        if error.is_none()
-            && let Err(refused) = self.executor.execute(device, &recording, TIMED)
-        {
-            self.executor.discard(device, &recording);
-            self.forget_world(device, snapshot.key);
-            error = Some(refused.to_string());
+        let settled = world.cache.is_settled();
+        let mut error = updated.err().map(|error| error.to_string());
+        // Also after an error: that room was made may be recorded.
+        match self.executor.execute(device, &recording, TIMED) {
+            Ok(_) => {
+                if granted < u64::MAX {
+                    let took = began.elapsed().as_secs_f64() * 1e3;
+                    self.uploads.pacer.measured(granted - budget, granted, took);
+                }
+                self.uploads.left = budget.min(self.uploads.left);
+            }
+            Err(refused) => {
+                self.executor.discard(device, &recording);
+                store.refused(&recording);
+                self.forget_world(device, snapshot.key);
+                let is_memory = matches!(refused, ExecuteError::Memory { .. });
+                if is_memory && store.bytes() > 0 {
+                    // It comes reduced, in the next frame.
+                    return Ok(Update::Nothing);
+                }
+                error = Some(refused.to_string());
+            }
         }
         if let Some(world) = self.worlds.get_mut(&snapshot.key) {
+            world.version = snapshot.version;
             world.error.clone_from(&error);
             world.whole = error.is_none();
         }
-        error.map_or(Ok(Update::Done), Err)
+        let done = if settled { Update::Done } else { Update::Arriving };
+        error.map_or(Ok(done), Err)
+    }
+
+    /// Frees voxels that nobody holds any more.
+    fn collect(&mut self, device: &mut Gd<RenderingDevice>) {
+        let Some(store) = &self.store else { return };
+        let mut recording = Recording::new();
+        store.collect(&mut recording);
+        // Freeing never fails.
+        let _ = self.executor.execute(device, &recording, TIMED);
+    }
+
+    fn store(&mut self, device: &Gd<RenderingDevice>) -> VoxelStore {
+        let store = self.store.get_or_insert_with(|| VoxelStore::new(Executor::limits(device)));
+        shared::lock().store.get_or_insert_with(|| store.clone());
+        store.clone()
     }
 
     /// Starts a scene over whose copy is not whole, once something in it changes.
     fn forget_world(&mut self, device: &mut Gd<RenderingDevice>, key: WorldKey) {
+        let store = self.store(device);
         let Some(world) = self.worlds.get_mut(&key) else { return };
-        let broken = std::mem::replace(&mut world.cache, SceneCache::new(Executor::limits(device)));
+        (world.version, world.whole) = (0, false);
+        let broken = std::mem::replace(&mut world.cache, SceneCache::new(&store));
         let mut recording = Recording::new();
         broken.free(&mut recording);
         // Freeing never fails.
@@ -434,6 +508,7 @@ impl Renderer {
             self.forget_world(device, key);
             self.worlds.remove(&key);
         }
+        self.collect(device);
     }
 
     fn free_eye(&mut self, device: &mut Gd<RenderingDevice>, eye: Eye) {
@@ -445,8 +520,8 @@ impl Renderer {
 }
 
 impl World {
-    fn new(limits: DeviceLimits) -> Self {
-        let cache = SceneCache::new(limits);
+    fn new(store: &VoxelStore) -> Self {
+        let cache = SceneCache::new(store);
         Self { cache, version: 0, error: None, whole: false, preparing: None }
     }
 

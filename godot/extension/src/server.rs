@@ -17,8 +17,8 @@ use crate::{render, shared, warm_up};
 thread_local! {
     static NODES: RefCell<Nodes> = RefCell::default();
     static GATHERER: RefCell<Gatherer> = RefCell::default();
-    /// The error that nodes show in the editor.
-    static WARNED_OF: RefCell<Option<String>> = const { RefCell::new(None) };
+    /// The error that nodes show in the editor, and how many of them have a scan that is shown reduced.
+    static WARNED_OF: RefCell<(Option<String>, usize)> = const { RefCell::new((None, 0)) };
     static CALLBACKS: RefCell<Option<Callbacks>> = const { RefCell::new(None) };
     /// Whether a frame was drawn since the main loop last came by.
     static DRAWN: Cell<bool> = const { Cell::new(false) };
@@ -252,6 +252,7 @@ fn before_frame() {
     let nothing = NODES.with_borrow(|nodes| !nodes.has_volumes());
     let mut shared = shared::lock();
     shared.drawn.clear();
+    shared.frame += 1;
     if nothing && shared.targets.is_empty() {
         return;
     }
@@ -289,11 +290,19 @@ fn after_frame() {
     let mut shared = shared::lock();
     let error = shared.error.clone();
     let news = shared.take_news();
+    let store = shared.store.clone();
     drop(shared);
+    let reduced = store.map_or(0, |store| store.reduced());
+    if reduced > WARNED_OF.with_borrow(|(_, reduced)| *reduced) {
+        godot_warn!(
+            "The GPU has no room for {reduced} of Lumivox' scans: they are shown at a lower resolution."
+        );
+    }
     if let Some(error) = news {
         godot_error!("Lumivox cannot draw the volumes: {error}");
     }
-    if WARNED_OF.replace(error.clone()) != error {
+    let state = (error, reduced);
+    if WARNED_OF.replace(state.clone()) != state {
         for mut volume in NODES.with_borrow_mut(Nodes::volumes) {
             volume.update_configuration_warnings();
         }

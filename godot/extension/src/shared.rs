@@ -7,7 +7,7 @@ use godot::classes::rendering_server::CompositorEffectCallbackType;
 use godot::obj::EngineEnum;
 use godot::prelude::Rid;
 use lumivox_core::Scene;
-use lumivox_renderer::Fog;
+use lumivox_renderer::{Fog, VoxelStore};
 
 use crate::render::Settings;
 
@@ -79,8 +79,12 @@ pub struct Shared {
     pub targets: HashMap<Rid, Target>,
     /// Which of them this frame has drawn.
     pub drawn: HashSet<Rid>,
+    /// Goes up with every frame.
+    pub frame: u64,
     /// How far it is.
     pub statuses: HashMap<Rid, Status>,
+    /// The voxels on the GPU, once there are any.
+    pub store: Option<VoxelStore>,
     /// Why volumes cannot be drawn.
     pub error: Option<String>,
     /// The error that was told last, and need not be told again.

@@ -164,6 +164,7 @@ impl LiveFilm {
         let mut resources = cache.path_trace_resources();
         resources.extend([self.film, self.limits]);
         resources.extend(self.unfinished.resources());
+        resources.extend(cache.pools());
         let [x, y] = kernel.workgroup_size();
         let rows = common.row_end - common.row_begin;
         let workgroups = [(self.size[0] * common.sharers).div_ceil(x), rows.div_ceil(y)];

@@ -6,13 +6,17 @@
 //!
 //! Some drivers tell no times (Godot's Metal says 0): there the frame rate has to do (`frame_rate.rs`).
 //!
+//! Voxels that arrive have a pace of their own ([`UploadPacer`]).
+//!
 //! A host asks [`Pacer::budget`] before it records a frame, tells what was recorded, and what it took once it knows.
 
 mod frame_rate;
+mod upload;
 
 use std::collections::VecDeque;
 
 use self::frame_rate::FrameRate;
+pub use self::upload::UploadPacer;
 
 /// Pixel samples of the first frame, when nothing is known of the GPU.
 const FIRST_BUDGET: f64 = 32_768.0;

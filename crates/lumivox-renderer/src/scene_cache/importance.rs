@@ -7,7 +7,7 @@ use lumivox_core::color::luminance;
 use lumivox_core::{Environment, EnvironmentMap, EnvironmentSource};
 use lumivox_shaders::layout::ImportanceCell;
 
-use super::derived::Derived;
+use crate::derived::Derived;
 
 /// Largest importance grid; finer maps are summed into it.
 const MAX_GRID: [usize; 2] = [1024, 512];

@@ -1,12 +1,10 @@
 //! A scene on the GPU: what is there already stays, what changed is recorded.
 //!
-//! [`volumes`] holds the voxels and their value ranges, [`tables`] the transfer functions and majorants,
-//! [`environment`] the light from all around, [`lights`] the engine's lights, [`hierarchy`] makes the boxes by which
+//! The device's [`VoxelStore`] holds the voxels and their value ranges, [`tables`] the transfer functions, the majorants and
+//! where the voxels lie, [`environment`] the light from all around, [`lights`] the engine's lights, [`hierarchy`] makes the boxes by which
 //! rays find volumes; the instances that tie them together are here. [`preparation`] computes ahead, on another thread,
 //! what takes long.
 
-mod atlas;
-mod derived;
 mod environment;
 mod hierarchy;
 mod importance;
@@ -15,34 +13,39 @@ mod mirror;
 mod preparation;
 mod tables;
 mod transfer_table;
-mod value_ranges;
-mod volumes;
+
+use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
-use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, VolumeInstance};
+use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, Volume, VolumeInstance};
 use lumivox_shaders::layout::{Frame, Instance, Light, Node, TABLE_PAIRS};
 use lumivox_shaders::{Kernel, PathTraceVariant, constants};
 
-use self::atlas::TexelScale;
 use self::environment::CachedEnvironment;
 use self::hierarchy::Bounds;
 pub(crate) use self::hierarchy::MANY as MANY_VOLUMES;
 pub(crate) use self::lights::effective as effective_lights;
 use self::mirror::Mirror;
-pub use self::preparation::{Preparation, prepare_volume};
+pub use self::preparation::Preparation;
 use self::tables::CachedTables;
-use self::volumes::{CachedVolume, CachedVolumes};
 use crate::error::RenderError;
 use crate::features::{Features, ViewKind};
 use crate::ids;
 use crate::recording::{Recording, ResourceId};
+use crate::store::{Acquired, BrickGrid, GridKey, MAX_CELL_SIZE, TexelScale, VoxelStore, grid};
 
 /// What the host's GPU can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DeviceLimits {
     /// Largest side of a 3D texture.
     pub max_texture_3d: u32,
+    /// Bytes of a texture at most.
+    pub max_texture_bytes: u64,
+    /// Whether textures of 16-bit norms can be filtered; half floats are taken otherwise.
+    pub unorm16: bool,
+    /// Whether all voxels have to be in one texture: where a choice between textures costs as much as a look at each.
+    pub one_pool: bool,
     /// Largest side of a 2D texture.
     pub max_texture_2d: u32,
     /// Largest storage buffer that can be bound, in bytes.
@@ -73,6 +76,12 @@ impl LoopTurns {
 }
 
 impl DeviceLimits {
+    /// What most drivers give a texture: a little less than 4 GiB.
+    pub const TEXTURE_BYTES_OF_GPU: u64 = 4000 << 20;
+
+    /// What Mesa's llvmpipe gives one (`LP_MAX_TEXTURE_SIZE`).
+    pub const TEXTURE_BYTES_OF_SOFTWARE: u64 = 1 << 30;
+
     /// Enough samples of a dispatch to keep a GPU's lanes busy, few enough to keep it responsive.
     pub const SAMPLES_OF_GPU: u32 = 64;
 
@@ -102,10 +111,12 @@ pub(crate) struct Placed<'a> {
 /// A scene on the GPU. [`update`](Self::update) records what differs from the last time.
 #[derive(Debug)]
 pub struct SceneCache {
+    store: VoxelStore,
     limits: DeviceLimits,
     environment_sampling: EnvironmentSampling,
-    cell_size: Option<usize>,
-    volumes: CachedVolumes,
+    cell_size: Option<u32>,
+    /// What there is of each distinct volume.
+    volumes: Vec<(Arc<Volume>, Acquired)>,
     tables: CachedTables,
     environment: CachedEnvironment,
     /// Those that shine on something.
@@ -122,13 +133,14 @@ pub struct SceneCache {
 }
 
 impl SceneCache {
-    /// An empty cache for a device.
-    pub fn new(limits: DeviceLimits) -> Self {
+    /// An empty cache for a scene whose voxels are in a device's store.
+    pub fn new(store: &VoxelStore) -> Self {
         Self {
-            limits,
+            store: store.clone(),
+            limits: store.limits(),
             environment_sampling: EnvironmentSampling::Auto,
             cell_size: None,
-            volumes: CachedVolumes::default(),
+            volumes: vec![],
             tables: CachedTables::default(),
             environment: CachedEnvironment::default(),
             lights: Mirror::default(),
@@ -154,9 +166,9 @@ impl SceneCache {
         }
     }
 
-    /// Overrides the side of a majorant cell, in voxels, from the next update on.
+    /// Overrides the side of a majorant cell, in voxels (1 to 16, the next power of two), from the next update on.
     pub fn set_cell_size(&mut self, cell_size: Option<usize>) {
-        self.cell_size = cell_size.map(|n| n.max(1));
+        self.cell_size = cell_size.map(|n| n.clamp(1, MAX_CELL_SIZE as usize) as u32);
     }
 
     /// Changes whenever an image of the scene would; unique among caches, too. Views start over when it does.
@@ -164,35 +176,67 @@ impl SceneCache {
         self.version
     }
 
-    /// Records what has to be done for the GPU to hold `scene`. Volumes that are flattened to nothing, or placed by a
-    /// transform that is not finite, are not there.
+    /// Records what has to be done for the GPU to hold `scene`, at once. Volumes that are flattened to nothing, or placed
+    /// by a transform that is not finite, are not there; those that the GPU has no room for are
+    /// [reduced](VoxelStore::resolution).
     ///
     /// # Errors
-    /// [`RenderError`] when the scene does not fit the device; then nothing is recorded or changed.
+    /// [`RenderError`] when the scene does not fit the device; then nothing is recorded or changed. But for
+    /// [`RenderError::NoRoom`]: that room was made is recorded, and the cache is good for nothing but another update.
     pub fn update(&mut self, scene: &Scene, recording: &mut Recording) -> Result<(), RenderError> {
+        self.update_within(scene, &mut { u64::MAX }, recording)
+    }
+
+    /// The same, but brings no more than about `budget` bytes of voxels, which it takes from the budget. A large volume
+    /// appears coarse then, and arrives with further updates until the cache [is settled](Self::is_settled).
+    ///
+    /// # Errors
+    /// As [`update`](Self::update).
+    pub fn update_within(
+        &mut self,
+        scene: &Scene,
+        budget: &mut u64,
+        recording: &mut Recording,
+    ) -> Result<(), RenderError> {
         let placed = place(scene);
-        let wanted = volumes::distinct(&placed, self.cell_size);
-        let arrangement = self.volumes.arrange(&wanted, &self.limits)?;
+        let wanted = distinct(&placed, self.cell_size);
         let cells = placed.iter().map(|p| {
-            let size = volumes::cell_size(&p.instance.volume, self.cell_size);
-            p.instance.volume.dims().iter().map(|n| n.div_ceil(size)).product()
+            let dims = BrickGrid::new(p.instance.volume.dims(), 1).dims;
+            grid(dims, self.cell_size).0.iter().map(|&n| n as usize).product()
         });
         tables::check(cells, self.limits.max_storage_binding)?;
         environment::check(&scene.environment, &self.limits)?;
         let lights = lights::effective(&scene.lights, &placed);
         lights::check(&lights, self.limits.max_storage_binding)?;
 
-        let volumes_changed = self.volumes.update(wanted, arrangement, &mut self.unprepared, recording);
+        // What is gone makes room for what comes.
+        self.volumes.retain(|(volume, _)| wanted.iter().any(|(other, _)| Arc::ptr_eq(volume, other)));
+        let acquired = self.store.acquire(&wanted, budget, recording)?;
+        self.volumes = wanted.into_iter().map(|(volume, _)| volume).zip(acquired).collect();
         let tables_changed = self.tables.update(&placed, &self.volumes, recording);
         let instances_changed = self.update_instances(&placed, recording);
         let environment_changed =
             self.environment.update(&scene.environment, &mut self.unprepared, recording);
         let lights_changed = self.lights.update("lights", lights::twins(&lights, self.origin), recording);
         self.features = Features::of_placed(scene, &placed, !lights.is_empty());
-        if volumes_changed || tables_changed || instances_changed || environment_changed || lights_changed {
+        if tables_changed || instances_changed || environment_changed || lights_changed {
             self.version = ids::next().0;
         }
         Ok(())
+    }
+
+    /// Whether another update with the same scene would find nothing to do: no volume is under way, or could be finer.
+    pub fn is_settled(&self) -> bool {
+        self.volumes.iter().all(|(volume, acquired)| self.store.is_settled(volume, &acquired.resident))
+    }
+
+    /// The device's voxels.
+    pub fn store(&self) -> &VoxelStore {
+        &self.store
+    }
+
+    fn acquired(&self, volume: &Arc<Volume>) -> &Acquired {
+        acquired(&self.volumes, volume)
     }
 
     fn update_instances(&mut self, placed: &[Placed<'_>], recording: &mut Recording) -> bool {
@@ -209,16 +253,19 @@ impl SceneCache {
     fn instance(&self, index: usize, placed: &Placed<'_>, origin: DVec3) -> Instance {
         let Placed { instance, medium, patient_from_world } = placed;
         let volume = &*instance.volume;
-        let CachedVolume { grid, slot, .. } = &self.volumes.list[self.volumes.index(&instance.volume)];
+        let Acquired { resident, ranges } = self.acquired(&instance.volume);
         let (table, grid_offset) = self.tables.get(index);
+        // A reduced copy's voxels are larger; they begin where the volume does.
+        let factor = f64::from(resident.factor);
         let texel = TexelScale::of(volume);
         let (table_scale, table_bias) = table.coordinate(texel);
-        let dims = DVec3::from_array(volume.dims().map(|n| n as f64));
+        let dims = DVec3::from_array(volume.dims().map(|n| n as f64)) / factor;
         let clip_low = instance.clip_box[0].clamp(DVec3::ZERO, DVec3::ONE) * dims;
         let clip_high = (instance.clip_box[1].clamp(DVec3::ZERO, DVec3::ONE) * dims).max(clip_low);
         // Voxel space on the GPU has voxel centres at i + 0.5.
-        let voxel_from_patient =
-            DAffine3::from_translation(DVec3::splat(0.5)) * volume.patient_from_voxel().inverse();
+        let voxel_from_patient = DAffine3::from_scale(DVec3::splat(1.0 / factor))
+            * DAffine3::from_translation(DVec3::splat(0.5))
+            * volume.patient_from_voxel().inverse();
         let voxel_from_world = voxel_from_patient * *patient_from_world * DAffine3::from_translation(origin);
         let surface = medium.surface;
         Instance {
@@ -230,14 +277,14 @@ impl SceneCache {
             density: (medium.density_scale * SIGMA_UNIT_PER_MM) as f32,
             clip_high: clip_high.as_vec3().to_array(),
             albedo: medium.albedo as f32,
-            atlas_origin: slot.origin.map(|n| n as f32),
+            bricks: resident.bricks.counts,
             anisotropy: medium.anisotropy as f32,
-            dims: dims.as_vec3().to_array(),
+            dims: resident.bricks.dims.map(|n| n as f32),
             max_bounces: medium.max_bounces,
-            grid_dims: grid.dims.map(|n| n as u32),
+            grid_dims: ranges.grid_dims,
             grid_offset: grid_offset as u32,
-            cell_size: grid.cell_size as f32,
-            cells_per_voxel: 1.0 / grid.cell_size as f32,
+            cell_size: ranges.cell_size as f32,
+            cells_per_voxel: 1.0 / ranges.cell_size as f32,
             table_scale: table_scale as f32,
             table_bias: table_bias as f32,
             table_offset: (index * TABLE_PAIRS) as u32,
@@ -256,7 +303,8 @@ impl SceneCache {
             surface_lobe_anisotropy: surface.lobe_anisotropy() as f32,
             surface_specular: surface.specular as f32,
             layers: instance.layers,
-            padding: [0; 3],
+            cells_per_brick: constants::BRICK_SIZE / ranges.cell_size,
+            padding: [0; 2],
         }
     }
 
@@ -266,9 +314,9 @@ impl SceneCache {
     }
 
     /// How often [`update`](Self::update) itself had to compute something that takes long, for nobody had before:
-    /// value ranges of a volume, where an environment's light comes from. See [`preparation`](Self::preparation).
+    /// a coarse copy of a volume, where an environment's light comes from. See [`preparation`](Self::preparation).
     pub fn unprepared(&self) -> u64 {
-        self.unprepared
+        self.unprepared + self.store.unprepared()
     }
 
     /// The path-tracing kernel for what the scene holds.
@@ -292,15 +340,19 @@ impl SceneCache {
 
     /// Fills in the scene's part of a frame's parameters.
     pub fn fill_frame(&self, frame: &mut Frame) {
-        let size = self.volumes.atlas.as_ref().map_or([1; 3], |a| a.size);
         frame.volume_count = self.instances.list.len() as u32;
-        frame.inverse_atlas_size = size.map(|n| 1.0 / n as f32);
+        frame.inverse_pool_sizes = self.store.inverse_pool_sizes();
         frame.environment_strength = self.environment.strength as f32;
         let (sin, cos) = self.environment.rotation.sin_cos();
         frame.environment_rotation = [cos as f32, sin as f32];
         frame.environment_size = self.environment.map_size;
         frame.importance_size = self.environment.importance_size;
         frame.light_count = self.lights.list.len() as u32;
+    }
+
+    /// The textures with the voxels, which the path-tracing kernel binds last.
+    pub(crate) fn pools(&self) -> Vec<ResourceId> {
+        self.store.pool_textures()
     }
 
     /// The scene's resources in the order of the path-tracing kernel, up to the film.
@@ -310,8 +362,7 @@ impl SceneCache {
             self.instances.buffer,
             self.nodes.buffer,
             tables.map(|b| b.tables),
-            tables.map(|b| b.majorants),
-            self.volumes.atlas.as_ref().map(|a| a.texture),
+            tables.map(|b| b.grids),
             self.environment.map,
             self.environment.importance,
             self.lights.buffer,
@@ -329,7 +380,7 @@ impl SceneCache {
             .map(|id| id.expect("update() comes before display"))
     }
 
-    /// The buffer of majorants, cells of the scene's volumes one after the other, and their number.
+    /// The buffer of majorants, cells of the scene's volumes one after the other, each beside its page, and their number.
     ///
     /// # Panics
     /// Before the first [`update`](Self::update).
@@ -340,18 +391,37 @@ impl SceneCache {
             .iter()
             .map(|i| i.grid_dims.map(|n| n as usize).iter().product::<usize>())
             .sum();
-        (self.tables.buffers.expect("update() comes before reading").majorants, cells)
+        (self.tables.buffers.expect("update() comes before reading").grids, cells)
     }
 
-    /// Records that everything is freed.
+    /// Records that everything is freed but the voxels: they are the store's, which [collects](VoxelStore::collect) those
+    /// that nobody holds.
     pub fn free(mut self, recording: &mut Recording) {
-        self.volumes.free(recording);
         self.tables.free(recording);
         self.environment.free(recording);
         self.lights.free(recording);
         self.instances.free(recording);
         self.nodes.free(recording);
     }
+}
+
+/// Each volume once, in the order of its first instance, and the grid that its filters need.
+fn distinct(instances: &[Placed<'_>], cell_size: Option<u32>) -> Vec<(Arc<Volume>, GridKey)> {
+    let mut volumes: Vec<(Arc<Volume>, GridKey)> = vec![];
+    for placed in instances {
+        let volume = &placed.instance.volume;
+        let needed = GridKey::new(placed.medium.filter, cell_size);
+        match volumes.iter_mut().find(|(known, _)| Arc::ptr_eq(known, volume)) {
+            Some((_, key)) => key.wide |= needed.wide,
+            None => volumes.push((volume.clone(), needed)),
+        }
+    }
+    volumes
+}
+
+fn acquired<'a>(volumes: &'a [(Arc<Volume>, Acquired)], volume: &Arc<Volume>) -> &'a Acquired {
+    let found = volumes.iter().find(|(known, _)| Arc::ptr_eq(known, volume));
+    &found.expect("every placed volume was acquired").1
 }
 
 /// The instances that can be seen.

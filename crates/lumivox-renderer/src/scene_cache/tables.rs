@@ -4,22 +4,22 @@ use std::sync::Arc;
 
 use lumivox_core::{TransferFunction, Volume};
 use lumivox_shaders::Kernel;
+use lumivox_shaders::constants::BRICK_SIZE;
 use lumivox_shaders::layout::{MajorantParams, TABLE_PAIRS};
 
-use super::atlas::TexelScale;
 use super::transfer_table::TransferTable;
-use super::value_ranges::ValueRangeGrid;
-use super::volumes::{CachedVolume, CachedVolumes};
-use super::{Placed, check_binding};
+use super::{Placed, acquired, check_binding};
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step};
+use crate::store::{Acquired, TexelScale, ValueRanges};
 
 /// An instance's table, and where its majorants are.
 #[derive(Debug)]
 struct CachedTable {
-    volume: Arc<Volume>,
+    /// The volume.
+    source: ResourceId,
     /// What the majorants were made of.
-    grid: Arc<ValueRangeGrid>,
+    ranges: ValueRanges,
     transfer_function: TransferFunction,
     table: TransferTable,
     grid_offset: usize,
@@ -29,7 +29,8 @@ struct CachedTable {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TableBuffers {
     pub tables: ResourceId,
-    pub majorants: ResourceId,
+    /// Majorants of all, each beside its page.
+    pub grids: ResourceId,
 }
 
 /// All tables of a scene.
@@ -47,47 +48,55 @@ const TABLE_BYTES: u64 = 8 * TABLE_PAIRS as u64;
 /// Whether the device has room for the tables and majorants of instances with so many cells each.
 pub(super) fn check(cells: impl ExactSizeIterator<Item = usize>, limit: u64) -> Result<(), RenderError> {
     check_binding("transfer functions", cells.len() as u64 * TABLE_BYTES, limit, "Leave some volumes out")?;
-    let majorants = cells.map(|n| n as u64).sum::<u64>() * 4;
-    check_binding("majorant grid", majorants, limit, "Leave some volumes out")
+    let grids = cells.map(|n| n as u64).sum::<u64>() * CELL_BYTES;
+    check_binding("majorant grid", grids, limit, "Leave some volumes out")
 }
+
+/// Bytes of a cell: its majorant and its page.
+const CELL_BYTES: u64 = 8;
 
 impl CachedTables {
     /// Records what differs; returns whether anything did.
     pub fn update(
         &mut self,
         instances: &[Placed<'_>],
-        volumes: &CachedVolumes,
+        volumes: &[(Arc<Volume>, Acquired)],
         recording: &mut Recording,
     ) -> bool {
-        let cached: Vec<&CachedVolume> =
-            instances.iter().map(|p| &volumes.list[volumes.index(&p.instance.volume)]).collect();
-        let needed = [cached.len(), cached.iter().map(|v| v.grid.ranges.len()).sum()];
-        let mut changed = self.list.len() != cached.len();
+        let of = |placed: &Placed<'_>| acquired(volumes, &placed.instance.volume);
+        let cells: usize = instances.iter().map(|p| of(p).ranges.cells()).sum();
+        let needed = [instances.len(), cells];
+        let mut changed = self.list.len() != instances.len();
         let suits = (0..2).all(|i| (needed[i]..=needed[i].saturating_mul(4)).contains(&self.capacity[i]));
         if self.buffers.is_none() || !suits {
             self.allocate(needed, recording);
             changed = true;
         }
-        self.list.truncate(cached.len());
+        self.list.truncate(instances.len());
         let buffers = self.buffers.expect("allocated above");
-        let value_ranges = volumes.value_ranges.expect("volumes are updated before tables");
         let mut grid_offset = 0;
-        for (index, (placed, cached)) in instances.iter().zip(cached).enumerate() {
+        for (index, placed) in instances.iter().enumerate() {
+            let acquired @ Acquired { resident, ranges } = of(placed);
+            let volume = &placed.instance.volume;
             let function = &placed.medium.transfer_function;
             let old = self.list.get(index);
-            let same_table = old
-                .filter(|old| Arc::ptr_eq(&old.volume, &cached.volume) && old.transfer_function == *function);
-            let same_majorants = same_table
-                .is_some_and(|old| Arc::ptr_eq(&old.grid, &cached.grid) && old.grid_offset == grid_offset);
+            let same_table =
+                old.filter(|old| old.source == resident.source && old.transfer_function == *function);
+            let same_majorants =
+                same_table.is_some_and(|old| old.ranges == *ranges && old.grid_offset == grid_offset);
             if !same_majorants {
                 let table = match same_table {
                     Some(old) => old.table.clone(),
-                    None => TransferTable::new(function, &cached.volume),
+                    None => TransferTable::new(function, volume),
                 };
-                record_table(index, grid_offset, &table, cached, value_ranges, buffers, recording);
+                if same_table.is_none() {
+                    let (offset, data) = (index as u64 * TABLE_BYTES, Payload::copy_of(&table.pairs()));
+                    recording.push(Step::WriteBuffer { id: buffers.tables, offset, data });
+                }
+                record_majorants(grid_offset, &table, volume, acquired, buffers, recording);
                 let entry = CachedTable {
-                    volume: cached.volume.clone(),
-                    grid: cached.grid.clone(),
+                    source: resident.source,
+                    ranges: *ranges,
                     transfer_function: function.clone(),
                     table,
                     grid_offset,
@@ -98,7 +107,7 @@ impl CachedTables {
                 }
                 changed = true;
             }
-            grid_offset += cached.grid.ranges.len();
+            grid_offset += ranges.cells();
         }
         changed
     }
@@ -108,7 +117,7 @@ impl CachedTables {
         self.free(recording);
         self.capacity = [instances, cells];
         self.buffers = Some(TableBuffers {
-            majorants: recording.create_buffer("majorants", cells as u64 * 4),
+            grids: recording.create_buffer("majorants", cells as u64 * CELL_BYTES),
             tables: recording.create_buffer("transfer functions", instances as u64 * TABLE_BYTES),
         });
     }
@@ -120,7 +129,7 @@ impl CachedTables {
 
     pub fn free(&mut self, recording: &mut Recording) {
         if let Some(buffers) = self.buffers.take() {
-            for id in [buffers.majorants, buffers.tables] {
+            for id in [buffers.grids, buffers.tables] {
                 recording.push(Step::Free { id });
             }
         }
@@ -128,39 +137,39 @@ impl CachedTables {
     }
 }
 
-/// Uploads an instance's table and has the GPU make its majorants.
-fn record_table(
-    index: usize,
+/// Has the GPU make an instance's majorants.
+fn record_majorants(
     grid_offset: usize,
     table: &TransferTable,
-    cached: &CachedVolume,
-    value_ranges: ResourceId,
+    volume: &Volume,
+    Acquired { resident, ranges }: &Acquired,
     buffers: TableBuffers,
     recording: &mut Recording,
 ) {
-    let data = Payload::copy_of(&table.pairs());
-    recording.push(Step::WriteBuffer { id: buffers.tables, offset: index as u64 * TABLE_BYTES, data });
-
     let maxima = recording.create_buffer_with("range maxima", &table.range_maxima());
-    let (scale, bias) = table.coordinate(TexelScale::of(&cached.volume));
-    let cell_count = cached.grid.ranges.len() as u32;
+    let pages = recording.create_buffer_with("pages", &resident.pages);
+    let (scale, bias) = table.coordinate(TexelScale::of(volume));
+    let cell_count = ranges.cells() as u32;
     let [group, _] = Kernel::MajorantGrid.workgroup_size();
     let groups = cell_count.div_ceil(group);
     let workgroups = [groups.min(1024), groups.div_ceil(1024)];
     let params = MajorantParams {
         cell_count,
-        range_offset: cached.range_offset as u32,
         majorant_offset: grid_offset as u32,
         row_length: workgroups[0] * group,
         table_scale: scale as f32,
         table_bias: bias as f32,
-        padding: [0; 2],
+        cells_per_brick: BRICK_SIZE / ranges.cell_size,
+        grid_dims: ranges.grid_dims,
+        bricks: resident.bricks.counts,
+        ..Default::default()
     };
     recording.push(Step::Dispatch {
         kernel: Kernel::MajorantGrid,
         uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
-        resources: vec![value_ranges, maxima, buffers.majorants],
+        resources: vec![ranges.buffer, maxima, pages, buffers.grids],
         workgroups,
     });
     recording.push(Step::Free { id: maxima });
+    recording.push(Step::Free { id: pages });
 }

@@ -39,7 +39,7 @@ impl TransferTable {
     }
 
     /// `(scale, bias)` that send `texel * per_texel + at_zero`, a physical value, to a table coordinate.
-    pub(crate) fn coordinate(&self, texel: super::atlas::TexelScale) -> (f64, f64) {
+    pub(crate) fn coordinate(&self, texel: crate::store::TexelScale) -> (f64, f64) {
         let entries_per_value = (TABLE_SIZE - 1) as f64 / (self.domain[1] - self.domain[0]);
         (texel.per_texel * entries_per_value, (texel.at_zero - self.domain[0]) * entries_per_value)
     }

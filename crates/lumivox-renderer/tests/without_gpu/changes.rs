@@ -10,7 +10,7 @@ use lumivox_core::{
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
     Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View, ViewKind,
-    ViewSettings, prepare_volume,
+    ViewSettings, VoxelStore, prepare_volume,
 };
 
 use crate::scenes::{self, *};
@@ -32,19 +32,26 @@ struct Cost {
     voxel_bytes: usize,
     /// To buffers.
     bytes: usize,
+    value_ranges: usize,
     majorant_grids: usize,
 }
 
 fn cost(cache: &mut SceneCache, scene: &Scene) -> Cost {
     let mut recording = Recording::new();
     cache.update(scene, &mut recording).unwrap();
+    cost_of(&recording)
+}
+
+fn cost_of(recording: &Recording) -> Cost {
     let mut cost = Cost::default();
     for step in &recording.steps {
         match step {
             Step::CreateTexture { .. } => cost.textures += 1,
-            Step::WriteTexture { data, .. } => cost.voxel_bytes += data.bytes().len(),
+            // Those of the environment are flat.
+            Step::WriteTexture { data, size, .. } if size[2] > 1 => cost.voxel_bytes += data.bytes().len(),
             Step::WriteBuffer { data, .. } => cost.bytes += data.bytes().len(),
             Step::Dispatch { kernel: Kernel::MajorantGrid, .. } => cost.majorant_grids += 1,
+            Step::Dispatch { kernel: Kernel::ValueRanges { .. }, .. } => cost.value_ranges += 1,
             _ => {}
         }
     }
@@ -57,54 +64,81 @@ const TABLES: usize = 4096 * (8 + 16 + 13 * 4);
 /// Bytes of an instance.
 const INSTANCE: usize = size_of::<lumivox_shaders::layout::Instance>();
 
-/// Bytes of the value ranges of a volume whose cells are 4 voxels wide.
-fn ranges(size: usize) -> usize {
-    size.div_ceil(4).pow(3) * 4
-}
+/// Bytes of a brick of 16-bit voxels, which is what small volumes take.
+const BRICK: usize = 2 * 33 * 33 * 33;
+
+/// Bytes that say where a brick is, for a kernel.
+const PAGE: usize = 4;
 
 #[test]
 fn a_swapped_volume_uploads_itself_alone() {
-    let mut cache = SceneCache::new(LIMITS);
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     let mut scene = scene(&[volume(16), volume(20), volume(16)]);
     cost(&mut cache, &scene);
 
     scene.volumes[1].volume = volume(20);
     let swapped = cost(&mut cache, &scene);
-    assert_eq!((swapped.textures, swapped.voxel_bytes, swapped.majorant_grids), (0, 2 * 20 * 20 * 20, 1));
-    assert!(swapped.bytes <= TABLES + ranges(20) + 3 * INSTANCE, "{swapped:?}");
+    assert_eq!((swapped.textures, swapped.voxel_bytes), (0, BRICK));
+    assert_eq!((swapped.value_ranges, swapped.majorant_grids), (1, 1));
+    assert!(swapped.bytes <= TABLES + 2 * PAGE + 3 * INSTANCE, "{swapped:?}");
 
     // A smaller one lies where the larger was, and so does the larger again.
     for size in [18, 20] {
         scene.volumes[1].volume = volume(size);
         let swapped = cost(&mut cache, &scene);
-        assert_eq!((swapped.textures, swapped.voxel_bytes), (0, 2 * size * size * size));
+        assert_eq!((swapped.textures, swapped.voxel_bytes), (0, BRICK));
     }
-    scene.volumes[1].volume = volume(24);
+    // One of eight bricks takes the one that is free, and a texture for the rest.
+    scene.volumes[1].volume = volume(40);
     let swapped = cost(&mut cache, &scene);
-    assert_eq!(swapped.textures, 1, "a larger one does not fit where a smaller was");
-    assert_eq!(swapped.voxel_bytes, 2 * (24 * 24 * 24 + 2 * 16 * 16 * 16));
+    assert_eq!((swapped.textures, swapped.voxel_bytes), (1, 8 * BRICK));
 }
 
 #[test]
 fn volumes_in_another_order_or_number_upload_no_voxels_again() {
-    let mut cache = SceneCache::new(LIMITS);
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     let mut scene = scene(&[volume(16), volume(20), volume(16)]);
     cost(&mut cache, &scene);
     scene.volumes.swap(0, 2);
     assert_eq!(cost(&mut cache, &scene).voxel_bytes, 0);
-    let gone = scene.volumes.pop().unwrap();
-    assert_eq!(cost(&mut cache, &scene).voxel_bytes, 0, "there is room for three still");
-    scene.volumes.push(gone);
-    let back = cost(&mut cache, &scene);
-    assert_eq!((back.textures, back.voxel_bytes), (0, 2 * 16 * 16 * 16), "it went, and came back");
+    let hidden = scene.volumes.pop().unwrap();
+    assert_eq!(cost(&mut cache, &scene).voxel_bytes, 0);
+    scene.volumes.push(hidden);
+    assert_eq!(cost(&mut cache, &scene).voxel_bytes, 0, "who hid it held it");
     // But the memory of many is not kept for one.
+    let store = cache.store().clone();
+    let before = store.bytes();
     scene.volumes = vec![instance(&volume(8))];
     assert_eq!(cost(&mut cache, &scene).textures, 1);
+    assert!(store.bytes() < before);
+}
+
+#[test]
+fn what_one_scene_has_brought_another_finds() {
+    let store = VoxelStore::new(LIMITS);
+    let (mut first, mut second) = (SceneCache::new(&store), SceneCache::new(&store));
+    let [a, b] = [volume(16), volume(40)];
+    assert_eq!(cost(&mut first, &scene(&[a.clone(), b.clone()])).voxel_bytes, 9 * BRICK);
+    let other = Scene { environment: map(1.0), ..scene(&[b.clone(), a.clone()]) };
+    let found = cost(&mut second, &other);
+    assert_eq!((found.voxel_bytes, found.value_ranges, found.majorant_grids), (0, 0, 2));
+
+    // What a scene has shown stays as long as somebody holds the volume.
+    let mut recording = Recording::new();
+    first.free(&mut recording);
+    second.free(&mut recording);
+    store.collect(&mut recording);
+    let mut third = SceneCache::new(&store);
+    assert_eq!(cost(&mut third, &scene(std::slice::from_ref(&a))).voxel_bytes, 0);
+    drop((a, b, other));
+    third.free(&mut recording);
+    store.collect(&mut recording);
+    assert_eq!(store.bytes(), 0, "nobody holds them any more");
 }
 
 #[test]
 fn a_swapped_preset_uploads_its_tables_alone() {
-    let mut cache = SceneCache::new(LIMITS);
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     let mut scene = scene(&[volume(72), volume(72)]);
     cost(&mut cache, &scene);
     for opacity in [0.1, 0.2] {
@@ -112,42 +146,38 @@ fn a_swapped_preset_uploads_its_tables_alone() {
         scene.volumes[0].medium.surface.strength = opacity;
         let cost = cost(&mut cache, &scene);
         assert_eq!((cost.textures, cost.voxel_bytes, cost.majorant_grids), (0, 0, 1));
-        assert!(cost.bytes <= TABLES + 2 * INSTANCE, "{cost:?}");
+        assert!(cost.bytes <= TABLES + 27 * PAGE + 2 * INSTANCE, "{cost:?}");
     }
-    assert_eq!(cache.unprepared(), 2, "the ranges of two volumes, once");
 }
 
 #[test]
 fn a_filter_looks_at_its_own_volume_and_once() {
-    let mut cache = SceneCache::new(LIMITS);
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     let mut scene = scene(&[volume(72), volume(76)]);
-    cost(&mut cache, &scene);
-    assert_eq!(cache.unprepared(), 2);
-    for (filter, unprepared) in [(Filter::Tricubic, 3), (Filter::Trilinear, 3), (Filter::Tricubic, 3)] {
+    assert_eq!(cost(&mut cache, &scene).value_ranges, 2);
+    for (filter, looks) in [(Filter::Tricubic, 1), (Filter::Trilinear, 0), (Filter::Tricubic, 0)] {
         scene.volumes[0].medium.filter = filter;
         let cost = cost(&mut cache, &scene);
         assert_eq!((cost.voxel_bytes, cost.majorant_grids), (0, 1), "{filter:?}");
-        assert_eq!(cache.unprepared(), unprepared, "{filter:?}");
+        assert_eq!(cost.value_ranges, looks, "{filter:?}");
     }
     // Nor does another scene look at them again.
-    let mut other = SceneCache::new(LIMITS);
-    other.update(&scene, &mut Recording::new()).unwrap();
-    assert_eq!(other.unprepared(), 0);
+    let mut other = SceneCache::new(cache.store());
+    assert_eq!(cost(&mut other, &scene).value_ranges, 0);
 }
 
 #[test]
 fn what_is_prepared_is_not_computed_in_an_update() {
-    let mut cache = SceneCache::new(LIMITS);
-    let mut scene = Scene { environment: map(1.0), ..scene(&[volume(72), volume(76)]) };
-    scene.volumes[1].medium.filter = Filter::Tricubic;
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
+    let mut scene = Scene { environment: map(1.0), ..scene(&[volume(132), volume(136)]) };
     let preparation = cache.preparation(&scene).expect("nobody has looked at the volumes");
     std::thread::spawn(move || preparation.run()).join().unwrap();
     assert!(cache.preparation(&scene).is_none());
-    cache.update(&scene, &mut Recording::new()).unwrap();
+    cache.update_within(&scene, &mut 1000, &mut Recording::new()).unwrap();
     assert_eq!(cache.unprepared(), 0);
 
     // What was loaded with care needs nothing.
-    let loaded = volume(80);
+    let loaded = volume(140);
     prepare_volume(&loaded);
     scene.volumes[0].volume = loaded;
     assert!(cache.preparation(&scene).is_none());
@@ -196,7 +226,7 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
     for features in Features::ALL.subsets() {
         let scene = scene_with(features);
         assert_eq!(Features::of(&scene), features);
-        let mut cache = SceneCache::new(LIMITS);
+        let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
         let live_kernels = cache.kernels(&scene, ViewKind::Live);
         let still_kernels = cache.kernels(&scene, ViewKind::Still { guides: true });
         assert_eq!(live_kernels, features.kernels(ViewKind::Live, LIMITS));

@@ -10,6 +10,9 @@ use lumivox_renderer::DeviceLimits;
 
 pub const LIMITS: DeviceLimits = DeviceLimits {
     max_texture_3d: 256,
+    max_texture_bytes: 1 << 30,
+    unorm16: true,
+    one_pool: false,
     max_texture_2d: 1024,
     max_storage_binding: 4 << 20,
     max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,

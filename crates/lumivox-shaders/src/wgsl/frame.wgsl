@@ -23,8 +23,8 @@ struct Frame {
     // The film's rows of this dispatch.
     row_begin: u32,
     row_end: u32,
-    inverse_atlas_size: vec3f,
     environment_strength: f32,
+    light_count: u32,
     // Cosine and sine of the environment's rotation.
     environment_rotation: vec2f,
     environment_size: vec2u,
@@ -32,22 +32,26 @@ struct Frame {
     importance_size: vec2u,
     // Bounces before Russian roulette may end a path.
     roulette_start: u32,
-    light_count: u32,
-    // Unit vector along which view depth is measured.
-    view_axis: vec3f,
     orthographic: u32,
     // Where drivers count: turns of its loops that an invocation may take, and which of those that run TOGETHER works
     // while the others rest, or NONE_IS_ALONE.
     turn_limit: u32,
     lone_invocation: u32,
+    // Unit vector along which view depth is measured.
+    view_axis: vec3f,
     // Live films: groups of a workgroup's rows are traced in strides, so that every band of them costs about the same.
     group_stride: u32,
-    // Live films: invocations that share the samples of a pixel.
-    sharers: u32,
     // Radiance from everywhere besides the environment's map.
     ambient: vec3f,
+    // Live films: invocations that share the samples of a pixel.
+    sharers: u32,
     // Live films: only pixels that have fewer samples get any; 0 for all of them.
     only_below: u32,
+    padding_x: u32,
+    padding_y: u32,
+    padding_z: u32,
+    // One over the texels of each pool along each axis; w is unused.
+    inverse_pool_sizes: array<vec4f, MAX_POOLS>,
 }
 
 // One half of a node's volumes, and a box around them in the world.
@@ -77,12 +81,13 @@ struct Instance {
     density: f32,
     clip_high: vec3f,
     albedo: f32,
-    // First voxel in the atlas.
-    atlas_origin: vec3f,
+    // Bricks along each axis.
+    bricks: vec3u,
     anisotropy: f32,
     dims: vec3f,
     max_bounces: u32,
-    // Cells of the majorant grid, and its first cell in the buffer.
+    // Cells of the majorant grid, and its first cell in the buffer of grids. The first of them begins one cell before the
+    // first voxel's centre.
     grid_dims: vec3u,
     grid_offset: u32,
     // Voxels along a side of a majorant cell, and its inverse.
@@ -106,7 +111,9 @@ struct Instance {
     surface_specular: f32,
     // A light reaches the volume if its mask shares a bit.
     layers: u32,
-    padding: array<u32, 3>,
+    // Cells along a side of a brick.
+    cells_per_brick: u32,
+    padding: vec2u,
 }
 
 const NO_VOLUME: u32 = 0xffffffffu;

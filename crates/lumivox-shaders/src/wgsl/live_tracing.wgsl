@@ -1,7 +1,7 @@
 // Tracing into a host's image: rays end at what the host has drawn, and several invocations may share a pixel.
 
 // View depth of the host's surface at each pixel of the film, 0 where there is none; `host_depth` writes it.
-@group(0) @binding(11) var<storage, read> ray_limits: array<f32>;
+@group(0) @binding(RAY_LIMITS_BINDING) var<storage, read> ray_limits: array<f32>;
 
 var<workgroup> shared_sums: array<array<vec4f, 2>, WORKGROUP_X * WORKGROUP_Y>;
 

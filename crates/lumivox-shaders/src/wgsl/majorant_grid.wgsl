@@ -1,4 +1,5 @@
-// The majorant of every cell of a volume: the largest opacity over the cell's value range.
+// The majorant of every cell of a volume, the largest opacity over the cell's value range, and beside it where the
+// voxels are that the cell lies between. Expects `pools` and `cells`.
 //
 // The range holds the smallest and largest stored value that interpolation inside the cell can touch. The transfer
 // table is linear between entries, so its maximum over a range is the maximum of the entries that enclose it: two
@@ -7,13 +8,18 @@
 
 struct MajorantParams {
     cell_count: u32,
-    range_offset: u32,
     majorant_offset: u32,
     // Cells in a row of workgroups: a dispatch has at most 65535 workgroups along an axis.
     row_length: u32,
     table_scale: f32,
     table_bias: f32,
+    // Along a side of a brick.
+    cells_per_brick: u32,
     padding: vec2u,
+    grid_dims: vec3u,
+    more_padding: u32,
+    bricks: vec3u,
+    last_padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: MajorantParams;
@@ -21,7 +27,8 @@ struct MajorantParams {
 @group(0) @binding(1) var<storage, read> value_ranges: array<u32>;
 // Level k, entry i: the largest opacity of entries i .. i + 2^k.
 @group(0) @binding(2) var<storage, read> range_maxima: array<f32>;
-@group(0) @binding(3) var<storage, read_write> majorants: array<f32>;
+@group(0) @binding(3) var<storage, read> pages: array<u32>;
+@group(0) @binding(4) var<storage, read_write> grids: array<Cell>;
 
 fn table_coordinate(fraction: u32) -> f32 {
     let texel = f32(fraction) / 65535.0;
@@ -34,7 +41,7 @@ fn majorant_grid(@builtin(global_invocation_id) id: vec3u) {
     if (cell >= params.cell_count) {
         return;
     }
-    let range = value_ranges[params.range_offset + cell];
+    let range = value_ranges[cell];
     let a_end = table_coordinate(range & 0xffffu);
     let b_end = table_coordinate(range >> 16u);
     // A negative rescale slope swaps the ends. A little more on either side is for rounding, of texture units and of
@@ -45,5 +52,15 @@ fn majorant_grid(@builtin(global_invocation_id) id: vec3u) {
     let level = firstLeadingBit(high - low + 1u);
     let a = range_maxima[level * TABLE_SIZE + low];
     let b = range_maxima[level * TABLE_SIZE + high + 1u - (1u << level)];
-    majorants[params.majorant_offset + cell] = max(a, b);
+    let brick = brick_of(cell);
+    let page = pages[(brick.z * params.bricks.y + brick.y) * params.bricks.x + brick.x];
+    let texel_from_voxel = vec3i(brick_origin(page)) - vec3i(brick * BRICK_SIZE);
+    grids[params.majorant_offset + cell] = cell_new(max(a, b), pool_of(page), texel_from_voxel);
+}
+
+fn brick_of(index: u32) -> vec3u {
+    let n = params.grid_dims;
+    let cell = vec3u(index % n.x, index / n.x % n.y, index / (n.x * n.y));
+    // The first cells, before the first voxels, belong to their neighbours' bricks.
+    return (max(cell, vec3u(1u)) - 1u) / params.cells_per_brick;
 }

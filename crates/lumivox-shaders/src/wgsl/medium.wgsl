@@ -7,9 +7,9 @@ struct Reading {
     texel: f32,  // stored value in [0, 1]
 }
 
-// At a point of voxel space.
-fn read_medium(v: u32, p: vec3f) -> Reading {
-    return Reading(sample_volume(v, p));
+// At a point of voxel space in a cell.
+fn read_medium(v: u32, p: vec3f, cell: Cell) -> Reading {
+    return Reading(sample_in_cell(v, p, cell));
 }
 
 struct TableAddress {

@@ -8,15 +8,15 @@
 @group(0) @binding(1) var<storage, read> instances: array<Instance>;
 @group(0) @binding(2) var<storage, read> nodes: array<Node>;
 @group(0) @binding(3) var<storage, read> tables: array<vec2f>;
-@group(0) @binding(4) var<storage, read> majorants: array<f32>;
-@group(0) @binding(5) var atlas: texture_3d<f32>;
-@group(0) @binding(6) var atlas_sampler: sampler;
-@group(0) @binding(7) var environment_map: texture_2d<f32>;
-@group(0) @binding(8) var<storage, read> environment_importance: array<ImportanceCell>;
-@group(0) @binding(9) var<storage, read> lights: array<Light>;
+// The cells of one volume after the other.
+@group(0) @binding(4) var<storage, read> grids: array<Cell>;
+@group(0) @binding(5) var linear_sampler: sampler;
+@group(0) @binding(6) var environment_map: texture_2d<f32>;
+@group(0) @binding(7) var<storage, read> environment_importance: array<ImportanceCell>;
+@group(0) @binding(8) var<storage, read> lights: array<Light>;
 // Planes of sums over samples: (radiance, alpha), (view depth, squared luminance, number of samples, state of the path
 // that is put aside) and, with GUIDES, (first-hit albedo, 0), (first-hit normal, 0).
-@group(0) @binding(10) var<storage, read_write> film: array<vec4f>;
+@group(0) @binding(9) var<storage, read_write> film: array<vec4f>;
 
 // What the samples of one pixel add up to; planes of the film.
 struct Sums {

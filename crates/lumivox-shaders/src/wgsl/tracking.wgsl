@@ -15,7 +15,8 @@ struct March {
     t_end: f32,
     t_next: vec3f,     // where the ray leaves its cell along each axis
     t_delta: vec3f,    // t from one cell to the next along each axis
-    cell: i32,         // index of the cell
+    index: i32,        // of the cell
+    cell: Cell,        // that the tentative collision lies in
     step: vec3i,       // index steps to the next cell along each axis
     scale: f32,        // extinction per unit of t at opacity 1
 }
@@ -47,18 +48,19 @@ fn march_begin(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> March {
 
     let dims = vec3i(instances[v].grid_dims);
     let stride = vec3i(1, dims.x, dims.x * dims.y);
-    let p = m.origin * instances[v].cells_per_voxel;
-    let cell = clamp(vec3i(floor(p)), vec3i(0), dims - 1);
+    // Cells part the space between voxel centres, and bricks likewise: the first begins one cell before the first centre.
+    let p = m.origin + (instances[v].cell_size - 0.5);
+    let cell = clamp(vec3i(floor(p * instances[v].cells_per_voxel)), vec3i(0), dims - 1);
     let forward = d > vec3f(0.0);
     let side = vec3f(cell) + select(vec3f(0.0), vec3f(1.0), forward);
-    m.t_next = (side * instances[v].cell_size - m.origin) * inverse;
+    m.t_next = (side * instances[v].cell_size - p) * inverse;
     m.t_delta = abs(instances[v].cell_size * inverse);
     // The walk adds up t_next, and every sum may fall short by half a unit in the last place. It ends where the shortest
     // may reach the grid's last face: one step more, and it would read the majorants of another volume.
     let steps = vec3f(select(cell, dims - 1 - cell, forward));
     let faces = (m.t_next + steps * m.t_delta) * (1.0 - (steps + 4.0) * HALF_UNIT);
     m.t_end = min(m.t_end, min(faces.x, min(faces.y, faces.z)));
-    m.cell = dot(cell, stride) + i32(instances[v].grid_offset);
+    m.index = dot(cell, stride) + i32(instances[v].grid_offset);
     m.step = select(-stride, stride, forward);
     return m;
 }
@@ -68,24 +70,26 @@ fn march_begin(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> March {
 fn march_to_tentative(m: ptr<function, March>, depth: f32) -> f32 {
     var rest = depth;
     while ((*m).t < (*m).t_end && take_turn()) {
-        let majorant = majorants[(*m).cell] * (*m).scale;
+        let cell = grids[(*m).index];
+        let majorant = cell_majorant(cell) * (*m).scale;
         let t_exit = min(min((*m).t_next.x, (*m).t_next.y), min((*m).t_next.z, (*m).t_end));
         let available = majorant * (t_exit - (*m).t);
         if (rest < available) {
             (*m).t += rest / majorant;
+            (*m).cell = cell;
             return majorant;
         }
         rest -= max(available, 0.0);
         (*m).t = max((*m).t, t_exit);
         // Exactly one axis steps, or the ray could cut a corner through a cell whose majorant it never read.
         if ((*m).t_next.x <= (*m).t_next.y && (*m).t_next.x <= (*m).t_next.z) {
-            (*m).cell += (*m).step.x;
+            (*m).index += (*m).step.x;
             (*m).t_next.x += (*m).t_delta.x;
         } else if ((*m).t_next.y <= (*m).t_next.z) {
-            (*m).cell += (*m).step.y;
+            (*m).index += (*m).step.y;
             (*m).t_next.y += (*m).t_delta.y;
         } else {
-            (*m).cell += (*m).step.z;
+            (*m).index += (*m).step.z;
             (*m).t_next.z += (*m).t_delta.z;
         }
     }
@@ -123,7 +127,7 @@ fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function
             if (majorant == 0.0 || !take_turn()) {
                 break;
             }
-            let reading = read_medium(v, m.origin + m.t * m.direction);
+            let reading = read_medium(v, m.origin + m.t * m.direction, m.cell);
             if (rng_next(rng) * majorant < opacity(v, reading) * m.scale) {
                 nearest = Collision(IN_VOLUME, m.t_enter + m.t, v, reading);
                 break;
@@ -152,7 +156,7 @@ fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function,
             if (majorant == 0.0 || !take_turn()) {
                 break;
             }
-            let sigma_t = opacity(v, read_medium(v, m.origin + m.t * m.direction)) * m.scale;
+            let sigma_t = opacity(v, read_medium(v, m.origin + m.t * m.direction, m.cell)) * m.scale;
             product *= max(1.0 - sigma_t / majorant, 0.0);
             if (product < 0.1) {
                 if (rng_next(rng) * 0.1 >= product) {

@@ -1,16 +1,31 @@
-// Reading a volume: filters, gradient, spaces. Expects `instances`, `atlas`, `atlas_sampler` and `frame`.
+// Reading a volume: filters, gradient, spaces. Expects `instances`, `grids`, pools, `linear_sampler` and `frame`.
 
-// Stored value in [0, 1] at a point of voxel space. Taps clamp to the volume's own voxels, a hair inside the outermost
-// centres: texture units round coordinates to 1/256 of a voxel, and a neighbour in the atlas must not leak in.
+// Stored value in [0, 1] at a point of voxel space.
 fn sample_trilinear(v: u32, p: vec3f) -> f32 {
-    let edge = vec3f(0.5 + 1.0 / 512.0);
-    let q = clamp(p, edge, max(instances[v].dims - edge, edge)) + instances[v].atlas_origin;
-    return textureSampleLevel(atlas, atlas_sampler, q * frame.inverse_atlas_size, 0.0).r;
+    let inside = clamp(p, vec3f(0.5), instances[v].dims - 0.5);
+    return filter_brick(cell_at(v, vec3u(inside - 0.5)), inside);
 }
 
 fn sample_nearest(v: u32, p: vec3f) -> f32 {
-    let q = clamp(floor(p), vec3f(0.0), instances[v].dims - 1.0) + instances[v].atlas_origin;
-    return textureLoad(atlas, vec3i(q), 0).r;
+    let voxel = vec3u(clamp(floor(p), vec3f(0.0), instances[v].dims - 1.0));
+    let cell = cell_at(v, voxel);
+    return load_texel(cell_pool(cell), vec3i(voxel) + cell_texel_from_voxel(cell));
+}
+
+// One of the cells in the brick that holds a voxel.
+fn cell_at(v: u32, voxel: vec3u) -> Cell {
+    let n = instances[v].grid_dims;
+    let cell = voxel / BRICK_SIZE * instances[v].cells_per_brick + 1u;
+    return grids[instances[v].grid_offset + (cell.z * n.y + cell.y) * n.x + cell.x];
+}
+
+// At a point of voxel space in the brick that a cell lies in, which it may miss by a rounding: texture units, too, round
+// coordinates, to 1/256 of a texel, up, down or to the nearest. A quarter of that is added so that the neighbours in the
+// pool do not leak in, however they do it.
+fn filter_brick(cell: Cell, p: vec3f) -> f32 {
+    // Below the centre of the first voxel lies nothing.
+    let texel = max(p, vec3f(0.5)) + (1.0 / 1024.0) + vec3f(cell_texel_from_voxel(cell));
+    return sample_pool(cell_pool(cell), texel * frame.inverse_pool_sizes[cell_pool(cell)].xyz);
 }
 
 // Cubic B-spline from eight trilinear taps (Sigg and Hadwiger, "Fast Third-Order Texture Filtering", GPU Gems 2,
@@ -49,6 +64,14 @@ fn sample_volume(v: u32, p: vec3f) -> f32 {
         }
     }
     return sample_trilinear(v, p);
+}
+
+// The same at a point in a cell.
+fn sample_in_cell(v: u32, p: vec3f, cell: Cell) -> f32 {
+    if (MIXED_FILTERS && instances[v].filter_kind != FILTER_TRILINEAR) {
+        return sample_volume(v, p);
+    }
+    return filter_brick(cell, p);
 }
 
 // Central differences over one voxel to each side, per voxel, in stored units.

@@ -7,7 +7,7 @@ use lumivox_core::{
     Environment, Filter, Medium, Modality, PerspectiveCamera, Scene, TransferFunction, Volume,
     VolumeInstance, Voxels,
 };
-use lumivox_renderer::{Recording, SceneCache, View, ViewKind, ViewSettings};
+use lumivox_renderer::{Recording, SceneCache, View, ViewKind, ViewSettings, VoxelStore};
 use lumivox_testing::scenes;
 use lumivox_wgpu::Gpu;
 
@@ -96,10 +96,10 @@ fn a_scene_looks_the_same_however_it_came_about() {
         scene(&[(&e, 0.7, Trilinear), (&a, 0.4, Trilinear)]),
         scene(&[(&e, 0.7, Trilinear), (&e, 0.2, Trilinear)]),
     ];
-    let mut changed = SceneCache::new(gpu.executor.limits());
+    let mut changed = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
     for (i, scene) in steps.iter().enumerate() {
         update(&mut gpu, &mut changed, scene);
-        let mut fresh = SceneCache::new(gpu.executor.limits());
+        let mut fresh = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
         update(&mut gpu, &mut fresh, scene);
         let (changed, fresh_film) = (film(&mut gpu, &changed), film(&mut gpu, &fresh));
         let (far, lit) = difference(&changed, &fresh_film);
@@ -114,7 +114,7 @@ fn a_scene_looks_the_same_however_it_came_about() {
 fn prepared_pipelines_are_not_waited_for() {
     let mut gpu = gpu();
     let test = scenes::surface_reflection();
-    let mut cache = SceneCache::new(gpu.executor.limits());
+    let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
     let kernels = cache.kernels(&test.scene, ViewKind::Still { guides: true });
     gpu.executor.prepare(kernels.iter().copied());
     while !gpu.executor.is_prepared(kernels.iter().copied()) {

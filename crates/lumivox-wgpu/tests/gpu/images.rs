@@ -7,7 +7,7 @@ use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_renderer::recording::Payload;
 use lumivox_renderer::{
     Background, DeviceLimits, DisplaySettings, Film, LoopTurns, Recording, RenderError, SceneCache, Step,
-    ToneMap, View, ViewSettings,
+    ToneMap, View, ViewSettings, VoxelStore,
 };
 use lumivox_testing::scenes;
 use lumivox_wgpu::{Gpu, GpuError, Outcome, RenderRequest, render};
@@ -30,7 +30,7 @@ fn film_within(
     budget: u64,
 ) -> Result<Film, RenderError> {
     let mut gpu = gpu();
-    let mut cache = SceneCache::new(limits);
+    let mut cache = SceneCache::new(&VoxelStore::new(limits));
     let mut recording = Recording::new();
     cache.update(&test.scene, &mut recording).unwrap();
     let mut film = Film::new(size, size, false);
@@ -167,7 +167,7 @@ fn a_lost_device_leaves_the_image_so_far() {
 fn the_display_pass_is_its_cpu_twin() {
     let test = scenes::peaky_environment();
     let mut gpu = gpu();
-    let mut cache = SceneCache::new(gpu.executor.limits());
+    let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
     let mut recording = Recording::new();
     cache.update(&test.scene, &mut recording).unwrap();
     let mut view = View::new(ViewSettings::new(24, 24), &cache, &mut recording).unwrap();

@@ -12,6 +12,7 @@ mod majorants;
 mod physics;
 mod reference;
 mod samplers;
+mod store;
 
 use std::ops::ControlFlow;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};

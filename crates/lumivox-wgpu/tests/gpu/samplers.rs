@@ -7,7 +7,7 @@ use lumivox_core::glam::DVec3;
 use lumivox_core::{Environment, Scene};
 use lumivox_reference::sampling::{cosine_hemisphere, henyey_greenstein};
 use lumivox_renderer::recording::Kernel;
-use lumivox_renderer::{Recording, ResourceId, SceneCache, Step};
+use lumivox_renderer::{Recording, ResourceId, SceneCache, Step, VoxelStore};
 use lumivox_shaders::layout::{Frame, SampleParams};
 use lumivox_testing::chi_square::{SphereTest, Verdict};
 use lumivox_testing::scenes;
@@ -19,7 +19,7 @@ const COUNT: usize = 400_000;
 /// Directions and the densities that the kernel claims for them.
 fn draw(environment: &Environment, sampler: u32, axis: DVec3, anisotropy: f64) -> Vec<(DVec3, f64)> {
     let mut gpu = gpu();
-    let mut cache = SceneCache::new(gpu.executor.limits());
+    let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
     let mut recording = Recording::new();
     let scene = Scene { environment: environment.clone(), ..Default::default() };
     cache.update(&scene, &mut recording).unwrap();

@@ -85,6 +85,13 @@ impl Executor {
         let on_cpu = RenderingServer::singleton().get_video_adapter_type() == DeviceType::CPU;
         DeviceLimits {
             max_texture_3d: limit(Limit::MAX_TEXTURE_SIZE_3D),
+            max_texture_bytes: match on_cpu {
+                true => DeviceLimits::TEXTURE_BYTES_OF_SOFTWARE,
+                false => DeviceLimits::TEXTURE_BYTES_OF_GPU,
+            },
+            unorm16: device
+                .texture_is_format_supported_for_usage(DataFormat::R16_UNORM, TextureUsageBits::SAMPLING_BIT),
+            one_pool: on_cpu,
             max_texture_2d: limit(Limit::MAX_TEXTURE_SIZE_2D),
             max_storage_binding: if on_cpu { 128 << 20 } else { 1 << 30 },
             max_samples_per_dispatch: match on_cpu {
@@ -143,10 +150,10 @@ impl Executor {
         }
     }
 
-    /// Frees every resource that `recording` makes: after an error nobody else will.
+    /// Frees every resource that `recording` makes or would have freed: after an error nobody else will.
     pub fn discard(&mut self, device: &mut Gd<RenderingDevice>, recording: &Recording) {
         for step in &recording.steps {
-            if let Step::CreateBuffer { id, .. } | Step::CreateTexture { id, .. } = step {
+            if let Step::CreateBuffer { id, .. } | Step::CreateTexture { id, .. } | Step::Free { id } = step {
                 self.free_resource(device, *id);
             }
         }
@@ -198,6 +205,10 @@ impl Executor {
             }
             Step::WriteTexture { id, origin, size, data } => {
                 self.write_texture(device, *id, *origin, *size, data)?;
+            }
+            Step::CopyTexture { from, to, size } => {
+                let (from, to) = (self.texture(device, *from)?, self.texture(device, *to)?);
+                copy_texture(device, from, to, [0; 3], *size)?;
             }
             Step::ClearBuffer { id } => {
                 let (buffer, size) = self.buffer(*id)?;
@@ -273,14 +284,9 @@ impl Executor {
         let flat = depth == 0;
         let box_size = if flat { [size[0], size[1], 0] } else { size };
         let staging = create_texture(device, Plan { size: box_size, ..plan }, Some(data))?;
-        let at = |v: [u32; 3]| Vector3::new(v[0] as f32, v[1] as f32, v[2] as f32);
-        let copied = device.texture_copy(staging, texture, Vector3::ZERO, at(origin), at(size), 0, 0, 0, 0);
+        let copied = copy_texture(device, staging, texture, origin, size);
         device.free_rid(staging);
-        if copied == Error::OK {
-            Ok(())
-        } else {
-            Err(ExecuteError::Fault(format!("'{}' cannot be written", plan.label)))
-        }
+        copied
     }
 
     fn uniform_set(
@@ -304,7 +310,7 @@ impl Executor {
                 }
                 BindingKind::LinearSampler => self.linear_sampler(device),
                 BindingKind::StorageRead | BindingKind::StorageReadWrite => self.buffer(next()?)?.0,
-                BindingKind::Texture3dFiltered | BindingKind::Texture2dLoaded => {
+                BindingKind::Texture3d | BindingKind::Texture2dLoaded => {
                     let id = next()?;
                     self.texture(device, id)?
                 }
@@ -414,8 +420,23 @@ fn uniform_type(kind: BindingKind) -> UniformType {
     match kind {
         BindingKind::Uniform => UniformType::UNIFORM_BUFFER,
         BindingKind::StorageRead | BindingKind::StorageReadWrite => UniformType::STORAGE_BUFFER,
-        BindingKind::Texture3dFiltered | BindingKind::Texture2dLoaded => UniformType::TEXTURE,
+        BindingKind::Texture3d | BindingKind::Texture2dLoaded => UniformType::TEXTURE,
         BindingKind::LinearSampler => UniformType::SAMPLER,
+    }
+}
+
+/// Copies the first box of a texture into another.
+fn copy_texture(
+    device: &mut Gd<RenderingDevice>,
+    from: Rid,
+    to: Rid,
+    origin: [u32; 3],
+    size: [u32; 3],
+) -> Result<(), ExecuteError> {
+    let at = |v: [u32; 3]| Vector3::new(v[0] as f32, v[1] as f32, v[2] as f32);
+    match device.texture_copy(from, to, Vector3::ZERO, at(origin), at(size), 0, 0, 0, 0) {
+        Error::OK => Ok(()),
+        error => Err(ExecuteError::Fault(format!("a texture cannot be written: {error:?}"))),
     }
 }
 
@@ -430,6 +451,7 @@ fn create_texture(
     format.set_format(match plan.format {
         TextureFormat::R8Unorm => DataFormat::R8_UNORM,
         TextureFormat::R16Unorm => DataFormat::R16_UNORM,
+        TextureFormat::R16Float => DataFormat::R16_SFLOAT,
         TextureFormat::Rgba32Float => DataFormat::R32G32B32A32_SFLOAT,
     });
     format.set_width(width);

@@ -366,6 +366,12 @@ impl IVisualInstance3D for LumivoxVolume3D {
         } else if let Some(error) = &shared::lock().error {
             warnings.push(GString::from(&format!("Volumes cannot be drawn: {error}.")));
         }
+        if let Some(factor) = self.reduction() {
+            warnings.push(GString::from(&format!(
+                "The GPU has no room for all voxels of this scan: it is shown at 1/{factor} of its resolution. Free \
+                 others, or crop it."
+            )));
+        }
         warnings.into()
     }
 
@@ -442,6 +448,14 @@ impl LumivoxVolume3D {
     }
 
     /// What is wrong with the scan, if anything.
+    /// Voxels of the scan along an axis for one on the GPU, where it has no room for all.
+    fn reduction(&self) -> Option<u32> {
+        let volume = self.volume.as_ref()?.bind().volume()?.clone();
+        let store = shared::lock().store.clone()?;
+        let resolution = store.resolution(&volume)?;
+        (!resolution.arriving && resolution.factor > 1).then_some(resolution.factor)
+    }
+
     fn scan_warning(&self) -> Option<String> {
         if let Some(whole) = self.volume.as_ref().and_then(whole_scan) {
             return Some(format!(

@@ -5,7 +5,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use lumivox_core::Ray;
 use lumivox_core::glam::DVec3;
 use lumivox_renderer::{
-    Film, HostDepth, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache,
+    Film, HostDepth, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, VoxelStore,
 };
 use lumivox_testing::png_io::SrgbImage;
 use lumivox_wgpu::{Gpu, wgpu};
@@ -99,7 +99,7 @@ pub fn film(case: &Case) -> Film {
         fog: None,
     };
     let settings = LiveSettings { target_samples: case.samples, ..LiveSettings::new(width, height) };
-    let mut cache = SceneCache::new(gpu.executor.limits());
+    let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
     let mut recording = Recording::new();
     cache.update(&case.scene(), &mut recording).unwrap();
     let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();

@@ -9,7 +9,7 @@ use lumivox_core::Camera;
 use lumivox_core::glam::DVec3;
 use lumivox_renderer::{
     DeviceLimits, Film, Fog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId,
-    SceneCache,
+    SceneCache, VoxelStore,
 };
 use lumivox_testing::scenes::TestScene;
 use lumivox_wgpu::{Gpu, wgpu};
@@ -67,7 +67,7 @@ impl Host {
         for (name, texture) in names.iter().zip([&color, &depth, &written]) {
             gpu.executor.lend_texture(*name, texture);
         }
-        let mut cache = SceneCache::new(limits);
+        let mut cache = SceneCache::new(&VoxelStore::new(limits));
         let mut recording = Recording::new();
         cache.update(&test.scene, &mut recording).unwrap();
         let live = LiveView::new(&settings, &cache, &mut recording).unwrap();

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 /// Of sources `S`, what a key `K` asks for.
-pub(super) struct Derived<S, K, V>(Mutex<Vec<Known<S, K, V>>>);
+pub(crate) struct Derived<S, K, V>(Mutex<Vec<Known<S, K, V>>>);
 
 type Known<S, K, V> = (Weak<S>, K, Arc<V>);
 

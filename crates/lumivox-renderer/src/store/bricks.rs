@@ -1,0 +1,322 @@
+//! Volumes in bricks, on their way into pools.
+//!
+//! A brick holds [`BRICK_SIZE`] voxels along each axis and one more, its neighbours' first: a linear filter between its
+//! voxels needs no other brick, and a texture unit filters as it would in a texture of the volume's own.
+
+use std::sync::{Arc, Weak};
+
+use lumivox_core::{Volume, Voxels};
+use lumivox_shaders::constants::{BRICK_SIZE, BRICK_TEXELS, MAX_BRICKS};
+use rayon::prelude::*;
+
+use super::pools::Pools;
+use super::texels::Quantiser;
+use super::value_ranges::Ranges;
+use super::{Resident, TEXELS};
+use crate::recording::{Payload, Recording, ResourceId, Step, TextureFormat};
+
+/// Bytes of one upload: small enough to bound the memory of staging, large enough to be fast.
+const UPLOAD_BYTES: u64 = 32 << 20;
+
+/// So many are filled where they are wanted: other threads may be busy for longer than a frame.
+const FEW_TEXELS: usize = 8 << 20;
+
+/// The bricks of a volume, or of a copy that was reduced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct BrickGrid {
+    /// Voxels along each axis.
+    pub dims: [u32; 3],
+    /// Bricks along each axis.
+    pub counts: [u32; 3],
+}
+
+/// A copy of a volume on its way into its bricks.
+#[derive(Debug)]
+pub(super) struct Arrival {
+    volume: Weak<Volume>,
+    /// All texels, made ahead.
+    prepared: Option<Arc<Vec<u16>>>,
+    /// Bricks that are there.
+    done: usize,
+    /// The copy's pages, for the kernel that looks at what is there.
+    pages: Option<ResourceId>,
+}
+
+/// Bricks next to each other, both in the volume and in a pool.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Run {
+    /// The first one's place among the volume's bricks.
+    first: [u32; 3],
+    /// Bricks along x and y.
+    size: [u32; 2],
+}
+
+impl BrickGrid {
+    /// Of a volume of which each voxel stands for `factor` along each axis.
+    pub fn new(dims: [usize; 3], factor: u32) -> Self {
+        let dims = dims.map(|n| n.div_ceil(factor as usize) as u32);
+        Self { dims, counts: dims.map(|n| n.div_ceil(BRICK_SIZE)) }
+    }
+
+    pub fn count(self) -> u64 {
+        self.counts.iter().map(|&n| u64::from(n)).product()
+    }
+
+    pub fn place(self, index: usize) -> [u32; 3] {
+        let [nx, ny, _] = self.counts.map(|n| n as usize);
+        [index % nx, index / nx % ny, index / (nx * ny)].map(|n| n as u32)
+    }
+
+    fn index(self, [x, y, z]: [u32; 3]) -> usize {
+        ((z as usize * self.counts[1] as usize) + y as usize) * self.counts[0] as usize + x as usize
+    }
+}
+
+/// The least power of two by which a volume has to be reduced for kernels to find its bricks: 1 but for the longest.
+pub(super) fn least_factor(dims: [usize; 3]) -> u32 {
+    let fits = |factor: &u32| BrickGrid::new(dims, *factor).counts.iter().all(|&n| n <= MAX_BRICKS);
+    (0..31).map(|power| 1 << power).find(fits).unwrap_or(1 << 31)
+}
+
+impl Arrival {
+    pub fn new(volume: &Arc<Volume>) -> Self {
+        Self { volume: Arc::downgrade(volume), prepared: None, done: 0, pages: None }
+    }
+
+    /// Of texels in the order of bricks, if they are there.
+    pub fn of_prepared(volume: &Arc<Volume>, prepared: Option<Arc<Vec<u16>>>) -> Self {
+        Self { prepared, ..Self::new(volume) }
+    }
+
+    pub fn bricks_done(&self) -> usize {
+        self.done
+    }
+
+    pub fn is_done(&self, resident: &Resident) -> bool {
+        self.done == resident.pages.len()
+    }
+
+    /// Records as many bricks more as the budget allows, one at least while there is any, and the value ranges of what is
+    /// there then.
+    pub fn advance(
+        &mut self,
+        resident: &Resident,
+        ranges: &mut [Ranges],
+        pools: &Pools,
+        budget: &mut u64,
+        recording: &mut Recording,
+    ) {
+        let Some(volume) = self.volume.upgrade() else { return };
+        while *budget > 0 && self.done < resident.pages.len() {
+            let (texture, format) = pools.texture_of(resident.pages[self.done]);
+            let most = (*budget).min(UPLOAD_BYTES) / pools.bytes_of(format, 1);
+            let run = run(resident, self.done, most.max(1) as usize);
+            let [width, height] = run.size;
+            let texels = match &self.prepared {
+                Some(prepared) => prepared_texels(prepared, resident, run, format),
+                None => texels(&volume, resident.factor, resident.bricks, run, format),
+            };
+            *budget = budget.saturating_sub(texels.len() as u64);
+            recording.push(Step::WriteTexture {
+                id: texture,
+                origin: super::pools::first_texel(resident.pages[self.done]),
+                size: [width * BRICK_TEXELS, height * BRICK_TEXELS, BRICK_TEXELS],
+                data: Payload::new(texels),
+            });
+            self.done += (width * height) as usize;
+        }
+        let layer = (resident.bricks.counts[0] * resident.bricks.counts[1]) as usize;
+        let layers = (self.done / layer) as u32;
+        if ranges.iter().any(|ranges| ranges.wants(resident, layers)) {
+            let pages =
+                *self.pages.get_or_insert_with(|| recording.create_buffer_with("pages", &resident.pages));
+            for ranges in ranges {
+                ranges.record(resident, pages, pools, layers, recording);
+            }
+        }
+    }
+
+    pub fn free(self, recording: &mut Recording) {
+        recording.free(self.pages);
+    }
+}
+
+/// The longest run of at most so many bricks from one on: whole rows, or a part of one.
+fn run(resident: &Resident, begin: usize, most: usize) -> Run {
+    let grid = resident.bricks;
+    let first = grid.place(begin);
+    let [nx, ny, _] = grid.counts;
+    let page = |x: u32, y: u32| resident.pages[grid.index([x, y, first[2]])];
+    let origin = resident.pages[begin];
+    let follows = |x: u32, y: u32| super::pools::is_beside(page(first[0] + x, first[1] + y), origin, [x, y]);
+    let mut width = 1;
+    while first[0] + width < nx && (width as usize) < most && follows(width, 0) {
+        width += 1;
+    }
+    let mut height = 1;
+    if width == nx {
+        let row_follows = |y: u32| (0..nx).all(|x| follows(x, y));
+        while first[1] + height < ny && (width * (height + 1)) as usize <= most && row_follows(height) {
+            height += 1;
+        }
+    }
+    Run { first, size: [width, height] }
+}
+
+/// Texels of a run, x fastest, as they are stored. What lies beyond the volume repeats its last voxel.
+fn texels(volume: &Volume, factor: u32, grid: BrickGrid, run: Run, format: TextureFormat) -> Vec<u8> {
+    if factor == 1 {
+        match (volume.voxels(), format) {
+            (Voxels::U8(v), TextureFormat::R8Unorm) => return gather(v, grid, run, |&x| x),
+            (Voxels::U16(v), TextureFormat::R16Unorm) => {
+                return bytes_of(gather(v, grid, run, |&x| x));
+            }
+            _ => {}
+        }
+    }
+    as_stored(fractions(volume, factor, grid, run), format)
+}
+
+fn bytes_of(texels: Vec<u16>) -> Vec<u8> {
+    bytemuck::cast_slice(&texels).to_vec()
+}
+
+/// 16-bit fractions in a format.
+fn as_stored(fractions: Vec<u16>, format: TextureFormat) -> Vec<u8> {
+    match format {
+        TextureFormat::R8Unorm => fractions.iter().map(|&x| ((u32::from(x) + 128) / 257) as u8).collect(),
+        TextureFormat::R16Float => bytes_of(
+            fractions.iter().map(|&x| half::f16::from_f64(f64::from(x) / 65535.0).to_bits()).collect(),
+        ),
+        _ => bytes_of(fractions),
+    }
+}
+
+fn fractions(volume: &Volume, factor: u32, grid: BrickGrid, run: Run) -> Vec<u16> {
+    match volume.voxels() {
+        Voxels::U8(v) => {
+            let read = |&x: &u8| u16::from(x) * 257;
+            if factor == 1 { gather(v, grid, run, read) } else { average(volume, v, factor, grid, run, read) }
+        }
+        Voxels::U16(v) => {
+            let read = |&x: &u16| x;
+            if factor == 1 { gather(v, grid, run, read) } else { average(volume, v, factor, grid, run, read) }
+        }
+        Voxels::F32(v) => {
+            let quantiser = Quantiser::of(volume);
+            let read = |&x: &f32| quantiser.fraction(x);
+            if factor == 1 { gather(v, grid, run, read) } else { average(volume, v, factor, grid, run, read) }
+        }
+    }
+}
+
+/// The voxel of each texel of a run along an axis.
+fn voxels_along(grid: BrickGrid, run: Run, axis: usize) -> impl Iterator<Item = u32> + Clone {
+    let bricks = if axis < 2 { run.size[axis] } else { 1 };
+    let (first, last) = (run.first[axis], grid.dims[axis] - 1);
+    (0..bricks * BRICK_TEXELS).map(move |texel| {
+        let voxel = (first + texel / BRICK_TEXELS) * BRICK_SIZE + texel % BRICK_TEXELS;
+        voxel.min(last)
+    })
+}
+
+/// The texels of a run, each read from its sample.
+fn gather<S: Sync, T: Copy + Default + Send + Sync>(
+    samples: &[S],
+    grid: BrickGrid,
+    run: Run,
+    read: impl Fn(&S) -> T + Sync,
+) -> Vec<T> {
+    let [nx, ny, _] = grid.dims.map(|n| n as usize);
+    fill(grid, run, |[y, z], line| {
+        let row = &samples[(z as usize * ny + y as usize) * nx..][..nx];
+        for (brick, texels) in line.chunks_exact_mut(BRICK_TEXELS as usize).enumerate() {
+            let begin = (run.first[0] as usize + brick) * BRICK_SIZE as usize;
+            let end = nx.min(begin + BRICK_TEXELS as usize);
+            let (there, beyond) = texels.split_at_mut(end - begin);
+            for (texel, sample) in there.iter_mut().zip(&row[begin..end]) {
+                *texel = read(sample);
+            }
+            beyond.fill(read(&row[nx - 1]));
+        }
+    })
+}
+
+/// The texels of a run of a volume that is reduced, each the mean of what it stands for.
+fn average<S: Sync>(
+    volume: &Volume,
+    samples: &[S],
+    factor: u32,
+    grid: BrickGrid,
+    run: Run,
+    read: impl Fn(&S) -> u16 + Sync,
+) -> Vec<u16> {
+    let n = volume.dims();
+    let covered = |voxel: u32, axis: usize| {
+        let begin = voxel as usize * factor as usize;
+        begin..(begin + factor as usize).min(n[axis])
+    };
+    fill(grid, run, |[y, z], line| {
+        for (texel, x) in line.iter_mut().zip(voxels_along(grid, run, 0)) {
+            let (mut sum, mut count) = (0u64, 0u64);
+            for z in covered(z, 2) {
+                for y in covered(y, 1) {
+                    for sample in &samples[(z * n[1] + y) * n[0]..][covered(x, 0)] {
+                        sum += u64::from(read(sample));
+                        count += 1;
+                    }
+                }
+            }
+            *texel = ((sum + count / 2) / count.max(1)) as u16;
+        }
+    })
+}
+
+/// The texels of a run, line by line: the y and z of its voxels, and its texels.
+fn fill<T: Copy + Default + Send + Sync>(
+    grid: BrickGrid,
+    run: Run,
+    line: impl Fn([u32; 2], &mut [T]) + Sync,
+) -> Vec<T> {
+    let [width, height] = run.size.map(|n| (n * BRICK_TEXELS) as usize);
+    let mut texels = vec![T::default(); width * height * BRICK_TEXELS as usize];
+    let ys: Vec<u32> = voxels_along(grid, run, 1).collect();
+    let slice = |(texels, z): (&mut [T], u32)| {
+        for (texels, y) in texels.chunks_exact_mut(width).zip(&ys) {
+            line([*y, z], texels);
+        }
+    };
+    let zs = voxels_along(grid, run, 2);
+    if texels.len() < FEW_TEXELS {
+        texels.chunks_mut(width * height).zip(zs).for_each(slice);
+    } else {
+        texels.par_chunks_mut(width * height).zip(zs.collect::<Vec<_>>()).for_each(slice);
+    }
+    texels
+}
+
+/// All of a reduced volume, brick by brick.
+pub(super) fn fractions_of_all(volume: &Volume, factor: u32) -> Vec<u16> {
+    let grid = BrickGrid::new(volume.dims(), factor);
+    (0..grid.count() as usize)
+        .into_par_iter()
+        .flat_map_iter(|index| {
+            fractions(volume, factor, grid, Run { first: grid.place(index), size: [1, 1] })
+        })
+        .collect()
+}
+
+/// A run of what was made ahead.
+fn prepared_texels(prepared: &[u16], resident: &Resident, run: Run, format: TextureFormat) -> Vec<u8> {
+    let side = BRICK_TEXELS as usize;
+    let [width, height] = run.size.map(|n| n as usize);
+    let mut texels = vec![0u16; width * height * TEXELS as usize];
+    for (row, line) in texels.chunks_exact_mut(side).enumerate() {
+        let (x, y, z) = (row % width, row / width % (height * side), row / (width * height * side));
+        let [first_x, first_y, first_z] = run.first;
+        let brick = resident.bricks.index([first_x + x as u32, first_y + (y / side) as u32, first_z]);
+        let begin = brick * TEXELS as usize + (z * side + y % side) * side;
+        line.copy_from_slice(&prepared[begin..begin + side]);
+    }
+    as_stored(texels, format)
+}

@@ -1,0 +1,376 @@
+//! Textures full of bricks, each of one format, and which of their bricks are taken.
+
+use std::sync::Arc;
+
+use lumivox_core::{Volume, Voxels};
+use lumivox_shaders::constants::{BRICK_TEXELS, PAGE_BITS};
+use lumivox_shaders::layout::POOL_COUNT;
+
+use super::bricks::BrickGrid;
+use super::{Resident, SPARSE, SPARSE_BYTES, TEXELS};
+use crate::recording::{Recording, ResourceId, Step, TextureFormat};
+use crate::scene_cache::DeviceLimits;
+
+/// Pools of 8 bits at most: there is always one left for 16.
+const MAX_EIGHT_BIT: usize = POOL_COUNT / 2;
+
+#[derive(Clone, Debug)]
+struct Pool {
+    texture: ResourceId,
+    format: TextureFormat,
+    /// Bricks along each axis.
+    size: [u32; 3],
+    /// Which are taken, x fastest.
+    taken: Vec<bool>,
+    taken_count: usize,
+}
+
+/// All pools of a device.
+#[derive(Clone, Debug)]
+pub(super) struct Pools {
+    /// By the number in pages.
+    list: Vec<Option<Pool>>,
+    /// Bricks along an axis of a pool at most.
+    max_side: u32,
+    max_bytes: u64,
+    fine_format: TextureFormat,
+    /// What is bound where there is no pool.
+    nothing: Option<ResourceId>,
+    /// Copies that were replaced, as long as some scene shows them.
+    retired: Vec<Arc<Resident>>,
+}
+
+/// The pool of a page.
+pub(super) fn pool(page: u32) -> usize {
+    (page >> (3 * PAGE_BITS)) as usize
+}
+
+fn place(page: u32) -> [u32; 3] {
+    [0, 1, 2].map(|axis| page >> (axis * PAGE_BITS) & ((1 << PAGE_BITS) - 1))
+}
+
+fn page(pool: usize, [x, y, z]: [u32; 3]) -> u32 {
+    (pool as u32) << (3 * PAGE_BITS) | z << (2 * PAGE_BITS) | y << PAGE_BITS | x
+}
+
+/// The first texel of a page's brick.
+pub(super) fn first_texel(page: u32) -> [u32; 3] {
+    place(page).map(|n| n * BRICK_TEXELS)
+}
+
+/// Whether a page is so many bricks away from another along x and y.
+pub(super) fn is_beside(other: u32, origin: u32, [dx, dy]: [u32; 2]) -> bool {
+    let [x, y, z] = place(origin);
+    pool(other) == pool(origin) && place(other) == [x + dx, y + dy, z]
+}
+
+impl Pool {
+    fn capacity(&self) -> usize {
+        self.taken.len()
+    }
+
+    fn free(&self) -> usize {
+        self.capacity() - self.taken_count
+    }
+
+    fn bytes(&self) -> u64 {
+        self.capacity() as u64 * TEXELS * self.format.bytes_per_texel() as u64
+    }
+
+    /// Whether it is worth the while of its last volumes to leave it.
+    fn is_sparse(&self) -> bool {
+        let used = self.bytes() / self.capacity() as u64 * self.taken_count as u64;
+        // One that is empty is free for all.
+        used > 0 && used * SPARSE < self.bytes() && self.bytes() - used > SPARSE_BYTES
+    }
+
+    fn index(&self, [x, y, z]: [u32; 3]) -> usize {
+        ((z * self.size[1] + y) * self.size[0] + x) as usize
+    }
+
+    fn place(&self, index: usize) -> [u32; 3] {
+        let [nx, ny, _] = self.size.map(|n| n as usize);
+        [index % nx, index / nx % ny, index / (nx * ny)].map(|n| n as u32)
+    }
+}
+
+impl Pools {
+    pub fn new(limits: &DeviceLimits) -> Self {
+        let max_side = (limits.max_texture_3d / BRICK_TEXELS).clamp(1, 1 << PAGE_BITS);
+        Self {
+            list: vec![None; if limits.one_pool { 1 } else { POOL_COUNT }],
+            max_side,
+            max_bytes: limits.max_texture_bytes,
+            fine_format: match limits.unorm16 {
+                true => TextureFormat::R16Unorm,
+                false => TextureFormat::R16Float,
+            },
+            nothing: None,
+            retired: vec![],
+        }
+    }
+
+    fn pools(&self) -> impl Iterator<Item = &Pool> {
+        self.list.iter().flatten()
+    }
+
+    /// Bytes of all textures.
+    pub fn bytes(&self) -> u64 {
+        self.pools().map(Pool::bytes).sum()
+    }
+
+    /// Of so many bricks.
+    pub fn bytes_of(&self, format: TextureFormat, bricks: u64) -> u64 {
+        bricks * TEXELS * format.bytes_per_texel() as u64
+    }
+
+    /// The format of a volume's texels: what it needs, unless there is no pool to be had of that.
+    pub fn format(&self, volume: &Volume) -> TextureFormat {
+        let eight_bit = self.pools().filter(|pool| pool.format == TextureFormat::R8Unorm).count();
+        let can_have_one = eight_bit > 0 || self.list.iter().any(Option::is_none);
+        match volume.voxels() {
+            Voxels::U8(_) if self.list.len() > 1 && can_have_one => TextureFormat::R8Unorm,
+            _ => self.fine_format,
+        }
+    }
+
+    /// Where a page's brick lies.
+    pub fn texture_of(&self, page: u32) -> (ResourceId, TextureFormat) {
+        let pool = self.list[pool(page)].as_ref().expect("a page is in a pool");
+        (pool.texture, pool.format)
+    }
+
+    /// As kernels bind them: something at every place.
+    pub fn textures(&self) -> Vec<ResourceId> {
+        let any = self.pools().next().map(|pool| pool.texture).or(self.nothing);
+        self.list
+            .iter()
+            .map(|pool| pool.as_ref().map(|pool| pool.texture).or(any).expect("there is something to bind"))
+            .collect()
+    }
+
+    /// One over the texels along each axis of each.
+    pub fn inverse_sizes(&self) -> [[f32; 4]; POOL_COUNT] {
+        std::array::from_fn(|i| {
+            let size = self.list.get(i).and_then(Option::as_ref).map_or([1; 3], |pool| pool.size);
+            let [x, y, z] = size.map(|n| 1.0 / (n * BRICK_TEXELS) as f32);
+            [x, y, z, 0.0]
+        })
+    }
+
+    /// A scene without volumes has to bind a texture, too.
+    pub fn ensure_one_to_bind(&mut self, recording: &mut Recording) {
+        let format = self.fine_format;
+        self.nothing.get_or_insert_with(|| recording.create_texture("no voxels", format, [1; 3]));
+    }
+
+    /// Whether pages lie in a pool that is left.
+    pub fn is_left(&self, pages: &[u32]) -> bool {
+        let left = self.left();
+        pages.iter().any(|page| left[pool(*page)])
+    }
+
+    /// Pools that their last volumes leave, where there can be others.
+    fn left(&self) -> Vec<bool> {
+        let is_left = |pool: &Option<Pool>| pool.as_ref().is_some_and(Pool::is_sparse);
+        self.list.iter().map(|pool| self.list.len() > 1 && is_left(pool)).collect()
+    }
+
+    /// Pages for each of some grids; `None` if there is no room for all, or only beyond `capacity` bytes.
+    pub fn allocate(
+        &mut self,
+        grids: &[(TextureFormat, BrickGrid)],
+        capacity: u64,
+        recording: &mut Recording,
+    ) -> Option<Vec<Vec<u32>>> {
+        self.reclaim();
+        let mut planned = self.clone();
+        let mut steps = Recording::new();
+        let mut pages = vec![vec![]; grids.len()];
+        for format in [TextureFormat::R8Unorm, planned.fine_format] {
+            let of_format = || grids.iter().enumerate().filter(|(_, (f, _))| *f == format);
+            let needed = of_format().map(|(_, (_, grid))| grid.count()).sum::<u64>() as usize;
+            if needed == 0 {
+                continue;
+            }
+            // An empty pool is used again if it suits: textures that are freed may be there a little longer.
+            let suits = |pool: &Pool| pool.format == format && pool.capacity() <= needed + needed / 16;
+            planned.free_empty_but(suits, &mut steps);
+            let widest = |axis: usize| of_format().map(|(_, (_, grid))| grid.counts[axis]).max().unwrap_or(1);
+            planned.make_room(format, needed, [widest(0), widest(1)], &mut steps)?;
+            let mut free = planned.free_pages(format).into_iter();
+            for (index, (_, grid)) in of_format() {
+                pages[index] = free.by_ref().take(grid.count() as usize).collect();
+                for page in &pages[index] {
+                    planned.set_taken(*page, true);
+                }
+            }
+        }
+        if planned.bytes() > capacity {
+            return None;
+        }
+        *self = planned;
+        recording.steps.append(&mut steps.steps);
+        Some(pages)
+    }
+
+    /// Sees to it that `needed` bricks of a format are free: in new pools, or in larger ones where there are all that can
+    /// be.
+    fn make_room(
+        &mut self,
+        format: TextureFormat,
+        needed: usize,
+        widest: [u32; 2],
+        recording: &mut Recording,
+    ) -> Option<()> {
+        let brick = TEXELS * format.bytes_per_texel() as u64;
+        let most = (self.max_bytes / brick).min(u64::from(self.max_side).pow(3)) as usize;
+        let max_side = self.max_side;
+        loop {
+            let rest = needed.saturating_sub(self.free_pages(format).len());
+            if rest == 0 {
+                return Some(());
+            }
+            let of_format = self.pools().filter(|pool| pool.format == format).count();
+            let may_be_one_more = format != TextureFormat::R8Unorm || of_format < MAX_EIGHT_BIT;
+            let empty = self.list.iter().position(Option::is_none).filter(|_| may_be_one_more);
+            if let Some(index) = empty {
+                let size =
+                    shape([widest[0], widest[1], 1].map(|n| n.min(max_side)), rest.min(most), max_side)
+                        .filter(|size| volume(*size) <= most)
+                        .or_else(|| shape([1; 3], rest.min(most), max_side))?;
+                self.list[index] = Some(Pool::new(format, size, recording));
+                continue;
+            }
+            // The smallest that can grow: what has to be copied is little.
+            let growing = self.list.iter_mut().flatten().filter(|pool| pool.format == format);
+            let pool = growing.filter(|pool| pool.capacity() < most).min_by_key(|pool| pool.capacity())?;
+            let wanted = (pool.capacity() + rest).min(most);
+            let size = shape(pool.size, wanted, max_side)
+                .filter(|size| volume(*size) <= most)
+                .or_else(|| shape(pool.size, wanted - volume([pool.size[0], pool.size[1], 1]), max_side))
+                .filter(|size| volume(*size) > pool.capacity())?;
+            pool.grow(size, recording);
+        }
+    }
+
+    /// In the order in which they are given away.
+    fn free_pages(&self, format: TextureFormat) -> Vec<u32> {
+        let left = self.left();
+        let pools = self.list.iter().enumerate().filter(|(index, _)| !left[*index]);
+        let of_format = pools.filter_map(|(index, pool)| {
+            pool.as_ref().filter(|pool| pool.format == format && pool.free() > 0).map(|pool| (index, pool))
+        });
+        of_format
+            .flat_map(|(index, pool)| {
+                let free = pool.taken.iter().enumerate().filter(|(_, taken)| !**taken);
+                free.map(move |(brick, _)| page(index, pool.place(brick)))
+            })
+            .collect()
+    }
+
+    fn set_taken(&mut self, page: u32, is_taken: bool) {
+        let Some(pool) = &mut self.list[pool(page)] else { return };
+        let index = pool.index(place(page));
+        let was_taken = std::mem::replace(&mut pool.taken[index], is_taken);
+        pool.taken_count = pool.taken_count + usize::from(is_taken) - usize::from(was_taken);
+    }
+
+    /// Gives bricks back.
+    pub fn release(&mut self, pages: impl IntoIterator<Item = u32>) {
+        for page in pages {
+            self.set_taken(page, false);
+        }
+    }
+
+    /// Gives a copy's bricks back as soon as no scene shows it.
+    pub fn retire(&mut self, resident: Arc<Resident>) {
+        self.retired.push(resident);
+    }
+
+    /// Gives back the bricks of copies that no scene shows any more.
+    pub fn reclaim(&mut self) {
+        let (shown, gone): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.retired).into_iter().partition(|copy| Arc::strong_count(copy) > 1);
+        self.retired = shown;
+        for copy in gone {
+            self.release(copy.pages.iter().copied());
+        }
+    }
+
+    /// Frees pools without bricks.
+    pub fn free_empty(&mut self, recording: &mut Recording) {
+        self.free_empty_but(|_| false, recording);
+    }
+
+    fn free_empty_but(&mut self, keep: impl Fn(&Pool) -> bool, recording: &mut Recording) {
+        for slot in &mut self.list {
+            if slot.as_ref().is_some_and(|pool| pool.taken_count == 0 && !keep(pool)) {
+                recording.free(slot.take().map(|pool| pool.texture));
+            }
+        }
+    }
+
+    /// Drops the pools whose textures are no more; returns their numbers.
+    pub fn forget(&mut self, is_gone: impl Fn(ResourceId) -> bool) -> Vec<usize> {
+        if self.nothing.is_some_and(&is_gone) {
+            self.nothing = None;
+        }
+        let mut gone = vec![];
+        for (index, slot) in self.list.iter_mut().enumerate() {
+            if slot.as_ref().is_some_and(|pool| is_gone(pool.texture)) {
+                *slot = None;
+                gone.push(index);
+            }
+        }
+        gone
+    }
+
+    pub fn free(&mut self, recording: &mut Recording) {
+        for slot in &mut self.list {
+            recording.free(slot.take().map(|pool| pool.texture));
+        }
+        recording.free(self.nothing.take());
+        self.retired.clear();
+    }
+}
+
+impl Pool {
+    fn new(format: TextureFormat, size: [u32; 3], recording: &mut Recording) -> Self {
+        let texture = recording.create_texture("voxels", format, size.map(|n| n * BRICK_TEXELS));
+        Self { texture, format, size, taken: vec![false; volume(size)], taken_count: 0 }
+    }
+
+    /// Moves to a larger texture; pages stay what they are.
+    fn grow(&mut self, size: [u32; 3], recording: &mut Recording) {
+        let mut larger = Self::new(self.format, size, recording);
+        for (index, _) in self.taken.iter().enumerate().filter(|(_, taken)| **taken) {
+            let index = larger.index(self.place(index));
+            larger.taken[index] = true;
+        }
+        larger.taken_count = self.taken_count;
+        let texels = self.size.map(|n| n * BRICK_TEXELS);
+        recording.push(Step::CopyTexture { from: self.texture, to: larger.texture, size: texels });
+        recording.push(Step::Free { id: self.texture });
+        *self = larger;
+    }
+}
+
+fn volume(size: [u32; 3]) -> usize {
+    size.iter().map(|&n| n as usize).product()
+}
+
+/// The size of a pool of at least so many bricks that begins as wide and high as `size`, or wider and higher where it
+/// would be too deep.
+fn shape(size: [u32; 3], bricks: usize, max_side: u32) -> Option<[u32; 3]> {
+    let [mut width, mut height, depth] = size;
+    let layers = |width: u32, height: u32| bricks.div_ceil(width as usize * height as usize) as u32;
+    while layers(width, height) > max_side && height < max_side {
+        height += 1;
+    }
+    while layers(width, height) > max_side && width < max_side {
+        width += 1;
+    }
+    let layers = layers(width, height).max(depth);
+    (layers <= max_side).then_some([width, height, layers])
+}
