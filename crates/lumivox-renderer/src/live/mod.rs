@@ -29,8 +29,8 @@ use crate::scene_cache::SceneCache;
 
 /// One view of an engine: a camera of a viewport, an eye of a headset. None knows of another.
 ///
-/// [`schedule`] plans what is traced, [`film`] records that, [`counts`] holds what the GPU says of it frames later, and
-/// [`picture`] makes of the films what is shown; this ties them together.
+/// `schedule` plans what is traced, `film` records that, `counts` holds what the GPU says of it frames later, and
+/// `picture` makes of the films what is shown; this ties them together.
 #[derive(Debug)]
 pub struct LiveView {
     schedule: Schedule,
