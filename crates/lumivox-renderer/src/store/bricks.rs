@@ -88,8 +88,9 @@ impl Arrival {
         Self { prepared, ..Self::new(volume) }
     }
 
-    pub fn bricks_done(&self) -> usize {
-        self.done
+    /// What it has on the device besides bricks.
+    pub fn buffer(&self) -> Option<ResourceId> {
+        self.pages
     }
 
     pub fn is_done(&self, resident: &Resident) -> bool {

@@ -84,6 +84,8 @@ struct Store {
     releases: u64,
     clock: u64,
     unprepared: u64,
+    /// Buffers that nobody uses any more, to be freed with the next recording.
+    orphans: Vec<ResourceId>,
 }
 
 /// A volume that some scene has asked for.
@@ -145,6 +147,7 @@ impl VoxelStore {
             releases: 0,
             clock: 0,
             unprepared: 0,
+            orphans: vec![],
         })))
     }
 
@@ -191,30 +194,33 @@ impl VoxelStore {
     pub fn refused(&self, recording: &Recording) {
         let mut store = self.lock();
         let before = store.pools.bytes();
-        let made = |id: ResourceId| {
-            let makes = |step: &Step| matches!(step, Step::CreateTexture { id: made, .. } if *made == id);
-            recording.steps.iter().any(makes)
+        let makes = |id: ResourceId| {
+            recording.steps.iter().any(|step| match step {
+                Step::CreateTexture { id: made, .. } | Step::CreateBuffer { id: made, .. } => *made == id,
+                _ => false,
+            })
         };
-        let lost = store.pools.forget(made);
+        let lost = store.pools.forget(makes);
         let is_lost =
             |resident: &Resident| resident.pages.iter().any(|page| lost.contains(&pools::pool(*page)));
         let after = store.pools.bytes();
         store.capacity = (after + (before - after) / 4 * 3).min(store.capacity);
-        let Store { entries, pools, .. } = &mut *store;
+        let Store { entries, pools, orphans, .. } = &mut *store;
         for entry in entries {
-            for copy in
-                [entry.shown.take(), entry.arriving.take().map(|(copy, _)| copy)].into_iter().flatten()
-            {
-                if is_lost(&copy.resident) {
-                    // Of those that went on in other pools.
-                    pools.release(
-                        copy.resident.pages.iter().copied().filter(|p| !lost.contains(&pools::pool(*p))),
-                    );
-                } else {
-                    entry.shown = Some(copy);
-                }
+            let arriving = entry.arriving.take().map(|(copy, arrival)| {
+                orphans.extend(arrival.buffer());
+                copy
+            });
+            let lost_copy = entry.shown.take_if(|shown| is_lost(&shown.resident));
+            for copy in [arriving, lost_copy].into_iter().flatten() {
+                orphans.extend(copy.ranges.iter().map(|ranges| ranges.values().buffer));
+                pools.release(
+                    copy.resident.pages.iter().copied().filter(|p| !lost.contains(&pools::pool(*p))),
+                );
             }
         }
+        // What the recording made is freed by who discards it.
+        orphans.retain(|id| !makes(*id));
         store.entries.retain(|entry| entry.shown.is_some());
         store.releases += 1;
     }
@@ -304,10 +310,11 @@ impl Store {
         }
         self.drop_dead(recording);
         self.pools.ensure_one_to_bind(recording);
-        self.begin_arrivals(wanted, recording)?;
+        // First, so that where there is one pool it grows around something small.
         for (volume, key) in wanted {
             self.show_something(volume, *key, budget, recording);
         }
+        self.begin_arrivals(wanted, recording)?;
         for (volume, key) in wanted {
             self.advance(volume, *key, budget, recording);
         }
@@ -318,6 +325,9 @@ impl Store {
 
     /// Frees what belongs to volumes that nobody holds any more, and copies that were replaced.
     fn drop_dead(&mut self, recording: &mut Recording) {
+        for id in self.orphans.drain(..) {
+            recording.push(Step::Free { id });
+        }
         let (dead, alive): (Vec<Entry>, Vec<Entry>) =
             std::mem::take(&mut self.entries).into_iter().partition(Entry::is_dead);
         self.entries = alive;
@@ -440,20 +450,14 @@ impl Store {
         recording: &mut Recording,
     ) {
         let Some(index) = self.index(volume) else { return };
-        let factor = coarse_factor(volume);
-        let entry = &self.entries[index];
-        let left = match &entry.arriving {
-            Some((copy, arrival)) if copy.resident.factor < factor => self.pools.bytes_of(
-                self.pools.format(volume),
-                (copy.resident.pages.len() - arrival.bricks_done()) as u64,
-            ),
-            _ => return,
-        };
-        if entry.shown.is_some() || left <= *budget || !needs_coarse_copy(volume) {
+        let format = self.pools.format(volume);
+        let whole = BrickGrid::new(volume.dims(), 1).count();
+        let comes_at_once = self.pools.bytes_of(format, whole) <= *budget || !needs_coarse_copy(volume);
+        if comes_at_once || self.entries[index].copies().next().is_some() {
             return;
         }
+        let factor = coarse_factor(volume);
         let bricks = BrickGrid::new(volume.dims(), factor);
-        let format = self.pools.format(volume);
         let Some(pages) = self.pools.allocate(&[(format, bricks)], u64::MAX, recording) else { return };
         let was_known = is_prepared(volume);
         prepare_volume(volume);
