@@ -41,6 +41,19 @@ impl TextureFormat {
     }
 }
 
+/// A texture that a recording will make under a name: a host may make it before, on another thread.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TextureOrder {
+    /// Its name.
+    pub id: ResourceId,
+    /// For debuggers.
+    pub label: &'static str,
+    /// Its texels.
+    pub format: TextureFormat,
+    /// Texels along x, y and z.
+    pub size: [u32; 3],
+}
+
 /// Bytes to upload, shared with whoever owns them: a volume goes to the GPU without a copy.
 #[derive(Clone)]
 pub struct Payload {
@@ -89,7 +102,8 @@ pub enum Step {
         /// Bytes; a multiple of 16, at least 16.
         size: u64,
     },
-    /// Make a texture; 2D where `size[2]` is 0.
+    /// Make a texture; 2D where `size[2]` is 0. One that was [made ahead](crate::Preparation::run_with) under its name is
+    /// taken.
     CreateTexture {
         /// Its name from now on.
         id: ResourceId,

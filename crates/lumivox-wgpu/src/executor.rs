@@ -3,11 +3,12 @@
 use std::collections::HashMap;
 use std::sync::{Arc, mpsc};
 
-use lumivox_renderer::recording::{BindingKind, Kernel, Stage, TextureFormat};
+use lumivox_renderer::recording::{BindingKind, Kernel, Stage, TextureOrder};
 use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step, Workshop};
 
 use crate::error::GpuError;
 use crate::pipelines::{self, Pipeline};
+use crate::textures::{self, MadeAhead, TextureMaker};
 
 #[derive(Debug)]
 enum Resource {
@@ -46,6 +47,7 @@ pub struct Executor {
     device: wgpu::Device,
     queue: wgpu::Queue,
     resources: HashMap<ResourceId, Resource>,
+    made_ahead: MadeAhead,
     dispatches: Workshop<Arc<Pipeline<wgpu::ComputePipeline>>>,
     draws: HashMap<(Kernel, wgpu::TextureFormat, u32), Pipeline<wgpu::RenderPipeline>>,
     sampler: wgpu::Sampler,
@@ -111,6 +113,7 @@ impl Executor {
             device,
             queue,
             resources: HashMap::new(),
+            made_ahead: MadeAhead::default(),
             dispatches,
             draws: HashMap::new(),
             sampler,
@@ -168,6 +171,11 @@ impl Executor {
         self.resources.insert(id, Resource::Texture(texture.clone(), view));
     }
 
+    /// What makes large textures ahead of the recordings that want them, on other threads.
+    pub fn texture_maker(&self) -> TextureMaker {
+        TextureMaker::new(self.device.clone(), self.made_ahead.clone())
+    }
+
     /// Has the pipelines of kernels made on other threads, before a recording wants them. What is drawn is left out:
     /// its pipeline depends on its target. [`SceneCache::kernels`](lumivox_renderer::SceneCache::kernels) names those
     /// that a scene needs, [`Features`](lumivox_renderer::Features) those that scenes may need.
@@ -212,9 +220,15 @@ impl Executor {
     pub fn discard(&mut self, recording: &Recording) {
         for step in &recording.steps {
             if let Step::CreateBuffer { id, .. } | Step::CreateTexture { id, .. } | Step::Free { id } = step {
-                self.resources.remove(id);
+                self.free(*id);
             }
         }
+    }
+
+    fn free(&mut self, id: ResourceId) {
+        // Dropping is enough: wgpu keeps what submitted and encoded commands still need.
+        self.resources.remove(&id);
+        self.made_ahead.take(id);
     }
 
     /// Waits until the GPU has done everything.
@@ -245,7 +259,9 @@ impl Executor {
                     self.resources.insert(*id, Resource::Buffer(buffer));
                 }
                 Step::CreateTexture { id, label, format, size } => {
-                    let texture = self.create_texture(label, *format, *size);
+                    let order = TextureOrder { id: *id, label, format: *format, size: *size };
+                    let made = self.made_ahead.take(*id);
+                    let texture = made.unwrap_or_else(|| textures::create(&self.device, &order));
                     self.lend_texture(*id, &texture);
                 }
                 Step::WriteBuffer { id, offset, data } => {
@@ -280,10 +296,7 @@ impl Executor {
                     batch.commands().copy_buffer_to_buffer(from, range.start, &staging, 0, size);
                     returned.push(staging);
                 }
-                Step::Free { id } => {
-                    // Dropping is enough: wgpu keeps what submitted and encoded commands still need.
-                    self.resources.remove(id);
-                }
+                Step::Free { id } => self.free(*id),
             }
         }
         let submission = self.queue.submit([batch.encoder.finish()]);
@@ -310,27 +323,6 @@ impl Executor {
     fn create_buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
         let label = Some(label);
         self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
-    }
-
-    fn create_texture(&self, label: &str, format: TextureFormat, size: [u32; 3]) -> wgpu::Texture {
-        let flat = size[2] == 0;
-        self.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(label),
-            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: size[2].max(1) },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: if flat { wgpu::TextureDimension::D2 } else { wgpu::TextureDimension::D3 },
-            format: match format {
-                TextureFormat::R8Unorm => wgpu::TextureFormat::R8Unorm,
-                TextureFormat::R16Unorm => wgpu::TextureFormat::R16Unorm,
-                TextureFormat::R16Float => wgpu::TextureFormat::R16Float,
-                TextureFormat::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
-            },
-            usage: wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_DST
-                | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        })
     }
 
     fn dispatch(

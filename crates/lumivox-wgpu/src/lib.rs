@@ -8,9 +8,11 @@ mod executor;
 mod gpu;
 mod headless;
 mod pipelines;
+mod textures;
 
 pub use error::{GpuError, HeadlessError};
 pub use executor::{Executor, ReadBack};
 pub use gpu::{Gpu, GpuDescription};
 pub use headless::{Outcome, RenderProgress, RenderRequest, Rendered, render};
+pub use textures::TextureMaker;
 pub use wgpu;

@@ -16,6 +16,7 @@ mod render;
 mod resources;
 mod server;
 mod shared;
+mod uploads;
 mod warm_up;
 mod world;
 

@@ -8,15 +8,16 @@ use std::time::Instant;
 use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
 use godot::prelude::*;
 use lumivox_core::Camera;
-use lumivox_renderer::pacing::{Pacer, Pass, UploadPacer};
+use lumivox_renderer::pacing::{Pacer, Pass};
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
     Fog, LiveSettings, LiveStatus, LiveView, Recording, RenderError, SceneCache, Step, ViewKind, VoxelStore,
 };
 
-use crate::executor::{ExecuteError, Executor, workshop};
+use crate::executor::{ExecuteError, Executor, make_ahead, workshop};
 use crate::host_view::{self, HostView, Lent};
 use crate::shared::{self, Snapshot, Status, Target, WorldKey};
+use crate::uploads::Uploads;
 
 /// Begins the names of captured times.
 const TIMED: &str = "lumivox";
@@ -96,33 +97,6 @@ struct Frame {
     milliseconds: f64,
 }
 
-/// What a frame brings of voxels.
-#[derive(Default)]
-struct Uploads {
-    pacer: UploadPacer,
-    /// The frame, and when it began.
-    frame: u64,
-    began: Option<Instant>,
-    /// Bytes that are left of its budget.
-    left: u64,
-}
-
-impl Uploads {
-    /// What is left for this frame.
-    fn budget(&mut self, frame: u64) -> u64 {
-        if self.frame != frame {
-            self.frame = frame;
-            let before = self.began.replace(Instant::now());
-            let took = before.map_or(0.0, |before| before.elapsed().as_secs_f64() * 1e3);
-            self.left = self.pacer.budget(took.min(MOST_MILLISECONDS));
-        }
-        self.left
-    }
-}
-
-/// An engine that idled has not drawn one long frame.
-const MOST_MILLISECONDS: f64 = 500.0;
-
 /// A render target and the eye.
 type EyeKey = (Rid, u32);
 
@@ -139,6 +113,8 @@ struct Renderer {
     /// See [`stalls`].
     computed: u64,
     postponed: u64,
+    /// Whether an eye left a world that nobody else may look at.
+    turned: bool,
     /// Whether it was said that paths are cut short.
     said_lost: bool,
 }
@@ -164,6 +140,9 @@ pub fn draw(stage: i32, data: &Gd<RenderData>) {
     // After a panic, which was reported, nothing is drawn any more rather than the same panic again.
     let Ok(mut renderer) = RENDERER.lock() else { return };
     let drawn = renderer.draw(&mut device, &shown, &mut buffers, &scene_data);
+    if std::mem::take(&mut renderer.turned) {
+        renderer.sweep(&mut device, &shown_worlds());
+    }
     drop(renderer);
     let mut shared = shared::lock();
     match drawn {
@@ -217,9 +196,12 @@ pub fn settle() {
 /// Frees what no viewport shows any more. On the render thread.
 pub fn sweep() {
     let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
-    let shown: HashMap<Rid, WorldKey> =
-        shared::lock().targets.iter().map(|(rid, target)| (*rid, target.snapshot.key)).collect();
-    renderer().sweep(&mut device, &shown);
+    renderer().sweep(&mut device, &shown_worlds());
+}
+
+/// The world that each render target is to show.
+fn shown_worlds() -> HashMap<Rid, WorldKey> {
+    shared::lock().targets.iter().map(|(rid, target)| (*rid, target.snapshot.key)).collect()
 }
 
 /// How often a scene's update computed something that takes long, and how many frames showed a scene's predecessor for
@@ -325,9 +307,8 @@ impl Renderer {
             Ok(_) => {
                 if granted < u64::MAX {
                     let took = began.elapsed().as_secs_f64() * 1e3;
-                    self.uploads.pacer.measured(granted - budget, granted, took);
+                    self.uploads.took(granted - budget, granted, took);
                 }
-                self.uploads.left = budget.min(self.uploads.left);
             }
             Err(refused) => {
                 self.executor.discard(device, &recording);
@@ -422,6 +403,7 @@ impl Renderer {
         }
         if let Some(other) = self.eyes.remove(&key) {
             other.free(recording);
+            self.turned = true;
         }
         match LiveView::new(live_settings, &world.cache, recording) {
             Ok(live) => {
@@ -536,7 +518,7 @@ impl World {
         if let Some(preparation) = preparation.filter(|_| !under_way) {
             let done = self.preparing.insert(Arc::default()).clone();
             let run = move || {
-                preparation.run();
+                preparation.run_with(make_ahead);
                 drop(done);
             };
             // Without a thread, the next frame tries again.

@@ -11,6 +11,7 @@ func _ready() -> void:
 	var all: Dictionary = JSON.parse_string(FileAccess.get_file_as_string(arguments["cases"]))
 	var scenes: Array = all.scenes
 	_tell("before", await _change_while_shown(scenes[0]))
+	_tell("replaced", await _replace_under_another_light(scenes[0]))
 	_tell("once", await _draw_once(scenes[0]))
 	_tell("once_under_sky", await _draw_once(scenes[0], _sky()))
 	print("EXPECT an error: there is no such feature")
@@ -40,6 +41,34 @@ func _change_while_shown(case: Dictionary) -> Dictionary:
 	viewport.queue_free()
 	await get_tree().process_frame
 	return told
+
+
+## Megabytes of textures with a scan, and with another in its place once the light has changed as well.
+func _replace_under_another_light(case: Dictionary) -> Dictionary:
+	var viewport := LumivoxCase.viewport(case)
+	add_child(viewport)
+	var node: LumivoxVolume3D = viewport.get_child(0).get_node("volumes0")
+	await _filled_until_converged(viewport)
+	var told := {"before": await _texture_megabytes()}
+	node.volume = LumivoxVolume.phantom("cube", 200)
+	await _filled_until_converged(viewport)
+	told.scan = await _texture_megabytes()
+	_world(viewport).environment = _sky()
+	await _filled_until_converged(viewport)
+	told.relit = await _texture_megabytes()
+	node.volume = LumivoxVolume.phantom("cube", 200)
+	await _filled_until_converged(viewport)
+	told.replaced = await _texture_megabytes()
+	viewport.queue_free()
+	await get_tree().process_frame
+	return told
+
+
+static func _texture_megabytes() -> float:
+	# What is freed is there for some frames more.
+	for frame in 8:
+		await RenderingServer.frame_post_draw
+	return RenderingServer.get_rendering_device().get_memory_usage(RenderingDevice.MEMORY_TEXTURES) * 1e-6
 
 
 func _draw_once(case: Dictionary, environment: Environment = null) -> Dictionary:

@@ -48,13 +48,19 @@ impl Bounds {
     }
 }
 
-/// The nodes over volumes with these bounds, the root first: one fewer than volumes, none over fewer than [`MANY`].
+/// Where no ray comes.
+const NOWHERE: f32 = 3e38;
+
+/// The nodes over volumes with these bounds, the root first: one fewer than volumes, at least one. Of a scene of at least
+/// [`MANY`] volumes few may be there yet.
 ///
 /// Every node halves its volumes at the median of their centres along the axis on which those lie farthest apart, so the
 /// depth is the logarithm of their number, whatever their places.
 pub(super) fn build(bounds: &[Bounds]) -> Vec<Node> {
-    if bounds.len() < MANY {
-        return vec![];
+    if bounds.len() < 2 {
+        let nothing = Child { low: [NOWHERE; 3], index: IS_VOLUME, high: [NOWHERE; 3], padding: 0 };
+        let child = |index: u32| bounds.get(index as usize).map_or(nothing, |b| b.child(index | IS_VOLUME));
+        return vec![Node { children: [child(0), child(1)] }];
     }
     let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
     let mut nodes = Vec::with_capacity(bounds.len() - 1);
@@ -119,7 +125,7 @@ mod tests {
 
     #[test]
     fn every_volume_is_below_the_root_once_and_not_deep() {
-        for count in [4, 5, 7, 8, 9, 100, 1000] {
+        for count in [2, 3, 4, 5, 7, 8, 9, 100, 1000] {
             let bounds = scattered(count);
             let nodes = build(&bounds);
             assert_eq!(nodes.len(), count - 1);
@@ -138,8 +144,15 @@ mod tests {
         assert_eq!(below(&build(&bounds), &bounds, &root).1, 6);
     }
 
+    /// A scene's volumes come one after the other, and its kernel looks for them in a hierarchy from the beginning.
     #[test]
-    fn few_volumes_need_none() {
-        assert!(build(&scattered(3)).is_empty());
+    fn what_is_not_there_yet_is_nowhere() {
+        for count in 0..2 {
+            let [Node { children }] = build(&scattered(count))[..] else { panic!("one node") };
+            for (i, child) in children.iter().enumerate() {
+                let is_there = child.low[0] < NOWHERE;
+                assert_eq!((is_there, child.index & IS_VOLUME), (i < count, IS_VOLUME));
+            }
+        }
     }
 }

@@ -117,6 +117,8 @@ pub struct SceneCache {
     cell_size: Option<u32>,
     /// What there is of each distinct volume.
     volumes: Vec<(Arc<Volume>, Acquired)>,
+    /// Whether there are others of which nothing is there yet.
+    lacks_volumes: bool,
     tables: CachedTables,
     environment: CachedEnvironment,
     /// Those that shine on something.
@@ -141,6 +143,7 @@ impl SceneCache {
             environment_sampling: EnvironmentSampling::Auto,
             cell_size: None,
             volumes: vec![],
+            lacks_volumes: false,
             tables: CachedTables::default(),
             environment: CachedEnvironment::default(),
             lights: Mirror::default(),
@@ -188,7 +191,8 @@ impl SceneCache {
     }
 
     /// The same, but brings no more than about `budget` bytes of voxels, which it takes from the budget. A large volume
-    /// appears coarse then, and arrives with further updates until the cache [is settled](Self::is_settled).
+    /// appears coarse then, and arrives with further updates until the cache [is settled](Self::is_settled); many appear
+    /// one after the other.
     ///
     /// # Errors
     /// As [`update`](Self::update).
@@ -210,15 +214,27 @@ impl SceneCache {
         lights::check(&lights, self.limits.max_storage_binding)?;
 
         // What is gone makes room for what comes.
-        self.volumes.retain(|(volume, _)| wanted.iter().any(|(other, _)| Arc::ptr_eq(volume, other)));
+        let is_wanted =
+            |(volume, _): &(Arc<Volume>, _)| wanted.iter().any(|(other, _)| Arc::ptr_eq(volume, other));
+        let (stays, gone): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.volumes).into_iter().partition(is_wanted);
+        self.volumes = stays;
+        let_go(gone.into_iter().map(|(volume, _)| volume));
         let acquired = self.store.acquire(&wanted, budget, recording)?;
-        self.volumes = wanted.into_iter().map(|(volume, _)| volume).zip(acquired).collect();
+        self.lacks_volumes = acquired.iter().any(Option::is_none);
+        let there = wanted.into_iter().zip(acquired);
+        self.volumes = there.filter_map(|((volume, _), acquired)| Some((volume, acquired?))).collect();
+        // Kernels are those of the whole scene from the beginning.
+        self.features = Features::of_placed(scene, &placed, !lights.is_empty());
+        let is_there = |placed: &Placed<'_>| {
+            self.volumes.iter().any(|(volume, _)| Arc::ptr_eq(volume, &placed.instance.volume))
+        };
+        let placed: Vec<Placed<'_>> = placed.into_iter().filter(is_there).collect();
         let tables_changed = self.tables.update(&placed, &self.volumes, recording);
         let instances_changed = self.update_instances(&placed, recording);
         let environment_changed =
             self.environment.update(&scene.environment, &mut self.unprepared, recording);
         let lights_changed = self.lights.update("lights", lights::twins(&lights, self.origin), recording);
-        self.features = Features::of_placed(scene, &placed, !lights.is_empty());
         if tables_changed || instances_changed || environment_changed || lights_changed {
             self.version = ids::next().0;
         }
@@ -227,7 +243,8 @@ impl SceneCache {
 
     /// Whether another update with the same scene would find nothing to do: no volume is under way, or could be finer.
     pub fn is_settled(&self) -> bool {
-        self.volumes.iter().all(|(volume, acquired)| self.store.is_settled(volume, &acquired.resident))
+        !self.lacks_volumes
+            && self.volumes.iter().all(|(volume, acquired)| self.store.is_settled(volume, &acquired.resident))
     }
 
     /// The device's voxels.
@@ -245,7 +262,8 @@ impl SceneCache {
         let instances = placed.iter().enumerate().map(|(i, p)| self.instance(i, p, origin)).collect();
         let bounds: Vec<Bounds> = placed.iter().map(|p| Bounds::of(p.instance, origin)).collect();
         let instances_changed = self.instances.update("instances", instances, recording);
-        let nodes_changed = self.nodes.update("hierarchy", hierarchy::build(&bounds), recording);
+        let nodes = if self.features.many_volumes { hierarchy::build(&bounds) } else { vec![] };
+        let nodes_changed = self.nodes.update("hierarchy", nodes, recording);
         let moved = std::mem::replace(&mut self.origin, origin) != origin;
         instances_changed | nodes_changed | moved
     }
@@ -417,6 +435,15 @@ fn distinct(instances: &[Placed<'_>], cell_size: Option<u32>) -> Vec<(Arc<Volume
         }
     }
     volumes
+}
+
+/// Drops volumes, and those that nobody else holds on another thread: to give back the memory of a large one takes longer
+/// than a frame may be late.
+fn let_go(volumes: impl Iterator<Item = Arc<Volume>>) {
+    let last: Vec<Volume> = volumes.filter_map(Arc::into_inner).collect();
+    if !last.is_empty() {
+        rayon::spawn(move || drop(last));
+    }
 }
 
 fn acquired<'a>(volumes: &'a [(Arc<Volume>, Acquired)], volume: &Arc<Volume>) -> &'a Acquired {

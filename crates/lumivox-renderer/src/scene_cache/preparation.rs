@@ -1,24 +1,37 @@
-//! What an update would compute that takes long, as work for another thread: coarse copies of volumes, where an
-//! environment's light comes from.
+//! What an update would do that takes long, as work for another thread: coarse copies of volumes, the textures that they
+//! will lie in, where an environment's light comes from.
 
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use lumivox_core::{EnvironmentSource, Scene, Volume};
 
 use super::{SceneCache, importance, place};
-use crate::store::prepare_volume;
+use crate::recording::TextureOrder;
+use crate::store::{VoxelStore, prepare_volume};
 
 /// Work ahead of an [`update`](SceneCache::update_within). What it computes is kept with the volume or the map, for all
 /// scenes.
 #[derive(Clone, Debug)]
 pub struct Preparation {
+    store: VoxelStore,
     volumes: Vec<Arc<Volume>>,
     environment: Option<EnvironmentSource>,
+    coming: Vec<Arc<Volume>>,
+    /// What the scene has no more. Not held: it is to be gone when the others come.
+    leaving: Vec<Weak<Volume>>,
 }
 
 impl Preparation {
-    /// Does it, on this thread and rayon's.
+    /// Does it, on this thread and rayon's, but for the textures: the update makes them.
     pub fn run(&self) {
+        self.run_with(|_| false);
+    }
+
+    /// Does it, and has the host make the large textures that the update will want: `make` says whether it could. A
+    /// recording that creates a texture of that name takes it; one that frees it may come without that. An executor's
+    /// maker does both (`TextureMaker` in `lumivox-wgpu`).
+    pub fn run_with(&self, mut make: impl FnMut(&TextureOrder) -> bool) {
+        self.store.make_ahead(&self.coming, &self.leaving, &mut make);
         for volume in &self.volumes {
             prepare_volume(volume);
         }
@@ -29,20 +42,31 @@ impl Preparation {
 }
 
 impl SceneCache {
-    /// What [`update_within`](Self::update_within) would have to compute for `scene` that takes long; `None` where all is
-    /// known. A host that must not miss a frame runs it on another thread, and shows the scene before until it is done.
+    /// What [`update_within`](Self::update_within) would have to do for `scene` that takes long; `None` where all is
+    /// done. A host that must not miss a frame runs it on another thread, and shows the scene before until it is done.
     pub fn preparation(&self, scene: &Scene) -> Option<Preparation> {
-        let mut volumes: Vec<Arc<Volume>> = vec![];
+        let mut coming: Vec<Arc<Volume>> = vec![];
         for placed in place(scene) {
             let volume = &placed.instance.volume;
-            let is_known = volumes.iter().any(|known| Arc::ptr_eq(known, volume));
-            if !is_known && self.store.lacks_preparation(volume) {
-                volumes.push(volume.clone());
+            if !coming.iter().any(|known| Arc::ptr_eq(known, volume)) {
+                coming.push(volume.clone());
             }
         }
+        let stays = |volume: &Arc<Volume>| coming.iter().any(|other| Arc::ptr_eq(volume, other));
+        let held = self.volumes.iter().map(|(volume, _)| volume);
+        let leaving: Vec<Weak<Volume>> = held.filter(|volume| !stays(volume)).map(Arc::downgrade).collect();
+        let volumes: Vec<Arc<Volume>> =
+            coming.iter().filter(|volume| self.store.lacks_preparation(volume)).cloned().collect();
         let source = &scene.environment.source;
         let is_new = !self.environment.holds(source) && !importance::is_known(source);
         let environment = is_new.then(|| source.clone());
-        (!volumes.is_empty() || environment.is_some()).then_some(Preparation { volumes, environment })
+        let lacks_textures = self.store.lacks_textures(&coming, &leaving);
+        (lacks_textures || !volumes.is_empty() || environment.is_some()).then(|| Preparation {
+            store: self.store.clone(),
+            volumes,
+            environment,
+            coming,
+            leaving,
+        })
     }
 }

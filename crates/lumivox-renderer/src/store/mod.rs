@@ -5,34 +5,37 @@
 //! is scarce. A large volume arrives a little with every frame; until it is whole, a coarse copy of it that was
 //! [prepared](prepare_volume) stands in its place. What there is no room for is reduced instead of refused.
 
+mod ahead;
 mod bricks;
 mod pools;
 mod texels;
 mod value_ranges;
 
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use lumivox_core::Volume;
 use lumivox_shaders::constants::BRICK_TEXELS;
 use lumivox_shaders::layout::POOL_COUNT;
 
+use self::ahead::Ahead;
 use self::bricks::Arrival;
 pub(crate) use self::bricks::BrickGrid;
-use self::pools::Pools;
+use self::pools::{Pools, Wanted};
 pub(crate) use self::texels::TexelScale;
 use self::value_ranges::Ranges;
 pub(crate) use self::value_ranges::{GridKey, MAX_CELL_SIZE, ValueRanges, grid};
 use crate::derived::Derived;
 use crate::error::RenderError;
 use crate::ids;
-use crate::recording::{Recording, ResourceId, Step, TextureFormat};
+use crate::recording::{Recording, ResourceId, Step, TextureOrder};
 use crate::scene_cache::DeviceLimits;
 
 /// Bytes that any frame can bring to the device: volumes that are no larger need no coarse copy.
 const QUICK_BYTES: u64 = 4 << 20;
 
-/// Voxels of a coarse copy at most.
-const COARSE_VOXELS: usize = 128 * 128 * 128;
+/// Voxels of a coarse copy at most: it comes in one frame, whatever that has left.
+const COARSE_VOXELS: usize = 100 * 100 * 100;
 
 /// Halvings after which there is no room for anything.
 const MAX_FACTOR: u32 = 64;
@@ -94,7 +97,8 @@ struct Entry {
     id: ResourceId,
     volume: Weak<Volume>,
     shown: Option<CopyOnDevice>,
-    arriving: Option<(CopyOnDevice, Arrival)>,
+    /// Each takes the place of the one before.
+    arriving: VecDeque<(CopyOnDevice, Arrival)>,
     /// When it was asked for last.
     asked: u64,
     /// Releases of room when it was last tried to have it whole.
@@ -105,6 +109,25 @@ struct Entry {
 struct CopyOnDevice {
     resident: Arc<Resident>,
     ranges: Vec<Ranges>,
+}
+
+/// A volume that there has to be room for.
+struct Coming {
+    /// Of its entry.
+    index: usize,
+    volume: Arc<Volume>,
+    /// Voxels of the volume along an axis for one of the copy.
+    factor: u32,
+    /// Those of the coarse copy that comes first, if one does.
+    coarse: Option<u32>,
+}
+
+impl Coming {
+    /// The copies that come, the coarse one last: it lies behind the other.
+    fn factors(&self) -> impl Iterator<Item = u32> {
+        let coarse = self.coarse.filter(|coarse| *coarse > self.factor);
+        std::iter::once(self.factor).chain(coarse)
+    }
 }
 
 /// Coarse copies that were made ahead, as 16-bit fractions in the order of bricks.
@@ -128,12 +151,12 @@ fn needs_coarse_copy(volume: &Volume) -> bool {
     2 * volume.voxel_count() as u64 > QUICK_BYTES
 }
 
-/// The least power of two by which the copy becomes small.
+/// The least factor by which the copy becomes small.
 fn coarse_factor(volume: &Volume) -> u32 {
-    let voxels = |factor: &u32| {
+    let is_small = |factor: &u32| {
         volume.dims().iter().map(|n| n.div_ceil(*factor as usize)).product::<usize>() <= COARSE_VOXELS
     };
-    (1..16).map(|power| 1 << power).find(voxels).unwrap_or(1 << 16)
+    (2..1 << 16).find(is_small).unwrap_or(1 << 16)
 }
 
 impl VoxelStore {
@@ -171,13 +194,13 @@ impl VoxelStore {
         let store = self.lock();
         let entry = store.entry(volume)?;
         let factor = entry.shown.as_ref()?.resident.factor;
-        Some(Resolution { factor, arriving: entry.arriving.is_some() })
+        Some(Resolution { factor, arriving: !entry.arriving.is_empty() })
     }
 
     /// Volumes that there is no room for but reduced.
     pub fn reduced(&self) -> usize {
         let is_reduced = |entry: &&Entry| {
-            entry.arriving.is_none() && entry.shown.as_ref().is_some_and(|shown| shown.resident.factor > 1)
+            entry.arriving.is_empty() && entry.shown.as_ref().is_some_and(|shown| shown.resident.factor > 1)
         };
         self.lock().entries.iter().filter(is_reduced).count()
     }
@@ -185,7 +208,9 @@ impl VoxelStore {
     /// Records that what belonged to volumes which nobody holds any more is freed.
     pub fn collect(&self, recording: &mut Recording) {
         let mut store = self.lock();
+        store.clock += 1;
         store.drop_dead(recording);
+        store.drop_stale(recording);
         store.pools.free_empty(recording);
     }
 
@@ -207,12 +232,13 @@ impl VoxelStore {
         store.capacity = (after + (before - after) / 4 * 3).min(store.capacity);
         let Store { entries, pools, orphans, .. } = &mut *store;
         for entry in entries {
-            let arriving = entry.arriving.take().map(|(copy, arrival)| {
+            let mut gone = vec![];
+            for (copy, arrival) in entry.arriving.drain(..) {
                 orphans.extend(arrival.buffer());
-                copy
-            });
-            let lost_copy = entry.shown.take_if(|shown| is_lost(&shown.resident));
-            for copy in [arriving, lost_copy].into_iter().flatten() {
+                gone.push(copy);
+            }
+            gone.extend(entry.shown.take_if(|shown| is_lost(&shown.resident)));
+            for copy in gone {
                 orphans.extend(copy.ranges.iter().map(|ranges| ranges.values().buffer));
                 pools.release(
                     copy.resident.pages.iter().copied().filter(|p| !lost.contains(&pools::pool(*p))),
@@ -225,8 +251,9 @@ impl VoxelStore {
         store.releases += 1;
     }
 
-    /// Copies of volumes, whole if `budget` bytes suffice for that, and their value ranges. Goes on with what arrives, and
-    /// takes what it records from the budget.
+    /// Copies of volumes, whole if `budget` bytes suffice for that, and their value ranges; none of those of which nothing
+    /// is there yet, for they come one after the other. Goes on with what arrives, and takes what it records from the
+    /// budget.
     ///
     /// # Errors
     /// [`RenderError::NoRoom`] when there is none for the least of each. That room was made may be recorded then.
@@ -235,7 +262,7 @@ impl VoxelStore {
         wanted: &[(Arc<Volume>, GridKey)],
         budget: &mut u64,
         recording: &mut Recording,
-    ) -> Result<Vec<Acquired>, RenderError> {
+    ) -> Result<Vec<Option<Acquired>>, RenderError> {
         self.lock().acquire(wanted, budget, recording)
     }
 
@@ -244,7 +271,7 @@ impl VoxelStore {
         let store = self.lock();
         store.entry(volume).is_some_and(|entry| {
             let is_shown = entry.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.resident, resident));
-            is_shown && entry.arriving.is_none() && (resident.factor == 1 || entry.tried == store.releases)
+            is_shown && entry.arriving.is_empty() && (resident.factor == 1 || entry.tried == store.releases)
         })
     }
 
@@ -252,6 +279,30 @@ impl VoxelStore {
     pub(crate) fn lacks_preparation(&self, volume: &Arc<Volume>) -> bool {
         let has_any = self.lock().entry(volume).is_some_and(|entry| entry.shown.is_some());
         !has_any && !is_prepared(volume)
+    }
+
+    /// Whether [`make_ahead`](Self::make_ahead) has something to make for volumes that come when others leave.
+    pub(crate) fn lacks_textures(&self, coming: &[Arc<Volume>], leaving: &[Weak<Volume>]) -> bool {
+        self.lock().plan_ahead(coming, leaving).next().is_some()
+    }
+
+    /// Has the textures made in which volumes will lie, those that take a device long; `make` says whether it could. What
+    /// the volumes do not use after all is freed with a later recording.
+    pub(crate) fn make_ahead(
+        &self,
+        coming: &[Arc<Volume>],
+        leaving: &[Weak<Volume>],
+        make: &mut dyn FnMut(&TextureOrder) -> bool,
+    ) {
+        let orders: Vec<Ahead> = {
+            let mut store = self.lock();
+            let orders: Vec<Ahead> = store.plan_ahead(coming, leaving).collect();
+            store.pools.ahead.extend(orders.iter().cloned());
+            orders
+        };
+        for ahead in orders {
+            ahead.make(make);
+        }
     }
 
     /// How often a coarse copy was made in an update, for nobody had before.
@@ -299,7 +350,7 @@ impl Store {
         wanted: &[(Arc<Volume>, GridKey)],
         budget: &mut u64,
         recording: &mut Recording,
-    ) -> Result<Vec<Acquired>, RenderError> {
+    ) -> Result<Vec<Option<Acquired>>, RenderError> {
         self.clock += 1;
         for (volume, _) in wanted {
             let clock = self.clock;
@@ -310,13 +361,11 @@ impl Store {
         }
         self.drop_dead(recording);
         self.pools.ensure_one_to_bind(recording);
-        // First, so that where there is one pool it grows around something small.
+        self.begin_arrivals(wanted, *budget, recording)?;
+        self.drop_stale(recording);
+        let mut has_begun = false;
         for (volume, key) in wanted {
-            self.show_something(volume, *key, budget, recording);
-        }
-        self.begin_arrivals(wanted, recording)?;
-        for (volume, key) in wanted {
-            self.advance(volume, *key, budget, recording);
+            self.advance(volume, *key, budget, &mut has_begun, recording);
         }
         self.pools.reclaim();
         self.pools.free_empty(recording);
@@ -337,6 +386,57 @@ impl Store {
         self.pools.reclaim();
     }
 
+    /// Frees textures that were made ahead and are not wanted any more.
+    fn drop_stale(&mut self, recording: &mut Recording) {
+        let Self { pools, entries, clock, .. } = self;
+        let has_come = |volume: &Weak<Volume>| {
+            volume.strong_count() == 0 || entries.iter().any(|entry| entry.volume.ptr_eq(volume))
+        };
+        let is_stale = |ahead: &Ahead| ahead.is_old(*clock) || ahead.volumes.iter().all(has_come);
+        pools.drop_ahead(is_stale, recording);
+    }
+
+    /// Textures to be made for volumes that come when others leave. A volume that somebody holds may stay nevertheless:
+    /// then a texture is made in the frame that wants it.
+    fn plan_ahead(
+        &self,
+        coming: &[Arc<Volume>],
+        leaving: &[Weak<Volume>],
+    ) -> impl Iterator<Item = Ahead> + use<> {
+        let is_known = |volume: &Arc<Volume>| self.pools.ahead.iter().any(|ahead| ahead.is_for(volume));
+        let new: Vec<Coming> = coming
+            .iter()
+            .filter(|volume| self.entry(volume).is_none())
+            .map(|volume| Coming {
+                index: usize::MAX,
+                volume: volume.clone(),
+                factor: bricks::least_factor(volume.dims()),
+                coarse: needs_coarse_copy(volume).then(|| coarse_factor(volume)),
+            })
+            .collect();
+        let mut steps = Recording::new();
+        if new.iter().any(|coming| !is_known(&coming.volume) && ahead::is_large(&coming.volume)) {
+            let mut planned = self.pools.clone();
+            let leaves = |entry: &&Entry| leaving.iter().any(|volume| volume.ptr_eq(&entry.volume));
+            for entry in self.entries.iter().filter(leaves) {
+                for copy in entry.copies() {
+                    planned.release(copy.resident.pages.iter().copied());
+                }
+            }
+            // Where there is no room, it is made in the frame that wants it.
+            let _ = planned.allocate(&self.bricks_of(&new), self.capacity, &mut steps);
+        }
+        let volumes: Vec<Weak<Volume>> = new.iter().map(|coming| Arc::downgrade(&coming.volume)).collect();
+        let known: Vec<ResourceId> = self.pools.ahead.iter().map(Ahead::id).collect();
+        let clock = self.clock;
+        steps.steps.into_iter().filter_map(move |step| {
+            let Step::CreateTexture { id, label, format, size } = step else { return None };
+            let order = TextureOrder { id, label, format, size };
+            (ahead::takes_long(&order) && !known.contains(&id))
+                .then(|| Ahead::new(order, volumes.clone(), clock))
+        })
+    }
+
     fn release_entry(&mut self, entry: Entry, recording: &mut Recording) {
         self.releases += 1;
         for copy in entry.copies() {
@@ -346,13 +446,15 @@ impl Store {
         self.pools.reclaim();
     }
 
-    /// Makes room for what is not there, reduced as far as it must be, and for those that could be finer by now.
+    /// Makes room for what is not there, reduced as far as it must be, and for those that could be finer by now. Of a large
+    /// volume that more than `budget` bytes have to be brought of, a coarse copy comes first.
     fn begin_arrivals(
         &mut self,
         wanted: &[(Arc<Volume>, GridKey)],
+        budget: u64,
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
-        let mut new: Vec<(usize, Arc<Volume>, u32)> = vec![];
+        let mut new: Vec<Coming> = vec![];
         for (volume, _) in wanted {
             let Some(index) = self.index(volume) else { continue };
             let entry = &self.entries[index];
@@ -360,29 +462,38 @@ impl Store {
             let is_sparse =
                 entry.shown.as_ref().is_some_and(|shown| self.pools.is_left(&shown.resident.pages));
             let may_be_finer = is_coarse && entry.tried != self.releases;
-            if entry.arriving.is_none() && (entry.shown.is_none() || may_be_finer || is_sparse) {
-                new.push((index, volume.clone(), bricks::least_factor(volume.dims())));
+            if entry.arriving.is_empty() && (entry.shown.is_none() || may_be_finer || is_sparse) {
+                let whole = BrickGrid::new(volume.dims(), 1).count();
+                let comes_at_once = self.pools.bytes_of(self.pools.format(volume), whole) <= budget;
+                let comes_coarse = entry.shown.is_none() && !comes_at_once && needs_coarse_copy(volume);
+                new.push(Coming {
+                    index,
+                    volume: volume.clone(),
+                    factor: bricks::least_factor(volume.dims()),
+                    coarse: comes_coarse.then(|| coarse_factor(volume)),
+                });
             }
         }
         if new.is_empty() {
             return Ok(());
         }
         let mut capacity = self.capacity;
-        let copies = loop {
-            match self.allocate(&new, capacity, recording) {
-                Some(copies) => break copies,
+        let mut pages = loop {
+            match self.pools.allocate(&self.bricks_of(&new), capacity, recording) {
+                Some(pages) => break pages.into_iter(),
+                None if self.pools.drop_ahead(|_| true, recording) => {}
                 None if self.evict(recording) => {
                     // Entries have moved.
-                    for (index, volume, _) in &mut new {
-                        *index = self.index(volume).expect("what is wanted is not evicted");
+                    for coming in &mut new {
+                        coming.index = self.index(&coming.volume).expect("what is wanted is not evicted");
                     }
                 }
                 None => {
-                    let largest = new.iter_mut().max_by_key(|(_, volume, factor)| {
-                        bricks::BrickGrid::new(volume.dims(), *factor).count()
+                    let largest = new.iter_mut().max_by_key(|coming| {
+                        bricks::BrickGrid::new(coming.volume.dims(), coming.factor).count()
                     });
-                    match largest.filter(|(.., factor)| *factor < MAX_FACTOR) {
-                        Some((.., factor)) => *factor *= 2,
+                    match largest.filter(|coming| coming.factor < MAX_FACTOR) {
+                        Some(coming) => coming.factor *= 2,
                         // Little is better than nothing.
                         None if capacity < u64::MAX => capacity = u64::MAX,
                         None => return Err(RenderError::NoRoom { count: wanted.len() }),
@@ -390,42 +501,60 @@ impl Store {
                 }
             }
         };
-        let releases = self.releases;
-        for ((index, volume, factor), resident) in new.into_iter().zip(copies) {
-            let entry = &mut self.entries[index];
-            entry.tried = releases;
-            // No finer than what there is: it stays.
-            let better = entry.shown.as_ref().is_none_or(|shown| {
-                let before = &shown.resident;
-                factor < before.factor || factor == before.factor && self.pools.is_left(&before.pages)
-            });
-            if better {
-                let resident = Arc::new(Resident { source: entry.id, ..resident });
-                let arrival = Arrival::new(&volume);
-                entry.arriving = Some((CopyOnDevice { resident, ranges: vec![] }, arrival));
-            } else {
-                self.pools.release(resident.pages);
+        for coming in new {
+            let mut copies = vec![];
+            for factor in coming.factors() {
+                let bricks = BrickGrid::new(coming.volume.dims(), factor);
+                let pages = pages.next().unwrap_or_default();
+                let source = self.entries[coming.index].id;
+                copies.push(Resident { source, factor, bricks, pages });
             }
+            self.begin_arrival(&coming, copies);
         }
         Ok(())
     }
 
-    /// Bricks for volumes reduced by factors; `None` without room.
-    fn allocate(
-        &mut self,
-        new: &[(usize, Arc<Volume>, u32)],
-        capacity: u64,
-        recording: &mut Recording,
-    ) -> Option<Vec<Resident>> {
-        let grids: Vec<(TextureFormat, BrickGrid)> = new
-            .iter()
-            .map(|(_, volume, factor)| (self.pools.format(volume), BrickGrid::new(volume.dims(), *factor)))
-            .collect();
-        let pages = self.pools.allocate(&grids, capacity, recording)?;
-        let residents = new.iter().zip(grids).zip(pages).map(|(((.., factor), (_, bricks)), pages)| {
-            Resident { source: ResourceId(0), factor: *factor, bricks, pages }
-        });
-        Some(residents.collect())
+    /// Has copies of a volume come, the last one first.
+    fn begin_arrival(&mut self, coming: &Coming, copies: Vec<Resident>) {
+        let Self { entries, pools, unprepared, releases, .. } = self;
+        let entry = &mut entries[coming.index];
+        entry.tried = *releases;
+        for resident in copies.into_iter().rev() {
+            // No finer than what there is: it stays.
+            let better = entry.shown.as_ref().is_none_or(|shown| {
+                let before = &shown.resident;
+                resident.factor < before.factor
+                    || resident.factor == before.factor && pools.is_left(&before.pages)
+            });
+            if !better {
+                pools.release(resident.pages);
+                continue;
+            }
+            let arrival = if coming.coarse == Some(resident.factor) {
+                *unprepared += u64::from(!is_prepared(&coming.volume));
+                prepare_volume(&coming.volume);
+                Arrival::of_prepared(&coming.volume, COARSE.get(&coming.volume, &()))
+            } else {
+                Arrival::new(&coming.volume)
+            };
+            entry
+                .arriving
+                .push_back((CopyOnDevice { resident: Arc::new(resident), ranges: vec![] }, arrival));
+        }
+    }
+
+    /// The bricks of the copies that come, in their order.
+    fn bricks_of(&self, new: &[Coming]) -> Vec<Wanted> {
+        new.iter()
+            .flat_map(|coming| {
+                let format = self.pools.format(&coming.volume);
+                coming.factors().map(move |factor| Wanted {
+                    format,
+                    bricks: BrickGrid::new(coming.volume.dims(), factor),
+                    passes: factor != coming.factor,
+                })
+            })
+            .collect()
     }
 
     /// Gives up the volume that no scene shows and that was longest not asked for.
@@ -441,71 +570,59 @@ impl Store {
         true
     }
 
-    /// A coarse copy at once for a volume of which nothing is there and that cannot arrive at once.
-    fn show_something(
+    /// Brings more of a volume that is under way, and shows each copy once it is whole. The first one comes in one piece,
+    /// if there is any budget left or no other has begun.
+    fn advance(
         &mut self,
         volume: &Arc<Volume>,
         key: GridKey,
         budget: &mut u64,
+        has_begun: &mut bool,
         recording: &mut Recording,
     ) {
         let Some(index) = self.index(volume) else { return };
-        let format = self.pools.format(volume);
-        let whole = BrickGrid::new(volume.dims(), 1).count();
-        let comes_at_once = self.pools.bytes_of(format, whole) <= *budget || !needs_coarse_copy(volume);
-        if comes_at_once || self.entries[index].copies().next().is_some() {
-            return;
-        }
-        let factor = coarse_factor(volume);
-        let bricks = BrickGrid::new(volume.dims(), factor);
-        let Some(pages) = self.pools.allocate(&[(format, bricks)], u64::MAX, recording) else { return };
-        let was_known = is_prepared(volume);
-        prepare_volume(volume);
-        self.unprepared += u64::from(!was_known);
-        let pages = pages.into_iter().next().unwrap_or_default();
-        let resident = Arc::new(Resident { source: self.entries[index].id, factor, bricks, pages });
-        let mut arrival = Arrival::of_prepared(volume, COARSE.get(volume, &()));
-        let mut copy = CopyOnDevice { resident, ranges: vec![] };
-        copy.want(key, recording);
-        let mut all = u64::MAX;
-        arrival.advance(&copy.resident, &mut copy.ranges, &self.pools, &mut all, recording);
-        arrival.free(recording);
-        *budget = budget.saturating_sub(u64::MAX - all);
-        self.entries[index].shown = Some(copy);
-    }
-
-    /// Brings more of a volume that is under way, all of it where nothing else can be shown, and shows it once it is whole.
-    fn advance(&mut self, volume: &Arc<Volume>, key: GridKey, budget: &mut u64, recording: &mut Recording) {
-        let Some(index) = self.index(volume) else { return };
-        let entry = &mut self.entries[index];
-        let Some((copy, arrival)) = &mut entry.arriving else { return };
-        copy.want(key, recording);
-        let mut all = u64::MAX;
-        let budget = if entry.shown.is_some() { budget } else { &mut all };
-        arrival.advance(&copy.resident, &mut copy.ranges, &self.pools, budget, recording);
-        if !arrival.is_done(&copy.resident) {
-            return;
-        }
-        if let Some((copy, arrival)) = entry.arriving.take() {
-            arrival.free(recording);
-            if let Some(before) = entry.shown.replace(copy) {
-                before.free_ranges(recording);
-                self.pools.retire(before.resident);
+        let Self { entries, pools, .. } = self;
+        let entry = &mut entries[index];
+        while let Some((copy, arrival)) = entry.arriving.front_mut() {
+            if entry.shown.is_some() {
+                copy.want(key, recording);
+                arrival.advance(&copy.resident, &mut copy.ranges, pools, budget, recording);
+            } else if *budget > 0 || !*has_begun {
+                *has_begun = true;
+                copy.want(key, recording);
+                let mut all = u64::MAX;
+                arrival.advance(&copy.resident, &mut copy.ranges, pools, &mut all, recording);
+                *budget = budget.saturating_sub(u64::MAX - all);
+            }
+            if !arrival.is_done(&copy.resident) {
+                return;
+            }
+            if let Some((copy, arrival)) = entry.arriving.pop_front() {
+                arrival.free(recording);
+                if let Some(before) = entry.shown.replace(copy) {
+                    before.free_ranges(recording);
+                    pools.retire(before.resident);
+                }
             }
         }
     }
 
-    fn acquired(&mut self, volume: &Arc<Volume>, key: GridKey, recording: &mut Recording) -> Acquired {
-        let index = self.index(volume).expect("every wanted volume has an entry");
+    fn acquired(
+        &mut self,
+        volume: &Arc<Volume>,
+        key: GridKey,
+        recording: &mut Recording,
+    ) -> Option<Acquired> {
+        let index = self.index(volume)?;
         let Self { entries, pools, .. } = self;
-        let shown = entries[index].shown.as_mut().expect("something of every wanted volume is shown");
+        let shown = entries[index].shown.as_mut()?;
         let ranges = shown.want(key, recording);
         if !shown.ranges[ranges].is_whole() {
             let pages = recording.create_buffer_with("pages", &shown.resident.pages);
             shown.ranges[ranges].record(&shown.resident, pages, pools, u32::MAX, recording);
             recording.push(Step::Free { id: pages });
         }
-        Acquired { resident: shown.resident.clone(), ranges: shown.ranges[ranges].values() }
+        Some(Acquired { resident: shown.resident.clone(), ranges: shown.ranges[ranges].values() })
     }
 }
 
@@ -515,7 +632,7 @@ impl Entry {
             id: ids::next(),
             volume: Arc::downgrade(volume),
             shown: None,
-            arriving: None,
+            arriving: VecDeque::new(),
             asked,
             tried: u64::MAX,
         }
@@ -537,7 +654,7 @@ impl Entry {
         if let Some(shown) = self.shown {
             shown.free_ranges(recording);
         }
-        if let Some((copy, arrival)) = self.arriving {
+        for (copy, arrival) in self.arriving {
             copy.free_ranges(recording);
             arrival.free(recording);
         }

@@ -6,10 +6,14 @@ use lumivox_core::{Volume, Voxels};
 use lumivox_shaders::constants::{BRICK_TEXELS, PAGE_BITS};
 use lumivox_shaders::layout::POOL_COUNT;
 
+use super::ahead::Ahead;
 use super::bricks::BrickGrid;
 use super::{Resident, SPARSE, SPARSE_BYTES, TEXELS};
 use crate::recording::{Recording, ResourceId, Step, TextureFormat};
 use crate::scene_cache::DeviceLimits;
+
+/// Bytes by which a pool may be too large to be used again.
+const SLACK_BYTES: u64 = 64 << 20;
 
 /// Pools of 8 bits at most: there is always one left for 16.
 const MAX_EIGHT_BIT: usize = POOL_COUNT / 2;
@@ -36,8 +40,19 @@ pub(super) struct Pools {
     fine_format: TextureFormat,
     /// What is bound where there is no pool.
     nothing: Option<ResourceId>,
-    /// Copies that were replaced, as long as some scene shows them.
-    retired: Vec<Arc<Resident>>,
+    /// Copies that were replaced, as long as some scene shows them, and their pages.
+    retired: Vec<(Arc<Resident>, Vec<u32>)>,
+    /// Textures that are made for pools to come.
+    pub ahead: Vec<Ahead>,
+}
+
+/// A copy of a volume that wants bricks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wanted {
+    pub format: TextureFormat,
+    pub bricks: BrickGrid,
+    /// Whether another takes its place soon.
+    pub passes: bool,
 }
 
 /// The pool of a page.
@@ -107,6 +122,7 @@ impl Pools {
             },
             nothing: None,
             retired: vec![],
+            ahead: vec![],
         }
     }
 
@@ -176,33 +192,45 @@ impl Pools {
         self.list.iter().map(|pool| self.list.len() > 1 && is_left(pool)).collect()
     }
 
-    /// Pages for each of some grids; `None` if there is no room for all, or only beyond `capacity` bytes.
+    /// Pages for each of some copies; `None` if there is no room for all, or only beyond `capacity` bytes.
     pub fn allocate(
         &mut self,
-        grids: &[(TextureFormat, BrickGrid)],
+        copies: &[Wanted],
         capacity: u64,
         recording: &mut Recording,
     ) -> Option<Vec<Vec<u32>>> {
         self.reclaim();
         let mut planned = self.clone();
         let mut steps = Recording::new();
-        let mut pages = vec![vec![]; grids.len()];
+        let mut pages = vec![vec![]; copies.len()];
+        // What soon goes again lies apart, where there can be another pool for it.
+        let parts: &[&[bool]] = if self.list.len() > 1 { &[&[false], &[true]] } else { &[&[false, true]] };
         for format in [TextureFormat::R8Unorm, planned.fine_format] {
-            let of_format = || grids.iter().enumerate().filter(|(_, (f, _))| *f == format);
-            let needed = of_format().map(|(_, (_, grid))| grid.count()).sum::<u64>() as usize;
+            let bricks = |part: &[bool]| {
+                let of_part = copies.iter().filter(|c| c.format == format && part.contains(&c.passes));
+                of_part.map(|c| c.bricks.count()).sum::<u64>() as usize
+            };
+            let needed = bricks(&[false, true]);
             if needed == 0 {
                 continue;
             }
             // An empty pool is used again if it suits: textures that are freed may be there a little longer.
-            let suits = |pool: &Pool| pool.format == format && pool.capacity() <= needed + needed / 16;
+            let slack = needed.min((SLACK_BYTES / planned.bytes_of(format, 1)) as usize);
+            let suits = |pool: &Pool| pool.format == format && pool.capacity() <= needed + slack;
             planned.free_empty_but(suits, &mut steps);
-            let widest = |axis: usize| of_format().map(|(_, (_, grid))| grid.counts[axis]).max().unwrap_or(1);
-            planned.make_room(format, needed, [widest(0), widest(1)], &mut steps)?;
-            let mut free = planned.free_pages(format).into_iter();
-            for (index, (_, grid)) in of_format() {
-                pages[index] = free.by_ref().take(grid.count() as usize).collect();
-                for page in &pages[index] {
-                    planned.set_taken(*page, true);
+            for part in parts {
+                let members = copies.iter().zip(&mut pages);
+                let members = members.filter(|(c, _)| c.format == format && part.contains(&c.passes));
+                let members: Vec<(BrickGrid, &mut Vec<u32>)> = members.map(|(c, p)| (c.bricks, p)).collect();
+                let widest =
+                    |axis: usize| members.iter().map(|(grid, _)| grid.counts[axis]).max().unwrap_or(1);
+                planned.make_room(format, bricks(part), [widest(0), widest(1)], &mut steps)?;
+                let mut free = planned.free_pages(format).into_iter();
+                for (grid, pages) in members {
+                    *pages = free.by_ref().take(grid.count() as usize).collect();
+                    for page in &*pages {
+                        planned.set_taken(*page, true);
+                    }
                 }
             }
         }
@@ -239,18 +267,22 @@ impl Pools {
                     shape([widest[0], widest[1], 1].map(|n| n.min(max_side)), rest.min(most), max_side)
                         .filter(|size| volume(*size) <= most)
                         .or_else(|| shape([1; 3], rest.min(most), max_side))?;
-                self.list[index] = Some(Pool::new(format, size, recording));
+                self.list[index] = Some(Pool::new(format, size, &mut self.ahead, recording));
                 continue;
             }
             // The smallest that can grow: what has to be copied is little.
             let growing = self.list.iter_mut().flatten().filter(|pool| pool.format == format);
             let pool = growing.filter(|pool| pool.capacity() < most).min_by_key(|pool| pool.capacity())?;
             let wanted = (pool.capacity() + rest).min(most);
-            let size = shape(pool.size, wanted, max_side)
-                .filter(|size| volume(*size) <= most)
+            // As wide as what comes, if that wastes little: rows of bricks come in one piece.
+            let wider =
+                [0, 1, 2].map(|axis| pool.size[axis].max(*widest.get(axis).unwrap_or(&1)).min(max_side));
+            let size = shape(wider, wanted, max_side)
+                .filter(|size| volume(*size) <= most.min(wanted + wanted / 8))
+                .or_else(|| shape(pool.size, wanted, max_side).filter(|size| volume(*size) <= most))
                 .or_else(|| shape(pool.size, wanted - volume([pool.size[0], pool.size[1], 1]), max_side))
                 .filter(|size| volume(*size) > pool.capacity())?;
-            pool.grow(size, recording);
+            pool.grow(size, &mut self.ahead, recording);
         }
     }
 
@@ -285,16 +317,17 @@ impl Pools {
 
     /// Gives a copy's bricks back as soon as no scene shows it.
     pub fn retire(&mut self, resident: Arc<Resident>) {
-        self.retired.push(resident);
+        let pages = resident.pages.clone();
+        self.retired.push((resident, pages));
     }
 
     /// Gives back the bricks of copies that no scene shows any more.
     pub fn reclaim(&mut self) {
         let (shown, gone): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.retired).into_iter().partition(|copy| Arc::strong_count(copy) > 1);
+            std::mem::take(&mut self.retired).into_iter().partition(|(copy, _)| Arc::strong_count(copy) > 1);
         self.retired = shown;
-        for copy in gone {
-            self.release(copy.pages.iter().copied());
+        for (_, pages) in gone {
+            self.release(pages);
         }
     }
 
@@ -323,7 +356,18 @@ impl Pools {
                 gone.push(index);
             }
         }
+        // Their numbers are given away again.
+        for (_, pages) in &mut self.retired {
+            pages.retain(|page| !gone.contains(&pool(*page)));
+        }
         gone
+    }
+
+    /// Gives up textures that are made ahead; returns whether any was. One that is being made at this moment stays.
+    pub fn drop_ahead(&mut self, is_stale: impl Fn(&Ahead) -> bool, recording: &mut Recording) -> bool {
+        let before = self.ahead.len();
+        self.ahead.retain(|ahead| !(is_stale(ahead) && ahead.give_up(recording)));
+        self.ahead.len() < before
     }
 
     pub fn free(&mut self, recording: &mut Recording) {
@@ -332,18 +376,25 @@ impl Pools {
         }
         recording.free(self.nothing.take());
         self.retired.clear();
+        self.drop_ahead(|_| true, recording);
     }
 }
 
 impl Pool {
-    fn new(format: TextureFormat, size: [u32; 3], recording: &mut Recording) -> Self {
-        let texture = recording.create_texture("voxels", format, size.map(|n| n * BRICK_TEXELS));
+    /// In a texture that was made ahead, if one suits.
+    fn new(format: TextureFormat, size: [u32; 3], ahead: &mut Vec<Ahead>, recording: &mut Recording) -> Self {
+        let texels = size.map(|n| n * BRICK_TEXELS);
+        let made = ahead.iter().position(|ahead| ahead.suits(format, texels));
+        let texture = match made.map(|index| ahead.remove(index)) {
+            Some(ahead) => ahead.create(recording),
+            None => recording.create_texture("voxels", format, texels),
+        };
         Self { texture, format, size, taken: vec![false; volume(size)], taken_count: 0 }
     }
 
     /// Moves to a larger texture; pages stay what they are.
-    fn grow(&mut self, size: [u32; 3], recording: &mut Recording) {
-        let mut larger = Self::new(self.format, size, recording);
+    fn grow(&mut self, size: [u32; 3], ahead: &mut Vec<Ahead>, recording: &mut Recording) {
+        let mut larger = Self::new(self.format, size, ahead, recording);
         for (index, _) in self.taken.iter().enumerate().filter(|(_, taken)| **taken) {
             let index = larger.index(self.place(index));
             larger.taken[index] = true;

@@ -1,5 +1,6 @@
 //! What the renderer records, seen without a GPU.
 
+mod arrivals;
 mod changes;
 mod recordings;
 mod scenes;

@@ -113,7 +113,7 @@ fn a_volume_arrives_coarse_then_whole() {
     let store = VoxelStore::new(limits);
     let mut cache = SceneCache::new(&store);
     let mut seen = vec![];
-    let mut most = 0;
+    let (mut most, mut frames) = (0, 0);
     while seen.is_empty() || !cache.is_settled() {
         let mut budget = 1 << 20;
         let mut recording = Recording::new();
@@ -130,11 +130,15 @@ fn a_volume_arrives_coarse_then_whole() {
         gpu.executor.execute(&recording).unwrap();
         let resolution = store.resolution(&large).unwrap();
         let shown = (resolution, film(&mut gpu, &cache));
-        if seen.last().is_none_or(|(before, _)| *before != resolution) {
-            seen.push(shown);
+        match seen.last_mut() {
+            Some(before) if before.0 == resolution => *before = shown,
+            _ => seen.push(shown),
         }
-        assert_eq!(store.resolution(&small), Some(Resolution { factor: 1, arriving: false }));
+        frames += 1;
+        let small = store.resolution(&small);
+        assert!(frames < 3 || small == Some(Resolution { factor: 1, arriving: false }), "{small:?}");
     }
+    // The last look at each: the small one comes after the coarse.
     let [(coarse, first), (whole, last)] = &seen[..] else { panic!("{} looks of it", seen.len()) };
     assert_eq!(*coarse, Resolution { factor: 2, arriving: true });
     assert_eq!(*whole, Resolution { factor: 1, arriving: false });

@@ -1,5 +1,5 @@
 //! Replays recordings on Godot's RenderingDevice. Everything here runs on the render thread, but for the [`workshop`] that
-//! makes kernels.
+//! makes kernels, and for what is [made ahead](make_ahead).
 
 mod pipelines;
 mod spirv;
@@ -7,6 +7,7 @@ mod spirv;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, channel};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use godot::classes::rendering_device::{
     DataFormat, DeviceType, Limit, SamplerFilter, TextureType, TextureUsageBits, UniformType,
@@ -16,7 +17,7 @@ use godot::classes::{
 };
 use godot::global::Error;
 use godot::prelude::*;
-use lumivox_renderer::recording::{BindingKind, Kernel, Payload, TextureFormat};
+use lumivox_renderer::recording::{BindingKind, Kernel, Payload, TextureFormat, TextureOrder};
 use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step};
 
 use self::pipelines::Pipelines;
@@ -74,6 +75,21 @@ pub struct Executor {
     /// Uniform buffers by size, and how many of each the recording under way has used.
     uniforms: HashMap<u32, (Vec<Rid>, usize)>,
     sets: HashMap<(Kernel, Vec<Rid>), Rid>,
+}
+
+/// Textures that are made and that no recording has met yet.
+fn made_ahead() -> MutexGuard<'static, HashMap<ResourceId, Rid>> {
+    static MADE: LazyLock<Mutex<HashMap<ResourceId, Rid>>> = LazyLock::new(Mutex::default);
+    MADE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Makes a texture that a recording will want, on whatever thread; false where it cannot be had. What
+/// [`Preparation::run_with`](lumivox_renderer::Preparation::run_with) takes.
+pub fn make_ahead(order: &TextureOrder) -> bool {
+    let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return false };
+    let TextureOrder { id, label, format, size } = *order;
+    let made = create_texture(&mut device, Plan { label, format, size }, None);
+    made.map(|texture| made_ahead().insert(id, texture)).is_ok()
 }
 
 impl Executor {
@@ -172,6 +188,9 @@ impl Executor {
         if let Some(sampler) = self.sampler.take() {
             device.free_rid(sampler);
         }
+        for texture in made_ahead().drain().map(|(_, texture)| texture) {
+            device.free_rid(texture);
+        }
         self.pipelines.free(device);
     }
 
@@ -195,7 +214,11 @@ impl Executor {
             }
             Step::CreateTexture { id, label, format, size } => {
                 let plan = Plan { label, format: *format, size: *size };
-                self.resources.insert(*id, Resource::Planned(plan));
+                let resource = match made_ahead().remove(id) {
+                    Some(texture) => Resource::Texture(texture, plan),
+                    None => Resource::Planned(plan),
+                };
+                self.resources.insert(*id, resource);
             }
             Step::WriteBuffer { id, offset, data } => {
                 let (buffer, _) = self.buffer(*id)?;
@@ -403,7 +426,12 @@ impl Executor {
     fn free_resource(&mut self, device: &mut Gd<RenderingDevice>, id: ResourceId) {
         match self.resources.remove(&id) {
             Some(Resource::Buffer(rid, _) | Resource::Texture(rid, _)) => device.free_rid(rid),
-            Some(Resource::Planned(_) | Resource::Lent(_)) | None => {}
+            Some(Resource::Planned(_) | Resource::Lent(_)) => {}
+            None => {
+                if let Some(texture) = made_ahead().remove(&id) {
+                    device.free_rid(texture);
+                }
+            }
         }
     }
 

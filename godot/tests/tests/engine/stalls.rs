@@ -48,6 +48,17 @@ fn a_volume_stays_in_the_picture_while_its_next_kernel_is_made() {
 }
 
 #[test]
+fn a_scan_that_was_replaced_leaves_the_device_also_after_the_light_changed() {
+    let told = telling("replaced");
+    println!("replaced: {told}");
+    let [before, scan, relit, replaced] =
+        ["before", "scan", "relit", "replaced"].map(|name| told[name].as_f64().expect("megabytes"));
+    // 200^3 voxels of 16 bits.
+    assert!(scan - before > 16.0, "{told}");
+    assert!(replaced - relit < 12.0, "both scans are there: {told}");
+}
+
+#[test]
 fn what_is_drawn_once_is_whole_in_its_only_frame() {
     for name in ["once", "once_under_sky"] {
         let told = telling(name);

@@ -1,0 +1,105 @@
+//! Textures made before the frame that wants them, on the thread that prepares it: to make one of hundreds of megabytes
+//! takes a device longer than a frame may be late.
+
+use std::sync::{Arc, Mutex, PoisonError, TryLockError, Weak};
+
+use lumivox_core::Volume;
+
+use crate::recording::{Recording, ResourceId, Step, TextureFormat, TextureOrder};
+
+/// Bytes from which on a texture takes long to make.
+const LARGE_BYTES: u64 = 16 << 20;
+
+/// Updates of scenes and collections, so frames, for which a texture waits for its volumes.
+const PATIENCE: u64 = 1000;
+
+/// A texture for volumes to come. Clones are of the same.
+#[derive(Clone, Debug)]
+pub(super) struct Ahead {
+    order: TextureOrder,
+    pub volumes: Vec<Weak<Volume>>,
+    /// When it was ordered.
+    clock: u64,
+    /// Locked while it is made.
+    stage: Arc<Mutex<Stage>>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stage {
+    Ordered,
+    Made,
+    /// It could not be made, or is not wanted any more.
+    GivenUp,
+}
+
+/// Whether a volume may need a texture that takes long to make.
+pub(super) fn is_large(volume: &Volume) -> bool {
+    2 * volume.voxel_count() as u64 >= LARGE_BYTES / 2
+}
+
+/// Whether a texture takes long to make.
+pub(super) fn takes_long(order: &TextureOrder) -> bool {
+    let texels: u64 = order.size.iter().map(|&n| u64::from(n)).product();
+    texels * order.format.bytes_per_texel() as u64 >= LARGE_BYTES
+}
+
+impl Ahead {
+    pub fn new(order: TextureOrder, volumes: Vec<Weak<Volume>>, clock: u64) -> Self {
+        Self { order, volumes, clock, stage: Arc::new(Mutex::new(Stage::Ordered)) }
+    }
+
+    pub fn id(&self) -> ResourceId {
+        self.order.id
+    }
+
+    pub fn is_for(&self, volume: &Arc<Volume>) -> bool {
+        self.volumes.iter().any(|other| std::ptr::eq(other.as_ptr(), Arc::as_ptr(volume)))
+    }
+
+    /// Whether its volumes should have come long ago.
+    pub fn is_old(&self, clock: u64) -> bool {
+        clock.saturating_sub(self.clock) > PATIENCE
+    }
+
+    /// Makes it, unless it was given up: once, and never after it was freed.
+    pub fn make(&self, make: &mut dyn FnMut(&TextureOrder) -> bool) {
+        let mut stage = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+        if *stage == Stage::Ordered {
+            *stage = if make(&self.order) { Stage::Made } else { Stage::GivenUp };
+        }
+    }
+
+    /// `None` while it is being made, which nobody waits for.
+    fn stage(&self) -> Option<Stage> {
+        match self.stage.try_lock() {
+            Ok(stage) => Some(*stage),
+            Err(TryLockError::Poisoned(stage)) => Some(*stage.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        }
+    }
+
+    /// Whether it is there and is what is wanted.
+    pub fn suits(&self, format: TextureFormat, size: [u32; 3]) -> bool {
+        self.order.format == format && self.order.size == size && self.stage() == Some(Stage::Made)
+    }
+
+    /// Records that it is used; returns its name.
+    pub fn create(self, recording: &mut Recording) -> ResourceId {
+        let TextureOrder { id, label, format, size } = self.order;
+        recording.push(Step::CreateTexture { id, label, format, size });
+        id
+    }
+
+    /// Records that it is freed, or has it not made. False while it is being made.
+    pub fn give_up(&self, recording: &mut Recording) -> bool {
+        let mut stage = match self.stage.try_lock() {
+            Ok(stage) => stage,
+            Err(TryLockError::Poisoned(stage)) => stage.into_inner(),
+            Err(TryLockError::WouldBlock) => return false,
+        };
+        if std::mem::replace(&mut *stage, Stage::GivenUp) == Stage::Made {
+            recording.push(Step::Free { id: self.order.id });
+        }
+        true
+    }
+}

@@ -1,0 +1,159 @@
+//! How volumes come, seen without a GPU: within a budget, one after the other, into textures that were made before.
+
+use std::sync::Arc;
+
+use lumivox_core::{Environment, Scene, Volume};
+use lumivox_renderer::recording::{Kernel, TextureOrder};
+use lumivox_renderer::{
+    DeviceLimits, Preparation, Recording, ResourceId, SceneCache, Step, View, ViewSettings, VoxelStore,
+    prepare_volume,
+};
+
+use crate::scenes::{self, *};
+
+fn scene(volumes: &[Arc<Volume>]) -> Scene {
+    Scene { environment: Environment::uniform(1.0), ..scenes::scene(volumes) }
+}
+
+/// What is made ahead.
+fn run(preparation: &Preparation, succeeds: bool) -> Vec<TextureOrder> {
+    let mut orders = vec![];
+    preparation.run_with(|order| {
+        orders.push(*order);
+        succeeds
+    });
+    orders
+}
+
+fn update(cache: &mut SceneCache, scene: &Scene, mut budget: u64) -> Recording {
+    let mut recording = Recording::new();
+    cache.update_within(scene, &mut budget, &mut recording).unwrap();
+    recording
+}
+
+/// The textures of voxels that a recording creates, but for small ones.
+fn created(recording: &Recording) -> Vec<ResourceId> {
+    let large = |step: &Step| match step {
+        Step::CreateTexture { id, size: [x, y, z], .. } if x * y * z > 8 << 20 => Some(*id),
+        _ => None,
+    };
+    recording.steps.iter().filter_map(large).collect()
+}
+
+fn frees(recording: &Recording, id: ResourceId) -> bool {
+    recording.steps.iter().any(|step| matches!(step, Step::Free { id: freed } if *freed == id))
+}
+
+fn voxel_bytes(recording: &Recording) -> usize {
+    let bytes = |step: &Step| match step {
+        Step::WriteTexture { data, size, .. } if size[2] > 1 => data.bytes().len(),
+        _ => 0,
+    };
+    recording.steps.iter().map(bytes).sum()
+}
+
+#[test]
+fn the_texture_of_a_large_volume_is_made_ahead() {
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
+    let shown = scene(&[volume(220)]);
+    let preparation = cache.preparation(&shown).expect("a texture and a coarse copy");
+    let orders = run(&preparation, true);
+    let [order] = orders[..] else { panic!("{orders:?}") };
+    assert!(cache.preparation(&shown).is_none(), "all is done");
+    assert!(run(&preparation, true).is_empty(), "it is made once");
+    assert_eq!(created(&update(&mut cache, &shown, 1000)), [order.id]);
+    while !cache.is_settled() {
+        let recording = update(&mut cache, &shown, 8 << 20);
+        assert!(created(&recording).is_empty() && !frees(&recording, order.id));
+    }
+    assert_eq!(cache.unprepared(), 0);
+    assert!(cache.store().bytes() < 2 * 220 * 220 * 220 * 115 / 100 + (128 << 20));
+}
+
+#[test]
+fn what_could_not_be_made_ahead_is_made_when_it_is_wanted() {
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
+    let shown = scene(&[volume(220)]);
+    let orders = run(&cache.preparation(&shown).unwrap(), false);
+    assert!(cache.preparation(&shown).is_none(), "it is not tried for ever");
+    let created = created(&update(&mut cache, &shown, 1000));
+    assert_eq!(created.len(), 1);
+    assert_ne!(created, [orders[0].id]);
+}
+
+#[test]
+fn what_was_made_ahead_for_nothing_is_freed() {
+    let store = VoxelStore::new(LIMITS);
+    let mut cache = SceneCache::new(&store);
+    let shown = scene(&[volume(220)]);
+    let preparation = cache.preparation(&shown).unwrap();
+    let [order] = run(&preparation, true)[..] else { panic!("one texture") };
+    // Another scene is shown after all.
+    let small = scene(&[volume(16)]);
+    assert!(!frees(&update(&mut cache, &small, 1000), order.id), "somebody holds the volume");
+    drop((preparation, shown));
+    let mut recording = Recording::new();
+    store.collect(&mut recording);
+    assert!(frees(&recording, order.id));
+
+    // It comes otherwise than was thought: at once, with another.
+    let limits = DeviceLimits { max_texture_3d: 2048, ..LIMITS };
+    let mut cache = SceneCache::new(&VoxelStore::new(limits));
+    let others = scene(&[volume(220), volume(200)]);
+    let one = Scene { volumes: others.volumes[..1].to_vec(), ..others.clone() };
+    let [order] = run(&cache.preparation(&one).unwrap(), true)[..] else { panic!("one texture") };
+    let recording = update(&mut cache, &others, u64::MAX);
+    assert!(frees(&recording, order.id), "room for one is not what two need");
+}
+
+/// The largest part of the memory is that of the volume before.
+#[test]
+fn a_volume_that_replaces_another_takes_its_texture() {
+    let store = VoxelStore::new(LIMITS);
+    let mut cache = SceneCache::new(&store);
+    let before = scene(&[volume(220)]);
+    update(&mut cache, &before, u64::MAX);
+    let bytes = store.bytes();
+    let after = scene(&[volume(216)]);
+    let preparation = cache.preparation(&after).expect("a coarse copy");
+    assert!(run(&preparation, true).is_empty(), "there will be a texture");
+    drop((preparation, before));
+    while {
+        assert!(created(&update(&mut cache, &after, 4 << 20)).is_empty());
+        !cache.is_settled()
+    } {}
+    assert!(store.bytes() < bytes + (8 << 20), "{} after {bytes}", store.bytes());
+}
+
+#[test]
+fn many_volumes_come_one_after_the_other() {
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
+    let volumes: Vec<Arc<Volume>> = (0..6).map(|i| volume(100 + 12 * i)).collect();
+    volumes.iter().for_each(prepare_volume);
+    let shown = scene(&volumes);
+    let mut recording = update(&mut cache, &shown, 1000);
+    let mut view = View::new(ViewSettings::new(16, 16), &cache, &mut Recording::new()).unwrap();
+    let mut frames = 0;
+    let mut kernels = vec![];
+    loop {
+        // What comes at once, and what had begun before within the budget.
+        assert!(voxel_bytes(&recording) < 5 << 20, "{} bytes", voxel_bytes(&recording));
+        frames += 1;
+        let mut trace = Recording::new();
+        view.record_samples(&cache, &camera(), frames, u64::MAX, &mut trace);
+        kernels.extend(trace.steps.iter().filter_map(|step| match step {
+            Step::Dispatch { kernel: kernel @ Kernel::PathTrace(_), .. } => Some(*kernel),
+            _ => None,
+        }));
+        if cache.is_settled() {
+            break;
+        }
+        recording = update(&mut cache, &shown, 1 << 20);
+    }
+    assert!(frames > 6, "{frames}");
+    kernels.dedup();
+    assert_eq!(kernels.len(), 1, "no kernel is new on the way");
+    for volume in &volumes {
+        assert_eq!(cache.store().resolution(volume).map(|r| (r.factor, r.arriving)), Some((1, false)));
+    }
+}
