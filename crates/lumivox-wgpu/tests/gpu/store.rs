@@ -112,7 +112,7 @@ fn a_volume_arrives_coarse_then_whole() {
     prepare_volume(&large);
     let store = VoxelStore::new(limits);
     let mut cache = SceneCache::new(&store);
-    let mut seen = vec![];
+    let mut seen: Vec<(Resolution, Vec<[f32; 4]>)> = vec![];
     let (mut most, mut frames) = (0, 0);
     while seen.is_empty() || !cache.is_settled() {
         let mut budget = 1 << 20;
