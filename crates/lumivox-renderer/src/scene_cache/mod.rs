@@ -242,8 +242,10 @@ impl SceneCache {
     }
 
     /// Whether another update with the same scene would find nothing to do: no volume is under way, or could be finer.
+    /// False before the first.
     pub fn is_settled(&self) -> bool {
-        !self.lacks_volumes
+        self.tables.buffers.is_some()
+            && !self.lacks_volumes
             && self.volumes.iter().all(|(volume, acquired)| self.store.is_settled(volume, &acquired.resident))
     }
 
@@ -456,14 +458,20 @@ pub(crate) fn place(scene: &Scene) -> Vec<Placed<'_>> {
     scene
         .volumes
         .iter()
-        .filter(|instance| instance.world_from_patient.is_finite())
+        .filter(|instance| is_finite_on_gpu(instance.world_from_patient))
         .map(|instance| Placed {
             instance,
             medium: instance.medium.clone().sanitized(),
             patient_from_world: instance.world_from_patient.inverse(),
         })
-        .filter(|placed| placed.patient_from_world.is_finite())
+        .filter(|placed| is_finite_on_gpu(placed.patient_from_world))
         .collect()
+}
+
+/// Whether a map stays finite in 32 bits, the lengths of its columns too.
+fn is_finite_on_gpu(map: DAffine3) -> bool {
+    const MOST: f64 = 1e18;
+    map.is_finite() && map.matrix3.to_cols_array().iter().all(|x| x.abs() < MOST)
 }
 
 /// An error where a buffer is larger than the device binds.
