@@ -60,6 +60,12 @@ fn march_begin(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> March {
     let steps = vec3f(select(cell, dims - 1 - cell, forward));
     let faces = (m.t_next + steps * m.t_delta) * (1.0 - (steps + 4.0) * HALF_UNIT);
     m.t_end = min(m.t_end, min(faces.x, min(faces.y, faces.z)));
+    // The walk of a ray that is lost at no number, or infinitely far away, would never end. Asked of the bits: compilers
+    // may take it that numbers are numbers.
+    let sum = faces.x + faces.y + faces.z + m.t_end + m.scale;
+    if ((bitcast<u32>(sum) & 0x7f800000u) == 0x7f800000u) {
+        m.t_end = 0.0;
+    }
     m.index = dot(cell, stride) + i32(instances[v].grid_offset);
     m.step = select(-stride, stride, forward);
     return m;
@@ -75,7 +81,8 @@ fn march_to_tentative(m: ptr<function, March>, depth: f32) -> f32 {
         let t_exit = min(min((*m).t_next.x, (*m).t_next.y), min((*m).t_next.z, (*m).t_end));
         let available = majorant * (t_exit - (*m).t);
         if (rest < available) {
-            (*m).t += rest / majorant;
+            // Or what lies deep in a medium that is dense beyond rounding would be met again and again.
+            (*m).t += max(rest / majorant, (*m).t * (2.0 * HALF_UNIT));
             (*m).cell = cell;
             return majorant;
         }

@@ -39,6 +39,8 @@ pub fn compile(kernel: Kernel) -> Result<Binary, String> {
             image_load: BoundsCheckPolicy::Restrict,
             binding_array: BoundsCheckPolicy::Unchecked,
         },
+        // All loops end: the documentation of `lumivox_shaders` says why.
+        force_loop_bounding: false,
         // Kernels write what they read.
         zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::None,
         ..Default::default()
