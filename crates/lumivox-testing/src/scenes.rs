@@ -41,6 +41,7 @@ pub fn all() -> Vec<TestScene> {
         glossy_surface(),
         tricubic(),
         nearest(),
+        many_bricks(),
         camera_inside(),
         clip_box(),
         world_extinction(),
@@ -212,6 +213,28 @@ pub fn tricubic() -> TestScene {
 /// Coarse noise without interpolation.
 pub fn nearest() -> TestScene {
     filtered("nearest", Filter::Nearest)
+}
+
+/// Volumes of more voxels along each axis than a renderer keeps together, so that filters read across: one through the
+/// cubic B-spline, and one without interpolation.
+pub fn many_bricks() -> TestScene {
+    let volume = noise_volume(7, [67, 40, 70]);
+    let instance = |filter, x: f64| {
+        let medium = Medium {
+            filter,
+            density_scale: 0.1,
+            albedo: 0.9,
+            surface: SurfaceReflection { gradient_per_mm: 10.0, ..reflection(0.6) },
+            ..Medium::new(two_tissues())
+        };
+        let mut instance = VolumeInstance::centered(volume.clone(), medium);
+        instance.world_from_patient = DAffine3::from_translation(DVec3::X * x)
+            * DAffine3::from_scale(DVec3::splat(0.35))
+            * instance.world_from_patient;
+        instance
+    };
+    let volumes = vec![instance(Filter::Tricubic, -0.006), instance(Filter::Nearest, 0.006)];
+    scene("many_bricks", volumes, gradient_light())
 }
 
 fn filtered(name: &'static str, filter: Filter) -> TestScene {

@@ -7,9 +7,14 @@ fn sample_trilinear(v: u32, p: vec3f) -> f32 {
 }
 
 fn sample_nearest(v: u32, p: vec3f) -> f32 {
-    let voxel = vec3u(clamp(floor(p), vec3f(0.0), instances[v].dims - 1.0));
-    let cell = cell_at(v, voxel);
-    return load_texel(cell_pool(cell), vec3i(voxel) + cell_texel_from_voxel(cell));
+    let inside = clamp(p, vec3f(0.0), instances[v].dims - 1.0);
+    return load_brick(cell_at(v, vec3u(inside)), inside);
+}
+
+// The voxel around a point of voxel space in the brick that a cell lies in. A brick reaches half a voxel further than its
+// cells, and what lies beyond the volume repeats the last voxel: a rounding leads to no other brick.
+fn load_brick(cell: Cell, p: vec3f) -> f32 {
+    return load_texel(cell_pool(cell), vec3i(p) + cell_texel_from_voxel(cell));
 }
 
 // One of the cells in the brick that holds a voxel.
@@ -68,8 +73,12 @@ fn sample_volume(v: u32, p: vec3f) -> f32 {
 
 // The same at a point in a cell.
 fn sample_in_cell(v: u32, p: vec3f, cell: Cell) -> f32 {
-    if (MIXED_FILTERS && instances[v].filter_kind != FILTER_TRILINEAR) {
-        return sample_volume(v, p);
+    if (MIXED_FILTERS) {
+        switch instances[v].filter_kind {
+            case FILTER_NEAREST: { return load_brick(cell, p); }
+            case FILTER_TRICUBIC: { return sample_tricubic(v, p); }
+            default: {}
+        }
     }
     return filter_brick(cell, p);
 }
