@@ -49,15 +49,18 @@ fn sample_tricubic(v: u32, p: vec3f) -> f32 {
     // Texel centres i - 1, i, i + 1, i + 2 lie at i - 0.5 ... i + 2.5; each tap between its two, by their weights.
     let h0 = i - 0.5 + w1 / g0;
     let h1 = i + 1.5 + w3 / g1;
-    var sum = 0.0;
-    for (var corner = 0u; corner < 8u; corner++) {
-        take_turn();
-        let high = (vec3u(corner) >> vec3u(0u, 1u, 2u)) & vec3u(1u);
-        let at = select(h0, h1, high == vec3u(1u));
-        let weight = select(g0, g1, high == vec3u(1u));
-        sum += weight.x * weight.y * weight.z * sample_trilinear(v, at);
-    }
-    return sum;
+    // One by one, not in a loop: half the time, for the taps need not wait for each other.
+    let s000 = sample_trilinear(v, h0);
+    let s100 = sample_trilinear(v, vec3f(h1.x, h0.yz));
+    let s010 = sample_trilinear(v, vec3f(h0.x, h1.y, h0.z));
+    let s110 = sample_trilinear(v, vec3f(h1.xy, h0.z));
+    let s001 = sample_trilinear(v, vec3f(h0.xy, h1.z));
+    let s101 = sample_trilinear(v, vec3f(h1.x, h0.y, h1.z));
+    let s011 = sample_trilinear(v, vec3f(h0.x, h1.yz));
+    let s111 = sample_trilinear(v, h1);
+    let low = g0.y * (g0.x * s000 + g1.x * s100) + g1.y * (g0.x * s010 + g1.x * s110);
+    let high = g0.y * (g0.x * s001 + g1.x * s101) + g1.y * (g0.x * s011 + g1.x * s111);
+    return g0.z * low + g1.z * high;
 }
 
 fn sample_volume(v: u32, p: vec3f) -> f32 {
