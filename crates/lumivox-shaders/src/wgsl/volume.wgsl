@@ -2,7 +2,7 @@
 
 // Stored value in [0, 1] at a point of voxel space.
 fn sample_trilinear(v: u32, p: vec3f) -> f32 {
-    let inside = clamp(p, vec3f(0.5), instances[v].dims - 0.5);
+    let inside = within(v, p);
     return filter_brick(cell_at(v, vec3u(inside - 0.5)), inside);
 }
 
@@ -34,8 +34,8 @@ fn filter_brick(cell: Cell, p: vec3f) -> f32 {
 }
 
 // Cubic B-spline from eight trilinear taps (Sigg and Hadwiger, "Fast Third-Order Texture Filtering", GPU Gems 2,
-// chapter 20): along each axis two taps stand for four samples.
-fn sample_tricubic(v: u32, p: vec3f) -> f32 {
+// chapter 20): along each axis two taps stand for four samples. At a point in a cell.
+fn sample_tricubic(v: u32, p: vec3f, cell: Cell) -> f32 {
     let x = p - 0.5;
     let i = floor(x);
     let f = x - i;
@@ -47,27 +47,66 @@ fn sample_tricubic(v: u32, p: vec3f) -> f32 {
     let g1 = 1.0 - w0 - w1;
     let g0 = w0 + w1;
     // Texel centres i - 1, i, i + 1, i + 2 lie at i - 0.5 ... i + 2.5; each tap between its two, by their weights.
-    let h0 = i - 0.5 + w1 / g0;
-    let h1 = i + 1.5 + w3 / g1;
+    let h0 = within(v, i - 0.5 + w1 / g0);
+    let h1 = within(v, i + 1.5 + w3 / g1);
+    let b = bricks_around(v, i, h0, h1, cell);
     // One by one, not in a loop: half the time, for the taps need not wait for each other.
-    let s000 = sample_trilinear(v, h0);
-    let s100 = sample_trilinear(v, vec3f(h1.x, h0.yz));
-    let s010 = sample_trilinear(v, vec3f(h0.x, h1.y, h0.z));
-    let s110 = sample_trilinear(v, vec3f(h1.xy, h0.z));
-    let s001 = sample_trilinear(v, vec3f(h0.xy, h1.z));
-    let s101 = sample_trilinear(v, vec3f(h1.x, h0.y, h1.z));
-    let s011 = sample_trilinear(v, vec3f(h0.x, h1.yz));
-    let s111 = sample_trilinear(v, h1);
+    let s000 = filter_brick(b.c000, h0);
+    let s100 = filter_brick(b.c100, vec3f(h1.x, h0.yz));
+    let s010 = filter_brick(b.c010, vec3f(h0.x, h1.y, h0.z));
+    let s110 = filter_brick(b.c110, vec3f(h1.xy, h0.z));
+    let s001 = filter_brick(b.c001, vec3f(h0.xy, h1.z));
+    let s101 = filter_brick(b.c101, vec3f(h1.x, h0.y, h1.z));
+    let s011 = filter_brick(b.c011, vec3f(h0.x, h1.yz));
+    let s111 = filter_brick(b.c111, h1);
     let low = g0.y * (g0.x * s000 + g1.x * s100) + g1.y * (g0.x * s010 + g1.x * s110);
     let high = g0.y * (g0.x * s001 + g1.x * s101) + g1.y * (g0.x * s011 + g1.x * s111);
     return g0.z * low + g1.z * high;
+}
+
+// Where filters find what lies at a point beyond the outermost voxels' centres.
+fn within(v: u32, p: vec3f) -> vec3f {
+    return clamp(p, vec3f(0.5), instances[v].dims - 0.5);
+}
+
+// Cells in the bricks that a cubic filter's taps lie in; the digits are x, y and z, 1 for the farther tap.
+struct Bricks {
+    c000: Cell,
+    c100: Cell,
+    c010: Cell,
+    c110: Cell,
+    c001: Cell,
+    c101: Cell,
+    c011: Cell,
+    c111: Cell,
+}
+
+// Of taps at `h0` and `h1` from voxels i - 1 and i + 1 on, of a point in a cell. Five times in six all of them lie in the
+// cell's brick. Where voxel i is a brick's first or last they may not, and that is also where a rounding can make a point
+// out to be in the next brick.
+fn bricks_around(v: u32, i: vec3f, h0: vec3f, h1: vec3f, cell: Cell) -> Bricks {
+    var b = Bricks(cell, cell, cell, cell, cell, cell, cell, cell);
+    let from_last = (vec3i(i) + 1) & vec3i(i32(BRICK_SIZE) - 1);
+    if (any(from_last < vec3i(2))) {
+        let low = vec3u(h0 - 0.5);
+        let high = vec3u(h1 - 0.5);
+        b.c000 = cell_at(v, low);
+        b.c100 = cell_at(v, vec3u(high.x, low.yz));
+        b.c010 = cell_at(v, vec3u(low.x, high.y, low.z));
+        b.c110 = cell_at(v, vec3u(high.xy, low.z));
+        b.c001 = cell_at(v, vec3u(low.xy, high.z));
+        b.c101 = cell_at(v, vec3u(high.x, low.y, high.z));
+        b.c011 = cell_at(v, vec3u(low.x, high.yz));
+        b.c111 = cell_at(v, high);
+    }
+    return b;
 }
 
 fn sample_volume(v: u32, p: vec3f) -> f32 {
     if (MIXED_FILTERS) {
         switch instances[v].filter_kind {
             case FILTER_NEAREST: { return sample_nearest(v, p); }
-            case FILTER_TRICUBIC: { return sample_tricubic(v, p); }
+            case FILTER_TRICUBIC: { return sample_tricubic(v, p, cell_at(v, vec3u(within(v, p) - 0.5))); }
             default: {}
         }
     }
@@ -79,7 +118,7 @@ fn sample_in_cell(v: u32, p: vec3f, cell: Cell) -> f32 {
     if (MIXED_FILTERS) {
         switch instances[v].filter_kind {
             case FILTER_NEAREST: { return load_brick(cell, p); }
-            case FILTER_TRICUBIC: { return sample_tricubic(v, p); }
+            case FILTER_TRICUBIC: { return sample_tricubic(v, p, cell); }
             default: {}
         }
     }
