@@ -1,7 +1,9 @@
 //! Kernels made for a device on threads of their own, ahead of the frame that wants them. What "made" means is the
-//! host's: a wgpu pipeline, a shader of an engine's.
+//! host's: a wgpu pipeline, a shader of an engine's. What of one kernel is made several times, as a pipeline is for each
+//! kind of target that it draws onto, has a key of the host's own.
 
 use std::collections::{HashMap, VecDeque};
+use std::hash::Hash;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
@@ -10,38 +12,39 @@ use crate::recording::Kernel;
 /// Most threads at once: compilers take memory, and the host's own threads go on beside them.
 const MAX_THREADS: usize = 4;
 
-/// What is made of a kernel, or why nothing can be.
+/// What is made of a key, or why nothing can be.
 type Made<T> = Result<T, String>;
 
-/// Makes `T` of kernels, each once. Threads last while there is something to make.
-pub struct Workshop<T>(Arc<Inner<T>>);
+/// Makes `T` of keys, each once: of kernels, unless a host has keys of its own. Threads last while there is something to
+/// make.
+pub struct Workshop<T, K = Kernel>(Arc<Inner<T, K>>);
 
-struct Inner<T> {
-    make: Box<dyn Fn(Kernel) -> Made<T> + Send + Sync>,
-    state: Mutex<State<T>>,
+struct Inner<T, K> {
+    make: Box<dyn Fn(K) -> Made<T> + Send + Sync>,
+    state: Mutex<State<T, K>>,
     changed: Condvar,
     max_threads: usize,
 }
 
-struct State<T> {
+struct State<T, K> {
     /// In the order in which they are made.
-    orders: VecDeque<Kernel>,
+    orders: VecDeque<K>,
     threads: usize,
     /// `None` while it is being made.
-    made: HashMap<Kernel, Option<Made<T>>>,
+    made: HashMap<K, Option<Made<T>>>,
     waits: u64,
 }
 
-impl<T> std::fmt::Debug for Workshop<T> {
+impl<T, K> std::fmt::Debug for Workshop<T, K> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let state = self.0.lock();
         write!(f, "Workshop({} made, {} ordered)", state.made.len(), state.orders.len())
     }
 }
 
-impl<T: Clone + Send + 'static> Workshop<T> {
+impl<T: Clone + Send + 'static, K: Copy + Eq + Hash + Send + 'static> Workshop<T, K> {
     /// An empty one. `make` is called on threads that it starts, and on those that [`get`](Self::get).
-    pub fn new(make: impl Fn(Kernel) -> Made<T> + Send + Sync + 'static) -> Self {
+    pub fn new(make: impl Fn(K) -> Made<T> + Send + Sync + 'static) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         Self(Arc::new(Inner {
             make: Box::new(make),
@@ -52,40 +55,39 @@ impl<T: Clone + Send + 'static> Workshop<T> {
     }
 
     /// Has kernels made that are not yet, after those ordered before. Returns at once.
-    pub fn prepare(&self, kernels: impl IntoIterator<Item = Kernel>) {
+    pub fn prepare(&self, kernels: impl IntoIterator<Item = K>) {
         let mut state = self.0.lock();
-        for kernel in kernels {
-            if !state.made.contains_key(&kernel) && !state.orders.contains(&kernel) {
-                state.orders.push_back(kernel);
+        for key in kernels {
+            if !state.made.contains_key(&key) && !state.orders.contains(&key) {
+                state.orders.push_back(key);
             }
         }
         self.start_threads(state);
     }
 
     /// The same, before all others: something waits for them.
-    pub fn hurry(&self, kernels: impl IntoIterator<Item = Kernel>) {
+    pub fn hurry(&self, kernels: impl IntoIterator<Item = K>) {
         let mut state = self.0.lock();
-        let wanted: Vec<Kernel> =
-            kernels.into_iter().filter(|kernel| !state.made.contains_key(kernel)).collect();
+        let wanted: Vec<K> = kernels.into_iter().filter(|key| !state.made.contains_key(key)).collect();
         state.orders.retain(|other| !wanted.contains(other));
-        wanted.into_iter().rev().for_each(|kernel| state.orders.push_front(kernel));
+        wanted.into_iter().rev().for_each(|key| state.orders.push_front(key));
         self.start_threads(state);
     }
 
     /// Whether [`get`](Self::get) will not have to wait.
-    pub fn is_ready(&self, kernel: Kernel) -> bool {
-        matches!(self.0.lock().made.get(&kernel), Some(Some(_)))
+    pub fn is_ready(&self, key: K) -> bool {
+        matches!(self.0.lock().made.get(&key), Some(Some(_)))
     }
 
-    /// What is made of a kernel. Waits for it where it is being made, and makes it where nobody does.
+    /// What is made of a key. Waits for it where it is being made, and makes it where nobody does.
     ///
     /// # Errors
     /// What the maker said; it is not tried again.
-    pub fn get(&self, kernel: Kernel) -> Made<T> {
+    pub fn get(&self, key: K) -> Made<T> {
         let mut state = self.0.lock();
         let mut waited = false;
         loop {
-            match state.made.get(&kernel) {
+            match state.made.get(&key) {
                 Some(Some(made)) => return made.clone(),
                 Some(None) => {
                     state.waits += u64::from(!waited);
@@ -94,10 +96,10 @@ impl<T: Clone + Send + 'static> Workshop<T> {
                 }
                 None => {
                     state.waits += u64::from(!waited);
-                    state.orders.retain(|other| *other != kernel);
-                    state.made.insert(kernel, None);
+                    state.orders.retain(|other| *other != key);
+                    state.made.insert(key, None);
                     drop(state);
-                    return self.0.make(kernel);
+                    return self.0.make(key);
                 }
             }
         }
@@ -124,7 +126,7 @@ impl<T: Clone + Send + 'static> Workshop<T> {
         state.made.drain().filter_map(|(_, made)| made?.ok()).collect()
     }
 
-    fn start_threads(&self, mut state: MutexGuard<'_, State<T>>) {
+    fn start_threads(&self, mut state: MutexGuard<'_, State<T, K>>) {
         // Those that are there may be busy for long.
         let under_way = state.made.values().filter(|made| made.is_none()).count();
         let wanted = (under_way + state.orders.len()).min(self.0.max_threads);
@@ -140,32 +142,32 @@ impl<T: Clone + Send + 'static> Workshop<T> {
     }
 }
 
-impl<T: Clone> Inner<T> {
+impl<T: Clone, K: Copy + Eq + Hash> Inner<T, K> {
     /// Makes what is ordered until nothing is.
     fn work(&self) {
         let mut state = self.lock();
-        while let Some(kernel) = state.orders.pop_front() {
-            state.made.insert(kernel, None);
+        while let Some(key) = state.orders.pop_front() {
+            state.made.insert(key, None);
             drop(state);
-            let _ = self.make(kernel);
+            let _ = self.make(key);
             state = self.lock();
         }
         state.threads -= 1;
         self.changed.notify_all();
     }
 
-    fn make(&self, kernel: Kernel) -> Made<T> {
+    fn make(&self, key: K) -> Made<T> {
         // Others may wait for it: a panic, which was reported, is one more reason why it cannot be had.
-        let made = catch_unwind(AssertUnwindSafe(|| (self.make)(kernel)))
+        let made = catch_unwind(AssertUnwindSafe(|| (self.make)(key)))
             .unwrap_or_else(|_| Err("its compiler panicked".to_owned()));
-        self.lock().made.insert(kernel, Some(made.clone()));
+        self.lock().made.insert(key, Some(made.clone()));
         self.changed.notify_all();
         made
     }
 }
 
-impl<T> Inner<T> {
-    fn lock(&self) -> MutexGuard<'_, State<T>> {
+impl<T, K> Inner<T, K> {
+    fn lock(&self) -> MutexGuard<'_, State<T, K>> {
         // Nothing panics while it is held.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
