@@ -1,44 +1,21 @@
 //! Replays recordings on a wgpu device.
 
 use std::collections::HashMap;
-use std::sync::{Arc, mpsc};
+use std::sync::Arc;
 
 use lumivox_renderer::recording::{BindingKind, Kernel, Stage, TextureOrder};
 use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step, Workshop};
 
 use crate::error::GpuError;
-use crate::pipelines::{self, Pipeline};
+use crate::pipelines::{self, DrawKey, Pipeline};
+use crate::submission::{Faults, ReadBack, Scopes, Submission};
 use crate::textures::{self, MadeAhead, TextureMaker};
+use crate::timing::{Timer, Timing};
 
 #[derive(Debug)]
 enum Resource {
     Buffer(wgpu::Buffer),
     Texture(wgpu::Texture, wgpu::TextureView),
-}
-
-/// Bytes on their way back from the GPU.
-#[derive(Debug)]
-pub struct ReadBack {
-    device: wgpu::Device,
-    buffer: wgpu::Buffer,
-    submission: Option<wgpu::SubmissionIndex>,
-    mapped: mpsc::Receiver<Result<(), wgpu::BufferAsyncError>>,
-}
-
-impl ReadBack {
-    /// Waits for the bytes.
-    ///
-    /// # Errors
-    /// [`GpuError::Lost`] when the device is gone.
-    pub fn wait(self) -> Result<Vec<u8>, GpuError> {
-        let wait = wgpu::PollType::Wait { submission_index: self.submission, timeout: None };
-        self.device.poll(wait).map_err(|e| GpuError::Lost(e.to_string()))?;
-        match self.mapped.try_recv() {
-            Ok(Ok(())) => Ok(self.buffer.slice(..).get_mapped_range().to_vec()),
-            Ok(Err(e)) => Err(GpuError::Lost(e.to_string())),
-            Err(e) => Err(GpuError::Lost(e.to_string())),
-        }
-    }
 }
 
 /// Replays recordings on a device; the host may own it.
@@ -49,7 +26,8 @@ pub struct Executor {
     resources: HashMap<ResourceId, Resource>,
     made_ahead: MadeAhead,
     dispatches: Workshop<Arc<Pipeline<wgpu::ComputePipeline>>>,
-    draws: HashMap<(Kernel, wgpu::TextureFormat, u32), Pipeline<wgpu::RenderPipeline>>,
+    draws: Workshop<Arc<Pipeline<wgpu::RenderPipeline>>, DrawKey>,
+    timer: Option<Timer>,
     sampler: wgpu::Sampler,
     uniforms: wgpu::Buffer,
 }
@@ -66,13 +44,14 @@ struct Batch {
     is_empty: bool,
     /// Where the next uniforms go in their buffer.
     uniform_cursor: u64,
+    timing: Option<Timing>,
 }
 
 impl Batch {
-    fn new(device: &wgpu::Device) -> Self {
+    fn new(device: &wgpu::Device, timing: Option<Timing>) -> Self {
         let label = Some("recording");
         let encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
-        Self { encoder, is_empty: true, uniform_cursor: 0 }
+        Self { encoder, is_empty: true, uniform_cursor: 0, timing }
     }
 
     /// Where the next command goes.
@@ -108,14 +87,14 @@ impl Executor {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let dispatches = pipelines::workshop(device.clone());
         Self {
+            dispatches: pipelines::dispatches(device.clone()),
+            draws: pipelines::draws(device.clone()),
+            timer: Timer::new(&device, &queue),
             device,
             queue,
             resources: HashMap::new(),
             made_ahead: MadeAhead::default(),
-            dispatches,
-            draws: HashMap::new(),
             sampler,
             uniforms,
         }
@@ -176,44 +155,68 @@ impl Executor {
         TextureMaker::new(self.device.clone(), self.made_ahead.clone())
     }
 
-    /// Has the pipelines of kernels made on other threads, before a recording wants them. What is drawn is left out:
-    /// its pipeline depends on its target. [`SceneCache::kernels`](lumivox_renderer::SceneCache::kernels) names those
+    /// Has the pipelines of kernels made on other threads, before a recording wants them. What is drawn is left out: see
+    /// [`prepare_draws`](Self::prepare_draws). [`SceneCache::kernels`](lumivox_renderer::SceneCache::kernels) names those
     /// that a scene needs, [`Features`](lumivox_renderer::Features) those that scenes may need.
     pub fn prepare(&self, kernels: impl IntoIterator<Item = Kernel>) {
         self.dispatches.prepare(kernels.into_iter().filter(|kernel| kernel.stage() == Stage::Compute));
     }
 
     /// Whether a recording with these kernels waits for none of their pipelines; as to what is drawn, see
-    /// [`prepare`](Self::prepare).
+    /// [`is_prepared_to_draw`](Self::is_prepared_to_draw).
     pub fn is_prepared(&self, kernels: impl IntoIterator<Item = Kernel>) -> bool {
         kernels.into_iter().all(|kernel| kernel.stage() != Stage::Compute || self.dispatches.is_ready(kernel))
     }
 
-    /// How often a recording had to wait for a pipeline, or to make it.
-    pub fn pipeline_waits(&self) -> u64 {
-        self.dispatches.waits()
+    /// Has the pipelines made with which those of the kernels that are drawn onto such a target draw, on other threads:
+    /// onto colour or, where the format is one of depth, into that. Each kind of target has its own.
+    pub fn prepare_draws(
+        &self,
+        kernels: impl IntoIterator<Item = Kernel>,
+        format: wgpu::TextureFormat,
+        samples: u32,
+    ) {
+        self.draws.prepare(pipelines::draw_keys(kernels, format, samples));
     }
 
-    /// Hands the recording to the GPU without waiting for it. The read-backs come in the order of their steps.
+    /// Whether a recording that draws these kernels onto such a target waits for none of their pipelines.
+    pub fn is_prepared_to_draw(
+        &self,
+        kernels: impl IntoIterator<Item = Kernel>,
+        format: wgpu::TextureFormat,
+        samples: u32,
+    ) -> bool {
+        pipelines::draw_keys(kernels, format, samples).all(|key| self.draws.is_ready(key))
+    }
+
+    /// How often a recording had to wait for a pipeline, or to make it.
+    pub fn pipeline_waits(&self) -> u64 {
+        self.dispatches.waits() + self.draws.waits()
+    }
+
+    /// Hands the recording to the GPU. Nothing is waited for: whether the device took it, its bytes and its time are
+    /// known [later](Submission).
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] when a step names what is not there, or a kernel's pipeline cannot be made.
+    pub fn submit(&mut self, recording: &Recording) -> Result<Submission, GpuError> {
+        let scopes = Scopes::push(&self.device);
+        let replayed = self.replay(recording, true);
+        let faults = scopes.pop();
+        replayed.map(|submission| Submission { faults, ..submission })
+    }
+
+    /// Hands the recording to the GPU and asks whether the device takes it, for which it blocks in browsers: there,
+    /// [`submit`](Self::submit) has to do. What the GPU does is not waited for. The read-backs come in the order of their
+    /// steps.
     ///
     /// # Errors
     /// [`GpuError`] when the device runs out of memory or refuses a step.
     pub fn execute(&mut self, recording: &Recording) -> Result<Vec<ReadBack>, GpuError> {
-        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let internal = self.device.push_error_scope(wgpu::ErrorFilter::Internal);
-        let replayed = self.replay(recording);
-        // Scopes nest: the innermost is popped first.
-        let internal = pollster::block_on(internal.pop());
-        let validation = pollster::block_on(validation.pop());
-        let memory = pollster::block_on(memory.pop());
-        if let Some(error) = memory {
-            return Err(GpuError::OutOfMemory(error.to_string()));
-        }
-        if let Some(error) = validation.or(internal) {
-            return Err(GpuError::Refused(error.to_string()));
-        }
-        replayed
+        let scopes = Scopes::push(&self.device);
+        let replayed = self.replay(recording, false);
+        pollster::block_on(scopes.pop())?;
+        Ok(replayed?.read_backs)
     }
 
     /// Drops every resource that `recording` makes or would have freed: after an error nobody else will.
@@ -231,7 +234,7 @@ impl Executor {
         self.made_ahead.take(id);
     }
 
-    /// Waits until the GPU has done everything.
+    /// Waits until the GPU has done everything. Has no effect in browsers.
     ///
     /// # Errors
     /// [`GpuError::Lost`] when the device is gone.
@@ -242,12 +245,16 @@ impl Executor {
             .map_err(|e| GpuError::Lost(e.to_string()))
     }
 
-    fn replay(&mut self, recording: &Recording) -> Result<Vec<ReadBack>, GpuError> {
-        let mut batch = Batch::new(&self.device);
+    fn replay(&mut self, recording: &Recording, is_timed: bool) -> Result<Submission, GpuError> {
+        let is_pass = |step: &&Step| matches!(step, Step::Dispatch { .. } | Step::Draw { .. });
+        let passes = recording.steps.iter().filter(is_pass).count();
+        let timer = self.timer.as_ref().filter(|_| is_timed && passes > 0);
+        let mut batch = Batch::new(&self.device, timer.map(|timer| timer.begin(&self.device, passes)));
         let mut returned = vec![];
         for step in &recording.steps {
             if batch.must_go_before(step) {
-                let full = std::mem::replace(&mut batch, Batch::new(&self.device));
+                let timing = batch.timing.take();
+                let full = std::mem::replace(&mut batch, Batch::new(&self.device, timing));
                 self.queue.submit([full.encoder.finish()]);
             }
             match step {
@@ -286,7 +293,7 @@ impl Executor {
                 Step::Draw { kernel, uniforms, resources, target } => {
                     let (texture, view) = self.texture(*target)?;
                     let target = (texture.clone(), view.clone());
-                    self.draw(*kernel, uniforms, resources, target, &mut batch);
+                    self.draw(*kernel, uniforms, resources, target, &mut batch)?;
                 }
                 Step::ReadBuffer { id, range } => {
                     let size = range.end - range.start;
@@ -299,18 +306,14 @@ impl Executor {
                 Step::Free { id } => self.free(*id),
             }
         }
+        if let Some(timing) = &batch.timing {
+            timing.resolve(&mut batch.encoder);
+        }
         let submission = self.queue.submit([batch.encoder.finish()]);
-        Ok(returned.into_iter().map(|buffer| self.map(buffer, submission.clone())).collect())
-    }
-
-    /// Has a buffer mapped once a submission is done.
-    fn map(&self, buffer: wgpu::Buffer, submission: wgpu::SubmissionIndex) -> ReadBack {
-        let (send, mapped) = mpsc::channel();
-        buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
-            // Nobody listens any more where the read-back was dropped.
-            let _ = send.send(result);
-        });
-        ReadBack { device: self.device.clone(), buffer, submission: Some(submission), mapped }
+        let read_back = |buffer| ReadBack::new(self.device.clone(), buffer, submission.clone());
+        let read_backs = returned.into_iter().map(read_back).collect();
+        let time = batch.timing.map(|timing| timing.submitted(&self.device));
+        Ok(Submission { read_backs, time, faults: Faults::default() })
     }
 
     fn texture(&self, id: ResourceId) -> Result<(&wgpu::Texture, &wgpu::TextureView), GpuError> {
@@ -336,9 +339,10 @@ impl Executor {
         let pipeline = self.dispatches.get(kernel).map_err(GpuError::Refused)?;
         let group = self.bind(kernel, &pipeline.layout, uniforms, resources, &mut batch.uniform_cursor);
         let label = Some(kernel.entry_point());
-        let mut pass = batch
-            .commands()
-            .begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes: None });
+        batch.is_empty = false;
+        let timestamp_writes = batch.timing.as_mut().and_then(Timing::next_compute);
+        let mut pass =
+            batch.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes });
         pass.set_pipeline(&pipeline.pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.dispatch_workgroups(x, y, 1);
@@ -352,13 +356,10 @@ impl Executor {
         resources: &[ResourceId],
         (target, view): (wgpu::Texture, wgpu::TextureView),
         batch: &mut Batch,
-    ) {
-        let key = (kernel, target.format(), target.sample_count());
-        let device = &self.device;
-        let pipeline =
-            self.draws.entry(key).or_insert_with(|| pipelines::render(device, key.0, key.1, key.2));
-        let layout = pipeline.layout.clone();
-        let group = self.bind(kernel, &layout, uniforms, resources, &mut batch.uniform_cursor);
+    ) -> Result<(), GpuError> {
+        let key = DrawKey { kernel, format: target.format(), samples: target.sample_count() };
+        let pipeline = self.draws.get(key).map_err(GpuError::Refused)?;
+        let group = self.bind(kernel, &pipeline.layout, uniforms, resources, &mut batch.uniform_cursor);
         // What the host has drawn stays, under what is drawn now.
         let color = [Some(wgpu::RenderPassColorAttachment {
             view: &view,
@@ -372,15 +373,18 @@ impl Executor {
             stencil_ops: None,
         };
         let draws_color = kernel.stage() == Stage::DrawColor;
-        let mut pass = batch.commands().begin_render_pass(&wgpu::RenderPassDescriptor {
+        batch.is_empty = false;
+        let mut pass = batch.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(kernel.entry_point()),
             color_attachments: if draws_color { &color } else { &[] },
             depth_stencil_attachment: (!draws_color).then_some(depth),
+            timestamp_writes: batch.timing.as_mut().and_then(Timing::next_render),
             ..Default::default()
         });
-        pass.set_pipeline(&self.draws[&key].pipeline);
+        pass.set_pipeline(&pipeline.pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);
+        Ok(())
     }
 
     /// A kernel's bindings, its uniforms written to where they are bound from.

@@ -1,4 +1,4 @@
-//! Finding and opening a GPU where no host owns one.
+//! Finding and opening a GPU where no host owns one, and what hosts that open their own should ask for.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -12,7 +12,7 @@ pub struct GpuDescription {
     pub name: String,
     /// The driver's name and version.
     pub driver: String,
-    /// `Vulkan`, `Metal` or `Dx12`.
+    /// `Vulkan`, `Metal`, `Dx12` or `BrowserWebGpu`.
     pub backend: String,
     /// Whether it computes on the CPU.
     pub software: bool,
@@ -30,16 +30,43 @@ pub struct Gpu {
     lost: Arc<Mutex<Option<String>>>,
 }
 
-/// What a device must have beyond WebGPU's baseline: 16-bit scans stay 16-bit.
-const FEATURES: wgpu::Features = wgpu::Features::TEXTURE_FORMAT_16BIT_NORM;
+/// What a host that opens its own device should enable, each where its adapter has it:
+/// `adapter.features() & WANTED_FEATURES`.
+///
+/// With 16-bit norms, scans of 16 bits stay as they are; without, they are stored as half floats, of 11 bits. Timestamps
+/// tell what a frame took ([`GpuTime`](crate::GpuTime)); without, the frame rate has to pace live views. Nothing else
+/// depends on them.
+pub const WANTED_FEATURES: wgpu::Features =
+    wgpu::Features::TEXTURE_FORMAT_16BIT_NORM.union(wgpu::Features::TIMESTAMP_QUERY);
 
-fn adapters() -> Vec<wgpu::Adapter> {
+/// The limits that a host should ask for, all of which the adapter has.
+///
+/// WebGPU's own, `wgpu::Limits::default()`, suffice for everything; these differ in how large films, textures of voxels
+/// and environment maps may be. A host with needs of its own joins the two: `wanted_limits(..).or_better_values_from(..)`.
+pub fn wanted_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
+    let has = adapter.limits();
+    let default = wgpu::Limits::default();
+    wgpu::Limits {
+        max_texture_dimension_2d: has.max_texture_dimension_2d,
+        max_texture_dimension_3d: has.max_texture_dimension_3d,
+        max_buffer_size: has.max_buffer_size,
+        max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
+        ..default.or_worse_values_from(&has)
+    }
+}
+
+/// Every adapter, the most capable first.
+async fn adapters() -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::PRIMARY;
     descriptor.flags = wgpu::InstanceFlags::empty().with_env();
     let instance = wgpu::Instance::new(descriptor);
-    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
-    // The most capable first; the order of equals is the driver's.
+    let mut adapters = instance.enumerate_adapters(wgpu::Backends::PRIMARY).await;
+    if adapters.is_empty() {
+        // Browsers show one at a time.
+        adapters.extend(instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await);
+    }
+    // The order of equals is the driver's.
     adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
         wgpu::DeviceType::DiscreteGpu => 0,
         wgpu::DeviceType::IntegratedGpu => 1,
@@ -50,30 +77,48 @@ fn adapters() -> Vec<wgpu::Adapter> {
     adapters
 }
 
-fn describe(adapter: &wgpu::Adapter) -> GpuDescription {
-    let info = adapter.get_info();
-    let unsuitable = (!adapter.features().contains(FEATURES)).then(|| "it has no 16-bit textures".to_owned());
-    GpuDescription {
-        name: info.name,
-        driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
-        backend: format!("{:?}", info.backend),
-        software: info.device_type == wgpu::DeviceType::Cpu,
-        unsuitable,
+impl GpuDescription {
+    fn of(info: wgpu::AdapterInfo) -> Self {
+        Self {
+            name: info.name,
+            driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+            backend: format!("{:?}", info.backend),
+            software: info.device_type == wgpu::DeviceType::Cpu,
+            unsuitable: None,
+        }
     }
+}
+
+fn describe(adapter: &wgpu::Adapter) -> GpuDescription {
+    let mut unsuitable = None;
+    wgpu::Limits::default().check_limits_with_fail_fn(&adapter.limits(), true, |name, needed, has| {
+        unsuitable =
+            Some(format!("it is less than WebGPU asks of a device: its {name} is {has}, not {needed}"));
+    });
+    GpuDescription { unsuitable, ..GpuDescription::of(adapter.get_info()) }
 }
 
 impl Gpu {
     /// Every device seen, the most capable first.
     pub fn list() -> Vec<GpuDescription> {
-        adapters().iter().map(describe).collect()
+        pollster::block_on(adapters()).iter().map(describe).collect()
     }
 
-    /// Opens the most capable device, or the first whose name contains `name` in any case.
+    /// Opens the most capable device, or the first whose name contains `name` in any case. Blocks until it is there:
+    /// where that is impossible, as in a browser, [`request`](Self::request) does the same.
     ///
     /// # Errors
     /// [`GpuError`] when there is none, or it lacks something.
     pub fn open(name: Option<&str>) -> Result<Self, GpuError> {
-        let adapters = adapters();
+        pollster::block_on(Self::request(name))
+    }
+
+    /// What [`open`](Self::open) does, without blocking.
+    ///
+    /// # Errors
+    /// [`GpuError`] when there is none, or it lacks something.
+    pub async fn request(name: Option<&str>) -> Result<Self, GpuError> {
+        let adapters = adapters().await;
         if adapters.is_empty() {
             return Err(GpuError::NoAdapter);
         }
@@ -87,26 +132,42 @@ impl Gpu {
                 available: adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", "),
             });
         };
+        Self::request_on(adapter).await
+    }
+
+    /// Opens the device of an adapter that the host chose, for one that shows its surface.
+    ///
+    /// # Errors
+    /// [`GpuError`] when it lacks something.
+    pub async fn request_on(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
         let description = describe(adapter);
         if let Some(reason) = &description.unsuitable {
             return Err(GpuError::Unsuitable { gpu: description.name, reason: reason.clone() });
         }
-        // Everything the device has: volumes and films are large.
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("lumivox"),
-            required_features: FEATURES,
-            required_limits: adapter.limits(),
+            required_features: adapter.features() & WANTED_FEATURES,
+            required_limits: wanted_limits(adapter),
             memory_hints: wgpu::MemoryHints::MemoryUsage,
             ..Default::default()
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+        let (device, queue) = adapter
+            .request_device(&descriptor)
+            .await
             .map_err(|e| GpuError::Unsuitable { gpu: description.name.clone(), reason: e.to_string() })?;
+        Ok(Self::of_device(device, queue))
+    }
+
+    /// A device that the host opened; [`WANTED_FEATURES`] and [`wanted_limits`] say how. Who calls this is told of its loss
+    /// by [`check`](Self::check), and not by a callback of the device's set before.
+    pub fn of_device(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let lost = Arc::new(Mutex::new(None));
         let record = lost.clone();
         device.set_device_lost_callback(move |_, message| {
             *record.lock().unwrap_or_else(PoisonError::into_inner) = Some(message);
         });
-        Ok(Self { description, executor: Executor::new(device, queue), lost })
+        let description = GpuDescription::of(device.adapter_info());
+        Self { description, executor: Executor::new(device, queue), lost }
     }
 
     /// [`GpuError::Lost`] once the driver has given the device up.

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use lumivox_renderer::Workshop;
 use lumivox_renderer::recording::{BindingKind, Kernel, Stage};
 
+use crate::submission::at_once;
+
 /// A pipeline and the layout of its only bind group.
 #[derive(Debug)]
 pub(crate) struct Pipeline<T> {
@@ -12,20 +14,49 @@ pub(crate) struct Pipeline<T> {
     pub pipeline: T,
 }
 
+/// What the pipeline of a kernel that is drawn depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct DrawKey {
+    pub kernel: Kernel,
+    /// Of the target.
+    pub format: wgpu::TextureFormat,
+    pub samples: u32,
+}
+
+/// Of those of the kernels that are drawn onto such a target.
+pub(crate) fn draw_keys(
+    kernels: impl IntoIterator<Item = Kernel>,
+    format: wgpu::TextureFormat,
+    samples: u32,
+) -> impl Iterator<Item = DrawKey> {
+    let stage = if format.has_depth_aspect() { Stage::DrawDepth } else { Stage::DrawColor };
+    let of_stage = kernels.into_iter().filter(move |kernel| kernel.stage() == stage);
+    of_stage.map(move |kernel| DrawKey { kernel, format, samples })
+}
+
 /// Makes the pipelines of kernels that run in workgroups, ahead and on threads of their own.
-pub(crate) fn workshop(device: wgpu::Device) -> Workshop<Arc<Pipeline<wgpu::ComputePipeline>>> {
-    Workshop::new(move |kernel| {
-        // Scopes catch what goes wrong on their own thread. Want of memory is no kernel's fault: the device's own handler
-        // takes it.
-        let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
-        let pipeline = compute(&device, kernel);
-        let errors = [internal, validation].map(|scope| pollster::block_on(scope.pop()));
-        match errors.into_iter().flatten().next() {
-            Some(error) => Err(error.to_string()),
-            None => Ok(Arc::new(pipeline)),
-        }
-    })
+pub(crate) fn dispatches(device: wgpu::Device) -> Workshop<Arc<Pipeline<wgpu::ComputePipeline>>> {
+    Workshop::new(move |kernel| checked(&device, || compute(&device, kernel)))
+}
+
+/// The same of kernels that are drawn.
+pub(crate) fn draws(device: wgpu::Device) -> Workshop<Arc<Pipeline<wgpu::RenderPipeline>>, DrawKey> {
+    Workshop::new(move |key| checked(&device, || render(&device, key)))
+}
+
+/// Makes a pipeline, or says why the device does not.
+fn checked<T>(device: &wgpu::Device, make: impl FnOnce() -> Pipeline<T>) -> Result<Arc<Pipeline<T>>, String> {
+    // Scopes catch what goes wrong on their own thread. Want of memory is no kernel's fault: the device's own handler
+    // takes it.
+    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
+    let pipeline = make();
+    // Browsers tell later, which cannot be waited for; there, what was submitted with the pipeline is refused.
+    let errors = [internal, validation].map(|scope| at_once(Box::pin(scope.pop())).flatten());
+    match errors.into_iter().flatten().next() {
+        Some(error) => Err(error.to_string()),
+        None => Ok(Arc::new(pipeline)),
+    }
 }
 
 /// A kernel that runs in workgroups.
@@ -47,12 +78,8 @@ fn compute(device: &wgpu::Device, kernel: Kernel) -> Pipeline<wgpu::ComputePipel
 }
 
 /// A kernel that is drawn over a target.
-pub(crate) fn render(
-    device: &wgpu::Device,
-    kernel: Kernel,
-    format: wgpu::TextureFormat,
-    samples: u32,
-) -> Pipeline<wgpu::RenderPipeline> {
+fn render(device: &wgpu::Device, key: DrawKey) -> Pipeline<wgpu::RenderPipeline> {
+    let DrawKey { kernel, format, samples } = key;
     let (layout, pipeline_layout, module) = parts(device, kernel, wgpu::ShaderStages::FRAGMENT);
     let color = kernel.stage() == Stage::DrawColor;
     let targets = [Some(wgpu::ColorTargetState {

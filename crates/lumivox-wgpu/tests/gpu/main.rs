@@ -5,6 +5,7 @@
 mod changes;
 mod first_pictures;
 mod golden;
+mod hosts;
 mod images;
 mod lights;
 mod live;

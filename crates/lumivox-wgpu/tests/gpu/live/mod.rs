@@ -40,7 +40,7 @@ impl Host {
     }
 
     /// On a device of other limits.
-    fn within(limits: DeviceLimits, gpu: &mut Gpu, test: &TestScene, settings: LiveSettings) -> Self {
+    pub fn within(limits: DeviceLimits, gpu: &mut Gpu, test: &TestScene, settings: LiveSettings) -> Self {
         let device = gpu.executor.device();
         let texture = |format, usage| {
             device.create_texture(&wgpu::TextureDescriptor {
