@@ -25,10 +25,13 @@ or, without rustup, with
     $install"
 }
 
-has_vulkan_loader() {
+# Whether the loader finds the library $1.
+has_library() {
     # Not grep -q: it stops reading, and pipefail would take ldconfig's broken pipe for an answer.
-    { ldconfig -p || /sbin/ldconfig -p; } 2>/dev/null | grep 'libvulkan\.so\.1' >/dev/null
+    { ldconfig -p || /sbin/ldconfig -p; } 2>/dev/null | grep -F "$1" >/dev/null
 }
+
+has_vulkan_loader() { has_library libvulkan.so.1; }
 
 # Whether a Vulkan driver whose manifest matches the pattern $1 is installed.
 has_vulkan_driver() {
@@ -130,6 +133,27 @@ need_packages() {
 need_xvfb() {
     command -v Xvfb >/dev/null 2>&1 && command -v xvfb-run >/dev/null 2>&1 && return 0
     install_packages xvfb xauth
+}
+
+# What a program with a window loads while it starts: it is not linked to any of that.
+need_x11() {
+    [ "$(uname -s)" = Linux ] || return 0
+    local library package missing=
+    while read -r library package; do
+        has_library "$library" || missing="$missing $package"
+    done <<'TEXT'
+libX11.so.6 libx11-6
+libX11-xcb.so.1 libx11-xcb1
+libXcursor.so.1 libxcursor1
+libXi.so.6 libxi6
+libxkbcommon.so.0 libxkbcommon0
+libxkbcommon-x11.so.0 libxkbcommon-x11-0
+TEXT
+    [ -n "$missing" ] || return 0
+    say "This machine lacks what windows need:$missing"
+    # Unquoted on purpose: a list of words.
+    # shellcheck disable=SC2086
+    install_packages $missing
 }
 
 # Without a desktop, a layer of Mesa prints an error about XDG_RUNTIME_DIR for every program that asks for a GPU.

@@ -3,6 +3,7 @@
 use std::{
     ffi::OsString,
     io::{BufRead, BufReader},
+    path::Path,
     process::Command,
     time::Instant,
 };
@@ -17,11 +18,7 @@ pub fn run() -> Result<(), String> {
         cargo(&["clippy", "--workspace", "--all-targets", "--release", "--quiet", "--", "-D", "warnings"])
     })?;
     let summaries = step("tests", tests)?;
-    step("examples", || {
-        ["hello_volume", "fake_device"]
-            .iter()
-            .try_for_each(|name| cargo(&["run", "--release", "--quiet", "--example", name]))
-    })?;
+    step("examples", examples)?;
     step("documentation", documentation)?;
     step("licences and sources", deny)?;
 
@@ -58,6 +55,31 @@ fn finish(command: &mut Command) -> Result<(), String> {
 
 fn cargo(arguments: &[&str]) -> Result<(), String> {
     finish(&mut cargo_command(arguments))
+}
+
+/// The examples, which are the manual. The window is small, and on a display that nobody sees where there is a program
+/// for that.
+fn examples() -> Result<(), String> {
+    ["hello_volume", "fake_device"]
+        .iter()
+        .try_for_each(|name| cargo(&["run", "--release", "--quiet", "--example", name]))?;
+    cargo(&["build", "--release", "--quiet", "--package", "lumivox-window"])?;
+    let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    let program = Path::new(&target).join("release").join("lumivox-window");
+    let screenshot = std::env::temp_dir().join("lumivox_window.png");
+    // One of another run tells nothing.
+    let _ = std::fs::remove_file(&screenshot);
+    let has_xvfb = Command::new("xvfb-run").arg("--help").output().is_ok();
+    let mut command = if has_xvfb { Command::new("xvfb-run") } else { Command::new(&program) };
+    if has_xvfb {
+        command.args(["--auto-servernum", "--server-args=-screen 0 640x480x24"]).arg(&program);
+    }
+    command.args(["--size", "320x240", "--frames", "4", "--screenshot"]).arg(&screenshot);
+    finish(&mut command)?;
+    match screenshot.metadata() {
+        Ok(file) if file.len() > 0 => Ok(()),
+        _ => Err(format!("{} was not written", screenshot.display())),
+    }
 }
 
 /// Public documentation with warnings as errors: a link that leads nowhere fails.
