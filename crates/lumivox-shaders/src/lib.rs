@@ -225,7 +225,7 @@ impl Kernel {
         }
         match self {
             Kernel::PathTrace(variant) => {
-                // Scene and film; then where a live view's rays end, what is put aside of paths, and the pools.
+                // Scene and film; then what is put aside of paths, and the pools.
                 macro_rules! scene_and_film_and {
                     ($($more:ident),*) => {
                         bindings_and_pools!(
@@ -244,11 +244,10 @@ impl Kernel {
                         )
                     };
                 }
-                match (variant.live, variant.limited_turns) {
-                    (false, false) => scene_and_film_and![],
-                    (false, true) => scene_and_film_and![StorageReadWrite],
-                    (true, false) => scene_and_film_and![StorageRead],
-                    (true, true) => scene_and_film_and![StorageRead, StorageReadWrite],
+                if variant.limited_turns {
+                    scene_and_film_and![StorageReadWrite]
+                } else {
+                    scene_and_film_and![]
                 }
             }
             Kernel::ValueRanges { one_pool } => {
@@ -256,13 +255,9 @@ impl Kernel {
             }
             Kernel::MajorantGrid => &[Uniform, StorageRead, StorageRead, StorageRead, StorageReadWrite],
             Kernel::Display => &[Uniform, Uniform, StorageRead, Texture2dLoaded, StorageReadWrite],
-            Kernel::HostDepth => {
-                &[Uniform, Texture2dLoaded, StorageReadWrite, StorageReadWrite, StorageReadWrite]
-            }
+            Kernel::HostDepth => &[Uniform, Texture2dLoaded, StorageReadWrite, StorageReadWrite],
             Kernel::LivePicture => &[
                 Uniform,
-                StorageRead,
-                StorageRead,
                 StorageRead,
                 StorageRead,
                 StorageRead,
@@ -272,7 +267,7 @@ impl Kernel {
                 StorageReadWrite,
             ],
             Kernel::CompositeColor | Kernel::CompositeDepth => &[Uniform, StorageRead],
-            Kernel::DenoisePrepare => &[Uniform, StorageRead, StorageRead, StorageReadWrite],
+            Kernel::DenoisePrepare => &[Uniform, StorageRead, StorageReadWrite],
             Kernel::DenoiseWavelet => &[Uniform, StorageRead, StorageReadWrite],
             Kernel::FilmCount => &[Uniform, StorageRead, StorageReadWrite],
             Kernel::SampleDirections => &[Uniform, Uniform, Texture2dLoaded, StorageRead, StorageReadWrite],
@@ -286,6 +281,7 @@ impl Kernel {
                 module!("frame"),
                 module!("luminance"),
                 module!("camera"),
+                module!("ray_limits"),
                 if variant.live { module!("live_tracing") } else { module!("still_tracing") },
                 if variant.limited_turns { module!("limited_turns") } else { module!("unlimited_turns") },
                 module!("random"),
@@ -316,19 +312,23 @@ impl Kernel {
                 module!("tone_map"),
                 module!("display"),
             ],
-            Kernel::HostDepth => &[module!("depth_convention"), module!("host_depth")],
+            Kernel::HostDepth => &[module!("depth_convention"), module!("ray_limits"), module!("host_depth")],
             Kernel::LivePicture => &[
                 module!("depth_convention"),
                 module!("luminance"),
                 module!("likeness"),
+                module!("ray_limits"),
                 module!("fog"),
                 module!("live_picture"),
             ],
             Kernel::CompositeColor => &[module!("composite"), module!("composite_color")],
             Kernel::CompositeDepth => &[module!("composite"), module!("composite_depth")],
-            Kernel::DenoisePrepare => {
-                &[module!("live_pixel"), module!("luminance"), module!("denoise_prepare")]
-            }
+            Kernel::DenoisePrepare => &[
+                module!("live_pixel"),
+                module!("luminance"),
+                module!("ray_limits"),
+                module!("denoise_prepare"),
+            ],
             Kernel::DenoiseWavelet => &[
                 module!("live_pixel"),
                 module!("luminance"),
@@ -351,14 +351,14 @@ impl Kernel {
         }
         if let Kernel::PathTrace(variant) = self {
             let [x, y] = self.workgroup_size();
-            // Behind the film; paths that are put aside come last before the pools.
-            let (ray_limits, paths) = (FILM_BINDING + 1, FILM_BINDING + 1 + u32::from(variant.live));
+            // Behind the film, before the pools.
+            let paths = FILM_BINDING + 1;
             text += &format!(
                 "const ENVIRONMENT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
                  const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst LIGHTS: bool = {};\n\
                  const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
                  const ENVIRONMENT_CANDIDATES: u32 = {ENVIRONMENT_CANDIDATES}u;\n\
-                 const RAY_LIMITS_BINDING: u32 = {ray_limits}u;\nconst PATHS_BINDING: u32 = {paths}u;\n",
+                 const PATHS_BINDING: u32 = {paths}u;\n",
                 variant.environment_sampling,
                 variant.surface,
                 variant.guides,

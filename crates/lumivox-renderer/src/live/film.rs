@@ -13,6 +13,9 @@ use crate::unfinished::Unfinished;
 /// Rows that are traced together: a workgroup's.
 pub(super) const GROUP_ROWS: u32 = 8;
 
+/// Bytes that say where a pixel's primary rays end.
+const LIMIT_BYTES: u64 = 4;
+
 /// Pixels between the taps of the denoiser's passes.
 const DENOISE_STEPS: &[u32] = &[1, 2, 4, 8];
 
@@ -21,8 +24,8 @@ const COARSE_DENOISE_STEPS: &[u32] = &[1];
 
 #[derive(Debug)]
 pub(super) struct LiveFilm {
+    /// Its planes, and behind them where its primary rays end.
     pub film: ResourceId,
-    pub limits: ResourceId,
     pub unfinished: Unfinished,
     /// Pixels there is room for.
     pub capacity: u64,
@@ -36,13 +39,12 @@ pub(super) struct LiveFilm {
 impl LiveFilm {
     pub fn new(size: [u32; 2], cache: &SceneCache, recording: &mut Recording) -> Result<Self, RenderError> {
         let capacity = pixels(size);
-        let bytes = capacity * bytes_per_pixel(false);
+        let bytes = (capacity * (bytes_per_pixel(false) + LIMIT_BYTES)).next_multiple_of(16);
         let remedy = "Lower the resolution scale";
         check_binding("film", bytes, cache.limits().max_storage_binding, remedy)?;
         Ok(Self {
             unfinished: Unfinished::new(capacity, false, cache.limits(), remedy, recording)?,
             film: recording.create_buffer("live film", bytes),
-            limits: recording.create_buffer("ray limits", capacity * 4),
             capacity,
             size,
             denoised: None,
@@ -50,6 +52,7 @@ impl LiveFilm {
         })
     }
 
+    /// Empties it; no ray ends.
     pub fn clear(&mut self, recording: &mut Recording) {
         recording.push(Step::ClearBuffer { id: self.film });
         self.unfinished.forget();
@@ -64,7 +67,7 @@ impl LiveFilm {
             clear: depth.clear as f32,
             jittered: u32::from(depth.jittered),
         };
-        let resources = vec![depth.texture, self.limits, self.film, restarts];
+        let resources = vec![depth.texture, self.film, restarts];
         self.dispatch(Kernel::HostDepth, &params, resources, recording);
     }
 
@@ -162,7 +165,7 @@ impl LiveFilm {
     ) {
         let kernel = Kernel::PathTrace(cache.variant(false, true));
         let mut resources = cache.path_trace_resources();
-        resources.extend([self.film, self.limits]);
+        resources.push(self.film);
         resources.extend(self.unfinished.resources());
         resources.extend(cache.pools());
         let [x, y] = kernel.workgroup_size();
@@ -191,7 +194,7 @@ impl LiveFilm {
         }
         let params =
             |step| layout::DenoiseParams { film_size: self.size, step, bounded: u32::from(factor > 1) };
-        self.dispatch(Kernel::DenoisePrepare, &params(0), vec![self.film, self.limits, from], recording);
+        self.dispatch(Kernel::DenoisePrepare, &params(0), vec![self.film, from], recording);
         for &step in steps {
             self.dispatch(Kernel::DenoiseWavelet, &params(step), vec![from, to], recording);
             std::mem::swap(&mut from, &mut to);
@@ -219,7 +222,6 @@ impl LiveFilm {
         self.drop_denoised(recording);
         self.unfinished.free(recording);
         recording.push(Step::Free { id: self.film });
-        recording.push(Step::Free { id: self.limits });
     }
 
     /// One invocation for each pixel.

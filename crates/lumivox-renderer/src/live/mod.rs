@@ -154,7 +154,7 @@ impl LiveView {
         } else {
             self.begin_finer(budget, cache, recording)?;
         }
-        self.record_host_depth(host, restarted, recording);
+        self.record_host_depth(host, recording);
         self.pixel_samples = if restarted && self.schedule.factor() > 1 {
             let plan = self.schedule.answer(budget);
             self.record_plan(&plan, key, cache, recording);
@@ -299,8 +299,6 @@ impl LiveView {
         if let Some(finer) = &mut self.finer {
             finer.size = size;
             finer.clear(recording);
-            // Of an image before, when there may have been depth.
-            recording.push(Step::ClearBuffer { id: finer.limits });
             self.schedule.begin_finer();
         }
         Ok(())
@@ -325,15 +323,10 @@ impl LiveView {
         self.coarse.as_ref().filter(|_| self.schedule.factor() > 1)
     }
 
-    fn record_host_depth(&mut self, host: &HostFrame, restarted: bool, recording: &mut Recording) {
+    fn record_host_depth(&mut self, host: &HostFrame, recording: &mut Recording) {
         recording.push(Step::ClearBuffer { id: self.restarts });
-        let Some(depth) = host.depth else {
-            // Without depth no ray ends; whether there is any is part of the key.
-            for film in self.live_films().filter(|_| restarted) {
-                recording.push(Step::ClearBuffer { id: film.limits });
-            }
-            return;
-        };
+        // Without depth no ray ends, nor does any of an empty film; whether there is any is part of the key.
+        let Some(depth) = host.depth else { return };
         let restarts = self.restarts;
         for film in self.live_films() {
             film.record_host_depth(&depth, restarts, recording);

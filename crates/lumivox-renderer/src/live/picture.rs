@@ -104,7 +104,7 @@ impl Picture {
             fog.write(camera, &mut params);
         }
         let host_depth = host.depth.map_or(cache.environment_resources()[0], |h| h.texture);
-        let films = [first.film, first.limits, second.film, second.limits, first.shown(), second.shown()];
+        let films = [first.film, second.film, first.shown(), second.shown()];
         let kernel = Kernel::LivePicture;
         let [x, y] = kernel.workgroup_size();
         recording.push(Step::Dispatch {

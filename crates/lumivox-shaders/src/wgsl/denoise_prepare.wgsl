@@ -2,8 +2,7 @@
 
 @group(0) @binding(0) var<uniform> params: DenoiseParams;
 @group(0) @binding(1) var<storage, read> film: array<vec4f>;
-@group(0) @binding(2) var<storage, read> ray_limits: array<f32>;
-@group(0) @binding(3) var<storage, read_write> pixels: array<vec4f>;
+@group(0) @binding(2) var<storage, read_write> pixels: array<vec4f>;
 
 // Samples from which a pixel's own variance is to be trusted more than its neighbourhood's.
 const TRUSTED_SAMPLES: f32 = 8.0;
@@ -89,6 +88,7 @@ fn denoise_prepare(@builtin(global_invocation_id) id: vec3u) {
     let index = id.y * params.film_size.x + id.x;
     let scale = min(bound / max(luminance(centre.light.rgb), 1e-30), 1.0);
     pixels[index] = vec4f(centre.light.rgb * scale, centre.light.a);
-    pixels[params.film_size.x * params.film_size.y + index] =
-        vec4f(variance, ray_limits[index], centre.samples, 0.0);
+    let plane = params.film_size.x * params.film_size.y;
+    let limit = film[ray_limit_entry(plane, index)][index % 4u];
+    pixels[plane + index] = vec4f(variance, limit, centre.samples, 0.0);
 }

@@ -13,10 +13,10 @@ struct HostDepthParams {
 
 @group(0) @binding(0) var<uniform> params: HostDepthParams;
 @group(0) @binding(1) var host_depth_map: texture_2d<f32>;
-@group(0) @binding(2) var<storage, read_write> ray_limits: array<f32>;
-@group(0) @binding(3) var<storage, read_write> film: array<vec4f>;
+// Number by number: a write to a part of a vector may touch all of it, and neighbours share the entries of `ray_limits`.
+@group(0) @binding(2) var<storage, read_write> film: array<f32>;
 // Pixels that started over.
-@group(0) @binding(4) var<storage, read_write> restarts: array<atomic<u32>>;
+@group(0) @binding(3) var<storage, read_write> restarts: array<atomic<u32>>;
 
 // Relative change of depth that counts as none: rounding, not motion.
 const TOLERANCE: f32 = 1e-4;
@@ -60,16 +60,20 @@ fn host_depth(@builtin(global_invocation_id) id: vec3u) {
     let index = id.y * params.film_size.x + id.x;
     let now = view_depth(at);
     let plane = params.film_size.x * params.film_size.y;
+    let moments = 4u * (plane + index);
+    let limit = 4u * ray_limit_entry(plane, index) + index % 4u;
     // Or a path of one, put aside.
-    let has_samples = any(film[plane + index].zw > vec2f(0.0));
+    let has_samples = film[moments + 2u] > 0.0 || film[moments + 3u] > 0.0;
     // What is left of another image, whose camera was elsewhere, is nothing to compare with.
-    if (has_samples && unchanged(ray_limits[index], now, at)) {
+    if (has_samples && unchanged(film[limit], now, at)) {
         return;
     }
-    ray_limits[index] = now;
+    film[limit] = now;
     if (has_samples) {
-        film[index] = vec4f(0.0);
-        film[plane + index] = vec4f(0.0);
+        for (var i = 0u; i < 4u; i++) {
+            film[4u * index + i] = 0.0;
+            film[moments + i] = 0.0;
+        }
         atomicAdd(&restarts[0], 1u);
     }
 }

@@ -39,17 +39,15 @@ struct LivePictureParams {
 
 @group(0) @binding(0) var<uniform> params: LivePictureParams;
 @group(0) @binding(1) var<storage, read> first_film: array<vec4f>;
-@group(0) @binding(2) var<storage, read> first_limits: array<f32>;
-@group(0) @binding(3) var<storage, read> second_film: array<vec4f>;
-@group(0) @binding(4) var<storage, read> second_limits: array<f32>;
-@group(0) @binding(5) var<storage, read> first_pixels: array<vec4f>;
-@group(0) @binding(6) var<storage, read> second_pixels: array<vec4f>;
+@group(0) @binding(2) var<storage, read> second_film: array<vec4f>;
+@group(0) @binding(3) var<storage, read> first_pixels: array<vec4f>;
+@group(0) @binding(4) var<storage, read> second_pixels: array<vec4f>;
 // Only loaded from where `has_host_depth` says that it is one.
-@group(0) @binding(7) var host_depth_map: texture_2d<f32>;
+@group(0) @binding(5) var host_depth_map: texture_2d<f32>;
 // Premultiplied light and alpha.
-@group(0) @binding(8) var<storage, read_write> picture_color: array<vec4f>;
+@group(0) @binding(6) var<storage, read_write> picture_color: array<vec4f>;
 // As the host's depth buffer has it; negative where nothing is seen.
-@group(0) @binding(9) var<storage, read_write> picture_depth: array<f32>;
+@group(0) @binding(7) var<storage, read_write> picture_depth: array<f32>;
 
 // Samples of a pixel after which the denoiser is out of it: a finished picture is unbiased.
 const DENOISED_UNTIL: f32 = 256.0;
@@ -125,10 +123,13 @@ fn film_pixel(second: bool, at: vec2u) -> Estimate {
 }
 
 fn film_limit(second: bool, at: vec2u) -> f32 {
+    let size = select(params.first_size, params.second_size, second);
+    let index = at.y * size.x + at.x;
+    let entry = ray_limit_entry(size.x * size.y, index);
     if (second) {
-        return second_limits[at.y * params.second_size.x + at.x];
+        return second_film[entry][index % 4u];
     }
-    return first_limits[at.y * params.first_size.x + at.x];
+    return first_film[entry][index % 4u];
 }
 
 // A film at a point of the picture in [0, 1], where the host's surface lies at view depth `limit`.

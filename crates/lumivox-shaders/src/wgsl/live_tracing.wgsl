@@ -1,12 +1,10 @@
-// Tracing into a host's image: rays end at what the host has drawn, and several invocations may share a pixel.
-
-// View depth of the host's surface at each pixel of the film, 0 where there is none; `host_depth` writes it.
-@group(0) @binding(RAY_LIMITS_BINDING) var<storage, read> ray_limits: array<f32>;
+// Tracing into a host's image: rays end at what the host has drawn, and several invocations may share a pixel. Expects
+// `film` and `ray_limits`.
 
 var<workgroup> shared_sums: array<array<vec4f, 2>, WORKGROUP_X * WORKGROUP_Y>;
 
 fn live_limit(index: u32) -> f32 {
-    return ray_limits[index];
+    return film[ray_limit_entry(frame.film_size.x * frame.film_size.y, index)][index % 4u];
 }
 
 // Invocations in a row that share a pixel: a power of two, WORKGROUP_X at most. A coarse film has too few pixels to

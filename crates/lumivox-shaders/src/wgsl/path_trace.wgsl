@@ -15,7 +15,7 @@
 @group(0) @binding(7) var<storage, read> environment_importance: array<ImportanceCell>;
 @group(0) @binding(8) var<storage, read> lights: array<Light>;
 // Planes of sums over samples: (radiance, alpha), (view depth, squared luminance, number of samples, state of the path
-// that is put aside) and, with GUIDES, (first-hit albedo, 0), (first-hit normal, 0).
+// that is put aside) and, with GUIDES, (first-hit albedo, 0), (first-hit normal, 0); or, with LIVE, where rays end.
 @group(0) @binding(9) var<storage, read_write> film: array<vec4f>;
 
 // What the samples of one pixel add up to; planes of the film.
