@@ -37,6 +37,9 @@ const QUICK_BYTES: u64 = 4 << 20;
 /// Voxels of a coarse copy at most: it comes in one frame, whatever that has left.
 const COARSE_VOXELS: usize = 100 * 100 * 100;
 
+/// A budget of so many bytes has no bound.
+const AT_ONCE: u64 = u64::MAX / 2;
+
 /// Halvings after which there is no room for anything.
 const MAX_FACTOR: u32 = 64;
 
@@ -583,8 +586,12 @@ impl Store {
         let Some(index) = self.index(volume) else { return };
         let Self { entries, pools, .. } = self;
         let entry = &mut entries[index];
+        let is_new = entry.shown.is_none() && *budget < AT_ONCE;
         while let Some((copy, arrival)) = entry.arriving.front_mut() {
-            if entry.shown.is_some() {
+            if entry.shown.is_some() && is_new {
+                // It has made the frame late enough.
+                return;
+            } else if entry.shown.is_some() {
                 copy.want(key, recording);
                 arrival.advance(&copy.resident, &mut copy.ranges, pools, budget, recording);
             } else if *budget > 0 || !*has_begun {
