@@ -161,11 +161,12 @@ impl Viewer {
         // One store for each device: scenes share the voxels in it.
         let store = VoxelStore::new(gpu.executor.limits());
         let cache = SceneCache::new(&store);
+        let maker = gpu.executor.texture_maker();
         std::thread::spawn(move || {
             let scene = load();
-            // What would take an update long is computed here.
+            // What would take an update long is computed and made here.
             if let Some(work) = SceneCache::new(&store).preparation(&scene) {
-                work.run();
+                work.run_with(|order| maker.make(order));
             }
             // Nobody is there any more where the window was closed.
             let _ = proxy.send_event(scene);
