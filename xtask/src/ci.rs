@@ -20,6 +20,7 @@ pub fn run() -> Result<(), String> {
     let summaries = step("tests", tests)?;
     step("examples", examples)?;
     step("documentation", documentation)?;
+    step("packages", packages)?;
     step("licences and sources", deny)?;
 
     println!("\n== results of the test runners");
@@ -88,6 +89,12 @@ fn documentation() -> Result<(), String> {
     flags.push(OsString::from(" -D warnings"));
     let arguments = ["doc", "--workspace", "--no-deps", "--release", "--quiet"];
     finish(cargo_command(&arguments).env("RUSTDOCFLAGS", flags))
+}
+
+/// The libraries as crates.io would take them, together. Not built again from there.
+fn packages() -> Result<(), String> {
+    let mut command = cargo_command(&["package", "--quiet", "--no-verify", "--allow-dirty", "--offline"]);
+    finish(command.args(layers::LIBRARIES.iter().flat_map(|name| ["--package", name])))
 }
 
 /// `cargo deny`, where it is installed. Without advisories: those change with the calendar, not with the code, and

@@ -30,7 +30,8 @@ enum Kind {
     App,
 }
 
-const LIBRARIES: &[&str] = &[
+/// What others may build on: published, and together.
+pub const LIBRARIES: &[&str] = &[
     "lumivox-core",
     "lumivox-import",
     "lumivox-phantom",

@@ -37,3 +37,8 @@ pub use statistics::ValueStatistics;
 pub use task::{CancelToken, Cancelled, Progress, Stage};
 pub use transfer_function::{ColorStop, Ease, OpacityKnot, TransferFunction, TransferFunctionError};
 pub use volume::{Modality, Volume, VolumeError, Voxels};
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

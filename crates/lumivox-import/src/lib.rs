@@ -68,3 +68,8 @@ pub struct Imported {
     /// How it was read.
     pub report: ImportReport,
 }
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -24,3 +24,8 @@ const MAX_HU: f64 = 3071.0;
 fn stored(hu: f64) -> u16 {
     (hu.clamp(INTERCEPT, MAX_HU) - INTERCEPT).round() as u16
 }
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

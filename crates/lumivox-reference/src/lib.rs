@@ -33,3 +33,8 @@ pub mod scattering;
 
 pub use image::ReferenceImage;
 pub use path::{EnvironmentLookup, ReferenceSettings, render};
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

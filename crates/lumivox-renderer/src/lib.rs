@@ -37,3 +37,8 @@ pub use scene_cache::{DeviceLimits, EnvironmentSampling, LoopTurns, Preparation,
 pub use store::{Resolution, VoxelStore, prepare_volume};
 pub use view::{View, ViewSettings};
 pub use workshop::Workshop;
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -121,6 +121,7 @@ pub enum Kernel {
     /// What a film really holds.
     FilmCount,
     /// Draws from the samplers, for tests.
+    #[doc(hidden)]
     SampleDirections,
 }
 
@@ -378,3 +379,8 @@ impl Kernel {
         text
     }
 }
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

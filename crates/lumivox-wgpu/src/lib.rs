@@ -24,3 +24,8 @@ pub use submission::{ReadBack, Submission};
 pub use textures::TextureMaker;
 pub use timing::GpuTime;
 pub use wgpu;
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
