@@ -15,7 +15,7 @@ use lumivox_renderer::pacing::{Pacer, Pass, UploadPacer};
 use lumivox_renderer::{
     HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId, SceneCache, ViewKind, VoxelStore,
 };
-use lumivox_wgpu::{Gpu, Submission};
+use lumivox_wgpu::{Gpu, GpuTime, ReadBack, Submission};
 use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
@@ -144,7 +144,8 @@ struct Viewer {
     under_way: VecDeque<UnderWay>,
     /// What the frame before was a picture of: another one starts over.
     traced: Option<(Orbit, u64, [u32; 2])>,
-    began: Instant,
+    /// When the frame before began, unless the window rested since.
+    began: Option<Instant>,
     frames: u64,
 }
 
@@ -172,6 +173,7 @@ impl Viewer {
             let _ = proxy.send_event(scene);
         });
         window.request_redraw();
+        let [width, height] = screen.size();
         let settings = LiveSettings { denoise: true, ..LiveSettings::new(width, height) };
         Ok(Self {
             window,
@@ -189,7 +191,7 @@ impl Viewer {
             uploads: UploadPacer::new(),
             under_way: VecDeque::new(),
             traced: None,
-            began: Instant::now(),
+            began: None,
             frames: 0,
         })
     }
@@ -231,15 +233,17 @@ impl Viewer {
 
     /// Draws one frame. True when it was the last that was asked for.
     fn frame(&mut self, options: &Options) -> Fallible<bool> {
-        let took = std::mem::replace(&mut self.began, Instant::now()).elapsed().as_secs_f64() * 1e3;
+        let took = self.began.replace(Instant::now()).map(|began| began.elapsed().as_secs_f64() * 1e3);
         self.take_what_came_back()?;
         let Some(surface) = self.screen.next(self.gpu.executor.device()) else {
             self.window.request_redraw();
             return Ok(false);
         };
         self.screen.draw_backdrop(&self.gpu);
-        let status = match self.update(took)? {
-            true => Some(self.trace(options.budget, took)?),
+        // Not known after a rest.
+        took.iter().for_each(|took| self.pacer.interval(*took));
+        let status = match self.update(took.unwrap_or(0.0))? {
+            true => Some(self.trace(options.budget)?),
             false => None,
         };
         self.screen.draw_picture(&self.gpu, &surface);
@@ -252,33 +256,31 @@ impl Viewer {
         surface.present();
         // A finished picture costs nothing more; until then every frame adds to it.
         let is_done = status.is_some_and(|status| status.converged && !status.awaits_feedback);
-        if !is_done || !self.cache.is_settled() || options.frames.is_some() {
+        if is_done && self.cache.is_settled() && options.frames.is_none() {
+            self.began = None;
+        } else {
             self.window.request_redraw();
         }
         Ok(is_last)
     }
 
-    /// Bytes, faults and times of frames before, as far as they are there: nothing is waited for.
+    /// Bytes, faults and times of frames before, in their order and as far as they are there: nothing is waited for.
     fn take_what_came_back(&mut self) -> Fallible {
-        for UnderWay { serial, submission } in &mut self.under_way {
+        self.gpu.check()?;
+        while let Some(UnderWay { serial, submission }) = self.under_way.front_mut() {
             if let Some(told) = submission.poll_check() {
                 told?;
             }
-            while let Some(bytes) = submission.read_backs.first_mut().and_then(|bytes| bytes.poll()) {
+            while let Some(bytes) = submission.read_backs.first_mut().and_then(ReadBack::poll) {
                 submission.read_backs.remove(0);
-                // In their order: the view tells what they are.
-                self.live.iter_mut().for_each(|live| live.feedback(bytes.as_deref().unwrap_or_default()));
+                if let Some(live) = &mut self.live {
+                    live.feedback(&bytes?);
+                }
             }
-            match submission.time.as_mut().map_or(Some(0.0), |time| time.poll()) {
-                Some(milliseconds) => self.pacer.measured(*serial, milliseconds),
-                None => break,
-            }
-        }
-        let is_back = |frame: &mut UnderWay| {
-            let is_timed = frame.submission.time.as_mut().is_none_or(|time| time.poll().is_some());
-            is_timed && frame.submission.read_backs.is_empty()
-        };
-        while self.under_way.front_mut().is_some_and(is_back) {
+            // 0 where the device tells no times: then the frame rate paces.
+            let time = submission.time.as_mut().map_or(Some(0.0), GpuTime::poll);
+            let (true, Some(milliseconds)) = (submission.read_backs.is_empty(), time) else { break };
+            self.pacer.measured(*serial, milliseconds);
             self.under_way.pop_front();
         }
         Ok(())
@@ -313,13 +315,12 @@ impl Viewer {
     }
 
     /// Traces for so long, and draws what there is over the screen's colour.
-    fn trace(&mut self, budget_milliseconds: f64, frame_milliseconds: f64) -> Fallible<LiveStatus> {
+    fn trace(&mut self, milliseconds: f64) -> Fallible<LiveStatus> {
         let (Some(live), Some(orbit)) = (&mut self.live, self.orbit) else { return Err("no scene".into()) };
         let shows = Some((orbit, self.cache.version(), self.settings.size));
         let is_another = std::mem::replace(&mut self.traced, shows) != shows;
         let pass = if is_another { Pass::Moving } else { Pass::Still };
-        self.pacer.interval(frame_milliseconds);
-        let budget = self.pacer.budget(pass, budget_milliseconds);
+        let budget = self.pacer.budget(pass, milliseconds);
         // With `depth` rays would end at the host's meshes, and with `depth_target` later ones meet the scan.
         let host = HostFrame { color_target: self.color, depth: None, depth_target: None, fog: None };
         let camera = orbit.camera().with_aspect(self.screen.aspect());
@@ -328,7 +329,7 @@ impl Viewer {
             live.record_frame(&self.cache, &camera, &self.settings, &host, budget, &mut recording)?;
         let submission = self.gpu.executor.submit(&recording)?;
         let serial = self.frames;
-        self.pacer.recorded(serial, pass, status.pixel_samples, budget, budget_milliseconds);
+        self.pacer.recorded(serial, pass, status.pixel_samples, budget, milliseconds);
         self.under_way.push_back(UnderWay { serial, submission });
         self.window.set_title(&format!(
             "Lumivox: {} samples, {:.1} ms on {}",
@@ -343,7 +344,6 @@ impl Viewer {
 /// A head, as its CT would be, under the light of a studio.
 fn load() -> Scene {
     let options = AnatomyOptions { size: 160, ..Default::default() };
-    let volume = anatomy(options, Progress::SILENT, &CancelToken::new()).expect("nobody cancels it");
-    let volume = Arc::new(volume);
+    let volume = Arc::new(anatomy(options, Progress::SILENT, &CancelToken::new()).expect("nobody cancels"));
     Scene::with_volume(volume.clone(), Preset::CtMuscle.medium(&volume))
 }

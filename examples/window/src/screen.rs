@@ -61,6 +61,11 @@ impl Screen {
         Ok((screen, gpu))
     }
 
+    /// Pixels across and down; what was asked for, if the desktop agrees.
+    pub fn size(&self) -> [u32; 2] {
+        [self.config.width, self.config.height]
+    }
+
     pub fn aspect(&self) -> f64 {
         f64::from(self.config.width) / f64::from(self.config.height)
     }
