@@ -41,7 +41,8 @@ pub enum ExtinctionSpace {
 /// `strength * (1 - exp(-(|gradient| / gradient_per_mm)^2))` (the hybrid of Kroes, Post and Botha, *Exposure Render*,
 /// PLoS ONE 2012, with a Gaussian fall-off so that noise does not act as a surface). The surface reflects a Fresnel
 /// fraction (Schlick) into a lobe around the mirror direction and the rest diffusely (Lambert); both are normalised,
-/// so no energy is made or lost.
+/// so no energy is made or lost. The gradient is that of the filter where it has one, the cubic one; of others, differences
+/// over one voxel to each side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceReflection {
     /// Largest probability of a surface event, 0 (off) to 1.

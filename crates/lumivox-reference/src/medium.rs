@@ -113,15 +113,16 @@ impl<'a> PlacedMedium<'a> {
                 let i = (p + 0.5).floor();
                 self.tap([i.x, i.y, i.z])
             }
-            Filter::Trilinear => self.weighted(p, 0, |t| [1.0 - t, t]),
-            Filter::Tricubic => self.weighted(p, -1, cubic_b_spline),
+            Filter::Trilinear => self.weighted(p, 0, [|t| [1.0 - t, t]; 3]),
+            Filter::Tricubic => self.weighted(p, -1, [cubic_b_spline; 3]),
         }
     }
 
-    /// Sum of the taps around `p` under separable `weights` of its fraction; `first` is the offset of the first tap.
-    fn weighted<const N: usize>(&self, p: DVec3, first: i32, weights: fn(f64) -> [f64; N]) -> f64 {
+    /// Sum of the taps around `p` under `weights` of its fraction along each axis; `first` is the offset of the first tap.
+    fn weighted<const N: usize>(&self, p: DVec3, first: i32, weights: [fn(f64) -> [f64; N]; 3]) -> f64 {
         let base = p.floor();
-        let weights = (p - base).to_array().map(weights);
+        let fraction = (p - base).to_array();
+        let weights: [[f64; N]; 3] = std::array::from_fn(|axis| weights[axis](fraction[axis]));
         let tap = |axis: usize, i: usize| base[axis] + f64::from(first) + i as f64;
         let mut sum = 0.0;
         for k in 0..N {
@@ -142,17 +143,23 @@ impl<'a> PlacedMedium<'a> {
         self.volume.value(std::array::from_fn(|axis| (index[axis] as usize).min(dims[axis] - 1)))
     }
 
-    /// Gradient in value units per mm of patient space at a world point: central differences of the filtered value
-    /// over one voxel to each side. Where the value is constant it is exactly zero.
+    /// Gradient in value units per mm of patient space at a world point: the cubic filter's derivative, or central
+    /// differences of the filtered value over one voxel to each side. Where the value is constant it is exactly zero.
     pub fn gradient_per_mm(&self, point: DVec3) -> DVec3 {
         let p = self.voxel_from_world.transform_point3(point);
         // The weights of a filter add up to 1 but for rounding, which must not pass for a direction.
         let [low, high] = self.volume.value_range();
         let rounding = 1e-13 * low.abs().max(high.abs());
-        let voxel_gradient = DVec3::from_array(DMat3::IDENTITY.to_cols_array_2d().map(|axis| {
-            let step = DVec3::from_array(axis);
-            let difference = self.value_at_voxel(p + step) - self.value_at_voxel(p - step);
-            if difference.abs() > rounding { difference / 2.0 } else { 0.0 }
+        let voxel_gradient = DVec3::from_array([0, 1, 2].map(|axis| {
+            let slope = if self.medium.filter == Filter::Tricubic {
+                let mut weights: [fn(f64) -> [f64; 4]; 3] = [cubic_b_spline; 3];
+                weights[axis] = cubic_b_spline_slopes;
+                self.weighted(p, -1, weights)
+            } else {
+                let step = DVec3::AXES[axis];
+                (self.value_at_voxel(p + step) - self.value_at_voxel(p - step)) / 2.0
+            };
+            if slope.abs() > rounding { slope } else { 0.0 }
         }));
         // A gradient is a covector: it goes over by the inverse transpose.
         self.volume.patient_from_voxel().matrix3.inverse().transpose() * voxel_gradient
@@ -174,6 +181,12 @@ pub fn cubic_b_spline(t: f64) -> [f64; 4] {
         (3.0 * s * s * s - 6.0 * s * s + 4.0) / 6.0,
         t * t * t / 6.0,
     ]
+}
+
+/// The derivatives of [`cubic_b_spline`]'s weights with respect to `t`.
+pub fn cubic_b_spline_slopes(t: f64) -> [f64; 4] {
+    let s = 1.0 - t;
+    [-s * s / 2.0, (3.0 * t * t - 4.0 * t) / 2.0, (4.0 * s - 3.0 * s * s) / 2.0, t * t / 2.0]
 }
 
 /// The largest opacity over `[low, high]`. Between two knots the curve is monotone, so it lies at a knot or an end.
@@ -223,6 +236,14 @@ mod tests {
             assert!((line - t).abs() < 1e-15);
         }
         assert_eq!(cubic_b_spline(0.0), [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0, 0.0]);
+        for i in 1..100 {
+            let t = i as f64 / 100.0;
+            let h = 1e-6;
+            let [after, before] = [cubic_b_spline(t + h), cubic_b_spline(t - h)];
+            for (k, slope) in cubic_b_spline_slopes(t).into_iter().enumerate() {
+                assert!(((after[k] - before[k]) / (2.0 * h) - slope).abs() < 1e-9, "weight {k} at {t}");
+            }
+        }
     }
 
     #[test]

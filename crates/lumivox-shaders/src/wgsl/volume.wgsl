@@ -33,35 +33,90 @@ fn filter_brick(cell: Cell, p: vec3f) -> f32 {
     return sample_pool(cell_pool(cell), texel * frame.inverse_pool_sizes[cell_pool(cell)].xyz);
 }
 
-// Cubic B-spline from eight trilinear taps (Sigg and Hadwiger, "Fast Third-Order Texture Filtering", GPU Gems 2,
-// chapter 20): along each axis two taps stand for four samples. At a point in a cell.
-fn sample_tricubic(v: u32, p: vec3f, cell: Cell) -> f32 {
-    let x = p - 0.5;
-    let i = floor(x);
-    let f = x - i;
+// The taps of a cubic B-spline along each axis (Sigg and Hadwiger, "Fast Third-Order Texture Filtering", GPU Gems 2,
+// chapter 20): two linear ones stand for four samples.
+struct Taps {
+    low: vec3f,
+    high: vec3f,
+    // Of the value, the weight of the farther tap; of the slope, that of the difference.
+    weight: vec3f,
+}
+
+// Texel centres i - 1, i, i + 1, i + 2 lie at i - 0.5 ... i + 2.5; each tap lies between its two, by their weights.
+fn value_taps(v: u32, i: vec3f, f: vec3f) -> Taps {
     let f2 = f * f;
     let f3 = f2 * f;
     let w0 = (1.0 - 3.0 * f + 3.0 * f2 - f3) / 6.0;
     let w1 = (4.0 - 6.0 * f2 + 3.0 * f3) / 6.0;
-    let w3 = f3 / 6.0;
     let g1 = 1.0 - w0 - w1;
-    let g0 = w0 + w1;
-    // Texel centres i - 1, i, i + 1, i + 2 lie at i - 0.5 ... i + 2.5; each tap between its two, by their weights.
-    let h0 = within(v, i - 0.5 + w1 / g0);
-    let h1 = within(v, i + 1.5 + w3 / g1);
-    let b = bricks_around(v, i, h0, h1, cell);
-    // One by one, not in a loop: half the time, for the taps need not wait for each other.
-    let s000 = filter_brick(b.c000, h0);
-    let s100 = filter_brick(b.c100, vec3f(h1.x, h0.yz));
-    let s010 = filter_brick(b.c010, vec3f(h0.x, h1.y, h0.z));
-    let s110 = filter_brick(b.c110, vec3f(h1.xy, h0.z));
-    let s001 = filter_brick(b.c001, vec3f(h0.xy, h1.z));
-    let s101 = filter_brick(b.c101, vec3f(h1.x, h0.y, h1.z));
-    let s011 = filter_brick(b.c011, vec3f(h0.x, h1.yz));
-    let s111 = filter_brick(b.c111, h1);
-    let low = g0.y * (g0.x * s000 + g1.x * s100) + g1.y * (g0.x * s010 + g1.x * s110);
-    let high = g0.y * (g0.x * s001 + g1.x * s101) + g1.y * (g0.x * s011 + g1.x * s111);
+    return Taps(within(v, i - 0.5 + w1 / (w0 + w1)), within(v, i + 1.5 + f3 / 6.0 / g1), g1);
+}
+
+// The derivatives of the weights: of the near two at most 0, of the far two at least, and equal in sum.
+fn slope_taps(v: u32, i: vec3f, f: vec3f) -> Taps {
+    let f2 = f * f;
+    let slope = 0.5 + f - f2;
+    return Taps(within(v, i - 0.5 + (2.0 * f - 1.5 * f2) / slope), within(v, i + 1.5 + 0.5 * f2 / slope), slope);
+}
+
+// A spline's eight taps: along x, y and z at `low` and `high`.
+struct Eight {
+    s000: f32,
+    s100: f32,
+    s010: f32,
+    s110: f32,
+    s001: f32,
+    s101: f32,
+    s011: f32,
+    s111: f32,
+}
+
+// One by one, not in a loop: half the time, for the taps need not wait for each other.
+fn eight_taps(b: Bricks, low: vec3f, high: vec3f) -> Eight {
+    return Eight(
+        filter_brick(b.c000, low),
+        filter_brick(b.c100, vec3f(high.x, low.yz)),
+        filter_brick(b.c010, vec3f(low.x, high.y, low.z)),
+        filter_brick(b.c110, vec3f(high.xy, low.z)),
+        filter_brick(b.c001, vec3f(low.xy, high.z)),
+        filter_brick(b.c101, vec3f(high.x, low.y, high.z)),
+        filter_brick(b.c011, vec3f(low.x, high.yz)),
+        filter_brick(b.c111, high),
+    );
+}
+
+// Cubic B-spline at a point in a cell.
+fn sample_tricubic(v: u32, p: vec3f, cell: Cell) -> f32 {
+    let i = floor(p - 0.5);
+    let t = value_taps(v, i, p - 0.5 - i);
+    let s = eight_taps(bricks_around(v, i, cell), t.low, t.high);
+    let g0 = 1.0 - t.weight;
+    let g1 = t.weight;
+    let low = g0.y * (g0.x * s.s000 + g1.x * s.s100) + g1.y * (g0.x * s.s010 + g1.x * s.s110);
+    let high = g0.y * (g0.x * s.s001 + g1.x * s.s101) + g1.y * (g0.x * s.s011 + g1.x * s.s111);
     return g0.z * low + g1.z * high;
+}
+
+// Its gradient per voxel: along each axis, the derivative of the weights there and the weights along the others.
+fn tricubic_gradient(v: u32, p: vec3f) -> vec3f {
+    let i = floor(p - 0.5);
+    let f = p - 0.5 - i;
+    let t = value_taps(v, i, f);
+    let d = slope_taps(v, i, f);
+    let b = bricks_around(v, i, cell_at(v, vec3u(within(v, p) - 0.5)));
+    let g0 = 1.0 - t.weight;
+    let g1 = t.weight;
+    let x = eight_taps(b, vec3f(d.low.x, t.low.yz), vec3f(d.high.x, t.high.yz));
+    let y = eight_taps(b, vec3f(t.low.x, d.low.y, t.low.z), vec3f(t.high.x, d.high.y, t.high.z));
+    let z = eight_taps(b, vec3f(t.low.xy, d.low.z), vec3f(t.high.xy, d.high.z));
+    return d.weight * vec3f(
+        g0.z * (g0.y * (x.s100 - x.s000) + g1.y * (x.s110 - x.s010))
+            + g1.z * (g0.y * (x.s101 - x.s001) + g1.y * (x.s111 - x.s011)),
+        g0.z * (g0.x * (y.s010 - y.s000) + g1.x * (y.s110 - y.s100))
+            + g1.z * (g0.x * (y.s011 - y.s001) + g1.x * (y.s111 - y.s101)),
+        g0.y * (g0.x * (z.s001 - z.s000) + g1.x * (z.s101 - z.s100))
+            + g1.y * (g0.x * (z.s011 - z.s010) + g1.x * (z.s111 - z.s110)),
+    );
 }
 
 // Where filters find what lies at a point beyond the outermost voxels' centres.
@@ -81,15 +136,15 @@ struct Bricks {
     c111: Cell,
 }
 
-// Of taps at `h0` and `h1` from voxels i - 1 and i + 1 on, of a point in a cell. Five times in six all of them lie in the
-// cell's brick. Where voxel i is a brick's first or last they may not, and that is also where a rounding can make a point
-// out to be in the next brick.
-fn bricks_around(v: u32, i: vec3f, h0: vec3f, h1: vec3f, cell: Cell) -> Bricks {
+// Of taps from voxels i - 1 and i + 1 on, of a point in a cell. Five times in six all of them lie in the cell's brick. Where
+// voxel i is a brick's first or last they may not, and that is also where a rounding can make a point out to be in the next
+// brick.
+fn bricks_around(v: u32, i: vec3f, cell: Cell) -> Bricks {
     var b = Bricks(cell, cell, cell, cell, cell, cell, cell, cell);
     let from_last = (vec3i(i) + 1) & vec3i(i32(BRICK_SIZE) - 1);
     if (any(from_last < vec3i(2))) {
-        let low = vec3u(h0 - 0.5);
-        let high = vec3u(h1 - 0.5);
+        let low = vec3u(max(i - 1.0, vec3f(0.0)));
+        let high = vec3u(min(i + 1.0, instances[v].dims - 1.0));
         b.c000 = cell_at(v, low);
         b.c100 = cell_at(v, vec3u(high.x, low.yz));
         b.c010 = cell_at(v, vec3u(low.x, high.y, low.z));
@@ -125,8 +180,12 @@ fn sample_in_cell(v: u32, p: vec3f, cell: Cell) -> f32 {
     return filter_brick(cell, p);
 }
 
-// Central differences over one voxel to each side, per voxel, in stored units.
+// Per voxel, in stored units: of the cubic filter its derivative, of others central differences over one voxel to each
+// side, for theirs jump.
 fn voxel_gradient(v: u32, p: vec3f) -> vec3f {
+    if (MIXED_FILTERS && instances[v].filter_kind == FILTER_TRICUBIC) {
+        return tricubic_gradient(v, p);
+    }
     let e = vec3f(1.0, 0.0, 0.0);
     return 0.5 * vec3f(
         sample_volume(v, p + e.xyy) - sample_volume(v, p - e.xyy),
