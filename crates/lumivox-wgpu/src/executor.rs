@@ -249,7 +249,8 @@ impl Executor {
         let is_pass = |step: &&Step| matches!(step, Step::Dispatch { .. } | Step::Draw { .. });
         let passes = recording.steps.iter().filter(is_pass).count();
         let timer = self.timer.as_ref().filter(|_| is_timed && passes > 0);
-        let mut batch = Batch::new(&self.device, timer.map(|timer| timer.begin(&self.device, passes)));
+        let mut batch =
+            Batch::new(&self.device, timer.map(|timer| timer.begin(&self.device, &self.queue, passes)));
         let mut returned = vec![];
         for step in &recording.steps {
             if batch.must_go_before(step) {

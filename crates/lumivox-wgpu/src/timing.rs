@@ -2,6 +2,9 @@
 //!
 //! Timestamps are written where the first pass begins and the last one ends, which every device with
 //! `TIMESTAMP_QUERY` can do; uploads and copies before, between and after passes count as far as those lie in between.
+//!
+//! Software Vulkan (lavapipe) takes the time of a timestamp with whatever it draws next, so that the first dispatch after
+//! it would be missed: there it is written in a submission of its own, at the end of which all is done.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -26,6 +29,8 @@ struct Slot {
 pub(crate) struct Timer {
     /// Nanoseconds of a tick.
     period: f64,
+    /// Whether the first timestamp has to be submitted before everything else.
+    ahead: bool,
     spare: Arc<Mutex<Vec<Slot>>>,
 }
 
@@ -34,11 +39,12 @@ impl Timer {
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Option<Self> {
         let period = f64::from(queue.get_timestamp_period());
         let tells = device.features().contains(wgpu::Features::TIMESTAMP_QUERY) && period > 0.0;
-        tells.then(|| Self { period, spare: Arc::default() })
+        let ahead = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        tells.then(|| Self { period, ahead, spare: Arc::default() })
     }
 
     /// For a submission of so many passes, of which there is one at least.
-    pub fn begin(&self, device: &wgpu::Device, passes: usize) -> Timing {
+    pub fn begin(&self, device: &wgpu::Device, queue: &wgpu::Queue, passes: usize) -> Timing {
         let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let slot = spare.unwrap_or_else(|| {
             let buffer = |label, usage| {
@@ -59,7 +65,24 @@ impl Timer {
                 returned: buffer("times, back", wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ),
             }
         });
-        Timing { slot, passes, begun: 0, period: self.period, spare: self.spare.clone() }
+        if self.ahead {
+            let mut encoder = device.create_command_encoder(&Default::default());
+            let writes = wgpu::ComputePassTimestampWrites {
+                query_set: &slot.queries,
+                beginning_of_pass_write_index: Some(0),
+                end_of_pass_write_index: None,
+            };
+            let label = Some("time");
+            drop(
+                encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                    label,
+                    timestamp_writes: Some(writes),
+                }),
+            );
+            queue.submit([encoder.finish()]);
+        }
+        let spare = self.spare.clone();
+        Timing { slot, passes, begun: 0, has_begin: self.ahead, period: self.period, spare }
     }
 }
 
@@ -69,6 +92,7 @@ pub(crate) struct Timing {
     slot: Slot,
     passes: usize,
     begun: usize,
+    has_begin: bool,
     period: f64,
     spare: Arc<Mutex<Vec<Slot>>>,
 }
@@ -78,7 +102,7 @@ type Writes<'a> = (&'a wgpu::QuerySet, Option<u32>, Option<u32>);
 
 impl Timing {
     fn next(&mut self) -> Option<Writes<'_>> {
-        let is_first = self.begun == 0;
+        let is_first = self.begun == 0 && !self.has_begin;
         self.begun += 1;
         let is_last = self.begun == self.passes;
         (is_first || is_last).then(|| (&self.slot.queries, is_first.then_some(0), is_last.then_some(1)))

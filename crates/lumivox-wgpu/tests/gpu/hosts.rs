@@ -121,9 +121,17 @@ fn nothing_has_to_be_waited_for() {
 fn the_gpu_tells_what_a_submission_took() {
     let mut gpu = gpu();
     let has_timestamps = gpu.executor.device().features().contains(wgpu::Features::TIMESTAMP_QUERY);
-    let recording = traced(&gpu, &scenes::noise());
-    // More than are kept for later, so that some are used again.
-    for _ in 0..3 {
+    let test = scenes::noise();
+    let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
+    let mut recording = Recording::new();
+    cache.update(&test.scene, &mut recording).unwrap();
+    let mut view = View::new(ViewSettings::new(128, 128), &cache, &mut recording).unwrap();
+    gpu.executor.execute(&recording).unwrap();
+    // Slots are used again.
+    for target in 1..5 {
+        gpu.executor.wait().unwrap();
+        let mut recording = Recording::new();
+        view.record_samples(&cache, &test.camera, 8 * target, u64::MAX, &mut recording);
         let begin = Instant::now();
         let submission = gpu.executor.submit(&recording).unwrap();
         assert_eq!(submission.time.is_some(), has_timestamps);
@@ -132,12 +140,17 @@ fn the_gpu_tells_what_a_submission_took() {
         let wall = begin.elapsed().as_secs_f64() * 1e3;
         let told = time.poll().expect("all is done");
         assert!(told > 0.0 && told < wall, "{told} ms of {wall} ms");
-        // The GPU does little else meanwhile: a wrong unit would be far off.
-        assert!(told > wall / 1000.0, "{told} ms of {wall} ms");
+        // The first one waits for pipelines. A GPU is done too soon to tell more than the unit.
+        let least = if gpu.description.software { 0.5 } else { 1e-3 };
+        assert!(target == 1 || told > least * wall, "{told} ms of {wall} ms");
         assert_eq!(time.poll(), Some(told));
     }
     let nothing = gpu.executor.submit(&Recording::new()).unwrap();
     assert!(nothing.time.is_none(), "there is no pass to time");
+    let mut freed = Recording::new();
+    view.free(&mut freed);
+    cache.free(&mut freed);
+    gpu.executor.execute(&freed).unwrap();
 }
 
 #[test]
