@@ -8,7 +8,7 @@ use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step, Wor
 
 use crate::error::GpuError;
 use crate::pipelines::{self, DrawKey, Pipeline};
-use crate::submission::{Faults, ReadBack, Scopes, Submission};
+use crate::submission::{self, Faults, ReadBack, Scopes, Submission};
 use crate::textures::{self, MadeAhead, TextureMaker};
 use crate::timing::{Timer, Timing};
 
@@ -239,10 +239,7 @@ impl Executor {
     /// # Errors
     /// [`GpuError::Lost`] when the device is gone.
     pub fn wait(&self) -> Result<(), GpuError> {
-        self.device
-            .poll(wgpu::PollType::Wait { submission_index: None, timeout: None })
-            .map(|_| ())
-            .map_err(|e| GpuError::Lost(e.to_string()))
+        submission::poll(&self.device, wgpu::PollType::Wait { submission_index: None, timeout: None })
     }
 
     fn replay(&mut self, recording: &Recording, is_timed: bool) -> Result<Submission, GpuError> {

@@ -1,6 +1,7 @@
 //! What comes back of a recording that was handed to the GPU: bytes, faults and time, none of which has to be waited for.
 
 use std::future::Future;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::pin::Pin;
 use std::sync::mpsc;
 use std::task::{Context, Poll, Waker};
@@ -106,6 +107,16 @@ impl Future for Faults {
     }
 }
 
+/// Has the device look what is done. wgpu panics where the device was lost.
+pub(crate) fn poll(device: &wgpu::Device, how: wgpu::PollType) -> Result<(), GpuError> {
+    let polled = catch_unwind(AssertUnwindSafe(|| device.poll(how)));
+    match polled {
+        Ok(Ok(_)) => Ok(()),
+        Ok(Err(error)) => Err(GpuError::Lost(error.to_string())),
+        Err(_) => Err(GpuError::Lost("it does not answer".to_owned())),
+    }
+}
+
 /// Bytes on their way back from the GPU.
 #[derive(Debug)]
 pub struct ReadBack {
@@ -126,8 +137,8 @@ impl ReadBack {
     /// # Errors
     /// [`GpuError::Lost`] when the device is gone.
     pub fn poll(&mut self) -> Option<Result<Vec<u8>, GpuError>> {
-        if let Err(error) = self.device.poll(wgpu::PollType::Poll) {
-            return Some(Err(GpuError::Lost(error.to_string())));
+        if let Err(error) = poll(&self.device, wgpu::PollType::Poll) {
+            return Some(Err(error));
         }
         let mapped = self.mapping.poll()?;
         Some(mapped.map(|()| self.buffer.slice(..).get_mapped_range().to_vec()))
@@ -139,7 +150,7 @@ impl ReadBack {
     /// [`GpuError::Lost`] when the device is gone.
     pub fn wait(mut self) -> Result<Vec<u8>, GpuError> {
         let wait = wgpu::PollType::Wait { submission_index: Some(self.submission.clone()), timeout: None };
-        self.device.poll(wait).map_err(|e| GpuError::Lost(e.to_string()))?;
+        poll(&self.device, wait)?;
         let nothing = || Err(GpuError::Lost("the bytes of a read-back did not come".to_owned()));
         self.poll().unwrap_or_else(nothing)
     }

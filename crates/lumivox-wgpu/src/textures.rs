@@ -6,6 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use lumivox_renderer::ResourceId;
 use lumivox_renderer::recording::{TextureFormat, TextureOrder};
 
+use crate::submission::at_once;
+
 /// Bytes from which on it takes longer than a frame may be late to fill a texture with zeros.
 const LARGE_BYTES: u64 = 16 << 20;
 
@@ -40,7 +42,8 @@ impl TextureMaker {
     pub fn make(&self, order: &TextureOrder) -> bool {
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let texture = create(&self.device, order);
-        if pollster::block_on(scope.pop()).is_some() {
+        // In browsers that is told later: the recording that takes it finds out.
+        if at_once(Box::pin(scope.pop())).flatten().is_some() {
             return false;
         }
         self.made.lock().insert(order.id, texture);
@@ -71,7 +74,10 @@ pub(crate) fn create(device: &wgpu::Device, order: &TextureOrder) -> wgpu::Textu
     };
     let bytes = [width, height, depth].iter().map(|&n| u64::from(n)).product::<u64>()
         * order.format.bytes_per_texel() as u64;
-    let unfilled = if bytes >= LARGE_BYTES { create_unfilled(device, &descriptor) } else { None };
+    // What is no number would be one in a filter that reaches an edge, with a weight of nothing: floats are filled.
+    let may_hold_anything = matches!(order.format, TextureFormat::R8Unorm | TextureFormat::R16Unorm);
+    let unfilled =
+        if bytes >= LARGE_BYTES && may_hold_anything { create_unfilled(device, &descriptor) } else { None };
     unfilled.unwrap_or_else(|| device.create_texture(&descriptor))
 }
 

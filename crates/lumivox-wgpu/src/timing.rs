@@ -8,7 +8,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::submission::Mapping;
+use crate::submission::{Mapping, poll};
 
 /// Bytes of two timestamps.
 const BYTES: u64 = 16;
@@ -160,7 +160,7 @@ impl GpuTime {
     /// where the device lost them. Never waits.
     pub fn poll(&mut self) -> Option<f64> {
         let Some((_, mapping)) = &mut self.under_way else { return Some(self.milliseconds) };
-        let polled = self.device.poll(wgpu::PollType::Poll);
+        let polled = poll(&self.device, wgpu::PollType::Poll);
         let is_mapped = match (polled, mapping.poll()) {
             (_, Some(Ok(()))) => true,
             (Ok(_), None) => return None,

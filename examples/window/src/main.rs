@@ -235,7 +235,7 @@ impl Viewer {
     fn frame(&mut self, options: &Options) -> Fallible<bool> {
         let took = self.began.replace(Instant::now()).map(|began| began.elapsed().as_secs_f64() * 1e3);
         self.take_what_came_back()?;
-        let Some(surface) = self.screen.next(self.gpu.executor.device()) else {
+        let Some(surface) = self.screen.next(self.gpu.executor.device())? else {
             self.window.request_redraw();
             return Ok(false);
         };

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use lumivox_wgpu::{Gpu, wgpu};
 use winit::window::Window;
@@ -77,16 +78,18 @@ impl Screen {
     }
 
     /// What is shown next, which waits for the screen; `None` where that has to be asked again.
-    pub fn next(&self, device: &wgpu::Device) -> Option<wgpu::SurfaceTexture> {
-        use wgpu::CurrentSurfaceTexture::{Lost, Outdated, Suboptimal, Success};
+    pub fn next(&self, device: &wgpu::Device) -> Fallible<Option<wgpu::SurfaceTexture>> {
+        use wgpu::CurrentSurfaceTexture::{
+            Lost, Occluded, Outdated, Suboptimal, Success, Timeout, Validation,
+        };
         match self.surface.get_current_texture() {
-            Success(texture) | Suboptimal(texture) => Some(texture),
-            Outdated | Lost => {
-                self.surface.configure(device, &self.config);
-                None
-            }
-            _ => None,
+            Success(texture) | Suboptimal(texture) => return Ok(Some(texture)),
+            Outdated => self.surface.configure(device, &self.config),
+            // Nobody looks: there is no haste.
+            Timeout | Occluded => std::thread::sleep(Duration::from_millis(10)),
+            Lost | Validation => return Err("the display takes no pictures any more".into()),
         }
+        Ok(None)
     }
 
     /// What an engine would do before the scan is drawn.

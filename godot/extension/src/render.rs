@@ -312,10 +312,10 @@ impl Renderer {
             }
             Err(refused) => {
                 self.executor.discard(device, &recording);
-                store.refused(&recording);
+                let may_come_reduced = store.refused(&recording);
                 self.forget_world(device, snapshot.key);
                 let is_memory = matches!(refused, ExecuteError::Memory { .. });
-                if is_memory && store.bytes() > 0 {
+                if is_memory && may_come_reduced {
                     // It comes reduced, in the next frame.
                     return Ok(Update::Nothing);
                 }

@@ -8,7 +8,7 @@ use godot::prelude::*;
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{DeviceLimits, Features, ViewKind};
 
-use crate::executor::{Executor, workshop};
+use crate::executor::{self, Executor, workshop};
 use crate::nodes::LumivoxVolume3D;
 use crate::shared::Target;
 use crate::world::{Gatherer, Nodes, render_target};
@@ -214,6 +214,7 @@ pub fn start() {
     if server.get_rendering_device().is_none() {
         return;
     }
+    executor::open();
     let lumivox = Lumivox::singleton();
     let callbacks = Callbacks {
         before_frame: lumivox.callable("_before_frame"),

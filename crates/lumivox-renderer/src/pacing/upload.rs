@@ -42,8 +42,14 @@ impl UploadPacer {
 
     /// An upload of so many bytes, of those that were granted, held the frame up for so long.
     pub fn measured(&mut self, bytes: u64, granted: u64, milliseconds: f64) {
-        // Less than was granted tells nothing of more.
-        if bytes == 0 || bytes < granted / 2 || granted as f64 > 1.5 * self.bytes || milliseconds.is_nan() {
+        // Less than was granted tells nothing of more, nor does a part of what fits.
+        let is_part = (granted as f64) < 0.5 * self.bytes;
+        if bytes == 0
+            || bytes < granted / 2
+            || is_part
+            || granted as f64 > 1.5 * self.bytes
+            || milliseconds.is_nan()
+        {
             return;
         }
         let factor = (MILLISECONDS / milliseconds.max(1e-3)).clamp(0.5, GROWTH);
@@ -68,6 +74,7 @@ mod tests {
         let settled = pacer.budget(16.0);
         assert!(settled > first && (1.2..1.9).contains(&took(settled)), "{settled} take {}", took(settled));
         pacer.measured(100, settled, 1e-3);
+        pacer.measured(72_000, 1, 0.1);
         pacer.measured(0, 0, f64::NAN);
         assert_eq!(pacer.budget(16.0), settled, "that tells nothing");
         assert!(pacer.budget(300.0) >= 9 * settled, "a long frame has room for more");

@@ -28,8 +28,9 @@ impl Preparation {
     }
 
     /// Does it, and has the host make the large textures that the update will want: `make` says whether it could. A
-    /// recording that creates a texture of that name takes it; one that frees it may come without that. An executor's
-    /// maker does both (`TextureMaker` in `lumivox-wgpu`).
+    /// recording that creates a texture of that name takes it; one that frees it may come without that, with an update or
+    /// a [`VoxelStore::collect`]: a host that rests calls that now and then. An executor's maker does both
+    /// (`TextureMaker` in `lumivox-wgpu`).
     pub fn run_with(&self, mut make: impl FnMut(&TextureOrder) -> bool) {
         self.store.make_ahead(&self.coming, &self.leaving, &mut make);
         for volume in &self.volumes {

@@ -11,7 +11,7 @@ use crate::recording::{Recording, ResourceId, Step, TextureFormat, TextureOrder}
 const LARGE_BYTES: u64 = 16 << 20;
 
 /// Updates of scenes and collections, so frames, for which a texture waits for its volumes.
-const PATIENCE: u64 = 1000;
+const PATIENCE: u64 = 10_000;
 
 /// A texture for volumes to come. Clones are of the same.
 #[derive(Clone, Debug)]
@@ -39,8 +39,12 @@ pub(super) fn is_large(volume: &Volume) -> bool {
 
 /// Whether a texture takes long to make.
 pub(super) fn takes_long(order: &TextureOrder) -> bool {
+    bytes(order) >= LARGE_BYTES
+}
+
+fn bytes(order: &TextureOrder) -> u64 {
     let texels: u64 = order.size.iter().map(|&n| u64::from(n)).product();
-    texels * order.format.bytes_per_texel() as u64 >= LARGE_BYTES
+    texels * order.format.bytes_per_texel() as u64
 }
 
 impl Ahead {
@@ -76,6 +80,16 @@ impl Ahead {
             Err(TryLockError::Poisoned(stage)) => Some(*stage.into_inner()),
             Err(TryLockError::WouldBlock) => None,
         }
+    }
+
+    /// Whether it is to be made, or is being made.
+    pub fn is_pending(&self) -> bool {
+        !matches!(self.stage(), Some(Stage::Made | Stage::GivenUp))
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> u64 {
+        if self.stage() == Some(Stage::Made) { bytes(&self.order) } else { 0 }
     }
 
     /// Whether it is there and is what is wanted.

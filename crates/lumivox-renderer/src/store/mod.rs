@@ -40,6 +40,9 @@ const COARSE_VOXELS: usize = 100 * 100 * 100;
 /// A budget of so many bytes has no bound.
 const AT_ONCE: u64 = u64::MAX / 2;
 
+/// Room that is not worth trying.
+const LEAST_BYTES: u64 = 1 << 20;
+
 /// Halvings after which there is no room for anything.
 const MAX_FACTOR: u32 = 64;
 
@@ -217,9 +220,10 @@ impl VoxelStore {
         store.pools.free_empty(recording);
     }
 
-    /// Learns that the device refused a recording for want of memory. What the recording made is gone; volumes that were
-    /// in it arrive anew, reduced to what there is room for. Scenes that show them have to be updated.
-    pub fn refused(&self, recording: &Recording) {
+    /// Learns that the device refused a recording for want of memory. What the recording made or wrote is gone; volumes
+    /// that were in it arrive anew, reduced to what there is room for. Scenes that show them have to be made anew, too.
+    /// Returns whether that may help: there is something that can take less.
+    pub fn refused(&self, recording: &Recording) -> bool {
         let mut store = self.lock();
         let before = store.pools.bytes();
         let makes = |id: ResourceId| {
@@ -228,19 +232,35 @@ impl VoxelStore {
                 _ => false,
             })
         };
-        let lost = store.pools.forget(makes);
+        let Store { entries, pools, orphans, .. } = &mut *store;
+        let is_written = |resident: &Resident| {
+            recording.steps.iter().any(|step| match step {
+                Step::WriteTexture { id, origin, .. } => resident
+                    .pages
+                    .iter()
+                    .any(|page| pools.texture_of(*page).0 == *id && pools::first_texel(*page) == *origin),
+                _ => false,
+            })
+        };
+        let is_broken = |copy: &CopyOnDevice| {
+            copy.ranges.iter().any(|ranges| makes(ranges.values().buffer)) || is_written(&copy.resident)
+        };
+        let broken: Vec<ResourceId> = entries
+            .iter()
+            .filter(|entry| entry.shown.as_ref().is_some_and(is_broken))
+            .map(|entry| entry.id)
+            .collect();
+        let lost = pools.forget(makes);
         let is_lost =
             |resident: &Resident| resident.pages.iter().any(|page| lost.contains(&pools::pool(*page)));
-        let after = store.pools.bytes();
-        store.capacity = (after + (before - after) / 4 * 3).min(store.capacity);
-        let Store { entries, pools, orphans, .. } = &mut *store;
-        for entry in entries {
+        for entry in &mut *entries {
+            let is_broken = broken.contains(&entry.id);
             let mut gone = vec![];
             for (copy, arrival) in entry.arriving.drain(..) {
                 orphans.extend(arrival.buffer());
                 gone.push(copy);
             }
-            gone.extend(entry.shown.take_if(|shown| is_lost(&shown.resident)));
+            gone.extend(entry.shown.take_if(|shown| is_broken || is_lost(&shown.resident)));
             for copy in gone {
                 orphans.extend(copy.ranges.iter().map(|ranges| ranges.values().buffer));
                 pools.release(
@@ -248,10 +268,22 @@ impl VoxelStore {
                 );
             }
         }
+        // What was made for later may be what there was no room for.
+        let mut given_up = Recording::new();
+        let was_ahead = pools.drop_ahead(|_| true, &mut given_up);
+        orphans.extend(given_up.steps.iter().filter_map(|step| match step {
+            Step::Free { id } => Some(*id),
+            _ => None,
+        }));
         // What the recording made is freed by who discards it.
         orphans.retain(|id| !makes(*id));
         store.entries.retain(|entry| entry.shown.is_some());
         store.releases += 1;
+        let after = store.pools.bytes();
+        if !was_ahead {
+            store.capacity = (after + (before - after.min(before)) / 4 * 3).min(store.capacity);
+        }
+        was_ahead || (!lost.is_empty() && store.capacity - after.min(store.capacity) >= LEAST_BYTES)
     }
 
     /// Copies of volumes, whole if `budget` bytes suffice for that, and their value ranges; none of those of which nothing
@@ -284,9 +316,10 @@ impl VoxelStore {
         !has_any && !is_prepared(volume)
     }
 
-    /// Whether [`make_ahead`](Self::make_ahead) has something to make for volumes that come when others leave.
+    /// Whether [`make_ahead`](Self::make_ahead) has something to make for volumes that come when others leave, or is at it.
     pub(crate) fn lacks_textures(&self, coming: &[Arc<Volume>], leaving: &[Weak<Volume>]) -> bool {
-        self.lock().plan_ahead(coming, leaving).next().is_some()
+        let store = self.lock();
+        store.pending(coming).next().is_some() || store.plan_ahead(coming, leaving).next().is_some()
     }
 
     /// Has the textures made in which volumes will lie, those that take a device long; `make` says whether it could. What
@@ -301,7 +334,8 @@ impl VoxelStore {
             let mut store = self.lock();
             let orders: Vec<Ahead> = store.plan_ahead(coming, leaving).collect();
             store.pools.ahead.extend(orders.iter().cloned());
-            orders
+            // Also those that another thread is at: all are made when this ends.
+            store.pending(coming).cloned().collect()
         };
         for ahead in orders {
             ahead.make(make);
@@ -365,7 +399,6 @@ impl Store {
         self.drop_dead(recording);
         self.pools.ensure_one_to_bind(recording);
         self.begin_arrivals(wanted, *budget, recording)?;
-        self.drop_stale(recording);
         let mut has_begun = false;
         for (volume, key) in wanted {
             self.advance(volume, *key, budget, &mut has_begun, recording);
@@ -397,6 +430,12 @@ impl Store {
         };
         let is_stale = |ahead: &Ahead| ahead.is_old(*clock) || ahead.volumes.iter().all(has_come);
         pools.drop_ahead(is_stale, recording);
+    }
+
+    /// Textures for volumes that come that are ordered and not made.
+    fn pending(&self, coming: &[Arc<Volume>]) -> impl Iterator<Item = &Ahead> {
+        let is_for_any = |ahead: &&Ahead| coming.iter().any(|volume| ahead.is_for(volume));
+        self.pools.ahead.iter().filter(|ahead| ahead.is_pending()).filter(is_for_any)
     }
 
     /// Textures to be made for volumes that come when others leave. A volume that somebody holds may stay nevertheless:
@@ -454,7 +493,7 @@ impl Store {
     fn begin_arrivals(
         &mut self,
         wanted: &[(Arc<Volume>, GridKey)],
-        budget: u64,
+        mut budget: u64,
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
         let mut new: Vec<Coming> = vec![];
@@ -467,7 +506,9 @@ impl Store {
             let may_be_finer = is_coarse && entry.tried != self.releases;
             if entry.arriving.is_empty() && (entry.shown.is_none() || may_be_finer || is_sparse) {
                 let whole = BrickGrid::new(volume.dims(), 1).count();
-                let comes_at_once = self.pools.bytes_of(self.pools.format(volume), whole) <= budget;
+                let bytes = self.pools.bytes_of(self.pools.format(volume), whole);
+                let comes_at_once = bytes <= budget;
+                budget -= if comes_at_once { bytes } else { 0 };
                 let comes_coarse = entry.shown.is_none() && !comes_at_once && needs_coarse_copy(volume);
                 new.push(Coming {
                     index,
@@ -481,8 +522,9 @@ impl Store {
             return Ok(());
         }
         let mut capacity = self.capacity;
+        let mut made = Recording::new();
         let mut pages = loop {
-            match self.pools.allocate(&self.bricks_of(&new), capacity, recording) {
+            match self.pools.allocate(&self.bricks_of(&new), capacity, &mut made) {
                 Some(pages) => break pages.into_iter(),
                 None if self.pools.drop_ahead(|_| true, recording) => {}
                 None if self.evict(recording) => {
@@ -504,6 +546,9 @@ impl Store {
                 }
             }
         };
+        // What was made ahead and is not what they lie in gives its room first.
+        self.drop_stale(recording);
+        recording.steps.append(&mut made.steps);
         for coming in new {
             let mut copies = vec![];
             for factor in coming.factors() {

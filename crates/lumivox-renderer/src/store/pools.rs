@@ -130,9 +130,9 @@ impl Pools {
         self.list.iter().flatten()
     }
 
-    /// Bytes of all textures.
+    /// Bytes of all textures, those that are made ahead too.
     pub fn bytes(&self) -> u64 {
-        self.pools().map(Pool::bytes).sum()
+        self.pools().map(Pool::bytes).sum::<u64>() + self.ahead.iter().map(Ahead::bytes).sum::<u64>()
     }
 
     /// Of so many bricks.

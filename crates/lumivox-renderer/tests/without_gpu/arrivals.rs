@@ -71,6 +71,61 @@ fn the_texture_of_a_large_volume_is_made_ahead() {
 }
 
 #[test]
+fn a_texture_that_another_thread_makes_is_waited_for() {
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
+    let shown = scene(&[volume(220)]);
+    shown.volumes.iter().for_each(|instance| prepare_volume(&instance.volume));
+    let preparation = cache.preparation(&shown).expect("a texture");
+    let (begun, has_begun) = std::sync::mpsc::channel();
+    let (end, may_end) = std::sync::mpsc::channel::<()>();
+    let thread = std::thread::spawn(move || {
+        let mut made = None;
+        preparation.run_with(|order| {
+            begun.send(()).unwrap();
+            may_end.recv().unwrap();
+            made = Some(order.id);
+            true
+        });
+        made.expect("it was ordered")
+    });
+    has_begun.recv().unwrap();
+    let same = cache.preparation(&shown).expect("it is not done");
+    end.send(()).unwrap();
+    assert!(run(&same, true).is_empty(), "it is made once");
+    assert!(cache.preparation(&shown).is_none());
+    assert_eq!(created(&update(&mut cache, &shown, 1000)), [thread.join().unwrap()]);
+}
+
+/// A small volume has room in a pool that stays, but its value ranges go with the recording.
+#[test]
+fn nothing_of_what_a_device_refused_is_taken_for_there() {
+    let store = VoxelStore::new(LIMITS);
+    let mut cache = SceneCache::new(&store);
+    let [a, small, large] = [volume(36), volume(16), volume(220)];
+    update(&mut cache, &scene(std::slice::from_ref(&a)), u64::MAX);
+    let all = scene(&[a.clone(), small.clone(), large.clone()]);
+    let refused = update(&mut cache, &all, u64::MAX);
+    assert!(store.refused(&refused), "the large one may come smaller");
+    assert_eq!(store.resolution(&a).map(|r| r.factor), Some(1), "it was there before");
+    assert_eq!([store.resolution(&small), store.resolution(&large)], [None; 2]);
+    let mut cache = SceneCache::new(&store);
+    let again = update(&mut cache, &all, u64::MAX);
+    let writes = again.steps.iter().filter(|step| matches!(step, Step::WriteTexture { .. })).count();
+    assert!(writes > 1 && store.resolution(&large).is_some_and(|r| r.factor > 1));
+
+    // One alone, too, until there is nothing left to save.
+    let store = VoxelStore::new(LIMITS);
+    let alone = scene(&[large]);
+    let mut attempts = 0;
+    while {
+        let refused = update(&mut SceneCache::new(&store), &alone, u64::MAX);
+        attempts += 1;
+        store.refused(&refused)
+    } {}
+    assert!((2..40).contains(&attempts), "{attempts}");
+}
+
+#[test]
 fn what_could_not_be_made_ahead_is_made_when_it_is_wanted() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     let shown = scene(&[volume(220)]);

@@ -83,9 +83,22 @@ fn made_ahead() -> MutexGuard<'static, HashMap<ResourceId, Rid>> {
     MADE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Whether there is a device. Held while a texture is made on another thread, which the engine does not wait for when it
+/// ends.
+static IS_OPEN: Mutex<bool> = Mutex::new(false);
+
+/// The engine is up: textures may be made ahead until the executor [frees everything](Executor::free).
+pub fn open() {
+    *IS_OPEN.lock().unwrap_or_else(PoisonError::into_inner) = true;
+}
+
 /// Makes a texture that a recording will want, on whatever thread; false where it cannot be had. What
 /// [`Preparation::run_with`](lumivox_renderer::Preparation::run_with) takes.
 pub fn make_ahead(order: &TextureOrder) -> bool {
+    let is_open = IS_OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+    if !*is_open {
+        return false;
+    }
     let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return false };
     let TextureOrder { id, label, format, size } = *order;
     let made = create_texture(&mut device, Plan { label, format, size }, None);
@@ -188,6 +201,7 @@ impl Executor {
         if let Some(sampler) = self.sampler.take() {
             device.free_rid(sampler);
         }
+        *IS_OPEN.lock().unwrap_or_else(PoisonError::into_inner) = false;
         for texture in made_ahead().drain().map(|(_, texture)| texture) {
             device.free_rid(texture);
         }
