@@ -87,6 +87,7 @@ impl Features {
                     PathTrace(self.variant(guides, false, limits)),
                     ValueRanges { one_pool: limits.one_pool },
                     MajorantGrid,
+                    EmptySpace,
                     FilmCount,
                     Display,
                 ]
@@ -96,6 +97,7 @@ impl Features {
                     PathTrace(self.variant(false, true, limits)),
                     ValueRanges { one_pool: limits.one_pool },
                     MajorantGrid,
+                    EmptySpace,
                     HostDepth,
                     LivePicture,
                     CompositeColor,

@@ -28,6 +28,9 @@ constants! {
     /// on an H200, four 4%.
     MAX_POOLS: u32 = 4;
 
+    /// Cells that a ray passes at once at most, for all around it are empty; less than the bits of any majorant.
+    MAX_EMPTY_DISTANCE: u32 = 16;
+
     /// Set in a child of a [`Node`](crate::layout::Node) that is a volume and not another node.
     IS_VOLUME: u32 = 0x8000_0000;
 

@@ -171,6 +171,19 @@ pub struct MajorantParams {
     pub last_padding: u32,
 }
 
+/// Twin of `EmptySpaceParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in empty_space.wgsl")]
+pub struct EmptySpaceParams {
+    pub cell_count: u32,
+    pub majorant_offset: u32,
+    pub row_length: u32,
+    pub axis: u32,
+    pub grid_dims: [u32; 3],
+    pub padding: u32,
+}
+
 /// Twin of `DisplayParams`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]

@@ -10,7 +10,7 @@
 //! - Loops over taps, neighbours, candidates and sharers have a constant or a number of the host's as their bound, and
 //!   step by one. `film_count` steps by its number of invocations, at least a workgroup; `value_ranges` visits a box of
 //!   voxels.
-//! - The walk through majorant cells (`march_to_tentative`) passes one face of the grid each turn. It ends before it
+//! - The walk through majorant cells (`march_to_tentative`) passes a face of the grid each turn. It ends before it
 //!   could leave the grid, if its numbers are numbers: `march_begin` makes a walk empty that has others.
 //! - Tentative collisions (`next_collision`, `transmittance`) move along the ray by more than its rounding.
 //! - The search for volumes asks each of a list once, or goes down a tree that the host has built, each branch once.
@@ -104,6 +104,8 @@ pub enum Kernel {
     },
     /// Value ranges and a transfer function to majorants.
     MajorantGrid,
+    /// Majorants to distances through empty cells, along one axis.
+    EmptySpace,
     /// A film to displayable pixels.
     Display,
     /// The host's depth buffer to the ends of primary rays.
@@ -144,6 +146,7 @@ impl Kernel {
             Kernel::ValueRanges { one_pool: false },
             Kernel::ValueRanges { one_pool: true },
             Kernel::MajorantGrid,
+            Kernel::EmptySpace,
             Kernel::Display,
             Kernel::HostDepth,
             Kernel::DenoisePrepare,
@@ -176,6 +179,7 @@ impl Kernel {
             Kernel::PathTrace(_) => "path_trace",
             Kernel::ValueRanges { .. } => "value_ranges",
             Kernel::MajorantGrid => "majorant_grid",
+            Kernel::EmptySpace => "empty_space",
             Kernel::Display => "display",
             Kernel::HostDepth => "host_depth",
             Kernel::DenoisePrepare => "denoise_prepare",
@@ -200,6 +204,7 @@ impl Kernel {
             Kernel::CompositeColor | Kernel::CompositeDepth => [1, 1],
             Kernel::ValueRanges { .. }
             | Kernel::MajorantGrid
+            | Kernel::EmptySpace
             | Kernel::FilmCount
             | Kernel::SampleDirections => [64, 1],
         }
@@ -255,6 +260,7 @@ impl Kernel {
                 bindings_and_pools!(one_pool, Uniform, StorageRead, StorageReadWrite)
             }
             Kernel::MajorantGrid => &[Uniform, StorageRead, StorageRead, StorageRead, StorageReadWrite],
+            Kernel::EmptySpace => &[Uniform, StorageReadWrite, StorageReadWrite],
             Kernel::Display => &[Uniform, Uniform, StorageRead, Texture2dLoaded, StorageReadWrite],
             Kernel::HostDepth => &[Uniform, Texture2dLoaded, StorageReadWrite, StorageReadWrite],
             Kernel::LivePicture => &[
@@ -306,6 +312,7 @@ impl Kernel {
                 module!("value_ranges"),
             ],
             Kernel::MajorantGrid => &[module!("pools"), module!("cells"), module!("majorant_grid")],
+            Kernel::EmptySpace => &[module!("cells"), module!("empty_space")],
             Kernel::Display => &[
                 module!("frame"),
                 module!("camera"),

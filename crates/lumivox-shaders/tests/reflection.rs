@@ -149,6 +149,10 @@ fn twins_have_the_shaders_layout() {
         }
     );
     assert_twin!(
+        Kernel::EmptySpace,
+        EmptySpaceParams { cell_count, majorant_offset, row_length, axis, grid_dims, padding }
+    );
+    assert_twin!(
         Kernel::Display,
         DisplayParams { background, background_kind, exposure_scale, tone_operator, inverse_gamma, padding }
     );

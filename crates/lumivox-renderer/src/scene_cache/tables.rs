@@ -5,7 +5,7 @@ use std::sync::Arc;
 use lumivox_core::{TransferFunction, Volume};
 use lumivox_shaders::Kernel;
 use lumivox_shaders::constants::BRICK_SIZE;
-use lumivox_shaders::layout::{MajorantParams, TABLE_PAIRS};
+use lumivox_shaders::layout::{EmptySpaceParams, MajorantParams, TABLE_PAIRS};
 
 use super::transfer_table::TransferTable;
 use super::{Placed, acquired, check_binding};
@@ -172,4 +172,37 @@ fn record_majorants(
     });
     recording.push(Step::Free { id: maxima });
     recording.push(Step::Free { id: pages });
+    record_empty_space(grid_offset, ranges, buffers, recording);
+}
+
+/// Has the GPU measure the empty space between an instance's majorants.
+fn record_empty_space(
+    grid_offset: usize,
+    ranges: &ValueRanges,
+    buffers: TableBuffers,
+    recording: &mut Recording,
+) {
+    let kernel = Kernel::EmptySpace;
+    let cell_count = ranges.cells() as u32;
+    let [group, _] = kernel.workgroup_size();
+    let groups = cell_count.div_ceil(group);
+    let workgroups = [groups.min(1024), groups.div_ceil(1024)];
+    let distances = recording.create_buffer("distances", 2 * 4 * u64::from(cell_count));
+    for axis in 0..3 {
+        let params = EmptySpaceParams {
+            cell_count,
+            majorant_offset: grid_offset as u32,
+            row_length: workgroups[0] * group,
+            axis,
+            grid_dims: ranges.grid_dims,
+            padding: 0,
+        };
+        recording.push(Step::Dispatch {
+            kernel,
+            uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
+            resources: vec![buffers.grids, distances],
+            workgroups,
+        });
+    }
+    recording.push(Step::Free { id: distances });
 }

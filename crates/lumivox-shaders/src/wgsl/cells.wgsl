@@ -1,6 +1,9 @@
 // A cell of a majorant grid: its majorant, and where the voxels around it lie. The two are read together, for the point of
 // a tentative collision is looked up next.
 //
+// An empty cell's majorant is 0, and in its place stands how many cells it is to the nearest that is not empty, counted
+// along the axis where that is most: a number of its own, smaller than the bits of any majorant.
+//
 // The first word holds the upper half of the majorant's bits, then 13 bits for z and three for the pool; the second 16 for
 // y and 16 for x. A voxel's texel in its pool is its index and x, y, z, all with a sign: volumes of up to MAX_BRICKS bricks
 // along an axis can be told so.
@@ -10,14 +13,25 @@ struct Cell {
 }
 
 fn cell_new(majorant: f32, pool: u32, texel_from_voxel: vec3i) -> Cell {
-    // Rounded up: a majorant that is a little loose is one still.
-    let bits = (bitcast<u32>(majorant) + 0xffffu) & 0xffff0000u;
+    // Rounded up: a majorant that is a little loose is one still. The least is the least normal number, or the bits would
+    // mean a distance.
+    let rounded = max((bitcast<u32>(majorant) + 0xffffu) & 0xffff0000u, 0x00800000u);
+    let bits = select(0u, rounded, majorant > 0.0);
     let d = vec3u(texel_from_voxel);
     return Cell(vec2u(bits | ((d.z & 0x1fffu) << 3u) | pool, (d.y << 16u) | (d.x & 0xffffu)));
 }
 
 fn cell_majorant(cell: Cell) -> f32 {
-    return bitcast<f32>(cell.words.x & 0xffff0000u);
+    return select(bitcast<f32>(cell.words.x & 0xffff0000u), 0.0, cell_empty_distance(cell) <= MAX_EMPTY_DISTANCE);
+}
+
+// All cells that are nearer than so many are empty. More than MAX_EMPTY_DISTANCE where the cell itself is not.
+fn cell_empty_distance(cell: Cell) -> u32 {
+    return cell.words.x >> 16u;
+}
+
+fn cell_empty(cell: Cell, distance: u32) -> Cell {
+    return Cell(vec2u((distance << 16u) | (cell.words.x & 0xffffu), cell.words.y));
 }
 
 fn cell_pool(cell: Cell) -> u32 {

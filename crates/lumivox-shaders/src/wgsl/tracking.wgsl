@@ -77,6 +77,10 @@ fn march_to_tentative(m: ptr<function, March>, depth: f32) -> f32 {
     var rest = depth;
     while ((*m).t < (*m).t_end && take_turn()) {
         let cell = grids[(*m).index];
+        if (cell_empty_distance(cell) <= MAX_EMPTY_DISTANCE && cell_empty_distance(cell) > 1u) {
+            march_through_nothing(m, f32(cell_empty_distance(cell) - 1u));
+            continue;
+        }
         let majorant = cell_majorant(cell) * (*m).scale;
         let t_exit = min(min((*m).t_next.x, (*m).t_next.y), min((*m).t_next.z, (*m).t_end));
         let available = majorant * (t_exit - (*m).t);
@@ -101,6 +105,23 @@ fn march_to_tentative(m: ptr<function, March>, depth: f32) -> f32 {
         }
     }
     return 0.0;
+}
+
+// Walks out of the cells around this one, `reach` of them to every side, all of which are empty.
+fn march_through_nothing(m: ptr<function, March>, reach: f32) {
+    let leaves = (*m).t_next + reach * (*m).t_delta;
+    let t = min(min(leaves.x, leaves.y), leaves.z);
+    if (t >= (*m).t_end) {
+        (*m).t = (*m).t_end;
+        return;
+    }
+    // Faces that are passed until then along each axis. By a rounding rather one less than one more: a face that is left
+    // is passed at once by the next step, in one that is too many a cell would be passed that nobody has read.
+    let passed = clamp(floor((t - (*m).t_next) / (*m).t_delta - 1e-3) + 1.0, vec3f(0.0), vec3f(reach));
+    (*m).t_next += passed * (*m).t_delta;
+    let cells = vec3i(passed) * (*m).step;
+    (*m).index += cells.x + cells.y + cells.z;
+    (*m).t = max((*m).t, t);
 }
 
 // What ends a free flight.

@@ -26,8 +26,9 @@ fn majorants(scene: &Scene, cell_size: usize) -> Vec<f32> {
     let (id, cells) = cache.majorants();
     recording.push(Step::ReadBuffer { id, range: 0..cells as u64 * 8 });
     let bytes = gpu.executor.execute(&recording).unwrap().remove(0).wait().unwrap();
-    // Each beside its page.
-    bytes.chunks_exact(8).map(|cell| bytemuck::pod_read_unaligned(&cell[..4])).collect()
+    // Each beside its page; in place of a 0, how far the next one is that is none.
+    let majorant = |cell: &[u8]| bytemuck::pod_read_unaligned::<f32>(&cell[..4]);
+    bytes.chunks_exact(8).map(|cell| Some(majorant(cell)).filter(|m| m.is_normal()).unwrap_or(0.0)).collect()
 }
 
 fn random_volume(rng: &mut Rng, kind: usize) -> Volume {
