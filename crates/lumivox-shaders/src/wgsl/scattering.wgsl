@@ -28,32 +28,36 @@ struct LightChoice {
 
 // Next-event estimation: a direction towards light that this event can send on.
 //
-// Of a few candidates from the environment's own distribution, one is resampled in proportion to what it would bring
-// (Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", EGSR 2005), so that the one costly
-// transmittance is seldom spent on light behind a surface. Their balance-heuristic weights (Veach 1997) are part of
-// the integrand, and the same function of the direction as for paths that find the light by themselves: drivers
-// round atan2 and acos as they like, so it is the looked-up density in both, not the one drawn from.
+// Of a few candidates from the environment's own distribution, one is resampled (Talbot, Cline and Egbert, "Importance
+// Resampling for Global Illumination", EGSR 2005), so that the one costly transmittance is seldom spent on light behind a
+// surface: in proportion to what it would bring, were every cell of the importance grid of one colour. What it really
+// brings is looked up for the chosen one alone. Its balance-heuristic weight (Veach 1997) is part of the integrand, and the
+// same function of the direction as for paths that find the light by themselves: drivers round atan2 and acos as they
+// like, so it is the looked-up density in both, not the one drawn from.
 fn choose_light(event: Event, rng: ptr<function, Rng>) -> LightChoice {
-    var chosen = LightChoice(event.axis, vec3f(0.0));
+    var direction = event.axis;
     var total = 0.0;
-    var chosen_weight = 1.0;
+    var event_density = 0.0;
+    var light_density = 0.0;
     for (var i = 0u; i < ENVIRONMENT_CANDIDATES; i++) {
         take_turn();
         let light = sample_environment(rng);
-        let event_density = event_pdf(event, light.direction);
+        let density = event_pdf(event, light.direction);
         let pick = rng_next(rng);
-        if (light.pdf > 0.0 && event_density > 0.0) {
-            let light_density = environment_pdf(light.direction);
-            let arriving = environment_radiance(light.direction)
-                * (event_density * light_density / ((light_density + event_density) * light.pdf));
-            let weight = luminance(arriving);
-            total += weight;
-            if (weight > 0.0 && pick * total < weight) {
-                chosen = LightChoice(light.direction, arriving);
-                chosen_weight = weight;
-            }
+        // A cell's light is as its density, by which the candidate is divided again.
+        let weight = density * light.pdf / max(density + light.pdf, 1e-30);
+        total += weight;
+        if (weight > 0.0 && pick * total < weight) {
+            direction = light.direction;
+            event_density = density;
+            light_density = light.pdf;
         }
     }
-    chosen.arriving *= total / (chosen_weight * f32(ENVIRONMENT_CANDIDATES));
-    return chosen;
+    if (total <= 0.0) {
+        return LightChoice(direction, vec3f(0.0));
+    }
+    let looked_up = environment_pdf(direction);
+    let integrand = environment_radiance(direction) * (looked_up / (looked_up + event_density));
+    let target_ = light_density * light_density / (light_density + event_density);
+    return LightChoice(direction, integrand * (total / (target_ * f32(ENVIRONMENT_CANDIDATES))));
 }
