@@ -22,12 +22,17 @@ fn cell_new(majorant: f32, pool: u32, texel_from_voxel: vec3i) -> Cell {
 }
 
 fn cell_majorant(cell: Cell) -> f32 {
-    return select(bitcast<f32>(cell.words.x & 0xffff0000u), 0.0, cell_empty_distance(cell) <= MAX_EMPTY_DISTANCE);
+    return select(bitcast<f32>(cell.words.x & 0xffff0000u), 0.0, cell.words.x < (MAX_EMPTY_DISTANCE + 1u) << 16u);
 }
 
 // All cells that are nearer than so many are empty. More than MAX_EMPTY_DISTANCE where the cell itself is not.
 fn cell_empty_distance(cell: Cell) -> u32 {
     return cell.words.x >> 16u;
+}
+
+// Whether its neighbours are empty, too: one comparison, as a walk makes it at every cell.
+fn cell_is_far_from_any(cell: Cell) -> bool {
+    return cell.words.x - (2u << 16u) < (MAX_EMPTY_DISTANCE - 1u) << 16u;
 }
 
 fn cell_empty(cell: Cell, distance: u32) -> Cell {

@@ -77,7 +77,7 @@ fn march_to_tentative(m: ptr<function, March>, depth: f32) -> f32 {
     var rest = depth;
     while ((*m).t < (*m).t_end && take_turn()) {
         let cell = grids[(*m).index];
-        if (cell_empty_distance(cell) <= MAX_EMPTY_DISTANCE && cell_empty_distance(cell) > 1u) {
+        if (cell_is_far_from_any(cell)) {
             march_through_nothing(m, f32(cell_empty_distance(cell) - 1u));
             continue;
         }
