@@ -2,15 +2,25 @@
 //
 // wo points back along the ray, wi onwards; both away from the collision. Expects `SURFACE`.
 
-const PHASE: u32 = 0u;
-const SPECULAR: u32 = 1u;
-const DIFFUSE: u32 = 2u;
-
+// What happens at a collision: each lobe with its share of the light, which add up to 1.
 struct Event {
-    kind: u32,
-    axis: vec3f,        // of the distribution: onward direction, mirror direction, or normal
-    anisotropy: f32,    // of the Henyey-Greenstein lobes
-    weight: vec3f,      // what remains of the light
+    // Henyey and Greenstein's phase function, about the way on.
+    phase: f32,
+    onward: vec3f,
+    anisotropy: f32,
+    // Of the light that is not reflected like by a mirror, what remains.
+    albedo: vec3f,
+    // Surfaces, where there are any: another such lobe about the mirror direction, and a diffuse one about the normal.
+    specular: f32,
+    diffuse: f32,
+    mirror: vec3f,
+    normal: vec3f,
+    lobe_anisotropy: f32,
+}
+
+// Without a surface.
+fn event_of_phase(onward: vec3f, anisotropy: f32, albedo: vec3f) -> Event {
+    return Event(1.0, onward, anisotropy, albedo, 0.0, 0.0, onward, onward, 0.0);
 }
 
 // Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
@@ -65,18 +75,41 @@ fn sample_disc(centre: vec3f, radius: f32, u: vec2f) -> vec3f {
     return centre + radius * sqrt(u.x) * to_world(axis, vec3f(cos(phi), sin(phi), 0.0));
 }
 
-fn event_sample(event: Event, u: vec2f) -> vec3f {
-    if (SURFACE && event.kind == DIFFUSE) {
-        return to_world(event.axis, sample_cosine_hemisphere(u));
+// A direction, by the lobes' shares.
+fn event_sample(event: Event, pick: f32, u: vec2f) -> vec3f {
+    if (SURFACE && pick >= event.phase) {
+        if (pick - event.phase < event.diffuse) {
+            return to_world(event.normal, sample_cosine_hemisphere(u));
+        }
+        return to_world(event.mirror, sample_henyey_greenstein(event.lobe_anisotropy, u));
     }
-    return to_world(event.axis, sample_henyey_greenstein(event.anisotropy, u));
+    return to_world(event.onward, sample_henyey_greenstein(event.anisotropy, u));
 }
 
-// The density of wi over solid angle.
-fn event_pdf(event: Event, wi: vec3f) -> f32 {
-    let cosine = dot(event.axis, wi);
-    if (SURFACE && event.kind == DIFFUSE) {
-        return max(cosine, 0.0) / PI;
+// Over solid angle: x the density of wi among those that `event_sample` draws, y the part of it that mirrors.
+fn event_densities(event: Event, wi: vec3f) -> vec2f {
+    var density = henyey_greenstein(dot(event.onward, wi), event.anisotropy);
+    var mirrored = 0.0;
+    if (SURFACE && event.phase < 1.0) {
+        mirrored = event.specular * henyey_greenstein(dot(event.mirror, wi), event.lobe_anisotropy);
+        density = event.phase * density + event.diffuse * max(dot(event.normal, wi), 0.0) / PI + mirrored;
     }
-    return henyey_greenstein(cosine, event.anisotropy);
+    return vec2f(density, mirrored);
+}
+
+fn event_pdf(event: Event, wi: vec3f) -> f32 {
+    return event_densities(event, wi).x;
+}
+
+// What is sent on towards wi, over its density: between the albedo and 1.
+fn event_weight(event: Event, densities: vec2f) -> vec3f {
+    if (SURFACE && densities.y > 0.0) {
+        return mix(event.albedo, vec3f(1.0), min(densities.y / densities.x, 1.0));
+    }
+    return event.albedo;
+}
+
+// What is sent on in all directions.
+fn event_total(event: Event) -> vec3f {
+    return mix(event.albedo, vec3f(1.0), event.specular);
 }

@@ -61,7 +61,7 @@ fn light_arrival(i: u32, point: vec3f, rng: ptr<function, Rng>) -> Arrival {
 // Resampling for Global Illumination", EGSR 2005; the reservoir is Chao's, Biometrika 69(3), 1982): one shadow ray
 // for any number of lights.
 fn choose_arrival(event: Event, layers: u32, point: vec3f, rng: ptr<function, Rng>) -> Arrival {
-    var chosen = Arrival(event.axis, 0.0, vec3f(0.0));
+    var chosen = Arrival(event.onward, 0.0, vec3f(0.0));
     var total = 0.0;
     var chosen_weight = 1.0;
     for (var i = 0u; i < frame.light_count && take_turn(); i++) {
@@ -70,7 +70,8 @@ fn choose_arrival(event: Event, layers: u32, point: vec3f, rng: ptr<function, Rn
             continue;
         }
         var arrival = light_arrival(i, point, rng);
-        arrival.irradiance *= event_pdf(event, arrival.direction);
+        let densities = event_densities(event, arrival.direction);
+        arrival.irradiance *= event_weight(event, densities) * densities.x;
         let weight = luminance(arrival.irradiance);
         if (weight > 0.0) {
             total += weight;

@@ -172,10 +172,10 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
     if ((*path).bounces > instances[v].max_bounces) {
         return false;
     }
-    let event = choose_event(v, optics, -direction, rng);
-    (*path).throughput *= event.weight;
-    // Russian roulette: what survives is weighted up by what did not.
-    let brightest = max((*path).throughput.r, max((*path).throughput.g, (*path).throughput.b));
+    let event = event_at(v, optics, -direction);
+    // Russian roulette by what is sent on: what survives is weighted up by what did not.
+    let sent_on = (*path).throughput * event_total(event);
+    let brightest = max(sent_on.r, max(sent_on.g, sent_on.b));
     if (brightest <= 0.0) {
         return false;
     }
@@ -199,9 +199,13 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
                 * transmittance(position, arrival.direction, arrival.distance, rng);
         }
     }
-    (*path).direction = event_sample(event, rng_next2(rng));
-    if (ENVIRONMENT_SAMPLING) {
-        (*path).pdf = event_pdf(event, (*path).direction);
+    var pick = 0.0;
+    if (SURFACE && event.phase < 1.0) {
+        pick = rng_next(rng);
     }
+    (*path).direction = event_sample(event, pick, rng_next2(rng));
+    let densities = event_densities(event, (*path).direction);
+    (*path).throughput *= event_weight(event, densities);
+    (*path).pdf = densities.x;
     return true;
 }

@@ -2,7 +2,8 @@
 
 struct SampleParams {
     axis: vec3f,
-    // 0 environment; about the axis: 1 Henyey-Greenstein, 2 cosine-weighted, 3 cone, 4 towards a disc at distance 1.
+    // 0 environment; about the axis: 1 Henyey-Greenstein, 2 cosine-weighted, 3 cone, 4 towards a disc at distance 1, 5 all
+    // lobes of an event, a fifth of them Henyey-Greenstein along x, three tenths mirroring towards y, half diffuse.
     sampler: u32,
     // Or the cone's height, or the disc's radius.
     anisotropy: f32,
@@ -40,8 +41,17 @@ fn sample_directions(@builtin(global_invocation_id) id: vec3u) {
         directions[id.x] = vec4f(normalize(way), dot(way, way) * length(way) / area);
         return;
     }
-    let kind = select(DIFFUSE, PHASE, params.sampler == 1u);
-    let event = Event(kind, params.axis, params.anisotropy, vec3f(1.0));
-    let wi = event_sample(event, rng_next2(&rng));
+    var event = event_of_phase(params.axis, params.anisotropy, vec3f(1.0));
+    if (params.sampler == 2u) {
+        event.phase = 0.0;
+        event.diffuse = 1.0;
+    }
+    if (params.sampler == 5u) {
+        event = Event(
+            0.2, vec3f(1.0, 0.0, 0.0), 0.3, vec3f(1.0), 0.3, 0.5, vec3f(0.0, 1.0, 0.0), params.axis, params.anisotropy,
+        );
+    }
+    let pick = rng_next(&rng);
+    let wi = event_sample(event, pick, rng_next2(&rng));
     directions[id.x] = vec4f(wi, event_pdf(event, wi));
 }

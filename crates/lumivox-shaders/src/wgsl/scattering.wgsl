@@ -1,23 +1,21 @@
 // What happens at a collision: the phase function scatters light or, where there is a surface, that reflects it
 // specularly or diffusely. Expects `instances`.
 
-fn choose_event(v: u32, optics: Optics, wo: vec3f, rng: ptr<function, Rng>) -> Event {
-    if (may_reflect(v)) {
-        let is_surface = rng_next(rng) < optics.surface;
-        if (is_surface && dot(optics.normal, optics.normal) > 0.0) {
-            let normal = facing(optics.normal, wo);
-            let cosine = dot(normal, wo);
-            // Schlick 1994.
-            let f0 = instances[v].surface_specular;
-            let fresnel = f0 + (1.0 - f0) * pow(1.0 - clamp(cosine, 0.0, 1.0), 5.0);
-            if (rng_next(rng) < fresnel) {
-                let mirror = 2.0 * cosine * normal - wo;
-                return Event(SPECULAR, mirror, instances[v].surface_lobe_anisotropy, vec3f(1.0));
-            }
-            return Event(DIFFUSE, normal, 0.0, optics.albedo);
-        }
+fn event_at(v: u32, optics: Optics, wo: vec3f) -> Event {
+    var event = event_of_phase(-wo, instances[v].anisotropy, optics.albedo);
+    if (may_reflect(v) && dot(optics.normal, optics.normal) > 0.0) {
+        event.normal = facing(optics.normal, wo);
+        let cosine = dot(event.normal, wo);
+        // Schlick 1994.
+        let f0 = instances[v].surface_specular;
+        let fresnel = f0 + (1.0 - f0) * pow(1.0 - clamp(cosine, 0.0, 1.0), 5.0);
+        event.phase = 1.0 - optics.surface;
+        event.specular = optics.surface * fresnel;
+        event.diffuse = optics.surface * (1.0 - fresnel);
+        event.mirror = 2.0 * cosine * event.normal - wo;
+        event.lobe_anisotropy = instances[v].surface_lobe_anisotropy;
     }
-    return Event(PHASE, -wo, instances[v].anisotropy, optics.albedo);
+    return event;
 }
 
 struct LightChoice {
@@ -35,21 +33,21 @@ struct LightChoice {
 // same function of the direction as for paths that find the light by themselves: drivers round atan2 and acos as they
 // like, so it is the looked-up density in both, not the one drawn from.
 fn choose_light(event: Event, rng: ptr<function, Rng>) -> LightChoice {
-    var direction = event.axis;
+    var direction = event.onward;
     var total = 0.0;
-    var event_density = 0.0;
+    var densities = vec2f(0.0);
     var light_density = 0.0;
     for (var i = 0u; i < ENVIRONMENT_CANDIDATES; i++) {
         take_turn();
         let light = sample_environment(rng);
-        let density = event_pdf(event, light.direction);
+        let of_event = event_densities(event, light.direction);
         let pick = rng_next(rng);
         // A cell's light is as its density, by which the candidate is divided again.
-        let weight = density * light.pdf / max(density + light.pdf, 1e-30);
+        let weight = of_event.x * light.pdf / max(of_event.x + light.pdf, 1e-30);
         total += weight;
         if (weight > 0.0 && pick * total < weight) {
             direction = light.direction;
-            event_density = density;
+            densities = of_event;
             light_density = light.pdf;
         }
     }
@@ -57,7 +55,8 @@ fn choose_light(event: Event, rng: ptr<function, Rng>) -> LightChoice {
         return LightChoice(direction, vec3f(0.0));
     }
     let looked_up = environment_pdf(direction);
-    let integrand = environment_radiance(direction) * (looked_up / (looked_up + event_density));
-    let target_ = light_density * light_density / (light_density + event_density);
-    return LightChoice(direction, integrand * (total / (target_ * f32(ENVIRONMENT_CANDIDATES))));
+    let integrand = event_weight(event, densities) * environment_radiance(direction)
+        * (looked_up / (looked_up + densities.x));
+    let chance = light_density * light_density / (light_density + densities.x);
+    return LightChoice(direction, integrand * (total / (chance * f32(ENVIRONMENT_CANDIDATES))));
 }

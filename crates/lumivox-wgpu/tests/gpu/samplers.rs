@@ -60,7 +60,7 @@ fn draw(environment: &Environment, sampler: u32, axis: DVec3, anisotropy: f64) -
 
 fn assert_fits(name: &str, drawn: &[(DVec3, f64)], cells: usize, density: impl Fn(DVec3) -> f64) {
     let mut directions = drawn.iter().map(|d| d.0);
-    let test = SphereTest { samples: COUNT, tests: 13, cells, ..Default::default() };
+    let test = SphereTest { samples: COUNT, tests: 14, cells, ..Default::default() };
     let fit = test.run(&density, || directions.next().unwrap());
     assert_eq!(fit.verdict, Verdict::Accepted, "{name}: {fit}");
     // The density that weighs the samples is the one that they follow, but for rounding into a neighbouring cell.
@@ -87,6 +87,17 @@ fn henyey_greenstein_and_cosine_directions_follow_their_densities() {
     for axis in [axis, DVec3::NEG_Z] {
         assert_fits("cosine", &draw(&light, 2, axis, 0.0), 16, |d| cosine_hemisphere(d.dot(axis)));
     }
+}
+
+#[test]
+fn directions_of_an_event_follow_the_densities_of_all_its_lobes() {
+    let normal = DVec3::new(0.3, -0.8, 0.5).normalize();
+    let drawn = draw(&Environment::uniform(1.0), 5, normal, 0.8);
+    assert_fits("an event", &drawn, 16, |d| {
+        0.2 * henyey_greenstein(d.dot(DVec3::X), 0.3)
+            + 0.3 * henyey_greenstein(d.dot(DVec3::Y), 0.8)
+            + 0.5 * cosine_hemisphere(d.dot(normal))
+    });
 }
 
 #[test]
