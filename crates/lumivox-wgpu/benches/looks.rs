@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use lumivox_core::{CancelToken, Environment, Filter, Preset, Progress, Scene, framing};
 use lumivox_phantom::{AnatomyOptions, anatomy};
-use lumivox_wgpu::{Gpu, RenderRequest, render};
+use lumivox_wgpu::{Gpu, Outcome, RenderRequest, render};
 
 const LOOKS: [Preset; 5] =
     [Preset::CtBone, Preset::CtSkin, Preset::CtMuscle, Preset::CtLung, Preset::CtAngiography];
@@ -109,6 +109,9 @@ fn measure(gpu: &mut Gpu, scene: &Scene, [width, height]: [u32; 2], cells: Optio
     // Kernels are made.
     run(1);
     let rendered = run(SAMPLES);
+    if let Outcome::Failed(why) = &rendered.outcome {
+        panic!("{why}");
+    }
     let film = rendered.film;
     let pixels = width as usize * height as usize;
     let samples = (0..pixels).map(|pixel| f64::from(film.samples(pixel))).sum::<f64>() / pixels as f64;

@@ -136,13 +136,17 @@ struct Bricks {
     c111: Cell,
 }
 
-// Of taps from voxels i - 1 and i + 1 on, of a point in a cell. Five times in six all of them lie in the cell's brick. Where
-// voxel i is a brick's first or last they may not, and that is also where a rounding can make a point out to be in the next
-// brick.
+// Whether one of the voxels i - 1 to i + 2 may lie in another brick than i: where that is a brick's first or last, one time
+// in six, and that is also where a rounding can make a point out to be in the next brick.
+fn may_leave_brick(i: vec3f) -> bool {
+    let from_last = (vec3i(i) + 1) & vec3i(i32(BRICK_SIZE) - 1);
+    return any(from_last < vec3i(2));
+}
+
+// Of taps from voxels i - 1 and i + 1 on, of a point in a cell.
 fn bricks_around(v: u32, i: vec3f, cell: Cell) -> Bricks {
     var b = Bricks(cell, cell, cell, cell, cell, cell, cell, cell);
-    let from_last = (vec3i(i) + 1) & vec3i(i32(BRICK_SIZE) - 1);
-    if (any(from_last < vec3i(2))) {
+    if (may_leave_brick(i)) {
         let low = vec3u(max(i - 1.0, vec3f(0.0)));
         let high = vec3u(min(i + 1.0, instances[v].dims - 1.0));
         b.c000 = cell_at(v, low);
@@ -183,14 +187,51 @@ fn sample_in_cell(v: u32, p: vec3f, cell: Cell) -> f32 {
 // Per voxel, in stored units: of the cubic filter its derivative, of others central differences over one voxel to each
 // side, for theirs jump.
 fn voxel_gradient(v: u32, p: vec3f) -> vec3f {
-    if (MIXED_FILTERS && instances[v].filter_kind == FILTER_TRICUBIC) {
-        return tricubic_gradient(v, p);
+    if (MIXED_FILTERS) {
+        switch instances[v].filter_kind {
+            case FILTER_NEAREST: { return nearest_gradient(v, p); }
+            case FILTER_TRICUBIC: { return tricubic_gradient(v, p); }
+            default: {}
+        }
     }
+    return trilinear_gradient(v, p);
+}
+
+fn nearest_gradient(v: u32, p: vec3f) -> vec3f {
     let e = vec3f(1.0, 0.0, 0.0);
     return 0.5 * vec3f(
-        sample_volume(v, p + e.xyy) - sample_volume(v, p - e.xyy),
-        sample_volume(v, p + e.yxy) - sample_volume(v, p - e.yxy),
-        sample_volume(v, p + e.yyx) - sample_volume(v, p - e.yyx),
+        sample_nearest(v, p + e.xyy) - sample_nearest(v, p - e.xyy),
+        sample_nearest(v, p + e.yxy) - sample_nearest(v, p - e.yxy),
+        sample_nearest(v, p + e.yyx) - sample_nearest(v, p - e.yyx),
+    );
+}
+
+fn trilinear_gradient(v: u32, p: vec3f) -> vec3f {
+    let at = within(v, p);
+    let low = within(v, p - 1.0);
+    let high = within(v, p + 1.0);
+    let cell = cell_at(v, vec3u(at - 0.5));
+    var x0 = cell;
+    var x1 = cell;
+    var y0 = cell;
+    var y1 = cell;
+    var z0 = cell;
+    var z1 = cell;
+    if (may_leave_brick(floor(p - 0.5))) {
+        let voxel = vec3u(at - 0.5);
+        let begin = vec3u(low - 0.5);
+        let end = vec3u(high - 0.5);
+        x0 = cell_at(v, vec3u(begin.x, voxel.yz));
+        x1 = cell_at(v, vec3u(end.x, voxel.yz));
+        y0 = cell_at(v, vec3u(voxel.x, begin.y, voxel.z));
+        y1 = cell_at(v, vec3u(voxel.x, end.y, voxel.z));
+        z0 = cell_at(v, vec3u(voxel.xy, begin.z));
+        z1 = cell_at(v, vec3u(voxel.xy, end.z));
+    }
+    return 0.5 * vec3f(
+        filter_brick(x1, vec3f(high.x, at.yz)) - filter_brick(x0, vec3f(low.x, at.yz)),
+        filter_brick(y1, vec3f(at.x, high.y, at.z)) - filter_brick(y0, vec3f(at.x, low.y, at.z)),
+        filter_brick(z1, vec3f(at.xy, high.z)) - filter_brick(z0, vec3f(at.xy, low.z)),
     );
 }
 
