@@ -471,7 +471,7 @@ pub(crate) fn place(scene: &Scene) -> Vec<Placed<'_>> {
 /// Whether a map stays finite in 32 bits, the lengths of its columns too.
 fn is_finite_on_gpu(map: DAffine3) -> bool {
     const MOST: f64 = 1e18;
-    map.is_finite() && map.matrix3.to_cols_array().iter().all(|x| x.abs() < MOST)
+    map.is_finite() && map.to_cols_array().iter().all(|x| x.abs() < MOST)
 }
 
 /// An error where a buffer is larger than the device binds.

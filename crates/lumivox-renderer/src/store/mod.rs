@@ -185,9 +185,12 @@ impl VoxelStore {
         self.lock().limits
     }
 
-    /// Bounds the bytes that voxels may take on the device. What there is no room for arrives reduced.
+    /// Bounds the bytes that voxels may take on the device. What there is no room for arrives reduced; whole with the next
+    /// updates where the bound is raised. What is there already stays where it is lowered.
     pub fn set_capacity(&self, bytes: u64) {
-        self.lock().capacity = bytes;
+        let mut store = self.lock();
+        store.releases += u64::from(bytes > store.capacity);
+        store.capacity = bytes;
     }
 
     /// Bytes that voxels take on the device, the room for more included.
@@ -534,10 +537,10 @@ impl Store {
                     }
                 }
                 None => {
-                    let largest = new.iter_mut().max_by_key(|coming| {
-                        bricks::BrickGrid::new(coming.volume.dims(), coming.factor).count()
-                    });
-                    match largest.filter(|coming| coming.factor < MAX_FACTOR) {
+                    let count = |coming: &Coming| BrickGrid::new(coming.volume.dims(), coming.factor).count();
+                    let largest = new.iter_mut().max_by_key(|coming| count(coming));
+                    // Nothing takes less than a brick.
+                    match largest.filter(|coming| count(coming) > 1 && coming.factor < MAX_FACTOR) {
                         Some(coming) => coming.factor *= 2,
                         // Little is better than nothing.
                         None if capacity < u64::MAX => capacity = u64::MAX,

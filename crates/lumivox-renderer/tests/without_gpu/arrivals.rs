@@ -126,6 +126,23 @@ fn nothing_of_what_a_device_refused_is_taken_for_there() {
 }
 
 #[test]
+fn a_bound_that_is_raised_brings_volumes_whole_and_none_is_smaller_than_it_need_be() {
+    let store = VoxelStore::new(LIMITS);
+    let mut cache = SceneCache::new(&store);
+    let volume = volume(60);
+    let shown = scene(std::slice::from_ref(&volume));
+    store.set_capacity(1);
+    update(&mut cache, &shown, u64::MAX);
+    assert_eq!(store.resolution(&volume).map(|r| r.factor), Some(2), "a brick, which is the least there is");
+    assert!(cache.is_settled());
+    store.set_capacity(u64::MAX);
+    assert!(!cache.is_settled());
+    update(&mut cache, &shown, u64::MAX);
+    assert_eq!(store.resolution(&volume).map(|r| r.factor), Some(1));
+    assert!(cache.is_settled());
+}
+
+#[test]
 fn what_could_not_be_made_ahead_is_made_when_it_is_wanted() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     let shown = scene(&[volume(220)]);

@@ -207,12 +207,13 @@ fn a_scene_that_does_not_fit_changes_nothing() {
 fn volumes_that_are_flattened_are_left_out() {
     let mut alive = HashSet::new();
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
-    let mut scene = scene(&vec![volume(8); 4]);
+    let mut scene = scene(&vec![volume(8); 5]);
     scene.volumes[0].world_from_patient = DAffine3::from_scale(DVec3::ZERO);
     scene.volumes[1].world_from_patient.translation.x = f64::NAN;
     // Numbers of 32 bits, and the squares of them, would be infinite.
     scene.volumes[2].world_from_patient.matrix3.x_axis.x = 1e30;
     scene.volumes[3].world_from_patient = DAffine3::from_scale(DVec3::splat(1e-30));
+    scene.volumes[4].world_from_patient.translation.y = 1e40;
     update(&mut cache, &scene, &mut alive);
     assert_eq!(cache.majorants().1, 0);
 }
