@@ -109,6 +109,9 @@ impl View {
 
     /// Records more samples, about `max_pixel_samples` of them (a row at least), until every pixel has `target_samples`.
     /// Starts over if the camera or the scene changed. Returns how many pixel samples were recorded: 0 at the target.
+    ///
+    /// # Panics
+    /// Before the cache's first [`update`](SceneCache::update), and where its store was freed since the last.
     pub fn record_samples(
         &mut self,
         cache: &SceneCache,

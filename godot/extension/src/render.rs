@@ -141,7 +141,8 @@ pub fn draw(stage: i32, data: &Gd<RenderData>) {
     let Ok(mut renderer) = RENDERER.lock() else { return };
     let drawn = renderer.draw(&mut device, &shown, &mut buffers, &scene_data);
     if std::mem::take(&mut renderer.turned) {
-        renderer.sweep(&mut device, &shown_worlds());
+        let worlds = shared::lock().worlds();
+        renderer.sweep(&mut device, &worlds);
     }
     drop(renderer);
     let mut shared = shared::lock();
@@ -196,12 +197,8 @@ pub fn settle() {
 /// Frees what no viewport shows any more. On the render thread.
 pub fn sweep() {
     let Some(mut device) = RenderingServer::singleton().get_rendering_device() else { return };
-    renderer().sweep(&mut device, &shown_worlds());
-}
-
-/// The world that each render target is to show.
-fn shown_worlds() -> HashMap<Rid, WorldKey> {
-    shared::lock().targets.iter().map(|(rid, target)| (*rid, target.snapshot.key)).collect()
+    let shown = shared::lock().worlds();
+    renderer().sweep(&mut device, &shown);
 }
 
 /// How often a scene's update computed something that takes long, and how many frames showed a scene's predecessor for

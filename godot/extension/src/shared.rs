@@ -105,6 +105,11 @@ impl Shared {
         self.drawn.insert(target).then(|| shown.clone())
     }
 
+    /// The world that each render target is to show.
+    pub fn worlds(&self) -> HashMap<Rid, WorldKey> {
+        self.targets.iter().map(|(rid, target)| (*rid, target.snapshot.key)).collect()
+    }
+
     /// An error that was not told yet.
     pub fn take_news(&mut self) -> Option<String> {
         let news = self.error.clone().filter(|error| self.told.as_ref() != Some(error));

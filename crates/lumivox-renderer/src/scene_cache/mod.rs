@@ -108,7 +108,8 @@ pub(crate) struct Placed<'a> {
     patient_from_world: DAffine3,
 }
 
-/// A scene on the GPU. [`update`](Self::update) records what differs from the last time.
+/// A scene on the GPU. [`update`](Self::update) records what differs from the last time. One that is dropped without
+/// [`free`](Self::free) leaves its buffers to the executor until that goes.
 #[derive(Debug)]
 pub struct SceneCache {
     store: VoxelStore,

@@ -5,6 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError, TryLockError, Weak};
 
 use lumivox_core::Volume;
 
+use super::arrivals::Coming;
+use super::coarse::{coarse_factor, needs_coarse_copy};
+use super::{Entry, Store, bricks};
 use crate::recording::{Recording, ResourceId, Step, TextureFormat, TextureOrder};
 
 /// Bytes from which on a texture takes long to make.
@@ -33,12 +36,12 @@ enum Stage {
 }
 
 /// Whether a volume may need a texture that takes long to make.
-pub(super) fn is_large(volume: &Volume) -> bool {
+fn is_large(volume: &Volume) -> bool {
     2 * volume.voxel_count() as u64 >= LARGE_BYTES / 2
 }
 
 /// Whether a texture takes long to make.
-pub(super) fn takes_long(order: &TextureOrder) -> bool {
+fn takes_long(order: &TextureOrder) -> bool {
     bytes(order) >= LARGE_BYTES
 }
 
@@ -115,5 +118,62 @@ impl Ahead {
             recording.push(Step::Free { id: self.order.id });
         }
         true
+    }
+}
+
+impl Store {
+    /// Frees textures that were made ahead and are not wanted any more.
+    pub(super) fn drop_stale(&mut self, recording: &mut Recording) {
+        let Self { pools, entries, clock, .. } = self;
+        let has_come = |volume: &Weak<Volume>| {
+            volume.strong_count() == 0 || entries.iter().any(|entry| entry.volume.ptr_eq(volume))
+        };
+        let is_stale = |ahead: &Ahead| ahead.is_old(*clock) || ahead.volumes.iter().all(has_come);
+        pools.drop_ahead(is_stale, recording);
+    }
+
+    /// Textures for volumes that come that are ordered and not made.
+    pub(super) fn pending(&self, coming: &[Arc<Volume>]) -> impl Iterator<Item = &Ahead> {
+        let is_for_any = |ahead: &&Ahead| coming.iter().any(|volume| ahead.is_for(volume));
+        self.pools.ahead.iter().filter(|ahead| ahead.is_pending()).filter(is_for_any)
+    }
+
+    /// Textures to be made for volumes that come when others leave. A volume that somebody holds may stay nevertheless:
+    /// then a texture is made in the frame that wants it.
+    pub(super) fn plan_ahead(
+        &self,
+        coming: &[Arc<Volume>],
+        leaving: &[Weak<Volume>],
+    ) -> impl Iterator<Item = Ahead> + use<> {
+        let is_known = |volume: &Arc<Volume>| self.pools.ahead.iter().any(|ahead| ahead.is_for(volume));
+        let new: Vec<Coming> = coming
+            .iter()
+            .filter(|volume| self.entry(volume).is_none())
+            .map(|volume| Coming {
+                volume: volume.clone(),
+                factor: bricks::least_factor(volume.dims()),
+                coarse: needs_coarse_copy(volume).then(|| coarse_factor(volume)),
+            })
+            .collect();
+        let mut steps = Recording::new();
+        if new.iter().any(|coming| !is_known(&coming.volume) && is_large(&coming.volume)) {
+            let mut planned = self.pools.clone();
+            let leaves = |entry: &&Entry| leaving.iter().any(|volume| volume.ptr_eq(&entry.volume));
+            for entry in self.entries.iter().filter(leaves) {
+                for copy in entry.copies() {
+                    planned.release(copy.resident.pages.iter().copied());
+                }
+            }
+            // Where there is no room, it is made in the frame that wants it.
+            let _ = planned.allocate(&self.bricks_of(&new), self.capacity, &mut steps);
+        }
+        let volumes: Vec<Weak<Volume>> = new.iter().map(|coming| Arc::downgrade(&coming.volume)).collect();
+        let known: Vec<ResourceId> = self.pools.ahead.iter().map(Ahead::id).collect();
+        let clock = self.clock;
+        steps.steps.into_iter().filter_map(move |step| {
+            let Step::CreateTexture { id, label, format, size } = step else { return None };
+            let order = TextureOrder { id, label, format, size };
+            (takes_long(&order) && !known.contains(&id)).then(|| Ahead::new(order, volumes.clone(), clock))
+        })
     }
 }

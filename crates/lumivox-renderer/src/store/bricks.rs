@@ -83,9 +83,9 @@ impl Arrival {
         Self { volume: Arc::downgrade(volume), prepared: None, done: 0, pages: None }
     }
 
-    /// Of texels in the order of bricks, if they are there.
-    pub fn of_prepared(volume: &Arc<Volume>, prepared: Option<Arc<Vec<u16>>>) -> Self {
-        Self { prepared, ..Self::new(volume) }
+    /// Of texels in the order of bricks.
+    pub fn of_prepared(volume: &Arc<Volume>, prepared: Arc<Vec<u16>>) -> Self {
+        Self { prepared: Some(prepared), ..Self::new(volume) }
     }
 
     /// What it has on the device besides bricks.

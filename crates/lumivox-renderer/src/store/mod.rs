@@ -6,7 +6,9 @@
 //! [prepared](prepare_volume) stands in its place. What there is no room for is reduced instead of refused.
 
 mod ahead;
+mod arrivals;
 mod bricks;
+mod coarse;
 mod pools;
 mod texels;
 mod value_ranges;
@@ -21,30 +23,19 @@ use lumivox_shaders::layout::POOL_COUNT;
 use self::ahead::Ahead;
 use self::bricks::Arrival;
 pub(crate) use self::bricks::BrickGrid;
-use self::pools::{Pools, Wanted};
+use self::coarse::is_prepared;
+pub use self::coarse::prepare_volume;
+use self::pools::Pools;
 pub(crate) use self::texels::TexelScale;
 use self::value_ranges::Ranges;
 pub(crate) use self::value_ranges::{GridKey, MAX_CELL_SIZE, ValueRanges, grid};
-use crate::derived::Derived;
 use crate::error::RenderError;
 use crate::ids;
 use crate::recording::{Recording, ResourceId, Step, TextureOrder};
 use crate::scene_cache::DeviceLimits;
 
-/// Bytes that any frame can bring to the device: volumes that are no larger need no coarse copy.
-const QUICK_BYTES: u64 = 4 << 20;
-
-/// Voxels of a coarse copy at most: it comes in one frame, whatever that has left.
-const COARSE_VOXELS: usize = 100 * 100 * 100;
-
-/// A budget of so many bytes has no bound.
-const AT_ONCE: u64 = u64::MAX / 2;
-
 /// Room that is not worth trying.
 const LEAST_BYTES: u64 = 1 << 20;
-
-/// Halvings after which there is no room for anything.
-const MAX_FACTOR: u32 = 64;
 
 /// A pool that is emptier than this, and wastes so many bytes, is left by its last volumes.
 const SPARSE: u64 = 4;
@@ -115,54 +106,6 @@ struct Entry {
 struct CopyOnDevice {
     resident: Arc<Resident>,
     ranges: Vec<Ranges>,
-}
-
-/// A volume that there has to be room for.
-struct Coming {
-    /// Of its entry.
-    index: usize,
-    volume: Arc<Volume>,
-    /// Voxels of the volume along an axis for one of the copy.
-    factor: u32,
-    /// Those of the coarse copy that comes first, if one does.
-    coarse: Option<u32>,
-}
-
-impl Coming {
-    /// The copies that come, the coarse one last: it lies behind the other.
-    fn factors(&self) -> impl Iterator<Item = u32> {
-        let coarse = self.coarse.filter(|coarse| *coarse > self.factor);
-        std::iter::once(self.factor).chain(coarse)
-    }
-}
-
-/// Coarse copies that were made ahead, as 16-bit fractions in the order of bricks.
-static COARSE: Derived<Volume, (), Vec<u16>> = Derived::new();
-
-/// Makes ahead, on this thread and rayon's, what a store shows of a large volume while it arrives: best where it is
-/// loaded. Nothing to do for small ones, or if it was done before.
-pub fn prepare_volume(volume: &Arc<Volume>) {
-    if needs_coarse_copy(volume) {
-        COARSE.get_or(volume, (), || bricks::fractions_of_all(volume, coarse_factor(volume)));
-    }
-}
-
-/// Whether [`prepare_volume`] has nothing to do.
-pub(crate) fn is_prepared(volume: &Arc<Volume>) -> bool {
-    !needs_coarse_copy(volume) || COARSE.get(volume, &()).is_some()
-}
-
-fn needs_coarse_copy(volume: &Volume) -> bool {
-    // What pools take for it, at 16 bits.
-    2 * volume.voxel_count() as u64 > QUICK_BYTES
-}
-
-/// The least factor by which the copy becomes small.
-fn coarse_factor(volume: &Volume) -> u32 {
-    let is_small = |factor: &u32| {
-        volume.dims().iter().map(|n| n.div_ceil(*factor as usize)).product::<usize>() <= COARSE_VOXELS
-    };
-    (2..1 << 16).find(is_small).unwrap_or(1 << 16)
 }
 
 impl VoxelStore {
@@ -425,63 +368,6 @@ impl Store {
         self.pools.reclaim();
     }
 
-    /// Frees textures that were made ahead and are not wanted any more.
-    fn drop_stale(&mut self, recording: &mut Recording) {
-        let Self { pools, entries, clock, .. } = self;
-        let has_come = |volume: &Weak<Volume>| {
-            volume.strong_count() == 0 || entries.iter().any(|entry| entry.volume.ptr_eq(volume))
-        };
-        let is_stale = |ahead: &Ahead| ahead.is_old(*clock) || ahead.volumes.iter().all(has_come);
-        pools.drop_ahead(is_stale, recording);
-    }
-
-    /// Textures for volumes that come that are ordered and not made.
-    fn pending(&self, coming: &[Arc<Volume>]) -> impl Iterator<Item = &Ahead> {
-        let is_for_any = |ahead: &&Ahead| coming.iter().any(|volume| ahead.is_for(volume));
-        self.pools.ahead.iter().filter(|ahead| ahead.is_pending()).filter(is_for_any)
-    }
-
-    /// Textures to be made for volumes that come when others leave. A volume that somebody holds may stay nevertheless:
-    /// then a texture is made in the frame that wants it.
-    fn plan_ahead(
-        &self,
-        coming: &[Arc<Volume>],
-        leaving: &[Weak<Volume>],
-    ) -> impl Iterator<Item = Ahead> + use<> {
-        let is_known = |volume: &Arc<Volume>| self.pools.ahead.iter().any(|ahead| ahead.is_for(volume));
-        let new: Vec<Coming> = coming
-            .iter()
-            .filter(|volume| self.entry(volume).is_none())
-            .map(|volume| Coming {
-                index: usize::MAX,
-                volume: volume.clone(),
-                factor: bricks::least_factor(volume.dims()),
-                coarse: needs_coarse_copy(volume).then(|| coarse_factor(volume)),
-            })
-            .collect();
-        let mut steps = Recording::new();
-        if new.iter().any(|coming| !is_known(&coming.volume) && ahead::is_large(&coming.volume)) {
-            let mut planned = self.pools.clone();
-            let leaves = |entry: &&Entry| leaving.iter().any(|volume| volume.ptr_eq(&entry.volume));
-            for entry in self.entries.iter().filter(leaves) {
-                for copy in entry.copies() {
-                    planned.release(copy.resident.pages.iter().copied());
-                }
-            }
-            // Where there is no room, it is made in the frame that wants it.
-            let _ = planned.allocate(&self.bricks_of(&new), self.capacity, &mut steps);
-        }
-        let volumes: Vec<Weak<Volume>> = new.iter().map(|coming| Arc::downgrade(&coming.volume)).collect();
-        let known: Vec<ResourceId> = self.pools.ahead.iter().map(Ahead::id).collect();
-        let clock = self.clock;
-        steps.steps.into_iter().filter_map(move |step| {
-            let Step::CreateTexture { id, label, format, size } = step else { return None };
-            let order = TextureOrder { id, label, format, size };
-            (ahead::takes_long(&order) && !known.contains(&id))
-                .then(|| Ahead::new(order, volumes.clone(), clock))
-        })
-    }
-
     fn release_entry(&mut self, entry: Entry, recording: &mut Recording) {
         self.releases += 1;
         for copy in entry.copies() {
@@ -489,123 +375,6 @@ impl Store {
         }
         entry.free(recording);
         self.pools.reclaim();
-    }
-
-    /// Makes room for what is not there, reduced as far as it must be, and for those that could be finer by now. Of a large
-    /// volume that more than `budget` bytes have to be brought of, a coarse copy comes first.
-    fn begin_arrivals(
-        &mut self,
-        wanted: &[(Arc<Volume>, GridKey)],
-        mut budget: u64,
-        recording: &mut Recording,
-    ) -> Result<(), RenderError> {
-        let mut new: Vec<Coming> = vec![];
-        for (volume, _) in wanted {
-            let Some(index) = self.index(volume) else { continue };
-            let entry = &self.entries[index];
-            let is_coarse = entry.shown.as_ref().is_some_and(|shown| shown.resident.factor > 1);
-            let is_sparse =
-                entry.shown.as_ref().is_some_and(|shown| self.pools.is_left(&shown.resident.pages));
-            let may_be_finer = is_coarse && entry.tried != self.releases;
-            if entry.arriving.is_empty() && (entry.shown.is_none() || may_be_finer || is_sparse) {
-                let whole = BrickGrid::new(volume.dims(), 1).count();
-                let bytes = self.pools.bytes_of(self.pools.format(volume), whole);
-                let comes_at_once = bytes <= budget;
-                budget -= if comes_at_once { bytes } else { 0 };
-                let comes_coarse = entry.shown.is_none() && !comes_at_once && needs_coarse_copy(volume);
-                new.push(Coming {
-                    index,
-                    volume: volume.clone(),
-                    factor: bricks::least_factor(volume.dims()),
-                    coarse: comes_coarse.then(|| coarse_factor(volume)),
-                });
-            }
-        }
-        if new.is_empty() {
-            return Ok(());
-        }
-        let mut capacity = self.capacity;
-        let mut made = Recording::new();
-        let mut pages = loop {
-            match self.pools.allocate(&self.bricks_of(&new), capacity, &mut made) {
-                Some(pages) => break pages.into_iter(),
-                None if self.pools.drop_ahead(|_| true, recording) => {}
-                None if self.evict(recording) => {
-                    // Entries have moved.
-                    for coming in &mut new {
-                        coming.index = self.index(&coming.volume).expect("what is wanted is not evicted");
-                    }
-                }
-                None => {
-                    let count = |coming: &Coming| BrickGrid::new(coming.volume.dims(), coming.factor).count();
-                    let largest = new.iter_mut().max_by_key(|coming| count(coming));
-                    // Nothing takes less than a brick.
-                    match largest.filter(|coming| count(coming) > 1 && coming.factor < MAX_FACTOR) {
-                        Some(coming) => coming.factor *= 2,
-                        // Little is better than nothing.
-                        None if capacity < u64::MAX => capacity = u64::MAX,
-                        None => return Err(RenderError::NoRoom { count: wanted.len() }),
-                    }
-                }
-            }
-        };
-        // What was made ahead and is not what they lie in gives its room first.
-        self.drop_stale(recording);
-        recording.steps.append(&mut made.steps);
-        for coming in new {
-            let mut copies = vec![];
-            for factor in coming.factors() {
-                let bricks = BrickGrid::new(coming.volume.dims(), factor);
-                let pages = pages.next().unwrap_or_default();
-                let source = self.entries[coming.index].id;
-                copies.push(Resident { source, factor, bricks, pages });
-            }
-            self.begin_arrival(&coming, copies);
-        }
-        Ok(())
-    }
-
-    /// Has copies of a volume come, the last one first.
-    fn begin_arrival(&mut self, coming: &Coming, copies: Vec<Resident>) {
-        let Self { entries, pools, unprepared, releases, .. } = self;
-        let entry = &mut entries[coming.index];
-        entry.tried = *releases;
-        for resident in copies.into_iter().rev() {
-            // No finer than what there is: it stays.
-            let better = entry.shown.as_ref().is_none_or(|shown| {
-                let before = &shown.resident;
-                resident.factor < before.factor
-                    || resident.factor == before.factor && pools.is_left(&before.pages)
-            });
-            if !better {
-                pools.release(resident.pages);
-                continue;
-            }
-            let arrival = if coming.coarse == Some(resident.factor) {
-                *unprepared += u64::from(!is_prepared(&coming.volume));
-                prepare_volume(&coming.volume);
-                Arrival::of_prepared(&coming.volume, COARSE.get(&coming.volume, &()))
-            } else {
-                Arrival::new(&coming.volume)
-            };
-            entry
-                .arriving
-                .push_back((CopyOnDevice { resident: Arc::new(resident), ranges: vec![] }, arrival));
-        }
-    }
-
-    /// The bricks of the copies that come, in their order.
-    fn bricks_of(&self, new: &[Coming]) -> Vec<Wanted> {
-        new.iter()
-            .flat_map(|coming| {
-                let format = self.pools.format(&coming.volume);
-                coming.factors().map(move |factor| Wanted {
-                    format,
-                    bricks: BrickGrid::new(coming.volume.dims(), factor),
-                    passes: factor != coming.factor,
-                })
-            })
-            .collect()
     }
 
     /// Gives up the volume that no scene shows and that was longest not asked for.
@@ -619,47 +388,6 @@ impl Store {
         let entry = self.entries.remove(index);
         self.release_entry(entry, recording);
         true
-    }
-
-    /// Brings more of a volume that is under way, and shows each copy once it is whole. The first one comes in one piece,
-    /// if there is any budget left or no other has begun.
-    fn advance(
-        &mut self,
-        volume: &Arc<Volume>,
-        key: GridKey,
-        budget: &mut u64,
-        has_begun: &mut bool,
-        recording: &mut Recording,
-    ) {
-        let Some(index) = self.index(volume) else { return };
-        let Self { entries, pools, .. } = self;
-        let entry = &mut entries[index];
-        let is_new = entry.shown.is_none() && *budget < AT_ONCE;
-        while let Some((copy, arrival)) = entry.arriving.front_mut() {
-            if entry.shown.is_some() && is_new {
-                // It has made the frame late enough.
-                return;
-            } else if entry.shown.is_some() {
-                copy.want(key, recording);
-                arrival.advance(&copy.resident, &mut copy.ranges, pools, budget, recording);
-            } else if *budget > 0 || !*has_begun {
-                *has_begun = true;
-                copy.want(key, recording);
-                let mut all = u64::MAX;
-                arrival.advance(&copy.resident, &mut copy.ranges, pools, &mut all, recording);
-                *budget = budget.saturating_sub(u64::MAX - all);
-            }
-            if !arrival.is_done(&copy.resident) {
-                return;
-            }
-            if let Some((copy, arrival)) = entry.arriving.pop_front() {
-                arrival.free(recording);
-                if let Some(before) = entry.shown.replace(copy) {
-                    before.free_ranges(recording);
-                    pools.retire(before.resident);
-                }
-            }
-        }
     }
 
     fn acquired(

@@ -1,0 +1,187 @@
+//! How volumes come: room for them first, then their bricks, as many as a budget allows.
+
+use std::sync::Arc;
+
+use lumivox_core::Volume;
+
+use super::bricks::{self, Arrival, BrickGrid};
+use super::coarse::{coarse_copy, coarse_factor, needs_coarse_copy};
+use super::pools::Wanted;
+use super::value_ranges::GridKey;
+use super::{CopyOnDevice, Resident, Store};
+use crate::error::RenderError;
+use crate::recording::Recording;
+
+/// A budget of so many bytes has no bound.
+const AT_ONCE: u64 = u64::MAX / 2;
+
+/// Halvings after which there is no room for anything.
+const MAX_FACTOR: u32 = 64;
+
+/// A volume that there has to be room for.
+pub(super) struct Coming {
+    pub volume: Arc<Volume>,
+    /// Voxels of the volume along an axis for one of the copy.
+    pub factor: u32,
+    /// Those of the coarse copy that comes first, if one does.
+    pub coarse: Option<u32>,
+}
+
+impl Coming {
+    /// The copies that come, the coarse one last: it lies behind the other.
+    fn factors(&self) -> impl Iterator<Item = u32> {
+        let coarse = self.coarse.filter(|coarse| *coarse > self.factor);
+        std::iter::once(self.factor).chain(coarse)
+    }
+}
+
+impl Store {
+    /// Makes room for what is not there, reduced as far as it must be, and for those that could be finer by now. Of a large
+    /// volume that more than `budget` bytes have to be brought of, a coarse copy comes first.
+    pub(super) fn begin_arrivals(
+        &mut self,
+        wanted: &[(Arc<Volume>, GridKey)],
+        mut budget: u64,
+        recording: &mut Recording,
+    ) -> Result<(), RenderError> {
+        let mut new: Vec<Coming> = vec![];
+        for (volume, _) in wanted {
+            let Some(index) = self.index(volume) else { continue };
+            let entry = &self.entries[index];
+            let is_coarse = entry.shown.as_ref().is_some_and(|shown| shown.resident.factor > 1);
+            let is_sparse =
+                entry.shown.as_ref().is_some_and(|shown| self.pools.is_left(&shown.resident.pages));
+            let may_be_finer = is_coarse && entry.tried != self.releases;
+            if entry.arriving.is_empty() && (entry.shown.is_none() || may_be_finer || is_sparse) {
+                let whole = BrickGrid::new(volume.dims(), 1).count();
+                let bytes = self.pools.bytes_of(self.pools.format(volume), whole);
+                let comes_at_once = bytes <= budget;
+                budget -= if comes_at_once { bytes } else { 0 };
+                let comes_coarse = entry.shown.is_none() && !comes_at_once && needs_coarse_copy(volume);
+                new.push(Coming {
+                    volume: volume.clone(),
+                    factor: bricks::least_factor(volume.dims()),
+                    coarse: comes_coarse.then(|| coarse_factor(volume)),
+                });
+            }
+        }
+        if new.is_empty() {
+            return Ok(());
+        }
+        let mut capacity = self.capacity;
+        let mut made = Recording::new();
+        let mut pages = loop {
+            match self.pools.allocate(&self.bricks_of(&new), capacity, &mut made) {
+                Some(pages) => break pages.into_iter(),
+                None if self.pools.drop_ahead(|_| true, recording) => {}
+                None if self.evict(recording) => {}
+                None => {
+                    let count = |coming: &Coming| BrickGrid::new(coming.volume.dims(), coming.factor).count();
+                    let largest = new.iter_mut().max_by_key(|coming| count(coming));
+                    // Nothing takes less than a brick.
+                    match largest.filter(|coming| count(coming) > 1 && coming.factor < MAX_FACTOR) {
+                        Some(coming) => coming.factor *= 2,
+                        // Little is better than nothing.
+                        None if capacity < u64::MAX => capacity = u64::MAX,
+                        None => return Err(RenderError::NoRoom { count: wanted.len() }),
+                    }
+                }
+            }
+        };
+        // What was made ahead and is not what they lie in gives its room first.
+        self.drop_stale(recording);
+        recording.steps.append(&mut made.steps);
+        for coming in new {
+            let copies: Vec<(u32, Vec<u32>)> = coming.factors().zip(&mut pages).collect();
+            self.begin_arrival(&coming, copies);
+        }
+        Ok(())
+    }
+
+    /// Has copies of a volume come, the last one first: their factors, and their pages.
+    fn begin_arrival(&mut self, coming: &Coming, copies: Vec<(u32, Vec<u32>)>) {
+        let index = self.index(&coming.volume).expect("every wanted volume has an entry");
+        let Self { entries, pools, unprepared, releases, .. } = self;
+        let entry = &mut entries[index];
+        entry.tried = *releases;
+        for (factor, pages) in copies.into_iter().rev() {
+            let bricks = BrickGrid::new(coming.volume.dims(), factor);
+            let resident = Resident { source: entry.id, factor, bricks, pages };
+            // No finer than what there is: it stays.
+            let better = entry.shown.as_ref().is_none_or(|shown| {
+                let before = &shown.resident;
+                resident.factor < before.factor
+                    || resident.factor == before.factor && pools.is_left(&before.pages)
+            });
+            if !better {
+                pools.release(resident.pages);
+                continue;
+            }
+            let arrival = if coming.coarse == Some(resident.factor) {
+                let (copy, is_late) = coarse_copy(&coming.volume);
+                *unprepared += u64::from(is_late);
+                Arrival::of_prepared(&coming.volume, copy)
+            } else {
+                Arrival::new(&coming.volume)
+            };
+            entry
+                .arriving
+                .push_back((CopyOnDevice { resident: Arc::new(resident), ranges: vec![] }, arrival));
+        }
+    }
+
+    /// The bricks of the copies that come, in their order.
+    pub(super) fn bricks_of(&self, new: &[Coming]) -> Vec<Wanted> {
+        new.iter()
+            .flat_map(|coming| {
+                let format = self.pools.format(&coming.volume);
+                coming.factors().map(move |factor| Wanted {
+                    format,
+                    bricks: BrickGrid::new(coming.volume.dims(), factor),
+                    passes: factor != coming.factor,
+                })
+            })
+            .collect()
+    }
+
+    /// Brings more of a volume that is under way, and shows each copy once it is whole. The first one comes in one piece,
+    /// if there is any budget left or no other has begun.
+    pub(super) fn advance(
+        &mut self,
+        volume: &Arc<Volume>,
+        key: GridKey,
+        budget: &mut u64,
+        has_begun: &mut bool,
+        recording: &mut Recording,
+    ) {
+        let Some(index) = self.index(volume) else { return };
+        let Self { entries, pools, .. } = self;
+        let entry = &mut entries[index];
+        let is_new = entry.shown.is_none() && *budget < AT_ONCE;
+        while let Some((copy, arrival)) = entry.arriving.front_mut() {
+            if entry.shown.is_some() && is_new {
+                // It has made the frame late enough.
+                return;
+            } else if entry.shown.is_some() {
+                copy.want(key, recording);
+                arrival.advance(&copy.resident, &mut copy.ranges, pools, budget, recording);
+            } else if *budget > 0 || !*has_begun {
+                *has_begun = true;
+                copy.want(key, recording);
+                let mut all = u64::MAX;
+                arrival.advance(&copy.resident, &mut copy.ranges, pools, &mut all, recording);
+                *budget = budget.saturating_sub(u64::MAX - all);
+            }
+            if !arrival.is_done(&copy.resident) {
+                return;
+            }
+            if let Some((copy, arrival)) = entry.arriving.pop_front() {
+                arrival.free(recording);
+                if let Some(before) = entry.shown.replace(copy) {
+                    before.free_ranges(recording);
+                    pools.retire(before.resident);
+                }
+            }
+        }
+    }
+}
