@@ -27,6 +27,11 @@ fn distance_before(index: u32) -> u32 {
     return distances[(params.axis - 1u) * params.cell_count + index];
 }
 
+// A vector's component by a number that is not known beforehand is beyond Godot 4.6's SPIR-V optimiser.
+fn along_axis(v: vec3u) -> u32 {
+    return select(select(v.z, v.y, params.axis == 1u), v.x, params.axis == 0u);
+}
+
 @compute @workgroup_size(64)
 fn empty_space(@builtin(global_invocation_id) id: vec3u) {
     let index = id.y * params.row_length + id.x;
@@ -35,9 +40,9 @@ fn empty_space(@builtin(global_invocation_id) id: vec3u) {
     }
     let n = params.grid_dims;
     let cell = vec3u(index % n.x, index / n.x % n.y, index / (n.x * n.y));
-    let stride = vec3u(1u, n.x, n.x * n.y)[params.axis];
-    let place = cell[params.axis];
-    let last = n[params.axis] - 1u;
+    let stride = along_axis(vec3u(1u, n.x, n.x * n.y));
+    let place = along_axis(cell);
+    let last = along_axis(n) - 1u;
     var nearest = distance_before(index);
     // Beyond the grid there is nothing, where rays end.
     for (var away = 1u; away < nearest; away++) {
