@@ -9,6 +9,9 @@ use super::importance;
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step, TextureFormat};
 
+/// Light that is brighter leaves what 32 bits can sum the squares of.
+const MAX_STRENGTH: f64 = 1e9;
+
 /// A scene's environment.
 #[derive(Debug)]
 pub(super) struct CachedEnvironment {
@@ -60,7 +63,11 @@ impl CachedEnvironment {
         recording: &mut Recording,
     ) -> bool {
         let rotation = if environment.rotation.is_finite() { environment.rotation } else { 0.0 };
-        let strength = if environment.strength.is_finite() { environment.strength.max(0.0) } else { 1.0 };
+        let strength = if environment.strength.is_finite() {
+            environment.strength.clamp(0.0, MAX_STRENGTH)
+        } else {
+            1.0
+        };
         let turned = [rotation, strength] != [self.rotation, self.strength];
         (self.rotation, self.strength) = (rotation, strength);
         if self.holds(&environment.source) {

@@ -260,8 +260,9 @@ impl SceneCache {
     }
 
     fn update_instances(&mut self, placed: &[Placed<'_>], recording: &mut Recording) -> bool {
-        let centers = placed.iter().map(|p| p.instance.world_from_box().transform_point3(DVec3::splat(0.5)));
-        let origin = centers.sum::<DVec3>() / placed.len().max(1) as f64;
+        let origin = middle(
+            placed.iter().map(|p| p.instance.world_from_box().transform_point3(DVec3::splat(0.5))).collect(),
+        );
         let instances = placed.iter().enumerate().map(|(i, p)| self.instance(i, p, origin)).collect();
         let bounds: Vec<Bounds> = placed.iter().map(|p| Bounds::of(p.instance, origin)).collect();
         let instances_changed = self.instances.update("instances", instances, recording);
@@ -483,6 +484,22 @@ pub(crate) fn check_binding(
     remedy: &'static str,
 ) -> Result<(), RenderError> {
     if bytes > limit { Err(RenderError::BufferTooLarge { what, bytes, limit, remedy }) } else { Ok(()) }
+}
+
+/// The median of points along each axis: one that is far from the others leaves it among them, as a mean would not. Of two
+/// in the middle, the one nearer to zero.
+fn middle(points: Vec<DVec3>) -> DVec3 {
+    let along = |axis: usize| {
+        let mut sorted: Vec<f64> = points.iter().map(|point| point[axis]).collect();
+        sorted.sort_by(f64::total_cmp);
+        let (Some(low), Some(high)) =
+            (sorted.get(points.len().saturating_sub(1) / 2), sorted.get(points.len() / 2))
+        else {
+            return 0.0;
+        };
+        if low.abs() <= high.abs() { *low } else { *high }
+    };
+    DVec3::new(along(0), along(1), along(2))
 }
 
 fn affine_rows(m: DAffine3) -> [[f32; 4]; 3] {

@@ -172,7 +172,7 @@ impl Store {
                 arrival.advance(&copy.resident, &mut copy.ranges, pools, &mut all, recording);
                 *budget = budget.saturating_sub(u64::MAX - all);
             }
-            if !arrival.is_done(&copy.resident) {
+            if !arrival.is_done(&copy.resident, &copy.ranges) {
                 return;
             }
             if let Some((copy, arrival)) = entry.arriving.pop_front() {

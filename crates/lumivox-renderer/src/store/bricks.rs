@@ -93,12 +93,13 @@ impl Arrival {
         self.pages
     }
 
-    pub fn is_done(&self, resident: &Resident) -> bool {
-        self.done == resident.pages.len()
+    /// Whether all bricks are there, and their value ranges.
+    pub fn is_done(&self, resident: &Resident, ranges: &[Ranges]) -> bool {
+        self.done == resident.pages.len() && ranges.iter().all(Ranges::is_whole)
     }
 
-    /// Records as many bricks more as the budget allows, one at least while there is any, and the value ranges of what is
-    /// there then.
+    /// Records as many bricks more as the budget allows, one at least while there is any, and the value ranges of as much
+    /// of what is there then: to look at voxels takes a device as long as to bring them.
     pub fn advance(
         &mut self,
         resident: &Resident,
@@ -108,6 +109,9 @@ impl Arrival {
         recording: &mut Recording,
     ) {
         let Some(volume) = self.volume.upgrade() else { return };
+        let all = pools.bytes_of(pools.texture_of(resident.pages[0]).1, resident.pages.len() as u64);
+        let share = *budget as f64 / all as f64;
+        let only_looks = self.done == resident.pages.len();
         while *budget > 0 && self.done < resident.pages.len() {
             let (texture, format) = pools.texture_of(resident.pages[self.done]);
             let most = (*budget).min(UPLOAD_BYTES) / pools.bytes_of(format, 1);
@@ -132,7 +136,10 @@ impl Arrival {
             let pages =
                 *self.pages.get_or_insert_with(|| recording.create_buffer_with("pages", &resident.pages));
             for ranges in ranges {
-                ranges.record(resident, pages, pools, layers, recording);
+                ranges.record(resident, pages, pools, layers, share, recording);
+            }
+            if only_looks {
+                *budget = budget.saturating_sub(all);
             }
         }
     }

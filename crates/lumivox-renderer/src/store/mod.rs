@@ -402,7 +402,7 @@ impl Store {
         let ranges = shown.want(key, recording);
         if !shown.ranges[ranges].is_whole() {
             let pages = recording.create_buffer_with("pages", &shown.resident.pages);
-            shown.ranges[ranges].record(&shown.resident, pages, pools, u32::MAX, recording);
+            shown.ranges[ranges].record(&shown.resident, pages, pools, u32::MAX, f64::INFINITY, recording);
             recording.push(Step::Free { id: pages });
         }
         Some(Acquired { resident: shown.resident.clone(), ranges: shown.ranges[ranges].values() })

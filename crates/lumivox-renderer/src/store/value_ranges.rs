@@ -59,8 +59,8 @@ impl ValueRanges {
 pub(super) struct Ranges {
     pub key: GridKey,
     values: ValueRanges,
-    /// Layers of cells that are computed.
-    layers: u32,
+    /// Cells that are computed.
+    done: u32,
 }
 
 /// The grid of a volume: cells along each axis, and voxels along a side of one, by default 8, or 4 where 8 would leave few
@@ -78,7 +78,7 @@ impl Ranges {
         let (grid_dims, cell_size) = grid(dims, key.cell_size);
         let cells: u64 = grid_dims.iter().map(|&n| u64::from(n)).product();
         let buffer = recording.create_buffer("value ranges", cells * 4);
-        Self { key, values: ValueRanges { grid_dims, cell_size, buffer }, layers: 0 }
+        Self { key, values: ValueRanges { grid_dims, cell_size, buffer }, done: 0 }
     }
 
     pub fn values(&self) -> ValueRanges {
@@ -86,40 +86,45 @@ impl Ranges {
     }
 
     pub fn is_whole(&self) -> bool {
-        self.layers == self.values.grid_dims[2]
+        self.done as usize == self.values.cells()
     }
 
-    /// Layers of cells whose filters need no more than so many layers of bricks.
-    fn layers_within(&self, resident: &Resident, brick_layers: u32) -> u32 {
-        if brick_layers >= resident.bricks.counts[2] {
-            return self.values.grid_dims[2];
-        }
-        // A brick holds the first voxel beyond it, which is on the last face of its last cell.
-        let last_voxel = (brick_layers * BRICK_SIZE).saturating_sub(self.key.reach());
-        if brick_layers == 0 { 0 } else { last_voxel / self.values.cell_size + 1 }
+    /// Cells whose filters need no more than so many layers of bricks.
+    fn cells_within(&self, resident: &Resident, brick_layers: u32) -> u32 {
+        let [x, y, z] = self.values.grid_dims;
+        let layers = if brick_layers >= resident.bricks.counts[2] {
+            z
+        } else if brick_layers == 0 {
+            0
+        } else {
+            // A brick holds the first voxel beyond it, which is on the last face of its last cell.
+            (brick_layers * BRICK_SIZE - self.key.reach()) / self.values.cell_size + 1
+        };
+        x * y * layers
     }
 
     /// Whether there is something to compute once so many layers of bricks are there.
     pub fn wants(&self, resident: &Resident, brick_layers: u32) -> bool {
-        self.layers_within(resident, brick_layers) > self.layers
+        self.cells_within(resident, brick_layers) > self.done
     }
 
-    /// Records the ranges of all cells that so many layers of bricks, whose pages are in a buffer, decide.
+    /// Records the ranges of cells that so many layers of bricks, whose pages are in a buffer, decide: as many as are not
+    /// computed, but no larger a share of all cells than that.
     pub fn record(
         &mut self,
         resident: &Resident,
         pages: ResourceId,
         pools: &Pools,
         brick_layers: u32,
+        share: f64,
         recording: &mut Recording,
     ) {
-        let layers = self.layers_within(resident, brick_layers);
-        if layers <= self.layers {
+        let ValueRanges { grid_dims, cell_size, buffer } = self.values;
+        let most = (self.values.cells() as f64 * share).ceil() as u32;
+        let cell_count = self.cells_within(resident, brick_layers).saturating_sub(self.done).min(most);
+        if cell_count == 0 {
             return;
         }
-        let ValueRanges { grid_dims, cell_size, buffer } = self.values;
-        let layer = grid_dims[0] * grid_dims[1];
-        let cell_count = (layers - self.layers) * layer;
         let textures = pools.textures();
         let kernel = Kernel::ValueRanges { one_pool: textures.len() == 1 };
         let [group, _] = kernel.workgroup_size();
@@ -131,7 +136,7 @@ impl Ranges {
             grid_dims,
             reach: self.key.reach(),
             bricks: resident.bricks.counts,
-            first_cell: self.layers * layer,
+            first_cell: self.done,
             cell_count,
             row_length: workgroups[0] * group,
             padding: [0; 2],
@@ -140,7 +145,7 @@ impl Ranges {
         resources.extend(textures);
         let uniforms = vec![bytemuck::bytes_of(&params).to_vec()];
         recording.push(Step::Dispatch { kernel, uniforms, resources, workgroups });
-        self.layers = layers;
+        self.done += cell_count;
     }
 
     pub fn free(&self, recording: &mut Recording) {

@@ -8,6 +8,7 @@ use lumivox_renderer::{
     DeviceLimits, Preparation, Recording, ResourceId, SceneCache, Step, View, ViewSettings, VoxelStore,
     prepare_volume,
 };
+use lumivox_shaders::layout::ValueRangeParams;
 
 use crate::scenes::{self, *};
 
@@ -68,6 +69,32 @@ fn the_texture_of_a_large_volume_is_made_ahead() {
     }
     assert_eq!(cache.unprepared(), 0);
     assert!(cache.store().bytes() < 2 * 220 * 220 * 220 * 115 / 100 + (128 << 20));
+}
+
+/// A frame looks at no more voxels than it brings, whole layers of bricks or not.
+#[test]
+fn value_ranges_are_computed_a_share_with_every_frame() {
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
+    let shown = scene(&[volume(220)]);
+    shown.volumes.iter().for_each(|instance| prepare_volume(&instance.volume));
+    let (budget, bytes) = (1 << 20, 2.0 * 33.0f64.powi(3) * 7.0f64.powi(3));
+    // The coarse copy's come with it.
+    update(&mut cache, &shown, budget);
+    let mut shares = vec![];
+    while !cache.is_settled() {
+        let recording = update(&mut cache, &shown, budget);
+        shares.extend(recording.steps.iter().filter_map(|step| match step {
+            Step::Dispatch { kernel: Kernel::ValueRanges { .. }, uniforms, .. } => {
+                Some(bytemuck::pod_read_unaligned::<ValueRangeParams>(&uniforms[0]).cell_count)
+            }
+            _ => None,
+        }));
+        assert!(shares.len() < 100, "it ends");
+    }
+    let all = [56u32; 3].iter().product::<u32>();
+    assert_eq!(shares.iter().sum::<u32>(), all, "every cell once");
+    let most = (f64::from(all) * budget as f64 / bytes).ceil() as u32;
+    assert!(shares.len() > 20 && shares.iter().all(|&share| share <= most), "{most}: {shares:?}");
 }
 
 #[test]

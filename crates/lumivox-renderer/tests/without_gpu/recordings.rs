@@ -218,6 +218,26 @@ fn volumes_that_are_flattened_are_left_out() {
     assert_eq!(cache.majorants().1, 0);
 }
 
+/// 32 bits tell a tenth of a voxel apart near the origin, and no voxels at all as far away as one of the volumes is.
+#[test]
+fn a_volume_that_is_far_away_leaves_the_others_their_precision() {
+    for far in [DVec3::X * 1e9, DVec3::new(-1e12, 0.0, 1e12)] {
+        let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
+        let mut scene = scene(&vec![volume(8); 2]);
+        scene.volumes[1].world_from_patient.translation += far;
+        let mut recording = Recording::new();
+        cache.update(&scene, &mut recording).unwrap();
+        let instances = recording.steps.iter().find_map(|step| match step {
+            Step::WriteBuffer { data, .. } if data.bytes().len() == 2 * size_of::<layout::Instance>() => {
+                Some(bytemuck::pod_collect_to_vec::<u8, layout::Instance>(data.bytes()))
+            }
+            _ => None,
+        });
+        let near = instances.expect("two instances")[0].voxel_from_world;
+        assert!(near.iter().all(|row| row[3].abs() < 100.0), "{near:?}");
+    }
+}
+
 #[test]
 fn a_view_starts_over_for_another_scene_and_frees_what_it_made() {
     let mut alive = HashSet::new();
