@@ -281,6 +281,20 @@ impl Kernel {
         }
     }
 
+    /// The complete WGSL text, with storage buffers in the place of uniform ones: for lavapipe, Mesa's Vulkan in software.
+    ///
+    /// It compiles a kernel anew for the values that branches find in uniform buffers: as of Mesa 22.3 with every dispatch,
+    /// which takes milliseconds, and the code of each, most of a megabyte, is kept for good.
+    pub fn wgsl_without_uniforms(self) -> String {
+        self.wgsl().replace("var<uniform>", "var<storage, read>")
+    }
+
+    /// Storage buffers that it binds, uniform ones included.
+    pub fn buffers(self) -> usize {
+        use BindingKind::{StorageRead, StorageReadWrite, Uniform};
+        self.bindings().iter().filter(|kind| matches!(kind, Uniform | StorageRead | StorageReadWrite)).count()
+    }
+
     /// The complete WGSL text.
     pub fn wgsl(self) -> String {
         let modules: &[&str] = match self {

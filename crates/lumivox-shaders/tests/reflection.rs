@@ -192,6 +192,22 @@ fn twins_have_the_shaders_layout() {
 }
 
 #[test]
+fn every_kernel_does_without_uniform_buffers() {
+    for kernel in Kernel::all() {
+        let text = kernel.wgsl_without_uniforms();
+        let module =
+            naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
+        let is_uniform = |space| matches!(space, naga::AddressSpace::Uniform);
+        assert!(
+            module.global_variables.iter().all(|(_, variable)| !is_uniform(variable.space)),
+            "{kernel:?}"
+        );
+        let mut validator = naga::valid::Validator::new(Default::default(), Default::default());
+        validator.validate(&module).unwrap_or_else(|e| panic!("{kernel:?}: {}", e.emit_to_string(&text)));
+    }
+}
+
+#[test]
 fn bindings_and_workgroups_are_as_declared() {
     use naga::{AddressSpace, ImageClass, ImageDimension, StorageAccess, TypeInner};
     for kernel in Kernel::all() {

@@ -7,7 +7,7 @@ use lumivox_renderer::recording::{BindingKind, Kernel, Stage, TextureOrder};
 use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step, Workshop};
 
 use crate::error::GpuError;
-use crate::pipelines::{self, DrawKey, Pipeline};
+use crate::pipelines::{self, DrawKey, Pipeline, Uniforms};
 use crate::submission::{self, Faults, ReadBack, Scopes, Submission};
 use crate::textures::{self, MadeAhead, TextureMaker};
 use crate::timing::{Timer, Timing};
@@ -30,6 +30,7 @@ pub struct Executor {
     timer: Option<Timer>,
     sampler: wgpu::Sampler,
     uniforms: wgpu::Buffer,
+    kind_of_uniforms: Uniforms,
 }
 
 /// Bytes of uniforms between two submissions.
@@ -81,15 +82,16 @@ impl Executor {
             min_filter: wgpu::FilterMode::Linear,
             ..Default::default()
         });
+        let kind_of_uniforms = Uniforms::on(&device);
         let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("uniforms"),
             size: UNIFORM_BYTES,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            usage: kind_of_uniforms.usage() | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
         Self {
-            dispatches: pipelines::dispatches(device.clone()),
-            draws: pipelines::draws(device.clone()),
+            dispatches: pipelines::dispatches(device.clone(), kind_of_uniforms),
+            draws: pipelines::draws(device.clone(), kind_of_uniforms),
             timer: Timer::new(&device, &queue),
             device,
             queue,
@@ -97,6 +99,7 @@ impl Executor {
             made_ahead: MadeAhead::default(),
             sampler,
             uniforms,
+            kind_of_uniforms,
         }
     }
 
@@ -394,7 +397,7 @@ impl Executor {
         resources: &[ResourceId],
         uniform_cursor: &mut u64,
     ) -> wgpu::BindGroup {
-        let alignment = u64::from(self.device.limits().min_uniform_buffer_offset_alignment);
+        let alignment = self.kind_of_uniforms.alignment(&self.device.limits());
         let (mut uniforms, mut resources) = (uniforms.iter(), resources.iter());
         let mut entries = vec![];
         for (binding, kind) in (0..).zip(kernel.bindings()) {

@@ -51,6 +51,8 @@ pub fn wanted_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
         max_texture_dimension_3d: has.max_texture_dimension_3d,
         max_buffer_size: has.max_buffer_size,
         max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
+        // In software, what is uniform takes some.
+        max_storage_buffers_per_shader_stage: has.max_storage_buffers_per_shader_stage.min(16),
         ..default.or_worse_values_from(&has)
     }
 }

@@ -14,6 +14,47 @@ pub(crate) struct Pipeline<T> {
     pub pipeline: T,
 }
 
+/// In buffers of which kind kernels find their uniforms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Uniforms {
+    Uniform,
+    /// Where the driver is one of software: see [`Kernel::wgsl_without_uniforms`].
+    Storage,
+}
+
+impl Uniforms {
+    /// For a device.
+    pub fn on(device: &wgpu::Device) -> Self {
+        let in_software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        let most = device.limits().max_storage_buffers_per_shader_stage as usize;
+        let fit = || Kernel::all().all(|kernel| kernel.buffers() <= most);
+        if in_software && fit() { Self::Storage } else { Self::Uniform }
+    }
+
+    fn binding_type(self) -> wgpu::BufferBindingType {
+        match self {
+            Self::Uniform => wgpu::BufferBindingType::Uniform,
+            Self::Storage => wgpu::BufferBindingType::Storage { read_only: true },
+        }
+    }
+
+    /// What the buffer is used for that they are written to.
+    pub fn usage(self) -> wgpu::BufferUsages {
+        match self {
+            Self::Uniform => wgpu::BufferUsages::UNIFORM,
+            Self::Storage => wgpu::BufferUsages::STORAGE,
+        }
+    }
+
+    /// A multiple of this is where those of a step begin.
+    pub fn alignment(self, limits: &wgpu::Limits) -> u64 {
+        u64::from(match self {
+            Self::Uniform => limits.min_uniform_buffer_offset_alignment,
+            Self::Storage => limits.min_storage_buffer_offset_alignment,
+        })
+    }
+}
+
 /// What the pipeline of a kernel that is drawn depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct DrawKey {
@@ -35,13 +76,19 @@ pub(crate) fn draw_keys(
 }
 
 /// Makes the pipelines of kernels that run in workgroups, ahead and on threads of their own.
-pub(crate) fn dispatches(device: wgpu::Device) -> Workshop<Arc<Pipeline<wgpu::ComputePipeline>>> {
-    Workshop::new(move |kernel| checked(&device, || compute(&device, kernel)))
+pub(crate) fn dispatches(
+    device: wgpu::Device,
+    uniforms: Uniforms,
+) -> Workshop<Arc<Pipeline<wgpu::ComputePipeline>>> {
+    Workshop::new(move |kernel| checked(&device, || compute(&device, kernel, uniforms)))
 }
 
 /// The same of kernels that are drawn.
-pub(crate) fn draws(device: wgpu::Device) -> Workshop<Arc<Pipeline<wgpu::RenderPipeline>>, DrawKey> {
-    Workshop::new(move |key| checked(&device, || render(&device, key)))
+pub(crate) fn draws(
+    device: wgpu::Device,
+    uniforms: Uniforms,
+) -> Workshop<Arc<Pipeline<wgpu::RenderPipeline>>, DrawKey> {
+    Workshop::new(move |key| checked(&device, || render(&device, key, uniforms)))
 }
 
 /// Makes a pipeline, or says why the device does not.
@@ -60,8 +107,8 @@ fn checked<T>(device: &wgpu::Device, make: impl FnOnce() -> Pipeline<T>) -> Resu
 }
 
 /// A kernel that runs in workgroups.
-fn compute(device: &wgpu::Device, kernel: Kernel) -> Pipeline<wgpu::ComputePipeline> {
-    let (layout, pipeline_layout, module) = parts(device, kernel, wgpu::ShaderStages::COMPUTE);
+fn compute(device: &wgpu::Device, kernel: Kernel, uniforms: Uniforms) -> Pipeline<wgpu::ComputePipeline> {
+    let (layout, pipeline_layout, module) = parts(device, kernel, uniforms, wgpu::ShaderStages::COMPUTE);
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(kernel.entry_point()),
         layout: Some(&pipeline_layout),
@@ -78,9 +125,9 @@ fn compute(device: &wgpu::Device, kernel: Kernel) -> Pipeline<wgpu::ComputePipel
 }
 
 /// A kernel that is drawn over a target.
-fn render(device: &wgpu::Device, key: DrawKey) -> Pipeline<wgpu::RenderPipeline> {
+fn render(device: &wgpu::Device, key: DrawKey, uniforms: Uniforms) -> Pipeline<wgpu::RenderPipeline> {
     let DrawKey { kernel, format, samples } = key;
-    let (layout, pipeline_layout, module) = parts(device, kernel, wgpu::ShaderStages::FRAGMENT);
+    let (layout, pipeline_layout, module) = parts(device, kernel, uniforms, wgpu::ShaderStages::FRAGMENT);
     let color = kernel.stage() == Stage::DrawColor;
     let targets = [Some(wgpu::ColorTargetState {
         format,
@@ -120,6 +167,7 @@ fn render(device: &wgpu::Device, key: DrawKey) -> Pipeline<wgpu::RenderPipeline>
 fn parts(
     device: &wgpu::Device,
     kernel: Kernel,
+    uniforms: Uniforms,
     visibility: wgpu::ShaderStages,
 ) -> (wgpu::BindGroupLayout, wgpu::PipelineLayout, wgpu::ShaderModule) {
     let label = Some(kernel.entry_point());
@@ -128,7 +176,7 @@ fn parts(
         .map(|(binding, kind)| wgpu::BindGroupLayoutEntry {
             binding,
             visibility,
-            ty: binding_type(*kind),
+            ty: binding_type(*kind, uniforms),
             count: None,
         })
         .collect();
@@ -139,8 +187,11 @@ fn parts(
         bind_group_layouts: &[Some(&layout)],
         immediate_size: 0,
     });
-    let descriptor =
-        wgpu::ShaderModuleDescriptor { label, source: wgpu::ShaderSource::Wgsl(kernel.wgsl().into()) };
+    let text = match uniforms {
+        Uniforms::Uniform => kernel.wgsl(),
+        Uniforms::Storage => kernel.wgsl_without_uniforms(),
+    };
+    let descriptor = wgpu::ShaderModuleDescriptor { label, source: wgpu::ShaderSource::Wgsl(text.into()) };
     // Counting every loop's turns costs a path tracer 8 to 15% on an H200.
     let checks = wgpu::ShaderRuntimeChecks { force_loop_bounding: false, ..Default::default() };
     // SAFETY: the one check that is left out asks that no loop runs forever. The text is a kernel's own, and all of its
@@ -149,7 +200,7 @@ fn parts(
     (layout, pipeline_layout, module)
 }
 
-fn binding_type(kind: BindingKind) -> wgpu::BindingType {
+fn binding_type(kind: BindingKind, uniforms: Uniforms) -> wgpu::BindingType {
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let texture = |filterable, view_dimension| wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Float { filterable },
@@ -157,7 +208,7 @@ fn binding_type(kind: BindingKind) -> wgpu::BindingType {
         multisampled: false,
     };
     match kind {
-        BindingKind::Uniform => buffer(wgpu::BufferBindingType::Uniform),
+        BindingKind::Uniform => buffer(uniforms.binding_type()),
         BindingKind::StorageRead => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
         BindingKind::StorageReadWrite => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
         BindingKind::Texture3d => texture(true, wgpu::TextureViewDimension::D3),

@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use godot::classes::rendering_device::{
-    DataFormat, DeviceType, Limit, SamplerFilter, TextureType, TextureUsageBits, UniformType,
+    DataFormat, Limit, SamplerFilter, TextureType, TextureUsageBits, UniformType,
 };
 use godot::classes::{
     RdSamplerState, RdTextureFormat, RdTextureView, RdUniform, RenderingDevice, RenderingServer,
@@ -20,8 +20,8 @@ use godot::prelude::*;
 use lumivox_renderer::recording::{BindingKind, Kernel, Payload, TextureFormat, TextureOrder};
 use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step};
 
-use self::pipelines::Pipelines;
 pub use self::pipelines::workshop;
+use self::pipelines::{Pipelines, is_software};
 
 /// Uniform sets that are kept; more are made anew.
 const MAX_UNIFORM_SETS: usize = 512;
@@ -111,7 +111,7 @@ impl Executor {
         let limit = |limit| device.limit_get(limit).min(u64::from(u32::MAX)) as u32;
         // Godot does not tell how much it binds at once. Every Vulkan device binds 128 MiB, software ones no more; GPUs
         // bind 1 GiB and above.
-        let on_cpu = RenderingServer::singleton().get_video_adapter_type() == DeviceType::CPU;
+        let on_cpu = is_software();
         DeviceLimits {
             max_texture_3d: limit(Limit::MAX_TEXTURE_SIZE_3D),
             max_texture_bytes: match on_cpu {
@@ -394,7 +394,10 @@ impl Executor {
         let packed = PackedByteArray::from(bytes);
         let (buffers, used) = self.uniforms.entry(size).or_default();
         if *used == buffers.len() {
-            let buffer = device.uniform_buffer_create(size);
+            let buffer = match is_software() {
+                true => device.storage_buffer_create(size),
+                false => device.uniform_buffer_create(size),
+            };
             if !buffer.is_valid() {
                 return Err(ExecuteError::Memory { what: "uniforms", megabytes: 0 });
             }
@@ -460,6 +463,7 @@ impl Executor {
 
 fn uniform_type(kind: BindingKind) -> UniformType {
     match kind {
+        BindingKind::Uniform if is_software() => UniformType::STORAGE_BUFFER,
         BindingKind::Uniform => UniformType::UNIFORM_BUFFER,
         BindingKind::StorageRead | BindingKind::StorageReadWrite => UniformType::STORAGE_BUFFER,
         BindingKind::Texture3d | BindingKind::Texture2dLoaded => UniformType::TEXTURE,

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use godot::classes::rendering_device::{
-    BlendFactor, BlendOperation, CompareOperator, RenderPrimitive, ShaderStage,
+    BlendFactor, BlendOperation, CompareOperator, DeviceType, RenderPrimitive, ShaderStage,
 };
 use godot::classes::{
     RdPipelineColorBlendState, RdPipelineColorBlendStateAttachment, RdPipelineDepthStencilState,
@@ -30,6 +30,11 @@ pub struct Program {
     pipeline: Option<Rid>,
 }
 
+/// Whether the driver is one of software, where uniforms are in storage buffers: see [`Kernel::wgsl_without_uniforms`].
+pub fn is_software() -> bool {
+    RenderingServer::singleton().get_video_adapter_type() == DeviceType::CPU
+}
+
 /// What makes kernels, for every thread.
 pub fn workshop() -> &'static Workshop<Program> {
     static WORKSHOP: LazyLock<Workshop<Program>> = LazyLock::new(|| Workshop::new(make));
@@ -41,7 +46,8 @@ fn make(kernel: Kernel) -> Result<Program, String> {
         return Err("there is no device".to_owned());
     };
     let mut binary = RdShaderSpirv::new_gd();
-    match spirv::compile(kernel)? {
+    let wgsl = if is_software() { kernel.wgsl_without_uniforms() } else { kernel.wgsl() };
+    match spirv::compile(kernel, &wgsl)? {
         Binary::Compute(bytes) => {
             binary.set_stage_bytecode(ShaderStage::COMPUTE, &PackedByteArray::from(bytes));
         }

@@ -17,16 +17,15 @@ pub enum Binary {
     Draw([Vec<u8>; 2]),
 }
 
-/// Compiles a kernel to SPIR-V 1.3.
+/// Compiles the text of a kernel, one of its two, to SPIR-V 1.3.
 ///
 /// # Errors
 /// What naga says, should the kernel be beyond it.
-pub fn compile(kernel: Kernel) -> Result<Binary, String> {
-    let wgsl = kernel.wgsl();
-    let mut module = naga::front::wgsl::parse_str(&wgsl).map_err(|error| error.emit_to_string(&wgsl))?;
+pub fn compile(kernel: Kernel, wgsl: &str) -> Result<Binary, String> {
+    let mut module = naga::front::wgsl::parse_str(wgsl).map_err(|error| error.emit_to_string(wgsl))?;
     let info = Validator::new(ValidationFlags::all(), Capabilities::default())
         .validate(&module)
-        .map_err(|error| error.emit_to_string(&wgsl))?;
+        .map_err(|error| error.emit_to_string(wgsl))?;
     // The only name that Godot looks for.
     module.entry_points.iter_mut().for_each(|entry| entry.name = MAIN.to_owned());
     let options = spv::Options {
@@ -68,10 +67,11 @@ mod tests {
         const MAGIC: [u8; 4] = 0x0723_0203_u32.to_le_bytes();
         const VERSION: [u8; 4] = 0x0001_0300_u32.to_le_bytes();
         for kernel in Kernel::all() {
-            let stages = match compile(kernel).unwrap_or_else(|why| panic!("{kernel:?}: {why}")) {
-                Binary::Compute(one) => vec![one],
-                Binary::Draw(two) => two.into(),
-            };
+            let stages =
+                match compile(kernel, &kernel.wgsl()).unwrap_or_else(|why| panic!("{kernel:?}: {why}")) {
+                    Binary::Compute(one) => vec![one],
+                    Binary::Draw(two) => two.into(),
+                };
             for stage in stages {
                 assert_eq!((&stage[..4], &stage[4..8]), (&MAGIC[..], &VERSION[..]), "{kernel:?}");
             }
