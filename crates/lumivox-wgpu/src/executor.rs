@@ -338,7 +338,7 @@ impl Executor {
         batch: &mut Batch,
     ) -> Result<(), GpuError> {
         let pipeline = self.dispatches.get(kernel).map_err(GpuError::Refused)?;
-        let group = self.bind(kernel, &pipeline.layout, uniforms, resources, &mut batch.uniform_cursor);
+        let group = self.bind(kernel, &pipeline.layout, uniforms, resources, &mut batch.uniform_cursor)?;
         let label = Some(kernel.entry_point());
         batch.is_empty = false;
         let timestamp_writes = batch.timing.as_mut().and_then(Timing::next_compute);
@@ -360,7 +360,7 @@ impl Executor {
     ) -> Result<(), GpuError> {
         let key = DrawKey { kernel, format: target.format(), samples: target.sample_count() };
         let pipeline = self.draws.get(key).map_err(GpuError::Refused)?;
-        let group = self.bind(kernel, &pipeline.layout, uniforms, resources, &mut batch.uniform_cursor);
+        let group = self.bind(kernel, &pipeline.layout, uniforms, resources, &mut batch.uniform_cursor)?;
         // What the host has drawn stays, under what is drawn now.
         let color = [Some(wgpu::RenderPassColorAttachment {
             view: &view,
@@ -396,7 +396,7 @@ impl Executor {
         uniforms: &[Vec<u8>],
         resources: &[ResourceId],
         uniform_cursor: &mut u64,
-    ) -> wgpu::BindGroup {
+    ) -> Result<wgpu::BindGroup, GpuError> {
         let alignment = self.kind_of_uniforms.alignment(&self.device.limits());
         let (mut uniforms, mut resources) = (uniforms.iter(), resources.iter());
         let mut entries = vec![];
@@ -414,17 +414,23 @@ impl Executor {
                     })
                 }
                 BindingKind::LinearSampler => wgpu::BindingResource::Sampler(&self.sampler),
-                _ => match resources.next().and_then(|id| self.resources.get(id)) {
-                    Some(Resource::Buffer(buffer)) => buffer.as_entire_binding(),
-                    Some(Resource::Texture(_, view)) => wgpu::BindingResource::TextureView(view),
+                _ => {
                     // The device says which binding is missing.
-                    None => continue,
-                },
+                    let Some(id) = resources.next() else { continue };
+                    match self.resources.get(id) {
+                        Some(Resource::Buffer(buffer)) => buffer.as_entire_binding(),
+                        Some(Resource::Texture(_, view)) => wgpu::BindingResource::TextureView(view),
+                        None => {
+                            let name = kernel.entry_point();
+                            return Err(GpuError::Refused(format!("{id:?}, which {name} binds, is not there")));
+                        }
+                    }
+                }
             };
             entries.push(wgpu::BindGroupEntry { binding, resource });
         }
         let label = Some(kernel.entry_point());
-        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries: &entries })
+        Ok(self.device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries: &entries }))
     }
 }
 

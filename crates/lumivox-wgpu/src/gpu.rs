@@ -172,12 +172,18 @@ impl Gpu {
         Self { description, executor: Executor::new(device, queue), lost }
     }
 
-    /// [`GpuError::Lost`] once the driver has given the device up.
+    /// The cause of an error: that the device is lost, where it is, or what the error says.
+    pub(crate) fn cause(&self, error: GpuError) -> GpuError {
+        self.check().err().unwrap_or(error)
+    }
+
+    /// [`GpuError::Lost`] once the driver has given the device up, or the host has destroyed it.
     ///
     /// # Errors
     /// [`GpuError::Lost`].
     pub fn check(&self) -> Result<(), GpuError> {
         match self.lost.lock().unwrap_or_else(PoisonError::into_inner).clone() {
+            Some(message) if message.is_empty() => Err(GpuError::Lost("its device was destroyed".to_owned())),
             Some(message) => Err(GpuError::Lost(message)),
             None => Ok(()),
         }

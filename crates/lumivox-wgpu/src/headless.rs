@@ -147,7 +147,7 @@ pub fn render(
             }
             Err(error) => {
                 gpu.executor.discard(&recording);
-                return Err(error.into());
+                return Err(gpu.cause(error).into());
             }
         }
     };
@@ -168,13 +168,13 @@ pub fn render(
         stopped: None,
     };
     let run = tracing.run(gpu, &cache, &mut views, camera, request, &mut film, on_progress);
-    let mut outcome = run.unwrap_or_else(Outcome::Failed);
+    let mut outcome = run.unwrap_or_else(|error| Outcome::Failed(gpu.cause(error)));
     let mut unfinished = 0;
     for view in &mut views {
         if !matches!(outcome, Outcome::Failed(_)) {
             match tracing.finish_paths(gpu, &cache, view, request, on_progress) {
                 Ok(put_aside) => unfinished += put_aside,
-                Err(error) => outcome = Outcome::Failed(error),
+                Err(error) => outcome = Outcome::Failed(gpu.cause(error)),
             }
         }
     }
@@ -182,7 +182,7 @@ pub fn render(
     if let Err(error) = read_film(gpu, &views, &mut film)
         && !matches!(outcome, Outcome::Failed(_))
     {
-        outcome = Outcome::Failed(error);
+        outcome = Outcome::Failed(gpu.cause(error));
     }
     let mut recording = Recording::new();
     views.into_iter().for_each(|view| view.free(&mut recording));

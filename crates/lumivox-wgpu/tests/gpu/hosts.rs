@@ -9,7 +9,9 @@ use lumivox_renderer::{
     VoxelStore,
 };
 use lumivox_testing::scenes::{self, TestScene};
-use lumivox_wgpu::{Gpu, GpuError, Outcome, RenderRequest, Submission, render, wanted_limits, wgpu};
+use lumivox_wgpu::{
+    Gpu, GpuError, HeadlessError, Outcome, RenderRequest, Submission, render, wanted_limits, wgpu,
+};
 
 use crate::gpu;
 use crate::live::Host;
@@ -193,11 +195,29 @@ fn a_refused_step_is_told_and_the_executor_goes_on() {
     let nowhere = Recording { steps: vec![write(0)] };
     let Err(GpuError::Refused(what)) = gpu.executor.submit(&nowhere) else { panic!("it is taken") };
     assert!(what.contains("is no buffer"), "{what}");
+    let (uniforms, resources) = (vec![vec![0; 16]], vec![id, id]);
+    let dispatch = Step::Dispatch { kernel: Kernel::FilmCount, uniforms, resources, workgroups: [1, 1] };
+    let Err(GpuError::Refused(what)) = gpu.executor.submit(&Recording { steps: vec![dispatch] }) else {
+        panic!("it is taken")
+    };
+    assert!(what.contains("film_count") && what.contains(&format!("{id:?}")), "{what}");
 
     let mut submission = gpu.executor.submit(&recording(0)).unwrap();
     now(submission.check()).unwrap();
     assert_eq!(submission.read_backs.remove(0).wait().unwrap(), [7, 0, 0, 0].repeat(4));
     gpu.executor.discard(&recording(0));
+}
+
+#[test]
+fn a_device_that_the_host_destroyed_is_told_as_lost() {
+    let test = scenes::homogeneous_cube();
+    let mut gpu = plain_device();
+    gpu.executor.device().destroy();
+    let request = RenderRequest::new(8, 8, 2);
+    let rendered =
+        render(&mut gpu, &test.scene, &test.camera, &request, &mut |_| ControlFlow::Continue(()));
+    let Err(HeadlessError::Gpu(GpuError::Lost(why))) = rendered else { panic!("{rendered:?}") };
+    assert!(!why.is_empty());
 }
 
 #[test]
