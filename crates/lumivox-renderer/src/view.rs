@@ -12,6 +12,13 @@ use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::{DeviceLimits, SceneCache, check_binding};
 use crate::unfinished::Unfinished;
 
+/// Invocations that keep a large GPU busy: images of fewer pixels have several for each.
+const BUSY_INVOCATIONS: u64 = 1 << 20;
+
+/// Samples for which another invocation is worth it: what a group of them takes is what the longest one does, and few
+/// samples differ more.
+const SAMPLES_OF_SHARER: u32 = 16;
+
 /// What a view shows, besides scene and camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ViewSettings {
@@ -135,8 +142,8 @@ impl View {
             let affordable = max_pixel_samples.saturating_sub(recorded);
             if self.next_row == 0 {
                 let left = u64::from(target_samples - self.complete);
-                let samples = (affordable / (row * u64::from(height)))
-                    .clamp(1, left.min(u64::from(cache.limits().max_samples_per_dispatch)));
+                let most = u64::from(cache.limits().max_samples_per_dispatch * self.most_sharers(cache));
+                let samples = (affordable / (row * u64::from(height))).clamp(1, left.min(most));
                 self.pass_samples = samples as u32;
             }
             // A row is the least that is done, however small the budget: it makes progress.
@@ -147,7 +154,9 @@ impl View {
             }
             let rows = rows.max(1) as u32;
             let end = self.complete + self.pass_samples;
-            self.record_band(cache, camera, end, [self.next_row, self.next_row + rows], recording);
+            let sharers = self.pass_samples / SAMPLES_OF_SHARER;
+            let rows_of_band = [self.next_row, self.next_row + rows];
+            self.record_band(cache, camera, end, sharers, rows_of_band, recording);
             recorded += row * u64::from(rows) * u64::from(self.pass_samples);
             self.next_row += rows;
             if self.next_row == height {
@@ -190,30 +199,45 @@ impl View {
         let bands = [(self.complete + self.pass_samples, [0, begun]), (self.complete, [begun, height])];
         for (sample_limit, rows) in bands {
             if sample_limit > 0 && rows[1] > rows[0] {
-                self.record_band(cache, &camera, sample_limit, rows, recording);
+                self.record_band(cache, &camera, sample_limit, 1, rows, recording);
             }
         }
         true
     }
 
-    /// Rows of pixels, until each has `sample_limit` samples or its invocation comes to its end.
+    /// How many invocations may share the samples of a pixel.
+    fn most_sharers(&self, cache: &SceneCache) -> u32 {
+        let [width, height] = self.settings.window_size;
+        let pixels = u64::from(width) * u64::from(height);
+        let [most, _] = Kernel::PathTrace(Default::default()).workgroup_size();
+        // A path that is put aside belongs to a pixel.
+        let can_share = !self.settings.guides && cache.limits().loop_turns.is_none();
+        if can_share { (BUSY_INVOCATIONS / pixels.max(1)).clamp(1, u64::from(most)) as u32 } else { 1 }
+    }
+
+    /// Rows of pixels, until each has `sample_limit` samples or its invocation comes to its end. So many invocations share a
+    /// pixel at most.
     fn record_band(
         &self,
         cache: &SceneCache,
         camera: &PerspectiveCamera,
         sample_limit: u32,
+        sharers: u32,
         [row_begin, row_end]: [u32; 2],
         recording: &mut Recording,
     ) {
         let kernel = Kernel::PathTrace(cache.variant(self.settings.guides, false));
         let frame = self.frame(cache, camera);
-        let frame = layout::Frame { samples: sample_limit, sample_limit, row_begin, row_end, ..frame };
+        let sharers = 1 << sharers.clamp(1, self.most_sharers(cache)).ilog2();
+        let frame =
+            layout::Frame { samples: sample_limit, sample_limit, sharers, row_begin, row_end, ..frame };
         let mut resources = cache.path_trace_resources();
         resources.push(self.film);
         resources.extend(self.unfinished.resources());
         resources.extend(cache.pools());
         let [x, y] = kernel.workgroup_size();
-        let workgroups = [self.settings.window_size[0].div_ceil(x), (row_end - row_begin).div_ceil(y)];
+        let columns = self.settings.window_size[0] * sharers;
+        let workgroups = [columns.div_ceil(x), (row_end - row_begin).div_ceil(y)];
         for frame in self.unfinished.dispatches(frame) {
             let uniforms = vec![bytemuck::bytes_of(&frame).to_vec()];
             recording.push(Step::Dispatch { kernel, uniforms, resources: resources.clone(), workgroups });

@@ -130,9 +130,6 @@ pub enum Kernel {
 /// Where a path-tracing kernel's film is bound.
 const FILM_BINDING: u32 = 9;
 
-/// Candidates from which next-event estimation resamples one.
-const ENVIRONMENT_CANDIDATES: u32 = 4;
-
 macro_rules! module {
     ($name:literal) => {
         include_str!(concat!("wgsl/", $name, ".wgsl"))
@@ -303,6 +300,7 @@ impl Kernel {
                 module!("luminance"),
                 module!("camera"),
                 module!("ray_limits"),
+                module!("sharing"),
                 if variant.live { module!("live_tracing") } else { module!("still_tracing") },
                 if variant.limited_turns { module!("limited_turns") } else { module!("unlimited_turns") },
                 module!("random"),
@@ -379,7 +377,6 @@ impl Kernel {
                 "const ENVIRONMENT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
                  const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst LIGHTS: bool = {};\n\
                  const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
-                 const ENVIRONMENT_CANDIDATES: u32 = {ENVIRONMENT_CANDIDATES}u;\n\
                  const PATHS_BINDING: u32 = {paths}u;\n",
                 variant.environment_sampling,
                 variant.surface,

@@ -422,7 +422,9 @@ impl Executor {
                         Some(Resource::Texture(_, view)) => wgpu::BindingResource::TextureView(view),
                         None => {
                             let name = kernel.entry_point();
-                            return Err(GpuError::Refused(format!("{id:?}, which {name} binds, is not there")));
+                            return Err(GpuError::Refused(format!(
+                                "{id:?}, which {name} binds, is not there"
+                            )));
                         }
                     }
                 }

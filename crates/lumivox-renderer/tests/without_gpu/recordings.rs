@@ -8,8 +8,8 @@ use lumivox_core::{
     EnvironmentMap, EnvironmentSource, Falloff, Filter, Lamp, Light, Scene, TransferFunction,
 };
 use lumivox_renderer::{
-    DisplaySettings, FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, Recording, RenderError,
-    ResourceId, SceneCache, Step, View, ViewSettings, VoxelStore,
+    DeviceLimits, DisplaySettings, FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, Recording,
+    RenderError, ResourceId, SceneCache, Step, View, ViewSettings, VoxelStore,
 };
 use lumivox_shaders::{Kernel, layout};
 
@@ -255,6 +255,35 @@ fn a_view_starts_over_for_another_scene_and_frees_what_it_made() {
     let before = alive.clone();
     replay(&recording, &mut alive);
     assert_eq!(alive, before);
+}
+
+#[test]
+fn invocations_share_the_pixels_of_a_small_image() {
+    let limits = DeviceLimits { max_storage_binding: 1 << 30, ..LIMITS };
+    let mut cache = SceneCache::new(&VoxelStore::new(limits));
+    let mut recording = Recording::new();
+    cache.update(&scene(&[volume(8)]), &mut recording).unwrap();
+    // Width, guides, samples that a submission has time for: samples of the first pass, sharers.
+    let cases = [
+        ([100, 100], false, u64::MAX, (512, 8)),
+        ([100, 100], false, 40 * 10_000, (40, 2)),
+        ([100, 100], false, 15 * 10_000, (15, 1)),
+        ([100, 100], true, u64::MAX, (64, 1)),
+        ([700, 700], false, u64::MAX, (128, 2)),
+        ([1920, 1080], false, u64::MAX, (64, 1)),
+    ];
+    for ([width, height], guides, budget, expected) in cases {
+        let settings = ViewSettings { guides, ..ViewSettings::new(width, height) };
+        let mut view = View::new(settings, &cache, &mut recording).unwrap();
+        let mut traced = Recording::new();
+        view.record_samples(&cache, &camera(), 1000, budget, &mut traced);
+        let Some(Step::Dispatch { uniforms, workgroups, .. }) = traced.steps.first() else {
+            panic!("nothing")
+        };
+        let frame: layout::Frame = bytemuck::pod_read_unaligned(&uniforms[0]);
+        assert_eq!((frame.sample_limit, frame.sharers), expected, "{width} {guides} {budget}");
+        assert_eq!(*workgroups, [(width * frame.sharers).div_ceil(8), height.div_ceil(8)]);
+    }
 }
 
 /// A film that holds less than was asked for is traced again, once; what a driver keeps cutting short is said.

@@ -1,31 +1,5 @@
-// Tracing into a host's image: rays end at what the host has drawn, and several invocations may share a pixel. Expects
-// `film` and `ray_limits`.
-
-var<workgroup> shared_sums: array<array<vec4f, 2>, WORKGROUP_X * WORKGROUP_Y>;
+// Tracing into a host's image: rays end at what the host has drawn. Expects `film` and `ray_limits`.
 
 fn live_limit(index: u32) -> f32 {
     return film[ray_limit_entry(frame.film_size.x * frame.film_size.y, index)][index % 4u];
-}
-
-// Invocations in a row that share a pixel: a power of two, WORKGROUP_X at most. A coarse film has too few pixels to
-// keep a large GPU busy, and what takes longest in a frame is one invocation's paths.
-fn sharers() -> u32 {
-    return frame.sharers;
-}
-
-// The sums of all that share a pixel, for the first of them. Every invocation of the workgroup has to call it.
-fn gather(own: Sums, local_index: u32) -> Sums {
-    if (frame.sharers == 1u) {
-        return own;
-    }
-    shared_sums[local_index] = array(own.light, own.moments);
-    workgroupBarrier();
-    var all = own;
-    for (var i = 1u; i < frame.sharers; i++) {
-        // Only the first's result counts; the others must not look beyond the end.
-        let other = min(local_index + i, WORKGROUP_X * WORKGROUP_Y - 1u);
-        all.light += shared_sums[other][0];
-        all.moments += shared_sums[other][1];
-    }
-    return all;
 }

@@ -18,6 +18,9 @@
 // that is put aside) and, with GUIDES, (first-hit albedo, 0), (first-hit normal, 0); or, with LIVE, where rays end.
 @group(0) @binding(9) var<storage, read_write> film: array<vec4f>;
 
+// Roulette ends more paths than those that lost their light: what comes late costs more time than it saves noise.
+const LATE_SURVIVAL: f32 = 0.8;
+
 // What the samples of one pixel add up to; planes of the film.
 struct Sums {
     light: vec4f,
@@ -151,7 +154,8 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
         if ((*path).bounces > 0u) {
             var weight = 1.0;
             if (ENVIRONMENT_SAMPLING) {
-                weight = (*path).pdf / ((*path).pdf + environment_pdf(direction));
+                let of_light = light_samples((*path).bounces) * environment_pdf(direction);
+                weight = (*path).pdf / ((*path).pdf + of_light);
             }
             (*path).radiance += (*path).throughput * weight * environment_radiance(direction);
         }
@@ -179,14 +183,15 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
     if (brightest <= 0.0) {
         return false;
     }
-    if ((*path).bounces >= frame.roulette_start && brightest < 1.0) {
-        if (rng_next(rng) >= brightest) {
+    let survival = brightest * LATE_SURVIVAL;
+    if ((*path).bounces >= frame.roulette_start && survival < 1.0) {
+        if (rng_next(rng) >= survival) {
             return false;
         }
-        (*path).throughput /= brightest;
+        (*path).throughput /= survival;
     }
     if (ENVIRONMENT_SAMPLING) {
-        let light = choose_light(event, rng);
+        let light = choose_light(event, (*path).bounces, rng);
         if (luminance(light.arriving) > 0.0) {
             (*path).radiance += (*path).throughput * light.arriving
                 * transmittance(position, light.direction, 1e30, rng);

@@ -24,26 +24,42 @@ struct LightChoice {
     arriving: vec3f,
 }
 
+// Candidates of next-event estimation, and for how many samples it counts where its light is weighed against what paths find
+// by themselves. What light does to the first collision is most of what is seen.
+const FIRST_CANDIDATES: u32 = 16u;
+const FIRST_LIGHT_SAMPLES: f32 = 8.0;
+const LATER_CANDIDATES: u32 = 4u;
+const LATER_LIGHT_SAMPLES: f32 = 4.0;
+
+// Of the collision that is a path's `bounces`th.
+fn light_samples(bounces: u32) -> f32 {
+    return select(LATER_LIGHT_SAMPLES, FIRST_LIGHT_SAMPLES, bounces == 1u);
+}
+
 // Next-event estimation: a direction towards light that this event can send on.
 //
 // Of a few candidates from the environment's own distribution, one is resampled (Talbot, Cline and Egbert, "Importance
 // Resampling for Global Illumination", EGSR 2005), so that the one costly transmittance is seldom spent on light behind a
 // surface: in proportion to what it would bring, were every cell of the importance grid of one colour. What it really
-// brings is looked up for the chosen one alone. Its balance-heuristic weight (Veach 1997) is part of the integrand, and the
-// same function of the direction as for paths that find the light by themselves: drivers round atan2 and acos as they
-// like, so it is the looked-up density in both, not the one drawn from.
-fn choose_light(event: Event, rng: ptr<function, Rng>) -> LightChoice {
+// brings is looked up for the chosen one alone. Its weight by the balance heuristic (Veach 1997) is part of the integrand,
+// and the same function of the direction as for paths that find the light by themselves: drivers round atan2 and acos as
+// they like, so it is the looked-up density in both, not the one drawn from. In it, this estimate counts for several samples
+// of the environment, for being chosen of several makes it better than one: weights that add up to 1 are all the heuristic
+// needs.
+fn choose_light(event: Event, bounces: u32, rng: ptr<function, Rng>) -> LightChoice {
+    let samples = light_samples(bounces);
+    let candidates = select(LATER_CANDIDATES, FIRST_CANDIDATES, bounces == 1u);
     var direction = event.onward;
     var total = 0.0;
     var densities = vec2f(0.0);
     var light_density = 0.0;
-    for (var i = 0u; i < ENVIRONMENT_CANDIDATES; i++) {
+    for (var i = 0u; i < candidates; i++) {
         take_turn();
         let light = sample_environment(rng);
         let of_event = event_densities(event, light.direction);
         let pick = rng_next(rng);
         // A cell's light is as its density, by which the candidate is divided again.
-        let weight = of_event.x * light.pdf / max(of_event.x + light.pdf, 1e-30);
+        let weight = of_event.x * light.pdf / max(of_event.x + samples * light.pdf, 1e-30);
         total += weight;
         if (weight > 0.0 && pick * total < weight) {
             direction = light.direction;
@@ -56,7 +72,7 @@ fn choose_light(event: Event, rng: ptr<function, Rng>) -> LightChoice {
     }
     let looked_up = environment_pdf(direction);
     let integrand = event_weight(event, densities) * environment_radiance(direction)
-        * (looked_up / (looked_up + densities.x));
-    let chance = light_density * light_density / (light_density + densities.x);
-    return LightChoice(direction, integrand * (total / (chance * f32(ENVIRONMENT_CANDIDATES))));
+        * (samples * looked_up / (samples * looked_up + densities.x));
+    let chance = light_density * light_density / (samples * light_density + densities.x);
+    return LightChoice(direction, integrand * (total / (chance * f32(candidates))));
 }

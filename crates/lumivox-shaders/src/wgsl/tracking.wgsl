@@ -165,8 +165,10 @@ fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function
     return nearest;
 }
 
-// An unbiased estimate of the transmittance to t_max. Transmittances of several volumes multiply. Once little is
-// left, Russian roulette decides whether it is worth walking on.
+// Below this, Russian roulette decides whether a transmittance is worth walking on for: at 1, all would be 0 or 1.
+const LITTLE_TRANSMITTANCE: f32 = 0.6;
+
+// An unbiased estimate of the transmittance to t_max. Transmittances of several volumes multiply.
 fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function, Rng>) -> f32 {
     var product = 1.0;
     var search = search_begin(origin, direction);
@@ -186,11 +188,11 @@ fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function,
             }
             let sigma_t = opacity(v, read_medium(v, m.origin + m.t * m.direction, m.cell)) * m.scale;
             product *= max(1.0 - sigma_t / majorant, 0.0);
-            if (product < 0.1) {
-                if (rng_next(rng) * 0.1 >= product) {
+            if (product < LITTLE_TRANSMITTANCE) {
+                if (rng_next(rng) * LITTLE_TRANSMITTANCE >= product) {
                     return 0.0;
                 }
-                product = 0.1;
+                product = LITTLE_TRANSMITTANCE;
             }
         }
     }

@@ -214,8 +214,7 @@ fn a_device_that_the_host_destroyed_is_told_as_lost() {
     let mut gpu = plain_device();
     gpu.executor.device().destroy();
     let request = RenderRequest::new(8, 8, 2);
-    let rendered =
-        render(&mut gpu, &test.scene, &test.camera, &request, &mut |_| ControlFlow::Continue(()));
+    let rendered = render(&mut gpu, &test.scene, &test.camera, &request, &mut |_| ControlFlow::Continue(()));
     let Err(HeadlessError::Gpu(GpuError::Lost(why))) = rendered else { panic!("{rendered:?}") };
     assert!(!why.is_empty());
 }
