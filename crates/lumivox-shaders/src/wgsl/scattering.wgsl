@@ -24,16 +24,14 @@ struct LightChoice {
     arriving: vec3f,
 }
 
-// Candidates of next-event estimation, and for how many samples it counts where its light is weighed against what paths find
-// by themselves. What light does to the first collision is most of what is seen.
-const FIRST_CANDIDATES: u32 = 16u;
-const FIRST_LIGHT_SAMPLES: f32 = 8.0;
+// Candidates of next-event estimation. What light does to the first collision is most of what is seen.
+const FIRST_CANDIDATES: u32 = 8u;
 const LATER_CANDIDATES: u32 = 4u;
-const LATER_LIGHT_SAMPLES: f32 = 4.0;
 
-// Of the collision that is a path's `bounces`th.
+// For how many samples of the environment next-event estimation counts at the collision that is a path's `bounces`th, where
+// its light is weighed against what paths find by themselves. Later, light seldom gets through, and both are as good.
 fn light_samples(bounces: u32) -> f32 {
-    return select(LATER_LIGHT_SAMPLES, FIRST_LIGHT_SAMPLES, bounces == 1u);
+    return select(1.0, 4.0, bounces == 1u);
 }
 
 // Next-event estimation: a direction towards light that this event can send on.
