@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::GpuError;
 use crate::executor::Executor;
+use crate::submission;
 
 /// A device that could render.
 #[derive(Clone, Debug)]
@@ -174,7 +175,9 @@ impl Gpu {
 
     /// The cause of an error: that the device is lost, where it is, or what the error says.
     pub(crate) fn cause(&self, error: GpuError) -> GpuError {
-        self.check().err().unwrap_or(error)
+        // It may be lost without having said so.
+        let polled = submission::poll(self.executor.device(), wgpu::PollType::Poll);
+        self.check().and(polled).err().unwrap_or(error)
     }
 
     /// [`GpuError::Lost`] once the driver has given the device up, or the host has destroyed it.

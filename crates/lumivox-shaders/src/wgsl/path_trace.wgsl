@@ -18,8 +18,9 @@
 // that is put aside) and, with GUIDES, (first-hit albedo, 0), (first-hit normal, 0); or, with LIVE, where rays end.
 @group(0) @binding(9) var<storage, read_write> film: array<vec4f>;
 
-// Roulette ends more paths than those that lost their light: what comes late costs more time than it saves noise.
-const LATE_SURVIVAL: f32 = 0.8;
+// Roulette ends more paths than those that lost their light: what comes late costs more time than it saves noise. Not where
+// paths find the light by themselves, for what they find there is the same for all.
+const LATE_SURVIVAL: f32 = select(1.0, 0.8, ENVIRONMENT_SAMPLING);
 
 // What the samples of one pixel add up to; planes of the film.
 struct Sums {
