@@ -31,7 +31,7 @@ const LATER_CANDIDATES: u32 = 4u;
 // For how many samples of the environment next-event estimation counts at the collision that is a path's `bounces`th, where
 // its light is weighed against what paths find by themselves. Later, light seldom gets through, and both are as good.
 fn light_samples(bounces: u32) -> f32 {
-    return select(1.0, 4.0, bounces == 1u);
+    return select(1.0, 2.0, bounces == 1u);
 }
 
 // Next-event estimation: a direction towards light that this event can send on.
