@@ -80,34 +80,17 @@ impl Features {
 
     /// The kernels with which a view of exactly this is recorded for a device.
     pub fn kernels(self, view: ViewKind, limits: DeviceLimits) -> Vec<Kernel> {
-        use Kernel::*;
-        match view {
-            ViewKind::Still { guides } => {
-                vec![
-                    PathTrace(self.variant(guides, false, limits)),
-                    ValueRanges { one_pool: limits.one_pool },
-                    MajorantGrid,
-                    EmptySpace,
-                    FilmCount,
-                    Display,
-                ]
-            }
-            ViewKind::Live => {
-                vec![
-                    PathTrace(self.variant(false, true, limits)),
-                    ValueRanges { one_pool: limits.one_pool },
-                    MajorantGrid,
-                    EmptySpace,
-                    HostDepth,
-                    LivePicture,
-                    CompositeColor,
-                    CompositeDepth,
-                    FilmCount,
-                    DenoisePrepare,
-                    DenoiseWavelet,
-                ]
-            }
+        let (guides, live) = match view {
+            ViewKind::Still { guides } => (guides, false),
+            ViewKind::Live => (false, true),
+        };
+        let alone = self.variant(guides, live, limits);
+        let mut kernels = kernels_with(view, alone, limits);
+        if alone.may_share() {
+            // Of small images, and coarse ones.
+            kernels.push(Kernel::PathTrace(PathTraceVariant { shared: true, ..alone }));
         }
+        kernels
     }
 
     pub(crate) fn variant(self, guides: bool, live: bool, limits: DeviceLimits) -> PathTraceVariant {
@@ -121,6 +104,39 @@ impl Features {
             many_volumes: self.many_volumes,
             one_pool: limits.one_pool,
             limited_turns: limits.loop_turns.is_some(),
+            shared: false,
+        }
+    }
+}
+
+/// Those of a view whose path-tracing kernel is this one.
+fn kernels_with(view: ViewKind, path_trace: PathTraceVariant, limits: DeviceLimits) -> Vec<Kernel> {
+    use Kernel::*;
+    match view {
+        ViewKind::Still { .. } => {
+            vec![
+                PathTrace(path_trace),
+                ValueRanges { one_pool: limits.one_pool },
+                MajorantGrid,
+                EmptySpace,
+                FilmCount,
+                Display,
+            ]
+        }
+        ViewKind::Live => {
+            vec![
+                PathTrace(path_trace),
+                ValueRanges { one_pool: limits.one_pool },
+                MajorantGrid,
+                EmptySpace,
+                HostDepth,
+                LivePicture,
+                CompositeColor,
+                CompositeDepth,
+                FilmCount,
+                DenoisePrepare,
+                DenoiseWavelet,
+            ]
         }
     }
 }

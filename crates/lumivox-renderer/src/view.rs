@@ -1,8 +1,8 @@
 //! One camera's film, and how it fills: samples, bands, budget.
 
 use lumivox_core::PerspectiveCamera;
-use lumivox_shaders::Kernel;
 use lumivox_shaders::layout::{self, FilmCount};
+use lumivox_shaders::{Kernel, PathTraceVariant};
 
 use crate::display::DisplaySettings;
 use crate::error::RenderError;
@@ -210,9 +210,8 @@ impl View {
         let [width, height] = self.settings.window_size;
         let pixels = u64::from(width) * u64::from(height);
         let [most, _] = Kernel::PathTrace(Default::default()).workgroup_size();
-        // A path that is put aside belongs to a pixel.
-        let can_share = !self.settings.guides && cache.limits().loop_turns.is_none();
-        if can_share { (BUSY_INVOCATIONS / pixels.max(1)).clamp(1, u64::from(most)) as u32 } else { 1 }
+        let may_share = cache.variant(self.settings.guides, false).may_share();
+        if may_share { (BUSY_INVOCATIONS / pixels.max(1)).clamp(1, u64::from(most)) as u32 } else { 1 }
     }
 
     /// Rows of pixels, until each has `sample_limit` samples or its invocation comes to its end. So many invocations share a
@@ -226,9 +225,10 @@ impl View {
         [row_begin, row_end]: [u32; 2],
         recording: &mut Recording,
     ) {
-        let kernel = Kernel::PathTrace(cache.variant(self.settings.guides, false));
         let frame = self.frame(cache, camera);
         let sharers = 1 << sharers.clamp(1, self.most_sharers(cache)).ilog2();
+        let variant = PathTraceVariant { shared: sharers > 1, ..cache.variant(self.settings.guides, false) };
+        let kernel = Kernel::PathTrace(variant);
         let frame =
             layout::Frame { samples: sample_limit, sample_limit, sharers, row_begin, row_end, ..frame };
         let mut resources = cache.path_trace_resources();

@@ -60,12 +60,15 @@ pub struct PathTraceVariant {
     /// The driver ends invocations after so many turns of their loops: paths are put aside in time, and taken up by the
     /// next dispatch.
     pub limited_turns: bool,
+    /// Several invocations share the samples of a pixel. Not with guides, nor where paths are put aside: those belong to a
+    /// pixel.
+    pub shared: bool,
 }
 
 impl PathTraceVariant {
-    /// Every combination.
+    /// Every combination that there is.
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..512u32).map(|bits| Self {
+        let all = (0..1024u32).map(|bits| Self {
             environment_sampling: bits & 1 != 0,
             surface: bits & 2 != 0,
             guides: bits & 4 != 0,
@@ -75,7 +78,14 @@ impl PathTraceVariant {
             many_volumes: bits & 64 != 0,
             one_pool: bits & 128 != 0,
             limited_turns: bits & 256 != 0,
-        })
+            shared: bits & 512 != 0,
+        });
+        all.filter(|variant| !variant.shared || variant.may_share())
+    }
+
+    /// Whether invocations may share pixels.
+    pub fn may_share(self) -> bool {
+        !(self.guides || self.limited_turns)
     }
 }
 
@@ -300,7 +310,7 @@ impl Kernel {
                 module!("luminance"),
                 module!("camera"),
                 module!("ray_limits"),
-                module!("sharing"),
+                if variant.shared { module!("shared_pixels") } else { module!("unshared_pixels") },
                 if variant.live { module!("live_tracing") } else { module!("still_tracing") },
                 if variant.limited_turns { module!("limited_turns") } else { module!("unlimited_turns") },
                 module!("random"),

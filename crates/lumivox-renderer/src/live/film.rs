@@ -1,6 +1,6 @@
 //! A film of a live view, where its primary rays end, and what the denoiser makes of it.
 
-use lumivox_shaders::{Kernel, layout};
+use lumivox_shaders::{Kernel, PathTraceVariant, layout};
 
 use super::{HostDepth, Key};
 use crate::error::RenderError;
@@ -124,8 +124,7 @@ impl LiveFilm {
     /// to keep a large GPU busy.
     pub fn record_all(&mut self, key: Key, cache: &SceneCache, samples: u32, recording: &mut Recording) {
         let [most, _] = Kernel::PathTrace(Default::default()).workgroup_size();
-        // A path that is put aside belongs to a pixel.
-        let most = if cache.limits().loop_turns.is_some() { 1 } else { most };
+        let most = if cache.variant(false, true).may_share() { most } else { 1 };
         let sharers = 1 << samples.clamp(1, most).ilog2();
         let params = self.frame(key, cache, [samples, samples, sharers], [0, padded_height(self.size)]);
         self.record_trace(cache, params, self.unfinished.dispatches(params), recording);
@@ -163,7 +162,8 @@ impl LiveFilm {
         dispatches: impl Iterator<Item = layout::Frame>,
         recording: &mut Recording,
     ) {
-        let kernel = Kernel::PathTrace(cache.variant(false, true));
+        let variant = PathTraceVariant { shared: common.sharers > 1, ..cache.variant(false, true) };
+        let kernel = Kernel::PathTrace(variant);
         let mut resources = cache.path_trace_resources();
         resources.push(self.film);
         resources.extend(self.unfinished.resources());

@@ -8,6 +8,7 @@ use lumivox_renderer::{
     DeviceLimits, Preparation, Recording, ResourceId, SceneCache, Step, View, ViewSettings, VoxelStore,
     prepare_volume,
 };
+use lumivox_shaders::PathTraceVariant;
 use lumivox_shaders::layout::ValueRangeParams;
 
 use crate::scenes::{self, *};
@@ -241,7 +242,10 @@ fn many_volumes_come_one_after_the_other() {
         let mut trace = Recording::new();
         view.record_samples(&cache, &camera(), frames, u64::MAX, &mut trace);
         kernels.extend(trace.steps.iter().filter_map(|step| match step {
-            Step::Dispatch { kernel: kernel @ Kernel::PathTrace(_), .. } => Some(*kernel),
+            // More samples are shared, fewer are not.
+            Step::Dispatch { kernel: Kernel::PathTrace(variant), .. } => {
+                Some(PathTraceVariant { shared: false, ..*variant })
+            }
             _ => None,
         }));
         if cache.is_settled() {

@@ -43,7 +43,7 @@ struct Frame {
     group_stride: u32,
     // Radiance from everywhere besides the environment's map.
     ambient: vec3f,
-    // Invocations that share the samples of a pixel: see `sharing.wgsl`.
+    // Invocations that share the samples of a pixel: see `shared_pixels.wgsl`.
     sharers: u32,
     // Live films: only pixels that have fewer samples get any; 0 for all of them.
     only_below: u32,
