@@ -109,8 +109,10 @@ impl Arrival {
         recording: &mut Recording,
     ) {
         let Some(volume) = self.volume.upgrade() else { return };
-        let all = pools.bytes_of(pools.texture_of(resident.pages[0]).1, resident.pages.len() as u64);
-        let share = *budget as f64 / all as f64;
+        let (_, format) = pools.texture_of(resident.pages[0]);
+        let all = pools.bytes_of(format, resident.pages.len() as u64);
+        let least = if *budget > 0 { pools.bytes_of(format, 1) } else { 0 };
+        let share = least.max(*budget) as f64 / all as f64;
         let only_looks = self.done == resident.pages.len();
         while *budget > 0 && self.done < resident.pages.len() {
             let (texture, format) = pools.texture_of(resident.pages[self.done]);
