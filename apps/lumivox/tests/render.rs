@@ -5,6 +5,7 @@ use std::{
     io::{BufRead, BufReader},
     path::Path,
     process::{Command, Output, Stdio},
+    time::Duration,
 };
 
 fn command(folder: &Path, arguments: &[&str]) -> Command {
@@ -128,6 +129,31 @@ fn ctrl_c_keeps_the_picture() {
     assert_eq!(child.wait().unwrap().code(), Some(130), "{rest:?}");
     assert!(rest.last().is_some_and(|line| line.contains("a.png")), "{rest:?}");
     assert_eq!(read_png(&folder.path().join("a.png")).1, [32, 32]);
+}
+
+/// Drivers in software kept the code of every dispatch, some 30 MB a second.
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_does_not_grow_with_the_samples() {
+    let folder = folder_with_scan();
+    let arguments = ["render", "scan", "-o", "a.png", "--size", "32x32", "--time", "600"];
+    let mut child = command(folder.path(), &arguments).stderr(Stdio::piped()).spawn().expect("it starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let tracing = lines.by_ref().map_while(Result::ok).find(|line| line.starts_with("tracing on"));
+    assert!(tracing.is_some(), "it says when it begins to trace");
+    let status = format!("/proc/{}/status", child.id());
+    let kilobytes = || -> u64 {
+        let status = fs::read_to_string(&status).expect("it runs");
+        let line = status.lines().find(|line| line.starts_with("VmRSS:")).expect("it has memory");
+        line.split_whitespace().nth(1).and_then(|number| number.parse().ok()).expect("kB")
+    };
+    std::thread::sleep(Duration::from_secs(2));
+    let before = kilobytes();
+    std::thread::sleep(Duration::from_secs(3));
+    let after = kilobytes();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(after < before + (24 << 10), "{before} kB became {after} kB in three seconds");
 }
 
 #[test]
