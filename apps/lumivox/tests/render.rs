@@ -2,9 +2,9 @@
 
 use std::{
     fs::{self, File},
-    io::{BufRead, BufReader},
+    io::{BufRead, BufReader, Lines},
     path::Path,
-    process::{Command, Output, Stdio},
+    process::{Child, ChildStderr, Command, Output, Stdio},
     time::Duration,
 };
 
@@ -113,16 +113,23 @@ fn time_limits_end_a_render() {
     assert!(stderr(&output).contains("ms per sample"), "{}", stderr(&output));
 }
 
+/// A render of `scan` to `a.png` that traces and would go on for ten minutes, and what it says from then on.
+#[cfg(unix)]
+fn tracing(folder: &Path) -> (Child, Lines<BufReader<ChildStderr>>) {
+    let arguments = ["render", "scan", "-o", "a.png", "--size", "32x32", "--time", "600"];
+    let mut child = command(folder, &arguments).stderr(Stdio::piped()).spawn().expect("it starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let tracing = lines.by_ref().map_while(Result::ok).find(|line| line.starts_with("tracing on"));
+    assert!(tracing.is_some(), "it says when it begins to trace");
+    (child, lines)
+}
+
 /// Ctrl-C while tracing: the picture so far is there, and the exit code says that it is not finished.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_the_picture() {
     let folder = folder_with_scan();
-    let arguments = ["render", "scan", "-o", "a.png", "--size", "32x32", "--time", "600"];
-    let mut child = command(folder.path(), &arguments).stderr(Stdio::piped()).spawn().expect("it starts");
-    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
-    let tracing = lines.by_ref().map_while(Result::ok).find(|line| line.starts_with("tracing on"));
-    assert!(tracing.is_some(), "it says when it begins to trace");
+    let (mut child, lines) = tracing(folder.path());
     let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(killed.is_ok_and(|status| status.success()));
     let rest: Vec<String> = lines.map_while(Result::ok).collect();
@@ -136,11 +143,7 @@ fn ctrl_c_keeps_the_picture() {
 #[test]
 fn memory_does_not_grow_with_the_samples() {
     let folder = folder_with_scan();
-    let arguments = ["render", "scan", "-o", "a.png", "--size", "32x32", "--time", "600"];
-    let mut child = command(folder.path(), &arguments).stderr(Stdio::piped()).spawn().expect("it starts");
-    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
-    let tracing = lines.by_ref().map_while(Result::ok).find(|line| line.starts_with("tracing on"));
-    assert!(tracing.is_some(), "it says when it begins to trace");
+    let (mut child, _lines) = tracing(folder.path());
     let status = format!("/proc/{}/status", child.id());
     let kilobytes = || -> u64 {
         let status = fs::read_to_string(&status).expect("it runs");

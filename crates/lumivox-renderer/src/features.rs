@@ -80,16 +80,26 @@ impl Features {
 
     /// The kernels with which a view of exactly this is recorded for a device.
     pub fn kernels(self, view: ViewKind, limits: DeviceLimits) -> Vec<Kernel> {
-        let (guides, live) = match view {
-            ViewKind::Still { guides } => (guides, false),
-            ViewKind::Live => (false, true),
+        use Kernel::*;
+        let (alone, more) = match view {
+            ViewKind::Still { guides } => (self.variant(guides, false, limits), vec![Display]),
+            ViewKind::Live => (
+                self.variant(false, true, limits),
+                vec![HostDepth, LivePicture, CompositeColor, CompositeDepth, DenoisePrepare, DenoiseWavelet],
+            ),
         };
-        let alone = self.variant(guides, live, limits);
-        let mut kernels = kernels_with(view, alone, limits);
-        if alone.may_share() {
+        let mut kernels = vec![
+            PathTrace(alone),
+            ValueRanges { one_pool: limits.one_pool },
+            MajorantGrid,
+            EmptySpace,
+            FilmCount,
+        ];
+        if alone.most_sharers() > 1 {
             // Of small images, and coarse ones.
-            kernels.push(Kernel::PathTrace(PathTraceVariant { shared: true, ..alone }));
+            kernels.push(PathTrace(PathTraceVariant { shared: true, ..alone }));
         }
+        kernels.extend(more);
         kernels
     }
 
@@ -105,38 +115,6 @@ impl Features {
             one_pool: limits.one_pool,
             limited_turns: limits.loop_turns.is_some(),
             shared: false,
-        }
-    }
-}
-
-/// Those of a view whose path-tracing kernel is this one.
-fn kernels_with(view: ViewKind, path_trace: PathTraceVariant, limits: DeviceLimits) -> Vec<Kernel> {
-    use Kernel::*;
-    match view {
-        ViewKind::Still { .. } => {
-            vec![
-                PathTrace(path_trace),
-                ValueRanges { one_pool: limits.one_pool },
-                MajorantGrid,
-                EmptySpace,
-                FilmCount,
-                Display,
-            ]
-        }
-        ViewKind::Live => {
-            vec![
-                PathTrace(path_trace),
-                ValueRanges { one_pool: limits.one_pool },
-                MajorantGrid,
-                EmptySpace,
-                HostDepth,
-                LivePicture,
-                CompositeColor,
-                CompositeDepth,
-                FilmCount,
-                DenoisePrepare,
-                DenoiseWavelet,
-            ]
         }
     }
 }

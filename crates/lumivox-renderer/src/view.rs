@@ -209,9 +209,8 @@ impl View {
     fn most_sharers(&self, cache: &SceneCache) -> u32 {
         let [width, height] = self.settings.window_size;
         let pixels = u64::from(width) * u64::from(height);
-        let [most, _] = Kernel::PathTrace(Default::default()).workgroup_size();
-        let may_share = cache.variant(self.settings.guides, false).may_share();
-        if may_share { (BUSY_INVOCATIONS / pixels.max(1)).clamp(1, u64::from(most)) as u32 } else { 1 }
+        let most = cache.variant(self.settings.guides, false).most_sharers();
+        (BUSY_INVOCATIONS / pixels.max(1)).clamp(1, u64::from(most)) as u32
     }
 
     /// Rows of pixels, until each has `sample_limit` samples or its invocation comes to its end. So many invocations share a

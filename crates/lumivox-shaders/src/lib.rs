@@ -80,12 +80,13 @@ impl PathTraceVariant {
             limited_turns: bits & 256 != 0,
             shared: bits & 512 != 0,
         });
-        all.filter(|variant| !variant.shared || variant.may_share())
+        all.filter(|variant| !variant.shared || variant.most_sharers() > 1)
     }
 
-    /// Whether invocations may share pixels.
-    pub fn may_share(self) -> bool {
-        !(self.guides || self.limited_turns)
+    /// Invocations that may share a pixel where the kernel is the one for that; 1 where there is no such kernel.
+    pub fn most_sharers(self) -> u32 {
+        let [in_a_row, _] = Kernel::PathTrace(self).workgroup_size();
+        if self.guides || self.limited_turns { 1 } else { in_a_row }
     }
 }
 

@@ -43,7 +43,7 @@ pub const WANTED_FEATURES: wgpu::Features =
 /// The limits that a host should ask for, all of which the adapter has.
 ///
 /// WebGPU's own, `wgpu::Limits::default()`, suffice for everything; these differ in how large films, textures of voxels
-/// and environment maps may be. A host with needs of its own joins the two: `wanted_limits(..).or_better_values_from(..)`.
+/// and environment maps may be, and in how many storage buffers: in software, more than WebGPU's spare memory and time. A host with needs of its own joins the two: `wanted_limits(..).or_better_values_from(..)`.
 pub fn wanted_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     let has = adapter.limits();
     let default = wgpu::Limits::default();
@@ -52,7 +52,7 @@ pub fn wanted_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
         max_texture_dimension_3d: has.max_texture_dimension_3d,
         max_buffer_size: has.max_buffer_size,
         max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
-        // In software, what is uniform takes some.
+        // In software, uniforms are in storage buffers: see `Kernel::wgsl_without_uniforms`.
         max_storage_buffers_per_shader_stage: has.max_storage_buffers_per_shader_stage.min(16),
         ..default.or_worse_values_from(&has)
     }

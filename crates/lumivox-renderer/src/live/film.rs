@@ -123,8 +123,7 @@ impl LiveFilm {
     /// So many samples of every pixel at once, by as many invocations as may share it: what a film of few pixels needs
     /// to keep a large GPU busy.
     pub fn record_all(&mut self, key: Key, cache: &SceneCache, samples: u32, recording: &mut Recording) {
-        let [most, _] = Kernel::PathTrace(Default::default()).workgroup_size();
-        let most = if cache.variant(false, true).may_share() { most } else { 1 };
+        let most = cache.variant(false, true).most_sharers();
         let sharers = 1 << samples.clamp(1, most).ilog2();
         let params = self.frame(key, cache, [samples, samples, sharers], [0, padded_height(self.size)]);
         self.record_trace(cache, params, self.unfinished.dispatches(params), recording);

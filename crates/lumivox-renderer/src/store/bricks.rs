@@ -141,6 +141,7 @@ impl Arrival {
                 ranges.record(resident, pages, pools, layers, share, recording);
             }
             if only_looks {
+                // The frame's time went into looking.
                 *budget = budget.saturating_sub(all);
             }
         }

@@ -1,5 +1,5 @@
 // Several invocations may share the samples of a pixel: where there are few pixels, one each keeps no large GPU busy, and
-// what takes longest is one invocation's paths. Where there are many, the other way, `unshared_pixels.wgsl`, is 6 to 9%
+// what takes longest is one invocation's paths. Where there are many, the other way, `unshared_pixels.wgsl`, is 5 to 9%
 // faster. Expects `frame`.
 
 var<workgroup> shared_sums: array<array<vec4f, 2>, WORKGROUP_X * WORKGROUP_Y>;
