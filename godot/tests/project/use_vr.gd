@@ -2,6 +2,8 @@ extends Node
 ## Uses the demo's VR scene in a headset with two hands that this moves, and tells what came of it.
 
 const PATIENCE_FRAMES := 1500
+## As many give the place of a noisy head.
+const PICTURES := 16
 const SCALE := 0.3
 
 var _told := {}
@@ -94,23 +96,27 @@ func _look(interface: OpenXRInterface) -> Array:
 		# It moves in every frame: whether no path lags behind a count would say too late.
 		if frame >= 10 and Lumivox.get_status(get_viewport()).samples >= effect.target_samples:
 			break
+	# It moves, so each picture has a few samples only: many of them tell where it is.
 	var seen := []
-	var images := pictures.images()
-	for view in images.size():
-		var size := images[view].get_size()
-		var projection := interface.get_projection_for_view(view, float(size.x) / size.y, camera.near, camera.far)
-		var count := 0
-		var sum := 0.0
-		for y in size.y:
-			for x in size.x:
-				if images[view].get_pixel(x, y).get_luminance() > 0.02:
-					count += 1
-					sum += x
-		var middle := 2.0 * (sum / maxi(count, 1) + 0.5) / size.x - 1.0
-		seen.append({
-			"share": float(count) / (size.x * size.y),
-			"middle": (middle + projection.z.x) / projection.x.x,
-		})
+	for picture in PICTURES:
+		_head.global_position = camera.global_transform * Vector3(0.0, 0.0, -0.8)
+		await RenderingServer.frame_post_draw
+		var images := pictures.images()
+		for view in images.size():
+			if picture == 0:
+				seen.append({"share": 0.0, "middle": 0.0})
+			var size := images[view].get_size()
+			var projection := interface.get_projection_for_view(view, float(size.x) / size.y, camera.near, camera.far)
+			var count := 0
+			var sum := 0.0
+			for y in size.y:
+				for x in size.x:
+					if images[view].get_pixel(x, y).get_luminance() > 0.02:
+						count += 1
+						sum += x
+			var middle := 2.0 * (sum / maxi(count, 1) + 0.5) / size.x - 1.0
+			seen[view].share += float(count) / (size.x * size.y) / PICTURES
+			seen[view].middle += (middle + projection.z.x) / projection.x.x / PICTURES
 	world.compositor.compositor_effects = [effect] as Array[CompositorEffect]
 	await _frames(2)
 	pictures.free_all()
