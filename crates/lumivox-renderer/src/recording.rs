@@ -134,12 +134,14 @@ pub enum Step {
         /// The texels without padding, x fastest.
         data: Payload,
     },
-    /// Copy the first box of a 3D texture to the first of another of the same format.
+    /// Copy a box of a 3D texture to the same place in another of the same format.
     CopyTexture {
         /// Where the texels come from.
         from: ResourceId,
         /// Where they go.
         to: ResourceId,
+        /// First texel.
+        origin: [u32; 3],
         /// Texels along x, y and z.
         size: [u32; 3],
     },

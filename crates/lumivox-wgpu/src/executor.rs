@@ -281,11 +281,13 @@ impl Executor {
                     // An empty submission lets the staging memory of a large upload go as soon as it is copied.
                     self.queue.submit([]);
                 }
-                Step::CopyTexture { from, to, size } => {
-                    let [(from, _), (to, _)] = [self.texture(*from)?, self.texture(*to)?];
+                Step::CopyTexture { from, to, origin: [x, y, z], size } => {
+                    let origin = wgpu::Origin3d { x: *x, y: *y, z: *z };
+                    let [from, to] = [self.texture(*from)?, self.texture(*to)?]
+                        .map(|(texture, _)| wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() });
                     let [width, height, depth_or_array_layers] = *size;
                     let size = wgpu::Extent3d { width, height, depth_or_array_layers };
-                    batch.commands().copy_texture_to_texture(from.as_image_copy(), to.as_image_copy(), size);
+                    batch.commands().copy_texture_to_texture(from, to, size);
                 }
                 Step::ClearBuffer { id } => batch.commands().clear_buffer(self.buffer(*id)?, 0, None),
                 Step::Dispatch { kernel, uniforms, resources, workgroups } => {

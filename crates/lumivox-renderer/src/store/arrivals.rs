@@ -45,6 +45,10 @@ impl Store {
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
         let mut new: Vec<Coming> = vec![];
+        if self.pools.is_growing() && budget < AT_ONCE {
+            // What comes meanwhile would have a pool begin anew: it comes when there is room.
+            return Ok(());
+        }
         for (volume, _) in wanted {
             let Some(index) = self.index(volume) else { continue };
             let entry = &self.entries[index];
@@ -159,7 +163,9 @@ impl Store {
         let entry = &mut entries[index];
         let is_new = entry.shown.is_none() && *budget < AT_ONCE;
         while let Some((copy, arrival)) = entry.arriving.front_mut() {
-            if entry.shown.is_some() && is_new {
+            if pools.is_growing_at(&copy.resident.pages) {
+                return;
+            } else if entry.shown.is_some() && is_new {
                 // It has made the frame late enough.
                 return;
             } else if entry.shown.is_some() {

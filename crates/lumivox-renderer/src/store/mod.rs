@@ -171,7 +171,7 @@ impl VoxelStore {
     /// Returns whether that may help: there is something that can take less.
     pub fn refused(&self, recording: &Recording) -> bool {
         let mut store = self.lock();
-        let before = store.pools.bytes();
+        let before = store.pools.lasting_bytes();
         let makes = |id: ResourceId| {
             recording.steps.iter().any(|step| match step {
                 Step::CreateTexture { id: made, .. } | Step::CreateBuffer { id: made, .. } => *made == id,
@@ -196,22 +196,28 @@ impl VoxelStore {
             .filter(|entry| entry.shown.as_ref().is_some_and(is_broken))
             .map(|entry| entry.id)
             .collect();
-        let lost = pools.forget(makes);
-        let is_lost =
-            |resident: &Resident| resident.pages.iter().any(|page| lost.contains(&pools::pool(*page)));
         for entry in &mut *entries {
             let is_broken = broken.contains(&entry.id);
-            let mut gone = vec![];
+            let mut gone: Vec<CopyOnDevice> = entry.shown.take_if(|_| is_broken).into_iter().collect();
             for (copy, arrival) in entry.arriving.drain(..) {
                 orphans.extend(arrival.buffer());
                 gone.push(copy);
             }
-            gone.extend(entry.shown.take_if(|shown| is_broken || is_lost(&shown.resident)));
             for copy in gone {
                 orphans.extend(copy.ranges.iter().map(|ranges| ranges.values().buffer));
-                pools.release(
-                    copy.resident.pages.iter().copied().filter(|p| !lost.contains(&pools::pool(*p))),
-                );
+                pools.release(copy.resident.pages.iter().copied());
+            }
+        }
+        let copies_into = |id: ResourceId| {
+            recording.steps.iter().any(|step| matches!(step, Step::CopyTexture { to, .. } if *to == id))
+        };
+        let lost = pools.forget(makes, copies_into, orphans);
+        let is_lost = |resident: &Resident| resident.pages.iter().any(|p| lost.contains(&pools::pool(*p)));
+        for entry in &mut *entries {
+            if let Some(copy) = entry.shown.take_if(|shown| is_lost(&shown.resident)) {
+                orphans.extend(copy.ranges.iter().map(|ranges| ranges.values().buffer));
+                let is_left = |page: &u32| !lost.contains(&pools::pool(*page));
+                pools.release(copy.resident.pages.iter().copied().filter(is_left));
             }
         }
         // What was made for later may be what there was no room for.
@@ -225,11 +231,11 @@ impl VoxelStore {
         orphans.retain(|id| !makes(*id));
         store.entries.retain(|entry| entry.shown.is_some());
         store.releases += 1;
-        let after = store.pools.bytes();
+        let after = store.pools.lasting_bytes();
         if !was_ahead {
             store.capacity = (after + (before - after.min(before)) / 4 * 3).min(store.capacity);
         }
-        was_ahead || (!lost.is_empty() && store.capacity - after.min(store.capacity) >= LEAST_BYTES)
+        was_ahead || (after < before && store.capacity - after.min(store.capacity) >= LEAST_BYTES)
     }
 
     /// Copies of volumes, whole if `budget` bytes suffice for that, and their value ranges; none of those of which nothing
@@ -345,6 +351,7 @@ impl Store {
         self.drop_dead(recording);
         self.pools.ensure_one_to_bind(recording);
         self.begin_arrivals(wanted, *budget, recording)?;
+        self.pools.grow_on(budget, recording);
         let mut has_begun = false;
         for (volume, key) in wanted {
             self.advance(volume, *key, budget, &mut has_begun, recording);

@@ -20,13 +20,26 @@ const MAX_EIGHT_BIT: usize = POOL_COUNT / 2;
 
 #[derive(Clone, Debug)]
 struct Pool {
-    texture: ResourceId,
     format: TextureFormat,
-    /// Bricks along each axis.
+    /// What kernels read.
+    texture: ResourceId,
+    /// Bricks along each axis of the texture.
+    texture_size: [u32; 3],
+    /// The larger texture that takes its place once all is copied; nothing is written until then.
+    successor: Option<Successor>,
+    /// Bricks along each axis, those of the successor if there is one.
     size: [u32; 3],
     /// Which are taken, x fastest.
     taken: Vec<bool>,
     taken_count: usize,
+}
+
+/// The texture of a pool that grows.
+#[derive(Clone, Copy, Debug)]
+struct Successor {
+    texture: ResourceId,
+    /// Layers of texels that are there.
+    copied: u32,
 }
 
 /// All pools of a device.
@@ -92,6 +105,12 @@ impl Pool {
         self.capacity() as u64 * TEXELS * self.format.bytes_per_texel() as u64
     }
 
+    /// Of the texture that a larger one takes the place of.
+    fn passing_bytes(&self) -> u64 {
+        let bytes = volume(self.texture_size) as u64 * TEXELS * self.format.bytes_per_texel() as u64;
+        if self.successor.is_some() { bytes } else { 0 }
+    }
+
     /// Whether it is worth the while of its last volumes to leave it.
     fn is_sparse(&self) -> bool {
         let used = self.bytes() / self.capacity() as u64 * self.taken_count as u64;
@@ -132,6 +151,11 @@ impl Pools {
 
     /// Bytes of all textures, those that are made ahead too.
     pub fn bytes(&self) -> u64 {
+        self.lasting_bytes() + self.pools().map(Pool::passing_bytes).sum::<u64>()
+    }
+
+    /// But for those that larger ones take the place of.
+    pub fn lasting_bytes(&self) -> u64 {
         self.pools().map(Pool::bytes).sum::<u64>() + self.ahead.iter().map(Ahead::bytes).sum::<u64>()
     }
 
@@ -168,7 +192,7 @@ impl Pools {
     /// One over the texels along each axis of each.
     pub fn inverse_sizes(&self) -> [[f32; 4]; POOL_COUNT] {
         std::array::from_fn(|i| {
-            let size = self.list.get(i).and_then(Option::as_ref).map_or([1; 3], |pool| pool.size);
+            let size = self.list.get(i).and_then(Option::as_ref).map_or([1; 3], |pool| pool.texture_size);
             let [x, y, z] = size.map(|n| 1.0 / (n * BRICK_TEXELS) as f32);
             [x, y, z, 0.0]
         })
@@ -234,7 +258,7 @@ impl Pools {
                 }
             }
         }
-        if planned.bytes() > capacity {
+        if planned.lasting_bytes() > capacity {
             return None;
         }
         *self = planned;
@@ -284,6 +308,24 @@ impl Pools {
                 .filter(|size| volume(*size) > pool.capacity())?;
             pool.grow(size, &mut self.ahead, recording);
         }
+    }
+
+    /// Goes on with pools that grow.
+    pub fn grow_on(&mut self, budget: &mut u64, recording: &mut Recording) {
+        for pool in self.list.iter_mut().flatten() {
+            pool.move_on(budget, recording);
+        }
+    }
+
+    /// Whether some pool grows.
+    pub fn is_growing(&self) -> bool {
+        self.pools().any(|pool| pool.successor.is_some())
+    }
+
+    /// Whether pages lie in a pool that grows, so that nothing can be written there.
+    pub fn is_growing_at(&self, pages: &[u32]) -> bool {
+        let grows = |page: &u32| self.list[pool(*page)].as_ref().is_some_and(|pool| pool.successor.is_some());
+        self.is_growing() && pages.iter().any(grows)
     }
 
     /// In the order in which they are given away.
@@ -339,28 +381,40 @@ impl Pools {
     fn free_empty_but(&mut self, keep: impl Fn(&Pool) -> bool, recording: &mut Recording) {
         for slot in &mut self.list {
             if slot.as_ref().is_some_and(|pool| pool.taken_count == 0 && !keep(pool)) {
-                recording.free(slot.take().map(|pool| pool.texture));
+                slot.take().into_iter().for_each(|pool| pool.free_textures(recording));
             }
         }
     }
 
-    /// Drops the pools whose textures are no more; returns their numbers.
-    pub fn forget(&mut self, is_gone: impl Fn(ResourceId) -> bool) -> Vec<usize> {
+    /// Drops the pools whose textures are gone, or spoilt because what was to be copied into them was not; returns their
+    /// numbers, and adds textures that nobody uses any more to `orphans`. No copy may be on its way.
+    pub fn forget(
+        &mut self,
+        is_gone: impl Fn(ResourceId) -> bool,
+        is_spoilt: impl Fn(ResourceId) -> bool,
+        orphans: &mut Vec<ResourceId>,
+    ) -> Vec<usize> {
         if self.nothing.is_some_and(&is_gone) {
             self.nothing = None;
         }
-        let mut gone = vec![];
+        let is_lost = |id: ResourceId| is_gone(id) || is_spoilt(id);
+        let mut lost = vec![];
         for (index, slot) in self.list.iter_mut().enumerate() {
-            if slot.as_ref().is_some_and(|pool| is_gone(pool.texture)) {
-                *slot = None;
-                gone.push(index);
+            if let Some(pool) = slot.take_if(|pool| is_lost(pool.texture)) {
+                orphans.push(pool.texture);
+                orphans.extend(pool.successor.map(|successor| successor.texture));
+                lost.push(index);
+            } else if let Some(pool) = slot
+                && pool.successor.is_some_and(|successor| is_lost(successor.texture))
+            {
+                orphans.extend(pool.stay().map(|successor| successor.texture));
             }
         }
         // Their numbers are given away again.
         for (_, pages) in &mut self.retired {
-            pages.retain(|page| !gone.contains(&pool(*page)));
+            pages.retain(|page| !lost.contains(&pool(*page)));
         }
-        gone
+        lost
     }
 
     /// Gives up textures that are made ahead; returns whether any was. One that is being made at this moment stays.
@@ -372,7 +426,7 @@ impl Pools {
 
     pub fn free(&mut self, recording: &mut Recording) {
         for slot in &mut self.list {
-            recording.free(slot.take().map(|pool| pool.texture));
+            slot.take().into_iter().for_each(|pool| pool.free_textures(recording));
         }
         recording.free(self.nothing.take());
         self.retired.clear();
@@ -389,21 +443,64 @@ impl Pool {
             Some(ahead) => ahead.create(recording),
             None => recording.create_texture("voxels", format, texels),
         };
-        Self { texture, format, size, taken: vec![false; volume(size)], taken_count: 0 }
+        let taken = vec![false; volume(size)];
+        Self { format, texture, texture_size: size, successor: None, size, taken, taken_count: 0 }
     }
 
-    /// Moves to a larger texture; pages stay what they are.
+    /// Begins to move to a larger texture; pages stay what they are.
     fn grow(&mut self, size: [u32; 3], ahead: &mut Vec<Ahead>, recording: &mut Recording) {
-        let mut larger = Self::new(self.format, size, ahead, recording);
-        for (index, _) in self.taken.iter().enumerate().filter(|(_, taken)| **taken) {
-            let index = larger.index(self.place(index));
-            larger.taken[index] = true;
+        let larger = Self::new(self.format, size, ahead, recording);
+        recording.free(
+            self.successor.replace(Successor { texture: larger.texture, copied: 0 }).map(|s| s.texture),
+        );
+        self.take_size(size);
+    }
+
+    /// Changes the bricks that there are; those that are taken stay.
+    fn take_size(&mut self, size: [u32; 3]) {
+        let places: Vec<[u32; 3]> =
+            (0..self.capacity()).filter(|index| self.taken[*index]).map(|index| self.place(index)).collect();
+        self.size = size;
+        self.taken = vec![false; volume(size)];
+        for place in places {
+            let index = self.index(place);
+            self.taken[index] = true;
         }
-        larger.taken_count = self.taken_count;
-        let texels = self.size.map(|n| n * BRICK_TEXELS);
-        recording.push(Step::CopyTexture { from: self.texture, to: larger.texture, size: texels });
+    }
+
+    /// Copies what fits into the budget, a layer at least; moves once all is copied.
+    fn move_on(&mut self, budget: &mut u64, recording: &mut Recording) {
+        let Some(successor) = &mut self.successor else { return };
+        let [width, height, depth] = self.texture_size.map(|n| n * BRICK_TEXELS);
+        let layer = u64::from(width) * u64::from(height) * self.format.bytes_per_texel() as u64;
+        let rest = if self.taken_count > 0 { depth - successor.copied } else { 0 };
+        let layers = u64::from(rest).min((*budget / layer).max(1)) as u32;
+        if layers > 0 {
+            recording.push(Step::CopyTexture {
+                from: self.texture,
+                to: successor.texture,
+                origin: [0, 0, successor.copied],
+                size: [width, height, layers],
+            });
+            *budget = budget.saturating_sub(u64::from(layers) * layer);
+        }
+        successor.copied += layers;
+        if layers == rest {
+            recording.push(Step::Free { id: self.texture });
+            (self.texture, self.texture_size) = (successor.texture, self.size);
+            self.successor = None;
+        }
+    }
+
+    /// Stays in its texture after all. Nothing lies beyond it any more.
+    fn stay(&mut self) -> Option<Successor> {
+        self.take_size(self.texture_size);
+        self.successor.take()
+    }
+
+    fn free_textures(self, recording: &mut Recording) {
         recording.push(Step::Free { id: self.texture });
-        *self = larger;
+        recording.free(self.successor.map(|successor| successor.texture));
     }
 }
 

@@ -1,5 +1,6 @@
 //! How volumes come, seen without a GPU: within a budget, one after the other, into textures that were made before.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use lumivox_core::{Environment, Scene, Volume};
@@ -259,4 +260,106 @@ fn many_volumes_come_one_after_the_other() {
     for volume in &volumes {
         assert_eq!(cache.store().resolution(volume).map(|r| (r.factor, r.arriving)), Some((1, false)));
     }
+}
+
+/// The layers of texels that a recording copies from one pool's texture to another: the first one, and how many.
+fn copied(recording: &Recording) -> Vec<(u32, u32)> {
+    let box_of = |step: &Step| match step {
+        Step::CopyTexture { origin, size, .. } => Some((origin[2], size[2])),
+        _ => None,
+    };
+    recording.steps.iter().filter_map(box_of).collect()
+}
+
+const ONE_POOL: DeviceLimits = DeviceLimits { one_pool: true, ..LIMITS };
+
+/// Where there can be one pool only, a frame copies no more of what is there than it could bring.
+#[test]
+fn a_pool_grows_a_little_with_every_frame() {
+    let store = VoxelStore::new(ONE_POOL);
+    let mut cache = SceneCache::new(&store);
+    let volumes = [volume(100), volume(90), volume(80)];
+    let mut alive = HashSet::new();
+    let replayed = |cache: &mut SceneCache, count: usize, budget: u64, alive: &mut HashSet<ResourceId>| {
+        let recording = update(cache, &scene(&volumes[..count]), budget);
+        replay(&recording, alive);
+        recording
+    };
+    replayed(&mut cache, 1, u64::MAX, &mut alive);
+    let bytes = store.bytes();
+    let (mut layers, mut frames) = (0, 0);
+    let budget = 1 << 20;
+    while {
+        // The third comes while the pool grows for the second, and has it grow no more.
+        let recording = replayed(&mut cache, if frames < 2 { 2 } else { 3 }, budget, &mut alive);
+        for (first, count) in copied(&recording) {
+            assert!(first == layers && u64::from(count) * 132 * 132 * 2 <= budget);
+            layers += count;
+        }
+        let is_there = |i: usize| store.resolution(&volumes[i]).is_some();
+        assert!(is_there(0) && (layers >= 132 || !is_there(1) && voxel_bytes(&recording) == 0));
+        frames += 1;
+        layers < 132
+    } {}
+    assert!((4..10).contains(&frames), "{frames}");
+    assert!(store.bytes() > bytes);
+    while !cache.is_settled() {
+        replayed(&mut cache, 3, budget, &mut alive);
+        frames += 1;
+        assert!(frames < 200, "it ends");
+    }
+    for volume in &volumes {
+        assert_eq!(store.resolution(volume).map(|r| (r.factor, r.arriving)), Some((1, false)));
+    }
+    let mut end = Recording::new();
+    drop(cache);
+    store.free(&mut end);
+    replay(&end, &mut alive);
+}
+
+/// What was there stays, whether the larger texture, a part of the copies or the last of them came to nothing.
+#[test]
+fn a_pool_that_may_not_grow_keeps_what_it_has() {
+    for refused_at in 0..6 {
+        let store = VoxelStore::new(ONE_POOL);
+        let mut cache = SceneCache::new(&store);
+        let volumes = [volume(100), volume(90)];
+        let mut alive = HashSet::new();
+        replay(&update(&mut cache, &scene(&volumes[..1]), u64::MAX), &mut alive);
+        let discard = |recording: &Recording, alive: &mut HashSet<ResourceId>| {
+            for step in &recording.steps {
+                if let Step::Free { id } = step {
+                    alive.remove(id);
+                }
+            }
+        };
+        let mut was_last = false;
+        for frame in 0..=refused_at {
+            let recording = update(&mut cache, &scene(&volumes), 1 << 20);
+            assert_eq!(copied(&recording).len(), 1, "frame {frame}");
+            if frame == refused_at {
+                discard(&recording, &mut alive);
+                was_last = copied(&recording).iter().any(|(first, count)| first + count == 132);
+                assert!(store.refused(&recording), "frame {frame}: there may be room for less");
+            } else {
+                replay(&recording, &mut alive);
+            }
+        }
+        let stays = store.resolution(&volumes[0]).map(|r| r.factor) == Some(1);
+        assert_eq!(stays, !was_last, "refused in frame {refused_at}");
+        // Anew, as hosts do.
+        let mut cache = SceneCache::new(&store);
+        let mut frames = 0;
+        while {
+            replay(&update(&mut cache, &scene(&volumes), 1 << 20), &mut alive);
+            frames += 1;
+            assert!(frames < 200, "it ends");
+            !cache.is_settled()
+        } {}
+        assert!(volumes.iter().all(|volume| store.resolution(volume).is_some_and(|r| !r.arriving)));
+        if was_last {
+            return;
+        }
+    }
+    panic!("the pool has not grown");
 }

@@ -23,27 +23,6 @@ fn update(cache: &mut SceneCache, scene: &Scene, alive: &mut HashSet<ResourceId>
     recording
 }
 
-/// Every step uses only what exists; what is freed existed.
-fn replay(recording: &Recording, alive: &mut HashSet<ResourceId>) {
-    for step in &recording.steps {
-        match step {
-            Step::CreateBuffer { id, .. } | Step::CreateTexture { id, .. } => assert!(alive.insert(*id)),
-            Step::Free { id } => assert!(alive.remove(id), "{id:?} is freed twice"),
-            Step::Dispatch { resources, .. } => assert!(resources.iter().all(|id| alive.contains(id))),
-            Step::Draw { resources, target, .. } => {
-                assert!(resources.iter().all(|id| alive.contains(id)) && alive.contains(target));
-            }
-            Step::CopyTexture { from, to, .. } => {
-                assert!(alive.contains(from) && alive.contains(to));
-            }
-            Step::WriteBuffer { id, .. }
-            | Step::WriteTexture { id, .. }
-            | Step::ClearBuffer { id }
-            | Step::ReadBuffer { id, .. } => assert!(alive.contains(id)),
-        }
-    }
-}
-
 fn texture_writes(recording: &Recording) -> usize {
     recording.steps.iter().filter(|s| matches!(s, Step::WriteTexture { .. })).count()
 }

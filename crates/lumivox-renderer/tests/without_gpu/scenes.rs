@@ -1,12 +1,13 @@
 //! Small scenes, and the device that they are recorded for.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
     Medium, Modality, PerspectiveCamera, Scene, TransferFunction, Volume, VolumeInstance, Voxels,
 };
-use lumivox_renderer::DeviceLimits;
+use lumivox_renderer::{DeviceLimits, Recording, ResourceId, Step};
 
 pub const LIMITS: DeviceLimits = DeviceLimits {
     max_texture_3d: 256,
@@ -34,4 +35,25 @@ pub fn scene(volumes: &[Arc<Volume>]) -> Scene {
 
 pub fn camera() -> PerspectiveCamera {
     PerspectiveCamera::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 0.5)
+}
+
+/// Every step uses only what exists; what is freed existed.
+pub fn replay(recording: &Recording, alive: &mut HashSet<ResourceId>) {
+    for step in &recording.steps {
+        match step {
+            Step::CreateBuffer { id, .. } | Step::CreateTexture { id, .. } => assert!(alive.insert(*id)),
+            Step::Free { id } => assert!(alive.remove(id), "{id:?} is freed twice"),
+            Step::Dispatch { resources, .. } => assert!(resources.iter().all(|id| alive.contains(id))),
+            Step::Draw { resources, target, .. } => {
+                assert!(resources.iter().all(|id| alive.contains(id)) && alive.contains(target));
+            }
+            Step::CopyTexture { from, to, .. } => {
+                assert!(alive.contains(from) && alive.contains(to));
+            }
+            Step::WriteBuffer { id, .. }
+            | Step::WriteTexture { id, .. }
+            | Step::ClearBuffer { id }
+            | Step::ReadBuffer { id, .. } => assert!(alive.contains(id)),
+        }
+    }
 }

@@ -221,8 +221,24 @@ fn a_pool_that_is_full_grows_and_keeps_what_it_holds() {
         bytes.push(store.bytes());
     }
     assert!(bytes.is_sorted() && bytes[3] > 2 * bytes[0], "{bytes:?}");
-    let (film, expected) = (film(&mut gpu, &cache), film_at_once(&mut gpu, limits, &scene(&all)));
-    assert_same(&film, &expected, "grown");
+    let expected = film_at_once(&mut gpu, limits, &scene(&all));
+    assert_same(&film(&mut gpu, &cache), &expected, "grown");
+
+    // A little with every frame.
+    let mut cache = SceneCache::new(&VoxelStore::new(limits));
+    let whole = scene(&all);
+    let two = Scene { volumes: whole.volumes[..2].to_vec(), ..whole.clone() };
+    execute(&mut gpu, |recording| cache.update(&two, recording).unwrap());
+    let mut films = vec![];
+    while {
+        execute(&mut gpu, |recording| {
+            cache.update_within(&whole, &mut (64 << 10), recording).unwrap();
+        });
+        films.push(film(&mut gpu, &cache));
+        !cache.is_settled()
+    } {}
+    assert_same(&films[9], &films[0], "while it grows");
+    assert_same(films.last().unwrap(), &expected, "grown slowly");
 }
 
 #[test]

@@ -243,9 +243,9 @@ impl Executor {
             Step::WriteTexture { id, origin, size, data } => {
                 self.write_texture(device, *id, *origin, *size, data)?;
             }
-            Step::CopyTexture { from, to, size } => {
+            Step::CopyTexture { from, to, origin, size } => {
                 let (from, to) = (self.texture(device, *from)?, self.texture(device, *to)?);
-                copy_texture(device, from, to, [0; 3], *size)?;
+                copy_texture(device, (from, *origin), (to, *origin), *size)?;
             }
             Step::ClearBuffer { id } => {
                 let (buffer, size) = self.buffer(*id)?;
@@ -321,7 +321,7 @@ impl Executor {
         let flat = depth == 0;
         let box_size = if flat { [size[0], size[1], 0] } else { size };
         let staging = create_texture(device, Plan { size: box_size, ..plan }, Some(data))?;
-        let copied = copy_texture(device, staging, texture, origin, size);
+        let copied = copy_texture(device, (staging, [0; 3]), (texture, origin), size);
         device.free_rid(staging);
         copied
     }
@@ -474,13 +474,12 @@ fn uniform_type(kind: BindingKind) -> UniformType {
 /// Copies the first box of a texture into another.
 fn copy_texture(
     device: &mut Gd<RenderingDevice>,
-    from: Rid,
-    to: Rid,
-    origin: [u32; 3],
+    (from, from_origin): (Rid, [u32; 3]),
+    (to, to_origin): (Rid, [u32; 3]),
     size: [u32; 3],
 ) -> Result<(), ExecuteError> {
     let at = |v: [u32; 3]| Vector3::new(v[0] as f32, v[1] as f32, v[2] as f32);
-    match device.texture_copy(from, to, Vector3::ZERO, at(origin), at(size), 0, 0, 0, 0) {
+    match device.texture_copy(from, to, at(from_origin), at(to_origin), at(size), 0, 0, 0, 0) {
         Error::OK => Ok(()),
         error => Err(ExecuteError::Fault(format!("a texture cannot be written: {error:?}"))),
     }
