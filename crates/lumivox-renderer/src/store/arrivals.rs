@@ -166,7 +166,8 @@ impl Store {
             if pools.is_growing_at(&copy.resident.pages) {
                 return;
             } else if entry.shown.is_some() && is_new {
-                // It has made the frame late enough.
+                // Tables and films follow it: the frame is late enough.
+                *budget = 0;
                 return;
             } else if entry.shown.is_some() {
                 copy.want(key, recording);

@@ -9,6 +9,7 @@ mod ahead;
 mod arrivals;
 mod bricks;
 mod coarse;
+mod pool;
 mod pools;
 mod texels;
 mod value_ranges;
