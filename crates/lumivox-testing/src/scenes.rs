@@ -6,7 +6,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
-use lumivox_core::glam::{DAffine3, DMat3, DQuat, DVec3, IVec3};
+use lumivox_core::glam::{DAffine3, DMat3, DQuat, DVec3};
 use lumivox_core::{
     ColorStop, Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Falloff, Filter, Lamp,
     Light, LightKind, Medium, Modality, PerspectiveCamera, Scene, SurfaceReflection, TransferFunction,
@@ -77,7 +77,7 @@ pub fn furnace(mut test: TestScene) -> TestScene {
 pub fn dense_furnace() -> TestScene {
     let n = 64;
     let grains = fill([n; 3], DAffine3::IDENTITY, |p| {
-        let is_grain = (p * n as f64).floor().as_ivec3() % 3 == IVec3::ZERO;
+        let is_grain = (p * n as f64).floor() % 3.0 == DVec3::ZERO;
         if is_grain && (p - 0.5).length() < 0.46 { 1.0 } else { 0.0 }
     });
     let medium = Medium { anisotropy: 0.8, density_scale: 40.0, ..soft_ball_medium() };
