@@ -150,8 +150,9 @@ pub struct RenderArgs {
     /// Reflection where the value changes quickly: crisp bone and skin [default: the preset's]
     #[arg(long, help_heading = "Look")]
     pub surface: Option<Switch>,
-    /// How values between voxels are found; tricubic is smooth and slightly blurred
-    #[arg(long, help_heading = "Look", default_value = "trilinear")]
+    /// How values between voxels are found: smooth averages neighbours first, so that surfaces have no terraces;
+    /// tricubic is sharper, and takes five times as long
+    #[arg(long, help_heading = "Look", default_value = "smooth")]
     pub filter: FilterName,
     /// Part to keep, as fractions along the voxel axes: lowx,lowy,lowz,highx,highy,highz
     #[arg(long, value_name = "BOX", help_heading = "Look")]
@@ -308,6 +309,7 @@ pub enum FilterName {
     Nearest,
     Trilinear,
     Tricubic,
+    Smooth,
 }
 
 impl From<Tone> for ToneMap {
@@ -326,6 +328,7 @@ impl From<FilterName> for Filter {
             FilterName::Nearest => Filter::Nearest,
             FilterName::Trilinear => Filter::Trilinear,
             FilterName::Tricubic => Filter::Tricubic,
+            FilterName::Smooth => Filter::Smooth,
         }
     }
 }

@@ -115,6 +115,17 @@ impl<'a> PlacedMedium<'a> {
             }
             Filter::Trilinear => self.weighted(p, 0, [|t| [1.0 - t, t]; 3]),
             Filter::Tricubic => self.weighted(p, -1, [cubic_b_spline; 3]),
+            Filter::Smooth => {
+                let base = p.floor();
+                let [x, y, z] = (p - base).to_array().map(|t| [1.0 - t, t]);
+                let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2];
+                (0..8).map(corner).fold(0.0, |sum, [i, j, k]| {
+                    sum + x[i]
+                        * y[j]
+                        * z[k]
+                        * self.mean_around(base + DVec3::new(i as f64, j as f64, k as f64))
+                })
+            }
         }
     }
 
@@ -132,6 +143,19 @@ impl<'a> PlacedMedium<'a> {
                     sum += weight * self.tap([tap(0, i), tap(1, j), tap(2, k)]);
                 }
             }
+        }
+        sum
+    }
+
+    /// The mean of a voxel, clamped to the grid, and those around it, which weigh half as much along each axis.
+    fn mean_around(&self, voxel: DVec3) -> f64 {
+        let last = DVec3::from_array(self.volume.dims().map(|n| n as f64 - 1.0));
+        let voxel = voxel.clamp(DVec3::ZERO, last);
+        let mut sum = 0.0;
+        for offset in (0..27).map(|i| DVec3::new((i % 3) as f64, (i / 3 % 3) as f64, (i / 9) as f64) - 1.0) {
+            let weight: f64 =
+                offset.to_array().into_iter().map(|o| if o == 0.0 { 0.5 } else { 0.25 }).product();
+            sum += weight * self.tap((voxel + offset).to_array());
         }
         sum
     }
@@ -248,7 +272,7 @@ mod tests {
 
     #[test]
     fn smooth_filters_reproduce_a_plane_and_its_gradient() {
-        for filter in [Filter::Trilinear, Filter::Tricubic] {
+        for filter in [Filter::Trilinear, Filter::Tricubic, Filter::Smooth] {
             let plane = |p: DVec3| 2.0 + 0.5 * p.x - 0.25 * p.y + 0.125 * p.z;
             let instance = grid([10, 9, 8], filter, plane);
             let placed = PlacedMedium::new(&instance).unwrap();

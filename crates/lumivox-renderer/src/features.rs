@@ -13,7 +13,7 @@ pub struct Features {
     pub environment: bool,
     /// Some volume reflects at surfaces.
     pub surface: bool,
-    /// Some volume is filtered otherwise than trilinearly.
+    /// Some volume is filtered otherwise than linearly.
     pub filters: bool,
     /// Some light of the engine reaches some volume.
     pub lights: bool,
@@ -48,7 +48,7 @@ impl Features {
         Self {
             environment: !scene.environment.is_uniform(),
             surface: placed.iter().any(|p| p.medium.surface.strength as f32 > 0.0),
-            filters: placed.iter().any(|p| p.medium.filter != Filter::Trilinear),
+            filters: placed.iter().any(|p| matches!(p.medium.filter, Filter::Nearest | Filter::Tricubic)),
             lights,
             many_volumes: placed.len() >= MANY_VOLUMES,
         }

@@ -47,7 +47,7 @@ pub struct PathTraceVariant {
     pub surface: bool,
     /// The film also holds first-hit albedo and normal.
     pub guides: bool,
-    /// Some volume is filtered otherwise than trilinearly.
+    /// Some volume is filtered otherwise than linearly.
     pub mixed_filters: bool,
     /// Into a host's image: primary rays end at what the host has drawn, and every pixel counts its own samples.
     pub live: bool,

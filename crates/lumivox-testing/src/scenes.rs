@@ -41,6 +41,7 @@ pub fn all() -> Vec<TestScene> {
         glossy_surface(),
         tricubic(),
         nearest(),
+        smooth(),
         many_bricks(),
         camera_inside(),
         clip_box(),
@@ -207,12 +208,17 @@ pub fn glossy_surface() -> TestScene {
 
 /// Coarse noise through the cubic B-spline.
 pub fn tricubic() -> TestScene {
-    filtered("tricubic", Filter::Tricubic)
+    filtered("tricubic", Filter::Tricubic, [9, 8, 10], DVec3::splat(2.5))
 }
 
 /// Coarse noise without interpolation.
 pub fn nearest() -> TestScene {
-    filtered("nearest", Filter::Nearest)
+    filtered("nearest", Filter::Nearest, [9, 8, 10], DVec3::splat(2.5))
+}
+
+/// Coarse noise of averaged voxels, along x as many as a renderer keeps together.
+pub fn smooth() -> TestScene {
+    filtered("smooth", Filter::Smooth, [32, 8, 10], DVec3::new(0.8, 2.5, 2.5))
 }
 
 /// Volumes of more voxels along each axis than a renderer keeps together, so that filters read across: one through the
@@ -237,7 +243,7 @@ pub fn many_bricks() -> TestScene {
     scene("many_bricks", volumes, gradient_light())
 }
 
-fn filtered(name: &'static str, filter: Filter) -> TestScene {
+fn filtered(name: &'static str, filter: Filter, dims: [usize; 3], stretch: DVec3) -> TestScene {
     let medium = Medium {
         filter,
         density_scale: 0.3,
@@ -245,8 +251,8 @@ fn filtered(name: &'static str, filter: Filter) -> TestScene {
         surface: SurfaceReflection { gradient_per_mm: 60.0, ..reflection(0.6) },
         ..Medium::new(two_tissues())
     };
-    let mut instance = VolumeInstance::centered(noise_volume(5, [9, 8, 10]), medium);
-    instance.world_from_patient = DAffine3::from_scale(DVec3::splat(2.5)) * instance.world_from_patient;
+    let mut instance = VolumeInstance::centered(noise_volume(5, dims), medium);
+    instance.world_from_patient = DAffine3::from_scale(stretch) * instance.world_from_patient;
     instance.medium.density_scale *= 2.5;
     scene(name, vec![instance], gradient_light())
 }
@@ -555,7 +561,7 @@ mod tests {
     fn scenes_are_the_same_every_time_and_cover_every_option() {
         let scenes = all();
         let instances: Vec<&VolumeInstance> = scenes.iter().flat_map(|t| &t.scene.volumes).collect();
-        for filter in [Filter::Nearest, Filter::Trilinear, Filter::Tricubic] {
+        for filter in [Filter::Nearest, Filter::Trilinear, Filter::Tricubic, Filter::Smooth] {
             assert!(instances.iter().any(|i| i.medium.filter == filter));
         }
         for bytes in [1, 2, 4] {

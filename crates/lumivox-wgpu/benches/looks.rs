@@ -54,6 +54,7 @@ fn main() {
             ("nearest", ..) => filter = Filter::Nearest,
             ("trilinear", ..) => filter = Filter::Trilinear,
             ("tricubic", ..) => filter = Filter::Tricubic,
+            ("smooth", ..) => filter = Filter::Smooth,
             (_, Ok(number), _) => voxels = number,
             (_, _, Some([Ok(width), Ok(height)])) => sizes = vec![[width, height]],
             _ => panic!("'{word}' is no option"),

@@ -35,9 +35,6 @@ func _on_grown(_volume: LumivoxVolume) -> void:
 
 ## Leaves out what takes a processor long, and gives the time to the volumes.
 func _lighten() -> void:
-	for volume in source.targets:
-		# Tricubic takes many times as long.
-		volume.filter = LumivoxVolume3D.FILTER_TRILINEAR
 	for world: WorldEnvironment in find_children("*", "WorldEnvironment"):
 		world.environment.ssao_enabled = false
 		world.environment.glow_enabled = false

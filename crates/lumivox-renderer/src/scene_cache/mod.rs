@@ -33,7 +33,7 @@ use crate::error::RenderError;
 use crate::features::{Features, ViewKind};
 use crate::ids;
 use crate::recording::{Recording, ResourceId};
-use crate::store::{Acquired, BrickGrid, GridKey, MAX_CELL_SIZE, TexelScale, VoxelStore, grid};
+use crate::store::{Acquired, BrickGrid, GridKey, MAX_CELL_SIZE, Source, TexelScale, VoxelStore, grid};
 
 /// What the host's GPU can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,6 +108,13 @@ pub(crate) struct Placed<'a> {
     patient_from_world: DAffine3,
 }
 
+impl Placed<'_> {
+    /// What it reads of its volume.
+    fn source(&self) -> Source {
+        Source::new(&self.instance.volume, self.medium.filter)
+    }
+}
+
 /// A scene on the GPU. [`update`](Self::update) records what differs from the last time. One that is dropped without
 /// [`free`](Self::free) leaves its buffers to the executor until that goes.
 #[derive(Debug)]
@@ -116,8 +123,8 @@ pub struct SceneCache {
     limits: DeviceLimits,
     environment_sampling: EnvironmentSampling,
     cell_size: Option<u32>,
-    /// What there is of each distinct volume.
-    volumes: Vec<(Arc<Volume>, Acquired)>,
+    /// What there is of each distinct volume, as its filters read it.
+    volumes: Vec<(Source, Acquired)>,
     /// Whether there are others of which nothing is there yet.
     lacks_volumes: bool,
     tables: CachedTables,
@@ -215,20 +222,20 @@ impl SceneCache {
         lights::check(&lights, self.limits.max_storage_binding)?;
 
         // What is gone makes room for what comes.
-        let is_wanted =
-            |(volume, _): &(Arc<Volume>, _)| wanted.iter().any(|(other, _)| Arc::ptr_eq(volume, other));
+        let is_wanted = |(source, _): &(Source, _)| wanted.iter().any(|(other, _)| source == other);
         let (stays, gone): (Vec<_>, Vec<_>) =
             std::mem::take(&mut self.volumes).into_iter().partition(is_wanted);
         self.volumes = stays;
-        let_go(gone.into_iter().map(|(volume, _)| volume));
+        let_go(gone.into_iter().map(|(source, _)| source.volume));
         let acquired = self.store.acquire(&wanted, budget, recording)?;
         self.lacks_volumes = acquired.iter().any(Option::is_none);
         let there = wanted.into_iter().zip(acquired);
-        self.volumes = there.filter_map(|((volume, _), acquired)| Some((volume, acquired?))).collect();
+        self.volumes = there.filter_map(|((source, _), acquired)| Some((source, acquired?))).collect();
         // Kernels are those of the whole scene from the beginning.
         self.features = Features::of_placed(scene, &placed, !lights.is_empty());
         let is_there = |placed: &Placed<'_>| {
-            self.volumes.iter().any(|(volume, _)| Arc::ptr_eq(volume, &placed.instance.volume))
+            let wanted = placed.source();
+            self.volumes.iter().any(|(source, _)| *source == wanted)
         };
         let placed: Vec<Placed<'_>> = placed.into_iter().filter(is_there).collect();
         let tables_changed = self.tables.update(&placed, &self.volumes, recording);
@@ -247,7 +254,7 @@ impl SceneCache {
     pub fn is_settled(&self) -> bool {
         self.tables.buffers.is_some()
             && !self.lacks_volumes
-            && self.volumes.iter().all(|(volume, acquired)| self.store.is_settled(volume, &acquired.resident))
+            && self.volumes.iter().all(|(source, acquired)| self.store.is_settled(source, &acquired.resident))
     }
 
     /// The device's voxels.
@@ -255,8 +262,8 @@ impl SceneCache {
         &self.store
     }
 
-    fn acquired(&self, volume: &Arc<Volume>) -> &Acquired {
-        acquired(&self.volumes, volume)
+    fn acquired(&self, placed: &Placed<'_>) -> &Acquired {
+        acquired(&self.volumes, placed)
     }
 
     fn update_instances(&mut self, placed: &[Placed<'_>], recording: &mut Recording) -> bool {
@@ -275,7 +282,7 @@ impl SceneCache {
     fn instance(&self, index: usize, placed: &Placed<'_>, origin: DVec3) -> Instance {
         let Placed { instance, medium, patient_from_world } = placed;
         let volume = &*instance.volume;
-        let Acquired { resident, ranges } = self.acquired(&instance.volume);
+        let Acquired { resident, ranges } = self.acquired(placed);
         let (table, grid_offset) = self.tables.get(index);
         // A reduced copy's voxels are larger; they begin where the volume does.
         let factor = f64::from(resident.factor);
@@ -312,7 +319,8 @@ impl SceneCache {
             table_offset: (index * TABLE_PAIRS) as u32,
             filter_kind: match medium.filter {
                 Filter::Nearest => constants::FILTER_NEAREST,
-                Filter::Trilinear => constants::FILTER_TRILINEAR,
+                // What is smooth about it is in the voxels.
+                Filter::Trilinear | Filter::Smooth => constants::FILTER_TRILINEAR,
                 Filter::Tricubic => constants::FILTER_TRICUBIC,
             },
             value_per_texel: texel.per_texel.abs() as f32,
@@ -428,14 +436,14 @@ impl SceneCache {
 }
 
 /// Each volume once, in the order of its first instance, and the grid that its filters need.
-fn distinct(instances: &[Placed<'_>], cell_size: Option<u32>) -> Vec<(Arc<Volume>, GridKey)> {
-    let mut volumes: Vec<(Arc<Volume>, GridKey)> = vec![];
+fn distinct(instances: &[Placed<'_>], cell_size: Option<u32>) -> Vec<(Source, GridKey)> {
+    let mut volumes: Vec<(Source, GridKey)> = vec![];
     for placed in instances {
-        let volume = &placed.instance.volume;
+        let source = placed.source();
         let needed = GridKey::new(placed.medium.filter, cell_size);
-        match volumes.iter_mut().find(|(known, _)| Arc::ptr_eq(known, volume)) {
+        match volumes.iter_mut().find(|(known, _)| *known == source) {
             Some((_, key)) => key.wide |= needed.wide,
-            None => volumes.push((volume.clone(), needed)),
+            None => volumes.push((source, needed)),
         }
     }
     volumes
@@ -450,8 +458,9 @@ fn let_go(volumes: impl Iterator<Item = Arc<Volume>>) {
     }
 }
 
-fn acquired<'a>(volumes: &'a [(Arc<Volume>, Acquired)], volume: &Arc<Volume>) -> &'a Acquired {
-    let found = volumes.iter().find(|(known, _)| Arc::ptr_eq(known, volume));
+fn acquired<'a>(volumes: &'a [(Source, Acquired)], placed: &Placed<'_>) -> &'a Acquired {
+    let wanted = placed.source();
+    let found = volumes.iter().find(|(source, _)| *source == wanted);
     &found.expect("every placed volume was acquired").1
 }
 

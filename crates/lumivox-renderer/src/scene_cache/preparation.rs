@@ -1,13 +1,13 @@
 //! What an update would do that takes long, as work for another thread: coarse copies of volumes, the textures that they
 //! will lie in, where an environment's light comes from.
 
-use std::sync::{Arc, Weak};
+use std::sync::Arc;
 
 use lumivox_core::{EnvironmentSource, Scene, Volume};
 
-use super::{SceneCache, importance, place};
+use super::{Placed, SceneCache, importance, place};
 use crate::recording::TextureOrder;
-use crate::store::{VoxelStore, prepare_volume};
+use crate::store::{Source, VoxelStore, WeakSource, prepare_volume};
 
 /// Work ahead of an [`update`](SceneCache::update_within). What it computes is kept with the volume or the map, for all
 /// scenes.
@@ -16,9 +16,9 @@ pub struct Preparation {
     store: VoxelStore,
     volumes: Vec<Arc<Volume>>,
     environment: Option<EnvironmentSource>,
-    coming: Vec<Arc<Volume>>,
+    coming: Vec<Source>,
     /// What the scene has no more. Not held: it is to be gone when the others come.
-    leaving: Vec<Weak<Volume>>,
+    leaving: Vec<WeakSource>,
 }
 
 impl Preparation {
@@ -46,18 +46,17 @@ impl SceneCache {
     /// What [`update_within`](Self::update_within) would have to do for `scene` that takes long; `None` where all is
     /// done. A host that must not miss a frame runs it on another thread, and shows the scene before until it is done.
     pub fn preparation(&self, scene: &Scene) -> Option<Preparation> {
-        let mut coming: Vec<Arc<Volume>> = vec![];
-        for placed in place(scene) {
-            let volume = &placed.instance.volume;
-            if !coming.iter().any(|known| Arc::ptr_eq(known, volume)) {
-                coming.push(volume.clone());
+        let mut coming: Vec<Source> = vec![];
+        for source in place(scene).iter().map(Placed::source) {
+            if !coming.contains(&source) {
+                coming.push(source);
             }
         }
-        let stays = |volume: &Arc<Volume>| coming.iter().any(|other| Arc::ptr_eq(volume, other));
-        let held = self.volumes.iter().map(|(volume, _)| volume);
-        let leaving: Vec<Weak<Volume>> = held.filter(|volume| !stays(volume)).map(Arc::downgrade).collect();
-        let volumes: Vec<Arc<Volume>> =
-            coming.iter().filter(|volume| self.store.lacks_preparation(volume)).cloned().collect();
+        let held = self.volumes.iter().map(|(source, _)| source);
+        let leaving: Vec<WeakSource> =
+            held.filter(|source| !coming.contains(source)).map(Source::downgrade).collect();
+        let lacking = coming.iter().filter(|source| self.store.lacks_preparation(source));
+        let volumes: Vec<Arc<Volume>> = lacking.map(|source| source.volume.clone()).collect();
         let source = &scene.environment.source;
         let is_new = !self.environment.holds(source) && !importance::is_known(source);
         let environment = is_new.then(|| source.clone());

@@ -1,7 +1,5 @@
 //! The instances' transfer functions on the GPU, and the majorants that follow from them.
 
-use std::sync::Arc;
-
 use lumivox_core::{TransferFunction, Volume};
 use lumivox_shaders::Kernel;
 use lumivox_shaders::constants::BRICK_SIZE;
@@ -11,7 +9,7 @@ use super::transfer_table::TransferTable;
 use super::{Placed, acquired, check_binding};
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step};
-use crate::store::{Acquired, TexelScale, ValueRanges};
+use crate::store::{Acquired, Source, TexelScale, ValueRanges};
 
 /// An instance's table, and where its majorants are.
 #[derive(Debug)]
@@ -60,10 +58,10 @@ impl CachedTables {
     pub fn update(
         &mut self,
         instances: &[Placed<'_>],
-        volumes: &[(Arc<Volume>, Acquired)],
+        volumes: &[(Source, Acquired)],
         recording: &mut Recording,
     ) -> bool {
-        let of = |placed: &Placed<'_>| acquired(volumes, &placed.instance.volume);
+        let of = |placed: &Placed<'_>| acquired(volumes, placed);
         let cells: usize = instances.iter().map(|p| of(p).ranges.cells()).sum();
         let needed = [instances.len(), cells];
         let mut changed = self.list.len() != instances.len();

@@ -1,13 +1,13 @@
 //! Textures made before the frame that wants them, on the thread that prepares it: to make one of hundreds of megabytes
 //! takes a device longer than a frame may be late.
 
-use std::sync::{Arc, Mutex, PoisonError, TryLockError, Weak};
+use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 
 use lumivox_core::Volume;
 
 use super::arrivals::Coming;
 use super::coarse::{coarse_factor, needs_coarse_copy};
-use super::{Entry, Store, bricks};
+use super::{Entry, Source, Store, WeakSource, bricks};
 use crate::recording::{Recording, ResourceId, Step, TextureFormat, TextureOrder};
 
 /// Bytes from which on a texture takes long to make.
@@ -20,7 +20,7 @@ const PATIENCE: u64 = 10_000;
 #[derive(Clone, Debug)]
 pub(super) struct Ahead {
     order: TextureOrder,
-    pub volumes: Vec<Weak<Volume>>,
+    pub sources: Vec<WeakSource>,
     /// When it was ordered.
     clock: u64,
     /// Locked while it is made.
@@ -51,16 +51,16 @@ fn bytes(order: &TextureOrder) -> u64 {
 }
 
 impl Ahead {
-    pub fn new(order: TextureOrder, volumes: Vec<Weak<Volume>>, clock: u64) -> Self {
-        Self { order, volumes, clock, stage: Arc::new(Mutex::new(Stage::Ordered)) }
+    pub fn new(order: TextureOrder, sources: Vec<WeakSource>, clock: u64) -> Self {
+        Self { order, sources, clock, stage: Arc::new(Mutex::new(Stage::Ordered)) }
     }
 
     pub fn id(&self) -> ResourceId {
         self.order.id
     }
 
-    pub fn is_for(&self, volume: &Arc<Volume>) -> bool {
-        self.volumes.iter().any(|other| std::ptr::eq(other.as_ptr(), Arc::as_ptr(volume)))
+    pub fn is_for(&self, source: &Source) -> bool {
+        self.sources.iter().any(|other| other == source)
     }
 
     /// Whether its volumes should have come long ago.
@@ -125,16 +125,15 @@ impl Store {
     /// Frees textures that were made ahead and are not wanted any more.
     pub(super) fn drop_stale(&mut self, recording: &mut Recording) {
         let Self { pools, entries, clock, .. } = self;
-        let has_come = |volume: &Weak<Volume>| {
-            volume.strong_count() == 0 || entries.iter().any(|entry| entry.volume.ptr_eq(volume))
-        };
-        let is_stale = |ahead: &Ahead| ahead.is_old(*clock) || ahead.volumes.iter().all(has_come);
+        let has_come =
+            |source: &WeakSource| source.is_gone() || entries.iter().any(|entry| entry.source == *source);
+        let is_stale = |ahead: &Ahead| ahead.is_old(*clock) || ahead.sources.iter().all(has_come);
         pools.drop_ahead(is_stale, recording);
     }
 
     /// Textures for volumes that come that are ordered and not made.
-    pub(super) fn pending(&self, coming: &[Arc<Volume>]) -> impl Iterator<Item = &Ahead> {
-        let is_for_any = |ahead: &&Ahead| coming.iter().any(|volume| ahead.is_for(volume));
+    pub(super) fn pending(&self, coming: &[Source]) -> impl Iterator<Item = &Ahead> {
+        let is_for_any = |ahead: &&Ahead| coming.iter().any(|source| ahead.is_for(source));
         self.pools.ahead.iter().filter(|ahead| ahead.is_pending()).filter(is_for_any)
     }
 
@@ -142,23 +141,23 @@ impl Store {
     /// then a texture is made in the frame that wants it.
     pub(super) fn plan_ahead(
         &self,
-        coming: &[Arc<Volume>],
-        leaving: &[Weak<Volume>],
+        coming: &[Source],
+        leaving: &[WeakSource],
     ) -> impl Iterator<Item = Ahead> + use<> {
-        let is_known = |volume: &Arc<Volume>| self.pools.ahead.iter().any(|ahead| ahead.is_for(volume));
+        let is_known = |source: &Source| self.pools.ahead.iter().any(|ahead| ahead.is_for(source));
         let new: Vec<Coming> = coming
             .iter()
-            .filter(|volume| self.entry(volume).is_none())
-            .map(|volume| Coming {
-                volume: volume.clone(),
-                factor: bricks::least_factor(volume.dims()),
-                coarse: needs_coarse_copy(volume).then(|| coarse_factor(volume)),
+            .filter(|source| self.entry(source).is_none())
+            .map(|source| Coming {
+                source: source.clone(),
+                factor: bricks::least_factor(source.volume.dims()),
+                coarse: needs_coarse_copy(&source.volume).then(|| coarse_factor(&source.volume)),
             })
             .collect();
         let mut steps = Recording::new();
-        if new.iter().any(|coming| !is_known(&coming.volume) && is_large(&coming.volume)) {
+        if new.iter().any(|coming| !is_known(&coming.source) && is_large(&coming.source.volume)) {
             let mut planned = self.pools.clone();
-            let leaves = |entry: &&Entry| leaving.iter().any(|volume| volume.ptr_eq(&entry.volume));
+            let leaves = |entry: &&Entry| leaving.contains(&entry.source);
             for entry in self.entries.iter().filter(leaves) {
                 for copy in entry.copies() {
                     planned.release(copy.resident.pages.iter().copied());
@@ -167,13 +166,13 @@ impl Store {
             // Where there is no room, it is made in the frame that wants it.
             let _ = planned.allocate(&self.bricks_of(&new), self.capacity, &mut steps);
         }
-        let volumes: Vec<Weak<Volume>> = new.iter().map(|coming| Arc::downgrade(&coming.volume)).collect();
+        let sources: Vec<WeakSource> = new.iter().map(|coming| coming.source.downgrade()).collect();
         let known: Vec<ResourceId> = self.pools.ahead.iter().map(Ahead::id).collect();
         let clock = self.clock;
         steps.steps.into_iter().filter_map(move |step| {
             let Step::CreateTexture { id, label, format, size } = step else { return None };
             let order = TextureOrder { id, label, format, size };
-            (takes_long(&order) && !known.contains(&id)).then(|| Ahead::new(order, volumes.clone(), clock))
+            (takes_long(&order) && !known.contains(&id)).then(|| Ahead::new(order, sources.clone(), clock))
         })
     }
 }

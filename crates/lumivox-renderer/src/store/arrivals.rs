@@ -2,13 +2,11 @@
 
 use std::sync::Arc;
 
-use lumivox_core::Volume;
-
 use super::bricks::{self, Arrival, BrickGrid};
 use super::coarse::{coarse_copy, coarse_factor, needs_coarse_copy};
 use super::pools::Wanted;
 use super::value_ranges::GridKey;
-use super::{CopyOnDevice, Resident, Store};
+use super::{CopyOnDevice, Resident, Source, Store};
 use crate::error::RenderError;
 use crate::recording::Recording;
 
@@ -18,9 +16,9 @@ const AT_ONCE: u64 = u64::MAX / 2;
 /// Halvings after which there is no room for anything.
 const MAX_FACTOR: u32 = 64;
 
-/// A volume that there has to be room for.
+/// What there has to be room for.
 pub(super) struct Coming {
-    pub volume: Arc<Volume>,
+    pub source: Source,
     /// Voxels of the volume along an axis for one of the copy.
     pub factor: u32,
     /// Those of the coarse copy that comes first, if one does.
@@ -40,7 +38,7 @@ impl Store {
     /// volume that more than `budget` bytes have to be brought of, a coarse copy comes first.
     pub(super) fn begin_arrivals(
         &mut self,
-        wanted: &[(Arc<Volume>, GridKey)],
+        wanted: &[(Source, GridKey)],
         mut budget: u64,
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
@@ -49,8 +47,9 @@ impl Store {
             // What comes meanwhile would have a pool begin anew: it comes when there is room.
             return Ok(());
         }
-        for (volume, _) in wanted {
-            let Some(index) = self.index(volume) else { continue };
+        for (source, _) in wanted {
+            let Some(index) = self.index(source) else { continue };
+            let volume = &source.volume;
             let entry = &self.entries[index];
             let is_coarse = entry.shown.as_ref().is_some_and(|shown| shown.resident.factor > 1);
             let is_sparse =
@@ -63,7 +62,7 @@ impl Store {
                 budget -= if comes_at_once { bytes } else { 0 };
                 let comes_coarse = entry.shown.is_none() && !comes_at_once && needs_coarse_copy(volume);
                 new.push(Coming {
-                    volume: volume.clone(),
+                    source: source.clone(),
                     factor: bricks::least_factor(volume.dims()),
                     coarse: comes_coarse.then(|| coarse_factor(volume)),
                 });
@@ -80,7 +79,8 @@ impl Store {
                 None if self.pools.drop_ahead(|_| true, recording) => {}
                 None if self.evict(recording) => {}
                 None => {
-                    let count = |coming: &Coming| BrickGrid::new(coming.volume.dims(), coming.factor).count();
+                    let count =
+                        |coming: &Coming| BrickGrid::new(coming.source.volume.dims(), coming.factor).count();
                     let largest = new.iter_mut().max_by_key(|coming| count(coming));
                     // Nothing takes less than a brick.
                     match largest.filter(|coming| count(coming) > 1 && coming.factor < MAX_FACTOR) {
@@ -104,12 +104,13 @@ impl Store {
 
     /// Has copies of a volume come, the last one first: their factors, and their pages.
     fn begin_arrival(&mut self, coming: &Coming, copies: Vec<(u32, Vec<u32>)>) {
-        let index = self.index(&coming.volume).expect("every wanted volume has an entry");
+        let index = self.index(&coming.source).expect("all that is wanted has an entry");
+        let volume = &coming.source.volume;
         let Self { entries, pools, unprepared, releases, .. } = self;
         let entry = &mut entries[index];
         entry.tried = *releases;
         for (factor, pages) in copies.into_iter().rev() {
-            let bricks = BrickGrid::new(coming.volume.dims(), factor);
+            let bricks = BrickGrid::new(volume.dims(), factor);
             let resident = Resident { source: entry.id, factor, bricks, pages };
             // No finer than what there is: it stays.
             let better = entry.shown.as_ref().is_none_or(|shown| {
@@ -122,11 +123,11 @@ impl Store {
                 continue;
             }
             let arrival = if coming.coarse == Some(resident.factor) {
-                let (copy, is_late) = coarse_copy(&coming.volume);
+                let (copy, is_late) = coarse_copy(volume);
                 *unprepared += u64::from(is_late);
-                Arrival::of_prepared(&coming.volume, copy)
+                Arrival::of_prepared(&coming.source, copy)
             } else {
-                Arrival::new(&coming.volume)
+                Arrival::new(&coming.source)
             };
             entry
                 .arriving
@@ -138,10 +139,10 @@ impl Store {
     pub(super) fn bricks_of(&self, new: &[Coming]) -> Vec<Wanted> {
         new.iter()
             .flat_map(|coming| {
-                let format = self.pools.format(&coming.volume);
+                let format = self.pools.format(&coming.source.volume);
                 coming.factors().map(move |factor| Wanted {
                     format,
-                    bricks: BrickGrid::new(coming.volume.dims(), factor),
+                    bricks: BrickGrid::new(coming.source.volume.dims(), factor),
                     passes: factor != coming.factor,
                 })
             })
@@ -152,13 +153,13 @@ impl Store {
     /// if there is any budget left or no other has begun.
     pub(super) fn advance(
         &mut self,
-        volume: &Arc<Volume>,
+        source: &Source,
         key: GridKey,
         budget: &mut u64,
         has_begun: &mut bool,
         recording: &mut Recording,
     ) {
-        let Some(index) = self.index(volume) else { return };
+        let Some(index) = self.index(source) else { return };
         let Self { entries, pools, .. } = self;
         let entry = &mut entries[index];
         let is_new = entry.shown.is_none() && *budget < AT_ONCE;

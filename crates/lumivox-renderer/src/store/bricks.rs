@@ -3,7 +3,7 @@
 //! A brick holds [`BRICK_SIZE`] voxels along each axis and one more, its neighbours' first: a linear filter between its
 //! voxels needs no other brick, and a texture unit filters as it would in a texture of the volume's own.
 
-use std::sync::{Arc, Weak};
+use std::sync::Arc;
 
 use lumivox_core::{Volume, Voxels};
 use lumivox_shaders::constants::{BRICK_SIZE, BRICK_TEXELS, MAX_BRICKS};
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::pools::Pools;
 use super::texels::Quantiser;
 use super::value_ranges::Ranges;
-use super::{Resident, TEXELS};
+use super::{Resident, Source, TEXELS, WeakSource};
 use crate::recording::{Payload, Recording, ResourceId, Step, TextureFormat};
 
 /// Bytes of one upload: small enough to bound the memory of staging, large enough to be fast.
@@ -33,7 +33,7 @@ pub(crate) struct BrickGrid {
 /// A copy of a volume on its way into its bricks.
 #[derive(Debug)]
 pub(super) struct Arrival {
-    volume: Weak<Volume>,
+    source: WeakSource,
     /// All texels, made ahead.
     prepared: Option<Arc<Vec<u16>>>,
     /// Bricks that are there.
@@ -79,13 +79,13 @@ pub(super) fn least_factor(dims: [usize; 3]) -> u32 {
 }
 
 impl Arrival {
-    pub fn new(volume: &Arc<Volume>) -> Self {
-        Self { volume: Arc::downgrade(volume), prepared: None, done: 0, pages: None }
+    pub fn new(source: &Source) -> Self {
+        Self { source: source.downgrade(), prepared: None, done: 0, pages: None }
     }
 
     /// Of texels in the order of bricks.
-    pub fn of_prepared(volume: &Arc<Volume>, prepared: Arc<Vec<u16>>) -> Self {
-        Self { prepared: Some(prepared), ..Self::new(volume) }
+    pub fn of_prepared(source: &Source, prepared: Arc<Vec<u16>>) -> Self {
+        Self { prepared: Some(prepared), ..Self::new(source) }
     }
 
     /// What it has on the device besides bricks.
@@ -108,7 +108,7 @@ impl Arrival {
         budget: &mut u64,
         recording: &mut Recording,
     ) {
-        let Some(volume) = self.volume.upgrade() else { return };
+        let Some(source) = self.source.upgrade() else { return };
         let (_, format) = pools.texture_of(resident.pages[0]);
         let all = pools.bytes_of(format, resident.pages.len() as u64);
         let least = if *budget > 0 { pools.bytes_of(format, 1) } else { 0 };
@@ -121,7 +121,7 @@ impl Arrival {
             let [width, height] = run.size;
             let texels = match &self.prepared {
                 Some(prepared) => prepared_texels(prepared, resident, run, format),
-                None => texels(&volume, resident.factor, resident.bricks, run, format),
+                None => texels(&source, resident.factor, resident.bricks, run, format),
             };
             *budget = budget.saturating_sub(texels.len() as u64);
             recording.push(Step::WriteTexture {
@@ -175,7 +175,11 @@ fn run(resident: &Resident, begin: usize, most: usize) -> Run {
 }
 
 /// Texels of a run, x fastest, as they are stored. What lies beyond the volume repeats its last voxel.
-fn texels(volume: &Volume, factor: u32, grid: BrickGrid, run: Run, format: TextureFormat) -> Vec<u8> {
+fn texels(source: &Source, factor: u32, grid: BrickGrid, run: Run, format: TextureFormat) -> Vec<u8> {
+    let volume = &*source.volume;
+    if source.is_smooth && factor == 1 {
+        return as_stored(smooth_fractions(volume, grid, run), format);
+    }
     if factor == 1 {
         match (volume.voxels(), format) {
             (Voxels::U8(v), TextureFormat::R8Unorm) => return gather(v, grid, run, |&x| x),
@@ -221,6 +225,18 @@ fn fractions(volume: &Volume, factor: u32, grid: BrickGrid, run: Run) -> Vec<u16
     }
 }
 
+/// The texels of a run of a volume whose voxels are averaged with their neighbours. (One that is reduced is smooth enough.)
+fn smooth_fractions(volume: &Volume, grid: BrickGrid, run: Run) -> Vec<u16> {
+    match volume.voxels() {
+        Voxels::U8(v) => smooth(v, grid, run, |&x| u16::from(x) * 257),
+        Voxels::U16(v) => smooth(v, grid, run, |&x| x),
+        Voxels::F32(v) => {
+            let quantiser = Quantiser::of(volume);
+            smooth(v, grid, run, |&x| quantiser.fraction(x))
+        }
+    }
+}
+
 /// The voxel of each texel of a run along an axis.
 fn voxels_along(grid: BrickGrid, run: Run, axis: usize) -> impl Iterator<Item = u32> + Clone {
     let bricks = if axis < 2 { run.size[axis] } else { 1 };
@@ -249,6 +265,34 @@ fn gather<S: Sync, T: Copy + Default + Send + Sync>(
                 *texel = read(sample);
             }
             beyond.fill(read(&row[nx - 1]));
+        }
+    })
+}
+
+/// The texels of a run, each the mean of its sample, weighed by 2, and of those beside it, along each axis.
+fn smooth<S: Sync>(samples: &[S], grid: BrickGrid, run: Run, read: impl Fn(&S) -> u16 + Sync) -> Vec<u16> {
+    let [nx, ny, nz] = grid.dims.map(|n| n as usize);
+    let around = |i: u32, n: usize| {
+        let i = i as usize;
+        [(i.saturating_sub(1), 1), (i, 2), ((i + 1).min(n - 1), 1)]
+    };
+    let first = (run.first[0] * BRICK_SIZE) as usize;
+    fill(grid, run, |[y, z], line| {
+        // Along y and z first: the sums of what the line's texels lie between.
+        let begin = first.saturating_sub(1);
+        let end = (first + (run.size[0] * BRICK_SIZE) as usize + 2).min(nx);
+        let mut sums = vec![0u32; end - begin];
+        for (z, of_z) in around(z, nz) {
+            for (y, of_y) in around(y, ny) {
+                let row = &samples[(z * ny + y) * nx..][begin..end];
+                for (sum, sample) in sums.iter_mut().zip(row) {
+                    *sum += of_z * of_y * u32::from(read(sample));
+                }
+            }
+        }
+        for (texel, x) in line.iter_mut().zip(voxels_along(grid, run, 0)) {
+            let sum: u32 = around(x, nx).into_iter().map(|(x, of_x)| of_x * sums[x - begin]).sum();
+            *texel = ((sum + 32) / 64) as u16;
         }
     })
 }

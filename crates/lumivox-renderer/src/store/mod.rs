@@ -11,11 +11,12 @@ mod bricks;
 mod coarse;
 mod pool;
 mod pools;
+mod source;
 mod texels;
 mod value_ranges;
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use lumivox_core::Volume;
 use lumivox_shaders::constants::BRICK_TEXELS;
@@ -27,6 +28,7 @@ pub(crate) use self::bricks::BrickGrid;
 use self::coarse::is_prepared;
 pub use self::coarse::prepare_volume;
 use self::pools::Pools;
+pub(crate) use self::source::{Source, WeakSource};
 pub(crate) use self::texels::TexelScale;
 use self::value_ranges::Ranges;
 pub(crate) use self::value_ranges::{GridKey, MAX_CELL_SIZE, ValueRanges, grid};
@@ -89,11 +91,11 @@ struct Store {
     orphans: Vec<ResourceId>,
 }
 
-/// A volume that some scene has asked for.
+/// What some scene has asked for.
 #[derive(Debug)]
 struct Entry {
     id: ResourceId,
-    volume: Weak<Volume>,
+    source: WeakSource,
     shown: Option<CopyOnDevice>,
     /// Each takes the place of the one before.
     arriving: VecDeque<(CopyOnDevice, Arrival)>,
@@ -145,9 +147,13 @@ impl VoxelStore {
     /// How much there is of a volume; `None` where no scene has asked for it.
     pub fn resolution(&self, volume: &Arc<Volume>) -> Option<Resolution> {
         let store = self.lock();
-        let entry = store.entry(volume)?;
-        let factor = entry.shown.as_ref()?.resident.factor;
-        Some(Resolution { factor, arriving: !entry.arriving.is_empty() })
+        let of_volume = store.entries.iter().filter(|entry| entry.source.is_of(volume));
+        let resolutions = of_volume.filter_map(|entry| {
+            let factor = entry.shown.as_ref()?.resident.factor;
+            Some(Resolution { factor, arriving: !entry.arriving.is_empty() })
+        });
+        // As more than one filter reads it: the coarsest.
+        resolutions.max_by_key(|resolution| (resolution.factor, resolution.arriving))
     }
 
     /// Volumes that there is no room for but reduced.
@@ -247,7 +253,7 @@ impl VoxelStore {
     /// [`RenderError::NoRoom`] when there is none for the least of each. That room was made may be recorded then.
     pub(crate) fn acquire(
         &self,
-        wanted: &[(Arc<Volume>, GridKey)],
+        wanted: &[(Source, GridKey)],
         budget: &mut u64,
         recording: &mut Recording,
     ) -> Result<Vec<Option<Acquired>>, RenderError> {
@@ -255,22 +261,22 @@ impl VoxelStore {
     }
 
     /// Whether a copy is the one that [`acquire`](Self::acquire) would give, and stays it.
-    pub(crate) fn is_settled(&self, volume: &Arc<Volume>, resident: &Arc<Resident>) -> bool {
+    pub(crate) fn is_settled(&self, source: &Source, resident: &Arc<Resident>) -> bool {
         let store = self.lock();
-        store.entry(volume).is_some_and(|entry| {
+        store.entry(source).is_some_and(|entry| {
             let is_shown = entry.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.resident, resident));
             is_shown && entry.arriving.is_empty() && (resident.factor == 1 || entry.tried == store.releases)
         })
     }
 
     /// Whether [`acquire`](Self::acquire) would want a coarse copy that nobody has made.
-    pub(crate) fn lacks_preparation(&self, volume: &Arc<Volume>) -> bool {
-        let has_any = self.lock().entry(volume).is_some_and(|entry| entry.shown.is_some());
-        !has_any && !is_prepared(volume)
+    pub(crate) fn lacks_preparation(&self, source: &Source) -> bool {
+        let has_any = self.lock().entry(source).is_some_and(|entry| entry.shown.is_some());
+        !has_any && !is_prepared(&source.volume)
     }
 
     /// Whether [`make_ahead`](Self::make_ahead) has something to make for volumes that come when others leave, or is at it.
-    pub(crate) fn lacks_textures(&self, coming: &[Arc<Volume>], leaving: &[Weak<Volume>]) -> bool {
+    pub(crate) fn lacks_textures(&self, coming: &[Source], leaving: &[WeakSource]) -> bool {
         let store = self.lock();
         store.pending(coming).next().is_some() || store.plan_ahead(coming, leaving).next().is_some()
     }
@@ -279,8 +285,8 @@ impl VoxelStore {
     /// the volumes do not use after all is freed with a later recording.
     pub(crate) fn make_ahead(
         &self,
-        coming: &[Arc<Volume>],
-        leaving: &[Weak<Volume>],
+        coming: &[Source],
+        leaving: &[WeakSource],
         make: &mut dyn FnMut(&TextureOrder) -> bool,
     ) {
         let orders: Vec<Ahead> = {
@@ -326,27 +332,26 @@ impl VoxelStore {
 }
 
 impl Store {
-    fn entry(&self, volume: &Arc<Volume>) -> Option<&Entry> {
-        self.index(volume).map(|index| &self.entries[index])
+    fn entry(&self, source: &Source) -> Option<&Entry> {
+        self.index(source).map(|index| &self.entries[index])
     }
 
-    fn index(&self, volume: &Arc<Volume>) -> Option<usize> {
-        // A weak reference keeps the address from being used again.
-        self.entries.iter().position(|entry| std::ptr::eq(entry.volume.as_ptr(), Arc::as_ptr(volume)))
+    fn index(&self, source: &Source) -> Option<usize> {
+        self.entries.iter().position(|entry| entry.source == *source)
     }
 
     fn acquire(
         &mut self,
-        wanted: &[(Arc<Volume>, GridKey)],
+        wanted: &[(Source, GridKey)],
         budget: &mut u64,
         recording: &mut Recording,
     ) -> Result<Vec<Option<Acquired>>, RenderError> {
         self.clock += 1;
-        for (volume, _) in wanted {
+        for (source, _) in wanted {
             let clock = self.clock;
-            match self.index(volume) {
+            match self.index(source) {
                 Some(index) => self.entries[index].asked = clock,
-                None => self.entries.push(Entry::new(volume, clock)),
+                None => self.entries.push(Entry::new(source, clock)),
             }
         }
         self.drop_dead(recording);
@@ -354,12 +359,12 @@ impl Store {
         self.begin_arrivals(wanted, *budget, recording)?;
         self.pools.grow_on(budget, recording);
         let mut has_begun = false;
-        for (volume, key) in wanted {
-            self.advance(volume, *key, budget, &mut has_begun, recording);
+        for (source, key) in wanted {
+            self.advance(source, *key, budget, &mut has_begun, recording);
         }
         self.pools.reclaim();
         self.pools.free_empty(recording);
-        Ok(wanted.iter().map(|(volume, key)| self.acquired(volume, *key, recording)).collect())
+        Ok(wanted.iter().map(|(source, key)| self.acquired(source, *key, recording)).collect())
     }
 
     /// Frees what belongs to volumes that nobody holds any more, and copies that were replaced.
@@ -398,13 +403,8 @@ impl Store {
         true
     }
 
-    fn acquired(
-        &mut self,
-        volume: &Arc<Volume>,
-        key: GridKey,
-        recording: &mut Recording,
-    ) -> Option<Acquired> {
-        let index = self.index(volume)?;
+    fn acquired(&mut self, source: &Source, key: GridKey, recording: &mut Recording) -> Option<Acquired> {
+        let index = self.index(source)?;
         let Self { entries, pools, .. } = self;
         let shown = entries[index].shown.as_mut()?;
         let ranges = shown.want(key, recording);
@@ -418,10 +418,10 @@ impl Store {
 }
 
 impl Entry {
-    fn new(volume: &Arc<Volume>, asked: u64) -> Self {
+    fn new(source: &Source, asked: u64) -> Self {
         Self {
             id: ids::next(),
-            volume: Arc::downgrade(volume),
+            source: source.downgrade(),
             shown: None,
             arriving: VecDeque::new(),
             asked,
@@ -438,7 +438,7 @@ impl Entry {
     }
 
     fn is_dead(&self) -> bool {
-        self.volume.strong_count() == 0 && !self.is_in_use()
+        self.source.is_gone() && !self.is_in_use()
     }
 
     fn free(self, recording: &mut Recording) {

@@ -280,3 +280,62 @@ fn filters_read_across_bricks_as_within_one() {
         assert!(other < 0.04, "{filter:?}: {other} of the pixels differ");
     }
 }
+
+/// Voxels that the GPU gets averaged, and those of a volume that was averaged before: one picture, of many bricks. Both stay
+/// what they are where one scene shows the same volume in both ways.
+#[test]
+fn a_smooth_volume_is_one_of_its_voxels_means() {
+    let dims = [70, 35, 33];
+    let sample = |[x, y, z]: [usize; 3]| ((x * 7919 + y * 104_729 + z * 1_299_709) % 60_000) as u32;
+    let mean = |at: [usize; 3]| {
+        let around = |axis: usize| {
+            let i = at[axis];
+            [(i.saturating_sub(1), 1), (i, 2), ((i + 1).min(dims[axis] - 1), 1)]
+        };
+        let mut sum = 32;
+        for (z, of_z) in around(2) {
+            for (y, of_y) in around(1) {
+                for (x, of_x) in around(0) {
+                    sum += of_x * of_y * of_z * sample([x, y, z]);
+                }
+            }
+        }
+        sum / 64
+    };
+    let volume = |value: &dyn Fn([usize; 3]) -> u32| {
+        let [nx, ny, nz] = dims;
+        let place = |i: usize| [i % nx, i / nx % ny, i / (nx * ny)];
+        let voxels = Voxels::U16((0..nx * ny * nz).map(|i| value(place(i)) as u16).collect());
+        let scale = [1.0 / 60_000.0, 0.0];
+        Arc::new(Volume::new(dims, voxels, scale, DAffine3::IDENTITY, Modality::Other).unwrap())
+    };
+    let (raw, averaged) = (volume(&sample), volume(&mean));
+    let picture = |shown: [(&Arc<Volume>, Filter); 2]| {
+        let instance = |(i, (volume, filter)): (usize, (&Arc<Volume>, Filter))| {
+            let function =
+                TransferFunction::from_points(Ease::Linear, &[(0.4, 0.0), (0.7, 0.6)], &[(0.0, [0.9; 3])]);
+            let surface = SurfaceReflection { strength: 0.7, gradient_per_mm: 0.2, ..SurfaceReflection::OFF };
+            let medium = Medium { filter, surface, max_bounces: 2, ..Medium::new(function.unwrap()) };
+            let mut instance = VolumeInstance::centered(volume.clone(), medium);
+            let shift = DAffine3::from_translation(DVec3::Y * (i as f64 - 0.5) * 0.04);
+            instance.world_from_patient = shift * instance.world_from_patient;
+            instance
+        };
+        let volumes = shown.into_iter().enumerate().map(instance).collect();
+        let scene = Scene { volumes, environment: Environment::uniform(1.0), ..Scene::default() };
+        let eye = DVec3::new(0.05, 0.03, 0.12);
+        let camera = PerspectiveCamera::look_at(eye, DVec3::ZERO, DVec3::Y, 0.9);
+        film(&TestScene { name: "smooth", scene, camera }, &RenderRequest::new(48, 48, 1))
+    };
+    let smooth = picture([(&raw, Filter::Smooth), (&raw, Filter::Trilinear)]);
+    let linear = picture([(&averaged, Filter::Trilinear), (&raw, Filter::Trilinear)]);
+    let raw = picture([(&raw, Filter::Trilinear), (&raw, Filter::Trilinear)]);
+    let hits: Vec<usize> = (0..48 * 48).filter(|&p| linear.alpha(p) > 0.0).collect();
+    assert!(hits.len() > 400, "only {} pixels to see", hits.len());
+    let differ = |other: &Film| {
+        let differs = |&&p: &&usize| (linear.luminance(p).0 - other.luminance(p).0).abs() > 1e-3;
+        hits.iter().filter(differs).count() as f64 / hits.len() as f64
+    };
+    assert!(differ(&smooth) < 0.01, "{} of the pixels differ", differ(&smooth));
+    assert!(differ(&raw) > 0.1, "it makes no difference: {}", differ(&raw));
+}

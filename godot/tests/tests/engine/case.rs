@@ -52,7 +52,7 @@ pub struct Volume {
     pub albedo: f64,
     pub anisotropy: f64,
     pub max_bounces: u32,
-    /// 0 nearest, 1 trilinear, 2 tricubic.
+    /// 0 nearest, 1 trilinear, 2 tricubic, 3 smooth.
     pub filter: u32,
     /// Strength, gradient per mm, roughness, specular.
     pub surface: [f64; 4],
@@ -121,7 +121,8 @@ impl Volume {
             albedo: self.albedo,
             anisotropy: self.anisotropy,
             max_bounces: self.max_bounces,
-            filter: [Filter::Nearest, Filter::Trilinear, Filter::Tricubic][self.filter as usize],
+            filter: [Filter::Nearest, Filter::Trilinear, Filter::Tricubic, Filter::Smooth]
+                [self.filter as usize],
             surface: SurfaceReflection { strength, gradient_per_mm, roughness, specular },
             ..Medium::new(TransferFunction::new(knots.collect(), stops.collect()).unwrap())
         };

@@ -90,7 +90,7 @@ fn colours_that_are_none_leave_the_others() {
 #[test]
 fn filters_and_spaces_have_names() {
     let names = json!({
-        "FILTER_NEAREST": 0, "FILTER_TRILINEAR": 1, "FILTER_TRICUBIC": 2,
+        "FILTER_NEAREST": 0, "FILTER_TRILINEAR": 1, "FILTER_TRICUBIC": 2, "FILTER_SMOOTH": 3,
         "EXTINCTION_VOLUME": 0, "EXTINCTION_WORLD": 1,
     });
     assert_eq!(telling("constants"), names);

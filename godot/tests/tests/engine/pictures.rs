@@ -40,7 +40,10 @@ fn cases() -> Vec<Case> {
             camera: look_at(DVec3::new(0.35, 0.1, 0.6), DVec3::ZERO),
             ..Case::new("head")
         },
-        Case { volumes: vec![translucent.clone(), turned.clone()], ..Case::new("several_volumes") },
+        Case {
+            volumes: vec![Volume { filter: 3, ..translucent.clone() }, turned.clone()],
+            ..Case::new("several_volumes")
+        },
         Case {
             volumes: vec![Volume {
                 clip_min: [0.1, 0.45, 0.0],
