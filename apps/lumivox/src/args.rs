@@ -151,7 +151,7 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Look")]
     pub surface: Option<Switch>,
     /// How values between voxels are found: smooth averages neighbours first, so that surfaces have no terraces;
-    /// tricubic is sharper, and takes five times as long
+    /// tricubic is sharper, and takes several times as long
     #[arg(long, help_heading = "Look", default_value = "smooth")]
     pub filter: FilterName,
     /// Part to keep, as fractions along the voxel axes: lowx,lowy,lowz,highx,highy,highz
