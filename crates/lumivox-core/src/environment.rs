@@ -126,6 +126,15 @@ impl Environment {
         Self { source: EnvironmentSource::Uniform([1.0; 3]), rotation: 0.0, strength }
     }
 
+    /// Whether another is the same, maps by their identity.
+    pub fn is_same(&self, other: &Self) -> bool {
+        let same_source = match (&self.source, &other.source) {
+            (EnvironmentSource::Map(a), EnvironmentSource::Map(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a == b,
+        };
+        same_source && self.rotation == other.rotation && self.strength == other.strength
+    }
+
     /// Radiance that arrives from a unit world direction.
     pub fn radiance(&self, direction: DVec3) -> [f64; 3] {
         let (sin, cos) = self.rotation.sin_cos();

@@ -16,8 +16,10 @@ pub mod camera;
 pub mod color;
 pub mod environment;
 pub mod framing;
+mod histogram;
 pub mod light;
 pub mod medium;
+pub mod placement;
 pub mod presets;
 pub mod scene;
 pub mod statistics;
@@ -29,6 +31,7 @@ pub use glam;
 
 pub use camera::{Camera, HostCamera, Orbit, PerspectiveCamera, Projection, Ray};
 pub use environment::{Environment, EnvironmentMap, EnvironmentSource};
+pub use histogram::Histogram;
 pub use light::{Falloff, Lamp, Light, LightKind};
 pub use medium::{ExtinctionSpace, Filter, Medium, SurfaceReflection};
 pub use presets::{Preset, UnknownPreset};

@@ -3,11 +3,13 @@
 //! CT presets are fixed in Hounsfield units. MR has no fixed scale, so its presets place themselves by the scan's own
 //! statistics.
 
+use glam::DAffine3;
+
 use crate::{
     medium::{Medium, SurfaceReflection},
     statistics::ValueStatistics,
     transfer_function::{Ease, TransferFunction},
-    volume::{Modality, Volume},
+    volume::{Modality, Volume, Voxels},
 };
 
 /// A named look.
@@ -116,6 +118,12 @@ impl Preset {
                 if min <= -500.0 && max >= 300.0 { Preset::CtMuscle } else { Preset::MrHead }
             }
         }
+    }
+
+    /// The look where there is no scan yet; `None` for those that place themselves by a scan's values.
+    pub fn medium_without_scan(self) -> Option<Medium> {
+        let any = Volume::new([1; 3], Voxels::U8(vec![0]), [1.0, 0.0], DAffine3::IDENTITY, Modality::Ct);
+        any.ok().filter(|_| self != Preset::MrHead).map(|any| self.medium(&any))
     }
 
     /// The look, placed for `volume`.

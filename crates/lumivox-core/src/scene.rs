@@ -28,6 +28,15 @@ impl VolumeInstance {
         Self { volume, medium, world_from_patient, clip_box: [DVec3::ZERO, DVec3::ONE], layers: 1 }
     }
 
+    /// Whether another looks the same, see [`Scene::is_same`].
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.volume, &other.volume)
+            && self.world_from_patient == other.world_from_patient
+            && self.clip_box == other.clip_box
+            && self.medium == other.medium
+            && self.layers == other.layers
+    }
+
     /// World metres from box coordinates, where the volume fills `[0, 1]^3`.
     pub fn world_from_box(&self) -> DAffine3 {
         self.world_from_patient * self.volume.patient_from_box()
@@ -49,6 +58,15 @@ impl Scene {
     /// A scene with one centred volume in the default environment.
     pub fn with_volume(volume: Arc<Volume>, medium: Medium) -> Self {
         Self { volumes: vec![VolumeInstance::centered(volume, medium)], ..Self::default() }
+    }
+
+    /// Whether another looks the same, by the identity of volumes and maps and not by what is in them: what an engine asks
+    /// in every frame.
+    pub fn is_same(&self, other: &Self) -> bool {
+        self.volumes.len() == other.volumes.len()
+            && self.volumes.iter().zip(&other.volumes).all(|(a, b)| a.is_same(b))
+            && self.lights == other.lights
+            && self.environment.is_same(&other.environment)
     }
 }
 

@@ -145,6 +145,48 @@ impl TransferFunction {
         )
     }
 
+    /// What an editor holds: points in any order, of which those that are not finite are passed over and the others clamped
+    /// to 0..1. Without knots nothing is seen, without stops it is white. The whole is widened by `window_scale` about its
+    /// centre, clamped to 0.01..100, and moved by `shift`.
+    pub fn windowed(
+        knots: impl IntoIterator<Item = OpacityKnot>,
+        stops: impl IntoIterator<Item = ColorStop>,
+        shift: f64,
+        window_scale: f64,
+    ) -> Self {
+        /// Values beyond this are in no scan, and stay finite when they are moved.
+        const MOST: f64 = 1e30;
+        let mut knots: Vec<OpacityKnot> = knots
+            .into_iter()
+            .filter(|knot| knot.value.is_finite() && !knot.opacity.is_nan())
+            .map(|knot| OpacityKnot {
+                value: knot.value.clamp(-MOST, MOST),
+                opacity: knot.opacity.clamp(0.0, 1.0),
+                ..knot
+            })
+            .collect();
+        let mut stops: Vec<ColorStop> = stops
+            .into_iter()
+            .filter(|stop| stop.value.is_finite() && !stop.color.iter().any(|c| c.is_nan()))
+            .map(|stop| ColorStop {
+                value: stop.value.clamp(-MOST, MOST),
+                color: stop.color.map(|c| c.clamp(0.0, 1.0)),
+            })
+            .collect();
+        if knots.is_empty() {
+            knots.push(OpacityKnot { value: 0.0, opacity: 0.0, ease: Ease::Linear });
+        }
+        if stops.is_empty() {
+            stops.push(ColorStop { value: 0.0, color: [1.0; 3] });
+        }
+        let curve = Self::new(knots, stops).expect("every number was checked");
+        let [low, high] = curve.value_range();
+        let centre = low / 2.0 + high / 2.0;
+        let scale = if window_scale.is_finite() { window_scale.clamp(0.01, 100.0) } else { 1.0 };
+        let shift = if shift.is_finite() { shift.clamp(-MOST, MOST) } else { 0.0 };
+        curve.remapped(scale, centre * (1.0 - scale) + shift)
+    }
+
     /// The opacity knots, by rising value.
     pub fn opacity_knots(&self) -> &[OpacityKnot] {
         &self.knots
@@ -208,6 +250,22 @@ impl TransferFunction {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_editors_points_are_taken_as_they_come() {
+        let knot = |value, opacity| OpacityKnot { value, opacity, ease: Ease::Linear };
+        let nothing = TransferFunction::windowed([], [], 0.0, 1.0);
+        assert!(nothing.is_transparent());
+        assert_eq!(nothing.color(5.0), [1.0; 3]);
+        let messy = [knot(100.0, 7.0), knot(f64::NAN, 1.0), knot(0.0, -1.0), knot(f64::INFINITY, 1.0)];
+        let curve = TransferFunction::windowed(messy, [], 0.0, 1.0);
+        assert_eq!([curve.opacity(0.0), curve.opacity(50.0), curve.opacity(100.0)], [0.0, 0.5, 1.0]);
+        // Twice as wide about its centre, 50, and moved by 10.
+        let wide = TransferFunction::windowed(messy, [], 10.0, 2.0);
+        assert_eq!(wide.value_range(), [-40.0, 160.0]);
+        let far = TransferFunction::windowed([knot(1e300, 1.0)], [], f64::NAN, f64::INFINITY);
+        assert_eq!(far.opacity(0.0), 1.0);
+    }
 
     #[test]
     fn ease_is_monotone_and_symmetric() {

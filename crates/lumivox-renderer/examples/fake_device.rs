@@ -82,6 +82,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         max_storage_binding: 128 << 20,
         max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
         loop_turns: None,
+        few_kernels: false,
     };
 
     let mut device = FakeDevice::default();

@@ -106,11 +106,11 @@ impl Features {
     pub(crate) fn variant(self, guides: bool, live: bool, limits: DeviceLimits) -> PathTraceVariant {
         PathTraceVariant {
             environment_sampling: self.environment,
-            surface: self.surface,
+            surface: self.surface || limits.few_kernels,
             guides,
             mixed_filters: self.filters,
             live,
-            lights: self.lights,
+            lights: self.lights || limits.few_kernels,
             many_volumes: self.many_volumes,
             one_pool: limits.one_pool,
             limited_turns: limits.loop_turns.is_some(),

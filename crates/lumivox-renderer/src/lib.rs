@@ -21,6 +21,7 @@ pub mod live;
 pub mod pacing;
 pub mod recording;
 mod scene_cache;
+pub mod stage;
 mod store;
 mod unfinished;
 mod view;

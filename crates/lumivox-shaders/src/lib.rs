@@ -7,7 +7,7 @@
 //!
 //! # Loops end
 //! Executors let no compiler count the turns of loops, which costs 8 to 15%: kernels that are added keep to what follows.
-//! - Loops over taps, neighbours, candidates and sharers have a constant or a number of the host's as their bound, and
+//! - Loops over taps, axes, neighbours, kinds of light, candidates and sharers have a constant or a number of the host's as their bound, and
 //!   step by one. `film_count` steps by its number of invocations, at least a workgroup; `value_ranges` visits a box of
 //!   voxels.
 //! - The walk through majorant cells (`march_to_tentative`) passes a face of the grid each turn. It ends before it
@@ -200,6 +200,34 @@ impl Kernel {
         }
     }
 
+    /// A name of its own for each kernel in each variant, fit for a file's: `path_trace_live_environment_many_shared`.
+    pub fn name(self) -> String {
+        let mut name = self.entry_point().to_owned();
+        let mut add = |is_on: bool, part: &str| {
+            if is_on {
+                name.push('_');
+                name += part;
+            }
+        };
+        match self {
+            Kernel::PathTrace(variant) => {
+                add(variant.live, "live");
+                add(variant.guides, "guides");
+                add(variant.environment_sampling, "environment");
+                add(variant.surface, "surface");
+                add(variant.lights, "lights");
+                add(variant.mixed_filters, "filters");
+                add(variant.many_volumes, "many");
+                add(variant.one_pool, "pool");
+                add(variant.limited_turns, "turns");
+                add(variant.shared, "shared");
+            }
+            Kernel::ValueRanges { one_pool } => add(one_pool, "pool"),
+            _ => {}
+        }
+        name
+    }
+
     /// Invocations of a workgroup along x and y; 1 where it is drawn.
     pub fn workgroup_size(self) -> [u32; 2] {
         match self {
@@ -308,6 +336,7 @@ impl Kernel {
         let modules: &[&str] = match self {
             Kernel::PathTrace(variant) => &[
                 module!("frame"),
+                module!("choose"),
                 module!("luminance"),
                 module!("camera"),
                 module!("ray_limits"),
@@ -340,6 +369,7 @@ impl Kernel {
                 module!("frame"),
                 module!("camera"),
                 module!("environment"),
+                module!("choose"),
                 module!("tone_map"),
                 module!("display"),
             ],
@@ -406,6 +436,31 @@ impl Kernel {
             text.push('\n');
         }
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn every_kernel_has_a_name_of_its_own_that_files_can_have() {
+        let mut names = HashSet::new();
+        for kernel in Kernel::all() {
+            let name = kernel.name();
+            assert!(name.bytes().all(|b| b.is_ascii_lowercase() || b == b'_'), "{name}");
+            assert!(name.starts_with(kernel.entry_point()), "{name}");
+            assert!(names.insert(name.clone()), "two kernels are called {name}");
+        }
+        let variant = PathTraceVariant {
+            live: true,
+            environment_sampling: true,
+            many_volumes: true,
+            shared: true,
+            ..Default::default()
+        };
+        assert_eq!(Kernel::PathTrace(variant).name(), "path_trace_live_environment_many_shared");
     }
 }
 

@@ -298,3 +298,21 @@ fn every_kernel_becomes_spirv_1_3_hlsl_and_msl() {
         assert!(text.contains(kernel.entry_point()));
     }
 }
+
+/// Microsoft's DXC, which Unity compiles with, takes one condition for all of a vector: `choose.wgsl` is for the others.
+#[test]
+fn vectors_are_chosen_by_one_condition() {
+    for kernel in Kernel::all() {
+        let module = module(kernel);
+        let mut validator = naga::valid::Validator::new(Default::default(), Default::default());
+        let info = validator.validate(&module).unwrap();
+        for (handle, function) in module.functions.iter() {
+            for (_, expression) in function.expressions.iter() {
+                let naga::Expression::Select { condition, .. } = expression else { continue };
+                let ty = info[handle][*condition].ty.inner_with(&module.types);
+                let name = function.name.as_deref().unwrap_or_default();
+                assert!(matches!(ty, naga::TypeInner::Scalar(_)), "{kernel:?}: `select` in {name}");
+            }
+        }
+    }
+}

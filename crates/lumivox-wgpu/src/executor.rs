@@ -132,6 +132,7 @@ impl Executor {
                 false => DeviceLimits::SAMPLES_OF_GPU,
             },
             loop_turns: in_software.then(|| LoopTurns::of_software(adapter.subgroup_max_size)),
+            few_kernels: false,
         }
     }
 

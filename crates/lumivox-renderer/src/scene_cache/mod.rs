@@ -54,6 +54,9 @@ pub struct DeviceLimits {
     pub max_samples_per_dispatch: u32,
     /// Where the driver ends invocations after so many turns of their loops: what they may take.
     pub loop_turns: Option<LoopTurns>,
+    /// Whether kernels take so long to make that few of them should do: scenes that need less are traced with those that
+    /// can do more.
+    pub few_kernels: bool,
 }
 
 /// Turns that all loops of an invocation may take together before its driver ends it, and says nothing.

@@ -22,13 +22,7 @@ struct Light {
     cone_attenuation: f32,
 }
 
-struct Arrival {
-    direction: vec3f,   // towards the light
-    distance: f32,
-    irradiance: vec3f,  // across the beam; after `choose_arrival`, what the event sends on of it
-}
-
-// What arrives at a point from one place on a light, but for the transmittance on its way.
+// What arrives at a point from one place on a light, across the beam, but for the transmittance on its way.
 fn light_arrival(i: u32, point: vec3f, rng: ptr<function, Rng>) -> Arrival {
     let size = lights[i].size;
     if (lights[i].kind == LIGHT_DIRECTIONAL) {
@@ -71,8 +65,8 @@ fn choose_arrival(event: Event, layers: u32, point: vec3f, rng: ptr<function, Rn
         }
         var arrival = light_arrival(i, point, rng);
         let densities = event_densities(event, arrival.direction);
-        arrival.irradiance *= event_weight(event, densities) * densities.x;
-        let weight = luminance(arrival.irradiance);
+        arrival.light *= event_weight(event, densities) * densities.x;
+        let weight = luminance(arrival.light);
         if (weight > 0.0) {
             total += weight;
             if (rng_next(rng) * total < weight) {
@@ -81,6 +75,6 @@ fn choose_arrival(event: Event, layers: u32, point: vec3f, rng: ptr<function, Rn
             }
         }
     }
-    chosen.irradiance *= total / chosen_weight;
+    chosen.light *= total / chosen_weight;
     return chosen;
 }

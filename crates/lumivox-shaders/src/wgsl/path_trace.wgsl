@@ -191,17 +191,18 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
         }
         (*path).throughput /= survival;
     }
-    if (ENVIRONMENT_SAMPLING) {
-        let light = choose_light(event, (*path).bounces, rng);
-        if (luminance(light.arriving) > 0.0) {
-            (*path).radiance += (*path).throughput * light.arriving
-                * transmittance(position, light.direction, 1e30, rng);
+    // From the environment, then from a light: a loop, for the way of a ray is most of what compilers have to make of a
+    // kernel, and once is enough.
+    for (var source = select(1u, 0u, ENVIRONMENT_SAMPLING); source < select(1u, 2u, LIGHTS); source++) {
+        take_turn();
+        var arrival: Arrival;
+        if (source == 0u) {
+            arrival = choose_light(event, (*path).bounces, rng);
+        } else {
+            arrival = choose_arrival(event, instances[v].layers, position, rng);
         }
-    }
-    if (LIGHTS) {
-        let arrival = choose_arrival(event, instances[v].layers, position, rng);
-        if (luminance(arrival.irradiance) > 0.0) {
-            (*path).radiance += (*path).throughput * arrival.irradiance
+        if (luminance(arrival.light) > 0.0) {
+            (*path).radiance += (*path).throughput * arrival.light
                 * transmittance(position, arrival.direction, arrival.distance, rng);
         }
     }

@@ -18,10 +18,12 @@ fn event_at(v: u32, optics: Optics, wo: vec3f) -> Event {
     return event;
 }
 
-struct LightChoice {
-    direction: vec3f,
-    // Light scattered towards wo, weighted, but for the transmittance on its way here.
-    arriving: vec3f,
+// What next-event estimation has found.
+struct Arrival {
+    direction: vec3f,  // towards the light
+    distance: f32,
+    // Scattered towards wo, weighted, but for the transmittance on its way here.
+    light: vec3f,
 }
 
 // Candidates of next-event estimation. What light does to the first collision is most of what is seen.
@@ -44,7 +46,7 @@ fn light_samples(bounces: u32) -> f32 {
 // they like, so it is the looked-up density in both, not the one drawn from. In it, this estimate counts for several samples
 // of the environment, for being chosen of several makes it better than one: weights that add up to 1 are all the heuristic
 // needs.
-fn choose_light(event: Event, bounces: u32, rng: ptr<function, Rng>) -> LightChoice {
+fn choose_light(event: Event, bounces: u32, rng: ptr<function, Rng>) -> Arrival {
     let samples = light_samples(bounces);
     let candidates = select(LATER_CANDIDATES, FIRST_CANDIDATES, bounces == 1u);
     var direction = event.onward;
@@ -66,11 +68,11 @@ fn choose_light(event: Event, bounces: u32, rng: ptr<function, Rng>) -> LightCho
         }
     }
     if (total <= 0.0) {
-        return LightChoice(direction, vec3f(0.0));
+        return Arrival(direction, 1e30, vec3f(0.0));
     }
     let looked_up = environment_pdf(direction);
     let integrand = event_weight(event, densities) * environment_radiance(direction)
         * (samples * looked_up / (samples * looked_up + densities.x));
     let chance = light_density * light_density / (samples * light_density + densities.x);
-    return LightChoice(direction, integrand * (total / (chance * f32(candidates))));
+    return Arrival(direction, 1e30, integrand * (total / (chance * f32(candidates))));
 }

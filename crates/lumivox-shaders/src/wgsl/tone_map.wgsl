@@ -2,7 +2,7 @@
 
 // The sRGB transfer function, IEC 61966-2-1.
 fn srgb_encode(c: vec3f) -> vec3f {
-    return select(1.055 * pow(max(c, vec3f(0.0031308)), vec3f(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3f(0.0031308));
+    return choose(1.055 * pow(max(c, vec3f(0.0031308)), vec3f(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3f(0.0031308));
 }
 
 // A filmic curve in the manner of AgX (T. Sobotka): mix the primaries so that bright colours fade to white, take the
@@ -27,9 +27,9 @@ fn agx_curve(x: vec3f) -> vec3f {
     let grey = 0.4613;
     let slope = 2.35;
     let d = x - pivot;
-    let room = select(vec3f(grey), vec3f(1.0 - grey), d >= vec3f(0.0));
+    let room = choose(vec3f(grey), vec3f(1.0 - grey), d >= vec3f(0.0));
     // The power that lets the curve reach its end value at the end of the range would be infinite; this leaves 1%.
-    let power = select(vec3f(2.6), vec3f(2.2), d >= vec3f(0.0));
+    let power = choose(vec3f(2.6), vec3f(2.2), d >= vec3f(0.0));
     let linear = slope * d;
     return grey + linear / pow(1.0 + pow(abs(linear) / room, power), 1.0 / power);
 }

@@ -30,7 +30,7 @@ fn march_begin(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> March {
     m.origin = voxel_from_world(v, origin);
     m.direction = voxel_direction(v, direction);
     // A component of exactly 0 would turn into 0 * infinity; this one leaves the cell after any t that matters.
-    let d = select(m.direction, vec3f(1e-20), abs(m.direction) < vec3f(1e-20));
+    let d = choose(m.direction, vec3f(1e-20), abs(m.direction) < vec3f(1e-20));
     let inverse = 1.0 / d;
     let a = (instances[v].clip_low - m.origin) * inverse;
     let b = (instances[v].clip_high - m.origin) * inverse;
@@ -52,12 +52,12 @@ fn march_begin(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> March {
     let p = m.origin + (instances[v].cell_size - 0.5);
     let cell = clamp(vec3i(floor(p * instances[v].cells_per_voxel)), vec3i(0), dims - 1);
     let forward = d > vec3f(0.0);
-    let side = vec3f(cell) + select(vec3f(0.0), vec3f(1.0), forward);
+    let side = vec3f(cell) + choose(vec3f(0.0), vec3f(1.0), forward);
     m.t_next = (side * instances[v].cell_size - p) * inverse;
     m.t_delta = abs(instances[v].cell_size * inverse);
     // The walk adds up t_next, and every sum may fall short by half a unit in the last place. It ends where the shortest
     // may reach the grid's last face: one step more, and it would read the majorants of another volume.
-    let steps = vec3f(select(cell, dims - 1 - cell, forward));
+    let steps = vec3f(choose_int(cell, dims - 1 - cell, forward));
     let faces = (m.t_next + steps * m.t_delta) * (1.0 - (steps + 4.0) * HALF_UNIT);
     m.t_end = min(m.t_end, min(faces.x, min(faces.y, faces.z)));
     // The walk of a ray that is lost at no number, or infinitely far away, would never end. Asked of the bits: compilers
@@ -67,7 +67,7 @@ fn march_begin(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> March {
         m.t_end = 0.0;
     }
     m.index = dot(cell, stride) + i32(instances[v].grid_offset);
-    m.step = select(-stride, stride, forward);
+    m.step = choose_int(-stride, stride, forward);
     return m;
 }
 

@@ -9,19 +9,21 @@ struct Search {
     origin: vec3f,
     inverse: vec3f,  // of the direction
     depth: u32,
-    // What is still to be looked at, and where the ray enters it.
-    indices: array<u32, SEARCH_DEPTH>,
-    entries: array<f32, SEARCH_DEPTH>,
 }
+
+// What is still to be looked at, and where the ray enters it. An invocation has one search at a time, and Microsoft's FXC
+// gives up over a loop with arrays in a struct that functions hand on.
+var<private> search_indices: array<u32, SEARCH_DEPTH>;
+var<private> search_entries: array<f32, SEARCH_DEPTH>;
 
 fn search_begin(origin: vec3f, direction: vec3f) -> Search {
     var s: Search;
     s.origin = origin;
     // A component of exactly 0 would turn into 0 * infinity.
-    s.inverse = 1.0 / select(direction, vec3f(1e-20), abs(direction) < vec3f(1e-20));
+    s.inverse = 1.0 / choose(direction, vec3f(1e-20), abs(direction) < vec3f(1e-20));
     s.depth = 1u;
-    s.indices[0] = 0u;
-    s.entries[0] = 0.0;
+    search_indices[0] = 0u;
+    search_entries[0] = 0.0;
     return s;
 }
 
@@ -40,10 +42,10 @@ fn box_entry(s: ptr<function, Search>, node: u32, side: u32, t_max: f32) -> f32 
 fn search_next(s: ptr<function, Search>, t_max: f32) -> u32 {
     while ((*s).depth > 0u && take_turn()) {
         (*s).depth -= 1u;
-        if ((*s).entries[(*s).depth] >= t_max) {
+        if (search_entries[(*s).depth] >= t_max) {
             continue;
         }
-        var index = (*s).indices[(*s).depth];
+        var index = search_indices[(*s).depth];
         while ((index & IS_VOLUME) == 0u && take_turn()) {
             let entry_0 = box_entry(s, index, 0u, t_max);
             let entry_1 = box_entry(s, index, 1u, t_max);
@@ -53,8 +55,8 @@ fn search_next(s: ptr<function, Search>, t_max: f32) -> u32 {
                 break;
             }
             if (far_entry < 1e38) {
-                (*s).indices[(*s).depth] = nodes[index].children[1u - near].index;
-                (*s).entries[(*s).depth] = far_entry;
+                search_indices[(*s).depth] = nodes[index].children[1u - near].index;
+                search_entries[(*s).depth] = far_entry;
                 (*s).depth += 1u;
             }
             index = nodes[index].children[near].index;

@@ -110,6 +110,43 @@ fn a_scene_looks_the_same_however_it_came_about() {
     }
 }
 
+/// Nothing coarse, nothing of two kinds: the means until all voxels are there.
+#[test]
+fn a_switched_filter_goes_on_with_what_was_shown() {
+    let mut gpu = gpu();
+    let limits = gpu.executor.limits();
+    let volume = volume([150, 140, 130], 3);
+    let [smooth, plain] = [Filter::Smooth, Filter::Trilinear].map(|filter| Scene {
+        volumes: vec![instance(&volume, 0.0, 0.3, filter)],
+        environment: Environment::uniform(1.0),
+        ..Default::default()
+    });
+    let mut at_once = |scene: &Scene| {
+        let mut cache = SceneCache::new(&VoxelStore::new(limits));
+        update(&mut gpu, &mut cache, scene);
+        film(&mut gpu, &cache)
+    };
+    let (of_means, of_voxels) = (at_once(&smooth), at_once(&plain));
+    let (far, lit) = difference(&of_voxels, &of_means);
+    assert!(far > 0.1 && lit > 0.2, "the filters differ in {far} of the numbers");
+
+    let store = VoxelStore::new(limits);
+    let mut cache = SceneCache::new(&store);
+    update(&mut gpu, &mut cache, &smooth);
+    let mut frames = 0;
+    while frames == 0 || !cache.is_settled() {
+        let mut recording = Recording::new();
+        cache.update_within(&plain, &mut (1 << 20), &mut recording).unwrap();
+        gpu.executor.execute(&recording).unwrap();
+        let arrives = store.resolution(&volume).unwrap().arriving;
+        let (shown, expected) = (film(&mut gpu, &cache), if arrives { &of_means } else { &of_voxels });
+        let (far, _) = difference(&shown, expected);
+        assert!(far < 0.02, "frame {frames} differs in {far} of its numbers");
+        frames += 1;
+    }
+    assert!(frames > 5, "{frames} frames");
+}
+
 #[test]
 fn prepared_pipelines_are_not_waited_for() {
     let mut gpu = gpu();

@@ -107,6 +107,26 @@ fn an_image_does_not_depend_on_how_many_turns_loops_may_take() {
     }
 }
 
+/// Kernels that can do more than a scene needs make the same image of it.
+#[test]
+fn an_image_does_not_depend_on_how_many_kernels_there_are() {
+    let limits = gpu().executor.limits();
+    let few = DeviceLimits { few_kernels: true, ..limits };
+    for test in [scenes::noise(), scenes::peaky_environment(), scenes::crowd()] {
+        let film = |limits| film_within(limits, &test, 24, 16, 24, u64::MAX).unwrap();
+        let (own, common) = (film(limits), film(few));
+        let lit = (0..24 * 24).filter(|&pixel| own.alpha(pixel) > 0.0).count();
+        assert!(lit > 24, "{}: there is nothing to see", test.name);
+        for pixel in 0..24 * 24 {
+            // Compilers round otherwise in another kernel.
+            let (a, b) = (own.radiance(pixel), common.radiance(pixel));
+            let close = (0..3).all(|i| (a[i] - b[i]).abs() <= 1e-5 * a[i].abs());
+            assert!(close, "{}, pixel {pixel}: {a:?} {b:?}", test.name);
+            assert_eq!(own.alpha(pixel), common.alpha(pixel), "{}, pixel {pixel}", test.name);
+        }
+    }
+}
+
 #[test]
 fn the_same_seed_gives_the_same_image_and_another_does_not() {
     let test = scenes::surface_reflection();

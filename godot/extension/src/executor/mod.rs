@@ -129,6 +129,7 @@ impl Executor {
             },
             // Godot does not tell how wide the vectors are.
             loop_turns: on_cpu.then(|| LoopTurns::of_software(16)),
+            few_kernels: false,
         }
     }
 

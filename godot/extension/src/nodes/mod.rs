@@ -1,6 +1,5 @@
 //! What stands in a scene.
 
-mod placement;
 mod volume_3d;
 
 pub use volume_3d::LumivoxVolume3D;

@@ -7,11 +7,10 @@ use godot::init::is_main_thread;
 use godot::prelude::*;
 use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
 use lumivox_core::medium::MAX_DENSITY_SCALE;
-use lumivox_core::{ExtinctionSpace, Filter, Medium, Preset, SurfaceReflection, VolumeInstance};
+use lumivox_core::{ExtinctionSpace, Filter, Medium, Preset, SurfaceReflection, VolumeInstance, placement};
 
-use super::placement;
 use crate::convert;
-use crate::resources::{LumivoxTransferFunction, LumivoxVolume, OptionalVolume, no_scan, takes};
+use crate::resources::{LumivoxTransferFunction, LumivoxVolume, OptionalVolume, takes};
 use crate::{server, shared};
 
 /// Largest [member LumivoxVolume3D.surface_gradient]: that of a medium.
@@ -302,10 +301,8 @@ impl LumivoxVolume3D {
         };
         let Ok(preset) = Preset::from_name(&name.to_string()) else { return false };
         let scan = self.volume.as_ref().and_then(|volume| volume.bind().volume().cloned());
-        let medium = match scan {
-            Some(scan) => preset.medium(&scan),
-            None => preset.medium(&no_scan()),
-        };
+        let medium = scan.map(|scan| preset.medium(&scan)).or_else(|| preset.medium_without_scan());
+        let Some(medium) = medium else { return false };
         self.chosen_preset = GString::from(preset.name());
         self.density = medium.density_scale;
         self.albedo = medium.albedo;

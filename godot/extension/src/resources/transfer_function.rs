@@ -3,8 +3,7 @@
 use godot::classes::{IResource, Resource};
 use godot::init::is_main_thread;
 use godot::prelude::*;
-use lumivox_core::glam::DAffine3;
-use lumivox_core::{ColorStop, Ease, Modality, OpacityKnot, Preset, TransferFunction, Volume, Voxels};
+use lumivox_core::{ColorStop, Ease, OpacityKnot, Preset, TransferFunction};
 
 use super::{OptionalVolume, takes};
 use crate::convert;
@@ -186,13 +185,10 @@ impl LumivoxTransferFunction {
             }
         };
         let scan = volume.0.as_ref().and_then(|volume| volume.bind().volume().cloned());
-        let medium = match (scan, preset) {
-            (Some(scan), _) => preset.medium(&scan),
-            (None, Preset::MrHead) => {
-                godot_error!("The preset '{name}' places itself by a scan's values: give it a volume.");
-                return None;
-            }
-            (None, _) => preset.medium(&no_scan()),
+        let medium = scan.map(|scan| preset.medium(&scan)).or_else(|| preset.medium_without_scan());
+        let Some(medium) = medium else {
+            godot_error!("The preset '{name}' places itself by a scan's values: give it a volume.");
+            return None;
         };
         Some(Self::of(&medium.transfer_function))
     }
@@ -264,37 +260,17 @@ impl LumivoxTransferFunction {
 
     fn build(&self) -> TransferFunction {
         let (knots, eases) = (self.opacity_knots.as_slice(), self.opacity_eases.as_slice());
-        let mut knots: Vec<OpacityKnot> = knots
-            .iter()
-            .enumerate()
-            .filter(|(_, knot)| knot.x.is_finite() && knot.y.is_finite())
-            .map(|(i, knot)| OpacityKnot {
-                value: f64::from(knot.x),
-                opacity: f64::from(knot.y).clamp(0.0, 1.0),
-                ease: if eases.get(i) == Some(&1) { Ease::InOut } else { Ease::Linear },
-            })
-            .collect();
-        let mut stops: Vec<ColorStop> = self
-            .color_values
-            .as_slice()
-            .iter()
-            .zip(self.colors.as_slice())
-            .filter(|(value, color)| value.is_finite() && !(color.r + color.g + color.b).is_nan())
-            .map(|(&value, &color)| ColorStop {
-                value: f64::from(value),
-                color: convert::linear_from_color(color).map(|c| c.clamp(0.0, 1.0)),
-            })
-            .collect();
-        if knots.is_empty() {
-            knots.push(OpacityKnot { value: 0.0, opacity: 0.0, ease: Ease::Linear });
-        }
-        if stops.is_empty() {
-            stops.push(ColorStop { value: 0.0, color: [1.0; 3] });
-        }
-        let curve = TransferFunction::new(knots, stops).expect("every number was checked");
-        let [low, high] = curve.value_range();
-        let centre = (low + high) / 2.0;
-        curve.remapped(self.window_scale, centre * (1.0 - self.window_scale) + self.shift)
+        let knots = knots.iter().enumerate().map(|(i, knot)| OpacityKnot {
+            value: f64::from(knot.x),
+            opacity: f64::from(knot.y),
+            ease: if eases.get(i) == Some(&1) { Ease::InOut } else { Ease::Linear },
+        });
+        let values = self.color_values.as_slice().iter();
+        let stops = values.zip(self.colors.as_slice()).map(|(&value, &color)| ColorStop {
+            value: f64::from(value),
+            color: convert::linear_from_color(color),
+        });
+        TransferFunction::windowed(knots, stops, self.shift, self.window_scale)
     }
 
     fn touch(&mut self) {
@@ -307,11 +283,6 @@ impl LumivoxTransferFunction {
             base.call_deferred("emit_changed", &[]);
         }
     }
-}
-
-/// A volume for presets that do not look at one.
-pub fn no_scan() -> Volume {
-    Volume::new([1; 3], Voxels::U8(vec![0]), [1.0, 0.0], DAffine3::IDENTITY, Modality::Ct).expect("one voxel")
 }
 
 /// Knots by rising value, each with its ease.

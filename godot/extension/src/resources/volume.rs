@@ -5,11 +5,10 @@ use std::sync::{Arc, OnceLock};
 use godot::classes::image::Format;
 use godot::classes::{IResource, Image, Resource};
 use godot::prelude::*;
-use lumivox_core::{CancelToken, Medium, Preset, Progress, Volume};
+use lumivox_core::{CancelToken, Histogram, Medium, Preset, Progress, Volume};
 use lumivox_import::{ImportOptions, ImportReport, Imported, RawDescription};
 use lumivox_phantom::AnatomyOptions;
 
-use super::histogram::Histogram;
 use super::{Options, stored};
 use crate::{codecs, convert};
 

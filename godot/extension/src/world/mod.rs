@@ -141,7 +141,7 @@ impl Gatherer {
             environment,
             lights: lights.iter().filter(|light| light.in_scene).map(|light| light.light).collect(),
         };
-        let known = self.snapshots.get(&key).filter(|(known, _)| same(&known.scene, &scene));
+        let known = self.snapshots.get(&key).filter(|(known, _)| known.scene.is_same(&scene));
         let snapshot = known.map(|(known, _)| known.clone()).unwrap_or_else(|| {
             self.last_version += 1;
             Arc::new(Snapshot { key, scene, version: self.last_version })
@@ -209,19 +209,4 @@ fn volumes_by_scenario(nodes: &mut Nodes) -> HashMap<Rid, Vec<LayeredVolume>> {
         }
     }
     scenarios
-}
-
-/// Whether two scenes look the same.
-fn same(a: &Scene, b: &Scene) -> bool {
-    let same_volume = |a: &VolumeInstance, b: &VolumeInstance| {
-        Arc::ptr_eq(&a.volume, &b.volume)
-            && a.world_from_patient == b.world_from_patient
-            && a.clip_box == b.clip_box
-            && a.medium == b.medium
-            && a.layers == b.layers
-    };
-    a.volumes.len() == b.volumes.len()
-        && a.volumes.iter().zip(&b.volumes).all(|(a, b)| same_volume(a, b))
-        && a.lights == b.lights
-        && sky::same(&a.environment, &b.environment)
 }

@@ -220,15 +220,6 @@ impl Brightness {
     }
 }
 
-/// Whether two environments shine alike; maps are the same only if they are one.
-pub fn same(a: &lumivox_core::Environment, b: &lumivox_core::Environment) -> bool {
-    let same_source = match (&a.source, &b.source) {
-        (EnvironmentSource::Map(a), EnvironmentSource::Map(b)) => Arc::ptr_eq(a, b),
-        (a, b) => a == b,
-    };
-    same_source && a.rotation == b.rotation && a.strength == b.strength
-}
-
 /// Changes whenever the sky's look may.
 fn fingerprint(sky: &Gd<Sky>, world_lights: &[WorldLight]) -> u64 {
     let mut hasher = DefaultHasher::new();

@@ -1,7 +1,10 @@
-//! How a scan lies in its node: upright, facing +z, and which of its axes runs along which of the node's.
+//! How a scan lies in an engine's object (a node): upright, facing +z, and which of its axes runs along which of the
+//! node's.
 
-use lumivox_core::glam::{DAffine3, DVec3};
-use lumivox_core::{Volume, world_from_patient};
+use glam::{DAffine3, DVec3};
+
+use crate::scene::world_from_patient;
+use crate::volume::Volume;
 
 /// Node metres from patient millimetres: the volume's centre at the node's origin, the patient upright, facing +z.
 pub fn node_from_patient(volume: &Volume) -> DAffine3 {
@@ -55,10 +58,10 @@ pub fn bounds(volume: &Volume) -> [DVec3; 2] {
 
 #[cfg(test)]
 mod tests {
-    use lumivox_core::glam::DMat3;
-    use lumivox_core::{Modality, Voxels};
+    use glam::DMat3;
 
     use super::*;
+    use crate::volume::{Modality, Voxels};
 
     fn scan(matrix: DMat3) -> Volume {
         let place = DAffine3::from_mat3_translation(matrix, DVec3::new(7.0, -3.0, 90.0));

@@ -1,11 +1,13 @@
 //! Counts of a volume's values over any range, quick enough to follow a mouse.
 
-use lumivox_core::{ValueStatistics, Volume};
+use crate::statistics::ValueStatistics;
+use crate::volume::Volume;
 
 /// Bins of the counts that are kept; every count over a range is summed from them.
 const FINE_BINS: usize = 1 << 16;
 
 /// A volume's values, counted finely once.
+#[derive(Clone, Debug)]
 pub struct Histogram(ValueStatistics);
 
 impl Histogram {
@@ -38,10 +40,10 @@ impl Histogram {
 
 #[cfg(test)]
 mod tests {
-    use lumivox_core::glam::DAffine3;
-    use lumivox_core::{Modality, Voxels};
+    use glam::DAffine3;
 
     use super::*;
+    use crate::volume::{Modality, Voxels};
 
     #[test]
     fn every_value_is_counted_where_it_belongs() {

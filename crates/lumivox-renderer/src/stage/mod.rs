@@ -1,0 +1,485 @@
+//! The worlds and views of one device, a frame at a time: what every engine does between gathering its scenes and
+//! replaying recordings.
+//!
+//! An engine draws frames, each frame some views, each view one world; several views may show one. In each frame it asks
+//! the [`Stage`] for the recording that brings a view's world up to date, replays it, and tells what became of it; then for
+//! the one that traces the view and draws it, and so on. A world whose kernels or voxels take long is prepared on other
+//! threads: until it is there, a view goes on with what it showed before. Nothing here knows an engine or a GPU.
+
+mod eye;
+mod uploads;
+mod world;
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::fmt::Debug;
+use std::hash::Hash;
+use std::time::Instant;
+
+use lumivox_core::{Camera, Scene};
+
+use self::eye::{Eye, Trace};
+use self::uploads::Uploads;
+use self::world::World;
+use crate::error::RenderError;
+use crate::live::{HostFrame, LiveSettings, LiveStatus};
+use crate::recording::{Kernel, Recording, ResourceId, Step, TextureOrder};
+use crate::scene_cache::DeviceLimits;
+use crate::store::VoxelStore;
+
+/// What tells worlds, or views, from each other: the engine's own names.
+pub trait Key: Copy + Eq + Hash + Debug {}
+
+impl<T: Copy + Eq + Hash + Debug> Key for T {}
+
+/// What a host makes on other threads, ahead of the frame that wants it.
+pub trait Workbench {
+    /// Whether these kernels are made; those that are not are on their way then.
+    fn are_ready(&self, kernels: &[Kernel]) -> bool;
+
+    /// What [makes textures ahead](crate::Preparation::run_with), on whatever thread.
+    fn texture_maker(&self) -> fn(&TextureOrder) -> bool;
+}
+
+/// A host whose kernels come with it, and that makes textures where recordings say so.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NothingAhead;
+
+impl Workbench for NothingAhead {
+    fn are_ready(&self, _: &[Kernel]) -> bool {
+        true
+    }
+
+    fn texture_maker(&self) -> fn(&TextureOrder) -> bool {
+        |_| false
+    }
+}
+
+/// The renderer's names of the textures that a host lends to a view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lent {
+    /// The depth that ends rays.
+    pub depth: ResourceId,
+    /// The colour that volumes are drawn over.
+    pub color: ResourceId,
+    /// Where volumes write their depth.
+    pub written_depth: ResourceId,
+    /// What the host has resolved of a multisampled colour.
+    pub resolved_color: ResourceId,
+}
+
+impl Lent {
+    fn new() -> Self {
+        Self {
+            depth: ResourceId::external(),
+            color: ResourceId::external(),
+            written_depth: ResourceId::external(),
+            resolved_color: ResourceId::external(),
+        }
+    }
+
+    fn ids(self) -> [ResourceId; 4] {
+        [self.depth, self.color, self.written_depth, self.resolved_color]
+    }
+}
+
+/// What a view shows in this frame.
+#[derive(Clone, Copy, Debug)]
+pub struct ViewFrame {
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// How it is traced and shown.
+    pub settings: LiveSettings,
+    /// What the host lends, by the names of [`Lent`].
+    pub host: HostFrame,
+    /// Milliseconds of the GPU's time that it has.
+    pub budget_milliseconds: f64,
+}
+
+/// How far a world's copy on the device is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// It is there.
+    Done,
+    /// It is there, but for finer voxels that are on their way.
+    Arriving,
+    /// The one before is there while something is prepared for the next.
+    Before,
+    /// Nothing is there yet.
+    Nothing,
+}
+
+/// How far a view is, with the world that it is to show.
+#[derive(Clone, Copy, Debug)]
+pub struct ViewProgress {
+    /// Of what was traced in this frame; none of it counts while the world before is shown.
+    pub live: LiveStatus,
+    /// Whether there is nothing more to do unless something changes.
+    pub is_converged: bool,
+}
+
+/// What a host is to replay, and what to [tell](Stage::executed) afterwards.
+#[derive(Debug)]
+#[must_use]
+pub struct Recorded<W, V> {
+    /// The steps.
+    pub recording: Recording,
+    part: Part<W, V>,
+}
+
+/// A frame of a view.
+#[derive(Debug)]
+#[must_use]
+pub struct ViewRecorded<W, V> {
+    /// What is replayed.
+    pub recorded: Recorded<W, V>,
+    /// How far the view is by what is known now.
+    pub status: LiveStatus,
+    /// What the steps call the textures that the host lends.
+    pub lent: Lent,
+}
+
+#[derive(Debug)]
+enum Part<W, V> {
+    World {
+        world: W,
+        version: u64,
+        granted: u64,
+        left: u64,
+        began: Instant,
+        error: Option<String>,
+    },
+    View {
+        view: V,
+        ticket: u64,
+        trace: Trace,
+    },
+    /// Nothing depends on it.
+    Frees,
+}
+
+impl<W, V> Recorded<W, V> {
+    /// Whom the read-backs belong to; 0 where there are none.
+    pub fn ticket(&self) -> u64 {
+        match &self.part {
+            Part::View { ticket, .. } => *ticket,
+            _ => 0,
+        }
+    }
+}
+
+/// Why a host could not replay a recording. What the recording made, and what it would have freed, is freed by the host.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The device has no room.
+    Memory(String),
+    /// Anything else.
+    Other(String),
+}
+
+impl Refusal {
+    fn message(self) -> String {
+        match self {
+            Refusal::Memory(message) | Refusal::Other(message) => message,
+        }
+    }
+}
+
+/// All that is shown on one device. `W` names worlds, `V` views.
+#[derive(Debug)]
+pub struct Stage<W, V> {
+    store: VoxelStore,
+    worlds: HashMap<W, World>,
+    eyes: HashMap<V, Eye<W>>,
+    uploads: Uploads,
+    frame: u64,
+    last_ticket: u64,
+    /// Frees that go with the next recording.
+    left_over: Vec<Step>,
+    computed: u64,
+    postponed: u64,
+}
+
+impl<W: Key, V: Key> Stage<W, V> {
+    /// Nothing is shown yet.
+    pub fn new(limits: DeviceLimits) -> Self {
+        Self {
+            store: VoxelStore::new(limits),
+            worlds: HashMap::new(),
+            eyes: HashMap::new(),
+            uploads: Uploads::default(),
+            frame: 0,
+            last_ticket: 0,
+            left_over: vec![],
+            computed: 0,
+            postponed: 0,
+        }
+    }
+
+    /// The voxels on the device.
+    pub fn store(&self) -> &VoxelStore {
+        &self.store
+    }
+
+    /// The engine begins a frame. What voxels it brings is shared by all its worlds.
+    pub fn begin_frame(&mut self) {
+        self.frame += 1;
+    }
+
+    /// How often an update had to compute something that takes long, and how many frames showed a world's predecessor
+    /// because a kernel was missing: 0 where all was prepared in time.
+    pub fn stalls(&self) -> [u64; 2] {
+        [self.computed, self.postponed]
+    }
+
+    /// Records what brings a world's copy up to date with `scene`, whose `version` tells it from others; `None` where there
+    /// is nothing to record. `at_once`: this frame has to show it, however long that takes.
+    ///
+    /// # Errors
+    /// Why it does not fit. That is not tried again until the scene changes.
+    pub fn update(
+        &mut self,
+        world: W,
+        scene: &Scene,
+        version: u64,
+        at_once: bool,
+        workbench: &impl Workbench,
+    ) -> Result<Option<Recorded<W, V>>, String> {
+        let mut recording = self.begin_recording();
+        self.store.collect(&mut recording);
+        let place = self.worlds.entry(world).or_insert_with(|| World::new(&self.store));
+        let is_another = place.version != version;
+        if !is_another && (place.error.is_some() || place.cache.is_settled()) {
+            return match &place.error {
+                Some(error) => {
+                    let error = error.clone();
+                    self.left_over.extend(recording.steps);
+                    Err(error)
+                }
+                None => {
+                    place.progress = Progress::Done;
+                    Ok(frees(recording))
+                }
+            };
+        }
+        if is_another
+            && !at_once
+            && let Some(missing) = place.unprepared(scene, workbench)
+        {
+            self.postponed += u64::from(missing == world::Missing::Kernels);
+            place.progress = if place.is_whole { Progress::Before } else { Progress::Nothing };
+            return Ok(frees(recording));
+        }
+        place.version = version;
+        let computed = place.cache.unprepared();
+        let granted = if at_once { u64::MAX } else { self.uploads.budget(self.frame) };
+        let (mut left, began) = (granted, Instant::now());
+        let updated = place.cache.update_within(scene, &mut left, &mut recording);
+        self.computed += place.cache.unprepared() - computed;
+        // Also after an error: that room was made may be recorded.
+        let error = updated.err().map(|error| error.to_string());
+        let part = Part::World { world, version, granted, left, began, error };
+        Ok(Some(Recorded { recording, part }))
+    }
+
+    /// How far a world is. One that nobody updated is not there.
+    pub fn progress(&self, world: W) -> Progress {
+        self.worlds.get(&world).map_or(Progress::Nothing, |world| world.progress)
+    }
+
+    /// Records a view's frame of a world, or while there is nothing of that yet, of what the view showed before; `frame` says
+    /// what it shows, given the names of what is lent. `None` where there is nothing to show.
+    ///
+    /// # Errors
+    /// Why it cannot be shown.
+    pub fn record_view(
+        &mut self,
+        view: V,
+        wanted: W,
+        frame: impl FnOnce(Lent) -> ViewFrame,
+    ) -> Result<Option<ViewRecorded<W, V>>, String> {
+        let Some(shown) = self.shown(view, wanted) else { return Ok(None) };
+        let is_before = shown != wanted || self.progress(wanted) == Progress::Before;
+        let mut recording = self.begin_recording();
+        let turns = self.eyes.get(&view).is_some_and(|eye| eye.world != shown);
+        if turns && let Some(other) = self.eyes.remove(&view) {
+            // It starts over there.
+            other.free(&mut recording);
+        }
+        let known = self.eyes.get(&view);
+        let lent = known.map_or_else(Lent::new, |eye| eye.lent);
+        let mut frame = frame(lent);
+        if is_before && let Some(ambient) = known.and_then(Eye::ambient) {
+            // A scene goes with its own light, also when it is the one before.
+            frame.settings.ambient = ambient;
+        }
+        let recorded = self.record_eye(view, shown, lent, &frame, &mut recording);
+        match recorded {
+            Ok(trace) => {
+                let status = trace.status;
+                let part = Part::View { view, ticket: self.last_ticket, trace };
+                Ok(Some(ViewRecorded { recorded: Recorded { recording, part }, status, lent }))
+            }
+            Err(error) => {
+                // What a new eye's films are made of goes with the next recording: the next frame counts on them.
+                self.left_over = recording.steps;
+                Err(error.to_string())
+            }
+        }
+    }
+
+    /// Records a frame of an eye that is made where there is none.
+    fn record_eye(
+        &mut self,
+        view: V,
+        shown: W,
+        lent: Lent,
+        frame: &ViewFrame,
+        recording: &mut Recording,
+    ) -> Result<Trace, RenderError> {
+        let world = &self.worlds[&shown];
+        let eye = match self.eyes.entry(view) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(vacant) => vacant.insert(Eye::new(&frame.settings, world, shown, lent, recording)?),
+        };
+        let trace = eye.record(world, frame, recording)?;
+        self.last_ticket += 1;
+        eye.ticket_began(self.last_ticket);
+        Ok(trace)
+    }
+
+    /// What is shown of `wanted`: that, or the world before while there is nothing of it yet.
+    fn shown(&self, view: V, wanted: W) -> Option<W> {
+        let is_whole = |world: &W| self.worlds.get(world).is_some_and(|world| world.is_whole);
+        let before = || self.eyes.get(&view).map(|eye| eye.world);
+        Some(wanted).filter(is_whole).or_else(|| before().filter(is_whole))
+    }
+
+    /// How far a view is with the world that it is to show. What is known by now, read-backs included.
+    pub fn view_progress(&self, view: V, wanted: W) -> Option<ViewProgress> {
+        let eye = self.eyes.get(&view)?;
+        let live = eye.live.status();
+        let progress = self.progress(wanted);
+        if eye.world != wanted || !matches!(progress, Progress::Done | Progress::Arriving) {
+            // An image of the world before counts for nothing.
+            return Some(ViewProgress { live: LiveStatus { samples: 0, ..live }, is_converged: false });
+        }
+        Some(ViewProgress { live, is_converged: live.converged && progress == Progress::Done })
+    }
+
+    /// Milliseconds that tracing a view took in a recent frame; 0 where the host does not tell.
+    pub fn view_milliseconds(&self, view: V) -> f64 {
+        self.eyes.get(&view).map_or(0.0, |eye| eye.pacer.milliseconds())
+    }
+
+    /// Tells what became of a recording, in the order in which they were recorded.
+    ///
+    /// # Errors
+    /// Why nothing is shown of it. A volume that the device refused comes reduced, if that may help: that is none.
+    pub fn executed(&mut self, recorded: Recorded<W, V>, outcome: Result<(), Refusal>) -> Result<(), String> {
+        let Recorded { recording, part } = recorded;
+        match part {
+            Part::World { world, version, granted, left, began, mut error } => {
+                match outcome {
+                    Ok(()) => {
+                        if granted < u64::MAX {
+                            let took = began.elapsed().as_secs_f64() * 1e3;
+                            self.uploads.took(granted - left, granted, took);
+                        }
+                    }
+                    Err(refusal) => {
+                        let may_come_reduced = self.store.refused(&recording);
+                        self.forget_world(world);
+                        if matches!(refusal, Refusal::Memory(_)) && may_come_reduced {
+                            return Ok(());
+                        }
+                        error = Some(refusal.message());
+                    }
+                }
+                if let Some(place) = self.worlds.get_mut(&world) {
+                    place.updated(version, error.clone());
+                }
+                error.map_or(Ok(()), Err)
+            }
+            Part::View { view, ticket, trace } => match outcome {
+                Ok(()) => {
+                    if let Some(eye) = self.eyes.get_mut(&view) {
+                        eye.executed(ticket, &trace);
+                    }
+                    Ok(())
+                }
+                Err(refusal) => {
+                    // What it made is gone: it makes everything anew in the next frame.
+                    if let Some(eye) = self.eyes.remove(&view) {
+                        let mut frees = Recording::new();
+                        eye.free(&mut frees);
+                        self.left_over.extend(frees.steps);
+                    }
+                    Err(refusal.message())
+                }
+            },
+            Part::Frees => Ok(()),
+        }
+    }
+
+    /// Hands over the bytes of a read-back; none, if it got lost. Those of one ticket come in the order of their steps.
+    /// Of a view that is gone or started anew they are passed over.
+    pub fn feedback(&mut self, ticket: u64, bytes: &[u8]) {
+        if let Some(eye) = self.eyes.values_mut().find(|eye| eye.has_ticket(ticket)) {
+            eye.live.feedback(bytes);
+        }
+    }
+
+    /// The GPU took so long to trace the frame of a ticket.
+    pub fn measured(&mut self, ticket: u64, milliseconds: f64) {
+        if let Some(eye) = self.eyes.values_mut().find(|eye| eye.has_ticket(ticket)) {
+            eye.pacer.measured(ticket, milliseconds);
+        }
+    }
+
+    /// Records that everything is freed that belongs to no view or world that is `kept`. A view goes on with its world until
+    /// the next is there.
+    pub fn sweep(
+        &mut self,
+        keeps_view: impl Fn(&V) -> bool,
+        keeps_world: impl Fn(&W) -> bool,
+    ) -> Option<Recorded<W, V>> {
+        let mut recording = self.begin_recording();
+        let gone: Vec<V> = self.eyes.keys().filter(|view| !keeps_view(view)).copied().collect();
+        for view in gone {
+            if let Some(eye) = self.eyes.remove(&view) {
+                eye.free(&mut recording);
+            }
+        }
+        let in_use: Vec<W> = self.eyes.values().map(|eye| eye.world).collect();
+        let is_gone = |world: &&W| !keeps_world(world) && !in_use.contains(world);
+        let gone: Vec<W> = self.worlds.keys().filter(is_gone).copied().collect();
+        for world in gone {
+            self.forget_world(world);
+            self.worlds.remove(&world);
+        }
+        recording.steps.append(&mut self.left_over);
+        self.store.collect(&mut recording);
+        frees(recording)
+    }
+
+    /// Starts a world over whose copy is not whole.
+    fn forget_world(&mut self, world: W) {
+        let Some(place) = self.worlds.get_mut(&world) else { return };
+        let mut frees = Recording::new();
+        std::mem::replace(place, World::new(&self.store)).cache.free(&mut frees);
+        self.left_over.extend(frees.steps);
+    }
+
+    fn begin_recording(&mut self) -> Recording {
+        Recording { steps: std::mem::take(&mut self.left_over) }
+    }
+}
+
+/// A recording on which nothing depends; `None` where it is empty.
+fn frees<W, V>(recording: Recording) -> Option<Recorded<W, V>> {
+    (!recording.is_empty()).then(|| Recorded { recording, part: Part::Frees })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,191 @@
+//! A stage without a GPU: what it records, and that nothing is left behind.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+use std::thread::sleep;
+use std::time::Duration;
+
+use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::{Environment, Medium, Modality, Orbit, Scene, TransferFunction, Volume, Voxels};
+
+use super::*;
+use crate::scene_cache::LoopTurns;
+
+const WORLD: u64 = 7;
+const VIEW: u64 = 9;
+
+fn limits() -> DeviceLimits {
+    DeviceLimits {
+        max_texture_3d: 512,
+        max_texture_bytes: 1 << 30,
+        unorm16: true,
+        one_pool: false,
+        few_kernels: false,
+        max_texture_2d: 4096,
+        max_storage_binding: 128 << 20,
+        max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
+        loop_turns: None::<LoopTurns>,
+    }
+}
+
+fn scene(opacity: f64) -> Scene {
+    let voxels = Voxels::U8((0..16 * 16 * 16).map(|i| i as u8).collect());
+    let volume = Volume::new([16; 3], voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Ct).unwrap();
+    let medium = Medium::new(TransferFunction::constant(opacity, [1.0; 3]));
+    Scene { environment: Environment::uniform(1.0), ..Scene::with_volume(Arc::new(volume), medium) }
+}
+
+/// What a host holds after replaying recordings.
+#[derive(Default)]
+struct Device(HashSet<ResourceId>);
+
+impl Device {
+    fn replay(&mut self, recording: &Recording) {
+        for step in &recording.steps {
+            match step {
+                Step::CreateBuffer { id, .. } | Step::CreateTexture { id, .. } => assert!(self.0.insert(*id)),
+                Step::Free { id } => {
+                    self.0.remove(id);
+                }
+                Step::Dispatch { resources, .. } => resources.iter().for_each(|id| self.is_there(id)),
+                Step::WriteBuffer { id, .. } | Step::WriteTexture { id, .. } => self.is_there(id),
+                _ => {}
+            }
+        }
+    }
+
+    fn is_there(&self, id: &ResourceId) {
+        assert!(self.0.contains(id), "{id:?} is not there");
+    }
+}
+
+fn frame(lent: Lent) -> ViewFrame {
+    let orbit = Orbit { target: DVec3::ZERO, azimuth: 0.0, elevation: 0.0, distance: 1.0, vertical_fov: 0.7 };
+    ViewFrame {
+        camera: orbit.camera().with_aspect(1.0),
+        settings: LiveSettings::new(16, 16),
+        host: HostFrame { depth: None, color_target: lent.color, depth_target: None, fog: None },
+        budget_milliseconds: 8.0,
+    }
+}
+
+fn update(stage: &mut Stage<u64, u64>, device: &mut Device, scene: &Scene, version: u64, at_once: bool) {
+    if let Some(recorded) = stage.update(WORLD, scene, version, at_once, &NothingAhead).unwrap() {
+        device.replay(&recorded.recording);
+        stage.executed(recorded, Ok(())).unwrap();
+    }
+}
+
+fn draw(stage: &mut Stage<u64, u64>, device: &mut Device) -> Option<(LiveStatus, u64)> {
+    let ViewRecorded { recorded, status, lent } = stage.record_view(VIEW, WORLD, frame).unwrap()?;
+    device.0.extend(lent.ids());
+    device.replay(&recorded.recording);
+    let ticket = recorded.ticket();
+    stage.executed(recorded, Ok(())).unwrap();
+    Some((status, ticket))
+}
+
+#[test]
+fn a_world_is_shown_once_it_is_prepared_and_leaves_nothing() {
+    let (mut stage, mut device) = (Stage::new(limits()), Device::default());
+    let scene = scene(0.5);
+    assert_eq!(stage.progress(WORLD), Progress::Nothing);
+    for _ in 0..1000 {
+        stage.begin_frame();
+        update(&mut stage, &mut device, &scene, 1, false);
+        if stage.progress(WORLD) == Progress::Done {
+            break;
+        }
+        sleep(Duration::from_millis(2));
+    }
+    assert_eq!(stage.progress(WORLD), Progress::Done);
+    let (status, _) = draw(&mut stage, &mut device).expect("the world is there");
+    assert!(status.pixel_samples > 0);
+    assert!(!stage.view_progress(VIEW, WORLD).unwrap().is_converged);
+    drop(scene);
+    let recorded = stage.sweep(|_| false, |_| false).expect("there is something to free");
+    device.replay(&recorded.recording);
+    stage.executed(recorded, Ok(())).unwrap();
+    assert_eq!(stage.store().bytes(), 0);
+    let mut last = Recording::new();
+    stage.store().free(&mut last);
+    device.replay(&last);
+    assert_eq!(device.0, HashSet::new());
+}
+
+#[test]
+fn at_once_means_in_this_frame() {
+    let (mut stage, mut device) = (Stage::new(limits()), Device::default());
+    assert!(draw(&mut stage, &mut device).is_none(), "there is no world yet");
+    stage.begin_frame();
+    update(&mut stage, &mut device, &scene(0.5), 1, true);
+    assert_eq!(stage.progress(WORLD), Progress::Done);
+    assert!(draw(&mut stage, &mut device).is_some());
+}
+
+/// Kernels are never made in time.
+struct Slow;
+
+impl Workbench for Slow {
+    fn are_ready(&self, _: &[Kernel]) -> bool {
+        false
+    }
+
+    fn texture_maker(&self) -> fn(&TextureOrder) -> bool {
+        |_| false
+    }
+}
+
+#[test]
+fn the_world_before_goes_on_while_another_is_prepared() {
+    let (mut stage, mut device) = (Stage::new(limits()), Device::default());
+    let first = scene(0.5);
+    update(&mut stage, &mut device, &first, 1, true);
+    draw(&mut stage, &mut device);
+    assert!(stage.update(WORLD, &scene(0.7), 2, false, &Slow).unwrap().is_none());
+    assert_eq!(stage.progress(WORLD), Progress::Before);
+    assert!(draw(&mut stage, &mut device).is_some());
+    let progress = stage.view_progress(VIEW, WORLD).unwrap();
+    assert_eq!((progress.live.samples, progress.is_converged), (0, false));
+    assert_eq!(stage.stalls(), [0, 1]);
+    // Back again before the kernels are made.
+    update(&mut stage, &mut device, &first, 1, false);
+    assert_eq!(stage.progress(WORLD), Progress::Done);
+}
+
+#[test]
+fn a_view_that_the_device_refuses_starts_over() {
+    let (mut stage, mut device) = (Stage::new(limits()), Device::default());
+    update(&mut stage, &mut device, &scene(0.5), 1, true);
+    let refused = stage.record_view(VIEW, WORLD, frame).unwrap().unwrap().recorded;
+    let why = Refusal::Other("no".to_owned());
+    assert_eq!(stage.executed(refused, Err(why)), Err("no".to_owned()));
+    assert!(stage.view_progress(VIEW, WORLD).is_none());
+    assert!(draw(&mut stage, &mut device).is_some());
+}
+
+#[test]
+fn read_backs_reach_the_view_that_asked_and_no_other() {
+    let (mut stage, mut device) = (Stage::new(limits()), Device::default());
+    update(&mut stage, &mut device, &scene(0.5), 1, true);
+    let with_depth = |lent: Lent| {
+        let mut frame = frame(lent);
+        frame.host.depth = Some(crate::live::HostDepth {
+            texture: lent.depth,
+            view_depth_from_ndc: [0.0, 1.0, 1.0, 0.0],
+            clear: 0.0,
+            jittered: false,
+        });
+        frame
+    };
+    let ViewRecorded { recorded, lent, .. } = stage.record_view(VIEW, WORLD, with_depth).unwrap().unwrap();
+    device.0.extend(lent.ids());
+    device.replay(&recorded.recording);
+    let ticket = recorded.ticket();
+    stage.executed(recorded, Ok(())).unwrap();
+    assert!(stage.view_progress(VIEW, WORLD).unwrap().live.awaits_feedback);
+    stage.feedback(ticket + 1, &[0; 4]);
+    assert!(stage.view_progress(VIEW, WORLD).unwrap().live.awaits_feedback);
+    stage.feedback(ticket, &[0; 4]);
+    assert!(!stage.view_progress(VIEW, WORLD).unwrap().live.awaits_feedback);
+}

@@ -1,0 +1,72 @@
+//! One world's copy on the device, and what is prepared for its next.
+
+use std::sync::Arc;
+
+use lumivox_core::Scene;
+
+use super::{Progress, Workbench};
+use crate::features::ViewKind;
+use crate::scene_cache::SceneCache;
+use crate::store::VoxelStore;
+
+/// A scene on the device.
+#[derive(Debug)]
+pub struct World {
+    pub cache: SceneCache,
+    /// Of the scene that it holds; one that does not fit is not tried again.
+    pub version: u64,
+    /// Why it does not fit.
+    pub error: Option<String>,
+    /// Whether there is anything to draw: a scene that fits.
+    pub is_whole: bool,
+    pub progress: Progress,
+    /// What is prepared for the next scene, on another thread that holds the same.
+    preparing: Option<Arc<()>>,
+}
+
+/// What a scene waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    Kernels,
+    /// Of its volumes or its environment.
+    Computation,
+}
+
+impl World {
+    pub fn new(store: &VoxelStore) -> Self {
+        let cache = SceneCache::new(store);
+        Self { cache, version: 0, error: None, is_whole: false, progress: Progress::Nothing, preparing: None }
+    }
+
+    /// What a scene lacks to be shown without holding up the frame. It is on its way then.
+    pub fn unprepared(&mut self, scene: &Scene, workbench: &impl Workbench) -> Option<Missing> {
+        let kernels = self.cache.kernels(scene, ViewKind::Live);
+        let lacks_kernels = !workbench.are_ready(&kernels);
+        let preparation = self.cache.preparation(scene);
+        let computing = preparation.is_some().then_some(Missing::Computation);
+        let under_way = self.preparing.as_ref().is_some_and(|shared| Arc::strong_count(shared) > 1);
+        if let Some(preparation) = preparation.filter(|_| !under_way) {
+            let done = self.preparing.insert(Arc::default()).clone();
+            let make = workbench.texture_maker();
+            let run = move || {
+                preparation.run_with(make);
+                drop(done);
+            };
+            // Without a thread, the next frame tries again.
+            let _ = std::thread::Builder::new().name("lumivox preparation".to_owned()).spawn(run);
+        }
+        if lacks_kernels { Some(Missing::Kernels) } else { computing }
+    }
+
+    /// An update was replayed, or came to nothing.
+    pub fn updated(&mut self, version: u64, error: Option<String>) {
+        self.version = version;
+        self.is_whole = error.is_none();
+        self.progress = match (self.is_whole, self.cache.is_settled()) {
+            (true, true) => Progress::Done,
+            (true, false) => Progress::Arriving,
+            (false, _) => Progress::Nothing,
+        };
+        self.error = error;
+    }
+}

@@ -1,0 +1,445 @@
+//! Long work on threads of its own: how far it is, stopping it, and what it made.
+
+use std::ffi::{CString, c_char, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+use lumivox_core::{CancelToken, Progress, Stage};
+use lumivox_import::{ImportOptions, ImportReport, Imported, RawDescription, Study, Thumbnail};
+
+use crate::abi::{LumivoxImportOptions, LumivoxJobState, LumivoxPicture, LumivoxProgress};
+use crate::border::{
+    LumivoxText, Outcome, free, guard, guard_handle, guard_option, guard_status, known, known_mut, list,
+    needed_text, panic_message, path, text,
+};
+use crate::stored;
+use crate::volume::{LumivoxVolume, phantom};
+
+/// Files whose headers were read. Handles share it.
+pub struct LumivoxStudy(Arc<Mutex<Study>>);
+
+/// Long work, and what it makes.
+pub struct LumivoxJob(Arc<Work>);
+
+struct Work {
+    cancel: CancelToken,
+    progress: Mutex<(Option<Stage>, u64, u64)>,
+    result: Mutex<Option<Result<Made, String>>>,
+    has_ended: AtomicBool,
+}
+
+/// What was made; what is taken is gone.
+#[derive(Default)]
+struct Made {
+    volume: Option<LumivoxVolume>,
+    study: Option<LumivoxStudy>,
+    report: Option<ImportReport>,
+    picture: Option<Thumbnail>,
+}
+
+impl Made {
+    fn volume(volume: LumivoxVolume) -> Self {
+        Self { volume: Some(volume), ..Self::default() }
+    }
+
+    fn imported(Imported { volume, report, .. }: Imported) -> Self {
+        Self {
+            volume: Some(LumivoxVolume::imported(volume, &report)),
+            report: Some(report),
+            ..Self::default()
+        }
+    }
+}
+
+/// Threads that run, and their work: none may outlive the library.
+static RUNNING: Mutex<Vec<(Arc<Work>, JoinHandle<()>)>> = Mutex::new(vec![]);
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // What a panic left behind was reported as the job's error.
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Starts work on a thread of its own.
+fn start(
+    task: impl FnOnce(Progress<'_>, &CancelToken) -> Outcome<Made> + Send + 'static,
+) -> Outcome<LumivoxJob> {
+    let work = Arc::new(Work {
+        cancel: CancelToken::new(),
+        progress: Mutex::new((None, 0, 0)),
+        result: Mutex::new(None),
+        has_ended: AtomicBool::new(false),
+    });
+    let own = work.clone();
+    let run = move || {
+        let tell = |stage, done, total| {
+            // Whoever cannot have the lock at once lets another tell.
+            if let Ok(mut progress) = own.progress.try_lock() {
+                *progress = (Some(stage), done, total);
+            }
+        };
+        let result = catch_unwind(AssertUnwindSafe(|| task(Progress::new(&tell), &own.cancel)))
+            .unwrap_or_else(|panic| Err(format!("a fault in Lumivox: {}", panic_message(&*panic))));
+        *lock(&own.result) = Some(result);
+        own.has_ended.store(true, Ordering::Release);
+    };
+    let spawned = std::thread::Builder::new().name("lumivox job".to_owned()).spawn(run);
+    let thread = spawned.map_err(|error| format!("there is no thread for it: {error}"))?;
+    let mut running = lock(&RUNNING);
+    running.retain(|(_, thread)| !thread.is_finished());
+    running.push((work.clone(), thread));
+    Ok(LumivoxJob(work))
+}
+
+/// Reads the headers of one file of any format, a folder, a zip archive, or several DICOM files. The job gives a study and
+/// its report.
+///
+/// # Safety
+/// `paths` points to `count` strings, `options` is null or points to options.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_import_scan(
+    paths: *const *const c_char,
+    count: u32,
+    options: *const LumivoxImportOptions,
+) -> *mut LumivoxJob {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let (paths, options) = unsafe { (files(paths, count)?, import_options(options)?) };
+        start(move |progress, cancel| {
+            let study = Study::open(&paths, &options, progress, cancel).map_err(|error| error.to_string())?;
+            let report = Some(study.report().clone());
+            Ok(Made { study: Some(LumivoxStudy(Arc::new(Mutex::new(study)))), report, ..Made::default() })
+        })
+    })
+}
+
+/// Loads a scan; from `study`, whose headers are not read again, where it is not null. The job gives the scan and the
+/// report.
+///
+/// # Safety
+/// As [`lumivox_import_scan`]; `study` is null or a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_import_load(
+    paths: *const *const c_char,
+    count: u32,
+    options: *const LumivoxImportOptions,
+    study: *const LumivoxStudy,
+) -> *mut LumivoxJob {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let (options, study) = unsafe { (import_options(options)?, study.as_ref()) };
+        if let Some(LumivoxStudy(study)) = study {
+            let study = study.clone();
+            return start(move |progress, cancel| {
+                let imported = lock(&study).load(&options, progress, cancel);
+                imported.map(Made::imported).map_err(|error| error.to_string())
+            });
+        }
+        // SAFETY: as the caller promises.
+        let paths = unsafe { files(paths, count) }?;
+        start(move |progress, cancel| {
+            let imported = lumivox_import::load(&paths, &options, progress, cancel);
+            imported.map(Made::imported).map_err(|error| error.to_string())
+        })
+    })
+}
+
+/// A picture of the middle slice of a series of a study, counted from 0, at most `side` pixels wide and high.
+///
+/// # Safety
+/// `study` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_study_thumbnail(
+    study: *const LumivoxStudy,
+    series: u32,
+    side: u32,
+) -> *mut LumivoxJob {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let study = unsafe { known(study, "study") }?.0.clone();
+        start(move |_, cancel| {
+            let study = lock(&study);
+            let count = study.report().series.len();
+            if series as usize >= count {
+                return Err(format!("There is no series {series}: there are {count}, counted from 0."));
+            }
+            let picture = study.thumbnail(series as usize, side.clamp(1, 4096) as usize, cancel);
+            Ok(Made { picture: Some(picture.map_err(|error| error.to_string())?), ..Made::default() })
+        })
+    })
+}
+
+/// Frees a study.
+///
+/// # Safety
+/// `study` is null, or a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_study_free(study: *mut LumivoxStudy) {
+    // SAFETY: as the caller promises.
+    unsafe { free(study) };
+}
+
+/// As `lumivox_volume_phantom`, without waiting.
+///
+/// # Safety
+/// `kind` is a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_phantom_start(kind: *const c_char, size: u32) -> *mut LumivoxJob {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let kind = unsafe { needed_text(kind, "kind of phantom") }?.to_owned();
+        start(move |progress, cancel| phantom(&kind, size, progress, cancel).map(Made::volume))
+    })
+}
+
+/// Stores a scan as a file that opens at once; whole, or not at all.
+///
+/// # Safety
+/// `volume` is a live handle, `file` a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_volume_save(
+    volume: *const LumivoxVolume,
+    file: *const c_char,
+) -> *mut LumivoxJob {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let (volume, file) = unsafe { (known(volume, "scan")?.share(), path(file, "file")?) };
+        start(move |progress, cancel| {
+            stored::save(&volume, &file, progress, cancel).map(|()| Made::default())
+        })
+    })
+}
+
+/// Opens a stored scan.
+///
+/// # Safety
+/// `file` is a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_volume_open(file: *const c_char) -> *mut LumivoxJob {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let file = unsafe { path(file, "file") }?;
+        start(move |progress, cancel| stored::open(&file, progress, cancel).map(Made::volume))
+    })
+}
+
+/// Opens a stored scan whose file is in memory, for platforms that keep a game's files in an archive. The bytes are
+/// copied before this returns.
+///
+/// # Safety
+/// `data` points to `length` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_volume_open_bytes(data: *const c_void, length: u64) -> *mut LumivoxJob {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let bytes = unsafe { list(data.cast::<u8>(), length as usize, "bytes") }?.to_vec();
+        start(move |progress, cancel| {
+            let length = bytes.len() as u64;
+            stored::read(&bytes[..], length, "the stored scan", progress, cancel).map(Made::volume)
+        })
+    })
+}
+
+/// How far a job is. `out` may be null.
+///
+/// # Safety
+/// `job` is a live handle, `out` null or can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_job_poll(
+    job: *const LumivoxJob,
+    out: *mut LumivoxProgress,
+) -> LumivoxJobState {
+    let state = guard(|| {
+        // SAFETY: as the caller promises.
+        let (work, out) = unsafe { (&known(job, "job")?.0, out.as_mut()) };
+        if let Some(out) = out {
+            let (stage, done, total) = *lock(&work.progress);
+            *out = LumivoxProgress { stage: label(stage), done, total };
+        }
+        if !work.has_ended.load(Ordering::Acquire) {
+            return Ok(LumivoxJobState::Running);
+        }
+        Ok(match &*lock(&work.result) {
+            _ if work.cancel.is_cancelled() => LumivoxJobState::Cancelled,
+            Some(Ok(_)) => LumivoxJobState::Done,
+            _ => LumivoxJobState::Failed,
+        })
+    });
+    state.unwrap_or(LumivoxJobState::Failed)
+}
+
+/// What a progress bar says, as C has it.
+fn label(stage: Option<Stage>) -> *const c_char {
+    static LABELS: Mutex<Vec<(Stage, CString)>> = Mutex::new(vec![]);
+    let Some(stage) = stage else { return c"".as_ptr() };
+    let mut labels = lock(&LABELS);
+    if let Some((_, label)) = labels.iter().find(|(known, _)| *known == stage) {
+        return label.as_ptr();
+    }
+    let label = CString::new(stage.label()).unwrap_or_default();
+    // The characters stay where they are when the list moves.
+    let pointer = label.as_ptr();
+    labels.push((stage, label));
+    pointer
+}
+
+/// Asks a job to stop. It says that it was once it has.
+///
+/// # Safety
+/// `job` is null, or a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_job_cancel(job: *const LumivoxJob) {
+    // SAFETY: as the caller promises.
+    if let Some(job) = unsafe { job.as_ref() } {
+        job.0.cancel.cancel();
+    }
+}
+
+/// Frees a job; one that is under way is asked to stop, and not waited for.
+///
+/// # Safety
+/// `job` is null, or a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_job_free(job: *mut LumivoxJob) {
+    // SAFETY: as the caller promises.
+    unsafe {
+        lumivox_job_cancel(job);
+        free(job);
+    }
+}
+
+/// Why a job has failed; empty if it has not.
+///
+/// # Safety
+/// `job` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_job_error(job: *const LumivoxJob) -> *mut LumivoxText {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let work = &unsafe { known(job, "job") }?.0;
+        let result = lock(&work.result);
+        let error = result.as_ref().and_then(|result| result.as_ref().err());
+        Ok(LumivoxText::new(error.map_or("", String::as_str)))
+    })
+}
+
+/// Takes something of what a job has made; null where it has made none, or it was taken.
+///
+/// # Safety
+/// `job` is a live handle.
+unsafe fn take<T>(job: *const LumivoxJob, part: impl FnOnce(&mut Made) -> Option<T>) -> *mut T {
+    guard_option(|| {
+        // SAFETY: as the caller promises.
+        let work = &unsafe { known(job, "job") }?.0;
+        Ok(lock(&work.result).as_mut().and_then(|result| part(result.as_mut().ok()?)))
+    })
+}
+
+/// The scan that a job has made.
+///
+/// # Safety
+/// `job` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_job_take_volume(job: *mut LumivoxJob) -> *mut LumivoxVolume {
+    // SAFETY: as the caller promises.
+    unsafe { take(job, |made| made.volume.take()) }
+}
+
+/// The study that a job has made.
+///
+/// # Safety
+/// `job` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_job_take_study(job: *mut LumivoxJob) -> *mut LumivoxStudy {
+    // SAFETY: as the caller promises.
+    unsafe { take(job, |made| made.study.take()) }
+}
+
+/// What an import found and did, as JSON; null for jobs that are none.
+///
+/// # Safety
+/// `job` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_job_report(job: *const LumivoxJob) -> *mut LumivoxText {
+    // SAFETY: as the caller promises.
+    unsafe {
+        take(job, |made| {
+            let report = serde_json::to_string(made.report.as_ref()?).ok()?;
+            Some(LumivoxText::new(&report))
+        })
+    }
+}
+
+/// The picture that a job has made; valid until the job is freed.
+///
+/// # Safety
+/// `job` is a live handle, `out` can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_job_picture(job: *const LumivoxJob, out: *mut LumivoxPicture) -> i32 {
+    guard_status(|| {
+        // SAFETY: as the caller promises.
+        let (work, out) = unsafe { (&known(job, "job")?.0, known_mut(out, "place for it")?) };
+        let result = lock(&work.result);
+        let made = result.as_ref().and_then(|result| result.as_ref().ok());
+        let picture = made.and_then(|made| made.picture.as_ref()).ok_or("this job has made no picture")?;
+        *out = LumivoxPicture {
+            width: picture.width as u32,
+            height: picture.height as u32,
+            grey: picture.grey.as_ptr(),
+        };
+        Ok(())
+    })
+}
+
+/// Jobs whose threads still run, freed ones too.
+#[unsafe(no_mangle)]
+pub extern "C" fn lumivox_jobs_running() -> u32 {
+    lock(&RUNNING).iter().filter(|(_, thread)| !thread.is_finished()).count() as u32
+}
+
+/// Stops all jobs and waits for them: before the library is unloaded.
+#[unsafe(no_mangle)]
+pub extern "C" fn lumivox_jobs_stop_all() {
+    let all = std::mem::take(&mut *lock(&RUNNING));
+    all.iter().for_each(|(work, _)| work.cancel.cancel());
+    for (_, thread) in all {
+        // Its panics were caught.
+        let _ = thread.join();
+    }
+}
+
+/// # Safety
+/// `paths` points to `count` strings.
+unsafe fn files(paths: *const *const c_char, count: u32) -> Outcome<Vec<PathBuf>> {
+    // SAFETY: as the caller promises.
+    let paths = unsafe { list(paths, count as usize, "paths") }?;
+    // SAFETY: as the caller promises.
+    let paths: Vec<PathBuf> =
+        paths.iter().map(|file| unsafe { path(*file, "path") }).collect::<Outcome<_>>()?;
+    match paths.is_empty() {
+        true => Err("there is nothing to read: name a file, a folder or an archive".to_owned()),
+        false => Ok(paths),
+    }
+}
+
+/// # Safety
+/// `options` is null or points to options.
+unsafe fn import_options(options: *const LumivoxImportOptions) -> Outcome<ImportOptions> {
+    let mut all = ImportOptions::default();
+    // SAFETY: as the caller promises.
+    let Some(options) = (unsafe { options.as_ref() }) else { return Ok(all) };
+    // SAFETY: as the caller promises.
+    let (series, raw) = unsafe { (text(options.series, "series")?, text(options.raw, "raw")?) };
+    let said = |text: Option<&str>| text.filter(|text| !text.trim().is_empty()).map(str::to_owned);
+    all.series = said(series);
+    all.phase = (options.phase > 0).then_some(options.phase as usize);
+    all.leave_gaps = options.leave_gaps != 0;
+    all.fill_damaged = options.fill_damaged != 0;
+    all.allow_outside_data = options.allow_outside_data != 0;
+    if let Some(raw) = said(raw) {
+        all.raw = Some(raw.parse::<RawDescription>().map_err(|error| error.to_string())?);
+    }
+    Ok(all)
+}

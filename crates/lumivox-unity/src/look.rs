@@ -1,0 +1,374 @@
+//! What scans look like and are lit by: transfer functions, presets, maps of light.
+
+use std::ffi::{CString, c_char};
+use std::sync::{Arc, LazyLock};
+
+use lumivox_core::{
+    ColorStop, Ease, EnvironmentMap, ExtinctionSpace, Filter, Medium, OpacityKnot, Preset, SurfaceReflection,
+    TransferFunction,
+};
+
+use crate::abi::{LumivoxColorStop, LumivoxMedium, LumivoxOpacityKnot};
+use crate::border::{
+    Outcome, free, guard, guard_handle, guard_status, known, known_mut, list, needed_text, path,
+};
+use crate::volume::LumivoxVolume;
+
+/// Opacity and colour of values.
+pub struct LumivoxTransferFunction(pub(crate) TransferFunction);
+
+/// A panorama of light. Handles share it.
+pub struct LumivoxMap(pub(crate) Arc<EnvironmentMap>);
+
+/// The medium of an instance: its own numbers, and where they leave it open what suits the scan.
+pub(crate) fn medium(own: &LumivoxMedium, function: Option<&TransferFunction>, suited: &Medium) -> Medium {
+    Medium {
+        transfer_function: function.unwrap_or(&suited.transfer_function).clone(),
+        density_scale: f64::from(own.density),
+        albedo: f64::from(own.albedo),
+        anisotropy: f64::from(own.anisotropy),
+        max_bounces: own.max_bounces.clamp(1, 1000),
+        filter: match own.filter {
+            0 => Filter::Nearest,
+            1 => Filter::Trilinear,
+            2 => Filter::Tricubic,
+            _ => Filter::Smooth,
+        },
+        surface: SurfaceReflection {
+            strength: f64::from(own.surface_strength),
+            gradient_per_mm: match own.surface_gradient {
+                gradient if gradient > 0.0 => f64::from(gradient),
+                _ => suited.surface.gradient_per_mm,
+            },
+            roughness: f64::from(own.surface_roughness),
+            specular: f64::from(own.surface_specular),
+        },
+        extinction_space: match own.extinction_space {
+            1 => ExtinctionSpace::World,
+            _ => ExtinctionSpace::Volume,
+        },
+    }
+    .sanitized()
+}
+
+/// A transfer function of points in any order; those that are not finite are passed over. Without knots nothing is seen,
+/// without stops it is white. The whole is widened by `window_scale` about its centre and moved by `shift`.
+///
+/// # Safety
+/// `knots` and `stops` point to so many.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_transfer_function_new(
+    knots: *const LumivoxOpacityKnot,
+    knot_count: u32,
+    stops: *const LumivoxColorStop,
+    stop_count: u32,
+    shift: f64,
+    window_scale: f64,
+) -> *mut LumivoxTransferFunction {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let (knots, stops) = unsafe {
+            (list(knots, knot_count as usize, "knots")?, list(stops, stop_count as usize, "stops")?)
+        };
+        let knots = knots.iter().map(|knot| OpacityKnot {
+            value: knot.value,
+            opacity: knot.opacity,
+            ease: if knot.ease == 1 { Ease::InOut } else { Ease::Linear },
+        });
+        let stops = stops.iter().map(|stop| ColorStop { value: stop.value, color: stop.color });
+        Ok(LumivoxTransferFunction(TransferFunction::windowed(knots, stops, shift, window_scale)))
+    })
+}
+
+/// Frees a transfer function.
+///
+/// # Safety
+/// `function` is null, or a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_transfer_function_free(function: *mut LumivoxTransferFunction) {
+    // SAFETY: as the caller promises.
+    unsafe { free(function) };
+}
+
+/// `count` samples of it from the value `low` to `high`: linear RGB and opacity of each.
+///
+/// # Safety
+/// `function` is a live handle, `rgba` can hold `4 * count` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_transfer_function_sample(
+    function: *const LumivoxTransferFunction,
+    low: f64,
+    high: f64,
+    count: u32,
+    rgba: *mut f32,
+) -> i32 {
+    guard_status(|| {
+        if count == 0 || rgba.is_null() {
+            return Err("there is no place for samples".to_owned());
+        }
+        // SAFETY: as the caller promises.
+        let (function, rgba) = unsafe {
+            (
+                &known(function, "transfer function")?.0,
+                std::slice::from_raw_parts_mut(rgba, 4 * count as usize),
+            )
+        };
+        for (i, texel) in rgba.chunks_exact_mut(4).enumerate() {
+            let value = low + (high - low) * i as f64 / f64::from(count.max(2) - 1);
+            let [r, g, b] = function.color(value);
+            texel.copy_from_slice(&[r, g, b, function.opacity(value)].map(|x| x as f32));
+        }
+        Ok(())
+    })
+}
+
+/// A transfer function of Lumivox' or of UnityVolumeRendering's making.
+///
+/// # Safety
+/// `file` is a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_transfer_function_load(file: *const c_char) -> *mut LumivoxTransferFunction {
+    /// Old files are relative to the values of a CT scan.
+    const CT_RANGE: [f64; 2] = [-1024.0, 3071.0];
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let file = unsafe { path(file, "file") }?;
+        let loaded = lumivox_import::load_transfer_function(&file, CT_RANGE);
+        loaded.map(LumivoxTransferFunction).map_err(|error| error.to_string())
+    })
+}
+
+/// Writes it as Lumivox' JSON.
+///
+/// # Safety
+/// `function` is a live handle, `file` a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_transfer_function_save(
+    function: *const LumivoxTransferFunction,
+    file: *const c_char,
+) -> i32 {
+    guard_status(|| {
+        // SAFETY: as the caller promises.
+        let (function, file) = unsafe { (&known(function, "transfer function")?.0, path(file, "file")?) };
+        lumivox_import::save_transfer_function(&file, function, "").map_err(|error| error.to_string())
+    })
+}
+
+/// Its opacity knots by rising value, as many as there is room for; returns how many there are.
+///
+/// # Safety
+/// `function` is a live handle, `out` can hold `capacity`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_transfer_function_knots(
+    function: *const LumivoxTransferFunction,
+    out: *mut LumivoxOpacityKnot,
+    capacity: u32,
+) -> u32 {
+    let copied = guard(|| {
+        // SAFETY: as the caller promises.
+        let knots = unsafe { known(function, "transfer function") }?.0.opacity_knots();
+        let knots = knots.iter().map(|knot| LumivoxOpacityKnot {
+            value: knot.value,
+            opacity: knot.opacity,
+            ease: u32::from(knot.ease == Ease::InOut),
+            padding: 0,
+        });
+        // SAFETY: as the caller promises.
+        Ok(unsafe { copy(knots, out, capacity) })
+    });
+    copied.unwrap_or(0)
+}
+
+/// Its colour stops by rising value, as many as there is room for; returns how many there are.
+///
+/// # Safety
+/// `function` is a live handle, `out` can hold `capacity`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_transfer_function_stops(
+    function: *const LumivoxTransferFunction,
+    out: *mut LumivoxColorStop,
+    capacity: u32,
+) -> u32 {
+    let copied = guard(|| {
+        // SAFETY: as the caller promises.
+        let stops = unsafe { known(function, "transfer function") }?.0.color_stops();
+        let stops = stops.iter().map(|stop| LumivoxColorStop { value: stop.value, color: stop.color });
+        // SAFETY: as the caller promises.
+        Ok(unsafe { copy(stops, out, capacity) })
+    });
+    copied.unwrap_or(0)
+}
+
+/// # Safety
+/// `out` can hold `capacity`.
+unsafe fn copy<T>(items: impl ExactSizeIterator<Item = T>, out: *mut T, capacity: u32) -> u32 {
+    let count = items.len() as u32;
+    if !out.is_null() {
+        for (i, item) in items.take(capacity as usize).enumerate() {
+            // SAFETY: i is less than the capacity.
+            unsafe { out.add(i).write(item) };
+        }
+    }
+    count
+}
+
+/// Names and descriptions as C has them.
+fn preset_texts() -> &'static [[CString; 2]] {
+    static TEXTS: LazyLock<Vec<[CString; 2]>> = LazyLock::new(|| {
+        let text = |text: &str| CString::new(text).unwrap_or_default();
+        Preset::ALL.iter().map(|preset| [text(preset.name()), text(preset.description())]).collect()
+    });
+    &TEXTS
+}
+
+/// How many presets there are.
+#[unsafe(no_mangle)]
+pub extern "C" fn lumivox_preset_count() -> u32 {
+    Preset::ALL.len() as u32
+}
+
+/// The name of a preset; null beyond the last.
+#[unsafe(no_mangle)]
+pub extern "C" fn lumivox_preset_name(index: u32) -> *const c_char {
+    preset_texts().get(index as usize).map_or(std::ptr::null(), |[name, _]| name.as_ptr())
+}
+
+/// What a preset shows; null beyond the last.
+#[unsafe(no_mangle)]
+pub extern "C" fn lumivox_preset_description(index: u32) -> *const c_char {
+    preset_texts().get(index as usize).map_or(std::ptr::null(), |[_, text]| text.as_ptr())
+}
+
+/// The name of the preset that suits a scan.
+///
+/// # Safety
+/// `volume` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_preset_for(volume: *const LumivoxVolume) -> *const c_char {
+    let name = guard(|| {
+        // SAFETY: as the caller promises.
+        let preset = Preset::default_for(unsafe { known(volume, "scan") }?.volume());
+        let place = Preset::ALL.iter().position(|known| *known == preset);
+        Ok(place.map_or(std::ptr::null(), |place| lumivox_preset_name(place as u32)))
+    });
+    name.unwrap_or(std::ptr::null())
+}
+
+/// The look of a preset. `volume` may be null for those of CT; others place themselves by its values. What a preset says
+/// nothing of (filter, extinction space) is left as it is in `medium`.
+///
+/// # Safety
+/// `name` is a string, `volume` null or a live handle, `out` can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_preset(
+    name: *const c_char,
+    volume: *const LumivoxVolume,
+    out: *mut LumivoxMedium,
+) -> *mut LumivoxTransferFunction {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let (name, volume, out) = unsafe {
+            (needed_text(name, "name of a preset")?, volume.as_ref(), known_mut(out, "place for the medium")?)
+        };
+        let preset = Preset::from_name(name).map_err(|error| error.to_string())?;
+        let look = look(preset, volume)?;
+        *out = LumivoxMedium {
+            density: look.density_scale as f32,
+            albedo: look.albedo as f32,
+            anisotropy: look.anisotropy as f32,
+            max_bounces: look.max_bounces,
+            surface_strength: look.surface.strength as f32,
+            surface_gradient: look.surface.gradient_per_mm as f32,
+            surface_roughness: look.surface.roughness as f32,
+            surface_specular: look.surface.specular as f32,
+            ..*out
+        };
+        Ok(LumivoxTransferFunction(look.transfer_function))
+    })
+}
+
+fn look(preset: Preset, volume: Option<&LumivoxVolume>) -> Outcome<Medium> {
+    match volume {
+        Some(volume) => Ok(preset.medium(volume.volume())),
+        None => preset.medium_without_scan().ok_or_else(|| {
+            let name = preset.name();
+            format!("The preset '{name}' places itself by a scan's values: give it a volume.")
+        }),
+    }
+}
+
+/// A panorama of `width * height` linear RGB texels, rows from the top (straight up); the middle column is Unity's +z. They
+/// are copied.
+///
+/// # Safety
+/// `rgb` points to `3 * width * height` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_map_new(width: u32, height: u32, rgb: *const f32) -> *mut LumivoxMap {
+    guard_handle(|| {
+        let texels = width as usize * height as usize;
+        // SAFETY: as the caller promises.
+        let rgb = unsafe { list(rgb, 3 * texels, "texels") }?;
+        let texels = rgb.as_chunks().0.to_vec();
+        Ok(LumivoxMap(Arc::new(EnvironmentMap::new(width as usize, height as usize, texels)?)))
+    })
+}
+
+/// A panorama from a Radiance (`.hdr`) file.
+///
+/// # Safety
+/// `file` is a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_map_load(file: *const c_char) -> *mut LumivoxMap {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let file = unsafe { path(file, "file") }?;
+        let map = lumivox_import::load_environment(&file).map_err(|error| error.to_string())?;
+        Ok(LumivoxMap(Arc::new(map)))
+    })
+}
+
+/// Frees a map.
+///
+/// # Safety
+/// `map` is null, or a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_map_free(map: *mut LumivoxMap) {
+    // SAFETY: as the caller promises.
+    unsafe { free(map) };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_come_with_a_look() {
+        let mut medium = LumivoxMedium {
+            density: 0.0,
+            albedo: 0.0,
+            anisotropy: 0.0,
+            max_bounces: 0,
+            filter: 3,
+            extinction_space: 1,
+            surface_strength: 0.0,
+            surface_gradient: 0.0,
+            surface_roughness: 0.0,
+            surface_specular: 0.0,
+        };
+        let null = std::ptr::null();
+        // SAFETY: strings and a struct are there.
+        let function = unsafe { lumivox_preset(c"ct-bone".as_ptr(), null, &mut medium) };
+        assert!(!function.is_null());
+        assert!(medium.density > 0.0 && medium.surface_strength == 1.0);
+        assert_eq!((medium.filter, medium.extinction_space), (3, 1));
+        // SAFETY: it is a handle, and there is room for none.
+        let count = unsafe { lumivox_transfer_function_knots(function, std::ptr::null_mut(), 0) };
+        assert!(count > 1);
+        // SAFETY: it is a handle.
+        unsafe { lumivox_transfer_function_free(function) };
+        // SAFETY: as above.
+        assert!(unsafe { lumivox_preset(c"mr-head".as_ptr(), null, &mut medium) }.is_null());
+        assert_eq!(lumivox_preset_count() as usize, Preset::ALL.len());
+        assert!(lumivox_preset_name(lumivox_preset_count()).is_null());
+    }
+}
