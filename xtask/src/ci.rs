@@ -8,12 +8,14 @@ use std::{
     time::Instant,
 };
 
-use crate::layers;
+use crate::{layers, unity_kernels, unity_metas};
 
 /// Runs every check; stops at the first that fails.
 pub fn run() -> Result<(), String> {
     step("format", || cargo(&["fmt", "--all", "--check"]))?;
     step("import rules", layers::run)?;
+    step("Unity's kernels", unity_kernels::check)?;
+    step("Unity's identifiers", unity_metas::check)?;
     step("clippy", || {
         cargo(&["clippy", "--workspace", "--all-targets", "--release", "--quiet", "--", "-D", "warnings"])
     })?;

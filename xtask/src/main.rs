@@ -1,8 +1,13 @@
-//! Project chores: `cargo xtask ci` runs what CI runs, `cargo xtask layers` checks which crate may import which.
+//! Project chores: `cargo xtask ci` runs what CI runs, `cargo xtask layers` checks which crate may import which,
+//! `cargo xtask unity-kernels` writes the kernels as Unity takes them.
 
 mod ci;
 mod layers;
+mod unity_kernels;
+mod unity_kernels_hlsl;
+mod unity_metas;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 const HELP: &str = "\
@@ -11,6 +16,11 @@ Usage: cargo xtask <COMMAND>
 Commands:
   ci      Format check, clippy, import rules, tests, documentation, licences: what CI runs
   layers  Check that imports between the crates go one way
+  unity-kernels             Write the Unity package's kernels, and the table of their names
+  unity-kernels --check     Fail where they are not what would be written
+  unity-kernels --all DIR   Write every kernel of every view there, as plain HLSL, for tests
+  unity-metas               Give each file of the Unity package its identifier
+  unity-metas --check       Fail where one is missing, left over or there twice
 
 Exit codes: 0 all is well, 1 a check failed, 2 wrong usage";
 
@@ -19,6 +29,11 @@ fn main() -> ExitCode {
     let result = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["ci"] => ci::run(),
         ["layers"] => layers::run(),
+        ["unity-kernels"] => unity_kernels::write(),
+        ["unity-kernels", "--check"] => unity_kernels::check(),
+        ["unity-kernels", "--all", folder] => unity_kernels::write_all(Path::new(folder)),
+        ["unity-metas"] => unity_metas::write(),
+        ["unity-metas", "--check"] => unity_metas::check(),
         ["help" | "--help" | "-h"] => {
             println!("{HELP}");
             Ok(())

@@ -32,7 +32,7 @@ pub use glam;
 pub use camera::{Camera, HostCamera, Orbit, PerspectiveCamera, Projection, Ray};
 pub use environment::{Environment, EnvironmentMap, EnvironmentSource};
 pub use histogram::Histogram;
-pub use light::{Falloff, Lamp, Light, LightKind};
+pub use light::{Cone, Falloff, Lamp, Light, LightKind};
 pub use medium::{ExtinctionSpace, Filter, Medium, SurfaceReflection};
 pub use presets::{Preset, UnknownPreset};
 pub use scene::{Scene, VolumeInstance, world_from_patient};

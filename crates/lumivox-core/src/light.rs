@@ -44,9 +44,23 @@ pub enum LightKind {
         direction: DVec3,
         /// Angle from the axis to the edge of the cone, in radians, 1e-3 to pi.
         half_angle: f64,
-        /// How the light falls off towards the edge, see [`LightKind::cone_factor`]; 0 to 1000. Godot's
-        /// `spot_angle_attenuation` is its inverse.
-        cone_attenuation: f64,
+        /// How the light falls off towards the edge.
+        cone: Cone,
+    },
+}
+
+/// How a spot's light falls off from its axis to the edge of its cone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cone {
+    /// `1 - rim^attenuation`, as Godot's lights have it, where `rim = max((1 - cosine) / (1 - cos(half_angle)), 1e-4)`.
+    Power {
+        /// 0 to 1000; Godot's `spot_angle_attenuation` is its inverse.
+        attenuation: f64,
+    },
+    /// `((cosine - cos(half_angle)) / (cos(inner_half_angle) - cos(half_angle)))^2`, at most 1, as Unity's lights have it.
+    Between {
+        /// Within this angle to the axis, in radians, it is as bright as on it; less than the half angle.
+        inner_half_angle: f64,
     },
 }
 
@@ -67,13 +81,22 @@ pub struct Lamp {
     pub falloff: Falloff,
 }
 
-/// How light gets weaker with the distance: `d^-decay`, brought to nothing at `range`.
+/// How light gets weaker with the distance, and where it ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Falloff {
-    /// Distance in metres from where on there is no light; infinite without such an end.
-    pub range: f64,
-    /// Exponent of the distance, 0 to 8; 2 is physical.
-    pub decay: f64,
+pub enum Falloff {
+    /// `max(1 - (d / range)^4, 0)^2 * d^-decay`, as Godot's lights have it, and with a decay of 2 those of Unity's URP and
+    /// HDRP.
+    Power {
+        /// Distance in metres from where on there is no light; infinite without such an end.
+        range: f64,
+        /// Exponent of the distance, 0 to 8; 2 is physical.
+        decay: f64,
+    },
+    /// `min(5 (1 - x), 1) / (1 + 25 x^2)` with `x = d / range`, as the lights of Unity's built-in pipeline have it.
+    Relative {
+        /// Distance in metres from where on there is no light.
+        range: f64,
+    },
 }
 
 impl Default for Falloff {
@@ -84,13 +107,23 @@ impl Default for Falloff {
 
 impl Falloff {
     /// What light does: `1 / d^2`.
-    pub const INVERSE_SQUARE: Self = Self { range: f64::INFINITY, decay: 2.0 };
+    pub const INVERSE_SQUARE: Self = Self::Power { range: f64::INFINITY, decay: 2.0 };
 
-    /// `max(1 - (d / range)^4, 0)^2 * d^-decay`, as Godot's lights have it, with a distance d in metres of at least
-    /// [`MIN_LIGHT_DISTANCE`].
+    /// Distance in metres from where on there is no light.
+    pub fn range(self) -> f64 {
+        match self {
+            Falloff::Power { range, .. } | Falloff::Relative { range } => range,
+        }
+    }
+
+    /// The share at a distance d in metres, of at least [`MIN_LIGHT_DISTANCE`].
     pub fn at(self, distance: f64) -> f64 {
         let d = distance.max(MIN_LIGHT_DISTANCE);
-        (1.0 - (d / self.range).powi(4)).max(0.0).powi(2) * d.powf(-self.decay)
+        let x = d / self.range();
+        match self {
+            Falloff::Power { decay, .. } => (1.0 - x.powi(4)).max(0.0).powi(2) * d.powf(-decay),
+            Falloff::Relative { .. } => (5.0 * (1.0 - x)).clamp(0.0, 1.0) / (1.0 + 25.0 * x * x),
+        }
     }
 }
 
@@ -101,16 +134,20 @@ impl Lamp {
     }
 
     fn sanitized(self) -> Option<Self> {
-        let Falloff { range, decay } = self.falloff;
+        let falloff = match self.falloff {
+            Falloff::Power { range, decay } => {
+                Falloff::Power { range, decay: finite(decay)?.clamp(0.0, 8.0) }
+            }
+            Falloff::Relative { range } => Falloff::Relative { range: finite(range)? },
+        };
         let there = self.position.is_finite()
             && self.position.abs().max_element() <= 1e9
             && self.radius.is_finite()
-            && range > 0.0
-            && decay.is_finite();
+            && falloff.range() > 0.0;
         Some(Self {
             intensity: sanitized_color(self.intensity)?,
             radius: self.radius.max(0.0),
-            falloff: Falloff { range, decay: decay.clamp(0.0, 8.0) },
+            falloff,
             ..self
         })
         .filter(|_| there)
@@ -118,12 +155,18 @@ impl Lamp {
 }
 
 impl LightKind {
-    /// The share of a spot's light that it sends at an angle of that cosine to its axis, as Godot's lights have it:
-    /// `1 - rim^cone_attenuation`, where `rim = max((1 - max(cosine, cos(half_angle))) / (1 - cos(half_angle)), 1e-4)`.
-    pub fn cone_factor(cosine: f64, half_angle: f64, cone_attenuation: f64) -> f64 {
+    /// The share of a spot's light that it sends at an angle of that cosine to its axis.
+    pub fn cone_factor(cosine: f64, half_angle: f64, cone: Cone) -> f64 {
         let edge = half_angle.cos();
-        let rim = ((1.0 - cosine.max(edge)) / (1.0 - edge)).max(1e-4);
-        1.0 - rim.powf(cone_attenuation)
+        match cone {
+            Cone::Power { attenuation } => {
+                let rim = ((1.0 - cosine.max(edge)) / (1.0 - edge)).max(1e-4);
+                1.0 - rim.powf(attenuation)
+            }
+            Cone::Between { inner_half_angle } => {
+                ((cosine - edge) / (inner_half_angle.cos() - edge)).clamp(0.0, 1.0).powi(2)
+            }
+        }
     }
 }
 
@@ -140,7 +183,7 @@ impl Light {
 
     /// A bulb that shines along `direction` into a cone, brightest along its axis.
     pub fn spot(lamp: Lamp, direction: DVec3, half_angle: f64) -> Self {
-        LightKind::Spot { lamp, direction, half_angle, cone_attenuation: 1.0 }.into()
+        LightKind::Spot { lamp, direction, half_angle, cone: Cone::Power { attenuation: 1.0 } }.into()
     }
 
     /// The same light with every number inside its documented range and directions of unit length. `None` if it is not
@@ -155,12 +198,23 @@ impl Light {
                 angular_radius: finite(angular_radius)?.clamp(0.0, std::f64::consts::PI),
             },
             LightKind::Point(lamp) => LightKind::Point(lamp.sanitized()?),
-            LightKind::Spot { lamp, direction, half_angle, cone_attenuation } => LightKind::Spot {
-                lamp: lamp.sanitized()?,
-                direction: unit(direction)?,
-                half_angle: finite(half_angle)?.clamp(1e-3, std::f64::consts::PI),
-                cone_attenuation: finite(cone_attenuation)?.clamp(0.0, 1e3),
-            },
+            LightKind::Spot { lamp, direction, half_angle, cone } => {
+                let half_angle = finite(half_angle)?.clamp(1e-3, std::f64::consts::PI);
+                LightKind::Spot {
+                    lamp: lamp.sanitized()?,
+                    direction: unit(direction)?,
+                    half_angle,
+                    cone: match cone {
+                        Cone::Power { attenuation } => {
+                            Cone::Power { attenuation: finite(attenuation)?.clamp(0.0, 1e3) }
+                        }
+                        // Nearer to the edge it would be none in 32 bits.
+                        Cone::Between { inner_half_angle } => Cone::Between {
+                            inner_half_angle: finite(inner_half_angle)?.clamp(0.0, 0.999 * half_angle),
+                        },
+                    },
+                }
+            }
         };
         Some(Self { kind, ..self })
     }
@@ -190,7 +244,11 @@ mod tests {
         let physical = Falloff::default();
         assert!((physical.at(2.0) - 0.25).abs() < 1e-15);
         assert!(physical.at(0.0) == physical.at(MIN_LIGHT_DISTANCE) && physical.at(0.0) <= 1.000_001e6);
-        let short = Falloff { range: 0.5, decay: 1.0 };
+        let relative = Falloff::Relative { range: 2.0 };
+        assert!((relative.at(1.0) - 1.0 / 7.25).abs() < 1e-15);
+        assert!((relative.at(1.9) - 0.25 / (1.0 + 25.0 * 0.9025)).abs() < 1e-12);
+        assert_eq!([relative.at(2.0), relative.at(9.0)], [0.0; 2]);
+        let short = Falloff::Power { range: 0.5, decay: 1.0 };
         assert_eq!([short.at(0.5), short.at(9.0)], [0.0; 2]);
         // (1 - 1/16)^2 / 0.25.
         assert!((short.at(0.25) - 0.878_906_25 * 4.0).abs() < 1e-12);
@@ -198,11 +256,16 @@ mod tests {
 
     #[test]
     fn a_cone_is_dark_outside_and_full_on_its_axis() {
-        let factor = |angle: f64| LightKind::cone_factor(angle.cos(), 0.5, 1.0);
+        let factor = |angle: f64| LightKind::cone_factor(angle.cos(), 0.5, Cone::Power { attenuation: 1.0 });
         assert!((factor(0.0) - 0.9999).abs() < 1e-12);
         assert!(factor(0.5).abs() < 1e-12 && factor(2.0).abs() < 1e-12);
         assert!(factor(0.2) > factor(0.3));
         assert!((factor(0.25) - (1.0 - (1.0 - 0.25f64.cos()) / (1.0 - 0.5f64.cos()))).abs() < 1e-12);
+        let between = Cone::Between { inner_half_angle: 0.3 };
+        let factor = |angle: f64| LightKind::cone_factor(angle.cos(), 0.5, between);
+        assert_eq!([factor(0.0), factor(0.29), factor(0.51), factor(3.0)], [1.0, 1.0, 0.0, 0.0]);
+        let half = (0.4f64.cos() - 0.5f64.cos()) / (0.3f64.cos() - 0.5f64.cos());
+        assert!((factor(0.4) - half * half).abs() < 1e-12);
     }
 
     #[test]
@@ -214,8 +277,8 @@ mod tests {
             Light::directional(DVec3::X, [f64::NAN, 1.0, 1.0]),
             Light::point(Lamp { position: DVec3::new(f64::INFINITY, 0.0, 0.0), ..lamp }),
             Light::point(Lamp { radius: f64::NAN, ..lamp }),
-            Light::point(Lamp { falloff: Falloff { range: f64::NAN, decay: 2.0 }, ..lamp }),
-            Light::point(Lamp { falloff: Falloff { range: 0.0, decay: 2.0 }, ..lamp }),
+            Light::point(Lamp { falloff: Falloff::Power { range: f64::NAN, decay: 2.0 }, ..lamp }),
+            Light::point(Lamp { falloff: Falloff::Power { range: 0.0, decay: 2.0 }, ..lamp }),
             Light::point(Lamp { position: DVec3::NAN, ..lamp }),
             Light::spot(lamp, DVec3::NAN, 0.5),
             Light::spot(lamp, DVec3::X, f64::NAN),

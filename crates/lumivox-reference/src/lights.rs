@@ -37,9 +37,9 @@ pub fn beam(light: &Light, point: DVec3, [u, v]: [f64; 2]) -> Beam {
             Beam { wi, distance: f64::INFINITY, irradiance }
         }
         LightKind::Point(lamp) => from_lamp(&lamp, point, [u, v], |_| 1.0),
-        LightKind::Spot { lamp, direction, half_angle, cone_attenuation } => {
+        LightKind::Spot { lamp, direction, half_angle, cone } => {
             from_lamp(&lamp, point, [u, v], |outwards| {
-                LightKind::cone_factor(outwards.dot(direction), half_angle, cone_attenuation)
+                LightKind::cone_factor(outwards.dot(direction), half_angle, cone)
             })
         }
     }
@@ -104,7 +104,8 @@ mod tests {
 
     #[test]
     fn a_spot_lights_what_it_points_at() {
-        let lamp = Lamp { falloff: Falloff { range: 2.0, decay: 1.0 }, ..Lamp::new(DVec3::ZERO, [1.0; 3]) };
+        let lamp =
+            Lamp { falloff: Falloff::Power { range: 2.0, decay: 1.0 }, ..Lamp::new(DVec3::ZERO, [1.0; 3]) };
         let spot = Light::spot(lamp, DVec3::NEG_Z, 0.4);
         let at = |point: DVec3| beam(&spot, point, [0.0; 2]);
         let ahead = at(DVec3::new(0.0, 0.0, -0.5));

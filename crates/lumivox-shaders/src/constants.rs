@@ -71,6 +71,12 @@ constants! {
     FOG_EXPONENTIAL: u32 = 1;
     #[expect(missing_docs, reason = "as above")]
     FOG_BETWEEN: u32 = 2;
+    #[expect(missing_docs, reason = "as above")]
+    FOG_LINEAR_IN_DEPTH: u32 = 3;
+    #[expect(missing_docs, reason = "as above")]
+    FOG_EXPONENTIAL_IN_DEPTH: u32 = 4;
+    #[expect(missing_docs, reason = "as above")]
+    FOG_EXPONENTIAL_SQUARED_IN_DEPTH: u32 = 5;
 
     /// [`DisplayParams::tone_operator`](crate::layout::DisplayParams::tone_operator).
     TONE_PLAIN: u32 = 0;

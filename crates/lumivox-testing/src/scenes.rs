@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DMat3, DQuat, DVec3};
 use lumivox_core::{
-    ColorStop, Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Falloff, Filter, Lamp,
-    Light, LightKind, Medium, Modality, PerspectiveCamera, Scene, SurfaceReflection, TransferFunction,
+    ColorStop, Cone, Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Falloff, Filter,
+    Lamp, Light, LightKind, Medium, Modality, PerspectiveCamera, Scene, SurfaceReflection, TransferFunction,
     Volume, VolumeInstance, Voxels, framing,
 };
 
@@ -328,7 +328,7 @@ pub fn bulbs() -> TestScene {
         Light::point(Lamp::new(DVec3::new(0.02, 0.015, 0.012), [8e-4, 6e-4, 4e-4])),
         Light::point(Lamp { radius: 0.008, ..Lamp::new(DVec3::new(-0.025, 0.0, 0.02), [3e-4, 6e-4, 1e-3]) }),
         Light::point(Lamp {
-            falloff: Falloff { range: 0.025, decay: 0.7 },
+            falloff: Falloff::Power { range: 0.025, decay: 0.7 },
             ..Lamp::new(DVec3::new(0.0, -0.016, 0.008), [0.1, 0.05, 0.1])
         }),
     ];
@@ -345,11 +345,11 @@ pub fn bulb_inside() -> TestScene {
 
 /// Two volumes through one another on layers of their own: a spot for the one, a soft spot for the other, a sun for both.
 pub fn stage() -> TestScene {
-    let spot = |position: DVec3, intensity, radius, half_angle, cone_attenuation| LightKind::Spot {
+    let spot = |position: DVec3, intensity, radius, half_angle, attenuation| LightKind::Spot {
         lamp: Lamp { radius, ..Lamp::new(position, intensity) },
         direction: DVec3::new(0.004, 0.002, 0.0) - position,
         half_angle,
-        cone_attenuation,
+        cone: Cone::Power { attenuation },
     };
     let first = spot(DVec3::new(0.03, 0.03, 0.03), [8e-3, 5e-3, 2e-3], 0.0, 0.2, 0.5);
     let second = spot(DVec3::new(-0.02, 0.03, 0.02), [2e-3, 3e-3, 6e-3], 0.006, 0.3, 2.0);

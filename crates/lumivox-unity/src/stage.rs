@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::ffi::c_void;
 use std::sync::Arc;
 
-use lumivox_core::light::{Falloff, Lamp};
+use lumivox_core::light::{Cone, Falloff, Lamp};
 use lumivox_core::{
     Environment, EnvironmentSource, HostCamera, Light, LightKind, Scene, VolumeInstance, placement,
 };
@@ -24,6 +24,7 @@ pub struct LumivoxStage {
     /// The world that each view showed last.
     shown: HashMap<u64, u64>,
     last_version: u64,
+    last_frame: u64,
 }
 
 /// A number that C# gives may be any: these are the ones that mean something.
@@ -51,7 +52,13 @@ pub unsafe extern "C" fn lumivox_stage_new(limits: *const LumivoxDeviceLimits) -
         if limits.voxel_bytes > 0 {
             stage.store().set_capacity(limits.voxel_bytes);
         }
-        Ok(LumivoxStage { stage, worlds: HashMap::new(), shown: HashMap::new(), last_version: 0 })
+        Ok(LumivoxStage {
+            stage,
+            worlds: HashMap::new(),
+            shown: HashMap::new(),
+            last_version: 0,
+            last_frame: 0,
+        })
     })
 }
 
@@ -96,7 +103,9 @@ pub unsafe extern "C" fn lumivox_stage_free(stage: *mut LumivoxStage) {
 pub unsafe extern "C" fn lumivox_stage_begin_frame(stage: *mut LumivoxStage) {
     guard(|| {
         // SAFETY: as the caller promises.
-        unsafe { known_mut(stage, "stage") }?.stage.begin_frame();
+        let this = unsafe { known_mut(stage, "stage") }?;
+        this.last_frame += 1;
+        this.stage.begin_frame(this.last_frame);
         Ok(())
     });
 }
@@ -193,7 +202,10 @@ fn light(light: &LumivoxLight) -> Option<Light> {
         position: convert::vector(light.position),
         intensity: strength,
         radius: f64::from(light.radius),
-        falloff: Falloff { range: f64::from(light.range), decay: 2.0 },
+        falloff: match light.falloff {
+            1 => Falloff::Relative { range: f64::from(light.range) },
+            _ => Falloff::Power { range: f64::from(light.range), decay: 2.0 },
+        },
     };
     let kind = match light.kind {
         0 => LightKind::Directional {
@@ -206,7 +218,7 @@ fn light(light: &LumivoxLight) -> Option<Light> {
             lamp,
             direction,
             half_angle: f64::from(light.outer_half_angle),
-            cone_attenuation: 1.0,
+            cone: Cone::Between { inner_half_angle: f64::from(light.inner_half_angle) },
         },
         _ => return None,
     };
@@ -282,10 +294,8 @@ pub unsafe extern "C" fn lumivox_stage_record_view(
             budget_milliseconds: f64::from(frame.frame_budget_ms),
         };
         this.shown.insert(view, world);
-        let Some(ViewRecorded { recorded, lent, .. }) = this.stage.record_view(view, world, view_frame)?
-        else {
-            return Ok(None);
-        };
+        let Some(shown) = this.stage.shown(view, world, |_| true) else { return Ok(None) };
+        let ViewRecorded { recorded, lent, .. } = this.stage.record_view(view, shown, view_frame)?;
         *out = this.status(view);
         out.depth = lent.depth.0;
         out.color = lent.color.0;
@@ -297,13 +307,9 @@ pub unsafe extern "C" fn lumivox_stage_record_view(
 
 fn fog(frame: &LumivoxViewFrame) -> Option<Fog> {
     let by_distance = match frame.fog {
-        1 => DistanceFog::Between {
-            begin: f64::from(frame.fog_start),
-            end: f64::from(frame.fog_end),
-            curve: 1.0,
-            density: 1.0,
-        },
-        2 | 3 => DistanceFog::Exponential { density: f64::from(frame.fog_density) },
+        1 => DistanceFog::LinearInDepth { begin: f64::from(frame.fog_start), end: f64::from(frame.fog_end) },
+        2 => DistanceFog::ExponentialInDepth { density: f64::from(frame.fog_density) },
+        3 => DistanceFog::ExponentialSquaredInDepth { density: f64::from(frame.fog_density) },
         _ => return None,
     };
     Some(Fog { color: convert::color(frame.fog_color), by_distance, by_height: None })

@@ -29,6 +29,18 @@ impl LumivoxRecording {
     pub(crate) fn new(recorded: Recorded<u64, u64>) -> Self {
         Self { flat: FlatSteps::new(&recorded.recording), recorded }
     }
+
+    /// What the flat steps were made of.
+    pub fn recording(&self) -> &Recording {
+        &self.recorded.recording
+    }
+}
+
+/// One of no stage's.
+impl From<Recording> for LumivoxRecording {
+    fn from(recording: Recording) -> Self {
+        Self::new(recording.into())
+    }
 }
 
 impl FlatSteps {

@@ -33,6 +33,23 @@ pub enum DistanceFog {
         /// At the end, 0 to 1.
         density: f64,
     },
+    /// `(depth - begin) / (end - begin)`, 0 to 1, where the depth is the distance along the view: Unity's linear fog.
+    LinearInDepth {
+        /// Metres where it begins.
+        begin: f64,
+        /// Metres where it hides everything.
+        end: f64,
+    },
+    /// `1 - exp(-density * depth)`: Unity's exponential fog.
+    ExponentialInDepth {
+        /// Per metre.
+        density: f64,
+    },
+    /// `1 - exp(-(density * depth)^2)`: Unity's exponential squared fog.
+    ExponentialSquaredInDepth {
+        /// Per metre.
+        density: f64,
+    },
 }
 
 /// Fog below a height, above it if `density` is negative: `1 - exp(min(0, (y - height) * density))`.
@@ -45,7 +62,8 @@ pub struct HeightFog {
 }
 
 impl Fog {
-    /// The share of what is seen that it hides, 0 to 1: at `distance` metres from the camera, at world y `height`.
+    /// The share of what is seen that it hides, 0 to 1: at `distance` metres from the camera (of fog in depth, along its
+    /// view), at world y `height`.
     ///
     /// The larger of both kinds, as Godot's `fog_process` has it; `fog.wgsl` is its twin.
     pub fn amount(&self, distance: f64, height: f64) -> f64 {
@@ -55,6 +73,9 @@ impl Fog {
                 let t = ((distance - begin) / (end - begin)).clamp(0.0, 1.0);
                 (t * t * (3.0 - 2.0 * t)).powf(curve) * density
             }
+            DistanceFog::LinearInDepth { begin, end } => ((distance - begin) / (end - begin)).clamp(0.0, 1.0),
+            DistanceFog::ExponentialInDepth { density } => 1.0 - (-distance * density).exp(),
+            DistanceFog::ExponentialSquaredInDepth { density } => 1.0 - (-(distance * density).powi(2)).exp(),
         };
         let by_height =
             self.by_height.map_or(0.0, |fog| 1.0 - ((height - fog.height) * fog.density).min(0.0).exp());
@@ -67,6 +88,15 @@ impl Fog {
             DistanceFog::Exponential { density } => (constants::FOG_EXPONENTIAL, [density, 0.0, 0.0, 0.0]),
             DistanceFog::Between { begin, end, curve, density } => {
                 (constants::FOG_BETWEEN, [begin, end, curve, density])
+            }
+            DistanceFog::LinearInDepth { begin, end } => {
+                (constants::FOG_LINEAR_IN_DEPTH, [begin, end, 0.0, 0.0])
+            }
+            DistanceFog::ExponentialInDepth { density } => {
+                (constants::FOG_EXPONENTIAL_IN_DEPTH, [density, 0.0, 0.0, 0.0])
+            }
+            DistanceFog::ExponentialSquaredInDepth { density } => {
+                (constants::FOG_EXPONENTIAL_SQUARED_IN_DEPTH, [density, 0.0, 0.0, 0.0])
             }
         };
         let (edges, parallel) = match camera.projection {
@@ -115,5 +145,10 @@ mod tests {
             ..fog
         };
         assert_eq!(thick.amount(9.0, 0.0), 1.0);
+        let linear = Fog { by_distance: DistanceFog::LinearInDepth { begin: 1.0, end: 3.0 }, ..fog };
+        assert_eq!([0.5, 1.5, 9.0].map(|d| linear.amount(d, 0.0)), [0.0, 0.25, 1.0]);
+        let squared = DistanceFog::ExponentialSquaredInDepth { density: 0.5 };
+        let squared = Fog { by_distance: squared, ..fog };
+        assert!((squared.amount(4.0, 0.0) - (1.0 - (-4.0f64).exp())).abs() < 1e-12);
     }
 }

@@ -2,7 +2,7 @@
 
 use lumivox_core::glam::DVec3;
 use lumivox_core::light::MIN_LIGHT_DISTANCE;
-use lumivox_core::{Lamp, Light, LightKind};
+use lumivox_core::{Cone, Falloff, Lamp, Light, LightKind};
 use lumivox_shaders::{constants, layout};
 
 use super::hierarchy::Bounds;
@@ -32,7 +32,7 @@ fn reaches(kind: &LightKind, bounds: &Bounds) -> bool {
     match kind {
         LightKind::Directional { .. } => true,
         LightKind::Point(lamp) | LightKind::Spot { lamp, .. } => {
-            bounds.distance(lamp.position) < lamp.falloff.range
+            bounds.distance(lamp.position) < lamp.falloff.range()
         }
     }
 }
@@ -60,8 +60,11 @@ fn twin(light: &Light, origin: DVec3) -> layout::Light {
     let at = |lamp: &Lamp| layout::Light {
         position: (lamp.position - origin).as_vec3().to_array(),
         size: lamp.radius as f32,
-        inverse_range: (1.0 / lamp.falloff.range) as f32,
-        decay: lamp.falloff.decay as f32,
+        inverse_range: (1.0 / lamp.falloff.range()) as f32,
+        decay: match lamp.falloff {
+            Falloff::Power { decay, .. } => decay as f32,
+            Falloff::Relative { .. } => -1.0,
+        },
         ..base
     };
     match &light.kind {
@@ -72,11 +75,17 @@ fn twin(light: &Light, origin: DVec3) -> layout::Light {
             ..base
         },
         LightKind::Point(lamp) => layout::Light { kind: constants::LIGHT_POINT, ..at(lamp) },
-        LightKind::Spot { lamp, direction, half_angle, cone_attenuation } => layout::Light {
+        LightKind::Spot { lamp, direction, half_angle, cone } => layout::Light {
             kind: constants::LIGHT_SPOT,
             axis: direction.as_vec3().to_array(),
             inverse_cone: (1.0 / one_minus_cosine(*half_angle)) as f32,
-            cone_attenuation: *cone_attenuation as f32,
+            cone_attenuation: match cone {
+                Cone::Power { attenuation } => *attenuation as f32,
+                Cone::Between { inner_half_angle } => {
+                    let edge = one_minus_cosine(*half_angle);
+                    -(edge / (edge - one_minus_cosine(*inner_half_angle))) as f32
+                }
+            },
             ..at(lamp)
         },
     }

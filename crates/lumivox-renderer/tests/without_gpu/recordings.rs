@@ -116,7 +116,7 @@ fn a_light_that_reaches_no_volume_changes_nothing() {
     // The volume is 16 mm wide, about the origin.
     let mut scene = scene(&[volume(16)]);
     let lamp = |x: f64, range: f64, brightness: f64| Lamp {
-        falloff: Falloff { range, decay: 2.0 },
+        falloff: Falloff::Power { range, decay: 2.0 },
         ..Lamp::new(DVec3::X * x, [brightness; 3])
     };
     let near = Light::point(lamp(0.1, f64::INFINITY, 1.0));

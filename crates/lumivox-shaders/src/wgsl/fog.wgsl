@@ -21,6 +21,12 @@ fn fog_amount(seen: vec3f) -> f32 {
     } else if (params.fog_kind == FOG_BETWEEN) {
         let t = smoothstep(by_distance.x, by_distance.y, distance);
         amount = select(0.0, pow(t, by_distance.z), t > 0.0) * by_distance.w;
+    } else if (params.fog_kind == FOG_LINEAR_IN_DEPTH) {
+        amount = clamp((-seen.z - by_distance.x) / (by_distance.y - by_distance.x), 0.0, 1.0);
+    } else if (params.fog_kind == FOG_EXPONENTIAL_IN_DEPTH) {
+        amount = 1.0 - exp(seen.z * by_distance.x);
+    } else if (params.fog_kind == FOG_EXPONENTIAL_SQUARED_IN_DEPTH) {
+        amount = 1.0 - exp(-(seen.z * by_distance.x) * (seen.z * by_distance.x));
     }
     let height = dot(params.world_height.xyz, seen) + params.world_height.w;
     let by_height = 1.0 - exp(min(0.0, (height - params.fog_height.x) * params.fog_height.y));

@@ -14,10 +14,11 @@ struct Light {
     axis: vec3f,
     // It reaches the instances whose mask shares a bit.
     layers: u32,
-    // Falloff: max(1 - (d * inverse_range)^4, 0)^2 * d^-decay.
+    // Falloff: max(1 - (d * inverse_range)^4, 0)^2 * d^-decay; where the decay is negative, `Falloff::Relative`.
     inverse_range: f32,
     decay: f32,
-    // 1 / (1 - cos(half angle)) of a spot, and the exponent towards its edge.
+    // 1 / (1 - cos(half angle)) of a spot, and the exponent towards its edge; where that is negative, `Cone::Between`, and
+    // it is the slope there.
     inverse_cone: f32,
     cone_attenuation: f32,
 }
@@ -38,11 +39,16 @@ fn light_arrival(i: u32, point: vec3f, rng: ptr<function, Rng>) -> Arrival {
     let nearness = d * lights[i].inverse_range;
     let window = max(1.0 - nearness * nearness * nearness * nearness, 0.0);
     var factor = window * window * pow(d, -lights[i].decay);
+    if (lights[i].decay < 0.0) {
+        factor = clamp(5.0 - 5.0 * nearness, 0.0, 1.0) / (1.0 + 25.0 * nearness * nearness);
+    }
     if (lights[i].kind == LIGHT_SPOT) {
         // 1 - cos(a) is half the squared difference of the unit vectors, to all digits for narrow cones.
         let difference = lights[i].axis + way / max(distance, 1e-20);
         let rim = clamp(0.5 * dot(difference, difference) * lights[i].inverse_cone, 1e-4, 1.0);
-        factor *= 1.0 - pow(rim, lights[i].cone_attenuation);
+        let attenuation = lights[i].cone_attenuation;
+        let ramp = min((rim - 1.0) * attenuation, 1.0);
+        factor *= select(1.0 - pow(rim, max(attenuation, 0.0)), ramp * ramp, attenuation < 0.0);
     }
     if (factor > 0.0 && size > 0.0) {
         way = sample_disc(way, size, rng_next2(rng));

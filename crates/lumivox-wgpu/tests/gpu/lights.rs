@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
-    Environment, Falloff, Lamp, Light, LightKind, Medium, Modality, PerspectiveCamera, Scene,
+    Cone, Environment, Falloff, Lamp, Light, LightKind, Medium, Modality, PerspectiveCamera, Scene,
     TransferFunction, Volume, VolumeInstance, Voxels,
 };
 use lumivox_reference::quadrature::{half_space_beam_radiance, slab_beam_single_scattering};
@@ -78,23 +78,38 @@ fn lamps_light_a_thin_plate_by_their_distance() {
     // Right above the point seen; at half the thickness the distance is the height.
     let (thickness, height) = (0.02f64, 0.05);
     let lamp = Lamp::new(DVec3::Z * height, [1.0; 3]);
-    let falloff = Falloff { range: 0.08, decay: 0.5 };
-    let spot = |tilt: f64, cone_attenuation| LightKind::Spot {
+    let falloff = Falloff::Power { range: 0.08, decay: 0.5 };
+    let spot = |tilt: f64, cone| LightKind::Spot {
         lamp,
         direction: DVec3::new(tilt.sin(), 0.0, -tilt.cos()),
         half_angle: 0.5,
-        cone_attenuation,
+        cone,
     };
     let rim = |tilt: f64| (1.0 - tilt.cos()) / (1.0 - 0.5f64.cos());
-    let cases: [(&str, Light, f64); 6] = [
+    let power = |attenuation| Cone::Power { attenuation };
+    let between = Cone::Between { inner_half_angle: 0.3 };
+    let cases: [(&str, Light, f64); 11] = [
         ("inverse square", Light::point(lamp), 400.0),
         ("range", Light::point(Lamp { falloff, ..lamp }), {
             (1.0 - (0.05f64 / 0.08).powi(4)).powi(2) / 0.05f64.sqrt()
         }),
-        ("out of range", Light::point(Lamp { falloff: Falloff { range: 0.04, decay: 2.0 }, ..lamp }), 0.0),
-        ("spot", spot(0.2, 1.0).into(), 400.0 * (1.0 - rim(0.2))),
-        ("soft edge", spot(0.3, 2.5).into(), 400.0 * (1.0 - rim(0.3).powf(2.5))),
-        ("beside the spot", spot(0.6, 1.0).into(), 0.0),
+        (
+            "out of range",
+            Light::point(Lamp { falloff: Falloff::Power { range: 0.04, decay: 2.0 }, ..lamp }),
+            0.0,
+        ),
+        ("relative", Light::point(Lamp { falloff: Falloff::Relative { range: 0.1 }, ..lamp }), 1.0 / 7.25),
+        ("its end", Light::point(Lamp { falloff: Falloff::Relative { range: 0.055 }, ..lamp }), {
+            (5.0 - 5.0 / 1.1) / (1.0 + 25.0 / 1.21)
+        }),
+        ("spot", spot(0.2, power(1.0)).into(), 400.0 * (1.0 - rim(0.2))),
+        ("soft edge", spot(0.3, power(2.5)).into(), 400.0 * (1.0 - rim(0.3).powf(2.5))),
+        ("beside the spot", spot(0.6, power(1.0)).into(), 0.0),
+        ("within the inner cone", spot(0.2, between).into(), 400.0),
+        ("between the cones", spot(0.4, between).into(), {
+            400.0 * ((0.4f64.cos() - 0.5f64.cos()) / (0.3f64.cos() - 0.5f64.cos())).powi(2)
+        }),
+        ("beside both cones", spot(0.6, between).into(), 0.0),
     ];
     for (what, light, irradiance) in cases {
         let mut test = plate(thickness, 1.0, vec![light]);
@@ -161,7 +176,7 @@ fn a_light_out_of_reach_changes_no_bit() {
     let test = scenes::overlapping_volumes();
     let bulb = Light::point(Lamp { radius: 0.004, ..Lamp::new(DVec3::new(0.02, 0.02, 0.02), [1e-3; 3]) });
     let far = |range| {
-        let falloff = Falloff { range, decay: 2.0 };
+        let falloff = Falloff::Power { range, decay: 2.0 };
         Light::point(Lamp { radius: 0.01, falloff, ..Lamp::new(DVec3::X * 1.0, [1.0; 3]) })
     };
     let alone = film_with(&test, &[bulb]);
@@ -187,7 +202,7 @@ fn lights_that_are_no_lights_are_not_there() {
     let extreme = [
         Light::point(Lamp::new(test.camera.world_from_camera.translation, [1e9; 3])),
         Light::point(Lamp {
-            falloff: Falloff { range: 1e-9, decay: 8.0 },
+            falloff: Falloff::Power { range: 1e-9, decay: 8.0 },
             ..Lamp::new(DVec3::ZERO, [1.0; 3])
         }),
         Light::spot(Lamp::new(DVec3::splat(1e9), [1.0; 3]), DVec3::NEG_ONE, 0.0),

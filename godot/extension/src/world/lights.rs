@@ -7,7 +7,7 @@ use godot::classes::directional_light_3d::SkyMode;
 use godot::classes::light_3d::Param;
 use godot::classes::{DirectionalLight3D, Engine, Light3D};
 use godot::prelude::*;
-use lumivox_core::light::{Falloff, Lamp, Light, LightKind};
+use lumivox_core::light::{Cone, Falloff, Lamp, Light, LightKind};
 
 use super::Nodes;
 use super::exposure::physical_units;
@@ -70,7 +70,7 @@ fn of(light: &Gd<Light3D>, scenario: Rid, playing: bool) -> Option<WorldLight> {
         position: place.translation,
         intensity: strength,
         radius: param(Param::SIZE),
-        falloff: Falloff { range: param(Param::RANGE), decay: param(Param::ATTENUATION) },
+        falloff: Falloff::Power { range: param(Param::RANGE), decay: param(Param::ATTENUATION) },
     };
     let (mut in_sky, mut in_scene) = (false, true);
     let kind = if let Ok(sun) = light.clone().try_cast::<DirectionalLight3D>() {
@@ -87,7 +87,7 @@ fn of(light: &Gd<Light3D>, scenario: Rid, playing: bool) -> Option<WorldLight> {
             direction,
             half_angle: param(Param::SPOT_ANGLE).to_radians(),
             // The engine's shader takes the inverse: more is narrower.
-            cone_attenuation: 1.0 / param(Param::SPOT_ATTENUATION).max(1e-3),
+            cone: Cone::Power { attenuation: 1.0 / param(Param::SPOT_ATTENUATION).max(1e-3) },
         }
     } else {
         return None;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
-use lumivox_core::light::{self, Falloff, LightKind};
+use lumivox_core::light::{self, Cone, Falloff, LightKind};
 use lumivox_core::{
     Camera, ColorStop, Ease, Environment, EnvironmentMap, EnvironmentSource, Filter, Medium, OpacityKnot,
     PerspectiveCamera, Projection, Scene, SurfaceReflection, TransferFunction, VolumeInstance,
@@ -205,7 +205,7 @@ impl Lamp {
             position: place.translation,
             intensity: white,
             radius: self.size,
-            falloff: Falloff { range: self.range, decay: self.attenuation },
+            falloff: Falloff::Power { range: self.range, decay: self.attenuation },
         };
         let kind = match self.kind {
             LampKind::Directional => LightKind::Directional {
@@ -218,7 +218,7 @@ impl Lamp {
                 lamp,
                 direction,
                 half_angle: self.spot_angle.to_radians(),
-                cone_attenuation: 1.0 / self.spot_attenuation,
+                cone: Cone::Power { attenuation: 1.0 / self.spot_attenuation },
             },
         };
         light::Light { kind, layers: self.layers }
@@ -237,11 +237,11 @@ impl Lamp {
                     LampKind::Spot => LightKind::cone_factor(
                         -towards.dot(axis),
                         self.spot_angle.to_radians(),
-                        1.0 / self.spot_attenuation,
+                        Cone::Power { attenuation: 1.0 / self.spot_attenuation },
                     ),
                     _ => 1.0,
                 };
-                let falloff = Falloff { range: self.range, decay: self.attenuation };
+                let falloff = Falloff::Power { range: self.range, decay: self.attenuation };
                 (towards, falloff.at(offset.length()) * cone)
             }
         };

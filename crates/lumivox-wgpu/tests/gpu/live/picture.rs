@@ -77,10 +77,16 @@ fn fog_hides_volumes_by_distance_and_by_height() {
     let near = DistanceFog::Between { begin: 0.9 * distance, end: 1.2 * distance, curve: 1.5, density: 0.8 };
     let low = HeightFog { height: 0.2 * distance, density: 3.0 / distance };
     let color = [0.2, 0.7, 1.5];
+    let in_depth = |by_distance| Fog { color, by_distance, by_height: None };
+    let counts_depth =
+        |fog: &Fog| !matches!(fog.by_distance, DistanceFog::Exponential { .. } | DistanceFog::Between { .. });
     let fogs = [
         Fog { color, by_distance: far, by_height: None },
         Fog { color, by_distance: near, by_height: None },
         Fog { color, by_distance: far, by_height: Some(low) },
+        in_depth(DistanceFog::LinearInDepth { begin: 0.8 * distance, end: 1.4 * distance }),
+        in_depth(DistanceFog::ExponentialInDepth { density: 0.5 / distance }),
+        in_depth(DistanceFog::ExponentialSquaredInDepth { density: 0.7 / distance }),
     ];
     let mut gpu = gpu();
     for (camera, fog) in cameras.iter().flat_map(|camera| fogs.map(|fog| (camera, fog))) {
@@ -98,7 +104,11 @@ fn fog_hides_volumes_by_distance_and_by_height() {
             let ray = camera.ray(uv);
             let t = film.depth(pixel) / ray.direction.dot(-world_from_camera.matrix3.z_axis);
             let point = ray.origin + t * ray.direction;
-            let amount = fog.amount(point.distance(world_from_camera.translation), point.y);
+            let distance = match counts_depth(&fog) {
+                true => film.depth(pixel),
+                false => point.distance(world_from_camera.translation),
+            };
+            let amount = fog.amount(distance, point.y);
             (least, most) = (least.min(amount), most.max(amount));
             let (light, alpha) = (film.radiance(pixel), film.alpha(pixel));
             for i in 0..3 {

@@ -1,0 +1,283 @@
+//! The kernels as Unity takes them: `NAME.compute`, or `NAME.shader` where they are drawn, in a `Resources` folder, where the
+//! package finds them by name and every player has them; and the table of what they bind.
+//!
+//! A package has to bring every kernel that a live view of any scene may want, and Unity compiles each for every graphics
+//! API of a player: [`DeviceLimits::few_kernels`] keeps them few. They are committed, as a package is used as it lies in its
+//! folder; [`check`] sees to it that they are what the WGSL says.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use lumivox_renderer::{DeviceLimits, Features, LoopTurns, ViewKind};
+use lumivox_shaders::{Kernel, Stage};
+
+use crate::unity_kernels_hlsl::{Place, Translated, translate};
+
+const PACKAGE: &str = "unity/com.lumivox/Runtime";
+const KERNELS: &str = "Kernels/Resources/Lumivox";
+const TABLE: &str = "Gpu/KernelTable.cs";
+
+/// What generated files begin with: others in their folder are somebody's work.
+const MARK: &str = "// Made by `cargo xtask unity-kernels` from crates/lumivox-shaders: do not edit.\n";
+
+/// What chooses kernels of what Unity runs on; the rest does not matter here.
+const LIMITS: DeviceLimits = DeviceLimits {
+    max_texture_3d: 2048,
+    max_texture_bytes: DeviceLimits::TEXTURE_BYTES_OF_GPU,
+    unorm16: true,
+    one_pool: false,
+    max_texture_2d: 16384,
+    max_storage_binding: 128 << 20,
+    max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
+    loop_turns: None,
+    few_kernels: true,
+};
+
+/// Kernels by name.
+type Kernels = BTreeMap<String, (Kernel, Translated)>;
+
+/// Writes what is missing or stale, and removes what is made no more.
+pub fn write() -> Result<(), String> {
+    let package = root().join(PACKAGE);
+    let files = files(&translated([LIMITS], &[ViewKind::Live])?);
+    for path in superfluous(&package, &files)? {
+        // Unity's own file beside it belongs to it.
+        let mut meta = path.clone().into_os_string();
+        meta.push(".meta");
+        fs::remove_file(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let _ = fs::remove_file(meta);
+        println!("removed {}", path.display());
+    }
+    let mut written = 0;
+    for (path, text) in &files {
+        written += u32::from(write_if_changed(&package.join(path), text)?);
+    }
+    println!("{} files, {written} of them changed", files.len());
+    Ok(())
+}
+
+/// Compares what is there with what would be written.
+pub fn check() -> Result<(), String> {
+    let package = root().join(PACKAGE);
+    let files = files(&translated([LIMITS], &[ViewKind::Live])?);
+    let mut stale = superfluous(&package, &files)?;
+    stale.extend(files.iter().map(|(path, text)| (package.join(path), text)).filter_map(|(path, text)| {
+        let is_there = fs::read(&path).is_ok_and(|bytes| bytes == text.as_bytes());
+        (!is_there).then_some(path)
+    }));
+    if stale.is_empty() {
+        println!("{} files are as the kernels say", files.len());
+        return Ok(());
+    }
+    let list: String = stale.iter().map(|path| format!("\n  {}", path.display())).collect();
+    Err(format!("run `cargo xtask unity-kernels`, these are stale:{list}"))
+}
+
+/// Writes the kernels of all views, of devices that count turns of loops, too, into a folder, as plain HLSL, and
+/// `table.txt`: a line for each, its name and entry point and, in the order of its bindings, `u:` and `r:` with the names of
+/// uniform buffers and other resources.
+pub fn write_all(folder: &Path) -> Result<(), String> {
+    let limits = [false, true].into_iter().flat_map(|few_kernels| {
+        [None, Some(LoopTurns::of_software(16))].map(|loop_turns| DeviceLimits {
+            few_kernels,
+            loop_turns,
+            ..LIMITS
+        })
+    });
+    let views = [ViewKind::Live, ViewKind::Still { guides: false }, ViewKind::Still { guides: true }];
+    let kernels = translated(limits, &views)?;
+    let mut table = String::new();
+    for (name, (kernel, translated)) in &kernels {
+        write_if_changed(&folder.join(format!("{name}.hlsl")), &translated.text)?;
+        let _ = write!(table, "{name} {}", kernel.entry_point());
+        for (place, name) in &translated.bindings {
+            let _ = write!(table, " {}:{name}", if *place == Place::Uniform { 'u' } else { 'r' });
+        }
+        table.push('\n');
+    }
+    write_if_changed(&folder.join("table.txt"), &table)?;
+    println!("{} kernels in {}", kernels.len(), folder.display());
+    Ok(())
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Every kernel with which some view of some scene is recorded.
+fn translated(limits: impl IntoIterator<Item = DeviceLimits>, views: &[ViewKind]) -> Result<Kernels, String> {
+    let mut kernels = Kernels::new();
+    for limits in limits {
+        for (features, view) in Features::ALL.subsets().flat_map(|f| views.iter().map(move |view| (f, *view)))
+        {
+            for kernel in features.kernels(view, limits) {
+                let name = kernel.name();
+                if !kernels.contains_key(&name) {
+                    let translated = translate(kernel).map_err(|error| format!("{name}: {error}"))?;
+                    kernels.insert(name, (kernel, translated));
+                }
+            }
+        }
+    }
+    Ok(kernels)
+}
+
+/// The package's files, by their paths in [`PACKAGE`].
+fn files(kernels: &Kernels) -> BTreeMap<String, String> {
+    let mut files: BTreeMap<String, String> = kernels
+        .iter()
+        .map(|(name, (kernel, translated))| {
+            let (kind, text) = match kernel.stage() {
+                Stage::Compute => ("compute", compute(*kernel, translated)),
+                Stage::DrawColor | Stage::DrawDepth => ("shader", shader(*kernel, translated)),
+            };
+            (format!("{KERNELS}/{name}.{kind}"), text)
+        })
+        .collect();
+    files.insert(TABLE.into(), table(kernels));
+    files
+}
+
+fn compute(kernel: Kernel, translated: &Translated) -> String {
+    format!("{MARK}#pragma kernel {}\n\n{}", kernel.entry_point(), translated.text)
+}
+
+fn shader(kernel: Kernel, translated: &Translated) -> String {
+    let state = match kernel.stage() {
+        Stage::DrawDepth => "ColorMask 0\n            ZWrite On",
+        _ => "Blend One OneMinusSrcAlpha\n            ZWrite Off",
+    };
+    let (vertex, fragment) = (Kernel::VERTEX_ENTRY_POINT, kernel.entry_point());
+    format!(
+        "{MARK}Shader \"Hidden/Lumivox/{name}\"\n\
+         {{\n    SubShader\n    {{\n        Pass\n        {{\n            Cull Off\n            ZTest Always\n            \
+         {state}\n\nHLSLPROGRAM\n#pragma target 4.5\n#pragma vertex {vertex}\n#pragma fragment {fragment}\n\n\
+         {text}ENDHLSL\n        }}\n    }}\n}}\n",
+        name = kernel.name(),
+        text = translated.text,
+    )
+}
+
+/// The table in C#.
+fn table(kernels: &Kernels) -> String {
+    let mut text = format!(
+        "{MARK}\n\
+         namespace Lumivox\n\
+         {{\n    \
+             /// <summary>What kernels there are, and by which names they bind.</summary>\n    \
+             internal static class KernelTable\n    \
+             {{\n        \
+                 /// <summary>What a resource is.</summary>\n        \
+                 internal enum Kind : byte\n        \
+                 {{\n            \
+                     /// <summary>A raw buffer.</summary>\n            \
+                     Buffer,\n            \
+                     /// <summary>A texture.</summary>\n            \
+                     Texture,\n        \
+                 }}\n\n        \
+                 /// <summary>A kernel.</summary>\n        \
+                 internal sealed class Entry\n        \
+                 {{\n            \
+                     /// <summary>Of its file, and by which recordings call it.</summary>\n            \
+                     internal readonly string Name;\n            \
+                     /// <summary>Of its program; of the fragment program where it is drawn.</summary>\n            \
+                     internal readonly string EntryPoint;\n            \
+                     /// <summary>Whether it is a shader that is drawn, not one that computes.</summary>\n            \
+                     internal readonly bool IsDrawn;\n            \
+                     /// <summary>Its constant buffers, in the order of a recording's uniforms.</summary>\n            \
+                     internal readonly string[] Uniforms;\n            \
+                     /// <summary>Its buffers and textures, in the order of a recording's resources.</summary>\n            \
+                     internal readonly string[] Resources;\n            \
+                     /// <summary>What each of them is.</summary>\n            \
+                     internal readonly Kind[] Kinds;\n\n            \
+                     internal Entry(string name, string entryPoint, bool isDrawn, string[] uniforms, string[] resources, Kind[] kinds)\n            \
+                     {{\n                \
+                         Name = name;\n                \
+                         EntryPoint = entryPoint;\n                \
+                         IsDrawn = isDrawn;\n                \
+                         Uniforms = uniforms;\n                \
+                         Resources = resources;\n                \
+                         Kinds = kinds;\n            \
+                     }}\n        \
+                 }}\n\n        \
+                 /// <summary>All of them, by name.</summary>\n        \
+                 internal static readonly Entry[] Entries =\n        \
+                 {{\n"
+    );
+    for (name, (kernel, translated)) in kernels {
+        let names = |wanted: &dyn Fn(Place) -> bool| {
+            let of_place = translated.bindings.iter().filter(|(place, _)| wanted(*place));
+            of_place.map(|(_, name)| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
+        };
+        let kinds = translated.bindings.iter().filter_map(|(place, _)| match place {
+            Place::Uniform => None,
+            Place::Buffer => Some("Kind.Buffer"),
+            Place::Texture => Some("Kind.Texture"),
+        });
+        let _ = writeln!(
+            text,
+            "            new Entry(\"{name}\", \"{}\", {},\n                new[] {{ {} }},\n                \
+             new[] {{ {} }},\n                new[] {{ {} }}),",
+            kernel.entry_point(),
+            kernel.stage() != Stage::Compute,
+            names(&|place| place == Place::Uniform),
+            names(&|place| place != Place::Uniform),
+            kinds.collect::<Vec<_>>().join(", "),
+        );
+    }
+    text + "        };\n    }\n}\n"
+}
+
+/// Generated files in the folder of kernels that are made no more.
+fn superfluous(package: &Path, files: &BTreeMap<String, String>) -> Result<Vec<PathBuf>, String> {
+    let folder = package.join(KERNELS);
+    let entries = match fs::read_dir(&folder) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(vec![]),
+        Err(error) => return Err(format!("{}: {error}", folder.display())),
+    };
+    let mut found = vec![];
+    for entry in entries {
+        let path = entry.map_err(|error| format!("{}: {error}", folder.display()))?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let is_made = files.contains_key(&format!("{KERNELS}/{name}"));
+        if !is_made && fs::read(&path).is_ok_and(|bytes| bytes.starts_with(MARK.as_bytes())) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Whether it was.
+fn write_if_changed(path: &Path, text: &str) -> Result<bool, String> {
+    if fs::read(path).is_ok_and(|bytes| bytes == text.as_bytes()) {
+        return Ok(false);
+    }
+    let write = |folder: &Path| fs::create_dir_all(folder).and_then(|()| fs::write(path, text));
+    write(path.parent().unwrap_or(Path::new("."))).map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_package_brings_few_kernels_and_all_that_live_views_want() {
+        let kernels = translated([LIMITS], &[ViewKind::Live]).unwrap();
+        let traces = kernels.values().filter(|(kernel, _)| matches!(kernel, Kernel::PathTrace(_))).count();
+        assert_eq!((kernels.len(), traces), (26, 16));
+        let files = files(&kernels);
+        assert_eq!(files.len(), 27);
+        assert!(files.values().all(|text| text.starts_with(MARK)));
+        let depth = &files["Kernels/Resources/Lumivox/composite_depth.shader"];
+        assert!(depth.contains("ColorMask 0") && depth.contains("ZWrite On") && depth.contains("SV_Depth"));
+        let color = &files["Kernels/Resources/Lumivox/composite_color.shader"];
+        assert!(color.contains("Blend One OneMinusSrcAlpha") && color.contains("#pragma vertex fullscreen"));
+        assert!(files["Kernels/Resources/Lumivox/film_count.compute"].contains("#pragma kernel film_count\n"));
+        assert!(files[TABLE].contains("new[] { \"frame_buffer\" }"));
+    }
+}
