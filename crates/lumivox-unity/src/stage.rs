@@ -21,8 +21,8 @@ use crate::{convert, look};
 pub struct LumivoxStage {
     stage: Stage<u64, u64>,
     worlds: HashMap<u64, World>,
-    /// The world that each view showed last.
-    shown: HashMap<u64, u64>,
+    /// What each view showed last.
+    shown: HashMap<u64, Showing>,
     last_version: u64,
     last_frame: u64,
 }
@@ -30,6 +30,13 @@ pub struct LumivoxStage {
 /// A number that C# gives may be any: these are the ones that mean something.
 const EXECUTED: u32 = LumivoxOutcome::Executed as u32;
 const NO_MEMORY: u32 = LumivoxOutcome::NoMemory as u32;
+
+/// What a view showed last.
+#[derive(Clone, Copy)]
+struct Showing {
+    world: u64,
+    frame: LumivoxViewFrame,
+}
 
 /// A world as C# gathered it last.
 struct World {
@@ -144,9 +151,7 @@ pub unsafe extern "C" fn lumivox_stage_set_world(
         if stage.worlds.get(&world).is_some_and(|known| known.scene.is_same(&scene)) {
             return Ok(());
         }
-        stage.last_version += 1;
-        let (scene, version) = (Arc::new(scene), stage.last_version);
-        stage.worlds.insert(world, World { scene, version, error: None });
+        stage.set_scene(world, Arc::new(scene));
         Ok(())
     })
 }
@@ -293,7 +298,7 @@ pub unsafe extern "C" fn lumivox_stage_record_view(
             },
             budget_milliseconds: f64::from(frame.frame_budget_ms),
         };
-        this.shown.insert(view, world);
+        this.shown.insert(view, Showing { world, frame: *frame });
         let Some(shown) = this.stage.shown(view, world, |_| true) else { return Ok(None) };
         let ViewRecorded { recorded, lent, .. } = this.stage.record_view(view, shown, view_frame)?;
         *out = this.status(view);
@@ -316,9 +321,22 @@ fn fog(frame: &LumivoxViewFrame) -> Option<Fog> {
 }
 
 impl LumivoxStage {
+    /// What a view shows, and how it was asked for last.
+    pub fn shown_by(&self, view: u64) -> Option<(Arc<Scene>, LumivoxViewFrame)> {
+        let Showing { world, frame } = *self.shown.get(&view)?;
+        Some((self.worlds.get(&world)?.scene.clone(), frame))
+    }
+
+    /// As [`lumivox_stage_set_world`], of what is no array of C#'s.
+    pub fn set_scene(&mut self, world: u64, scene: Arc<Scene>) {
+        self.last_version += 1;
+        let version = self.last_version;
+        self.worlds.insert(world, World { scene, version, error: None });
+    }
+
     fn status(&self, view: u64) -> LumivoxViewStatus {
-        let Some(world) = self.shown.get(&view) else { return LumivoxViewStatus::default() };
-        let Some(progress) = self.stage.view_progress(view, *world) else {
+        let Some(showing) = self.shown.get(&view) else { return LumivoxViewStatus::default() };
+        let Some(progress) = self.stage.view_progress(view, showing.world) else {
             return LumivoxViewStatus::default();
         };
         LumivoxViewStatus {
@@ -408,9 +426,9 @@ pub unsafe extern "C" fn lumivox_stage_view_status(
     guard_status(|| {
         // SAFETY: as the caller promises.
         let (this, out) = unsafe { (known(stage, "stage")?, known_mut(out, "place for it")?) };
-        let world = this.shown.get(&view).ok_or_else(|| format!("there is no view {view}"))?;
+        let world = this.shown.get(&view).ok_or_else(|| format!("there is no view {view}"))?.world;
         *out = this.status(view);
-        match this.worlds.get(world).and_then(|world| world.error.clone()) {
+        match this.worlds.get(&world).and_then(|world| world.error.clone()) {
             Some(error) => Err(error),
             None => Ok(()),
         }

@@ -153,7 +153,7 @@ pub(crate) fn voxels_from_bytes(bytes_per_voxel: u32, bytes: &[u8]) -> Outcome<V
     if !matches!(bytes_per_voxel, 1 | 2 | 4) {
         return Err(format!("a voxel has 1, 2 or 4 bytes, not {bytes_per_voxel}"));
     }
-    if bytes.len() % bytes_per_voxel as usize != 0 {
+    if !bytes.len().is_multiple_of(bytes_per_voxel as usize) {
         return Err(format!("{} bytes are no whole number of voxels of {bytes_per_voxel}", bytes.len()));
     }
     Ok(match bytes_per_voxel {

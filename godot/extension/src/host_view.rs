@@ -4,7 +4,8 @@ use godot::classes::rendering_device::{DataFormat, TextureSamples};
 use godot::classes::{RenderSceneBuffersRd, RenderSceneData, RenderingDevice};
 use godot::prelude::*;
 use lumivox_core::{Camera, HostCamera};
-use lumivox_renderer::{Fog, HostDepth, HostFrame, LiveSettings, Recording, ResourceId, Step};
+use lumivox_renderer::stage::{Lent, ViewFrame};
+use lumivox_renderer::{Fog, HostDepth, HostFrame, LiveSettings, Recording, Step};
 
 use crate::convert;
 use crate::executor::Executor;
@@ -29,15 +30,6 @@ pub struct HostView {
     /// Whether the camera is shifted by part of a pixel in each frame.
     jittered: bool,
     light_per_color: f64,
-}
-
-/// The renderer's names of the textures.
-#[derive(Clone, Copy)]
-pub struct Lent {
-    depth: ResourceId,
-    color: ResourceId,
-    written_depth: ResourceId,
-    resolved_color: ResourceId,
 }
 
 impl HostView {
@@ -70,8 +62,17 @@ impl HostView {
         })
     }
 
-    /// What an effect's settings are for this picture.
-    pub fn live_settings(&self, settings: &Settings) -> LiveSettings {
+    /// What an effect's settings make of this picture, and what the renderer is to know of the textures.
+    pub fn view_frame(&self, lent: Lent, settings: &Settings, fog: Option<Fog>) -> ViewFrame {
+        ViewFrame {
+            camera: self.camera(),
+            settings: self.live_settings(settings),
+            host: self.frame(lent, settings.write_depth, fog),
+            budget_milliseconds: settings.budget_milliseconds,
+        }
+    }
+
+    fn live_settings(&self, settings: &Settings) -> LiveSettings {
         let [width, height] = self.size;
         LiveSettings {
             resolution_scale: settings.resolution_scale,
@@ -84,12 +85,11 @@ impl HostView {
     }
 
     /// The camera that is traced from.
-    pub fn camera(&self) -> Camera {
+    fn camera(&self) -> Camera {
         if self.jittered { self.host.camera.without_jitter(self.size) } else { self.host.camera }
     }
 
-    /// What the renderer is to know of the textures.
-    pub fn frame(&self, lent: Lent, write_depth: bool, fog: Option<Fog>) -> HostFrame {
+    fn frame(&self, lent: Lent, write_depth: bool, fog: Option<Fog>) -> HostFrame {
         HostFrame {
             depth: Some(HostDepth {
                 texture: lent.depth,
@@ -120,38 +120,21 @@ impl HostView {
         if self.resolved_color.is_none() {
             return;
         }
-        let again: Vec<Step> = recording.steps.iter().filter_map(|step| lent.resolved(step)).collect();
+        let again: Vec<Step> = recording.steps.iter().filter_map(|step| resolved(lent, step)).collect();
         recording.steps.extend(again);
     }
 }
 
-impl Lent {
-    /// Names that nothing else has.
-    pub fn new() -> Self {
-        Self {
-            depth: ResourceId::external(),
-            color: ResourceId::external(),
-            written_depth: ResourceId::external(),
-            resolved_color: ResourceId::external(),
-        }
-    }
-
-    /// Every name.
-    pub fn ids(self) -> [ResourceId; 4] {
-        [self.depth, self.color, self.written_depth, self.resolved_color]
-    }
-
-    /// A step that draws into a multisampled colour, with the resolved one in its place.
-    fn resolved(self, step: &Step) -> Option<Step> {
-        match step {
-            Step::Draw { kernel, uniforms, resources, target } if *target == self.color => Some(Step::Draw {
-                kernel: *kernel,
-                uniforms: uniforms.clone(),
-                resources: resources.clone(),
-                target: self.resolved_color,
-            }),
-            _ => None,
-        }
+/// A step that draws into a multisampled colour, with the resolved one in its place.
+fn resolved(lent: Lent, step: &Step) -> Option<Step> {
+    match step {
+        Step::Draw { kernel, uniforms, resources, target } if *target == lent.color => Some(Step::Draw {
+            kernel: *kernel,
+            uniforms: uniforms.clone(),
+            resources: resources.clone(),
+            target: lent.resolved_color,
+        }),
+        _ => None,
     }
 }
 

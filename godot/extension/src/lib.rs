@@ -16,7 +16,6 @@ mod render;
 mod resources;
 mod server;
 mod shared;
-mod uploads;
 mod warm_up;
 mod world;
 

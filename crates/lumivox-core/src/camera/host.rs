@@ -45,7 +45,7 @@ impl Camera {
             let [width, height] = [(right - left) / 2.0, (top - bottom) / 2.0];
             let [x, y] = [(right + left) / 2.0, (top + bottom) / 2.0];
             let pixel = [width, height].map(|half| 2.0 * half).into_iter().zip(size);
-            let within = pixel.zip([x, y]).all(|((side, n), shift)| shift.abs() * f64::from(n) <= side);
+            let within = pixel.zip([x, y]).all(|((side, n), shift)| shift.abs() * f64::from(n) <= side.abs());
             if within { [-width, width, -height, height] } else { [left, right, bottom, top] }
         };
         let projection = match self.projection {
@@ -131,6 +131,24 @@ mod tests {
 
     fn assert_near(a: [f64; 4], b: [f64; 4]) {
         assert!(a.into_iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9), "{a:?} is not {b:?}");
+    }
+
+    #[test]
+    fn rows_may_run_upwards() {
+        let edges = [-0.5, 0.75, -0.25, 0.5];
+        let mut upwards = frustum(edges, 0.1, 10.0);
+        upwards = DMat4::from_diagonal(DVec4::new(1.0, -1.0, 1.0, 1.0)) * upwards;
+        let host = HostCamera::from_matrices(DAffine3::IDENTITY, upwards).unwrap();
+        assert_near(tangents(host.camera), [-0.5, 0.75, 0.5, -0.25]);
+        // The same rays, the last row's first.
+        let plain = HostCamera::from_matrices(DAffine3::IDENTITY, frustum(edges, 0.1, 10.0)).unwrap();
+        let (a, b) = (host.camera.ray([0.3, 0.2]), plain.camera.ray([0.3, 0.8]));
+        assert!(a.direction.distance(b.direction) < 1e-12 && a.origin == b.origin);
+        // And a shift by part of a pixel is still one.
+        let shifted = frustum([-0.5, 0.51, -0.5, 0.51], 0.1, 10.0);
+        let shifted = DMat4::from_diagonal(DVec4::new(1.0, -1.0, 1.0, 1.0)) * shifted;
+        let camera = HostCamera::from_matrices(DAffine3::IDENTITY, shifted).unwrap().camera;
+        assert_near(tangents(camera.without_jitter([40, 40])), [-0.505, 0.505, 0.505, -0.505]);
     }
 
     #[test]

@@ -45,7 +45,7 @@ impl PerspectiveCamera {
     }
 }
 
-/// What a camera's image plane spans.
+/// What a camera's image plane spans. Where bottom is above top, the image's rows run upwards, as some engines keep them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// Rays start at one point. Edges of the image at distance 1 along the view: left, right, bottom, top; not
@@ -103,7 +103,7 @@ impl Camera {
         self.world_from_camera.is_finite()
             && edges.iter().all(|e| e.is_finite())
             && left < right
-            && bottom < top
+            && bottom != top
     }
 }
 

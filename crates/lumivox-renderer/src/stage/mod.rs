@@ -109,6 +109,13 @@ pub enum Progress {
     Nothing,
 }
 
+/// A world that a view shows in this frame: the one that it is to show, or another in its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shown<W> {
+    wanted: W,
+    world: W,
+}
+
 /// How far a view is, with the world that it is to show.
 #[derive(Clone, Copy, Debug)]
 pub struct ViewProgress {
@@ -155,7 +162,7 @@ enum Part<W, V> {
         trace: Trace,
     },
     /// Nothing depends on it.
-    Frees,
+    Rest,
 }
 
 impl<W, V> Recorded<W, V> {
@@ -165,6 +172,13 @@ impl<W, V> Recorded<W, V> {
             Part::View { ticket, .. } => *ticket,
             _ => 0,
         }
+    }
+}
+
+/// A recording on which nothing of a stage depends.
+impl<W, V> From<Recording> for Recorded<W, V> {
+    fn from(recording: Recording) -> Self {
+        Self { recording, part: Part::Rest }
     }
 }
 
@@ -192,10 +206,13 @@ pub struct Stage<W, V> {
     worlds: HashMap<W, World>,
     eyes: HashMap<V, Eye<W>>,
     uploads: Uploads,
+    /// The engine's number.
     frame: u64,
     last_ticket: u64,
-    /// Frees that go with the next recording.
+    /// Steps that go with the next recording.
     left_over: Vec<Step>,
+    /// Whether a view left a world since the last sweep.
+    wants_sweep: bool,
     computed: u64,
     postponed: u64,
 }
@@ -211,6 +228,7 @@ impl<W: Key, V: Key> Stage<W, V> {
             frame: 0,
             last_ticket: 0,
             left_over: vec![],
+            wants_sweep: false,
             computed: 0,
             postponed: 0,
         }
@@ -221,9 +239,10 @@ impl<W: Key, V: Key> Stage<W, V> {
         &self.store
     }
 
-    /// The engine begins a frame. What voxels it brings is shared by all its worlds.
-    pub fn begin_frame(&mut self) {
-        self.frame += 1;
+    /// The engine begins a frame, or goes on with it, by a number that goes up by one with each. What voxels a frame brings
+    /// is shared by all its worlds.
+    pub fn begin_frame(&mut self, number: u64) {
+        self.frame = number;
     }
 
     /// How often an update had to compute something that takes long, and how many frames showed a world's predecessor
@@ -258,7 +277,7 @@ impl<W: Key, V: Key> Stage<W, V> {
                 }
                 None => {
                     place.progress = Progress::Done;
-                    Ok(frees(recording))
+                    Ok(rest(recording))
                 }
             };
         }
@@ -268,7 +287,7 @@ impl<W: Key, V: Key> Stage<W, V> {
         {
             self.postponed += u64::from(missing == world::Missing::Kernels);
             place.progress = if place.is_whole { Progress::Before } else { Progress::Nothing };
-            return Ok(frees(recording));
+            return Ok(rest(recording));
         }
         place.version = version;
         let computed = place.cache.unprepared();
@@ -287,24 +306,41 @@ impl<W: Key, V: Key> Stage<W, V> {
         self.worlds.get(&world).map_or(Progress::Nothing, |world| world.progress)
     }
 
-    /// Records a view's frame of a world, or while there is nothing of that yet, of what the view showed before; `frame` says
-    /// what it shows, given the names of what is lent. `None` where there is nothing to show.
+    /// Whether a world's copy is that of a version, or came to nothing with it.
+    pub fn holds(&self, world: W, version: u64) -> bool {
+        self.worlds.get(&world).is_some_and(|world| world.version == version)
+    }
+
+    /// What there is to show of `wanted`: that, or while there is nothing of it yet, the world that `view` showed before, if
+    /// that one `may_stand_in`. `None` where there is nothing to show.
+    pub fn shown(&self, view: V, wanted: W, may_stand_in: impl FnOnce(&W) -> bool) -> Option<Shown<W>> {
+        let is_whole = |world: &W| self.worlds.get(world).is_some_and(|world| world.is_whole);
+        let before = || self.eyes.get(&view).map(|eye| eye.world).filter(may_stand_in);
+        let world = Some(wanted).filter(is_whole).or_else(|| before().filter(is_whole))?;
+        Some(Shown { wanted, world })
+    }
+
+    /// Records a view's frame of what is [shown](Self::shown); `frame` says how, given the names of what is lent.
     ///
     /// # Errors
     /// Why it cannot be shown.
     pub fn record_view(
         &mut self,
         view: V,
-        wanted: W,
+        shown: Shown<W>,
         frame: impl FnOnce(Lent) -> ViewFrame,
-    ) -> Result<Option<ViewRecorded<W, V>>, String> {
-        let Some(shown) = self.shown(view, wanted) else { return Ok(None) };
+    ) -> Result<ViewRecorded<W, V>, String> {
+        let Shown { wanted, world: shown } = shown;
+        if !self.worlds.contains_key(&shown) {
+            return Err(format!("a fault in Lumivox: the world {shown:?} was swept before it was shown"));
+        }
         let is_before = shown != wanted || self.progress(wanted) == Progress::Before;
         let mut recording = self.begin_recording();
         let turns = self.eyes.get(&view).is_some_and(|eye| eye.world != shown);
         if turns && let Some(other) = self.eyes.remove(&view) {
             // It starts over there.
             other.free(&mut recording);
+            self.wants_sweep = true;
         }
         let known = self.eyes.get(&view);
         let lent = known.map_or_else(Lent::new, |eye| eye.lent);
@@ -318,7 +354,7 @@ impl<W: Key, V: Key> Stage<W, V> {
             Ok(trace) => {
                 let status = trace.status;
                 let part = Part::View { view, ticket: self.last_ticket, trace };
-                Ok(Some(ViewRecorded { recorded: Recorded { recording, part }, status, lent }))
+                Ok(ViewRecorded { recorded: Recorded { recording, part }, status, lent })
             }
             Err(error) => {
                 // What a new eye's films are made of goes with the next recording: the next frame counts on them.
@@ -346,13 +382,6 @@ impl<W: Key, V: Key> Stage<W, V> {
         self.last_ticket += 1;
         eye.ticket_began(self.last_ticket);
         Ok(trace)
-    }
-
-    /// What is shown of `wanted`: that, or the world before while there is nothing of it yet.
-    fn shown(&self, view: V, wanted: W) -> Option<W> {
-        let is_whole = |world: &W| self.worlds.get(world).is_some_and(|world| world.is_whole);
-        let before = || self.eyes.get(&view).map(|eye| eye.world);
-        Some(wanted).filter(is_whole).or_else(|| before().filter(is_whole))
     }
 
     /// How far a view is with the world that it is to show. What is known by now, read-backs included.
@@ -418,7 +447,7 @@ impl<W: Key, V: Key> Stage<W, V> {
                     Err(refusal.message())
                 }
             },
-            Part::Frees => Ok(()),
+            Part::Rest => Ok(()),
         }
     }
 
@@ -437,6 +466,11 @@ impl<W: Key, V: Key> Stage<W, V> {
         }
     }
 
+    /// Whether a view has left a world since the last [sweep](Self::sweep). Perhaps nobody else shows it.
+    pub fn wants_sweep(&self) -> bool {
+        self.wants_sweep
+    }
+
     /// Records that everything is freed that belongs to no view or world that is `kept`. A view goes on with its world until
     /// the next is there.
     pub fn sweep(
@@ -444,6 +478,7 @@ impl<W: Key, V: Key> Stage<W, V> {
         keeps_view: impl Fn(&V) -> bool,
         keeps_world: impl Fn(&W) -> bool,
     ) -> Option<Recorded<W, V>> {
+        self.wants_sweep = false;
         let mut recording = self.begin_recording();
         let gone: Vec<V> = self.eyes.keys().filter(|view| !keeps_view(view)).copied().collect();
         for view in gone {
@@ -460,14 +495,20 @@ impl<W: Key, V: Key> Stage<W, V> {
         }
         recording.steps.append(&mut self.left_over);
         self.store.collect(&mut recording);
-        frees(recording)
+        rest(recording)
+    }
+
+    /// Hands over what would go with the next recording: what is freed after an error. For a host that does not want to wait,
+    /// as there may be no next one for long.
+    pub fn left_over(&mut self) -> Option<Recorded<W, V>> {
+        rest(self.begin_recording())
     }
 
     /// Starts a world over whose copy is not whole.
     fn forget_world(&mut self, world: W) {
         let Some(place) = self.worlds.get_mut(&world) else { return };
         let mut frees = Recording::new();
-        std::mem::replace(place, World::new(&self.store)).cache.free(&mut frees);
+        place.forget(&self.store).free(&mut frees);
         self.left_over.extend(frees.steps);
     }
 
@@ -477,8 +518,8 @@ impl<W: Key, V: Key> Stage<W, V> {
 }
 
 /// A recording on which nothing depends; `None` where it is empty.
-fn frees<W, V>(recording: Recording) -> Option<Recorded<W, V>> {
-    (!recording.is_empty()).then(|| Recorded { recording, part: Part::Frees })
+fn rest<W, V>(recording: Recording) -> Option<Recorded<W, V>> {
+    (!recording.is_empty()).then(|| recording.into())
 }
 
 #[cfg(test)]

@@ -69,6 +69,12 @@ fn frame(lent: Lent) -> ViewFrame {
     }
 }
 
+/// The view's frame of the world, whatever stands in for it.
+fn record(stage: &mut Stage<u64, u64>, frame: fn(Lent) -> ViewFrame) -> Option<ViewRecorded<u64, u64>> {
+    let shown = stage.shown(VIEW, WORLD, |_| true)?;
+    Some(stage.record_view(VIEW, shown, frame).unwrap())
+}
+
 fn update(stage: &mut Stage<u64, u64>, device: &mut Device, scene: &Scene, version: u64, at_once: bool) {
     if let Some(recorded) = stage.update(WORLD, scene, version, at_once, &NothingAhead).unwrap() {
         device.replay(&recorded.recording);
@@ -77,7 +83,7 @@ fn update(stage: &mut Stage<u64, u64>, device: &mut Device, scene: &Scene, versi
 }
 
 fn draw(stage: &mut Stage<u64, u64>, device: &mut Device) -> Option<(LiveStatus, u64)> {
-    let ViewRecorded { recorded, status, lent } = stage.record_view(VIEW, WORLD, frame).unwrap()?;
+    let ViewRecorded { recorded, status, lent } = record(stage, frame)?;
     device.0.extend(lent.ids());
     device.replay(&recorded.recording);
     let ticket = recorded.ticket();
@@ -90,8 +96,8 @@ fn a_world_is_shown_once_it_is_prepared_and_leaves_nothing() {
     let (mut stage, mut device) = (Stage::new(limits()), Device::default());
     let scene = scene(0.5);
     assert_eq!(stage.progress(WORLD), Progress::Nothing);
-    for _ in 0..1000 {
-        stage.begin_frame();
+    for number in 1..1000 {
+        stage.begin_frame(number);
         update(&mut stage, &mut device, &scene, 1, false);
         if stage.progress(WORLD) == Progress::Done {
             break;
@@ -117,7 +123,7 @@ fn a_world_is_shown_once_it_is_prepared_and_leaves_nothing() {
 fn at_once_means_in_this_frame() {
     let (mut stage, mut device) = (Stage::new(limits()), Device::default());
     assert!(draw(&mut stage, &mut device).is_none(), "there is no world yet");
-    stage.begin_frame();
+    stage.begin_frame(1);
     update(&mut stage, &mut device, &scene(0.5), 1, true);
     assert_eq!(stage.progress(WORLD), Progress::Done);
     assert!(draw(&mut stage, &mut device).is_some());
@@ -154,10 +160,59 @@ fn the_world_before_goes_on_while_another_is_prepared() {
 }
 
 #[test]
+fn only_a_world_that_may_stand_in_is_shown_in_the_place_of_another() {
+    const NEXT: u64 = 8;
+    let (mut stage, mut device) = (Stage::new(limits()), Device::default());
+    update(&mut stage, &mut device, &scene(0.5), 1, true);
+    draw(&mut stage, &mut device);
+    assert!(stage.shown(VIEW, NEXT, |before| *before != WORLD).is_none());
+    let before = stage.shown(VIEW, NEXT, |before| *before == WORLD).expect("the world before may be shown");
+    let ViewRecorded { recorded, .. } = stage.record_view(VIEW, before, frame).unwrap();
+    device.replay(&recorded.recording);
+    stage.executed(recorded, Ok(())).unwrap();
+    assert_eq!(stage.view_progress(VIEW, NEXT).unwrap().live.samples, 0);
+    assert!(!stage.wants_sweep());
+    // Once the next is there, the view leaves the one before.
+    let recorded = stage.update(NEXT, &scene(0.7), 2, true, &NothingAhead).unwrap().unwrap();
+    device.replay(&recorded.recording);
+    stage.executed(recorded, Ok(())).unwrap();
+    assert!(stage.holds(NEXT, 2) && !stage.holds(NEXT, 1));
+    let next = stage.shown(VIEW, NEXT, |_| false).expect("it is there");
+    let ViewRecorded { recorded, lent, .. } = stage.record_view(VIEW, next, frame).unwrap();
+    device.0.extend(lent.ids());
+    device.replay(&recorded.recording);
+    stage.executed(recorded, Ok(())).unwrap();
+    assert!(stage.wants_sweep());
+    let swept =
+        stage.sweep(|view| *view == VIEW, |world| *world == NEXT).expect("nobody shows the world before");
+    device.replay(&swept.recording);
+    stage.executed(swept, Ok(())).unwrap();
+    assert!(!stage.wants_sweep());
+    assert_eq!(stage.progress(WORLD), Progress::Nothing);
+    assert!(stage.record_view(VIEW, before, frame).is_err(), "it is gone by now");
+}
+
+#[test]
+fn what_an_error_leaves_can_be_had_at_once() {
+    let (mut stage, mut device) = (Stage::new(limits()), Device::default());
+    update(&mut stage, &mut device, &scene(0.5), 1, true);
+    draw(&mut stage, &mut device);
+    let films = device.0.len();
+    assert!(stage.left_over().is_none());
+    let refused = record(&mut stage, frame).unwrap().recorded;
+    assert!(stage.executed(refused, Err(Refusal::Other("no".to_owned()))).is_err());
+    let rest = stage.left_over().expect("the view's films");
+    device.replay(&rest.recording);
+    stage.executed(rest, Ok(())).unwrap();
+    assert!(device.0.len() < films);
+    assert!(stage.left_over().is_none());
+}
+
+#[test]
 fn a_view_that_the_device_refuses_starts_over() {
     let (mut stage, mut device) = (Stage::new(limits()), Device::default());
     update(&mut stage, &mut device, &scene(0.5), 1, true);
-    let refused = stage.record_view(VIEW, WORLD, frame).unwrap().unwrap().recorded;
+    let refused = record(&mut stage, frame).unwrap().recorded;
     let why = Refusal::Other("no".to_owned());
     assert_eq!(stage.executed(refused, Err(why)), Err("no".to_owned()));
     assert!(stage.view_progress(VIEW, WORLD).is_none());
@@ -168,7 +223,7 @@ fn a_view_that_the_device_refuses_starts_over() {
 fn read_backs_reach_the_view_that_asked_and_no_other() {
     let (mut stage, mut device) = (Stage::new(limits()), Device::default());
     update(&mut stage, &mut device, &scene(0.5), 1, true);
-    let with_depth = |lent: Lent| {
+    let with_depth: fn(Lent) -> ViewFrame = |lent| {
         let mut frame = frame(lent);
         frame.host.depth = Some(crate::live::HostDepth {
             texture: lent.depth,
@@ -178,7 +233,7 @@ fn read_backs_reach_the_view_that_asked_and_no_other() {
         });
         frame
     };
-    let ViewRecorded { recorded, lent, .. } = stage.record_view(VIEW, WORLD, with_depth).unwrap().unwrap();
+    let ViewRecorded { recorded, lent, .. } = record(&mut stage, with_depth).unwrap();
     device.0.extend(lent.ids());
     device.replay(&recorded.recording);
     let ticket = recorded.ticket();

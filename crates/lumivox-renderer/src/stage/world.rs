@@ -58,6 +58,13 @@ impl World {
         if lacks_kernels { Some(Missing::Kernels) } else { computing }
     }
 
+    /// Starts over with nothing. Returns what was there.
+    pub fn forget(&mut self, store: &VoxelStore) -> SceneCache {
+        (self.version, self.error, self.is_whole) = (0, None, false);
+        self.progress = Progress::Nothing;
+        std::mem::replace(&mut self.cache, SceneCache::new(store))
+    }
+
     /// An update was replayed, or came to nothing.
     pub fn updated(&mut self, version: u64, error: Option<String>) {
         self.version = version;
