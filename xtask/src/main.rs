@@ -3,6 +3,7 @@
 
 mod ci;
 mod layers;
+mod package;
 mod unity_kernels;
 mod unity_kernels_hlsl;
 mod unity_metas;
@@ -16,6 +17,8 @@ Usage: cargo xtask <COMMAND>
 Commands:
   ci      Format check, clippy, import rules, tests, documentation, licences: what CI runs
   layers  Check that imports between the crates go one way
+  package unity OUT [PROFILE]
+                            Make the Unity package with this system's library in it (PROFILE: dist)
   unity-kernels             Write the Unity package's kernels, and the table of their names
   unity-kernels --check     Fail where they are not what would be written
   unity-kernels --all DIR   Write every kernel of every view there, as plain HLSL, for tests
@@ -32,6 +35,8 @@ fn main() -> ExitCode {
         ["unity-kernels"] => unity_kernels::write(),
         ["unity-kernels", "--check"] => unity_kernels::check(),
         ["unity-kernels", "--all", folder] => unity_kernels::write_all(Path::new(folder)),
+        ["package", "unity", out] => package::unity(Path::new(out), "dist"),
+        ["package", "unity", out, profile] => package::unity(Path::new(out), profile),
         ["unity-metas"] => unity_metas::write(),
         ["unity-metas", "--check"] => unity_metas::check(),
         ["help" | "--help" | "-h"] => {

@@ -1,5 +1,5 @@
-//! The kernels as Unity takes them: `NAME.compute`, or `NAME.shader` where they are drawn, in a `Resources` folder, where the
-//! package finds them by name and every player has them; and the table of what they bind.
+//! The kernels as Unity takes them: `NAME.compute`, or `NAME.shader` where they are drawn, in a `Resources` folder, where
+//! the package finds them by name and every player has them; and the table of what they bind.
 //!
 //! A package has to bring every kernel that a live view of any scene may want, and Unity compiles each for every graphics
 //! API of a player: [`DeviceLimits::few_kernels`] keeps them few. They are committed, as a package is used as it lies in its
@@ -277,7 +277,9 @@ mod tests {
         assert!(depth.contains("ColorMask 0") && depth.contains("ZWrite On") && depth.contains("SV_Depth"));
         let color = &files["Kernels/Resources/Lumivox/composite_color.shader"];
         assert!(color.contains("Blend One OneMinusSrcAlpha") && color.contains("#pragma vertex fullscreen"));
-        assert!(files["Kernels/Resources/Lumivox/film_count.compute"].contains("#pragma kernel film_count\n"));
+        assert!(
+            files["Kernels/Resources/Lumivox/film_count.compute"].contains("#pragma kernel film_count\n")
+        );
         assert!(files[TABLE].contains("new[] { \"frame_buffer\" }"));
     }
 }

@@ -12,21 +12,24 @@ const PACKAGE: &str = "unity/com.lumivox";
 /// Writes those that are missing, and removes those whose file is gone.
 pub fn write() -> Result<(), String> {
     let root = root();
-    let (mut made, mut removed) = (0, 0);
     for path in unmatched(&root)? {
         fs::remove_file(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        removed += 1;
+        println!("removed {}", path.display());
     }
-    for path in assets(&root)? {
+    complete(&root)?;
+    check()
+}
+
+/// Writes those that a copy of the package lacks.
+pub fn complete(root: &Path) -> Result<(), String> {
+    for path in assets(root)? {
         let meta = meta_of(&path);
         if !meta.exists() {
-            let text = text(&root, &path);
+            let text = text(root, &path);
             fs::write(&meta, text).map_err(|error| format!("{}: {error}", meta.display()))?;
-            made += 1;
         }
     }
-    println!("{made} made, {removed} removed");
-    check()
+    Ok(())
 }
 
 /// Whether each file has one, none is left over, and no identifier is there twice.

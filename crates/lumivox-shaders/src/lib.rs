@@ -7,9 +7,9 @@
 //!
 //! # Loops end
 //! Executors let no compiler count the turns of loops, which costs 8 to 15%: kernels that are added keep to what follows.
-//! - Loops over taps, axes, neighbours, kinds of light, candidates and sharers have a constant or a number of the host's as their bound, and
-//!   step by one. `film_count` steps by its number of invocations, at least a workgroup; `value_ranges` visits a box of
-//!   voxels.
+//! - Loops over taps, neighbours, kinds of light, candidates and sharers have a constant or a number of the host's as their
+//!   bound, and step by one. `film_count` steps by its number of invocations, at least a workgroup; `value_ranges` visits
+//!   a box of voxels.
 //! - The walk through majorant cells (`march_to_tentative`) passes a face of the grid each turn. It ends before it
 //!   could leave the grid, if its numbers are numbers: `march_begin` makes a walk empty that has others.
 //! - Tentative collisions (`next_collision`, `transmittance`) move along the ray by more than its rounding.

@@ -106,24 +106,17 @@ fn tricubic_gradient(v: u32, p: vec3f) -> vec3f {
     let b = bricks_around(v, i, cell_at(v, vec3u(within(v, p) - 0.5)));
     let g0 = 1.0 - t.weight;
     let g1 = t.weight;
-    var slope = vec3f(0.0);
-    // A loop, for FXC takes a minute over 24 taps.
-    for (var axis = 0u; axis < 3u; axis++) {
-        take_turn();
-        let along = vec3<bool>(axis == 0u, axis == 1u, axis == 2u);
-        let s = eight_taps(b, choose(t.low, d.low, along), choose(t.high, d.high, along));
-        if (along.x) {
-            slope.x = g0.z * (g0.y * (s.s100 - s.s000) + g1.y * (s.s110 - s.s010))
-                + g1.z * (g0.y * (s.s101 - s.s001) + g1.y * (s.s111 - s.s011));
-        } else if (along.y) {
-            slope.y = g0.z * (g0.x * (s.s010 - s.s000) + g1.x * (s.s110 - s.s100))
-                + g1.z * (g0.x * (s.s011 - s.s001) + g1.x * (s.s111 - s.s101));
-        } else {
-            slope.z = g0.y * (g0.x * (s.s001 - s.s000) + g1.x * (s.s101 - s.s100))
-                + g1.y * (g0.x * (s.s011 - s.s010) + g1.x * (s.s111 - s.s110));
-        }
-    }
-    return d.weight * slope;
+    let x = eight_taps(b, vec3f(d.low.x, t.low.yz), vec3f(d.high.x, t.high.yz));
+    let y = eight_taps(b, vec3f(t.low.x, d.low.y, t.low.z), vec3f(t.high.x, d.high.y, t.high.z));
+    let z = eight_taps(b, vec3f(t.low.xy, d.low.z), vec3f(t.high.xy, d.high.z));
+    return d.weight * vec3f(
+        g0.z * (g0.y * (x.s100 - x.s000) + g1.y * (x.s110 - x.s010))
+            + g1.z * (g0.y * (x.s101 - x.s001) + g1.y * (x.s111 - x.s011)),
+        g0.z * (g0.x * (y.s010 - y.s000) + g1.x * (y.s110 - y.s100))
+            + g1.z * (g0.x * (y.s011 - y.s001) + g1.x * (y.s111 - y.s101)),
+        g0.y * (g0.x * (z.s001 - z.s000) + g1.x * (z.s101 - z.s100))
+            + g1.y * (g0.x * (z.s011 - z.s010) + g1.x * (z.s111 - z.s110)),
+    );
 }
 
 // Where filters find what lies at a point beyond the outermost voxels' centres.

@@ -1,8 +1,12 @@
 //! The device, its resources, and the commands that wait to be submitted together.
 
+mod commands;
+mod cover;
+
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 
+use self::commands::{Command, Views};
 use crate::formats;
 use crate::pipelines::{DrawState, Entry, Kernel, Program, Targets, binding_type};
 use crate::spirv::{Kind, Module, Shape};
@@ -51,80 +55,6 @@ pub struct Region {
 enum Resource {
     Buffer(wgpu::Buffer),
     Texture(wgpu::Texture),
-}
-
-#[derive(Debug)]
-enum Command {
-    WriteBuffer {
-        buffer: wgpu::Buffer,
-        offset: u64,
-        data: u64,
-        size: u64,
-    },
-    WriteTexture {
-        texture: wgpu::Texture,
-        level: u32,
-        origin: wgpu::Origin3d,
-        size: wgpu::Extent3d,
-        data: u64,
-        row: u32,
-    },
-    CopyBuffer {
-        from: wgpu::Buffer,
-        from_offset: u64,
-        to: wgpu::Buffer,
-        to_offset: u64,
-        size: u64,
-    },
-    CopyTexture {
-        from: (wgpu::Texture, u32, wgpu::Origin3d),
-        to: (wgpu::Texture, u32, wgpu::Origin3d),
-        size: wgpu::Extent3d,
-    },
-    Dispatch {
-        pipeline: wgpu::ComputePipeline,
-        group: wgpu::BindGroup,
-        groups: [u32; 3],
-    },
-    Draw {
-        pipeline: wgpu::RenderPipeline,
-        groups: [wgpu::BindGroup; 2],
-        views: Views,
-        vertices: u32,
-        instances: u32,
-    },
-    /// Draws all of a target with a pipeline of our own.
-    Cover {
-        pipeline: wgpu::RenderPipeline,
-        group: wgpu::BindGroup,
-        views: Views,
-    },
-    Clear {
-        views: Views,
-        color: Option<[f32; 4]>,
-        depth: Option<f32>,
-    },
-    ReadBuffer {
-        from: wgpu::Buffer,
-        offset: u64,
-        to: wgpu::Buffer,
-        size: u64,
-    },
-    ReadTexture {
-        from: wgpu::Texture,
-        level: u32,
-        origin: wgpu::Origin3d,
-        size: wgpu::Extent3d,
-        to: wgpu::Buffer,
-        row: u32,
-    },
-}
-
-#[derive(Debug)]
-struct Views {
-    color: Option<wgpu::TextureView>,
-    depth: Option<wgpu::TextureView>,
-    viewport: [f32; 4],
 }
 
 /// Bytes on their way back.
@@ -315,7 +245,10 @@ impl Gpu {
 
     pub fn write_buffer(&mut self, buffer: u32, offset: u64, data: &[u8]) -> Result<(), String> {
         let buffer = self.buffer(buffer)?;
-        if offset + data.len() as u64 > buffer.size() || offset % 4 != 0 || data.len() % 4 != 0 {
+        if offset + data.len() as u64 > buffer.size()
+            || !offset.is_multiple_of(4)
+            || !data.len().is_multiple_of(4)
+        {
             return Err(format!(
                 "{} bytes do not go to byte {offset} of a buffer of {}",
                 data.len(),
@@ -544,103 +477,6 @@ impl Gpu {
         Ok(())
     }
 
-    /// Gives every pixel of a target its colour and depth: four floats and one each, row by row.
-    pub fn fill(&mut self, target: &Target, width: u32, pixels: &[u8]) -> Result<(), String> {
-        let (views, targets) = self.views(target)?;
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: pixels.len() as u64 + 16,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: true,
-        });
-        // Four words of the target's width, then the pixels.
-        let words = [width.to_le_bytes(), [0; 4], [0; 4], [0; 4]].concat();
-        buffer.slice(..16).get_mapped_range_mut().copy_from_slice(&words);
-        buffer.slice(16..).get_mapped_range_mut().copy_from_slice(pixels);
-        buffer.unmap();
-        let pipeline = self.cover("fill", targets, true);
-        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
-        });
-        self.commands.push(Command::Cover { pipeline, group, views });
-        Ok(())
-    }
-
-    /// Draws a layer of a texture over all of a target, stretched, and upside down if asked to.
-    pub fn blit(&mut self, from: u32, layer: u32, target: &Target, flip: bool) -> Result<(), String> {
-        let texture = self.texture(from)?;
-        let (views, targets) = self.views(target)?;
-        let source = texture.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2),
-            base_array_layer: layer,
-            array_layer_count: Some(1),
-            mip_level_count: Some(1),
-            ..Default::default()
-        });
-        let pipeline = self.cover(if flip { "flipped" } else { "copied" }, targets, false);
-        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &[wgpu::BindGroupEntry {
-                binding: 1,
-                resource: wgpu::BindingResource::TextureView(&source),
-            }],
-        });
-        self.commands.push(Command::Cover { pipeline, group, views });
-        Ok(())
-    }
-
-    fn cover(&mut self, entry: &'static str, targets: Targets, writes_depth: bool) -> wgpu::RenderPipeline {
-        let device = &self.device;
-        let make = || {
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("cover"),
-                source: wgpu::ShaderSource::Wgsl(include_str!("cover.wgsl").into()),
-            });
-            let target = targets.color.map(|format| wgpu::ColorTargetState {
-                format,
-                blend: None,
-                write_mask: wgpu::ColorWrites::ALL,
-            });
-            let color = [target];
-            let entry = match (entry, color.as_slice()) {
-                ("fill", [None]) => "fill_depth",
-                ("fill", _) if targets.depth.is_none() => "fill_color",
-                (other, _) => other,
-            };
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some("cover"),
-                layout: None,
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("corner"),
-                    compilation_options: Default::default(),
-                    buffers: &[],
-                },
-                primitive: Default::default(),
-                depth_stencil: targets.depth.map(|format| wgpu::DepthStencilState {
-                    format,
-                    depth_write_enabled: Some(writes_depth),
-                    depth_compare: Some(wgpu::CompareFunction::Always),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                multisample: Default::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some(entry),
-                    compilation_options: Default::default(),
-                    targets: if targets.color.is_some() { &color } else { &[] },
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
-        };
-        self.covers.entry((entry, targets)).or_insert_with(make).clone()
-    }
-
     pub fn read_buffer(&mut self, from: u32, offset: u64, size: u64) -> Result<u32, String> {
         let from = self.buffer(from)?;
         if offset + size > from.size() {
@@ -707,21 +543,7 @@ impl Gpu {
         self.arena.clear();
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let commands = std::mem::take(&mut self.commands);
-        let mut rest = commands.iter().peekable();
-        while let Some(command) = rest.next() {
-            if let Command::Dispatch { .. } = command {
-                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-                let mut next = Some(command);
-                while let Some(Command::Dispatch { pipeline, group, groups: [x, y, z] }) = next {
-                    pass.set_pipeline(pipeline);
-                    pass.set_bind_group(0, group, &[]);
-                    pass.dispatch_workgroups(*x, *y, *z);
-                    next = rest.next_if(|command| matches!(command, Command::Dispatch { .. }));
-                }
-            } else {
-                encode(&mut encoder, &staging, command);
-            }
-        }
+        commands::encode(&mut encoder, &staging, &commands);
         self.queue.submit([encoder.finish()]);
         self.submissions += 1;
         for number in self.pending.drain(..) {
@@ -790,106 +612,4 @@ fn origin([x, y, z]: [u32; 3]) -> wgpu::Origin3d {
 
 fn extent([width, height, depth]: [u32; 3]) -> wgpu::Extent3d {
     wgpu::Extent3d { width, height, depth_or_array_layers: depth }
-}
-
-fn part(
-    (texture, mip_level, origin): (&wgpu::Texture, u32, wgpu::Origin3d),
-) -> wgpu::TexelCopyTextureInfo<'_> {
-    wgpu::TexelCopyTextureInfo { texture, mip_level, origin, aspect: wgpu::TextureAspect::All }
-}
-
-fn rows(buffer: &wgpu::Buffer, offset: u64, row: u32, height: u32) -> wgpu::TexelCopyBufferInfo<'_> {
-    let layout =
-        wgpu::TexelCopyBufferLayout { offset, bytes_per_row: Some(row), rows_per_image: Some(height) };
-    wgpu::TexelCopyBufferInfo { buffer, layout }
-}
-
-/// Begins a pass over what is there, or over what it is cleared to.
-fn pass<'a>(
-    encoder: &'a mut wgpu::CommandEncoder,
-    views: &'a Views,
-    color: Option<[f32; 4]>,
-    depth: Option<f32>,
-) -> wgpu::RenderPass<'a> {
-    let attachment = views.color.as_ref().map(|view| wgpu::RenderPassColorAttachment {
-        view,
-        depth_slice: None,
-        resolve_target: None,
-        ops: wgpu::Operations {
-            load: color.map_or(wgpu::LoadOp::Load, |[r, g, b, a]| {
-                wgpu::LoadOp::Clear(wgpu::Color { r: r.into(), g: g.into(), b: b.into(), a: a.into() })
-            }),
-            store: wgpu::StoreOp::Store,
-        },
-    });
-    let depth_stencil_attachment = views.depth.as_ref().map(|view| wgpu::RenderPassDepthStencilAttachment {
-        view,
-        depth_ops: Some(wgpu::Operations {
-            load: depth.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear),
-            store: wgpu::StoreOp::Store,
-        }),
-        stencil_ops: None,
-    });
-    let attachments: &[_] = if attachment.is_some() { &[attachment] } else { &[] };
-    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: None,
-        color_attachments: attachments,
-        depth_stencil_attachment,
-        ..Default::default()
-    })
-}
-
-fn encode(encoder: &mut wgpu::CommandEncoder, staging: &wgpu::Buffer, command: &Command) {
-    match command {
-        Command::WriteBuffer { buffer, offset, data, size } => {
-            encoder.copy_buffer_to_buffer(staging, *data, buffer, *offset, *size);
-        }
-        Command::WriteTexture { texture, level, origin, size, data, row } => {
-            encoder.copy_buffer_to_texture(
-                rows(staging, *data, *row, size.height),
-                part((texture, *level, *origin)),
-                *size,
-            );
-        }
-        Command::CopyBuffer { from, from_offset, to, to_offset, size } => {
-            encoder.copy_buffer_to_buffer(from, *from_offset, to, *to_offset, *size);
-        }
-        Command::CopyTexture { from, to, size } => {
-            encoder.copy_texture_to_texture(
-                part((&from.0, from.1, from.2)),
-                part((&to.0, to.1, to.2)),
-                *size,
-            );
-        }
-        Command::Draw { pipeline, groups, views, vertices, instances } => {
-            let mut pass = pass(encoder, views, None, None);
-            let [x, y, width, height] = views.viewport;
-            if width > 0.0 {
-                pass.set_viewport(x, y, width, height, 0.0, 1.0);
-            }
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &groups[0], &[]);
-            pass.set_bind_group(1, &groups[1], &[]);
-            pass.draw(0..*vertices, 0..*instances);
-        }
-        Command::Cover { pipeline, group, views } => {
-            let mut pass = pass(encoder, views, None, None);
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, group, &[]);
-            pass.draw(0..3, 0..1);
-        }
-        Command::Clear { views, color, depth } => drop(pass(encoder, views, *color, *depth)),
-        Command::ReadBuffer { from, offset, to, size } => {
-            encoder.copy_buffer_to_buffer(from, *offset, to, 0, *size)
-        }
-        Command::ReadTexture { from, level, origin, size, to, row } => {
-            encoder.copy_texture_to_buffer(
-                part((from, *level, *origin)),
-                rows(to, 0, *row, size.height),
-                *size,
-            );
-        }
-        // Those go in passes of their own, several in each.
-        Command::Dispatch { .. } => {}
-    }
 }

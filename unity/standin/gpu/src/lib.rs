@@ -4,7 +4,7 @@
 //! No call panics or fails across the border: what is wrong is noted as text, which `sg_fault` tells.
 
 // Only C# calls these; each does what its namesake in `gpu.rs` does.
-#![allow(clippy::missing_safety_doc)]
+#![allow(clippy::missing_safety_doc, clippy::too_many_arguments, missing_docs)]
 
 mod formats;
 mod gpu;
@@ -76,7 +76,7 @@ pub extern "C" fn sg_number(which: u32) -> u64 {
         Ok(match which {
             0 => gpu.limits.max_texture_dimension_2d.into(),
             1 => gpu.limits.max_texture_dimension_3d.into(),
-            2 => u64::from(gpu.limits.max_storage_buffer_binding_size),
+            2 => gpu.limits.max_storage_buffer_binding_size,
             3 => gpu.limits.max_buffer_size,
             4 => gpu.limits.max_compute_invocations_per_workgroup.into(),
             5 => gpu.live() as u64,

@@ -20,9 +20,11 @@ pub struct Kernel {
 pub struct Program {
     pub modules: [Module; 2],
     shaders: [wgpu::ShaderModule; 2],
-    pipelines:
-        HashMap<(DrawState, Targets, [Vec<Entry>; 2]), (wgpu::RenderPipeline, [wgpu::BindGroupLayout; 2])>,
+    pipelines: HashMap<(DrawState, Targets, [Vec<Entry>; 2]), Drawn>,
 }
+
+/// A pipeline, and the layouts of what its stages bind.
+type Drawn = (wgpu::RenderPipeline, [wgpu::BindGroupLayout; 2]);
 
 /// Formats drawn to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -145,7 +147,7 @@ impl Program {
         state: DrawState,
         targets: Targets,
         entries: [Vec<Entry>; 2],
-    ) -> Result<&(wgpu::RenderPipeline, [wgpu::BindGroupLayout; 2]), String> {
+    ) -> Result<&Drawn, String> {
         let depth_stencil = match targets.depth {
             Some(format) => Some(wgpu::DepthStencilState {
                 format,

@@ -1,6 +1,6 @@
 //! SPIR-V as an engine sees a shader: what it binds, by name. What DXC makes of HLSL names variables as HLSL does.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 
 /// What a variable is bound with.
@@ -65,8 +65,11 @@ enum Type {
     Pointer(u32),
 }
 
-/// The instructions after the header: where each starts, its opcode and its operands.
-fn instructions(words: &[u32]) -> Result<Vec<(usize, u32, &[u32])>, String> {
+/// Where an instruction starts, its opcode and its operands.
+type Instruction<'a> = (usize, u32, &'a [u32]);
+
+/// The instructions after the header.
+fn instructions(words: &[u32]) -> Result<Vec<Instruction<'_>>, String> {
     let mut found = Vec::new();
     let mut at = 5;
     while at < words.len() {
@@ -107,11 +110,17 @@ impl Module {
                 _ => {}
             }
         }
-        bindings.sort_by_key(|(target, binding, _)| (sets.get(target).map_or(0, |set| set.0), *binding));
+        // Without optimisation a module holds what its entry point does not use, too: that comes last, and is not told of.
+        let used = used_globals(&words)?;
+        bindings.sort_by_key(|(target, binding, _)| {
+            (!used.contains(target), sets.get(target).map_or(0, |set| set.0), *binding)
+        });
         let mut numbers = HashMap::new();
         for (number, (target, _, at)) in bindings.iter().enumerate() {
             words[*at] = number as u32;
-            numbers.insert(*target, number as u32);
+            if used.contains(target) {
+                numbers.insert(*target, number as u32);
+            }
         }
         for (_, at) in sets.values() {
             words[*at] = set;
@@ -143,7 +152,7 @@ impl Module {
                 (72, [target, member, 35, offset]) => drop(offsets.insert((*target, *member), *offset)),
                 (72, [target, member, 7, stride]) => drop(matrix_strides.insert((*target, *member), *stride)),
                 (72, [target, _, 24]) => read_only.push(*target),
-                (20 | 21 | 22, [target, width @ ..]) => {
+                (20..=22, [target, width @ ..]) => {
                     drop(types.insert(*target, Type::Scalar(width.first().map_or(4, |bits| bits / 8))));
                 }
                 (23, [target, of, count]) => drop(types.insert(*target, Type::Vector(*of, *count))),
@@ -198,7 +207,9 @@ impl Module {
                     if *sampled == 2 { Kind::Image(shape) } else { Kind::Texture(shape) }
                 }
                 (class, other) => {
-                    return Err(format!("{name} is bound as nothing that is known: class {class}, {other:?}"));
+                    return Err(format!(
+                        "{name} is bound as nothing that is known: class {class}, {other:?}"
+                    ));
                 }
             };
             let access = match () {
@@ -290,6 +301,49 @@ impl Sizes<'_> {
             _ => 0,
         }
     }
+}
+
+/// The module's variables that functions which the entry point calls, itself included, name.
+fn used_globals(words: &[u32]) -> Result<HashSet<u32>, String> {
+    let (mut globals, mut entry) = (HashSet::new(), None);
+    // By function: what it names, and whom it calls.
+    let mut functions: HashMap<u32, (HashSet<u32>, Vec<u32>)> = HashMap::new();
+    let mut current = None;
+    for (_, opcode, operands) in instructions(words)? {
+        match (opcode, operands) {
+            (15, [_, function, ..]) => entry = Some(*function),
+            (59, [_, target, ..]) if current.is_none() => drop(globals.insert(*target)),
+            (54, [_, function, ..]) => {
+                current = Some(*function);
+                functions.insert(*function, Default::default());
+            }
+            (56, _) => current = None,
+            _ => {
+                if let Some((names, calls)) = current.and_then(|function| functions.get_mut(&function)) {
+                    if let (57, [_, _, called, ..]) = (opcode, operands) {
+                        calls.push(*called);
+                    }
+                    // Where each instruction names pointers: its other words may be literals.
+                    let pointers = match opcode {
+                        57 => operands.get(3..),
+                        60 | 61 | 65..=68 | 83 => operands.get(2..3),
+                        62 => operands.get(..1),
+                        63 | 64 => operands.get(..2),
+                        _ => None,
+                    };
+                    names.extend(pointers.into_iter().flatten().filter(|pointer| globals.contains(pointer)));
+                }
+            }
+        }
+    }
+    let (mut used, mut seen, mut next) = (HashSet::new(), HashSet::new(), Vec::from_iter(entry));
+    while let Some(function) = next.pop() {
+        if let (true, Some((names, calls))) = (seen.insert(function), functions.get(&function)) {
+            used.extend(names);
+            next.extend(calls);
+        }
+    }
+    Ok(used)
 }
 
 /// Takes the formats off images that are written: HLSL says `float`, and the texture's own format decides.

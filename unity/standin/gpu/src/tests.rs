@@ -41,6 +41,8 @@ const DOUBLE: &str = "
     @group(0) @binding(3) var<uniform> scale: vec4<f32>;
     @group(0) @binding(7) var<storage, read> source: array<f32>;
     @group(0) @binding(9) var<storage, read_write> result: array<f32>;
+    @group(0) @binding(1) var<storage, read> other: array<f32>;
+    fn idle() -> f32 { return other[0]; }
     @compute @workgroup_size(4) fn double(@builtin(global_invocation_id) id: vec3<u32>) { result[id.x] = source[id.x] * scale.y; }";
 
 #[test]

@@ -1,8 +1,7 @@
 //! The library that the package's tests load: all of `lumivox-unity`, and what they compare with.
 //!
-//! A still is recorded once, and its film comes back from the wgpu host here and from the package's executor there. A
-//! [`LumivoxTwin`] is an engine in miniature: given the worlds, frames, colours and depths that the package is given, it
-//! shows what the wgpu host makes of them.
+//! A still is recorded for both, and its film comes back from the wgpu host here and from the package's executor there. Of
+//! live views, [`lumivox_twin_picture`] shows what the wgpu host makes of what the package was given.
 
 mod twin;
 
@@ -21,11 +20,11 @@ pub use twin::*;
 // Its symbols are exported with those of this library.
 pub use lumivox_unity::abi;
 
-/// A failure ends the test program, which says where.
+/// What chooses the random numbers of stills.
 const SEED: u32 = 7;
 
 /// What tells software from a GPU for both hosts.
-const LIMITS: LumivoxDeviceLimits = LumivoxDeviceLimits {
+pub(crate) const LIMITS: LumivoxDeviceLimits = LumivoxDeviceLimits {
     max_texture_3d: 2048,
     max_texture_2d: 8192,
     max_buffer_bytes: 128 << 20,

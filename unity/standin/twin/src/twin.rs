@@ -9,102 +9,101 @@ use lumivox_unity::stage::*;
 use lumivox_unity::steps::LumivoxRecording;
 use lumivox_wgpu::{Gpu, wgpu};
 
-/// A stage of its own, on a device of its own.
-pub struct LumivoxTwin {
-    gpu: Gpu,
-    stage: *mut LumivoxStage,
-}
+/// Frames in which a picture of a test is done.
+const MOST_FRAMES: u32 = 4096;
 
-/// A twin for a device of such limits.
+const WORLD: u64 = 1;
+const VIEW: u64 = 1;
+
+/// The finished picture of what a view of the package's shows, by the wgpu host: over `color` (RGBA) and behind `depth`, in
+/// rows as the view's projection has them, and as they were before volumes were drawn. Both are replaced. Returns the
+/// samples of each pixel, or -1 where something is refused; `lumivox_last_error` says what.
 ///
 /// # Safety
-/// `limits` points to limits.
+/// `stage` is a live handle; `color` points to 4 floats for each of the view's pixels, `depth` to one.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lumivox_twin_new(limits: *const LumivoxDeviceLimits) -> *mut LumivoxTwin {
-    let gpu = Gpu::open(None).expect("a Vulkan device");
-    // SAFETY: as the caller promises.
-    let stage = unsafe { lumivox_stage_new(limits) };
-    assert!(!stage.is_null(), "there is a stage");
-    Box::into_raw(Box::new(LumivoxTwin { gpu, stage }))
-}
-
-/// Frees a twin.
-///
-/// # Safety
-/// `twin` is a live handle.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lumivox_twin_free(twin: *mut LumivoxTwin) {
-    // SAFETY: as the caller promises.
-    unsafe {
-        let twin = Box::from_raw(twin);
-        lumivox_stage_free(twin.stage);
-    }
-}
-
-/// Its stage, for `lumivox_stage_set_world` and `lumivox_stage_view_status`.
-///
-/// # Safety
-/// `twin` is a live handle.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lumivox_twin_stage(twin: *const LumivoxTwin) -> *mut LumivoxStage {
-    // SAFETY: as the caller promises.
-    unsafe { (*twin).stage }
-}
-
-/// Draws one frame of a view, as the package does: the world, then the view over `color` (RGBA, `size` of the frame) behind
-/// `depth`, in rows as the frame's projection has them; both are replaced by what the frame leaves in them. -1 where
-/// something is refused; `lumivox_last_error` says what.
-///
-/// # Safety
-/// `twin` is a live handle, `frame` points to a frame, `color` to 4 floats a pixel, `depth` to one; `status` can be written.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lumivox_twin_draw(
-    twin: *mut LumivoxTwin,
+pub unsafe extern "C" fn lumivox_twin_picture(
+    stage: *const LumivoxStage,
     view: u64,
-    world: u64,
-    frame: *const LumivoxViewFrame,
     color: *mut f32,
     depth: *mut f32,
-    status: *mut LumivoxViewStatus,
 ) -> i32 {
     // SAFETY: as the caller promises.
-    let (twin, frame) = unsafe { (&mut *twin, &*frame) };
-    let [width, height] = frame.size;
-    let pixels = width as usize * height as usize;
+    let shown = unsafe { (*stage).shown_by(view) };
+    let (scene, mut frame) = shown.expect("a view that was drawn");
+    frame.at_once = 1;
+    let pixels = frame.size[0] as usize * frame.size[1] as usize;
     // SAFETY: as the caller promises.
     let (color, depth) = unsafe {
         (std::slice::from_raw_parts_mut(color, 4 * pixels), std::slice::from_raw_parts_mut(depth, pixels))
     };
+    let mut twin = Twin::new();
     // SAFETY: the stage lives as long as the twin.
-    let recording = unsafe {
-        lumivox_stage_begin_frame(twin.stage);
-        lumivox_stage_record_world(twin.stage, world, frame.at_once)
-    };
-    if !recording.is_null() && twin.replay(recording, 0) != 0 {
-        return -1;
+    unsafe { (*twin.stage).set_scene(WORLD, scene) };
+    for _ in 0..MOST_FRAMES {
+        let textures = Textures::new(&twin.gpu, frame.size, color, depth);
+        match twin.draw(&frame, &textures) {
+            Some(status) if status.is_converged != 0 && status.awaits_feedback == 0 => {
+                textures.read(&twin.gpu, color, depth);
+                return status.samples as i32;
+            }
+            Some(_) => {}
+            None => return -1,
+        }
     }
-    // SAFETY: as the caller promises.
-    let recording = unsafe { lumivox_stage_record_view(twin.stage, view, world, frame, status) };
-    if recording.is_null() {
-        return 0;
-    }
-    // SAFETY: as the caller promises; it was just written.
-    let status = unsafe { &*status };
-    let textures = Textures::new(&twin.gpu, frame.size, color, depth);
-    let names = [status.depth, status.color, status.written_depth].map(ResourceId);
-    for (name, texture) in names.into_iter().zip([&textures.depth, &textures.color, &textures.written]) {
-        twin.gpu.executor.lend_texture(name, texture);
-    }
-    if twin.replay(recording, status.ticket) != 0 {
-        return -1;
-    }
-    textures.read(&twin.gpu, color, depth);
-    0
+    panic!("no end after {MOST_FRAMES} frames");
 }
 
-impl LumivoxTwin {
+/// A stage of its own, on a device of its own.
+struct Twin {
+    gpu: Gpu,
+    stage: *mut LumivoxStage,
+}
+
+impl Drop for Twin {
+    fn drop(&mut self) {
+        // SAFETY: a live handle, freed once.
+        unsafe { lumivox_stage_free(self.stage) };
+    }
+}
+
+impl Twin {
+    fn new() -> Self {
+        let gpu = Gpu::open(None).expect("a Vulkan device");
+        // SAFETY: limits are there.
+        let stage = unsafe { lumivox_stage_new(&crate::LIMITS) };
+        assert!(!stage.is_null(), "there is a stage");
+        Self { gpu, stage }
+    }
+
+    /// Draws a frame: the world, then the view. `None` where something is refused.
+    fn draw(&mut self, frame: &LumivoxViewFrame, textures: &Textures) -> Option<LumivoxViewStatus> {
+        let mut status = LumivoxViewStatus::default();
+        // SAFETY: the stage lives as long as the twin, and the others are there.
+        unsafe {
+            lumivox_stage_begin_frame(self.stage);
+            let world = lumivox_stage_record_world(self.stage, WORLD, frame.at_once);
+            if !world.is_null() {
+                self.replay(world, 0)?;
+            }
+            let view = lumivox_stage_record_view(self.stage, VIEW, WORLD, frame, &mut status);
+            if view.is_null() {
+                return None;
+            }
+            let names = [status.depth, status.color, status.written_depth].map(ResourceId);
+            for (name, texture) in
+                names.into_iter().zip([&textures.depth, &textures.color, &textures.written])
+            {
+                self.gpu.executor.lend_texture(name, texture);
+            }
+            self.replay(view, status.ticket)?;
+            lumivox_stage_view_status(self.stage, VIEW, &mut status);
+        }
+        Some(status)
+    }
+
     /// Replays a recording, waits for all that it brings back, and finishes it.
-    fn replay(&mut self, recording: *mut LumivoxRecording, ticket: u64) -> i32 {
+    fn replay(&mut self, recording: *mut LumivoxRecording, ticket: u64) -> Option<()> {
         // SAFETY: a live handle, freed below.
         let steps = unsafe { (*recording).recording() };
         let done = self.gpu.executor.execute(steps).and_then(|read_backs| {
@@ -122,7 +121,7 @@ impl LumivoxTwin {
                 lumivox_stage_feedback(self.stage, ticket, bytes.as_ptr().cast(), bytes.len() as u64);
             }
         }
-        finished
+        (finished == 0).then_some(())
     }
 }
 

@@ -1,0 +1,129 @@
+using System.Collections.Generic;
+using System.Linq;
+using UnityEditor;
+using UnityEditor.UIElements;
+using UnityEngine;
+using UnityEngine.UIElements;
+
+namespace Lumivox.Editor
+{
+    /// <summary>Shows a volume's properties with its presets, ways to a scan, and what is wrong; and its handles in the scene.</summary>
+    [CustomEditor(typeof(LumivoxVolume)), CanEditMultipleObjects]
+    sealed class VolumeInspector : UnityEditor.Editor
+    {
+        const string None = "None", Several = "Several";
+        static readonly string[] medium = { "m_Density", "m_Albedo", "m_Anisotropy", "m_MaxBounces", "m_Filter", "m_ExtinctionSpace" };
+        static readonly string[] surface = { "m_SurfaceStrength", "m_SurfaceGradient", "m_SurfaceRoughness", "m_SurfaceSpecular" };
+        static readonly string[] clip = { "m_ClipMin", "m_ClipMax" };
+
+        readonly ClipHandles handles = new ClipHandles();
+        VisualElement warnings, start;
+        DropdownField preset;
+        List<string> names = new List<string>();
+        string shown = "";
+
+        List<LumivoxVolume> Volumes => targets.OfType<LumivoxVolume>().ToList();
+
+        public override VisualElement CreateInspectorGUI()
+        {
+            var root = new VisualElement();
+            warnings = new VisualElement { name = "warnings" };
+            root.Add(warnings);
+            start = Start();
+            root.Add(start);
+            root.Add(new PropertyField(serializedObject.FindProperty("m_Volume")));
+            root.Add(new PropertyField(serializedObject.FindProperty("m_TransferFunction")));
+            var edit = new Button(() => TransferFunctionWindow.Open()) { name = "edit", text = "Edit Transfer Function", tooltip = "Opens the window that follows the selected volume." };
+            root.Add(edit);
+            preset = Presets();
+            root.Add(preset);
+            foreach (var group in new[] { medium, surface, clip })
+                foreach (var name in group) root.Add(new PropertyField(serializedObject.FindProperty(name)));
+            root.TrackSerializedObjectValue(serializedObject, _ => Show());
+            // The scan arrives, and the GPU runs short, without a change of any property.
+            root.schedule.Execute(Show).Every(500);
+            Show();
+            return root;
+        }
+
+        /// For one that has nothing to show yet.
+        VisualElement Start()
+        {
+            var row = new VisualElement { name = "start" };
+            row.style.flexDirection = FlexDirection.Row;
+            var scan = new Button(ImportScan) { name = "import", text = "Import a Scan...", tooltip = "A folder of DICOM files. Other files: Assets > Lumivox > Import Scan File." };
+            var phantom = new Button(UsePhantom) { name = "phantom", text = "Try a Phantom", tooltip = "The CT of a head, which is computed." };
+            scan.style.flexGrow = phantom.style.flexGrow = 1;
+            row.Add(scan);
+            row.Add(phantom);
+            return row;
+        }
+
+        void ImportScan()
+        {
+            var path = EditorUtility.OpenFolderPanel("Import a DICOM folder", "", "");
+            if (!string.IsNullOrEmpty(path)) ImportWindow.Open(path, Volumes[0]);
+        }
+
+        void UsePhantom()
+        {
+            var scan = VolumeActions.Phantom();
+            foreach (var volume in Volumes) VolumeActions.GiveVolume(volume, scan);
+            Show();
+        }
+
+        DropdownField Presets()
+        {
+            names = new List<string> { "" };
+            var fault = "";
+            try
+            {
+                names.AddRange(LumivoxVolume.PresetNames);
+            }
+            catch (LumivoxException error)
+            {
+                fault = error.Message;
+            }
+            var titles = names.Select(Title).ToList();
+            var field = new DropdownField("Preset", titles, 0)
+            {
+                name = "preset",
+                tooltip = serializedObject.FindProperty("m_Preset").tooltip + (fault == "" ? "" : "\n" + fault),
+            };
+            field.AddToClassList(BaseField<string>.alignedFieldUssClassName);
+            field.RegisterValueChangedCallback(e =>
+            {
+                var at = titles.IndexOf(e.newValue);
+                if (at < 0) return;
+                VolumeActions.ApplyPreset(Volumes, names[at]);
+                serializedObject.Update();
+                Show();
+            });
+            return field;
+        }
+
+        static string Title(string name) => name == "" ? None : TransferFunctionAccess.TitleOfPreset(name);
+
+        void Show()
+        {
+            if (targets.Any(one => one == null)) return;
+            var property = serializedObject.FindProperty("m_Preset");
+            preset.showMixedValue = property.hasMultipleDifferentValues;
+            preset.SetValueWithoutNotify(property.hasMultipleDifferentValues ? Several : Title(property.stringValue));
+            start.style.display = Volumes.All(volume => volume.volume == null || volume.volume.isEmpty) ? DisplayStyle.Flex : DisplayStyle.None;
+            ShowWarnings();
+        }
+
+        void ShowWarnings()
+        {
+            var lines = Volumes.SelectMany(volume => volume.GetWarnings().Select(text => targets.Length > 1 ? $"{volume.name}: {text}" : text)).ToList();
+            var all = string.Join("\n", lines);
+            if (all == shown) return;
+            shown = all;
+            warnings.Clear();
+            foreach (var line in lines) warnings.Add(new HelpBox(line, HelpBoxMessageType.Warning));
+        }
+
+        void OnSceneGUI() => handles.Draw((LumivoxVolume)target);
+    }
+}

@@ -1,0 +1,34 @@
+using UnityEditor;
+using UnityEditor.UIElements;
+using UnityEngine.UIElements;
+
+namespace Lumivox.Editor
+{
+    /// <summary>The transfer-function editor in the inspector, with the lists of points below it.</summary>
+    [CustomEditor(typeof(LumivoxTransferFunction)), CanEditMultipleObjects]
+    sealed class TransferFunctionInspector : UnityEditor.Editor
+    {
+        static readonly string[] lists = { "m_OpacityKnots", "m_ColorStops", "m_Shift", "m_WindowScale" };
+
+        public override VisualElement CreateInspectorGUI()
+        {
+            var root = new VisualElement();
+            if (targets.Length == 1)
+            {
+                var function = (LumivoxTransferFunction)target;
+                var field = new TransferFunctionField { name = "editor", transferFunction = function, volume = VolumesOf.One(function) };
+                field.style.minHeight = 260;
+                var undo = new TransferFunctionUndo(field);
+                FunctionFiles.AddTo(field);
+                root.RegisterCallback<AttachToPanelEvent>(_ => undo.Listen(true));
+                root.RegisterCallback<DetachFromPanelEvent>(_ => undo.Listen(false));
+                root.Add(field);
+            }
+            var points = new Foldout { name = "points", text = "Numbers" };
+            points.SetValueWithoutNotify(targets.Length > 1);
+            foreach (var name in lists) points.Add(new PropertyField(serializedObject.FindProperty(name)));
+            root.Add(points);
+            return root;
+        }
+    }
+}

@@ -1,0 +1,90 @@
+// HDRP's lights and skies, and the pass for all cameras.
+using Lumivox.Native;
+using UnityEngine;
+using UnityEngine.Rendering;
+using UnityEngine.Rendering.HighDefinition;
+
+namespace Lumivox.HighDefinition
+{
+    internal static class HighDefinitionHost
+    {
+        /// <summary>Nits of a bright sky, as bright beside HDRP's suns as Lumivox' studio beside others'.</summary>
+        const float SkyNits = 30000f;
+
+        static bool isHooked;
+
+#if UNITY_EDITOR
+        [UnityEditor.InitializeOnLoadMethod]
+#endif
+        [RuntimeInitializeOnLoadMethod(RuntimeInitializeLoadType.BeforeSceneLoad)]
+        static void Hook()
+        {
+            if (isHooked) return;
+            isHooked = true;
+            LightReader.Adapt += AdaptLight;
+            EnvironmentReader.Adapt += ReadSky;
+            EnvironmentReader.StudioStrength = () => GraphicsSettings.currentRenderPipeline is HDRenderPipelineAsset ? SkyNits : 1f;
+            CustomPassVolume.RegisterGlobalCustomPass(CustomPassInjectionPoint.BeforeTransparent, new LumivoxCustomPass { name = "Lumivox" });
+        }
+
+        /// <summary>
+        /// HDRP keeps lux of a sun and candela of a lamp in the light's intensity, and its surfaces reflect a pi-th of what
+        /// they receive. Lights have a size.
+        /// </summary>
+        internal static void AdaptLight(Light light, ref LightSource source)
+        {
+            if (!(GraphicsSettings.currentRenderPipeline is HDRenderPipelineAsset)) return;
+            source.strength /= Mathf.PI;
+            if (!light.TryGetComponent<HDAdditionalLightData>(out var data)) return;
+            var dimmer = data.lightDimmer;
+            source.strength *= dimmer;
+            source.radius = source.kind == LightSource.Directional ? data.angularDiameter * 0.5f * Mathf.Deg2Rad : data.shapeRadius;
+            if (source.kind == LightSource.Spot) source.innerHalfAngle = source.outerHalfAngle * Mathf.Clamp01(data.innerSpotPercent * 0.01f);
+            if (!data.affectDiffuse) source.strength = Vector3.zero;
+        }
+
+        /// <summary>The sky of HDRP's volumes where it is one that can be told: a cube, or a gradient.</summary>
+        internal static bool ReadSky(SkyBaker baker, ref Surroundings surroundings)
+        {
+            if (!(GraphicsSettings.currentRenderPipeline is HDRenderPipelineAsset)) return false;
+            var stack = VolumeManager.instance.stack;
+            var kind = stack.GetComponent<VisualEnvironment>().skyType.value;
+            if (kind == (int)SkyType.HDRI)
+            {
+                var sky = stack.GetComponent<HDRISky>();
+                var cube = sky.hdriSky.value as Cubemap;
+                if (cube == null) return false;
+                baker.Look(cube, 1f);
+                surroundings.kind = Surroundings.Map;
+                surroundings.rotation = -sky.rotation.value * Mathf.Deg2Rad;
+                surroundings.strength = StrengthOf(sky);
+                return true;
+            }
+            if (kind == (int)SkyType.Gradient)
+            {
+                var sky = stack.GetComponent<GradientSky>();
+                var strength = StrengthOf(sky);
+                surroundings.kind = Surroundings.Gradient;
+                surroundings.strength = strength;
+                surroundings.zenith = Numbers.Linear(sky.top.value);
+                surroundings.horizon = Numbers.Linear(sky.middle.value);
+                surroundings.nadir = Numbers.Linear(sky.bottom.value);
+                return true;
+            }
+            if (kind == 0) return false;
+            // A sky of HDRP's own shaders: what it lights the scene's objects with stands for it.
+            surroundings.kind = Surroundings.Map;
+            return true;
+        }
+
+        static float StrengthOf(SkySettings sky)
+        {
+            switch (sky.skyIntensityMode.value)
+            {
+                case SkyIntensityMode.Exposure: return Mathf.Pow(2f, sky.exposure.value);
+                case SkyIntensityMode.Multiplier: return sky.multiplier.value;
+                default: return sky.desiredLuxValue.value / Mathf.Max(1e-6f, sky is HDRISky hdri ? hdri.upperHemisphereLuxValue.value : 1f);
+            }
+        }
+    }
+}

@@ -1,0 +1,4 @@
+using System.Runtime.CompilerServices;
+
+[assembly: InternalsVisibleTo("Lumivox.Tests")]
+[assembly: InternalsVisibleTo("StandIn.Tests.Program")]

@@ -1,0 +1,171 @@
+// One camera's volumes in URP: an unsafe pass of the render graph (17), or of the renderer itself (14, and 17's
+// compatibility mode). Both hand the same inputs to the same recorder.
+using UnityEngine;
+using UnityEngine.Rendering;
+using UnityEngine.Rendering.Universal;
+#if LUMIVOX_URP_17
+using UnityEngine.Rendering.RenderGraphModule;
+#endif
+
+namespace Lumivox.Universal
+{
+    internal sealed class LumivoxPass : ScriptableRenderPass
+    {
+        readonly Eyes eyes = new Eyes();
+
+        public LumivoxPass()
+        {
+            profilingSampler = new ProfilingSampler("Lumivox");
+            ConfigureInput(ScriptableRenderPassInput.Depth);
+#if LUMIVOX_URP_17
+            // A back buffer's depth cannot be read, and its rows may run the other way.
+            requiresIntermediateTexture = true;
+#endif
+        }
+
+        /// <summary>A camera of URP's, as it is drawn in this frame.</summary>
+        struct Frame
+        {
+            public Camera Camera;
+            public RenderTextureDescriptor Descriptor;
+            public Matrix4x4 LeftView, RightView, LeftProjection, RightProjection;
+            public RenderTargetIdentifier Color, Depth;
+            public Texture DepthTexture;
+            public bool IsTopFirst, IsStereo, IsJittered;
+            public int PassEye;
+        }
+
+        static void Record(CommandBuffer cmd, in Frame frame)
+        {
+            // In a headset one texture may have a layer for each eye; else each eye has a pass.
+            var isSinglePass = frame.IsStereo && frame.Descriptor.dimension == TextureDimension.Tex2DArray && frame.Descriptor.volumeDepth > 1;
+            if (isSinglePass) cmd.SetSinglePassStereo(SinglePassStereoMode.None);
+            var count = isSinglePass ? 2 : 1;
+            for (var i = 0; i < count; i++)
+            {
+                var inputs = new ViewInputs
+                {
+                    Camera = frame.Camera,
+                    Eye = isSinglePass ? i : frame.PassEye,
+                    EyeCount = frame.IsStereo ? 2 : 1,
+                    WorldFromCamera = (i == 0 ? frame.LeftView : frame.RightView).inverse,
+                    Projection = i == 0 ? frame.LeftProjection : frame.RightProjection,
+                    IsTopFirst = frame.IsTopFirst,
+                    Width = frame.Descriptor.width,
+                    Height = frame.Descriptor.height,
+                    HasDepth = true,
+                    IsDepthArray = frame.Descriptor.dimension == TextureDimension.Tex2DArray,
+                    DepthSlice = i,
+                    DepthTexture = frame.DepthTexture,
+                    Color = frame.Color,
+                    Depth = frame.Depth,
+                    Slice = i,
+                    IsJittered = frame.IsJittered,
+                    Exposure = 1f,
+                };
+                LumivoxRuntime.Record(cmd, inputs);
+            }
+            if (isSinglePass) cmd.SetSinglePassStereo(SystemInfo.supportsMultiview ? SinglePassStereoMode.Multiview : SinglePassStereoMode.Instancing);
+        }
+
+#if LUMIVOX_URP_17
+        sealed class PassData
+        {
+            public LumivoxPass Pass;
+            public UniversalCameraData CameraData;
+            public TextureHandle Color, Depth, DepthTexture;
+        }
+
+        static readonly BaseRenderFunc<PassData, UnsafeGraphContext> draw = Draw;
+
+        public override void RecordRenderGraph(RenderGraph renderGraph, ContextContainer frameData)
+        {
+            var resources = frameData.Get<UniversalResourceData>();
+            var cameraData = frameData.Get<UniversalCameraData>();
+            if (resources.isActiveTargetBackBuffer || !LumivoxRuntime.Draws(cameraData.camera)) return;
+            using (var builder = renderGraph.AddUnsafePass<PassData>("Lumivox", out var data, profilingSampler))
+            {
+                data.Pass = this;
+                data.CameraData = cameraData;
+                data.Color = resources.activeColorTexture;
+                data.Depth = resources.activeDepthTexture;
+                data.DepthTexture = resources.cameraDepthTexture;
+                builder.UseTexture(data.Color, AccessFlags.ReadWrite);
+                builder.UseTexture(data.Depth, AccessFlags.ReadWrite);
+                if (data.DepthTexture.IsValid()) builder.UseTexture(data.DepthTexture, AccessFlags.Read);
+                // What it does to the library's own resources the graph does not see.
+                builder.AllowPassCulling(false);
+                builder.AllowGlobalStateModification(true);
+                builder.SetRenderFunc(draw);
+            }
+        }
+
+        static void Draw(PassData data, UnsafeGraphContext context)
+        {
+            var cmd = CommandBufferHelpers.GetNativeCommandBuffer(context.cmd);
+            var camera = data.CameraData;
+            RTHandle color = data.Color, depth = data.Depth;
+            RTHandle depthTexture = data.DepthTexture.IsValid() ? (RTHandle)data.DepthTexture : null;
+            var isStereo = camera.xr.enabled;
+            var frame = new Frame
+            {
+                Camera = camera.camera,
+                Descriptor = camera.cameraTargetDescriptor,
+                LeftView = camera.GetViewMatrix(0),
+                LeftProjection = camera.GetProjectionMatrix(0),
+                Color = color.nameID,
+                Depth = depth.nameID,
+                DepthTexture = depthTexture != null ? (Texture)depthTexture.rt : null,
+                IsTopFirst = SystemInfo.graphicsUVStartsAtTop && !camera.IsRenderTargetProjectionMatrixFlipped(color, depth),
+                IsStereo = isStereo,
+                IsJittered = IsJittered(camera.antialiasing),
+                PassEye = isStereo && !camera.xr.singlePassEnabled ? camera.xr.multipassId : 0,
+            };
+            if (isStereo && camera.xr.singlePassEnabled)
+            {
+                frame.RightView = camera.GetViewMatrix(1);
+                frame.RightProjection = camera.GetProjectionMatrix(1);
+            }
+            Record(cmd, frame);
+        }
+
+#pragma warning disable 618, 672 // What follows is the compatibility mode's.
+#endif
+        public override void Execute(ScriptableRenderContext context, ref RenderingData renderingData)
+        {
+            ref var camera = ref renderingData.cameraData;
+            if (!LumivoxRuntime.Draws(camera.camera)) return;
+            var renderer = camera.renderer;
+            var isStereo = camera.camera.stereoEnabled;
+            var isSinglePass = isStereo && camera.cameraTargetDescriptor.volumeDepth > 1;
+            var frame = new Frame
+            {
+                Camera = camera.camera,
+                Descriptor = camera.cameraTargetDescriptor,
+                LeftView = camera.GetViewMatrix(0),
+                LeftProjection = camera.GetProjectionMatrix(0),
+                Color = renderer.cameraColorTargetHandle.nameID,
+                Depth = renderer.cameraDepthTargetHandle.nameID,
+                IsTopFirst = SystemInfo.graphicsUVStartsAtTop && !camera.IsCameraProjectionMatrixFlipped(),
+                IsStereo = isStereo,
+                IsJittered = IsJittered(camera.antialiasing),
+                PassEye = isStereo && !isSinglePass ? eyes.Next(camera.camera) : 0,
+            };
+            if (isSinglePass)
+            {
+                frame.RightView = camera.GetViewMatrix(1);
+                frame.RightProjection = camera.GetProjectionMatrix(1);
+            }
+            var cmd = CommandBufferPool.Get("Lumivox");
+            Record(cmd, frame);
+            context.ExecuteCommandBuffer(cmd);
+            cmd.Clear();
+            CommandBufferPool.Release(cmd);
+        }
+#if LUMIVOX_URP_17
+#pragma warning restore 618, 672
+#endif
+
+        static bool IsJittered(AntialiasingMode mode) => mode == AntialiasingMode.TemporalAntiAliasing;
+    }
+}

@@ -1,0 +1,334 @@
+using System;
+using System.Collections.Generic;
+using Lumivox.Native;
+using UnityEngine;
+
+namespace Lumivox
+{
+    /// <summary>
+    /// Opacity and colour of a scan's physical values (Hounsfield units for CT), so that it means the same on every scan.
+    /// </summary>
+    /// <remarks>
+    /// Opacity knots and colours are apart: one shapes what is seen, the other how it is painted. Before the first and
+    /// after the last point the end's value holds; at two points of the same value the curve jumps. Without knots nothing
+    /// is seen, without colours it is white; points that are not finite are passed over. Every change raises
+    /// <see cref="changed"/>, and what is on screen follows.
+    /// </remarks>
+    [CreateAssetMenu(menuName = "Lumivox/Transfer Function", fileName = "Transfer Function", order = 310)]
+    public sealed unsafe class LumivoxTransferFunction : ScriptableObject
+    {
+        /// <summary>Narrowest and widest <see cref="windowScale"/>.</summary>
+        public const float NarrowestWindow = 0.01f, WidestWindow = 100f;
+
+        /// <summary>How an opacity curve leaves a knot towards the next.</summary>
+        public enum Ease
+        {
+            /// <summary>Along a straight line.</summary>
+            Linear = 0,
+            /// <summary>Slowly at both ends.</summary>
+            InOut = 1,
+        }
+
+        /// <summary>A point of the opacity curve.</summary>
+        [Serializable]
+        public struct OpacityKnot
+        {
+            /// <summary>In the scan's unit (HU for CT).</summary>
+            [Tooltip("The value in the scan's unit (HU for CT).")]
+            public float value;
+            /// <summary>0 to 1.</summary>
+            [Tooltip("Opacity of that value."), Range(0f, 1f)]
+            public float opacity;
+            /// <summary>How the curve leaves towards the next knot.</summary>
+            [Tooltip("How the curve leaves towards the next knot: straight, or slowly at both ends.")]
+            public Ease ease;
+
+            /// <summary>A knot.</summary>
+            public OpacityKnot(float value, float opacity, Ease ease = Ease.Linear)
+            {
+                this.value = value;
+                this.opacity = opacity;
+                this.ease = ease;
+            }
+        }
+
+        /// <summary>A point of the colour ramp.</summary>
+        [Serializable]
+        public struct ColorStop
+        {
+            /// <summary>In the scan's unit (HU for CT).</summary>
+            [Tooltip("The value in the scan's unit (HU for CT).")]
+            public float value;
+            /// <summary>Its colour; alpha is not used. Between colours light is mixed linearly.</summary>
+            [Tooltip("Colour of that value. Between colours light is mixed linearly."), ColorUsage(false)]
+            public Color color;
+
+            /// <summary>A stop.</summary>
+            public ColorStop(float value, Color color)
+            {
+                this.value = value;
+                this.color = color;
+            }
+        }
+
+        [SerializeField, Tooltip("Points of the opacity curve, kept sorted by value.")]
+        List<OpacityKnot> m_OpacityKnots = new List<OpacityKnot>();
+        [SerializeField, Tooltip("Colours of values, kept sorted by value.")]
+        List<ColorStop> m_ColorStops = new List<ColorStop>();
+        [SerializeField, Tooltip("Moves the whole function along the values, in their unit (HU for CT).")]
+        float m_Shift;
+        [SerializeField, Tooltip("Widens (above 1) or narrows (below 1) the whole function about its centre."), Min(NarrowestWindow)]
+        float m_WindowScale = 1f;
+
+        TransferFunctionHandle handle;
+
+        /// <summary>Something in it is another: points, shift or scale.</summary>
+        public event Action changed;
+
+        /// <summary>The points of the opacity curve, sorted by value.</summary>
+        public IReadOnlyList<OpacityKnot> opacityKnots => m_OpacityKnots;
+
+        /// <summary>The colours, sorted by value.</summary>
+        public IReadOnlyList<ColorStop> colorStops => m_ColorStops;
+
+        /// <summary>Moves the whole function along the values, in their unit (HU for CT).</summary>
+        public float shift
+        {
+            get => m_Shift;
+            set
+            {
+                if (!Numbers.Takes("LumivoxTransferFunction.shift", Numbers.IsFinite(value), this)) return;
+                m_Shift = value;
+                Touch();
+            }
+        }
+
+        /// <summary>Widens (above 1) or narrows (below 1) the whole function about its centre: a factor, 0.01 to 100.</summary>
+        public float windowScale
+        {
+            get => m_WindowScale;
+            set
+            {
+                if (!Numbers.Takes("LumivoxTransferFunction.windowScale", Numbers.IsFinite(value), this)) return;
+                m_WindowScale = Mathf.Clamp(value, NarrowestWindow, WidestWindow);
+                Touch();
+            }
+        }
+
+        /// <summary>Replaces all points at once, with a single <see cref="changed"/>; null leaves a list as it is.</summary>
+        public void SetPoints(IEnumerable<OpacityKnot> knots, IEnumerable<ColorStop> stops)
+        {
+            if (knots != null)
+            {
+                var list = new List<OpacityKnot>(knots);
+                m_OpacityKnots = list;
+            }
+            if (stops != null)
+            {
+                var list = new List<ColorStop>(stops);
+                m_ColorStops = list;
+            }
+            Sort();
+            Touch();
+        }
+
+        /// <summary>Takes over what another one is.</summary>
+        public void CopyFrom(LumivoxTransferFunction other)
+        {
+            m_Shift = other.m_Shift;
+            m_WindowScale = other.m_WindowScale;
+            SetPoints(other.m_OpacityKnots, other.m_ColorStops);
+        }
+
+        /// <summary>The opacity, 0 to 1, of a value in the scan's unit, with shift and scale applied.</summary>
+        public float GetOpacity(float value) => At(value).w;
+
+        /// <summary>The colour of a value in the scan's unit, with shift and scale applied.</summary>
+        public Color GetColor(float value)
+        {
+            var light = At(value);
+            return new Color(light.x, light.y, light.z, 1f).gamma;
+        }
+
+        /// <summary>Linear RGB and opacity at as many values, evenly from low to high, as the array holds.</summary>
+        public void Sample(float low, float high, Vector4[] into)
+        {
+            if (into.Length == 0) return;
+            Border.Need();
+            fixed (Vector4* rgba = into)
+                Border.Checked(Library.lumivox_transfer_function_sample(Pointer, low, high, (uint)into.Length, (float*)rgba));
+        }
+
+        /// <summary>Writes it as a Lumivox transfer function file (JSON), which the other Lumivox programs read too, with shift and scale applied.</summary>
+        /// <exception cref="LumivoxException">It cannot be written.</exception>
+        public void SaveFile(string path)
+        {
+            Border.Need();
+            fixed (byte* utf8 = Border.Utf8(path)) Border.Checked(Library.lumivox_transfer_function_save(Pointer, utf8));
+        }
+
+        /// <summary>Reads a transfer function of Lumivox's or of UnityVolumeRendering's making.</summary>
+        /// <exception cref="LumivoxException">It cannot be read.</exception>
+        public static LumivoxTransferFunction LoadFile(string path)
+        {
+            Border.Need();
+            fixed (byte* utf8 = Border.Utf8(path))
+                using (var loaded = new TransferFunctionHandle(Border.Checked(Library.lumivox_transfer_function_load(utf8))))
+                    return Of(loaded);
+        }
+
+        static string[] presetNames;
+
+        /// <summary>The names of all presets.</summary>
+        public static IReadOnlyList<string> PresetNames
+        {
+            get
+            {
+                if (presetNames != null) return presetNames;
+                Border.Need();
+                var names = new string[Library.lumivox_preset_count()];
+                for (uint i = 0; i < names.Length; i++) names[i] = Border.Text(Library.lumivox_preset_name(i));
+                return presetNames = names;
+            }
+        }
+
+        /// <summary>What a preset is for; empty where there is none of that name.</summary>
+        public static string PresetDescription(string name)
+        {
+            for (var i = 0; i < PresetNames.Count; i++)
+                if (PresetNames[i] == name) return Border.Text(Library.lumivox_preset_description((uint)i));
+            return "";
+        }
+
+        /// <summary>The name of the preset that suits a scan.</summary>
+        /// <exception cref="LumivoxException">The scan is not there.</exception>
+        public static string PresetFor(LumivoxVolumeAsset volume)
+        {
+            Border.Need();
+            var pointer = volume != null ? volume.Pointer : IntPtr.Zero;
+            if (pointer == IntPtr.Zero) throw new LumivoxException("No preset can be told to suit a scan that is not open yet.");
+            return Border.Text(Border.Checked(Library.lumivox_preset_for(pointer)));
+        }
+
+        /// <summary>
+        /// The transfer function of a preset (see <see cref="PresetNames"/>). Presets for MR place themselves by the values
+        /// of the volume; those for CT need none.
+        /// </summary>
+        /// <exception cref="LumivoxException">There is no such preset, or it needs a volume.</exception>
+        public static LumivoxTransferFunction Preset(string name, LumivoxVolumeAsset volume = null) =>
+            Preset(name, volume, out _);
+
+        internal static LumivoxTransferFunction Preset(string name, LumivoxVolumeAsset volume, out Medium medium)
+        {
+            Border.Need();
+            Medium look;
+            var scan = volume != null ? volume.Pointer : IntPtr.Zero;
+            fixed (byte* utf8 = Border.Utf8(name ?? ""))
+                using (var made = new TransferFunctionHandle(Border.Checked(Library.lumivox_preset(utf8, scan, &look))))
+                {
+                    medium = look;
+                    var function = Of(made);
+                    function.name = name;
+                    return function;
+                }
+        }
+
+        /// <summary>For the native library; null where there is none.</summary>
+        internal IntPtr Pointer
+        {
+            get
+            {
+                if (handle == null) handle = Build();
+                return handle.Pointer;
+            }
+        }
+
+        /// <summary>Whether there is nothing that gives opacity.</summary>
+        internal bool IsWithoutKnots => m_OpacityKnots.Count == 0;
+
+        static LumivoxTransferFunction Of(TransferFunctionHandle made)
+        {
+            var function = CreateInstance<LumivoxTransferFunction>();
+            var knots = new Native.OpacityKnot[Library.lumivox_transfer_function_knots(made.Pointer, null, 0)];
+            fixed (Native.OpacityKnot* to = knots) Library.lumivox_transfer_function_knots(made.Pointer, to, (uint)knots.Length);
+            var stops = new Native.ColorStop[Library.lumivox_transfer_function_stops(made.Pointer, null, 0)];
+            fixed (Native.ColorStop* to = stops) Library.lumivox_transfer_function_stops(made.Pointer, to, (uint)stops.Length);
+            foreach (var knot in knots)
+                function.m_OpacityKnots.Add(new OpacityKnot((float)knot.value, (float)knot.opacity, knot.ease == 1 ? Ease.InOut : Ease.Linear));
+            foreach (var stop in stops)
+                function.m_ColorStops.Add(new ColorStop((float)stop.value, new Color((float)stop.red, (float)stop.green, (float)stop.blue, 1f).gamma));
+            return function;
+        }
+
+        TransferFunctionHandle Build()
+        {
+            var knots = new Native.OpacityKnot[m_OpacityKnots.Count];
+            for (var i = 0; i < knots.Length; i++)
+            {
+                var knot = m_OpacityKnots[i];
+                knots[i] = new Native.OpacityKnot { value = knot.value, opacity = Mathf.Clamp01(knot.opacity), ease = (uint)knot.ease };
+                // The library passes over what is not finite; to clamp must not hide it.
+                if (!Numbers.IsFinite(knot.opacity)) knots[i].opacity = double.NaN;
+            }
+            var stops = new Native.ColorStop[m_ColorStops.Count];
+            for (var i = 0; i < stops.Length; i++)
+            {
+                var light = Numbers.Linear(m_ColorStops[i].color);
+                stops[i] = new Native.ColorStop { value = m_ColorStops[i].value, red = light.x, green = light.y, blue = light.z };
+            }
+            fixed (Native.OpacityKnot* knot = knots)
+            fixed (Native.ColorStop* stop = stops)
+                return new TransferFunctionHandle(Border.Checked(Library.lumivox_transfer_function_new(knot, (uint)knots.Length, stop, (uint)stops.Length, m_Shift, m_WindowScale)));
+        }
+
+        Vector4 At(float value)
+        {
+            Border.Need();
+            // Both ends are the value.
+            var rgba = stackalloc float[8];
+            Border.Checked(Library.lumivox_transfer_function_sample(Pointer, value, value, 2, rgba));
+            return new Vector4(rgba[0], rgba[1], rgba[2], rgba[3]);
+        }
+
+        void Touch()
+        {
+            Free();
+            changed?.Invoke();
+            LumivoxRuntime.RequestFrames();
+        }
+
+        void Free()
+        {
+            handle?.Dispose();
+            handle = null;
+        }
+
+        void Sort()
+        {
+            // Stable: of two points of the same value the order says which way the curve jumps.
+            Sort(m_OpacityKnots, knot => knot.value);
+            Sort(m_ColorStops, stop => stop.value);
+        }
+
+        static void Sort<T>(List<T> points, Func<T, float> value)
+        {
+            for (var i = 1; i < points.Count; i++)
+            {
+                var point = points[i];
+                var at = i;
+                for (; at > 0 && value(points[at - 1]) > value(point); at--) points[at] = points[at - 1];
+                points[at] = point;
+            }
+        }
+
+        void OnValidate()
+        {
+            m_Shift = Numbers.IsFinite(m_Shift) ? m_Shift : 0f;
+            m_WindowScale = Numbers.Within(m_WindowScale, NarrowestWindow, WidestWindow, 1f);
+            Sort();
+            Touch();
+        }
+
+        void OnDisable() => Free();
+    }
+}

@@ -1,0 +1,106 @@
+// Kernels by the numbers of the native library: their programs, and by which names they bind.
+using System;
+using System.Collections.Generic;
+using Lumivox.Native;
+using UnityEngine;
+
+namespace Lumivox
+{
+    /// <summary>A kernel that is ready to run or to be drawn.</summary>
+    internal sealed class Program
+    {
+        public string Name;
+        public ComputeShader Shader;
+        public int Kernel;
+        public Material Material;
+        public int[] Uniforms;
+        public int[] Resources;
+        public bool[] IsBuffer;
+    }
+
+    /// <summary>Finds programs by name, in the package's `Resources` folder, so that every player holds them.</summary>
+    internal sealed class KernelLibrary : IDisposable
+    {
+        const string Folder = "Lumivox/";
+
+        readonly Program[] programs;
+        readonly Dictionary<string, Program> transfers = new Dictionary<string, Program>();
+
+        public KernelLibrary() => programs = new Program[Library.lumivox_kernel_count()];
+
+        /// <summary>The kernel of a step.</summary>
+        /// <exception cref="LumivoxException">The package does not have it, or this machine cannot run it.</exception>
+        public Program this[uint index]
+        {
+            get
+            {
+                if (index >= programs.Length) throw new LumivoxException($"a fault in Lumivox: there is no kernel {index}");
+                return programs[index] ?? (programs[index] = Load(Border.Text(Library.lumivox_kernel_name(index))));
+            }
+        }
+
+        /// <summary>One of the package's own compute kernels: what it writes, and what it takes that from, if from anything.</summary>
+        public Program Transfer(string file, string name, string written, bool isBuffer, string source = null)
+        {
+            if (transfers.TryGetValue(name, out var known)) return known;
+            var resources = source == null ? new[] { written } : new[] { written, source };
+            return transfers[name] = Computed(name, file, name, new[] { "params_buffer" }, resources, new[] { isBuffer, source == "texels" });
+        }
+
+        /// <summary>One of the package's own shaders.</summary>
+        public Program Shader(string name, string[] uniforms)
+        {
+            if (transfers.TryGetValue(name, out var known)) return known;
+            return transfers[name] = Drawn(name, uniforms, Array.Empty<string>(), Array.Empty<bool>());
+        }
+
+        public void Dispose()
+        {
+            foreach (var program in programs) Destroy(program);
+            foreach (var program in transfers.Values) Destroy(program);
+            Array.Clear(programs, 0, programs.Length);
+            transfers.Clear();
+        }
+
+        static void Destroy(Program program)
+        {
+            if (program?.Material == null) return;
+            if (Application.isPlaying) UnityEngine.Object.Destroy(program.Material);
+            else UnityEngine.Object.DestroyImmediate(program.Material);
+        }
+
+        static Program Load(string name)
+        {
+            foreach (var entry in KernelTable.Entries)
+            {
+                if (entry.Name != name) continue;
+                var isBuffer = Array.ConvertAll(entry.Kinds, kind => kind == KernelTable.Kind.Buffer);
+                return entry.IsDrawn
+                    ? Drawn(name, entry.Uniforms, entry.Resources, isBuffer)
+                    : Computed(name, name, entry.EntryPoint, entry.Uniforms, entry.Resources, isBuffer);
+            }
+            throw new LumivoxException($"the package has no kernel '{name}', which its native library asks for: one of the two is of another version. Install the package anew");
+        }
+
+        static Program Computed(string name, string file, string entry, string[] uniforms, string[] resources, bool[] isBuffer)
+        {
+            var shader = UnityEngine.Resources.Load<ComputeShader>(Folder + file);
+            if (shader == null) throw new LumivoxException($"the kernel '{file}' is missing from the package. Install it anew");
+            if (!shader.HasKernel(entry)) throw new LumivoxException($"the kernel '{name}' does not compile on this platform: Unity's console says why");
+            var kernel = shader.FindKernel(entry);
+            if (!shader.IsSupported(kernel)) throw new LumivoxException($"this graphics device ({SystemInfo.graphicsDeviceType}) cannot run Lumivox' kernel '{name}'. Update its driver, or choose another graphics API");
+            return new Program { Name = name, Shader = shader, Kernel = kernel, Uniforms = Ids(uniforms), Resources = Ids(resources), IsBuffer = isBuffer };
+        }
+
+        static Program Drawn(string name, string[] uniforms, string[] resources, bool[] isBuffer)
+        {
+            var shader = UnityEngine.Resources.Load<Shader>(Folder + name);
+            if (shader == null) throw new LumivoxException($"the shader '{name}' is missing from the package. Install it anew");
+            if (!shader.isSupported) throw new LumivoxException($"this graphics device ({SystemInfo.graphicsDeviceType}) cannot draw Lumivox' shader '{name}'. Update its driver, or choose another graphics API");
+            var material = new Material(shader) { hideFlags = HideFlags.HideAndDontSave };
+            return new Program { Name = name, Material = material, Uniforms = Ids(uniforms), Resources = Ids(resources), IsBuffer = isBuffer };
+        }
+
+        static int[] Ids(string[] names) => Array.ConvertAll(names, UnityEngine.Shader.PropertyToID);
+    }
+}

@@ -1,0 +1,258 @@
+using System;
+using System.Collections.Generic;
+using System.Threading;
+using System.Threading.Tasks;
+using Lumivox.Native;
+using UnityEngine;
+
+namespace Lumivox
+{
+    /// <summary>What to load where there is a choice.</summary>
+    public sealed class LumivoxImportOptions
+    {
+        /// <summary>Which series of a DICOM study: its position from 1, its SeriesInstanceUID or its number.</summary>
+        public string series;
+        /// <summary>Which volume of a series with several, counted from 1; 0: the first that is whole.</summary>
+        public int phase;
+        /// <summary>Whether slices that are missing stay empty.</summary>
+        public bool leaveGaps;
+        /// <summary>Whether slices that are damaged are filled in.</summary>
+        public bool fillDamaged;
+        /// <summary>Whether a header such as .mhd may name data files anywhere, not only beside it or below.</summary>
+        public bool allowOutsideData;
+        /// <summary>What a RAW file holds, such as `256x256x108:i16le:spacing=1,1,2`.</summary>
+        public string raw;
+    }
+
+    /// <summary>How far an import is.</summary>
+    public readonly struct LumivoxProgress
+    {
+        /// <summary>A phrase for people; stages follow each other, and each counts anew.</summary>
+        public readonly string stage;
+        /// <summary>Steps of this stage that are done, and how many there are.</summary>
+        public readonly long done, total;
+
+        internal LumivoxProgress(string stage, long done, long total)
+        {
+            this.stage = stage;
+            this.done = done;
+            this.total = total;
+        }
+
+        /// <summary>The part of this stage that is done, from 0 to 1.</summary>
+        public float fraction => total > 0 ? Mathf.Clamp01((float)((double)done / total)) : 0f;
+    }
+
+    /// <summary>
+    /// Loads scans without holding up the game: DICOM files, folders and zip archives, NIfTI, NRRD, MetaImage and RAW.
+    /// </summary>
+    /// <remarks>
+    /// Events are raised on the main thread, outside of rendering. One importer does one thing at a time; a load of what
+    /// it has scanned before does not read the headers again.
+    /// <code>
+    /// using (var importer = new LumivoxImporter())
+    ///     GetComponent&lt;LumivoxVolume&gt;().volume = await importer.Load(new[] { path });
+    /// </code>
+    /// </remarks>
+    public sealed unsafe class LumivoxImporter : IDisposable
+    {
+        Job job;
+        Job picture;
+        StudyHandle study;
+        string[] studied = Array.Empty<string>();
+        string studiedRaw;
+        int seriesCount;
+
+        /// <summary>How far it is, at most once per frame.</summary>
+        public event Action<LumivoxProgress> progressed;
+
+        /// <summary>What <see cref="Scan"/> was asked for is known.</summary>
+        public event Action<LumivoxReport> scanned;
+
+        /// <summary>What <see cref="Load"/> was asked for is loaded; it is saved nowhere yet.</summary>
+        public event Action<LumivoxVolumeAsset> finished;
+
+        /// <summary>A scan or an import came to nothing; the message names files, but no patient.</summary>
+        public event Action<string> failed;
+
+        /// <summary>A scan or an import was stopped by <see cref="Cancel"/>.</summary>
+        public event Action cancelled;
+
+        /// <summary>Whether a scan or an import is under way.</summary>
+        public bool isRunning => job != null;
+
+        /// <summary>Finds out what paths hold, from the headers of DICOM files alone.</summary>
+        /// <exception cref="LumivoxException">It is busy, there are no paths, or, from the task, they cannot be read.</exception>
+        public Task<LumivoxReport> Scan(IEnumerable<string> paths, LumivoxImportOptions options = null, CancellationToken cancel = default)
+        {
+            var (list, chosen) = Begin(paths, options);
+            var task = new TaskCompletionSource<LumivoxReport>();
+            Start(list, chosen, isScan: true, (ended, state) =>
+            {
+                if (Gave(task, ended, state)) return;
+                study = new StudyHandle(Border.Checked(Library.lumivox_job_take_study(ended.Pointer)));
+                var report = LumivoxReport.FromJson(ended.Report);
+                (studied, studiedRaw, seriesCount) = (list, chosen.raw, report.series.Length);
+                scanned?.Invoke(report);
+                task.TrySetResult(report);
+            }, cancel);
+            return task.Task;
+        }
+
+        /// <summary>Loads the scan in paths: one file, one folder, one archive, or several DICOM files.</summary>
+        /// <exception cref="LumivoxException">It is busy, there are no paths, or, from the task, they cannot be read.</exception>
+        public Task<LumivoxVolumeAsset> Load(IEnumerable<string> paths, LumivoxImportOptions options = null, CancellationToken cancel = default)
+        {
+            var (list, chosen) = Begin(paths, options);
+            var task = new TaskCompletionSource<LumivoxVolumeAsset>();
+            Start(list, chosen, isScan: false, (ended, state) =>
+            {
+                if (Gave(task, ended, state)) return;
+                var volume = LumivoxVolumeAsset.Of(ended.TakeVolume());
+                finished?.Invoke(volume);
+                task.TrySetResult(volume);
+            }, cancel);
+            return task.Task;
+        }
+
+        /// <summary>
+        /// The middle slice of a series that <see cref="Scan"/> has found, as a grey picture of at most `size` pixels
+        /// along a side, 1 to 4096; `series` is its place in the report, from 0. Null if the slice cannot be decoded. A
+        /// picture that is not done gives way to the next: its task is cancelled.
+        /// </summary>
+        /// <exception cref="LumivoxException">There is no such series: before a scan there is none.</exception>
+        public Task<Texture2D> RequestThumbnail(int series, int size = 128)
+        {
+            if (study == null || series < 0 || series >= seriesCount) throw new LumivoxException($"There is no series {series} to picture: scan first, and count from 0.");
+            picture?.Cancel();
+            var task = new TaskCompletionSource<Texture2D>();
+            picture = Jobs.Follow(Library.lumivox_study_thumbnail(study.Pointer, (uint)series, (uint)Mathf.Clamp(size, 1, 4096)), (ended, state) =>
+            {
+                if (picture == ended) picture = null;
+                if (state == JobState.Cancelled) task.TrySetCanceled();
+                else task.TrySetResult(state == JobState.Done ? Texture(ended) : null);
+            });
+            return task.Task;
+        }
+
+        /// <summary>Stops what is under way; <see cref="cancelled"/> follows in a later frame.</summary>
+        public void Cancel()
+        {
+            picture?.Cancel();
+            job?.Cancel();
+        }
+
+        /// <summary>Stops what is under way, and forgets what was scanned.</summary>
+        public void Dispose()
+        {
+            Cancel();
+            study?.Dispose();
+            study = null;
+        }
+
+        /// <summary>Waits for what is under way, here and now: for importers of the editor.</summary>
+        internal void Wait(Action<Job> step = null)
+        {
+            if (job != null) Jobs.Wait(job, step);
+        }
+
+        (string[], LumivoxImportOptions) Begin(IEnumerable<string> paths, LumivoxImportOptions options)
+        {
+            if (job != null) throw new LumivoxException("This importer is busy: wait for it, cancel it, or take another.");
+            Border.Need();
+            var list = new List<string>();
+            foreach (var path in paths)
+                if (!string.IsNullOrEmpty(path)) list.Add(path);
+            if (list.Count == 0) throw new LumivoxException("There is nothing to read: name a file, a folder or an archive.");
+            return (list.ToArray(), options ?? new LumivoxImportOptions());
+        }
+
+        void Start(string[] paths, LumivoxImportOptions options, bool isScan, Action<Job, JobState> ended, CancellationToken cancel)
+        {
+            picture?.Cancel();
+            if (study != null && !IsStudied(paths, options)) ForgetStudy();
+            if (isScan) ForgetStudy();
+            var texts = Array.ConvertAll(paths, Border.Utf8);
+            var pins = new System.Runtime.InteropServices.GCHandle[texts.Length];
+            var pointers = new IntPtr[texts.Length];
+            try
+            {
+                for (var i = 0; i < texts.Length; i++)
+                {
+                    pins[i] = System.Runtime.InteropServices.GCHandle.Alloc(texts[i], System.Runtime.InteropServices.GCHandleType.Pinned);
+                    pointers[i] = pins[i].AddrOfPinnedObject();
+                }
+                fixed (byte* series = Border.Utf8(options.series), raw = Border.Utf8(options.raw))
+                fixed (IntPtr* list = pointers)
+                {
+                    var native = new ImportOptions
+                    {
+                        series = series,
+                        phase = (uint)Math.Max(0, options.phase),
+                        leaveGaps = options.leaveGaps ? 1u : 0u,
+                        fillDamaged = options.fillDamaged ? 1u : 0u,
+                        allowOutsideData = options.allowOutsideData ? 1u : 0u,
+                        raw = raw,
+                    };
+                    var pointer = isScan
+                        ? Library.lumivox_import_scan((byte**)list, (uint)texts.Length, &native)
+                        : Library.lumivox_import_load((byte**)list, (uint)texts.Length, &native, study != null ? study.Pointer : IntPtr.Zero);
+                    job = Jobs.Follow(pointer, ended);
+                }
+            }
+            finally
+            {
+                foreach (var pin in pins)
+                    if (pin.IsAllocated) pin.Free();
+            }
+            var started = job;
+            started.Progressed += of => progressed?.Invoke(new LumivoxProgress(of.Stage, of.Done, of.Total));
+            if (cancel.CanBeCanceled) cancel.Register(() => started.Cancel());
+        }
+
+        bool IsStudied(string[] paths, LumivoxImportOptions options) =>
+            options.raw == studiedRaw && System.Linq.Enumerable.SequenceEqual(paths, studied);
+
+        void ForgetStudy()
+        {
+            study?.Dispose();
+            study = null;
+            seriesCount = 0;
+        }
+
+        /// <summary>Whether a job came to nothing, which is told here.</summary>
+        bool Gave<T>(TaskCompletionSource<T> task, Job ended, JobState state)
+        {
+            job = null;
+            if (state == JobState.Done) return false;
+            if (state == JobState.Cancelled)
+            {
+                cancelled?.Invoke();
+                task.TrySetCanceled();
+                return true;
+            }
+            var message = ended.Error;
+            failed?.Invoke(message);
+            task.TrySetException(new LumivoxException(message));
+            return true;
+        }
+
+        static Texture2D Texture(Job ended)
+        {
+            Picture grey;
+            if (Library.lumivox_job_picture(ended.Pointer, &grey) < 0 || grey.width == 0 || grey.height == 0) return null;
+            var texture = new Texture2D((int)grey.width, (int)grey.height, TextureFormat.RGBA32, false) { hideFlags = HideFlags.DontSave };
+            var pixels = new Color32[grey.width * grey.height];
+            // Unity's rows go up.
+            for (uint y = 0; y < grey.height; y++)
+                for (uint x = 0; x < grey.width; x++)
+                {
+                    var value = grey.grey[y * grey.width + x];
+                    pixels[(grey.height - 1 - y) * grey.width + x] = new Color32(value, value, value, 255);
+                }
+            texture.SetPixels32(pixels);
+            texture.Apply();
+            return texture;
+        }
+    }
+}

@@ -1,0 +1,66 @@
+using System;
+using UnityEngine;
+
+namespace Lumivox
+{
+    /// <summary>What lights the volumes besides the scene's lights.</summary>
+    public enum LumivoxEnvironmentSource
+    {
+        /// <summary>The environment of the scene's lighting settings.</summary>
+        Scene = 0,
+        /// <summary>Lumivox' own studio light, whatever the scene's is.</summary>
+        Studio = 1,
+    }
+
+    /// <summary>How volumes are drawn.</summary>
+    [Serializable]
+    public struct LumivoxSettings
+    {
+        /// <summary>Brightens the volumes by so many stops: +1 doubles their light. From -64 to 64.</summary>
+        [Range(-10f, 10f), Tooltip("Brightens the volumes by so many stops: +1 doubles their light.")]
+        public float exposure;
+        /// <summary>Samples per pixel after which the image is done and costs nothing more. From 1 to 65536.</summary>
+        [Min(1), Tooltip("Samples per pixel after which the image is done and costs nothing more. Noise halves with four times as many.")]
+        public int targetSamples;
+        /// <summary>Milliseconds of the GPU's time that tracing may take in a frame. From 0.5 to 10000.</summary>
+        [Min(0.5f), Tooltip("Milliseconds of the GPU's time that tracing may take in a frame. More converges sooner and lowers the frame rate until it has.")]
+        public float frameBudgetMs;
+        /// <summary>Pixels traced per pixel of the view along each side. From 0.1 to 1.</summary>
+        [Range(0.1f, 1f), Tooltip("Pixels traced per pixel of the view along each side. Below 1 it converges sooner and is less sharp.")]
+        public float resolutionScale;
+        /// <summary>Whether volumes write their depth where they hide more than half of what is behind them.</summary>
+        [Tooltip("Writes the depth of volumes where they hide more than half of what is behind them: they hide transparent materials there.")]
+        public bool writeDepth;
+        /// <summary>Whether the noise is filtered out of the image while it converges.</summary>
+        [Tooltip("Filters the noise out of the image while it converges. What is shown is biased (softer than the truth) until a pixel has 256 samples; the samples themselves never are.")]
+        public bool denoise;
+        /// <summary>What lights the volumes besides the scene's lights.</summary>
+        [Tooltip("What lights the volumes besides the scene's lights: the environment of its lighting settings, or Lumivox' own studio light.")]
+        public LumivoxEnvironmentSource environmentSource;
+
+        /// <summary>Those of a project that says nothing else.</summary>
+        public static LumivoxSettings Default => new LumivoxSettings
+        {
+            exposure = 0f,
+            targetSamples = 512,
+            frameBudgetMs = 8f,
+            resolutionScale = 1f,
+            writeDepth = true,
+            denoise = false,
+            environmentSource = LumivoxEnvironmentSource.Scene,
+        };
+
+        /// <summary>With every number in its range.</summary>
+        internal LumivoxSettings Clamped()
+        {
+            var result = this;
+            var usual = Default;
+            result.exposure = Numbers.Within(exposure, -64f, 64f, usual.exposure);
+            result.targetSamples = Mathf.Clamp(targetSamples, 1, 65536);
+            result.frameBudgetMs = Numbers.Within(frameBudgetMs, 0.5f, 10000f, usual.frameBudgetMs);
+            result.resolutionScale = Numbers.Within(resolutionScale, 0.1f, 1f, usual.resolutionScale);
+            result.environmentSource = (LumivoxEnvironmentSource)Mathf.Clamp((int)environmentSource, 0, 1);
+            return result;
+        }
+    }
+}

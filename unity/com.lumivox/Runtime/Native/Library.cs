@@ -1,0 +1,83 @@
+// The native library's functions, as crates/lumivox-unity/include/lumivox_unity.h declares them.
+using System;
+using System.Runtime.InteropServices;
+
+namespace Lumivox.Native
+{
+    internal static unsafe class Library
+    {
+#if (UNITY_IOS || UNITY_TVOS || UNITY_VISIONOS || UNITY_WEBGL) && !UNITY_EDITOR
+        public const string Name = "__Internal";
+#else
+        public const string Name = "lumivox_unity";
+#endif
+
+        [DllImport(Name)] public static extern uint lumivox_abi_version();
+        [DllImport(Name)] public static extern IntPtr lumivox_version();
+        [DllImport(Name)] public static extern IntPtr lumivox_last_error();
+        [DllImport(Name)] public static extern void lumivox_text_free(IntPtr text);
+        [DllImport(Name)] public static extern IntPtr lumivox_text(IntPtr text);
+        [DllImport(Name)] public static extern int lumivox_check_layout(uint* sizes, uint count);
+        [DllImport(Name)] public static extern void lumivox_set_codec_program(byte* path);
+
+        [DllImport(Name)] public static extern IntPtr lumivox_volume_phantom(byte* kind, uint size);
+        [DllImport(Name)] public static extern IntPtr lumivox_volume_new(uint* dims, uint bytesPerVoxel, void* voxels, ulong length, double slope, double intercept, double* patientFromVoxel, uint modality);
+        [DllImport(Name)] public static extern IntPtr lumivox_volume_clone(IntPtr volume);
+        [DllImport(Name)] public static extern void lumivox_volume_free(IntPtr volume);
+        [DllImport(Name)] public static extern int lumivox_volume_info(IntPtr volume, VolumeInfo* info);
+        [DllImport(Name)] public static extern int lumivox_volume_histogram(IntPtr volume, double low, double high, uint bins, float* counts);
+        [DllImport(Name)] public static extern IntPtr lumivox_volume_report(IntPtr volume);
+        [DllImport(Name)] public static extern int lumivox_volume_resolution(IntPtr stage, IntPtr volume, uint* factor, uint* arriving);
+        [DllImport(Name)] public static extern IntPtr lumivox_volume_save(IntPtr volume, byte* path);
+        [DllImport(Name)] public static extern IntPtr lumivox_volume_open(byte* path);
+        [DllImport(Name)] public static extern IntPtr lumivox_volume_open_bytes(void* data, ulong length);
+
+        [DllImport(Name)] public static extern IntPtr lumivox_import_scan(byte** paths, uint count, ImportOptions* options);
+        [DllImport(Name)] public static extern IntPtr lumivox_import_load(byte** paths, uint count, ImportOptions* options, IntPtr known);
+        [DllImport(Name)] public static extern IntPtr lumivox_study_thumbnail(IntPtr study, uint series, uint side);
+        [DllImport(Name)] public static extern IntPtr lumivox_phantom_start(byte* kind, uint size);
+        [DllImport(Name)] public static extern JobState lumivox_job_poll(IntPtr job, Progress* progress);
+        [DllImport(Name)] public static extern void lumivox_job_cancel(IntPtr job);
+        [DllImport(Name)] public static extern void lumivox_job_free(IntPtr job);
+        [DllImport(Name)] public static extern IntPtr lumivox_job_error(IntPtr job);
+        [DllImport(Name)] public static extern IntPtr lumivox_job_take_volume(IntPtr job);
+        [DllImport(Name)] public static extern IntPtr lumivox_job_take_study(IntPtr job);
+        [DllImport(Name)] public static extern IntPtr lumivox_job_report(IntPtr job);
+        [DllImport(Name)] public static extern int lumivox_job_picture(IntPtr job, Picture* picture);
+        [DllImport(Name)] public static extern void lumivox_study_free(IntPtr study);
+        [DllImport(Name)] public static extern uint lumivox_jobs_running();
+        [DllImport(Name)] public static extern void lumivox_jobs_stop_all();
+
+        [DllImport(Name)] public static extern IntPtr lumivox_transfer_function_new(OpacityKnot* knots, uint knotCount, ColorStop* stops, uint stopCount, double shift, double windowScale);
+        [DllImport(Name)] public static extern void lumivox_transfer_function_free(IntPtr function);
+        [DllImport(Name)] public static extern int lumivox_transfer_function_sample(IntPtr function, double low, double high, uint count, float* rgba);
+        [DllImport(Name)] public static extern IntPtr lumivox_transfer_function_load(byte* path);
+        [DllImport(Name)] public static extern int lumivox_transfer_function_save(IntPtr function, byte* path);
+        [DllImport(Name)] public static extern uint lumivox_transfer_function_knots(IntPtr function, OpacityKnot* knots, uint capacity);
+        [DllImport(Name)] public static extern uint lumivox_transfer_function_stops(IntPtr function, ColorStop* stops, uint capacity);
+        [DllImport(Name)] public static extern uint lumivox_preset_count();
+        [DllImport(Name)] public static extern IntPtr lumivox_preset_name(uint index);
+        [DllImport(Name)] public static extern IntPtr lumivox_preset_description(uint index);
+        [DllImport(Name)] public static extern IntPtr lumivox_preset_for(IntPtr volume);
+        [DllImport(Name)] public static extern IntPtr lumivox_preset(byte* name, IntPtr volume, Medium* medium);
+        [DllImport(Name)] public static extern IntPtr lumivox_map_new(uint width, uint height, float* rgb);
+        [DllImport(Name)] public static extern IntPtr lumivox_map_load(byte* path);
+        [DllImport(Name)] public static extern void lumivox_map_free(IntPtr map);
+
+        [DllImport(Name)] public static extern IntPtr lumivox_stage_new(DeviceLimits* limits);
+        [DllImport(Name)] public static extern void lumivox_stage_free(IntPtr stage);
+        [DllImport(Name)] public static extern void lumivox_stage_begin_frame(IntPtr stage);
+        [DllImport(Name)] public static extern int lumivox_stage_set_world(IntPtr stage, ulong world, Instance* instances, uint instanceCount, LightSource* lights, uint lightCount, Surroundings* environment);
+        [DllImport(Name)] public static extern IntPtr lumivox_stage_record_world(IntPtr stage, ulong world, uint atOnce);
+        [DllImport(Name)] public static extern IntPtr lumivox_stage_record_view(IntPtr stage, ulong view, ulong world, ViewFrame* frame, ViewStatus* status);
+        [DllImport(Name)] public static extern Step* lumivox_recording_steps(IntPtr recording, uint* count);
+        [DllImport(Name)] public static extern void lumivox_recording_finish(IntPtr stage, IntPtr recording, Outcome outcome, byte* why);
+        [DllImport(Name)] public static extern void lumivox_stage_feedback(IntPtr stage, ulong ticket, void* bytes, ulong length);
+        [DllImport(Name)] public static extern void lumivox_stage_measured(IntPtr stage, ulong ticket, double milliseconds);
+        [DllImport(Name)] public static extern int lumivox_stage_view_status(IntPtr stage, ulong view, ViewStatus* status);
+        [DllImport(Name)] public static extern IntPtr lumivox_stage_sweep(IntPtr stage, ulong* views, uint viewCount, ulong* worlds, uint worldCount);
+        [DllImport(Name)] public static extern ulong lumivox_stage_voxel_bytes(IntPtr stage);
+        [DllImport(Name)] public static extern uint lumivox_kernel_count();
+        [DllImport(Name)] public static extern IntPtr lumivox_kernel_name(uint index);
+    }
+}

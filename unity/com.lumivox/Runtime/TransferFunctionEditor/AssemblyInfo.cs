@@ -1,0 +1,4 @@
+using System.Runtime.CompilerServices;
+
+[assembly: InternalsVisibleTo("Lumivox.Editor")]
+[assembly: InternalsVisibleTo("Lumivox.Tests")]

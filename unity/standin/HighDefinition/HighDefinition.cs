@@ -1,0 +1,107 @@
+// The part of the High Definition Render Pipeline that custom passes, lights and skies are. HDRenderPipeline draws
+// cameras with it.
+using System;
+using System.Collections.Generic;
+
+namespace UnityEngine.Rendering.HighDefinition
+{
+    public enum CustomPassInjectionPoint { BeforeRendering = 0, BeforeTransparent = 1, BeforePostProcess = 2, AfterOpaqueDepthAndNormal = 3, BeforePreRefraction = 4, AfterPostProcess = 5, AfterOpaqueAndSky = 6 }
+
+    public class HDRenderPipelineAsset : RenderPipelineAsset { protected override RenderPipeline CreatePipeline() => new HDRenderPipeline(); }
+
+    public class HDCamera
+    {
+        public Camera camera;
+        public int actualWidth { get; internal set; }
+        public int actualHeight { get; internal set; }
+        public HDAdditionalCameraData.AntialiasingMode antialiasing { get; internal set; }
+    }
+
+    public class HDAdditionalCameraData : MonoBehaviour
+    {
+        public enum AntialiasingMode { None, FastApproximateAntialiasing, TemporalAntialiasing, SubpixelMorphologicalAntiAliasing }
+        public AntialiasingMode antialiasing;
+    }
+
+    public struct CustomPassContext
+    {
+        public readonly ScriptableRenderContext renderContext;
+        public readonly CommandBuffer cmd;
+        public readonly HDCamera hdCamera;
+        public readonly RTHandle cameraColorBuffer;
+        public readonly RTHandle cameraDepthBuffer;
+        internal CustomPassContext(ScriptableRenderContext renderContext, CommandBuffer cmd, HDCamera hdCamera, RTHandle cameraColorBuffer, RTHandle cameraDepthBuffer)
+        {
+            this.renderContext = renderContext;
+            this.cmd = cmd;
+            this.hdCamera = hdCamera;
+            this.cameraColorBuffer = cameraColorBuffer;
+            this.cameraDepthBuffer = cameraDepthBuffer;
+        }
+    }
+
+    [Serializable]
+    public abstract class CustomPass
+    {
+        public string name { get; set; } = "Custom Pass";
+        public bool enabled = true;
+        protected virtual void Setup(ScriptableRenderContext renderContext, CommandBuffer cmd) { }
+        protected virtual void Execute(CustomPassContext ctx) { }
+        protected virtual void Cleanup() { }
+        internal void Run(CustomPassContext ctx) => Execute(ctx);
+    }
+
+    public class CustomPassVolume : MonoBehaviour
+    {
+        internal static readonly Dictionary<CustomPassInjectionPoint, List<CustomPass>> global = new Dictionary<CustomPassInjectionPoint, List<CustomPass>>();
+        public static void RegisterGlobalCustomPass(CustomPassInjectionPoint injectionPoint, CustomPass customPassInstance, float priority = 0)
+        {
+            if (!global.TryGetValue(injectionPoint, out var list)) global[injectionPoint] = list = new List<CustomPass>();
+            list.Add(customPassInstance);
+        }
+        public static bool UnregisterGlobalCustomPass(CustomPass customPassInstance)
+        {
+            var found = false;
+            foreach (var list in global.Values) found |= list.Remove(customPassInstance);
+            return found;
+        }
+    }
+
+    public class HDAdditionalLightData : MonoBehaviour
+    {
+        public float lightDimmer { get; set; } = 1;
+        public float angularDiameter { get; set; } = 0.5f;
+        public float shapeRadius { get; set; } = 0.025f;
+        public float innerSpotPercent { get; set; }
+        public bool affectDiffuse { get; set; } = true;
+    }
+
+    public enum SkyType { HDRI = 1, Gradient = 3, PhysicallyBased = 4 }
+    public enum SkyIntensityMode { Exposure, Lux, Multiplier }
+    public sealed class SkyIntensityParameter : VolumeParameter<SkyIntensityMode> { public SkyIntensityParameter(SkyIntensityMode value, bool overrideState = false) => this.value = value; }
+
+    public sealed class VisualEnvironment : VolumeComponent { public IntParameter skyType = new IntParameter(0); }
+
+    public abstract class SkySettings : VolumeComponent
+    {
+        public ClampedFloatParameter rotation = new ClampedFloatParameter(0, 0, 360);
+        public SkyIntensityParameter skyIntensityMode = new SkyIntensityParameter(SkyIntensityMode.Exposure);
+        public FloatParameter exposure = new FloatParameter(0);
+        public MinFloatParameter multiplier = new MinFloatParameter(1, 0);
+        public FloatParameter desiredLuxValue = new FloatParameter(20000);
+    }
+
+    public sealed class HDRISky : SkySettings
+    {
+        public CubemapParameter hdriSky = new CubemapParameter(null);
+        public MinFloatParameter upperHemisphereLuxValue = new MinFloatParameter(1, 0);
+    }
+
+    public class GradientSky : SkySettings
+    {
+        public ColorParameter top = new ColorParameter(Color.blue);
+        public ColorParameter middle = new ColorParameter(new Color(0.3f, 0.7f, 1f));
+        public ColorParameter bottom = new ColorParameter(Color.white);
+        public FloatParameter gradientDiffusion = new FloatParameter(1);
+    }
+}

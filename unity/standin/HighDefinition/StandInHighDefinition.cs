@@ -1,0 +1,92 @@
+// Draws cameras with the High Definition Render Pipeline's custom passes, over the stand-in's shapes.
+using System.Collections.Generic;
+using StandIn;
+using UnityEngine.Experimental.Rendering;
+
+namespace UnityEngine.Rendering.HighDefinition
+{
+    sealed class HDRenderPipeline : RenderPipeline
+    {
+        /// Its textures are as large as the largest camera's, and arrays of a layer for each eye: what is drawn is a part.
+        const int Spare = 5;
+
+        readonly Dictionary<Camera, Buffers> buffers = new Dictionary<Camera, Buffers>();
+
+        sealed class Buffers { public RenderTexture color, depth, depthTexture; }
+
+        protected override void Render(ScriptableRenderContext context, Camera[] cameras)
+        {
+            foreach (var camera in cameras)
+            {
+                BeginCameraRendering(context, camera);
+                Render(context, camera);
+                EndCameraRendering(context, camera);
+            }
+        }
+
+        protected override void Dispose(bool disposing)
+        {
+            foreach (var of in buffers.Values)
+                foreach (var texture in new[] { of.color, of.depth, of.depthTexture }) Object.DestroyImmediate(texture);
+            buffers.Clear();
+        }
+
+        Buffers Of(Camera camera)
+        {
+            int width = camera.scaledPixelWidth + Spare, height = camera.scaledPixelHeight + Spare, layers = camera.stereoEnabled ? 2 : 1;
+            if (buffers.TryGetValue(camera, out var known) && known.color.width == width && known.color.height == height && known.color.volumeDepth == layers) return known;
+            RenderTexture Make(GraphicsFormat color, GraphicsFormat depth)
+            {
+                var made = new RenderTexture(new RenderTextureDescriptor(width, height, color, depth) { dimension = TextureDimension.Tex2DArray, volumeDepth = layers }) { name = "HDRP" };
+                made.Create();
+                Live.Remove(made);
+                return made;
+            }
+            return buffers[camera] = new Buffers
+            {
+                color = Make(GraphicsFormat.R16G16B16A16_SFloat, GraphicsFormat.None),
+                depth = Make(GraphicsFormat.None, GraphicsFormat.D32_SFloat),
+                depthTexture = Make(GraphicsFormat.None, GraphicsFormat.D32_SFloat),
+            };
+        }
+
+        /// Where the first pixels of a larger texture show what a camera sees.
+        static Matrix4x4 Within(int width, int height, RenderTexture all)
+        {
+            float x = (float)width / all.width, y = (float)height / all.height;
+            var part = Matrix4x4.identity;
+            (part.m00, part.m03) = (x, x - 1f);
+            (part.m11, part.m13) = (y, y - 1f);
+            return part;
+        }
+
+        void Render(ScriptableRenderContext context, Camera camera)
+        {
+            int width = camera.scaledPixelWidth, height = camera.scaledPixelHeight;
+            Engine.Setup(camera);
+            var of = Of(camera);
+            var targets = Engine.TargetsOf(camera);
+            for (var layer = 0; layer < of.color.volumeDepth; layer++)
+            {
+                var eye = (Camera.StereoscopicEye)layer;
+                var view = camera.stereoEnabled ? camera.GetStereoViewMatrix(eye) : camera.worldToCameraMatrix;
+                var projection = Within(width, height, of.color) * (camera.stereoEnabled ? camera.GetStereoProjectionMatrix(eye) : camera.projectionMatrix);
+                Props.Draw(camera, view, projection, layer, of.color, of.depth, true);
+                Props.Draw(camera, view, projection, layer, null, of.depthTexture, true);
+            }
+            using (var cmd = new CommandBuffer { name = "HDRP" })
+            {
+                Shader.SetGlobalTexture("_CameraDepthTexture", of.depthTexture);
+                var hdCamera = new HDCamera { camera = camera, actualWidth = width, actualHeight = height };
+                foreach (CustomPassInjectionPoint at in System.Enum.GetValues(typeof(CustomPassInjectionPoint)))
+                    if (CustomPassVolume.global.TryGetValue(at, out var passes))
+                        foreach (var pass in passes)
+                            if (pass.enabled) pass.Run(new CustomPassContext(context, cmd, hdCamera, new RTHandle(of.color), new RTHandle(of.depth)));
+                for (var layer = 0; layer < of.color.volumeDepth; layer++)
+                    cmd.CopyTexture(of.color, layer, 0, 0, 0, width, height, targets.color, layer, 0, 0, 0);
+                context.ExecuteCommandBuffer(cmd);
+            }
+            context.Submit();
+        }
+    }
+}

@@ -1,0 +1,87 @@
+// Handles and gizmos of the scene view: what was drawn is noted, and a test's hand drags the box's handles.
+using System;
+using System.Collections.Generic;
+using UnityEngine;
+
+namespace UnityEditor
+{
+    public static class Handles
+    {
+        public static Matrix4x4 matrix { get; set; } = Matrix4x4.identity;
+        public static Color color { get; set; } = Color.white;
+        public static void DrawWireCube(Vector3 center, Vector3 size) => StandIn.SceneHands.Boxes.Add((matrix, center, size, color));
+        public static void DrawLine(Vector3 p1, Vector3 p2) => StandIn.SceneHands.Lines++;
+        public static void Label(Vector3 position, string text) => StandIn.SceneHands.Labels.Add(text);
+        public static void Label(Vector3 position, string text, GUIStyle style) => StandIn.SceneHands.Labels.Add(text);
+
+        public struct DrawingScope : IDisposable
+        {
+            readonly Color originalColor;
+            readonly Matrix4x4 originalMatrix;
+            public DrawingScope(Matrix4x4 matrix) : this(Handles.color, matrix) { }
+            public DrawingScope(Color color) : this(color, Handles.matrix) { }
+            public DrawingScope(Color color, Matrix4x4 matrix)
+            {
+                originalColor = Handles.color;
+                originalMatrix = Handles.matrix;
+                Handles.color = color;
+                Handles.matrix = matrix;
+            }
+            public void Dispose()
+            {
+                Handles.color = originalColor;
+                Handles.matrix = originalMatrix;
+            }
+        }
+    }
+
+    public static class HandleUtility
+    {
+        public static float GetHandleSize(Vector3 position) => 1;
+    }
+}
+
+namespace UnityEditor.IMGUI.Controls
+{
+    public abstract class PrimitiveBoundsHandle
+    {
+        [Flags] public enum Axes { None = 0, X = 1, Y = 2, Z = 4, All = X | Y | Z }
+        public Axes axes { get; set; } = Axes.All;
+        public Vector3 center { get; set; }
+        public Color handleColor { get; set; } = Color.white;
+        public Color wireframeColor { get; set; } = Color.white;
+        public Func<Vector3, float> midpointHandleSizeFunction { get; set; }
+        public void SetColor(Color color) { handleColor = wireframeColor = color; }
+        protected Vector3 size;
+        public void DrawHandle()
+        {
+            StandIn.SceneHands.Boxes.Add((Handles.matrix, center, size, wireframeColor));
+            if (StandIn.SceneHands.Drag == null) return;
+            var low = center - size * 0.5f;
+            var high = center + size * 0.5f;
+            StandIn.SceneHands.Drag(ref low, ref high);
+            StandIn.SceneHands.Drag = null;
+            center = (low + high) * 0.5f;
+            size = high - low;
+            EditorGUI.Change();
+        }
+    }
+
+    public class BoxBoundsHandle : PrimitiveBoundsHandle
+    {
+        public new Vector3 size { get => base.size; set => base.size = value; }
+    }
+}
+
+namespace StandIn
+{
+    public static class SceneHands
+    {
+        public delegate void Hand(ref Vector3 low, ref Vector3 high);
+        public static readonly List<(Matrix4x4 matrix, Vector3 center, Vector3 size, Color color)> Boxes = new List<(Matrix4x4, Vector3, Vector3, Color)>();
+        public static readonly List<string> Labels = new List<string>();
+        public static int Lines;
+        /// Drags the next box that has handles.
+        public static Hand Drag;
+    }
+}

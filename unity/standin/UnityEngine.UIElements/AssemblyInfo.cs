@@ -1,0 +1,5 @@
+using System.Runtime.CompilerServices;
+
+[assembly: InternalsVisibleTo("UnityEditor")]
+[assembly: InternalsVisibleTo("StandIn.Tests.Program")]
+[assembly: InternalsVisibleTo("Lumivox.Tests")]

@@ -1,0 +1,118 @@
+// What stands in a scene in place of meshes: planes and spheres, traced on the CPU into a camera's colour and depth.
+using System;
+using System.Collections.Generic;
+using UnityEngine;
+
+namespace StandIn
+{
+    public static class Props
+    {
+        struct Shape { internal bool isSphere; internal Vector3 at, normal; internal float radius; internal Color color; internal int layer; }
+        static readonly List<Shape> all = new List<Shape>();
+        /// The sky's colour by direction, where a camera clears to it; black without.
+        public static Func<Vector3, Color> sky;
+
+        public static void Plane(Vector3 point, Vector3 normal, Color color, int layer = 0) => all.Add(new Shape { at = point, normal = normal.normalized, color = color, layer = layer });
+        public static void Sphere(Vector3 center, float radius, Color color, int layer = 0) => all.Add(new Shape { isSphere = true, at = center, radius = radius, color = color, layer = layer });
+        public static void Clear() { all.Clear(); sky = null; }
+
+        /// The nearest shape on a ray between two points: how far along it, of 1, and its colour.
+        static bool Hit(Vector3 from, Vector3 way, int mask, out float nearest, out Color color)
+        {
+            nearest = float.MaxValue;
+            color = default;
+            foreach (var shape in all)
+            {
+                if ((mask >> shape.layer & 1) == 0) continue;
+                float t;
+                if (shape.isSphere)
+                {
+                    Vector3 o = from - shape.at;
+                    float a = Vector3.Dot(way, way), b = Vector3.Dot(o, way), c = Vector3.Dot(o, o) - shape.radius * shape.radius, d = b * b - a * c;
+                    if (d < 0) continue;
+                    t = (-b - Mathf.Sqrt(d)) / a;
+                    if (t < 0) t = (-b + Mathf.Sqrt(d)) / a;
+                }
+                else
+                {
+                    float along = Vector3.Dot(way, shape.normal);
+                    if (along == 0) continue;
+                    t = Vector3.Dot(shape.at - from, shape.normal) / along;
+                }
+                if (t < 0 || t >= nearest) continue;
+                nearest = t;
+                color = shape.color;
+            }
+            return nearest <= 1;
+        }
+
+        /// Draws what a camera sees, background included, into a target; in stereo into both layers.
+        internal static unsafe void Draw(Camera camera, Camera.StereoscopicEye? eye, RenderTexture colorTarget, RenderTexture depthTarget, bool isFlipped)
+        {
+            var any = colorTarget ?? depthTarget;
+            for (int layer = 0; layer < any.volumeDepth; layer++)
+            {
+                Matrix4x4 view = camera.worldToCameraMatrix, projection = camera.projectionMatrix;
+                if (any.volumeDepth > 1 || eye != null)
+                {
+                    var which = eye ?? (Camera.StereoscopicEye)layer;
+                    view = camera.GetStereoViewMatrix(which);
+                    projection = camera.GetStereoProjectionMatrix(which);
+                }
+                Draw(camera, view, projection, layer, colorTarget, depthTarget, isFlipped);
+            }
+        }
+
+        /// As above, for pipelines that know their matrices.
+        public static unsafe void Draw(Camera camera, Matrix4x4 view, Matrix4x4 projection, int layer, RenderTexture colorTarget, RenderTexture depthTarget, bool isFlipped)
+        {
+            var any = colorTarget != null ? colorTarget : depthTarget;
+            int width = any.width, height = any.height;
+            var pixels = new float[width * height * 5];
+            var inverse = (projection * view).inverse;
+            var clip = GL.GetGPUProjectionMatrix(projection, isFlipped) * view;
+            for (int y = 0; y < height; y++)
+                for (int x = 0; x < width; x++)
+                {
+                    // Row 0 is the highest of a picture, or the lowest where it is upside down.
+                    float u = (x + .5f) / width * 2 - 1, v = 1 - (y + .5f) / height * 2;
+                    if (isFlipped) v = -v;
+                    Vector3 near = inverse.MultiplyPoint(new Vector3(u, v, -1)), far = inverse.MultiplyPoint(new Vector3(u, v, 1));
+                    var way = far - near;
+                    Color color;
+                    float depth = 0;
+                    if (Hit(near, way, camera.cullingMask, out var t, out color))
+                    {
+                        Vector3 p = near + way * t;
+                        var q = clip * new Vector4(p.x, p.y, p.z, 1);
+                        depth = q.z / q.w;
+                    }
+                    else color = camera.clearFlags == CameraClearFlags.Skybox && sky != null ? sky(way.normalized) : camera.clearFlags == CameraClearFlags.Skybox ? Color.black : camera.backgroundColor.linear;
+                    int at = (y * width + x) * 5;
+                    pixels[at] = color.r; pixels[at + 1] = color.g; pixels[at + 2] = color.b; pixels[at + 3] = color.a; pixels[at + 4] = depth;
+                }
+            var target = new Native.Target { color = colorTarget == null || !colorTarget.hasColor ? 0 : colorTarget.handle, colorLayer = (uint)layer, depth = depthTarget == null ? 0 : depthTarget.depthHandle, depthLayer = (uint)layer };
+            fixed (float* data = pixels) Native.sg_fill(target, (uint)width, data, (ulong)pixels.Length * 4);
+            Gpu.Submit("the scene's shapes");
+        }
+
+        internal static void DrawCube(Camera camera, Cubemap cube, int faces)
+        {
+            for (int face = 0; face < 6; face++)
+            {
+                if ((faces >> face & 1) == 0) continue;
+                for (int y = 0; y < cube.height; y++)
+                    for (int x = 0; x < cube.width; x++)
+                    {
+                        float u = (x + .5f) / cube.width * 2 - 1, v = (y + .5f) / cube.height * 2 - 1;
+                        var way = face switch { 0 => new Vector3(1, -v, -u), 1 => new Vector3(-1, -v, u), 2 => new Vector3(u, 1, v), 3 => new Vector3(u, -1, -v), 4 => new Vector3(u, -v, 1), _ => new Vector3(-u, -v, -1) };
+                        Color color;
+                        if (!Hit(camera.transform.position, way.normalized * camera.farClipPlane, camera.cullingMask, out _, out color))
+                            color = camera.clearFlags == CameraClearFlags.Skybox ? sky != null ? sky(way.normalized) : Color.black : camera.backgroundColor.linear;
+                        cube.SetPixel((CubemapFace)face, x, y, color);
+                    }
+            }
+            cube.Apply();
+        }
+    }
+}

@@ -1,0 +1,128 @@
+#if UNITY_6000_0_OR_NEWER
+// A render graph that runs its passes in the order in which they were recorded, and culls those that nothing is seen of.
+using System;
+using System.Collections.Generic;
+
+namespace UnityEngine.Rendering
+{
+    public abstract class ContextItem { public abstract void Reset(); }
+
+    public class ContextContainer : IDisposable
+    {
+        readonly Dictionary<Type, ContextItem> items = new Dictionary<Type, ContextItem>();
+        public T Get<T>() where T : ContextItem, new() => items.TryGetValue(typeof(T), out var item) ? (T)item : throw new InvalidOperationException($"Type {typeof(T).FullName} has not been created yet.");
+        public T Create<T>() where T : ContextItem, new() { var made = new T(); items.Add(typeof(T), made); return made; }
+        public bool Contains<T>() where T : ContextItem, new() => items.ContainsKey(typeof(T));
+        public void Dispose() => items.Clear();
+    }
+
+    public class BaseCommandBuffer { internal CommandBuffer wrapped; }
+    public class UnsafeCommandBuffer : BaseCommandBuffer { }
+
+    public struct CommandBufferHelpers
+    {
+        public static CommandBuffer GetNativeCommandBuffer(UnsafeCommandBuffer baseBuffer) => baseBuffer.wrapped;
+    }
+}
+
+namespace UnityEngine.Rendering.RenderGraphModule
+{
+    [Flags]
+    public enum AccessFlags { None = 0, Read = 1, Write = 2, Discard = 4, WriteAll = Write | Discard, ReadWrite = Read | Write }
+
+    public delegate void BaseRenderFunc<PassData, ContextType>(PassData data, ContextType renderGraphContext) where PassData : class, new();
+
+    public struct TextureHandle
+    {
+        internal RTHandle handle;
+        internal RenderGraph graph;
+        public static TextureHandle nullHandle => default;
+        public bool IsValid() => handle != null;
+        static RTHandle Resolve(TextureHandle texture)
+        {
+            if (!texture.IsValid()) return null;
+            // As the graph itself: outside of a pass, and in one that did not say so, there is no texture.
+            if (texture.graph.running == null) throw new InvalidOperationException("Trying to access a RTHandle outside of a render graph pass.");
+            if (!texture.graph.running.used.Contains(texture.handle)) throw new InvalidOperationException($"Pass '{texture.graph.running.name}' uses the texture '{texture.handle.name}' without having declared it.");
+            return texture.handle;
+        }
+        public static implicit operator RTHandle(TextureHandle texture) => Resolve(texture);
+        public static implicit operator RenderTargetIdentifier(TextureHandle texture) => texture.IsValid() ? Resolve(texture).nameID : default;
+        public static implicit operator RenderTexture(TextureHandle texture) => texture.IsValid() ? Resolve(texture).rt : null;
+    }
+
+    public struct UnsafeGraphContext { public UnsafeCommandBuffer cmd; }
+
+    public interface IBaseRenderGraphBuilder : IDisposable
+    {
+        void UseTexture(in TextureHandle input, AccessFlags flags = AccessFlags.Read);
+        void UseAllGlobalTextures(bool enable);
+        void AllowPassCulling(bool value);
+        void AllowGlobalStateModification(bool value);
+    }
+
+    public interface IUnsafeRenderGraphBuilder : IBaseRenderGraphBuilder
+    {
+        void SetRenderFunc<PassData>(BaseRenderFunc<PassData, UnsafeGraphContext> renderFunc) where PassData : class, new();
+    }
+
+    sealed class UnsafePass : IUnsafeRenderGraphBuilder
+    {
+        internal string name;
+        internal RenderGraph graph;
+        internal object data;
+        internal Action<UnsafeGraphContext> run;
+        internal bool isCullable = true, mayChangeGlobals;
+        internal readonly HashSet<RTHandle> used = new HashSet<RTHandle>();
+        bool isDisposed;
+
+        public void UseTexture(in TextureHandle input, AccessFlags flags = AccessFlags.Read)
+        {
+            if (!input.IsValid()) throw new ArgumentException("Trying to use an invalid resource (pass " + name + ").");
+            if (flags == AccessFlags.None) throw new ArgumentException("UseTexture needs to be told what the texture is used for");
+            used.Add(input.handle);
+        }
+        public void UseAllGlobalTextures(bool enable) { }
+        public void AllowPassCulling(bool value) => isCullable = value;
+        public void AllowGlobalStateModification(bool value) => mayChangeGlobals = value;
+        public void SetRenderFunc<PassData>(BaseRenderFunc<PassData, UnsafeGraphContext> renderFunc) where PassData : class, new()
+        {
+            if (renderFunc.Target != null && !(renderFunc.Target.GetType().Name.StartsWith("<>c") && renderFunc.Target.GetType().GetFields(System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.Public).Length == 0))
+                throw new InvalidOperationException($"The render function of pass '{name}' captures something; it must be static.");
+            run = context => renderFunc((PassData)data, context);
+        }
+        public void Dispose()
+        {
+            if (isDisposed) return;
+            isDisposed = true;
+            if (run == null) throw new InvalidOperationException($"Pass '{name}' has no render function.");
+            graph.passes.Add(this);
+        }
+    }
+
+    public class RenderGraph
+    {
+        internal readonly List<UnsafePass> passes = new List<UnsafePass>();
+        internal UnsafePass running;
+        public TextureHandle ImportTexture(RTHandle rt) => new TextureHandle { handle = rt, graph = this };
+        public IUnsafeRenderGraphBuilder AddUnsafePass<PassData>(string passName, out PassData passData, ProfilingSampler sampler) where PassData : class, new() => AddUnsafePass(passName, out passData);
+        public IUnsafeRenderGraphBuilder AddUnsafePass<PassData>(string passName, out PassData passData) where PassData : class, new()
+        {
+            passData = new PassData();
+            return new UnsafePass { name = passName, graph = this, data = passData };
+        }
+        internal void Execute(CommandBuffer cmd)
+        {
+            foreach (var pass in passes)
+            {
+                // It writes nothing that the graph shows.
+                if (pass.isCullable) continue;
+                running = pass;
+                try { pass.run(new UnsafeGraphContext { cmd = new UnsafeCommandBuffer { wrapped = cmd } }); }
+                finally { running = null; }
+            }
+            passes.Clear();
+        }
+    }
+}
+#endif

@@ -1,0 +1,40 @@
+// Settings that depend on where a camera is. The stand-in has one stack, whose components tests set.
+using System;
+using System.Collections.Generic;
+
+namespace UnityEngine.Rendering
+{
+    public abstract class VolumeParameter { public virtual bool overrideState { get; set; } }
+
+    public class VolumeParameter<T> : VolumeParameter
+    {
+        public virtual T value { get; set; }
+        public VolumeParameter() { }
+        internal VolumeParameter(T value) => this.value = value;
+    }
+
+    public class IntParameter : VolumeParameter<int> { public IntParameter(int value, bool overrideState = false) : base(value) { } }
+    public class FloatParameter : VolumeParameter<float> { public FloatParameter(float value, bool overrideState = false) : base(value) { } }
+    public class MinFloatParameter : FloatParameter { public MinFloatParameter(float value, float min, bool overrideState = false) : base(value) { } }
+    public class ClampedFloatParameter : FloatParameter { public ClampedFloatParameter(float value, float min, float max, bool overrideState = false) : base(value) { } }
+    public class ColorParameter : VolumeParameter<Color> { public ColorParameter(Color value, bool overrideState = false) : base(value) { } }
+    public class CubemapParameter : VolumeParameter<Texture> { public CubemapParameter(Texture value, bool overrideState = false) : base(value) { } }
+
+    public class VolumeComponent : ScriptableObject { public bool active = true; }
+
+    public sealed class VolumeStack
+    {
+        readonly Dictionary<Type, VolumeComponent> components = new Dictionary<Type, VolumeComponent>();
+        public T GetComponent<T>() where T : VolumeComponent
+        {
+            if (!components.TryGetValue(typeof(T), out var component)) components[typeof(T)] = component = ScriptableObject.CreateInstance<T>();
+            return (T)component;
+        }
+    }
+
+    public sealed class VolumeManager
+    {
+        public static VolumeManager instance { get; } = new VolumeManager();
+        public VolumeStack stack { get; set; } = new VolumeStack();
+    }
+}

@@ -1,0 +1,103 @@
+// The compiler's driver: hands C# to Roslyn. `compile` takes csc's own options; `unity` compiles what has assembly
+// definitions as Unity's editor, or a player's build, would.
+using System;
+using System.Collections.Generic;
+using System.IO;
+using System.Linq;
+using System.Security.Cryptography;
+using System.Text;
+using Microsoft.CodeAnalysis;
+using Microsoft.CodeAnalysis.CSharp;
+using Microsoft.CodeAnalysis.Emit;
+using Microsoft.CodeAnalysis.Text;
+
+static class Program
+{
+    static int Main(string[] arguments)
+    {
+        try
+        {
+            switch (arguments.FirstOrDefault())
+            {
+                case "compile": return Compile(arguments.Skip(1).ToArray()) ? 0 : 1;
+                case "unity" when arguments.Length >= 6:
+                    return new UnityBuild(arguments[1], arguments[2], arguments[3], arguments[4], arguments.Skip(5).ToArray()).Run() ? 0 : 1;
+                default:
+                    Console.Error.WriteLine("usage: csc compile OPTIONS... | csc unity VERSION OUT NETSTANDARD NUNIT FOLDER...");
+                    return 2;
+            }
+        }
+        catch (BuildException error)
+        {
+            Console.Error.WriteLine("error: " + error.Message);
+            return 1;
+        }
+    }
+
+    /// Compiles one assembly by csc's options. An assembly whose inputs are those of the last time is left as it is.
+    public static bool Compile(string[] options)
+    {
+        var here = Directory.GetCurrentDirectory();
+        var parsed = CSharpCommandLineParser.Default.Parse(options, here, Path.GetDirectoryName(typeof(object).Assembly.Location));
+        foreach (var error in parsed.Errors) Console.Error.WriteLine(error);
+        if (parsed.Errors.Any(error => error.Severity == DiagnosticSeverity.Error)) return false;
+        if (parsed.OutputFileName == null) throw new BuildException("-out: is missing");
+
+        var output = Path.Combine(parsed.OutputDirectory, parsed.OutputFileName);
+        var stamp = Stamp(options, parsed);
+        if (File.Exists(output) && File.Exists(output + ".stamp") && File.ReadAllText(output + ".stamp") == stamp) return true;
+        File.Delete(output + ".stamp");
+
+        var trees = parsed.SourceFiles.Select(file =>
+        {
+            using (var stream = File.OpenRead(file.Path))
+                return CSharpSyntaxTree.ParseText(SourceText.From(stream, Encoding.UTF8, canBeEmbedded: false), parsed.ParseOptions, Path.GetRelativePath(here, file.Path));
+        }).ToList();
+        var references = parsed.MetadataReferences.Select(reference => MetadataReference.CreateFromFile(Path.GetFullPath(reference.Reference)));
+        var name = Path.GetFileNameWithoutExtension(parsed.OutputFileName);
+        var compilation = CSharpCompilation.Create(name, trees, references, parsed.CompilationOptions);
+        using (var assembly = new MemoryStream())
+        using (var symbols = new MemoryStream())
+        {
+            var result = compilation.Emit(assembly, symbols, options: parsed.EmitOptions.WithDebugInformationFormat(DebugInformationFormat.PortablePdb));
+            foreach (var diagnostic in result.Diagnostics)
+                if (diagnostic.Severity >= DiagnosticSeverity.Warning && !diagnostic.IsSuppressed) Console.Error.WriteLine(diagnostic);
+            if (!result.Success)
+            {
+                File.Delete(output);
+                return false;
+            }
+            Replace(output, assembly.ToArray());
+            Replace(Path.ChangeExtension(output, ".pdb"), symbols.ToArray());
+        }
+        File.WriteAllText(output + ".stamp", stamp);
+        return true;
+    }
+
+    /// Programs may run that have the old file mapped: it is not written over, but replaced.
+    public static void Replace(string file, byte[] contents)
+    {
+        var made = $"{file}.{System.Diagnostics.Process.GetCurrentProcess().Id}";
+        File.WriteAllBytes(made, contents);
+        File.Move(made, file, true);
+    }
+
+    /// A hash of all that the outcome depends on.
+    static string Stamp(string[] options, CommandLineArguments parsed)
+    {
+        using (var hash = IncrementalHash.CreateHash(HashAlgorithmName.SHA256))
+        {
+            hash.AppendData(Encoding.UTF8.GetBytes(string.Join("\n", options)));
+            hash.AppendData(File.ReadAllBytes(typeof(Program).Assembly.Location));
+            foreach (var file in parsed.SourceFiles.Select(file => file.Path).Concat(parsed.MetadataReferences.Select(reference => reference.Reference)))
+                if (File.Exists(file)) hash.AppendData(File.ReadAllBytes(file));
+            return BitConverter.ToString(hash.GetHashAndReset());
+        }
+    }
+}
+
+/// What a person has to mend, without a stack.
+sealed class BuildException : Exception
+{
+    public BuildException(string message) : base(message) { }
+}

@@ -1,0 +1,303 @@
+// Inspectors, handles, menus and windows over volumes, with undo.
+using System.Linq;
+using Lumivox.Editor;
+using NUnit.Framework;
+using StandIn;
+using UnityEditor;
+using UnityEditor.UIElements;
+using UnityEngine;
+using UnityEngine.UIElements;
+
+namespace Lumivox.Tests
+{
+    public sealed class EditorInspectorTests
+    {
+        [SetUp]
+        public void Begin() => EditorProject.Begin();
+
+        [TearDown]
+        public void End()
+        {
+            if (EditorWindow.HasOpenInstances<TransferFunctionWindow>()) EditorWindow.GetWindow<TransferFunctionWindow>().Close();
+            foreach (var volume in Object.FindObjectsByType<LumivoxVolume>(FindObjectsSortMode.None)) Object.DestroyImmediate(volume.gameObject);
+        }
+
+        static LumivoxVolume Volume(string name = "Head") => new GameObject(name).AddComponent<LumivoxVolume>();
+
+        static LumivoxVolume VolumeWithScan(string name = "Head")
+        {
+            var volume = Volume(name);
+            volume.volume = AssetDatabase.LoadAssetAtPath<LumivoxVolumeAsset>("Assets/head.nrrd") ?? EditorProject.ImportScan("Assets/head.nrrd");
+            EditorProject.Until(() => volume.volume.state == LumivoxVolumeState.Ready, "the scan is read");
+            return volume;
+        }
+
+        [Test]
+        public void PropertiesAreEditedForSeveralVolumesAndUndone()
+        {
+            LumivoxVolume a = Volume("A"), b = Volume("B");
+            a.density = 5;
+            var (_, panel) = EditorHost.Inspect(a, b);
+            var density = panel.visualTree.Query<PropertyField>().ToList().Single(one => one.bindingPath == "m_Density").Q<FloatField>();
+            Assert.That(density.showMixedValue);
+            Assert.That(density.tooltip, Does.Contain("extinction"));
+            density.value = 7;
+            Assert.That((a.density, b.density), Is.EqualTo((7f, 7f)));
+            Undo.PerformUndo();
+            Assert.That((a.density, b.density), Is.EqualTo((5f, 2f)));
+            Undo.PerformRedo();
+            Assert.That((a.density, b.density), Is.EqualTo((7f, 7f)));
+        }
+
+        [Test]
+        public void EveryPropertyOfAVolumeIsInItsInspector()
+        {
+            var (_, panel) = EditorHost.Inspect(Volume());
+            var shown = panel.visualTree.Query<PropertyField>().ToList().Select(field => field.bindingPath).Append("m_Preset").ToList();
+            Assert.That(Node.FieldsOf(typeof(LumivoxVolume)).Select(field => field.Name), Is.SubsetOf(shown));
+            foreach (var field in panel.visualTree.Query<PropertyField>().ToList()) Assert.That(field.tooltip, Is.Not.Empty, field.bindingPath);
+        }
+
+        [Test]
+        public void WhatIsWrongIsSaid()
+        {
+            var volume = Volume();
+            var (_, panel) = EditorHost.Inspect(volume);
+            string Warnings() => string.Join("\n", panel.visualTree.Query<HelpBox>().ToList().Select(box => box.text));
+            Assert.That(Warnings(), Does.Contain("There is no scan to show"));
+            Assert.That(panel.visualTree.Q("start").resolvedStyle.display, Is.EqualTo(DisplayStyle.Flex));
+            volume.density = 0;
+            panel.Advance(600);
+            Assert.That(Warnings(), Does.Contain("'Density' is 0"));
+            panel.Click(panel.visualTree.Q<Button>("phantom").worldBound.center);
+            Assert.That(volume.volume, Is.Not.Null);
+            Assert.That(panel.visualTree.Q("start").resolvedStyle.display, Is.EqualTo(DisplayStyle.None));
+            Undo.PerformUndo();
+            Assert.That(volume.volume, Is.Null);
+        }
+
+        [Test]
+        public void APresetIsOneStepForAllThatAreSelected()
+        {
+            LumivoxVolume a = VolumeWithScan("A"), b = VolumeWithScan("B");
+            a.density = 5;
+            var (_, panel) = EditorHost.Inspect(a, b);
+            var preset = panel.visualTree.Q<DropdownField>("preset");
+            Assert.That(preset.value, Is.EqualTo("None"));
+            preset.value = "CT bone";
+            Assert.That((a.preset, b.preset), Is.EqualTo(("ct-bone", "ct-bone")));
+            Assert.That(a.transferFunction, Is.Not.Null.And.Not.SameAs(b.transferFunction));
+            Assert.That(Undo.Names[0], Is.EqualTo("Apply Preset to 2 Volumes"));
+            Undo.PerformUndo();
+            Assert.That((a.preset, b.preset, a.density), Is.EqualTo(("", "", 5f)));
+            Assert.That(a.transferFunction == null && b.transferFunction == null);
+            panel.Advance(600);
+            Assert.That(preset.value, Is.EqualTo("None"));
+        }
+
+        [Test]
+        public void APrefabKeepsItsPresetInAnAssetBesideIt()
+        {
+            var volume = VolumeWithScan();
+            UnityEditor.SceneManagement.PrefabStageUtility.current = ScriptableObject.CreateInstance<UnityEditor.SceneManagement.PrefabStage>();
+            UnityEditor.SceneManagement.PrefabStageUtility.current.assetPath = "Assets/Head.prefab";
+            UnityEditor.SceneManagement.PrefabStageUtility.current.prefabContentsRoot = volume.gameObject;
+            try
+            {
+                VolumeActions.ApplyPreset(new[] { volume }, "ct-skin");
+                Assert.That(AssetDatabase.GetAssetPath(volume.transferFunction), Is.EqualTo("Assets/Head ct-skin.asset"));
+            }
+            finally
+            {
+                Object.DestroyImmediate(UnityEditor.SceneManagement.PrefabStageUtility.current);
+                UnityEditor.SceneManagement.PrefabStageUtility.current = null;
+            }
+        }
+
+        [Test]
+        public void TheClipBoxIsDraggedInTheSceneAndUndone()
+        {
+            var volume = VolumeWithScan();
+            var editor = UnityEditor.Editor.CreateEditor(volume);
+            SceneHands.Drag = (ref Vector3 low, ref Vector3 high) => high.x = 0.25f;
+            Undo.IncrementCurrentGroup();
+            EditorHost.DrawScene(editor, volume);
+            Assert.That(volume.clipMax, Is.EqualTo(new Vector3(0.25f, 1, 1)));
+            SceneHands.Drag = (ref Vector3 low, ref Vector3 high) => low = new Vector3(-3, -3, 7);
+            Undo.IncrementCurrentGroup();
+            EditorHost.DrawScene(editor, volume);
+            Assert.That(volume.clipMin.x, Is.EqualTo(0));
+            Assert.That(volume.clipMin.z, Is.LessThan(1));
+            Assert.That(volume.clipMax.z, Is.GreaterThan(volume.clipMin.z));
+            Undo.PerformUndo();
+            Undo.PerformUndo();
+            Assert.That((volume.clipMin, volume.clipMax), Is.EqualTo((Vector3.zero, Vector3.one)));
+            Assert.That(SceneHands.Labels, Is.SupersetOf(new[] { "L", "R", "H", "F", "A", "P" }));
+            Object.DestroyImmediate(editor);
+        }
+
+        [Test]
+        public void TheMenuMakesAVolumeWhereItShouldBe()
+        {
+            var parent = new GameObject("Table") { layer = 5 };
+            EditorHost.Menu("GameObject/Lumivox/Volume", parent);
+            var made = Selection.activeGameObject.GetComponent<LumivoxVolume>();
+            Assert.That(made.transform.parent, Is.EqualTo(parent.transform));
+            Assert.That(made.gameObject.layer, Is.EqualTo(5));
+            Assert.That(Undo.Names[0], Is.EqualTo("Create Volume"));
+            Undo.PerformUndo();
+            Assert.That(made == null);
+            EditorHost.Menu("GameObject/Lumivox/Effect");
+            Assert.That(Selection.activeGameObject.GetComponent<LumivoxEffect>(), Is.Not.Null);
+            Object.DestroyImmediate(Selection.activeGameObject);
+            Object.DestroyImmediate(parent);
+        }
+
+        [Test]
+        public void AnEffectsSettingsAreThereAndSayForWhom()
+        {
+            var effect = new GameObject("Effect").AddComponent<LumivoxEffect>();
+            var (_, panel) = EditorHost.Inspect(effect);
+            Assert.That(panel.visualTree.Q<HelpBox>("reach").text, Does.Contain("all cameras"));
+            Assert.That(panel.visualTree.Query<PropertyField>().ToList().Count, Is.EqualTo(Node.FieldsOf(typeof(LumivoxSettings)).Count()));
+            panel.visualTree.Query<PropertyField>().ToList().Single(one => one.bindingPath.EndsWith("exposure")).Q<FloatField>().value = 2;
+            Assert.That(effect.exposure, Is.EqualTo(2));
+            Object.DestroyImmediate(effect.gameObject);
+        }
+
+        [Test]
+        public void AScanSaysWhatItIsAndCountsItsValues()
+        {
+            var scan = EditorProject.ImportScan("Assets/head.nrrd");
+            var (_, panel) = EditorHost.Inspect(scan);
+            Assert.That(panel.visualTree.Q<Label>("facts").text, Does.Contain("12 \u00d7 10 \u00d7 8 voxels of 1 \u00d7 1 \u00d7 2 mm, 0 to 959"));
+            Assert.That(panel.visualTree.Q("histogram").resolvedStyle.display, Is.EqualTo(DisplayStyle.None));
+            panel.Click(panel.visualTree.Q<Button>("open").worldBound.center);
+            EditorProject.Until(() => panel.visualTree.Q("histogram").resolvedStyle.display == DisplayStyle.Flex, "values are counted", panel);
+            Assert.That(panel.DrawnBy(panel.visualTree.Q("histogram")), Is.Not.Empty);
+        }
+
+        static LumivoxTransferFunction Function()
+        {
+            var function = ScriptableObject.CreateInstance<LumivoxTransferFunction>();
+            function.SetPoints(
+                new[] { new LumivoxTransferFunction.OpacityKnot(0, 0), new LumivoxTransferFunction.OpacityKnot(500, 0.5f), new LumivoxTransferFunction.OpacityKnot(900, 1) },
+                new[] { new LumivoxTransferFunction.ColorStop(0, Color.white) });
+            return function;
+        }
+
+        static void DragKnot(TransferFunctionField field, int knot, Vector2 by)
+        {
+            var panel = (Panel)field.panel;
+            panel.Update();
+            var at = field.Graph.worldBound.position + field.Graph.PlaceOf(knot);
+            panel.PointerDown(at);
+            for (var i = 1; i <= 3; i++) panel.PointerMove(at + by * (i / 3f));
+            panel.PointerUp(at + by);
+        }
+
+        [Test]
+        public void ADragInTheInspectorIsOneStepOfUndo()
+        {
+            var function = Function();
+            AssetDatabase.CreateAsset(function, "Assets/Function.asset");
+            var (_, panel) = EditorHost.Inspect(function);
+            var field = panel.visualTree.Q<TransferFunctionField>("editor");
+            var before = function.GetState();
+            DragKnot(field, 1, new Vector2(20, 10));
+            DragKnot(field, 1, new Vector2(20, 10));
+            var after = function.GetState();
+            Assert.That(after, Is.Not.EqualTo(before));
+            Assert.That(EditorUtility.IsDirty(function));
+            Assert.That(Undo.Names, Is.EqualTo(new[] { "Move Knot", "Move Knot" }));
+            Undo.PerformUndo();
+            Undo.PerformUndo();
+            Assert.That(function.GetState(), Is.EqualTo(before));
+            Assert.That(field.Model.State, Is.EqualTo(before), "the editor shows what undo brought back");
+            Undo.PerformRedo();
+            Undo.PerformRedo();
+            Assert.That(function.GetState(), Is.EqualTo(after));
+            // Keys that follow each other are one step, and what is given up is none.
+            panel.Click(field.Graph.worldBound.position + field.Graph.PlaceOf(1));
+            for (var i = 0; i < 4; i++) panel.Key(KeyCode.UpArrow);
+            Assert.That(Undo.Names.Length, Is.EqualTo(3));
+            panel.PointerDown(field.Graph.worldBound.position + field.Graph.PlaceOf(1));
+            panel.PointerMove(field.Graph.worldBound.position + field.Graph.PlaceOf(1) + new Vector2(30, 0));
+            panel.Key(KeyCode.Escape);
+            Assert.That(Undo.Names.Length, Is.EqualTo(3));
+            Object.DestroyImmediate(function, true);
+        }
+
+        [Test]
+        public void TheWindowFollowsTheSelectionAndTheFirstEditMakesAFunctionTheVolumesOwn()
+        {
+            var volume = VolumeWithScan();
+            Assert.That(volume.transferFunction, Is.Null);
+            EditorHost.Menu("Window/Lumivox/Transfer Function");
+            var window = EditorWindow.GetWindow<TransferFunctionWindow>();
+            Assert.That(window.rootVisualElement.Q<Label>("message").text, Does.StartWith("Select a Lumivox Volume"));
+            Selection.activeGameObject = volume.gameObject;
+            window.panel.Advance(400);
+            Assert.That(window.rootVisualElement.Q<Label>("notice").text, Does.Contain("which suits its scan"));
+            Assert.That(volume.transferFunction, Is.Null, "to look at it changes nothing");
+            DragKnot(window.Field, 1, new Vector2(4, 12));
+            Assert.That(volume.transferFunction, Is.Not.Null);
+            Assert.That(volume.transferFunction, Is.SameAs(window.Field.transferFunction));
+            Undo.PerformUndo();
+            Assert.That(volume.transferFunction == null, "one undo takes the edit and the function back");
+            window.panel.Advance(400);
+            Assert.That(window.Field.transferFunction, Is.Not.Null);
+            // Another volume's is shown when that is selected.
+            var other = Volume("Other");
+            other.transferFunction = Function();
+            Selection.activeGameObject = other.gameObject;
+            window.panel.Advance(400);
+            Assert.That(window.Field.transferFunction, Is.SameAs(other.transferFunction));
+            Object.DestroyImmediate(other.gameObject);
+            window.panel.Advance(400);
+            Assert.That(window.rootVisualElement.Q<Label>("message").text, Does.StartWith("Select a Lumivox Volume"));
+        }
+
+        [Test]
+        public void PresetsOfTheWindowSetTheWholeMedium()
+        {
+            var volume = VolumeWithScan();
+            volume.density = 9;
+            Selection.activeGameObject = volume.gameObject;
+            TransferFunctionWindow.Open();
+            var window = EditorWindow.GetWindow<TransferFunctionWindow>();
+            window.panel.Advance(400);
+            window.panel.Click(window.Field.toolbar.Q<Button>("presets").worldBound.center);
+            Assert.That(Menus.Names, Does.Contain("CT bone").And.Contain("MR head"));
+            Menus.Choose("CT bone");
+            Assert.That(volume.preset, Is.EqualTo("ct-bone"));
+            Assert.That(window.Field.transferFunction, Is.SameAs(volume.transferFunction));
+            Undo.PerformUndo();
+            Assert.That((volume.preset, volume.density), Is.EqualTo(("", 9f)));
+        }
+
+        [Test]
+        public void FunctionsAreSavedAndLoadedAsFiles()
+        {
+            var function = Function();
+            AssetDatabase.CreateAsset(function, "Assets/Function.asset");
+            var (_, panel) = EditorHost.Inspect(function);
+            var before = function.GetState();
+            var file = System.IO.Path.Combine(System.IO.Path.GetTempPath(), System.IO.Path.GetRandomFileName() + ".json");
+            Dialogs.Paths.Enqueue(file);
+            panel.Click(panel.visualTree.Q<Button>("save").worldBound.center);
+            function.SetPoints(new[] { new LumivoxTransferFunction.OpacityKnot(1, 1) }, null);
+            Dialogs.Paths.Enqueue(file);
+            panel.Click(panel.visualTree.Q<Button>("load").worldBound.center);
+            Assert.That(function.GetState(), Is.EqualTo(before));
+            Assert.That(Undo.Names[0], Is.EqualTo("Load Transfer Function"));
+            System.IO.File.WriteAllText(file, "no function");
+            Dialogs.Paths.Enqueue(file);
+            panel.Click(panel.visualTree.Q<Button>("load").worldBound.center);
+            Assert.That(Dialogs.Shown.Single().message, Does.Contain("was not loaded"));
+            Assert.That(function.GetState(), Is.EqualTo(before));
+            System.IO.File.Delete(file);
+            Object.DestroyImmediate(function, true);
+        }
+    }
+}

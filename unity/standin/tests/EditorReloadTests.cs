@@ -1,0 +1,49 @@
+// What a reload of the scripts' domain does to the editor's half.
+using System.Linq;
+using Lumivox.Editor;
+using NUnit.Framework;
+using StandIn;
+using UnityEditor;
+using UnityEngine;
+
+namespace Lumivox.Tests
+{
+    public sealed class EditorReloadTests
+    {
+        [SetUp]
+        public void Begin() => EditorProject.Begin();
+
+        [TearDown]
+        public void End()
+        {
+            foreach (var volume in Object.FindObjectsByType<LumivoxVolume>(FindObjectsSortMode.None)) Object.DestroyImmediate(volume.gameObject);
+        }
+
+        [Test]
+        public void AVolumeInTheSceneIsReadAgainFromTheEditorsFile()
+        {
+            var volume = new GameObject("Head").AddComponent<LumivoxVolume>();
+            volume.volume = EditorProject.ImportScan("Assets/head.nrrd");
+            EditorProject.Until(() => volume.volume.state == LumivoxVolumeState.Ready, "the scan is read");
+            Domain.Reload();
+            var after = Object.FindObjectsByType<LumivoxVolume>(FindObjectsSortMode.None).Single();
+            Assert.That(after, Is.Not.SameAs(volume), "it is another instance");
+            Assert.That(after.volume, Is.Not.Null);
+            Assert.That(AssetDatabase.GetAssetPath(after.volume), Is.EqualTo("Assets/head.nrrd"));
+            EditorProject.Until(() => after.volume.state == LumivoxVolumeState.Ready, "the scan is read again");
+            Assert.That(after.volume.dimensions, Is.EqualTo(new Vector3Int(12, 10, 8)));
+        }
+
+        [Test]
+        public void AnImportThatIsUnderWayEndsWithTheDomain()
+        {
+            var volume = new GameObject("Head").AddComponent<LumivoxVolume>();
+            volume.volume = LumivoxVolumeAsset.Phantom("head", 64);
+            Assert.That(volume.volume.state, Is.EqualTo(LumivoxVolumeState.Loading));
+            Domain.Reload();
+            // Nobody waits for what the old domain began; the new one begins anew.
+            var after = Object.FindObjectsByType<LumivoxVolume>(FindObjectsSortMode.None).Single();
+            EditorProject.Until(() => after.volume.state == LumivoxVolumeState.Ready, "the phantom is computed again");
+        }
+    }
+}

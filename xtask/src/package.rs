@@ -1,0 +1,132 @@
+//! What people without a compiler install, made of the tree: `cargo xtask package unity`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::unity_metas;
+
+/// Makes `com.lumivox-VERSION.tgz` in `out`, as Unity's package manager takes it: the package, with the native library and
+/// the decoders' program of this system in it. `profile` is how those are built: `dist` for people, `release` where tests
+/// have built that already.
+pub fn unity(out: &Path, profile: &str) -> Result<(), String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let version = env!("CARGO_PKG_VERSION");
+    let package = root.join("unity/com.lumivox");
+    let manifest = read(&package.join("package.json"))?;
+    let said: serde_json::Value = serde_json::from_str(&manifest)
+        .map_err(|error| format!("unity/com.lumivox/package.json: {error}"))?;
+    if said["version"] != version {
+        let there = &said["version"];
+        return Err(format!("unity/com.lumivox/package.json says version {there}, the workspace {version}"));
+    }
+    unity_metas::check()?;
+    let built = build(profile)?;
+    fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
+    let staged = out.join("package");
+    if staged.exists() {
+        fs::remove_dir_all(&staged).map_err(|error| format!("{}: {error}", staged.display()))?;
+    }
+    copy_all(&package, &staged)?;
+    let folder = staged.join("Plugins").join(plugin_folder()?);
+    fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    for file in &built {
+        let name = file.file_name().ok_or("a program without a name")?;
+        let target = folder.join(name);
+        fs::copy(file, &target).map_err(|error| format!("{}: {error}", file.display()))?;
+        if profile != "dist" {
+            run(Command::new("strip").arg(&target))?;
+        }
+    }
+    unity_metas::complete(&staged)?;
+    let name = format!("com.lumivox-{version}.tgz");
+    // The same files give the same archive.
+    run(Command::new("tar")
+        .args(["--sort=name", "--owner=0", "--group=0", "--numeric-owner", "--mtime=2020-01-01", "-czf"])
+        .arg(out.join(&name))
+        .arg("-C")
+        .arg(out)
+        .arg("package"))?;
+    fs::remove_dir_all(&staged).map_err(|error| format!("{}: {error}", staged.display()))?;
+    let size = fs::metadata(out.join(&name)).map_err(|error| error.to_string())?.len();
+    println!("{}: {:.1} MB", out.join(&name).display(), size as f64 * 1e-6);
+    Ok(())
+}
+
+/// Where Unity looks for libraries of this system.
+fn plugin_folder() -> Result<&'static str, String> {
+    match (std::env::consts::OS, std::env::consts::ARCH) {
+        ("linux", "x86_64") => Ok("Linux/x86_64"),
+        ("windows", "x86_64") => Ok("Windows/x86_64"),
+        ("macos", _) => Ok("macOS"),
+        (os, arch) => Err(format!("the package has no place for libraries of {os} on {arch}")),
+    }
+}
+
+/// Builds what is native; returns the files.
+fn build(profile: &str) -> Result<Vec<PathBuf>, String> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = Command::new(cargo)
+        .args(["build", "--quiet", "--profile", profile, "--message-format", "json-render-diagnostics"])
+        .args([
+            "--package",
+            "lumivox-unity",
+            "--package",
+            "lumivox-import",
+            "--lib",
+            "--bin",
+            "lumivox-codecs",
+        ])
+        .stderr(std::process::Stdio::inherit())
+        .output()
+        .map_err(|error| format!("cargo: {error}"))?;
+    if !output.status.success() {
+        return Err("what is native does not build".to_owned());
+    }
+    let mut files = vec![];
+    for line in String::from_utf8_lossy(&output.stdout).lines() {
+        let Ok(message) = serde_json::from_str::<serde_json::Value>(line) else { continue };
+        let wanted = ["lumivox_unity", "lumivox-codecs"];
+        if message["reason"] != "compiler-artifact"
+            || !wanted.iter().any(|name| message["target"]["name"] == *name)
+        {
+            continue;
+        }
+        let made = message["filenames"].as_array().into_iter().flatten().filter_map(|name| name.as_str());
+        files.extend(made.map(PathBuf::from).filter(|path| {
+            let extension = path.extension().unwrap_or_default();
+            ["so", "dll", "dylib", "exe", ""].iter().any(|known| extension == *known)
+        }));
+    }
+    match files.len() {
+        2 => Ok(files),
+        _ => Err(format!("a library and a program were to be built, not {files:?}")),
+    }
+}
+
+fn copy_all(from: &Path, to: &Path) -> Result<(), String> {
+    let failed = |error: std::io::Error| format!("{}: {error}", from.display());
+    fs::create_dir_all(to).map_err(failed)?;
+    for entry in fs::read_dir(from).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        let target = to.join(entry.file_name());
+        if entry.file_type().map_err(failed)?.is_dir() {
+            copy_all(&entry.path(), &target)?;
+        } else {
+            fs::copy(entry.path(), &target).map_err(failed)?;
+        }
+    }
+    Ok(())
+}
+
+fn read(path: &Path) -> Result<String, String> {
+    fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+fn run(command: &mut Command) -> Result<(), String> {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{command:?}: {status}")),
+        Err(error) => Err(format!("{command:?}: {error}")),
+    }
+}
