@@ -21,7 +21,7 @@ Commands:
                             Make the Unity package with this system's library in it (PROFILE: dist)
   unity-kernels             Write the Unity package's kernels, and the table of their names
   unity-kernels --check     Fail where they are not what would be written
-  unity-kernels --all DIR   Write every kernel of every view there, as plain HLSL, for tests
+  unity-kernels --all DIR   Write every kernel of every view there, for tests
   unity-metas               Give each file of the Unity package its identifier
   unity-metas --check       Fail where one is missing, left over or there twice
 

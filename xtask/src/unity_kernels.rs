@@ -75,9 +75,9 @@ pub fn check() -> Result<(), String> {
     Err(format!("run `cargo xtask unity-kernels`, these are stale:{list}"))
 }
 
-/// Writes the kernels of all views, of devices that count turns of loops, too, into a folder, as plain HLSL, and
-/// `table.txt`: a line for each, its name and entry point and, in the order of its bindings, `u:` and `r:` with the names of
-/// uniform buffers and other resources.
+/// Writes the kernels of all views, of devices that count turns of loops, too, into `Resources/Lumivox` of a folder, and
+/// beside that `table.txt`: a line for each, its name and entry point and, in the order of its bindings, `u:`, `b:` and `t:`
+/// with the names of uniform buffers, others and textures.
 pub fn write_all(folder: &Path) -> Result<(), String> {
     let limits = [false, true].into_iter().flat_map(|few_kernels| {
         [None, Some(LoopTurns::of_software(16))].map(|loop_turns| DeviceLimits {
@@ -90,10 +90,16 @@ pub fn write_all(folder: &Path) -> Result<(), String> {
     let kernels = translated(limits, &views)?;
     let mut table = String::new();
     for (name, (kernel, translated)) in &kernels {
-        write_if_changed(&folder.join(format!("{name}.hlsl")), &translated.text)?;
+        let (kind, text) = file(*kernel, translated);
+        write_if_changed(&folder.join(format!("Resources/Lumivox/{name}.{kind}")), &text)?;
         let _ = write!(table, "{name} {}", kernel.entry_point());
         for (place, name) in &translated.bindings {
-            let _ = write!(table, " {}:{name}", if *place == Place::Uniform { 'u' } else { 'r' });
+            let place = match place {
+                Place::Uniform => 'u',
+                Place::Buffer => 'b',
+                Place::Texture => 't',
+            };
+            let _ = write!(table, " {place}:{name}");
         }
         table.push('\n');
     }
@@ -124,15 +130,20 @@ fn translated(limits: impl IntoIterator<Item = DeviceLimits>, views: &[ViewKind]
     Ok(kernels)
 }
 
+/// A kernel's kind of file, and what is in it.
+fn file(kernel: Kernel, translated: &Translated) -> (&'static str, String) {
+    match kernel.stage() {
+        Stage::Compute => ("compute", compute(kernel, translated)),
+        Stage::DrawColor | Stage::DrawDepth => ("shader", shader(kernel, translated)),
+    }
+}
+
 /// The package's files, by their paths in [`PACKAGE`].
 fn files(kernels: &Kernels) -> BTreeMap<String, String> {
     let mut files: BTreeMap<String, String> = kernels
         .iter()
         .map(|(name, (kernel, translated))| {
-            let (kind, text) = match kernel.stage() {
-                Stage::Compute => ("compute", compute(*kernel, translated)),
-                Stage::DrawColor | Stage::DrawDepth => ("shader", shader(*kernel, translated)),
-            };
+            let (kind, text) = file(*kernel, translated);
             (format!("{KERNELS}/{name}.{kind}"), text)
         })
         .collect();

@@ -11,6 +11,9 @@ namespace Lumivox.HighDefinition
         /// <summary>Nits of a bright sky, as bright beside HDRP's suns as Lumivox' studio beside others'.</summary>
         const float SkyNits = 30000f;
 
+        /// <summary>The pass for all cameras. Another one would draw the same light once more.</summary>
+        internal static LumivoxCustomPass Pass { get; private set; }
+
         static bool isHooked;
 
 #if UNITY_EDITOR
@@ -24,7 +27,8 @@ namespace Lumivox.HighDefinition
             LightReader.Adapt += AdaptLight;
             EnvironmentReader.Adapt += ReadSky;
             EnvironmentReader.StudioStrength = () => GraphicsSettings.currentRenderPipeline is HDRenderPipelineAsset ? SkyNits : 1f;
-            CustomPassVolume.RegisterGlobalCustomPass(CustomPassInjectionPoint.BeforeTransparent, new LumivoxCustomPass { name = "Lumivox" });
+            Pass = new LumivoxCustomPass { name = "Lumivox" };
+            CustomPassVolume.RegisterGlobalCustomPass(CustomPassInjectionPoint.BeforeTransparent, Pass);
         }
 
         /// <summary>

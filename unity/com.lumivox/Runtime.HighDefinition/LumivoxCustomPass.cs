@@ -7,8 +7,8 @@ namespace Lumivox.HighDefinition
 {
     /// <summary>
     /// Draws volumes in the High Definition Render Pipeline. It need not be added to a Custom Pass Volume: it is there for
-    /// all cameras, before transparent things. Custom passes have to be on in the cameras' frame settings, as they are
-    /// unless somebody turned them off.
+    /// all cameras, before transparent things; one that is added all the same draws nothing. Custom passes have to be on in
+    /// the cameras' frame settings, as they are unless somebody turned them off.
     /// </summary>
     [Serializable]
     public sealed class LumivoxCustomPass : CustomPass
@@ -20,7 +20,7 @@ namespace Lumivox.HighDefinition
         protected override void Execute(CustomPassContext ctx)
         {
             var camera = ctx.hdCamera.camera;
-            if (!LumivoxRuntime.Draws(camera)) return;
+            if (this != HighDefinitionHost.Pass || !LumivoxRuntime.Draws(camera)) return;
             RTHandle color = ctx.cameraColorBuffer, depth = ctx.cameraDepthBuffer;
             var isStereo = camera.stereoEnabled;
             var isArray = color.rt.dimension == TextureDimension.Tex2DArray;

@@ -240,7 +240,7 @@ namespace Lumivox
             if (extent.x * extent.y * extent.z == 0f) warnings.Add("The clip box is flat: nothing is seen. 'Clip Min' must be smaller than 'Clip Max'.");
             else if (Mathf.Min(extent.x, Mathf.Min(extent.y, extent.z)) < 0f) warnings.Add("'Clip Min' lies beyond 'Clip Max': what is between them is kept.");
             if (QualitySettings.activeColorSpace == ColorSpace.Gamma) warnings.Add("The project's colour space is Gamma: volumes are too dark in it. Set Project Settings > Player > Color Space to Linear.");
-            var error = Lumivox.LastError;
+            var error = LumivoxRenderer.LastError;
             if (error.Length > 0) warnings.Add($"Volumes cannot be drawn: {error}");
             var factor = LumivoxRuntime.ReductionOf(m_Volume);
             if (factor > 1) warnings.Add($"The GPU has no room for all voxels of this scan: it is shown at 1/{factor} of its resolution. Free others, or crop it.");

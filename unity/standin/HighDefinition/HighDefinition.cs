@@ -54,6 +54,10 @@ namespace UnityEngine.Rendering.HighDefinition
     public class CustomPassVolume : MonoBehaviour
     {
         internal static readonly Dictionary<CustomPassInjectionPoint, List<CustomPass>> global = new Dictionary<CustomPassInjectionPoint, List<CustomPass>>();
+
+        // The pipeline is of scripts, too: a reload forgets what the domain before registered.
+        static CustomPassVolume() => StandIn.Domain.beforeReload += global.Clear;
+
         public static void RegisterGlobalCustomPass(CustomPassInjectionPoint injectionPoint, CustomPass customPassInstance, float priority = 0)
         {
             if (!global.TryGetValue(injectionPoint, out var list)) global[injectionPoint] = list = new List<CustomPass>();

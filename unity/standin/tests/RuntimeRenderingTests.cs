@@ -72,10 +72,10 @@ namespace Lumivox.Tests
             {
                 Engine.Frame();
                 Ticker.Tick();
-                if (i > 2 && Lumivox.IsConverged(camera)) return;
+                if (i > 2 && LumivoxRenderer.IsConverged(camera)) return;
             }
-            var status = Lumivox.GetStatus(camera);
-            Assert.Fail($"after {most} frames: {status.samples} of {status.target} samples, shown: {status.isShown}, error: '{Lumivox.LastError}'");
+            var status = LumivoxRenderer.GetStatus(camera);
+            Assert.Fail($"after {most} frames: {status.samples} of {status.target} samples, shown: {status.isShown}, error: '{LumivoxRenderer.LastError}'");
         }
 
         static Color At(Picture picture, float u, float v) => picture.At((int)(u * picture.width), (int)(v * picture.height));
@@ -89,8 +89,8 @@ namespace Lumivox.Tests
             var picture = Pictures.Color(camera);
             Assert.IsTrue(Light(At(picture, 0.5f, 0.5f)) > 0.02f, $"{At(picture, 0.5f, 0.5f)}");
             Assert.AreEqual(0f, Light(At(picture, 0.03f, 0.03f)));
-            Assert.AreEqual("", Lumivox.LastError);
-            var status = Lumivox.GetStatus(camera);
+            Assert.AreEqual("", LumivoxRenderer.LastError);
+            var status = LumivoxRenderer.GetStatus(camera);
             Assert.IsTrue(status.samples >= 8 && status.isConverged);
             var center = camera.WorldToViewportPoint(volume.transform.position);
             var depth = At(Pictures.Depth(camera), center.x, center.y).r;
@@ -227,7 +227,7 @@ namespace Lumivox.Tests
             volume.enabled = false;
             Engine.Frames(3);
             Assert.AreEqual(0f, Light(At(Pictures.Color(camera), 0.5f, 0.5f)));
-            Assert.IsTrue(Lumivox.IsConverged(camera));
+            Assert.IsTrue(LumivoxRenderer.IsConverged(camera));
         }
 
         [Test]
@@ -335,11 +335,11 @@ namespace Lumivox.Tests
             Log.Expect(LogType.Error, "Lumivox cannot draw the volumes: ");
             Faults.allocationsLeft = 1;
             Engine.Frames(1);
-            Assert.IsTrue(Lumivox.LastError.Length > 0);
+            Assert.IsTrue(LumivoxRenderer.LastError.Length > 0);
             Faults.Clear();
             second.density = 40f;
             Settle();
-            Assert.AreEqual("", Lumivox.LastError);
+            Assert.AreEqual("", LumivoxRenderer.LastError);
             Assert.IsTrue(Light(At(Pictures.Color(camera), 0.5f, 0.5f)) > 0.02f);
             Object.DestroyImmediate(second.gameObject);
             Object.DestroyImmediate(other);

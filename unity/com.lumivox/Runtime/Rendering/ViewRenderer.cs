@@ -57,7 +57,7 @@ namespace Lumivox
             if (engineFrame != Time.frameCount || view.Frame == frame) BeginFrame(stage, executor);
             view.Frame = frame;
             if (!isSwept) Sweep(cmd, stage, executor, worlds);
-            var isAtOnce = Lumivox.RenderAtOnce;
+            var isAtOnce = LumivoxRenderer.RenderAtOnce;
             var world = worlds.Gather(stage, inputs.Camera, settings.environmentSource == LumivoxEnvironmentSource.Studio, frame);
             view.IsShown = world != null;
             view.Target = settings.targetSamples;

@@ -33,7 +33,7 @@ namespace Lumivox.Samples
             View.Move(0.001f, 0, 1);
             Build();
             // Lights are otherwise found within half a second of being made.
-            global::Lumivox.Lumivox.FindLights();
+            LumivoxRenderer.FindLights();
         }
 
         protected virtual LumivoxVolumeAsset DefaultScan() => LumivoxVolumeAsset.Phantom("head", 192);

@@ -28,7 +28,7 @@ namespace Lumivox
     }
 
     /// <summary>How the volumes on screen are doing, for scripts.</summary>
-    public static class Lumivox
+    public static class LumivoxRenderer
     {
         /// <summary>How far the image of a camera is, as known of the frame that was drawn last; of a headset, that of the eye which is behind.</summary>
         public static LumivoxStatus GetStatus(Camera camera) => LumivoxRuntime.StatusOf(camera);
@@ -42,7 +42,7 @@ namespace Lumivox
         {
             if (camera == null)
             {
-                Debug.LogError("Lumivox.IsConverged: there is no camera: it is null.");
+                Debug.LogError("LumivoxRenderer.IsConverged: there is no camera: it is null.");
                 return false;
             }
             var status = LumivoxRuntime.StatusOf(camera);
