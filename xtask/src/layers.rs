@@ -60,9 +60,11 @@ const RULES: &[Rule] = &[
     Rule { name: "lumivox-godot-tests", kind: Kind::App,    imports: &["lumivox-import"] },
     Rule { name: "lumivox-unity",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-shaders", "lumivox-renderer"] },
     // What the Unity package's tests have in place of an engine's GPU; knows nothing of ours.
-    Rule { name: "standin-gpu",       kind: Kind::App,      imports: &[] },
+    Rule { name: "standin-gpu",       kind: Kind::TestOnly, imports: &[] },
     // What its pictures are compared with: test scenes, and the wgpu host.
     Rule { name: "standin-twin",      kind: Kind::TestOnly,      imports: &["lumivox-renderer", "lumivox-testing", "lumivox-unity", "lumivox-wgpu"] },
+    // The program of the import crate is built with them, as with Godot's.
+    Rule { name: "lumivox-unity-tests", kind: Kind::App,    imports: &["lumivox-import"] },
     // It translates the kernels for Unity.
     Rule { name: "xtask",             kind: Kind::App,      imports: &["lumivox-shaders", "lumivox-renderer"] },
 ];

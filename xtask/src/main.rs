@@ -17,8 +17,9 @@ Usage: cargo xtask <COMMAND>
 Commands:
   ci      Format check, clippy, import rules, tests, documentation, licences: what CI runs
   layers  Check that imports between the crates go one way
-  package unity OUT [PROFILE]
-                            Make the Unity package with this system's library in it (PROFILE: dist)
+  package unity OUT         Make the Unity package, with this system's library in it, in the folder OUT
+  package unity OUT --from DIR
+                            The same, with a library and a program that are built
   unity-kernels             Write the Unity package's kernels, and the table of their names
   unity-kernels --check     Fail where they are not what would be written
   unity-kernels --all DIR   Write every kernel of every view there, for tests
@@ -35,8 +36,10 @@ fn main() -> ExitCode {
         ["unity-kernels"] => unity_kernels::write(),
         ["unity-kernels", "--check"] => unity_kernels::check(),
         ["unity-kernels", "--all", folder] => unity_kernels::write_all(Path::new(folder)),
-        ["package", "unity", out] => package::unity(Path::new(out), "dist"),
-        ["package", "unity", out, profile] => package::unity(Path::new(out), profile),
+        ["package", "unity", out] => package::unity(Path::new(out), None),
+        ["package", "unity", out, "--from", folder] => {
+            package::unity(Path::new(out), Some(Path::new(folder)))
+        }
         ["unity-metas"] => unity_metas::write(),
         ["unity-metas", "--check"] => unity_metas::check(),
         ["help" | "--help" | "-h"] => {

@@ -7,9 +7,8 @@ use std::process::Command;
 use crate::unity_metas;
 
 /// Makes `com.lumivox-VERSION.tgz` in `out`, as Unity's package manager takes it: the package, with the native library and
-/// the decoders' program of this system in it. `profile` is how those are built: `dist` for people, `release` where tests
-/// have built that already.
-pub fn unity(out: &Path, profile: &str) -> Result<(), String> {
+/// the decoders' program of this system in it. They are built for people, or taken `from` a folder.
+pub fn unity(out: &Path, from: Option<&Path>) -> Result<(), String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let version = env!("CARGO_PKG_VERSION");
     let package = root.join("unity/com.lumivox");
@@ -21,20 +20,23 @@ pub fn unity(out: &Path, profile: &str) -> Result<(), String> {
         return Err(format!("unity/com.lumivox/package.json says version {there}, the workspace {version}"));
     }
     unity_metas::check()?;
-    let built = build(profile)?;
+    let built = match from {
+        Some(folder) => native_files(folder)?,
+        None => build()?,
+    };
     fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
     let staged = out.join("package");
     if staged.exists() {
         fs::remove_dir_all(&staged).map_err(|error| format!("{}: {error}", staged.display()))?;
     }
     copy_all(&package, &staged)?;
-    let folder = staged.join("Plugins").join(plugin_folder()?);
+    let folder = staged.join("Runtime/Plugins").join(plugin_folder()?);
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     for file in &built {
         let name = file.file_name().ok_or("a program without a name")?;
         let target = folder.join(name);
         fs::copy(file, &target).map_err(|error| format!("{}: {error}", file.display()))?;
-        if profile != "dist" {
+        if from.is_some() {
             run(Command::new("strip").arg(&target))?;
         }
     }
@@ -63,11 +65,22 @@ fn plugin_folder() -> Result<&'static str, String> {
     }
 }
 
+/// What is native, of a folder.
+fn native_files(folder: &Path) -> Result<Vec<PathBuf>, String> {
+    use std::env::consts::{DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX};
+    let files = [format!("{DLL_PREFIX}lumivox_unity{DLL_SUFFIX}"), format!("lumivox-codecs{EXE_SUFFIX}")];
+    let there = files.map(|name| folder.join(name));
+    match there.iter().find(|file| !file.is_file()) {
+        Some(file) => Err(format!("there is no {}", file.display())),
+        None => Ok(there.to_vec()),
+    }
+}
+
 /// Builds what is native; returns the files.
-fn build(profile: &str) -> Result<Vec<PathBuf>, String> {
+fn build() -> Result<Vec<PathBuf>, String> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let output = Command::new(cargo)
-        .args(["build", "--quiet", "--profile", profile, "--message-format", "json-render-diagnostics"])
+        .args(["build", "--quiet", "--profile", "dist", "--message-format", "json-render-diagnostics"])
         .args([
             "--package",
             "lumivox-unity",

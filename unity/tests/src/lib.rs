@@ -1,0 +1,1 @@
+//! Nothing: the tests are in `tests`, and this makes a place for the program that they ship.

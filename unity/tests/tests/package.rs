@@ -1,0 +1,150 @@
+//! The Unity package without Unity: its C# in what stands in for the engine, its kernels before Microsoft's compilers, its
+//! native border under valgrind, and the package that people install, unpacked in an empty place.
+//!
+//! `script/unity` is the same for people. Nothing here skips: what a machine lacks is fetched, or it fails and says why.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+
+fn main() -> ExitCode {
+    let filters: Vec<String> =
+        std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
+    let mut counts = Counts::default();
+    let checks: [(&str, fn(&[String]) -> Counts); 4] =
+        [("kernels", kernels), ("package", package), ("installed", installed), ("border", border)];
+    let named = |name: &str| filters.iter().any(|filter| filter == name);
+    let any_named = checks.iter().any(|(name, _)| named(name));
+    for (name, check) in checks {
+        // Other words choose among the package's tests.
+        if any_named && !named(name) || !any_named && !filters.is_empty() && name != "package" {
+            continue;
+        }
+        println!("\n== {name}");
+        let words: Vec<String> = if any_named { vec![] } else { filters.clone() };
+        let Counts { passed, failed } = check(&words);
+        counts.passed += passed;
+        counts.failed += failed;
+    }
+    let Counts { passed, failed } = counts;
+    let is_fine = failed == 0 && passed > 0;
+    let word = if is_fine { "ok" } else { "FAILED" };
+    println!(
+        "\ntest result: {word}. {passed} passed; {failed} failed; 0 ignored; 0 measured; 0 filtered out"
+    );
+    if is_fine { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+#[derive(Clone, Copy, Default)]
+struct Counts {
+    passed: u64,
+    failed: u64,
+}
+
+impl Counts {
+    const FAILED: Self = Self { passed: 0, failed: 1 };
+
+    fn one(is_fine: bool) -> Self {
+        if is_fine { Self { passed: 1, failed: 0 } } else { Self::FAILED }
+    }
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Where Cargo leaves libraries and tests.
+fn built() -> PathBuf {
+    let own = std::env::current_exe().expect("this program lies somewhere");
+    own.parent().expect("in a folder").to_owned()
+}
+
+fn script(name: &str) -> Command {
+    let mut command = Command::new("bash");
+    command.arg(root().join("script").join(name)).current_dir(root());
+    // Whoever builds has what they build with in PATH.
+    command.env("CARGO", env!("CARGO"));
+    command
+}
+
+/// Runs a program whose last line counts its tests, and shows all that it says.
+fn counted(command: &mut Command) -> Counts {
+    let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().expect("bash");
+    let mut counts = Counts::default();
+    for line in BufReader::new(child.stdout.take().expect("a pipe")).lines().map_while(Result::ok) {
+        println!("{line}");
+        let words: Vec<&str> = line.split([' ', ',']).filter(|word| !word.is_empty()).collect();
+        if let [passed, "passed", failed, "failed"] = words[..]
+            && let (Ok(passed), Ok(failed)) = (passed.parse(), failed.parse())
+        {
+            counts = Counts { passed, failed };
+        }
+    }
+    let is_fine = child.wait().is_ok_and(|status| status.success());
+    if !is_fine && counts.failed == 0 || counts.passed + counts.failed == 0 { Counts::FAILED } else { counts }
+}
+
+fn succeeds(command: &mut Command) -> bool {
+    command.stdin(Stdio::null()).status().is_ok_and(|status| status.success())
+}
+
+/// FXC and DXC take every kernel that is shipped.
+fn kernels(_: &[String]) -> Counts {
+    Counts::one(succeeds(&mut script("hlsl")))
+}
+
+/// All C# compiles as in either Unity, in the editor and for players, and the tests pass in the newest editor.
+fn package(filters: &[String]) -> Counts {
+    counted(script("unity").arg("--libraries").arg(built()).args(filters))
+}
+
+/// What people install: made of the tree, unpacked elsewhere, with the library that is in it.
+fn installed(_: &[String]) -> Counts {
+    // Unity sees no folder whose name begins with a dot.
+    let place = tempfile::Builder::new().prefix("lumivox").tempdir().expect("a folder of our own");
+    let (native, out) = (place.path().join("native"), place.path().join("out"));
+    fs::create_dir(&native).expect("a folder");
+    let files = [
+        (built().join("liblumivox_unity.so"), "liblumivox_unity.so"),
+        (PathBuf::from(env!("CARGO_BIN_EXE_unity-codecs")), "lumivox-codecs"),
+    ];
+    for (from, name) in files {
+        fs::copy(&from, native.join(name)).unwrap_or_else(|error| panic!("{}: {error}", from.display()));
+    }
+    let mut xtask = Command::new(env!("CARGO"));
+    xtask.args(["run", "--release", "--quiet", "--package", "xtask", "--", "package", "unity"]);
+    xtask.arg(&out).arg("--from").arg(&native).current_dir(root());
+    let archive = out.join(format!("com.lumivox-{}.tgz", env!("CARGO_PKG_VERSION")));
+    if !succeeds(&mut xtask)
+        || !succeeds(Command::new("tar").arg("-xzf").arg(&archive).arg("-C").arg(place.path()))
+    {
+        return Counts::FAILED;
+    }
+    let unpacked = place.path().join("package");
+    counted(script("unity").arg("--libraries").arg(built()).arg("--installed").arg(&unpacked).args([
+        "RuntimeComponentTests",
+        "RuntimeWorldTests",
+        "TheScanIsSeenInTheMiddle",
+    ]))
+}
+
+/// The tests of the C ABI under valgrind: no byte is read that is not there, none is lost.
+fn border(_: &[String]) -> Counts {
+    let is_test = |path: &PathBuf| {
+        let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
+        name.starts_with("border-") && path.extension().is_none()
+    };
+    let all =
+        fs::read_dir(built()).expect("the folder of the tests").filter_map(|entry| Some(entry.ok()?.path()));
+    let newest = all.filter(is_test).max_by_key(|path| path.metadata().and_then(|file| file.modified()).ok());
+    let Some(test) = newest else {
+        eprintln!("the border's tests are not built: run `cargo test --release --workspace --no-run`");
+        return Counts::FAILED;
+    };
+    let options = ["--quiet", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=definite"];
+    let mut valgrind = Command::new("valgrind");
+    valgrind.args(options).arg("--errors-for-leak-kinds=definite").arg(test).current_dir(root());
+    Counts::one(succeeds(&mut valgrind))
+}
