@@ -10,7 +10,9 @@ namespace Lumivox
     /// it. Any number may overlap.
     /// </summary>
     /// <remarks>
-    /// The scan stands upright at its true size (one unit is a metre), its centre at the object's origin, and faces +z.
+    /// The scan stands upright at its true size (one unit is a metre), its centre at the object's origin. The patient's head
+    /// is up (+y), the face looks along -z, at a camera that was not turned, and the patient's left is +x, on that camera's
+    /// right, as when facing somebody.
     /// How the image converges is set by a <see cref="LumivoxEffect"/>; without one, the project's defaults hold. The
     /// object's layer decides which cameras see it and which lights light it. Numbers beyond the range of their property
     /// become the nearest one in it; NaN and infinity are refused with an error, and the property stays as it was.

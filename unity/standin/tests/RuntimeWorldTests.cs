@@ -78,6 +78,44 @@ namespace Lumivox.Tests
         }
 
         [Test]
+        public void ASpotOfTheBuiltInPipelineIsSoftInItsOuterFifth()
+        {
+            var spot = Light(LightType.Spot);
+            spot.spotAngle = 50f;
+            spot.innerSpotAngle = 10f;
+            spot.range = 7f;
+            var source = default(LightSource);
+            Assert.IsTrue(LightReader.TryRead(spot, ref source));
+            Assert.AreEqual(LightSource.BuiltIn, source.falloff);
+            Assert.AreEqual(7f, source.range);
+            Assert.AreEqual(25f * Mathf.Deg2Rad, source.outerHalfAngle, 1e-5f);
+            Assert.AreEqual(20f * Mathf.Deg2Rad, source.innerHalfAngle, 1e-5f);
+        }
+
+        [Test]
+        public void HDRPKeepsTheInnerConeAsAShareOfTheOuter()
+        {
+            GraphicsSettings.defaultRenderPipeline = ScriptableObject.CreateInstance<UnityEngine.Rendering.HighDefinition.HDRenderPipelineAsset>();
+            var spot = Light(LightType.Spot);
+            spot.spotAngle = 60f;
+            var data = spot.gameObject.AddComponent<UnityEngine.Rendering.HighDefinition.HDAdditionalLightData>();
+            data.innerSpotPercent = 50f;
+            data.shapeRadius = 0.1f;
+            var source = default(LightSource);
+            // Its adaptation alone, whichever pipelines' are hooked.
+            var hooked = LightReader.Adapt;
+            LightReader.Adapt = HighDefinition.HighDefinitionHost.AdaptLight;
+            var isRead = LightReader.TryRead(spot, ref source);
+            LightReader.Adapt = hooked;
+            Assert.IsTrue(isRead);
+            Assert.AreEqual(LightSource.InverseSquare, source.falloff);
+            Assert.AreEqual(30f * Mathf.Deg2Rad, source.outerHalfAngle, 1e-5f);
+            Assert.AreEqual(15f * Mathf.Deg2Rad, source.innerHalfAngle, 1e-5f);
+            Assert.AreEqual(0.1f, source.radius);
+            Near(Vector3.one, source.strength);
+        }
+
+        [Test]
         public void WhatIsOffOrDarkDoesNotShine()
         {
             var light = Light(LightType.Point);

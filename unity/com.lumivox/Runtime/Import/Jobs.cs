@@ -79,7 +79,8 @@ namespace Lumivox
             }
             Done = (long)progress.done;
             Total = (long)progress.total;
-            Progressed?.Invoke(this);
+            // Before its first stage there is nothing to tell.
+            if (Stage.Length > 0) Progressed?.Invoke(this);
         }
     }
 

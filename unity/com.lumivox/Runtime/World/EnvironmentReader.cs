@@ -70,7 +70,7 @@ namespace Lumivox
         void FillMap(ref Surroundings surroundings)
         {
             if (surroundings.kind != Surroundings.Map) return;
-            surroundings.map = baker.Map;
+            surroundings.map = baker.Use();
             if (surroundings.map == IntPtr.Zero) ReadProbe(ref surroundings);
         }
 

@@ -13,7 +13,10 @@ namespace Lumivox
         /// <summary>That of the pipeline, where it has one.</summary>
         internal static Adaptation Adapt;
 
-        /// <summary>The share of a spot's cone, along its angle, in which the built-in pipeline's own cookie is still white.</summary>
+        /// <summary>
+        /// The share of a spot's cone, along its angle, in which the built-in pipeline's own cookie is still white: an
+        /// estimate, as that picture is not public.
+        /// </summary>
         const float BuiltInCone = 0.8f;
 
         /// <summary>Whether a light shines on volumes, and how. Areas do not: they are baked, or HDRP's alone.</summary>

@@ -31,16 +31,20 @@ namespace Lumivox
         Task<float[]> converting;
         int nextLook;
         int tries;
-        bool isWanted, isReading, isDisposed;
+        bool isWanted, isReading, isUnseen, isDisposed;
         float scale = 1f;
 
         public SkyBaker() => came = Came;
 
-        /// <summary>The map; zero where there is none yet.</summary>
-        public IntPtr Map => map != null ? map.Pointer : IntPtr.Zero;
+        /// <summary>The map for a frame; zero where there is none yet.</summary>
+        public IntPtr Use()
+        {
+            isUnseen = false;
+            return map != null ? map.Pointer : IntPtr.Zero;
+        }
 
-        /// <summary>Whether the map is not that of the sky as it is now.</summary>
-        public bool IsAwaited => isWanted || isReading || converting != null;
+        /// <summary>Whether the map that was used last is not that of the sky as it is now.</summary>
+        public bool IsAwaited => isWanted || isReading || isUnseen || converting != null;
 
         /// <summary>Whether a camera is the one that skies are drawn with.</summary>
         public bool Owns(Camera other) => !ReferenceEquals(camera, null) && ReferenceEquals(camera, other);
@@ -173,7 +177,7 @@ namespace Lumivox
             {
                 var made = new MapHandle(Border.Checked(Library.lumivox_map_new(Width, Height, rgb)));
                 map?.Dispose();
-                (map, mapHash) = (made, hash);
+                (map, mapHash, isUnseen) = (made, hash, true);
             }
             LumivoxRuntime.RequestFrames();
         }

@@ -79,13 +79,13 @@ namespace UnityEngine
             if (described.width <= 0 || described.height <= 0 || described.volumeDepth <= 0) throw new ArgumentException("RenderTextureDesc width, height and volumeDepth must be greater than zero.");
             if (described.width > most || described.height > most || described.dimension == TextureDimension.Tex3D && described.volumeDepth > most) throw new ArgumentException($"RenderTextureDesc width, height or volumeDepth is more than {most}.");
             if (described.msaaSamples > 1) throw new NotImplementedException("the stand-in's render textures have one sample a pixel");
-            if (described.dimension == TextureDimension.Cube) throw new NotImplementedException("the stand-in renders to no cubes");
+            if (described.dimension == TextureDimension.Cube && (described.width != described.height || described.volumeDepth != 1)) throw new ArgumentException("A cube render texture is square, and has no volumeDepth.");
             if (described.graphicsFormat == GraphicsFormat.None && described.depthStencilFormat == GraphicsFormat.None) throw new ArgumentException("RenderTextureDesc graphicsFormat and depthStencilFormat cannot both be None.");
             if (described.enableRandomWrite && GraphicsFormatUtility.IsSRGBFormat(described.graphicsFormat)) throw new ArgumentException("A render texture of an sRGB format is not written by kernels.");
         }
         void Take()
         {
-            m_Width = described.width; m_Height = described.height; m_Depth = described.volumeDepth; m_Dimension = described.dimension;
+            m_Width = described.width; m_Height = described.height; m_Depth = described.dimension == TextureDimension.Cube ? 6 : described.volumeDepth; m_Dimension = described.dimension;
             m_Format = described.graphicsFormat == GraphicsFormat.None ? described.depthStencilFormat : described.graphicsFormat;
             m_Levels = described.useMipMap ? described.mipCount > 0 ? described.mipCount : Mathf.CeilToInt(Mathf.Log(Mathf.Max(m_Width, m_Height), 2)) + 1 : 1;
         }

@@ -153,7 +153,19 @@ namespace UnityEngine
         public Texture mainTexture { get => GetTexture("_MainTex"); set => SetTexture("_MainTex", value); }
         public Color color { get => GetColor("_Color"); set => SetColor("_Color", value); }
         public string GetTag(string tag, bool searchFallbacks, string defaultValue = "") => shader.passes.Count > 0 && shader.passes[0].tags.TryGetValue(tag, out var value) ? value : defaultValue;
-        public int ComputeCRC() => throw new NotImplementedException("the stand-in has no checksums of materials");
+        /// Another one where the shader, a keyword or a property is.
+        public int ComputeCRC()
+        {
+            Main("ComputeCRC");
+            int sum = m_Shader.GetInstanceID();
+            foreach (var keyword in keywords) sum += 17 * keyword.GetHashCode();
+            foreach (var pair in sheet)
+            {
+                var of = pair.Value;
+                sum += 31 * (pair.Key * 7919 + of.value.GetHashCode() * 31 + of.integer * 13 + (of.resource is Object item ? item.GetInstanceID() : 0));
+            }
+            return sum;
+        }
     }
 
     public sealed class MaterialPropertyBlock

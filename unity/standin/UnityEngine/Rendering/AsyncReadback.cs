@@ -45,8 +45,12 @@ namespace UnityEngine.Rendering
         public static AsyncGPUReadbackRequest Request(Texture src, int mipIndex = 0, Action<AsyncGPUReadbackRequest> callback = null) => Ask(commands => commands.RequestAsyncReadback(src, mipIndex, callback ?? nothing), callback);
         public static AsyncGPUReadbackRequest Request(Texture src, int mipIndex, TextureFormat dstFormat, Action<AsyncGPUReadbackRequest> callback = null)
         {
-            if (UnityEngine.Experimental.Rendering.GraphicsFormatUtility.GetGraphicsFormat(dstFormat, src.isDataSRGB) != src.m_Format) throw new NotImplementedException("the stand-in converts no read-backs");
-            return Request(src, mipIndex, callback);
+            var wanted = UnityEngine.Experimental.Rendering.GraphicsFormatUtility.GetGraphicsFormat(dstFormat, src.isDataSRGB);
+            var request = Request(src, mipIndex, callback);
+            if (wanted == src.m_Format) return request;
+            if (src.isDataSRGB) throw new NotImplementedException("the stand-in converts no read-backs of encoded colours");
+            request.pending.Convert(src.m_Format, wanted);
+            return request;
         }
         public static void WaitAllRequests() { StandIn.Threads.Main("WaitAllRequests"); StandIn.ReadBacks.CompleteAll(); }
     }
@@ -63,6 +67,28 @@ namespace StandIn
             internal int bytes, width, height, depth, age;
             internal bool isDone, hasError, isGone;
             internal NativeArray<byte> data;
+            UnityEngine.Experimental.Rendering.GraphicsFormat from, to;
+            int raw;
+
+            /// What is kept on the device, and what is asked for.
+            internal void Convert(UnityEngine.Experimental.Rendering.GraphicsFormat from, UnityEngine.Experimental.Rendering.GraphicsFormat to)
+            {
+                (this.from, this.to, raw) = (from, to, bytes);
+                bytes = checked((int)(bytes / Size(from) * Size(to)));
+            }
+            static uint Size(UnityEngine.Experimental.Rendering.GraphicsFormat format) => UnityEngine.Experimental.Rendering.GraphicsFormatUtility.GetBlockSize(format);
+
+            internal unsafe bool Collect()
+            {
+                if (raw == 0) return Native.sg_collect(ticket, data.GetUnsafePtr(), (ulong)bytes) != 0;
+                var came = new byte[raw];
+                fixed (byte* at = came) if (Native.sg_collect(ticket, at, (ulong)raw) == 0) return false;
+                var converted = new byte[bytes];
+                uint a = Size(from), b = Size(to);
+                for (int i = 0; i < raw / a; i++) Pictures.Encode(Pictures.Decode(came, i * a, from), converted, i * b, to);
+                data.CopyFrom(converted);
+                return true;
+            }
         }
         static readonly List<Pending> waiting = new List<Pending>(), done = new List<Pending>();
         internal static Pending last;
@@ -80,11 +106,11 @@ namespace StandIn
             done.Clear();
             foreach (var pending in waiting.ToArray()) if (++pending.age > latency) Complete(pending);
         }
-        internal static unsafe void Complete(Pending pending)
+        internal static void Complete(Pending pending)
         {
             if (!waiting.Remove(pending)) return;
             pending.data = new NativeArray<byte>(pending.bytes, Allocator.Persistent);
-            pending.hasError = pending.ticket == 0 || Native.sg_collect(pending.ticket, pending.data.GetUnsafePtr(), (ulong)pending.bytes) == 0 || Faults.failReadBacks;
+            pending.hasError = pending.ticket == 0 || !pending.Collect() || Faults.failReadBacks;
             Gpu.Check("a read-back");
             pending.isDone = true;
             done.Add(pending);

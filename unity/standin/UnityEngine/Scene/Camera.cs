@@ -133,7 +133,18 @@ namespace UnityEngine
             StandIn.Props.DrawCube(this, cubemap, faceMask);
             return true;
         }
-        public bool RenderToCubemap(RenderTexture cubemap, int faceMask = 63) => throw new NotImplementedException("the stand-in renders to no cubes but Cubemaps");
+        public bool RenderToCubemap(RenderTexture cubemap, int faceMask = 63)
+        {
+            StandIn.Threads.Main("RenderToCubemap");
+            Alive();
+            if (cubemap == null) throw new ArgumentNullException(nameof(cubemap));
+            if (cubemap.dimension != UnityEngine.Rendering.TextureDimension.Cube) { Debug.LogError("Render target must be a cubemap"); return false; }
+            // Another camera's picture is not drawn within this one's.
+            if (current != null) { Debug.LogError("Recursive rendering is not supported"); return false; }
+            if (!cubemap.Create()) return false;
+            StandIn.Engine.RenderCube(this, cubemap, faceMask);
+            return true;
+        }
         public Ray ViewportPointToRay(Vector3 pos)
         {
             var inverse = (projectionMatrix * worldToCameraMatrix).inverse;

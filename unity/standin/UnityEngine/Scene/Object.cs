@@ -183,7 +183,17 @@ namespace UnityEngine.SceneManagement
         public string path => handleOf == 0 ? null : "Assets/Stand-in.unity";
         public bool isLoaded => handleOf != 0;
         public bool IsValid() => handleOf != 0;
-        public int rootCount => GetRootGameObjects().Length;
+        static readonly List<GameObject> counted = new List<GameObject>();
+        public int rootCount
+        {
+            get
+            {
+                GetRootGameObjects(counted);
+                var count = counted.Count;
+                counted.Clear();
+                return count;
+            }
+        }
         public GameObject[] GetRootGameObjects() { var own = this; return IsValid() ? StandIn.Objects.All().OfType<GameObject>().Where(item => item.transform.parent == null && item.scene == own).ToArray() : throw new ArgumentException("The scene is invalid."); }
         public void GetRootGameObjects(List<GameObject> rootGameObjects)
         {

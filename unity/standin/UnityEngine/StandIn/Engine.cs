@@ -208,6 +208,25 @@ namespace StandIn
             if (eye is Camera.StereoscopicEye one) Pictures.KeepEye(camera, one);
         }
 
+        /// Shapes and sky only: scripts hear of each face, their commands are not run.
+        internal static void RenderCube(Camera camera, RenderTexture cube, int faces)
+        {
+            var isBuiltIn = GraphicsSettings.currentRenderPipeline == null;
+            if (camera.commandBufferCount > 0) throw new NotImplementedException("the stand-in runs no command buffers in cubes");
+            for (int face = 0; face < 6; face++)
+            {
+                if ((faces >> face & 1) == 0) continue;
+                Camera.current = camera;
+                if (isBuiltIn) Camera.onPreCull?.Invoke(camera);
+                else RenderPipelineManager.BeginCamera(default, camera);
+                if (isBuiltIn) Camera.onPreRender?.Invoke(camera);
+                Props.DrawFace(camera, cube, face);
+                if (isBuiltIn) Camera.onPostRender?.Invoke(camera);
+                else RenderPipelineManager.EndCamera(default, camera);
+                Camera.current = null;
+            }
+        }
+
         static void Run(Camera camera, CameraEvent at)
         {
             foreach (var (when, commands) in camera.commandBuffers.ToArray())

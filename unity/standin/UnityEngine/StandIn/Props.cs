@@ -103,16 +103,34 @@ namespace StandIn
                 if ((faces >> face & 1) == 0) continue;
                 for (int y = 0; y < cube.height; y++)
                     for (int x = 0; x < cube.width; x++)
-                    {
-                        float u = (x + .5f) / cube.width * 2 - 1, v = (y + .5f) / cube.height * 2 - 1;
-                        var way = face switch { 0 => new Vector3(1, -v, -u), 1 => new Vector3(-1, -v, u), 2 => new Vector3(u, 1, v), 3 => new Vector3(u, -1, -v), 4 => new Vector3(u, -v, 1), _ => new Vector3(-u, -v, -1) };
-                        Color color;
-                        if (!Hit(camera.transform.position, way.normalized * camera.farClipPlane, camera.cullingMask, out _, out color))
-                            color = camera.clearFlags == CameraClearFlags.Skybox ? sky != null ? sky(way.normalized) : Color.black : camera.backgroundColor.linear;
-                        cube.SetPixel((CubemapFace)face, x, y, color);
-                    }
+                        cube.SetPixel((CubemapFace)face, x, y, InCube(camera, face, x, y, cube.width));
             }
             cube.Apply();
+        }
+
+        /// A face as kernels sample it: cubes begin at the top, whichever way other textures lie.
+        internal static unsafe void DrawFace(Camera camera, RenderTexture cube, int face)
+        {
+            int side = cube.width;
+            var pixels = new float[side * side * 5];
+            for (int y = 0; y < side; y++)
+                for (int x = 0; x < side; x++)
+                {
+                    var color = InCube(camera, face, x, y, side);
+                    int at = (y * side + x) * 5;
+                    pixels[at] = color.r; pixels[at + 1] = color.g; pixels[at + 2] = color.b; pixels[at + 3] = color.a;
+                }
+            fixed (float* data = pixels) Native.sg_fill(new Native.Target { color = cube.handle, colorLayer = (uint)face }, (uint)side, data, (ulong)pixels.Length * 4);
+            Gpu.Submit("a face of a cube");
+        }
+
+        /// What is seen through a texel of a cube around a camera. Its faces are the world's, however the camera is turned.
+        static Color InCube(Camera camera, int face, int x, int y, int side)
+        {
+            float u = (x + .5f) / side * 2 - 1, v = (y + .5f) / side * 2 - 1;
+            var way = face switch { 0 => new Vector3(1, -v, -u), 1 => new Vector3(-1, -v, u), 2 => new Vector3(u, 1, v), 3 => new Vector3(u, -1, -v), 4 => new Vector3(u, -v, 1), _ => new Vector3(-u, -v, -1) };
+            if (Hit(camera.transform.position, way.normalized * camera.farClipPlane, camera.cullingMask, out _, out var color)) return color;
+            return camera.clearFlags == CameraClearFlags.Skybox ? sky != null ? sky(way.normalized) : Color.black : camera.backgroundColor.linear;
         }
     }
 }
