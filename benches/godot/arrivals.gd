@@ -14,6 +14,9 @@ extends Node3D
 const FRAMES := 30
 ## Frames after which what was freed is gone.
 const SETTLED := 12
+## Milliseconds of frames before those that are looked at. Making a scan holds frames up for seconds, in which a GPU slows
+## its clocks down, and what the change before did to the pace of tracing is over.
+const AWAKE_MS := 2000
 const PATIENCE := 5000
 const BUDGET_MS := 4.0
 const SMALL := 64
@@ -148,8 +151,9 @@ func _until_whole() -> void:
 
 func _row(what: String, voxels: float, change: Callable) -> void:
 	var usual: Array[float] = []
-	# The first would last as long as making the scan did.
-	await _frame()
+	var woken := Time.get_ticks_msec()
+	while Time.get_ticks_msec() - woken < AWAKE_MS:
+		await _frame()
 	for frame in FRAMES:
 		usual.append(await _frame())
 	usual.sort()

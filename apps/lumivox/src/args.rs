@@ -150,8 +150,8 @@ pub struct RenderArgs {
     /// Reflection where the value changes quickly: crisp bone and skin [default: the preset's]
     #[arg(long, help_heading = "Look")]
     pub surface: Option<Switch>,
-    /// How values between voxels are found: smooth averages neighbours first, so that surfaces have no terraces;
-    /// tricubic is sharper, and takes several times as long
+    /// How values between voxels are found: smooth averages neighbours first, so that surfaces have hardly any
+    /// terraces; trilinear is a little sharper, tricubic about as sharp, and takes several times as long
     #[arg(long, help_heading = "Look", default_value = "smooth")]
     pub filter: FilterName,
     /// Part to keep, as fractions along the voxel axes: lowx,lowy,lowz,highx,highy,highz

@@ -23,9 +23,14 @@ pub enum Filter {
     Trilinear,
     /// Cubic B-spline: smooth in value and gradient, slightly blurred (it does not interpolate).
     Tricubic,
-    /// Linear interpolation of voxels that are averaged with their neighbours, (1, 2, 1) / 4 along each axis: without the
-    /// terraces that linear interpolation has at every voxel, and as fast. Blurred by a voxel: details that are thinner
-    /// fade.
+    /// Linear interpolation of voxels that are averaged with their neighbours, under weights of (-1, 4, 10, 4, -1) / 16
+    /// along each axis; beyond the volume its nearest voxel goes on, and means keep to the range of the 27 voxels around.
+    ///
+    /// As fast as linear interpolation, with hardly any of the terraces that it has at every voxel: the weights' response
+    /// is zero at half the sampling rate, so that voxels which alternate become their mean. Their second moment, the sum
+    /// of weight times offset squared, is zero too: slopes and curvature pass unchanged, and what is thin keeps most of
+    /// its strength, a sheet of one voxel 10/16, of two 14/16. Beside a step the weights alone would go up to 1/16 of it too
+    /// far, which would show skin before air as muscle.
     Smooth,
 }
 

@@ -147,17 +147,22 @@ impl<'a> PlacedMedium<'a> {
         sum
     }
 
-    /// The mean of a voxel, clamped to the grid, and those around it, which weigh half as much along each axis.
+    /// The smooth filter's mean of a voxel, clamped to the grid, and those around it.
     fn mean_around(&self, voxel: DVec3) -> f64 {
-        let last = DVec3::from_array(self.volume.dims().map(|n| n as f64 - 1.0));
-        let voxel = voxel.clamp(DVec3::ZERO, last);
-        let mut sum = 0.0;
-        for offset in (0..27).map(|i| DVec3::new((i % 3) as f64, (i / 3 % 3) as f64, (i / 9) as f64) - 1.0) {
-            let weight: f64 =
-                offset.to_array().into_iter().map(|o| if o == 0.0 { 0.5 } else { 0.25 }).product();
-            sum += weight * self.tap((voxel + offset).to_array());
+        let [x, y, z] = std::array::from_fn(|axis| {
+            let last = self.volume.dims()[axis] as f64 - 1.0;
+            let middle = voxel[axis].clamp(0.0, last);
+            [-2.0, -1.0, 0.0, 1.0, 2.0].map(|step| (middle + step).clamp(0.0, last) as usize)
+        });
+        let mean = |[a, b, c, d, e]: [f64; 5]| (10.0 * c + 4.0 * (b + d) - (a + e)) / 16.0;
+        let along_x = |y, z| mean(x.map(|x| self.volume.value([x, y, z])));
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for neighbour in 0..27 {
+            let [i, j, k] = [neighbour % 3, neighbour / 3 % 3, neighbour / 9].map(|step| step + 1);
+            let value = self.volume.value([x[i], y[j], z[k]]);
+            (low, high) = (low.min(value), high.max(value));
         }
-        sum
+        mean(z.map(|z| mean(y.map(|y| along_x(y, z))))).clamp(low, high)
     }
 
     /// The value of the voxel at integer coordinates, clamped to the grid.
@@ -283,6 +288,24 @@ mod tests {
             let gradient = placed.gradient_per_mm(world);
             assert!(gradient.distance(DVec3::new(1.0, -0.25, 0.0625)) < 1e-9, "{filter:?} {gradient}");
         }
+    }
+
+    #[test]
+    fn the_smooth_filter_keeps_curvature_drops_alternation_and_stays_in_range() {
+        let value = |value: fn(DVec3) -> f64, p: DVec3| {
+            let instance = grid([11, 10, 9], Filter::Smooth, value);
+            PlacedMedium::new(&instance).unwrap().value_at_voxel(p)
+        };
+        let bowl = |p: DVec3| p.x * p.x - 2.0 * p.y * p.y + p.x * p.z;
+        let p = DVec3::new(5.0, 4.0, 6.0);
+        assert!((value(bowl, p) - bowl(p)).abs() < 1e-12);
+        for axis in [|p: DVec3| p.x % 2.0, |p: DVec3| p.y % 2.0, |p: DVec3| p.z % 2.0] {
+            assert!((value(axis, DVec3::new(5.25, 4.5, 3.875)) - 0.5).abs() < 1e-12);
+        }
+        let step = |p: DVec3| if p.x < 5.0 { -3.0 } else { 7.0 };
+        let across = (2..9).map(|x| value(step, DVec3::new(f64::from(x), 4.0, 4.0)));
+        let wanted = [-3.0, -3.0, -3.0 + 10.0 * 3.0 / 16.0, 7.0 - 10.0 * 3.0 / 16.0, 7.0, 7.0, 7.0];
+        assert!(across.zip(wanted).all(|(x, wanted): (f64, f64)| (x - wanted).abs() < 1e-12));
     }
 
     #[test]

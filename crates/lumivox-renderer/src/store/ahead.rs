@@ -6,7 +6,6 @@ use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use lumivox_core::Volume;
 
 use super::arrivals::Coming;
-use super::coarse::{coarse_factor, needs_coarse_copy};
 use super::{Entry, Source, Store, WeakSource, bricks};
 use crate::recording::{Recording, ResourceId, Step, TextureFormat, TextureOrder};
 
@@ -151,13 +150,16 @@ impl Store {
             .map(|source| Coming {
                 source: source.clone(),
                 factor: bricks::least_factor(source.volume.dims()),
-                coarse: needs_coarse_copy(&source.volume).then(|| coarse_factor(&source.volume)),
+                at_once: false,
+                coarse: self.coarse_first(source, false),
             })
             .collect();
         let mut steps = Recording::new();
         if new.iter().any(|coming| !is_known(&coming.source) && is_large(&coming.source.volume)) {
             let mut planned = self.pools.clone();
-            let leaves = |entry: &&Entry| leaving.contains(&entry.source);
+            // What stands in for what comes stays until that is there.
+            let stays = |entry: &Entry| coming.iter().any(|source| entry.source.is_of(&source.volume));
+            let leaves = |entry: &&Entry| leaving.contains(&entry.source) && !stays(entry);
             for entry in self.entries.iter().filter(leaves) {
                 for copy in entry.copies() {
                     planned.release(copy.resident.pages.iter().copied());

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::bricks::{self, Arrival, BrickGrid};
-use super::coarse::{coarse_copy, coarse_factor, needs_coarse_copy};
+use super::coarse::coarse_copy;
 use super::pools::Wanted;
 use super::value_ranges::GridKey;
 use super::{CopyOnDevice, Resident, Source, Store};
@@ -21,6 +21,8 @@ pub(super) struct Coming {
     pub source: Source,
     /// Voxels of the volume along an axis for one of the copy.
     pub factor: u32,
+    /// Whether it may come in one piece.
+    pub at_once: bool,
     /// Those of the coarse copy that comes first, if one does.
     pub coarse: Option<u32>,
 }
@@ -60,11 +62,11 @@ impl Store {
                 let bytes = self.pools.bytes_of(self.pools.format(volume), whole);
                 let comes_at_once = bytes <= budget;
                 budget -= if comes_at_once { bytes } else { 0 };
-                let comes_coarse = entry.shown.is_none() && !comes_at_once && needs_coarse_copy(volume);
                 new.push(Coming {
                     source: source.clone(),
                     factor: bricks::least_factor(volume.dims()),
-                    coarse: comes_coarse.then(|| coarse_factor(volume)),
+                    at_once: comes_at_once,
+                    coarse: self.coarse_first(source, comes_at_once),
                 });
             }
         }
@@ -77,7 +79,12 @@ impl Store {
             match self.pools.allocate(&self.bricks_of(&new), capacity, &mut made) {
                 Some(pages) => break pages.into_iter(),
                 None if self.pools.drop_ahead(|_| true, recording) => {}
-                None if self.evict(recording) => {}
+                None if self.evict(recording) => {
+                    // It may have stood in.
+                    for coming in &mut new {
+                        coming.coarse = self.coarse_first(&coming.source, coming.at_once);
+                    }
+                }
                 None => {
                     let count =
                         |coming: &Coming| BrickGrid::new(coming.source.volume.dims(), coming.factor).count();
@@ -111,7 +118,7 @@ impl Store {
         entry.tried = *releases;
         for (factor, pages) in copies.into_iter().rev() {
             let bricks = BrickGrid::new(volume.dims(), factor);
-            let resident = Resident { source: entry.id, factor, bricks, pages };
+            let resident = Resident { source: entry.id, factor, bricks, pages, lender: None };
             // No finer than what there is: it stays.
             let better = entry.shown.as_ref().is_none_or(|shown| {
                 let before = &shown.resident;
@@ -150,7 +157,7 @@ impl Store {
     }
 
     /// Brings more of a volume that is under way, and shows each copy once it is whole. The first one comes in one piece,
-    /// if there is any budget left or no other has begun.
+    /// if there is any budget left or no other has begun, unless there is something to show meanwhile.
     pub(super) fn advance(
         &mut self,
         source: &Source,
@@ -160,9 +167,10 @@ impl Store {
         recording: &mut Recording,
     ) {
         let Some(index) = self.index(source) else { return };
+        let stands_in = self.stand_in(source).is_some();
         let Self { entries, pools, .. } = self;
         let entry = &mut entries[index];
-        let is_new = entry.shown.is_none() && *budget < AT_ONCE;
+        let is_new = entry.shown.is_none() && !stands_in && *budget < AT_ONCE;
         while let Some((copy, arrival)) = entry.arriving.front_mut() {
             if pools.is_growing_at(&copy.resident.pages) {
                 return;
@@ -170,7 +178,7 @@ impl Store {
                 // Tables and films follow it: the frame is late enough.
                 *budget = 0;
                 return;
-            } else if entry.shown.is_some() {
+            } else if entry.shown.is_some() || stands_in {
                 copy.want(key, recording);
                 arrival.advance(&copy.resident, &mut copy.ranges, pools, budget, recording);
             } else if *budget > 0 || !*has_begun {

@@ -269,32 +269,107 @@ fn gather<S: Sync, T: Copy + Default + Send + Sync>(
     })
 }
 
-/// The texels of a run, each the mean of its sample, weighed by 2, and of those beside it, along each axis.
+/// What lies beside a line of voxels along y or z: its weighed sums, and the least and largest of its neighbours.
+#[derive(Clone)]
+struct Beside {
+    y: usize,
+    sums: Vec<i32>,
+    least: Vec<u16>,
+    most: Vec<u16>,
+}
+
+/// The texels of a run, each a mean of the samples around its own: see [`lumivox_core::Filter::Smooth`].
 fn smooth<S: Sync>(samples: &[S], grid: BrickGrid, run: Run, read: impl Fn(&S) -> u16 + Sync) -> Vec<u16> {
-    let [nx, ny, nz] = grid.dims.map(|n| n as usize);
-    let around = |i: u32, n: usize| {
-        let i = i as usize;
-        [(i.saturating_sub(1), 1), (i, 2), ((i + 1).min(n - 1), 1)]
-    };
-    let first = (run.first[0] * BRICK_SIZE) as usize;
-    fill(grid, run, |[y, z], line| {
-        // Along y and z first: the sums of what the line's texels lie between.
-        let begin = first.saturating_sub(1);
-        let end = (first + (run.size[0] * BRICK_SIZE) as usize + 2).min(nx);
-        let mut sums = vec![0u32; end - begin];
-        for (z, of_z) in around(z, nz) {
-            for (y, of_y) in around(y, ny) {
-                let row = &samples[(z * ny + y) * nx..][begin..end];
-                for (sum, sample) in sums.iter_mut().zip(row) {
-                    *sum += of_z * of_y * u32::from(read(sample));
-                }
+    let n = grid.dims.map(|n| n as usize);
+    // What the texels lie between, read once.
+    let begin = run.first.map(|brick| ((brick * BRICK_SIZE) as usize).saturating_sub(2));
+    let [width, height, depth] = [run.size[0], run.size[1], 1];
+    let end = [0, 1, 2].map(|axis| {
+        let bricks = run.first[axis] + [width, height, depth][axis];
+        n[axis].min((bricks * BRICK_SIZE) as usize + 3)
+    });
+    let [wide, tall, deep] = [0, 1, 2].map(|axis| end[axis] - begin[axis]);
+    let mut voxels = vec![0u16; wide * tall * deep];
+    let copy = |(z, layer): (usize, &mut [u16])| {
+        for (y, row) in layer.chunks_exact_mut(wide).enumerate() {
+            let first = ((begin[2] + z) * n[1] + begin[1] + y) * n[0] + begin[0];
+            for (voxel, sample) in row.iter_mut().zip(&samples[first..][..wide]) {
+                *voxel = read(sample);
             }
         }
-        for (texel, x) in line.iter_mut().zip(voxels_along(grid, run, 0)) {
-            let sum: u32 = around(x, nx).into_iter().map(|(x, of_x)| of_x * sums[x - begin]).sum();
-            *texel = ((sum + 32) / 64) as u16;
+    };
+    if voxels.len() < FEW_TEXELS {
+        voxels.chunks_exact_mut(wide * tall).enumerate().for_each(copy);
+    } else {
+        voxels.par_chunks_exact_mut(wide * tall).enumerate().for_each(copy);
+    }
+    let around = |i: u32, axis: usize| {
+        [0, 1, 2, 3, 4].map(|step| (i as usize + step).clamp(2, n[axis] + 1) - 2 - begin[axis])
+    };
+    let ys: Vec<u32> = voxels_along(grid, run, 1).collect();
+    fill_slices(grid, run, |z, slice| {
+        let layers = around(z, 2).map(|z| &voxels[z * wide * tall..][..wide * tall]);
+        // Along z, of the five rows that a line lies between.
+        let empty = Beside { y: usize::MAX, sums: vec![0; wide], least: vec![0; wide], most: vec![0; wide] };
+        let mut rows = [(); 5].map(|()| empty.clone());
+        // Along y and z, of a line, and what is beyond its ends: two sums more, one voxel.
+        let mut sums = vec![0i32; wide + 4];
+        let (mut least, mut most) = (vec![0u16; wide + 2], vec![0u16; wide + 2]);
+        let mut means = vec![0u16; wide];
+        let line_length = slice.len() / ys.len();
+        for (line, y) in slice.chunks_exact_mut(line_length).zip(&ys) {
+            let around_y = around(*y, 1);
+            for y in around_y {
+                let row = &mut rows[y % 5];
+                if std::mem::replace(&mut row.y, y) != y {
+                    let of = layers.map(|layer| &layer[y * wide..][..wide]);
+                    row.sums.iter_mut().zip(weighed(of)).for_each(|(sum, x)| *sum = x);
+                    let [_, a, b, c, _] = of;
+                    extreme(&mut row.least, [a, b, c], u16::min);
+                    extreme(&mut row.most, [a, b, c], u16::max);
+                }
+            }
+            let of = around_y.map(|y| &rows[y % 5].sums[..]);
+            sums[2..].iter_mut().zip(weighed(of)).for_each(|(sum, x)| *sum = x);
+            let [first, last] = [sums[2], sums[wide + 1]];
+            sums[..2].fill(first);
+            sums[wide + 2..].fill(last);
+            let near = [1, 2, 3].map(|i| &rows[around_y[i] % 5]);
+            extreme(&mut least[1..=wide], near.map(|row| &row.least[..]), u16::min);
+            extreme(&mut most[1..=wide], near.map(|row| &row.most[..]), u16::max);
+            for ends in [&mut least, &mut most] {
+                (ends[0], ends[wide + 1]) = (ends[1], ends[wide]);
+            }
+            let of = [0, 1, 2, 3, 4].map(|i| &sums[i..][..wide]);
+            let bounds = least.windows(3).zip(most.windows(3));
+            for ((mean, sum), (low, high)) in means.iter_mut().zip(weighed(of)).zip(bounds) {
+                let low = low[0].min(low[1]).min(low[2]);
+                let high = high[0].max(high[1]).max(high[2]);
+                *mean = ((sum + 2048) >> 12).clamp(low.into(), high.into()) as u16;
+            }
+            for (brick, texels) in line.chunks_exact_mut(BRICK_TEXELS as usize).enumerate() {
+                let first = (run.first[0] as usize + brick) * BRICK_SIZE as usize;
+                let count = (n[0] - first).min(BRICK_TEXELS as usize);
+                let (there, beyond) = texels.split_at_mut(count);
+                there.copy_from_slice(&means[first - begin[0]..][..count]);
+                beyond.fill(there[count - 1]);
+            }
         }
     })
+}
+
+/// The least or largest of three rows.
+fn extreme(of: &mut [u16], [a, b, c]: [&[u16]; 3], pick: impl Fn(u16, u16) -> u16) {
+    for (((of, a), b), c) in of.iter_mut().zip(a).zip(b).zip(c) {
+        *of = pick(pick(*a, *b), *c);
+    }
+}
+
+/// Sums of five rows under the smooth filter's weights, 16 times too large.
+fn weighed<'a, T: Copy + Into<i32>>([a, b, c, d, e]: [&'a [T]; 5]) -> impl Iterator<Item = i32> + 'a {
+    let sum = |(x, y): (&T, &T)| (*x).into() + (*y).into();
+    let [far, near] = [a.iter().zip(e), b.iter().zip(d)].map(|pairs| pairs.map(sum));
+    c.iter().zip(near).zip(far).map(|((c, near), far)| 10 * (*c).into() + 4 * near - far)
 }
 
 /// The texels of a run of a volume that is reduced, each the mean of what it stands for.
@@ -333,19 +408,29 @@ fn fill<T: Copy + Default + Send + Sync>(
     run: Run,
     line: impl Fn([u32; 2], &mut [T]) + Sync,
 ) -> Vec<T> {
-    let [width, height] = run.size.map(|n| (n * BRICK_TEXELS) as usize);
-    let mut texels = vec![T::default(); width * height * BRICK_TEXELS as usize];
+    let width = (run.size[0] * BRICK_TEXELS) as usize;
     let ys: Vec<u32> = voxels_along(grid, run, 1).collect();
-    let slice = |(texels, z): (&mut [T], u32)| {
-        for (texels, y) in texels.chunks_exact_mut(width).zip(&ys) {
+    fill_slices(grid, run, |z, slice| {
+        for (texels, y) in slice.chunks_exact_mut(width).zip(&ys) {
             line([*y, z], texels);
         }
-    };
+    })
+}
+
+/// The texels of a run, slice by slice: the z of its voxels, and its texels.
+fn fill_slices<T: Copy + Default + Send + Sync>(
+    grid: BrickGrid,
+    run: Run,
+    slice: impl Fn(u32, &mut [T]) + Sync,
+) -> Vec<T> {
+    let [width, height] = run.size.map(|n| (n * BRICK_TEXELS) as usize);
+    let mut texels = vec![T::default(); width * height * BRICK_TEXELS as usize];
     let zs = voxels_along(grid, run, 2);
+    let of = |(texels, z): (&mut [T], u32)| slice(z, texels);
     if texels.len() < FEW_TEXELS {
-        texels.chunks_mut(width * height).zip(zs).for_each(slice);
+        texels.chunks_mut(width * height).zip(zs).for_each(of);
     } else {
-        texels.par_chunks_mut(width * height).zip(zs.collect::<Vec<_>>()).for_each(slice);
+        texels.par_chunks_mut(width * height).zip(zs.collect::<Vec<_>>()).for_each(of);
     }
     texels
 }
@@ -374,4 +459,71 @@ fn prepared_texels(prepared: &[u16], resident: &Resident, run: Run, format: Text
         line.copy_from_slice(&prepared[begin..begin + side]);
     }
     as_stored(texels, format)
+}
+
+#[cfg(test)]
+mod tests {
+    use lumivox_core::Modality;
+    use lumivox_core::glam::DAffine3;
+
+    use super::*;
+
+    fn volume(dims: [usize; 3], voxels: Voxels) -> Volume {
+        Volume::new(dims, voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Other).unwrap()
+    }
+
+    /// The mean of a voxel's neighbours by its definition.
+    fn mean(volume: &Volume, fractions: &[u16], place: [u32; 3]) -> u16 {
+        let n = volume.dims();
+        let (mut sum, mut least, mut most) = (0, u16::MAX, 0);
+        for neighbour in 0..125 {
+            let step = [neighbour % 5, neighbour / 5 % 5, neighbour / 25];
+            let [x, y, z] = [0, 1, 2].map(|a| (place[a] as usize + step[a]).clamp(2, n[a] + 1) - 2);
+            let weight: i32 = step.iter().map(|&step| [-1, 4, 10, 4, -1][step]).product();
+            let value = fractions[(z * n[1] + y) * n[0] + x];
+            sum += weight * i32::from(value);
+            if step.iter().all(|step| (1..4).contains(step)) {
+                (least, most) = (least.min(value), most.max(value));
+            }
+        }
+        (f64::from(sum) / 4096.0 + 0.5).floor().clamp(least.into(), most.into()) as u16
+    }
+
+    #[test]
+    fn smooth_texels_are_means_whatever_the_volume_and_the_run() {
+        let value = |i: usize| (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
+        for dims in [[1; 3], [2, 70, 33], [65, 32, 3], [40, 34, 66], [97, 31, 1]] {
+            let count = dims.iter().product();
+            for voxels in [
+                Voxels::U8((0..count).map(|i| value(i) as u8).collect()),
+                Voxels::U16((0..count).map(|i| value(i) as u16).collect()),
+                Voxels::F32((0..count).map(|i| value(i) as f32 - 1e6).collect()),
+            ] {
+                let volume = volume(dims, voxels);
+                let read: Vec<u16> = match volume.voxels() {
+                    Voxels::U8(v) => v.iter().map(|&x| u16::from(x) * 257).collect(),
+                    Voxels::U16(v) => v.to_vec(),
+                    Voxels::F32(v) => v.iter().map(|&x| Quantiser::of(&volume).fraction(x)).collect(),
+                };
+                let grid = BrickGrid::new(dims, 1);
+                let [wide, high, deep] = grid.counts;
+                for (first, size) in [
+                    ([0; 3], [wide, high]),
+                    ([0, 0, deep - 1], [1, 1]),
+                    ([wide - 1, high - 1, deep - 1], [1, 1]),
+                    ([wide / 2, high - 1, 0], [wide - wide / 2, 1]),
+                ] {
+                    let run = Run { first, size };
+                    let texels = smooth_fractions(&volume, grid, run);
+                    let [xs, ys, zs] = [0, 1, 2].map(|axis| voxels_along(grid, run, axis));
+                    let places = zs.flat_map(|z| {
+                        let xs = xs.clone();
+                        ys.clone().flat_map(move |y| xs.clone().map(move |x| [x, y, z]))
+                    });
+                    let expected: Vec<u16> = places.map(|place| mean(&volume, &read, place)).collect();
+                    assert!(texels == expected, "{dims:?}, {run:?}");
+                }
+            }
+        }
+    }
 }

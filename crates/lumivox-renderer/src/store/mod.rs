@@ -12,11 +12,12 @@ mod coarse;
 mod pool;
 mod pools;
 mod source;
+mod switches;
 mod texels;
 mod value_ranges;
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use lumivox_core::Volume;
 use lumivox_shaders::constants::BRICK_TEXELS;
@@ -67,6 +68,8 @@ pub(crate) struct Resident {
     pub bricks: BrickGrid,
     /// Where each brick lies.
     pub pages: Vec<u32>,
+    /// The copy for another filter whose bricks these are, where it stands in for one that is not there yet.
+    lender: Option<Arc<Resident>>,
 }
 
 /// What a scene gets of a volume.
@@ -97,6 +100,8 @@ struct Entry {
     id: ResourceId,
     source: WeakSource,
     shown: Option<CopyOnDevice>,
+    /// What scenes show that have nothing of it yet.
+    borrowed: Weak<Resident>,
     /// Each takes the place of the one before.
     arriving: VecDeque<(CopyOnDevice, Arrival)>,
     /// When it was asked for last.
@@ -148,12 +153,13 @@ impl VoxelStore {
     pub fn resolution(&self, volume: &Arc<Volume>) -> Option<Resolution> {
         let store = self.lock();
         let of_volume = store.entries.iter().filter(|entry| entry.source.is_of(volume));
+        let arriving = of_volume.clone().any(|entry| !entry.arriving.is_empty());
         let resolutions = of_volume.filter_map(|entry| {
             let factor = entry.shown.as_ref()?.resident.factor;
-            Some(Resolution { factor, arriving: !entry.arriving.is_empty() })
+            Some(Resolution { factor, arriving })
         });
         // As more than one filter reads it: the coarsest.
-        resolutions.max_by_key(|resolution| (resolution.factor, resolution.arriving))
+        resolutions.max_by_key(|resolution| resolution.factor)
     }
 
     /// Volumes that there is no room for but reduced.
@@ -169,6 +175,7 @@ impl VoxelStore {
         let mut store = self.lock();
         store.clock += 1;
         store.drop_dead(recording);
+        store.drop_left_over(recording);
         store.drop_stale(recording);
         store.pools.free_empty(recording);
     }
@@ -265,14 +272,14 @@ impl VoxelStore {
         let store = self.lock();
         store.entry(source).is_some_and(|entry| {
             let is_shown = entry.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.resident, resident));
-            is_shown && entry.arriving.is_empty() && (resident.factor == 1 || entry.tried == store.releases)
+            let is_final = resident.factor == 1 || entry.tried == store.releases;
+            is_shown && entry.arriving.is_empty() && is_final && !store.is_left_over(source)
         })
     }
 
     /// Whether [`acquire`](Self::acquire) would want a coarse copy that nobody has made.
     pub(crate) fn lacks_preparation(&self, source: &Source) -> bool {
-        let has_any = self.lock().entry(source).is_some_and(|entry| entry.shown.is_some());
-        !has_any && !is_prepared(&source.volume)
+        self.lock().coarse_first(source, false).is_some() && !is_prepared(&source.volume)
     }
 
     /// Whether [`make_ahead`](Self::make_ahead) has something to make for volumes that come when others leave, or is at it.
@@ -362,6 +369,7 @@ impl Store {
         for (source, key) in wanted {
             self.advance(source, *key, budget, &mut has_begun, recording);
         }
+        self.drop_left_over(recording);
         self.pools.reclaim();
         self.pools.free_empty(recording);
         Ok(wanted.iter().map(|(source, key)| self.acquired(source, *key, recording)).collect())
@@ -390,21 +398,38 @@ impl Store {
         self.pools.reclaim();
     }
 
-    /// Gives up the volume that no scene shows and that was longest not asked for.
+    /// Gives up the volume that no scene shows and that was longest not asked for; what could stand in for others last.
     fn evict(&mut self, recording: &mut Recording) -> bool {
         let unused = |entry: &&Entry| entry.asked != self.clock && !entry.is_in_use();
-        let Some(oldest) = self.entries.iter().filter(unused).min_by_key(|entry| entry.asked) else {
+        let stands_in = |other: &Entry| {
+            let is_asked =
+                |entry: &&Entry| entry.asked == self.clock && entry.source.is_of_same(&other.source);
+            self.entries.iter().filter(is_asked).any(|entry| entry.shown.is_none())
+        };
+        let order = |entry: &&Entry| (stands_in(entry), entry.asked);
+        let Some(oldest) = self.entries.iter().filter(unused).min_by_key(order) else {
             return false;
         };
-        let id = oldest.id;
-        let index = self.entries.iter().position(|entry| entry.id == id).expect("it was just found");
+        self.give_up(oldest.id, recording);
+        true
+    }
+
+    fn give_up(&mut self, id: ResourceId, recording: &mut Recording) {
+        let Some(index) = self.entries.iter().position(|entry| entry.id == id) else { return };
         let entry = self.entries.remove(index);
         self.release_entry(entry, recording);
-        true
     }
 
     fn acquired(&mut self, source: &Source, key: GridKey, recording: &mut Recording) -> Option<Acquired> {
         let index = self.index(source)?;
+        match self.look_at(index, key, recording) {
+            None => self.lend(source, key, recording),
+            acquired => acquired,
+        }
+    }
+
+    /// What is shown of an entry, with its value ranges.
+    fn look_at(&mut self, index: usize, key: GridKey, recording: &mut Recording) -> Option<Acquired> {
         let Self { entries, pools, .. } = self;
         let shown = entries[index].shown.as_mut()?;
         let ranges = shown.want(key, recording);
@@ -423,6 +448,7 @@ impl Entry {
             id: ids::next(),
             source: source.downgrade(),
             shown: None,
+            borrowed: Weak::new(),
             arriving: VecDeque::new(),
             asked,
             tried: u64::MAX,
@@ -434,7 +460,7 @@ impl Entry {
     }
 
     fn is_in_use(&self) -> bool {
-        self.copies().any(|copy| Arc::strong_count(&copy.resident) > 1)
+        self.borrowed.strong_count() > 0 || self.copies().any(|copy| Arc::strong_count(&copy.resident) > 1)
     }
 
     fn is_dead(&self) -> bool {

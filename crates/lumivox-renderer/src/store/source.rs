@@ -50,12 +50,17 @@ impl WeakSource {
         // A weak reference keeps the address from being used again.
         std::ptr::eq(self.volume.as_ptr(), Arc::as_ptr(volume))
     }
+
+    /// Whether it is the same volume, read in whatever way.
+    pub fn is_of_same(&self, other: &Self) -> bool {
+        self.volume.ptr_eq(&other.volume)
+    }
 }
 
 /// By identity.
 impl PartialEq for WeakSource {
     fn eq(&self, other: &Self) -> bool {
-        self.volume.ptr_eq(&other.volume) && self.is_smooth == other.is_smooth
+        self.is_of_same(other) && self.is_smooth == other.is_smooth
     }
 }
 

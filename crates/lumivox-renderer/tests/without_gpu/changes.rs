@@ -9,8 +9,8 @@ use lumivox_core::{
 };
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
-    Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View, ViewKind,
-    ViewSettings, VoxelStore, prepare_volume,
+    DeviceLimits, Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View,
+    ViewKind, ViewSettings, VoxelStore, prepare_volume,
 };
 
 use crate::scenes::{self, *};
@@ -254,6 +254,14 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
     }
     seen.dedup();
     assert_eq!(seen.len(), 32, "each has a kernel of its own");
+    // Where few kernels should do, surfaces and lights make no others.
+    let few = DeviceLimits { few_kernels: true, ..LIMITS };
+    for features in Features::ALL.subsets() {
+        let more = Features { surface: true, lights: true, ..features };
+        for view in [ViewKind::Live, ViewKind::Still { guides: true }] {
+            assert_eq!(features.kernels(view, few), more.kernels(view, LIMITS));
+        }
+    }
     let lights = Features { lights: true, ..Features::default() };
     assert_eq!(lights.subsets().count(), 2);
 }

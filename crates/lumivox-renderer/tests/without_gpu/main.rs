@@ -4,3 +4,4 @@ mod arrivals;
 mod changes;
 mod recordings;
 mod scenes;
+mod switches;

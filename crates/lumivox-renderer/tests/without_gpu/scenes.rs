@@ -18,6 +18,7 @@ pub const LIMITS: DeviceLimits = DeviceLimits {
     max_storage_binding: 4 << 20,
     max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
     loop_turns: None,
+    few_kernels: false,
 };
 
 pub fn volume(size: usize) -> Arc<Volume> {

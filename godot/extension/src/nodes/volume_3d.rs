@@ -138,12 +138,12 @@ impl LumivoxVolume3D {
     /// [member filter] that goes straight from voxel to voxel, which shows as terraces on smooth surfaces.
     #[constant]
     pub const FILTER_TRILINEAR: i64 = 1;
-    /// [member filter] of cubic B-splines: with hardly any terraces, sharper than [constant FILTER_SMOOTH], and slow.
+    /// [member filter] of cubic B-splines: with hardly any terraces, about as sharp as [constant FILTER_SMOOTH], and slow.
     #[constant]
     pub const FILTER_TRICUBIC: i64 = 2;
     /// [member filter] that averages voxels with their neighbours and goes straight from one to the next: as fast as
-    /// [constant FILTER_TRILINEAR], without terraces, and softer. Where one node shows a scan so and another otherwise, the
-    /// GPU holds it twice.
+    /// [constant FILTER_TRILINEAR], with hardly any terraces, and a little softer.
+    /// Where one node shows a scan so and another otherwise, the GPU holds it twice.
     #[constant]
     pub const FILTER_SMOOTH: i64 = 3;
     /// [member extinction_space] of the scan's own millimetres: scaling the node never changes its look.
