@@ -33,9 +33,9 @@ namespace Lumivox
             Nearest = 0,
             /// <summary>Goes straight from voxel to voxel, which shows as terraces on smooth surfaces.</summary>
             Trilinear = 1,
-            /// <summary>Cubic B-splines: hardly any terraces, sharper than <see cref="Smooth"/>, and slow.</summary>
+            /// <summary>Cubic B-splines: hardly any terraces, about as sharp as <see cref="Smooth"/>, and slow.</summary>
             Tricubic = 2,
-            /// <summary>Averages voxels with their neighbours and goes straight from one to the next: as fast as <see cref="Trilinear"/>, without terraces, and softer.</summary>
+            /// <summary>Averages voxels with their neighbours and goes straight from one to the next: as fast as <see cref="Trilinear"/>, with hardly any terraces, and a little softer.</summary>
             Smooth = 3,
         }
 
