@@ -13,7 +13,7 @@ fn main() -> ExitCode {
     let filters: Vec<String> =
         std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
     let mut counts = Counts::default();
-    let checks: [(&str, fn(&[String]) -> Counts); 4] =
+    let checks: [(&str, Check); 4] =
         [("kernels", kernels), ("package", package), ("installed", installed), ("border", border)];
     let named = |name: &str| filters.iter().any(|filter| filter == name);
     let any_named = checks.iter().any(|(name, _)| named(name));
@@ -36,6 +36,9 @@ fn main() -> ExitCode {
     );
     if is_fine { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
+
+/// Given the words that tests were asked for by.
+type Check = fn(&[String]) -> Counts;
 
 #[derive(Clone, Copy, Default)]
 struct Counts {
