@@ -6,6 +6,7 @@
 //! folder; [`check`] sees to it that they are what the WGSL says.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -120,9 +121,10 @@ fn translated(limits: impl IntoIterator<Item = DeviceLimits>, views: &[ViewKind]
         {
             for kernel in features.kernels(view, limits) {
                 let name = kernel.name();
-                if !kernels.contains_key(&name) {
-                    let translated = translate(kernel).map_err(|error| format!("{name}: {error}"))?;
-                    kernels.insert(name, (kernel, translated));
+                if let Entry::Vacant(place) = kernels.entry(name) {
+                    let translated =
+                        translate(kernel).map_err(|error| format!("{}: {error}", place.key()))?;
+                    place.insert((kernel, translated));
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! The structs that cross the border to C#, as C sees them.
 //!
 //! Positions, directions and matrices are in Unity's conventions: metres, y up, left-handed, matrices in columns, as
-//! `Matrix4x4` lies in memory. [`convert`](crate::convert) turns them into Lumivox' right-handed world.
+//! `Matrix4x4` lies in memory. `convert` turns them into Lumivox' right-handed world.
 
 use std::ffi::c_char;
 

@@ -2,8 +2,8 @@
 //!
 //! Unity's half gathers what stands in its scenes and replays recordings with its own graphics API; everything else is
 //! here. A frame goes: [`stage`] takes worlds and views and gives recordings, [`steps`] lays them out as flat structs whose
-//! payloads point into the renderer's own memory, and takes what became of them. [`volume`] and [`look`] are what worlds
-//! are made of, [`jobs`] what takes long.
+//! payloads point into the renderer's own memory, and takes what became of them. `volume` and `look` are what worlds
+//! are made of, `jobs` what takes long.
 //!
 //! # The border
 //! - Functions that give a pointer give null, those that give an `int32_t` a negative number where something is wrong;
