@@ -7,9 +7,9 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 
 use self::commands::{Command, Views};
-use crate::formats;
+use crate::formats::{self, extent, origin, view};
 use crate::pipelines::{DrawState, Entry, Kernel, Program, Targets, binding_type};
-use crate::spirv::{Kind, Module, Shape};
+use crate::spirv::{Kind, Module};
 
 /// What goes to one variable. Shared with `Native.cs`.
 #[repr(C)]
@@ -585,31 +585,4 @@ enum Bound {
     Buffer(wgpu::Buffer, u64, u64),
     Texture(wgpu::TextureView),
     Sampler(wgpu::Sampler),
-}
-
-fn view(texture: &wgpu::Texture, shape: Shape, level: Option<u32>) -> wgpu::TextureView {
-    texture.create_view(&wgpu::TextureViewDescriptor {
-        dimension: Some(match shape {
-            Shape::Flat => wgpu::TextureViewDimension::D2,
-            Shape::Array => wgpu::TextureViewDimension::D2Array,
-            Shape::Cube => wgpu::TextureViewDimension::Cube,
-            Shape::Solid => wgpu::TextureViewDimension::D3,
-        }),
-        aspect: if texture.format().is_depth_stencil_format() {
-            wgpu::TextureAspect::DepthOnly
-        } else {
-            wgpu::TextureAspect::All
-        },
-        base_mip_level: level.unwrap_or(0),
-        mip_level_count: level.map(|_| 1),
-        ..Default::default()
-    })
-}
-
-fn origin([x, y, z]: [u32; 3]) -> wgpu::Origin3d {
-    wgpu::Origin3d { x, y, z }
-}
-
-fn extent([width, height, depth]: [u32; 3]) -> wgpu::Extent3d {
-    wgpu::Extent3d { width, height, depth_or_array_layers: depth }
 }
