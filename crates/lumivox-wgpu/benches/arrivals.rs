@@ -1,23 +1,24 @@
 //! What a frame pays for scans that come and go: `cargo bench -p lumivox-wgpu --bench arrivals [SIZE] [WIDTH HEIGHT]`.
 //!
-//! A live view goes on, one quarter of a sample for each pixel of a still camera, while scans of SIZE voxels a side
-//! (512) are added, hidden, shown, replaced and lit anew. Every line is what happened: the frames until the change is
-//! whole, the time until then, the longest frame and the median of those before the change, waited for on the CPU; and
-//! the most memory that the GPU gave at once, beside what the voxels of all scans shown take. In MB.
+//! A live view of a moving camera goes on, 4 ms of the GPU's time for tracing in each frame, while scans of SIZE voxels a
+//! side (512) are added, hidden, shown, replaced and lit anew, one of them beside a small one; `FRAMES=1` prints every
+//! frame. Every line is what happened: the time until the change was whole, the first frame of it, the longest until it
+//! was whole (or of 30), the median of those before and the longest of them; and the most memory that the GPU gave at
+//! once, beside what the voxels of all scans shown take. In MB. A frame is the time from the end of the one before the
+//! last to that of the last: while the GPU is at one, the next is recorded, as engines do.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
-    Environment, EnvironmentMap, EnvironmentSource, Modality, Preset, Scene, Volume, VolumeInstance, Voxels,
-    framing,
+    Camera, Environment, EnvironmentMap, EnvironmentSource, Modality, Preset, Scene, Volume, VolumeInstance,
+    Voxels, framing,
 };
-use lumivox_renderer::pacing::UploadPacer;
-use lumivox_renderer::{
-    HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, VoxelStore, prepare_volume,
-};
-use lumivox_wgpu::{Gpu, wgpu};
+use lumivox_renderer::stage::{Lent, Progress, Recorded, Stage, ViewFrame};
+use lumivox_renderer::{HostFrame, LiveSettings};
+use lumivox_wgpu::{Gpu, GpuTime, wgpu};
 
 /// A ball of bone in flesh, with a little noise.
 fn scan(size: usize, seed: usize) -> Arc<Volume> {
@@ -45,40 +46,97 @@ fn sky(brightness: f32) -> Environment {
     Environment { source: EnvironmentSource::Map(Arc::new(map)), ..Environment::uniform(1.0) }
 }
 
+const WORLD: u8 = 0;
+const VIEW: u8 = 0;
+
+/// Milliseconds of the GPU's time that a frame has for tracing.
+const BUDGET: f64 = 4.0;
+
+/// Of frames before those that are looked at: making scans takes seconds, in which a GPU slows its clocks down.
+const WAKING: Duration = Duration::from_secs(2);
+
+/// Frames that are looked at before a change, and at least after it.
+const FRAMES: usize = 30;
+
 struct Bench {
     gpu: Gpu,
-    store: VoxelStore,
-    cache: SceneCache,
-    live: LiveView,
-    pacer: UploadPacer,
-    settings: LiveSettings,
-    host: HostFrame,
+    stage: Stage<u8, u8>,
+    color: wgpu::Texture,
+    size: [u32; 2],
+    /// Of the scene: another one with every change.
+    version: u64,
+    frame: u64,
+    /// What the GPU is at.
+    under_way: VecDeque<wgpu::SubmissionIndex>,
+    times: Vec<(u64, GpuTime)>,
+    last: Instant,
     peak: u64,
-    frame: usize,
 }
 
 impl Bench {
+    /// Draws a frame, one after another as an engine does, and waits for the one before: milliseconds since that was done.
     fn frame(&mut self, scene: &Scene) -> f64 {
-        let begin = Instant::now();
-        let mut recording = Recording::new();
-        let granted = self.pacer.budget(16.0);
-        let mut budget = granted;
-        self.cache.update_within(scene, &mut budget, &mut recording).expect("it fits");
-        self.gpu.executor.execute(&recording).expect("a device");
-        self.pacer.measured(granted - budget, granted, begin.elapsed().as_secs_f64() * 1e3);
-        self.look();
-        let mut recording = Recording::new();
-        let aspect = f64::from(self.settings.size[0]) / f64::from(self.settings.size[1]);
-        let mut camera = framing::frame(scene, 0.4, 0.1, 0.5, aspect).camera().with_aspect(aspect);
-        // Each frame is a new image, as dear as any.
         self.frame += 1;
+        self.stage.begin_frame(self.frame);
+        let Self { stage, times, .. } = self;
+        times.retain_mut(|(ticket, time)| match time.poll() {
+            Some(milliseconds) => {
+                stage.measured(*ticket, milliseconds);
+                false
+            }
+            None => true,
+        });
+        let updated = self.stage.update(WORLD, scene, self.version, false, &self.gpu.executor);
+        if let Some(recorded) = updated.expect("it fits") {
+            self.replay(recorded);
+        }
+        let mut camera = self.camera(scene);
+        // Each frame is a new image, as dear as any.
         camera.world_from_camera.translation.x += self.frame as f64 * 1e-6;
-        let pixels = u64::from(self.settings.size[0]) * u64::from(self.settings.size[1]);
-        self.live
-            .record_frame(&self.cache, &camera, &self.settings, &self.host, pixels / 4, &mut recording)
-            .expect("it is valid");
-        self.gpu.executor.execute(&recording).and_then(|_| self.gpu.executor.wait()).expect("a device");
-        begin.elapsed().as_secs_f64() * 1e3
+        if let Some(shown) = self.stage.shown(VIEW, WORLD, |_| true) {
+            let [width, height] = self.size;
+            let frame = |lent: Lent| ViewFrame {
+                camera,
+                settings: LiveSettings::new(width, height),
+                host: HostFrame { depth: None, color_target: lent.color, depth_target: None, fog: None },
+                budget_milliseconds: BUDGET,
+            };
+            let seen = self.stage.record_view(VIEW, shown, frame).expect("it is valid");
+            self.gpu.executor.lend_texture(seen.lent.color, &self.color);
+            self.replay(seen.recorded);
+        }
+        if let Some(swept) = self.stage.sweep(|_| true, |_| true) {
+            self.replay(swept);
+        }
+        self.look();
+        self.under_way.push_back(self.gpu.executor.queue().submit([]));
+        if self.under_way.len() > 1 {
+            self.wait();
+        }
+        let took = self.last.elapsed().as_secs_f64() * 1e3;
+        self.last = Instant::now();
+        took
+    }
+
+    fn camera(&self, scene: &Scene) -> Camera {
+        let aspect = f64::from(self.size[0]) / f64::from(self.size[1]);
+        framing::frame(scene, 0.4, 0.1, 0.5, aspect).camera().with_aspect(aspect)
+    }
+
+    fn replay(&mut self, recorded: Recorded<u8, u8>) {
+        let ticket = recorded.ticket();
+        let submission = self.gpu.executor.submit(&recorded.recording).expect("a device");
+        if ticket > 0 {
+            self.times.extend(submission.time.map(|time| (ticket, time)));
+        }
+        self.stage.executed(recorded, Ok(())).expect("it fits");
+    }
+
+    /// Until the frame before is done.
+    fn wait(&mut self) {
+        let submission_index = self.under_way.pop_front();
+        let wait = wgpu::PollType::Wait { submission_index, timeout: None };
+        self.gpu.executor.device().poll(wait).expect("a device");
     }
 
     fn look(&mut self) {
@@ -86,55 +144,39 @@ impl Bench {
         self.peak = self.peak.max(report.map_or(0, |report| report.total_allocated_bytes));
     }
 
+    fn is_whole(&self) -> bool {
+        self.stage.holds(WORLD, self.version) && self.stage.progress(WORLD) == Progress::Done
+    }
+
     /// `held` is let go with the scene before.
     fn change<T>(&mut self, what: &str, before: Scene, held: T, after: &Scene) {
-        // As a host would: elsewhere, before the frame that wants it.
-        let begin = Instant::now();
-        if let Some(preparation) = self.cache.preparation(after) {
-            let maker = self.gpu.executor.texture_maker();
-            preparation.run_with(|order| maker.make(order));
+        let woken = Instant::now();
+        while woken.elapsed() < WAKING {
+            self.frame(&before);
         }
-        let prepared = begin.elapsed().as_secs_f64() * 1e3;
-        let mut usual: Vec<f64> = (0..30).map(|_| self.frame(&before)).collect();
+        let mut usual: Vec<f64> = (0..FRAMES).map(|_| self.frame(&before)).collect();
         drop((before, held));
         usual.sort_by(f64::total_cmp);
         self.peak = 0;
-        if std::env::var_os("STEPS").is_some() {
-            let mut recording = Recording::new();
-            let mut budget = self.pacer.budget(16.0);
-            self.cache.update_within(after, &mut budget, &mut recording).expect("it fits");
-            for step in recording.steps {
-                let begin = Instant::now();
-                let what = format!("{step:?}");
-                let recording = Recording { steps: vec![step] };
-                self.gpu
-                    .executor
-                    .execute(&recording)
-                    .and_then(|_| self.gpu.executor.wait())
-                    .expect("a device");
-                println!("{:.2} ms {}", begin.elapsed().as_secs_f64() * 1e3, &what[..what.len().min(100)]);
-            }
-        }
+        self.version += 1;
         let begin = Instant::now();
-        let (mut frames, mut longest, mut first, mut whole) = (0, 0.0f64, 0.0, 0.0);
-        loop {
-            let took = self.frame(after);
-            longest = longest.max(took);
-            frames += 1;
-            if frames == 1 {
-                first = took;
-            }
-            if whole == 0.0 && self.cache.is_settled() {
+        let (mut frames, mut whole) = (vec![], 0.0);
+        while whole == 0.0 || frames.len() < FRAMES {
+            frames.push(self.frame(after));
+            if whole == 0.0 && self.is_whole() {
                 whole = begin.elapsed().as_secs_f64() * 1e3;
             }
-            if whole > 0.0 && frames >= 30 {
-                break;
-            }
+        }
+        if std::env::var_os("FRAMES").is_some() {
+            println!("{frames:.2?}");
         }
         let voxels: usize = after.volumes.iter().map(|v| 2 * v.volume.voxel_count()).sum();
         println!(
-            "{what:<22} {prepared:>9.0} {whole:>9.0} {first:>9.2} {longest:>9.2} {:>9.2} {:>9.0} {:>9.0}",
-            usual[15],
+            "{what:<22} {whole:>9.0} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.0} {:>9.0}",
+            frames[0],
+            frames.iter().copied().fold(0.0, f64::max),
+            usual[FRAMES / 2],
+            usual[FRAMES - 1],
             self.peak as f64 / 1e6,
             voxels as f64 / 1e6
         );
@@ -149,7 +191,7 @@ fn main() {
     println!("{} ({}), {size}^3, {width} x {height}", gpu.description.name, gpu.description.driver);
     println!(
         "{:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
-        "change", "prepared", "whole ms", "first", "longest", "usual ms", "peak MB", "voxels"
+        "change", "whole ms", "first", "longest", "usual ms", "at most", "peak MB", "voxels"
     );
     let color = gpu.executor.device().create_texture(&wgpu::TextureDescriptor {
         label: None,
@@ -161,29 +203,32 @@ fn main() {
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
         view_formats: &[],
     });
-    let color_target = ResourceId::external();
-    let store = VoxelStore::new(gpu.executor.limits());
-    let mut cache = SceneCache::new(&store);
     let small = scan(64, 0);
     let base = scene(&[&small], sky(1.0));
-    let mut recording = Recording::new();
-    cache.update(&base, &mut recording).expect("it fits");
-    let settings = LiveSettings::new(width, height);
-    let live = LiveView::new(&settings, &cache, &mut recording).expect("it fits");
-    let host = HostFrame { depth: None, color_target, depth_target: None, fog: None };
-    let mut bench =
-        Bench { gpu, store, cache, live, pacer: UploadPacer::new(), settings, host, peak: 0, frame: 0 };
-    bench.gpu.executor.lend_texture(color_target, &color);
-    bench.gpu.executor.execute(&recording).expect("a device");
+    let stage = Stage::new(gpu.executor.limits());
+    let mut bench = Bench {
+        gpu,
+        stage,
+        color,
+        size: [width, height],
+        version: 1,
+        frame: 0,
+        under_way: VecDeque::new(),
+        times: vec![],
+        last: Instant::now(),
+        peak: 0,
+    };
 
     let (a, b) = (scan(size, 1), scan(size, 2));
-    let begin = Instant::now();
-    prepare_volume(&b);
-    println!("(a coarse copy is made in {:.0} ms, on other threads)", begin.elapsed().as_secs_f64() * 1e3);
+    // Once, so that no pipeline is new.
     let with_a = scene(&[&small, &a], sky(1.0));
-    // Three frames of each, so that no pipeline is new.
-    (0..3).for_each(|_| _ = bench.frame(&with_a));
-    (0..3).for_each(|_| _ = bench.frame(&base));
+    for scene in [&with_a, &base] {
+        bench.version += 1;
+        while !bench.is_whole() {
+            bench.frame(scene);
+        }
+        (0..FRAMES).for_each(|_| _ = bench.frame(scene));
+    }
     let fresh = scan(size, 3);
     let with_fresh = scene(&[&small, &fresh], sky(1.0));
     bench.change("add", base.clone(), (), &with_fresh);
@@ -195,7 +240,7 @@ fn main() {
     let before = scene(&[&small, &fresh], sky(2.0));
     drop((with_a, a, with_fresh));
     bench.change("replace", before, fresh, &with_b);
-    println!("the store holds {:.0} MB at the end", bench.store.bytes() as f64 / 1e6);
+    println!("the store holds {:.0} MB at the end", bench.stage.store().bytes() as f64 / 1e6);
     if size >= 512 {
         bench.large([512, 512, 3000]);
         bench.large([1024, 1024, 2000]);
@@ -211,16 +256,18 @@ impl Bench {
         let volume = Volume::new(dims, voxels, [1.0, -1000.0], place, Modality::Ct).expect("it is valid");
         let volume = Arc::new(volume);
         let scene = scene(&[&volume], sky(1.0));
-        (self.peak, self.pacer) = (0, UploadPacer::new());
-        let mut recording = Recording::new();
+        self.peak = 0;
+        self.version += 1;
         let begin = Instant::now();
-        self.cache.update(&scene, &mut recording).expect("it fits");
-        self.gpu.executor.execute(&recording).and_then(|_| self.gpu.executor.wait()).expect("a device");
+        let updated = self.stage.update(WORLD, &scene, self.version, true, &self.gpu.executor);
+        if let Some(recorded) = updated.expect("it fits") {
+            self.replay(recorded);
+        }
+        self.gpu.executor.wait().expect("a device");
         let took = begin.elapsed().as_secs_f64();
-        drop(recording);
         self.look();
         self.frame(&scene);
-        let factor = self.store.resolution(&volume).map_or(0, |resolution| resolution.factor);
+        let factor = self.stage.store().resolution(&volume).map_or(0, |resolution| resolution.factor);
         println!(
             "{dims:?}: there after {took:.1} s, 1/{factor} of its resolution, {:.0} MB for {:.0} MB of voxels",
             self.peak as f64 / 1e6,

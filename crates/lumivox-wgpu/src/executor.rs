@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use lumivox_renderer::recording::{BindingKind, Kernel, Stage, TextureOrder};
+use lumivox_renderer::stage::Workbench;
 use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step, Workshop};
 
 use crate::error::GpuError;
@@ -436,6 +437,20 @@ impl Executor {
         }
         let label = Some(kernel.entry_point());
         Ok(self.device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries: &entries }))
+    }
+}
+
+/// For a host whose views a [stage](lumivox_renderer::stage) keeps. Kernels that draw are made for a target's format:
+/// [`prepare_draws`](Executor::prepare_draws) has to be asked for those.
+impl Workbench for Executor {
+    fn are_ready(&self, kernels: &[Kernel]) -> bool {
+        self.prepare(kernels.iter().copied());
+        self.is_prepared(kernels.iter().copied())
+    }
+
+    fn texture_maker(&self) -> Box<dyn FnMut(&TextureOrder) -> bool + Send> {
+        let maker = Executor::texture_maker(self);
+        Box::new(move |order| maker.make(order))
     }
 }
 

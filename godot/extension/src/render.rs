@@ -52,8 +52,8 @@ impl Workbench for Ahead {
         missing.is_empty()
     }
 
-    fn texture_maker(&self) -> fn(&TextureOrder) -> bool {
-        make_ahead
+    fn texture_maker(&self) -> Box<dyn FnMut(&TextureOrder) -> bool + Send> {
+        Box::new(make_ahead)
     }
 }
 

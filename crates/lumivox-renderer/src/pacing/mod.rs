@@ -39,6 +39,18 @@ const WEIGHT_OF_LESS: f64 = 0.1;
 /// A cost so many times the mean is no noise: the mean jumps.
 const JUMP: f64 = 2.5;
 
+/// What a budget is divided by after a change, until a frame tells what samples cost since.
+const CAUTION: f64 = 3.0;
+
+/// By how much caution lessens with a change that made nothing dearer: what is animated changes with every frame.
+const TRUST: f64 = 0.7;
+
+/// By how much it grows with a frame before which nothing changed.
+const DISTRUST: f64 = 1.05;
+
+/// Fewer samples cost more each. A cost that is not above so many times the mean is none that a change made.
+const NO_DEARER: f64 = 1.5;
+
 /// Frames whose times may still come.
 const MEMORY: usize = 16;
 
@@ -55,6 +67,9 @@ pub enum Pass {
 #[derive(Debug)]
 pub struct Pacer {
     paces: [Pace; 2],
+    /// Changes so far.
+    changes: u64,
+    caution: f64,
     /// Frames whose time is not known yet.
     under_way: VecDeque<Frame>,
     milliseconds: f64,
@@ -70,12 +85,15 @@ struct Pace {
     budget: f64,
     /// Milliseconds that a pixel sample takes.
     cost: Option<f64>,
+    /// Changes before the frames that told so.
+    changes: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     serial: u64,
     pass: Pass,
+    changes: u64,
     pixel_samples: u64,
     granted: f64,
     target: f64,
@@ -91,12 +109,19 @@ impl Pacer {
     /// Knows nothing yet.
     pub fn new() -> Self {
         Self {
-            paces: [Pace { budget: FIRST_BUDGET, cost: None }; 2],
+            paces: [Pace { budget: FIRST_BUDGET, cost: None, changes: 0 }; 2],
+            changes: 0,
+            caution: CAUTION,
             under_way: VecDeque::new(),
             milliseconds: 0.0,
             frame_rate: FrameRate::default(),
             blind: false,
         }
+    }
+
+    /// What is traced from now on is not what it was: its samples may cost more, and the GPU tells frames later.
+    pub fn changed(&mut self) {
+        self.changes += 1;
     }
 
     /// Pixel samples that take about so long.
@@ -112,6 +137,8 @@ impl Pacer {
             (None, Some(cost)) => other.budget.min(milliseconds / cost) / 2.0,
             (None, None) => pace.budget,
         };
+        let is_known = self.blind || pace.cost.is_none() || pace.changes == self.changes;
+        let budget = if is_known { budget } else { budget / self.caution };
         budget.clamp(LEAST_BUDGET, 1e12) as u64
     }
 
@@ -124,7 +151,14 @@ impl Pacer {
     /// `milliseconds`.
     pub fn recorded(&mut self, serial: u64, pass: Pass, pixel_samples: u64, budget: u64, milliseconds: f64) {
         let granted = budget as f64;
-        self.under_way.push_back(Frame { serial, pass, pixel_samples, granted, target: milliseconds });
+        self.under_way.push_back(Frame {
+            serial,
+            pass,
+            changes: self.changes,
+            pixel_samples,
+            granted,
+            target: milliseconds,
+        });
         if self.under_way.len() > MEMORY {
             self.under_way.pop_front();
             self.blind = true;
@@ -151,8 +185,15 @@ impl Pacer {
         let samples = frame.pixel_samples as f64;
         let cost = milliseconds.max(1e-3) / samples;
         let pace = &mut self.paces[frame.pass as usize];
+        let after_change = frame.changes > pace.changes;
+        pace.changes = frame.changes.max(pace.changes);
+        if let Some(mean) = pace.cost {
+            let dearer = if cost > mean * NO_DEARER { cost / mean } else { 1.0 };
+            let caution = self.caution * if after_change { TRUST } else { DISTRUST };
+            self.caution = if after_change { caution.max(dearer) } else { caution }.clamp(1.0, CAUTION);
+        }
         let mean = match pace.cost {
-            Some(mean) if cost > mean * JUMP => cost,
+            Some(mean) if cost > mean * if after_change { NO_DEARER } else { JUMP } => cost,
             Some(mean) if cost > mean => mean + (cost - mean) * WEIGHT_OF_MORE,
             Some(mean) => mean + (cost - mean) * WEIGHT_OF_LESS,
             None => cost,
@@ -259,6 +300,41 @@ mod tests {
         let (_, longest) = gpu.run(40);
         assert!(longest < TARGET * 1.75, "{longest} ms on the way up");
         assert_settled(gpu.run(200));
+    }
+
+    #[test]
+    fn after_a_change_no_frame_is_late() {
+        for (pass, dearer) in [(Pass::Moving, 2.0), (Pass::Still, 2.5)] {
+            let mut gpu = Gpu::new(5e-5);
+            for _ in 0..60 {
+                gpu.frame(pass);
+            }
+            gpu.cost *= dearer;
+            gpu.pacer.changed();
+            let longest = (0..20).map(|_| gpu.frame(pass).1).fold(0.0, f64::max);
+            assert!(longest < TARGET * 1.4, "{longest} ms");
+            let mean = (0..100).map(|_| gpu.frame(pass).1).sum::<f64>() / 100.0;
+            assert!((mean - TARGET).abs() < TARGET / 4.0, "{mean} ms on average");
+        }
+    }
+
+    #[test]
+    fn what_changes_with_every_frame_is_trusted_in_time() {
+        let mut gpu = Gpu::new(5e-5);
+        for _ in 0..60 {
+            gpu.frame(Pass::Moving);
+        }
+        let frame = |gpu: &mut Gpu| {
+            gpu.pacer.changed();
+            gpu.frame(Pass::Moving).1
+        };
+        let cautious = (0..3).map(|_| frame(&mut gpu)).fold(0.0, f64::max);
+        assert!(cautious < TARGET / 2.0, "{cautious} ms at first");
+        for _ in 0..60 {
+            frame(&mut gpu);
+        }
+        let mean = (0..200).map(|_| frame(&mut gpu)).sum::<f64>() / 200.0;
+        assert!((mean - TARGET).abs() < TARGET / 4.0, "{mean} ms on average");
     }
 
     #[test]

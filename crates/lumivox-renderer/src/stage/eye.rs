@@ -36,7 +36,7 @@ pub struct Trace {
     pass: Pass,
     /// Pixel samples that were granted for `milliseconds`.
     budget: u64,
-    milliseconds: f64,
+    pub milliseconds: f64,
 }
 
 impl<W> Eye<W> {
@@ -70,6 +70,9 @@ impl<W> Eye<W> {
             Some((frame.camera, world.cache.version(), self.live.film_size(), frame.settings.ambient));
         let before = std::mem::replace(&mut self.traced, traced);
         let pass = if before == traced { Pass::Still } else { Pass::Moving };
+        if before.map(|(_, version, ..)| version) != Some(world.cache.version()) {
+            self.pacer.changed();
+        }
         let milliseconds = frame.budget_milliseconds;
         let now = Instant::now();
         if let Some(before) = self.began {

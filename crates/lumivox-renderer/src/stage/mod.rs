@@ -27,6 +27,10 @@ use crate::recording::{Kernel, Recording, ResourceId, Step, TextureOrder};
 use crate::scene_cache::DeviceLimits;
 use crate::store::VoxelStore;
 
+/// What a view's time is divided by while a large texture is made on another thread: drivers hold up what is handed over
+/// meanwhile, 5 to 7 ms for 300 MB, and the frame is to have that time.
+const WHILE_TEXTURES_ARE_MADE: f64 = 3.0;
+
 /// What tells worlds, or views, from each other: the engine's own names.
 pub trait Key: Copy + Eq + Hash + Debug {}
 
@@ -38,7 +42,7 @@ pub trait Workbench {
     fn are_ready(&self, kernels: &[Kernel]) -> bool;
 
     /// What [makes textures ahead](crate::Preparation::run_with), on whatever thread.
-    fn texture_maker(&self) -> fn(&TextureOrder) -> bool;
+    fn texture_maker(&self) -> Box<dyn FnMut(&TextureOrder) -> bool + Send>;
 }
 
 /// A host whose kernels come with it, and that makes textures where recordings say so.
@@ -50,8 +54,8 @@ impl Workbench for NothingAhead {
         true
     }
 
-    fn texture_maker(&self) -> fn(&TextureOrder) -> bool {
-        |_| false
+    fn texture_maker(&self) -> Box<dyn FnMut(&TextureOrder) -> bool + Send> {
+        Box::new(|_| false)
     }
 }
 
@@ -267,6 +271,7 @@ impl<W: Key, V: Key> Stage<W, V> {
         let mut recording = self.begin_recording();
         self.store.collect(&mut recording);
         let place = self.worlds.entry(world).or_insert_with(|| World::new(&self.store));
+        place.makes_textures = false;
         let is_another = place.version != version;
         if !is_another && (place.error.is_some() || place.cache.is_settled()) {
             return match &place.error {
@@ -280,6 +285,10 @@ impl<W: Key, V: Key> Stage<W, V> {
                     Ok(rest(recording))
                 }
             };
+        }
+        if !is_another && !at_once && place.is_whole && self.uploads.is_used_up(self.frame) {
+            // Another view of this frame has brought what it may.
+            return Ok(rest(recording));
         }
         if is_another
             && !at_once
@@ -336,18 +345,21 @@ impl<W: Key, V: Key> Stage<W, V> {
         }
         let is_before = shown != wanted || self.progress(wanted) == Progress::Before;
         let mut recording = self.begin_recording();
-        let turns = self.eyes.get(&view).is_some_and(|eye| eye.world != shown);
-        if turns && let Some(other) = self.eyes.remove(&view) {
-            // It starts over there.
-            other.free(&mut recording);
-            self.wants_sweep = true;
-        }
-        let known = self.eyes.get(&view);
-        let lent = known.map_or_else(Lent::new, |eye| eye.lent);
+        let known = self.eyes.get_mut(&view);
+        let lent = known.as_ref().map_or_else(Lent::new, |eye| eye.lent);
         let mut frame = frame(lent);
-        if is_before && let Some(ambient) = known.and_then(Eye::ambient) {
-            // A scene goes with its own light, also when it is the one before.
-            frame.settings.ambient = ambient;
+        if let Some(eye) = known {
+            if eye.world != shown {
+                // It starts over there, in the films that it has.
+                eye.world = shown;
+                self.wants_sweep = true;
+            } else if is_before && let Some(ambient) = eye.ambient() {
+                // A scene goes with its own light, also when it is the one before.
+                frame.settings.ambient = ambient;
+            }
+        }
+        if self.worlds.get(&wanted).is_some_and(|world| world.makes_textures) {
+            frame.budget_milliseconds /= WHILE_TEXTURES_ARE_MADE;
         }
         let recorded = self.record_eye(view, shown, lent, &frame, &mut recording);
         match recorded {

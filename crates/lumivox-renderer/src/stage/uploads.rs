@@ -7,6 +7,9 @@ use crate::pacing::UploadPacer;
 /// A window in the background, drawn once a second, does not draw long frames.
 const MOST_MILLISECONDS: f64 = 500.0;
 
+/// Less is not worth what any upload takes.
+const LEAST_BYTES: u64 = 256 << 10;
+
 /// What frames bring of voxels, all viewports together.
 #[derive(Debug, Default)]
 pub struct Uploads {
@@ -34,6 +37,11 @@ impl Uploads {
             self.left = self.pacer.budget(usual);
         }
         self.left.max(1)
+    }
+
+    /// Whether next to nothing is left for this frame.
+    pub fn is_used_up(&self, frame: u64) -> bool {
+        self.frame == frame && self.left < LEAST_BYTES
     }
 
     /// Of what was granted, so many bytes were brought, which held the frame up for so long.

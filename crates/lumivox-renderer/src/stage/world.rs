@@ -6,7 +6,7 @@ use lumivox_core::Scene;
 
 use super::{Progress, Workbench};
 use crate::features::ViewKind;
-use crate::scene_cache::SceneCache;
+use crate::scene_cache::{Preparation, SceneCache};
 use crate::store::VoxelStore;
 
 /// A scene on the device.
@@ -20,6 +20,8 @@ pub struct World {
     /// Whether there is anything to draw: a scene that fits.
     pub is_whole: bool,
     pub progress: Progress,
+    /// Whether textures are made for the next scene, on another thread.
+    pub makes_textures: bool,
     /// What is prepared for the next scene, on another thread that holds the same.
     preparing: Option<Arc<()>>,
 }
@@ -35,7 +37,15 @@ pub enum Missing {
 impl World {
     pub fn new(store: &VoxelStore) -> Self {
         let cache = SceneCache::new(store);
-        Self { cache, version: 0, error: None, is_whole: false, progress: Progress::Nothing, preparing: None }
+        Self {
+            cache,
+            version: 0,
+            error: None,
+            is_whole: false,
+            progress: Progress::Nothing,
+            makes_textures: false,
+            preparing: None,
+        }
     }
 
     /// What a scene lacks to be shown without holding up the frame. It is on its way then.
@@ -43,13 +53,14 @@ impl World {
         let kernels = self.cache.kernels(scene, ViewKind::Live);
         let lacks_kernels = !workbench.are_ready(&kernels);
         let preparation = self.cache.preparation(scene);
+        self.makes_textures = preparation.as_ref().is_some_and(Preparation::makes_textures);
         let computing = preparation.is_some().then_some(Missing::Computation);
         let under_way = self.preparing.as_ref().is_some_and(|shared| Arc::strong_count(shared) > 1);
         if let Some(preparation) = preparation.filter(|_| !under_way) {
             let done = self.preparing.insert(Arc::default()).clone();
-            let make = workbench.texture_maker();
+            let mut make = workbench.texture_maker();
             let run = move || {
-                preparation.run_with(make);
+                preparation.run_with(&mut make);
                 drop(done);
             };
             // Without a thread, the next frame tries again.

@@ -2,16 +2,14 @@
 
 use std::sync::Arc;
 
-use super::bricks::{self, Arrival, BrickGrid};
+use super::arrival::Arrival;
+use super::bricks::{self, BrickGrid};
 use super::coarse::coarse_copy;
 use super::pools::Wanted;
 use super::value_ranges::GridKey;
-use super::{CopyOnDevice, Resident, Source, Store};
+use super::{AT_ONCE, CopyOnDevice, Resident, Source, Store};
 use crate::error::RenderError;
 use crate::recording::Recording;
-
-/// A budget of so many bytes has no bound.
-const AT_ONCE: u64 = u64::MAX / 2;
 
 /// Halvings after which there is no room for anything.
 const MAX_FACTOR: u32 = 64;

@@ -1,22 +1,15 @@
-//! Volumes in bricks, on their way into pools.
+//! Volumes in bricks, and the texels of those.
 //!
 //! A brick holds [`BRICK_SIZE`] voxels along each axis and one more, its neighbours' first: a linear filter between its
 //! voxels needs no other brick, and a texture unit filters as it would in a texture of the volume's own.
-
-use std::sync::Arc;
 
 use lumivox_core::{Volume, Voxels};
 use lumivox_shaders::constants::{BRICK_SIZE, BRICK_TEXELS, MAX_BRICKS};
 use rayon::prelude::*;
 
-use super::pools::Pools;
 use super::texels::Quantiser;
-use super::value_ranges::Ranges;
-use super::{Resident, Source, TEXELS, WeakSource};
-use crate::recording::{Payload, Recording, ResourceId, Step, TextureFormat};
-
-/// Bytes of one upload: small enough to bound the memory of staging, large enough to be fast.
-const UPLOAD_BYTES: u64 = 32 << 20;
+use super::{Resident, Source, TEXELS};
+use crate::recording::{Payload, TextureFormat};
 
 /// So many are filled where they are wanted: other threads may be busy for longer than a frame.
 const FEW_TEXELS: usize = 8 << 20;
@@ -30,25 +23,29 @@ pub(crate) struct BrickGrid {
     pub counts: [u32; 3],
 }
 
-/// A copy of a volume on its way into its bricks.
-#[derive(Debug)]
-pub(super) struct Arrival {
-    source: WeakSource,
-    /// All texels, made ahead.
-    prepared: Option<Arc<Vec<u16>>>,
-    /// Bricks that are there.
-    done: usize,
-    /// The copy's pages, for the kernel that looks at what is there.
-    pages: Option<ResourceId>,
-}
-
 /// Bricks next to each other, both in the volume and in a pool.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Run {
+pub(super) struct Run {
     /// The first one's place among the volume's bricks.
-    first: [u32; 3],
+    pub first: [u32; 3],
     /// Bricks along x and y.
-    size: [u32; 2],
+    pub size: [u32; 2],
+}
+
+/// Texels of 16 bits, as bytes.
+struct Words(Vec<u16>);
+
+impl AsRef<[u8]> for Words {
+    fn as_ref(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.0)
+    }
+}
+
+impl Run {
+    /// How many they are.
+    pub fn bricks(self) -> usize {
+        (self.size[0] * self.size[1]) as usize
+    }
 }
 
 impl BrickGrid {
@@ -78,82 +75,8 @@ pub(super) fn least_factor(dims: [usize; 3]) -> u32 {
     (0..31).map(|power| 1 << power).find(fits).unwrap_or(1 << 31)
 }
 
-impl Arrival {
-    pub fn new(source: &Source) -> Self {
-        Self { source: source.downgrade(), prepared: None, done: 0, pages: None }
-    }
-
-    /// Of texels in the order of bricks.
-    pub fn of_prepared(source: &Source, prepared: Arc<Vec<u16>>) -> Self {
-        Self { prepared: Some(prepared), ..Self::new(source) }
-    }
-
-    /// What it has on the device besides bricks.
-    pub fn buffer(&self) -> Option<ResourceId> {
-        self.pages
-    }
-
-    /// Whether all bricks are there, and their value ranges.
-    pub fn is_done(&self, resident: &Resident, ranges: &[Ranges]) -> bool {
-        self.done == resident.pages.len() && ranges.iter().all(Ranges::is_whole)
-    }
-
-    /// Records as many bricks more as the budget allows, one at least while there is any, and the value ranges of as much
-    /// of what is there then: to look at voxels takes a device as long as to bring them.
-    pub fn advance(
-        &mut self,
-        resident: &Resident,
-        ranges: &mut [Ranges],
-        pools: &Pools,
-        budget: &mut u64,
-        recording: &mut Recording,
-    ) {
-        let Some(source) = self.source.upgrade() else { return };
-        let (_, format) = pools.texture_of(resident.pages[0]);
-        let all = pools.bytes_of(format, resident.pages.len() as u64);
-        let least = if *budget > 0 { pools.bytes_of(format, 1) } else { 0 };
-        let share = least.max(*budget) as f64 / all as f64;
-        let only_looks = self.done == resident.pages.len();
-        while *budget > 0 && self.done < resident.pages.len() {
-            let (texture, format) = pools.texture_of(resident.pages[self.done]);
-            let most = (*budget).min(UPLOAD_BYTES) / pools.bytes_of(format, 1);
-            let run = run(resident, self.done, most.max(1) as usize);
-            let [width, height] = run.size;
-            let texels = match &self.prepared {
-                Some(prepared) => prepared_texels(prepared, resident, run, format),
-                None => texels(&source, resident.factor, resident.bricks, run, format),
-            };
-            *budget = budget.saturating_sub(texels.len() as u64);
-            recording.push(Step::WriteTexture {
-                id: texture,
-                origin: super::pools::first_texel(resident.pages[self.done]),
-                size: [width * BRICK_TEXELS, height * BRICK_TEXELS, BRICK_TEXELS],
-                data: Payload::new(texels),
-            });
-            self.done += (width * height) as usize;
-        }
-        let layer = (resident.bricks.counts[0] * resident.bricks.counts[1]) as usize;
-        let layers = (self.done / layer) as u32;
-        if ranges.iter().any(|ranges| ranges.wants(resident, layers)) {
-            let pages =
-                *self.pages.get_or_insert_with(|| recording.create_buffer_with("pages", &resident.pages));
-            for ranges in ranges {
-                ranges.record(resident, pages, pools, layers, share, recording);
-            }
-            if only_looks {
-                // The frame's time went into looking.
-                *budget = budget.saturating_sub(all);
-            }
-        }
-    }
-
-    pub fn free(self, recording: &mut Recording) {
-        recording.free(self.pages);
-    }
-}
-
 /// The longest run of at most so many bricks from one on: whole rows, or a part of one.
-fn run(resident: &Resident, begin: usize, most: usize) -> Run {
+pub(super) fn run(resident: &Resident, begin: usize, most: usize) -> Run {
     let grid = resident.bricks;
     let first = grid.place(begin);
     let [nx, ny, _] = grid.counts;
@@ -175,16 +98,22 @@ fn run(resident: &Resident, begin: usize, most: usize) -> Run {
 }
 
 /// Texels of a run, x fastest, as they are stored. What lies beyond the volume repeats its last voxel.
-fn texels(source: &Source, factor: u32, grid: BrickGrid, run: Run, format: TextureFormat) -> Vec<u8> {
+pub(super) fn texels(
+    source: &Source,
+    factor: u32,
+    grid: BrickGrid,
+    run: Run,
+    format: TextureFormat,
+) -> Payload {
     let volume = &*source.volume;
     if source.is_smooth && factor == 1 {
         return as_stored(smooth_fractions(volume, grid, run), format);
     }
     if factor == 1 {
         match (volume.voxels(), format) {
-            (Voxels::U8(v), TextureFormat::R8Unorm) => return gather(v, grid, run, |&x| x),
+            (Voxels::U8(v), TextureFormat::R8Unorm) => return Payload::new(gather(v, grid, run, |&x| x)),
             (Voxels::U16(v), TextureFormat::R16Unorm) => {
-                return bytes_of(gather(v, grid, run, |&x| x));
+                return Payload::new(Words(gather(v, grid, run, |&x| x)));
             }
             _ => {}
         }
@@ -192,19 +121,21 @@ fn texels(source: &Source, factor: u32, grid: BrickGrid, run: Run, format: Textu
     as_stored(fractions(volume, factor, grid, run), format)
 }
 
-fn bytes_of(texels: Vec<u16>) -> Vec<u8> {
-    bytemuck::cast_slice(&texels).to_vec()
-}
-
 /// 16-bit fractions in a format.
-fn as_stored(fractions: Vec<u16>, format: TextureFormat) -> Vec<u8> {
+fn as_stored(mut fractions: Vec<u16>, format: TextureFormat) -> Payload {
     match format {
-        TextureFormat::R8Unorm => fractions.iter().map(|&x| ((u32::from(x) + 128) / 257) as u8).collect(),
-        TextureFormat::R16Float => bytes_of(
-            fractions.iter().map(|&x| half::f16::from_f64(f64::from(x) / 65535.0).to_bits()).collect(),
-        ),
-        _ => bytes_of(fractions),
+        TextureFormat::R8Unorm => {
+            let bytes = fractions.iter().map(|&x| ((u32::from(x) + 128) / 257) as u8);
+            return Payload::new(bytes.collect::<Vec<u8>>());
+        }
+        TextureFormat::R16Float => {
+            for x in &mut fractions {
+                *x = half::f16::from_f64(f64::from(*x) / 65535.0).to_bits();
+            }
+        }
+        _ => {}
     }
+    Payload::new(Words(fractions))
 }
 
 fn fractions(volume: &Volume, factor: u32, grid: BrickGrid, run: Run) -> Vec<u16> {
@@ -447,7 +378,12 @@ pub(super) fn fractions_of_all(volume: &Volume, factor: u32) -> Vec<u16> {
 }
 
 /// A run of what was made ahead.
-fn prepared_texels(prepared: &[u16], resident: &Resident, run: Run, format: TextureFormat) -> Vec<u8> {
+pub(super) fn prepared_texels(
+    prepared: &[u16],
+    resident: &Resident,
+    run: Run,
+    format: TextureFormat,
+) -> Payload {
     let side = BRICK_TEXELS as usize;
     let [width, height] = run.size.map(|n| n as usize);
     let mut texels = vec![0u16; width * height * TEXELS as usize];

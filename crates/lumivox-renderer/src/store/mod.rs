@@ -6,9 +6,11 @@
 //! [prepared](prepare_volume) stands in its place. What there is no room for is reduced instead of refused.
 
 mod ahead;
+mod arrival;
 mod arrivals;
 mod bricks;
 mod coarse;
+mod cutter;
 mod pool;
 mod pools;
 mod source;
@@ -24,7 +26,7 @@ use lumivox_shaders::constants::BRICK_TEXELS;
 use lumivox_shaders::layout::POOL_COUNT;
 
 use self::ahead::Ahead;
-use self::bricks::Arrival;
+use self::arrival::Arrival;
 pub(crate) use self::bricks::BrickGrid;
 use self::coarse::is_prepared;
 pub use self::coarse::prepare_volume;
@@ -37,6 +39,9 @@ use crate::error::RenderError;
 use crate::ids;
 use crate::recording::{Recording, ResourceId, Step, TextureOrder};
 use crate::scene_cache::DeviceLimits;
+
+/// A budget of so many bytes has no bound.
+const AT_ONCE: u64 = u64::MAX / 2;
 
 /// Room that is not worth trying.
 const LEAST_BYTES: u64 = 1 << 20;

@@ -1,6 +1,7 @@
 //! Replays recordings on Godot's RenderingDevice. Everything here runs on the render thread, but for the [`workshop`] that
 //! makes kernels, and for what is [made ahead](make_ahead).
 
+mod packed;
 mod pipelines;
 mod spirv;
 
@@ -207,6 +208,7 @@ impl Executor {
             device.free_rid(texture);
         }
         self.pipelines.free(device);
+        packed::free();
     }
 
     fn step(
@@ -238,7 +240,7 @@ impl Executor {
             Step::WriteBuffer { id, offset, data } => {
                 let (buffer, _) = self.buffer(*id)?;
                 let bytes = data.bytes();
-                let packed = PackedByteArray::from(bytes);
+                let packed = packed::copy_of(bytes);
                 device.buffer_update(buffer, *offset as u32, bytes.len() as u32, &packed);
             }
             Step::WriteTexture { id, origin, size, data } => {
@@ -313,7 +315,7 @@ impl Executor {
         };
         let [width, height, depth] = plan.size;
         if planned && origin == [0; 3] && size == [width, height, depth.max(1)] {
-            let texture = create_texture(device, plan, Some(data))?;
+            let texture = create_texture(device, plan, Some(packed::copy_of(data.bytes())))?;
             self.resources.insert(id, Resource::Texture(texture, plan));
             return Ok(());
         }
@@ -321,6 +323,7 @@ impl Executor {
         let texture = self.texture(device, id)?;
         let flat = depth == 0;
         let box_size = if flat { [size[0], size[1], 0] } else { size };
+        let data = packed::copy_of(data.bytes());
         let staging = create_texture(device, Plan { size: box_size, ..plan }, Some(data))?;
         let copied = copy_texture(device, (staging, [0; 3]), (texture, origin), size);
         device.free_rid(staging);
@@ -489,7 +492,7 @@ fn copy_texture(
 fn create_texture(
     device: &mut Gd<RenderingDevice>,
     plan: Plan,
-    data: Option<&Payload>,
+    data: Option<PackedByteArray>,
 ) -> Result<Rid, ExecuteError> {
     let [width, height, depth] = plan.size;
     let mut format = RdTextureFormat::new_gd();
@@ -511,7 +514,7 @@ fn create_texture(
     );
     let mut layers = Array::<PackedByteArray>::new();
     if let Some(data) = data {
-        layers.push(&PackedByteArray::from(data.bytes()));
+        layers.push(&data);
     }
     let view = RdTextureView::new_gd();
     let texture = device.texture_create_ex(&format, &view).data(&layers).done();
