@@ -63,6 +63,7 @@ struct Bench {
     stage: Stage<u8, u8>,
     color: wgpu::Texture,
     size: [u32; 2],
+    camera: Camera,
     /// Of the scene: another one with every change.
     version: u64,
     frame: u64,
@@ -90,7 +91,7 @@ impl Bench {
         if let Some(recorded) = updated.expect("it fits") {
             self.replay(recorded);
         }
-        let mut camera = self.camera(scene);
+        let mut camera = self.camera;
         // Each frame is a new image, as dear as any.
         camera.world_from_camera.translation.x += self.frame as f64 * 1e-6;
         if let Some(shown) = self.stage.shown(VIEW, WORLD, |_| true) {
@@ -116,11 +117,6 @@ impl Bench {
         let took = self.last.elapsed().as_secs_f64() * 1e3;
         self.last = Instant::now();
         took
-    }
-
-    fn camera(&self, scene: &Scene) -> Camera {
-        let aspect = f64::from(self.size[0]) / f64::from(self.size[1]);
-        framing::frame(scene, 0.4, 0.1, 0.5, aspect).camera().with_aspect(aspect)
     }
 
     fn replay(&mut self, recorded: Recorded<u8, u8>) {
@@ -206,11 +202,15 @@ fn main() {
     let small = scan(64, 0);
     let base = scene(&[&small], sky(1.0));
     let stage = Stage::new(gpu.executor.limits());
+    // Of both places.
+    let both = scene(&[&small, &small], sky(1.0));
+    let aspect = f64::from(width) / f64::from(height);
     let mut bench = Bench {
         gpu,
         stage,
         color,
         size: [width, height],
+        camera: framing::frame(&both, 0.4, 0.1, 0.5, aspect).camera().with_aspect(aspect),
         version: 1,
         frame: 0,
         under_way: VecDeque::new(),

@@ -16,18 +16,12 @@ pub struct Preparation {
     store: VoxelStore,
     volumes: Vec<Arc<Volume>>,
     environment: Option<EnvironmentSource>,
-    lacks_textures: bool,
     coming: Vec<Source>,
     /// What the scene has no more. Not held: it is to be gone when the others come.
     leaving: Vec<WeakSource>,
 }
 
 impl Preparation {
-    /// Whether textures are to be made, or are being made by now.
-    pub fn makes_textures(&self) -> bool {
-        self.lacks_textures
-    }
-
     /// Does it, on this thread and rayon's, but for the textures: the update makes them.
     pub fn run(&self) {
         self.run_with(|_| false);
@@ -71,7 +65,6 @@ impl SceneCache {
             store: self.store.clone(),
             volumes,
             environment,
-            lacks_textures,
             coming,
             leaving,
         })

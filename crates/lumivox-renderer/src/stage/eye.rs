@@ -36,7 +36,7 @@ pub struct Trace {
     pass: Pass,
     /// Pixel samples that were granted for `milliseconds`.
     budget: u64,
-    pub milliseconds: f64,
+    milliseconds: f64,
 }
 
 impl<W> Eye<W> {

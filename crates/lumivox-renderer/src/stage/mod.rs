@@ -27,10 +27,6 @@ use crate::recording::{Kernel, Recording, ResourceId, Step, TextureOrder};
 use crate::scene_cache::DeviceLimits;
 use crate::store::VoxelStore;
 
-/// What a view's time is divided by while a large texture is made on another thread: drivers hold up what is handed over
-/// meanwhile, 5 to 7 ms for 300 MB, and the frame is to have that time.
-const WHILE_TEXTURES_ARE_MADE: f64 = 3.0;
-
 /// What tells worlds, or views, from each other: the engine's own names.
 pub trait Key: Copy + Eq + Hash + Debug {}
 
@@ -271,7 +267,6 @@ impl<W: Key, V: Key> Stage<W, V> {
         let mut recording = self.begin_recording();
         self.store.collect(&mut recording);
         let place = self.worlds.entry(world).or_insert_with(|| World::new(&self.store));
-        place.makes_textures = false;
         let is_another = place.version != version;
         if !is_another && (place.error.is_some() || place.cache.is_settled()) {
             return match &place.error {
@@ -357,9 +352,6 @@ impl<W: Key, V: Key> Stage<W, V> {
                 // A scene goes with its own light, also when it is the one before.
                 frame.settings.ambient = ambient;
             }
-        }
-        if self.worlds.get(&wanted).is_some_and(|world| world.makes_textures) {
-            frame.budget_milliseconds /= WHILE_TEXTURES_ARE_MADE;
         }
         let recorded = self.record_eye(view, shown, lent, &frame, &mut recording);
         match recorded {

@@ -194,52 +194,6 @@ fn only_a_world_that_may_stand_in_is_shown_in_the_place_of_another() {
     assert!(stage.record_view(VIEW, before, frame).is_err(), "it is gone by now");
 }
 
-/// A workbench that takes its time for textures.
-struct Maker;
-
-impl Workbench for Maker {
-    fn are_ready(&self, _: &[Kernel]) -> bool {
-        true
-    }
-
-    fn texture_maker(&self) -> Box<dyn FnMut(&TextureOrder) -> bool + Send> {
-        Box::new(|_| {
-            sleep(Duration::from_millis(300));
-            true
-        })
-    }
-}
-
-#[test]
-fn a_frame_leaves_time_for_textures_that_are_made() {
-    let (mut stage, mut device) = (Stage::new(limits()), Device::default());
-    update(&mut stage, &mut device, &scene(0.5), 1, true);
-    let voxels = Voxels::U8(vec![9; 300 * 300 * 300]);
-    let large = Volume::new([300; 3], voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Ct).unwrap();
-    let medium = Medium::new(TransferFunction::constant(0.5, [1.0; 3]));
-    let with_large =
-        Scene { environment: Environment::uniform(1.0), ..Scene::with_volume(Arc::new(large), medium) };
-    let granted = |stage: &mut Stage<u64, u64>| {
-        let seen = record(stage, frame).unwrap();
-        let Part::View { trace, .. } = &seen.recorded.part else { panic!("a view's") };
-        let milliseconds = trace.milliseconds;
-        stage.executed(seen.recorded, Ok(())).unwrap();
-        milliseconds
-    };
-    assert_eq!(granted(&mut stage), 8.0);
-    assert!(stage.update(WORLD, &with_large, 2, false, &Maker).unwrap().is_none());
-    assert_eq!(granted(&mut stage), 8.0 / WHILE_TEXTURES_ARE_MADE);
-    for _ in 0..2000 {
-        if let Some(recorded) = stage.update(WORLD, &with_large, 2, false, &Maker).unwrap() {
-            stage.executed(recorded, Ok(())).unwrap();
-            break;
-        }
-        sleep(Duration::from_millis(10));
-    }
-    assert!(stage.holds(WORLD, 2));
-    assert_eq!(granted(&mut stage), 8.0);
-}
-
 #[test]
 fn what_an_error_leaves_can_be_had_at_once() {
     let (mut stage, mut device) = (Stage::new(limits()), Device::default());

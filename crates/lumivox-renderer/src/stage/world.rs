@@ -1,13 +1,18 @@
 //! One world's copy on the device, and what is prepared for its next.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use lumivox_core::Scene;
 
 use super::{Progress, Workbench};
 use crate::features::ViewKind;
-use crate::scene_cache::{Preparation, SceneCache};
+use crate::scene_cache::SceneCache;
 use crate::store::VoxelStore;
+
+/// While a driver makes a large texture, 5 to 7 ms for 300 MB, it holds up what is handed over to the GPU. So the frame under
+/// way is to be handed over before, and the time that the engine waits for it anyway is used.
+const UNTIL_THE_FRAME_IS_OUT: Duration = Duration::from_millis(1);
 
 /// A scene on the device.
 #[derive(Debug)]
@@ -20,8 +25,6 @@ pub struct World {
     /// Whether there is anything to draw: a scene that fits.
     pub is_whole: bool,
     pub progress: Progress,
-    /// Whether textures are made for the next scene, on another thread.
-    pub makes_textures: bool,
     /// What is prepared for the next scene, on another thread that holds the same.
     preparing: Option<Arc<()>>,
 }
@@ -43,7 +46,6 @@ impl World {
             error: None,
             is_whole: false,
             progress: Progress::Nothing,
-            makes_textures: false,
             preparing: None,
         }
     }
@@ -53,13 +55,13 @@ impl World {
         let kernels = self.cache.kernels(scene, ViewKind::Live);
         let lacks_kernels = !workbench.are_ready(&kernels);
         let preparation = self.cache.preparation(scene);
-        self.makes_textures = preparation.as_ref().is_some_and(Preparation::makes_textures);
         let computing = preparation.is_some().then_some(Missing::Computation);
         let under_way = self.preparing.as_ref().is_some_and(|shared| Arc::strong_count(shared) > 1);
         if let Some(preparation) = preparation.filter(|_| !under_way) {
             let done = self.preparing.insert(Arc::default()).clone();
             let mut make = workbench.texture_maker();
             let run = move || {
+                std::thread::sleep(UNTIL_THE_FRAME_IS_OUT);
                 preparation.run_with(&mut make);
                 drop(done);
             };
