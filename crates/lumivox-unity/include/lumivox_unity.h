@@ -13,7 +13,7 @@
 /**
  * Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
  */
-#define LUMIVOX_ABI_VERSION 1
+#define LUMIVOX_ABI_VERSION 2
 
 /**
  * How far long work is.
@@ -300,7 +300,7 @@ typedef struct LumivoxProgress {
 } LumivoxProgress;
 
 /**
- * A grey picture.
+ * A small picture.
  */
 typedef struct LumivoxPicture {
   /**
@@ -312,9 +312,9 @@ typedef struct LumivoxPicture {
    */
   uint32_t height;
   /**
-   * `width * height` bytes, rows from the top, 0 black to 255 white; valid until the job is freed.
+   * `4 * width * height` bytes, rows from the top: sRGB and straight alpha; valid until the job is freed.
    */
-  const uint8_t *grey;
+  const uint8_t *rgba;
 } LumivoxPicture;
 
 /**
@@ -965,6 +965,17 @@ struct LumivoxJob *lumivox_import_load(const char *const *paths,
 struct LumivoxJob *lumivox_study_thumbnail(const struct LumivoxStudy *study,
                                            uint32_t series,
                                            uint32_t side);
+
+/**
+ * A picture of a scan from the front, at most `side` pixels (256 or fewer) wide and high, transparent where nothing is
+ * seen: as a preset shows it, or, where `preset` is null, as the one that suits it.
+ *
+ * # Safety
+ * `volume` is a live handle, `preset` null or a string.
+ */
+struct LumivoxJob *lumivox_volume_picture(const struct LumivoxVolume *volume,
+                                          const char *preset,
+                                          uint32_t side);
 
 /**
  * Frees a study.

@@ -6,7 +6,7 @@
 use std::ffi::c_char;
 
 /// Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
-pub const LUMIVOX_ABI_VERSION: u32 = 1;
+pub const LUMIVOX_ABI_VERSION: u32 = 2;
 
 /// What a scan is and how it lies in its object.
 #[repr(C)]
@@ -371,7 +371,7 @@ pub struct LumivoxImportOptions {
     pub raw: *const c_char,
 }
 
-/// A grey picture.
+/// A small picture.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct LumivoxPicture {
@@ -379,6 +379,6 @@ pub struct LumivoxPicture {
     pub width: u32,
     /// Pixels.
     pub height: u32,
-    /// `width * height` bytes, rows from the top, 0 black to 255 white; valid until the job is freed.
-    pub grey: *const u8,
+    /// `4 * width * height` bytes, rows from the top: sRGB and straight alpha; valid until the job is freed.
+    pub rgba: *const u8,
 }

@@ -8,13 +8,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use lumivox_core::{CancelToken, Progress, Stage};
-use lumivox_import::{ImportOptions, ImportReport, Imported, RawDescription, Study, Thumbnail};
+use lumivox_import::{ImportOptions, ImportReport, Imported, RawDescription, Study};
 
 use crate::abi::{LumivoxImportOptions, LumivoxJobState, LumivoxPicture, LumivoxProgress};
 use crate::border::{
     LumivoxText, Outcome, free, guard, guard_handle, guard_option, guard_status, known, known_mut, list,
     needed_text, panic_message, path, text,
 };
+use crate::look;
+use crate::picture::Picture;
 use crate::stored;
 use crate::volume::{LumivoxVolume, phantom};
 
@@ -37,12 +39,16 @@ struct Made {
     volume: Option<LumivoxVolume>,
     study: Option<LumivoxStudy>,
     report: Option<ImportReport>,
-    picture: Option<Thumbnail>,
+    picture: Option<Picture>,
 }
 
 impl Made {
     fn volume(volume: LumivoxVolume) -> Self {
         Self { volume: Some(volume), ..Self::default() }
+    }
+
+    fn picture(picture: Picture) -> Self {
+        Self { picture: Some(picture), ..Self::default() }
     }
 
     fn imported(Imported { volume, report, .. }: Imported) -> Self {
@@ -166,7 +172,30 @@ pub unsafe extern "C" fn lumivox_study_thumbnail(
                 return Err(format!("There is no series {series}: there are {count}, counted from 0."));
             }
             let picture = study.thumbnail(series as usize, side.clamp(1, 4096) as usize, cancel);
-            Ok(Made { picture: Some(picture.map_err(|error| error.to_string())?), ..Made::default() })
+            Ok(Made::picture(picture.map_err(|error| error.to_string())?.into()))
+        })
+    })
+}
+
+/// A picture of a scan from the front, at most `side` pixels (256 or fewer) wide and high, transparent where nothing is
+/// seen: as a preset shows it, or, where `preset` is null, as the one that suits it.
+///
+/// # Safety
+/// `volume` is a live handle, `preset` null or a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_volume_picture(
+    volume: *const LumivoxVolume,
+    preset: *const c_char,
+    side: u32,
+) -> *mut LumivoxJob {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let (volume, preset) = unsafe { (known(volume, "scan")?.share(), text(preset, "name of a preset")?) };
+        let preset = preset.map(look::preset).transpose()?;
+        start(move |_, cancel| {
+            let own = preset.map(|preset| preset.medium(volume.volume()));
+            let medium = own.as_ref().unwrap_or_else(|| volume.suited());
+            Picture::of(volume.volume(), medium, side as usize, cancel).map(Made::picture)
         })
     })
 }
@@ -387,7 +416,7 @@ pub unsafe extern "C" fn lumivox_job_picture(job: *const LumivoxJob, out: *mut L
         *out = LumivoxPicture {
             width: picture.width as u32,
             height: picture.height as u32,
-            grey: picture.grey.as_ptr(),
+            rgba: picture.rgba.as_ptr(),
         };
         Ok(())
     })

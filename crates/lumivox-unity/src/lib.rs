@@ -20,6 +20,7 @@ mod border;
 mod convert;
 mod jobs;
 mod look;
+mod picture;
 pub mod stage;
 pub mod steps;
 mod stored;

@@ -270,8 +270,7 @@ pub unsafe extern "C" fn lumivox_preset(
         let (name, volume, out) = unsafe {
             (needed_text(name, "name of a preset")?, volume.as_ref(), known_mut(out, "place for the medium")?)
         };
-        let preset = Preset::from_name(name).map_err(|error| error.to_string())?;
-        let look = look(preset, volume)?;
+        let look = look(preset(name)?, volume)?;
         *out = LumivoxMedium {
             density: look.density_scale as f32,
             albedo: look.albedo as f32,
@@ -285,6 +284,11 @@ pub unsafe extern "C" fn lumivox_preset(
         };
         Ok(LumivoxTransferFunction(look.transfer_function))
     })
+}
+
+/// The preset of a name.
+pub(crate) fn preset(name: &str) -> Outcome<Preset> {
+    Preset::from_name(name).map_err(|error| error.to_string())
 }
 
 fn look(preset: Preset, volume: Option<&LumivoxVolume>) -> Outcome<Medium> {

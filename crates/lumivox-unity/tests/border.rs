@@ -352,3 +352,33 @@ fn null_is_an_error_and_never_worse() {
         lumivox_stage_free(stage);
     }
 }
+
+#[test]
+fn a_scan_is_pictured_as_it_is_and_as_presets_show_it() {
+    let volume = cube();
+    let picture = |preset: *const c_char, side: u32| {
+        // SAFETY: live handles; the picture is copied before its job is freed.
+        unsafe {
+            let job = lumivox_volume_picture(volume, preset, side);
+            assert_eq!(wait(job), LumivoxJobState::Done);
+            let mut picture = LumivoxPicture { width: 0, height: 0, rgba: null() };
+            assert_eq!(lumivox_job_picture(job, &mut picture), 0, "{}", last_error());
+            let bytes = 4 * (picture.width * picture.height) as usize;
+            let rgba = std::slice::from_raw_parts(picture.rgba, bytes).to_vec();
+            lumivox_job_free(job);
+            (picture.width, picture.height, rgba)
+        }
+    };
+    let (width, height, suited) = picture(null(), 24);
+    assert_eq!(width.max(height), 24);
+    assert!(suited.chunks_exact(4).any(|pixel| pixel[3] > 128), "it shows nothing");
+    let (_, _, bone) = picture(c"ct-bone".as_ptr(), 24);
+    assert!(suited != bone, "the preset is not followed");
+    // SAFETY: live handles, and null.
+    unsafe {
+        assert!(lumivox_volume_picture(volume, c"ct-bones".as_ptr(), 24).is_null());
+        assert!(last_error().contains("ct-bone"), "{}", last_error());
+        assert!(lumivox_volume_picture(null(), null(), 24).is_null());
+        lumivox_volume_free(volume);
+    }
+}

@@ -1,7 +1,10 @@
-// What HDRP multiplies all light by, which the GPU alone knows where exposure is automatic: read back, some frames late.
+// What HDRP multiplies all light of a camera by, which the GPU alone knows where exposure is automatic: read back, some frames
+// late.
 using System;
+using System.Collections.Generic;
 using UnityEngine;
 using UnityEngine.Rendering;
+using UnityEngine.Rendering.HighDefinition;
 
 namespace Lumivox.HighDefinition
 {
@@ -9,32 +12,56 @@ namespace Lumivox.HighDefinition
     {
         static readonly int exposureTexture = Shader.PropertyToID("_ExposureTexture");
 
-        readonly Action<AsyncGPUReadbackRequest> came;
-        float exposure = 1f;
-        bool isWaiting;
-
-        public ExposureReader() => came = Came;
-
-        /// <summary>As known now, and asks again.</summary>
-        public float Read()
+        sealed class Exposure
         {
-            var texture = Shader.GetGlobalTexture(exposureTexture);
-            if (!isWaiting && texture != null && SystemInfo.supportsAsyncGPUReadback)
+            public readonly Camera Camera;
+            public readonly Action<AsyncGPUReadbackRequest> Callback;
+            public float Value = 1f;
+            public bool IsWaiting;
+
+            public Exposure(Camera camera)
             {
-                isWaiting = true;
-                AsyncGPUReadback.Request(texture, 0, TextureFormat.RGBAFloat, came);
+                Camera = camera;
+                Callback = Came;
             }
-            return exposure;
+
+            void Came(AsyncGPUReadbackRequest request)
+            {
+                IsWaiting = false;
+                if (request.hasError) return;
+                var value = request.GetData<float>()[0];
+                if (float.IsNaN(value) || float.IsInfinity(value) || value <= 0f) return;
+                if (Mathf.Abs(value - Value) > 1e-3f * Value) LumivoxRuntime.RequestFrames();
+                Value = value;
+            }
         }
 
-        void Came(AsyncGPUReadbackRequest request)
+        readonly List<Exposure> all = new List<Exposure>();
+
+        /// <summary>As known now, and asks again.</summary>
+        public float Read(HDCamera of)
         {
-            isWaiting = false;
-            if (request.hasError) return;
-            var value = request.GetData<float>()[0];
-            if (float.IsNaN(value) || float.IsInfinity(value) || value <= 0f) return;
-            if (Mathf.Abs(value - exposure) > 1e-3f * exposure) LumivoxRuntime.RequestFrames();
-            exposure = value;
+            var exposure = Find(of.camera);
+            if (exposure.IsWaiting || !SystemInfo.supportsAsyncGPUReadback) return exposure.Value;
+            // What is bound while commands are recorded is of the camera that was drawn before: the scene view's, say.
+            var kept = of.GetPreviousFrameRT((int)HDCameraFrameHistoryType.Exposure);
+            var texture = kept != null ? kept.rt : Shader.GetGlobalTexture(exposureTexture);
+            if (texture == null) return exposure.Value;
+            exposure.IsWaiting = true;
+            AsyncGPUReadback.Request(texture, 0, TextureFormat.RGBAFloat, exposure.Callback);
+            return exposure.Value;
+        }
+
+        Exposure Find(Camera camera)
+        {
+            foreach (var exposure in all)
+                if (ReferenceEquals(exposure.Camera, camera)) return exposure;
+            // One more camera: others may be gone.
+            for (var i = all.Count - 1; i >= 0; i--)
+                if (all[i].Camera == null) all.RemoveAt(i);
+            var made = new Exposure(camera);
+            all.Add(made);
+            return made;
         }
     }
 }

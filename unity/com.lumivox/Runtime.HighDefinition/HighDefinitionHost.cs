@@ -48,7 +48,7 @@ namespace Lumivox.HighDefinition
         }
 
         /// <summary>The sky of HDRP's volumes where it is one that can be told: a cube, or a gradient.</summary>
-        internal static bool ReadSky(SkyBaker baker, ref Surroundings surroundings)
+        internal static bool ReadSky(SkyBaker baker, bool hasLights, ref Surroundings surroundings)
         {
             if (!(GraphicsSettings.currentRenderPipeline is HDRenderPipelineAsset)) return false;
             var stack = VolumeManager.instance.stack;
@@ -57,7 +57,7 @@ namespace Lumivox.HighDefinition
             {
                 var sky = stack.GetComponent<HDRISky>();
                 var cube = sky.hdriSky.value as Cubemap;
-                if (cube == null) return false;
+                if (cube == null) return ReadNothing(baker, hasLights, ref surroundings);
                 baker.Look(cube, 1f);
                 surroundings.kind = Surroundings.Map;
                 surroundings.rotation = -sky.rotation.value * Mathf.Deg2Rad;
@@ -66,6 +66,7 @@ namespace Lumivox.HighDefinition
             }
             if (kind == (int)SkyType.Gradient)
             {
+                baker.LookAway();
                 var sky = stack.GetComponent<GradientSky>();
                 var strength = StrengthOf(sky);
                 surroundings.kind = Surroundings.Gradient;
@@ -75,9 +76,19 @@ namespace Lumivox.HighDefinition
                 surroundings.nadir = Numbers.Linear(sky.bottom.value);
                 return true;
             }
-            if (kind == 0) return false;
+            if (kind == 0) return ReadNothing(baker, hasLights, ref surroundings);
             // A sky of HDRP's own shaders: what it lights the scene's objects with stands for it.
+            baker.LookAway();
             surroundings.kind = Surroundings.Map;
+            return true;
+        }
+
+        /// <summary>HDRP draws nothing then, whatever the scene's own lighting settings say; but a volume alone is seen.</summary>
+        static bool ReadNothing(SkyBaker baker, bool hasLights, ref Surroundings surroundings)
+        {
+            baker.LookAway();
+            if (hasLights) surroundings.kind = Surroundings.Plain;
+            else surroundings = EnvironmentReader.Studio;
             return true;
         }
 

@@ -25,7 +25,7 @@ namespace Lumivox.HighDefinition
             var isStereo = camera.stereoEnabled;
             var isArray = color.rt.dimension == TextureDimension.Tex2DArray;
             var isSinglePass = isStereo && isArray && color.rt.volumeDepth > 1;
-            var brightness = exposure.Read();
+            var brightness = exposure.Read(ctx.hdCamera);
             if (isSinglePass) ctx.cmd.SetSinglePassStereo(SinglePassStereoMode.None);
             var count = isSinglePass ? 2 : 1;
             for (var i = 0; i < count; i++)

@@ -9,9 +9,15 @@ namespace UnityEngine.Rendering.HighDefinition
 
     public class HDRenderPipelineAsset : RenderPipelineAsset { protected override RenderPipeline CreatePipeline() => new HDRenderPipeline(); }
 
+    public enum HDCameraFrameHistoryType { ColorBufferMipChain, Exposure, TemporalAntialiasing, Count }
+
     public class HDCamera
     {
+        internal readonly RTHandle[] exposures = new RTHandle[2];
         public Camera camera;
+        /// Null where nothing of that kind is kept.
+        public RTHandle GetPreviousFrameRT(int id) => id == (int)HDCameraFrameHistoryType.Exposure ? exposures[1] : null;
+        public RTHandle GetCurrentFrameRT(int id) => id == (int)HDCameraFrameHistoryType.Exposure ? exposures[0] : null;
         public int actualWidth { get; internal set; }
         public int actualHeight { get; internal set; }
         public HDAdditionalCameraData.AntialiasingMode antialiasing { get; internal set; }
@@ -48,7 +54,7 @@ namespace UnityEngine.Rendering.HighDefinition
         protected virtual void Setup(ScriptableRenderContext renderContext, CommandBuffer cmd) { }
         protected virtual void Execute(CustomPassContext ctx) { }
         protected virtual void Cleanup() { }
-        internal void Run(CustomPassContext ctx) => Execute(ctx);
+        internal void Run(CustomPassContext ctx) { using (StandIn.Callbacks.Counted()) Execute(ctx); }
     }
 
     public class CustomPassVolume : MonoBehaviour

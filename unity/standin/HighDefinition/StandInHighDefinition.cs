@@ -5,6 +5,16 @@ using UnityEngine.Experimental.Rendering;
 
 namespace UnityEngine.Rendering.HighDefinition
 {
+    /// What tests steer it with.
+    public static class StandInHighDefinition
+    {
+        /// What a camera's light is multiplied by; 1 without.
+        public static System.Func<Camera, float> exposure;
+        /// Whether exposures are kept with their cameras, or only bound while those are drawn.
+        public static bool keepsExposures = true;
+        public static void Reset() => (exposure, keepsExposures) = (null, true);
+    }
+
     sealed class HDRenderPipeline : RenderPipeline
     {
         /// Its textures are as large as the largest camera's, and arrays of a layer for each eye: what is drawn is a part.
@@ -12,7 +22,22 @@ namespace UnityEngine.Rendering.HighDefinition
 
         readonly Dictionary<Camera, Buffers> buffers = new Dictionary<Camera, Buffers>();
 
-        sealed class Buffers { public RenderTexture color, depth, depthTexture; }
+        readonly bool hadLinearIntensity, hadColorTemperature;
+
+        sealed class Buffers
+        {
+            public RenderTexture color, depth, depthTexture;
+            /// This frame's and the last one's, the newest last.
+            public readonly RenderTexture[] exposures = new RenderTexture[2];
+            public readonly HDCamera camera = new HDCamera();
+        }
+
+        /// Lights are physical: intensities are those of linear light.
+        public HDRenderPipeline()
+        {
+            (hadLinearIntensity, hadColorTemperature) = (GraphicsSettings.lightsUseLinearIntensity, GraphicsSettings.lightsUseColorTemperature);
+            GraphicsSettings.lightsUseLinearIntensity = GraphicsSettings.lightsUseColorTemperature = true;
+        }
 
         protected override void Render(ScriptableRenderContext context, Camera[] cameras)
         {
@@ -27,8 +52,10 @@ namespace UnityEngine.Rendering.HighDefinition
         protected override void Dispose(bool disposing)
         {
             foreach (var of in buffers.Values)
-                foreach (var texture in new[] { of.color, of.depth, of.depthTexture }) Object.DestroyImmediate(texture);
+                foreach (var texture in new[] { of.color, of.depth, of.depthTexture, of.exposures[0], of.exposures[1] })
+                    if (texture != null) Object.DestroyImmediate(texture);
             buffers.Clear();
+            (GraphicsSettings.lightsUseLinearIntensity, GraphicsSettings.lightsUseColorTemperature) = (hadLinearIntensity, hadColorTemperature);
         }
 
         Buffers Of(Camera camera)
@@ -48,6 +75,25 @@ namespace UnityEngine.Rendering.HighDefinition
                 depth = Make(GraphicsFormat.None, GraphicsFormat.D32_SFloat),
                 depthTexture = Make(GraphicsFormat.None, GraphicsFormat.D32_SFloat),
             };
+        }
+
+        /// This frame's exposure, which is kept as that of the frame before: a multiplier, and its logarithm.
+        static unsafe RenderTexture Expose(Buffers of)
+        {
+            (of.exposures[0], of.exposures[1]) = (of.exposures[1], of.exposures[0]);
+            var texture = of.exposures[1];
+            if (texture == null)
+            {
+                texture = of.exposures[1] = new RenderTexture(new RenderTextureDescriptor(1, 1, GraphicsFormat.R32G32_SFloat, GraphicsFormat.None)) { name = "Exposure" };
+                texture.Create();
+                Live.Remove(texture);
+            }
+            var pixel = stackalloc float[5];
+            pixel[0] = StandInHighDefinition.exposure?.Invoke(of.camera.camera) ?? 1;
+            Native.sg_fill(new Native.Target { color = texture.handle }, 1, pixel, 5 * sizeof(float));
+            Gpu.Submit("an exposure");
+            for (var i = 0; i < 2; i++) of.camera.exposures[i] = StandInHighDefinition.keepsExposures && of.exposures[i] != null ? RTHandles.Alloc(of.exposures[i]) : null;
+            return texture;
         }
 
         /// Where the first pixels of a larger texture show what a camera sees.
@@ -74,18 +120,20 @@ namespace UnityEngine.Rendering.HighDefinition
                 Props.Draw(camera, view, projection, layer, of.color, of.depth, true);
                 Props.Draw(camera, view, projection, layer, null, of.depthTexture, true);
             }
-            using (var cmd = new CommandBuffer { name = "HDRP" })
-            {
-                Shader.SetGlobalTexture("_CameraDepthTexture", of.depthTexture);
-                var hdCamera = new HDCamera { camera = camera, actualWidth = width, actualHeight = height };
-                foreach (CustomPassInjectionPoint at in System.Enum.GetValues(typeof(CustomPassInjectionPoint)))
-                    if (CustomPassVolume.global.TryGetValue(at, out var passes))
-                        foreach (var pass in passes)
-                            if (pass.enabled) pass.Run(new CustomPassContext(context, cmd, hdCamera, new RTHandle(of.color), new RTHandle(of.depth)));
-                for (var layer = 0; layer < of.color.volumeDepth; layer++)
-                    cmd.CopyTexture(of.color, layer, 0, 0, 0, width, height, targets.color, layer, 0, 0, 0);
-                context.ExecuteCommandBuffer(cmd);
-            }
+            var cmd = CommandBufferPool.Get("HDRP");
+            Shader.SetGlobalTexture("_CameraDepthTexture", of.depthTexture);
+            var hdCamera = of.camera;
+            (hdCamera.camera, hdCamera.actualWidth, hdCamera.actualHeight) = (camera, width, height);
+            // Bound when the commands run: until then, what was bound is of the camera that was drawn before.
+            cmd.SetGlobalTexture("_ExposureTexture", Expose(of));
+            foreach (CustomPassInjectionPoint at in System.Enum.GetValues(typeof(CustomPassInjectionPoint)))
+                if (CustomPassVolume.global.TryGetValue(at, out var passes))
+                    foreach (var pass in passes)
+                        if (pass.enabled) pass.Run(new CustomPassContext(context, cmd, hdCamera, new RTHandle(of.color), new RTHandle(of.depth)));
+            for (var layer = 0; layer < of.color.volumeDepth; layer++)
+                cmd.CopyTexture(of.color, layer, 0, 0, 0, width, height, targets.color, layer, 0, 0, 0);
+            context.ExecuteCommandBuffer(cmd);
+            CommandBufferPool.Release(cmd);
             context.Submit();
         }
     }

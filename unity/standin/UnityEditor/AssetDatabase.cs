@@ -106,7 +106,13 @@ namespace UnityEditor
             Tell(path);
         }
 
-        static Object Plain(string path) => new TextAsset { name = Path.GetFileNameWithoutExtension(path), isAsset = true };
+        static Object Plain(string path)
+        {
+            var plain = Path.GetExtension(path) == ".tss" ? (Object)ScriptableObject.CreateInstance<UnityEngine.UIElements.ThemeStyleSheet>() : new TextAsset();
+            plain.name = Path.GetFileNameWithoutExtension(path);
+            plain.isAsset = true;
+            return plain;
+        }
 
         static readonly Dictionary<string, string> overrides = new Dictionary<string, string>();
         static string Override(string path) => overrides.TryGetValue(path, out var type) ? type : null;

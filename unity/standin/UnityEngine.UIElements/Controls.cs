@@ -64,6 +64,7 @@ namespace UnityEngine.UIElements
             labelElement = new Label(label);
             focusable = true;
             this.label = label;
+            if (visualInput != null) hierarchy.Add(visualInput);
         }
         public string label { get => labelElement.text; set => labelElement.text = value; }
         public Label labelElement { get; }
@@ -292,18 +293,23 @@ namespace UnityEngine.UIElements
 
     public sealed class UIDocument : MonoBehaviour
     {
-        public PanelSettings panelSettings { get; set; }
+        [SerializeField] PanelSettings m_PanelSettings;
+        [SerializeField] float m_SortingOrder;
+        public PanelSettings panelSettings { get => m_PanelSettings; set => m_PanelSettings = value; }
         public VisualElement rootVisualElement { get; } = new VisualElement();
-        public float sortingOrder { get; set; }
+        public float sortingOrder { get => m_SortingOrder; set => m_SortingOrder = value; }
     }
 
     public enum PanelScaleMode { ConstantPixelSize, ConstantPhysicalSize, ScaleWithScreenSize }
     public class ThemeStyleSheet : ScriptableObject { }
     public class PanelSettings : ScriptableObject
     {
-        public ThemeStyleSheet themeStyleSheet { get; set; }
-        public PanelScaleMode scaleMode { get; set; }
-        public float scale { get; set; } = 1;
+        [SerializeField] ThemeStyleSheet themeUss;
+        [SerializeField] PanelScaleMode m_ScaleMode;
+        [SerializeField] float m_Scale = 1;
+        public ThemeStyleSheet themeStyleSheet { get => themeUss; set => themeUss = value; }
+        public PanelScaleMode scaleMode { get => m_ScaleMode; set => m_ScaleMode = value; }
+        public float scale { get => m_Scale; set => m_Scale = value; }
     }
 }
 

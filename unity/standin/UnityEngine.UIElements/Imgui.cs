@@ -1,16 +1,8 @@
-// Types of UnityEngine that interfaces share: keys, alignment, contents.
+// Types of UnityEngine that interfaces share: modifiers, alignment, contents.
 using System;
 
 namespace UnityEngine
 {
-    public enum KeyCode
-    {
-        None = 0, Backspace = 8, Tab = 9, Return = 13, Escape = 27, Space = 32, Comma = 44, Minus = 45, Period = 46,
-        A = 97, B, C, D, E, F, G, H, I, J, K, L, M, N, O, P, Q, R, S, T, U, V, W, X, Y, Z,
-        Delete = 127, KeypadEnter = 271, UpArrow = 273, DownArrow = 274, RightArrow = 275, LeftArrow = 276, Insert = 277, Home = 278, End = 279, PageUp = 280, PageDown = 281,
-        LeftShift = 304, LeftControl = 306, LeftAlt = 308,
-    }
-
     [Flags] public enum EventModifiers { None = 0, Shift = 1, Control = 2, Alt = 4, Command = 8, Numeric = 16, CapsLock = 32, FunctionKey = 64 }
     public enum TextAnchor { UpperLeft, UpperCenter, UpperRight, MiddleLeft, MiddleCenter, MiddleRight, LowerLeft, LowerCenter, LowerRight }
     public enum FontStyle { Normal, Bold, Italic, BoldAndItalic }

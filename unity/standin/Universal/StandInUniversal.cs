@@ -44,6 +44,9 @@ namespace UnityEngine.Rendering.Universal
     sealed class UniversalRenderPipeline : RenderPipeline
     {
         readonly UniversalRenderPipelineAsset asset;
+#if UNITY_6000_0_OR_NEWER
+        readonly RenderGraph graph = new RenderGraph();
+#endif
 
         public UniversalRenderPipeline(UniversalRenderPipelineAsset asset) => this.asset = asset;
 
@@ -78,7 +81,8 @@ namespace UnityEngine.Rendering.Universal
             var antialiasing = camera.TryGetComponent<UniversalAdditionalCameraData>(out var extra) ? extra.antialiasing : AntialiasingMode.None;
             var data = new RenderingData { cameraData = new CameraData { camera = camera, renderer = renderer, antialiasing = antialiasing, views = views, projections = projections } };
             foreach (var feature in renderer.features)
-                if (feature.isActive) feature.AddRenderPasses(renderer, ref data);
+                if (feature.isActive)
+                    using (Callbacks.Counted()) feature.AddRenderPasses(renderer, ref data);
             var passes = renderer.queue.OrderBy(pass => pass.renderPassEvent).ToList();
             // Of a headset that draws its eyes one after the other, what a script enqueued is for both.
             if (eye != 0) renderer.queue.Clear();
@@ -108,7 +112,8 @@ namespace UnityEngine.Rendering.Universal
                 try
                 {
 #pragma warning disable 618
-                    foreach (var pass in passes) pass.Execute(context, ref data);
+                    foreach (var pass in passes)
+                        using (Callbacks.Counted()) pass.Execute(context, ref data);
 #pragma warning restore 618
                 }
                 finally { StandInUniversal.IsExecuting = false; }
@@ -116,7 +121,6 @@ namespace UnityEngine.Rendering.Universal
 #if UNITY_6000_0_OR_NEWER
             else
             {
-                var graph = new RenderGraph();
                 var container = new ContextContainer();
                 var resources = container.Create<UniversalResourceData>();
                 resources.activeColorTexture = graph.ImportTexture(renderer.color);
@@ -134,12 +138,12 @@ namespace UnityEngine.Rendering.Universal
                 frame.xr.enabled = camera.stereoEnabled;
                 frame.xr.views = views.Length;
                 frame.xr.multipassId = Mathf.Max(0, eye);
-                foreach (var pass in passes) pass.RecordRenderGraph(graph, container);
-                using (var cmd = new CommandBuffer { name = "RenderGraph" })
-                {
-                    graph.Execute(cmd);
-                    context.ExecuteCommandBuffer(cmd);
-                }
+                foreach (var pass in passes)
+                    using (Callbacks.Counted()) pass.RecordRenderGraph(graph, container);
+                var cmd = CommandBufferPool.Get("RenderGraph");
+                graph.Execute(cmd);
+                context.ExecuteCommandBuffer(cmd);
+                CommandBufferPool.Release(cmd);
             }
 #endif
             context.Submit();

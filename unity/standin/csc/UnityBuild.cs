@@ -33,9 +33,12 @@ sealed class UnityBuild
         this.nunit = nunit;
         this.folders = folders;
         editor = !version.EndsWith("-player");
+        // Whether there is the old input manager is up to the project: both are compiled.
+        var hasOldInput = version != "6000.0-player";
         version = version.Replace("-player", "");
         symbols = new HashSet<string> { "UNITY_64", "UNITY_STANDALONE", "UNITY_STANDALONE_LINUX", "CSHARP_7_3_OR_NEWER", "NET_STANDARD_2_1", "NET_STANDARD", "NETSTANDARD", "NETSTANDARD2_1", "ENABLE_VR", "ENABLE_PROFILER", "ENABLE_MONO", "UNITY_ASSERTIONS", "STAND_IN" };
         if (editor) symbols.UnionWith(new[] { "UNITY_EDITOR", "UNITY_EDITOR_64", "UNITY_EDITOR_LINUX", "ENABLE_UNITY_COLLECTIONS_CHECKS", "UNITY_INCLUDE_TESTS", "DEVELOPMENT_BUILD", "DEBUG", "TRACE" });
+        if (hasOldInput) symbols.Add("ENABLE_LEGACY_INPUT_MANAGER");
         foreach (var older in new[] { "2019_4", "2020_1", "2020_2", "2020_3", "2021_1", "2021_2", "2021_3", "2022_1", "2022_2", "2022_3" }) symbols.Add($"UNITY_{older}_OR_NEWER");
         string pipelines;
         switch (version)
@@ -76,6 +79,8 @@ sealed class UnityBuild
 
     void Find(string folder, bool isStandIn)
     {
+        // Unity sees nothing below that is hidden or ends in a tilde. Samples do, but are named by themselves: projects copy them.
+        bool IsSeen(string file) => !Path.GetRelativePath(folder, file).Split('/').Any(part => part.EndsWith("~") || part.StartsWith("."));
         var definitions = Directory.EnumerateFiles(folder, "*.asmdef", SearchOption.AllDirectories).Where(IsSeen)
             .OrderBy(file => file, StringComparer.Ordinal).Select(file => AssemblyDefinition.Read(file, isStandIn)).ToList();
         foreach (var same in definitions.GroupBy(definition => definition.Folder).Where(group => group.Count() > 1))
@@ -113,9 +118,6 @@ sealed class UnityBuild
             if (guid.Success) nameOfGuid[guid.Groups[1].Value] = definition.Name;
         }
     }
-
-    /// Unity sees no folders or files that are hidden or end in a tilde.
-    static bool IsSeen(string file) => !file.Split('/').Any(part => part.EndsWith("~") || part.StartsWith(".") && part != "." && part != "..");
 
     HashSet<string> SymbolsOf(AssemblyDefinition definition)
     {

@@ -46,6 +46,18 @@ namespace Lumivox.Tests
             Assert.That(scan.GetHistogram(4, new Vector2(-0.5f, 959.5f)), Is.EqualTo(new[] { 240f, 240f, 240f, 240f }));
         }
 
+        /// The project window shows the scan of 12 x 10 x 16 mm from the front.
+        static void IsPictured(string path)
+        {
+            var picture = AssetDatabase.entries[path].import.thumbnail;
+            Assert.That(picture != null, $"{path} has no picture");
+            Assert.That(picture.height, Is.EqualTo(128));
+            Assert.That(picture.width, Is.InRange(80, 110));
+            // Values rise towards the head, and low ones are not seen.
+            float Light(int row) => Enumerable.Range(0, picture.width).Sum(x => picture.GetPixel(x, row).a * picture.GetPixel(x, row).grayscale);
+            Assert.That(Light(110), Is.GreaterThan(0.2f * picture.width).And.GreaterThan(Light(4)));
+        }
+
         [Test]
         public void AFileBecomesAnAssetWhoseVoxelsLieInAFileOfTheirOwn()
         {
@@ -56,7 +68,7 @@ namespace Lumivox.Tests
             Assert.That(File.Exists(stored));
             Assert.That(scan.isStored);
             CanBeRead(scan);
-            Assert.That(AssetDatabase.entries["Assets/Scans/head.nrrd"].import.thumbnail, Is.Not.Null);
+            IsPictured("Assets/Scans/head.nrrd");
             Assert.That(Dialogs.ProgressBars.Last().title, Is.Null, "the progress bar was taken away");
         }
 
@@ -157,11 +169,71 @@ namespace Lumivox.Tests
             // Its file is the asset itself.
             Assert.That(StoredScans.FileOf(AssetDatabase.AssetPathToGUID("Assets/Patients/head.lumivox")), Is.EqualTo(EditorProject.Full("Assets/Patients/head.lumivox")));
             CanBeRead(scan);
+            IsPictured("Assets/Patients/head.lumivox");
             var volume = Selection.activeGameObject.GetComponent<LumivoxVolume>();
             Assert.That(volume.volume, Is.EqualTo(scan));
             Undo.PerformUndo();
             Assert.That(volume == null, "an object that was added goes with undo");
             Assert.That(AssetDatabase.LoadAssetAtPath<LumivoxVolumeAsset>("Assets/Patients/head.lumivox"), Is.Not.Null);
+        }
+
+        [Test]
+        public void WhatIsDroppedOnTheWindowIsLookedAt()
+        {
+            var file = Path.Combine(outside, "scan.nrrd");
+            File.WriteAllBytes(file, EditorProject.Nrrd());
+            var window = ImportWindow.Open("");
+            var middle = window.rootVisualElement.Q<ListView>("series").worldBound.center;
+            float Border() => window.rootVisualElement.style.borderTopWidth.value;
+            Assert.That(Drags.Over(window, middle, file), Is.EqualTo(DragAndDropVisualMode.Copy));
+            Assert.That(Border(), Is.GreaterThan(0), "it is seen that it would be taken");
+            Drags.Leave(window);
+            Assert.That((Border(), window.Now), Is.EqualTo((0f, ImportWindow.Step.Choose)));
+            Assert.That(Drags.Over(window, middle, Path.Combine(outside, "missing")), Is.EqualTo(DragAndDropVisualMode.Rejected));
+            Assert.That(Drags.Over(window, middle), Is.EqualTo(DragAndDropVisualMode.Rejected), "objects of a scene have no path");
+            // Over a field, too, whose text it does not become.
+            Drags.Drop(window, window.rootVisualElement.Q<TextField>("path").worldBound.center, file);
+            Assert.That(Drags.IsAccepted);
+            Assert.That(Drags.Over(window, middle, file), Is.EqualTo(DragAndDropVisualMode.Rejected), "one scan at a time");
+            Drags.Leave(window);
+            EditorProject.Until(() => window.Now == ImportWindow.Step.Ready, "the file is looked at", window.panel);
+            Assert.That(window.rootVisualElement.Q<TextField>("path").value, Is.EqualTo(file));
+            Assert.That(window.Report.series.Length, Is.EqualTo(1));
+            Assert.That(Border(), Is.EqualTo(0));
+            // From the project window, whose paths begin at the project's folder.
+            File.WriteAllBytes(EditorProject.Full("Assets/scan.bin"), EditorProject.Nrrd());
+            Drags.Drop(window, middle, "Assets/scan.bin");
+            EditorProject.Until(() => window.Now == ImportWindow.Step.Ready, "the file is looked at", window.panel);
+            Assert.That(window.rootVisualElement.Q<TextField>("path").value, Is.EqualTo(EditorProject.Full("Assets/scan.bin")));
+        }
+
+        [Test]
+        public void AFolderAnArchiveAndTheFilesOfASeriesCanBeDropped()
+        {
+            var folder = Path.Combine(outside, "series");
+            Directory.CreateDirectory(Path.Combine(outside, "other"));
+            Directory.CreateDirectory(folder);
+            var files = Enumerable.Range(0, 3).Select(i => Path.Combine(folder, $"{i}")).ToArray();
+            foreach (var file in files) File.WriteAllText(file, "no slice");
+            File.WriteAllText(Path.Combine(outside, "other", "one"), "no slice");
+            var archive = Path.Combine(outside, "scan.zip");
+            using (var zip = System.IO.Compression.ZipFile.Open(archive, System.IO.Compression.ZipArchiveMode.Create))
+            using (var entry = zip.CreateEntry("scan.nrrd").Open()) entry.Write(EditorProject.Nrrd(), 0, EditorProject.Nrrd().Length);
+            var window = ImportWindow.Open("");
+            var middle = window.rootVisualElement.worldBound.center;
+            string Looked(params string[] paths)
+            {
+                Drags.Drop(window, middle, paths);
+                EditorProject.Until(() => window.Now != ImportWindow.Step.Scanning, "it is looked at", window.panel);
+                return window.rootVisualElement.Q<TextField>("path").value;
+            }
+            Assert.That(Looked(archive), Is.EqualTo(archive));
+            Assert.That(Looked(folder), Is.EqualTo(folder));
+            Assert.That(Looked(archive), Is.EqualTo(archive));
+            Assert.That(Looked(files), Is.EqualTo(folder), "slices are those of their folder");
+            Assert.That(Problem(window), Is.Not.Empty, "and these are none");
+            Assert.That(Drags.Over(window, middle, files[0], Path.Combine(outside, "other", "one")), Is.EqualTo(DragAndDropVisualMode.Rejected));
+            Assert.That(Drags.Over(window, middle, folder, archive), Is.EqualTo(DragAndDropVisualMode.Rejected));
         }
 
         [Test]

@@ -82,9 +82,9 @@ namespace Lumivox.Tests
             LumivoxVolume a = VolumeWithScan("A"), b = VolumeWithScan("B");
             a.density = 5;
             var (_, panel) = EditorHost.Inspect(a, b);
-            var preset = panel.visualTree.Q<DropdownField>("preset");
-            Assert.That(preset.value, Is.EqualTo("None"));
-            preset.value = "CT bone";
+            var preset = panel.visualTree.Q<PresetField>("preset");
+            Assert.That(preset.Text, Is.EqualTo("None"));
+            Choose(panel, "ct-bone");
             Assert.That((a.preset, b.preset), Is.EqualTo(("ct-bone", "ct-bone")));
             Assert.That(a.transferFunction, Is.Not.Null.And.Not.SameAs(b.transferFunction));
             Assert.That(Undo.Names[0], Is.EqualTo("Apply Preset to 2 Volumes"));
@@ -92,7 +92,90 @@ namespace Lumivox.Tests
             Assert.That((a.preset, b.preset, a.density), Is.EqualTo(("", "", 5f)));
             Assert.That(a.transferFunction == null && b.transferFunction == null);
             panel.Advance(600);
-            Assert.That(preset.value, Is.EqualTo("None"));
+            Assert.That(preset.Text, Is.EqualTo("None"));
+            // One has another, and is given it too.
+            VolumeActions.ApplyPreset(new[] { b }, "ct-skin");
+            EditorHost.Frame();
+            panel.Advance(600);
+            Assert.That((a.preset, b.preset), Is.EqualTo(("", "ct-skin")));
+            Assert.That(preset.Text, Is.EqualTo("Several"));
+            Choose(panel, "ct-skin");
+            Assert.That((a.preset, b.preset, preset.Text), Is.EqualTo(("ct-skin", "ct-skin", "CT skin")));
+            Choose(panel, "none");
+            Assert.That((a.preset, b.preset, preset.Text), Is.EqualTo(("", "", "None")));
+            Assert.That(a.transferFunction, Is.Not.Null, "the look stays");
+        }
+
+        /// Unfolds the presets of an inspector or a window, and clicks one.
+        static void Choose(Panel panel, string preset)
+        {
+            panel.Click(panel.visualTree.Q<Button>("open") is Button open && open.parent is PresetField ? open.worldBound.center : panel.visualTree.Q<Button>("presets").worldBound.center);
+            var gallery = panel.visualTree.Q<PresetGallery>();
+            Assert.That(gallery.isOpen);
+            panel.Click(gallery.Q<Button>(preset).worldBound.center);
+            Assert.That(!gallery.isOpen && gallery.childCount == 0);
+        }
+
+        [Test]
+        public void PresetsAreChosenByPicturesOfTheScan()
+        {
+            var volume = VolumeWithScan();
+            var (_, panel) = EditorHost.Inspect(volume);
+            var gallery = panel.visualTree.Q<PresetGallery>();
+            Assert.That(gallery.resolvedStyle.display, Is.EqualTo(DisplayStyle.None));
+            panel.Click(panel.visualTree.Q<Button>("open").worldBound.center);
+            var tiles = LumivoxVolume.PresetNames.Select(name => gallery.Q<Button>(name)).ToList();
+            // Until there is a picture, the colours are seen.
+            Assert.That(tiles.All(tile => tile.tooltip != "" && tile.Q<PresetSwatch>() is var swatch && panel.DrawnBy(swatch).Count == 2), "each shows its function");
+            var bone = panel.DrawnBy(gallery.Q<Button>("ct-bone").Q<PresetSwatch>())[1].Vertices.Select(vertex => vertex.tint).ToList();
+            var skin = panel.DrawnBy(gallery.Q<Button>("ct-skin").Q<PresetSwatch>())[1].Vertices.Select(vertex => vertex.tint).ToList();
+            Assert.That(bone, Is.Not.EqualTo(skin));
+            EditorProject.Until(() => tiles.All(tile => tile.Q<Image>().image != null), "the presets are pictured", panel);
+            Assert.That(tiles.All(tile => panel.DrawnBy(tile.Q<PresetSwatch>()).Count == 0), "pictures are before nothing");
+            var pictures = tiles.Select(tile => ((Texture2D)tile.Q<Image>().image)).ToList();
+            Assert.That(pictures.Any(one => !one.GetPixels32().SequenceEqual(pictures[0].GetPixels32())), "they differ");
+            // Escape folds them, and what was made for them is freed.
+            panel.Focus(gallery.Q<Button>("ct-bone"));
+            panel.Key(KeyCode.Escape);
+            Assert.That(!gallery.isOpen && pictures.All(one => one == null));
+            Assert.That(volume.preset, Is.EqualTo(""));
+        }
+
+        [Test]
+        public void WithoutAScanPresetsThatNeedOneCannotBeChosen()
+        {
+            var (_, panel) = EditorHost.Inspect(Volume());
+            panel.Click(panel.visualTree.Q<Button>("open").worldBound.center);
+            var gallery = panel.visualTree.Q<PresetGallery>();
+            Assert.That(gallery.Q<Button>("ct-bone").enabledSelf);
+            Assert.That(gallery.Q<Button>("mr-head").enabledSelf, Is.False);
+            Assert.That(gallery.Q<Button>("mr-head").tooltip, Does.Contain("give the volume a scan"));
+        }
+
+        [Test]
+        public void TheProjectWindowPicturesPhantomsAndTransferFunctions()
+        {
+            var phantom = VolumeActions.Phantom();
+            var preview = UnityEditor.Editor.CreateEditor(phantom).RenderStaticPreview(AssetDatabase.GetAssetPath(phantom), null, 64, 64);
+            Assert.That(Mathf.Max(preview.width, preview.height), Is.EqualTo(64));
+            Assert.That(preview.GetPixels32().Count(pixel => pixel.a > 128), Is.GreaterThan(64 * 64 / 4));
+            Assert.That(phantom.state, Is.EqualTo(LumivoxVolumeState.Closed), "the phantom itself is not computed for it");
+            Object.DestroyImmediate(preview);
+            // Imported scans have their picture from their importer.
+            var scan = EditorProject.ImportScan("Assets/head.nrrd");
+            Assert.That(UnityEditor.Editor.CreateEditor(scan).RenderStaticPreview("Assets/head.nrrd", null, 64, 64), Is.Null);
+            var function = ScriptableObject.CreateInstance<LumivoxTransferFunction>();
+            var editor = UnityEditor.Editor.CreateEditor(function);
+            Assert.That(editor.RenderStaticPreview("", null, 64, 64), Is.Null, "there is nothing to show");
+            function.SetPoints(new[] { new LumivoxTransferFunction.OpacityKnot(0, 0), new LumivoxTransferFunction.OpacityKnot(100, 1) }, new[] { new LumivoxTransferFunction.ColorStop(0, Color.red), new LumivoxTransferFunction.ColorStop(100, Color.blue) });
+            preview = editor.RenderStaticPreview("", null, 64, 32);
+            Assert.That((preview.width, preview.height), Is.EqualTo((64, 32)));
+            Color left = preview.GetPixel(1, 0), right = preview.GetPixel(62, 16), above = preview.GetPixel(8, 28);
+            Assert.That(left.r > 0.9f && left.b < 0.3f && right.b > 0.9f && right.r < 0.3f, "colours run from the lowest point to the highest");
+            Assert.That(right.a, Is.EqualTo(1f));
+            Assert.That(above.a, Is.LessThan(0.5f), "what is above the curve is faint");
+            Object.DestroyImmediate(preview);
+            Object.DestroyImmediate(function);
         }
 
         [Test]
@@ -267,9 +350,7 @@ namespace Lumivox.Tests
             TransferFunctionWindow.Open();
             var window = EditorWindow.GetWindow<TransferFunctionWindow>();
             window.panel.Advance(400);
-            window.panel.Click(window.Field.toolbar.Q<Button>("presets").worldBound.center);
-            Assert.That(Menus.Names, Does.Contain("CT bone").And.Contain("MR head"));
-            Menus.Choose("CT bone");
+            Choose(window.panel, "ct-bone");
             Assert.That(volume.preset, Is.EqualTo("ct-bone"));
             Assert.That(window.Field.transferFunction, Is.SameAs(volume.transferFunction));
             Undo.PerformUndo();

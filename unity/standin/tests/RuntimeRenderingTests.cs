@@ -13,75 +13,8 @@ using Object = UnityEngine.Object;
 
 namespace Lumivox.Tests
 {
-    public sealed class RuntimeRenderingTests
+    public sealed class RuntimeRenderingTests : CubeScene
     {
-        const int Side = 32;
-
-        Camera camera;
-        LumivoxVolume volume;
-        LumivoxVolumeAsset scan;
-        LumivoxTransferFunction look;
-
-        [SetUp]
-        public void Begin()
-        {
-            Engine.Clear();
-            Engine.SetScreen(Side, Side);
-            camera = new GameObject("Camera").AddComponent<Camera>();
-            camera.transform.position = new Vector3(0f, 0f, -0.3f);
-            camera.nearClipPlane = 0.01f;
-            camera.farClipPlane = 10f;
-            camera.fieldOfView = 40f;
-            camera.allowHDR = true;
-            camera.clearFlags = CameraClearFlags.SolidColor;
-            camera.backgroundColor = Color.black;
-            var effect = camera.gameObject.AddComponent<LumivoxEffect>();
-            effect.targetSamples = 8;
-            effect.frameBudgetMs = 1000f;
-            effect.environmentSource = LumivoxEnvironmentSource.Studio;
-            scan = LumivoxVolumeAsset.Phantom("cube", 16);
-            look = ScriptableObject.CreateInstance<LumivoxTransferFunction>();
-            look.SetPoints(new[] { new LumivoxTransferFunction.OpacityKnot(-10000f, 1f) }, new[] { new LumivoxTransferFunction.ColorStop(0f, Color.white) });
-            volume = new GameObject("Cube").AddComponent<LumivoxVolume>();
-            volume.volume = scan;
-            volume.transferFunction = look;
-            volume.density = 50f;
-            volume.surfaceStrength = 0f;
-            RuntimeComponentTests.Wait(() => scan.state == LumivoxVolumeState.Ready);
-        }
-
-        [TearDown]
-        public void End()
-        {
-            LumivoxRuntime.Stop();
-            Headset.isOn = false;
-            StandInUniversal.usesCompatibilityMode =
-#if UNITY_6000_0_OR_NEWER
-                false;
-#else
-                true;
-#endif
-            Object.DestroyImmediate(scan);
-            Object.DestroyImmediate(look);
-            Engine.Clear();
-        }
-
-        void Settle(int most = 200)
-        {
-            for (var i = 0; i < most; i++)
-            {
-                Engine.Frame();
-                Ticker.Tick();
-                if (i > 2 && LumivoxRenderer.IsConverged(camera)) return;
-            }
-            var status = LumivoxRenderer.GetStatus(camera);
-            Assert.Fail($"after {most} frames: {status.samples} of {status.target} samples, shown: {status.isShown}, error: '{LumivoxRenderer.LastError}'");
-        }
-
-        static Color At(Picture picture, float u, float v) => picture.At((int)(u * picture.width), (int)(v * picture.height));
-
-        static float Light(Color color) => (color.r + color.g + color.b) / 3f;
-
         [Test]
         public void TheScanIsSeenInTheMiddleAndNotBesideIt()
         {
@@ -133,49 +66,28 @@ namespace Lumivox.Tests
 #if !UNITY_6000_0_OR_NEWER
                 if (kind == "graph") continue;
 #endif
-                LumivoxRuntime.Stop();
-                StandInUniversal.usesCompatibilityMode = kind == "compatibility";
-                var asset = kind == "HDRP" ? (RenderPipelineAsset)ScriptableObject.CreateInstance<HDRenderPipelineAsset>() : ScriptableObject.CreateInstance<UniversalRenderPipelineAsset>();
-                Hook(kind == "HDRP" ? typeof(HighDefinition.LumivoxCustomPass).Assembly : typeof(Universal.LumivoxFeature).Assembly);
-                GraphicsSettings.defaultRenderPipeline = asset;
+                var pipeline = new Pipeline(kind);
                 // One that somebody adds besides draws nothing once more.
                 var another = new HighDefinition.LumivoxCustomPass();
                 if (kind == "HDRP") CustomPassVolume.RegisterGlobalCustomPass(CustomPassInjectionPoint.BeforeTransparent, another);
                 // The studio is as bright as HDRP's skies: its cameras are exposed for those.
                 var exposure = kind == "HDRP" ? 1f / 30000f : 1f;
-                Exposed(exposure);
+                StandInHighDefinition.exposure = _ => exposure;
                 Settle();
                 var picture = Pictures.Color(camera);
                 var worst = Enumerable.Range(0, Side * Side).Max(i => Mathf.Abs(Light(picture.At(i % Side, i / Side)) - Light(builtIn.At(i % Side, i / Side))));
                 // Half floats.
                 Assert.IsTrue(worst < 0.01f, $"{kind}: off by {worst}");
                 CustomPassVolume.UnregisterGlobalCustomPass(another);
-                GraphicsSettings.defaultRenderPipeline = null;
-                Object.DestroyImmediate(asset);
+                pipeline.Dispose();
             }
-        }
-
-        /// HDRP's own exposure, as it is on the GPU.
-        static void Exposed(float exposure)
-        {
-            var texture = new Texture2D(1, 1, UnityEngine.Experimental.Rendering.GraphicsFormat.R32G32B32A32_SFloat, UnityEngine.Experimental.Rendering.TextureCreationFlags.None);
-            texture.SetPixel(0, 0, new Color(exposure, 0f, 0f));
-            texture.Apply();
-            Shader.SetGlobalTexture("_ExposureTexture", texture);
-        }
-
-        /// What the engine calls when scripts are loaded.
-        static void Hook(System.Reflection.Assembly assembly)
-        {
-            foreach (var type in assembly.GetTypes())
-                type.GetMethod("Hook", System.Reflection.BindingFlags.Static | System.Reflection.BindingFlags.NonPublic)?.Invoke(null, null);
         }
 
         [Test]
         public void AFeatureOfARendererTakesThePlaceOfTheInjectedPass()
         {
             var asset = ScriptableObject.CreateInstance<UniversalRenderPipelineAsset>();
-            Hook(typeof(Universal.LumivoxFeature).Assembly);
+            Pipeline.Hook(typeof(Universal.LumivoxFeature).Assembly);
             GraphicsSettings.defaultRenderPipeline = asset;
             Engine.Frame();
             Assert.AreEqual(1, StandInUniversal.passes);
@@ -234,38 +146,102 @@ namespace Lumivox.Tests
             Assert.IsTrue(LumivoxRenderer.IsConverged(camera));
         }
 
-        [Test]
-        public void AFrameLeavesNoGarbage()
+        [TestCase("Built-in")]
+        [TestCase("graph")]
+        [TestCase("compatibility")]
+        [TestCase("feature")]
+        [TestCase("HDRP")]
+        public void AFrameLeavesNoGarbage(string kind)
         {
-            Settle();
-            camera.GetComponent<LumivoxEffect>().frameBudgetMs = 1f;
-            camera.GetComponent<LumivoxEffect>().resolutionScale = 0.25f;
-            long garbage = 0, from = 0, ticks = 0;
-            var isCounted = false;
-            void Begin(Camera _) => from = GC.GetAllocatedBytesForCurrentThread();
-            void End(Camera _)
+#if !UNITY_6000_0_OR_NEWER
+            if (kind == "graph") kind = "compatibility";
+#endif
+            using (var pipeline = new Pipeline(kind))
             {
-                if (isCounted) garbage += GC.GetAllocatedBytesForCurrentThread() - from;
+                // Lit by all that a pipeline's own lights and skies are read from.
+                var effect = camera.GetComponent<LumivoxEffect>();
+                effect.environmentSource = LumivoxEnvironmentSource.Scene;
+                RenderSettings.ambientMode = AmbientMode.Trilight;
+                foreach (var type in new[] { LightType.Directional, LightType.Point, LightType.Spot })
+                {
+                    var light = new GameObject(type.ToString()).AddComponent<UnityEngine.Light>();
+                    light.type = type;
+                    light.transform.position = new Vector3(0.3f, 0.5f, -0.3f);
+                    if (kind == "HDRP") light.gameObject.AddComponent<HDAdditionalLightData>();
+                }
+                if (kind == "HDRP")
+                {
+                    VolumeManager.instance.stack.GetComponent<VisualEnvironment>().skyType.value = (int)SkyType.Gradient;
+                    StandInHighDefinition.exposure = _ => 0.1f;
+                }
+                if (kind == "feature") pipeline.Add<Universal.LumivoxFeature>();
+                LumivoxRenderer.FindLights();
+                Settle();
+                effect.frameBudgetMs = 1f;
+                effect.resolutionScale = 0.25f;
+                long most = 0, ticks = 0;
+                int frames = 0, passes = 0;
+                for (var i = 0; i < 100; i++)
+                {
+                    // Moving cameras trace, resting ones only draw.
+                    if (i % 2 == 0) camera.transform.position = new Vector3(0.0001f * i, 0f, -0.3f);
+                    if (i % 10 == 0) volume.density = 40f + i % 3;
+                    Callbacks.Reset();
+                    Engine.Frame();
+                    var bytes = Callbacks.bytes;
+                    var before = GC.GetAllocatedBytesForCurrentThread();
+                    LumivoxRuntime.Tick();
+                    if (i < 50) continue;
+                    ticks += GC.GetAllocatedBytesForCurrentThread() - before;
+                    most = Math.Max(most, bytes);
+                    if (bytes > 0) frames++;
+                    passes += LumivoxRenderer.GetStatus(camera).isShown ? 1 : 0;
+                }
+                Assert.AreEqual(50, passes, "not all frames were drawn");
+                // A pool may still grow, once or twice.
+                Assert.IsTrue(frames <= 2, $"{frames} of 50 frames left garbage, {most} bytes at most");
+                Assert.AreEqual(0, ticks, "bytes in 50 turns");
             }
-            // All that the package does in a frame happens in these, and in its turns.
-            Camera.onPreCull = (Camera.CameraCallback)Begin + Camera.onPreCull + End;
-            Camera.onPreRender = (Camera.CameraCallback)Begin + Camera.onPreRender + End;
-            Camera.onPostRender = (Camera.CameraCallback)Begin + Camera.onPostRender + End;
-            for (var i = 0; i < 100; i++)
+        }
+
+        [Test]
+        public void GarbageIsSeenWhereverScriptsAreCalled()
+        {
+            object kept = null;
+            void Leave() => kept = new byte[1000];
+            void Check(string what, Action once)
             {
-                isCounted = i >= 50;
-                // Moving cameras trace, resting ones only draw.
-                if (i % 2 == 0) camera.transform.position = new Vector3(0.0001f * i, 0f, -0.3f);
-                if (i % 10 == 0) volume.density = 40f + i % 3;
-                Engine.Frame();
-                var before = GC.GetAllocatedBytesForCurrentThread();
-                LumivoxRuntime.Tick();
-                if (isCounted) ticks += GC.GetAllocatedBytesForCurrentThread() - before;
+                Callbacks.Reset();
+                once();
+                Assert.IsTrue(Callbacks.bytes >= 1000 && kept != null, $"{what}: {Callbacks.bytes} bytes");
+                kept = null;
             }
-            Camera.onPreCull -= Begin;
-            // A pool may still grow.
-            Assert.IsTrue(garbage < 4096, $"{garbage} bytes while 50 frames were recorded");
-            Assert.AreEqual(0, ticks, "bytes in 50 turns");
+            void Rendering(Camera _) => Leave();
+            Camera.onPreRender += Rendering;
+            Check("a camera's callback", () => Engine.Frame());
+            Camera.onPreRender -= Rendering;
+            Check("a read-back", () =>
+            {
+                AsyncGPUReadback.Request(Texture2D.whiteTexture, 0, _ => Leave());
+                Engine.Frames(4);
+            });
+            void Beginning(ScriptableRenderContext _, Camera __) => Leave();
+            RenderPipelineManager.beginCameraRendering += Beginning;
+            using (new Pipeline("graph")) Check("a camera of a pipeline", () => Engine.Frame());
+            RenderPipelineManager.beginCameraRendering -= Beginning;
+            var pass = new Leaving { leave = Leave };
+            using (new Pipeline("HDRP"))
+            {
+                CustomPassVolume.RegisterGlobalCustomPass(CustomPassInjectionPoint.BeforeTransparent, pass);
+                Check("a custom pass", () => Engine.Frame());
+                CustomPassVolume.UnregisterGlobalCustomPass(pass);
+            }
+        }
+
+        sealed class Leaving : CustomPass
+        {
+            internal Action leave;
+            protected override void Execute(CustomPassContext ctx) => leave();
         }
 
         [Test]

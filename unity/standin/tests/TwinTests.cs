@@ -124,7 +124,8 @@ namespace Lumivox.Tests
     /// Live views at rest: the film, the composite and the depth that it writes.
     public sealed unsafe class TwinLiveTests
     {
-        const int Side = 48;
+        /// STANDIN_SIDE asks for larger ones, to look at; those have more samples, too.
+        static readonly int Side = int.TryParse(Environment.GetEnvironmentVariable("STANDIN_SIDE"), out var side) ? side : 48;
 
         Camera camera;
         readonly List<Object> made = new List<Object>();
@@ -144,7 +145,7 @@ namespace Lumivox.Tests
             camera.clearFlags = CameraClearFlags.SolidColor;
             camera.backgroundColor = new Color(0.02f, 0.05f, 0.1f, 1f);
             var effect = camera.gameObject.AddComponent<LumivoxEffect>();
-            effect.targetSamples = 8;
+            effect.targetSamples = Side > 48 ? 64 : 8;
             effect.frameBudgetMs = 1000f;
             effect.environmentSource = LumivoxEnvironmentSource.Studio;
         }
@@ -238,7 +239,7 @@ namespace Lumivox.Tests
                 both.pixels[at + shown.width] = new Color(colors[4 * i], colors[4 * i + 1], colors[4 * i + 2], 1f);
             }
             Directory.CreateDirectory(folder);
-            File.WriteAllBytes(Path.Combine(folder, name + ".png"), both.ToPng());
+            File.WriteAllBytes(Path.Combine(folder, $"live-{name}.png"), Png.Of(both));
         }
 
         [Test]

@@ -13,8 +13,13 @@ fn main() -> ExitCode {
     let filters: Vec<String> =
         std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
     let mut counts = Counts::default();
-    let checks: [(&str, Check); 4] =
-        [("kernels", kernels), ("package", package), ("installed", installed), ("border", border)];
+    let checks: [(&str, Check); 5] = [
+        ("documentation", documentation),
+        ("kernels", kernels),
+        ("package", package),
+        ("installed", installed),
+        ("border", border),
+    ];
     let named = |name: &str| filters.iter().any(|filter| filter == name);
     let any_named = checks.iter().any(|(name, _)| named(name));
     for (name, check) in checks {
@@ -91,6 +96,38 @@ fn counted(command: &mut Command) -> Counts {
 
 fn succeeds(command: &mut Command) -> bool {
     command.stdin(Stdio::null()).status().is_ok_and(|status| status.success())
+}
+
+/// Pictures that the manual names are there, small enough for a manual, and no others.
+fn documentation(_: &[String]) -> Counts {
+    const LARGEST: u64 = 200 << 10;
+    let folder = root().join("unity/com.lumivox/Documentation~");
+    let entries = |folder: &Path| -> Vec<PathBuf> {
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        entries.map(|entry| entry.path()).collect()
+    };
+    let mut named = std::collections::BTreeSet::new();
+    for page in entries(&folder).into_iter().filter(|path| path.extension() == Some(OsStr::new("md"))) {
+        let text = fs::read_to_string(page).unwrap_or_default();
+        let words = text.split(|c: char| !c.is_ascii_alphanumeric() && !matches!(c, '-' | '.'));
+        named.extend(words.filter(|word| word.len() > 4 && word.ends_with(".png")).map(str::to_owned));
+    }
+    let there: std::collections::BTreeSet<String> = entries(&folder.join("images"))
+        .iter()
+        .filter_map(|path| Some(path.file_name()?.to_str()?.to_owned()))
+        .collect();
+    let mut faults: Vec<String> =
+        named.difference(&there).map(|name| format!("{name} is named, and not there")).collect();
+    faults.extend(there.difference(&named).map(|name| format!("{name} is there, and no page names it")));
+    for name in &there {
+        let size = fs::metadata(folder.join("images").join(name)).map_or(0, |data| data.len());
+        if !(1..LARGEST).contains(&size) {
+            faults.push(format!("{name} has {size} bytes"));
+        }
+    }
+    faults.iter().for_each(|fault| println!("documentation: {fault}"));
+    println!("{} pictures are named", named.len());
+    Counts::one(faults.is_empty() && !named.is_empty())
 }
 
 /// FXC and DXC take every kernel that is shipped.

@@ -40,14 +40,7 @@ pub enum Missing {
 impl World {
     pub fn new(store: &VoxelStore) -> Self {
         let cache = SceneCache::new(store);
-        Self {
-            cache,
-            version: 0,
-            error: None,
-            is_whole: false,
-            progress: Progress::Nothing,
-            preparing: None,
-        }
+        Self { cache, version: 0, error: None, is_whole: false, progress: Progress::Nothing, preparing: None }
     }
 
     /// What a scene lacks to be shown without holding up the frame. It is on its way then.

@@ -165,6 +165,7 @@ impl Store {
                     planned.release(copy.resident.pages.iter().copied());
                 }
             }
+            planned.expected = self.expected(new.iter().map(|coming| &coming.source));
             // Where there is no room, it is made in the frame that wants it.
             let _ = planned.allocate(&self.bricks_of(&new), self.capacity, &mut steps);
         }

@@ -9,7 +9,7 @@ use super::pools::Wanted;
 use super::value_ranges::GridKey;
 use super::{AT_ONCE, CopyOnDevice, Resident, Source, Store};
 use crate::error::RenderError;
-use crate::recording::Recording;
+use crate::recording::{Recording, TextureFormat};
 
 /// Halvings after which there is no room for anything.
 const MAX_FACTOR: u32 = 64;
@@ -37,6 +37,34 @@ impl Store {
     /// Makes room for what is not there, reduced as far as it must be, and for those that could be finer by now. Of a large
     /// volume that more than `budget` bytes have to be brought of, a coarse copy comes first.
     pub(super) fn begin_arrivals(
+        &mut self,
+        wanted: &[(Source, GridKey)],
+        budget: u64,
+        recording: &mut Recording,
+    ) -> Result<(), RenderError> {
+        let is_new = |source: &&Source| {
+            self.entry(source).is_some_and(|entry| entry.shown.is_none() && entry.arriving.is_empty())
+        };
+        self.pools.expected = self.expected(wanted.iter().map(|(source, _)| source).filter(is_new));
+        let begun = self.begin_expected(wanted, budget, recording);
+        self.pools.expected.clear();
+        begun
+    }
+
+    /// Bricks of volumes that come whole.
+    pub(super) fn expected<'a>(
+        &self,
+        sources: impl Iterator<Item = &'a Source>,
+    ) -> Vec<(TextureFormat, usize)> {
+        let bricks = |source: &Source| {
+            let volume = &source.volume;
+            let count = BrickGrid::new(volume.dims(), bricks::least_factor(volume.dims())).count();
+            (self.pools.format(volume), count as usize)
+        };
+        sources.map(bricks).collect()
+    }
+
+    fn begin_expected(
         &mut self,
         wanted: &[(Source, GridKey)],
         mut budget: u64,

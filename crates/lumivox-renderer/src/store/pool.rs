@@ -122,11 +122,13 @@ impl Pool {
         if self.successor.is_some() { bytes } else { 0 }
     }
 
-    /// Whether it is worth the while of its last volumes to leave it.
-    pub fn is_sparse(&self) -> bool {
-        let used = self.bytes() / self.capacity() as u64 * self.taken_count as u64;
+    /// Whether it is worth the while of its last volumes to leave it, though so many bricks more are expected.
+    pub fn is_sparse(&self, expected: usize) -> bool {
+        let used = self.bytes() / self.capacity() as u64 * (self.taken_count + expected) as u64;
         // One that is empty is free for all.
-        used > 0 && used * SPARSE < self.bytes() && self.bytes() - used > SPARSE_BYTES
+        self.taken_count > 0
+            && used * SPARSE < self.bytes()
+            && self.bytes().saturating_sub(used) > SPARSE_BYTES
     }
 
     pub fn index(&self, [x, y, z]: [u32; 3]) -> usize {

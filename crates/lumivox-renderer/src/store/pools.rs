@@ -34,6 +34,8 @@ pub(super) struct Pools {
     retired: Vec<(Arc<Resident>, Vec<u32>)>,
     /// Textures that are made for pools to come.
     pub ahead: Vec<Ahead>,
+    /// Bricks of what is about to come: no pool is left that has room for them.
+    pub expected: Vec<(TextureFormat, usize)>,
 }
 
 /// A copy of a volume that wants bricks.
@@ -83,6 +85,7 @@ impl Pools {
             nothing: None,
             retired: vec![],
             ahead: vec![],
+            expected: vec![],
         }
     }
 
@@ -153,7 +156,9 @@ impl Pools {
 
     /// Pools that their last volumes leave, where there can be others.
     fn left(&self) -> Vec<bool> {
-        let is_left = |pool: &Option<Pool>| pool.as_ref().is_some_and(Pool::is_sparse);
+        let expected = |format| self.expected.iter().filter(|(f, _)| *f == format).map(|(_, n)| n).sum();
+        let is_left =
+            |pool: &Option<Pool>| pool.as_ref().is_some_and(|pool| pool.is_sparse(expected(pool.format)));
         self.list.iter().map(|pool| self.list.len() > 1 && is_left(pool)).collect()
     }
 

@@ -226,6 +226,36 @@ fn a_volume_that_replaces_another_takes_its_texture() {
     assert!(store.bytes() < bytes + (8 << 20), "{} after {bytes}", store.bytes());
 }
 
+/// Its texture would be worth leaving, were there nothing to come.
+#[test]
+fn a_texture_with_a_small_volume_in_it_takes_the_next_large_one() {
+    let limits = DeviceLimits { max_texture_3d: 2048, max_storage_binding: 128 << 20, ..LIMITS };
+    let store = VoxelStore::new(limits);
+    let mut cache = SceneCache::new(&store);
+    let small = volume(64);
+    let mut shown = scene(&[small.clone(), volume(440)]);
+    update(&mut cache, &shown, u64::MAX);
+    let bytes = store.bytes();
+    let alone = scene(&[small.clone()]);
+    for goes_before in [false, true] {
+        if goes_before {
+            update(&mut cache, &alone, u64::MAX);
+            drop(std::mem::replace(&mut shown, alone.clone()));
+            store.collect(&mut Recording::new());
+        }
+        let next = scene(&[small.clone(), volume(440)]);
+        let preparation = cache.preparation(&next).expect("a coarse copy");
+        assert!(run(&preparation, true).is_empty(), "there will be a texture");
+        // What was shown is on the device as long as somebody holds it.
+        (shown, _) = (next, preparation);
+        while {
+            assert!(created(&update(&mut cache, &shown, 64 << 20)).is_empty());
+            !cache.is_settled()
+        } {}
+        assert!(store.bytes() < bytes + (8 << 20), "{} after {bytes}", store.bytes());
+    }
+}
+
 #[test]
 fn many_volumes_come_one_after_the_other() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));

@@ -25,7 +25,7 @@ namespace Lumivox.Editor
             root.style.paddingLeft = root.style.paddingRight = root.style.paddingTop = root.style.paddingBottom = 6;
 
             var source = Row(root, "source");
-            pathField = Text(source, "path", "Scan", "A folder of DICOM files, a zip archive, or a NIfTI, NRRD, MetaImage or RAW file. Press Enter to look at it.");
+            pathField = Text(source, "path", "Scan", "A folder of DICOM files, a zip archive, or a NIfTI, NRRD, MetaImage or RAW file. Press Enter to look at it, or drop one on this window.");
             pathField.RegisterValueChangedCallback(_ => { Distrust(); Scan(); });
             browseFolder = Press(source, "browse-folder", "Folder...", "A folder of DICOM files, with those in it.", () => Browse(EditorUtility.OpenFolderPanel("Import a DICOM folder", m_Path, "")));
             browseFile = Press(source, "browse-file", "File...", "An archive, or a file of another format.", () => Browse(EditorUtility.OpenFilePanel("Import a scan", Folder(m_Path), "")));
@@ -86,6 +86,7 @@ namespace Lumivox.Editor
             progressRow.Add(bar);
             stop = Press(progressRow, "stop", "Stop", "Stops what is under way; nothing is saved.", Stop);
 
+            TakeDrops(root);
             pathField.SetValueWithoutNotify(m_Path);
             ShowReceiver();
             Go(Step.Choose);

@@ -17,10 +17,9 @@ namespace Lumivox.Editor
     /// themselves (`.nii.gz`, `.dcm.zip`, `.dicom.zip`) are taken at once. The voxels go from the file straight to a file
     /// of Lumivox' own among the import's results; they are never on the managed heap.
     /// </remarks>
-    [ScriptedImporter(1, new[] { "nii", "nrrd", "nhdr", "mha", "mhd" }, new[] { "gz", "zip", "dcm", "dicom", "ima", "raw" }, AllowCaching = true)]
+    [ScriptedImporter(2, new[] { "nii", "nrrd", "nhdr", "mha", "mhd" }, new[] { "gz", "zip", "dcm", "dicom", "ima", "raw" }, AllowCaching = true)]
     public sealed class ScanImporter : ScriptedImporter
     {
-        const int ThumbnailSize = 128;
         static readonly string[] known = { ".nii.gz", ".dcm.zip", ".dicom.zip" };
         static readonly string[] possible = { ".gz", ".zip", ".dcm", ".dicom", ".ima", ".raw" };
 
@@ -82,13 +81,12 @@ namespace Lumivox.Editor
                 {
                     var options = Options;
                     var report = EditorWork.Wait(importer.Scan(new[] { file }, options), Show);
-                    var thumbnail = Thumbnail(importer, report);
                     made = EditorWork.Wait(importer.Load(new[] { file }, options), Show);
                     // Absolute, for the library knows no project.
                     var stored = StoredScans.ProjectFile(ctx.GetOutputArtifactFilePath(StoredScans.Artifact));
                     EditorWork.Wait(made.Save(stored), () => EditorUtility.DisplayProgressBar("Import " + Path.GetFileName(ctx.assetPath), "Writing the scan", 1));
                     var asset = LumivoxVolumeAsset.Stored(AssetDatabase.AssetPathToGUID(ctx.assetPath), made.Handle);
-                    ctx.AddObjectToAsset("scan", asset, thumbnail);
+                    ctx.AddObjectToAsset("scan", asset, ScanPictures.Of(made));
                     ctx.SetMainObject(asset);
                     Tell(ctx, asset.GetReport(), report);
                 }
@@ -114,13 +112,6 @@ namespace Lumivox.Editor
             return CanOverride(path) ? " If it is no scan, choose another 'Importer' in the inspector." : "";
         }
 
-        static Texture2D Thumbnail(LumivoxImporter importer, LumivoxReport report)
-        {
-            if (report.series.Length == 0) return null;
-            // The report's choice follows the options where they name a series.
-            return EditorWork.Wait(importer.RequestThumbnail(Mathf.Clamp(report.chosen, 0, report.series.Length - 1), ThumbnailSize));
-        }
-
         static void Tell(AssetImportContext ctx, LumivoxReport scan, LumivoxReport study)
         {
             foreach (var note in scan.notes) ctx.LogImportWarning($"{Path.GetFileName(ctx.assetPath)}: {note}");
@@ -130,7 +121,7 @@ namespace Lumivox.Editor
     }
 
     /// <summary>Imports scans that were saved into the project: the file is what is read, so nothing is copied.</summary>
-    [ScriptedImporter(1, "lumivox")]
+    [ScriptedImporter(2, "lumivox")]
     public sealed class StoredScanImporter : ScriptedImporter
     {
         public override void OnImportAsset(AssetImportContext ctx)
@@ -141,7 +132,7 @@ namespace Lumivox.Editor
                 opened = EditorWork.Wait(LumivoxVolumeAsset.LoadFile(StoredScans.ProjectFile(ctx.assetPath)),
                     () => EditorUtility.DisplayProgressBar("Import " + Path.GetFileName(ctx.assetPath), "Reading the scan", 0.5f));
                 var asset = LumivoxVolumeAsset.Stored(AssetDatabase.AssetPathToGUID(ctx.assetPath), opened.Handle);
-                ctx.AddObjectToAsset("scan", asset);
+                ctx.AddObjectToAsset("scan", asset, ScanPictures.Of(opened));
                 ctx.SetMainObject(asset);
             }
             catch (LumivoxException error)

@@ -1,4 +1,5 @@
 using System.Linq;
+using Lumivox.Native;
 using UnityEditor;
 using UnityEngine;
 using UnityEngine.UIElements;
@@ -9,6 +10,9 @@ namespace Lumivox.Editor
     [CustomEditor(typeof(LumivoxVolumeAsset)), CanEditMultipleObjects]
     sealed class VolumeAssetInspector : UnityEditor.Editor
     {
+        /// Voxels along a side of a phantom that is only pictured.
+        const int PreviewSize = 96;
+
         Label facts, state;
         HistogramView histogram;
         LumivoxVolumeAsset listened;
@@ -46,6 +50,21 @@ namespace Lumivox.Editor
             label.style.whiteSpace = WhiteSpace.Normal;
             parent.Add(label);
             return label;
+        }
+
+        /// What the project window shows of a phantom, which nothing has imported. It is computed, so a small one does.
+        public override Texture2D RenderStaticPreview(string assetPath, Object[] subAssets, int width, int height)
+        {
+            var small = Border.Fault == null ? Scan.SmallPhantom(PreviewSize) : null;
+            if (small == null) return null;
+            try
+            {
+                return EditorWork.Wait(small.Open()) ? ScanPictures.Of(small, Mathf.Min(width, height)) : null;
+            }
+            finally
+            {
+                DestroyImmediate(small);
+            }
         }
 
         void Open()

@@ -11,15 +11,13 @@ namespace Lumivox.Editor
     [CustomEditor(typeof(LumivoxVolume)), CanEditMultipleObjects]
     sealed class VolumeInspector : UnityEditor.Editor
     {
-        const string None = "None", Several = "Several";
         static readonly string[] medium = { "m_Density", "m_Albedo", "m_Anisotropy", "m_MaxBounces", "m_Filter", "m_ExtinctionSpace" };
         static readonly string[] surface = { "m_SurfaceStrength", "m_SurfaceGradient", "m_SurfaceRoughness", "m_SurfaceSpecular" };
         static readonly string[] clip = { "m_ClipMin", "m_ClipMax" };
 
         readonly ClipHandles handles = new ClipHandles();
         VisualElement warnings, start;
-        DropdownField preset;
-        List<string> names = new List<string>();
+        PresetField preset;
         string shown = "";
 
         List<LumivoxVolume> Volumes => targets.OfType<LumivoxVolume>().ToList();
@@ -37,6 +35,7 @@ namespace Lumivox.Editor
             root.Add(edit);
             preset = Presets();
             root.Add(preset);
+            root.Add(preset.gallery);
             foreach (var group in new[] { medium, surface, clip })
                 foreach (var name in group) root.Add(new PropertyField(serializedObject.FindProperty(name)));
             root.TrackSerializedObjectValue(serializedObject, _ => Show());
@@ -72,44 +71,28 @@ namespace Lumivox.Editor
             Show();
         }
 
-        DropdownField Presets()
+        PresetField Presets()
         {
-            names = new List<string> { "" };
-            var fault = "";
-            try
+            var field = new PresetField("Preset", () => Volumes.Select(volume => volume.volume).FirstOrDefault(scan => scan != null))
             {
-                names.AddRange(LumivoxVolume.PresetNames);
-            }
-            catch (LumivoxException error)
-            {
-                fault = error.Message;
-            }
-            var titles = names.Select(Title).ToList();
-            var field = new DropdownField("Preset", titles, 0)
-            {
-                name = "preset",
-                tooltip = serializedObject.FindProperty("m_Preset").tooltip + (fault == "" ? "" : "\n" + fault),
+                tooltip = serializedObject.FindProperty("m_Preset").tooltip,
             };
-            field.AddToClassList(BaseField<string>.alignedFieldUssClassName);
             field.RegisterValueChangedCallback(e =>
             {
-                var at = titles.IndexOf(e.newValue);
-                if (at < 0) return;
-                VolumeActions.ApplyPreset(Volumes, names[at]);
+                if (e.target != field) return;
+                VolumeActions.ApplyPreset(Volumes, e.newValue);
                 serializedObject.Update();
                 Show();
             });
             return field;
         }
 
-        static string Title(string name) => name == "" ? None : TransferFunctionAccess.TitleOfPreset(name);
-
         void Show()
         {
             if (targets.Any(one => one == null)) return;
             var property = serializedObject.FindProperty("m_Preset");
-            preset.showMixedValue = property.hasMultipleDifferentValues;
-            preset.SetValueWithoutNotify(property.hasMultipleDifferentValues ? Several : Title(property.stringValue));
+            if (property.hasMultipleDifferentValues) preset.ShowSeveral();
+            else preset.SetValueWithoutNotify(property.stringValue);
             start.style.display = Volumes.All(volume => volume.volume == null || volume.volume.isEmpty) ? DisplayStyle.Flex : DisplayStyle.None;
             ShowWarnings();
         }
@@ -123,6 +106,9 @@ namespace Lumivox.Editor
             warnings.Clear();
             foreach (var line in lines) warnings.Add(new HelpBox(line, HelpBoxMessageType.Warning));
         }
+
+        /// Before scripts are loaded anew, which pictures would outlive.
+        void OnDisable() => preset?.gallery.Fold();
 
         void OnSceneGUI() => handles.Draw((LumivoxVolume)target);
     }

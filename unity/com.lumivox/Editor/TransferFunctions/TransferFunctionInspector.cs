@@ -1,5 +1,7 @@
+using Lumivox.Native;
 using UnityEditor;
 using UnityEditor.UIElements;
+using UnityEngine;
 using UnityEngine.UIElements;
 
 namespace Lumivox.Editor
@@ -29,6 +31,13 @@ namespace Lumivox.Editor
             foreach (var name in lists) points.Add(new PropertyField(serializedObject.FindProperty(name)));
             root.Add(points);
             return root;
+        }
+
+        /// What the project window shows of one.
+        public override Texture2D RenderStaticPreview(string assetPath, Object[] subAssets, int width, int height)
+        {
+            var function = (LumivoxTransferFunction)target;
+            return Border.Fault != null || function.opacityKnots.Count == 0 ? null : PresetSwatch.Picture(function, width, height);
         }
     }
 }

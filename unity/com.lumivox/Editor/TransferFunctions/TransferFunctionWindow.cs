@@ -60,6 +60,7 @@ namespace Lumivox.Editor
         /// Also before scripts are loaded anew, which the function would outlive.
         void OnDisable()
         {
+            field?.Gallery.Fold();
             if (field != null && suited != null && field.transferFunction == suited) field.transferFunction = null;
             ForgetSuited();
         }

@@ -146,6 +146,26 @@ namespace Lumivox
         }
 
         /// <summary>
+        /// The scan from the front, at most `size` pixels along a side, 1 to 256: as a preset shows it, or the one that suits
+        /// it; transparent where nothing is seen. It is made on another thread, in a simple light: for lists of scans and
+        /// presets. Whoever asks for it destroys it.
+        /// </summary>
+        /// <exception cref="LumivoxException">The scan is not open, or there is no such preset.</exception>
+        public Task<Texture2D> RequestPicture(int size = 128, string preset = null)
+        {
+            if (handle == null) throw new LumivoxException("A scan that is not open cannot be pictured: open it first.");
+            var pictured = new TaskCompletionSource<Texture2D>();
+            fixed (byte* utf8 = Border.Utf8(string.IsNullOrEmpty(preset) ? null : preset))
+                Jobs.Follow(Library.lumivox_volume_picture(handle.Pointer, utf8, (uint)Mathf.Clamp(size, 1, 256)), (job, state) =>
+                {
+                    if (state == JobState.Done) pictured.TrySetResult(job.Picture());
+                    else if (state == JobState.Cancelled) pictured.TrySetCanceled();
+                    else pictured.TrySetException(new LumivoxException(job.Error));
+                });
+            return pictured.Task;
+        }
+
+        /// <summary>
         /// Reads the voxels on another thread, if they are not there; the task's result is whether they are, and
         /// <see cref="error"/> says why not. They stay while something shows the scan.
         /// </summary>
@@ -199,6 +219,9 @@ namespace Lumivox
             asset.m_PhantomSize = size;
             return asset;
         }
+
+        /// <summary>The same phantom with so many voxels at most; null where it is none.</summary>
+        internal LumivoxVolumeAsset SmallPhantom(int size) => m_Phantom != "" ? Phantom(m_Phantom, Mathf.Min(size, m_PhantomSize)) : null;
 
         /// <summary>A scan of the voxels of a script, copied: x fastest, in the scan's rows and slices.</summary>
         /// <param name="dimensions">Voxels along x, y and z.</param>

@@ -2,6 +2,7 @@
 using System;
 using System.Collections.Generic;
 using Lumivox.Native;
+using UnityEngine;
 
 namespace Lumivox
 {
@@ -26,6 +27,26 @@ namespace Lumivox
         public string Error => Border.TakeText(Library.lumivox_job_error(Pointer));
 
         public string Report => Border.TakeText(Library.lumivox_job_report(Pointer));
+
+        /// <summary>What it has pictured, which is whose who asks; null where that is nothing.</summary>
+        public Texture2D Picture()
+        {
+            Native.Picture made;
+            if (Library.lumivox_job_picture(Pointer, &made) < 0 || made.width == 0 || made.height == 0) return null;
+            var (width, height) = ((int)made.width, (int)made.height);
+            var pixels = new Color32[width * height];
+            // Unity's rows go up.
+            for (var y = 0; y < height; y++)
+                for (var x = 0; x < width; x++)
+                {
+                    var from = made.rgba + 4L * (y * width + x);
+                    pixels[(height - 1 - y) * width + x] = new Color32(from[0], from[1], from[2], from[3]);
+                }
+            var texture = new Texture2D(width, height, TextureFormat.RGBA32, false) { hideFlags = HideFlags.DontSave };
+            texture.SetPixels32(pixels);
+            texture.Apply();
+            return texture;
+        }
 
         public VolumeHandle TakeVolume() => new VolumeHandle(Border.Checked(Library.lumivox_job_take_volume(Pointer)));
 

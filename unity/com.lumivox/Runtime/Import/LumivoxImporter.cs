@@ -130,7 +130,7 @@ namespace Lumivox
             {
                 if (picture == ended) picture = null;
                 if (state == JobState.Cancelled) task.TrySetCanceled();
-                else task.TrySetResult(state == JobState.Done ? Texture(ended) : null);
+                else task.TrySetResult(state == JobState.Done ? ended.Picture() : null);
             });
             return task.Task;
         }
@@ -235,24 +235,6 @@ namespace Lumivox
             failed?.Invoke(message);
             task.TrySetException(new LumivoxException(message));
             return true;
-        }
-
-        static Texture2D Texture(Job ended)
-        {
-            Picture grey;
-            if (Library.lumivox_job_picture(ended.Pointer, &grey) < 0 || grey.width == 0 || grey.height == 0) return null;
-            var texture = new Texture2D((int)grey.width, (int)grey.height, TextureFormat.RGBA32, false) { hideFlags = HideFlags.DontSave };
-            var pixels = new Color32[grey.width * grey.height];
-            // Unity's rows go up.
-            for (uint y = 0; y < grey.height; y++)
-                for (uint x = 0; x < grey.width; x++)
-                {
-                    var value = grey.grey[y * grey.width + x];
-                    pixels[(grey.height - 1 - y) * grey.width + x] = new Color32(value, value, value, 255);
-                }
-            texture.SetPixels32(pixels);
-            texture.Apply();
-            return texture;
         }
     }
 }

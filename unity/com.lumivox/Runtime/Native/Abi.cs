@@ -227,6 +227,6 @@ namespace Lumivox.Native
     {
         public uint width;
         public uint height;
-        public byte* grey;
+        public byte* rgba;
     }
 }

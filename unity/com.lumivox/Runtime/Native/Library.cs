@@ -30,6 +30,7 @@ namespace Lumivox.Native
         [DllImport(Name)] public static extern int lumivox_volume_resolution(IntPtr stage, IntPtr volume, uint* factor, uint* arriving);
         [DllImport(Name)] public static extern IntPtr lumivox_volume_save(IntPtr volume, byte* path);
         [DllImport(Name)] public static extern IntPtr lumivox_volume_open(byte* path);
+        [DllImport(Name)] public static extern IntPtr lumivox_volume_picture(IntPtr volume, byte* preset, uint side);
         [DllImport(Name)] public static extern IntPtr lumivox_volume_open_bytes(void* data, ulong length);
 
         [DllImport(Name)] public static extern IntPtr lumivox_import_scan(byte** paths, uint count, ImportOptions* options);

@@ -42,6 +42,7 @@ namespace Lumivox
         readonly OpacityGraph graph;
         readonly ColorStrip colors;
         readonly PointRow points;
+        readonly PresetGallery gallery = new PresetGallery();
         readonly TransferFunctionHistory history = new TransferFunctionHistory();
         readonly VisualElement bar = new VisualElement { name = "toolbar" };
         readonly Label hint = new Label { name = "hint" };
@@ -67,7 +68,8 @@ namespace Lumivox
             bar.style.flexDirection = FlexDirection.Row;
             bar.style.flexWrap = Wrap.Wrap;
             bar.style.alignItems = Align.Center;
-            presets = Tool("presets", "Presets", "Looks that suit a kind of scan at once.", OpenPresets);
+            presets = Tool("presets", "Presets", "Looks that suit a kind of scan at once.", () => gallery.Toggle(scan));
+            gallery.chosen += Choose;
             level = Number("level", "Level", "The middle of the window.");
             width = Number("width", "Width", "From the first to the last point.");
             level.RegisterValueChangedCallback(e => TypeWindow(e, e.newValue, width.value));
@@ -89,6 +91,7 @@ namespace Lumivox
             bar.Add(hint);
 
             Add(bar);
+            Add(gallery);
             foreach (var strip in strips)
             {
                 strip.EditStarted = Begin;
@@ -143,6 +146,7 @@ namespace Lumivox
             {
                 if (ReferenceEquals(scan, value)) return;
                 ListenToScan(false);
+                gallery.Fold();
                 scan = value;
                 ListenToScan(true);
                 graph.SetHistogram(Array.Empty<float>(), 0, 1);
@@ -177,6 +181,7 @@ namespace Lumivox
         internal ColorStrip Colors => colors;
         internal WindowStrip Window => windowStrip;
         internal TransferFunctionHistory History => history;
+        internal PresetGallery Gallery => gallery;
 
         /// <summary>Takes over another function's points as one edit.</summary>
         public void Take(LumivoxTransferFunction source, string name = "Take Transfer Function")
@@ -403,6 +408,7 @@ namespace Lumivox
             level.SetEnabled(usable);
             width.SetEnabled(usable);
             presets.SetEnabled(function != null);
+            if (function == null) gallery.Fold();
             undo.SetEnabled(history.CanUndo);
             redo.SetEnabled(history.CanRedo);
         }
@@ -423,26 +429,13 @@ namespace Lumivox
             return smooth;
         }
 
-        void OpenPresets()
-        {
-            var menu = new GenericDropdownMenu();
-            foreach (var preset in LumivoxTransferFunction.PresetNames)
-            {
-                var title = TransferFunctionAccess.TitleOfPreset(preset);
-                if (TransferFunctionAccess.IsPresetAvailable(preset, scan)) menu.AddItem(title, false, () => Choose(preset));
-                else menu.AddDisabledItem(title, false);
-            }
-            menu.DropDown(presets.worldBound, presets, false);
-        }
-
         void Choose(string preset)
         {
             presetChosen?.Invoke(preset);
             if (!appliesPresets || function == null) return;
             var made = LumivoxTransferFunction.Preset(preset, scan);
             Take(made, "Apply Preset");
-            if (Application.isPlaying) UnityEngine.Object.Destroy(made);
-            else UnityEngine.Object.DestroyImmediate(made);
+            PresetSwatch.Destroy(made);
         }
 
         void OpenReset()

@@ -199,7 +199,7 @@ namespace Lumivox
         protected static Color Knob => new Color(0.96f, 0.96f, 0.97f);
 
         /// Fills the band between pairs of points, each with its colour at the bottom and at the top.
-        protected static void FillBand(MeshGenerationContext context, int count, Func<int, (Vector2 bottom, Vector2 top, Color low, Color high)> pair)
+        internal static void FillBand(MeshGenerationContext context, int count, Func<int, (Vector2 bottom, Vector2 top, Color low, Color high)> pair)
         {
             if (count < 2) return;
             var mesh = context.Allocate(count * 2, (count - 1) * 6);

@@ -9,7 +9,7 @@ namespace Lumivox
     internal sealed class EnvironmentReader : IDisposable
     {
         /// <summary>What a pipeline with skies of its own reads instead; false where it has none.</summary>
-        internal delegate bool Adaptation(SkyBaker baker, ref Surroundings surroundings);
+        internal delegate bool Adaptation(SkyBaker baker, bool hasLights, ref Surroundings surroundings);
 
         /// <summary>That of the pipeline, where it has one.</summary>
         internal static Adaptation Adapt;
@@ -29,7 +29,7 @@ namespace Lumivox
         public void Read(bool hasLights, ref Surroundings surroundings)
         {
             surroundings = new Surroundings { strength = 1f };
-            if (Adapt != null && GraphicsSettings.currentRenderPipeline != null && Adapt(baker, ref surroundings))
+            if (Adapt != null && GraphicsSettings.currentRenderPipeline != null && Adapt(baker, hasLights, ref surroundings))
             {
                 FillMap(ref surroundings);
                 return;

@@ -31,6 +31,8 @@ namespace Lumivox
         Task<float[]> converting;
         int nextLook;
         int tries;
+        /// <summary>Counts skies that were looked away from, and what that was when the one that is read was asked for.</summary>
+        int lookedAway, readAfter;
         bool isWanted, isReading, isUnseen, isDisposed;
         float scale = 1f;
 
@@ -64,6 +66,17 @@ namespace Lumivox
         {
             if (ReferenceEquals(of, cubemap) && factor == scale) return;
             Want(null, of, 0, factor);
+        }
+
+        /// <summary>There is no sky to bake: what was baked, or is about to be, is nobody's any more.</summary>
+        public void LookAway()
+        {
+            if (ReferenceEquals(sky, null) && ReferenceEquals(cubemap, null) && map == null) return;
+            (sky, cubemap, fingerprint) = (null, null, 0);
+            isWanted = isUnseen = false;
+            lookedAway++;
+            map?.Dispose();
+            map = null;
         }
 
         /// <summary>Between frames: what is drawn here would be drawn within another camera's picture otherwise.</summary>
@@ -139,13 +152,14 @@ namespace Lumivox
             readSide = Math.Max(1, of.width >> level);
             if (readSide > Side) return;
             isReading = true;
+            readAfter = lookedAway;
             AsyncGPUReadback.Request(of, level, TextureFormat.RGBAFloat, came);
         }
 
         void Came(AsyncGPUReadbackRequest request)
         {
             isReading = false;
-            if (isDisposed) return;
+            if (isDisposed || readAfter != lookedAway) return;
             if (request.hasError || request.layerCount < 6)
             {
                 isWanted = ++tries <= MostTries;
@@ -165,6 +179,7 @@ namespace Lumivox
         {
             var task = converting;
             converting = null;
+            if (readAfter != lookedAway) return;
             if (task.IsFaulted)
             {
                 Debug.LogException(task.Exception);

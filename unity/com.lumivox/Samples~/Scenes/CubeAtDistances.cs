@@ -10,6 +10,7 @@ namespace Lumivox.Samples
     public sealed class CubeAtDistances : SampleScene
     {
         [Tooltip("What a millimetre of extinction is measured in.")] public LumivoxVolume.ExtinctionSpace extinctionSpace = LumivoxVolume.ExtinctionSpace.Volume;
+        [Tooltip("Thin enough that the sizes differ with World.")] public float density = 0.1f;
 
         static readonly float[] scales = { 1, 2, 4 };
 
@@ -34,6 +35,7 @@ namespace Lumivox.Samples
                 cube.transform.rotation = Quaternion.Euler(20, (i - 1) * 16 + 30, 0);
                 cube.transform.localScale = Vector3.one * scales[i];
                 cube.extinctionSpace = extinctionSpace;
+                cube.density = density;
             }
         }
     }

@@ -323,6 +323,6 @@ namespace StandIn
         internal void SetConstant(int id, GraphicsBuffer value, int offset, int size) { if (value == null) all.Remove(id); else all[id] = new Property { kind = PropertyKind.Constant, resource = value, offset = offset, size = size }; }
         internal Vector4 Vector(int id) => all.TryGetValue(id, out var found) ? found.kind == PropertyKind.Integer ? new Vector4(found.integer, 0) : found.value.GetColumn(0) : Vector4.zero;
         internal int Integer(int id) => all.TryGetValue(id, out var found) ? found.kind == PropertyKind.Integer ? found.integer : (int)found.value.m00 : 0;
-        internal Texture Texture(int id) => all.TryGetValue(id, out var found) ? found.resource as Texture : null;
+        internal Texture Texture(int id) => all.TryGetValue(id, out var found) ? found.kind == PropertyKind.Target ? found.target.texture : found.resource as Texture : null;
     }
 }

@@ -46,7 +46,8 @@ namespace UnityEngine.Rendering
         public static AsyncGPUReadbackRequest Request(Texture src, int mipIndex, TextureFormat dstFormat, Action<AsyncGPUReadbackRequest> callback = null)
         {
             var wanted = UnityEngine.Experimental.Rendering.GraphicsFormatUtility.GetGraphicsFormat(dstFormat, src.isDataSRGB);
-            var request = Request(src, mipIndex, callback);
+            AsyncGPUReadbackRequest request;
+            using (StandIn.Callbacks.Own()) request = Request(src, mipIndex, callback);
             if (wanted == src.m_Format) return request;
             if (src.isDataSRGB) throw new NotImplementedException("the stand-in converts no read-backs of encoded colours");
             request.pending.Convert(src.m_Format, wanted);
@@ -114,7 +115,7 @@ namespace StandIn
             Gpu.Check("a read-back");
             pending.isDone = true;
             done.Add(pending);
-            try { pending.callback(new UnityEngine.Rendering.AsyncGPUReadbackRequest { pending = pending }); }
+            try { using (Callbacks.Counted()) pending.callback(new UnityEngine.Rendering.AsyncGPUReadbackRequest { pending = pending }); }
             catch (Exception error) { UnityEngine.Debug.LogException(error); }
         }
         internal static void CompleteAll() { while (waiting.Count > 0) Complete(waiting[0]); }

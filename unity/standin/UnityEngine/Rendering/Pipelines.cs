@@ -83,8 +83,8 @@ namespace UnityEngine.Rendering
         public static event Action<RenderPipelineAsset, RenderPipelineAsset> activeRenderPipelineAssetChanged;
         internal static void BeginContext(ScriptableRenderContext context, List<Camera> cameras) { beginFrameRendering?.Invoke(context, cameras.ToArray()); beginContextRendering?.Invoke(context, cameras); }
         internal static void EndContext(ScriptableRenderContext context, List<Camera> cameras) { endFrameRendering?.Invoke(context, cameras.ToArray()); endContextRendering?.Invoke(context, cameras); }
-        internal static void BeginCamera(ScriptableRenderContext context, Camera camera) => beginCameraRendering?.Invoke(context, camera);
-        internal static void EndCamera(ScriptableRenderContext context, Camera camera) => endCameraRendering?.Invoke(context, camera);
+        internal static void BeginCamera(ScriptableRenderContext context, Camera camera) { using (StandIn.Callbacks.Counted()) beginCameraRendering?.Invoke(context, camera); }
+        internal static void EndCamera(ScriptableRenderContext context, Camera camera) { using (StandIn.Callbacks.Counted()) endCameraRendering?.Invoke(context, camera); }
         internal static void Created() => activeRenderPipelineCreated?.Invoke();
         internal static void Disposed() => activeRenderPipelineDisposed?.Invoke();
         internal static void Changed(RenderPipelineAsset from, RenderPipelineAsset to) { activeRenderPipelineAssetChanged?.Invoke(from, to); if (from?.GetType() != to?.GetType()) activeRenderPipelineTypeChanged?.Invoke(); }
@@ -106,7 +106,7 @@ namespace UnityEngine.Rendering
             StandIn.Threads.Main("ScriptableRenderContext.ExecuteCommandBuffer");
             if (commandBuffer == null) throw new ArgumentNullException(nameof(commandBuffer));
             if (queued == null) throw new InvalidOperationException("The ScriptableRenderContext instance has not been correctly initialized.");
-            queued.Add(commandBuffer.Copy());
+            using (StandIn.Callbacks.Own()) queued.Add(commandBuffer.Copy());
         }
         public void Submit()
         {

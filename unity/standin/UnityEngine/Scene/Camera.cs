@@ -320,7 +320,6 @@ namespace UnityEngine.XR
         public static float renderViewportScale { get; set; } = 1;
         public static string loadedDeviceName => StandIn.Headset.isOn ? "Stand-in" : "";
     }
-    public enum XRNode { LeftEye, RightEye, CenterEye, Head, LeftHand, RightHand }
 }
 
 namespace StandIn

@@ -95,7 +95,15 @@ namespace UnityEngine
         public T GetComponentInParent<T>(bool includeInactive) { for (var at = transform; !(at is null); at = at.above) if (includeInactive || at.gameObject.activeInHierarchy) foreach (var item in at.gameObject.components) if (item is T found) return found; return default; }
         public T[] GetComponentsInParent<T>(bool includeInactive = false) { var found = new List<T>(); for (var at = transform; !(at is null); at = at.above) if (includeInactive || at.gameObject.activeInHierarchy) found.AddRange(at.gameObject.components.OfType<T>()); return found.ToArray(); }
         public static GameObject Find(string name) => StandIn.Objects.All().OfType<GameObject>().FirstOrDefault(item => item.activeInHierarchy && item.label == name);
-        public static GameObject CreatePrimitive(PrimitiveType type) => throw new NotImplementedException("the stand-in draws no meshes; StandIn.Props fill a camera's targets");
+        /// A metre wide, in the pipeline's own material.
+        public static GameObject CreatePrimitive(PrimitiveType type)
+        {
+            if (type != PrimitiveType.Sphere && type != PrimitiveType.Cube) throw new NotImplementedException($"the stand-in draws no {type}");
+            var made = new GameObject(type.ToString(), typeof(MeshFilter), typeof(MeshRenderer));
+            made.GetComponent<MeshFilter>().shape = type;
+            made.GetComponent<MeshRenderer>().sharedMaterial = Renderer.Default;
+            return made;
+        }
 
         internal override void OnDestroyed()
         {

@@ -170,9 +170,9 @@ namespace StandIn
         {
             var outer = current;
             Camera.current = camera;
-            Camera.onPreCull?.Invoke(camera);
+            using (Callbacks.Counted()) Camera.onPreCull?.Invoke(camera);
             Tell(camera, "OnPreCull");
-            Camera.onPreRender?.Invoke(camera);
+            using (Callbacks.Counted()) Camera.onPreRender?.Invoke(camera);
             Tell(camera, "OnPreRender");
             var targets = TargetsOf(camera);
             current = new Execution { camera = new BoundTarget { color = targets.color, depth = targets.depth, slice = IsSinglePass(camera) ? -1 : 0 } };
@@ -202,7 +202,7 @@ namespace StandIn
                 Run(camera, CameraEvent.AfterEverything);
             }
             finally { execution.End(); current = outer; }
-            Camera.onPostRender?.Invoke(camera);
+            using (Callbacks.Counted()) Camera.onPostRender?.Invoke(camera);
             Tell(camera, "OnPostRender");
             Camera.current = null;
             if (eye is Camera.StereoscopicEye one) Pictures.KeepEye(camera, one);
@@ -249,6 +249,8 @@ namespace StandIn
             Props.Clear();
             Faults.Clear();
             Headset.Reset();
+            Devices.Reset();
+            Keys.Reset();
             Shader.globals.Clear();
             Shader.globalKeywords.Clear();
             Resources.placed.Clear();

@@ -118,7 +118,7 @@ namespace StandIn
         }
         internal static void Run(Action message, Object of)
         {
-            try { message(); }
+            try { using (Callbacks.Counted()) message(); }
             catch (Exception error) { Debug.LogException(error, of); }
         }
     }

@@ -36,6 +36,11 @@ namespace StandIn
                     for (int c = 0; c < 4; c++) rows[at++] = (byte)Math.Round(Mathf.Clamp01(float.IsNaN(color[c]) ? 0 : color[c]) * 255);
                 }
             }
+            return Packed(width, height, 6, rows);
+        }
+        /// A PNG of filtered rows of so many colours: 2 RGB, 6 with alpha.
+        internal static byte[] Packed(int width, int height, byte kind, byte[] rows)
+        {
             var packed = new MemoryStream();
             packed.Write(new byte[] { 0x78, 1 }, 0, 2);
             using (var deflate = new DeflateStream(packed, CompressionLevel.Optimal, true)) deflate.Write(rows, 0, rows.Length);
@@ -47,7 +52,7 @@ namespace StandIn
             var header = new MemoryStream();
             header.Write(Big((uint)width), 0, 4);
             header.Write(Big((uint)height), 0, 4);
-            header.Write(new byte[] { 8, 6, 0, 0, 0 }, 0, 5);
+            header.Write(new byte[] { 8, kind, 0, 0, 0 }, 0, 5);
             Chunk(png, "IHDR", header.ToArray());
             Chunk(png, "IDAT", packed.ToArray());
             Chunk(png, "IEND", new byte[0]);

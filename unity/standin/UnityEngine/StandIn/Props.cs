@@ -1,4 +1,4 @@
-// What stands in a scene in place of meshes: planes and spheres, traced on the CPU into a camera's colour and depth.
+// What stands in a scene in place of meshes: planes, spheres and primitives, traced on the CPU into a camera's colour and depth.
 using System;
 using System.Collections.Generic;
 using UnityEngine;
@@ -14,7 +14,27 @@ namespace StandIn
 
         public static void Plane(Vector3 point, Vector3 normal, Color color, int layer = 0) => all.Add(new Shape { at = point, normal = normal.normalized, color = color, layer = layer });
         public static void Sphere(Vector3 center, float radius, Color color, int layer = 0) => all.Add(new Shape { isSphere = true, at = center, radius = radius, color = color, layer = layer });
-        public static void Clear() { all.Clear(); sky = null; }
+        /// Whether shapes are lit by the sun, for pictures that people look at; otherwise they have their plain colour.
+        public static bool isShaded;
+        public static void Clear() { all.Clear(); sky = null; isShaded = false; }
+
+        /// A colour in the light of the first sun and of an even sky, by how the surface lies at a point of a ray.
+        static Color Shaded(Color color, Vector3 from, Vector3 way, float t, int mask)
+        {
+            // Not far beyond it, or single precision would not tell neighbours apart.
+            (way, t) = (way * (2 * t), .5f);
+            var towards = Vector3.zero;
+            foreach (var light in UnityEngine.Object.FindObjectsByType<Light>(FindObjectsSortMode.None))
+                if (light.type == LightType.Directional) towards = -light.transform.forward;
+            var side = Vector3.Cross(way, Math.Abs(way.y) < .9f * way.magnitude ? Vector3.up : Vector3.right).normalized * (way.magnitude * 1e-3f);
+            var other = Vector3.Cross(side, way).normalized * (way.magnitude * 1e-3f);
+            var at = from + way * t;
+            if (!Hit(from, way + side, mask, out var a, out _) || !Hit(from, way + other, mask, out var b, out _)) return color * .5f;
+            // Short vectors have no direction: Unity's `normalized` makes zero of them.
+            var normal = Vector3.Cross((from + (way + side) * a - at) * 1e3f, (from + (way + other) * b - at) * 1e3f).normalized;
+            if (Vector3.Dot(normal, way) > 0) normal = -normal;
+            return color * (.25f + .1f * normal.y + .55f * Math.Max(0, Vector3.Dot(normal, towards)));
+        }
 
         /// The nearest shape on a ray between two points: how far along it, of 1, and its colour.
         static bool Hit(Vector3 from, Vector3 way, int mask, out float nearest, out Color color)
@@ -43,6 +63,7 @@ namespace StandIn
                 nearest = t;
                 color = shape.color;
             }
+            Primitives.Hit(from, way, mask, ref nearest, ref color);
             return nearest <= 1;
         }
 
@@ -71,6 +92,7 @@ namespace StandIn
             var pixels = new float[width * height * 5];
             var inverse = (projection * view).inverse;
             var clip = GL.GetGPUProjectionMatrix(projection, isFlipped) * view;
+            Primitives.Gather();
             for (int y = 0; y < height; y++)
                 for (int x = 0; x < width; x++)
                 {
@@ -86,6 +108,7 @@ namespace StandIn
                         Vector3 p = near + way * t;
                         var q = clip * new Vector4(p.x, p.y, p.z, 1);
                         depth = q.z / q.w;
+                        if (isShaded) color = Shaded(color, near, way, t, camera.cullingMask);
                     }
                     else color = camera.clearFlags == CameraClearFlags.Skybox && sky != null ? sky(way.normalized) : camera.clearFlags == CameraClearFlags.Skybox ? Color.black : camera.backgroundColor.linear;
                     int at = (y * width + x) * 5;
@@ -98,6 +121,7 @@ namespace StandIn
 
         internal static void DrawCube(Camera camera, Cubemap cube, int faces)
         {
+            Primitives.Gather();
             for (int face = 0; face < 6; face++)
             {
                 if ((faces >> face & 1) == 0) continue;
@@ -113,6 +137,7 @@ namespace StandIn
         {
             int side = cube.width;
             var pixels = new float[side * side * 5];
+            Primitives.Gather();
             for (int y = 0; y < side; y++)
                 for (int x = 0; x < side; x++)
                 {

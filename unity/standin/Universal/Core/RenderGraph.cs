@@ -36,12 +36,14 @@ namespace UnityEngine.Rendering.RenderGraphModule
     {
         internal RTHandle handle;
         internal RenderGraph graph;
+        internal int execution;
         public static TextureHandle nullHandle => default;
         public bool IsValid() => handle != null;
         static RTHandle Resolve(TextureHandle texture)
         {
             if (!texture.IsValid()) return null;
             // As the graph itself: outside of a pass, and in one that did not say so, there is no texture.
+            if (texture.execution != texture.graph.execution) throw new InvalidOperationException("Trying to use a texture handle of another execution of the render graph.");
             if (texture.graph.running == null) throw new InvalidOperationException("Trying to access a RTHandle outside of a render graph pass.");
             if (!texture.graph.running.used.Contains(texture.handle)) throw new InvalidOperationException($"Pass '{texture.graph.running.name}' uses the texture '{texture.handle.name}' without having declared it.");
             return texture.handle;
@@ -66,16 +68,20 @@ namespace UnityEngine.Rendering.RenderGraphModule
         void SetRenderFunc<PassData>(BaseRenderFunc<PassData, UnsafeGraphContext> renderFunc) where PassData : class, new();
     }
 
-    sealed class UnsafePass : IUnsafeRenderGraphBuilder
+    abstract class UnsafePass : IUnsafeRenderGraphBuilder
     {
         internal string name;
         internal RenderGraph graph;
-        internal object data;
-        internal Action<UnsafeGraphContext> run;
-        internal bool isCullable = true, mayChangeGlobals;
+        internal bool isCullable, mayChangeGlobals;
         internal readonly HashSet<RTHandle> used = new HashSet<RTHandle>();
         bool isDisposed;
 
+        internal virtual void Begin(string name, RenderGraph graph)
+        {
+            (this.name, this.graph) = (name, graph);
+            (isCullable, mayChangeGlobals, isDisposed) = (true, false, false);
+            used.Clear();
+        }
         public void UseTexture(in TextureHandle input, AccessFlags flags = AccessFlags.Read)
         {
             if (!input.IsValid()) throw new ArgumentException("Trying to use an invalid resource (pass " + name + ").");
@@ -85,43 +91,70 @@ namespace UnityEngine.Rendering.RenderGraphModule
         public void UseAllGlobalTextures(bool enable) { }
         public void AllowPassCulling(bool value) => isCullable = value;
         public void AllowGlobalStateModification(bool value) => mayChangeGlobals = value;
-        public void SetRenderFunc<PassData>(BaseRenderFunc<PassData, UnsafeGraphContext> renderFunc) where PassData : class, new()
-        {
-            if (renderFunc.Target != null && !(renderFunc.Target.GetType().Name.StartsWith("<>c") && renderFunc.Target.GetType().GetFields(System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.Public).Length == 0))
-                throw new InvalidOperationException($"The render function of pass '{name}' captures something; it must be static.");
-            run = context => renderFunc((PassData)data, context);
-        }
+        public abstract void SetRenderFunc<PassData>(BaseRenderFunc<PassData, UnsafeGraphContext> renderFunc) where PassData : class, new();
+        protected abstract bool HasFunction { get; }
+        internal abstract void Run(UnsafeGraphContext context);
         public void Dispose()
         {
             if (isDisposed) return;
             isDisposed = true;
-            if (run == null) throw new InvalidOperationException($"Pass '{name}' has no render function.");
+            if (!HasFunction) throw new InvalidOperationException($"Pass '{name}' has no render function.");
             graph.passes.Add(this);
         }
+    }
+
+    /// Passes and their data are used again, with what was in them.
+    sealed class UnsafePass<Data> : UnsafePass where Data : class, new()
+    {
+        internal readonly Data data = new Data();
+        BaseRenderFunc<Data, UnsafeGraphContext> function;
+
+        internal override void Begin(string name, RenderGraph graph) { base.Begin(name, graph); function = null; }
+        protected override bool HasFunction => function != null;
+        public override void SetRenderFunc<PassData>(BaseRenderFunc<PassData, UnsafeGraphContext> renderFunc)
+        {
+            if (renderFunc.Target != null)
+                using (StandIn.Callbacks.Own())
+                    if (!renderFunc.Target.GetType().Name.StartsWith("<>c") || renderFunc.Target.GetType().GetFields(System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.Public).Length > 0)
+                        throw new InvalidOperationException($"The render function of pass '{name}' captures something; it must be static.");
+            function = (BaseRenderFunc<Data, UnsafeGraphContext>)(object)renderFunc;
+        }
+        internal override void Run(UnsafeGraphContext context) => function(data, context);
     }
 
     public class RenderGraph
     {
         internal readonly List<UnsafePass> passes = new List<UnsafePass>();
+        readonly Dictionary<Type, Stack<UnsafePass>> spare = new Dictionary<Type, Stack<UnsafePass>>();
+        readonly UnsafeCommandBuffer commands = new UnsafeCommandBuffer();
         internal UnsafePass running;
-        public TextureHandle ImportTexture(RTHandle rt) => new TextureHandle { handle = rt, graph = this };
+        /// Counts executions: what was imported for one is nothing to the next.
+        internal int execution;
+        public TextureHandle ImportTexture(RTHandle rt) => new TextureHandle { handle = rt, graph = this, execution = execution };
         public IUnsafeRenderGraphBuilder AddUnsafePass<PassData>(string passName, out PassData passData, ProfilingSampler sampler) where PassData : class, new() => AddUnsafePass(passName, out passData);
         public IUnsafeRenderGraphBuilder AddUnsafePass<PassData>(string passName, out PassData passData) where PassData : class, new()
         {
-            passData = new PassData();
-            return new UnsafePass { name = passName, graph = this, data = passData };
+            UnsafePass<PassData> pass;
+            using (StandIn.Callbacks.Own()) pass = spare.TryGetValue(typeof(UnsafePass<PassData>), out var kept) && kept.Count > 0 ? (UnsafePass<PassData>)kept.Pop() : new UnsafePass<PassData>();
+            pass.Begin(passName, this);
+            passData = pass.data;
+            return pass;
         }
         internal void Execute(CommandBuffer cmd)
         {
+            commands.wrapped = cmd;
             foreach (var pass in passes)
             {
+                if (!spare.TryGetValue(pass.GetType(), out var kept)) spare[pass.GetType()] = kept = new Stack<UnsafePass>();
+                kept.Push(pass);
                 // It writes nothing that the graph shows.
                 if (pass.isCullable) continue;
                 running = pass;
-                try { pass.run(new UnsafeGraphContext { cmd = new UnsafeCommandBuffer { wrapped = cmd } }); }
+                try { using (StandIn.Callbacks.Counted()) pass.Run(new UnsafeGraphContext { cmd = commands }); }
                 finally { running = null; }
             }
             passes.Clear();
+            execution++;
         }
     }
 }

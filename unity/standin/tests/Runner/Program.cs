@@ -3,6 +3,7 @@
 // It fails by an exception, by an error that is logged and not expected, and by what it leaves alive.
 //
 //     StandIn.Tests.Program [--list] [--log] [PART OF A NAME]...
+//     StandIn.Tests.Program --frame-cost
 using System;
 using System.Collections;
 using System.Collections.Generic;
@@ -26,6 +27,12 @@ namespace StandIn.Tests
             SynchronizationContext.SetSynchronizationContext(new MainContext());
             var filters = arguments.Where(argument => !argument.StartsWith("--")).ToArray();
             Log.isPrinted |= arguments.Contains("--log");
+            if (arguments.Contains("--frame-cost"))
+            {
+                // No test: nothing fails when it changes.
+                Assemblies().Select(assembly => assembly.GetType("Lumivox.Tests.FrameCost")).Single(type => type != null).GetMethod("Print").Invoke(null, null);
+                return 0;
+            }
             var cases = Assemblies().SelectMany(assembly => assembly.GetTypes()).OrderBy(type => type.FullName, StringComparer.Ordinal).SelectMany(CasesOf).ToList();
             if (cases.Count == 0) { Console.Error.WriteLine("error: there are no tests"); return 2; }
             var chosen = cases.Where(one => filters.Length == 0 ? one.method.GetCustomAttribute<ExplicitAttribute>() == null : filters.Any(one.name.Contains)).ToList();

@@ -1,0 +1,265 @@
+// The pictures of Documentation~: `script/unity --pictures` makes them anew. They show phantoms only.
+using System;
+using System.Collections.Generic;
+using System.IO;
+using System.Linq;
+using Lumivox.Editor;
+using NUnit.Framework;
+using StandIn;
+using UnityEditor;
+using UnityEngine;
+using UnityEngine.UIElements;
+using Image = UnityEngine.UIElements.Image;
+using Object = UnityEngine.Object;
+using Picture = StandIn.Picture;
+
+namespace Lumivox.Tests
+{
+    [Explicit]
+    public sealed class DocumentationPictures
+    {
+        const int Width = 480, Height = 320;
+
+        /// Of a pixel. STANDIN_SAMPLES asks for fewer, to look at how a picture is framed.
+        static int Samples => int.TryParse(Environment.GetEnvironmentVariable("STANDIN_SAMPLES"), out var samples) ? samples : 24;
+
+        readonly List<Object> made = new List<Object>();
+        Camera camera;
+        LumivoxEffect effect;
+
+        static string Folder
+        {
+            get
+            {
+                var folder = Environment.GetEnvironmentVariable("STANDIN_DOCUMENTATION");
+                Assert.IsFalse(string.IsNullOrEmpty(folder), "STANDIN_DOCUMENTATION names no folder: script/unity --pictures does");
+                return folder;
+            }
+        }
+
+        [SetUp]
+        public void Begin()
+        {
+            EditorProject.Begin();
+            Engine.Clear();
+            Engine.SetScreen(Width, Height);
+            // A new project's: a sun, and a sky that is blue above and grey below.
+            Props.sky = Sky;
+            Props.isShaded = true;
+            RenderSettings.skybox = Keep(new Material(Resources.Load<Shader>("Lumivox/LumivoxDepth")));
+            RenderSettings.ambientMode = UnityEngine.Rendering.AmbientMode.Skybox;
+            var sun = new GameObject("Directional Light").AddComponent<Light>();
+            sun.type = LightType.Directional;
+            sun.color = new Color(1f, 0.957f, 0.839f);
+            sun.transform.rotation = Quaternion.Euler(50f, -30f, 0f);
+            camera = new GameObject("Main Camera").AddComponent<Camera>();
+            camera.tag = "MainCamera";
+            camera.nearClipPlane = 0.02f;
+            camera.transform.position = new Vector3(0f, 0f, -0.5f);
+            camera.allowHDR = true;
+            effect = camera.gameObject.AddComponent<LumivoxEffect>();
+            effect.targetSamples = Samples;
+            effect.denoise = true;
+            effect.frameBudgetMs = 1000f;
+        }
+
+        [TearDown]
+        public void End()
+        {
+            if (Application.isPlaying) Domain.Stop();
+            LumivoxRuntime.Stop();
+            Props.Clear();
+            RenderSettings.skybox = null;
+            foreach (var one in made) Object.DestroyImmediate(one);
+            made.Clear();
+            Engine.Clear();
+        }
+
+        T Keep<T>(T one) where T : Object
+        {
+            made.Add(one);
+            return one;
+        }
+
+        static Color Sky(Vector3 way)
+        {
+            if (way.y < 0f) return Color.Lerp(new Color(0.36f, 0.38f, 0.4f), new Color(0.1f, 0.095f, 0.09f), Mathf.Sqrt(-way.y));
+            return Color.Lerp(new Color(0.55f, 0.63f, 0.7f), new Color(0.07f, 0.16f, 0.33f), Mathf.Pow(way.y, 0.6f));
+        }
+
+        LumivoxVolume Head(string preset = "", int size = 160)
+        {
+            var volume = new GameObject("Head Phantom").AddComponent<LumivoxVolume>();
+            volume.volume = Keep(LumivoxVolumeAsset.Phantom("head", size));
+            EditorProject.Until(() => volume.volume.state == LumivoxVolumeState.Ready, "the phantom is computed");
+            if (preset != "") volume.ApplyPreset(preset);
+            return volume;
+        }
+
+        /// What the camera sees when nothing is missing any more.
+        Picture Shoot()
+        {
+            for (var i = 0; i < 4000; i++)
+            {
+                Engine.Frame();
+                Ticker.Tick();
+                if (i > 2 && LumivoxRuntime.StatusOf(camera).isConverged) break;
+                Assert.IsTrue(i < 3999, $"no end; error: '{LumivoxRuntime.Error}'");
+            }
+            return Pictures.Color(camera);
+        }
+
+        static void Save(string name, Picture picture, bool encode = true)
+        {
+            var file = Path.Combine(Folder, name + ".png");
+            Directory.CreateDirectory(Folder);
+            File.WriteAllBytes(file, Png.Of(picture, encode));
+            Console.WriteLine($"  {name}.png: {picture.width} x {picture.height}, {new FileInfo(file).Length / 1024} KB");
+            Assert.IsTrue(new FileInfo(file).Length < 200 << 10, $"{name}.png is large for a picture in a manual");
+        }
+
+        GameObject Shape(PrimitiveType type, Vector3 position, float size, Color color)
+        {
+            var shape = GameObject.CreatePrimitive(type);
+            shape.transform.localPosition = position;
+            shape.transform.localScale = Vector3.one * size;
+            var look = Keep(new Material(shape.GetComponent<Renderer>().sharedMaterial));
+            look.color = color;
+            shape.GetComponent<Renderer>().sharedMaterial = look;
+            return shape;
+        }
+
+        [Test]
+        public void FirstPicture()
+        {
+            Head();
+            Save("first-picture", Shoot());
+        }
+
+        [Test]
+        public void BoneAndCube()
+        {
+            Head("ct-bone");
+            Shape(PrimitiveType.Cube, new Vector3(0.07f, -0.05f, -0.13f), 0.05f, new Color(0.8f, 0.45f, 0.2f)).transform.rotation = Quaternion.Euler(20f, 35f, 0f);
+            Shape(PrimitiveType.Cube, Vector3.zero, 0.1f, new Color(0.2f, 0.45f, 0.8f));
+            Save("bone-and-cube", Shoot());
+        }
+
+        [Test]
+        public void ClipHandles()
+        {
+            var volume = Head("ct-skin");
+            volume.clipMax = new Vector3(0.5f, 1f, 1f);
+            var shot = Shoot();
+            var canvas = new Canvas(shot.width, shot.height);
+            canvas.Image(canvas.Clip, shot.width, shot.height, (x, y) => shot.At(x, y).gamma);
+            Vector2 Seen(Vector3 clip)
+            {
+                var at = camera.WorldToViewportPoint((volume.transform.localToWorldMatrix * volume.clipTransform).MultiplyPoint3x4(clip));
+                return new Vector2(at.x * shot.width, (1f - at.y) * shot.height);
+            }
+            Vector3 low = volume.clipMin, high = volume.clipMax;
+            Vector3 Corner(int i) => new Vector3((i & 1) == 0 ? low.x : high.x, (i & 2) == 0 ? low.y : high.y, (i & 4) == 0 ? low.z : high.z);
+            for (var i = 0; i < 8; i++)
+                for (var axis = 1; axis < 8; axis *= 2)
+                    if ((i & axis) == 0) canvas.Line(new[] { Seen(Corner(i)), Seen(Corner(i | axis)) }, new Color(1f, 1f, 1f, 0.7f), 1.2f);
+            for (var side = 0; side < 6; side++)
+            {
+                var middle = (low + high) / 2f;
+                middle[side / 2] = side % 2 == 0 ? low[side / 2] : high[side / 2];
+                var at = Seen(middle);
+                canvas.Fill(new Rect(at.x - 4, at.y - 4, 8, 8), new Color(1f, 0.85f, 0.2f), 4);
+            }
+            Save("clip-handles", canvas.ToPicture(), encode: false);
+        }
+
+        /// A sample as it is when it is played.
+        T Sample<T>(float degrees) where T : Lumivox.Samples.SampleScene
+        {
+            foreach (var light in Object.FindObjectsByType<Light>(FindObjectsSortMode.None)) Object.DestroyImmediate(light.gameObject);
+            new GameObject(typeof(T).Name).AddComponent<T>();
+            Domain.Play();
+            Engine.Frame();
+            camera = Camera.main;
+            // Closer than one plays it.
+            camera.fieldOfView = degrees;
+            EditorProject.Until(() => LumivoxVolume.All.Count > 0 && LumivoxVolume.All.All(volume => volume.volume != null && volume.volume.state == LumivoxVolumeState.Ready), "the scans are computed");
+            return Object.FindObjectsByType<T>(FindObjectsSortMode.None).Single();
+        }
+
+        /// A window or an inspector, after the editor's turns that it wants.
+        void SavePanel(string name, Panel panel, int width, int height) => Save(name, PanelPicture.Of(panel, width, height), encode: false);
+
+        [Test]
+        public void TransferFunctionWindow()
+        {
+            var volume = Head("ct-skin", 96);
+            Selection.activeGameObject = volume.gameObject;
+            Lumivox.Editor.TransferFunctionWindow.Open();
+            var window = EditorWindow.GetWindow<Lumivox.Editor.TransferFunctionWindow>();
+            // At its size in the picture, for what is drawn is told by it.
+            window.panel.Resize(720, 340);
+            EditorProject.Until(() => window.panel.Milliseconds > 1000, "the histogram is taken", window.panel);
+            window.Field.Colors.Selected = 1;
+            SavePanel("transfer-function", window.panel, 720, 340);
+            window.Close();
+        }
+
+        [Test]
+        public void VolumeInspector()
+        {
+            var volume = Head("ct-skin", 96);
+            var (_, panel) = EditorHost.Inspect(volume);
+            panel.Click(panel.visualTree.Q<Button>("open").worldBound.center);
+            var gallery = panel.visualTree.Q<PresetGallery>();
+            EditorProject.Until(() => gallery.Query<Image>().ToList().All(image => image.image != null), "the presets are pictured", panel);
+            SavePanel("presets", panel, 460, 545);
+            gallery.Fold();
+        }
+
+        [Test]
+        public void ScanInspector()
+        {
+            var scan = Keep(LumivoxVolumeAsset.Phantom("head", 96));
+            scan.name = "Head Phantom";
+            scan.Open();
+            EditorProject.Until(() => scan.state == LumivoxVolumeState.Ready, "the phantom is computed");
+            var (_, panel) = EditorHost.Inspect(scan);
+            SavePanel("scan-inspector", panel, 440, 145);
+        }
+
+        [Test]
+        public void ImportWindow()
+        {
+            var study = Environment.GetEnvironmentVariable("STANDIN_STUDY");
+            Assert.IsTrue(Directory.Exists(study), "STANDIN_STUDY names no folder of DICOM files: script/unity --pictures makes one of phantoms");
+            var window = Lumivox.Editor.ImportWindow.Open(study);
+            EditorProject.Until(() => window.Now == Lumivox.Editor.ImportWindow.Step.Ready && window.rootVisualElement.Q<Image>("thumbnail").image != null, "the study is looked at", window.panel);
+            // Where it lies on one machine is nobody's business.
+            window.rootVisualElement.Q<TextField>("path").SetValueWithoutNotify("/home/me/scans/phantoms");
+            SavePanel("import-window", window.panel, 640, 460);
+            window.Close();
+        }
+
+        [Test]
+        public void CubeAtDistances()
+        {
+            Sample<Lumivox.Samples.CubeAtDistances>(46f);
+            Save("cube-at-distances", Shoot());
+        }
+
+        [Test]
+        public void Occlusion()
+        {
+            Sample<Lumivox.Samples.Occlusion>(36f).period = 0f;
+            Save("occlusion", Shoot());
+        }
+
+        [Test]
+        public void SeveralVolumes()
+        {
+            Sample<Lumivox.Samples.SeveralVolumes>(38f);
+            Save("several-volumes", Shoot());
+        }
+    }
+}
