@@ -1,11 +1,11 @@
 //! What a frame pays for scans that come and go: `cargo bench -p lumivox-wgpu --bench arrivals [SIZE] [WIDTH HEIGHT]`.
 //!
-//! A live view of a moving camera goes on, 4 ms of the GPU's time for tracing in each frame, while scans of SIZE voxels a
-//! side (512) are added, hidden, shown, replaced and lit anew, one of them beside a small one; `FRAMES=1` prints every
-//! frame. Every line is what happened: the time until the change was whole, the first frame of it, the longest until it
-//! was whole (or of 30), the median of those before and the longest of them; and the most memory that the GPU gave at
-//! once, beside what the voxels of all scans shown take. In MB. A frame is the time from the end of the one before the
-//! last to that of the last: while the GPU is at one, the next is recorded, as engines do.
+//! A live view of a moving camera goes on, BUDGET ms (4) of the GPU's time for tracing in each frame, while scans of SIZE
+//! voxels a side (512) are added, hidden, shown, replaced and lit anew, one of them beside a small one; `FRAMES=1` prints
+//! every frame. Every line is what happened: the time until the change was whole, the first frame of it, the longest
+//! until it was whole (or of 30), the median of those before and the longest of them; and the most memory that the GPU
+//! gave at once, beside what the voxels of all scans shown take. In MB. A frame is the time from the end of the one
+//! before the last to that of the last: while the GPU is at one, the next is recorded, as engines do.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -50,9 +50,6 @@ fn sky(brightness: f32) -> Environment {
 const WORLD: u8 = 0;
 const VIEW: u8 = 0;
 
-/// Milliseconds of the GPU's time that a frame has for tracing.
-const BUDGET: f64 = 4.0;
-
 /// Of frames before those that are looked at: making scans takes seconds, in which a GPU slows its clocks down.
 const WAKING: Duration = Duration::from_secs(2);
 
@@ -65,6 +62,8 @@ struct Bench {
     color: wgpu::Texture,
     size: [u32; 2],
     camera: Camera,
+    /// Milliseconds of the GPU's time that a frame has for tracing.
+    budget: f64,
     /// Of the scene: another one with every change.
     version: u64,
     frame: u64,
@@ -101,7 +100,7 @@ impl Bench {
                 camera,
                 settings: LiveSettings::new(width, height),
                 host: HostFrame { depth: None, color_target: lent.color, depth_target: None, fog: None },
-                budget_milliseconds: BUDGET,
+                budget_milliseconds: self.budget,
             };
             let seen = self.stage.record_view(VIEW, shown, frame).expect("it is valid");
             self.gpu.executor.lend_texture(seen.lent.color, &self.color);
@@ -189,8 +188,12 @@ fn main() {
     let sizes: Vec<u32> = std::env::args().filter_map(|a| a.parse().ok()).collect();
     let size = sizes.first().copied().unwrap_or(512) as usize;
     let [width, height] = sizes.get(1..3).map_or([1920, 1080], |s| [s[0], s[1]]);
+    let budget = std::env::var("BUDGET").map_or(4.0, |budget| budget.parse().expect("milliseconds"));
     let gpu = Gpu::open(std::env::var("LUMIVOX_GPU").ok().as_deref()).expect("a GPU or software Vulkan");
-    println!("{} ({}), {size}^3, {width} x {height}", gpu.description.name, gpu.description.driver);
+    println!(
+        "{} ({}), {size}^3, {width} x {height}, {budget} ms",
+        gpu.description.name, gpu.description.driver
+    );
     println!(
         "{:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
         "change", "whole ms", "first", "longest", "usual ms", "at most", "peak MB", "voxels"
@@ -217,6 +220,7 @@ fn main() {
         color,
         size: [width, height],
         camera: framing::frame(&both, 0.4, 0.1, 0.5, aspect).camera().with_aspect(aspect),
+        budget,
         version: 1,
         frame: 0,
         under_way: VecDeque::new(),
@@ -228,7 +232,7 @@ fn main() {
     let (a, b) = (scan(size, 1), scan(size, 2));
     // Once, so that no pipeline is new.
     let with_a = scene(&[&small, &a], sky(1.0));
-    for scene in [&with_a, &base] {
+    for scene in [&base, &with_a, &base] {
         bench.version += 1;
         while !bench.is_whole() {
             bench.frame(scene);

@@ -236,7 +236,7 @@ fn a_texture_with_a_small_volume_in_it_takes_the_next_large_one() {
     let mut shown = scene(&[small.clone(), volume(440)]);
     update(&mut cache, &shown, u64::MAX);
     let bytes = store.bytes();
-    let alone = scene(&[small.clone()]);
+    let alone = scene(std::slice::from_ref(&small));
     for goes_before in [false, true] {
         if goes_before {
             update(&mut cache, &alone, u64::MAX);
