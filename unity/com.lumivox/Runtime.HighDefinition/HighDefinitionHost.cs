@@ -96,7 +96,8 @@ namespace Lumivox.HighDefinition
         {
             switch (sky.skyIntensityMode.value)
             {
-                case SkyIntensityMode.Exposure: return Mathf.Pow(2f, sky.exposure.value);
+                // As HDRP's ColorUtils.ConvertEV100ToExposure: a sensor saturates at 1.2 times that luminance (ISO 12232).
+                case SkyIntensityMode.Exposure: return Mathf.Pow(2f, sky.exposure.value) / 1.2f;
                 case SkyIntensityMode.Multiplier: return sky.multiplier.value;
                 default: return sky.desiredLuxValue.value / Mathf.Max(1e-6f, sky is HDRISky hdri ? hdri.upperHemisphereLuxValue.value : 1f);
             }

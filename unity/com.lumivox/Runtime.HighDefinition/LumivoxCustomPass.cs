@@ -48,7 +48,8 @@ namespace Lumivox.HighDefinition
                     Color = color,
                     Depth = depth,
                     Slice = isSinglePass ? i : 0,
-                    IsJittered = ctx.hdCamera.antialiasing == HDAdditionalCameraData.AntialiasingMode.TemporalAntialiasing,
+                    IsJittered = camera.TryGetComponent<HDAdditionalCameraData>(out var extra)
+                        && extra.antialiasing == HDAdditionalCameraData.AntialiasingMode.TemporalAntialiasing,
                     Exposure = brightness,
                     HasOwnFog = true,
                 };

@@ -17,10 +17,9 @@ namespace UnityEngine.Rendering.HighDefinition
         public Camera camera;
         /// Null where nothing of that kind is kept.
         public RTHandle GetPreviousFrameRT(int id) => id == (int)HDCameraFrameHistoryType.Exposure ? exposures[1] : null;
-        public RTHandle GetCurrentFrameRT(int id) => id == (int)HDCameraFrameHistoryType.Exposure ? exposures[0] : null;
         public int actualWidth { get; internal set; }
         public int actualHeight { get; internal set; }
-        public HDAdditionalCameraData.AntialiasingMode antialiasing { get; internal set; }
+        internal HDAdditionalCameraData.AntialiasingMode antialiasing { get; set; }
     }
 
     public class HDAdditionalCameraData : MonoBehaviour

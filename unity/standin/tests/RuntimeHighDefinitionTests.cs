@@ -127,7 +127,7 @@ namespace Lumivox.Tests
                 (sky.top.value, sky.middle.value, sky.bottom.value) = (top, middle, bottom);
                 sky.skyIntensityMode.value = SkyIntensityMode.Exposure;
                 sky.exposure.value = 12f;
-            }, 1f / 4096f);
+            }, 1.2f / 4096f);
             Same(expected, shown, "gradient");
         }
 
@@ -178,7 +178,7 @@ namespace Lumivox.Tests
                 sky.hdriSky.value = cube;
                 sky.rotation.value = rotation;
                 sky.exposure.value = 10f;
-            }, 1f / 1024f);
+            }, 1.2f / 1024f);
             UnityEngine.Object.DestroyImmediate(cube);
             for (var c = 0; c < 3; c++) Assert.AreEqual(expected.mean[c], shown.mean[c], 0.05f * expected.mean[c]);
             // Which sides are lit.
@@ -199,10 +199,10 @@ namespace Lumivox.Tests
                 sky.hdriSky.value = cube;
                 sky.skyIntensityMode.value = mode;
                 sky.exposure.value = 11f;
-                sky.multiplier.value = 2048f;
+                sky.multiplier.value = 2048f / 1.2f;
                 sky.upperHemisphereLuxValue.value = 3f;
-                sky.desiredLuxValue.value = 6144f;
-            }, 1f / 2048f);
+                sky.desiredLuxValue.value = 6144f / 1.2f;
+            }, 1.2f / 2048f);
             var exposed = Shown(SkyIntensityMode.Exposure);
             Same(exposed, Shown(SkyIntensityMode.Multiplier), "a multiplier");
             Same(exposed, Shown(SkyIntensityMode.Lux), "lux");

@@ -124,6 +124,11 @@ impl Pacer {
         self.changes += 1;
     }
 
+    /// What is traced from now on has nothing to do with what was.
+    pub fn distrust(&mut self) {
+        self.caution = CAUTION;
+    }
+
     /// Pixel samples that take about so long.
     pub fn budget(&self, pass: Pass, milliseconds: f64) -> u64 {
         let [pace, other] = match pass {
@@ -137,7 +142,12 @@ impl Pacer {
             (None, Some(cost)) => other.budget.min(milliseconds / cost) / 2.0,
             (None, None) => pace.budget,
         };
-        let is_known = self.blind || pace.cost.is_none() || pace.changes == self.changes;
+        let told = match (pace.cost, other.cost) {
+            (Some(_), _) => pace.changes,
+            (None, Some(_)) => other.changes,
+            (None, None) => self.changes,
+        };
+        let is_known = self.blind || told == self.changes;
         let budget = if is_known { budget } else { budget / self.caution };
         budget.clamp(LEAST_BUDGET, 1e12) as u64
     }

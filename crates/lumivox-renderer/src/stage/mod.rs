@@ -281,10 +281,17 @@ impl<W: Key, V: Key> Stage<W, V> {
                 }
             };
         }
-        if !is_another && !at_once && place.is_whole && self.uploads.is_used_up(self.frame) {
-            // Another view of this frame has brought what it may.
+        if !is_another
+            && !at_once
+            && place.is_whole
+            && self.uploads.is_used_up(self.frame)
+            && !place.was_skipped
+        {
+            // Another view of this frame has brought what it may. Another world's may do so with every frame: not twice.
+            place.was_skipped = true;
             return Ok(rest(recording));
         }
+        place.was_skipped = false;
         if is_another
             && !at_once
             && let Some(missing) = place.unprepared(scene, workbench)
@@ -345,9 +352,7 @@ impl<W: Key, V: Key> Stage<W, V> {
         let mut frame = frame(lent);
         if let Some(eye) = known {
             if eye.world != shown {
-                // It starts over there, in the films that it has.
-                eye.world = shown;
-                self.wants_sweep = true;
+                eye.pacer.distrust();
             } else if is_before && let Some(ambient) = eye.ambient() {
                 // A scene goes with its own light, also when it is the one before.
                 frame.settings.ambient = ambient;
@@ -378,11 +383,14 @@ impl<W: Key, V: Key> Stage<W, V> {
         recording: &mut Recording,
     ) -> Result<Trace, RenderError> {
         let world = &self.worlds[&shown];
-        let eye = match self.eyes.entry(view) {
+        let Self { eyes, wants_sweep, .. } = self;
+        let eye = match eyes.entry(view) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(vacant) => vacant.insert(Eye::new(&frame.settings, world, shown, lent, recording)?),
         };
         let trace = eye.record(world, frame, recording)?;
+        // It starts over there, in the films that it has.
+        *wants_sweep |= std::mem::replace(&mut eye.world, shown) != shown;
         self.last_ticket += 1;
         eye.ticket_began(self.last_ticket);
         Ok(trace)

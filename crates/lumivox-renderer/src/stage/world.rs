@@ -25,6 +25,8 @@ pub struct World {
     /// Whether there is anything to draw: a scene that fits.
     pub is_whole: bool,
     pub progress: Progress,
+    /// Whether the last update did nothing, for there was no room for it in its frame.
+    pub was_skipped: bool,
     /// What is prepared for the next scene, on another thread that holds the same.
     preparing: Option<Arc<()>>,
 }
@@ -40,7 +42,15 @@ pub enum Missing {
 impl World {
     pub fn new(store: &VoxelStore) -> Self {
         let cache = SceneCache::new(store);
-        Self { cache, version: 0, error: None, is_whole: false, progress: Progress::Nothing, preparing: None }
+        Self {
+            cache,
+            version: 0,
+            error: None,
+            is_whole: false,
+            progress: Progress::Nothing,
+            was_skipped: false,
+            preparing: None,
+        }
     }
 
     /// What a scene lacks to be shown without holding up the frame. It is on its way then.
@@ -54,8 +64,11 @@ impl World {
             let done = self.preparing.insert(Arc::default()).clone();
             let mut make = workbench.texture_maker();
             let run = move || {
-                std::thread::sleep(UNTIL_THE_FRAME_IS_OUT);
-                preparation.run_with(&mut make);
+                let mut waits = Some(UNTIL_THE_FRAME_IS_OUT);
+                preparation.run_with(|order| {
+                    waits.take().map(std::thread::sleep);
+                    make(order)
+                });
                 drop(done);
             };
             // Without a thread, the next frame tries again.

@@ -48,8 +48,8 @@ impl Arrival {
         self.done == resident.pages.len() && ranges.iter().all(Ranges::is_whole)
     }
 
-    /// Records as many bricks more as the budget allows, one at least while there is any, and the value ranges of as much
-    /// of what is there then: to look at voxels takes a device as long as to bring them.
+    /// Records as many bricks more as the budget allows and as are cut by now, and the value ranges of as much of what is
+    /// there then: to look at voxels takes a device as long as to bring them.
     pub fn advance(
         &mut self,
         resident: &Resident,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::arrival::Arrival;
 use super::bricks::{self, BrickGrid};
-use super::coarse::coarse_copy;
+use super::coarse::{QUICK_BYTES, coarse_copy};
 use super::pools::Wanted;
 use super::value_ranges::GridKey;
 use super::{AT_ONCE, CopyOnDevice, Resident, Source, Store};
@@ -86,7 +86,9 @@ impl Store {
             if entry.arriving.is_empty() && (entry.shown.is_none() || may_be_finer || is_sparse) {
                 let whole = BrickGrid::new(volume.dims(), 1).count();
                 let bytes = self.pools.bytes_of(self.pools.format(volume), whole);
-                let comes_at_once = bytes <= budget;
+                // What the budget was learnt from was cut on other threads: little is cut in a frame.
+                let at_most = if budget < AT_ONCE { budget.min(QUICK_BYTES) } else { budget };
+                let comes_at_once = bytes <= at_most;
                 budget -= if comes_at_once { bytes } else { 0 };
                 new.push(Coming {
                     source: source.clone(),

@@ -8,7 +8,7 @@ use super::bricks;
 use crate::derived::Derived;
 
 /// Bytes that any frame can bring to the device: volumes that are no larger need no coarse copy.
-const QUICK_BYTES: u64 = 4 << 20;
+pub(super) const QUICK_BYTES: u64 = 4 << 20;
 
 /// Voxels of a coarse copy at most: it comes in one frame, whatever that has left.
 const COARSE_VOXELS: usize = 100 * 100 * 100;

@@ -5,15 +5,18 @@ use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 
 use super::Resident;
-use super::bricks::{self, Run};
+use super::bricks::{self, BrickGrid, Run};
 use super::source::WeakSource;
 use crate::recording::{Payload, TextureFormat};
 
-/// Bytes of a piece at most: about what a frame brings at least, and a whole row of most scans' bricks.
+/// Bytes of a piece at most: about what a frame brings at least.
 const PIECE_BYTES: u64 = 5 << 18;
 
 /// Bytes that are cut ahead at most, for frames that bring much.
 const MOST_AHEAD: u64 = 64 << 20;
+
+/// Frames that a piece is waited for: threads that are busy with something else, as an import, take up what came last.
+const PATIENCE: u32 = 8;
 
 /// Pieces of a volume, in the order of its bricks.
 #[derive(Debug)]
@@ -28,9 +31,29 @@ pub(super) struct Cutter {
 
 #[derive(Debug)]
 struct Piece {
-    run: Run,
+    cut: Cut,
     bytes: u64,
     texels: Arc<OnceLock<Payload>>,
+    /// Frames that have asked for it.
+    asked: u32,
+}
+
+/// What is to be cut.
+#[derive(Clone, Debug)]
+struct Cut {
+    source: WeakSource,
+    factor: u32,
+    grid: BrickGrid,
+    run: Run,
+    format: TextureFormat,
+}
+
+impl Cut {
+    /// `None` where the volume is gone.
+    fn texels(&self) -> Option<Payload> {
+        let source = self.source.upgrade()?;
+        Some(bricks::texels(&source, self.factor, self.grid, self.run, self.format))
+    }
 }
 
 impl Cutter {
@@ -44,35 +67,41 @@ impl Cutter {
         rayon::current_num_threads() > 1
     }
 
-    /// The next piece, if it is cut by now and no larger.
+    /// The next piece, if it is no larger and cut by now; one that nobody cuts is cut here.
     pub fn take(&mut self, most: u64) -> Option<(Run, Payload)> {
-        let piece = self.pieces.front().filter(|piece| piece.bytes <= most)?;
-        let texels = piece.texels.get()?.clone();
-        let Piece { run, bytes, .. } = self.pieces.pop_front()?;
-        self.ahead -= bytes;
-        Some((run, texels))
+        let piece = self.pieces.front_mut().filter(|piece| piece.bytes <= most)?;
+        piece.asked += 1;
+        let texels = match piece.texels.get() {
+            Some(texels) => texels.clone(),
+            None if piece.asked > PATIENCE => piece.cut.texels()?,
+            None => return None,
+        };
+        let piece = self.pieces.pop_front()?;
+        self.ahead -= piece.bytes;
+        Some((piece.cut.run, texels))
     }
 
     /// Has pieces cut for frames that bring so many bytes each, of bricks of `brick_bytes`.
-    pub fn go_on(&mut self, resident: &Resident, format: impl Fn(u32) -> (TextureFormat, u64), budget: u64) {
+    pub fn go_on(&mut self, resident: &Resident, of_page: impl Fn(u32) -> (TextureFormat, u64), budget: u64) {
         let piece_bytes = budget.min(PIECE_BYTES);
         // For the next frame, and for those in which they are cut.
         let wanted = budget.saturating_mul(3).clamp(2 * piece_bytes, MOST_AHEAD);
         while self.ahead < wanted && self.next < resident.pages.len() {
-            let (format, brick_bytes) = format(resident.pages[self.next]);
+            let (format, brick_bytes) = of_page(resident.pages[self.next]);
             let run = bricks::run(resident, self.next, (piece_bytes / brick_bytes).max(1) as usize);
             let bytes = run.bricks() as u64 * brick_bytes;
             let texels = Arc::new(OnceLock::new());
             self.next += run.bricks();
             self.ahead += bytes;
-            self.pieces.push_back(Piece { run, bytes, texels: texels.clone() });
-            let (source, factor, grid) = (self.source.clone(), resident.factor, resident.bricks);
+            let (factor, grid) = (resident.factor, resident.bricks);
+            let cut = Cut { source: self.source.clone(), factor, grid, run, format };
+            self.pieces.push_back(Piece { cut: cut.clone(), bytes, texels: texels.clone(), asked: 0 });
             rayon::spawn_fifo(move || {
                 // Nobody waits for what is gone, nor for a piece that was given up.
                 if Arc::strong_count(&texels) > 1
-                    && let Some(source) = source.upgrade()
+                    && let Some(cut) = cut.texels()
                 {
-                    let _ = texels.set(bricks::texels(&source, factor, grid, run, format));
+                    let _ = texels.set(cut);
                 }
             });
         }

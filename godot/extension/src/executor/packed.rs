@@ -4,8 +4,8 @@ use std::cell::RefCell;
 
 use godot::prelude::*;
 
-/// More than what a frame brings is given back.
-const MOST_BYTES: usize = 4 << 20;
+/// Bytes that are worth keeping: few cost little, and more than what a frame brings is not kept.
+const KEPT: std::ops::RangeInclusive<usize> = 64 << 10..=4 << 20;
 
 thread_local! {
     // Nothing before it is used, and after `free`: what the engine made goes while that is up.
@@ -15,7 +15,7 @@ thread_local! {
 /// A copy of `bytes`; who keeps it keeps it as it is. Its memory is that of the copy before, if nobody does: new memory
 /// costs a fault for every page of it, a millisecond for what a frame brings.
 pub fn copy_of(bytes: &[u8]) -> PackedByteArray {
-    if bytes.len() > MOST_BYTES {
+    if !KEPT.contains(&bytes.len()) {
         return bytes.into();
     }
     USED.with_borrow_mut(|used| {

@@ -1,4 +1,5 @@
 using System.IO;
+using System.Linq;
 using UnityEditor;
 using UnityEngine;
 using UnityEngine.UIElements;
@@ -8,11 +9,17 @@ namespace Lumivox.Editor
     public sealed partial class ImportWindow
     {
         static readonly Color dropColor = new Color(0.35f, 0.6f, 1f);
+        string[] m_SeenPaths;
+        string m_SeenDrop;
 
         /// What is dropped on the window, from the system's file browser or the project window, is looked at.
         void TakeDrops(VisualElement root)
         {
-            root.RegisterCallback<DragEnterEvent>(_ => ShowDrop(Dropped() != null));
+            root.RegisterCallback<DragEnterEvent>(_ =>
+            {
+                m_SeenPaths = null;
+                ShowDrop(Dropped() != null);
+            });
             root.RegisterCallback<DragLeaveEvent>(_ => ShowDrop(false));
             root.RegisterCallback<DragExitedEvent>(_ => ShowDrop(false));
             root.RegisterCallback<DragUpdatedEvent>(e =>
@@ -45,10 +52,16 @@ namespace Lumivox.Editor
         /// nothing that can be looked at now.
         string Dropped()
         {
-            if (Works) return null;
-            string common = null;
             var paths = DragAndDrop.paths;
-            if (paths == null || paths.Length == 0) return null;
+            if (Works || paths == null || paths.Length == 0) return null;
+            // Asked with every movement: a share is not to be asked for each of a thousand slices each time.
+            if (m_SeenPaths == null || !paths.SequenceEqual(m_SeenPaths)) (m_SeenPaths, m_SeenDrop) = (paths, FolderOf(paths));
+            return m_SeenDrop;
+        }
+
+        static string FolderOf(string[] paths)
+        {
+            string common = null;
             foreach (var one in paths)
             {
                 var path = StoredScans.ProjectFile(one);

@@ -16,6 +16,7 @@ namespace Lumivox
         readonly PresetSwatch swatch = new PresetSwatch();
         readonly Label title = new Label { name = "title", pickingMode = PickingMode.Ignore };
         readonly Func<LumivoxVolumeAsset> scan;
+        (string preset, LumivoxVolumeAsset scan, bool isAvailable) shown;
 
         /// <summary>A field for volumes of which one shows what `scan` gives, which may be null.</summary>
         public PresetField(string label, Func<LumivoxVolumeAsset> scan) : this(label, scan, new Button { name = "open" }) { }
@@ -25,7 +26,7 @@ namespace Lumivox
             name = "preset";
             this.scan = scan;
             button = input;
-            button.clicked += () => gallery.Toggle(scan(), value);
+            button.clicked += () => gallery.Toggle(scan(), value ?? "");
             button.style.flexDirection = FlexDirection.Row;
             button.style.flexGrow = 1;
             button.style.alignItems = Align.Center;
@@ -56,18 +57,24 @@ namespace Lumivox
         /// <summary>Says that volumes have different presets; to choose one gives it to all.</summary>
         public void ShowSeveral()
         {
-            base.SetValueWithoutNotify("");
+            // Neither any preset nor none: to choose either is a change.
+            base.SetValueWithoutNotify(null);
             Show(Several);
         }
 
         void Show(string text)
         {
             title.text = text;
+            var seen = scan();
+            var isAvailable = !string.IsNullOrEmpty(value) && TransferFunctionAccess.IsPresetAvailable(value, seen);
+            // Inspectors ask twice a second.
+            if (shown == (value, seen, isAvailable)) return;
+            shown = (value, seen, isAvailable);
             swatch.Show(null);
-            if (value == "") return;
+            if (!isAvailable) return;
             try
             {
-                if (TransferFunctionAccess.IsPresetAvailable(value, scan())) swatch.Show(value, scan());
+                swatch.Show(value, seen);
             }
             catch (LumivoxException)
             {

@@ -2,16 +2,15 @@ using UnityEngine;
 
 namespace Lumivox.Samples
 {
-    /// <summary>Spheres before, behind and inside a translucent head; one flies through it.</summary>
+    /// <summary>Spheres before and behind a translucent head; one flies past it.</summary>
     [AddComponentMenu("Lumivox/Samples/Occlusion")]
     public sealed class Occlusion : SampleScene
     {
-        [Tooltip("Seconds of one round; 0 stands still, half inside.")] public float period = 9;
+        [Tooltip("Seconds of one round; 0 stands still.")] public float period = 9;
         [Tooltip("Thin enough to look into.")] public float density = 0.06f;
 
-        const float HalfInside = 0.07f;
         Transform traveller;
-        float phase = HalfInside;
+        float phase = 0.07f;
 
         protected override (Vector3 pivot, float distance) Framing => (new Vector3(0, 0.02f, 0), 0.75f);
 
