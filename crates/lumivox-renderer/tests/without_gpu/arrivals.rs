@@ -2,6 +2,9 @@
 
 use std::collections::HashSet;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::sleep;
+use std::time::Duration;
 
 use lumivox_core::{Environment, Scene, Volume};
 use lumivox_renderer::recording::{Kernel, TextureOrder};
@@ -226,6 +229,15 @@ fn a_volume_that_replaces_another_takes_its_texture() {
     assert!(store.bytes() < bytes + (8 << 20), "{} after {bytes}", store.bytes());
 }
 
+/// Until nobody holds its last volume: a thread that cuts bricks of it does for a moment.
+fn let_go(scene: Scene) {
+    let volume = Arc::downgrade(&scene.volumes.last().unwrap().volume);
+    drop(scene);
+    while volume.strong_count() > 0 {
+        sleep(Duration::from_millis(1));
+    }
+}
+
 /// Its texture would be worth leaving, were there nothing to come.
 #[test]
 fn a_texture_with_a_small_volume_in_it_takes_the_next_large_one() {
@@ -240,7 +252,7 @@ fn a_texture_with_a_small_volume_in_it_takes_the_next_large_one() {
     for goes_before in [false, true] {
         if goes_before {
             update(&mut cache, &alone, u64::MAX);
-            drop(std::mem::replace(&mut shown, alone.clone()));
+            let_go(std::mem::replace(&mut shown, alone.clone()));
             store.collect(&mut Recording::new());
         }
         let next = scene(&[small.clone(), volume(440)]);
@@ -254,6 +266,28 @@ fn a_texture_with_a_small_volume_in_it_takes_the_next_large_one() {
         } {}
         assert!(store.bytes() < bytes + (8 << 20), "{} after {bytes}", store.bytes());
     }
+}
+
+#[test]
+fn a_volume_arrives_though_other_threads_are_busy() {
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
+    let shown = scene(&[volume(220)]);
+    shown.volumes.iter().for_each(|instance| prepare_volume(&instance.volume));
+    // The coarse copy.
+    update(&mut cache, &shown, 1 << 20);
+    let is_over = Arc::new(AtomicBool::new(false));
+    for _ in 0..rayon::current_num_threads() {
+        let is_over = is_over.clone();
+        rayon::spawn(move || {
+            while !is_over.load(Ordering::Relaxed) {
+                sleep(Duration::from_millis(1));
+            }
+        });
+    }
+    // What was cut before the threads were taken counts for little.
+    let brought: usize = (0..200).map(|_| voxel_bytes(&update(&mut cache, &shown, 1 << 20))).sum();
+    is_over.store(true, Ordering::Relaxed);
+    assert!(brought > 10 << 20, "{brought} bytes in 200 frames");
 }
 
 #[test]
