@@ -66,7 +66,9 @@ impl World {
             let run = move || {
                 let mut waits = Some(UNTIL_THE_FRAME_IS_OUT);
                 preparation.run_with(|order| {
-                    waits.take().map(std::thread::sleep);
+                    if let Some(time) = waits.take() {
+                        std::thread::sleep(time);
+                    }
                     make(order)
                 });
                 drop(done);
