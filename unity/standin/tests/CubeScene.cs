@@ -23,19 +23,7 @@ namespace Lumivox.Tests
         public void Begin()
         {
             Engine.Clear();
-            Engine.SetScreen(Side, Side);
-            camera = new GameObject("Camera").AddComponent<Camera>();
-            camera.transform.position = new Vector3(0f, 0f, -0.3f);
-            camera.nearClipPlane = 0.01f;
-            camera.farClipPlane = 10f;
-            camera.fieldOfView = 40f;
-            camera.allowHDR = true;
-            camera.clearFlags = CameraClearFlags.SolidColor;
-            camera.backgroundColor = Color.black;
-            var effect = camera.gameObject.AddComponent<LumivoxEffect>();
-            effect.targetSamples = 8;
-            effect.frameBudgetMs = 1000f;
-            effect.environmentSource = LumivoxEnvironmentSource.Studio;
+            camera = PlainCamera.Make(Side);
             scan = LumivoxVolumeAsset.Phantom("cube", 16);
             look = ScriptableObject.CreateInstance<LumivoxTransferFunction>();
             look.SetPoints(new[] { new LumivoxTransferFunction.OpacityKnot(-10000f, 1f) }, new[] { new LumivoxTransferFunction.ColorStop(0f, Color.white) });

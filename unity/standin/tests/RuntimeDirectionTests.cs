@@ -21,18 +21,7 @@ namespace Lumivox.Tests
         [SetUp]
         public void Begin()
         {
-            Engine.SetScreen(Side, Side);
-            camera = new GameObject("Camera").AddComponent<Camera>();
-            camera.transform.position = new Vector3(0f, 0f, -0.3f);
-            camera.nearClipPlane = 0.01f;
-            camera.farClipPlane = 10f;
-            camera.fieldOfView = 40f;
-            camera.clearFlags = CameraClearFlags.SolidColor;
-            camera.backgroundColor = Color.black;
-            var effect = camera.gameObject.AddComponent<LumivoxEffect>();
-            effect.targetSamples = 8;
-            effect.frameBudgetMs = 1000f;
-            effect.environmentSource = LumivoxEnvironmentSource.Studio;
+            camera = PlainCamera.Make(Side);
         }
 
         [TearDown]

@@ -134,20 +134,10 @@ namespace Lumivox.Tests
         public void Begin()
         {
             Engine.Clear();
-            Engine.SetScreen(Side, Side);
-            camera = new GameObject("Camera").AddComponent<Camera>();
+            camera = PlainCamera.Make(Side, Side > 48 ? 64 : 8);
             camera.transform.position = new Vector3(0.05f, 0.04f, -0.3f);
             camera.transform.LookAt(Vector3.zero);
-            camera.nearClipPlane = 0.01f;
-            camera.farClipPlane = 10f;
-            camera.fieldOfView = 40f;
-            camera.allowHDR = true;
-            camera.clearFlags = CameraClearFlags.SolidColor;
             camera.backgroundColor = new Color(0.02f, 0.05f, 0.1f, 1f);
-            var effect = camera.gameObject.AddComponent<LumivoxEffect>();
-            effect.targetSamples = Side > 48 ? 64 : 8;
-            effect.frameBudgetMs = 1000f;
-            effect.environmentSource = LumivoxEnvironmentSource.Studio;
         }
 
         [TearDown]

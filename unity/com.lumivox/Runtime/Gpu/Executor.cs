@@ -346,8 +346,7 @@ namespace Lumivox
         {
             if (texture == null) return;
             texture.Release();
-            if (Application.isPlaying) UnityEngine.Object.Destroy(texture);
-            else UnityEngine.Object.DestroyImmediate(texture);
+            Disposal.Destroy(texture);
         }
 
         string Label(byte* label)

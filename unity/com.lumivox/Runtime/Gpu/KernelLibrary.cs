@@ -56,17 +56,10 @@ namespace Lumivox
 
         public void Dispose()
         {
-            foreach (var program in programs) Destroy(program);
-            foreach (var program in transfers.Values) Destroy(program);
+            foreach (var program in programs) Disposal.Destroy(program?.Material);
+            foreach (var program in transfers.Values) Disposal.Destroy(program?.Material);
             Array.Clear(programs, 0, programs.Length);
             transfers.Clear();
-        }
-
-        static void Destroy(Program program)
-        {
-            if (program?.Material == null) return;
-            if (Application.isPlaying) UnityEngine.Object.Destroy(program.Material);
-            else UnityEngine.Object.DestroyImmediate(program.Material);
         }
 
         static Program Load(string name)

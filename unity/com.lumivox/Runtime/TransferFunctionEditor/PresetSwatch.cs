@@ -42,12 +42,9 @@ namespace Lumivox
             var colors = new Color[count];
             if (model.IsEmpty) return colors;
             var (low, high) = model.ShownRange;
-            for (var i = 0; i < count; i++)
-            {
-                var value = (float)(low + (high - low) * i / Math.Max(1, count - 1));
-                colors[i] = function.GetColor(value);
-                colors[i].a = function.GetOpacity(value);
-            }
+            var lights = new Vector4[count];
+            function.Sample((float)low, (float)high, lights);
+            for (var i = 0; i < count; i++) colors[i] = ((Color)lights[i]).gamma;
             return colors;
         }
 
@@ -69,6 +66,7 @@ namespace Lumivox
             return texture;
         }
 
+        /// As the runtime does for itself, of which this assembly sees what is public.
         internal static void Destroy(UnityEngine.Object made)
         {
             if (made == null) return;

@@ -97,7 +97,7 @@ namespace Lumivox
             map = null;
             Executor.Destroy(cube);
             cube = null;
-            if (camera != null) Destroy(camera.gameObject);
+            if (camera != null) Disposal.Destroy(camera.gameObject);
             camera = null;
         }
 
@@ -213,12 +213,6 @@ namespace Lumivox
                 Mix(color.GetHashCode());
             }
             return hash;
-        }
-
-        static void Destroy(GameObject hidden)
-        {
-            if (Application.isPlaying) UnityEngine.Object.Destroy(hidden);
-            else UnityEngine.Object.DestroyImmediate(hidden);
         }
     }
 }
