@@ -96,7 +96,10 @@ fn wrong_usage_exits_2_and_says_what_is_right() {
     render(&["--eye", "1,2,3", "--target", "1,2,3"], &["--eye is the point looked at"]);
     render(&["--size", "32768x32768"], &["1073 million", "memory"]);
     fails(folder.path(), &["render", "scan", "-o", "a.jpg"], 2, &["a.jpg", ".png"]);
-    fails(folder.path(), &["phantom", "torso", "--out", "a"], 2, &["head", "cube"]);
+    fails(folder.path(), &["phantom", "foot", "--out", "a"], 2, &["head", "torso", "cube"]);
+    fails(folder.path(), &["phantom", "head", "--blanket", "--out", "a"], 2, &["torso"]);
+    fails(folder.path(), &["phantom", "torso", "--shift", "1,2", "--out", "a"], 2, &["3 numbers"]);
+    fails(folder.path(), &["phantom", "torso", "--field-of-view", "9", "--out", "a"], 2, &["50 to 1000"]);
     fails(folder.path(), &["phantom", "cube", "--size", "0", "--out", "a"], 2, &["--size"]);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "nothing was written");
 }

@@ -49,6 +49,8 @@ pub enum Stage {
     Decoding,
     /// Computing voxels.
     Generating,
+    /// Telling apart what a scan shows.
+    Segmenting,
     /// Writing files.
     Writing,
 }
@@ -60,6 +62,7 @@ impl Stage {
             Stage::Scanning => "reading headers",
             Stage::Decoding => "decoding slices",
             Stage::Generating => "growing the phantom",
+            Stage::Segmenting => "finding the patient",
             Stage::Writing => "writing slices",
         }
     }

@@ -30,6 +30,8 @@ pub struct SeriesDescription {
     pub study: String,
     /// Series Description (0008,103E).
     pub series: String,
+    /// Body Part Examined (0018,0015).
+    pub body_part: String,
     /// Series Number (0020,0011).
     pub series_number: u32,
     /// Study, series and acquisition date (`YYYYMMDD`).
@@ -45,6 +47,7 @@ impl Default for SeriesDescription {
             patient_id: "LUMIVOX-PHANTOM".into(),
             study: "Procedural phantom".into(),
             series: "Head and neck, contrast".into(),
+            body_part: "HEADNECK".into(),
             series_number: 1,
             date: "20240101".into(),
             seed: 1,
@@ -258,7 +261,7 @@ impl<'a> Series<'a> {
         put(tags::PATIENT_BIRTH_DATE, VR::DA, PrimitiveValue::Empty);
         put(tags::PATIENT_SEX, VR::CS, text("O"));
 
-        put(tags::BODY_PART_EXAMINED, VR::CS, text("HEADNECK"));
+        put(tags::BODY_PART_EXAMINED, VR::CS, text(&d.body_part));
         put(tags::SLICE_THICKNESS, VR::DS, decimals(&[stride.dot(normal).abs()]));
         put(tags::KVP, VR::DS, decimals(&[120.0]));
         put(tags::GANTRY_DETECTOR_TILT, VR::DS, decimals(&[0.0]));

@@ -5,9 +5,13 @@
 //! every branch that cannot matter there (as M. Keeter, *Massively Parallel Rendering of Complex Closed-Form Implicit
 //! Surfaces*, SIGGRAPH 2020, does with intervals). A body of thousands of primitives then costs a handful per voxel.
 
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Mat3, Vec2, Vec2Swizzles, Vec3};
 
-use crate::noise::noise2;
+use crate::{
+    grove::bounded,
+    loft::{LOFT_LIPSCHITZ, Loft},
+    noise::noise2,
+};
 
 /// A point of a tube: x, y, z and radius, in mm.
 pub(crate) type Knot = [f32; 4];
@@ -17,6 +21,8 @@ pub(crate) type Knot = [f32; 4];
 pub(crate) enum Sdf {
     /// Nothing anywhere.
     Empty,
+    /// Everything.
+    Full,
     /// A segment with an elliptic cross-section that may taper.
     Strap(Strap),
     /// An ellipsoid.
@@ -25,6 +31,10 @@ pub(crate) enum Sdf {
     Block(Block),
     /// A rounded triangular plate.
     Plate(Plate),
+    /// A body drawn through sections.
+    Loft(Loft),
+    /// A child that lies within a ball around a centre: where that is far off, nobody looks at the child.
+    Bounded(Box<Sdf>, Vec3, f32),
     /// Everything below a plane: `dot(normal, p) < offset`.
     HalfSpace { normal: Vec3, offset: f32 },
     /// A field that several shapes share, evaluated once per point; see [`Region`].
@@ -61,7 +71,6 @@ pub(crate) struct Strap {
 pub(crate) struct Ellipsoid {
     center: Vec3,
     inv_radii: Vec3,
-    stretch: f32,
     local_from_world: Mat3,
 }
 
@@ -107,6 +116,9 @@ pub(crate) struct Region<'a> {
 /// Distance at which rough surfaces count as smooth: deeper inside, nobody sees the bumps.
 const ROUGHNESS_REACH: f32 = 8.0;
 
+/// Distance from which a ball stands in for all that it bounds. Nothing is grown or blended over so many mm.
+const FAR: f32 = 30.0;
+
 /// The smaller of two distances, blended over `k`.
 pub(crate) fn smooth_min(a: f32, b: f32, k: f32) -> f32 {
     let h = (k - (a - b).abs()).max(0.0);
@@ -129,11 +141,26 @@ fn elliptic(scaled: Vec3, inv_radii: Vec3) -> f32 {
     k0 * (k0 - 1.0) / k1
 }
 
+/// The range of [`elliptic`] where scaled coordinates differ by up to `spread` from `scaled`.
+///
+/// It is no distance: inside and beside a flat ellipse it jumps between the radii, the least and the largest.
+fn elliptic_range(scaled: Vec3, spread: Vec3, inv_radii: [Vec3; 2], radii: [f32; 2]) -> [f32; 2] {
+    let (near, far) = ((scaled.abs() - spread).max(Vec3::ZERO), scaled.abs() + spread);
+    let (low, high) = (near.length(), far.length());
+    // How many mm a unit of the scaled coordinates is.
+    let [flattest, steepest] = inv_radii;
+    let least = radii[0].max(low / (far * steepest).length());
+    let most = radii[1].min(high / (near * flattest).length().max(1e-9));
+    let bound = |k: f32, outside: f32, inside: f32| (k - 1.0) * if k > 1.0 { outside } else { inside };
+    [bound(low, least, most), bound(high, most, least)]
+}
+
 impl Sdf {
     /// Distance at `p`; `fields` holds the shared fields' values there.
     pub(crate) fn distance(&self, p: Vec3, fields: &[f32]) -> f32 {
         match self {
             Sdf::Empty => f32::MAX,
+            Sdf::Full => f32::MIN,
             Sdf::Strap(s) => s.distance(p),
             Sdf::Ellipsoid(e) => {
                 let q = e.local_from_world * (p - e.center);
@@ -141,6 +168,8 @@ impl Sdf {
             }
             Sdf::Block(b) => b.distance(p),
             Sdf::Plate(t) => t.distance(p),
+            Sdf::Loft(l) => l.distance(p),
+            Sdf::Bounded(child, ..) => child.distance(p, fields),
             Sdf::HalfSpace { normal, offset } => normal.dot(p) - offset,
             Sdf::Field(index) => fields[*index],
             Sdf::Union(children, k) => {
@@ -160,14 +189,49 @@ impl Sdf {
         }
     }
 
+    /// The shared fields that the tree asks for, as bits.
+    pub(crate) fn fields(&self) -> u32 {
+        match self {
+            Sdf::Field(index) => 1 << index,
+            Sdf::Union(children, _) | Sdf::Intersection(children, _) => {
+                children.iter().fold(0, |asked, c| asked | c.fields())
+            }
+            Sdf::Bounded(c, ..)
+            | Sdf::Not(c)
+            | Sdf::Grow(c, _)
+            | Sdf::Sheet(c, _)
+            | Sdf::Mirror(c)
+            | Sdf::Rough(c, _) => c.fields(),
+            _ => 0,
+        }
+    }
+
     /// The tree without what cannot matter in a region, and the lowest and highest distance in it.
     pub(crate) fn prune(&self, region: &Region) -> (Sdf, [f32; 2]) {
         let around = |d: f32, lipschitz: f32| [d - region.radius * lipschitz, d + region.radius * lipschitz];
         match self {
             Sdf::Empty => (Sdf::Empty, [f32::MAX; 2]),
-            Sdf::Strap(s) => (self.clone(), around(s.distance(region.center), s.lipschitz())),
-            Sdf::Ellipsoid(e) => (self.clone(), around(self.distance(region.center, &[]), e.stretch)),
+            Sdf::Full => (Sdf::Full, [f32::MIN; 2]),
+            Sdf::Strap(s) => {
+                let range = s.range(region);
+                (self.clone(), range.unwrap_or_else(|| around(s.distance(region.center), s.lipschitz())))
+            }
+            Sdf::Ellipsoid(e) => (self.clone(), e.range(region)),
             Sdf::Block(b) => (self.clone(), around(b.distance(region.center), b.lipschitz())),
+            Sdf::Loft(l) => (self.clone(), around(l.distance(region.center), LOFT_LIPSCHITZ)),
+            Sdf::Bounded(child, center, radius) => {
+                let d = region.center.distance(*center);
+                if d - radius - region.radius > FAR {
+                    let range = [d - radius - region.radius, d + radius + region.radius];
+                    return (sphere(*center, *radius), range);
+                }
+                match child.prune(region) {
+                    (child @ Sdf::Union(..), range) => {
+                        (Sdf::Bounded(Box::new(child), *center, *radius), range)
+                    }
+                    single => single,
+                }
+            }
             Sdf::Plate(_) | Sdf::HalfSpace { .. } => {
                 (self.clone(), around(self.distance(region.center, &[]), 1.0))
             }
@@ -267,25 +331,57 @@ fn unwrap_single(mut pruned: Vec<(Sdf, [f32; 2])>, wrap: impl Fn(Vec<Sdf>) -> Sd
 }
 
 impl Strap {
-    fn distance(&self, p: Vec3) -> f32 {
+    /// The offset from the segment, and the radii there.
+    fn offset(&self, p: Vec3) -> (Vec3, f32, f32) {
         let ap = p - self.a;
         let t = (ap.dot(self.ab) * self.inv_length2).clamp(0.0, 1.0);
-        let q = ap - self.ab * t;
         let wide = self.wide.x + (self.wide.y - self.wide.x) * t;
         let thin = self.thin.x + (self.thin.y - self.thin.x) * t;
-        if wide == thin {
-            return q.length() - wide;
-        }
+        (ap - self.ab * t, wide, thin)
+    }
+
+    /// An offset along and across the normal, and the inverse radii.
+    fn scaled(&self, q: Vec3, wide: f32, thin: f32) -> (Vec3, Vec3) {
         let along = q.dot(self.normal);
         let across = (q.length_squared() - along * along).max(0.0).sqrt();
         let inv = Vec3::new(1.0 / wide, 1.0 / thin, 0.0);
-        elliptic(Vec3::new(across, along, 0.0) * inv, inv)
+        (Vec3::new(across, along, 0.0) * inv, inv)
+    }
+
+    fn distance(&self, p: Vec3) -> f32 {
+        let (q, wide, thin) = self.offset(p);
+        if wide == thin {
+            return q.length() - wide;
+        }
+        let (scaled, inv) = self.scaled(q, wide, thin);
+        elliptic(scaled, inv)
+    }
+
+    /// The range in a region, if the strap is flat.
+    fn range(&self, region: &Region) -> Option<[f32; 2]> {
+        if self.wide == self.thin {
+            return None;
+        }
+        let (q, wide, thin) = self.offset(region.center);
+        let radii = [self.wide.min(self.thin).min_element(), self.wide.max(self.thin).max_element()];
+        let taper = (self.wide - self.wide.yx()).abs().max((self.thin - self.thin.yx()).abs()).max_element()
+            * self.inv_length2.sqrt();
+        let steepest = Vec3::new(1.0 / self.wide.min_element(), 1.0 / self.thin.min_element(), 0.0);
+        let spread = region.radius * (1.0 + taper) * steepest;
+        let flattest = Vec3::new(1.0 / self.wide.max_element(), 1.0 / self.thin.max_element(), 0.0);
+        Some(elliptic_range(self.scaled(q, wide, thin).0, spread, [flattest, steepest], radii))
     }
 
     fn lipschitz(&self) -> f32 {
-        let taper = (self.wide.x - self.wide.y).abs() * self.inv_length2.sqrt();
-        let flat = (self.wide.x / self.thin.x).max(self.wide.y / self.thin.y);
-        (1.0 + taper.min(2.0)) * if flat > 1.0 { 1.3 } else { 1.0 }
+        1.0 + ((self.wide.x - self.wide.y).abs() * self.inv_length2.sqrt()).min(2.0)
+    }
+}
+
+impl Ellipsoid {
+    fn range(&self, region: &Region) -> [f32; 2] {
+        let scaled = self.local_from_world * (region.center - self.center) * self.inv_radii;
+        let radii = [1.0 / self.inv_radii.max_element(), 1.0 / self.inv_radii.min_element()];
+        elliptic_range(scaled, region.radius * self.inv_radii, [self.inv_radii; 2], radii)
     }
 }
 
@@ -358,14 +454,7 @@ pub(crate) fn ellipsoid(center: Vec3, radii: Vec3) -> Sdf {
 
 /// An ellipsoid whose axes are the columns of `axes`.
 pub(crate) fn turned_ellipsoid(center: Vec3, radii: Vec3, axes: Mat3) -> Sdf {
-    let ratio = radii.max_element() / radii.min_element();
-    let stretch = (1.0 + 0.4 * (ratio - 1.0)).min(2.0);
-    Sdf::Ellipsoid(Ellipsoid {
-        center,
-        inv_radii: radii.recip(),
-        stretch,
-        local_from_world: axes.transpose(),
-    })
+    Sdf::Ellipsoid(Ellipsoid { center, inv_radii: radii.recip(), local_from_world: axes.transpose() })
 }
 
 /// A rounded box along the columns of `axes`; half sizes (x, y) at its low and high end, half height z.
@@ -405,7 +494,8 @@ pub(crate) fn union(children: Vec<Sdf>, k: f32) -> Sdf {
 
 /// A tube through knots, along a Catmull-Rom spline.
 pub(crate) fn tube(knots: &[Knot]) -> Sdf {
-    Sdf::Union(spline(knots).windows(2).map(|w| knot_segment(w[0], w[1])).collect(), 0.4)
+    let points = spline(knots);
+    bounded(points.windows(2).map(|w| knot_segment(w[0], w[1])).collect(), &points, 0.4)
 }
 
 /// A closed tube.
@@ -467,64 +557,4 @@ pub(crate) fn spline(knots: &[Knot]) -> Vec<Knot> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::noise::hash64;
-
-    fn random_points(n: u64) -> impl Iterator<Item = Vec3> {
-        let unit = |i: u64| (hash64(i) >> 40) as f32 / (1 << 24) as f32;
-        (0..n).map(move |i| (Vec3::new(unit(3 * i), unit(3 * i + 1), unit(3 * i + 2)) - 0.5) * 80.0)
-    }
-
-    #[test]
-    fn primitives_know_their_surfaces() {
-        assert!((sphere(Vec3::ZERO, 5.0).distance(at(8.0, 0.0, 0.0), &[]) - 3.0).abs() < 1e-3);
-        let e = ellipsoid(Vec3::ZERO, at(10.0, 5.0, 3.0));
-        for p in [at(10.0, 0.0, 0.0), at(0.0, -5.0, 0.0), at(0.0, 0.0, 3.0)] {
-            assert!(e.distance(p, &[]).abs() < 1e-4);
-        }
-        let b = block(Vec3::ZERO, [4.0, 2.0], [2.0, 1.0], 5.0, 0.5, Mat3::IDENTITY);
-        assert!(b.distance(at(4.0, 0.0, -4.5), &[]).abs() < 0.3);
-        assert!(b.distance(Vec3::ZERO, &[]) < -1.0);
-        let p = plate(Vec3::ZERO, at(10.0, 0.0, 0.0), at(0.0, 10.0, 0.0), 1.0);
-        assert!((p.distance(at(2.0, 2.0, 4.0), &[]) - 3.0).abs() < 1e-5);
-        let t = tube(&[[0.0, 0.0, 0.0, 2.0], [20.0, 0.0, 0.0, 2.0], [40.0, 0.0, 0.0, 2.0]]);
-        assert!((t.distance(at(20.0, 6.0, 0.0), &[]) - 4.0).abs() < 0.2);
-    }
-
-    #[test]
-    fn a_ring_is_closed() {
-        let circle: Vec<Knot> = (0..8)
-            .map(|i| (i as f32 * std::f32::consts::TAU / 8.0).sin_cos())
-            .map(|(s, c)| [20.0 * c, 20.0 * s, 0.0, 2.0])
-            .collect();
-        let ring = ring(&circle);
-        for i in 0..64 {
-            let (s, c) = (i as f32 * 0.0982).sin_cos();
-            assert!(ring.distance(at(20.0 * c, 20.0 * s, 0.0), &[]) < -1.0, "{i}");
-        }
-    }
-
-    #[test]
-    fn pruning_does_not_change_what_is_near() {
-        let ball = |i: f32| {
-            sphere(at(i * 7.0 - 30.0, (i * 1.7).sin() * 20.0, (i * 2.3).cos() * 20.0), 4.0 + i * 0.3)
-        };
-        let shape = union((0..10).map(|i| ball(i as f32)).collect(), 5.0)
-            .minus(ellipsoid(at(5.0, 5.0, 0.0), at(12.0, 7.0, 9.0)), 3.0)
-            .rough(0.7, 5.0, 1)
-            .mirror();
-        for center in random_points(200) {
-            let region = Region { center, radius: 6.0, fields: &[] };
-            let (pruned, [low, high]) = shape.prune(&region);
-            for offset in random_points(20) {
-                let p = center + offset.normalize() * 6.0 * (offset.x / 40.0).abs();
-                let d = shape.distance(p, &[]);
-                assert!((low - 1e-3..=high + 1e-3).contains(&d), "{d} in {low}..{high}");
-                if d.abs() < 4.0 {
-                    assert!((pruned.distance(p, &[]) - d).abs() < 1e-3);
-                }
-            }
-        }
-    }
-}
+mod tests;

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use lumivox_core::Volume;
-use lumivox_phantom::{AnatomyOptions, SeriesDescription, WriteError};
+use lumivox_phantom::{AnatomyOptions, Arms, Metal, SeriesDescription, TorsoOptions, WriteError};
 
 use crate::{
-    args::{PhantomArgs, PhantomKind},
+    args::{ArmsArg, MetalArg, PhantomArgs, PhantomKind, TorsoArgs},
     exit::{self, Exit, Failure},
     inputs, output,
     progress::Reporter,
@@ -23,6 +23,11 @@ const AIR_VOXELS: u32 = 6;
 
 /// Makes the phantom and writes it.
 pub fn run(args: &PhantomArgs) -> Result<(), Failure> {
+    if args.kind != PhantomKind::Torso && args.torso != TorsoArgs::default() {
+        return Err(Failure::usage(
+            "Of the phantoms, only the torso has these options; see 'lumivox phantom --help'.",
+        ));
+    }
     let reporter = Reporter::new(args.quiet);
     let cancel = exit::cancel_on_ctrl_c()?;
     let size = args.size.unwrap_or(DEFAULT_SIZE);
@@ -33,6 +38,10 @@ pub fn run(args: &PhantomArgs) -> Result<(), Failure> {
                 AnatomyOptions { size: size as usize, seed: args.seed, ..AnatomyOptions::default() };
             reporter.stages(|progress| lumivox_phantom::anatomy(options, progress, &cancel))?
         }
+        PhantomKind::Torso => {
+            let options = torso_options(args, size as usize);
+            reporter.stages(|progress| lumivox_phantom::torso(options, progress, &cancel))?
+        }
         PhantomKind::Cube => lumivox_phantom::cube(size as usize),
         PhantomKind::Slab => lumivox_phantom::slab(BODY_HU, inside / 10.0, 1.0),
         PhantomKind::Sphere => lumivox_phantom::sphere(BODY_HU, inside / 2.0 - 0.5, 1.0),
@@ -42,6 +51,7 @@ pub fn run(args: &PhantomArgs) -> Result<(), Failure> {
 
     let description = SeriesDescription {
         series: description(args.kind).into(),
+        body_part: body_part(args.kind).into(),
         seed: args.seed,
         ..SeriesDescription::default()
     };
@@ -67,6 +77,34 @@ pub fn run(args: &PhantomArgs) -> Result<(), Failure> {
     Ok(())
 }
 
+fn torso_options(args: &PhantomArgs, size: usize) -> TorsoOptions {
+    let default = TorsoOptions::default();
+    let torso = &args.torso;
+    TorsoOptions {
+        size,
+        seed: args.seed,
+        field_of_view_mm: torso.field_of_view.unwrap_or(default.field_of_view_mm),
+        shift_mm: torso.shift.unwrap_or(default.shift_mm),
+        tilt_degrees: torso.tilt.unwrap_or(default.tilt_degrees),
+        padding: torso.padding,
+        arms: match torso.arms {
+            None => default.arms,
+            Some(ArmsArg::Raised) => Arms::Raised,
+            Some(ArmsArg::Sides) => Arms::AtSides,
+        },
+        breasts: torso.breasts,
+        table: !torso.no_table,
+        blanket: torso.blanket,
+        metal: match torso.metal {
+            None => Metal::None,
+            Some(MetalArg::SternalWires) => Metal::SternalWires,
+            Some(MetalArg::Pacemaker) => Metal::Pacemaker,
+            Some(MetalArg::Rod) => Metal::Rod,
+        },
+        ..default
+    }
+}
+
 fn has_files(folder: &Path) -> bool {
     std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
 }
@@ -74,8 +112,16 @@ fn has_files(folder: &Path) -> bool {
 fn description(kind: PhantomKind) -> &'static str {
     match kind {
         PhantomKind::Head => "Head and neck, contrast",
+        PhantomKind::Torso => "Chest and upper abdomen, contrast",
         PhantomKind::Cube => "Test cube",
         PhantomKind::Slab => "Homogeneous slab",
         PhantomKind::Sphere => "Homogeneous sphere",
+    }
+}
+
+fn body_part(kind: PhantomKind) -> &'static str {
+    match kind {
+        PhantomKind::Torso => "CHESTABDOMEN",
+        _ => "HEADNECK",
     }
 }

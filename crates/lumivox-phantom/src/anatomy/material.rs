@@ -44,6 +44,8 @@ pub(crate) enum Material {
     Cerebellum,
     /// Air-filled tissue with vessels.
     Lung,
+    /// Air-filled tissue whose vessels are modelled: denser where it lies below.
+    Parenchyma,
 }
 
 const CSF: f32 = 6.0;
@@ -54,6 +56,11 @@ impl Material {
     /// A value with mottles of an amplitude and a size in mm.
     pub(crate) const fn even(hu: f32, amplitude: f32, size: f32) -> Self {
         Material::Even { hu, amplitude, size }
+    }
+
+    /// Whether the value depends on the depth under the surface.
+    pub(crate) fn has_depth(&self) -> bool {
+        matches!(self, Material::Bone { .. } | Material::Brain { .. } | Material::Cerebellum)
     }
 
     /// The value at `p`, `depth` mm under the tissue's surface.
@@ -86,6 +93,7 @@ impl Material {
                     1.0 - smoothstep(0.03, 0.14, noise2(p / 14.0, 41).abs() + noise2(p / 11.0, 42).abs());
                 -860.0 + 25.0 * noise(p / 6.0, 43) + 850.0 * vessel
             }
+            Material::Parenchyma => -872.0 + 0.20 * p.y + 14.0 * noise(p / 5.0, 43),
         }
     }
 }

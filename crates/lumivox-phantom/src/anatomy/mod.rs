@@ -17,9 +17,10 @@ mod organs;
 mod raster;
 mod skull;
 mod spine;
+pub(crate) mod torso;
 mod vessels;
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Mat3, Vec3};
 use lumivox_core::{CancelToken, Cancelled, Modality, Progress, Volume, Voxels};
 
 use crate::{
@@ -28,7 +29,7 @@ use crate::{
     sdf::{Sdf, ellipsoid},
 };
 use material::Material;
-use raster::{Grid, Layer, Model};
+use raster::{Grid, Layer, Model, Scan};
 
 /// Edge length of the phantom's cube, in mm.
 pub const FIELD_OF_VIEW_MM: f64 = 320.0;
@@ -81,8 +82,9 @@ pub fn anatomy(
     let size = options.size;
     let spacing = FIELD_OF_VIEW_MM / size as f64;
     let first = LOW_CORNER_MM + spacing / 2.0;
-    let grid = Grid { size, first: first.as_vec3(), spacing: spacing as f32 };
-    let samples = raster::rasterise(&model(options.seed), grid, options, progress, cancel)?;
+    let grid = Grid { size, first: first.as_vec3(), spacing: spacing as f32, axes: Mat3::IDENTITY };
+    let scan = Scan { seed: options.seed, noise_hu: options.noise_hu, padding: None };
+    let samples = raster::rasterise(&model(options.seed), grid, scan, progress, cancel)?;
     let place = DAffine3::from_mat3_translation(DMat3::from_diagonal(DVec3::splat(spacing)), first);
     Ok(Volume::new([size; 3], Voxels::U16(samples), [1.0, INTERCEPT], place, Modality::Ct)
         .expect("a cube of finite samples"))

@@ -9,10 +9,10 @@ const BONE: Material = Material::Bone { cortex_mm: 1.2, cortex: 1000.0, spongy: 
 
 /// A vertebra's place: centre of the body, forward tilt in radians, size relative to C4.
 #[derive(Clone, Copy)]
-struct Place {
-    center: Vec3,
-    tilt: f32,
-    size: f32,
+pub(crate) struct Place {
+    pub center: Vec3,
+    pub tilt: f32,
+    pub size: f32,
 }
 
 /// C3 to T4.
@@ -47,16 +47,16 @@ pub(crate) fn layers(noise: &Seeds) -> Vec<Layer> {
 }
 
 impl Place {
-    fn turn(&self) -> Mat3 {
+    pub(crate) fn turn(&self) -> Mat3 {
         Mat3::from_rotation_x(-self.tilt)
     }
 
     /// Patient space from the vertebra's own.
-    fn at(&self, x: f32, y: f32, z: f32) -> Vec3 {
+    pub(crate) fn at(&self, x: f32, y: f32, z: f32) -> Vec3 {
         self.center + self.turn() * at(x, y, z) * self.size
     }
 
-    fn tube(&self, knots: &[Knot]) -> Sdf {
+    pub(crate) fn tube(&self, knots: &[Knot]) -> Sdf {
         let placed: Vec<Knot> = knots
             .iter()
             .map(|&[x, y, z, r]| {

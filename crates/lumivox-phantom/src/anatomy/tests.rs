@@ -6,15 +6,15 @@ fn grow(options: AnatomyOptions) -> Volume {
 }
 
 /// The noise-free values of a cube around `center`, finer than any detail.
-fn around(model: &Model, center: Vec3, half: f32, spacing: f32) -> Vec<f64> {
+pub(super) fn around(model: &Model, center: Vec3, half: f32, spacing: f32) -> Vec<f64> {
     let inner = (2.0 * half / spacing) as usize + 1;
     // The reconstruction circle must not cut the corners.
     let margin = inner / 2 + 1;
     let size = inner + 2 * margin;
     let first = center - (size - 1) as f32 / 2.0 * spacing;
-    let options = AnatomyOptions { noise_hu: 0.0, ..AnatomyOptions::default() };
-    let grid = Grid { size, first, spacing };
-    let samples = raster::rasterise(model, grid, options, Progress::SILENT, &CancelToken::new()).unwrap();
+    let scan = Scan { seed: 1, noise_hu: 0.0, padding: None };
+    let grid = Grid { size, first, spacing, axes: Mat3::IDENTITY };
+    let samples = raster::rasterise(model, grid, scan, Progress::SILENT, &CancelToken::new()).unwrap();
     let kept = |i: usize| (margin..margin + inner).contains(&i);
     let indices =
         (0..samples.len()).filter(|i| kept(i % size) && kept(i / size % size) && kept(i / (size * size)));
@@ -22,7 +22,7 @@ fn around(model: &Model, center: Vec3, half: f32, spacing: f32) -> Vec<f64> {
 }
 
 /// The median of the values within a millimetre and a half.
-fn tissue(model: &Model, center: Vec3) -> f64 {
+pub(super) fn tissue(model: &Model, center: Vec3) -> f64 {
     let mut values = around(model, center, 1.5, 0.75);
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
