@@ -1,6 +1,6 @@
 //! Which crate may import which: the rules of ARCHITECTURE.md, checked against `cargo metadata`.
 //!
-//! Imports go one way: core <- import, phantom, reference; core <- shaders <- renderer <- executors <- apps.
+//! Imports go one way: core <- import, phantom, segmentation, reference; core <- shaders <- renderer <- executors <- apps.
 //! Dev-dependencies are free (a renderer's tests need an executor), except that nobody imports an app.
 
 use std::{
@@ -35,6 +35,7 @@ pub const LIBRARIES: &[&str] = &[
     "lumivox-core",
     "lumivox-import",
     "lumivox-phantom",
+    "lumivox-segmentation",
     "lumivox-reference",
     "lumivox-shaders",
     "lumivox-renderer",
@@ -46,6 +47,7 @@ const RULES: &[Rule] = &[
     Rule { name: "lumivox-core",      kind: Kind::Portable, imports: &[] },
     Rule { name: "lumivox-import",    kind: Kind::Portable, imports: &["lumivox-core"] },
     Rule { name: "lumivox-phantom",   kind: Kind::Portable, imports: &["lumivox-core"] },
+    Rule { name: "lumivox-segmentation", kind: Kind::Portable, imports: &["lumivox-core"] },
     // The evidence must not share a line with what it judges.
     Rule { name: "lumivox-reference", kind: Kind::Portable, imports: &["lumivox-core"] },
     Rule { name: "lumivox-shaders",   kind: Kind::Portable, imports: &["lumivox-core"] },

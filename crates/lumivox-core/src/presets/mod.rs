@@ -1,32 +1,67 @@
 //! Looks that suit a kind of scan at once.
 //!
-//! CT presets are fixed in Hounsfield units. MR has no fixed scale, so its presets place themselves by the scan's own
-//! statistics.
+//! CT presets are given in Hounsfield units and placed by a [`scale`] where a scan has others. MR and PET have no fixed
+//! scale, so their presets place themselves by the scan's own statistics.
+
+mod ct;
+mod scale;
+mod statistical;
 
 use glam::DAffine3;
 
 use crate::{
     medium::{Medium, SurfaceReflection},
-    statistics::ValueStatistics,
     transfer_function::{Ease, TransferFunction},
     volume::{Modality, Volume, Voxels},
 };
+use scale::HounsfieldScale;
 
 /// A named look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Preset {
     /// Skeleton, with vessels where contrast makes them as dense.
     CtBone,
+    /// Bone that shows what is inside and behind it.
+    CtBoneTranslucent,
     /// The surface of the body, as if alive.
     CtSkin,
+    /// Organs and muscle in translucent fat.
+    CtSoftTissue,
     /// Muscle and organs under clear fat, with vessels and bone.
     CtMuscle,
+    /// Fat, before bone and a trace of muscle.
+    CtFat,
     /// Airways and vessels of the lung in a clear body.
     CtLung,
+    /// Myocardium and contrast-filled chambers and vessels.
+    CtCardiac,
+    /// Arteries full of contrast, and calcium in them.
+    CtCoronary,
+    /// Large arteries before bone that hardly shows.
+    CtAorta,
+    /// Vessels with a little contrast in translucent organs.
+    CtLiverVessels,
     /// Contrast-filled vessels before translucent bone.
     CtAngiography,
+    /// Enamel, dentine and the densest bone.
+    CtTeeth,
+    /// Metal, with a trace of bone.
+    CtMetal,
+    /// Everything at once, as on a radiograph.
+    CtXray,
     /// Skin and brain of a head.
     MrHead,
+    /// Grey and white matter, where nothing lies before them.
+    MrBrain,
+    /// The brightest of an MR: vessels of an angiogram.
+    MrAngiography,
+    /// Fluid, bright in T2, in translucent tissue.
+    MrT2,
+    /// Uptake, glowing from dark red to white.
+    PetHot,
+    /// Brighter values denser and lighter, whatever the scan.
+    Plain,
 }
 
 /// A preset of that name does not exist.
@@ -47,24 +82,54 @@ impl UnknownPreset {
 
 impl Preset {
     /// Every preset.
-    pub const ALL: [Preset; 6] = [
+    pub const ALL: [Preset; 21] = [
         Preset::CtBone,
+        Preset::CtBoneTranslucent,
         Preset::CtSkin,
+        Preset::CtSoftTissue,
         Preset::CtMuscle,
+        Preset::CtFat,
         Preset::CtLung,
+        Preset::CtCardiac,
+        Preset::CtCoronary,
+        Preset::CtAorta,
+        Preset::CtLiverVessels,
         Preset::CtAngiography,
+        Preset::CtTeeth,
+        Preset::CtMetal,
+        Preset::CtXray,
         Preset::MrHead,
+        Preset::MrBrain,
+        Preset::MrAngiography,
+        Preset::MrT2,
+        Preset::PetHot,
+        Preset::Plain,
     ];
 
     /// The name people type.
     pub fn name(self) -> &'static str {
         match self {
             Preset::CtBone => "ct-bone",
+            Preset::CtBoneTranslucent => "ct-bone-translucent",
             Preset::CtSkin => "ct-skin",
+            Preset::CtSoftTissue => "ct-soft-tissue",
             Preset::CtMuscle => "ct-muscle",
+            Preset::CtFat => "ct-fat",
             Preset::CtLung => "ct-lung",
+            Preset::CtCardiac => "ct-cardiac",
+            Preset::CtCoronary => "ct-coronary",
+            Preset::CtAorta => "ct-aorta",
+            Preset::CtLiverVessels => "ct-liver-vessels",
             Preset::CtAngiography => "ct-angiography",
+            Preset::CtTeeth => "ct-teeth",
+            Preset::CtMetal => "ct-metal",
+            Preset::CtXray => "ct-xray",
             Preset::MrHead => "mr-head",
+            Preset::MrBrain => "mr-brain",
+            Preset::MrAngiography => "mr-angiography",
+            Preset::MrT2 => "mr-t2",
+            Preset::PetHot => "pet-hot",
+            Preset::Plain => "plain",
         }
     }
 
@@ -72,11 +137,26 @@ impl Preset {
     pub fn description(self) -> &'static str {
         match self {
             Preset::CtBone => "the skeleton, white and crisp",
+            Preset::CtBoneTranslucent => "the skeleton as of glass",
             Preset::CtSkin => "skin and soft tissue",
+            Preset::CtSoftTissue => "organs and muscle in translucent fat",
             Preset::CtMuscle => "muscle, organs and vessels under clear fat, with bone",
+            Preset::CtFat => "fat, with bone and a trace of muscle",
             Preset::CtLung => "airways and vessels of the lung in a clear body",
+            Preset::CtCardiac => "the heart and great vessels, filled with contrast",
+            Preset::CtCoronary => "arteries full of contrast alone, as of the heart",
+            Preset::CtAorta => "the aorta and its branches before faint bone",
+            Preset::CtLiverVessels => "vessels with contrast in translucent organs",
             Preset::CtAngiography => "contrast-filled vessels before translucent bone",
+            Preset::CtTeeth => "teeth and the densest bone",
+            Preset::CtMetal => "implants and other metal, with a trace of bone",
+            Preset::CtXray => "everything at once, as on a radiograph",
             Preset::MrHead => "a head from MR, placed by the scan's own statistics",
+            Preset::MrBrain => "grey and white matter, where nothing lies before them",
+            Preset::MrAngiography => "what is brightest in an MR: vessels of an angiogram",
+            Preset::MrT2 => "fluid in translucent tissue, as T2 shows it",
+            Preset::PetHot => "uptake, from dark red to white",
+            Preset::Plain => "brighter values denser and lighter, whatever the scan",
         }
     }
 
@@ -108,149 +188,49 @@ impl Preset {
 
     /// The preset that suits a volume when nobody chose one.
     pub fn default_for(volume: &Volume) -> Self {
+        // Of a slice or a few there is no inside to see through.
+        const FEW_SLICES: usize = 4;
+        if volume.dims().into_iter().min() < Some(FEW_SLICES) {
+            return Preset::Plain;
+        }
         match volume.modality() {
             _ if volume.is_hounsfield() => Preset::CtMuscle,
             // Maps of iodine, perfusion or dose have a scale of their own.
-            _ if !volume.unit().is_empty() => Preset::MrHead,
-            Modality::Ct | Modality::Mr => Preset::MrHead,
-            Modality::Pet | Modality::Other => {
-                let [min, max] = volume.value_range();
-                if min <= -500.0 && max >= 300.0 { Preset::CtMuscle } else { Preset::MrHead }
-            }
+            Modality::Pet => Preset::PetHot,
+            Modality::Ct => Preset::Plain,
+            _ if !volume.unit().is_empty() => Preset::Plain,
+            Modality::Mr => Preset::MrHead,
+            Modality::Other if scale::may_be_hounsfield(volume) => Preset::CtMuscle,
+            Modality::Other => Preset::MrHead,
         }
     }
 
     /// The look where there is no scan yet; `None` for those that place themselves by a scan's values.
     pub fn medium_without_scan(self) -> Option<Medium> {
         let any = Volume::new([1; 3], Voxels::U8(vec![0]), [1.0, 0.0], DAffine3::IDENTITY, Modality::Ct);
-        any.ok().filter(|_| self != Preset::MrHead).map(|any| self.medium(&any))
+        any.ok().filter(|_| ct::look(self).is_some()).map(|any| self.medium(&any))
     }
 
     /// The look, placed for `volume`.
     pub fn medium(self, volume: &Volume) -> Medium {
-        let surface = |gradient_per_mm: f64, roughness: f64, specular: f64| SurfaceReflection {
-            strength: 1.0,
-            gradient_per_mm,
-            roughness,
-            specular,
-        };
-        match self {
-            Preset::CtBone => Medium {
-                density_scale: 3.0,
-                surface: surface(150.0, 0.45, 0.04),
-                ..Medium::new(tf(
-                    &[(120.0, 0.0), (220.0, 0.08), (330.0, 0.45), (700.0, 1.0)],
-                    &[
-                        (120.0, [0.55, 0.13, 0.08]),
-                        (220.0, [0.78, 0.42, 0.26]),
-                        (330.0, [0.91, 0.76, 0.56]),
-                        (700.0, [0.96, 0.90, 0.78]),
-                        (1500.0, [0.99, 0.97, 0.92]),
-                    ],
-                ))
-            },
-            Preset::CtSkin => Medium {
-                density_scale: 2.5,
-                surface: surface(120.0, 0.42, 0.035),
-                ..Medium::new(tf(
-                    &[(-600.0, 0.0), (-280.0, 0.35), (-50.0, 0.6), (200.0, 0.9), (500.0, 1.0)],
-                    &[
-                        (-600.0, [0.82, 0.47, 0.33]),
-                        (-250.0, [0.83, 0.47, 0.33]),
-                        (-50.0, [0.82, 0.38, 0.25]),
-                        (60.0, [0.62, 0.12, 0.08]),
-                        (300.0, [0.94, 0.80, 0.62]),
-                        (1000.0, [0.99, 0.95, 0.88]),
-                    ],
-                ))
-            },
-            Preset::CtMuscle => Medium {
-                density_scale: 2.0,
-                surface: surface(110.0, 0.40, 0.04),
-                ..Medium::new(tf(
-                    &[(0.0, 0.0), (25.0, 0.05), (60.0, 0.28), (140.0, 0.40), (260.0, 0.55), (600.0, 1.0)],
-                    &[
-                        (-40.0, [0.86, 0.58, 0.34]),
-                        (10.0, [0.76, 0.24, 0.15]),
-                        (60.0, [0.62, 0.10, 0.065]),
-                        (130.0, [0.72, 0.13, 0.08]),
-                        (220.0, [0.88, 0.46, 0.31]),
-                        (350.0, [0.93, 0.80, 0.62]),
-                        (800.0, [0.99, 0.95, 0.87]),
-                    ],
-                ))
-            },
-            Preset::CtLung => Medium {
-                density_scale: 1.0,
-                surface: surface(220.0, 0.45, 0.04),
-                ..Medium::new(tf(
-                    &[
-                        (-930.0, 0.0),
-                        (-830.0, 0.003),
-                        (-700.0, 0.014),
-                        (-560.0, 0.10),
-                        (-400.0, 0.22),
-                        (-250.0, 0.05),
-                        (-150.0, 0.0),
-                        (150.0, 0.0),
-                        (250.0, 0.015),
-                        (500.0, 0.08),
-                        (1200.0, 0.25),
-                    ],
-                    &[
-                        (-850.0, [0.35, 0.62, 0.92]),
-                        (-650.0, [0.88, 0.52, 0.46]),
-                        (-350.0, [0.90, 0.30, 0.22]),
-                        (60.0, [0.80, 0.40, 0.32]),
-                        (250.0, [0.93, 0.82, 0.64]),
-                        (900.0, [0.99, 0.95, 0.88]),
-                    ],
-                ))
-            },
-            Preset::CtAngiography => Medium {
-                density_scale: 2.5,
-                surface: surface(140.0, 0.32, 0.05),
-                ..Medium::new(tf(
-                    &[(110.0, 0.0), (160.0, 0.12), (260.0, 0.55), (450.0, 0.6), (700.0, 0.75), (1200.0, 1.0)],
-                    &[
-                        (110.0, [0.70, 0.07, 0.045]),
-                        (220.0, [0.78, 0.06, 0.04]),
-                        (330.0, [0.84, 0.13, 0.08]),
-                        (520.0, [0.93, 0.76, 0.57]),
-                        (900.0, [0.99, 0.95, 0.87]),
-                    ],
-                ))
-            },
-            Preset::MrHead => mr_head(volume),
+        match ct::look(self) {
+            Some(look) => HounsfieldScale::of(volume).medium(&look),
+            None => statistical::medium(self, volume),
         }
     }
 }
 
-/// Skin and fat are bright in T1, the brain in the middle; air is darker than half of Otsu's threshold.
-fn mr_head(volume: &Volume) -> Medium {
-    let stats = ValueStatistics::new(volume, 4096);
-    let air = stats.otsu_threshold();
-    let bright = stats.percentile(0.998).max(air * 1.5).max(air + f64::MIN_POSITIVE);
-    let at = |t: f64| air + (bright - air) * t;
-    let low = stats.range[0] + (air - stats.range[0]) * 0.45;
-    Medium {
-        density_scale: 2.0,
-        surface: SurfaceReflection {
-            strength: 1.0,
-            gradient_per_mm: (bright - stats.range[0]) * 0.08,
-            roughness: 0.45,
-            specular: 0.035,
-        },
-        ..Medium::new(tf(
-            &[(low, 0.0), (air, 0.25), (at(0.4), 0.6), (at(1.0), 1.0)],
-            &[
-                (low, [0.80, 0.45, 0.32]),
-                (air, [0.82, 0.47, 0.34]),
-                (at(0.4), [0.88, 0.58, 0.43]),
-                (at(1.0), [0.94, 0.79, 0.62]),
-            ],
-        ))
-    }
+/// A look as it is written down: values in units of whoever places it.
+struct Look {
+    density_scale: f64,
+    surface: SurfaceReflection,
+    opacity: &'static [(f64, f64)],
+    color: &'static [(f64, [f64; 3])],
+}
+
+/// Of presets: matte ones have a roughness of about .45, wet ones less.
+const fn surface(gradient_per_mm: f64, roughness: f64, specular: f64) -> SurfaceReflection {
+    SurfaceReflection { strength: 1.0, gradient_per_mm, roughness, specular }
 }
 
 fn tf(opacity: &[(f64, f64)], color: &[(f64, [f64; 3])]) -> TransferFunction {
@@ -295,13 +275,25 @@ mod tests {
     #[test]
     fn only_hounsfield_units_get_a_look_of_ct() {
         let id = DAffine3::IDENTITY;
-        let samples = Voxels::U16(vec![0, 3000]);
-        let ct = Volume::new([2, 1, 1], samples, [1.0, -1000.0], id, Modality::Ct).unwrap();
+        let samples = Voxels::U16([0, 3000].repeat(32));
+        let ct = Volume::new([4; 3], samples, [1.0, -1000.0], id, Modality::Ct).unwrap();
         assert_eq!(Preset::default_for(&ct), Preset::CtMuscle);
         for unit in ["mg/ml", ""] {
             let map = ct.clone().with_unit(unit);
-            assert_eq!((Preset::default_for(&map), map.unit()), (Preset::MrHead, unit));
+            assert_eq!((Preset::default_for(&map), map.unit()), (Preset::Plain, unit));
         }
+    }
+
+    #[test]
+    fn what_is_no_scan_of_a_body_gets_no_look_of_a_head() {
+        let new = |dims: [usize; 3], modality| {
+            let samples = Voxels::U8((0..dims.iter().product::<usize>()).map(|i| i as u8).collect());
+            Volume::new(dims, samples, [1.0, 0.0], DAffine3::IDENTITY, modality).unwrap()
+        };
+        assert_eq!(Preset::default_for(&new([8; 3], Modality::Mr)), Preset::MrHead);
+        assert_eq!(Preset::default_for(&new([8; 3], Modality::Pet)), Preset::PetHot);
+        assert_eq!(Preset::default_for(&new([16, 16, 1], Modality::Mr)), Preset::Plain);
+        assert_eq!(Preset::default_for(&new([16, 16, 3], Modality::Ct)), Preset::Plain);
     }
 
     #[test]

@@ -1,0 +1,226 @@
+//! Which voxels of a scan are what: a small number beside every voxel, and what the numbers mean.
+//!
+//! A segmentation makes a [`LabelVolume`] on the grid of a [`Volume`](crate::Volume); a renderer hides or colours by it.
+
+use glam::{DAffine3, DVec3};
+
+/// The value of voxels that belong to no label.
+pub const UNLABELLED: u8 = 0;
+
+/// What one value of a [`LabelVolume`] means.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Label {
+    /// The voxels' value, 1 to 255.
+    pub value: u8,
+    /// For people: `lungs`.
+    pub name: String,
+    /// Linear, sRGB primaries, each part 0 to 1.
+    pub color: [f64; 3],
+}
+
+/// Why a [`LabelVolume`] could not be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LabelError {
+    /// A side of the grid has no voxel.
+    #[error("labels need at least one voxel along each axis, not {0:?}")]
+    Empty([usize; 3]),
+    /// The grid and the number of voxels disagree.
+    #[error("a grid of {dims:?} has {expected} voxels, but {actual} were given")]
+    VoxelCount {
+        /// Voxels along x, y, z.
+        dims: [usize; 3],
+        /// Product of `dims`; `usize::MAX` if it overflows.
+        expected: usize,
+        /// Voxels given.
+        actual: usize,
+    },
+    /// `patient_from_voxel` is singular or not finite.
+    #[error("patient_from_voxel is not an invertible, finite transform")]
+    Transform,
+    /// The table names 0, which stands for voxels without a label.
+    #[error("label {name:?} has the value 0, which stands for voxels without a label")]
+    Reserved {
+        /// Its name.
+        name: String,
+    },
+    /// Two labels of the table have the same value.
+    #[error("two labels have the value {0}")]
+    Duplicate(u8),
+    /// A colour is not within 0 to 1.
+    #[error("the colour {color:?} of label {value} is not within 0 to 1")]
+    Color {
+        /// The label's value.
+        value: u8,
+        /// Its colour.
+        color: [f64; 3],
+    },
+    /// A voxel has a value that the table does not know.
+    #[error("voxels have the value {0}, which no label has")]
+    Unknown(u8),
+}
+
+/// A label for every voxel of a grid, with its place in the patient.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LabelVolume {
+    dims: [usize; 3],
+    voxels: Vec<u8>,
+    patient_from_voxel: DAffine3,
+    labels: Vec<Label>,
+}
+
+impl LabelVolume {
+    /// Labels of `dims` voxels, x fastest, then y, then z; [`UNLABELLED`] belongs to none of `labels`.
+    ///
+    /// `patient_from_voxel` maps voxel indices (centres at integers) to LPS millimetres, as that of the scan does.
+    ///
+    /// # Errors
+    /// [`LabelError`] when the parts do not fit together.
+    pub fn new(
+        dims: [usize; 3],
+        voxels: Vec<u8>,
+        patient_from_voxel: DAffine3,
+        mut labels: Vec<Label>,
+    ) -> Result<Self, LabelError> {
+        if dims.contains(&0) {
+            return Err(LabelError::Empty(dims));
+        }
+        let expected =
+            dims[0].checked_mul(dims[1]).and_then(|n| n.checked_mul(dims[2])).unwrap_or(usize::MAX);
+        if expected != voxels.len() {
+            return Err(LabelError::VoxelCount { dims, expected, actual: voxels.len() });
+        }
+        if !patient_from_voxel.is_finite() || !patient_from_voxel.matrix3.determinant().is_normal() {
+            return Err(LabelError::Transform);
+        }
+        labels.sort_by_key(|label| label.value);
+        if let Some(label) = labels.iter().find(|label| label.value == UNLABELLED) {
+            return Err(LabelError::Reserved { name: label.name.clone() });
+        }
+        if let Some(pair) = labels.windows(2).find(|pair| pair[0].value == pair[1].value) {
+            return Err(LabelError::Duplicate(pair[0].value));
+        }
+        let possible = |color: [f64; 3]| color.iter().all(|part| (0.0..=1.0).contains(part));
+        if let Some(label) = labels.iter().find(|label| !possible(label.color)) {
+            return Err(LabelError::Color { value: label.value, color: label.color });
+        }
+        let labels = Self { dims, voxels, patient_from_voxel, labels };
+        let counts = labels.counts();
+        let known = |value: u8| value == UNLABELLED || labels.label(value).is_some();
+        match (0..=u8::MAX).find(|&value| counts[usize::from(value)] > 0 && !known(value)) {
+            Some(value) => Err(LabelError::Unknown(value)),
+            None => Ok(labels),
+        }
+    }
+
+    /// Voxels along x (fastest), y and z.
+    pub fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
+    /// The voxels' values, x fastest, then y, then z.
+    pub fn voxels(&self) -> &[u8] {
+        &self.voxels
+    }
+
+    /// LPS millimetres from voxel indices.
+    pub fn patient_from_voxel(&self) -> DAffine3 {
+        self.patient_from_voxel
+    }
+
+    /// What the values mean, by rising value.
+    pub fn labels(&self) -> &[Label] {
+        &self.labels
+    }
+
+    /// What a voxel's value means; `None` for [`UNLABELLED`] and for values that no voxel has.
+    pub fn label(&self, value: u8) -> Option<&Label> {
+        self.labels.binary_search_by_key(&value, |label| label.value).ok().map(|at| &self.labels[at])
+    }
+
+    /// The value of voxel `(x, y, z)`.
+    ///
+    /// # Panics
+    /// When the index is outside the grid.
+    #[inline]
+    pub fn value(&self, [x, y, z]: [usize; 3]) -> u8 {
+        let [nx, ny, nz] = self.dims;
+        assert!(x < nx && y < ny && z < nz, "voxel {:?} is outside a grid of {:?}", [x, y, z], self.dims);
+        self.voxels[(z * ny + y) * nx + x]
+    }
+
+    /// Voxels of each value.
+    pub fn counts(&self) -> [u64; 256] {
+        use rayon::prelude::*;
+        let count = |chunk: &[u8]| {
+            let mut counts = [0u64; 256];
+            chunk.iter().for_each(|&value| counts[usize::from(value)] += 1);
+            counts
+        };
+        self.voxels.par_chunks(1 << 18).map(count).reduce(
+            || [0; 256],
+            |mut a, b| {
+                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+                a
+            },
+        )
+    }
+
+    /// The volume of one voxel, in mm^3.
+    pub fn voxel_mm3(&self) -> f64 {
+        self.patient_from_voxel.matrix3.determinant().abs()
+    }
+
+    /// Distance between neighbouring voxel centres along each axis, in mm.
+    pub fn spacing_mm(&self) -> DVec3 {
+        let m = self.patient_from_voxel.matrix3;
+        DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn label(value: u8) -> Label {
+        Label { value, name: format!("label {value}"), color: [0.5, 0.25, 1.0] }
+    }
+
+    #[test]
+    fn x_is_fastest_and_values_have_names() {
+        let place = DAffine3::from_scale(DVec3::new(0.5, 2.0, 3.0));
+        let labels = LabelVolume::new([2, 2, 1], vec![0, 9, 3, 9], place, vec![label(9), label(3)]).unwrap();
+        assert_eq!([labels.value([1, 0, 0]), labels.value([0, 1, 0])], [9, 3]);
+        assert_eq!(labels.label(9).unwrap().name, "label 9");
+        assert_eq!(labels.label(UNLABELLED), None);
+        assert_eq!(labels.labels().iter().map(|label| label.value).collect::<Vec<_>>(), [3, 9]);
+        let counts = labels.counts();
+        assert_eq!([counts[0], counts[3], counts[9]], [1, 1, 2]);
+        assert_eq!(labels.voxel_mm3(), 3.0);
+        assert_eq!(labels.spacing_mm(), DVec3::new(0.5, 2.0, 3.0));
+    }
+
+    #[test]
+    fn parts_that_do_not_fit_are_refused() {
+        let id = DAffine3::IDENTITY;
+        let new = |dims, voxels, place, labels| LabelVolume::new(dims, voxels, place, labels).unwrap_err();
+        assert_eq!(new([1, 0, 1], vec![], id, vec![]), LabelError::Empty([1, 0, 1]));
+        assert!(matches!(
+            new([usize::MAX, 2, 1], vec![0], id, vec![]),
+            LabelError::VoxelCount { expected: usize::MAX, actual: 1, .. }
+        ));
+        assert_eq!(new([1; 3], vec![0], DAffine3::ZERO, vec![]), LabelError::Transform);
+        assert!(matches!(new([1; 3], vec![0], id, vec![label(0)]), LabelError::Reserved { .. }));
+        assert_eq!(new([1; 3], vec![0], id, vec![label(2), label(2)]), LabelError::Duplicate(2));
+        let bright = Label { color: [0.0, f64::NAN, 0.0], ..label(1) };
+        assert!(matches!(new([1; 3], vec![0], id, vec![bright]), LabelError::Color { value: 1, .. }));
+        assert_eq!(new([1; 3], vec![7], id, vec![label(2)]), LabelError::Unknown(7));
+    }
+
+    #[test]
+    #[should_panic(expected = "outside a grid")]
+    fn voxels_beyond_a_row_are_not_the_next_row() {
+        let labels = LabelVolume::new([2, 2, 1], vec![0; 4], DAffine3::IDENTITY, vec![]).unwrap();
+        labels.value([2, 0, 0]);
+    }
+}
