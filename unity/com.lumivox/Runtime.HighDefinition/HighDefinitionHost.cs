@@ -48,7 +48,7 @@ namespace Lumivox.HighDefinition
         }
 
         /// <summary>The sky of HDRP's volumes where it is one that can be told: a cube, or a gradient.</summary>
-        internal static bool ReadSky(SkyBaker baker, bool hasLights, ref Surroundings surroundings)
+        internal static bool ReadSky(WorldSky worldSky, bool hasLights, ref Surroundings surroundings)
         {
             if (!(GraphicsSettings.currentRenderPipeline is HDRenderPipelineAsset)) return false;
             var stack = VolumeManager.instance.stack;
@@ -57,8 +57,8 @@ namespace Lumivox.HighDefinition
             {
                 var sky = stack.GetComponent<HDRISky>();
                 var cube = sky.hdriSky.value as Cubemap;
-                if (cube == null) return ReadNothing(baker, hasLights, ref surroundings);
-                baker.Look(cube, 1f);
+                if (cube == null) return ReadNothing(hasLights, ref surroundings);
+                worldSky.Look(cube);
                 surroundings.kind = Surroundings.Map;
                 surroundings.rotation = -sky.rotation.value * Mathf.Deg2Rad;
                 surroundings.strength = StrengthOf(sky);
@@ -66,7 +66,6 @@ namespace Lumivox.HighDefinition
             }
             if (kind == (int)SkyType.Gradient)
             {
-                baker.LookAway();
                 var sky = stack.GetComponent<GradientSky>();
                 var strength = StrengthOf(sky);
                 surroundings.kind = Surroundings.Gradient;
@@ -76,17 +75,16 @@ namespace Lumivox.HighDefinition
                 surroundings.nadir = Numbers.Linear(sky.bottom.value);
                 return true;
             }
-            if (kind == 0) return ReadNothing(baker, hasLights, ref surroundings);
+            if (kind == 0) return ReadNothing(hasLights, ref surroundings);
             // A sky of HDRP's own shaders: what it lights the scene's objects with stands for it.
-            baker.LookAway();
+            worldSky.LookAway();
             surroundings.kind = Surroundings.Map;
             return true;
         }
 
         /// <summary>HDRP draws nothing then, whatever the scene's own lighting settings say; but a volume alone is seen.</summary>
-        static bool ReadNothing(SkyBaker baker, bool hasLights, ref Surroundings surroundings)
+        static bool ReadNothing(bool hasLights, ref Surroundings surroundings)
         {
-            baker.LookAway();
             if (hasLights) surroundings.kind = Surroundings.Plain;
             else surroundings = EnvironmentReader.Studio;
             return true;

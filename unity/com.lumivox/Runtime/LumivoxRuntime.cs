@@ -47,13 +47,13 @@ namespace Lumivox
         {
             if (camera == null || LumivoxVolume.All.Count == 0 || camera.cullingMask == 0) return false;
             if (camera.cameraType != CameraType.Game && camera.cameraType != CameraType.SceneView && camera.cameraType != CameraType.VR) return false;
-            if (worlds != null && worlds.Baker.Owns(camera)) return false;
+            if (worlds != null && worlds.Skies.Owns(camera)) return false;
             return LumivoxEffect.TryGet(camera, out _);
         }
 
         /// <summary>How far a camera's image is.</summary>
         public static LumivoxStatus StatusOf(Camera camera) =>
-            views != null && camera != null ? views.StatusOf(camera, worlds.Baker.IsAwaited) : default;
+            views != null && camera != null ? views.StatusOf(camera, worlds) : default;
 
         /// <summary>Voxels of a scan along an axis for one on the GPU, where it has no room for all; else 1.</summary>
         public static int ReductionOf(LumivoxVolumeAsset volume)
@@ -110,7 +110,7 @@ namespace Lumivox
                 executor.Turn();
                 worlds.Tick();
                 views.ReadStatuses(stage);
-                wantsFrames |= views.WantFrames || worlds.Baker.IsAwaited;
+                wantsFrames |= views.WantFrames || worlds.AwaitsSkies;
             }
             wantsFrames |= Jobs.Count > 0;
             if (!wantsFrames) return;

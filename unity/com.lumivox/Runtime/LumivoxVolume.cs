@@ -98,6 +98,7 @@ namespace Lumivox
             get => m_Volume;
             set
             {
+                MainThread.Need("LumivoxVolume.volume");
                 m_Volume = value;
                 Retain();
                 Change();
@@ -110,6 +111,7 @@ namespace Lumivox
             get => m_TransferFunction;
             set
             {
+                MainThread.Need("LumivoxVolume.transferFunction");
                 m_TransferFunction = value;
                 Change();
             }
@@ -202,6 +204,7 @@ namespace Lumivox
         /// </summary>
         public bool ApplyPreset(string name)
         {
+            MainThread.Need("LumivoxVolume.ApplyPreset");
             Medium look;
             LumivoxTransferFunction curve;
             try
@@ -238,6 +241,9 @@ namespace Lumivox
             else if (m_Volume.state == LumivoxVolumeState.Failed) warnings.Add($"The scan cannot be shown: {m_Volume.error}");
             if (m_TransferFunction != null && m_TransferFunction.IsWithoutKnots) warnings.Add("The transfer function has no opacity knots: it shows nothing. Choose a preset, or add knots.");
             if (m_Density == 0f) warnings.Add("'Density' is 0: nothing is seen.");
+            // Of what is no number, nothing is larger than 0.
+            var size = Mathf.Abs(transform.localToWorldMatrix.determinant);
+            if (!(size > 0f) || float.IsInfinity(size)) warnings.Add("The object's scale is 0 along an axis, or not finite: nothing is seen.");
             var extent = m_ClipMax - m_ClipMin;
             if (extent.x * extent.y * extent.z == 0f) warnings.Add("The clip box is flat: nothing is seen. 'Clip Min' must be smaller than 'Clip Max'.");
             else if (Mathf.Min(extent.x, Mathf.Min(extent.y, extent.z)) < 0f) warnings.Add("'Clip Min' lies beyond 'Clip Max': what is between them is kept.");

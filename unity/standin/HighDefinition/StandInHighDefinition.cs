@@ -43,6 +43,7 @@ namespace UnityEngine.Rendering.HighDefinition
         {
             foreach (var camera in cameras)
             {
+                if (camera == null) continue;
                 BeginCameraRendering(context, camera);
                 Render(context, camera);
                 EndCameraRendering(context, camera);

@@ -99,6 +99,7 @@ namespace UnityEditor
             entry.import = new AssetImportContext(path, entry.guid);
             try { ((ScriptedImporter)entry.importer).OnImportAsset(entry.import); }
             catch (Exception error) { entry.import.LogImportError("Exception: " + error); }
+            entry.import.KeepThumbnail();
             entry.objects.AddRange(entry.import.Objects.Values);
             entry.main = entry.import.mainObject;
             foreach (var one in entry.objects) one.isAsset = true;
@@ -354,6 +355,16 @@ namespace UnityEditor.AssetImporters
             if (Objects.ContainsKey(identifier)) throw new ArgumentException($"{identifier} was added already");
             Objects.Add(identifier, obj);
             if (thumbnail != null) this.thumbnail = thumbnail;
+        }
+        /// The project window's own, which outlives what the importer made.
+        internal void KeepThumbnail()
+        {
+            if (thumbnail == null) return;
+            var copy = new Texture2D(thumbnail.width, thumbnail.height, TextureFormat.RGBA32, false) { isAsset = true };
+            copy.LoadRawTextureData(thumbnail.GetRawTextureData());
+            copy.Apply();
+            StandIn.Live.Remove(copy);
+            thumbnail = copy;
         }
         public void SetMainObject(Object obj)
         {

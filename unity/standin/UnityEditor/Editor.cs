@@ -116,10 +116,25 @@ namespace UnityEditor
         {
             if (open.Contains(this)) return;
             open.Add(this);
+            isEnabled = true;
             StandIn.Node.Send(this, "OnEnable");
+            Fill();
+        }
+        void Fill()
+        {
             panel = new StandIn.Panel(rootVisualElement, position.width, position.height);
             StandIn.Node.Send(this, "CreateGUI");
             panel.Update();
+        }
+        /// A domain reload leaves windows open, which begin anew.
+        internal static void TakeReplaced()
+        {
+            open.RemoveAll(window => window == null && StandIn.Objects.Find(window.instanceID) == null);
+            for (var i = 0; i < open.Count; i++)
+            {
+                open[i] = (EditorWindow)StandIn.Objects.Find(open[i].instanceID);
+                open[i].Fill();
+            }
         }
         public void ShowUtility() => Show();
         public void Focus() { }
@@ -129,6 +144,7 @@ namespace UnityEditor
         {
             open.Remove(this);
             rootVisualElement.Clear();
+            isEnabled = false;
             StandIn.Node.Send(this, "OnDisable");
             StandIn.Node.Send(this, "OnDestroy");
         }

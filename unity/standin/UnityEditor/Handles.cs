@@ -11,8 +11,12 @@ namespace UnityEditor
         public static Color color { get; set; } = Color.white;
         public static void DrawWireCube(Vector3 center, Vector3 size) => StandIn.SceneHands.Boxes.Add((matrix, center, size, color));
         public static void DrawLine(Vector3 p1, Vector3 p2) => StandIn.SceneHands.Lines++;
-        public static void Label(Vector3 position, string text) => StandIn.SceneHands.Labels.Add(text);
-        public static void Label(Vector3 position, string text, GUIStyle style) => StandIn.SceneHands.Labels.Add(text);
+        public static void Label(Vector3 position, string text)
+        {
+            StandIn.SceneHands.Labels.Add(text);
+            StandIn.SceneHands.Places.Add((matrix.MultiplyPoint3x4(position), text));
+        }
+        public static void Label(Vector3 position, string text, GUIStyle style) => Label(position, text);
 
         public struct DrawingScope : IDisposable
         {
@@ -80,7 +84,16 @@ namespace StandIn
         public delegate void Hand(ref Vector3 low, ref Vector3 high);
         public static readonly List<(Matrix4x4 matrix, Vector3 center, Vector3 size, Color color)> Boxes = new List<(Matrix4x4, Vector3, Vector3, Color)>();
         public static readonly List<string> Labels = new List<string>();
+        /// Where labels are in the world.
+        public static readonly List<(Vector3 position, string text)> Places = new List<(Vector3, string)>();
         public static int Lines;
+        public static void Clear()
+        {
+            Boxes.Clear();
+            Labels.Clear();
+            Places.Clear();
+            Lines = 0;
+        }
         /// Drags the next box that has handles.
         public static Hand Drag;
     }

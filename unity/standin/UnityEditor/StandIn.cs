@@ -73,6 +73,7 @@ namespace StandIn
             {
                 AssetDatabase.TakeReplaced();
                 foreach (var assembly in Domain.Scripts()) EditorHost.Load(assembly);
+                EditorWindow.TakeReplaced();
                 AssemblyReloadEvents.SendAfter();
             };
         }
@@ -124,6 +125,11 @@ namespace StandIn
         {
             foreach (var method in EditorTypes.All.SelectMany(type => type.GetMethods(BindingFlags.Static | BindingFlags.Public | BindingFlags.NonPublic)))
                 if (method.GetCustomAttribute<DrawGizmo>() != null && method.GetParameters()[0].ParameterType == component.GetType()) method.Invoke(null, new object[] { component, GizmoType.Selected | GizmoType.Active });
+            if (component is MonoBehaviour script)
+            {
+                Messages.Send(script, "OnDrawGizmos");
+                Messages.Send(script, "OnDrawGizmosSelected");
+            }
             if (editor != null) Messages.Send(editor, "OnSceneGUI");
         }
 

@@ -55,6 +55,7 @@ namespace UnityEngine.Rendering.Universal
             StandInUniversal.passes = 0;
             foreach (var camera in cameras)
             {
+                if (camera == null) continue;
                 var isMultiPass = camera.stereoEnabled && Headset.mode == XR.XRSettings.StereoRenderingMode.MultiPass;
                 BeginCameraRendering(context, camera);
                 for (var eye = 0; eye < (isMultiPass ? 2 : 1); eye++) Render(context, camera, isMultiPass ? eye : -1);

@@ -19,6 +19,8 @@ namespace Lumivox.Tests
     public sealed class DocumentationPictures
     {
         const int Width = 480, Height = 320;
+        /// Of those that show what is small.
+        const int LargeWidth = 720, LargeHeight = 480;
 
         /// Of a pixel. STANDIN_SAMPLES asks for fewer, to look at how a picture is framed.
         static int Samples => int.TryParse(Environment.GetEnvironmentVariable("STANDIN_SAMPLES"), out var samples) ? samples : 24;
@@ -132,6 +134,7 @@ namespace Lumivox.Tests
         [Test]
         public void FirstPicture()
         {
+            Engine.SetScreen(LargeWidth, LargeHeight);
             Head();
             Save("first-picture", Shoot());
         }
@@ -148,29 +151,80 @@ namespace Lumivox.Tests
         [Test]
         public void ClipHandles()
         {
+            Engine.SetScreen(LargeWidth, LargeHeight);
             var volume = Head("ct-skin");
             volume.clipMax = new Vector3(0.5f, 1f, 1f);
+            // From the side that is cut away.
+            var turn = Quaternion.Euler(10f, -38f, 0f);
+            camera.transform.SetPositionAndRotation(turn * Vector3.back * 0.58f, turn);
             var shot = Shoot();
             var canvas = new Canvas(shot.width, shot.height);
             canvas.Image(canvas.Clip, shot.width, shot.height, (x, y) => shot.At(x, y).gamma);
-            Vector2 Seen(Vector3 clip)
+            SceneHands.Clear();
+            Gizmos.drawn.Clear();
+            var editor = UnityEditor.Editor.CreateEditor(volume);
+            EditorHost.DrawScene(editor, volume);
+            Object.DestroyImmediate(editor);
+            var depth = Pictures.Depth(camera);
+            foreach (var (kind, matrix, color) in Gizmos.drawn)
+                if (kind == "wire cube") Wire(canvas, matrix, color, depth);
+            foreach (var (matrix, center, size, color) in SceneHands.Boxes)
             {
-                var at = camera.WorldToViewportPoint((volume.transform.localToWorldMatrix * volume.clipTransform).MultiplyPoint3x4(clip));
-                return new Vector2(at.x * shot.width, (1f - at.y) * shot.height);
+                var box = matrix * Matrix4x4.TRS(center, Quaternion.identity, size);
+                Wire(canvas, box, color, null);
+                Dots(canvas, box, color);
             }
-            Vector3 low = volume.clipMin, high = volume.clipMax;
-            Vector3 Corner(int i) => new Vector3((i & 1) == 0 ? low.x : high.x, (i & 2) == 0 ? low.y : high.y, (i & 4) == 0 ? low.z : high.z);
+            foreach (var (position, text) in SceneHands.Places) canvas.Text(text, Seen(canvas, position) + new Vector2(-5f, 6f), 16f, Color.white, true);
+            Save("clip-handles", canvas.ToPicture(), encode: false);
+        }
+
+        Vector2 Seen(Canvas canvas, Vector3 world)
+        {
+            var at = camera.WorldToViewportPoint(world);
+            return new Vector2(at.x * canvas.width, (1f - at.y) * canvas.height);
+        }
+
+        /// The edges of a unit cube. Gizmos are faint where something is before them, handles nowhere.
+        void Wire(Canvas canvas, Matrix4x4 matrix, Color color, Picture depth)
+        {
+            var clip = GL.GetGPUProjectionMatrix(camera.projectionMatrix, false) * camera.worldToCameraMatrix;
+            bool IsHidden(Vector3 world)
+            {
+                var at = camera.WorldToViewportPoint(world);
+                int x = (int)(at.x * canvas.width), y = (int)(at.y * canvas.height);
+                if (depth == null || x < 0 || y < 0 || x >= canvas.width || y >= canvas.height) return false;
+                var point = clip * new Vector4(world.x, world.y, world.z, 1f);
+                return depth.At(x, y).r > point.z / point.w;
+            }
+            const int parts = 120;
+            Vector3 Corner(int i) => matrix.MultiplyPoint3x4(new Vector3((i & 1) - 0.5f, (i >> 1 & 1) - 0.5f, (i >> 2 & 1) - 0.5f));
             for (var i = 0; i < 8; i++)
                 for (var axis = 1; axis < 8; axis *= 2)
-                    if ((i & axis) == 0) canvas.Line(new[] { Seen(Corner(i)), Seen(Corner(i | axis)) }, new Color(1f, 1f, 1f, 0.7f), 1.2f);
+                {
+                    if ((i & axis) != 0) continue;
+                    Vector3 from = Corner(i), to = Corner(i | axis);
+                    for (var part = 0; part < parts; part++)
+                    {
+                        Vector3 a = Vector3.Lerp(from, to, part / (float)parts), b = Vector3.Lerp(from, to, (part + 1f) / parts);
+                        var shown = color;
+                        if (IsHidden((a + b) / 2f)) shown.a *= 0.15f;
+                        canvas.Line(new[] { Seen(canvas, a), Seen(canvas, b) }, shown, 1.5f);
+                    }
+                }
+        }
+
+        /// A handle in the middle of each face, faint on those that look away.
+        void Dots(Canvas canvas, Matrix4x4 matrix, Color color)
+        {
             for (var side = 0; side < 6; side++)
             {
-                var middle = (low + high) / 2f;
-                middle[side / 2] = side % 2 == 0 ? low[side / 2] : high[side / 2];
-                var at = Seen(middle);
-                canvas.Fill(new Rect(at.x - 4, at.y - 4, 8, 8), new Color(1f, 0.85f, 0.2f), 4);
+                var normal = Vector3.zero;
+                normal[side / 2] = side % 2 == 0 ? -1f : 1f;
+                var middle = matrix.MultiplyPoint3x4(normal * 0.5f);
+                var isAway = Vector3.Dot(matrix.MultiplyVector(normal), middle - camera.transform.position) > 0f;
+                var at = Seen(canvas, middle);
+                canvas.Fill(new Rect(at.x - 4f, at.y - 4f, 8f, 8f), new Color(color.r, color.g, color.b, isAway ? 0.3f : 1f));
             }
-            Save("clip-handles", canvas.ToPicture(), encode: false);
         }
 
         /// A sample as it is when it is played.

@@ -296,6 +296,75 @@ namespace Lumivox.Tests
             EditorProject.Until(() => AssetDatabase.LoadAssetAtPath<LumivoxVolumeAsset>("Assets/head.lumivox") != null, "the scan is in the project");
         }
 
+        /// Nobody but who made them ends those: neither a change of scenes nor a reload does.
+        internal static int LastingPictures => Objects.All().OfType<Texture2D>().Count(texture => texture != null && texture.hideFlags == HideFlags.DontSave);
+
+        [TestCase("another choice")]
+        [TestCase("another scan")]
+        [TestCase("close")]
+        [TestCase("close at once")]
+        public void NoPictureOutlivesWhatShowsIt(string end)
+        {
+            var before = LastingPictures;
+            var file = Path.Combine(outside, "scan.nrrd");
+            File.WriteAllBytes(file, EditorProject.Nrrd());
+            var window = Open(file);
+            var list = window.rootVisualElement.Q<ListView>("series");
+            if (end == "close at once")
+            {
+                // One that is on its way.
+                window.Close();
+                for (var i = 0; i < 50; i++)
+                {
+                    EditorHost.Frame();
+                    System.Threading.Thread.Sleep(5);
+                }
+                Assert.That(LastingPictures, Is.EqualTo(before));
+                return;
+            }
+            void Pictured() => EditorProject.Until(() => window.rootVisualElement.Q<Image>("thumbnail").image != null, "the slice is pictured", window.panel);
+            Pictured();
+            Assert.That(LastingPictures, Is.EqualTo(before + 1));
+            if (end == "another choice")
+            {
+                list.SetSelection(-1);
+                Assert.That(LastingPictures, Is.EqualTo(before));
+                list.SetSelection(0);
+                Pictured();
+                Assert.That(LastingPictures, Is.EqualTo(before + 1));
+            }
+            else if (end == "another scan")
+            {
+                window.Scan();
+                Assert.That(LastingPictures, Is.EqualTo(before));
+                EditorProject.Until(() => window.Now == ImportWindow.Step.Ready, "the file is looked at", window.panel);
+                Pictured();
+                Assert.That(LastingPictures, Is.EqualTo(before + 1));
+            }
+            window.Close();
+            Assert.That(LastingPictures, Is.EqualTo(before));
+        }
+
+        [Test]
+        public void AnImportersPictureEndsWithItsImport()
+        {
+            var before = LastingPictures;
+            IsTheScan(EditorProject.ImportScan("Assets/head.nrrd"));
+            EditorHost.Frame();
+            Assert.That(LastingPictures, Is.EqualTo(before));
+            IsPictured("Assets/head.nrrd");
+        }
+
+        [Test]
+        public void AScanThatCannotBePicturedIsImportedAllTheSame()
+        {
+            // Small scans are decoded without one: the first texture is the picture.
+            Faults.missingFormats.Add(UnityEngine.Experimental.Rendering.GraphicsFormat.R8G8B8A8_SRGB);
+            IsTheScan(EditorProject.ImportScan("Assets/head.nrrd"));
+            Assert.That(AssetDatabase.entries["Assets/head.nrrd"].import.Warnings, Has.Some.Contains("head.nrrd has no picture").And.Contains("asked for by a test"));
+            Assert.That(Dialogs.ImportErrors, Is.Empty);
+        }
+
         [Test]
         public void ABuildTakesAlongTheScansThatItUsesAndNoOthers()
         {

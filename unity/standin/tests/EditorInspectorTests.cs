@@ -220,6 +220,68 @@ namespace Lumivox.Tests
         }
 
         [Test]
+        public void APictureThatCannotBeMadeBreaksNoInspector()
+        {
+            var phantom = LumivoxVolumeAsset.Phantom("cube", 16);
+            AssetDatabase.CreateAsset(phantom, "Assets/phantom.asset");
+            var editor = UnityEditor.Editor.CreateEditor(phantom);
+            Faults.missingFormats.Add(UnityEngine.Experimental.Rendering.GraphicsFormat.R8G8B8A8_SRGB);
+            Assert.That(editor.RenderStaticPreview("Assets/phantom.asset", null, 64, 64), Is.Null);
+            Assert.That(Log.entries.Last(entry => entry.type == LogType.Warning).message, Does.Contain("phantom has no picture").And.Contain("asked for by a test"));
+            Faults.missingFormats.Clear();
+            var picture = editor.RenderStaticPreview("Assets/phantom.asset", null, 64, 64);
+            Assert.That(picture != null);
+            Object.DestroyImmediate(picture);
+            Object.DestroyImmediate(editor);
+        }
+
+        [Test]
+        public void AFileThatCannotBeLookedForIsSaidInTheInspector()
+        {
+            var scan = EditorProject.ImportScan("Assets/head.nrrd");
+            var (_, panel) = EditorHost.Inspect(scan);
+            var find = LumivoxVolumeAsset.EditorFile;
+            try
+            {
+                LumivoxVolumeAsset.EditorFile = _ => throw new System.UnauthorizedAccessException("Library is locked");
+                panel.Click(panel.visualTree.Q<Button>("open").worldBound.center);
+                Assert.That(panel.visualTree.Q<Label>("state").text, Does.Contain("Library is locked"));
+            }
+            finally
+            {
+                LumivoxVolumeAsset.EditorFile = find;
+            }
+            panel.Click(panel.visualTree.Q<Button>("open").worldBound.center);
+            EditorProject.Until(() => scan.state == LumivoxVolumeState.Ready, "the scan is read", panel);
+            Assert.That(panel.visualTree.Q<Label>("state").text, Is.Empty);
+        }
+
+        [Test]
+        public void PresetsWithoutPicturesSayWhyAndCanBeChosen()
+        {
+            var volume = VolumeWithScan();
+            var (_, panel) = EditorHost.Inspect(volume);
+            Faults.missingFormats.Add(UnityEngine.Experimental.Rendering.GraphicsFormat.R8G8B8A8_SRGB);
+            panel.Click(panel.visualTree.Q<Button>("open").worldBound.center);
+            var tiles = panel.visualTree.Q<PresetGallery>().Query<Button>().ToList().Where(tile => tile.enabledSelf && tile.name != "none").ToList();
+            EditorProject.Until(() => tiles.All(tile => tile.tooltip.Contains("no picture")), "all were tried", panel);
+            Assert.That(tiles.First().tooltip, Does.Contain("asked for by a test"));
+            panel.Click(tiles.First().worldBound.center);
+            Assert.That(volume.preset, Is.EqualTo(tiles.First().name));
+        }
+
+        [Test]
+        public void AScanThatLeftTheProjectIsSaidToHaveLeft()
+        {
+            var scan = EditorProject.ImportScan("Assets/head.nrrd");
+            var (_, panel) = EditorHost.Inspect(scan);
+            AssetDatabase.DeleteAsset("Assets/head.nrrd");
+            Log.Expect(LogType.Error, "not in the project any more");
+            panel.Click(panel.visualTree.Q<Button>("open").worldBound.center);
+            Assert.That(panel.visualTree.Q<Label>("state").text, Is.EqualTo("Its file is not in the project any more. Import the scan again."));
+        }
+
+        [Test]
         public void TheMenuMakesAVolumeWhereItShouldBe()
         {
             var parent = new GameObject("Table") { layer = 5 };

@@ -35,6 +35,23 @@ namespace Lumivox.Tests
         }
 
         [Test]
+        public void TheImportWindowStaysAndItsPictureEnds()
+        {
+            var before = EditorImportTests.LastingPictures;
+            System.IO.File.WriteAllBytes(EditorProject.Full("Assets/scan.bin"), EditorProject.Nrrd());
+            var window = ImportWindow.Open(EditorProject.Full("Assets/scan.bin"));
+            EditorProject.Until(() => EditorImportTests.LastingPictures > before, "the slice is pictured", window.panel);
+            Domain.Reload();
+            Assert.That(EditorImportTests.LastingPictures, Is.EqualTo(before));
+            window = EditorWindow.GetWindow<ImportWindow>();
+            Assert.That(window.Now, Is.EqualTo(ImportWindow.Step.Choose));
+            window.Scan();
+            EditorProject.Until(() => EditorImportTests.LastingPictures > before, "it can be looked at again", window.panel);
+            window.Close();
+            Assert.That(EditorImportTests.LastingPictures, Is.EqualTo(before));
+        }
+
+        [Test]
         public void AnImportThatIsUnderWayEndsWithTheDomain()
         {
             var volume = new GameObject("Head").AddComponent<LumivoxVolume>();

@@ -113,6 +113,14 @@ namespace Lumivox.Tests
             Assert.IsTrue(volume.GetWarnings().Any(warning => warning.Contains("'Clip Min' lies beyond 'Clip Max'")));
             volume.transferFunction = ScriptableObject.CreateInstance<LumivoxTransferFunction>();
             Assert.IsTrue(volume.GetWarnings().Any(warning => warning.Contains("no opacity knots")));
+            bool IsScaleWrong() => volume.GetWarnings().Any(warning => warning.Contains("scale is 0"));
+            foreach (var scale in new[] { new Vector3(1f, 0f, 1f), Vector3.one * float.NaN, Vector3.one * float.PositiveInfinity })
+            {
+                volume.transform.localScale = scale;
+                Assert.IsTrue(IsScaleWrong(), $"{scale}");
+            }
+            volume.transform.localScale = new Vector3(-1f, 0.001f, 1000f);
+            Assert.IsFalse(IsScaleWrong());
         }
 
         [Test]
@@ -136,6 +144,15 @@ namespace Lumivox.Tests
             Assert.AreEqual(1f, function.GetColor(0f).r, 1e-5f);
             function.shift = 100f;
             Assert.AreEqual(0.75f, function.GetOpacity(300f), 1e-5f);
+            Object.DestroyImmediate(function);
+        }
+
+        [Test]
+        public void NothingIsNoTransferFunctionAndNoArray()
+        {
+            var function = ScriptableObject.CreateInstance<LumivoxTransferFunction>();
+            StringAssert.Contains("it is null", Assert.Throws<LumivoxException>(() => function.CopyFrom(null)).Message);
+            StringAssert.Contains("it is null", Assert.Throws<LumivoxException>(() => function.Sample(0f, 1f, null)).Message);
             Object.DestroyImmediate(function);
         }
 

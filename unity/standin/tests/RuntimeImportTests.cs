@@ -138,6 +138,88 @@ namespace Lumivox.Tests
             }
         }
 
+        [Test]
+        public void AListenerThatThrowsKeepsNobodyWaiting()
+        {
+            var path = Write("scan.nrrd", EditorProject.Nrrd());
+            using (var importer = new LumivoxImporter())
+            {
+                var thrown = 0;
+                void Throw(string what)
+                {
+                    thrown++;
+                    StandIn.Log.Expect(LogType.Exception, what);
+                    throw new System.InvalidOperationException(what);
+                }
+                importer.progressed += _ => Throw("progress");
+                importer.scanned += _ => Throw("scanned");
+                importer.finished += _ => Throw("finished");
+                importer.failed += _ => Throw("failed");
+                var scanning = importer.Scan(new[] { path });
+                RuntimeComponentTests.Wait(() => scanning.IsCompleted);
+                Assert.AreEqual(1, scanning.Result.series.Length);
+                var loading = importer.Load(new[] { path });
+                RuntimeComponentTests.Wait(() => loading.IsCompleted);
+                Assert.AreEqual(12, loading.Result.dimensions.x);
+                var failing = importer.Load(new[] { "/nowhere" });
+                RuntimeComponentTests.Wait(() => failing.IsCompleted);
+                Assert.IsTrue(failing.IsFaulted);
+                Assert.IsFalse(importer.isRunning);
+                Assert.IsTrue(thrown >= 3);
+                Assert.AreEqual(0, Jobs.Count);
+                Object.DestroyImmediate(loading.Result);
+            }
+        }
+
+        [Test]
+        public void APictureThatCannotBeMadeIsItsTasksError()
+        {
+            var path = Write("scan.nrrd", EditorProject.Nrrd());
+            using (var importer = new LumivoxImporter())
+            {
+                var scanning = importer.Scan(new[] { path });
+                RuntimeComponentTests.Wait(() => scanning.IsCompleted);
+                StandIn.Faults.missingFormats.Add(UnityEngine.Experimental.Rendering.GraphicsFormat.R8G8B8A8_SRGB);
+                var picturing = importer.RequestThumbnail(0, 64);
+                RuntimeComponentTests.Wait(() => picturing.IsCompleted);
+                Assert.IsTrue(picturing.IsFaulted);
+            }
+        }
+
+        [Test]
+        public void OtherThreadsAreToldThatTheyAreNone()
+        {
+            var path = Write("scan.nrrd", EditorProject.Nrrd());
+            var scan = LumivoxVolumeAsset.Phantom("cube", 16);
+            scan.Open();
+            RuntimeComponentTests.Wait(() => scan.state == LumivoxVolumeState.Ready);
+            var look = LumivoxTransferFunction.Preset("ct-skin");
+            var volume = new GameObject("Volume").AddComponent<LumivoxVolume>();
+            (volume.volume, volume.transferFunction) = (scan, look);
+            using (var importer = new LumivoxImporter())
+            {
+                var calls = new System.Action[]
+                {
+                    () => importer.Load(new[] { path }), () => importer.Scan(new[] { path }), () => importer.RequestThumbnail(0),
+                    () => scan.Open(), () => scan.Save(path + ".lumivox"), () => scan.RequestPicture(), () => LumivoxVolumeAsset.LoadFile(path),
+                    () => volume.volume = null, () => volume.transferFunction = null, () => volume.ApplyPreset("ct-bone"),
+                    () => look.SetPoints(null, null), () => look.shift = 1f, () => look.windowScale = 2f, () => look.CopyFrom(look),
+                };
+                foreach (var call in calls)
+                {
+                    var error = Assert.Throws<LumivoxException>(() => System.Threading.Tasks.Task.Run(call).GetAwaiter().GetResult());
+                    StringAssert.Contains("main thread", error.Message);
+                }
+                Assert.AreEqual(0, Jobs.Count, "nothing was begun");
+                Assert.IsFalse(importer.isRunning);
+                Assert.AreEqual((scan, look, ""), (volume.volume, volume.transferFunction, volume.preset));
+                Assert.AreEqual((0f, 1f), (look.shift, look.windowScale));
+            }
+            Object.DestroyImmediate(volume.gameObject);
+            Object.DestroyImmediate(look);
+            Object.DestroyImmediate(scan);
+        }
+
         [TestCase(true)]
         [TestCase(false)]
         public void WhatIsCancelledGivesNothing(bool byToken)

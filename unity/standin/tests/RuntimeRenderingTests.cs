@@ -105,6 +105,33 @@ namespace Lumivox.Tests
             Object.DestroyImmediate(asset);
         }
 
+        [TestCase("Built-in")]
+        [TestCase("graph")]
+        [TestCase("HDRP")]
+        public void ACameraThatIsDestroyedWhileAnotherIsDrawnTakesOnlyItsOwnViewAlong(string kind)
+        {
+#if !UNITY_6000_0_OR_NEWER
+            if (kind == "graph") return;
+#endif
+            var pipeline = kind == "Built-in" ? null : new Pipeline(kind);
+            var other = PlainCamera.Make(Side);
+            Engine.Frames(3);
+            void Destroy(Camera drawn)
+            {
+                if (drawn == camera && other != null) Object.DestroyImmediate(other.gameObject);
+            }
+            void DestroyInPipeline(ScriptableRenderContext context, Camera drawn) => Destroy(drawn);
+            Camera.onPreRender += Destroy;
+            RenderPipelineManager.beginCameraRendering += DestroyInPipeline;
+            Settle();
+            Camera.onPreRender -= Destroy;
+            RenderPipelineManager.beginCameraRendering -= DestroyInPipeline;
+            Assert.IsTrue(other == null);
+            Assert.IsTrue(Light(At(Pictures.Color(camera), 0.5f, 0.5f)) > 0.02f);
+            Assert.AreEqual("", LumivoxRenderer.LastError);
+            pipeline?.Dispose();
+        }
+
         [TestCase(XRSettings.StereoRenderingMode.SinglePassInstanced)]
         [TestCase(XRSettings.StereoRenderingMode.MultiPass)]
         public void BothEyesSeeTheScanFromTheirPlace(XRSettings.StereoRenderingMode mode)

@@ -157,18 +157,24 @@ namespace Lumivox.Tests
         }
 
         [Test]
-        public void OcclusionHasASphereBeforeOneBehindAndOneThatFlies()
+        public void OcclusionHasASphereBeforeOneInsideOneBehindAndOneThatFlies()
         {
             var sample = Play<Occlusion>("Occlusion", 40, one => one.period = 0f);
             var with = Settled();
             var without = Empty();
             Assert.IsTrue(Off(At(with, Vector3.zero), At(without, Vector3.zero)) > 0.05f, "nothing is seen of the head");
             Color Of(int index) => sample.GetComponentsInChildren<Renderer>()[index].material.color.linear;
-            // In the order in which they are made: before, behind, the floor, the traveller.
+            // In the order in which they are made: before, behind, the floor, the traveller, inside.
             var spheres = sample.GetComponentsInChildren<Renderer>().Select(renderer => renderer.transform).ToArray();
-            Assert.AreEqual(4, spheres.Length);
+            Assert.AreEqual(5, spheres.Length);
             Assert.IsTrue(Off(Of(0), At(with, spheres[0].position)) < 0.01f, $"{At(with, spheres[0].position)} is before everything");
             Assert.IsTrue(Off(Of(0), At(without, spheres[0].position)) < 0.01f);
+            Assert.IsTrue(Off(Of(4), At(with, spheres[4].position)) > 0.05f, $"{At(with, spheres[4].position)} is in the head");
+            Assert.IsTrue(Off(Of(4), At(without, spheres[4].position)) < 0.01f);
+            // From where one begins, the one behind is seen in part beside the head, and in part through it.
+            var across = Camera.main.transform.right * (spheres[1].localScale.x * 0.35f);
+            Assert.IsTrue(Off(Of(1), At(with, spheres[1].position - across)) < 0.05f, $"{At(with, spheres[1].position - across)} is beside the head");
+            Assert.IsTrue(Off(Of(1), At(with, spheres[1].position + across)) > 0.05f, $"{At(with, spheres[1].position + across)} is behind it");
             float Distance(Vector3 place) => Camera.main.WorldToViewportPoint(place).z;
             Assert.IsTrue(Distance(spheres[0].position) < Distance(Vector3.zero) && Distance(spheres[1].position) > Distance(Vector3.zero));
             // Seen through the head, the other one is not as it is; from the other side it is.

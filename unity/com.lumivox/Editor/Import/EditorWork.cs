@@ -1,14 +1,24 @@
 // Work of the library's threads that the editor waits for, or asks about in each of its turns.
 using System;
+using System.IO;
 using System.Threading;
 using System.Threading.Tasks;
 using UnityEditor;
+using UnityEngine;
 
 namespace Lumivox.Editor
 {
     static class EditorWork
     {
         const string Lost = "It ended without a result; the console says why.";
+
+        /// <summary>
+        /// Whether an exception is of what lies outside, files, the GPU, or work that was stopped: such are told where they
+        /// are met. All others are faults of the code, and thrown on.
+        /// </summary>
+        public static bool IsOutside(Exception error) =>
+            error is LumivoxException || error is IOException || error is UnauthorizedAccessException || error is InvalidOperationException
+            || error is UnityException || error is OperationCanceledException;
 
         /// <summary>Waits here and now, as importers must. `step` is called meanwhile.</summary>
         public static T Wait<T>(Task<T> task, Action step = null)

@@ -56,6 +56,9 @@ namespace Lumivox.Editor
             else Go(Step.Choose);
         }
 
+        /// Before scripts are loaded anew, too, which pictures would outlive.
+        void OnDisable() => ForgetPicture();
+
         void OnDestroy()
         {
             // What is being saved is saved all the same: nobody else has it.
@@ -64,7 +67,6 @@ namespace Lumivox.Editor
                 importer.Dispose();
                 importer = null;
             }
-            ForgetPicture();
             ForgetUnsaved();
         }
 

@@ -86,8 +86,7 @@ namespace Lumivox.Editor
                     var stored = StoredScans.ProjectFile(ctx.GetOutputArtifactFilePath(StoredScans.Artifact));
                     EditorWork.Wait(made.Save(stored), () => EditorUtility.DisplayProgressBar("Import " + Path.GetFileName(ctx.assetPath), "Writing the scan", 1));
                     var asset = LumivoxVolumeAsset.Stored(AssetDatabase.AssetPathToGUID(ctx.assetPath), made.Handle);
-                    ctx.AddObjectToAsset("scan", asset, ScanPictures.Of(made));
-                    ctx.SetMainObject(asset);
+                    ScanPictures.Add(ctx, asset, made);
                     Tell(ctx, asset.GetReport(), report);
                 }
                 catch (TaskCanceledException)
@@ -132,8 +131,7 @@ namespace Lumivox.Editor
                 opened = EditorWork.Wait(LumivoxVolumeAsset.LoadFile(StoredScans.ProjectFile(ctx.assetPath)),
                     () => EditorUtility.DisplayProgressBar("Import " + Path.GetFileName(ctx.assetPath), "Reading the scan", 0.5f));
                 var asset = LumivoxVolumeAsset.Stored(AssetDatabase.AssetPathToGUID(ctx.assetPath), opened.Handle);
-                ctx.AddObjectToAsset("scan", asset, ScanPictures.Of(opened));
-                ctx.SetMainObject(asset);
+                ScanPictures.Add(ctx, asset, opened);
             }
             catch (LumivoxException error)
             {

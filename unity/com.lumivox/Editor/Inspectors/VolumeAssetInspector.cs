@@ -1,8 +1,10 @@
+using System;
 using System.Linq;
 using Lumivox.Native;
 using UnityEditor;
 using UnityEngine;
 using UnityEngine.UIElements;
+using Object = UnityEngine.Object;
 
 namespace Lumivox.Editor
 {
@@ -57,20 +59,35 @@ namespace Lumivox.Editor
         {
             var small = Border.Fault == null ? Scan.SmallPhantom(PreviewSize) : null;
             if (small == null) return null;
+            string problem = null;
             try
             {
-                return EditorWork.Wait(small.Open()) ? ScanPictures.Of(small, Mathf.Min(width, height)) : null;
+                // Why it cannot be opened is said by itself.
+                return EditorWork.Wait(small.Open()) ? ScanPictures.Of(small, out problem, Mathf.Min(width, height)) : null;
+            }
+            catch (Exception error) when (EditorWork.IsOutside(error))
+            {
+                problem = error.Message;
+                return null;
             }
             finally
             {
+                if (problem != null) Debug.LogWarning($"{Scan.name} has no picture: {problem}", Scan);
                 DestroyImmediate(small);
             }
         }
 
         void Open()
         {
-            if (Scan.state == LumivoxVolumeState.Closed || Scan.state == LumivoxVolumeState.Failed) Scan.Open();
-            Show();
+            try
+            {
+                if (Scan.state == LumivoxVolumeState.Closed || Scan.state == LumivoxVolumeState.Failed) Scan.Open();
+                Show();
+            }
+            catch (Exception error) when (EditorWork.IsOutside(error))
+            {
+                state.text = error.Message;
+            }
         }
 
         void Listen(LumivoxVolumeAsset scan)
@@ -94,7 +111,15 @@ namespace Lumivox.Editor
             lines.AddRange(report.notes.Select(note => "\u2022 " + note));
             facts.text = string.Join("\n", lines);
             state.text = scan.state == LumivoxVolumeState.Failed ? scan.error : scan.state == LumivoxVolumeState.Loading ? "It is being read." : "";
-            if (scan.state == LumivoxVolumeState.Ready) histogram.Show(scan);
+            if (scan.state != LumivoxVolumeState.Ready) return;
+            try
+            {
+                histogram.Show(scan);
+            }
+            catch (Exception error) when (EditorWork.IsOutside(error))
+            {
+                state.text = error.Message;
+            }
         }
     }
 

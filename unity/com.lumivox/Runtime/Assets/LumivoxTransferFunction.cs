@@ -97,6 +97,7 @@ namespace Lumivox
             get => m_Shift;
             set
             {
+                MainThread.Need("LumivoxTransferFunction.shift");
                 if (!Numbers.Takes("LumivoxTransferFunction.shift", Numbers.IsFinite(value), this)) return;
                 m_Shift = value;
                 Touch();
@@ -109,6 +110,7 @@ namespace Lumivox
             get => m_WindowScale;
             set
             {
+                MainThread.Need("LumivoxTransferFunction.windowScale");
                 if (!Numbers.Takes("LumivoxTransferFunction.windowScale", Numbers.IsFinite(value), this)) return;
                 m_WindowScale = Mathf.Clamp(value, NarrowestWindow, WidestWindow);
                 Touch();
@@ -118,6 +120,8 @@ namespace Lumivox
         /// <summary>Replaces all points at once, with a single <see cref="changed"/>; null leaves a list as it is.</summary>
         public void SetPoints(IEnumerable<OpacityKnot> knots, IEnumerable<ColorStop> stops)
         {
+            // What a frame has of it would go while it is drawn.
+            MainThread.Need("LumivoxTransferFunction.SetPoints");
             if (knots != null)
             {
                 var list = new List<OpacityKnot>(knots);
@@ -135,6 +139,8 @@ namespace Lumivox
         /// <summary>Takes over what another one is.</summary>
         public void CopyFrom(LumivoxTransferFunction other)
         {
+            if (other == null) throw new LumivoxException("There is no transfer function to copy: it is null.");
+            MainThread.Need("LumivoxTransferFunction.CopyFrom");
             m_Shift = other.m_Shift;
             m_WindowScale = other.m_WindowScale;
             SetPoints(other.m_OpacityKnots, other.m_ColorStops);
@@ -153,6 +159,7 @@ namespace Lumivox
         /// <summary>Linear RGB and opacity at as many values, evenly from low to high, as the array holds.</summary>
         public void Sample(float low, float high, Vector4[] into)
         {
+            if (into == null) throw new LumivoxException("There is no array to sample into: it is null.");
             if (into.Length == 0) return;
             Border.Need();
             fixed (Vector4* rgba = into)

@@ -153,15 +153,11 @@ namespace Lumivox
         /// <exception cref="LumivoxException">The scan is not open, or there is no such preset.</exception>
         public Task<Texture2D> RequestPicture(int size = 128, string preset = null)
         {
+            MainThread.Need("LumivoxVolumeAsset.RequestPicture");
             if (handle == null) throw new LumivoxException("A scan that is not open cannot be pictured: open it first.");
             var pictured = new TaskCompletionSource<Texture2D>();
             fixed (byte* utf8 = Border.Utf8(string.IsNullOrEmpty(preset) ? null : preset))
-                Jobs.Follow(Library.lumivox_volume_picture(handle.Pointer, utf8, (uint)Mathf.Clamp(size, 1, 256)), (job, state) =>
-                {
-                    if (state == JobState.Done) pictured.TrySetResult(job.Picture());
-                    else if (state == JobState.Cancelled) pictured.TrySetCanceled();
-                    else pictured.TrySetException(new LumivoxException(job.Error));
-                });
+                Jobs.Follow(Library.lumivox_volume_picture(handle.Pointer, utf8, (uint)Mathf.Clamp(size, 1, 256)), pictured, job => job.Picture());
             return pictured.Task;
         }
 
@@ -171,6 +167,7 @@ namespace Lumivox
         /// </summary>
         public Task<bool> Open()
         {
+            MainThread.Need("LumivoxVolumeAsset.Open");
             if (currentState == LumivoxVolumeState.Ready) return Task.FromResult(true);
             if (currentState == LumivoxVolumeState.Loading) return opened.Task;
             opened = new TaskCompletionSource<bool>();
@@ -186,9 +183,10 @@ namespace Lumivox
         /// <exception cref="LumivoxException">It is not open, or the file cannot be written.</exception>
         public Task Save(string path)
         {
+            MainThread.Need("LumivoxVolumeAsset.Save");
             if (handle == null) throw new LumivoxException("A scan that is not open cannot be saved: open it first.");
             var saved = new TaskCompletionSource<bool>();
-            fixed (byte* utf8 = Border.Utf8(path)) Jobs.Follow(Library.lumivox_volume_save(handle.Pointer, utf8), (job, state) => Finish(saved, job, state));
+            fixed (byte* utf8 = Border.Utf8(path)) Jobs.Follow(Library.lumivox_volume_save(handle.Pointer, utf8), saved, job => true);
             return saved.Task;
         }
 
@@ -196,9 +194,10 @@ namespace Lumivox
         /// <exception cref="LumivoxException">It cannot be read.</exception>
         public static Task<LumivoxVolumeAsset> LoadFile(string path)
         {
+            MainThread.Need("LumivoxVolumeAsset.LoadFile");
             Border.Need();
             var loaded = new TaskCompletionSource<LumivoxVolumeAsset>();
-            fixed (byte* utf8 = Border.Utf8(path)) Jobs.Follow(Library.lumivox_volume_open(utf8), (job, state) => FinishMade(loaded, job, state));
+            fixed (byte* utf8 = Border.Utf8(path)) Jobs.Follow(Library.lumivox_volume_open(utf8), loaded, job => Of(job.TakeVolume()));
             return loaded.Task;
         }
 
@@ -326,7 +325,12 @@ namespace Lumivox
 
         void OpenFile(string path)
         {
-            if (string.IsNullOrEmpty(path) || !File.Exists(path))
+            if (string.IsNullOrEmpty(path))
+            {
+                Fail("Its file is not in the project any more. Import the scan again.");
+                return;
+            }
+            if (!File.Exists(path))
             {
                 Fail($"The scan's file is not there: {path}. Import the scan again, or build the player again.");
                 return;
@@ -356,7 +360,17 @@ namespace Lumivox
                 Fail(state == JobState.Cancelled ? "It was stopped while it was read." : job.Error);
                 return;
             }
-            Adopt(job.TakeVolume());
+            VolumeHandle made;
+            try
+            {
+                made = job.TakeVolume();
+            }
+            catch (LumivoxException error)
+            {
+                Fail(error.Message);
+                return;
+            }
+            Adopt(made);
             if (users == 0) Release();
         }
 
@@ -367,11 +381,8 @@ namespace Lumivox
             Describe(made);
             currentState = LumivoxVolumeState.Ready;
             currentError = "";
-            var waiting = opened;
-            opened = null;
-            changed?.Invoke();
             LumivoxRuntime.RequestFrames();
-            waiting?.TrySetResult(true);
+            Told(true);
         }
 
         void Describe(VolumeHandle made)
@@ -408,11 +419,23 @@ namespace Lumivox
         {
             currentState = LumivoxVolumeState.Failed;
             currentError = why;
+            Debug.LogError($"The scan '{name}' cannot be shown: {why}", this);
+            Told(false);
+        }
+
+        /// <summary>Whoever waits hears of the end, though a listener throws.</summary>
+        void Told(bool isOpen)
+        {
             var waiting = opened;
             opened = null;
-            Debug.LogError($"The scan '{name}' cannot be shown: {why}", this);
-            changed?.Invoke();
-            waiting?.TrySetResult(false);
+            try
+            {
+                changed?.Invoke();
+            }
+            finally
+            {
+                waiting?.TrySetResult(isOpen);
+            }
         }
 
         void Close()
@@ -426,20 +449,6 @@ namespace Lumivox
             var waiting = opened;
             opened = null;
             waiting?.TrySetResult(false);
-        }
-
-        static void Finish(TaskCompletionSource<bool> task, Job job, JobState state)
-        {
-            if (state == JobState.Done) task.TrySetResult(true);
-            else if (state == JobState.Cancelled) task.TrySetCanceled();
-            else task.TrySetException(new LumivoxException(job.Error));
-        }
-
-        internal static void FinishMade(TaskCompletionSource<LumivoxVolumeAsset> task, Job job, JobState state)
-        {
-            if (state == JobState.Done) task.TrySetResult(Of(job.TakeVolume()));
-            else if (state == JobState.Cancelled) task.TrySetCanceled();
-            else task.TrySetException(new LumivoxException(job.Error));
         }
 
         void OnDisable()

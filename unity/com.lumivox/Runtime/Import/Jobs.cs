@@ -1,6 +1,7 @@
 // Long work of the native library's threads, asked for news on the main thread.
 using System;
 using System.Collections.Generic;
+using System.Threading.Tasks;
 using Lumivox.Native;
 using UnityEngine;
 
@@ -113,6 +114,30 @@ namespace Lumivox
 
         public static int Count => running.Count;
 
+        /// <summary>Follows a job whose end is a task's: what is taken of it, why that cannot be, or that it was stopped.</summary>
+        public static Job Follow<T>(IntPtr pointer, TaskCompletionSource<T> task, Func<Job, T> take) => Follow(pointer, (job, state) =>
+        {
+            if (state == JobState.Cancelled) task.TrySetCanceled();
+            else if (state != JobState.Done) task.TrySetException(new LumivoxException(job.Error));
+            else if (Try(task, () => take(job), out var taken)) task.TrySetResult(taken);
+        });
+
+        /// <summary>Takes what a task waits for. What that throws is the task's: whoever waits would never hear of it otherwise.</summary>
+        public static bool Try<T, TTask>(TaskCompletionSource<TTask> task, Func<T> take, out T taken)
+        {
+            try
+            {
+                taken = take();
+                return true;
+            }
+            catch (Exception error)
+            {
+                taken = default;
+                task.TrySetException(error);
+                return false;
+            }
+        }
+
         /// <summary>Follows a job of the library's. What ends it is called on the main thread.</summary>
         public static Job Follow(IntPtr pointer, Action<Job, JobState> ended)
         {
@@ -131,7 +156,7 @@ namespace Lumivox
             polled.AddRange(running);
             foreach (var job in polled)
             {
-                var isOver = true;
+                bool isOver;
                 try
                 {
                     isOver = job.Poll();
@@ -139,6 +164,8 @@ namespace Lumivox
                 catch (Exception error)
                 {
                     UnityEngine.Debug.LogException(error);
+                    // Who hears of its progress may fail before it has ended.
+                    isOver = job.Handle.IsClosed;
                 }
                 if (isOver) running.Remove(job);
             }

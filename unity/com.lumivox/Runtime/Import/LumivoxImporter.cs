@@ -89,12 +89,18 @@ namespace Lumivox
             var task = new TaskCompletionSource<LumivoxReport>();
             Start(list, chosen, isScan: true, (ended, state) =>
             {
-                if (Gave(task, ended, state)) return;
-                study = new StudyHandle(Border.Checked(Library.lumivox_job_take_study(ended.Pointer)));
-                var report = LumivoxReport.FromJson(ended.Report);
+                if (Gave(task, ended, state) || !Took(task, () => LumivoxReport.FromJson(ended.Report), out var report)) return;
+                if (!Took(task, () => new StudyHandle(Border.Checked(Library.lumivox_job_take_study(ended.Pointer))), out study)) return;
                 (studied, studiedRaw, seriesCount) = (list, chosen.raw, report.series.Length);
-                scanned?.Invoke(report);
-                task.TrySetResult(report);
+                // Whoever waits hears of the end, though a listener throws.
+                try
+                {
+                    scanned?.Invoke(report);
+                }
+                finally
+                {
+                    task.TrySetResult(report);
+                }
             }, cancel);
             return task.Task;
         }
@@ -107,10 +113,15 @@ namespace Lumivox
             var task = new TaskCompletionSource<LumivoxVolumeAsset>();
             Start(list, chosen, isScan: false, (ended, state) =>
             {
-                if (Gave(task, ended, state)) return;
-                var volume = LumivoxVolumeAsset.Of(ended.TakeVolume());
-                finished?.Invoke(volume);
-                task.TrySetResult(volume);
+                if (Gave(task, ended, state) || !Took(task, () => LumivoxVolumeAsset.Of(ended.TakeVolume()), out var volume)) return;
+                try
+                {
+                    finished?.Invoke(volume);
+                }
+                finally
+                {
+                    task.TrySetResult(volume);
+                }
             }, cancel);
             return task.Task;
         }
@@ -123,6 +134,7 @@ namespace Lumivox
         /// <exception cref="LumivoxException">There is no such series: before a scan there is none.</exception>
         public Task<Texture2D> RequestThumbnail(int series, int size = 128)
         {
+            MainThread.Need("LumivoxImporter.RequestThumbnail");
             if (study == null || series < 0 || series >= seriesCount) throw new LumivoxException($"There is no series {series} to picture: scan first, and count from 0.");
             picture?.Cancel();
             var task = new TaskCompletionSource<Texture2D>();
@@ -130,7 +142,8 @@ namespace Lumivox
             {
                 if (picture == ended) picture = null;
                 if (state == JobState.Cancelled) task.TrySetCanceled();
-                else task.TrySetResult(state == JobState.Done ? ended.Picture() : null);
+                else if (state != JobState.Done) task.TrySetResult(null);
+                else if (Jobs.Try(task, ended.Picture, out var made)) task.TrySetResult(made);
             });
             return task.Task;
         }
@@ -158,10 +171,11 @@ namespace Lumivox
 
         (string[], LumivoxImportOptions) Begin(IEnumerable<string> paths, LumivoxImportOptions options)
         {
+            MainThread.Need("A LumivoxImporter");
             if (job != null) throw new LumivoxException("This importer is busy: wait for it, cancel it, or take another.");
             Border.Need();
             var list = new List<string>();
-            foreach (var path in paths)
+            foreach (var path in paths ?? Array.Empty<string>())
                 if (!string.IsNullOrEmpty(path)) list.Add(path);
             if (list.Count == 0) throw new LumivoxException("There is nothing to read: name a file, a folder or an archive.");
             return (list.ToArray(), options ?? new LumivoxImportOptions());
@@ -220,6 +234,14 @@ namespace Lumivox
             seriesCount = 0;
         }
 
+        /// <summary>Whether what a job gave could be taken; if not, that is told here.</summary>
+        bool Took<T, TTask>(TaskCompletionSource<TTask> task, Func<T> take, out T taken)
+        {
+            if (Jobs.Try(task, take, out taken)) return true;
+            failed?.Invoke(task.Task.Exception.GetBaseException().Message);
+            return false;
+        }
+
         /// <summary>Whether a job came to nothing, which is told here.</summary>
         bool Gave<T>(TaskCompletionSource<T> task, Job ended, JobState state)
         {
@@ -227,13 +249,25 @@ namespace Lumivox
             if (state == JobState.Done) return false;
             if (state == JobState.Cancelled)
             {
-                cancelled?.Invoke();
-                task.TrySetCanceled();
+                try
+                {
+                    cancelled?.Invoke();
+                }
+                finally
+                {
+                    task.TrySetCanceled();
+                }
                 return true;
             }
             var message = ended.Error;
-            failed?.Invoke(message);
-            task.TrySetException(new LumivoxException(message));
+            try
+            {
+                failed?.Invoke(message);
+            }
+            finally
+            {
+                task.TrySetException(new LumivoxException(message));
+            }
             return true;
         }
     }

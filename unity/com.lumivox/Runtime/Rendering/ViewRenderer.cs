@@ -114,18 +114,18 @@ namespace Lumivox
         }
 
         /// <summary>How far all eyes of a camera are.</summary>
-        public LumivoxStatus StatusOf(Camera camera, bool awaitsSky)
+        public LumivoxStatus StatusOf(Camera camera, WorldGatherer worlds)
         {
             var id = camera.GetInstanceID();
             int samples = int.MaxValue, target = 0;
             long pixelSamples = 0, lost = 0;
-            var isConverged = !awaitsSky;
+            var isConverged = true;
             foreach (var view in views)
             {
                 if (view.CameraId != id || !view.IsShown) continue;
                 samples = Math.Min(samples, (int)view.Status.samples);
                 target = view.Target;
-                isConverged &= view.Status.isConverged != 0;
+                isConverged &= view.Status.isConverged != 0 && !worlds.AwaitsSky(view.World);
                 pixelSamples += (long)view.Status.pixelSamples;
                 lost += view.Status.lostPixels;
             }

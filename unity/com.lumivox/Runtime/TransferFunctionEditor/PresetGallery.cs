@@ -158,6 +158,7 @@ namespace Lumivox
                 else
                 {
                     if (made != null) tiles[place].Show(made);
+                    else if (done.IsFaulted) tiles[place].tooltip += $"\nIt has no picture: {done.Exception.GetBaseException().Message}";
                     Picture(place + 1, round);
                 }
                 return done.Exception;

@@ -6,34 +6,38 @@ using UnityEngine.Rendering;
 
 namespace Lumivox
 {
-    internal sealed class EnvironmentReader : IDisposable
+    internal sealed class EnvironmentReader
     {
         /// <summary>What a pipeline with skies of its own reads instead; false where it has none.</summary>
-        internal delegate bool Adaptation(SkyBaker baker, bool hasLights, ref Surroundings surroundings);
+        internal delegate bool Adaptation(WorldSky sky, bool hasLights, ref Surroundings surroundings);
 
         /// <summary>That of the pipeline, where it has one.</summary>
         internal static Adaptation Adapt;
 
-        readonly SkyBaker baker = new SkyBaker();
         readonly Vector3[] directions = { Vector3.up, Vector3.forward, Vector3.down };
         readonly Color[] colors = new Color[3];
-
-        public SkyBaker Baker => baker;
 
         /// <summary>How bright the studio is in a pipeline whose light is physical; null elsewhere.</summary>
         internal static Func<float> StudioStrength;
 
         public static Surroundings Studio => new Surroundings { kind = Surroundings.Studio, strength = StudioStrength != null ? StudioStrength() : 1f };
 
-        /// <summary>What lights a scene besides its lights.</summary>
-        public void Read(bool hasLights, ref Surroundings surroundings)
+        /// <summary>What lights a world besides its lights.</summary>
+        public void Read(WorldSky sky, bool hasLights, ref Surroundings surroundings)
         {
             surroundings = new Surroundings { strength = 1f };
-            if (Adapt != null && GraphicsSettings.currentRenderPipeline != null && Adapt(baker, hasLights, ref surroundings))
+            if (Adapt == null || GraphicsSettings.currentRenderPipeline == null || !Adapt(sky, hasLights, ref surroundings)) ReadScene(sky, hasLights, ref surroundings);
+            if (surroundings.kind == Surroundings.Map)
             {
-                FillMap(ref surroundings);
-                return;
+                surroundings.map = sky.Use();
+                if (surroundings.map == IntPtr.Zero) ReadProbe(ref surroundings);
             }
+            // Nobody waits for a sky that lights nothing.
+            else sky.LookAway();
+        }
+
+        static void ReadScene(WorldSky sky, bool hasLights, ref Surroundings surroundings)
+        {
             switch (RenderSettings.ambientMode)
             {
                 case AmbientMode.Flat:
@@ -59,19 +63,9 @@ namespace Lumivox
                 }
                 return;
             }
-            baker.Look(skybox);
+            sky.Look(skybox);
             surroundings.kind = Surroundings.Map;
             surroundings.strength = RenderSettings.ambientIntensity;
-            FillMap(ref surroundings);
-        }
-
-        public void Dispose() => baker.Dispose();
-
-        void FillMap(ref Surroundings surroundings)
-        {
-            if (surroundings.kind != Surroundings.Map) return;
-            surroundings.map = baker.Use();
-            if (surroundings.map == IntPtr.Zero) ReadProbe(ref surroundings);
         }
 
         /// <summary>Until the sky is there, what the engine lights its own objects with.</summary>

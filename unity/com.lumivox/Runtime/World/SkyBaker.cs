@@ -8,6 +8,7 @@ using UnityEngine.Rendering;
 
 namespace Lumivox
 {
+    /// <summary>One sky, a material or a cube of the host's own, for all worlds that it lights: see <see cref="Skies"/>.</summary>
     internal sealed unsafe class SkyBaker : IDisposable
     {
         /// <summary>Texels along a side of a face, and around the map.</summary>
@@ -19,10 +20,10 @@ namespace Lumivox
         /// <summary>Attempts after which a sky that cannot be had is done without.</summary>
         const int MostTries = 3;
 
+        readonly Material material;
+        readonly Cubemap cubemap;
         readonly float[] faces = new float[6 * Side * Side * 4];
         readonly Action<AsyncGPUReadbackRequest> came;
-        Material sky;
-        Cubemap cubemap;
         ulong fingerprint;
         ulong mapHash;
         MapHandle map;
@@ -31,52 +32,48 @@ namespace Lumivox
         Task<float[]> converting;
         int nextLook;
         int tries;
-        /// <summary>Counts skies that were looked away from, and what that was when the one that is read was asked for.</summary>
-        int lookedAway, readAfter;
-        bool isWanted, isReading, isUnseen, isDisposed;
-        float scale = 1f;
+        bool isWanted, isReading, isDisposed;
 
-        public SkyBaker() => came = Came;
-
-        /// <summary>The map for a frame; zero where there is none yet.</summary>
-        public IntPtr Use()
+        public SkyBaker(Material material)
         {
-            isUnseen = false;
-            return map != null ? map.Pointer : IntPtr.Zero;
+            this.material = material;
+            came = Came;
+            Want(Fingerprint(material));
         }
 
-        /// <summary>Whether the map that was used last is not that of the sky as it is now.</summary>
-        public bool IsAwaited => isWanted || isReading || isUnseen || converting != null;
+        public SkyBaker(Cubemap cubemap)
+        {
+            this.cubemap = cubemap;
+            came = Came;
+            Want(0);
+        }
 
-        /// <summary>Whether a camera is the one that skies are drawn with.</summary>
+        /// <summary>How many worlds it lights.</summary>
+        public int Users;
+
+        /// <summary>Counts its maps: 0 before the first.</summary>
+        public int Version { get; private set; }
+
+        /// <summary>The newest map; zero where there is none yet.</summary>
+        public IntPtr Map => map != null ? map.Pointer : IntPtr.Zero;
+
+        /// <summary>Whether a map is on its way.</summary>
+        public bool IsBusy => isWanted || isReading || converting != null;
+
+        /// <summary>Whether a camera is the one that the sky is drawn with.</summary>
         public bool Owns(Camera other) => !ReferenceEquals(camera, null) && ReferenceEquals(camera, other);
 
-        /// <summary>The sky of the frame's scenes. Called while it is drawn: the baking itself waits for the next turn.</summary>
-        public void Look(Material material)
+        public bool Shows(Material other) => !ReferenceEquals(material, null) && ReferenceEquals(material, other);
+
+        public bool Shows(Cubemap other) => !ReferenceEquals(cubemap, null) && ReferenceEquals(cubemap, other);
+
+        /// <summary>Whether it has changed. Called while a frame is drawn: the baking itself waits for the next turn.</summary>
+        public void Look()
         {
-            if (material == sky && ReferenceEquals(cubemap, null) && nextLook-- > 0) return;
+            if (ReferenceEquals(material, null) || nextLook-- > 0) return;
             nextLook = TurnsBetweenLooks;
             var now = Fingerprint(material);
-            if (now == fingerprint && material == sky) return;
-            Want(material, null, now, 1f);
-        }
-
-        /// <summary>A cube of the host's own, times a factor.</summary>
-        public void Look(Cubemap of, float factor)
-        {
-            if (ReferenceEquals(of, cubemap) && factor == scale) return;
-            Want(null, of, 0, factor);
-        }
-
-        /// <summary>There is no sky to bake: what was baked, or is about to be, is nobody's any more.</summary>
-        public void LookAway()
-        {
-            if (ReferenceEquals(sky, null) && ReferenceEquals(cubemap, null) && map == null) return;
-            (sky, cubemap, fingerprint) = (null, null, 0);
-            isWanted = isUnseen = false;
-            lookedAway++;
-            map?.Dispose();
-            map = null;
+            if (now != fingerprint) Want(now);
         }
 
         /// <summary>Between frames: what is drawn here would be drawn within another camera's picture otherwise.</summary>
@@ -86,7 +83,7 @@ namespace Lumivox
             if (!isWanted || isReading || converting != null) return;
             isWanted = false;
             if (cubemap != null) Read(cubemap);
-            else if (sky != null && tries < MostTries) Bake();
+            else if (material != null && tries < MostTries) Bake();
             else ReadReflection();
         }
 
@@ -95,15 +92,15 @@ namespace Lumivox
             isDisposed = true;
             map?.Dispose();
             map = null;
-            Executor.Destroy(cube);
-            cube = null;
+            // What is read back still names it.
+            if (!isReading) Executor.Destroy(cube);
             if (camera != null) Disposal.Destroy(camera.gameObject);
             camera = null;
         }
 
-        void Want(Material material, Cubemap of, ulong now, float factor)
+        void Want(ulong now)
         {
-            (sky, cubemap, fingerprint, scale) = (material, of, now, factor);
+            fingerprint = now;
             tries = 0;
             isWanted = true;
         }
@@ -122,6 +119,8 @@ namespace Lumivox
                 camera.allowHDR = true;
                 camera.allowMSAA = false;
                 camera.useOcclusionCulling = false;
+                // The scene's may be another meanwhile, as where the editor shows a prefab.
+                hidden.AddComponent<Skybox>().material = material;
             }
             if (cube == null)
                 cube = new RenderTexture(Side, Side, 16, RenderTextureFormat.ARGBHalf)
@@ -152,14 +151,17 @@ namespace Lumivox
             readSide = Math.Max(1, of.width >> level);
             if (readSide > Side) return;
             isReading = true;
-            readAfter = lookedAway;
             AsyncGPUReadback.Request(of, level, TextureFormat.RGBAFloat, came);
         }
 
         void Came(AsyncGPUReadbackRequest request)
         {
             isReading = false;
-            if (isDisposed || readAfter != lookedAway) return;
+            if (isDisposed)
+            {
+                Executor.Destroy(cube);
+                return;
+            }
             if (request.hasError || request.layerCount < 6)
             {
                 isWanted = ++tries <= MostTries;
@@ -171,15 +173,13 @@ namespace Lumivox
                 var texels = request.GetData<float>(face);
                 for (var i = 0; i < side * side * 4; i++) faces[face * side * side * 4 + i] = texels[i];
             }
-            var factor = scale;
-            converting = Task.Run(() => CubeMap.Panorama(faces, side, Width, Height, factor));
+            converting = Task.Run(() => CubeMap.Panorama(faces, side, Width, Height, 1f));
         }
 
         void Take()
         {
             var task = converting;
             converting = null;
-            if (readAfter != lookedAway) return;
             if (task.IsFaulted)
             {
                 Debug.LogException(task.Exception);
@@ -192,7 +192,8 @@ namespace Lumivox
             {
                 var made = new MapHandle(Border.Checked(Library.lumivox_map_new(Width, Height, rgb)));
                 map?.Dispose();
-                (map, mapHash, isUnseen) = (made, hash, true);
+                (map, mapHash) = (made, hash);
+                Version++;
             }
             LumivoxRuntime.RequestFrames();
         }

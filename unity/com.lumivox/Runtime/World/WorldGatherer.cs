@@ -31,10 +31,12 @@ namespace Lumivox
             public long Frame = -1;
             public int Volumes;
             public bool IsRecorded;
+            public WorldSky Sky;
         }
 
         readonly List<World> worlds = new List<World>();
         readonly EnvironmentReader environment = new EnvironmentReader();
+        readonly Skies skies = new Skies();
         Instance[] instances = new Instance[16];
         LumivoxVolume[] owners = new LumivoxVolume[16];
         Instance[] seen = new Instance[16];
@@ -46,7 +48,7 @@ namespace Lumivox
         long gathered = -1;
         ulong lastNumber;
 
-        public SkyBaker Baker => environment.Baker;
+        public Skies Skies => skies;
 
         /// <summary>The layers of all volumes.</summary>
         public uint Layers => layers;
@@ -82,21 +84,44 @@ namespace Lumivox
         public uint Keep(long oldest, ref ulong[] numbers)
         {
             for (var i = worlds.Count - 1; i >= 0; i--)
-                if (worlds[i].Frame < oldest) worlds.RemoveAt(i);
+            {
+                if (worlds[i].Frame >= oldest) continue;
+                worlds[i].Sky.Dispose();
+                worlds.RemoveAt(i);
+            }
             if (numbers.Length < worlds.Count) numbers = new ulong[worlds.Count * 2];
             for (var i = 0; i < worlds.Count; i++) numbers[i] = worlds[i].Number;
             return (uint)worlds.Count;
         }
 
-        public void Tick() => environment.Baker.Tick();
+        /// <summary>Whether a world is not lit by its sky as that is now.</summary>
+        public bool AwaitsSky(ulong number)
+        {
+            foreach (var world in worlds)
+                if (world.Number == number) return world.Sky.IsAwaited;
+            return false;
+        }
 
-        public void Dispose() => environment.Dispose();
+        /// <summary>Whether any world of the last frames is not.</summary>
+        public bool AwaitsSkies
+        {
+            get
+            {
+                foreach (var world in worlds)
+                    if (gathered - world.Frame <= 1 && world.Sky.IsAwaited) return true;
+                return false;
+            }
+        }
+
+        public void Tick() => skies.Tick();
+
+        public void Dispose() => skies.Dispose();
 
         World Find(in WorldKey key)
         {
             foreach (var world in worlds)
                 if (world.Key.Equals(key)) return world;
-            var made = new World { Key = key, Number = ++lastNumber };
+            var made = new World { Key = key, Number = ++lastNumber, Sky = new WorldSky(skies) };
             worlds.Add(made);
             return made;
         }
@@ -151,7 +176,7 @@ namespace Lumivox
             for (var i = 0; i < lightCount; i++)
                 if (SceneVisibility.IsIn(lightOwners[i].gameObject, world.Key)) shining[lit++] = lights[i];
             var surroundings = EnvironmentReader.Studio;
-            if (!world.Key.IsStudio) environment.Read(lit > 0, ref surroundings);
+            if (!world.Key.IsStudio) environment.Read(world.Sky, lit > 0, ref surroundings);
             world.Volumes = count;
             fixed (Instance* volume = seen)
             fixed (LightSource* light = shining)

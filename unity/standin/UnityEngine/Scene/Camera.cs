@@ -222,6 +222,9 @@ namespace UnityEngine
         internal override void OnEngineRefresh() { }
     }
 
+    /// A camera's own, in place of the scene's.
+    public sealed class Skybox : Behaviour { public Material material { get; set; } }
+
     public static class LayerMask
     {
         public static int NameToLayer(string layerName) => layerName == "Default" ? 0 : layerName == "TransparentFX" ? 1 : layerName == "Ignore Raycast" ? 2 : layerName == "Water" ? 4 : layerName == "UI" ? 5 : -1;

@@ -105,7 +105,8 @@ namespace StandIn
             var cameras = Camera.allCameras.Where(camera => camera.cameraType == CameraType.Game || camera.cameraType == CameraType.SceneView).ToList();
             if (cameras.Count == 0) return;
             if (GraphicsSettings.currentRenderPipeline != null) RenderWithPipeline(cameras);
-            else foreach (var camera in cameras) Render(camera);
+            // A camera's listeners may have destroyed one that comes after it.
+            else foreach (var camera in cameras) if (camera != null) Render(camera);
 #if UNITY_EDITOR
             Lifecycle.Gizmos();
 #endif

@@ -11,12 +11,14 @@ namespace StandIn
         static readonly List<Shape> all = new List<Shape>();
         /// The sky's colour by direction, where a camera clears to it; black without.
         public static Func<Vector3, Color> sky;
+        /// Those of materials that do not show it, whether scenes or cameras have them.
+        public static readonly Dictionary<Material, Func<Vector3, Color>> skies = new Dictionary<Material, Func<Vector3, Color>>();
 
         public static void Plane(Vector3 point, Vector3 normal, Color color, int layer = 0) => all.Add(new Shape { at = point, normal = normal.normalized, color = color, layer = layer });
         public static void Sphere(Vector3 center, float radius, Color color, int layer = 0) => all.Add(new Shape { isSphere = true, at = center, radius = radius, color = color, layer = layer });
         /// Whether shapes are lit by the sun, for pictures that people look at; otherwise they have their plain colour.
         public static bool isShaded;
-        public static void Clear() { all.Clear(); sky = null; isShaded = false; }
+        public static void Clear() { all.Clear(); sky = null; skies.Clear(); isShaded = false; }
 
         /// A colour in the light of the first sun and of an even sky, by how the surface lies at a point of a ray.
         static Color Shaded(Color color, Vector3 from, Vector3 way, float t, int mask)
@@ -67,6 +69,14 @@ namespace StandIn
             return nearest <= 1;
         }
 
+        static Color Background(Camera camera, Vector3 way)
+        {
+            if (camera.clearFlags != CameraClearFlags.Skybox) return camera.backgroundColor.linear;
+            var material = camera.TryGetComponent<Skybox>(out var own) && own.material != null ? own.material : RenderSettings.skybox;
+            var shown = material != null && skies.TryGetValue(material, out var special) ? special : sky;
+            return shown != null ? shown(way) : Color.black;
+        }
+
         /// Draws what a camera sees, background included, into a target; in stereo into both layers.
         internal static unsafe void Draw(Camera camera, Camera.StereoscopicEye? eye, RenderTexture colorTarget, RenderTexture depthTarget, bool isFlipped)
         {
@@ -110,7 +120,7 @@ namespace StandIn
                         depth = q.z / q.w;
                         if (isShaded) color = Shaded(color, near, way, t, camera.cullingMask);
                     }
-                    else color = camera.clearFlags == CameraClearFlags.Skybox && sky != null ? sky(way.normalized) : camera.clearFlags == CameraClearFlags.Skybox ? Color.black : camera.backgroundColor.linear;
+                    else color = Background(camera, way.normalized);
                     int at = (y * width + x) * 5;
                     pixels[at] = color.r; pixels[at + 1] = color.g; pixels[at + 2] = color.b; pixels[at + 3] = color.a; pixels[at + 4] = depth;
                 }
@@ -155,7 +165,7 @@ namespace StandIn
             float u = (x + .5f) / side * 2 - 1, v = (y + .5f) / side * 2 - 1;
             var way = face switch { 0 => new Vector3(1, -v, -u), 1 => new Vector3(-1, -v, u), 2 => new Vector3(u, 1, v), 3 => new Vector3(u, -1, -v), 4 => new Vector3(u, -v, 1), _ => new Vector3(-u, -v, -1) };
             if (Hit(camera.transform.position, way.normalized * camera.farClipPlane, camera.cullingMask, out _, out var color)) return color;
-            return camera.clearFlags == CameraClearFlags.Skybox ? sky != null ? sky(way.normalized) : Color.black : camera.backgroundColor.linear;
+            return Background(camera, way.normalized);
         }
     }
 }
