@@ -34,7 +34,7 @@ pub use film::Film;
 pub use live::{DistanceFog, Fog, HeightFog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView};
 pub use lumivox_shaders::layout::FilmCount;
 pub use recording::{Recording, ResourceId, Step};
-pub use scene_cache::{DeviceLimits, EnvironmentSampling, LoopTurns, Preparation, SceneCache};
+pub use scene_cache::{CellSize, DeviceLimits, EnvironmentSampling, LoopTurns, Preparation, SceneCache};
 pub use store::{Resolution, VoxelStore, prepare_volume};
 pub use view::{View, ViewSettings};
 pub use workshop::Workshop;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use lumivox_core::{PerspectiveCamera, Scene};
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
-    EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewKind, ViewSettings, VoxelStore,
+    CellSize, EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewKind, ViewSettings, VoxelStore,
 };
 
 use crate::error::{GpuError, HeadlessError};
@@ -29,7 +29,7 @@ pub struct RenderRequest {
     pub guides: bool,
     /// How paths find the light.
     pub environment_sampling: EnvironmentSampling,
-    /// Side of a majorant cell in voxels, where the default is not wanted.
+    /// Side of a majorant cell in voxels, where it is not up to [how dense](CellSize::ByDensity) a look is.
     pub cell_size: Option<usize>,
 }
 
@@ -197,7 +197,7 @@ pub fn render(
 fn another(store: &VoxelStore, request: &RenderRequest) -> SceneCache {
     let mut cache = SceneCache::new(store);
     cache.set_environment_sampling(request.environment_sampling);
-    cache.set_cell_size(request.cell_size);
+    cache.set_cell_size(request.cell_size.map_or(CellSize::ByDensity, CellSize::Of));
     cache
 }
 

@@ -5,6 +5,7 @@
 //! rays find volumes; the instances that tie them together are here. [`preparation`] computes ahead, on another thread,
 //! what takes long.
 
+mod cell_size;
 mod environment;
 mod hierarchy;
 mod importance;
@@ -22,6 +23,7 @@ use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, Volume, VolumeInstanc
 use lumivox_shaders::layout::{Frame, Instance, Light, Node, TABLE_PAIRS};
 use lumivox_shaders::{Kernel, PathTraceVariant, constants};
 
+pub use self::cell_size::CellSize;
 use self::environment::CachedEnvironment;
 use self::hierarchy::Bounds;
 pub(crate) use self::hierarchy::MANY as MANY_VOLUMES;
@@ -33,7 +35,7 @@ use crate::error::RenderError;
 use crate::features::{Features, ViewKind};
 use crate::ids;
 use crate::recording::{Recording, ResourceId};
-use crate::store::{Acquired, BrickGrid, GridKey, MAX_CELL_SIZE, Source, TexelScale, VoxelStore, grid};
+use crate::store::{Acquired, BrickGrid, GridKey, Source, TexelScale, VoxelStore, grid};
 
 /// What the host's GPU can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,7 +127,7 @@ pub struct SceneCache {
     store: VoxelStore,
     limits: DeviceLimits,
     environment_sampling: EnvironmentSampling,
-    cell_size: Option<u32>,
+    cell_size: CellSize,
     /// What there is of each distinct volume, as its filters read it.
     volumes: Vec<(Source, Acquired)>,
     /// Whether there are others of which nothing is there yet.
@@ -152,7 +154,7 @@ impl SceneCache {
             store: store.clone(),
             limits: store.limits(),
             environment_sampling: EnvironmentSampling::Auto,
-            cell_size: None,
+            cell_size: CellSize::default(),
             volumes: vec![],
             lacks_volumes: false,
             tables: CachedTables::default(),
@@ -180,9 +182,9 @@ impl SceneCache {
         }
     }
 
-    /// Overrides the side of a majorant cell, in voxels (1 to 16, the next power of two), from the next update on.
-    pub fn set_cell_size(&mut self, cell_size: Option<usize>) {
-        self.cell_size = cell_size.map(|n| n.clamp(1, MAX_CELL_SIZE as usize) as u32);
+    /// Chooses the side of majorant cells, from the next update on.
+    pub fn set_cell_size(&mut self, cell_size: CellSize) {
+        self.cell_size = cell_size;
     }
 
     /// Changes whenever an image of the scene would; unique among caches, too. Views start over when it does.
@@ -217,7 +219,8 @@ impl SceneCache {
         let wanted = distinct(&placed, self.cell_size);
         let cells = placed.iter().map(|p| {
             let dims = BrickGrid::new(p.instance.volume.dims(), 1).dims;
-            grid(dims, self.cell_size).0.iter().map(|&n| n as usize).product()
+            let (_, key) = wanted.iter().find(|(source, _)| *source == p.source()).expect("of these instances");
+            grid(dims, key.cell_size).0.iter().map(|&n| n as usize).product()
         });
         tables::check(cells, self.limits.max_storage_binding)?;
         environment::check(&scene.environment, &self.limits)?;
@@ -438,15 +441,17 @@ impl SceneCache {
     }
 }
 
-/// Each volume once, in the order of its first instance, and the grid that its filters need.
-fn distinct(instances: &[Placed<'_>], cell_size: Option<u32>) -> Vec<(Source, GridKey)> {
+/// Each volume once, in the order of its first instance, and the grid that its filters need and its first look wants.
+fn distinct(instances: &[Placed<'_>], cell_size: CellSize) -> Vec<(Source, GridKey)> {
     let mut volumes: Vec<(Source, GridKey)> = vec![];
     for placed in instances {
         let source = placed.source();
-        let needed = GridKey::new(placed.medium.filter, cell_size);
         match volumes.iter_mut().find(|(known, _)| *known == source) {
-            Some((_, key)) => key.wide |= needed.wide,
-            None => volumes.push((source, needed)),
+            Some((_, key)) => key.wide |= GridKey::new(placed.medium.filter, None).wide,
+            None => {
+                let cell_size = cell_size.voxels(&placed.instance.volume, &placed.medium);
+                volumes.push((source, GridKey::new(placed.medium.filter, cell_size)));
+            }
         }
     }
     volumes

@@ -10,7 +10,7 @@ use lumivox_core::{
 };
 use lumivox_reference::medium::PlacedMedium;
 use lumivox_reference::rng::Rng;
-use lumivox_renderer::{Recording, SceneCache, Step, VoxelStore};
+use lumivox_renderer::{CellSize, Recording, SceneCache, Step, VoxelStore};
 use lumivox_testing::scenes::{TestScene, noise_volume};
 use lumivox_wgpu::RenderRequest;
 
@@ -20,7 +20,7 @@ use crate::{film, gpu};
 fn majorants(scene: &Scene, cell_size: usize) -> Vec<f32> {
     let mut gpu = gpu();
     let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
-    cache.set_cell_size(Some(cell_size));
+    cache.set_cell_size(CellSize::Of(cell_size));
     let mut recording = Recording::new();
     cache.update(scene, &mut recording).unwrap();
     let (id, cells) = cache.majorants();
