@@ -6,7 +6,7 @@ mod common;
 mod writer;
 
 use common::{load_written, values};
-use lumivox_core::{Modality, Preset};
+use lumivox_core::Modality;
 use lumivox_import::Imported;
 use writer::*;
 
@@ -34,12 +34,11 @@ fn real_world(unit: &str, slope: f64, intercept: f64) -> Elements {
     mapping
 }
 
-/// The unit in the report, the first two values, and whether the default look is one of CT.
+/// The unit in the report, the first two values, and whether looks of CT fit them.
 fn seen(elements: &Elements) -> (String, [f64; 2], bool) {
     let imported = load_one(elements);
     let found = values(&imported.volume);
-    let preset = Preset::default_for(&imported.volume);
-    (imported.report.series[0].unit.clone(), [found[0], found[1]], preset == Preset::CtMuscle)
+    (imported.report.series[0].unit.clone(), [found[0], found[1]], imported.volume.is_hounsfield())
 }
 
 #[test]
