@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 use lumivox_core::{PerspectiveCamera, Scene};
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
-    CellSize, EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewKind, ViewSettings, VoxelStore,
+    CellSize, EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewKind, ViewSettings,
+    VoxelStore,
 };
 
 use crate::error::{GpuError, HeadlessError};

@@ -219,7 +219,8 @@ impl SceneCache {
         let wanted = distinct(&placed, self.cell_size);
         let cells = placed.iter().map(|p| {
             let dims = BrickGrid::new(p.instance.volume.dims(), 1).dims;
-            let (_, key) = wanted.iter().find(|(source, _)| *source == p.source()).expect("of these instances");
+            let (_, key) =
+                wanted.iter().find(|(source, _)| *source == p.source()).expect("of these instances");
             grid(dims, key.cell_size).0.iter().map(|&n| n as usize).product()
         });
         tables::check(cells, self.limits.max_storage_binding)?;
