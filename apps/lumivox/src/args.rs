@@ -52,6 +52,8 @@ Examples:
   lumivox render FOLDER -o out.png
   lumivox render FOLDER --preset ct-bone --azimuth 35 --elevation 10 -o bone.png
   lumivox render ct.nii.gz --transfer-function skin.tf --environment sky.hdr -o skin.png
+  lumivox render FOLDER --keep everything -o table.png
+  lumivox render FOLDER --peel 15 -o inside.png
   lumivox render FOLDER --size 1920x1080 --time 60 --background transparent -o hd.png
   lumivox render ct.nrrd pet.nrrd --preset ct-bone --preset mr-head -o both.png
   lumivox render head.raw --raw 256x256x108:i16le:spacing=1,1,1.5 -o raw.png
@@ -154,6 +156,12 @@ pub struct RenderArgs {
     /// terraces; trilinear is a little sharper, tricubic about as sharp, and takes several times as long
     #[arg(long, help_heading = "Look", default_value = "smooth")]
     pub filter: FilterName,
+    /// What of a CT to show: the patient alone, or the table, clothes and cables too, as it was scanned
+    #[arg(long, value_name = "WHAT", help_heading = "Look", default_value = "patient")]
+    pub keep: Keep,
+    /// Millimetres below the skin that are taken off a CT, up to 63 [default: the preset's]
+    #[arg(long, value_name = "MM", help_heading = "Look", value_parser = number(0.0, 63.0))]
+    pub peel: Option<f64>,
     /// Part to keep, as fractions along the voxel axes: lowx,lowy,lowz,highx,highy,highz
     #[arg(long, value_name = "BOX", help_heading = "Look")]
     pub clip: Option<Clip>,
@@ -226,6 +234,15 @@ pub struct RenderArgs {
     /// Say nothing but errors
     #[arg(short, long, help_heading = "Running")]
     pub quiet: bool,
+}
+
+/// What of a scan is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Keep {
+    /// The patient, where that can be told for sure
+    Patient,
+    /// All that was scanned
+    Everything,
 }
 
 /// `lumivox info`.

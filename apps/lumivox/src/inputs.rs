@@ -5,8 +5,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use lumivox_core::{CancelToken, Volume};
+use lumivox_core::{CancelToken, LabelVolume, Volume};
 use lumivox_import::{ImportOptions, Imported};
+use lumivox_segmentation::PatientAlone;
 
 use crate::{args::InputArgs, exit::Failure, progress::Reporter};
 
@@ -17,6 +18,26 @@ pub fn load(args: &InputArgs, reporter: Reporter, cancel: &CancelToken) -> Resul
         reporter.stages(|progress| lumivox_import::load(files, &options, progress, cancel))
     };
     scans(&args.inputs).iter().map(|files| scan(files).map_err(Failure::from)).collect()
+}
+
+/// Finds the patient in a CT, and takes what lies around out of it.
+pub fn patient_alone(
+    volume: Volume,
+    reporter: Reporter,
+    cancel: &CancelToken,
+) -> Result<PatientAlone, Failure> {
+    Ok(reporter.stages(|progress| lumivox_segmentation::patient_alone(volume, progress, cancel))?)
+}
+
+/// Takes what lies less than `mm` below the skin off a scan.
+pub fn peel(
+    volume: Volume,
+    labels: &LabelVolume,
+    mm: f64,
+    reporter: Reporter,
+    cancel: &CancelToken,
+) -> Result<Volume, Failure> {
+    Ok(reporter.stages(|progress| lumivox_segmentation::peel(volume, labels, mm, progress, cancel))?)
 }
 
 /// What the importer is asked for.

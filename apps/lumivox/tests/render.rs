@@ -272,3 +272,39 @@ fn a_picture_of_nothing_is_said_to_be() {
     let output = run(folder.path(), &arguments);
     assert!(!stderr(&output).contains("no ray met the scan"), "{}", stderr(&output));
 }
+
+#[test]
+fn the_patient_is_shown_alone_unless_everything_is_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    let path = folder.path();
+    let output = run(path, &["phantom", "torso", "--size", "64", "--out", "scan", "--quiet"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    // From behind the table hides the back.
+    let picture = |name: &str, more: &[&str]| {
+        let looks = ["--preset", "ct-skin", "--azimuth", "180", "--background", "transparent"];
+        let small = ["--size", "24x24", "--samples", "16"];
+        let output = run(path, &[&["render", "scan", "-o", name], &looks[..], &small[..], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        (read_png(&path.join(name)).2, stderr(&output))
+    };
+    let (alone, says) = picture("alone.png", &[]);
+    assert!(says.contains("note: hidden: ") && says.contains("'--keep everything' shows it"), "{says}");
+    let (peeled, says) = picture("peeled.png", &["--peel", "40"]);
+    assert!(says.contains("40 mm below the skin are taken off"), "{says}");
+    let (all, says) = picture("all.png", &["--keep", "everything"]);
+    assert!(!says.contains("hidden"), "{says}");
+    assert!(alone != all && alone != peeled);
+    let info = run(path, &["info", "scan", "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).expect("JSON");
+    let shows = &info["scans"][0]["shows"];
+    assert!(shows["confidence"].as_f64().unwrap() > 0.8, "{shows}");
+    let parts = shows["parts"].as_array().unwrap();
+    let lungs = parts.iter().find(|part| part["what"] == "lungs").expect("lungs");
+    assert!(lungs["volume_mm3"].as_f64().unwrap() > 1e6, "{shows}");
+    // Numbers are of what was scanned.
+    assert!(info["scans"][0]["value_range"][1].as_f64().unwrap() > 500.0, "{info}");
+
+    let output = run(path, &["render", "scan", "-o", "no.png", "--keep", "everything", "--peel", "3"]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("--peel"), "{}", stderr(&output));
+}

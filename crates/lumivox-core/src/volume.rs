@@ -248,6 +248,16 @@ impl Volume {
         self
     }
 
+    /// The same volume with other samples: `change` may alter each, not their number. Nothing is copied.
+    ///
+    /// # Errors
+    /// [`VolumeError`] as of [`Self::new`].
+    pub fn edit(self, change: impl FnOnce(&mut Voxels)) -> Result<Self, VolumeError> {
+        let Self { dims, mut voxels, slope, intercept, patient_from_voxel, modality, unit, .. } = self;
+        change(&mut voxels);
+        Ok(Self::new(dims, voxels, [slope, intercept], patient_from_voxel, modality)?.with_unit(unit))
+    }
+
     /// Whether values are Hounsfield units: air -1000, water 0.
     pub fn is_hounsfield(&self) -> bool {
         self.unit == HOUNSFIELD
@@ -325,6 +335,22 @@ mod tests {
         assert_eq!(volume.value([0, 1, 0]), -996.0);
         assert_eq!(volume.value([0, 0, 1]), -988.0);
         assert_eq!(volume.value_range(), [-1000.0, -954.0]);
+    }
+
+    #[test]
+    fn samples_can_be_edited_and_all_else_stays() {
+        let volume = ramp().with_unit("mg/ml");
+        let place = volume.patient_from_voxel();
+        let edited = volume.edit(|voxels| {
+            let Voxels::U16(all) = voxels else { unreachable!() };
+            all[0] = 30;
+        });
+        let edited = edited.unwrap();
+        assert_eq!((edited.value([0, 0, 0]), edited.value([1, 0, 0])), (-940.0, -998.0));
+        assert_eq!(edited.value_range(), [-998.0, -940.0]);
+        assert_eq!((edited.unit(), edited.patient_from_voxel()), ("mg/ml", place));
+        let cut = edited.edit(|voxels| *voxels = Voxels::U8(vec![1]));
+        assert!(matches!(cut, Err(VolumeError::SampleCount { actual: 1, .. })));
     }
 
     #[test]

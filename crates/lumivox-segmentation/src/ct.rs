@@ -42,12 +42,12 @@ const LEAST_BODY_ML: f64 = 20.0;
 /// The labels of a CT.
 pub fn labels(volume: &Volume, steps: &Steps<'_>, cancel: &CancelToken) -> Result<Labelled, Cancelled> {
     let grid = Grid::new(volume);
-    let means = means(volume, &grid, HU_RANGE, cancel, &|part| steps.report(0.0, 0.15, part))?;
+    let means = means(volume, &grid, HU_RANGE, cancel, &|part| steps.report(0.0, 0.25, part))?;
     let Some(mut solids) = body::solids(&grid, &means, cancel)? else {
         let note = "nothing in the scan is thick enough to be a body: everything counts as body".to_owned();
         return Ok(Labelled { labels: Vec::new(), confidence: 0.0, notes: vec![note] });
     };
-    steps.report(0.0, 0.3, 1.0);
+    steps.report(0.0, 0.5, 1.0);
     let outside = Outside::new(&grid, &means, &solids.class, cancel)?;
     // What is solid and enclosed is the patient's: vessels in lungs, turbinates, what is in the bowel.
     for (class, &outside) in solids.class.iter_mut().zip(&outside.cells) {
@@ -55,19 +55,19 @@ pub fn labels(volume: &Volume, steps: &Steps<'_>, cancel: &CancelToken) -> Resul
             *class = Class::Body.value();
         }
     }
-    steps.report(0.0, 0.4, 1.0);
+    steps.report(0.0, 0.66, 1.0);
     let solid = &solids.class;
     let hollow = |i: usize| !outside.cells[i] && means[i] < AIRY_HU && solid[i] == 0;
     let lung = lungs::lungs(&grid, &means, &hollow, cancel)?;
     let airways = airways::airways(volume, &grid, &means, &hollow, &lung, cancel)?;
-    steps.report(0.0, 0.48, 1.0);
+    steps.report(0.0, 0.8, 1.0);
     let hollows = Hollows::new(volume, &grid, lung, airways, cancel)?;
     let choices = choices(&grid, &means, &solids, &outside, &hollows, cancel)?;
-    steps.report(0.0, 0.52, 1.0);
+    steps.report(0.0, 0.86, 1.0);
     let airways = hollows.airways.as_ref();
     let labels =
         refine::label(volume, &grid, &choices, [SKIN_HU, SURFACE_HU, HARD_HU], airways, cancel, &|part| {
-            steps.report(0.52, 0.6, part);
+            steps.report(0.86, 1.0, part);
         })?;
     let hollow_cells = (0..grid.len()).filter(|&i| hollow(i)).count();
     let (confidence, notes) = judge(&grid, &solids, &outside, &hollows, hollow_cells);

@@ -1,7 +1,8 @@
 //! Finds by itself what of a scan belongs to the patient: body, lungs, airways and gas, apart from the table, what lies
 //! around, and air.
 //!
-//! [`segment`] labels the voxels of a [`Volume`] and measures how deep below the skin each lies. What is global is decided
+//! [`segment`] labels the voxels of a [`Volume`], [`depth_below_skin`] measures how deep each lies, and [`patient_alone`]
+//! takes what lies around out of a scan, as [`peel`] takes the skin. What is global is decided
 //! on a grid of some 2 mm (`grid.rs`); voxels are then told apart by their own values.
 //!
 //! ```
@@ -19,6 +20,7 @@
 //! ```
 
 mod airways;
+mod alone;
 mod body;
 mod class;
 mod components;
@@ -28,6 +30,7 @@ mod grid;
 mod lungs;
 mod mr;
 mod outside;
+mod peel;
 mod progress;
 mod refine;
 mod report;
@@ -36,8 +39,10 @@ mod table;
 
 use lumivox_core::{CancelToken, Cancelled, LabelVolume, Modality, Progress, Volume};
 
+pub use alone::{PatientAlone, patient_alone};
 pub use class::Class;
 pub use distance::{DEPTH_STEP_MM, DepthField};
+pub use peel::peel;
 pub use report::{Finding, LEAST_CONFIDENCE, SegmentationReport};
 
 use progress::Steps;
@@ -49,9 +54,6 @@ pub struct Segmentation {
     /// The [`Class`] of each voxel, on the scan's own grid. Who wants to see the patient alone hides what
     /// [`Class::is_thing`]; air need not be hidden, and at the skin it holds what is skin in part.
     pub labels: LabelVolume,
-    /// How deep below the body's outer surface each voxel lies: what a renderer peels the skin by. Hollows of the body are
-    /// inside; where the field of view cuts the body there is no surface.
-    pub depth_below_skin_mm: DepthField,
     /// What was found.
     pub report: SegmentationReport,
 }
@@ -76,10 +78,58 @@ pub fn segment(
     cancel: &CancelToken,
 ) -> Result<Segmentation, Cancelled> {
     let steps = Steps::new(progress);
+    let (labels, report) = labels_of(volume, &steps, cancel)?;
+    steps.report(0.0, 1.0, 1.0);
+    Ok(Segmentation { labels, report })
+}
+
+/// How deep below the body's outer surface each voxel of a scan lies, by the labels that [`segment`] found in it: what a
+/// renderer peels the skin by. Hollows of the body are inside; where the field of view cuts the body there is no surface.
+///
+/// # Errors
+/// [`Cancelled`] when `cancel` was used.
+///
+/// # Panics
+/// When the labels are of another grid than the scan's.
+pub fn depth_below_skin(
+    volume: &Volume,
+    labels: &LabelVolume,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<DepthField, Cancelled> {
+    let steps = Steps::new(progress);
+    let depth = depths(volume, labels, &steps, cancel)?;
+    steps.report(0.0, 1.0, 1.0);
+    Ok(depth)
+}
+
+fn depths(
+    volume: &Volume,
+    labels: &LabelVolume,
+    steps: &Steps<'_>,
+    cancel: &CancelToken,
+) -> Result<DepthField, Cancelled> {
+    assert_eq!(volume.dims(), labels.dims(), "labels of another grid");
+    DepthField::new(
+        labels,
+        volume,
+        |label| Class::of(label).is_some_and(|class| !class.is_patient()),
+        |label| Class::of(label).is_some_and(Class::is_patient),
+        cancel,
+        &|part| steps.report(0.0, 1.0, part),
+    )
+}
+
+/// What belongs to what, and what was found.
+fn labels_of(
+    volume: &Volume,
+    steps: &Steps<'_>,
+    cancel: &CancelToken,
+) -> Result<(LabelVolume, SegmentationReport), Cancelled> {
     let found = if volume.is_hounsfield() {
-        ct::labels(volume, &steps, cancel)?
+        ct::labels(volume, steps, cancel)?
     } else if volume.modality() == Modality::Mr {
-        mr::labels(volume, &steps, cancel)?
+        mr::labels(volume, steps, cancel)?
     } else {
         let kind = if volume.unit().is_empty() { "of no known unit" } else { volume.unit() };
         let note =
@@ -94,14 +144,6 @@ pub fn segment(
     let table = Class::ALL.map(Class::label).to_vec();
     let labels = LabelVolume::new(volume.dims(), labels, volume.patient_from_voxel(), table)
         .expect("a label for each voxel of a volume");
-    let depth = DepthField::new(
-        &labels,
-        volume,
-        |label| Class::of(label).is_some_and(|class| !class.is_patient()),
-        |label| Class::of(label).is_some_and(Class::is_patient),
-        cancel,
-        &|part| steps.report(0.6, 1.0, part),
-    )?;
     let (counts, voxel_mm3) = (labels.counts(), labels.voxel_mm3());
     let findings = Class::ALL
         .into_iter()
@@ -111,12 +153,7 @@ pub fn segment(
         })
         .filter(|finding| finding.voxels > 0)
         .collect();
-    steps.report(0.0, 1.0, 1.0);
-    Ok(Segmentation {
-        labels,
-        depth_below_skin_mm: depth,
-        report: SegmentationReport { findings, confidence, notes },
-    })
+    Ok((labels, SegmentationReport { findings, confidence, notes }))
 }
 
 /// The examples of the README are tests.

@@ -34,7 +34,7 @@ const BODY_SHARE: std::ops::Range<f64> = 0.02..0.95;
 /// The labels of an MR.
 pub fn labels(volume: &Volume, steps: &Steps<'_>, cancel: &CancelToken) -> Result<Labelled, Cancelled> {
     let grid = Grid::new(volume);
-    let means = means(volume, &grid, volume.value_range(), cancel, &|part| steps.report(0.0, 0.2, part))?;
+    let means = means(volume, &grid, volume.value_range(), cancel, &|part| steps.report(0.0, 0.33, part))?;
     let (air, body) = levels(&means);
     let surface = air + SURFACE * (body - air);
     let bright: Vec<bool> = means.par_iter().map(|&mean| mean > surface).collect();
@@ -42,7 +42,7 @@ pub fn labels(volume: &Volume, steps: &Steps<'_>, cancel: &CancelToken) -> Resul
     let largest = parts.sizes.iter().copied().max().unwrap_or(0);
     let least = ((largest as f64 * LEAST_PART) as usize).max(1);
     let solid = |i: usize| parts.sizes[parts.of[i] as usize] >= least;
-    steps.report(0.0, 0.3, 1.0);
+    steps.report(0.0, 0.5, 1.0);
 
     let from_body = distances(&grid, &solid, CLOSING_MM + 1.0, cancel)?;
     let open = |i: usize| from_body[i] > CLOSING_MM;
@@ -54,7 +54,7 @@ pub fn labels(volume: &Volume, steps: &Steps<'_>, cancel: &CancelToken) -> Resul
     let core = reach(&grid, seeds, open, f32::INFINITY, cancel)?;
     let seeds = (0..grid.len()).filter(|&i| core[i]);
     let outside = reach(&grid, seeds, |i| !solid(i), INTO_NARROW_MM, cancel)?;
-    steps.report(0.0, 0.45, 1.0);
+    steps.report(0.0, 0.75, 1.0);
 
     let class = |i: usize| if outside[i] { 0 } else { Class::Body.value() };
     let near = refine::spread(&grid, (0..grid.len()).map(class).collect());
@@ -73,7 +73,7 @@ pub fn labels(volume: &Volume, steps: &Steps<'_>, cancel: &CancelToken) -> Resul
         .collect();
     let labels =
         refine::label(volume, &grid, &choices, [surface, surface, f32::INFINITY], None, cancel, &|part| {
-            steps.report(0.45, 0.6, part);
+            steps.report(0.75, 1.0, part);
         })?;
     let share = outside.iter().filter(|&&outside| !outside).count() as f64 / grid.len() as f64;
     let (confidence, notes) = judge(air, body, share);

@@ -19,6 +19,18 @@ pub struct Finding {
     pub volume_mm3: f64,
 }
 
+impl Finding {
+    /// How large it is, for people: `1.2 l`, `340 ml`, `12 mm^3`.
+    pub fn size(&self) -> String {
+        match self.volume_mm3 {
+            mm3 if mm3 >= 1e6 => format!("{:.1} l", mm3 / 1e6),
+            mm3 if mm3 >= 1e4 => format!("{:.0} ml", mm3 / 1e3),
+            mm3 if mm3 >= 1e3 => format!("{:.1} ml", mm3 / 1e3),
+            mm3 => format!("{mm3:.0} mm^3"),
+        }
+    }
+}
+
 /// What was found, and how sure that is.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -32,6 +44,11 @@ pub struct SegmentationReport {
 }
 
 impl SegmentationReport {
+    /// Whether it is sure enough to hide anything by ([`LEAST_CONFIDENCE`]).
+    pub fn is_sure(&self) -> bool {
+        self.confidence >= LEAST_CONFIDENCE
+    }
+
     /// The size of what was found of a class, in mm^3; 0 where there is none.
     pub fn volume_mm3(&self, class: Class) -> f64 {
         self.findings.iter().find(|finding| finding.class == class).map_or(0.0, |found| found.volume_mm3)
@@ -42,12 +59,7 @@ impl fmt::Display for SegmentationReport {
     /// One line for each finding, one for the confidence, one for each note.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for finding in &self.findings {
-            let name = finding.class.name();
-            if finding.volume_mm3 >= 1000.0 {
-                writeln!(f, "{name}: {:.1} ml", finding.volume_mm3 / 1000.0)?;
-            } else {
-                writeln!(f, "{name}: {:.0} mm^3", finding.volume_mm3)?;
-            }
+            writeln!(f, "{}: {}", finding.class.name(), finding.size())?;
         }
         let sure = match self.confidence {
             c if c >= 0.8 => "sure",

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use lumivox_core::{CancelToken, Modality, Progress, Volume, Voxels, glam::DVec3};
 use lumivox_import::{ImportOptions, load};
 use lumivox_phantom::{AnatomyOptions, anatomy};
-use lumivox_segmentation::Class;
+use lumivox_segmentation::{Class, depth_below_skin, patient_alone};
 
 use common::{run, share};
 
@@ -91,5 +91,19 @@ fn a_real_chest_without_its_table() {
         assert!((200..300).all(|x| (230..330).all(|y| at([x, y, z]).is_patient())), "slice {z}");
     }
     // The spine lies deeper than the skin.
-    assert!(found.depth_below_skin_mm.mm([246, 345, 20]) > 40.0);
+    let (silent, cancel) = (Progress::SILENT, CancelToken::new());
+    let depth = depth_below_skin(&scan, &found.labels, silent, &cancel).unwrap();
+    assert!(depth.mm([246, 345, 20]) > 40.0);
+    // Where the table is, nothing that a look shows is left; the patient is as scanned.
+    let alone = patient_alone(scan.clone(), silent, &cancel).unwrap();
+    assert_eq!(alone.report.as_ref(), Some(&found.report));
+    assert!(alone.note().unwrap().starts_with("hidden: table and supports ("), "{:?}", alone.note());
+    let below = (0..nz).flat_map(|z| (0..nx).flat_map(move |x| (456..ny).map(move |y| [x, y, z])));
+    let visible = below.filter(|&voxel| alone.volume.value(voxel) > -750.0).count();
+    assert_eq!(visible, 0);
+    for (i, &label) in found.labels.voxels().iter().enumerate() {
+        if Class::of(label).is_some_and(Class::is_patient) {
+            assert_eq!(alone.volume.voxels().get(i), scan.voxels().get(i), "voxel {i}");
+        }
+    }
 }

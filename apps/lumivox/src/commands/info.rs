@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fmt::Write};
 
 use lumivox_core::{Preset, ValueStatistics, Volume, glam::DVec3};
 use lumivox_import::{ImportReport, Imported};
+use lumivox_segmentation::{Finding, PatientAlone};
 use serde_json::{Value, json};
 
 use crate::{
@@ -30,7 +31,14 @@ const PERCENTILES: [f64; 5] = [1.0, 25.0, 50.0, 75.0, 99.0];
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     inputs::check(&args.input)?;
     let cancel = exit::cancel_on_ctrl_c()?;
-    let scans = inputs::load(&args.input, Reporter::new(args.json), &cancel)?;
+    let reporter = Reporter::new(args.json);
+    let scans = inputs::load(&args.input, reporter, &cancel)?;
+    let look = |scan: Imported| {
+        let statistics = ValueStatistics::new(&scan.volume, BINS);
+        let alone = inputs::patient_alone(scan.volume, reporter, &cancel)?;
+        Ok(Known { statistics, alone, report: scan.report })
+    };
+    let scans = scans.into_iter().map(look).collect::<Result<Vec<_>, Failure>>()?;
     let text = if args.json {
         let scans: Vec<Value> = scans.iter().map(to_json).collect();
         format!("{:#}\n", json!({ "scans": scans }))
@@ -40,6 +48,15 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         scans.iter().enumerate().map(|(i, scan)| heading(i) + &to_text(scan)).collect::<Vec<_>>().join("\n")
     };
     output::print(&text)
+}
+
+/// What is told about a scan.
+struct Known {
+    /// Of the values as they were scanned.
+    statistics: ValueStatistics,
+    /// What 'render' shows of it.
+    alone: PatientAlone,
+    report: ImportReport,
 }
 
 /// Towards which side of the patient a direction runs, in DICOM's letters: `L`, or `LP` where it is oblique.
@@ -68,9 +85,9 @@ fn skipped(report: &ImportReport) -> BTreeMap<&str, usize> {
     reasons
 }
 
-fn to_text(scan: &Imported) -> String {
-    let (volume, report) = (&scan.volume, &scan.report);
-    let statistics = ValueStatistics::new(volume, BINS);
+fn to_text(scan: &Known) -> String {
+    let Known { statistics, alone, report } = scan;
+    let volume = &alone.volume;
     let unit = volume.unit();
     let mut rows: Vec<(&str, String)> = Vec::new();
     let three = |v: [String; 3], between: &str| v.join(between);
@@ -95,10 +112,16 @@ fn to_text(scan: &Imported) -> String {
         "memory",
         format!("{megabytes:.1} MB, {} bits a voxel", 8 * volume.voxels().bytes_per_sample()),
     ));
-    let [low, high] = volume.value_range().map(number);
+    let [low, high] = statistics.range.map(number);
     rows.push(("values", format!("{low} to {high} {unit}").trim_end().to_owned()));
     let percentiles = PERCENTILES.map(|p| format!("{p}%: {}", number(statistics.percentile(p / 100.0))));
     rows.push(("percentiles", percentiles.join("  ")));
+    if let Some(found) = &alone.report {
+        let parts: Vec<String> =
+            found.findings.iter().map(|part| format!("{} {}", part.class.name(), part.size())).collect();
+        rows.push(("shows", parts.join(", ")));
+        rows.push(("", format!("confidence {:.2} of 1", found.confidence)));
+    }
     let preset = Preset::default_for(volume);
     rows.push(("preset", format!("{} ({})", preset.name(), preset.description())));
 
@@ -113,16 +136,23 @@ fn to_text(scan: &Imported) -> String {
             let _ = writeln!(text, "{mark} {}  {}", place + 1, series.description);
         }
     }
-    if !report.notes.is_empty() {
+    let notes = notes(scan);
+    if !notes.is_empty() {
         text += "\nNotes:\n";
-        report.notes.iter().for_each(|note| text += &format!("  {note}\n"));
+        notes.iter().for_each(|note| text += &format!("  {note}\n"));
     }
     let skipped = skipped(report);
     if !skipped.is_empty() {
         text += "\nLeft out:\n";
         skipped.iter().for_each(|(reason, count)| text += &format!("  {count} x {reason}\n"));
     }
-    text + "\n" + &histogram(&statistics, unit)
+    text + "\n" + &histogram(statistics, unit)
+}
+
+/// What is worth knowing of the files and of what they show.
+fn notes(scan: &Known) -> Vec<&str> {
+    let found = scan.alone.report.iter().flat_map(|found| &found.notes);
+    scan.report.notes.iter().chain(found).map(String::as_str).collect()
 }
 
 /// The histogram, one row per range of values, bars by the logarithm of the count: air outnumbers everything.
@@ -153,9 +183,14 @@ fn histogram(statistics: &ValueStatistics, unit: &str) -> String {
     text
 }
 
-fn to_json(scan: &Imported) -> Value {
-    let (volume, report) = (&scan.volume, &scan.report);
-    let statistics = ValueStatistics::new(volume, BINS);
+fn to_json(scan: &Known) -> Value {
+    let Known { statistics, alone, report } = scan;
+    let volume = &alone.volume;
+    let shows = alone.report.as_ref().map(|found| {
+        let part = |part: &Finding| json!({ "what": part.class.name(), "volume_mm3": part.volume_mm3 });
+        let parts: Vec<Value> = found.findings.iter().map(part).collect();
+        json!({ "parts": parts, "confidence": found.confidence })
+    });
     let percentiles: serde_json::Map<String, Value> =
         PERCENTILES.iter().map(|p| (p.to_string(), json!(statistics.percentile(p / 100.0)))).collect();
     let place = volume.patient_from_voxel();
@@ -171,15 +206,16 @@ fn to_json(scan: &Imported) -> Value {
         "patient_from_voxel_columns": columns.map(|c| c.to_array()),
         "bits": 8 * volume.voxels().bytes_per_sample(),
         "unit": volume.unit(),
-        "value_range": volume.value_range(),
+        "value_range": statistics.range,
         "percentiles": percentiles,
         "histogram": { "range": statistics.range, "counts": statistics.histogram },
+        "shows": shows,
         "preset": Preset::default_for(volume).name(),
         "series": report.series.iter().map(|s| json!({
             "id": s.uid, "description": s.description, "files": s.files,
         })).collect::<Vec<_>>(),
         "chosen_series": report.chosen,
-        "notes": report.notes,
+        "notes": notes(scan),
         "skipped": skipped(report),
     })
 }

@@ -7,16 +7,17 @@ use std::{
 };
 
 use lumivox_core::{
-    Environment, EnvironmentSource, Medium, PerspectiveCamera, Preset, Scene, SurfaceReflection, Volume,
-    VolumeInstance, framing,
+    CancelToken, Environment, EnvironmentSource, Medium, PerspectiveCamera, Preset, Scene, SurfaceReflection,
+    Volume, VolumeInstance, framing,
     glam::{DAffine3, DVec3},
     world_from_patient,
 };
 use lumivox_renderer::{Background, DisplaySettings};
+use lumivox_segmentation::SegmentationReport;
 use lumivox_wgpu::RenderRequest;
 
 use crate::{
-    args::{self, EnvironmentName, RenderArgs, Switch},
+    args::{self, EnvironmentName, Keep, RenderArgs, Switch},
     exit::{self, Failure},
     inputs, output,
     output::PngOutput,
@@ -47,6 +48,11 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     if let (Some(eye), Some(target)) = (args.eye, args.target) {
         check_view(eye.0, target.0)?;
     }
+    if args.keep == Keep::Everything && args.peel.is_some_and(|peel| peel > 0.0) {
+        return Err(Failure::usage(
+            "--peel takes the patient's skin off; it goes with '--keep patient' only",
+        ));
+    }
     inputs::check(&args.input)?;
     let environment = environment(args)?;
     let looks = looks(args, inputs::count(&args.input))?;
@@ -54,7 +60,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut gpu = trace::open(args.gpu.as_deref())?;
 
     let scans = inputs::load(&args.input, reporter, &cancel)?;
-    for scan in &scans {
+    let mut volumes = Vec::with_capacity(scans.len());
+    for scan in scans {
         reporter.say(&format!("{}: {}", scan.report.format, inputs::describe(&scan.volume)));
         scan.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
         if !scan.report.skipped.is_empty() {
@@ -62,8 +69,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             let were = if count == 1 { "file was" } else { "files were" };
             reporter.say(&format!("  note: {count} {were} left out; 'lumivox info' says why"));
         }
+        let look = &looks[volumes.len()];
+        volumes.push(Arc::new(shown(args, scan.volume, look, reporter, &cancel)?));
     }
-    let volumes = scans.into_iter().map(|scan| Arc::new(scan.volume)).collect();
     let scene = scene(args, volumes, &looks, environment, reporter)?;
     let camera = camera(args, &scene)?;
     cancel.check()?;
@@ -112,6 +120,43 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         output::print(&format!("Wrote {wrote}\n"))?;
     }
     Ok(())
+}
+
+/// What of a scan is shown: the patient alone, without the skin where that hides what the look is for.
+fn shown(
+    args: &RenderArgs,
+    scan: Volume,
+    look: &Look,
+    reporter: Reporter,
+    cancel: &CancelToken,
+) -> Result<Volume, Failure> {
+    if args.keep == Keep::Everything {
+        return Ok(scan);
+    }
+    let alone = inputs::patient_alone(scan, reporter, cancel)?;
+    if let Some(note) = alone.note() {
+        let more = if alone.changed > 0 { " ('--keep everything' shows it)" } else { "" };
+        reporter.say(&format!("  note: {note}{more}"));
+    }
+    let sure = alone.report.as_ref().is_some_and(SegmentationReport::is_sure);
+    let peel = args.peel.unwrap_or_else(|| match look {
+        Look::Preset(preset) => preset.peel_mm(),
+        Look::Automatic => Preset::default_for(&alone.volume).peel_mm(),
+        Look::File(_) => 0.0,
+    });
+    match alone.labels {
+        Some(labels) if sure && peel > 0.0 => {
+            reporter.say(&format!("  {} mm below the skin are taken off", inputs::number(peel)));
+            inputs::peel(alone.volume, &labels, peel, reporter, cancel)
+        }
+        _ => {
+            if args.peel.is_some_and(|peel| peel > 0.0) {
+                reporter
+                    .say("  note: nothing is peeled: no skin was found, as in all that is no CT of a body");
+            }
+            Ok(alone.volume)
+        }
+    }
 }
 
 fn display(args: &RenderArgs) -> DisplaySettings {

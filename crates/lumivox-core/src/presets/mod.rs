@@ -133,6 +133,15 @@ impl Preset {
         }
     }
 
+    /// How much of the skin is to be taken off a scan before this look shows what it is for, in mm: in fine scans skin is
+    /// as dense as muscle. `lumivox_segmentation::peel` does that.
+    pub fn peel_mm(self) -> f64 {
+        match self {
+            Preset::CtMuscle => 3.0,
+            _ => 0.0,
+        }
+    }
+
     /// One line on what it shows.
     pub fn description(self) -> &'static str {
         match self {

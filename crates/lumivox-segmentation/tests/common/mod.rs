@@ -1,9 +1,13 @@
 //! Comparisons with a known truth.
 
+#[allow(dead_code, reason = "not every test program uses every helper")]
+pub mod chest;
+
 use lumivox_core::{CancelToken, Progress, Volume};
 use lumivox_segmentation::{Class, Segmentation, segment};
 
 /// Segments, and says what was found when a test fails.
+#[allow(dead_code, reason = "not every test program uses every helper")]
 pub fn run(volume: &Volume) -> Segmentation {
     let found = segment(volume, Progress::SILENT, &CancelToken::new()).unwrap();
     println!("{}", found.report);

@@ -1,0 +1,239 @@
+//! The patient alone: what a scan shows besides the patient becomes air.
+
+use lumivox_core::{CancelToken, Cancelled, LabelVolume, Progress, Volume, Voxels};
+use rayon::prelude::*;
+
+use crate::{class::Class, progress::Steps, report::SegmentationReport};
+
+/// A thing is blurred into the air around it so far, in mm, and at least one voxel; that goes, too.
+const RIM_MM: f64 = 1.5;
+
+/// The most voxels of that, where they are small.
+const MOST_RIM: usize = 4;
+
+/// Where a thing touches the skin, it becomes skin in part, so that the skin has no stairs: no denser than water, whatever
+/// the thing is of.
+const WATER_HU: f64 = 0.0;
+
+/// Air is worth the median of so many voxels.
+const AIR_SAMPLES: usize = 1 << 20;
+
+/// The share of the work that finding the patient is; the rest makes things air.
+const FINDING: f64 = 0.7;
+
+/// A scan without the things around the patient.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct PatientAlone {
+    /// The scan; every voxel of the patient is as it was.
+    pub volume: Volume,
+    /// What was found; `None` where nothing was looked for: values are no Hounsfield units.
+    pub report: Option<SegmentationReport>,
+    /// What belongs to what; `None` where nothing was looked for.
+    pub labels: Option<LabelVolume>,
+    /// Voxels that were changed.
+    pub changed: usize,
+}
+
+impl PatientAlone {
+    /// What was hidden, or why nothing was, as a sentence for people; `None` where there was nothing to hide.
+    pub fn note(&self) -> Option<String> {
+        let report = self.report.as_ref()?;
+        if !report.is_sure() {
+            let why = report.notes.first().map_or(String::new(), |why| format!(": {why}"));
+            return Some(format!(
+                "what lies around the patient stays visible, for it could not be told apart{why}"
+            ));
+        }
+        let things: Vec<String> = (report.findings.iter())
+            .filter(|found| found.class.is_thing() && found.class != Class::Noise)
+            .map(|found| format!("{} ({})", found.class.name(), found.size()))
+            .collect();
+        let sure = report.confidence;
+        (!things.is_empty()).then(|| format!("hidden: {}; confidence {sure:.2}", things.join(", ")))
+    }
+}
+
+/// Finds in a CT in Hounsfield units what is not the patient (table, head-rest, blankets, cables, specks) and makes it air,
+/// with the rim that it blurs into the air around it. Air, the patient and the voxels that are skin in part stay as they
+/// are, to the bit. Any other scan, and one in which the patient is not told apart for sure
+/// ([`LEAST_CONFIDENCE`](crate::LEAST_CONFIDENCE)), comes back as it was.
+///
+/// # Errors
+/// [`Cancelled`] when `cancel` was used.
+pub fn patient_alone(
+    volume: Volume,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<PatientAlone, Cancelled> {
+    if !volume.is_hounsfield() {
+        return Ok(PatientAlone { volume, report: None, labels: None, changed: 0 });
+    }
+    let steps = Steps::first(progress, FINDING);
+    let (labels, report) = crate::labels_of(&volume, &steps, cancel)?;
+    let things = report.findings.iter().any(|found| found.class.is_thing());
+    let (volume, changed) = if report.is_sure() && things {
+        without_things(volume, &labels, cancel, &|part| steps.report_rest(part))?
+    } else {
+        (volume, 0)
+    };
+    steps.report_rest(1.0);
+    Ok(PatientAlone { volume, report: Some(report), labels: Some(labels), changed })
+}
+
+/// The volume with air where things are, and the number of voxels that changed.
+fn without_things(
+    volume: Volume,
+    labels: &LabelVolume,
+    cancel: &CancelToken,
+    step: &(dyn Fn(f64) + Sync),
+) -> Result<(Volume, usize), Cancelled> {
+    let mask = Mask::new(&volume, labels, cancel)?;
+    step(0.3);
+    let stored = |value: f64| (value - volume.intercept()) / volume.slope();
+    let (air, water) = (stored(air_value(&volume, labels)), stored(WATER_HU));
+    let mut changed = Ok(0);
+    let volume = volume
+        .edit(|voxels| {
+            let step = |part: f64| step(0.3 + 0.6 * part);
+            changed = match voxels {
+                Voxels::U8(all) => mask.hide(all, [air, water], |v| v.round() as u8, cancel, &step),
+                Voxels::U16(all) => mask.hide(all, [air, water], |v| v.round() as u16, cancel, &step),
+                Voxels::F32(all) => mask.hide(all, [air, water], |v| v as f32, cancel, &step),
+            };
+        })
+        .expect("values between those of a volume make one");
+    Ok((volume, changed?))
+}
+
+/// What air is worth: the median of what was found to be air, within the scan's values.
+pub fn air_value(volume: &Volume, labels: &LabelVolume) -> f64 {
+    let all = labels.voxels();
+    let stride = (labels.counts()[usize::from(Class::Air.value())] as usize / AIR_SAMPLES).max(1);
+    let air = all.iter().enumerate().filter(|&(_, &label)| label == Class::Air.value());
+    let mut values: Vec<f64> = air.step_by(stride).map(|(i, _)| volume.voxels().get(i)).collect();
+    let [low, high] = volume.value_range();
+    if values.is_empty() {
+        return (-1000f64).clamp(low, high);
+    }
+    let middle = values.len() / 2;
+    let stored = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
+    stored * volume.slope() + volume.intercept()
+}
+
+/// Which voxels are things, which near one.
+struct Mask<'a> {
+    dims: [usize; 3],
+    labels: &'a [u8],
+    /// Voxels along each axis that a thing's rim is wide.
+    rim: [usize; 3],
+    /// Whether a row of voxels holds a thing.
+    rows: Vec<bool>,
+}
+
+fn is_thing(label: u8) -> bool {
+    Class::of(label).is_some_and(Class::is_thing)
+}
+
+fn is_patient(label: u8) -> bool {
+    Class::of(label).is_some_and(Class::is_patient)
+}
+
+/// From `reach` before `at` to `reach` behind it, within `n`.
+fn around(at: usize, reach: usize, n: usize) -> std::ops::Range<usize> {
+    at.saturating_sub(reach)..(at + reach + 1).min(n)
+}
+
+impl<'a> Mask<'a> {
+    fn new(volume: &Volume, labels: &'a LabelVolume, cancel: &CancelToken) -> Result<Self, Cancelled> {
+        let dims = labels.dims();
+        let rim = volume.spacing_mm().to_array().map(|mm| ((RIM_MM / mm).ceil() as usize).clamp(1, MOST_RIM));
+        let labels = labels.voxels();
+        let row = |row: &[u8]| {
+            cancel.check()?;
+            Ok(row.iter().any(|&label| is_thing(label)))
+        };
+        let rows = labels.par_chunks(dims[0]).map(row).collect::<Result<_, Cancelled>>()?;
+        Ok(Self { dims, labels, rim, rows })
+    }
+
+    fn row(&self, y: usize, z: usize) -> &[u8] {
+        let [nx, ny, _] = self.dims;
+        &self.labels[(z * ny + y) * nx..][..nx]
+    }
+
+    /// Makes things air, in the samples' own unit.
+    fn hide<T: Copy + PartialEq + Into<f64> + Send>(
+        &self,
+        samples: &mut [T],
+        [air, water]: [f64; 2],
+        from_f64: impl Fn(f64) -> T + Sync,
+        cancel: &CancelToken,
+        step: &(dyn Fn(f64) + Sync),
+    ) -> Result<usize, Cancelled> {
+        let [nx, ny, nz] = self.dims;
+        let done = std::sync::atomic::AtomicUsize::new(0);
+        let slice = |(z, slice): (usize, &mut [T])| {
+            cancel.check()?;
+            let mut changed = 0;
+            let mut near = vec![false; nx];
+            for (y, samples) in slice.chunks_exact_mut(nx).enumerate() {
+                if !self.near_things(y, z, &mut near) {
+                    continue;
+                }
+                let labels = self.row(y, z);
+                for x in (0..nx).filter(|&x| near[x]) {
+                    let share = match labels[x] {
+                        label if is_thing(label) => self.patient_share([x, y, z]),
+                        // Skin in part.
+                        label if label == Class::Air.value() && self.patient_share([x, y, z]) == 0.0 => 0.0,
+                        _ => continue,
+                    };
+                    let was: f64 = samples[x].into();
+                    // Slopes may be negative: then what is denser than water is less.
+                    let most = if air < water { was.min(water) } else { was.max(water) };
+                    let value = from_f64(air + (most - air) * share);
+                    changed += usize::from(value != samples[x]);
+                    samples[x] = value;
+                }
+            }
+            let finished = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+            step(finished as f64 / nz as f64);
+            Ok(changed)
+        };
+        samples.par_chunks_mut(nx * ny).enumerate().map(slice).sum()
+    }
+
+    /// Marks the voxels of a row that are things or near one; whether there are any.
+    fn near_things(&self, y: usize, z: usize, near: &mut [bool]) -> bool {
+        let [nx, ny, nz] = self.dims;
+        near.fill(false);
+        let mut any = false;
+        for z in around(z, self.rim[2], nz) {
+            for y in around(y, self.rim[1], ny).filter(|y| self.rows[z * ny + y]) {
+                any = true;
+                for (x, _) in self.row(y, z).iter().enumerate().filter(|&(_, &label)| is_thing(label)) {
+                    near[around(x, self.rim[0], nx)].fill(true);
+                }
+            }
+        }
+        any
+    }
+
+    /// How much of a voxel and its neighbours is the patient, by binomial weights.
+    fn patient_share(&self, at: [usize; 3]) -> f64 {
+        let [nx, ny, nz] = self.dims;
+        let [x, y, z] = at;
+        let weight = |a: usize, b: usize| if a == b { 2 } else { 1 };
+        let mut sum = 0;
+        for near_z in around(z, 1, nz) {
+            for near_y in around(y, 1, ny) {
+                let row = self.row(near_y, near_z);
+                for near_x in around(x, 1, nx).filter(|&near| is_patient(row[near])) {
+                    sum += weight(x, near_x) * weight(y, near_y) * weight(z, near_z);
+                }
+            }
+        }
+        f64::from(sum) / 64.0
+    }
+}

@@ -1,0 +1,151 @@
+//! The patient alone: what becomes air, and what stays as it was.
+
+mod common;
+
+use lumivox_core::{CancelToken, Cancelled, Modality, Progress, Volume, Voxels, glam::DAffine3};
+use lumivox_segmentation::{Class, DEPTH_STEP_MM, PatientAlone, depth_below_skin, patient_alone, peel};
+
+use common::chest::{Scan, Truth, scan};
+
+fn alone(volume: Volume) -> PatientAlone {
+    patient_alone(volume, Progress::SILENT, &CancelToken::new()).unwrap()
+}
+
+/// The same scan with other samples: `samples` of the physical values, which are `stored * slope + intercept`.
+fn stored_as(volume: &Volume, rescale: [f64; 2], samples: impl FnOnce(&[f64]) -> Voxels) -> Volume {
+    let values: Vec<f64> = (0..volume.voxel_count())
+        .map(|i| volume.voxels().get(i) * volume.slope() + volume.intercept())
+        .collect();
+    let stored: Vec<f64> = values.iter().map(|value| (value - rescale[1]) / rescale[0]).collect();
+    Volume::new(volume.dims(), samples(&stored), rescale, volume.patient_from_voxel(), Modality::Ct).unwrap()
+}
+
+#[test]
+fn things_become_air_and_the_patient_stays() {
+    let (volume, truth) = scan(Scan::default());
+    let found = alone(volume.clone());
+    let note = found.note().unwrap();
+    assert!(note.starts_with("hidden: table and supports (") && note.contains("other objects ("), "{note}");
+    let (mut things, mut visible, mut lost, mut air, mut air_changed) = (0, 0, 0, 0, 0);
+    let mut changed = 0;
+    for (i, &what) in truth.iter().enumerate() {
+        let value = |volume: &Volume| volume.voxels().get(i) + volume.intercept();
+        let (before, after) = (value(&volume), value(&found.volume));
+        changed += usize::from(before != after);
+        match what {
+            Truth::Thing => {
+                things += 1;
+                visible += usize::from(after > -700.0);
+            }
+            Truth::Air => {
+                air += 1;
+                air_changed += usize::from(before != after);
+            }
+            _ => lost += usize::from(before != after),
+        }
+    }
+    let all = truth.len();
+    println!(
+        "{things} things of {all}, {visible} visible, {lost} lost, {air_changed} of {air} of air changed"
+    );
+    assert!(things > 20_000, "{things}");
+    assert!((visible as f64) < 0.005 * things as f64, "{visible} of {things} things are visible");
+    assert!((lost as f64) < 0.0005 * all as f64, "{lost} voxels of the patient changed");
+    // Only the rim of things.
+    assert!((air_changed as f64) < 0.35 * air as f64, "{air_changed} of {air} of the air changed");
+    assert_eq!(changed, found.changed);
+}
+
+#[test]
+fn samples_of_any_type_give_the_same_picture() {
+    let (volume, _) = scan(Scan { noise: 0.0, ..Scan::default() });
+    let floats = stored_as(&volume, [1.0, 0.0], |all| Voxels::F32(all.iter().map(|&v| v as f32).collect()));
+    let falling =
+        stored_as(&volume, [-1.0, 3000.0], |all| Voxels::U16(all.iter().map(|v| v.round() as u16).collect()));
+    let bytes =
+        stored_as(&volume, [12.0, -1024.0], |all| Voxels::U8(all.iter().map(|v| v.round() as u8).collect()));
+    let value = |volume: &Volume, i: usize| volume.voxels().get(i) * volume.slope() + volume.intercept();
+    let wanted = alone(volume);
+    assert!(wanted.changed > 20_000);
+    for (name, other, tolerance) in
+        [("floats", floats, 0.5), ("falling", falling, 0.5), ("bytes", bytes, 12.0)]
+    {
+        let other = alone(other);
+        let unlike = (0..other.volume.voxel_count())
+            .filter(|&i| (value(&other.volume, i) - value(&wanted.volume, i)).abs() > tolerance)
+            .count();
+        // Coarser values may fall on the other side of a threshold.
+        assert!(unlike < 2_000, "{name}: {unlike} voxels differ");
+    }
+}
+
+#[test]
+fn a_scan_that_is_not_understood_comes_back_as_it_was() {
+    let samples: Vec<u16> = (0..64_000).map(|i: usize| (i * 7919 % 977) as u16).collect();
+    for (modality, says) in [(Modality::Ct, true), (Modality::Mr, false), (Modality::Other, false)] {
+        let voxels = Voxels::U16(samples.clone());
+        let volume = Volume::new([40; 3], voxels, [1.0, -1000.0], DAffine3::IDENTITY, modality).unwrap();
+        let found = alone(volume.clone());
+        assert_eq!(found.volume.voxels(), volume.voxels());
+        assert_eq!((found.changed, found.report.is_some()), (0, says));
+        let note = found.note();
+        assert_eq!(note.is_some(), says, "{note:?}");
+        if let Some(note) = note {
+            assert!(note.contains("stays visible") && note.contains(": "), "{note}");
+        }
+    }
+}
+
+#[test]
+fn it_can_be_cancelled_to_its_end() {
+    let (volume, _) = scan(Scan::default());
+    for stop in [1, 400, 720, 900] {
+        let cancel = CancelToken::new();
+        let progress = |_, done: u64, total: u64| {
+            assert!(done <= total);
+            if done >= stop {
+                cancel.cancel();
+            }
+        };
+        let ended = patient_alone(volume.clone(), Progress::new(&progress), &cancel);
+        assert_eq!(ended.unwrap_err(), Cancelled, "{stop}");
+    }
+}
+
+#[test]
+fn a_peeled_patient_is_as_deep_everywhere() {
+    let (volume, _) = scan(Scan { noise: 0.0, ..Scan::default() });
+    let (silent, cancel) = (Progress::SILENT, CancelToken::new());
+    let found = alone(volume);
+    let labels = found.labels.unwrap();
+    let depth = depth_below_skin(&found.volume, &labels, silent, &cancel).unwrap();
+    let mm = 9.0;
+    let peeled = peel(found.volume.clone(), &labels, mm, silent, &cancel).unwrap();
+    let width = found.volume.spacing_mm().min_element();
+    let (mut skin, mut inner, mut border) = (0, 0, 0);
+    for (i, &label) in labels.voxels().iter().enumerate() {
+        let value = |volume: &Volume| volume.voxels().get(i) + volume.intercept();
+        let (before, after) = (value(&found.volume), value(&peeled));
+        let deep = f64::from(depth.steps()[i]) * f64::from(DEPTH_STEP_MM);
+        match Class::of(label) {
+            Some(Class::Air) => assert_eq!(after, -1000.0),
+            Some(class) if class.is_patient() && deep > mm + width => {
+                inner += 1;
+                assert_eq!(after, before);
+            }
+            Some(class) if class.is_patient() && deep < mm - width => {
+                skin += 1;
+                assert_eq!(after, -1000.0);
+            }
+            Some(class) if class.is_patient() => {
+                border += 1;
+                assert!(after >= -1000.0 && after <= before.max(-1000.0), "{before} became {after}");
+            }
+            _ => assert_eq!(after, before),
+        }
+    }
+    assert!(skin > 20_000 && border > 5_000 && inner > 100_000, "{skin} {border} {inner}");
+    let stopped = CancelToken::new();
+    stopped.cancel();
+    assert_eq!(peel(peeled, &labels, mm, silent, &stopped).unwrap_err(), Cancelled);
+}
