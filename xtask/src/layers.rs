@@ -57,7 +57,7 @@ const RULES: &[Rule] = &[
     Rule { name: "lumivox",           kind: Kind::App,      imports: LIBRARIES },
     Rule { name: "lumivox-window",    kind: Kind::App,      imports: LIBRARIES },
     // Its tests depend on it, so that it is built with them; nobody else does.
-    Rule { name: "lumivox-godot",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-shaders", "lumivox-renderer"] },
+    Rule { name: "lumivox-godot",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-segmentation", "lumivox-shaders", "lumivox-renderer"] },
     // The program of the import crate is built with them, too.
     Rule { name: "lumivox-godot-tests", kind: Kind::App,    imports: &["lumivox-import"] },
     Rule { name: "lumivox-unity",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-shaders", "lumivox-renderer"] },

@@ -10,9 +10,10 @@ use godot::classes::image::Format;
 use godot::global::Error;
 use godot::prelude::*;
 use lumivox_core::{CancelToken, Progress, Stage};
-use lumivox_import::{ImportError, ImportOptions, Imported, RawDescription, Study, Thumbnail};
+use lumivox_import::{ImportError, Imported, RawDescription, Study, Thumbnail};
 
-use crate::resources::{LumivoxVolume, Options, import_options, report_dictionary};
+use crate::load_options::LoadOptions;
+use crate::resources::{LumivoxVolume, Options, report_dictionary};
 use crate::{codecs, convert};
 
 /// What is under way. Its owner may have dropped it; it lives until its last signal.
@@ -253,7 +254,7 @@ impl LumivoxImporter {
         if self.job.is_some() {
             return Error::ERR_BUSY;
         }
-        let options = match import_options(&options.0) {
+        let options = match LoadOptions::parse(&options.0) {
             Ok(options) => options,
             Err(message) => {
                 godot_error!("{message}");
@@ -265,7 +266,7 @@ impl LumivoxImporter {
             return Error::ERR_INVALID_PARAMETER;
         }
         let paths = paths.as_slice().iter().map(convert::system_path).collect();
-        let source = Source { paths, raw: options.raw.clone() };
+        let source = Source { paths, raw: options.import.raw.clone() };
         let picture = self.stop_picture();
         let known = self.known.take().filter(|known| known.source == source);
         if let (Task::Import(study), Some(known)) = (&mut task, known) {
@@ -391,7 +392,7 @@ pub fn stop_all() {
     }
 }
 
-fn run(task: Task, paths: &[PathBuf], options: &ImportOptions, cancel: &CancelToken, send: &Sender<Event>) {
+fn run(task: Task, paths: &[PathBuf], options: &LoadOptions, cancel: &CancelToken, send: &Sender<Event>) {
     let sender = Mutex::new(send.clone());
     let report = |stage, done, total| {
         // Whoever cannot have the lock at once lets another tell.
@@ -403,18 +404,20 @@ fn run(task: Task, paths: &[PathBuf], options: &ImportOptions, cancel: &CancelTo
     codecs::name_worker();
     let work = || match task {
         Task::Scan => {
-            let study = Study::open(paths, options, progress, cancel)?;
+            let study = Study::open(paths, &options.import, progress, cancel)?;
             Ok(Outcome::Scanned(Box::new(study)))
         }
         Task::Import(None) => {
-            let imported = lumivox_import::load(paths, options, progress, cancel)?;
+            let imported = lumivox_import::load(paths, &options.import, progress, cancel)?;
+            let imported = options.keep(imported, progress, cancel)?;
             Ok(Outcome::Imported(Box::new(imported), None))
         }
         Task::Import(Some(shared)) => {
             let mut study = shared.lock().unwrap_or_else(PoisonError::into_inner);
-            let imported = study.load(options, progress, cancel)?;
+            let imported = study.load(&options.import, progress, cancel)?;
             let series = study.report().series.len();
             drop(study);
+            let imported = options.keep(imported, progress, cancel)?;
             Ok(Outcome::Imported(Box::new(imported), Some((series, shared))))
         }
     };

@@ -34,6 +34,7 @@ func _ready() -> void:
 				push_error("what was imported is not shown")
 	await cancelling(all.large)
 	await scanning(all.series)
+	await keeping(all.torso)
 	await saving(all.mixed)
 	await picturing(all.series, all.large)
 	await panelling(all.series, all.large)
@@ -145,6 +146,38 @@ func scanning(path: String) -> void:
 	importer.start([path])
 	await until_ended()
 	print("TELL scanning ", JSON.stringify({"scanned": scanned, "started": heard[-1]}))
+
+
+## What lies around the patient is there when it is asked for, whichever way a scan is loaded.
+func keeping(path: String) -> void:
+	var told := {}
+	for options: Dictionary in [{}, {"keep_everything": true}]:
+		var name := "everything" if options.get("keep_everything", false) else "patient"
+		var importer := listened()
+		importer.scan([path])
+		await until_ended()
+		heard.clear()
+		importer.start([path], options)
+		await until_ended()
+		var stages := {}
+		for one: Array in heard:
+			if one[0] == "progress":
+				stages[one[1]] = true
+		told[name] = {"scanned": described_content(told_volume), "stages": stages.keys()}
+		importer = listened()
+		importer.start([path], options)
+		await until_ended()
+		told[name].started = described_content(told_volume)
+		told[name].waited = described_content(LumivoxVolume.load_file(path, options))
+	print("EXPECT an error about an option that is neither true nor false")
+	told.wrong = LumivoxVolume.load_file(path, {"keep_everything": "some"}) == null
+	print("TELL keeping ", JSON.stringify(told))
+
+
+## Voxels that are denser than air, and the notes.
+static func described_content(volume: LumivoxVolume) -> Dictionary:
+	var counts := volume.get_histogram(1, Vector2(-700.0, 3000.0))
+	return {"dense": counts[0], "notes": Array(volume.get_report().notes)}
 
 
 ## What of a scan's report is in a file of it, in what is loaded from that, and in what an older file held.

@@ -9,4 +9,4 @@ mod volume;
 pub use arguments::{OptionalVolume, Options};
 pub use numbers::takes;
 pub use transfer_function::LumivoxTransferFunction;
-pub use volume::{LumivoxVolume, import_options, report_dictionary};
+pub use volume::{LumivoxVolume, report_dictionary};

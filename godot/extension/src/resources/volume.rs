@@ -6,10 +6,11 @@ use godot::classes::image::Format;
 use godot::classes::{IResource, Image, Resource};
 use godot::prelude::*;
 use lumivox_core::{CancelToken, Histogram, Medium, Preset, Progress, Volume};
-use lumivox_import::{ImportOptions, ImportReport, Imported, RawDescription};
-use lumivox_phantom::AnatomyOptions;
+use lumivox_import::{ImportReport, Imported};
+use lumivox_phantom::{AnatomyOptions, TorsoOptions};
 
 use super::{Options, stored};
+use crate::load_options::LoadOptions;
 use crate::{codecs, convert};
 
 /// Voxels along a side of a phantom whose size nobody gave.
@@ -40,8 +41,8 @@ pub struct LumivoxVolume {
 
 #[godot_api]
 impl LumivoxVolume {
-    /// A scan that is computed: [code]"head"[/code] is an anatomical CT of a head, [code]"cube"[/code] a test body
-    /// whose values rise from its corners to its centre. [param size] is the number of voxels along a side, 8 to 1024;
+    /// A scan that is computed: [code]"head"[/code] is an anatomical CT of a head, [code]"torso"[/code] one of a torso
+    /// (without a table), [code]"cube"[/code] a test body whose values rise from its corners to its centre. [param size] is the number of voxels along a side, 8 to 1024;
     /// 0 stands for 128. [code]null[/code] and an error in the output for another kind or size. A large one takes
     /// seconds: compute it on another thread.
     #[func]
@@ -60,9 +61,13 @@ impl LumivoxVolume {
                 let options = AnatomyOptions { size, ..AnatomyOptions::default() };
                 lumivox_phantom::anatomy(options, Progress::SILENT, &CancelToken::new()).ok()?
             }
+            "torso" => {
+                let options = TorsoOptions { size, table: false, ..TorsoOptions::default() };
+                lumivox_phantom::torso(options, Progress::SILENT, &CancelToken::new()).ok()?
+            }
             "cube" => lumivox_phantom::cube(size),
             _ => {
-                godot_error!("There is no phantom '{kind}'. There are \"head\" and \"cube\".");
+                godot_error!("There is no phantom '{kind}'. There are \"head\", \"torso\" and \"cube\".");
                 return None;
             }
         };
@@ -73,15 +78,19 @@ impl LumivoxVolume {
     /// files, or a zip archive of one. [param options] may hold [code]series[/code] (which series of a DICOM study: its
     /// position from 1, its SeriesInstanceUID or its number), [code]phase[/code] (which volume of a series with
     /// several, counted from 1), [code]raw[/code] (what a RAW file holds, such as
-    /// [code]256x256x108:i16le:spacing=1,1,2[/code]) and [code]allow_outside_data[/code] (whether a header such as
-    /// [code].mhd[/code] may name data files anywhere, not only beside it or below). Returns [code]null[/code] and says
-    /// why in the output if it cannot be loaded.
+    /// [code]256x256x108:i16le:spacing=1,1,2[/code]), [code]allow_outside_data[/code] (whether a header such as
+    /// [code].mhd[/code] may name data files anywhere, not only beside it or below) and [code]keep_everything[/code]
+    /// (whether what lies around the patient in a CT stays: the table, clothes, cables; by default it becomes air, where
+    /// it can be told from the patient for sure, and the notes of [method get_report] say so). Returns
+    /// [code]null[/code] and says why in the output if it cannot be loaded.
     #[func]
     pub fn load_file(path: GString, #[opt(default = &Options::none())] options: Options) -> Option<Gd<Self>> {
-        let loaded = import_options(&options.0).and_then(|options| {
+        let loaded = LoadOptions::parse(&options.0).and_then(|options| {
             let paths = [convert::system_path(&path)];
+            let (silent, never) = (Progress::SILENT, CancelToken::new());
             codecs::name_worker();
-            lumivox_import::load(&paths, &options, Progress::SILENT, &CancelToken::new())
+            lumivox_import::load(&paths, &options.import, silent, &never)
+                .and_then(|imported| Ok(options.keep(imported, silent, &never)?))
                 .map_err(|error| error.to_string())
         });
         match loaded {
@@ -275,35 +284,6 @@ impl LumivoxVolume {
 fn prepare(volume: &Arc<Volume>) {
     let volume = volume.clone();
     rayon::spawn(move || lumivox_renderer::prepare_volume(&volume));
-}
-
-/// The import options of a dictionary from a script.
-pub fn import_options(dictionary: &VarDictionary) -> Result<ImportOptions, String> {
-    let mut options = ImportOptions::default();
-    for (key, value) in dictionary.iter_shared() {
-        let text = value.stringify().to_string();
-        match key.stringify().to_string().as_str() {
-            _ if text.is_empty() => {}
-            "series" => options.series = Some(text),
-            "phase" => {
-                let phase = text.parse().ok().filter(|phase| *phase > 0);
-                let wrong = || format!("The import option 'phase' counts from 1, and is not '{text}'.");
-                options.phase = Some(phase.ok_or_else(wrong)?);
-            }
-            "allow_outside_data" => {
-                let wrong =
-                    |_| format!("The import option 'allow_outside_data' is true or false, and not '{text}'.");
-                options.allow_outside_data = text.parse().map_err(wrong)?;
-            }
-            "raw" => options.raw = Some(RawDescription::parse(&text).map_err(|error| error.to_string())?),
-            other => {
-                return Err(format!(
-                    "There is no import option '{other}'. There are 'series', 'phase', 'raw' and 'allow_outside_data'."
-                ));
-            }
-        }
-    }
-    Ok(options)
 }
 
 /// An import's report for scripts.

@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use lumivox_core::{CancelToken, Progress};
+use lumivox_core::{CancelToken, Progress, Volume};
 use lumivox_import::{ImportOptions, Imported};
+use lumivox_segmentation::patient_alone;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -35,6 +36,7 @@ struct Script {
     series: String,
     large: String,
     mixed: String,
+    torso: String,
 }
 
 struct Imports {
@@ -76,8 +78,14 @@ fn imports() -> &'static Imports {
             jobs.push(Job { blocking: true, ..job(name, path.to_str().unwrap().to_owned()) });
         }
         let case = Case { samples: 64, budget: 5.0, ..Case::new("importing") };
-        let script =
-            Script { case, jobs: jobs.clone(), series: at("series"), large: at("large"), mixed: at("mixed") };
+        let script = Script {
+            case,
+            jobs: jobs.clone(),
+            series: at("series"),
+            large: at("large"),
+            mixed: at("mixed"),
+            torso: at("torso"),
+        };
         let (_, run) = run_scene("runtime_import", "runtime_import", &script);
         Imports { jobs, copied: folder.join("scan.nrrd"), run }
     })
@@ -101,6 +109,7 @@ fn real_scans() -> Vec<(&'static str, PathBuf)> {
 fn write_files(folder: &Path) {
     scans::write_series(&lumivox_phantom::cube(24), &folder.join("series"));
     scans::write_series(&lumivox_phantom::cube(256), &folder.join("large"));
+    scans::write_series(&scans::torso(64), &folder.join("torso"));
     let mut slices: Vec<PathBuf> =
         fs::read_dir(folder.join("series")).unwrap().map(|e| e.unwrap().path()).collect();
     slices.sort();
@@ -154,9 +163,12 @@ fn nifti_header(dims: [usize; 3]) -> Vec<u8> {
     header
 }
 
+/// What the library makes of the files that a script imports by default.
 fn library(path: &Path) -> Imported {
-    let paths = [path.to_owned()];
-    lumivox_import::load(&paths, &ImportOptions::default(), Progress::SILENT, &CancelToken::new()).unwrap()
+    let (paths, never) = ([path.to_owned()], CancelToken::new());
+    let mut scan = lumivox_import::load(&paths, &ImportOptions::default(), Progress::SILENT, &never).unwrap();
+    scan.volume = patient_alone(scan.volume, Progress::SILENT, &never).unwrap().volume;
+    scan
 }
 
 fn job(name: &str) -> (Job, Value) {
@@ -318,6 +330,33 @@ fn a_scan_tells_before_it_loads() {
     assert_eq!(series[0]["description"], library.report.series[0].description);
     assert_eq!(series[0]["id"], library.report.series[0].id);
     assert_eq!(told["started"][0], "finished");
+}
+
+#[test]
+fn the_patient_is_imported_alone_unless_everything_is_asked_for() {
+    let told = told(&imports().run, "keeping");
+    println!("keeping: {told}");
+    let dense = |volume: &Volume| {
+        let values = (0..volume.voxel_count()).map(|i| volume.voxels().get(i) + volume.intercept());
+        values.filter(|value| (-700.0..=3000.0).contains(value)).count() as f64
+    };
+    let all = scans::torso(64);
+    let alone = patient_alone(all.clone(), Progress::SILENT, &CancelToken::new()).unwrap().volume;
+    assert!(dense(&alone) < 0.95 * dense(&all));
+    for way in ["scanned", "started", "waited"] {
+        let [patient, everything] = ["patient", "everything"].map(|name| &told[name][way]);
+        let close = |a: &Value, b: f64| (a.as_f64().unwrap() - b).abs() <= 0.002 * b;
+        assert!(close(&patient["dense"], dense(&alone)), "{way}: {patient}, not {}", dense(&alone));
+        assert!(close(&everything["dense"], dense(&all)), "{way}: {everything}, not {}", dense(&all));
+        let hidden = |notes: &Value| {
+            let notes = notes.as_array().unwrap();
+            notes.iter().any(|note| note.as_str().unwrap().starts_with("hidden: "))
+        };
+        assert!(hidden(&patient["notes"]) && !hidden(&everything["notes"]), "{way}");
+    }
+    let finds = |name: &str| told[name]["stages"].as_array().unwrap().contains(&json!("finding the patient"));
+    assert!(!finds("everything"));
+    assert_eq!(told["wrong"], true);
 }
 
 /// Saved scans are copied, and go into exported games.

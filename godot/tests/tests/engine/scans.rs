@@ -3,12 +3,18 @@
 use std::path::Path;
 
 use lumivox_core::{CancelToken, Progress, Volume};
-use lumivox_phantom::{AnatomyOptions, SeriesDescription, anatomy};
+use lumivox_phantom::{AnatomyOptions, SeriesDescription, TorsoOptions, anatomy};
 
 /// The anatomical CT of a head, with `size` voxels along a side.
 pub fn head(size: usize) -> Volume {
     let options = AnatomyOptions { size, ..AnatomyOptions::default() };
     anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap()
+}
+
+/// The CT of a torso on its table, with `size` voxels along a side.
+pub fn torso(size: usize) -> Volume {
+    let options = TorsoOptions { size, ..TorsoOptions::default() };
+    lumivox_phantom::torso(options, Progress::SILENT, &CancelToken::new()).unwrap()
 }
 
 /// Writes a volume as a series of DICOM files into a folder, which is made for it.

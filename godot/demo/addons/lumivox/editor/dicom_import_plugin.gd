@@ -24,12 +24,12 @@ func _get_recognized_extensions() -> PackedStringArray:
 
 
 func _get_format_version() -> int:
-	# 3: scans are saved with their unit, and are not called by the names of folders.
-	return 3
+	# 4: the patient alone, without the table. 3: scans are saved with their unit, and are not called by the names of folders.
+	return 4
 
 
 func _get_import_options(_path: String, _preset: int) -> Array[Dictionary]:
-	return series_options() + ([{"name": "compress", "default_value": true}] as Array[Dictionary])
+	return series_options() + content_options() + ([{"name": "compress", "default_value": true}] as Array[Dictionary])
 
 
 func _import(

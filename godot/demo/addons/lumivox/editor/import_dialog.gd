@@ -36,6 +36,7 @@ var _thumbnail := TextureRect.new()
 var _phase_row := HBoxContainer.new()
 var _phase := SpinBox.new()
 var _target := LineEdit.new()
+var _keep_everything := CheckBox.new()
 var _add_to_scene := CheckBox.new()
 var _stage := Label.new()
 var _progress := ProgressBar.new()
@@ -219,6 +220,9 @@ func _target_row() -> Control:
 	_phase_row.add_child(_phase)
 	_phase_row.hide()
 	row.add_child(_phase_row)
+	_keep_everything.text = "Keep Everything"
+	_keep_everything.tooltip_text = "Of a CT: the table, clothes and cables too, not the patient alone."
+	row.add_child(_keep_everything)
 	_add_to_scene.text = "Add to Scene"
 	_add_to_scene.tooltip_text = "Shows the scan in the scene that is open, in a LumivoxVolume3D."
 	_add_to_scene.button_pressed = true
@@ -259,6 +263,7 @@ func _go(step: Step) -> void:
 	_browse.disabled = works
 	_target.editable = not works
 	_phase.editable = not works
+	_keep_everything.disabled = works
 	_progress.visible = works
 	_stop.visible = step in [Step.SCANNING, Step.IMPORTING]
 	_add_to_scene.disabled = works or EditorInterface.get_edited_scene_root() == null
@@ -487,6 +492,8 @@ func _on_confirmed() -> void:
 		options["series"] = str(place + 1)
 		if _phase_row.visible:
 			options["phase"] = int(_phase.value)
+	if _keep_everything.button_pressed:
+		options["keep_everything"] = true
 	_saved_as = _target.text
 	_begin(Step.IMPORTING, "Importing")
 	var error := _new_importer().start([_path.text], options)

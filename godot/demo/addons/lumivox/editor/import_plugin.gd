@@ -34,8 +34,8 @@ func _get_priority() -> float:
 
 
 func _get_format_version() -> int:
-	# 2: scans are saved with their unit, and are not called by the names of files.
-	return 2
+	# 3: the patient alone, without the table. 2: scans are saved with their unit, and are not called by the names of files.
+	return 3
 
 
 func _get_import_order() -> int:
@@ -64,6 +64,7 @@ func _get_import_options(path: String, _preset: int) -> Array[Dictionary]:
 		})
 	if extension in ["nhdr", "mhd", ""]:
 		options.append({"name": "allow_outside_data", "default_value": false})
+	options.append_array(content_options())
 	options.append({"name": "compress", "default_value": true})
 	return options
 
@@ -105,6 +106,12 @@ static func series_options() -> Array[Dictionary]:
 	]
 
 
+## What of the volume is shown.
+static func content_options() -> Array[Dictionary]:
+	# Whether a CT keeps what lies around the patient: the table, clothes, cables.
+	return [{"name": "keep_everything", "default_value": false}]
+
+
 ## What the reader is to know of the import options.
 static func reader_options(options: Dictionary) -> Dictionary:
 	var wanted := {}
@@ -117,6 +124,8 @@ static func reader_options(options: Dictionary) -> Dictionary:
 		wanted["phase"] = phase
 	if options.get("allow_outside_data", false):
 		wanted["allow_outside_data"] = true
+	if options.get("keep_everything", false):
+		wanted["keep_everything"] = true
 	return wanted
 
 

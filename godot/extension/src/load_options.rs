@@ -1,0 +1,77 @@
+//! What a script wants of a scan's files: which of them, and what of what they show.
+
+use godot::prelude::*;
+use lumivox_core::{CancelToken, Cancelled, Progress};
+use lumivox_import::{ImportOptions, Imported, RawDescription};
+use lumivox_segmentation::patient_alone;
+
+/// Options of an import.
+#[derive(Clone, Default)]
+pub struct LoadOptions {
+    /// What the files' reader is to know.
+    pub import: ImportOptions,
+    /// Whether what lies around the patient stays.
+    pub keep_everything: bool,
+}
+
+impl LoadOptions {
+    /// The options of a dictionary from a script; empty texts are as if they were not there.
+    ///
+    /// # Errors
+    /// A sentence about the one that cannot be understood.
+    pub fn parse(dictionary: &VarDictionary) -> Result<Self, String> {
+        let mut all = Self::default();
+        let options = &mut all.import;
+        for (key, value) in dictionary.iter_shared() {
+            let key = key.stringify().to_string();
+            let text = value.stringify().to_string();
+            let flag = || {
+                let wrong = |_| format!("The import option '{key}' is true or false, and not '{text}'.");
+                text.parse().map_err(wrong)
+            };
+            match key.as_str() {
+                _ if text.is_empty() => {}
+                "series" => options.series = Some(text),
+                "phase" => {
+                    let phase = text.parse().ok().filter(|phase| *phase > 0);
+                    let wrong = || format!("The import option 'phase' counts from 1, and is not '{text}'.");
+                    options.phase = Some(phase.ok_or_else(wrong)?);
+                }
+                "allow_outside_data" => options.allow_outside_data = flag()?,
+                "keep_everything" => all.keep_everything = flag()?,
+                "raw" => {
+                    options.raw = Some(RawDescription::parse(&text).map_err(|error| error.to_string())?);
+                }
+                other => {
+                    return Err(format!(
+                        "There is no import option '{other}'. There are 'series', 'phase', 'raw', \
+                         'allow_outside_data' and 'keep_everything'."
+                    ));
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// What of a scan is kept: the patient alone, unless everything was asked for.
+    ///
+    /// # Errors
+    /// [`Cancelled`] when `cancel` was used.
+    pub fn keep(
+        &self,
+        mut imported: Imported,
+        progress: Progress<'_>,
+        cancel: &CancelToken,
+    ) -> Result<Imported, Cancelled> {
+        if self.keep_everything {
+            return Ok(imported);
+        }
+        let alone = patient_alone(imported.volume, progress, cancel)?;
+        if let Some(note) = alone.note() {
+            let more = if alone.changed > 0 { " (import with 'keep_everything' to see it)" } else { "" };
+            imported.report.notes.push(format!("{note}{more}"));
+        }
+        imported.volume = alone.volume;
+        Ok(imported)
+    }
+}
