@@ -29,15 +29,27 @@ pub fn patient_alone(
     Ok(reporter.stages(|progress| lumivox_segmentation::patient_alone(volume, progress, cancel))?)
 }
 
-/// Takes what lies less than `mm` below the skin off a scan.
+/// What is taken off a scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Peel {
+    /// So many millimetres of skin; ears stay.
+    Skin(f64),
+    /// All that lies less than so many millimetres deep.
+    Depth(f64),
+}
+
+/// Takes what lies below the skin off a scan.
 pub fn peel(
     volume: Volume,
     labels: &LabelVolume,
-    mm: f64,
+    peel: Peel,
     reporter: Reporter,
     cancel: &CancelToken,
 ) -> Result<Volume, Failure> {
-    Ok(reporter.stages(|progress| lumivox_segmentation::peel(volume, labels, mm, progress, cancel))?)
+    Ok(reporter.stages(|progress| match peel {
+        Peel::Skin(mm) => lumivox_segmentation::peel_skin(volume, labels, mm, progress, cancel),
+        Peel::Depth(mm) => lumivox_segmentation::peel(volume, labels, mm, progress, cancel),
+    })?)
 }
 
 /// What the importer is asked for.

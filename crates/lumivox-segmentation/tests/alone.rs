@@ -3,7 +3,9 @@
 mod common;
 
 use lumivox_core::{CancelToken, Cancelled, Modality, Progress, Volume, Voxels, glam::DAffine3};
-use lumivox_segmentation::{Class, DEPTH_STEP_MM, PatientAlone, depth_below_skin, patient_alone, peel};
+use lumivox_segmentation::{
+    Class, DEPTH_STEP_MM, PatientAlone, depth_below_skin, patient_alone, peel, peel_skin,
+};
 
 use common::chest::{Scan, Truth, scan};
 
@@ -148,4 +150,40 @@ fn a_peeled_patient_is_as_deep_everywhere() {
     let stopped = CancelToken::new();
     stopped.cancel();
     assert_eq!(peel(peeled, &labels, mm, silent, &stopped).unwrap_err(), Cancelled);
+}
+
+/// A block with a sheet of 4 mm on it, as an ear is on a head.
+#[test]
+fn an_ear_keeps_its_inner_sheet() {
+    let ear =
+        |at: [usize; 3]| at[0] >= 92 && at[0] < 112 && (60..64).contains(&at[1]) && (40..88).contains(&at[2]);
+    let block = |at: [usize; 3]| at.iter().all(|at| (32..92).contains(at));
+    let samples = (0..128usize.pow(3)).map(|i| {
+        let at = [i % 128, i / 128 % 128, i / 128 / 128];
+        match () {
+            () if ear(at) => 1050,
+            () if block(at) && at[2] < 60 => 900,
+            () if block(at) => 1050,
+            () => 0,
+        }
+    });
+    let voxels = Voxels::U16(samples.collect());
+    let volume = Volume::new([128; 3], voxels, [1.0, -1000.0], DAffine3::IDENTITY, Modality::Ct).unwrap();
+    let (silent, cancel) = (Progress::SILENT, CancelToken::new());
+    let found = alone(volume);
+    let labels = found.labels.unwrap();
+    assert_eq!(Class::of(labels.value([106, 61, 60])), Some(Class::Body), "the ear is the patient's");
+    let skin = peel_skin(found.volume.clone(), &labels, 2.0, silent, &cancel).unwrap();
+    let all = peel(found.volume, &labels, 2.0, silent, &cancel).unwrap();
+    for (x, z) in [(100, 50), (106, 64), (108, 80)] {
+        // The ear's two inner voxels stay, of its outer ones little does.
+        let [outer, inner] = [60, 61].map(|y| skin.value([x, y, z]));
+        assert!(outer < -500.0 && inner > -200.0, "{outer} {inner} at {x}, {z}");
+        assert!(all.value([x, 61, z]) < -400.0 && all.value([x, 60, z]) == -1000.0);
+    }
+    // The block loses as much either way.
+    for y in 32..40 {
+        assert_eq!(skin.value([50, y, 75]), all.value([50, y, 75]), "{y}");
+    }
+    assert_eq!((skin.value([50, 33, 75]), skin.value([50, 35, 75])), (-1000.0, 50.0));
 }

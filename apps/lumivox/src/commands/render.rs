@@ -19,7 +19,8 @@ use lumivox_wgpu::RenderRequest;
 use crate::{
     args::{self, EnvironmentName, Keep, RenderArgs, Switch},
     exit::{self, Failure},
-    inputs, output,
+    inputs::{self, Peel},
+    output,
     output::PngOutput,
     progress::{Reporter, human_duration},
     trace,
@@ -139,14 +140,17 @@ fn shown(
         reporter.say(&format!("  note: {note}{more}"));
     }
     let sure = alone.report.as_ref().is_some_and(SegmentationReport::is_sure);
-    let peel = args.peel.unwrap_or_else(|| match look {
-        Look::Preset(preset) => preset.peel_mm(),
-        Look::Automatic => Preset::default_for(&alone.volume).peel_mm(),
-        Look::File(_) => 0.0,
-    });
+    let preset = match look {
+        Look::Preset(preset) => Some(*preset),
+        Look::Automatic => Some(Preset::default_for(&alone.volume)),
+        Look::File(_) => None,
+    };
+    let skin = preset.map_or(0.0, |preset| preset.peel_mm(&alone.volume));
+    let (peel, mm) = args.peel.map_or((Peel::Skin(skin), skin), |mm| (Peel::Depth(mm), mm));
     match alone.labels {
-        Some(labels) if sure && peel > 0.0 => {
-            reporter.say(&format!("  {} mm below the skin are taken off", inputs::number(peel)));
+        Some(labels) if sure && mm > 0.0 => {
+            let what = if args.peel.is_some() { "below the skin are" } else { "of skin are" };
+            reporter.say(&format!("  {} mm {what} taken off", inputs::number(mm)));
             inputs::peel(alone.volume, &labels, peel, reporter, cancel)
         }
         _ => {
