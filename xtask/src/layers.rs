@@ -60,7 +60,7 @@ const RULES: &[Rule] = &[
     Rule { name: "lumivox-godot",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-segmentation", "lumivox-shaders", "lumivox-renderer"] },
     // The program of the import crate is built with them, too.
     Rule { name: "lumivox-godot-tests", kind: Kind::App,    imports: &["lumivox-import"] },
-    Rule { name: "lumivox-unity",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-shaders", "lumivox-renderer"] },
+    Rule { name: "lumivox-unity",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-segmentation", "lumivox-shaders", "lumivox-renderer"] },
     // What the Unity package's tests have in place of an engine's GPU; knows nothing of ours.
     Rule { name: "standin-gpu",       kind: Kind::TestOnly, imports: &[] },
     // What its pictures are compared with: test scenes, and the wgpu host.

@@ -13,7 +13,7 @@
 /**
  * Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
  */
-#define LUMIVOX_ABI_VERSION 2
+#define LUMIVOX_ABI_VERSION 3
 
 /**
  * How far long work is.
@@ -275,6 +275,11 @@ typedef struct LumivoxImportOptions {
    * 1: a header may name data files anywhere.
    */
   uint32_t allow_outside_data;
+  /**
+   * 1: what lies around the patient in a CT stays: the table, clothes, cables. 0: it becomes air, where it can be told
+   * from the patient for sure.
+   */
+  uint32_t keep_everything;
   /**
    * What the bytes of a RAW file mean, such as `256x256x108:i16le:spacing=1,1,2`.
    */
@@ -722,7 +727,7 @@ int32_t lumivox_check_layout(const uint32_t *sizes,
                              uint32_t count);
 
 /**
- * A scan that is computed, `head` or `cube`, with `size` voxels along a side, 8 to 1024; 0 stands for 128. Waits for it.
+ * A scan that is computed, `head`, `torso` (without a table) or `cube`, with `size` voxels along a side, 8 to 1024; 0 stands for 128. Waits for it.
  *
  * # Safety
  * `kind` is a string.

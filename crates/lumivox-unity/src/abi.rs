@@ -6,7 +6,7 @@
 use std::ffi::c_char;
 
 /// Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
-pub const LUMIVOX_ABI_VERSION: u32 = 2;
+pub const LUMIVOX_ABI_VERSION: u32 = 3;
 
 /// What a scan is and how it lies in its object.
 #[repr(C)]
@@ -367,6 +367,9 @@ pub struct LumivoxImportOptions {
     pub fill_damaged: u32,
     /// 1: a header may name data files anywhere.
     pub allow_outside_data: u32,
+    /// 1: what lies around the patient in a CT stays: the table, clothes, cables. 0: it becomes air, where it can be told
+    /// from the patient for sure.
+    pub keep_everything: u32,
     /// What the bytes of a RAW file mean, such as `256x256x108:i16le:spacing=1,1,2`.
     pub raw: *const c_char,
 }

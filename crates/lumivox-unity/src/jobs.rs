@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use lumivox_core::{CancelToken, Progress, Stage};
+use lumivox_core::{CancelToken, Cancelled, Progress, Stage};
 use lumivox_import::{ImportOptions, ImportReport, Imported, RawDescription, Study};
 
 use crate::abi::{LumivoxImportOptions, LumivoxJobState, LumivoxPicture, LumivoxProgress};
@@ -135,19 +135,24 @@ pub unsafe extern "C" fn lumivox_import_load(
 ) -> *mut LumivoxJob {
     guard_handle(|| {
         // SAFETY: as the caller promises.
-        let (options, study) = unsafe { (import_options(options)?, study.as_ref()) };
+        let (keep, options, study) =
+            unsafe { (keeps_everything(options), import_options(options)?, study.as_ref()) };
+        let finish = move |imported, progress: Progress<'_>, cancel: &CancelToken| {
+            let kept = if keep { Ok(imported) } else { without_things(imported, progress, cancel) };
+            kept.map(Made::imported).map_err(|error| error.to_string())
+        };
         if let Some(LumivoxStudy(study)) = study {
             let study = study.clone();
             return start(move |progress, cancel| {
                 let imported = lock(&study).load(&options, progress, cancel);
-                imported.map(Made::imported).map_err(|error| error.to_string())
+                finish(imported.map_err(|error| error.to_string())?, progress, cancel)
             });
         }
         // SAFETY: as the caller promises.
         let paths = unsafe { files(paths, count) }?;
         start(move |progress, cancel| {
             let imported = lumivox_import::load(&paths, &options, progress, cancel);
-            imported.map(Made::imported).map_err(|error| error.to_string())
+            finish(imported.map_err(|error| error.to_string())?, progress, cancel)
         })
     })
 }
@@ -451,6 +456,28 @@ unsafe fn files(paths: *const *const c_char, count: u32) -> Outcome<Vec<PathBuf>
         true => Err("there is nothing to read: name a file, a folder or an archive".to_owned()),
         false => Ok(paths),
     }
+}
+
+/// The patient alone: what lies around in a CT becomes air, and the report says so.
+fn without_things(
+    mut imported: Imported,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Imported, Cancelled> {
+    let alone = lumivox_segmentation::patient_alone(imported.volume, progress, cancel)?;
+    if let Some(note) = alone.note() {
+        let more = if alone.changed > 0 { " (import with 'Keep everything' to see it)" } else { "" };
+        imported.report.notes.push(format!("{note}{more}"));
+    }
+    imported.volume = alone.volume;
+    Ok(imported)
+}
+
+/// # Safety
+/// `options` is null or points to options.
+unsafe fn keeps_everything(options: *const LumivoxImportOptions) -> bool {
+    // SAFETY: as the caller promises.
+    unsafe { options.as_ref() }.is_some_and(|options| options.keep_everything != 0)
 }
 
 /// # Safety

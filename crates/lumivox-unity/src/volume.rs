@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::{CancelToken, Histogram, Medium, Modality, Preset, Progress, Volume, Voxels, placement};
 use lumivox_import::ImportReport;
-use lumivox_phantom::AnatomyOptions;
+use lumivox_phantom::{AnatomyOptions, TorsoOptions};
 use serde_json::{Value, json};
 
 use crate::abi::LumivoxVolumeInfo;
@@ -87,13 +87,17 @@ pub(crate) fn phantom(
             let options = AnatomyOptions { size, ..AnatomyOptions::default() };
             lumivox_phantom::anatomy(options, progress, cancel).map_err(|error| error.to_string())?
         }
+        "torso" => {
+            let options = TorsoOptions { size, table: false, ..TorsoOptions::default() };
+            lumivox_phantom::torso(options, progress, cancel).map_err(|error| error.to_string())?
+        }
         "cube" => lumivox_phantom::cube(size),
-        _ => return Err(format!("There is no phantom '{kind}'. There are 'head' and 'cube'.")),
+        _ => return Err(format!("There is no phantom '{kind}'. There are 'head', 'torso' and 'cube'.")),
     };
     Ok(LumivoxVolume::new(volume, Value::Null))
 }
 
-/// A scan that is computed, `head` or `cube`, with `size` voxels along a side, 8 to 1024; 0 stands for 128. Waits for it.
+/// A scan that is computed, `head`, `torso` (without a table) or `cube`, with `size` voxels along a side, 8 to 1024; 0 stands for 128. Waits for it.
 ///
 /// # Safety
 /// `kind` is a string.
@@ -335,7 +339,7 @@ mod tests {
         assert!(voxels_from_bytes(2, &[0; 5]).unwrap_err().contains("5 bytes"));
         let silent = CancelToken::new();
         let error = phantom("foot", 64, Progress::SILENT, &silent).err().unwrap();
-        assert!(error.contains("'head' and 'cube'"), "{error}");
+        assert!(error.contains("'head', 'torso' and 'cube'"), "{error}");
         assert!(phantom("cube", 4, Progress::SILENT, &silent).is_err());
     }
 }

@@ -4,6 +4,8 @@ use std::ffi::{CStr, CString, c_char};
 use std::ptr::{null, null_mut};
 use std::time::{Duration, Instant};
 
+use lumivox_core::{CancelToken, Progress};
+use lumivox_phantom::TorsoOptions;
 use lumivox_unity::abi::*;
 use lumivox_unity::stage::*;
 use lumivox_unity::steps::*;
@@ -263,10 +265,58 @@ fn what_cannot_be_read_is_told() {
             leave_gaps: 0,
             fill_damaged: 0,
             allow_outside_data: 0,
+            keep_everything: 0,
             raw: c"256xx".as_ptr(),
         };
         assert!(lumivox_import_load(paths.as_ptr(), 1, &options, null()).is_null());
         assert!(!last_error().is_empty());
+    }
+}
+
+#[test]
+fn the_patient_is_imported_alone_unless_everything_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let (silent, never) = (Progress::SILENT, CancelToken::new());
+    let torso =
+        lumivox_phantom::torso(TorsoOptions { size: 64, ..Default::default() }, silent, &never).unwrap();
+    let series = lumivox_phantom::SeriesDescription::default();
+    lumivox_phantom::write_dicom_series(&torso, folder.path(), &series, silent, &never).unwrap();
+    let path = CString::new(folder.path().to_str().unwrap()).unwrap();
+    let paths = [path.as_ptr()];
+    // SAFETY: all handles are live, and freed once.
+    unsafe {
+        let scanned = lumivox_import_scan(paths.as_ptr(), 1, null());
+        assert_eq!(wait(scanned), LumivoxJobState::Done);
+        let study = lumivox_job_take_study(scanned);
+        lumivox_job_free(scanned);
+        let load = |keep_everything, study| {
+            let options = LumivoxImportOptions {
+                series: null(),
+                phase: 0,
+                leave_gaps: 0,
+                fill_damaged: 0,
+                allow_outside_data: 0,
+                keep_everything,
+                raw: null(),
+            };
+            let job = lumivox_import_load(paths.as_ptr(), 1, &options, study);
+            assert_eq!(wait(job), LumivoxJobState::Done);
+            let (volume, report) = (lumivox_job_take_volume(job), take_text(lumivox_job_report(job)));
+            lumivox_job_free(job);
+            let mut dense = 0.0;
+            assert_eq!(lumivox_volume_histogram(volume, -700.0, 3000.0, 1, &mut dense), 0);
+            lumivox_volume_free(volume);
+            (dense, report.contains("hidden: other objects"))
+        };
+        for study in [null(), study.cast_const()] {
+            let (alone, all) = (load(0, study), load(1, study));
+            assert!(alone.1 && !all.1);
+            assert!(alone.0 < 0.95 * all.0 && alone.0 > 0.8 * all.0, "{alone:?} of {all:?}");
+        }
+        lumivox_study_free(study);
+        let torso = lumivox_volume_phantom(c"torso".as_ptr(), 16);
+        assert!(!torso.is_null(), "{}", last_error());
+        lumivox_volume_free(torso);
     }
 }
 

@@ -42,6 +42,43 @@ namespace Lumivox.Tests
             return Write("large.nrrd", bytes);
         }
 
+        /// Muscle and fat above a table.
+        static byte[] Patient(int side)
+        {
+            var bytes = new byte[2 * side * side * side];
+            for (var i = 0; i < side * side * side; i++)
+            {
+                float x = i % side - side / 2, y = i / side % side - side * 0.45f;
+                var radius = Mathf.Sqrt(x * x + y * y);
+                var isTable = i / side % side is var row && row >= side - 8 && row < side - 5 && Mathf.Abs(x) < side * 0.4f;
+                var hu = (short)(radius < side * 0.2f ? 50 : radius < side * 0.3f ? -100 : isTable ? 120 : -1000);
+                BitConverter.GetBytes(hu).CopyTo(bytes, 2 * i);
+            }
+            return bytes;
+        }
+
+        [Test]
+        public void ThePatientIsImportedAloneUnlessEverythingIsAskedFor()
+        {
+            var path = Write("patient.raw", Patient(64));
+            using (var importer = new LumivoxImporter())
+            {
+                (float dense, bool hidden) Load(bool everything)
+                {
+                    var loading = importer.Load(new[] { path }, new LumivoxImportOptions { raw = "64x64x64:i16le:spacing=4,4,4:modality=CT", keepEverything = everything });
+                    RuntimeComponentTests.Wait(() => loading.IsCompleted);
+                    var scan = loading.Result;
+                    var found = (scan.GetHistogram(1, new Vector2(100f, 200f))[0], scan.GetReport().notes.Any(note => note.StartsWith("hidden: table and supports (")));
+                    Object.DestroyImmediate(scan);
+                    return found;
+                }
+                Assert.AreEqual((0f, true), Load(false));
+                var (dense, hidden) = Load(true);
+                Assert.IsTrue(dense > 8000f, $"{dense} voxels of the table");
+                Assert.IsFalse(hidden);
+            }
+        }
+
         [TestCase("scan.nrrd", "NRRD")]
         [TestCase("scan.nii.gz", "NIfTI")]
         public void AFileIsLoadedWithItsValuesAndItsReport(string name, string format)

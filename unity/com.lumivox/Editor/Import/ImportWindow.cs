@@ -112,7 +112,7 @@ namespace Lumivox.Editor
 
         LumivoxImportOptions Options()
         {
-            var options = new LumivoxImportOptions { leaveGaps = gapsField.value, fillDamaged = damagedField.value };
+            var options = new LumivoxImportOptions { leaveGaps = gapsField.value, fillDamaged = damagedField.value, keepEverything = everythingField.value };
             if (rawField.style.display == DisplayStyle.Flex && rawField.value.Trim() != "") options.raw = rawField.value.Trim();
             if (outsideField.style.display == DisplayStyle.Flex) options.allowOutsideData = outsideField.value;
             return options;
@@ -222,7 +222,7 @@ namespace Lumivox.Editor
                 if (report.series[Selected].phases > 1) options.phase = phaseField.value;
             }
             savedAs = target;
-            var wanted = $"{m_Path}|{options.series}|{options.phase}|{options.raw}|{options.leaveGaps}|{options.fillDamaged}|{options.allowOutsideData}";
+            var wanted = $"{m_Path}|{options.series}|{options.phase}|{options.raw}|{options.leaveGaps}|{options.fillDamaged}|{options.allowOutsideData}|{options.keepEverything}";
             if (unsaved != null && wanted == imported)
             {
                 // It was read already, and could not be written.

@@ -9,7 +9,7 @@ namespace Lumivox.Editor
     public sealed partial class ImportWindow
     {
         TextField pathField, rawField, targetField;
-        Toggle outsideField, gapsField, damagedField, addField;
+        Toggle outsideField, gapsField, damagedField, everythingField, addField;
         SliderInt phaseField;
         ListView list;
         Image thumbnail;
@@ -67,6 +67,7 @@ namespace Lumivox.Editor
             var choices = Row(root, "choices");
             gapsField = Check(choices, "gaps", "Leave gaps", "Slices that are missing stay empty; otherwise a scan that lacks some is not imported.", false);
             damagedField = Check(choices, "damaged", "Fill damaged", "Slices that are damaged are filled in from their neighbours; otherwise they stay empty.", false);
+            everythingField = Check(choices, "everything", "Keep everything", "Of a CT: the table, clothes and cables too, not the patient alone.", false);
             phaseField = new SliderInt("Phase", 1, 1) { name = "phase", showInputField = true, tooltip = "Which of the volumes in the series is imported." };
             phaseField.style.flexGrow = 1;
             phaseField.style.display = DisplayStyle.None;
@@ -164,7 +165,7 @@ namespace Lumivox.Editor
         void Go(Step step)
         {
             Now = step;
-            foreach (var field in new VisualElement[] { pathField, rawField, outsideField, browseFolder, browseFile, targetField, phaseField, gapsField, damagedField, addField, list })
+            foreach (var field in new VisualElement[] { pathField, rawField, outsideField, browseFolder, browseFile, targetField, phaseField, gapsField, damagedField, everythingField, addField, list })
                 field.SetEnabled(!Works);
             import.SetEnabled(step == Step.Ready && Selected >= 0);
             bar.style.display = Works ? DisplayStyle.Flex : DisplayStyle.None;

@@ -17,7 +17,7 @@ namespace Lumivox.Editor
     /// themselves (`.nii.gz`, `.dcm.zip`, `.dicom.zip`) are taken at once. The voxels go from the file straight to a file
     /// of Lumivox' own among the import's results; they are never on the managed heap.
     /// </remarks>
-    [ScriptedImporter(2, new[] { "nii", "nrrd", "nhdr", "mha", "mhd" }, new[] { "gz", "zip", "dcm", "dicom", "ima", "raw" }, AllowCaching = true)]
+    [ScriptedImporter(3, new[] { "nii", "nrrd", "nhdr", "mha", "mhd" }, new[] { "gz", "zip", "dcm", "dicom", "ima", "raw" }, AllowCaching = true)]
     public sealed class ScanImporter : ScriptedImporter
     {
         static readonly string[] known = { ".nii.gz", ".dcm.zip", ".dicom.zip" };
@@ -33,6 +33,8 @@ namespace Lumivox.Editor
         bool m_FillDamaged;
         [SerializeField, Tooltip("Of a header that you trust: its data may be files that lie neither beside it nor below it.")]
         bool m_AllowOutsideData;
+        [SerializeField, Tooltip("Of a CT: the table, clothes and cables too, not the patient alone.")]
+        bool m_KeepEverything;
         [SerializeField, Tooltip("What a file without a header holds, such as 256x256x108:i16le:spacing=1,1,2.")]
         string m_Raw = "";
 
@@ -57,6 +59,7 @@ namespace Lumivox.Editor
             leaveGaps = m_LeaveGaps,
             fillDamaged = m_FillDamaged,
             allowOutsideData = m_AllowOutsideData,
+            keepEverything = m_KeepEverything,
             raw = Said(m_Raw),
         };
 

@@ -202,8 +202,8 @@ namespace Lumivox
         }
 
         /// <summary>
-        /// A scan that is computed: "head" is an anatomical CT of a head, "cube" a test body whose values rise from its
-        /// corners to its centre. `size` is the number of voxels along a side, 8 to 1024; 0 stands for 128. It is made by
+        /// A scan that is computed: "head" is an anatomical CT of a head, "torso" one of a torso (without a table), "cube" a
+        /// test body whose values rise from its corners to its centre. `size` is the number of voxels along a side, 8 to 1024; 0 stands for 128. It is made by
         /// another thread when something shows it, and anew whenever it is asked for again.
         /// </summary>
         /// <exception cref="LumivoxException">There is no such kind or size.</exception>
@@ -211,7 +211,7 @@ namespace Lumivox
         {
             if (size == 0) size = 128;
             if (size < 8 || size > 1024) throw new LumivoxException($"A phantom has 8 to 1024 voxels along a side, not {size}.");
-            if (kind != "head" && kind != "cube") throw new LumivoxException($"There is no phantom '{kind}'. There are \"head\" and \"cube\".");
+            if (kind != "head" && kind != "torso" && kind != "cube") throw new LumivoxException($"There is no phantom '{kind}'. There are \"head\", \"torso\" and \"cube\".");
             var asset = CreateInstance<LumivoxVolumeAsset>();
             asset.name = kind;
             asset.m_Phantom = kind;

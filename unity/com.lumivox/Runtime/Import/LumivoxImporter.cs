@@ -20,6 +20,11 @@ namespace Lumivox
         public bool fillDamaged;
         /// <summary>Whether a header such as .mhd may name data files anywhere, not only beside it or below.</summary>
         public bool allowOutsideData;
+        /// <summary>
+        /// Whether what lies around the patient in a CT stays: the table, clothes, cables. Otherwise it becomes air, where it
+        /// can be told from the patient for sure, and the report says so.
+        /// </summary>
+        public bool keepEverything;
         /// <summary>What a RAW file holds, such as `256x256x108:i16le:spacing=1,1,2`.</summary>
         public string raw;
     }
@@ -206,6 +211,7 @@ namespace Lumivox
                         leaveGaps = options.leaveGaps ? 1u : 0u,
                         fillDamaged = options.fillDamaged ? 1u : 0u,
                         allowOutsideData = options.allowOutsideData ? 1u : 0u,
+                        keepEverything = options.keepEverything ? 1u : 0u,
                         raw = raw,
                     };
                     var pointer = isScan

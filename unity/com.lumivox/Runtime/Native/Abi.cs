@@ -219,6 +219,7 @@ namespace Lumivox.Native
         public uint leaveGaps;
         public uint fillDamaged;
         public uint allowOutsideData;
+        public uint keepEverything;
         public byte* raw;
     }
 

@@ -9,7 +9,7 @@ namespace Lumivox.Native
     internal static unsafe class Border
     {
         /// <summary>Raised with the library's own.</summary>
-        public const uint AbiVersion = 2;
+        public const uint AbiVersion = 3;
 
         static bool isChecked;
         static string fault;
