@@ -42,7 +42,7 @@ use lumivox_core::{CancelToken, Cancelled, LabelVolume, Modality, Progress, Volu
 pub use alone::{PatientAlone, patient_alone};
 pub use class::Class;
 pub use distance::{DEPTH_STEP_MM, DepthField};
-pub use peel::{peel, peel_skin};
+pub use peel::{peel, peel_skin, skin_is_dense};
 pub use report::{Finding, LEAST_CONFIDENCE, SegmentationReport};
 
 use progress::Steps;

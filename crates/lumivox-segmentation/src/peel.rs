@@ -19,6 +19,10 @@ const MEASURING: f64 = 0.7;
 /// Of parts thinner than the skin on both sides of them, this share of the depth is skin: an ear keeps its cartilage.
 const SKIN_OF_THIN: f32 = 0.4;
 
+/// In depths that are peeled, what parts are thin, and what are thick.
+const THIN: f32 = 1.5;
+const THICK: f32 = 2.5;
+
 /// A part is as thick as the body within so many cells of its place is deep.
 const REACH_CELLS: usize = 2;
 
@@ -42,7 +46,8 @@ pub fn peel(
     peel_to(volume, labels, mm, false, progress, cancel)
 }
 
-/// As [`peel`], for the millimetres that skin has: thin parts, such as ears, keep their inner sheet.
+/// As [`peel`], for the millimetres that skin has: thin parts, such as ears, keep their inner sheet. For scans whose
+/// [`skin_is_dense`].
 ///
 /// # Errors
 /// [`Cancelled`] when `cancel` was used.
@@ -59,6 +64,58 @@ pub fn peel_skin(
     peel_to(volume, labels, mm, true, progress, cancel)
 }
 
+/// Values as dense as muscle, in HU.
+const DENSE_HU: f64 = -20.0;
+
+/// Skin is no thicker than this, in mm.
+const SKIN_MM: f64 = 2.5;
+
+/// Skin is dense where this share of it is.
+const DENSE_SHARE: f64 = 0.45;
+
+/// Whether the skin of a CT is as dense as muscle, and hides it: less than half of it is where the scan is coarse, for air
+/// and fat thin it out there, and where it is thin itself.
+///
+/// # Panics
+/// When the labels are of another grid than the scan's.
+pub fn skin_is_dense(volume: &Volume, labels: &LabelVolume) -> bool {
+    assert_eq!(volume.dims(), labels.dims(), "labels of another grid");
+    let nx = volume.dims()[0];
+    let voxels = ((SKIN_MM / volume.spacing_mm().x).ceil() as usize).max(1);
+    let [air, body] = [Class::Air, Class::Body].map(Class::value);
+    let hu = |at: usize| volume.voxels().get(at) * volume.slope() + volume.intercept();
+    // Along each row, from the air into the body.
+    let row = |(row, labels): (usize, &[u8])| {
+        let (mut all, mut dense) = (0u64, 0u64);
+        let mut look = |inner: &mut dyn Iterator<Item = usize>| {
+            let mut most = f64::NEG_INFINITY;
+            let mut count = 0;
+            for x in inner.take(voxels) {
+                if labels[x] != body {
+                    return;
+                }
+                most = most.max(hu(row * nx + x));
+                count += 1;
+            }
+            if count == voxels {
+                all += 1;
+                dense += u64::from(most > DENSE_HU);
+            }
+        };
+        for x in 1..nx {
+            match (labels[x - 1], labels[x]) {
+                (before, behind) if before == air && behind == body => look(&mut (x..nx)),
+                (before, behind) if before == body && behind == air => look(&mut (0..x).rev()),
+                _ => {}
+            }
+        }
+        (all, dense)
+    };
+    let counts = labels.voxels().par_chunks(nx).enumerate().map(row);
+    let (all, dense) = counts.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+    dense as f64 > DENSE_SHARE * all as f64
+}
+
 fn peel_to(
     volume: Volume,
     labels: &LabelVolume,
@@ -69,11 +126,13 @@ fn peel_to(
 ) -> Result<Volume, Cancelled> {
     let steps = Steps::first(progress, MEASURING);
     let depth = crate::depths(&volume, labels, &steps, cancel)?;
+    let smooth = SmoothDepth::new(&volume, &depth, cancel)?;
     let thickness = spares_thin.then(|| Thickness::new(&volume, &depth, cancel)).transpose()?;
     let peeling = Peeling {
         dims: labels.dims(),
         labels: labels.voxels(),
         depths: depth.steps(),
+        smooth,
         thickness,
         mm: mm.min(f64::from(DepthField::MOST_MM)) as f32,
         width: (volume.spacing_mm().min_element() as f32).max(DEPTH_STEP_MM),
@@ -93,6 +152,111 @@ fn peel_to(
     result?;
     steps.report_rest(1.0);
     Ok(volume)
+}
+
+/// Voxels of the finest axis that each of two running means of depths takes in, on either side.
+const SMOOTHING: f64 = 2.0;
+
+/// Stored depths count in these parts of a step.
+const PARTS_OF_STEP: u32 = 64;
+
+/// Depths without the stairs of the voxels that they were measured from: means by triangles, which two running means are.
+struct SmoothDepth {
+    dims: [usize; 3],
+    /// Smooth along x and y.
+    parts: Vec<u16>,
+    /// Reach of a running mean along z.
+    reach_z: usize,
+    /// Along the finest axis.
+    reach: usize,
+    voxel_mm: f32,
+}
+
+impl SmoothDepth {
+    fn new(volume: &Volume, depth: &DepthField, cancel: &CancelToken) -> Result<Self, Cancelled> {
+        let dims = depth.dims();
+        let [nx, ny, _] = dims;
+        let spacing = volume.spacing_mm();
+        let finest = spacing.min_element();
+        // Thick slices are not smoothed across.
+        let [rx, ry, rz] = spacing.to_array().map(|mm| (SMOOTHING * finest / mm).round() as usize);
+        let mut parts = vec![0u16; depth.steps().len()];
+        parts.par_chunks_mut(nx * ny).zip(depth.steps().par_chunks(nx * ny)).try_for_each_init(
+            || vec![0u16; nx * ny],
+            |scratch, (parts, steps)| {
+                cancel.check()?;
+                let slice = |y: usize| y * nx..(y + 1) * nx;
+                for (part, &step) in parts.iter_mut().zip(steps) {
+                    *part = u16::from(step) * PARTS_OF_STEP as u16;
+                }
+                // What lies in no body is 0, and so is its surroundings' mean: most slices are mostly air.
+                for _ in 0..2 {
+                    for y in 0..ny {
+                        running_mean(&parts[slice(y)], &mut scratch[slice(y)], rx);
+                    }
+                    for y in 0..ny {
+                        let to = &mut parts[slice(y)];
+                        let rows = (0..2 * ry + 1).map(|k| (y + k).saturating_sub(ry).min(ny - 1));
+                        let mut sums = vec![0u32; nx];
+                        for row in rows {
+                            sums.iter_mut()
+                                .zip(&scratch[slice(row)])
+                                .for_each(|(sum, &part)| *sum += u32::from(part));
+                        }
+                        let count = 2 * ry as u32 + 1;
+                        to.iter_mut()
+                            .zip(&sums)
+                            .for_each(|(to, &sum)| *to = ((sum + count / 2) / count) as u16);
+                    }
+                }
+                Ok(())
+            },
+        )?;
+        Ok(Self { dims, parts, reach_z: rz, reach: SMOOTHING as usize, voxel_mm: finest as f32 })
+    }
+
+    /// The smooth depth of a voxel, in mm.
+    fn mm(&self, [x, y, z]: [usize; 3]) -> f32 {
+        let [nx, ny, nz] = self.dims;
+        let reach = self.reach_z;
+        let at = y * nx + x;
+        let (mut sum, mut weights) = (0, 0);
+        for (k, weight) in triangle(reach) {
+            let z = (z + k).saturating_sub(2 * reach).min(nz - 1);
+            sum += weight * u32::from(self.parts[z * nx * ny + at]);
+            weights += weight;
+        }
+        sum as f32 / weights as f32 / PARTS_OF_STEP as f32 * DEPTH_STEP_MM
+    }
+
+    /// What becomes of a depth below a plane, and how fast it changes there: outside, depths are 0, which raises means.
+    fn below_plane(&self, mm: f32) -> [f32; 2] {
+        let (mut sum, mut slope, mut weights) = (0.0, 0.0, 0.0);
+        for (k, weight) in triangle(self.reach) {
+            let at = mm + (k as f32 - 2.0 * self.reach as f32) * self.voxel_mm;
+            sum += weight as f32 * at.max(0.0);
+            slope += if at > 0.0 { weight as f32 } else { 0.0 };
+            weights += weight as f32;
+        }
+        [sum / weights, slope / weights]
+    }
+}
+
+/// Places and weights of two running means after each other, of a reach each.
+fn triangle(reach: usize) -> impl Iterator<Item = (usize, u32)> {
+    (0..=4 * reach).map(move |k| (k, (k.min(4 * reach - k) + 1) as u32))
+}
+
+/// Means of as many values on either side; the ends go on as they are.
+fn running_mean(from: &[u16], to: &mut [u16], reach: usize) {
+    let last = from.len() - 1;
+    let count = 2 * reach as u32 + 1;
+    let at = |i: usize| u32::from(from[i.saturating_sub(reach).min(last)]);
+    let mut sum: u32 = (0..2 * reach + 1).map(at).sum();
+    for (i, to) in to.iter_mut().enumerate() {
+        *to = ((sum + count / 2) / count) as u16;
+        sum = sum + at(i + 2 * reach + 1) - at(i);
+    }
 }
 
 /// How deep the body is around each place, on cells of the scan's own axes.
@@ -168,6 +332,7 @@ struct Peeling<'a> {
     dims: [usize; 3],
     labels: &'a [u8],
     depths: &'a [u8],
+    smooth: SmoothDepth,
     /// Where thin parts are spared.
     thickness: Option<Thickness>,
     mm: f32,
@@ -184,12 +349,21 @@ impl Peeling<'_> {
             Some(Class::Air) => 0.0,
             Some(class) if class.is_patient() => {
                 let depth = f32::from(depth) * DEPTH_STEP_MM;
-                if depth >= self.mm + 0.5 * self.width {
+                // As far as smoothing reaches.
+                if depth >= self.mm + 2.0 * self.smooth.reach as f32 * self.smooth.voxel_mm {
                     return 1.0;
                 }
-                let skin = |thickness: &Thickness| self.mm.min(SKIN_OF_THIN * thickness.at(voxel));
-                let mm = self.thickness.as_ref().map_or(self.mm, skin);
-                ((depth - mm) / self.width + 0.5).clamp(0.0, 1.0)
+                let thickness = self.thickness.as_ref().map_or(f32::INFINITY, |all| all.at(voxel));
+                let mm = self.mm.min(SKIN_OF_THIN * thickness);
+                let sharp = ((depth - mm) / self.width + 0.5).clamp(0.0, 1.0);
+                // Of thin parts smoothing would leave too little.
+                let thick = ((thickness / self.mm - THIN) / (THICK - THIN)).clamp(0.0, 1.0);
+                if thick == 0.0 || mm <= 0.0 {
+                    return sharp;
+                }
+                let [surface, slope] = self.smooth.below_plane(mm);
+                let soft = ((self.smooth.mm(voxel) - surface) / (slope * self.width) + 0.5).clamp(0.0, 1.0);
+                sharp + (soft - sharp) * thick
             }
             _ => 1.0,
         }

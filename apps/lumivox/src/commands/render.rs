@@ -13,7 +13,7 @@ use lumivox_core::{
     world_from_patient,
 };
 use lumivox_renderer::{Background, DisplaySettings};
-use lumivox_segmentation::SegmentationReport;
+use lumivox_segmentation::{SegmentationReport, skin_is_dense};
 use lumivox_wgpu::RenderRequest;
 
 use crate::{
@@ -145,10 +145,12 @@ fn shown(
         Look::Automatic => Some(Preset::default_for(&alone.volume)),
         Look::File(_) => None,
     };
-    let skin = preset.map_or(0.0, |preset| preset.peel_mm(&alone.volume));
+    let skin = preset.map_or(0.0, Preset::peel_mm);
     let (peel, mm) = args.peel.map_or((Peel::Skin(skin), skin), |mm| (Peel::Depth(mm), mm));
     match alone.labels {
-        Some(labels) if sure && mm > 0.0 => {
+        Some(labels)
+            if sure && mm > 0.0 && (args.peel.is_some() || skin_is_dense(&alone.volume, &labels)) =>
+        {
             let what = if args.peel.is_some() { "below the skin are" } else { "of skin are" };
             reporter.say(&format!("  {} mm {what} taken off", inputs::number(mm)));
             inputs::peel(alone.volume, &labels, peel, reporter, cancel)

@@ -133,15 +133,11 @@ impl Preset {
         }
     }
 
-    /// How much of the skin is to be taken off a scan before this look shows what it is for, in mm: in fine scans skin is
-    /// as dense as muscle; in coarse ones air and fat thin it out. `lumivox_segmentation::peel_skin` does that.
-    pub fn peel_mm(self, volume: &Volume) -> f64 {
-        const COARSE_MM: f64 = 1.1;
-        let mut spacing = volume.spacing_mm().to_array();
-        spacing.sort_by(f64::total_cmp);
+    /// How much of the skin is to be taken off a scan before this look shows what it is for, in mm, where skin is as dense
+    /// as muscle. `lumivox_segmentation::skin_is_dense` tells, and `peel_skin` does it.
+    pub fn peel_mm(self) -> f64 {
         match self {
-            // Slices may be thicker.
-            Preset::CtMuscle if spacing[1] < COARSE_MM => 2.5,
+            Preset::CtMuscle => 2.5,
             _ => 0.0,
         }
     }
@@ -295,17 +291,6 @@ mod tests {
             let map = ct.clone().with_unit(unit);
             assert_eq!((Preset::default_for(&map), map.unit()), (Preset::Plain, unit));
         }
-    }
-
-    #[test]
-    fn skin_is_taken_off_where_it_would_hide_the_muscles() {
-        let of = |preset: Preset, spacing: [f64; 3]| {
-            let place = DAffine3::from_scale(spacing.into());
-            let ct = Volume::new([2; 3], Voxels::U8(vec![0; 8]), [1.0, 0.0], place, Modality::Ct).unwrap();
-            preset.peel_mm(&ct) > 0.0
-        };
-        assert!(of(Preset::CtMuscle, [0.8, 0.8, 5.0]) && of(Preset::CtMuscle, [5.0, 0.8, 0.8]));
-        assert!(!of(Preset::CtMuscle, [1.25; 3]) && !of(Preset::CtSkin, [0.8; 3]));
     }
 
     #[test]
