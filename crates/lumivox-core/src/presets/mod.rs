@@ -1,7 +1,7 @@
 //! Looks that suit a kind of scan at once.
 //!
-//! CT presets are given in Hounsfield units and placed by a [`scale`] where a scan has others. MR and PET have no fixed
-//! scale, so their presets place themselves by the scan's own statistics.
+//! CT presets are given in Hounsfield units and placed by a scale of air and tissue where a scan has others. MR and PET have
+//! no fixed scale, so their presets place themselves by the scan's own statistics.
 
 mod ct;
 mod scale;
