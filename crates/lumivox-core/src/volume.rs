@@ -263,6 +263,13 @@ impl Volume {
         self.unit == HOUNSFIELD
     }
 
+    /// Whether a scan of which nothing says what it is, as formats without a modality leave it, has the range of
+    /// Hounsfield units.
+    pub fn may_be_hounsfield(&self) -> bool {
+        let [min, max] = self.value_range();
+        self.modality == Modality::Other && self.unit.is_empty() && min <= -500.0 && max >= 300.0
+    }
+
     /// Smallest and largest stored sample.
     pub fn stored_range(&self) -> [f64; 2] {
         self.stored_range

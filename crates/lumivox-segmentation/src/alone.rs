@@ -27,7 +27,7 @@ const FINDING: f64 = 0.7;
 pub struct PatientAlone {
     /// The scan; every voxel of the patient is as it was.
     pub volume: Volume,
-    /// What was found; `None` where nothing was looked for: values are no Hounsfield units.
+    /// What was found; `None` where nothing was looked for: values are, and may be, no Hounsfield units.
     pub report: Option<SegmentationReport>,
     /// What belongs to what; `None` where nothing was looked for.
     pub labels: Option<LabelVolume>,
@@ -54,7 +54,7 @@ impl PatientAlone {
     }
 }
 
-/// Finds in a CT in Hounsfield units what is not the patient (table, head-rest, blankets, cables, specks) and makes it air,
+/// Finds in a CT in Hounsfield units, or in what has their range, what is not the patient (table, head-rest, blankets, cables, specks) and makes it air,
 /// with the rim that it blurs into the air around it. Air, the patient and the voxels that are skin in part stay as they
 /// are, to the bit. Any other scan, and one in which the patient is not told apart for sure
 /// ([`LEAST_CONFIDENCE`](crate::LEAST_CONFIDENCE)), comes back as it was.
@@ -66,7 +66,7 @@ pub fn patient_alone(
     progress: Progress<'_>,
     cancel: &CancelToken,
 ) -> Result<PatientAlone, Cancelled> {
-    if !volume.is_hounsfield() {
+    if !volume.is_hounsfield() && !volume.may_be_hounsfield() {
         return Ok(PatientAlone { volume, report: None, labels: None, changed: 0 });
     }
     let steps = Steps::first(progress, FINDING);

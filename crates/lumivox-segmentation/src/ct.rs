@@ -36,8 +36,9 @@ const CUT_OFF: f32 = 2.5;
 const SKIN_MM: f32 = 3.0;
 const FOAM_MM: f32 = 12.0;
 
-/// The smallest body, in ml.
+/// The smallest body and the largest, in ml.
 const LEAST_BODY_ML: f64 = 20.0;
+const MOST_BODY_ML: f64 = 500_000.0;
 
 /// The labels of a CT.
 pub fn labels(volume: &Volume, steps: &Steps<'_>, cancel: &CancelToken) -> Result<Labelled, Cancelled> {
@@ -265,6 +266,15 @@ fn judge(
     let body_ml = body.cells as f64 * grid.cell_ml();
     if body_ml < LEAST_BODY_ML {
         lower(0.2, format!("what was found is small for a body: {body_ml:.0} ml"));
+    }
+    if body_ml > MOST_BODY_ML {
+        let litres = body_ml / 1000.0;
+        lower(
+            0.2,
+            format!(
+                "what was found is large for a body, {litres:.0} l: perhaps voxels are smaller than they say"
+            ),
+        );
     }
     if body.tissue < 0.7 {
         lower(0.4, format!("only {:.0} % of the body has values of tissue", 100.0 * body.tissue));

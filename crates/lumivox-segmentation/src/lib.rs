@@ -65,7 +65,7 @@ struct Labelled {
     notes: Vec<String>,
 }
 
-/// Tells apart what a scan shows: a CT in Hounsfield units in all classes, an MR in body and air. Of anything else, and
+/// Tells apart what a scan shows: a CT in Hounsfield units, or what has their range, in all classes, an MR in body and air. Of anything else, and
 /// where it is not sure enough ([`LEAST_CONFIDENCE`]), everything is [`Class::Body`], so that nothing gets lost.
 ///
 /// The same scan gives the same labels, on any number of threads.
@@ -128,6 +128,11 @@ fn labels_of(
 ) -> Result<(LabelVolume, SegmentationReport), Cancelled> {
     let found = if volume.is_hounsfield() {
         ct::labels(volume, steps, cancel)?
+    } else if volume.may_be_hounsfield() {
+        let found = ct::labels(volume, steps, cancel)?;
+        let note = "nothing says what the values are: taken for Hounsfield units".to_owned();
+        let notes = found.notes.into_iter().chain([note]).collect();
+        Labelled { confidence: 0.9 * found.confidence, notes, ..found }
     } else if volume.modality() == Modality::Mr {
         mr::labels(volume, steps, cancel)?
     } else {

@@ -85,9 +85,31 @@ fn samples_of_any_type_give_the_same_picture() {
 }
 
 #[test]
+fn a_ct_of_which_nothing_says_that_it_is_one_is_taken_for_one() {
+    let (volume, _) = scan(Scan::default());
+    let known = alone(volume.clone());
+    let found = alone(volume.with_modality(Modality::Other));
+    let (known, found) = (known.report.unwrap(), found.report.unwrap());
+    assert_eq!(found.findings, known.findings);
+    assert!(found.confidence < known.confidence && found.notes.len() == known.notes.len() + 1, "{found}");
+}
+
+#[test]
+fn nobody_is_as_large_as_a_house() {
+    let place = DAffine3::from_scale(DVec3::splat(40.0));
+    let (small, _) = scan(Scan::default());
+    let large =
+        Volume::new(small.dims(), small.voxels().clone(), [1.0, -4000.0], place, Modality::Ct).unwrap();
+    let found = alone(large);
+    assert_eq!(found.changed, 0);
+    let note = found.note().unwrap();
+    assert!(note.contains("large for a body"), "{note}");
+}
+
+#[test]
 fn a_scan_that_is_not_understood_comes_back_as_it_was() {
     let samples: Vec<u16> = (0..64_000).map(|i: usize| (i * 7919 % 977) as u16).collect();
-    for (modality, says) in [(Modality::Ct, true), (Modality::Mr, false), (Modality::Other, false)] {
+    for (modality, says) in [(Modality::Ct, true), (Modality::Mr, false), (Modality::Pet, false)] {
         let voxels = Voxels::U16(samples.clone());
         let volume = Volume::new([40; 3], voxels, [1.0, -1000.0], DAffine3::IDENTITY, modality).unwrap();
         let found = alone(volume.clone());

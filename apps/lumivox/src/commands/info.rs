@@ -119,7 +119,9 @@ fn to_text(scan: &Known) -> String {
     if let Some(found) = &alone.report {
         let parts: Vec<String> =
             found.findings.iter().map(|part| format!("{} {}", part.class.name(), part.size())).collect();
-        rows.push(("shows", parts.join(", ")));
+        let parts =
+            if found.is_sure() { parts.join(", ") } else { "what is the patient is not sure".to_owned() };
+        rows.push(("shows", parts));
         rows.push(("", format!("confidence {:.2} of 1", found.confidence)));
     }
     let preset = Preset::default_for(volume);

@@ -209,7 +209,7 @@ impl Preset {
             Modality::Ct => Preset::Plain,
             _ if !volume.unit().is_empty() => Preset::Plain,
             Modality::Mr => Preset::MrHead,
-            Modality::Other if scale::may_be_hounsfield(volume) => Preset::CtMuscle,
+            Modality::Other if volume.may_be_hounsfield() => Preset::CtMuscle,
             Modality::Other => Preset::MrHead,
         }
     }

@@ -3,7 +3,7 @@
 use crate::{
     medium::{Medium, SurfaceReflection},
     statistics::ValueStatistics,
-    volume::{Modality, Volume},
+    volume::Volume,
 };
 
 use super::{Look, tf};
@@ -24,7 +24,7 @@ impl HounsfieldScale {
 
     /// By the unit, else by the peaks of air and of soft tissue where there are two.
     pub fn of(volume: &Volume) -> Self {
-        if volume.is_hounsfield() || may_be_hounsfield(volume) {
+        if volume.is_hounsfield() || volume.may_be_hounsfield() {
             return Self::IDENTITY;
         }
         let statistics = ValueStatistics::new(volume, 1024);
@@ -56,18 +56,12 @@ impl HounsfieldScale {
     }
 }
 
-/// Whether a scan that nobody says anything about has the range of Hounsfield units.
-pub(super) fn may_be_hounsfield(volume: &Volume) -> bool {
-    let [min, max] = volume.value_range();
-    volume.modality() == Modality::Other && volume.unit().is_empty() && min <= -500.0 && max >= 300.0
-}
-
 #[cfg(test)]
 mod tests {
     use glam::DAffine3;
 
     use super::*;
-    use crate::volume::Voxels;
+    use crate::volume::{Modality, Voxels};
 
     fn ct(samples: Vec<u8>) -> Volume {
         let dims = [samples.len(), 1, 1];
