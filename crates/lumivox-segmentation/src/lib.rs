@@ -35,7 +35,9 @@ mod progress;
 mod refine;
 mod report;
 mod shape;
+mod smooth;
 mod table;
+mod thickness;
 
 use lumivox_core::{CancelToken, Cancelled, LabelVolume, Modality, Progress, Volume};
 

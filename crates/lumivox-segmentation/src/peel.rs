@@ -9,8 +9,9 @@ use crate::{
     alone::air_value,
     class::Class,
     distance::{DEPTH_STEP_MM, DepthField},
-    grid::Grid,
     progress::Steps,
+    smooth::SmoothDepth,
+    thickness::Thickness,
 };
 
 /// The share of the work that measuring depths is.
@@ -22,9 +23,6 @@ const SKIN_OF_THIN: f32 = 0.4;
 /// In depths that are peeled, what parts are thin, and what are thick.
 const THIN: f32 = 1.5;
 const THICK: f32 = 2.5;
-
-/// A part is as thick as the body within so many cells of its place is deep.
-const REACH_CELLS: usize = 2;
 
 /// Makes all air that lies less than `mm` below the body's surface, and outside it; by the labels that
 /// [`segment`](crate::segment) or [`patient_alone`](crate::patient_alone) found in the scan. Things stay. What is left has
@@ -154,179 +152,6 @@ fn peel_to(
     Ok(volume)
 }
 
-/// Voxels of the finest axis that each of two running means of depths takes in, on either side.
-const SMOOTHING: f64 = 2.0;
-
-/// Stored depths count in these parts of a step.
-const PARTS_OF_STEP: u32 = 64;
-
-/// Depths without the stairs of the voxels that they were measured from: means by triangles, which two running means are.
-struct SmoothDepth {
-    dims: [usize; 3],
-    /// Smooth along x and y.
-    parts: Vec<u16>,
-    /// Reach of a running mean along z.
-    reach_z: usize,
-    /// Along the finest axis.
-    reach: usize,
-    voxel_mm: f32,
-}
-
-impl SmoothDepth {
-    fn new(volume: &Volume, depth: &DepthField, cancel: &CancelToken) -> Result<Self, Cancelled> {
-        let dims = depth.dims();
-        let [nx, ny, _] = dims;
-        let spacing = volume.spacing_mm();
-        let finest = spacing.min_element();
-        // Thick slices are not smoothed across.
-        let [rx, ry, rz] = spacing.to_array().map(|mm| (SMOOTHING * finest / mm).round() as usize);
-        let mut parts = vec![0u16; depth.steps().len()];
-        parts.par_chunks_mut(nx * ny).zip(depth.steps().par_chunks(nx * ny)).try_for_each_init(
-            || vec![0u16; nx * ny],
-            |scratch, (parts, steps)| {
-                cancel.check()?;
-                let slice = |y: usize| y * nx..(y + 1) * nx;
-                for (part, &step) in parts.iter_mut().zip(steps) {
-                    *part = u16::from(step) * PARTS_OF_STEP as u16;
-                }
-                // What lies in no body is 0, and so is its surroundings' mean: most slices are mostly air.
-                for _ in 0..2 {
-                    for y in 0..ny {
-                        running_mean(&parts[slice(y)], &mut scratch[slice(y)], rx);
-                    }
-                    for y in 0..ny {
-                        let to = &mut parts[slice(y)];
-                        let rows = (0..2 * ry + 1).map(|k| (y + k).saturating_sub(ry).min(ny - 1));
-                        let mut sums = vec![0u32; nx];
-                        for row in rows {
-                            sums.iter_mut()
-                                .zip(&scratch[slice(row)])
-                                .for_each(|(sum, &part)| *sum += u32::from(part));
-                        }
-                        let count = 2 * ry as u32 + 1;
-                        to.iter_mut()
-                            .zip(&sums)
-                            .for_each(|(to, &sum)| *to = ((sum + count / 2) / count) as u16);
-                    }
-                }
-                Ok(())
-            },
-        )?;
-        Ok(Self { dims, parts, reach_z: rz, reach: SMOOTHING as usize, voxel_mm: finest as f32 })
-    }
-
-    /// The smooth depth of a voxel, in mm.
-    fn mm(&self, [x, y, z]: [usize; 3]) -> f32 {
-        let [nx, ny, nz] = self.dims;
-        let reach = self.reach_z;
-        let at = y * nx + x;
-        let (mut sum, mut weights) = (0, 0);
-        for (k, weight) in triangle(reach) {
-            let z = (z + k).saturating_sub(2 * reach).min(nz - 1);
-            sum += weight * u32::from(self.parts[z * nx * ny + at]);
-            weights += weight;
-        }
-        sum as f32 / weights as f32 / PARTS_OF_STEP as f32 * DEPTH_STEP_MM
-    }
-
-    /// What becomes of a depth below a plane, and how fast it changes there: outside, depths are 0, which raises means.
-    fn below_plane(&self, mm: f32) -> [f32; 2] {
-        let (mut sum, mut slope, mut weights) = (0.0, 0.0, 0.0);
-        for (k, weight) in triangle(self.reach) {
-            let at = mm + (k as f32 - 2.0 * self.reach as f32) * self.voxel_mm;
-            sum += weight as f32 * at.max(0.0);
-            slope += if at > 0.0 { weight as f32 } else { 0.0 };
-            weights += weight as f32;
-        }
-        [sum / weights, slope / weights]
-    }
-}
-
-/// Places and weights of two running means after each other, of a reach each.
-fn triangle(reach: usize) -> impl Iterator<Item = (usize, u32)> {
-    (0..=4 * reach).map(move |k| (k, (k.min(4 * reach - k) + 1) as u32))
-}
-
-/// Means of as many values on either side; the ends go on as they are.
-fn running_mean(from: &[u16], to: &mut [u16], reach: usize) {
-    let last = from.len() - 1;
-    let count = 2 * reach as u32 + 1;
-    let at = |i: usize| u32::from(from[i.saturating_sub(reach).min(last)]);
-    let mut sum: u32 = (0..2 * reach + 1).map(at).sum();
-    for (i, to) in to.iter_mut().enumerate() {
-        *to = ((sum + count / 2) / count) as u16;
-        sum = sum + at(i + 2 * reach + 1) - at(i);
-    }
-}
-
-/// How deep the body is around each place, on cells of the scan's own axes.
-struct Thickness {
-    dims: [usize; 3],
-    /// Voxels of a cell.
-    factors: [usize; 3],
-    /// In mm.
-    deepest: Vec<f32>,
-}
-
-impl Thickness {
-    fn new(volume: &Volume, depth: &DepthField, cancel: &CancelToken) -> Result<Self, Cancelled> {
-        let factors = Grid::new(volume).factors;
-        let voxels = volume.dims();
-        let dims = [0, 1, 2].map(|axis| voxels[axis].div_ceil(factors[axis]));
-        let mut deepest = vec![0f32; dims.iter().product()];
-        let slices = deepest
-            .par_chunks_mut(dims[0] * dims[1])
-            .zip(depth.steps().par_chunks(voxels[0] * voxels[1] * factors[2]));
-        slices.try_for_each(|(cells, steps)| {
-            cancel.check()?;
-            for (row, steps) in steps.chunks_exact(voxels[0]).enumerate() {
-                let cells = &mut cells[row % voxels[1] / factors[1] * dims[0]..][..dims[0]];
-                for (cell, steps) in cells.iter_mut().zip(steps.chunks(factors[0])) {
-                    let most = steps.iter().copied().max().unwrap_or(0);
-                    *cell = cell.max(f32::from(most) * DEPTH_STEP_MM);
-                }
-            }
-            Ok(())
-        })?;
-        let mut strides = [1, dims[0], dims[0] * dims[1]].into_iter().zip(dims);
-        strides.try_for_each(|(stride, n)| {
-            cancel.check()?;
-            let before = deepest.clone();
-            deepest.par_iter_mut().enumerate().for_each(|(i, cell)| {
-                let at = i / stride % n;
-                for near in at.saturating_sub(REACH_CELLS)..(at + REACH_CELLS + 1).min(n) {
-                    *cell = cell.max(before[i + near * stride - at * stride]);
-                }
-            });
-            Ok(())
-        })?;
-        Ok(Self { dims, factors, deepest })
-    }
-
-    /// At a voxel, trilinear between cells: no edges where cells meet.
-    fn at(&self, voxel: [usize; 3]) -> f32 {
-        let mut cell = [0usize; 3];
-        let mut part = [0f32; 3];
-        for axis in 0..3 {
-            let place = (voxel[axis] as f32 + 0.5) / self.factors[axis] as f32 - 0.5;
-            let place = place.clamp(0.0, (self.dims[axis] - 1) as f32);
-            cell[axis] = (place as usize).min(self.dims[axis].saturating_sub(2));
-            part[axis] = place - cell[axis] as f32;
-        }
-        let mut sum = 0.0;
-        for corner in 0..8usize {
-            let bit = |axis: usize| corner >> axis & 1;
-            let weight: f32 =
-                (0..3).map(|axis| if bit(axis) == 1 { part[axis] } else { 1.0 - part[axis] }).product();
-            if weight > 0.0 {
-                let [x, y, z] = [0, 1, 2].map(|axis| cell[axis] + bit(axis));
-                sum += weight * self.deepest[(z * self.dims[1] + y) * self.dims[0] + x];
-            }
-        }
-        sum
-    }
-}
-
 /// A scan that is peeled.
 struct Peeling<'a> {
     dims: [usize; 3],
@@ -350,7 +175,7 @@ impl Peeling<'_> {
             Some(class) if class.is_patient() => {
                 let depth = f32::from(depth) * DEPTH_STEP_MM;
                 // As far as smoothing reaches.
-                if depth >= self.mm + 2.0 * self.smooth.reach as f32 * self.smooth.voxel_mm {
+                if depth >= self.mm + self.smooth.reach_mm() {
                     return 1.0;
                 }
                 let thickness = self.thickness.as_ref().map_or(f32::INFINITY, |all| all.at(voxel));
