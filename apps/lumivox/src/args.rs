@@ -7,6 +7,8 @@ use lumivox_core::{Filter, Light, LightKind, Preset, glam::DVec3};
 use lumivox_import::RawDescription;
 use lumivox_renderer::ToneMap;
 
+use crate::classification::{ClipOption, LabelOption};
+
 const EXIT_CODES: &str = "\
 Exit codes:
     0  done
@@ -54,6 +56,8 @@ Examples:
   lumivox render ct.nii.gz --transfer-function skin.tf --environment sky.hdr -o skin.png
   lumivox render FOLDER --keep everything -o table.png
   lumivox render FOLDER --peel 15 -o inside.png
+  lumivox render FOLDER --clip-shape plane:0,0,0,-1,0,-1 -o open.png
+  lumivox render FOLDER --labels liver.seg.nrrd --label '*=opacity:0.1' --label liver=show,color,opacity:1 -o liver.png
   lumivox render FOLDER --size 1920x1080 --time 60 --background transparent -o hd.png
   lumivox render ct.nrrd pet.nrrd --preset ct-bone --preset mr-head -o both.png
   lumivox render head.raw --raw 256x256x108:i16le:spacing=1,1,1.5 -o raw.png
@@ -165,6 +169,19 @@ pub struct RenderArgs {
     /// Part to keep, as fractions along the voxel axes: lowx,lowy,lowz,highx,highy,highz
     #[arg(long, value_name = "BOX", help_heading = "Look")]
     pub clip: Option<Clip>,
+    /// Cut the volumes open: what the shape keeps is seen, or with a '!' before it what it does not. plane:X,Y,Z,NX,NY,NZ
+    /// keeps the side to which its normal N points; box: two corners; sphere: centre and radius; in mm, as --eye.
+    /// Once for each
+    #[arg(long, value_name = "[!]SHAPE:NUMBERS", help_heading = "Look", allow_hyphen_values = true)]
+    pub clip_shape: Vec<ClipOption>,
+    /// Labels of the scan's voxels: a DICOM SEG, NIfTI, NRRD or MetaImage file, or 'found' for what is found in a CT by
+    /// itself
+    #[arg(long, value_name = "FILE|found", help_heading = "Look")]
+    pub labels: Option<PathBuf>,
+    /// How a label looks, by its name, its number, or * for all; in turn. Words, with commas between them: hide, show,
+    /// color (its own), color:#rrggbb, opacity:F, density:F, preset:NAME, matte, uncut (by --clip-shape)
+    #[arg(long, value_name = "NAME=WORDS", help_heading = "Look", requires = "labels")]
+    pub label: Vec<LabelOption>,
 
     /// Degrees the camera turns around the patient; 0 sees the face, 90 the patient's left
     #[arg(long, value_name = "DEGREES", help_heading = "Camera", default_value = "0", value_parser = number(-3600.0, 3600.0))]
@@ -444,7 +461,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 /// `n` finite numbers between commas.
-fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let error = || format!("must be {N} numbers with commas between them");
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|part| part.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
@@ -529,6 +546,14 @@ impl FromStr for Clip {
     }
 }
 
+/// A colour as `#rrggbb`.
+pub fn hex_color(text: &str) -> Option<[u8; 3]> {
+    text.strip_prefix('#')
+        .filter(|hex| hex.len() == 6 && hex.bytes().all(|b| b.is_ascii_hexdigit()))
+        .and_then(|hex| u32::from_str_radix(hex, 16).ok())
+        .map(|rgb| [(rgb >> 16) as u8, (rgb >> 8) as u8, rgb as u8])
+}
+
 /// What stands behind the volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Background {
@@ -549,10 +574,8 @@ impl FromStr for Background {
             "environment" => return Ok(Self::Environment),
             _ => {}
         }
-        text.strip_prefix('#')
-            .filter(|hex| hex.len() == 6 && hex.bytes().all(|b| b.is_ascii_hexdigit()))
-            .and_then(|hex| u32::from_str_radix(hex, 16).ok())
-            .map(|rgb| Self::Color([(rgb >> 16) as u8, (rgb >> 8) as u8, rgb as u8]))
+        hex_color(text)
+            .map(Self::Color)
             .ok_or_else(|| "must be transparent, environment or a colour such as #202428".into())
     }
 }

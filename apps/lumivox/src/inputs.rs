@@ -3,6 +3,7 @@
 use std::{
     ffi::OsStr,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use lumivox_core::{CancelToken, LabelVolume, Volume};
@@ -27,6 +28,22 @@ pub fn patient_alone(
     cancel: &CancelToken,
 ) -> Result<PatientAlone, Failure> {
     Ok(reporter.stages(|progress| lumivox_segmentation::patient_alone(volume, progress, cancel))?)
+}
+
+/// Finds what belongs to what in a CT.
+pub fn segment(volume: &Volume, reporter: Reporter, cancel: &CancelToken) -> Result<LabelVolume, Failure> {
+    Ok(reporter.stages(|progress| lumivox_segmentation::segment(volume, progress, cancel))?.labels)
+}
+
+/// Loads a file of labels.
+pub fn labels(
+    args: &InputArgs,
+    file: &Path,
+    reporter: Reporter,
+    cancel: &CancelToken,
+) -> Result<Arc<LabelVolume>, Failure> {
+    let _ = (args, reporter, cancel);
+    Err(Failure::input(format!("{}: not yet", file.display())))
 }
 
 /// What is taken off a scan.
@@ -66,12 +83,13 @@ pub fn options(args: &InputArgs) -> ImportOptions {
 
 /// Checks that everything named is there, before the first is read for minutes.
 pub fn check(args: &InputArgs) -> Result<(), Failure> {
-    for path in &args.inputs {
-        if let Err(error) = std::fs::metadata(path) {
-            return Err(Failure::input(format!("cannot read {}: {error}", path.display())));
-        }
-    }
-    Ok(())
+    args.inputs.iter().try_for_each(|path| check_file(path))
+}
+
+/// Checks that a file is there.
+pub fn check_file(path: &Path) -> Result<(), Failure> {
+    let there = std::fs::metadata(path);
+    there.map(|_| ()).map_err(|error| Failure::input(format!("cannot read {}: {error}", path.display())))
 }
 
 /// How many scans there will be.

@@ -24,9 +24,13 @@ fn strides(volume: &Volume) -> [usize; 3] {
 
 /// The part of a volume that its medium shows, as opposite corners in box coordinates; all of it if nothing is shown.
 pub fn visible_box(volume: &Volume, medium: &Medium) -> [DVec3; 2] {
+    box_around(volume, |voxel| medium.transfer_function.opacity(volume.value(voxel)) > VISIBLE_OPACITY)
+}
+
+/// The part of a volume whose voxels are `visible`.
+fn box_around(volume: &Volume, visible: impl Fn([usize; 3]) -> bool + Sync) -> [DVec3; 2] {
     let dims = volume.dims();
     let stride = strides(volume);
-    let visible = |value: f64| medium.transfer_function.opacity(value) > VISIBLE_OPACITY;
     let counts = (0..dims[2].div_ceil(stride[2]))
         .into_par_iter()
         .map(|slice| {
@@ -34,7 +38,7 @@ pub fn visible_box(volume: &Volume, medium: &Medium) -> [DVec3; 2] {
             let mut counts = dims.map(|n| vec![0u64; n]);
             for y in (0..dims[1]).step_by(stride[1]) {
                 for x in (0..dims[0]).step_by(stride[0]) {
-                    if visible(volume.value([x, y, z])) {
+                    if visible([x, y, z]) {
                         counts[0][x] += 1;
                         counts[1][y] += 1;
                         counts[2][z] += 1;
@@ -120,8 +124,10 @@ struct Seen {
 impl Seen {
     /// The first and the last voxel that is seen in each row: nothing that is seen lies outside their convex hull.
     fn new(instance: &VolumeInstance) -> Self {
-        let (volume, medium) = (&*instance.volume, &instance.medium);
-        let [low, high] = visible_box(volume, medium);
+        let volume = &*instance.volume;
+        let visible = instance.opacities();
+        let visible = |voxel| visible(voxel) > VISIBLE_OPACITY;
+        let [low, high] = box_around(volume, visible);
         let low = low.max(instance.clip_box[0]);
         let high = high.min(instance.clip_box[1]).max(low);
         let stride = strides(volume);
@@ -135,8 +141,6 @@ impl Seen {
         let point = |voxel: [usize; 3]| {
             world_from_voxel.transform_point3(DVec3::from_array(voxel.map(|index| index as f64)))
         };
-        let visible =
-            |voxel: [usize; 3]| medium.transfer_function.opacity(volume.value(voxel)) > VISIBLE_OPACITY;
         let ends_of_row = |y: usize, z: usize| {
             let mut row = range(0).step_by(stride[0]).map(move |x| [x, y, z]);
             let first = row.find(|&voxel| visible(voxel));

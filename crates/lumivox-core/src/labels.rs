@@ -2,7 +2,11 @@
 //!
 //! A segmentation makes a [`LabelVolume`] on the grid of a [`Volume`](crate::Volume); a renderer hides or colours by it.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3};
+
+use crate::volume::{Modality, Volume, VolumeError, Voxels};
 
 /// The value of voxels that belong to no label.
 pub const UNLABELLED: u8 = 0;
@@ -61,12 +65,20 @@ pub enum LabelError {
 }
 
 /// A label for every voxel of a grid, with its place in the patient.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct LabelVolume {
-    dims: [usize; 3],
-    voxels: Vec<u8>,
-    patient_from_voxel: DAffine3,
+    /// Of 8-bit samples, which are values.
+    volume: Arc<Volume>,
     labels: Vec<Label>,
+}
+
+impl PartialEq for LabelVolume {
+    fn eq(&self, other: &Self) -> bool {
+        self.dims() == other.dims()
+            && self.patient_from_voxel() == other.patient_from_voxel()
+            && self.labels == other.labels
+            && self.voxels() == other.voxels()
+    }
 }
 
 impl LabelVolume {
@@ -82,17 +94,14 @@ impl LabelVolume {
         patient_from_voxel: DAffine3,
         mut labels: Vec<Label>,
     ) -> Result<Self, LabelError> {
-        if dims.contains(&0) {
-            return Err(LabelError::Empty(dims));
-        }
-        let expected =
-            dims[0].checked_mul(dims[1]).and_then(|n| n.checked_mul(dims[2])).unwrap_or(usize::MAX);
-        if expected != voxels.len() {
-            return Err(LabelError::VoxelCount { dims, expected, actual: voxels.len() });
-        }
-        if !patient_from_voxel.is_finite() || !patient_from_voxel.matrix3.determinant().is_normal() {
-            return Err(LabelError::Transform);
-        }
+        let made = Volume::new(dims, Voxels::U8(voxels), [1.0, 0.0], patient_from_voxel, Modality::Other);
+        let volume = made.map_err(|error| match error {
+            VolumeError::Empty(dims) => LabelError::Empty(dims),
+            VolumeError::SampleCount { dims, expected, actual } => {
+                LabelError::VoxelCount { dims, expected, actual }
+            }
+            _ => LabelError::Transform,
+        })?;
         labels.sort_by_key(|label| label.value);
         if let Some(label) = labels.iter().find(|label| label.value == UNLABELLED) {
             return Err(LabelError::Reserved { name: label.name.clone() });
@@ -104,7 +113,7 @@ impl LabelVolume {
         if let Some(label) = labels.iter().find(|label| !possible(label.color)) {
             return Err(LabelError::Color { value: label.value, color: label.color });
         }
-        let labels = Self { dims, voxels, patient_from_voxel, labels };
+        let labels = Self { volume: Arc::new(volume), labels };
         let counts = labels.counts();
         let known = |value: u8| value == UNLABELLED || labels.label(value).is_some();
         match (0..=u8::MAX).find(|&value| counts[usize::from(value)] > 0 && !known(value)) {
@@ -115,17 +124,22 @@ impl LabelVolume {
 
     /// Voxels along x (fastest), y and z.
     pub fn dims(&self) -> [usize; 3] {
-        self.dims
+        self.volume.dims()
+    }
+
+    /// The voxels as a volume whose values are those of the labels.
+    pub fn volume(&self) -> &Arc<Volume> {
+        &self.volume
     }
 
     /// The voxels' values, x fastest, then y, then z.
     pub fn voxels(&self) -> &[u8] {
-        &self.voxels
+        self.volume.voxels().as_bytes()
     }
 
     /// LPS millimetres from voxel indices.
     pub fn patient_from_voxel(&self) -> DAffine3 {
-        self.patient_from_voxel
+        self.volume.patient_from_voxel()
     }
 
     /// What the values mean, by rising value.
@@ -144,9 +158,9 @@ impl LabelVolume {
     /// When the index is outside the grid.
     #[inline]
     pub fn value(&self, [x, y, z]: [usize; 3]) -> u8 {
-        let [nx, ny, nz] = self.dims;
-        assert!(x < nx && y < ny && z < nz, "voxel {:?} is outside a grid of {:?}", [x, y, z], self.dims);
-        self.voxels[(z * ny + y) * nx + x]
+        let [nx, ny, nz] = self.dims();
+        assert!(x < nx && y < ny && z < nz, "voxel {:?} is outside a grid of {:?}", [x, y, z], self.dims());
+        self.voxels()[(z * ny + y) * nx + x]
     }
 
     /// Voxels of each value.
@@ -157,7 +171,7 @@ impl LabelVolume {
             chunk.iter().for_each(|&value| counts[usize::from(value)] += 1);
             counts
         };
-        self.voxels.par_chunks(1 << 18).map(count).reduce(
+        self.voxels().par_chunks(1 << 18).map(count).reduce(
             || [0; 256],
             |mut a, b| {
                 a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
@@ -168,13 +182,12 @@ impl LabelVolume {
 
     /// The volume of one voxel, in mm^3.
     pub fn voxel_mm3(&self) -> f64 {
-        self.patient_from_voxel.matrix3.determinant().abs()
+        self.patient_from_voxel().matrix3.determinant().abs()
     }
 
     /// Distance between neighbouring voxel centres along each axis, in mm.
     pub fn spacing_mm(&self) -> DVec3 {
-        let m = self.patient_from_voxel.matrix3;
-        DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length())
+        self.volume.spacing_mm()
     }
 }
 

@@ -13,6 +13,7 @@
 //! - Colours are linear, with sRGB primaries.
 
 pub mod camera;
+pub mod classification;
 pub mod color;
 pub mod environment;
 pub mod framing;
@@ -31,11 +32,12 @@ pub mod volume;
 pub use glam;
 
 pub use camera::{Camera, HostCamera, Orbit, PerspectiveCamera, Projection, Ray};
+pub use classification::{ClipKind, ClipShape, LabelStyle, Labelling, Peel};
 pub use environment::{Environment, EnvironmentMap, EnvironmentSource};
 pub use histogram::Histogram;
 pub use labels::{Label, LabelError, LabelVolume, UNLABELLED};
 pub use light::{Cone, Falloff, Lamp, Light, LightKind};
-pub use medium::{ExtinctionSpace, Filter, Medium, SurfaceReflection};
+pub use medium::{ExtinctionSpace, Filter, GradientFunction, Medium, SurfaceReflection};
 pub use presets::{Preset, UnknownPreset};
 pub use scene::{Scene, VolumeInstance, world_from_patient};
 pub use statistics::ValueStatistics;

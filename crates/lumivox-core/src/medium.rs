@@ -68,17 +68,45 @@ impl SurfaceReflection {
     /// No surface reflection.
     pub const OFF: Self = Self { strength: 0.0, gradient_per_mm: 1.0, roughness: 0.5, specular: 0.0 };
 
+    /// The same with every number inside its documented range; what is not a number becomes the default.
+    #[must_use]
+    pub fn sanitized(mut self) -> Self {
+        let clamp = |x: f64, lo: f64, hi: f64, or: f64| if x.is_nan() { or } else { x.clamp(lo, hi) };
+        self.strength = clamp(self.strength, 0.0, 1.0, 0.0);
+        self.gradient_per_mm = clamp(self.gradient_per_mm, 1e-9, 1e12, 1.0);
+        self.roughness = clamp(self.roughness, 0.0, 1.0, 0.5);
+        self.specular = clamp(self.specular, 0.0, 1.0, 0.0);
+        self
+    }
+
     /// Mean cosine of the specular lobe, a Henyey-Greenstein lobe about the mirror direction.
     pub fn lobe_anisotropy(&self) -> f64 {
         (1.0 - self.roughness.clamp(0.0, 1.0).powi(2)).clamp(0.0, 0.98)
     }
 }
 
+/// A transfer function for points where the value changes so much.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GradientFunction {
+    /// Gradient, in value units per mm.
+    pub per_mm: f64,
+    /// Opacity and colour of a value there.
+    pub transfer_function: TransferFunction,
+}
+
+/// Rows of a two-dimensional transfer function at most, besides the first.
+pub const MOST_GRADIENTS: usize = 32;
+
 /// Everything about a volume's look but the volume itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Medium {
     /// Opacity and colour of a physical value.
     pub transfer_function: TransferFunction,
+    /// Transfer functions for steeper places: with the one above, which is that of flat ones, rows of a two-dimensional
+    /// function of value and gradient magnitude (Kniss, Kindlmann and Hansen, *Interactive Volume Rendering Using
+    /// Multi-Dimensional Transfer Functions*, IEEE Visualization 2001). Linear between rows; beyond the last, it holds.
+    /// Empty for a function of the value alone, which costs nothing more. At most [`MOST_GRADIENTS`].
+    pub gradients: Vec<GradientFunction>,
     /// Multiplies the extinction, 1/mm per unit of opacity; 0 to [`MAX_DENSITY_SCALE`].
     pub density_scale: f64,
     /// Fraction of light that survives a scattering event, times the transfer function's colour; 0 to 1.
@@ -100,6 +128,7 @@ impl Medium {
     pub fn new(transfer_function: TransferFunction) -> Self {
         Self {
             transfer_function,
+            gradients: vec![],
             density_scale: 1.0,
             albedo: 1.0,
             anisotropy: 0.0,
@@ -110,9 +139,22 @@ impl Medium {
         }
     }
 
-    /// Extinction in 1/mm at a physical value.
+    /// Extinction in 1/mm at a physical value where it does not change.
     pub fn sigma_t_per_mm(&self, value: f64) -> f64 {
         self.transfer_function.opacity(value) * self.density_scale * SIGMA_UNIT_PER_MM
+    }
+
+    /// Opacity and colour at a value and a gradient magnitude, in value units per mm.
+    pub fn opacity_and_color(&self, value: f64, gradient_per_mm: f64) -> (f64, [f64; 3]) {
+        let of = |function: &TransferFunction| (function.opacity(value), function.color(value));
+        let next = self.gradients.partition_point(|row| row.per_mm <= gradient_per_mm);
+        let (from, low) = match next.checked_sub(1) {
+            None => (0.0, of(&self.transfer_function)),
+            Some(row) => (self.gradients[row].per_mm, of(&self.gradients[row].transfer_function)),
+        };
+        let Some(row) = self.gradients.get(next) else { return low };
+        let (t, high) = ((gradient_per_mm - from) / (row.per_mm - from), of(&row.transfer_function));
+        (low.0 + (high.0 - low.0) * t, std::array::from_fn(|i| low.1[i] + (high.1[i] - low.1[i]) * t))
     }
 
     /// The same medium with every number inside its documented range; what is not a number becomes the default.
@@ -124,11 +166,11 @@ impl Medium {
         self.albedo = clamp(self.albedo, 0.0, 1.0, defaults.albedo);
         self.anisotropy = clamp(self.anisotropy, -0.99, 0.99, defaults.anisotropy);
         self.max_bounces = self.max_bounces.clamp(1, 1000);
-        let surface = &mut self.surface;
-        surface.strength = clamp(surface.strength, 0.0, 1.0, 0.0);
-        surface.gradient_per_mm = clamp(surface.gradient_per_mm, 1e-9, 1e12, 1.0);
-        surface.roughness = clamp(surface.roughness, 0.0, 1.0, 0.5);
-        surface.specular = clamp(surface.specular, 0.0, 1.0, 0.0);
+        self.surface = self.surface.sanitized();
+        self.gradients.retain(|row| row.per_mm > 0.0 && row.per_mm < 1e12);
+        self.gradients.sort_by(|a, b| a.per_mm.total_cmp(&b.per_mm));
+        self.gradients.dedup_by_key(|row| row.per_mm as f32);
+        self.gradients.truncate(MOST_GRADIENTS);
         self
     }
 }

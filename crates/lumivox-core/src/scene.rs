@@ -4,7 +4,13 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::{environment::Environment, light::Light, medium::Medium, volume::Volume};
+use crate::{
+    classification::{ClipShape, Labelling, Peel},
+    environment::Environment,
+    light::Light,
+    medium::Medium,
+    volume::Volume,
+};
 
 /// One volume in a scene. Any number may overlap, rotated and scaled at will: their media superpose.
 #[derive(Clone, Debug)]
@@ -19,13 +25,33 @@ pub struct VolumeInstance {
     pub clip_box: [DVec3; 2],
     /// Its layers, a bit each: a [`Light`] reaches it if its mask shares one. The environment always does.
     pub layers: u32,
+    /// Which of its parts are what, and how they look.
+    pub labels: Option<Labelling>,
+    /// What of it lies too near to the skin to be seen.
+    pub peel: Option<Peel>,
+    /// What is kept of it besides the clip box.
+    pub clip_shapes: Vec<ClipShape>,
 }
 
 impl VolumeInstance {
+    /// A whole volume, without labels, on the first layer.
+    pub fn new(volume: Arc<Volume>, medium: Medium, world_from_patient: DAffine3) -> Self {
+        Self {
+            volume,
+            medium,
+            world_from_patient,
+            clip_box: [DVec3::ZERO, DVec3::ONE],
+            layers: 1,
+            labels: None,
+            peel: None,
+            clip_shapes: vec![],
+        }
+    }
+
     /// A volume at true size, its centre at the world's origin, upright and facing +z.
     pub fn centered(volume: Arc<Volume>, medium: Medium) -> Self {
         let world_from_patient = world_from_patient() * DAffine3::from_translation(-volume.center_mm());
-        Self { volume, medium, world_from_patient, clip_box: [DVec3::ZERO, DVec3::ONE], layers: 1 }
+        Self::new(volume, medium, world_from_patient)
     }
 
     /// Whether another looks the same, see [`Scene::is_same`].
@@ -35,11 +61,68 @@ impl VolumeInstance {
             && self.clip_box == other.clip_box
             && self.medium == other.medium
             && self.layers == other.layers
+            && self.clip_shapes == other.clip_shapes
+            && same(&self.labels, &other.labels, Labelling::is_same)
+            && same(&self.peel, &other.peel, Peel::is_same)
+    }
+
+    /// Opacities of voxels, with all that labels, peeling and clip shapes make of them; of steep places as if they were
+    /// flat, and of labels as the nearest voxel says.
+    pub(crate) fn opacities(&self) -> impl Fn([usize; 3]) -> f64 + Sync + use<'_> {
+        let patient_from_voxel = self.volume.patient_from_voxel();
+        let voxel_from_patient = |volume: &Volume| volume.patient_from_voxel().inverse();
+        let labels = self.labels.as_ref().map(|labelling| {
+            let styles: Vec<_> = (0..=u8::MAX).map(|value| labelling.style(value)).collect();
+            (labelling, voxel_from_patient(labelling.labels.volume()), styles)
+        });
+        let peel = self.peel.as_ref().filter(|peel| peel.is_active());
+        let peel = peel.map(|peel| (peel, voxel_from_patient(&peel.depth)));
+        let solid = self.clip_shapes.iter().filter(|shape| shape.is_solid());
+        let shapes: Vec<_> = solid.map(|shape| (shape, shape.patient_from_shape.inverse())).collect();
+        move |voxel| {
+            let value = self.volume.value(voxel);
+            let point = patient_from_voxel.transform_point3(DVec3::from_array(voxel.map(|i| i as f64)));
+            let style = labels.as_ref().map(|(labelling, voxel_from_patient, styles)| {
+                let labels = labelling.labels.volume();
+                let at = nearest(labels, voxel_from_patient.transform_point3(point));
+                &styles[at.map_or(0, |at| usize::from(labelling.labels.value(at)))]
+            });
+            let clipped = style.is_none_or(|style| style.clipped);
+            let is_cut = |(shape, shape_from_patient): &(&ClipShape, DAffine3)| {
+                !shape.keeps(shape_from_patient.transform_point3(point))
+            };
+            if clipped && shapes.iter().any(is_cut) {
+                return 0.0;
+            }
+            let left = peel.as_ref().map_or(1.0, |(peel, voxel_from_patient)| {
+                let at = voxel_from_patient.transform_point3(point);
+                nearest(&peel.depth, at).map_or(1.0, |at| peel.share(peel.depth.value(at)))
+            });
+            let own = style.and_then(|style| style.transfer_function.as_ref());
+            let function = own.unwrap_or(&self.medium.transfer_function);
+            left * function.opacity(value) * style.map_or(1.0, |style| style.factor(&self.medium))
+        }
     }
 
     /// World metres from box coordinates, where the volume fills `[0, 1]^3`.
     pub fn world_from_box(&self) -> DAffine3 {
         self.world_from_patient * self.volume.patient_from_box()
+    }
+}
+
+/// The voxel nearest to a point of voxel space, if there is one.
+fn nearest(volume: &Volume, point: DVec3) -> Option<[usize; 3]> {
+    let at = point.round();
+    let dims = DVec3::from_array(volume.dims().map(|n| n as f64));
+    let is_inside = at.cmpge(DVec3::ZERO).all() && at.cmplt(dims).all();
+    is_inside.then(|| at.to_array().map(|x| x as usize))
+}
+
+fn same<T>(a: &Option<T>, b: &Option<T>, is_same: impl Fn(&T, &T) -> bool) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => is_same(a, b),
+        (None, None) => true,
+        _ => false,
     }
 }
 

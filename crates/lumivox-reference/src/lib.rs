@@ -22,6 +22,7 @@
 //! A direction of travel points the way the path is traced, away from the camera. `wo` points back along it, towards
 //! the viewer; `wi` points the way the path goes on, towards the light.
 
+mod classification;
 pub mod image;
 pub mod lights;
 pub mod medium;

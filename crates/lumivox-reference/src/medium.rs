@@ -5,7 +5,9 @@
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
-use lumivox_core::{ExtinctionSpace, Filter, Medium, Ray, Scene, Volume, VolumeInstance};
+use lumivox_core::{ExtinctionSpace, Filter, Medium, Ray, Scene, SurfaceReflection, Volume, VolumeInstance};
+
+use crate::classification::{Classification, largest_opacity};
 
 /// A volume, its medium, and the transforms that its place implies.
 #[derive(Clone, Debug)]
@@ -18,6 +20,22 @@ pub struct PlacedMedium<'a> {
     clip_box: [DVec3; 2],
     layers: u32,
     sigma_maj_per_mm: f64,
+    classification: Classification<'a>,
+}
+
+/// What is at a point of one label's, or of none: media are mixtures of these.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    /// Its share of the extinction there, in 1/mm.
+    pub sigma_t_per_mm: f64,
+    /// Linear RGB.
+    pub color: [f64; 3],
+    /// How it reflects.
+    pub surface: SurfaceReflection,
+    /// The gradient of the value, in value units per mm of patient space.
+    pub gradient_per_mm: DVec3,
+    /// From the nearest cut by a clip shape in mm, and across it in patient space; infinitely far where there is none.
+    pub cut: (f64, DVec3),
 }
 
 /// The media of a scene; volumes of no extent (a singular transform) are left out.
@@ -35,15 +53,19 @@ impl<'a> PlacedMedium<'a> {
         let volume = &*instance.volume;
         let medium = instance.medium.clone().sanitized();
         let patient_from_world = instance.world_from_patient.inverse();
+        let classification = Classification::new(instance, patient_from_world);
+        let most = |style| largest_opacity(&medium, style, volume.value_range());
+        let sigma_maj_per_mm = classification.styles.iter().map(most).fold(0.0, f64::max)
+            * medium.density_scale
+            * SIGMA_UNIT_PER_MM;
         Some(Self {
             voxel_from_world: volume.patient_from_voxel().inverse() * patient_from_world,
             box_from_world: instance.world_from_box().inverse(),
             patient_from_world: patient_from_world.matrix3,
             clip_box: [instance.clip_box[0].max(DVec3::ZERO), instance.clip_box[1].min(DVec3::ONE)],
             layers: instance.layers,
-            sigma_maj_per_mm: largest_opacity(&medium, volume.value_range())
-                * medium.density_scale
-                * SIGMA_UNIT_PER_MM,
+            sigma_maj_per_mm,
+            classification,
             volume,
             medium,
         })
@@ -66,7 +88,60 @@ impl<'a> PlacedMedium<'a> {
 
     /// Extinction in 1/mm at a world point inside the box.
     pub fn sigma_t_per_mm(&self, point: DVec3) -> f64 {
-        self.medium.sigma_t_per_mm(self.value(point))
+        if self.classification.is_plain() && self.medium.gradients.is_empty() {
+            return self.medium.sigma_t_per_mm(self.value(point));
+        }
+        let gradient =
+            if self.medium.gradients.is_empty() { DVec3::ZERO } else { self.gradient_per_mm(point) };
+        self.parts_at(point, gradient).iter().map(|part| part.sigma_t_per_mm).sum()
+    }
+
+    /// What is at a world point inside the box.
+    pub fn parts(&self, point: DVec3) -> Vec<Part> {
+        self.parts_at(point, self.gradient_per_mm(point))
+    }
+
+    fn parts_at(&self, point: DVec3, gradient_per_mm: DVec3) -> Vec<Part> {
+        let value = self.value(point);
+        let left = self.classification.left_of_peeling(point);
+        let cut = self.classification.cut(point);
+        let part = |(label, share): (u8, f64)| {
+            let style = &self.classification.styles[usize::from(label)];
+            let (opacity, color) = match &style.transfer_function {
+                Some(own) => (own.opacity(value), own.color(value)),
+                None => self.medium.opacity_and_color(value, gradient_per_mm.length()),
+            };
+            let cut = cut.filter(|_| style.clipped);
+            let kept = if cut.is_some_and(|cut| cut.distance_mm < 0.0) { 0.0 } else { left };
+            let scale = self.medium.density_scale * SIGMA_UNIT_PER_MM;
+            Part {
+                sigma_t_per_mm: share * kept * opacity * style.factor(&self.medium) * scale,
+                color: style.color.unwrap_or(color),
+                surface: style.surface.unwrap_or(self.medium.surface),
+                gradient_per_mm,
+                cut: cut.map_or((f64::INFINITY, DVec3::ZERO), |cut| (cut.distance_mm, cut.gradient)),
+            }
+        };
+        self.classification.labels(point).into_iter().map(part).collect()
+    }
+
+    /// The part that a collision at a world point is with: `u` is uniform in `[0, 1)`.
+    pub fn pick(&self, point: DVec3, u: f64) -> Part {
+        let parts = self.parts(point);
+        let mut rest = u * parts.iter().map(|part| part.sigma_t_per_mm).sum::<f64>();
+        let last = parts[parts.len() - 1];
+        for part in parts {
+            rest -= part.sigma_t_per_mm;
+            if rest < 0.0 {
+                return part;
+            }
+        }
+        last
+    }
+
+    /// The width in mm of the surface that a cut leaves: a voxel's.
+    pub fn cut_width_mm(&self) -> f64 {
+        self.volume.spacing_mm().min_element()
     }
 
     /// Millimetres, in the sense of the medium's extinction space, that a ray passes per world metre.
@@ -216,13 +291,6 @@ pub fn cubic_b_spline(t: f64) -> [f64; 4] {
 pub fn cubic_b_spline_slopes(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     [-s * s / 2.0, (3.0 * t * t - 4.0 * t) / 2.0, (4.0 * s - 3.0 * s * s) / 2.0, t * t / 2.0]
-}
-
-/// The largest opacity over `[low, high]`. Between two knots the curve is monotone, so it lies at a knot or an end.
-fn largest_opacity(medium: &Medium, [low, high]: [f64; 2]) -> f64 {
-    let curve = &medium.transfer_function;
-    let inside = curve.opacity_knots().iter().filter(|k| (low..=high).contains(&k.value));
-    inside.map(|k| k.opacity).fold(curve.opacity(low).max(curve.opacity(high)), f64::max)
 }
 
 #[cfg(test)]

@@ -112,7 +112,7 @@ pub fn trace(
     let mut bounces = 0;
     while let Some((medium, t)) = nearest_collision(media, &ray, rng) {
         let point = ray.origin + t * ray.direction;
-        let collision = Collision::new(medium, point, ray.direction);
+        let collision = Collision::new(medium, &medium.pick(point, rng.uniform()), ray.direction);
         path.first_hit.get_or_insert(FirstHit { point, albedo: collision.albedo, normal: collision.normal });
         bounces += 1;
         if bounces > medium.medium().max_bounces {

@@ -67,16 +67,20 @@ pub fn single_scattering(scene: &Scene, ray: &Ray, steps: Steps) -> [f64; 3] {
             .map(|i| {
                 let t = near + (i as f64 + 0.5) * step;
                 let point = ray.origin + t * ray.direction;
-                let sigma_t = medium.sigma_t_per_mm(point) * medium.mm_per_metre(ray.direction);
-                if sigma_t == 0.0 {
+                if medium.sigma_t_per_mm(point) == 0.0 {
                     return [0.0; 3];
                 }
-                let seen = sigma_t * step * (-optical_depth(&media, ray, t, steps.primary)).exp();
-                let collision = Collision::new(medium, point, ray.direction);
-                let around = scattered(scene, &media, &collision, point, steps);
-                let from_lights =
-                    scattered_of_lights(scene, &media, medium.layers(), &collision, point, steps);
-                std::array::from_fn(|i| (around[i] + from_lights[i]) * seen)
+                let gets_through = (-optical_depth(&media, ray, t, steps.primary)).exp();
+                let mut sum = [0.0; 3];
+                for part in medium.parts(point).iter().filter(|part| part.sigma_t_per_mm > 0.0) {
+                    let seen = part.sigma_t_per_mm * medium.mm_per_metre(ray.direction) * step * gets_through;
+                    let collision = Collision::new(medium, part, ray.direction);
+                    let around = scattered(scene, &media, &collision, point, steps);
+                    let from_lights =
+                        scattered_of_lights(scene, &media, medium.layers(), &collision, point, steps);
+                    sum = std::array::from_fn(|i| sum[i] + (around[i] + from_lights[i]) * seen);
+                }
+                sum
             })
             .collect();
         for term in terms {

@@ -6,7 +6,7 @@
 
 use lumivox_core::glam::DVec3;
 
-use crate::medium::PlacedMedium;
+use crate::medium::{Part, PlacedMedium};
 use crate::rng::Rng;
 use crate::sampling::{
     cosine_hemisphere, henyey_greenstein, sample_cosine_hemisphere, sample_henyey_greenstein,
@@ -32,25 +32,29 @@ pub struct Collision {
 }
 
 impl Collision {
-    /// The collision at a world `point` of light traced along the unit direction `travel`.
-    pub fn new(medium: &PlacedMedium, point: DVec3, travel: DVec3) -> Self {
+    /// The collision of light traced along the unit direction `travel` with a part of a medium.
+    pub fn new(medium: &PlacedMedium, part: &Part, travel: DVec3) -> Self {
         let look = medium.medium();
-        let color = look.transfer_function.color(medium.value(point));
         let wo = -travel;
-        let gradient = medium.gradient_per_mm(point);
+        let surface = part.surface;
+        let edge = part.gradient_per_mm.length() / surface.gradient_per_mm;
+        let of_value = surface.strength * (1.0 - (-edge * edge).exp());
+        let (distance, across) = part.cut;
+        let of_cut = surface.strength * (-(distance / medium.cut_width_mm()).powi(2)).exp();
+        let (surface_probability, gradient) =
+            if of_cut > of_value { (of_cut, across) } else { (of_value, part.gradient_per_mm) };
         let outwards = medium.world_normal(gradient).unwrap_or(DVec3::ZERO);
         let normal = if outwards.dot(wo) < 0.0 { -outwards } else { outwards };
-        let edge = gradient.length() / look.surface.gradient_per_mm;
-        let specular = look.surface.specular;
+        let specular = surface.specular;
         Self {
-            albedo: color.map(|c| c * look.albedo),
+            albedo: part.color.map(|c| c * look.albedo),
             normal,
             travel,
             anisotropy: look.anisotropy,
-            surface_probability: look.surface.strength * (1.0 - (-edge * edge).exp()),
+            surface_probability,
             // Schlick, An Inexpensive BRDF Model for Physically-based Rendering, 1994, equation 15.
             fresnel: specular + (1.0 - specular) * (1.0 - normal.dot(wo).clamp(0.0, 1.0)).powi(5),
-            lobe_anisotropy: look.surface.lobe_anisotropy(),
+            lobe_anisotropy: surface.lobe_anisotropy(),
         }
     }
 
@@ -168,14 +172,18 @@ mod tests {
         let world_from_box = test.scene.volumes[0].world_from_box();
         let point = world_from_box.transform_point3(DVec3::new(0.5, 0.5, 0.13));
         let normal = media[0].world_normal(media[0].gradient_per_mm(point)).unwrap();
-        let head_on = Collision::new(&media[0], point, normal);
+        let head_on = Collision::new(&media[0], &media[0].pick(point, 0.0), normal);
         assert!((head_on.fresnel - surface.specular).abs() < 1e-9);
-        let grazing = Collision::new(&media[0], point, normal.any_orthonormal_vector());
+        let grazing = Collision::new(&media[0], &media[0].pick(point, 0.0), normal.any_orthonormal_vector());
         assert!((grazing.fresnel - 1.0).abs() < 1e-6);
         let edge = media[0].gradient_per_mm(point).length() / surface.gradient_per_mm;
         let expected = surface.strength * (1.0 - (-edge.powi(2)).exp());
         assert!(edge > 0.5 && (head_on.surface_probability - expected).abs() < 1e-12, "{edge}");
-        let inside = Collision::new(&media[0], world_from_box.transform_point3(DVec3::splat(0.5)), normal);
+        let inside = Collision::new(
+            &media[0],
+            &media[0].pick(world_from_box.transform_point3(DVec3::splat(0.5)), 0.0),
+            normal,
+        );
         assert_eq!(inside.surface_probability, 0.0);
     }
 
@@ -192,7 +200,7 @@ mod tests {
             let expected = (world_from_box.matrix3.inverse().transpose() * in_box).normalize();
             for side in [1.0, -1.0] {
                 let travel = (center - point).normalize() * side;
-                let collision = Collision::new(&media[0], point, travel);
+                let collision = Collision::new(&media[0], &media[0].pick(point, 0.0), travel);
                 assert!(collision.normal.dot(travel) <= 0.0);
                 // The grid is coarse: its gradient is right to a degree or two.
                 assert!(collision.normal.dot(expected * side) > 0.999, "{direction}");

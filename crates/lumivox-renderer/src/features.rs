@@ -19,6 +19,8 @@ pub struct Features {
     pub lights: bool,
     /// There are so many volumes that rays look for them in a hierarchy.
     pub many_volumes: bool,
+    /// The medium of some volume depends on more than its values: labels, gradients, depth below the skin, clip shapes.
+    pub classes: bool,
 }
 
 /// What looks at a scene.
@@ -35,8 +37,14 @@ pub enum ViewKind {
 
 impl Features {
     /// Everything.
-    pub const ALL: Self =
-        Self { environment: true, surface: true, filters: true, lights: true, many_volumes: true };
+    pub const ALL: Self = Self {
+        environment: true,
+        surface: true,
+        filters: true,
+        lights: true,
+        many_volumes: true,
+        classes: true,
+    };
 
     /// What `scene` holds.
     pub fn of(scene: &Scene) -> Self {
@@ -47,22 +55,24 @@ impl Features {
     pub(crate) fn of_placed(scene: &Scene, placed: &[Placed<'_>], lights: bool) -> Self {
         Self {
             environment: !scene.environment.is_uniform(),
-            surface: placed.iter().any(|p| p.medium.surface.strength as f32 > 0.0),
+            surface: placed.iter().any(Placed::reflects),
             filters: placed.iter().any(|p| matches!(p.medium.filter, Filter::Nearest | Filter::Tricubic)),
             lights,
             many_volumes: placed.len() >= MANY_VOLUMES,
+            classes: placed.iter().any(Placed::is_classified),
         }
     }
 
     /// Every scene that holds some of this, and nothing else: each has kernels of its own.
     pub fn subsets(self) -> impl Iterator<Item = Self> {
-        (0..32u32)
+        (0..64u32)
             .map(|bits| Self {
                 environment: bits & 1 != 0,
                 surface: bits & 2 != 0,
                 filters: bits & 4 != 0,
                 lights: bits & 8 != 0,
                 many_volumes: bits & 16 != 0,
+                classes: bits & 32 != 0,
             })
             .filter(move |part| part.union(self) == self)
     }
@@ -75,6 +85,7 @@ impl Features {
             filters: self.filters | other.filters,
             lights: self.lights | other.lights,
             many_volumes: self.many_volumes | other.many_volumes,
+            classes: self.classes | other.classes,
         }
     }
 
@@ -112,6 +123,7 @@ impl Features {
             live,
             lights: self.lights || limits.few_kernels,
             many_volumes: self.many_volumes,
+            classes: self.classes,
             one_pool: limits.one_pool,
             limited_turns: limits.loop_turns.is_some(),
             shared: false,

@@ -15,6 +15,22 @@ macro_rules! constants {
 constants! {
     /// Entries of a transfer function's table.
     TABLE_SIZE: u32 = 4096;
+    /// Pairs of numbers that it takes.
+    TABLE_PAIRS: u32 = 12288;
+    /// Pairs of a volume's classification before its clip shapes, of each of those, and of each label's style.
+    CLASS_PAIRS: u32 = 4;
+    #[expect(missing_docs, reason = "as above")]
+    SHAPE_PAIRS: u32 = 8;
+    #[expect(missing_docs, reason = "as above")]
+    STYLE_PAIRS: u32 = 8;
+    /// Kinds of clip shapes.
+    CLIP_PLANE: u32 = 0;
+    #[expect(missing_docs, reason = "as above")]
+    CLIP_BOX: u32 = 1;
+    #[expect(missing_docs, reason = "as above")]
+    CLIP_SPHERE: u32 = 2;
+    /// The number of labels of a cell that may have more than a set holds.
+    SET_OF_MANY: u32 = 8;
     /// Voxels along a side of a brick: what the store of voxels deals in.
     BRICK_SIZE: u32 = 32;
     /// Texels along its side in a pool. A brick also holds what lies one voxel beyond it, so that a filter within it

@@ -6,7 +6,9 @@ use bytemuck::{Pod, Zeroable};
 pub const TABLE_SIZE: usize = crate::constants::TABLE_SIZE as usize;
 
 /// Pairs of numbers of a transfer function on the GPU: opacities with their successors', then colours in two pairs each.
-pub const TABLE_PAIRS: usize = 3 * TABLE_SIZE;
+pub const TABLE_PAIRS: usize = crate::constants::TABLE_PAIRS as usize;
+
+const _: () = assert!(TABLE_PAIRS == 3 * TABLE_SIZE);
 
 /// Pools that a kernel can read.
 pub const POOL_COUNT: usize = crate::constants::MAX_POOLS as usize;
@@ -106,7 +108,8 @@ pub struct Instance {
     pub surface_specular: f32,
     pub layers: u32,
     pub cells_per_brick: u32,
-    pub padding: [u32; 2],
+    pub classes: u32,
+    pub padding: u32,
 }
 
 /// Twin of `Light`.
@@ -161,9 +164,9 @@ pub struct MajorantParams {
     pub cell_count: u32,
     pub majorant_offset: u32,
     pub row_length: u32,
-    pub table_scale: f32,
-    pub table_bias: f32,
     pub cells_per_brick: u32,
+    pub style_count: u32,
+    pub has_labels: u32,
     pub padding: [u32; 2],
     pub grid_dims: [u32; 3],
     pub more_padding: u32,

@@ -7,7 +7,7 @@
 //!
 //! # Loops end
 //! Executors let no compiler count the turns of loops, which costs 8 to 15%: kernels that are added keep to what follows.
-//! - Loops over taps, neighbours, kinds of light, candidates and sharers have a constant or a number of the host's as their
+//! - Loops over taps, neighbours, kinds of light, candidates, sharers, clip shapes, labels and rows of functions have a constant or a number of the host's as their
 //!   bound, and step by one. `film_count` steps by its number of invocations, at least a workgroup; `value_ranges` visits
 //!   a box of voxels.
 //! - The walk through majorant cells (`march_to_tentative`) passes a face of the grid each turn. It ends before it
@@ -55,6 +55,8 @@ pub struct PathTraceVariant {
     pub lights: bool,
     /// There are so many volumes that rays look for them in a hierarchy.
     pub many_volumes: bool,
+    /// The medium of some volume depends on more than its values: labels, gradients, depth below the skin, clip shapes.
+    pub classes: bool,
     /// All voxels lie in one pool.
     pub one_pool: bool,
     /// The driver ends invocations after so many turns of their loops: paths are put aside in time, and taken up by the
@@ -68,7 +70,7 @@ pub struct PathTraceVariant {
 impl PathTraceVariant {
     /// Every combination that there is.
     pub fn all() -> impl Iterator<Item = Self> {
-        let all = (0..1024u32).map(|bits| Self {
+        let all = (0..2048u32).map(|bits| Self {
             environment_sampling: bits & 1 != 0,
             surface: bits & 2 != 0,
             guides: bits & 4 != 0,
@@ -79,6 +81,7 @@ impl PathTraceVariant {
             one_pool: bits & 128 != 0,
             limited_turns: bits & 256 != 0,
             shared: bits & 512 != 0,
+            classes: bits & 1024 != 0,
         });
         all.filter(|variant| !variant.shared || variant.most_sharers() > 1)
     }
@@ -218,6 +221,7 @@ impl Kernel {
                 add(variant.lights, "lights");
                 add(variant.mixed_filters, "filters");
                 add(variant.many_volumes, "many");
+                add(variant.classes, "classes");
                 add(variant.one_pool, "pool");
                 add(variant.limited_turns, "turns");
                 add(variant.shared, "shared");
@@ -295,7 +299,9 @@ impl Kernel {
             Kernel::ValueRanges { one_pool } => {
                 bindings_and_pools!(one_pool, Uniform, StorageRead, StorageReadWrite)
             }
-            Kernel::MajorantGrid => &[Uniform, StorageRead, StorageRead, StorageRead, StorageReadWrite],
+            Kernel::MajorantGrid => {
+                &[Uniform, StorageRead, StorageRead, StorageRead, StorageRead, StorageRead, StorageReadWrite]
+            }
             Kernel::EmptySpace => &[Uniform, StorageReadWrite, StorageReadWrite],
             Kernel::Display => &[Uniform, Uniform, StorageRead, Texture2dLoaded, StorageReadWrite],
             Kernel::HostDepth => &[Uniform, Texture2dLoaded, StorageReadWrite, StorageReadWrite],
@@ -349,6 +355,7 @@ impl Kernel {
                 if variant.one_pool { module!("one_pool_filtered") } else { module!("many_pools_filtered") },
                 module!("volume"),
                 module!("medium"),
+                if variant.classes { module!("classified_media") } else { module!("plain_media") },
                 if variant.many_volumes { module!("volume_hierarchy") } else { module!("volume_list") },
                 module!("tracking"),
                 module!("environment"),
@@ -417,6 +424,7 @@ impl Kernel {
             text += &format!(
                 "const ENVIRONMENT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
                  const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst LIGHTS: bool = {};\n\
+                 const CLASSES: bool = {};\n\
                  const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
                  const PATHS_BINDING: u32 = {paths}u;\n",
                 variant.environment_sampling,
@@ -425,6 +433,7 @@ impl Kernel {
                 variant.mixed_filters,
                 variant.live,
                 variant.lights,
+                variant.classes,
             );
         }
         let pools = self.bindings().iter().position(|kind| *kind == BindingKind::Texture3d);

@@ -99,6 +99,7 @@ fn twins_have_the_shaders_layout() {
             surface_specular,
             layers,
             cells_per_brick,
+            classes,
             padding,
         }
     );
@@ -138,9 +139,9 @@ fn twins_have_the_shaders_layout() {
             cell_count,
             majorant_offset,
             row_length,
-            table_scale,
-            table_bias,
             cells_per_brick,
+            style_count,
+            has_labels,
             padding,
             grid_dims,
             more_padding,

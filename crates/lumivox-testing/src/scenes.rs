@@ -3,6 +3,8 @@
 //! Optical depths are moderate (one to four across), so that a few hundred samples are enough for a statistical test.
 //! No sample lies exactly on a jump of its transfer function: there, f32 and f64 may rightly disagree.
 
+mod classified;
+
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
@@ -12,6 +14,8 @@ use lumivox_core::{
     Lamp, Light, LightKind, Medium, Modality, PerspectiveCamera, Scene, SurfaceReflection, TransferFunction,
     Volume, VolumeInstance, Voxels, framing,
 };
+
+pub use classified::{clip_shapes, gradients, labels};
 
 /// A scene, a camera that sees it in a square image, and a name.
 #[derive(Clone, Debug)]
@@ -53,6 +57,9 @@ pub fn all() -> Vec<TestScene> {
         bulbs(),
         bulb_inside(),
         stage(),
+        classified::labels(),
+        classified::clip_shapes(),
+        classified::gradients(),
     ]
 }
 
@@ -63,10 +70,17 @@ pub fn furnace(mut test: TestScene) -> TestScene {
     test.scene.environment = Environment::uniform(1.0);
     test.scene.lights.clear();
     for instance in &mut test.scene.volumes {
+        let whiten = |function: &mut TransferFunction| {
+            let white = vec![ColorStop { value: 0.0, color: [1.0; 3] }];
+            *function = TransferFunction::new(function.opacity_knots().to_vec(), white).expect("valid knots");
+        };
+        for (_, style) in instance.labels.iter_mut().flat_map(|labelling| &mut labelling.styles) {
+            style.transfer_function.iter_mut().for_each(whiten);
+            style.color = None;
+        }
         let medium = &mut instance.medium;
-        let knots = medium.transfer_function.opacity_knots().to_vec();
-        let white = vec![ColorStop { value: 0.0, color: [1.0; 3] }];
-        medium.transfer_function = TransferFunction::new(knots, white).expect("valid knots");
+        whiten(&mut medium.transfer_function);
+        medium.gradients.iter_mut().for_each(|row| whiten(&mut row.transfer_function));
         medium.albedo = 1.0;
         medium.max_bounces = 1000;
     }

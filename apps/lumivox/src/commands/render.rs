@@ -7,8 +7,8 @@ use std::{
 };
 
 use lumivox_core::{
-    CancelToken, Environment, EnvironmentSource, Medium, PerspectiveCamera, Preset, Scene, SurfaceReflection,
-    Volume, VolumeInstance, framing,
+    CancelToken, Environment, EnvironmentSource, LabelVolume, Medium, PerspectiveCamera, Preset, Scene,
+    SurfaceReflection, Volume, VolumeInstance, framing,
     glam::{DAffine3, DVec3},
     world_from_patient,
 };
@@ -18,6 +18,7 @@ use lumivox_wgpu::RenderRequest;
 
 use crate::{
     args::{self, EnvironmentName, Keep, RenderArgs, Switch},
+    classification,
     exit::{self, Failure},
     inputs::{self, Peel},
     output,
@@ -55,6 +56,10 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         ));
     }
     inputs::check(&args.input)?;
+    let label_file = args.labels.as_deref().filter(|file| *file != Path::new(FOUND));
+    if let Some(file) = label_file {
+        inputs::check_file(file)?;
+    }
     let environment = environment(args)?;
     let looks = looks(args, inputs::count(&args.input))?;
     let cancel = exit::cancel_on_ctrl_c()?;
@@ -62,6 +67,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
 
     let scans = inputs::load(&args.input, reporter, &cancel)?;
     let mut volumes = Vec::with_capacity(scans.len());
+    let from_file =
+        label_file.map(|file| inputs::labels(&args.input, file, reporter, &cancel)).transpose()?;
     for scan in scans {
         reporter.say(&format!("{}: {}", scan.report.format, inputs::describe(&scan.volume)));
         scan.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
@@ -71,7 +78,15 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             reporter.say(&format!("  note: {count} {were} left out; 'lumivox info' says why"));
         }
         let look = &looks[volumes.len()];
-        volumes.push(Arc::new(shown(args, scan.volume, look, reporter, &cancel)?));
+        let (volume, found) = shown(args, scan.volume, look, reporter, &cancel)?;
+        let labels = match &from_file {
+            Some(labels) => Some(labels.clone()),
+            None => found.filter(|_| args.labels.is_some()).map(Arc::new),
+        };
+        if args.labels.is_some() && labels.is_none() {
+            reporter.say("  note: nothing is labelled: no body was found, as in all that is no CT of one");
+        }
+        volumes.push((Arc::new(volume), labels));
     }
     let scene = scene(args, volumes, &looks, environment, reporter)?;
     let camera = camera(args, &scene)?;
@@ -123,16 +138,22 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What of a scan is shown: the patient alone, without the skin where that hides what the look is for.
+/// In place of a file of labels: what is found in the scan itself.
+const FOUND: &str = "found";
+
+/// What of a scan is shown: the patient alone, without the skin where that hides what the look is for. And what was found
+/// in it.
 fn shown(
     args: &RenderArgs,
     scan: Volume,
     look: &Look,
     reporter: Reporter,
     cancel: &CancelToken,
-) -> Result<Volume, Failure> {
+) -> Result<(Volume, Option<LabelVolume>), Failure> {
     if args.keep == Keep::Everything {
-        return Ok(scan);
+        let wanted = args.labels.as_deref() == Some(Path::new(FOUND));
+        let found = wanted.then(|| inputs::segment(&scan, reporter, cancel)).transpose()?;
+        return Ok((scan, found));
     }
     let alone = inputs::patient_alone(scan, reporter, cancel)?;
     if let Some(note) = alone.note() {
@@ -153,14 +174,15 @@ fn shown(
         {
             let what = if args.peel.is_some() { "below the skin are" } else { "of skin are" };
             reporter.say(&format!("  {} mm {what} taken off", inputs::number(mm)));
-            inputs::peel(alone.volume, &labels, peel, reporter, cancel)
+            let volume = inputs::peel(alone.volume, &labels, peel, reporter, cancel)?;
+            Ok((volume, Some(labels)))
         }
-        _ => {
+        labels => {
             if args.peel.is_some_and(|peel| peel > 0.0) {
                 reporter
                     .say("  note: nothing is peeled: no skin was found, as in all that is no CT of a body");
             }
-            Ok(alone.volume)
+            Ok((alone.volume, labels))
         }
     }
 }
@@ -242,20 +264,24 @@ fn medium(args: &RenderArgs, volume: &Volume, look: &Look, reporter: Reporter) -
 /// All scans in the patient space they share, around the centre of the first.
 fn scene(
     args: &RenderArgs,
-    volumes: Vec<Arc<Volume>>,
+    volumes: Vec<(Arc<Volume>, Option<Arc<LabelVolume>>)>,
     looks: &[Look],
     environment: Environment,
     reporter: Reporter,
 ) -> Result<Scene, Failure> {
-    let center = volumes.first().map(|volume| volume.center_mm()).unwrap_or_default();
+    let center = volumes.first().map(|(volume, _)| volume.center_mm()).unwrap_or_default();
     let world_from_patient = world_from_patient() * DAffine3::from_translation(-center);
     let clip_box = args.clip.map_or([DVec3::ZERO, DVec3::ONE], |clip| clip.0);
     let volumes = volumes
         .into_iter()
         .zip(looks)
-        .map(|(volume, look)| {
+        .map(|((volume, labels), look)| {
             let medium = medium(args, &volume, look, reporter)?;
-            Ok(VolumeInstance { volume, medium, world_from_patient, clip_box, layers: 1 })
+            let labelling = |labels| classification::labelling(labels, &args.label, &volume);
+            let labels = labels.map(labelling).transpose()?;
+            let clip_shapes = args.clip_shape.iter().map(|clip| clip.shape(world_from_patient)).collect();
+            let whole = VolumeInstance::new(volume, medium, world_from_patient);
+            Ok(VolumeInstance { clip_box, labels, clip_shapes, ..whole })
         })
         .collect::<Result<_, Failure>>()?;
     let lights = args.light.iter().map(|sun| sun.0).collect();
@@ -268,7 +294,8 @@ fn files_read(args: &RenderArgs) -> impl Iterator<Item = &Path> {
         EnvironmentName::File(path) => Some(path),
         _ => None,
     };
-    args.input.inputs.iter().chain(&args.transfer_function).chain(map).map(PathBuf::as_path)
+    let files = args.input.inputs.iter().chain(&args.transfer_function).chain(&args.labels).chain(map);
+    files.map(PathBuf::as_path)
 }
 
 /// A camera that looks at the place where it stands looks nowhere.

@@ -1,15 +1,20 @@
 //! A scene on the GPU: what is there already stays, what changed is recorded.
 //!
-//! The device's [`VoxelStore`] holds the voxels and their value ranges, [`tables`] the transfer functions, the majorants and
-//! where the voxels lie, [`environment`] the light from all around, [`lights`] the engine's lights, [`hierarchy`] makes the boxes by which
+//! The device's [`VoxelStore`] holds the voxels and their value ranges, [`tables`] the transfer functions and what else
+//! points are classified by ([`classes`], [`label_sets`]), [`majorants`] makes majorants of both, [`fields`] are volumes that
+//! say what other volumes' points are, [`environment`] the light from all around, [`lights`] the engine's lights, [`hierarchy`] makes the boxes by which
 //! rays find volumes; the instances that tie them together are here. [`preparation`] computes ahead, on another thread,
 //! what takes long.
 
 mod cell_size;
+mod classes;
 mod environment;
+mod fields;
 mod hierarchy;
 mod importance;
+mod label_sets;
 mod lights;
+mod majorants;
 mod mirror;
 mod preparation;
 mod tables;
@@ -20,17 +25,19 @@ use std::sync::Arc;
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
 use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, Volume, VolumeInstance};
-use lumivox_shaders::layout::{Frame, Instance, Light, Node, TABLE_PAIRS};
+use lumivox_shaders::layout::{Frame, Instance, Light, Node};
 use lumivox_shaders::{Kernel, PathTraceVariant, constants};
 
 pub use self::cell_size::CellSize;
+use self::classes::Looks;
 use self::environment::CachedEnvironment;
+use self::fields::Field;
 use self::hierarchy::Bounds;
 pub(crate) use self::hierarchy::MANY as MANY_VOLUMES;
 pub(crate) use self::lights::effective as effective_lights;
 use self::mirror::Mirror;
 pub use self::preparation::Preparation;
-use self::tables::CachedTables;
+use self::tables::{CachedTables, TableOf};
 use crate::error::RenderError;
 use crate::features::{Features, ViewKind};
 use crate::ids;
@@ -110,6 +117,7 @@ pub enum EnvironmentSampling {
 pub(crate) struct Placed<'a> {
     instance: &'a VolumeInstance,
     pub medium: Medium,
+    looks: Looks,
     patient_from_world: DAffine3,
 }
 
@@ -117,6 +125,16 @@ impl Placed<'_> {
     /// What it reads of its volume.
     fn source(&self) -> Source {
         Source::new(&self.instance.volume, self.medium.filter)
+    }
+
+    /// Whether its medium depends on more than its values.
+    pub fn is_classified(&self) -> bool {
+        classes::is_classified(self.instance, &self.medium)
+    }
+
+    /// Whether light is reflected somewhere in it.
+    pub fn reflects(&self) -> bool {
+        self.looks.reflect()
     }
 }
 
@@ -136,7 +154,10 @@ pub struct SceneCache {
     environment: CachedEnvironment,
     /// Those that shine on something.
     lights: Mirror<Light>,
+    /// Volumes that rays meet, then the fields that those read.
     instances: Mirror<Instance>,
+    /// How many of them rays meet.
+    traced: usize,
     /// The hierarchy over many volumes.
     nodes: Mirror<Node>,
     features: Features,
@@ -161,6 +182,7 @@ impl SceneCache {
             environment: CachedEnvironment::default(),
             lights: Mirror::default(),
             instances: Mirror::default(),
+            traced: 0,
             nodes: Mirror::default(),
             features: Features::default(),
             unprepared: 0,
@@ -217,13 +239,16 @@ impl SceneCache {
     ) -> Result<(), RenderError> {
         let placed = place(scene);
         let wanted = distinct(&placed, self.cell_size);
+        let of_fields = Field::all(&placed).iter().map(Field::cells).sum::<usize>();
         let cells = placed.iter().map(|p| {
             let dims = BrickGrid::new(p.instance.volume.dims(), 1).dims;
             let (_, key) =
                 wanted.iter().find(|(source, _)| *source == p.source()).expect("of these instances");
-            grid(dims, key.cell_size).0.iter().map(|&n| n as usize).product()
+            grid(dims, key.cell_size).0.iter().map(|&n| n as usize).product::<usize>()
         });
-        tables::check(cells, self.limits.max_storage_binding)?;
+        let cells = cells.sum::<usize>() + of_fields;
+        let features = Features::of_placed(scene, &placed, false);
+        tables::check(&placed, features.classes, cells, self.limits.max_storage_binding)?;
         environment::check(&scene.environment, &self.limits)?;
         let lights = lights::effective(&scene.lights, &placed);
         lights::check(&lights, self.limits.max_storage_binding)?;
@@ -240,13 +265,17 @@ impl SceneCache {
         self.volumes = there.filter_map(|((source, _), acquired)| Some((source, acquired?))).collect();
         // Kernels are those of the whole scene from the beginning.
         self.features = Features::of_placed(scene, &placed, !lights.is_empty());
+        // With all that it reads: what labels hide is not to be seen before they come.
         let is_there = |placed: &Placed<'_>| {
-            let wanted = placed.source();
-            self.volumes.iter().any(|(source, _)| *source == wanted)
+            let fields = Field::sources(placed).map(|(_, source)| source);
+            let mut wanted = fields.chain([placed.source()]);
+            wanted.all(|wanted| self.volumes.iter().any(|(source, _)| *source == wanted))
         };
         let placed: Vec<Placed<'_>> = placed.into_iter().filter(is_there).collect();
-        let tables_changed = self.tables.update(&placed, &self.volumes, recording);
-        let instances_changed = self.update_instances(&placed, recording);
+        let fields = Field::all(&placed);
+        let classified = self.features.classes;
+        let tables_changed = self.tables.update(&placed, &fields, classified, &self.volumes, recording);
+        let instances_changed = self.update_instances(&placed, &fields, recording);
         let environment_changed =
             self.environment.update(&scene.environment, &mut self.unprepared, recording);
         let lights_changed = self.lights.update("lights", lights::twins(&lights, self.origin), recording);
@@ -269,15 +298,28 @@ impl SceneCache {
         &self.store
     }
 
-    fn acquired(&self, placed: &Placed<'_>) -> &Acquired {
-        acquired(&self.volumes, placed)
+    fn acquired(&self, source: &Source) -> &Acquired {
+        acquired(&self.volumes, source)
     }
 
-    fn update_instances(&mut self, placed: &[Placed<'_>], recording: &mut Recording) -> bool {
+    fn update_instances(
+        &mut self,
+        placed: &[Placed<'_>],
+        fields: &[Field],
+        recording: &mut Recording,
+    ) -> bool {
         let origin = middle(
             placed.iter().map(|p| p.instance.world_from_box().transform_point3(DVec3::splat(0.5))).collect(),
         );
-        let instances = placed.iter().enumerate().map(|(i, p)| self.instance(i, p, origin)).collect();
+        let traced = placed.iter().enumerate().map(|(i, p)| self.instance(i, p, origin));
+        let read = fields.iter().enumerate().map(|(i, field)| {
+            let of = &placed[field.of];
+            let factor = self.acquired(&of.source()).resident.factor;
+            let patient_from_voxel = voxel_from_patient(&of.instance.volume, factor).inverse();
+            field.twin(self.acquired(&field.source), patient_from_voxel, self.tables.field_grid(i))
+        });
+        let instances = traced.chain(read).collect();
+        self.traced = placed.len();
         let bounds: Vec<Bounds> = placed.iter().map(|p| Bounds::of(p.instance, origin)).collect();
         let instances_changed = self.instances.update("instances", instances, recording);
         let nodes = if self.features.many_volumes { hierarchy::build(&bounds) } else { vec![] };
@@ -287,21 +329,18 @@ impl SceneCache {
     }
 
     fn instance(&self, index: usize, placed: &Placed<'_>, origin: DVec3) -> Instance {
-        let Placed { instance, medium, patient_from_world } = placed;
+        let Placed { instance, medium, patient_from_world, .. } = placed;
         let volume = &*instance.volume;
-        let Acquired { resident, ranges } = self.acquired(placed);
-        let (table, grid_offset) = self.tables.get(index);
+        let Acquired { resident, ranges } = self.acquired(&placed.source());
+        let TableOf { function, table_offset, classes, grid_offset } = self.tables.get(index);
         // A reduced copy's voxels are larger; they begin where the volume does.
         let factor = f64::from(resident.factor);
         let texel = TexelScale::of(volume);
-        let (table_scale, table_bias) = table.coordinate(texel);
+        let (table_scale, table_bias) = function.coordinate(texel);
         let dims = DVec3::from_array(volume.dims().map(|n| n as f64)) / factor;
         let clip_low = instance.clip_box[0].clamp(DVec3::ZERO, DVec3::ONE) * dims;
         let clip_high = (instance.clip_box[1].clamp(DVec3::ZERO, DVec3::ONE) * dims).max(clip_low);
-        // Voxel space on the GPU has voxel centres at i + 0.5.
-        let voxel_from_patient = DAffine3::from_scale(DVec3::splat(1.0 / factor))
-            * DAffine3::from_translation(DVec3::splat(0.5))
-            * volume.patient_from_voxel().inverse();
+        let voxel_from_patient = voxel_from_patient(volume, resident.factor);
         let voxel_from_world = voxel_from_patient * *patient_from_world * DAffine3::from_translation(origin);
         let surface = medium.surface;
         Instance {
@@ -323,7 +362,7 @@ impl SceneCache {
             cells_per_voxel: 1.0 / ranges.cell_size as f32,
             table_scale: table_scale as f32,
             table_bias: table_bias as f32,
-            table_offset: (index * TABLE_PAIRS) as u32,
+            table_offset: table_offset as u32,
             filter_kind: match medium.filter {
                 Filter::Nearest => constants::FILTER_NEAREST,
                 // What is smooth about it is in the voxels.
@@ -341,7 +380,8 @@ impl SceneCache {
             surface_specular: surface.specular as f32,
             layers: instance.layers,
             cells_per_brick: constants::BRICK_SIZE / ranges.cell_size,
-            padding: [0; 2],
+            classes: classes as u32,
+            padding: 0,
         }
     }
 
@@ -353,7 +393,7 @@ impl SceneCache {
     /// How often [`update`](Self::update) itself had to compute something that takes long, for nobody had before:
     /// a coarse copy of a volume, where an environment's light comes from. See [`preparation`](Self::preparation).
     pub fn unprepared(&self) -> u64 {
-        self.unprepared + self.store.unprepared()
+        self.unprepared + self.tables.unprepared + self.store.unprepared()
     }
 
     /// The path-tracing kernel for what the scene holds.
@@ -377,7 +417,7 @@ impl SceneCache {
 
     /// Fills in the scene's part of a frame's parameters.
     pub fn fill_frame(&self, frame: &mut Frame) {
-        frame.volume_count = self.instances.list.len() as u32;
+        frame.volume_count = self.traced as u32;
         frame.inverse_pool_sizes = self.store.inverse_pool_sizes();
         frame.environment_strength = self.environment.strength as f32;
         let (sin, cos) = self.environment.rotation.sin_cos();
@@ -426,6 +466,7 @@ impl SceneCache {
             .instances
             .list
             .iter()
+            .take(self.traced)
             .map(|i| i.grid_dims.map(|n| n as usize).iter().product::<usize>())
             .sum();
         (self.tables.buffers.expect("update() comes before reading").grids, cells)
@@ -442,7 +483,8 @@ impl SceneCache {
     }
 }
 
-/// Each volume once, in the order of its first instance, and the grid that its filters need and its first look wants.
+/// Each volume once, in the order of its first instance, and the grid that its filters need and its first look wants; then
+/// the fields.
 fn distinct(instances: &[Placed<'_>], cell_size: CellSize) -> Vec<(Source, GridKey)> {
     let mut volumes: Vec<(Source, GridKey)> = vec![];
     for placed in instances {
@@ -453,6 +495,11 @@ fn distinct(instances: &[Placed<'_>], cell_size: CellSize) -> Vec<(Source, GridK
                 let cell_size = cell_size.voxels(&placed.instance.volume, &placed.medium);
                 volumes.push((source, GridKey::new(placed.medium.filter, cell_size)));
             }
+        }
+    }
+    for field in Field::all(instances) {
+        if !volumes.iter().any(|(known, _)| *known == field.source) {
+            volumes.push((field.source, Field::grid_key()));
         }
     }
     volumes
@@ -467,10 +514,17 @@ fn let_go(volumes: impl Iterator<Item = Arc<Volume>>) {
     }
 }
 
-fn acquired<'a>(volumes: &'a [(Source, Acquired)], placed: &Placed<'_>) -> &'a Acquired {
-    let wanted = placed.source();
-    let found = volumes.iter().find(|(source, _)| *source == wanted);
+fn acquired<'a>(volumes: &'a [(Source, Acquired)], wanted: &Source) -> &'a Acquired {
+    let found = volumes.iter().find(|(source, _)| source == wanted);
     &found.expect("every placed volume was acquired").1
+}
+
+/// The map to a copy's voxel space on the GPU, where a voxel's centre is at i + 0.5. A reduced copy's voxels are larger; they
+/// begin where the volume does.
+fn voxel_from_patient(volume: &Volume, factor: u32) -> DAffine3 {
+    DAffine3::from_scale(DVec3::splat(1.0 / f64::from(factor)))
+        * DAffine3::from_translation(DVec3::splat(0.5))
+        * volume.patient_from_voxel().inverse()
 }
 
 /// The instances that can be seen.
@@ -479,10 +533,11 @@ pub(crate) fn place(scene: &Scene) -> Vec<Placed<'_>> {
         .volumes
         .iter()
         .filter(|instance| is_finite_on_gpu(instance.world_from_patient))
-        .map(|instance| Placed {
-            instance,
-            medium: instance.medium.clone().sanitized(),
-            patient_from_world: instance.world_from_patient.inverse(),
+        .map(|instance| {
+            let medium = instance.medium.clone().sanitized();
+            let looks = Looks::new(instance, &medium);
+            let patient_from_world = instance.world_from_patient.inverse();
+            Placed { instance, medium, looks, patient_from_world }
         })
         .filter(|placed| is_finite_on_gpu(placed.patient_from_world))
         .collect()

@@ -3,18 +3,20 @@
 
 use std::sync::Arc;
 
-use lumivox_core::{EnvironmentSource, Scene, Volume};
+use lumivox_core::{EnvironmentSource, LabelVolume, Scene};
 
-use super::{Placed, SceneCache, importance, place};
+use super::{Field, Placed, SceneCache, importance, label_sets, place};
 use crate::recording::TextureOrder;
-use crate::store::{Source, VoxelStore, WeakSource, prepare_volume};
+use crate::store::{Source, VoxelStore, WeakSource, prepare_source};
 
 /// Work ahead of an [`update`](SceneCache::update_within). What it computes is kept with the volume or the map, for all
 /// scenes.
 #[derive(Clone, Debug)]
 pub struct Preparation {
     store: VoxelStore,
-    volumes: Vec<Arc<Volume>>,
+    /// Those whose coarse copies are to be made.
+    volumes: Vec<Source>,
+    labels: Vec<Arc<LabelVolume>>,
     environment: Option<EnvironmentSource>,
     coming: Vec<Source>,
     /// What the scene has no more. Not held: it is to be gone when the others come.
@@ -34,7 +36,10 @@ impl Preparation {
     pub fn run_with(&self, mut make: impl FnMut(&TextureOrder) -> bool) {
         self.store.make_ahead(&self.coming, &self.leaving, &mut make);
         for volume in &self.volumes {
-            prepare_volume(volume);
+            prepare_source(volume);
+        }
+        for labels in &self.labels {
+            label_sets::blocks(labels);
         }
         if let Some(source) = &self.environment {
             importance::of(source);
@@ -47,26 +52,27 @@ impl SceneCache {
     /// done. A host that must not miss a frame runs it on another thread, and shows the scene before until it is done.
     pub fn preparation(&self, scene: &Scene) -> Option<Preparation> {
         let mut coming: Vec<Source> = vec![];
-        for source in place(scene).iter().map(Placed::source) {
+        let placed = place(scene);
+        let fields = placed.iter().flat_map(|placed| Field::sources(placed).map(|(_, source)| source));
+        for source in placed.iter().map(Placed::source).chain(fields) {
             if !coming.contains(&source) {
                 coming.push(source);
             }
         }
+        let labels = placed.iter().filter_map(|placed| placed.instance.labels.as_ref());
+        let labels: Vec<Arc<LabelVolume>> =
+            labels.map(|l| l.labels.clone()).filter(|labels| !label_sets::are_known(labels)).collect();
         let held = self.volumes.iter().map(|(source, _)| source);
         let leaving: Vec<WeakSource> =
             held.filter(|source| !coming.contains(source)).map(Source::downgrade).collect();
         let lacking = coming.iter().filter(|source| self.store.lacks_preparation(source));
-        let volumes: Vec<Arc<Volume>> = lacking.map(|source| source.volume.clone()).collect();
+        let volumes: Vec<Source> = lacking.cloned().collect();
         let source = &scene.environment.source;
         let is_new = !self.environment.holds(source) && !importance::is_known(source);
         let environment = is_new.then(|| source.clone());
         let lacks_textures = self.store.lacks_textures(&coming, &leaving);
-        (lacks_textures || !volumes.is_empty() || environment.is_some()).then(|| Preparation {
-            store: self.store.clone(),
-            volumes,
-            environment,
-            coming,
-            leaving,
-        })
+        let lacks_labels = !labels.is_empty();
+        (lacks_textures || lacks_labels || !volumes.is_empty() || environment.is_some())
+            .then(|| Preparation { store: self.store.clone(), volumes, labels, environment, coming, leaving })
     }
 }

@@ -1,25 +1,41 @@
-//! The instances' transfer functions on the GPU, and the majorants that follow from them.
+//! The instances' transfer functions on the GPU, what else their points are classified by, and the majorants that follow.
 
-use lumivox_core::{TransferFunction, Volume};
-use lumivox_shaders::Kernel;
-use lumivox_shaders::constants::BRICK_SIZE;
-use lumivox_shaders::layout::{EmptySpaceParams, MajorantParams, TABLE_PAIRS};
+use lumivox_core::LabelVolume;
+use lumivox_shaders::layout::TABLE_PAIRS;
 
-use super::transfer_table::TransferTable;
-use super::{Placed, acquired, check_binding};
+use super::classes::{self, Fields, Looks};
+use super::fields::{Field, FieldKind};
+use super::label_sets::{self, CellLabels};
+use super::majorants;
+pub use super::transfer_table::Function;
+use super::{Placed, acquired, check_binding, voxel_from_patient};
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step};
-use crate::store::{Acquired, Source, TexelScale, ValueRanges};
+use crate::store::{Acquired, Source, ValueRanges};
 
-/// An instance's table, and where its majorants are.
+/// An instance's functions and classification, and where its majorants are.
 #[derive(Debug)]
 struct CachedTable {
     /// The volume.
     source: ResourceId,
     /// What the majorants were made of.
     ranges: ValueRanges,
-    transfer_function: TransferFunction,
-    table: TransferTable,
+    /// The copy of the labels, and where it lies, that the majorants were made of.
+    labels: Option<(ResourceId, CellLabels)>,
+    looks: Looks,
+    functions: Vec<Function>,
+    /// The first pair of its functions.
+    table_offset: usize,
+    /// Behind the functions; nothing where no medium of the scene is classified.
+    classes: Vec<[f32; 2]>,
+    grid_offset: usize,
+}
+
+/// A field's cells, which say where its voxels are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct CachedField {
+    source: ResourceId,
+    ranges: ValueRanges,
     grid_offset: usize,
 }
 
@@ -35,35 +51,64 @@ pub(super) struct TableBuffers {
 #[derive(Debug, Default)]
 pub(super) struct CachedTables {
     list: Vec<CachedTable>,
+    fields: Vec<CachedField>,
     pub buffers: Option<TableBuffers>,
-    /// Instances and cells that the buffers have room for.
+    /// Pairs and cells that the buffers have room for.
     capacity: [usize; 2],
+    /// How often the labels of a volume were looked at in an update, for nobody had before.
+    pub unprepared: u64,
 }
 
-/// Bytes of an instance's table.
-const TABLE_BYTES: u64 = 8 * TABLE_PAIRS as u64;
-
-/// Whether the device has room for the tables and majorants of instances with so many cells each.
-pub(super) fn check(cells: impl ExactSizeIterator<Item = usize>, limit: u64) -> Result<(), RenderError> {
-    check_binding("transfer functions", cells.len() as u64 * TABLE_BYTES, limit, "Leave some volumes out")?;
-    let grids = cells.map(|n| n as u64).sum::<u64>() * CELL_BYTES;
-    check_binding("majorant grid", grids, limit, "Leave some volumes out")
-}
+/// Bytes of a pair.
+const PAIR_BYTES: u64 = 8;
 
 /// Bytes of a cell: its majorant and its page.
 const CELL_BYTES: u64 = 8;
 
+/// Whole numbers up to here are exact as floats, which is how a classification tells where pairs are.
+const MOST_PAIRS: u64 = 1 << 24;
+
+/// Pairs of an instance.
+fn pairs(placed: &Placed<'_>, looks: &Looks, classified: bool) -> usize {
+    let classes = if classified { classes::pairs_of(placed.instance, looks) } else { 0 };
+    looks.rows() * TABLE_PAIRS + classes
+}
+
+/// Whether the device has room for the tables of instances and for so many cells.
+pub(super) fn check(
+    instances: &[Placed<'_>],
+    classified: bool,
+    cells: usize,
+    limit: u64,
+) -> Result<(), RenderError> {
+    let pairs = instances.iter().map(|placed| pairs(placed, &placed.looks, classified) as u64).sum::<u64>();
+    let most = if classified { limit.min(MOST_PAIRS * PAIR_BYTES) } else { limit };
+    check_binding(
+        "transfer functions",
+        pairs * PAIR_BYTES,
+        most,
+        "Leave some volumes or labels' own functions out",
+    )?;
+    check_binding("majorant grid", cells as u64 * CELL_BYTES, limit, "Leave some volumes out")
+}
+
 impl CachedTables {
-    /// Records what differs; returns whether anything did.
+    /// Records what differs; returns whether anything did. In a scene of which some medium is classified, all are.
     pub fn update(
         &mut self,
         instances: &[Placed<'_>],
+        fields: &[Field],
+        classified: bool,
         volumes: &[(Source, Acquired)],
         recording: &mut Recording,
     ) -> bool {
-        let of = |placed: &Placed<'_>| acquired(volumes, placed);
-        let cells: usize = instances.iter().map(|p| of(p).ranges.cells()).sum();
-        let needed = [instances.len(), cells];
+        let of = |placed: &Placed<'_>| acquired(volumes, &placed.source());
+        let of_field = |field: &Field| acquired(volumes, &field.source);
+        let cells: usize =
+            instances.iter().map(of).chain(fields.iter().map(of_field)).map(|a| a.ranges.cells()).sum();
+        let sizes: Vec<usize> =
+            instances.iter().map(|placed| pairs(placed, &placed.looks, classified)).collect();
+        let needed = [sizes.iter().sum(), cells];
         let mut changed = self.list.len() != instances.len();
         let suits = (0..2).all(|i| (needed[i]..=needed[i].saturating_mul(4)).contains(&self.capacity[i]));
         if self.buffers.is_none() || !suits {
@@ -72,57 +117,128 @@ impl CachedTables {
         }
         self.list.truncate(instances.len());
         let buffers = self.buffers.expect("allocated above");
-        let mut grid_offset = 0;
+        let (mut grid_offset, mut table_offset) = (0, 0);
         for (index, placed) in instances.iter().enumerate() {
             let acquired @ Acquired { resident, ranges } = of(placed);
             let volume = &placed.instance.volume;
-            let function = &placed.medium.transfer_function;
+            let looks = &placed.looks;
+            let own_fields = Fields {
+                labels: Field::find(fields, index, FieldKind::Labels).map(|at| instances.len() + at),
+                depth: Field::find(fields, index, FieldKind::Depth).map(|at| instances.len() + at),
+            };
+            let labels = Field::find(fields, index, FieldKind::Labels).map(|at| {
+                let copy = &of_field(&fields[at]).resident;
+                let labels_from_voxel = voxel_from_patient(&fields[at].source.volume, copy.factor)
+                    * voxel_from_patient(volume, resident.factor).inverse();
+                let (dims, grid_dims, cell_size) = (resident.bricks.dims, ranges.grid_dims, ranges.cell_size);
+                let factor = copy.factor;
+                (copy.source, CellLabels { dims, grid_dims, cell_size, labels_from_voxel, factor })
+            });
             let old = self.list.get(index);
-            let same_table =
-                old.filter(|old| old.source == resident.source && old.transfer_function == *function);
-            let same_majorants =
-                same_table.is_some_and(|old| old.ranges == *ranges && old.grid_offset == grid_offset);
-            if !same_majorants {
-                let table = match same_table {
-                    Some(old) => old.table.clone(),
-                    None => TransferTable::new(function, volume),
-                };
-                if same_table.is_none() {
-                    let (offset, data) = (index as u64 * TABLE_BYTES, Payload::copy_of(&table.pairs()));
-                    recording.push(Step::WriteBuffer { id: buffers.tables, offset, data });
-                }
-                record_majorants(grid_offset, &table, volume, acquired, buffers, recording);
-                let entry = CachedTable {
-                    source: resident.source,
-                    ranges: *ranges,
-                    transfer_function: function.clone(),
-                    table,
-                    grid_offset,
-                };
-                match self.list.get_mut(index) {
-                    Some(old) => *old = entry,
-                    None => self.list.push(entry),
-                }
+            let same_functions =
+                old.filter(|old| old.source == resident.source && old.looks.functions == looks.functions);
+            let functions = match same_functions {
+                Some(old) => old.functions.clone(),
+                None => looks.functions.iter().map(|rows| Function::new(rows, volume)).collect(),
+            };
+            let tables_are_there = same_functions.is_some_and(|old| old.table_offset == table_offset);
+            let majorants_are_there = same_functions.is_some_and(|old| {
+                old.ranges == *ranges
+                    && old.grid_offset == grid_offset
+                    && old.labels == labels
+                    && old.looks.absorb_like(looks)
+            });
+            let starts = starts(looks, table_offset);
+            let classes_begin = table_offset + looks.rows() * TABLE_PAIRS;
+            let class_pairs = if classified {
+                let map = voxel_from_patient(volume, resident.factor);
+                classes::pairs(placed.instance, looks, &functions, map, own_fields, classes_begin, |at| {
+                    starts[at]
+                })
+            } else {
+                vec![]
+            };
+            let write = |pair: usize, data: Payload, recording: &mut Recording| {
+                let offset = pair as u64 * PAIR_BYTES;
+                recording.push(Step::WriteBuffer { id: buffers.tables, offset, data });
+            };
+            if !tables_are_there {
+                let pairs: Vec<[f32; 2]> = functions.iter().flat_map(Function::pairs).collect();
+                write(table_offset, Payload::copy_of(&pairs), recording);
                 changed = true;
             }
+            let classes_are_there = tables_are_there && old.is_some_and(|old| old.classes == class_pairs);
+            if !classes_are_there && classified {
+                write(classes_begin, Payload::copy_of(&class_pairs), recording);
+                changed = true;
+            }
+            if !majorants_are_there {
+                let sets = labels.as_ref().map(|(_, cells)| {
+                    let labels = &placed.instance.labels.as_ref().expect("it has a field of them").labels;
+                    cell_labels(labels, cells, &mut self.unprepared)
+                });
+                let made_of = majorants::MadeOf { looks, functions: &functions, sets: sets.as_deref() };
+                majorants::record(grid_offset, &made_of, volume, acquired, buffers, recording);
+                changed = true;
+            }
+            let entry = CachedTable {
+                source: resident.source,
+                ranges: *ranges,
+                labels,
+                looks: looks.clone(),
+                functions,
+                table_offset,
+                classes: class_pairs,
+                grid_offset,
+            };
+            match self.list.get_mut(index) {
+                Some(old) => *old = entry,
+                None => self.list.push(entry),
+            }
             grid_offset += ranges.cells();
+            table_offset += sizes[index];
         }
+        let mut cached = vec![];
+        for field in fields {
+            let acquired = of_field(field);
+            let entry =
+                CachedField { source: acquired.resident.source, ranges: acquired.ranges, grid_offset };
+            if self.fields.get(cached.len()) != Some(&entry) {
+                majorants::record_pages(grid_offset, acquired, buffers, recording);
+                changed = true;
+            }
+            grid_offset += acquired.ranges.cells();
+            cached.push(entry);
+        }
+        changed |= self.fields.len() != cached.len();
+        self.fields = cached;
         changed
     }
 
-    /// Makes room for the tables of so many instances, and for so many cells of their majorant grids.
-    fn allocate(&mut self, [instances, cells]: [usize; 2], recording: &mut Recording) {
+    /// Makes room for so many pairs of tables, and for so many cells of majorant grids.
+    fn allocate(&mut self, [pairs, cells]: [usize; 2], recording: &mut Recording) {
         self.free(recording);
-        self.capacity = [instances, cells];
+        self.capacity = [pairs, cells];
         self.buffers = Some(TableBuffers {
             grids: recording.create_buffer("majorants", cells as u64 * CELL_BYTES),
-            tables: recording.create_buffer("transfer functions", instances as u64 * TABLE_BYTES),
+            tables: recording.create_buffer("transfer functions", pairs as u64 * PAIR_BYTES),
         });
     }
 
-    /// An instance's table and the first cell of its majorants.
-    pub fn get(&self, index: usize) -> (&TransferTable, usize) {
-        (&self.list[index].table, self.list[index].grid_offset)
+    /// An instance's own function, its first pair, the first pair of its classification, and the first cell of its majorants.
+    pub fn get(&self, index: usize) -> TableOf<'_> {
+        let cached = &self.list[index];
+        TableOf {
+            function: &cached.functions[0],
+            table_offset: cached.table_offset,
+            classes: cached.table_offset + cached.looks.rows() * TABLE_PAIRS,
+            grid_offset: cached.grid_offset,
+        }
+    }
+
+    /// The first cell of a field.
+    pub fn field_grid(&self, index: usize) -> usize {
+        self.fields[index].grid_offset
     }
 
     pub fn free(&mut self, recording: &mut Recording) {
@@ -132,75 +248,30 @@ impl CachedTables {
             }
         }
         self.list.clear();
+        self.fields.clear();
     }
 }
 
-/// Has the GPU make an instance's majorants.
-fn record_majorants(
-    grid_offset: usize,
-    table: &TransferTable,
-    volume: &Volume,
-    Acquired { resident, ranges }: &Acquired,
-    buffers: TableBuffers,
-    recording: &mut Recording,
-) {
-    let maxima = recording.create_buffer_with("range maxima", &table.range_maxima());
-    let pages = recording.create_buffer_with("pages", &resident.pages);
-    let (scale, bias) = table.coordinate(TexelScale::of(volume));
-    let cell_count = ranges.cells() as u32;
-    let [group, _] = Kernel::MajorantGrid.workgroup_size();
-    let groups = cell_count.div_ceil(group);
-    let workgroups = [groups.min(1024), groups.div_ceil(1024)];
-    let params = MajorantParams {
-        cell_count,
-        majorant_offset: grid_offset as u32,
-        row_length: workgroups[0] * group,
-        table_scale: scale as f32,
-        table_bias: bias as f32,
-        cells_per_brick: BRICK_SIZE / ranges.cell_size,
-        grid_dims: ranges.grid_dims,
-        bricks: resident.bricks.counts,
-        ..Default::default()
+/// Where an instance's part of the buffers is.
+pub(super) struct TableOf<'a> {
+    pub function: &'a Function,
+    pub table_offset: usize,
+    pub classes: usize,
+    pub grid_offset: usize,
+}
+
+/// The first pair of each function.
+fn starts(looks: &Looks, table_offset: usize) -> Vec<usize> {
+    let mut next = table_offset;
+    let begin = |rows: &Vec<_>| {
+        let end = next + rows.len() * TABLE_PAIRS;
+        std::mem::replace(&mut next, end)
     };
-    recording.push(Step::Dispatch {
-        kernel: Kernel::MajorantGrid,
-        uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
-        resources: vec![ranges.buffer, maxima, pages, buffers.grids],
-        workgroups,
-    });
-    recording.push(Step::Free { id: maxima });
-    recording.push(Step::Free { id: pages });
-    record_empty_space(grid_offset, ranges, buffers, recording);
+    looks.functions.iter().map(begin).collect()
 }
 
-/// Has the GPU measure the empty space between an instance's majorants.
-fn record_empty_space(
-    grid_offset: usize,
-    ranges: &ValueRanges,
-    buffers: TableBuffers,
-    recording: &mut Recording,
-) {
-    let kernel = Kernel::EmptySpace;
-    let cell_count = ranges.cells() as u32;
-    let [group, _] = kernel.workgroup_size();
-    let groups = cell_count.div_ceil(group);
-    let workgroups = [groups.min(1024), groups.div_ceil(1024)];
-    let distances = recording.create_buffer("distances", 2 * 4 * u64::from(cell_count));
-    for axis in 0..3 {
-        let params = EmptySpaceParams {
-            cell_count,
-            majorant_offset: grid_offset as u32,
-            row_length: workgroups[0] * group,
-            axis,
-            grid_dims: ranges.grid_dims,
-            padding: 0,
-        };
-        recording.push(Step::Dispatch {
-            kernel,
-            uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
-            resources: vec![buffers.grids, distances],
-            workgroups,
-        });
-    }
-    recording.push(Step::Free { id: distances });
+fn cell_labels(labels: &LabelVolume, cells: &CellLabels, unprepared: &mut u64) -> Vec<[u32; 2]> {
+    let (blocks, is_late) = label_sets::blocks(labels);
+    *unprepared += u64::from(is_late);
+    cells.sets(labels, &blocks)
 }

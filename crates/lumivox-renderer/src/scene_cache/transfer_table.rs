@@ -17,19 +17,12 @@ pub struct TransferTable {
 
 impl TransferTable {
     /// Samples `function` where `volume` has values and the function changes.
+    #[cfg(test)]
     pub fn new(function: &TransferFunction, volume: &Volume) -> Self {
-        let values = volume.value_range();
-        let changes = function.value_range();
-        let mut low = changes[0].clamp(values[0], values[1]);
-        let mut high = changes[1].clamp(values[0], values[1]);
-        if high - low <= f64::EPSILON * low.abs().max(high.abs()) {
-            high = low + low.abs().max(1.0) * 1e-3;
-        }
-        // What lies below the domain reads the first entry. Should the function jump at its first point, that entry
-        // has to be from before the jump.
-        if changes[0] > values[0] {
-            low -= (high - low) / (TABLE_SIZE - 2) as f64;
-        }
+        Self::over(domain(std::slice::from_ref(function), volume), function)
+    }
+
+    fn over([low, high]: [f64; 2], function: &TransferFunction) -> Self {
         let value = |i: usize| low + (high - low) * i as f64 / (TABLE_SIZE - 1) as f64;
         Self {
             domain: [low, high],
@@ -63,6 +56,56 @@ impl TransferTable {
             }
         }
         levels
+    }
+}
+
+/// The values over which functions are sampled: where the volume has some and one of them changes.
+fn domain(functions: &[TransferFunction], volume: &Volume) -> [f64; 2] {
+    let values = volume.value_range();
+    let ranges = functions.iter().map(TransferFunction::value_range);
+    let changes = ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or(values);
+    let mut low = changes[0].clamp(values[0], values[1]);
+    let mut high = changes[1].clamp(values[0], values[1]);
+    if high - low <= f64::EPSILON * low.abs().max(high.abs()) {
+        high = low + low.abs().max(1.0) * 1e-3;
+    }
+    // What lies below the domain reads the first entry. Should the function jump at its first point, that entry
+    // has to be from before the jump.
+    if changes[0] > values[0] {
+        low -= (high - low) / (TABLE_SIZE - 2) as f64;
+    }
+    [low, high]
+}
+
+/// Rows of a function of value and gradient, over the same values; most have one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Function(Vec<TransferTable>);
+
+impl Function {
+    /// Samples the rows, of which there is one at least.
+    pub fn new(rows: &[TransferFunction], volume: &Volume) -> Self {
+        let domain = domain(rows, volume);
+        Self(rows.iter().map(|row| TransferTable::over(domain, row)).collect())
+    }
+
+    /// See [`TransferTable::coordinate`].
+    pub(crate) fn coordinate(&self, texel: crate::store::TexelScale) -> (f64, f64) {
+        self.0[0].coordinate(texel)
+    }
+
+    /// Those of the rows, one after the other.
+    pub(crate) fn pairs(&self) -> Vec<[f32; 2]> {
+        self.0.iter().flat_map(TransferTable::pairs).collect()
+    }
+
+    /// Level `k`, entry `i`: the largest opacity of entries `i .. i + 2^k` of any row. What is linear between rows is never
+    /// larger.
+    pub(crate) fn range_maxima(&self) -> Vec<f32> {
+        let mut most = self.0[0].range_maxima();
+        for row in &self.0[1..] {
+            most.iter_mut().zip(row.range_maxima()).for_each(|(most, of_row)| *most = most.max(of_row));
+        }
+        most
     }
 }
 

@@ -158,7 +158,7 @@ impl Store {
                 continue;
             }
             let arrival = if coming.coarse == Some(resident.factor) {
-                let (copy, is_late) = coarse_copy(volume);
+                let (copy, is_late) = coarse_copy(&coming.source);
                 *unprepared += u64::from(is_late);
                 Arrival::of_prepared(&coming.source, copy)
             } else {

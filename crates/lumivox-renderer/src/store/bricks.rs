@@ -7,6 +7,7 @@ use lumivox_core::{Volume, Voxels};
 use lumivox_shaders::constants::{BRICK_SIZE, BRICK_TEXELS, MAX_BRICKS};
 use rayon::prelude::*;
 
+use super::source::Reading;
 use super::texels::Quantiser;
 use super::{Resident, Source, TEXELS};
 use crate::recording::{Payload, TextureFormat};
@@ -106,7 +107,7 @@ pub(super) fn texels(
     format: TextureFormat,
 ) -> Payload {
     let volume = &*source.volume;
-    if source.is_smooth && factor == 1 {
+    if source.reading == Reading::Smooth && factor == 1 {
         return as_stored(smooth_fractions(volume, grid, run), format);
     }
     if factor == 1 {
@@ -118,7 +119,7 @@ pub(super) fn texels(
             _ => {}
         }
     }
-    as_stored(fractions(volume, factor, grid, run), format)
+    as_stored(fractions(volume, source.reading, factor, grid, run), format)
 }
 
 /// 16-bit fractions in a format.
@@ -138,8 +139,9 @@ fn as_stored(mut fractions: Vec<u16>, format: TextureFormat) -> Payload {
     Payload::new(Words(fractions))
 }
 
-fn fractions(volume: &Volume, factor: u32, grid: BrickGrid, run: Run) -> Vec<u16> {
+fn fractions(volume: &Volume, reading: Reading, factor: u32, grid: BrickGrid, run: Run) -> Vec<u16> {
     match volume.voxels() {
+        Voxels::U8(v) if reading == Reading::Labels && factor > 1 => pick(volume, v, factor, grid, run),
         Voxels::U8(v) => {
             let read = |&x: &u8| u16::from(x) * 257;
             if factor == 1 { gather(v, grid, run, read) } else { average(volume, v, factor, grid, run, read) }
@@ -333,6 +335,24 @@ fn average<S: Sync>(
     })
 }
 
+/// The texels of a run of labels that are reduced, each one of those that it stands for: see [`picked`].
+fn pick(volume: &Volume, samples: &[u8], factor: u32, grid: BrickGrid, run: Run) -> Vec<u16> {
+    let n = volume.dims();
+    let at = |voxel: u32, axis: usize| picked(voxel as usize, factor, n[axis]);
+    fill(grid, run, |[y, z], line| {
+        let row = &samples[(at(z, 2) * n[1] + at(y, 1)) * n[0]..][..n[0]];
+        for (texel, x) in line.iter_mut().zip(voxels_along(grid, run, 0)) {
+            *texel = u16::from(row[at(x, 0)]) * 257;
+        }
+    })
+}
+
+/// Of so many voxels along an axis, the one that is taken for those that a voxel of a reduced copy stands for: in the
+/// middle of them.
+pub(crate) fn picked(voxel: usize, factor: u32, voxels: usize) -> usize {
+    (voxel * factor as usize + factor as usize / 2).min(voxels - 1)
+}
+
 /// The texels of a run, line by line: the y and z of its voxels, and its texels.
 fn fill<T: Copy + Default + Send + Sync>(
     grid: BrickGrid,
@@ -367,12 +387,12 @@ fn fill_slices<T: Copy + Default + Send + Sync>(
 }
 
 /// All of a reduced volume, brick by brick.
-pub(super) fn fractions_of_all(volume: &Volume, factor: u32) -> Vec<u16> {
+pub(super) fn fractions_of_all(volume: &Volume, reading: Reading, factor: u32) -> Vec<u16> {
     let grid = BrickGrid::new(volume.dims(), factor);
     (0..grid.count() as usize)
         .into_par_iter()
         .flat_map_iter(|index| {
-            fractions(volume, factor, grid, Run { first: grid.place(index), size: [1, 1] })
+            fractions(volume, reading, factor, grid, Run { first: grid.place(index), size: [1, 1] })
         })
         .collect()
 }

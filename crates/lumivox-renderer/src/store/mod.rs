@@ -28,7 +28,10 @@ use lumivox_shaders::layout::POOL_COUNT;
 use self::ahead::Ahead;
 use self::arrival::Arrival;
 pub(crate) use self::bricks::BrickGrid;
+#[cfg(test)]
+pub(crate) use self::bricks::picked;
 use self::coarse::is_prepared;
+pub(crate) use self::coarse::prepare_source;
 pub use self::coarse::prepare_volume;
 use self::pools::Pools;
 pub(crate) use self::source::{Source, WeakSource};
@@ -284,7 +287,7 @@ impl VoxelStore {
 
     /// Whether [`acquire`](Self::acquire) would want a coarse copy that nobody has made.
     pub(crate) fn lacks_preparation(&self, source: &Source) -> bool {
-        self.lock().coarse_first(source, false).is_some() && !is_prepared(&source.volume)
+        self.lock().coarse_first(source, false).is_some() && !is_prepared(source)
     }
 
     /// Whether [`make_ahead`](Self::make_ahead) has something to make for volumes that come when others leave, or is at it.

@@ -10,7 +10,7 @@ use crate::recording::{Recording, ResourceId};
 impl Store {
     /// The same volume as the other filters read it.
     fn other(&self, source: &Source) -> Option<&Entry> {
-        let is_other = |entry: &&Entry| entry.source.is_of(&source.volume) && entry.source != *source;
+        let is_other = |entry: &&Entry| entry.source.is_like(source) && entry.source != *source;
         self.entries.iter().find(is_other)
     }
 

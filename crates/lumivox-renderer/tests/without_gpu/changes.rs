@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use lumivox_core::glam::DVec3;
 use lumivox_core::{
-    Camera, Environment, EnvironmentMap, EnvironmentSource, Filter, Light, Scene, TransferFunction, Volume,
+    Camera, ClipShape, Environment, EnvironmentMap, EnvironmentSource, Filter, Light, Scene,
+    TransferFunction, Volume,
 };
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
@@ -69,6 +70,9 @@ const BRICK: usize = 2 * 33 * 33 * 33;
 
 /// Bytes that say where a brick is, for a kernel.
 const PAGE: usize = 4;
+
+/// Bytes of a style and of a set of labels, as the kernel that makes majorants reads them.
+const STYLE: usize = 16 + 8;
 
 #[test]
 fn a_swapped_volume_uploads_itself_alone() {
@@ -146,7 +150,7 @@ fn a_swapped_preset_uploads_its_tables_alone() {
         scene.volumes[0].medium.surface.strength = opacity;
         let cost = cost(&mut cache, &scene);
         assert_eq!((cost.textures, cost.voxel_bytes, cost.majorant_grids), (0, 0, 1));
-        assert!(cost.bytes <= TABLES + 27 * PAGE + 2 * INSTANCE, "{cost:?}");
+        assert!(cost.bytes <= TABLES + 27 * PAGE + 2 * INSTANCE + STYLE, "{cost:?}");
     }
 }
 
@@ -208,6 +212,9 @@ fn scene_with(features: Features) -> Scene {
     if features.lights {
         scene.lights = vec![Light::directional(DVec3::NEG_Y, [1.0; 3])];
     }
+    if features.classes {
+        scene.volumes[0].clip_shapes = vec![ClipShape::sphere(DVec3::ZERO, 1.0)];
+    }
     scene
 }
 
@@ -253,7 +260,7 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         );
     }
     seen.dedup();
-    assert_eq!(seen.len(), 32, "each has a kernel of its own");
+    assert_eq!(seen.len(), 64, "each has a kernel of its own");
     // Where few kernels should do, surfaces and lights make no others.
     let few = DeviceLimits { few_kernels: true, ..LIMITS };
     for features in Features::ALL.subsets() {

@@ -113,7 +113,9 @@ struct Instance {
     layers: u32,
     // Cells along a side of a brick.
     cells_per_brick: u32,
-    padding: vec2u,
+    // Where its classification begins in the buffer of tables: see `classified_media.wgsl`.
+    classes: u32,
+    padding: u32,
 }
 
 const NO_VOLUME: u32 = 0xffffffffu;

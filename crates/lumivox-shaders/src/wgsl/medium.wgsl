@@ -1,39 +1,28 @@
 // What the medium of a volume is at a point: here, and nowhere else, stored values become optical properties. Tracking
-// asks for the opacity, shading for the rest. Its majorants are made by `majorant_grid.wgsl`, its twin is the
+// asks for the opacity, shading for the rest. What is read at a point, and which function it goes through, is in
+// `plain_media.wgsl` or `classified_media.wgsl`. Its majorants are made by `majorant_grid.wgsl`, its twin is the
 // reference's `medium.rs`. Expects `instances` and `tables`.
-
-// What is read of a volume at a point: enough to say what the medium is there.
-struct Reading {
-    texel: f32,  // stored value in [0, 1]
-}
-
-// At a point of voxel space in a cell.
-fn read_medium(v: u32, p: vec3f, cell: Cell) -> Reading {
-    return Reading(sample_in_cell(v, p, cell));
-}
 
 struct TableAddress {
     entry: u32,
     fraction: f32,
 }
 
-fn table_address(v: u32, texel: f32) -> TableAddress {
-    let u = clamp(texel * instances[v].table_scale + instances[v].table_bias, 0.0, f32(TABLE_SIZE - 1u));
+fn table_address(scale: f32, bias: f32, texel: f32) -> TableAddress {
+    let u = clamp(texel * scale + bias, 0.0, f32(TABLE_SIZE - 1u));
     let entry = min(u32(u), TABLE_SIZE - 2u);
     return TableAddress(entry, u - f32(entry));
 }
 
-// sigma_t as a share of what it is at opacity 1. An entry holds its own and the next one's opacity: one load.
-fn opacity(v: u32, reading: Reading) -> f32 {
-    let a = table_address(v, reading.texel);
-    let pair = tables[instances[v].table_offset + a.entry];
+// Of a transfer function, by its first pair. An entry holds its own and the next one's opacity: one load.
+fn opacity_of(function: u32, a: TableAddress) -> f32 {
+    let pair = tables[function + a.entry];
     return mix(pair.x, pair.y, a.fraction);
 }
 
 // Colours lie behind the opacities, each in two pairs.
-fn color(v: u32, reading: Reading) -> vec3f {
-    let a = table_address(v, reading.texel);
-    let first = instances[v].table_offset + TABLE_SIZE + 2u * a.entry;
+fn color_of(function: u32, a: TableAddress) -> vec3f {
+    let first = function + TABLE_SIZE + 2u * a.entry;
     let low = vec3f(tables[first], tables[first + 1u].x);
     let high = vec3f(tables[first + 2u], tables[first + 3u].x);
     return mix(low, high, a.fraction);
@@ -49,20 +38,34 @@ struct Optics {
     normal: vec3f,
 }
 
-// Whether the medium of a volume has surfaces.
-fn may_reflect(v: u32) -> bool {
-    return SURFACE && instances[v].surface_strength > 0.0;
+// The surface that a cut has left: how likely a collision is with it, and its gradient in voxel space.
+struct Cut {
+    surface: f32,
+    gradient: vec3f,
+}
+
+// Whether the medium has surfaces where it was read.
+fn may_reflect(v: u32, reading: Reading) -> bool {
+    return SURFACE && surface_strength(v, reading) > 0.0;
 }
 
 // At a point of the world that was read. The normal is there where the medium has surfaces, and where it is wanted.
 fn optics_at(v: u32, position: vec3f, reading: Reading, wants_normal: bool) -> Optics {
     var optics = Optics(instances[v].albedo * color(v, reading), 0.0, vec3f(0.0));
-    if (may_reflect(v) || wants_normal) {
-        let gradient = voxel_gradient(v, voxel_from_world(v, position));
-        optics.normal = normal_of(v, gradient);
-        if (may_reflect(v)) {
-            optics.surface = surface_probability(v, gradient);
+    if (may_reflect(v, reading) || wants_normal) {
+        let p = voxel_from_world(v, position);
+        var gradient = voxel_gradient(v, p);
+        if (may_reflect(v, reading)) {
+            optics.surface = surface_probability(v, gradient, reading);
         }
+        if (CLASSES) {
+            let cut = cut_surface(v, p, reading);
+            if (cut.surface > optics.surface) {
+                optics.surface = cut.surface;
+                gradient = cut.gradient;
+            }
+        }
+        optics.normal = normal_of(v, gradient);
     }
     return optics;
 }
@@ -81,10 +84,14 @@ fn facing(normal: vec3f, wo: vec3f) -> vec3f {
     return select(-normal, normal, dot(normal, wo) >= 0.0);
 }
 
+// The magnitude in value units per mm of a gradient in voxel space.
+fn gradient_per_mm(v: u32, gradient: vec3f) -> f32 {
+    return length(transform_rows(instances[v].patient_gradient_from_voxel, gradient)) * instances[v].value_per_texel;
+}
+
 // The probability that a collision happens at a surface (after Kroes, Post and Botha, "Exposure Render", PLoS ONE
 // 7(7), 2012, with a Gaussian fall-off so that noise is no surface).
-fn surface_probability(v: u32, gradient: vec3f) -> f32 {
-    let per_mm = length(transform_rows(instances[v].patient_gradient_from_voxel, gradient))
-        * instances[v].value_per_texel * instances[v].surface_inverse_gradient;
-    return instances[v].surface_strength * (1.0 - exp(-per_mm * per_mm));
+fn surface_probability(v: u32, gradient: vec3f, reading: Reading) -> f32 {
+    let per_mm = gradient_per_mm(v, gradient) * surface_inverse_gradient(v, reading);
+    return surface_strength(v, reading) * (1.0 - exp(-per_mm * per_mm));
 }

@@ -177,7 +177,7 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
     if ((*path).bounces > instances[v].max_bounces) {
         return false;
     }
-    let event = event_at(v, optics, -direction);
+    let event = event_at(v, optics, hit.reading, -direction);
     // Russian roulette by what is sent on: what survives is weighted up by what did not.
     let sent_on = (*path).throughput * event_total(event);
     let brightest = max(sent_on.r, max(sent_on.g, sent_on.b));

@@ -155,7 +155,7 @@ fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function
             if (majorant == 0.0 || !take_turn()) {
                 break;
             }
-            let reading = read_medium(v, m.origin + m.t * m.direction, m.cell);
+            let reading = read_medium(v, m.origin + m.t * m.direction, m.cell, rng);
             if (rng_next(rng) * majorant < opacity(v, reading) * m.scale) {
                 nearest = Collision(IN_VOLUME, m.t_enter + m.t, v, reading);
                 break;
@@ -186,7 +186,7 @@ fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function,
             if (majorant == 0.0 || !take_turn()) {
                 break;
             }
-            let sigma_t = opacity(v, read_medium(v, m.origin + m.t * m.direction, m.cell)) * m.scale;
+            let sigma_t = opacity(v, read_medium(v, m.origin + m.t * m.direction, m.cell, rng)) * m.scale;
             product *= max(1.0 - sigma_t / majorant, 0.0);
             if (product < LITTLE_TRANSMITTANCE) {
                 if (rng_next(rng) * LITTLE_TRANSMITTANCE >= product) {

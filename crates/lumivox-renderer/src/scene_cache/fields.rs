@@ -1,0 +1,83 @@
+//! What instances read besides their own voxels: labels, and depths below the skin. Each is a volume in the store and an
+//! entry behind the instances, which no ray meets.
+
+use lumivox_core::glam::DAffine3;
+use lumivox_shaders::constants;
+use lumivox_shaders::layout::Instance;
+
+use super::{Placed, affine_rows, voxel_from_patient};
+use crate::store::{Acquired, BrickGrid, GridKey, MAX_CELL_SIZE, Source, TexelScale, grid};
+
+/// What a field holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FieldKind {
+    Labels,
+    Depth,
+}
+
+/// A field of an instance. Instances share its voxels, not its place.
+#[derive(Clone, Debug)]
+pub(super) struct Field {
+    /// Which instance reads it.
+    pub of: usize,
+    pub kind: FieldKind,
+    pub source: Source,
+}
+
+impl Field {
+    /// The fields of instances.
+    pub fn all(instances: &[Placed<'_>]) -> Vec<Self> {
+        let of = |(of, placed): (usize, &Placed<'_>)| {
+            Self::sources(placed).map(move |(kind, source)| Self { of, kind, source }).collect::<Vec<_>>()
+        };
+        instances.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// What an instance reads.
+    pub fn sources(placed: &Placed<'_>) -> impl Iterator<Item = (FieldKind, Source)> + use<> {
+        let labels = placed.instance.labels.as_ref();
+        let labels = labels.map(|l| (FieldKind::Labels, Source::labels(l.labels.volume())));
+        let peel = placed.instance.peel.as_ref().filter(|peel| peel.is_active());
+        let depth =
+            peel.map(|peel| (FieldKind::Depth, Source::new(&peel.depth, lumivox_core::Filter::Trilinear)));
+        labels.into_iter().chain(depth)
+    }
+
+    /// The place among all of an instance's field.
+    pub fn find(fields: &[Self], of: usize, kind: FieldKind) -> Option<usize> {
+        fields.iter().position(|field| field.of == of && field.kind == kind)
+    }
+
+    /// Its grid: large cells, for they only say where voxels are.
+    pub fn grid_key() -> GridKey {
+        GridKey::new(lumivox_core::Filter::Trilinear, Some(MAX_CELL_SIZE))
+    }
+
+    /// Cells of its grid.
+    pub fn cells(&self) -> usize {
+        let dims = BrickGrid::new(self.source.volume.dims(), 1).dims;
+        grid(dims, Field::grid_key().cell_size).0.iter().map(|&n| n as usize).product()
+    }
+
+    /// As kernels read it: `voxel_from_world` maps from the voxel space of the instance, and `table_scale` and
+    /// `table_bias` send texels to values.
+    pub fn twin(&self, copy: &Acquired, patient_from_voxel: DAffine3, grid_offset: usize) -> Instance {
+        let Acquired { resident, ranges } = copy;
+        let volume = &*self.source.volume;
+        let texel = TexelScale::of(volume);
+        Instance {
+            voxel_from_world: affine_rows(voxel_from_patient(volume, resident.factor) * patient_from_voxel),
+            bricks: resident.bricks.counts,
+            dims: resident.bricks.dims.map(|n| n as f32),
+            grid_dims: ranges.grid_dims,
+            grid_offset: grid_offset as u32,
+            cell_size: ranges.cell_size as f32,
+            cells_per_voxel: 1.0 / ranges.cell_size as f32,
+            table_scale: texel.per_texel as f32,
+            table_bias: texel.at_zero as f32,
+            filter_kind: constants::FILTER_TRILINEAR,
+            cells_per_brick: constants::BRICK_SIZE / ranges.cell_size,
+            ..Default::default()
+        }
+    }
+}

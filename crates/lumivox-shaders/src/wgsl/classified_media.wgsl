@@ -1,0 +1,195 @@
+// Media that depend on more than the value: on labels with looks of their own, the gradient's magnitude, the depth below
+// the skin, and shapes that clip. Expects `instances` and `tables`. The other way is `plain_media.wgsl`.
+//
+// What a volume's points are besides their values lies behind the transfer functions, from `instances[v].classes` on, in
+// pairs of numbers; whole ones are floats, too, for as bits small integers would be denormal and might be lost:
+// - the instances that are its fields of labels and of depths, -1 where there is none;
+// - what is peeled in mm, and one over the border's width;
+// - how many clip shapes there are, and one over the width of the surface that a cut leaves, in 1/mm;
+// - where the styles begin;
+// - each clip shape: the rows of the map from voxel space to its own, in six pairs; its kind, and 1 or -1 where it is
+//   inverted; nothing;
+// - the styles by label, STYLE_PAIRS each: scale and bias of the table's coordinate; the first pair of the function and the
+//   factor of its opacity; red and green; blue, and whether the colour counts; strength and inverse gradient of the surface;
+//   its lobe's anisotropy and its reflectance; how many rows for gradients come after the first, and where their places
+//   are; whether it is clipped;
+// - places of rows: the gradient per mm, and one over its distance to the one before.
+
+struct Reading {
+    texel: f32,     // stored value in [0, 1]
+    style: u32,     // of the label that was drawn: its first pair
+    share: f32,     // what its factor and peeling leave of the opacity
+    gradient: f32,  // per mm, where the style asks for it
+}
+
+// At a point of voxel space in a cell. Of labels, one is drawn by their shares: what depends on it then is that of their
+// mixture in the mean, which is all that tracking needs.
+fn read_medium(v: u32, p: vec3f, cell: Cell, rng: ptr<function, Rng>) -> Reading {
+    let classes = instances[v].classes;
+    let style = style_at(v, p, rng);
+    var share = tables[style + 1u].y;
+    if (share > 0.0 && tables[style + 7u].x > 0.0 && is_cut_away(v, p)) {
+        share = 0.0;
+    }
+    if (share > 0.0 && tables[classes].y >= 0.0) {
+        share *= left_of_peeling(v, p);
+    }
+    if (share <= 0.0) {
+        return Reading(0.0, style, 0.0, 0.0);
+    }
+    var gradient = 0.0;
+    if (tables[style + 6u].x > 0.0) {
+        gradient = gradient_per_mm(v, voxel_gradient(v, p));
+    }
+    return Reading(sample_in_cell(v, p, cell), style, share, gradient);
+}
+
+// A label by the shares that a cubic B-spline gives those around: the nearest voxel to a point that is moved by the sum of
+// three uniform numbers along each axis. Each number has eight bits.
+fn style_at(v: u32, p: vec3f, rng: ptr<function, Rng>) -> u32 {
+    let classes = instances[v].classes;
+    let styles = u32(tables[classes + 3u].x);
+    if (tables[classes].x < 0.0) {
+        return styles;
+    }
+    let field = u32(tables[classes].x);
+    let moved = three_bytes(rng) + three_bytes(rng) + three_bytes(rng);
+    let at = voxel_from_world(field, p) + vec3f(moved) / 256.0 + (1.5 / 256.0 - 1.5);
+    if (any(at < vec3f(0.0)) || any(at >= instances[field].dims)) {
+        return styles;
+    }
+    let texel = load_brick(cell_at(field, vec3u(at)), at);
+    let label = u32(texel * instances[field].table_scale + instances[field].table_bias + 0.5);
+    return styles + min(label, 255u) * STYLE_PAIRS;
+}
+
+fn three_bytes(rng: ptr<function, Rng>) -> vec3u {
+    let bits = u32(rng_next(rng) * 16777216.0);
+    return vec3u(bits, bits >> 8u, bits >> 16u) & vec3u(255u);
+}
+
+fn left_of_peeling(v: u32, p: vec3f) -> f32 {
+    let classes = instances[v].classes;
+    let field = u32(tables[classes].y);
+    let texel = sample_trilinear(field, voxel_from_world(field, p));
+    let depth = texel * instances[field].table_scale + instances[field].table_bias;
+    let peel = tables[classes + 1u];
+    return clamp((depth - peel.x) * peel.y + 0.5, 0.0, 1.0);
+}
+
+// How far inside of what a clip shape keeps a point is, in units of the shape's own, and how that grows in voxel space.
+fn clip_level(shape: u32, p: vec3f) -> vec4f {
+    let x = vec4f(tables[shape], tables[shape + 1u]);
+    let y = vec4f(tables[shape + 2u], tables[shape + 3u]);
+    let z = vec4f(tables[shape + 4u], tables[shape + 5u]);
+    let q = vec3f(dot(x, vec4f(p, 1.0)), dot(y, vec4f(p, 1.0)), dot(z, vec4f(p, 1.0)));
+    let kind = u32(tables[shape + 6u].x);
+    var level = q.z;
+    var slope = vec3f(0.0, 0.0, 1.0);
+    if (kind == CLIP_BOX) {
+        let size = abs(q);
+        let along_x = size.x >= size.y && size.x >= size.z;
+        let along_y = !along_x && size.y >= size.z;
+        let along = vec3f(f32(along_x), f32(along_y), f32(!along_x && !along_y));
+        level = 1.0 - dot(size, along);
+        slope = choose(along, -along, q > vec3f(0.0));
+    } else if (kind == CLIP_SPHERE) {
+        level = 1.0 - length(q);
+        slope = -q / max(length(q), 1e-20);
+    }
+    return tables[shape + 6u].y * vec4f(slope.x * x.xyz + slope.y * y.xyz + slope.z * z.xyz, level);
+}
+
+fn is_cut_away(v: u32, p: vec3f) -> bool {
+    let classes = instances[v].classes;
+    let count = u32(tables[classes + 2u].x);
+    for (var i = 0u; i < count; i++) {
+        take_turn();
+        if (clip_level(classes + CLASS_PAIRS + i * SHAPE_PAIRS, p).w < 0.0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// The surface that the nearest clip shape leaves.
+fn cut_surface(v: u32, p: vec3f, reading: Reading) -> Cut {
+    let classes = instances[v].classes;
+    let count = u32(tables[classes + 2u].x);
+    var nearest = 1e30;
+    var cut = Cut(0.0, vec3f(0.0));
+    if (tables[reading.style + 7u].x > 0.0) {
+        for (var i = 0u; i < count; i++) {
+            take_turn();
+            let level = clip_level(classes + CLASS_PAIRS + i * SHAPE_PAIRS, p);
+            let per_mm = length(transform_rows(instances[v].patient_gradient_from_voxel, level.xyz));
+            let distance = level.w / max(per_mm, 1e-20);
+            if (distance < nearest) {
+                nearest = distance;
+                let widths = distance * tables[classes + 2u].y;
+                cut = Cut(tables[reading.style + 4u].x * exp(-widths * widths), level.xyz);
+            }
+        }
+    }
+    return cut;
+}
+
+// The row of a style's function for a gradient, and how far it is to the next.
+fn gradient_row(style: u32, gradient: f32) -> vec2f {
+    let rows = tables[style + 6u];
+    var before = 0.0;
+    for (var i = 0u; i < u32(rows.x); i++) {
+        take_turn();
+        let place = tables[u32(rows.y) + i];
+        if (gradient < place.x) {
+            return vec2f(f32(i), (gradient - before) * place.y);
+        }
+        before = place.x;
+    }
+    return vec2f(rows.x, 0.0);
+}
+
+fn opacity(v: u32, reading: Reading) -> f32 {
+    if (reading.share <= 0.0) {
+        return 0.0;
+    }
+    let address = table_address(tables[reading.style].x, tables[reading.style].y, reading.texel);
+    let row = gradient_row(reading.style, reading.gradient);
+    let first = u32(tables[reading.style + 1u].x) + u32(row.x) * TABLE_PAIRS;
+    var of_value = opacity_of(first, address);
+    if (row.y > 0.0) {
+        of_value = mix(of_value, opacity_of(first + TABLE_PAIRS, address), row.y);
+    }
+    return reading.share * of_value;
+}
+
+fn color(v: u32, reading: Reading) -> vec3f {
+    let own = tables[reading.style + 3u];
+    if (own.y > 0.0) {
+        return vec3f(tables[reading.style + 2u], own.x);
+    }
+    let address = table_address(tables[reading.style].x, tables[reading.style].y, reading.texel);
+    let row = gradient_row(reading.style, reading.gradient);
+    let first = u32(tables[reading.style + 1u].x) + u32(row.x) * TABLE_PAIRS;
+    let of_value = color_of(first, address);
+    if (row.y > 0.0) {
+        return mix(of_value, color_of(first + TABLE_PAIRS, address), row.y);
+    }
+    return of_value;
+}
+
+fn surface_strength(v: u32, reading: Reading) -> f32 {
+    return tables[reading.style + 4u].x;
+}
+
+fn surface_inverse_gradient(v: u32, reading: Reading) -> f32 {
+    return tables[reading.style + 4u].y;
+}
+
+fn surface_lobe_anisotropy(v: u32, reading: Reading) -> f32 {
+    return tables[reading.style + 5u].x;
+}
+
+fn surface_specular(v: u32, reading: Reading) -> f32 {
+    return tables[reading.style + 5u].y;
+}

@@ -1,0 +1,41 @@
+// Media that depend on the value alone. Expects `instances` and `tables`. The other way is `classified_media.wgsl`.
+
+// What is read of a volume at a point: enough to say what the medium is there.
+struct Reading {
+    texel: f32,  // stored value in [0, 1]
+}
+
+// At a point of voxel space in a cell.
+fn read_medium(v: u32, p: vec3f, cell: Cell, rng: ptr<function, Rng>) -> Reading {
+    return Reading(sample_in_cell(v, p, cell));
+}
+
+// sigma_t as a share of what it is at opacity 1.
+fn opacity(v: u32, reading: Reading) -> f32 {
+    return opacity_of(instances[v].table_offset, table_address(instances[v].table_scale, instances[v].table_bias, reading.texel));
+}
+
+fn color(v: u32, reading: Reading) -> vec3f {
+    return color_of(instances[v].table_offset, table_address(instances[v].table_scale, instances[v].table_bias, reading.texel));
+}
+
+fn surface_strength(v: u32, reading: Reading) -> f32 {
+    return instances[v].surface_strength;
+}
+
+fn surface_inverse_gradient(v: u32, reading: Reading) -> f32 {
+    return instances[v].surface_inverse_gradient;
+}
+
+fn surface_lobe_anisotropy(v: u32, reading: Reading) -> f32 {
+    return instances[v].surface_lobe_anisotropy;
+}
+
+fn surface_specular(v: u32, reading: Reading) -> f32 {
+    return instances[v].surface_specular;
+}
+
+// Nothing is cut.
+fn cut_surface(v: u32, p: vec3f, reading: Reading) -> Cut {
+    return Cut(0.0, vec3f(0.0));
+}
