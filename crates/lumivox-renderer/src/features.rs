@@ -115,11 +115,13 @@ impl Features {
     }
 
     pub(crate) fn variant(self, guides: bool, live: bool, limits: DeviceLimits) -> PathTraceVariant {
+        // What is rare can do everything.
+        let can_more = limits.few_kernels && self.classes;
         PathTraceVariant {
-            environment_sampling: self.environment,
+            environment_sampling: self.environment || can_more,
             surface: self.surface || limits.few_kernels,
             guides,
-            mixed_filters: self.filters,
+            mixed_filters: self.filters || can_more,
             live,
             lights: self.lights || limits.few_kernels,
             many_volumes: self.many_volumes,

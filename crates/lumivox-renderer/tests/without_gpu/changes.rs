@@ -261,10 +261,17 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
     }
     seen.dedup();
     assert_eq!(seen.len(), 64, "each has a kernel of its own");
-    // Where few kernels should do, surfaces and lights make no others.
+    // Where few kernels should do, surfaces and lights make no others, nor do lights and filters of what is classified.
     let few = DeviceLimits { few_kernels: true, ..LIMITS };
     for features in Features::ALL.subsets() {
-        let more = Features { surface: true, lights: true, ..features };
+        let can_more = features.classes;
+        let more = Features {
+            surface: true,
+            lights: true,
+            environment: features.environment || can_more,
+            filters: features.filters || can_more,
+            ..features
+        };
         for view in [ViewKind::Live, ViewKind::Still { guides: true }] {
             assert_eq!(features.kernels(view, few), more.kernels(view, LIMITS));
         }
