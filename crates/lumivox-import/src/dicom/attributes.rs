@@ -146,6 +146,7 @@ attributes! { VALUES:
     SEGMENTATION_TYPE = "SegmentationType" 0x0062_0001;
     SEGMENT_NUMBER = "SegmentNumber" 0x0062_0004;
     SEGMENT_LABEL = "SegmentLabel" 0x0062_0005;
+    RECOMMENDED_DISPLAY_CIELAB_VALUE = "RecommendedDisplayCIELabValue" 0x0062_000D;
     REFERENCED_SEGMENT_NUMBER = "ReferencedSegmentNumber" 0x0062_000B;
     MAXIMUM_FRACTIONAL_VALUE = "MaximumFractionalValue" 0x0062_000E;
     DOSE_UNITS = "DoseUnits" 0x3004_0002;
