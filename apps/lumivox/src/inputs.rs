@@ -5,8 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use lumivox_core::{CancelToken, LabelVolume, Volume};
-use lumivox_import::{ImportOptions, Imported};
+use lumivox_core::{CancelToken, LabelVolume, Organ, Progress, Volume};
+use lumivox_import::{ImportError, ImportOptions, Imported, ImportedLabels, LabelOptions, load_labels};
 use lumivox_segmentation::PatientAlone;
 
 use crate::{args::InputArgs, exit::Failure, progress::Reporter};
@@ -18,6 +18,22 @@ pub fn load(args: &InputArgs, reporter: Reporter, cancel: &CancelToken) -> Resul
         reporter.stages(|progress| lumivox_import::load(files, &options, progress, cancel))
     };
     scans(&args.inputs).iter().map(|files| scan(files).map_err(Failure::from)).collect()
+}
+
+/// The labels of a file that looks like a label map; `None` where it is none after all.
+pub fn labels(
+    args: &InputArgs,
+    path: &Path,
+    reporter: Reporter,
+    cancel: &CancelToken,
+) -> Result<Option<ImportedLabels>, Failure> {
+    let mut label_options = LabelOptions::default();
+    label_options.import = options(args);
+    match reporter.stages(|progress| load_labels(path, &label_options, progress, cancel)) {
+        Ok(labels) => Ok(Some(labels)),
+        Err(error @ ImportError::Cancelled(_)) => Err(error.into()),
+        Err(_) => Ok(None),
+    }
 }
 
 /// Finds the patient in a CT, and takes what lies around out of it.
@@ -50,6 +66,19 @@ pub fn peel(
         Peel::Skin(mm) => lumivox_segmentation::peel_skin(volume, labels, mm, progress, cancel),
         Peel::Depth(mm) => lumivox_segmentation::peel(volume, labels, mm, progress, cancel),
     })?)
+}
+
+/// Leaves one organ of a scan alone.
+pub fn organ_alone(
+    volume: Volume,
+    labels: &LabelVolume,
+    organ: Organ,
+    reporter: Reporter,
+    cancel: &CancelToken,
+) -> Result<Volume, Failure> {
+    let alone =
+        |progress: Progress<'_>| lumivox_segmentation::organ_alone(volume, labels, organ, progress, cancel);
+    Ok(reporter.stages(alone)?)
 }
 
 /// What the importer is asked for.

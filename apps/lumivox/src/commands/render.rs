@@ -13,7 +13,7 @@ use lumivox_core::{
     world_from_patient,
 };
 use lumivox_renderer::{Background, DisplaySettings};
-use lumivox_segmentation::{SegmentationReport, skin_is_dense};
+use lumivox_segmentation::{SegmentationReport, has_organ, skin_is_dense};
 use lumivox_wgpu::RenderRequest;
 
 use crate::{
@@ -145,6 +145,17 @@ fn shown(
         Look::Automatic => Some(Preset::default_for(&alone.volume)),
         Look::File(_) => None,
     };
+    if let Some(organ) = preset.and_then(Preset::organ) {
+        return match &alone.labels {
+            Some(labels) if sure && has_organ(labels, organ) => {
+                inputs::organ_alone(alone.volume, labels, organ, reporter, cancel)
+            }
+            _ => {
+                reporter.say("  note: no lungs with airways were found: all is shown");
+                Ok(alone.volume)
+            }
+        };
+    }
     let skin = preset.map_or(0.0, Preset::peel_mm);
     let (peel, mm) = args.peel.map_or((Peel::Skin(skin), skin), |mm| (Peel::Depth(mm), mm));
     match alone.labels {

@@ -31,6 +31,7 @@ mod segmentation;
 mod series;
 mod source;
 mod stored;
+mod subject;
 mod units;
 mod uptake;
 mod values;
@@ -45,7 +46,7 @@ use alignment::Alignment;
 use assembly::Slices;
 use gaps::Gaps;
 use header::ImageFile;
-use lumivox_core::{CancelToken, Modality, Progress, Volume, Voxels};
+use lumivox_core::{CancelToken, Modality, Progress, Subject, Volume, Voxels};
 use pixels::Failure;
 use scan::Rejected;
 pub(crate) use scan::files_below;
@@ -213,7 +214,8 @@ impl Study {
         let modality = if is_labels { Modality::Other } else { first.modality };
         let volume = Volume::new(dims, voxels, rescale, patient_from_voxel, modality)
             .map_err(|source| ImportError::Volume { path: self.path.clone(), source })?
-            .with_unit(first.unit.clone());
+            .with_unit(first.unit.clone())
+            .with_subject(if is_labels { Subject::default() } else { first.subject });
         notes.extend(single::remarks(&volume));
         let series = self.summaries(options);
         let report = ImportReport { format: FORMAT.to_owned(), series, chosen, notes, empty_slices, skipped };
