@@ -52,7 +52,20 @@ pub struct Subject {
 const PARTS: [(BodyPart, &[&str]); 7] = [
     (
         BodyPart::Spine,
-        &["spine", "cspine", "tspine", "lspine", "lumbar", "wirbelsäule", "ws", "hws", "bws", "lws"],
+        &[
+            "spine",
+            "tlspine",
+            "lsspine",
+            "cspine",
+            "tspine",
+            "lspine",
+            "lumbar",
+            "wirbelsäule",
+            "ws",
+            "hws",
+            "bws",
+            "lws",
+        ],
     ),
     (BodyPart::Heart, &["heart", "cardiac", "coronary", "coronaries", "herz", "koronar", "calcium", "tavi"]),
     (
@@ -88,6 +101,7 @@ const PARTS: [(BodyPart, &[&str]); 7] = [
     (
         BodyPart::Head,
         &[
+            "headneck",
             "head",
             "brain",
             "skull",
@@ -110,10 +124,28 @@ const PARTS: [(BodyPart, &[&str]); 7] = [
             "crane",
         ],
     ),
-    (BodyPart::Chest, &["chest", "thorax", "thx", "lung", "lungs", "lunge", "breast", "brust", "thoracic"]),
+    (
+        BodyPart::Chest,
+        &[
+            "chestabdomen",
+            "chestabdpelvis",
+            "neckchest",
+            "chest",
+            "thorax",
+            "thx",
+            "lung",
+            "lungs",
+            "lunge",
+            "breast",
+            "brust",
+            "thoracic",
+        ],
+    ),
     (
         BodyPart::Abdomen,
         &[
+            "abdomenpelvis",
+            "abdpelvis",
             "abdomen",
             "abd",
             "abdominal",
@@ -196,6 +228,8 @@ mod tests {
     fn words_of_the_field_are_understood() {
         let of = |text: &str| Subject::of_texts([text]);
         assert_eq!(of("CHEST").part, Some(BodyPart::Chest));
+        assert_eq!(of("HEADNECK").part, Some(BodyPart::Head));
+        assert_eq!(of("CHESTABDPELVIS").part, Some(BodyPart::Chest));
         assert_eq!(of("CTA_Head-Neck 0.75").part, Some(BodyPart::Head));
         assert_eq!(of("CTA_Head-Neck 0.75").focus, Some(Focus::Vessels));
         assert_eq!(of("C-SPINE").part, Some(BodyPart::Spine));
