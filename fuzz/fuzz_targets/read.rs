@@ -1,9 +1,9 @@
-//! What both targets do with a file.
+//! What targets do with a file.
 
 use std::{fs, path::PathBuf, sync::LazyLock};
 
 use lumivox_core::{CancelToken, Progress};
-use lumivox_import::{ImportOptions, Study};
+use lumivox_import::{ImportOptions, LabelOptions, Study, load_labels};
 
 /// The file that is written and read again, in memory where the system has such a folder.
 static FILE: LazyLock<PathBuf> = LazyLock::new(|| {
@@ -12,10 +12,14 @@ static FILE: LazyLock<PathBuf> = LazyLock::new(|| {
     folder.join(format!("lumivox-fuzz-{}", std::process::id()))
 });
 
-/// Scans, shows and loads a file of these bytes, as a front end does.
+/// Scans, shows and loads a file of these bytes, as a front end does, and takes it for a label map.
 pub fn read(bytes: &[u8]) {
     fs::write(&*FILE, bytes).expect("the scratch file can be written");
     let (options, cancel) = (ImportOptions::default(), CancelToken::new());
+    if let Ok(imported) = load_labels(&FILE, &LabelOptions::default(), Progress::SILENT, &cancel) {
+        let counts = imported.labels.counts();
+        assert!(imported.labels.labels().iter().all(|label| counts[usize::from(label.value)] > 0));
+    }
     let Ok(mut study) = Study::open(&[FILE.clone()], &options, Progress::SILENT, &cancel) else { return };
     for place in 0..study.report().series.len().min(4) {
         let _ = study.thumbnail(place, 16, &cancel);

@@ -395,6 +395,10 @@ pub enum PhantomKind {
     Head,
     /// A human chest and upper belly as a CT sees them, on the table
     Torso,
+    /// A human head as a T1-weighted MR sees it
+    MrHead,
+    /// Its brain alone
+    MrBrain,
     /// Density falling from the centre of a cube to its corners
     Cube,
     /// A homogeneous slab

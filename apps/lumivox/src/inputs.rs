@@ -6,8 +6,8 @@ use std::{
     sync::Arc,
 };
 
-use lumivox_core::{CancelToken, LabelVolume, Volume};
-use lumivox_import::{ImportOptions, Imported};
+use lumivox_core::{CancelToken, LabelVolume, Organ, Progress, Volume};
+use lumivox_import::{ImportError, ImportOptions, Imported, ImportedLabels, LabelOptions, load_labels};
 use lumivox_segmentation::PatientAlone;
 
 use crate::{args::InputArgs, exit::Failure, progress::Reporter};
@@ -19,6 +19,22 @@ pub fn load(args: &InputArgs, reporter: Reporter, cancel: &CancelToken) -> Resul
         reporter.stages(|progress| lumivox_import::load(files, &options, progress, cancel))
     };
     scans(&args.inputs).iter().map(|files| scan(files).map_err(Failure::from)).collect()
+}
+
+/// The labels of a file that looks like a label map; `None` where it is none after all.
+pub fn labels(
+    args: &InputArgs,
+    path: &Path,
+    reporter: Reporter,
+    cancel: &CancelToken,
+) -> Result<Option<ImportedLabels>, Failure> {
+    let mut label_options = LabelOptions::default();
+    label_options.import = options(args);
+    match reporter.stages(|progress| load_labels(path, &label_options, progress, cancel)) {
+        Ok(labels) => Ok(Some(labels)),
+        Err(error @ ImportError::Cancelled(_)) => Err(error.into()),
+        Err(_) => Ok(None),
+    }
 }
 
 /// Finds the patient in a CT, and takes what lies around out of it.
@@ -36,14 +52,21 @@ pub fn segment(volume: &Volume, reporter: Reporter, cancel: &CancelToken) -> Res
 }
 
 /// Loads a file of labels.
-pub fn labels(
+pub fn label_file(
     args: &InputArgs,
     file: &Path,
     reporter: Reporter,
     cancel: &CancelToken,
 ) -> Result<Arc<LabelVolume>, Failure> {
-    let _ = (args, reporter, cancel);
-    Err(Failure::input(format!("{}: not yet", file.display())))
+    // What the options say of a scan's series and layout is not about its labels.
+    let mut options = LabelOptions::default();
+    options.import.allow_outside_data = args.allow_outside_data;
+    let loaded = reporter.stages(|progress| load_labels(file, &options, progress, cancel))?;
+    let names: Vec<&str> = loaded.labels.labels().iter().map(|label| label.name.as_str()).collect();
+    let count = if names.len() == 1 { "1 label".into() } else { format!("{} labels", names.len()) };
+    reporter.say(&format!("{}: {count}: {}", file.display(), names.join(", ")));
+    loaded.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
+    Ok(Arc::new(loaded.labels))
 }
 
 /// What is taken off a scan.
@@ -67,6 +90,19 @@ pub fn peel(
         Peel::Skin(mm) => lumivox_segmentation::peel_skin(volume, labels, mm, progress, cancel),
         Peel::Depth(mm) => lumivox_segmentation::peel(volume, labels, mm, progress, cancel),
     })?)
+}
+
+/// Leaves one organ of a scan alone.
+pub fn organ_alone(
+    volume: Volume,
+    labels: &LabelVolume,
+    organ: Organ,
+    reporter: Reporter,
+    cancel: &CancelToken,
+) -> Result<Volume, Failure> {
+    let alone =
+        |progress: Progress<'_>| lumivox_segmentation::organ_alone(volume, labels, organ, progress, cancel);
+    Ok(reporter.stages(alone)?)
 }
 
 /// What the importer is asked for.

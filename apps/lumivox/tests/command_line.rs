@@ -232,6 +232,28 @@ fn nifti() -> Vec<u8> {
 }
 
 #[test]
+fn info_lists_the_labels_of_a_label_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let header = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 10 10 10\nspace: left-posterior-superior\n\
+                  space directions: (2,0,0) (0,2,0) (0,0,2)\nspace origin: (0,0,0)\nencoding: raw\n\
+                  Segment0_Name:=right lung\nSegment0_Color:=1 0.501961 0\nSegment0_LabelValue:=3\n\
+                  Segment0_Layer:=0\n\n";
+    let mut voxels = vec![3; 500];
+    voxels.resize(1000, 0);
+    std::fs::write(folder.path().join("a.seg.nrrd"), [header.as_bytes(), &voxels].concat()).unwrap();
+    let run = lumivox(folder.path(), &["info", "a.seg.nrrd"]);
+    let text = &run.stdout;
+    assert!(text.contains("           3  #ff8000        4.00 ml  right lung\n"), "{text}");
+    assert!(text.contains("preset  plain"), "{text}");
+    assert!(!text.contains("logarithmic"), "{text}");
+    let run = lumivox(folder.path(), &["info", "a.seg.nrrd", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let expected =
+        serde_json::json!([{"value": 3, "name": "right lung", "color": "#ff8000", "volume_mm3": 4000.0}]);
+    assert_eq!(json["scans"][0]["labels"], expected);
+}
+
+#[test]
 fn info_never_names_the_patient() {
     let folder = folder_with_scan();
     let path = folder.path();

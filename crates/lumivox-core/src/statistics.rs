@@ -4,7 +4,7 @@
 
 use rayon::prelude::*;
 
-use crate::volume::{Volume, VolumeError, Voxels};
+use crate::volume::{Modality, Volume, VolumeError, Voxels};
 
 /// Samples that one task looks at; large enough to make scheduling cheap.
 const CHUNK: usize = 1 << 18;
@@ -121,6 +121,45 @@ impl ValueStatistics {
     }
 }
 
+/// Whether a volume is a label map by its looks: nothing says what made it, its values are few integers from 0 on, and
+/// mostly those of their neighbours, as no scan's are. Rows all over the volume are looked at.
+pub fn looks_like_labels(volume: &Volume) -> bool {
+    /// Rows that tell.
+    const ROWS: usize = 4096;
+    /// More numbers are those of a scan.
+    const MOST: usize = 256;
+    /// The least share of voxels with a label that have their neighbour's, where there are several labels.
+    const ALIKE: f64 = 0.6;
+    let integers = !matches!(volume.voxels(), Voxels::F32(_));
+    let [low, high] = volume.value_range();
+    let plain = volume.slope() == 1.0 && volume.intercept().fract() == 0.0 && low >= 0.0 && high > low;
+    if volume.modality() != Modality::Other || !volume.unit().is_empty() || !integers || !plain {
+        return false;
+    }
+    let [nx, ny, nz] = volume.dims();
+    let rows = ny * nz;
+    let mut seen = std::collections::BTreeSet::new();
+    let (mut labelled, mut alike) = (0u64, 0u64);
+    for row in (0..rows).step_by(rows.div_ceil(ROWS)) {
+        let mut before = None;
+        for x in 0..nx {
+            let stored = volume.voxels().get(row * nx + x) as u32;
+            // What most of a scan is: air, or no label.
+            if f64::from(stored) + volume.intercept() == low {
+                before = None;
+                continue;
+            }
+            if before != Some(stored) && seen.insert(stored) && seen.len() > MOST {
+                return false;
+            }
+            labelled += u64::from(before.is_some());
+            alike += u64::from(before == Some(stored));
+            before = Some(stored);
+        }
+    }
+    !seen.is_empty() && (seen.len() == 1 || labelled > 0 && alike as f64 >= ALIKE * labelled as f64)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -154,5 +193,25 @@ mod tests {
         let stats = ValueStatistics::new(&volume(vec![7; 50]), 16);
         assert_eq!(stats.percentile(0.5), -3.0);
         assert_eq!(stats.histogram[0], 50);
+    }
+
+    #[test]
+    fn label_maps_are_told_from_scans() {
+        let new = |values: &dyn Fn(usize, usize) -> u16, modality| {
+            let voxels = Voxels::U16((0..64 * 64 * 8).map(|i| values(i % 64, i / 64 % 64)).collect());
+            Volume::new([64, 64, 8], voxels, [1.0, 0.0], glam::DAffine3::IDENTITY, modality).unwrap()
+        };
+        let blocks = |x: usize, y: usize| if y < 9 { 0 } else { 1000 * (x / 16 + y / 20) as u16 };
+        assert!(looks_like_labels(&new(&blocks, Modality::Other)));
+        assert!(!looks_like_labels(&new(&blocks, Modality::Ct)), "its file says what it is");
+        let mask = |x: usize, y: usize| u16::from((x + y) % 3 == 0);
+        assert!(looks_like_labels(&new(&mask, Modality::Other)), "vessels of one voxel");
+        // A scan of 8 bits: a smooth body with noise in air.
+        let scan = |x: usize, y: usize| if y < 9 { 0 } else { (100 + (x * 7 + y * 13) % 40) as u16 };
+        assert!(!looks_like_labels(&new(&scan, Modality::Other)));
+        assert!(!looks_like_labels(&new(&|_, _| 0, Modality::Other)), "nothing");
+        let shifted = new(&blocks, Modality::Other).edit(|_| {}).unwrap();
+        assert!(looks_like_labels(&shifted));
+        assert!(!looks_like_labels(&shifted.with_unit("Gy")));
     }
 }

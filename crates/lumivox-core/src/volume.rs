@@ -6,6 +6,8 @@ use std::borrow::Cow;
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use crate::subject::Subject;
+
 /// The stored samples of a [`Volume`], x fastest, then y, then z.
 ///
 /// A physical value is `stored * slope + intercept` (see [`Volume::slope`]). Signed 16-bit scans are kept as `U16`
@@ -137,6 +139,7 @@ pub struct Volume {
     modality: Modality,
     unit: Cow<'static, str>,
     stored_range: [f64; 2],
+    subject: Subject,
 }
 
 impl Volume {
@@ -172,8 +175,17 @@ impl Volume {
         }
         let stored_range = crate::statistics::stored_range(&voxels)?;
         let unit = modality.usual_unit().into();
-        let volume =
-            Self { dims, voxels, slope, intercept, patient_from_voxel, modality, unit, stored_range };
+        let volume = Self {
+            dims,
+            voxels,
+            slope,
+            intercept,
+            patient_from_voxel,
+            modality,
+            unit,
+            stored_range,
+            subject: Subject::default(),
+        };
         if !volume.fits_single_precision() {
             return Err(VolumeError::Rescale { slope, intercept });
         }
@@ -253,9 +265,23 @@ impl Volume {
     /// # Errors
     /// [`VolumeError`] as of [`Self::new`].
     pub fn edit(self, change: impl FnOnce(&mut Voxels)) -> Result<Self, VolumeError> {
-        let Self { dims, mut voxels, slope, intercept, patient_from_voxel, modality, unit, .. } = self;
+        let Self { dims, mut voxels, slope, intercept, patient_from_voxel, modality, unit, subject, .. } =
+            self;
         change(&mut voxels);
-        Ok(Self::new(dims, voxels, [slope, intercept], patient_from_voxel, modality)?.with_unit(unit))
+        let changed = Self::new(dims, voxels, [slope, intercept], patient_from_voxel, modality)?;
+        Ok(changed.with_unit(unit).with_subject(subject))
+    }
+
+    /// What the scan is of, as far as its file says.
+    pub fn subject(&self) -> Subject {
+        self.subject
+    }
+
+    /// The same volume, said to be of something.
+    #[must_use]
+    pub fn with_subject(mut self, subject: Subject) -> Self {
+        self.subject = subject;
+        self
     }
 
     /// Whether values are Hounsfield units: air -1000, water 0.

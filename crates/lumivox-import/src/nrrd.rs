@@ -67,6 +67,14 @@ pub(crate) fn open(path: &Path, allow_outside_data: bool) -> Result<Single, Impo
     .checked()
 }
 
+/// The fields of a NRRD header.
+///
+/// # Errors
+/// [`ImportError`] names the line.
+pub(crate) fn fields(path: &Path, allow_outside_data: bool) -> Result<Fields<'_>, ImportError> {
+    Ok(read_header(path, allow_outside_data)?.fields)
+}
+
 fn read_header(path: &Path, allow_outside_data: bool) -> Result<Header<'_>, ImportError> {
     let mut lines = HeaderLines::open(path)?;
     let magic = lines.next()?.unwrap_or_default();

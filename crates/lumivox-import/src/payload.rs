@@ -104,7 +104,7 @@ impl Payload {
         progress: Progress<'_>,
         cancel: &CancelToken,
     ) -> Result<Option<Decoded>, ImportError> {
-        let per_file = self.bytes_per_file(header, dims, phases)?;
+        let bytes = self.sample.bytes();
         // Samples that are read, and of how many of them each one is taken.
         let (part, every) = if self.interleaved {
             (voxels.start * phases..voxels.end * phases, phases)
@@ -112,12 +112,41 @@ impl Payload {
             let first = phase * dims.into_iter().product::<usize>();
             (first + voxels.start..first + voxels.end, 1)
         };
-        let mut builder = VoxelBuilder::new(self.sample, self.big_endian, voxels.len()).map_err(|_| {
-            let [x, y, z] = dims;
-            let what = format!("a grid of {x} x {y} x {z} voxels, more than this machine has memory for");
-            let remedy = "Resample the scan to fewer voxels".to_owned();
-            ImportError::Unsupported { path: header.to_owned(), what, remedy }
-        })?;
+        let mut builder = VoxelBuilder::new(self.sample, self.big_endian, voxels.len())
+            .map_err(|_| too_many_voxels(header, dims))?;
+        let mut done = 0;
+        let take = |chunk: &[u8]| {
+            if every == 1 {
+                builder.push(chunk);
+                return Ok(());
+            }
+            let samples = chunk.chunks_exact(bytes).enumerate();
+            let of_phase = samples.filter(|(k, _)| (done + k) % every == phase);
+            of_phase.for_each(|(_, sample)| builder.push(sample));
+            done += chunk.len() / bytes;
+            Ok(())
+        };
+        self.read_samples(header, dims, phases, part, progress, cancel, take)?;
+        Ok(builder.finish())
+    }
+
+    /// Reads a part of the samples of `phases` grids of `dims` voxels, in the order in which the files have them, and
+    /// gives their bytes to `take`, whole samples at a time. `header` is the file that promised them.
+    ///
+    /// # Errors
+    /// As [`Payload::check`]; when data are damaged, on cancel, and those of `take`.
+    #[allow(clippy::too_many_arguments, reason = "what is read, and who is told of it")]
+    pub fn read_samples(
+        &self,
+        header: &Path,
+        dims: [usize; 3],
+        phases: usize,
+        part: Range<usize>,
+        progress: Progress<'_>,
+        cancel: &CancelToken,
+        mut take: impl FnMut(&[u8]) -> Result<(), ImportError>,
+    ) -> Result<(), ImportError> {
+        let per_file = self.bytes_per_file(header, dims, phases)?;
         let wanted = (part.len() * self.sample.bytes()) as u64;
         let mut before = (part.start * self.sample.bytes()) as u64;
         let mut done = 0;
@@ -143,14 +172,7 @@ impl Payload {
                     let path = file.clone();
                     return Err(ImportError::Truncated { path, expected: per_file, actual: read });
                 }
-                if every == 1 {
-                    builder.push(chunk);
-                } else {
-                    let before = done as usize / self.sample.bytes();
-                    let samples = chunk.chunks_exact(self.sample.bytes()).enumerate();
-                    let of_phase = samples.filter(|(k, _)| (before + k) % every == phase);
-                    of_phase.for_each(|(_, sample)| builder.push(sample));
-                }
+                take(chunk)?;
                 done += got as u64;
                 left -= got as u64;
             }
@@ -166,7 +188,7 @@ impl Payload {
             }
         }
         progress.report(Stage::Decoding, wanted, wanted);
-        Ok(builder.finish())
+        Ok(())
     }
 
     /// How many of `phases` grids of `dims` voxels are whole in a deflated file, where these are not all, so that it is
@@ -355,6 +377,13 @@ impl Payload {
             remedy: "Copy or export the file again".to_owned(),
         }
     }
+}
+
+/// That memory does not suffice for a grid.
+pub(crate) fn too_many_voxels(header: &Path, [x, y, z]: [usize; 3]) -> ImportError {
+    let what = format!("a grid of {x} x {y} x {z} voxels, more than this machine has memory for");
+    let remedy = "Resample the scan to fewer voxels".to_owned();
+    ImportError::Unsupported { path: header.to_owned(), what, remedy }
 }
 
 /// The size that a gzip file gives at its end, of its last member; of other files four bytes.

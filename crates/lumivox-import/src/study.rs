@@ -164,7 +164,7 @@ pub fn load(
 }
 
 /// Notes on options that a file of this format has no use for.
-fn unused(options: &ImportOptions, format: &str) -> Vec<String> {
+pub(crate) fn unused(options: &ImportOptions, format: &str) -> Vec<String> {
     let mut notes = Vec::new();
     if options.series.is_some() && format != "DICOM" {
         notes.push(format!("no series was looked for: a {format} file holds one image"));
@@ -176,7 +176,7 @@ fn unused(options: &ImportOptions, format: &str) -> Vec<String> {
 }
 
 /// How a single file is to be read.
-fn format_of(path: &Path, options: &ImportOptions) -> Result<Format, ImportError> {
+pub(crate) fn format_of(path: &Path, options: &ImportOptions) -> Result<Format, ImportError> {
     match (&options.raw, format::recognise(path)) {
         (Some(_), Err(error)) if !matches!(error, ImportError::Io { .. }) => Ok(Format::Raw),
         // The DICOM reader knows more ways to begin a file, if it has to.

@@ -118,3 +118,21 @@ fn parts_of_a_name_or_number_are_told_nowhere() {
     assert_eq!(told("DOE^JANE", "AB-123", "AB123 axial T2", ""), "CT series 7, axial T2, 1 slice, 2 x 1");
     assert_eq!(told("DOE^JANE", "AB123", "A.B.123 123 axial", ""), "CT series 7, axial, 1 slice, 2 x 1");
 }
+
+#[test]
+fn what_a_scan_is_of_is_known_and_no_text_of_it() {
+    use lumivox_core::{BodyPart, Focus, Subject};
+    let subject = |elements: Elements| -> Subject {
+        common::load_written(|path| elements.write(path, Syntax::Explicit)).unwrap().volume.subject()
+    };
+    let ct = || image("CT", 2, 2, vec![0, 1, 2, 3]);
+    assert_eq!(subject(ct()), Subject::default());
+    let chest = subject(ct().text(0x0018_0015, "CS", "CHEST").text(0x0018_1030, "LO", "Head routine"));
+    assert_eq!((chest.part, chest.focus, chest.contrast), (Some(BodyPart::Chest), None, None));
+    let angiogram = subject(ct().text(0x0008_103E, "LO", "CTA Kopf 0.75"));
+    assert_eq!((angiogram.part, angiogram.focus), (Some(BodyPart::Head), Some(Focus::Vessels)));
+    for (agent, contrast) in [("Imeron 400", Some(true)), ("NONE", None), ("", None)] {
+        assert_eq!(subject(ct().text(0x0018_0010, "LO", agent)).contrast, contrast, "{agent}");
+    }
+    assert_eq!(subject(ct().text(0x0018_1210, "SH", "LUNG")).focus, Some(Focus::Lungs));
+}

@@ -15,7 +15,7 @@ use std::{
 };
 
 use lumivox_core::{CancelToken, Progress};
-use lumivox_import::{ImportOptions, Study};
+use lumivox_import::{ImportError, ImportOptions, LabelOptions, Study, load_labels};
 use writer::*;
 
 /// A file that takes longer is a finding.
@@ -255,6 +255,7 @@ fn seeds() -> Vec<(String, Vec<u8>)> {
         ("frames".to_owned(), frames().file(Syntax::Rle)),
         ("enhanced_pet".to_owned(), enhanced_pet().file(Syntax::Explicit)),
         ("nrrd_list".to_owned(), b"NRRD0005\ntype: uint8\ndimension: 4\nsizes: 2 2 1 2\nkinds: list domain domain domain\nspace: RAS\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\nencoding: hex\n\n0001 0203\n04050607".to_vec()),
+        ("segments".to_owned(), b"NRRD0005\ntype: uint8\ndimension: 4\nsizes: 2 2 1 2\nkinds: list domain domain domain\nspace: RAS\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\nencoding: hex\nSegment0_LabelValue:=1\nSegment0_Layer:=0\nSegment0_Color:=1 0 0\nSegment1_LabelValue:=1\nSegment1_Layer:=1\nSegment1_Name:=b\n\n0001 0100\n01020001".to_vec()),
         ("mosaic".to_owned(), mosaic().file(Syntax::Explicit)),
         ("protocol".to_owned(), protocol().file(Syntax::Explicit)),
         ("grid".to_owned(), grid().file(Syntax::Explicit)),
@@ -410,21 +411,25 @@ fn damaged_files_are_read_or_refused() {
             if round % 4 == 0 && !study.report().series.is_empty() {
                 let _ = study.thumbnail(0, 32, &cancel);
             }
-            study.load(&options, Progress::SILENT, &cancel)
+            let imported = study.load(&options, Progress::SILENT, &cancel)?;
+            Ok::<_, ImportError>(imported.report)
+        });
+        let labels = std::panic::catch_unwind(|| {
+            load_labels(&path, &LabelOptions::default(), Progress::SILENT, &cancel)
+                .map(|labels| labels.report)
         });
         let elapsed = start.elapsed();
         slowest = slowest.max(elapsed);
-        let told = match result {
-            Ok(Ok(imported)) => {
-                read += 1;
-                format!("{:?}", imported.report)
-            }
-            Ok(Err(error)) => {
-                refused += 1;
-                error.to_string()
-            }
+        match &result {
+            Ok(Ok(_)) => read += 1,
+            _ => refused += 1,
+        }
+        let told = [result, labels].map(|result| match result {
+            Ok(Ok(report)) => format!("{report:?}"),
+            Ok(Err(error)) => error.to_string(),
             Err(_) => panic!("round {round} ({name}) panics: LUMIVOX_FIRST={round} LUMIVOX_MUTATIONS=1"),
-        };
+        });
+        let told = told.join("; ");
         assert!(
             !told.to_uppercase().contains("SECRET"),
             "round {round} ({name}) tells the patient's name: {told}"

@@ -1,6 +1,6 @@
-//! Writing a volume as the CT series that a scanner would have sent.
+//! Writing a volume as the CT or MR series that a scanner would have sent.
 //!
-//! DICOM PS3.3 A.3 (CT Image IOD), one file per axial slice, explicit VR little endian.
+//! DICOM PS3.3 A.3 and A.4 (CT and MR Image IOD), one file per axial slice, explicit VR little endian.
 
 use std::{
     collections::HashSet,
@@ -75,8 +75,8 @@ pub enum WriteError {
         /// The first foreign file, in alphabetical order.
         path: PathBuf,
     },
-    /// Only CT volumes of 8 or 16 bits can be stored without loss as CT images.
-    #[error("a CT series cannot hold this volume: {0}")]
+    /// Only CT volumes of 8 or 16 bits, and MR volumes of such without a rescale, can be stored without loss.
+    #[error("a DICOM series cannot hold this volume: {0}")]
     Unsuitable(&'static str),
     /// The data set could not be encoded.
     #[error("cannot encode '{}': {reason}", path.display())]
@@ -91,7 +91,7 @@ pub enum WriteError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Writes `volume` as a CT series, one file per slice, into `folder` (created if missing); returns the number of files.
+/// Writes `volume` as a CT or MR series, one file per slice, into `folder` (created if missing); returns the number of files.
 ///
 /// A folder that holds anything but an earlier copy of the same series is left alone. Every file is written under a
 /// temporary name first, so that a cancelled or failed run leaves only whole files.
@@ -113,15 +113,11 @@ pub fn write_dicom_series(
     let done = AtomicU64::new(0);
     (0..slices).into_par_iter().try_for_each(|k| {
         cancel.check()?;
-        series.write_slice(k, &folder.join(file_name(k)))?;
+        series.write_slice(k, &folder.join(series.file_name(k)))?;
         progress.report(Stage::Writing, done.fetch_add(1, Ordering::Relaxed) + 1, slices as u64);
         Ok::<_, WriteError>(())
     })?;
     Ok(slices)
-}
-
-fn file_name(slice: usize) -> String {
-    format!("CT{:04}.dcm", slice + 1)
 }
 
 fn io_error(action: &'static str, path: &Path, source: io::Error) -> WriteError {
@@ -142,8 +138,12 @@ struct Series<'a> {
 
 impl<'a> Series<'a> {
     fn new(volume: &'a Volume, description: &'a SeriesDescription) -> Result<Self, WriteError> {
-        if volume.modality() != Modality::Ct {
-            return Err(WriteError::Unsuitable("its modality is not CT"));
+        match volume.modality() {
+            Modality::Ct => {}
+            // MR images have no rescale.
+            Modality::Mr if volume.slope() == 1.0 && volume.intercept() == 0.0 => {}
+            Modality::Mr => return Err(WriteError::Unsuitable("its values are not those that are stored")),
+            _ => return Err(WriteError::Unsuitable("its modality is neither CT nor MR")),
         }
         if matches!(volume.voxels(), Voxels::F32(_)) {
             return Err(WriteError::Unsuitable("its samples are floating-point numbers"));
@@ -168,10 +168,26 @@ impl<'a> Series<'a> {
         })
     }
 
+    fn is_mr(&self) -> bool {
+        self.volume.modality() == Modality::Mr
+    }
+
+    fn modality(&self) -> &'static str {
+        if self.is_mr() { "MR" } else { "CT" }
+    }
+
+    fn sop_class(&self) -> &'static str {
+        if self.is_mr() { uids::MR_IMAGE_STORAGE } else { uids::CT_IMAGE_STORAGE }
+    }
+
+    fn file_name(&self, slice: usize) -> String {
+        format!("{}{:04}.dcm", self.modality(), slice + 1)
+    }
+
     /// Nothing of somebody else's may be overwritten or mixed up with this series.
     fn refuse_foreign_files(&self, folder: &Path) -> Result<(), WriteError> {
         let slices = self.volume.dims()[2];
-        let own: HashSet<_> = (0..slices).map(|k| folder.join(file_name(k))).collect();
+        let own: HashSet<_> = (0..slices).map(|k| folder.join(self.file_name(k))).collect();
         let entries = fs::read_dir(folder).map_err(|source| io_error("read", folder, source))?;
         let mut foreign = Vec::new();
         for entry in entries {
@@ -199,7 +215,7 @@ impl<'a> Series<'a> {
         let encode = |reason: String| WriteError::Encode { path: path.to_owned(), reason };
         let meta = FileMetaTableBuilder::new()
             .transfer_syntax(uids::EXPLICIT_VR_LITTLE_ENDIAN)
-            .media_storage_sop_class_uid(uids::CT_IMAGE_STORAGE)
+            .media_storage_sop_class_uid(self.sop_class())
             .media_storage_sop_instance_uid(self.uid("instance", k));
         let object = self.slice(k).with_meta(meta).map_err(|e| encode(e.to_string()))?;
 
@@ -238,8 +254,9 @@ impl<'a> Series<'a> {
         let decimals = |numbers: &[f64]| many(numbers.iter().map(|n| decimal_string(*n)).collect());
 
         put(tags::SPECIFIC_CHARACTER_SET, VR::CS, text("ISO_IR 192"));
-        put(tags::IMAGE_TYPE, VR::CS, many(["ORIGINAL", "PRIMARY", "AXIAL"].map(String::from).to_vec()));
-        put(tags::SOP_CLASS_UID, VR::UI, text(uids::CT_IMAGE_STORAGE));
+        let kind = if self.is_mr() { "OTHER" } else { "AXIAL" };
+        put(tags::IMAGE_TYPE, VR::CS, many(["ORIGINAL", "PRIMARY", kind].map(String::from).to_vec()));
+        put(tags::SOP_CLASS_UID, VR::UI, text(self.sop_class()));
         put(tags::SOP_INSTANCE_UID, VR::UI, text(&self.uid("instance", k)));
         put(tags::STUDY_DATE, VR::DA, text(&d.date));
         put(tags::SERIES_DATE, VR::DA, text(&d.date));
@@ -249,7 +266,7 @@ impl<'a> Series<'a> {
             put(time, VR::TM, text("120000"));
         }
         put(tags::ACCESSION_NUMBER, VR::SH, PrimitiveValue::Empty);
-        put(tags::MODALITY, VR::CS, text("CT"));
+        put(tags::MODALITY, VR::CS, text(self.modality()));
         put(tags::MANUFACTURER, VR::LO, text(MANUFACTURER));
         put(tags::MANUFACTURER_MODEL_NAME, VR::LO, text("Procedural phantom"));
         put(tags::REFERRING_PHYSICIAN_NAME, VR::PN, PrimitiveValue::Empty);
@@ -263,9 +280,21 @@ impl<'a> Series<'a> {
 
         put(tags::BODY_PART_EXAMINED, VR::CS, text(&d.body_part));
         put(tags::SLICE_THICKNESS, VR::DS, decimals(&[stride.dot(normal).abs()]));
-        put(tags::KVP, VR::DS, decimals(&[120.0]));
-        put(tags::GANTRY_DETECTOR_TILT, VR::DS, decimals(&[0.0]));
-        put(tags::CONVOLUTION_KERNEL, VR::SH, text("STANDARD"));
+        if self.is_mr() {
+            // An MPRAGE, as it is usual for heads.
+            put(tags::SCANNING_SEQUENCE, VR::CS, many(["GR", "IR"].map(String::from).to_vec()));
+            put(tags::SEQUENCE_VARIANT, VR::CS, text("MP"));
+            put(tags::SCAN_OPTIONS, VR::CS, PrimitiveValue::Empty);
+            put(tags::MR_ACQUISITION_TYPE, VR::CS, text("3D"));
+            put(tags::REPETITION_TIME, VR::DS, decimals(&[2300.0]));
+            put(tags::ECHO_TIME, VR::DS, decimals(&[3.0]));
+            put(tags::INVERSION_TIME, VR::DS, decimals(&[900.0]));
+            put(tags::ECHO_TRAIN_LENGTH, VR::IS, text("1"));
+        } else {
+            put(tags::KVP, VR::DS, decimals(&[120.0]));
+            put(tags::GANTRY_DETECTOR_TILT, VR::DS, decimals(&[0.0]));
+            put(tags::CONVOLUTION_KERNEL, VR::SH, text("STANDARD"));
+        }
         put(tags::PATIENT_POSITION, VR::CS, text("HFS"));
 
         put(tags::STUDY_INSTANCE_UID, VR::UI, text(&self.uid("study", 0)));
@@ -291,11 +320,14 @@ impl<'a> Series<'a> {
         put(tags::BITS_STORED, VR::US, PrimitiveValue::from(bits));
         put(tags::HIGH_BIT, VR::US, PrimitiveValue::from(bits - 1));
         put(tags::PIXEL_REPRESENTATION, VR::US, PrimitiveValue::from(0u16));
-        put(tags::WINDOW_CENTER, VR::DS, decimals(&[40.0]));
-        put(tags::WINDOW_WIDTH, VR::DS, decimals(&[400.0]));
-        put(tags::RESCALE_INTERCEPT, VR::DS, decimals(&[v.intercept()]));
-        put(tags::RESCALE_SLOPE, VR::DS, decimals(&[v.slope()]));
-        put(tags::RESCALE_TYPE, VR::LO, text("HU"));
+        let window = if self.is_mr() { [400.0, 800.0] } else { [40.0, 400.0] };
+        put(tags::WINDOW_CENTER, VR::DS, decimals(&window[..1]));
+        put(tags::WINDOW_WIDTH, VR::DS, decimals(&window[1..]));
+        if !self.is_mr() {
+            put(tags::RESCALE_INTERCEPT, VR::DS, decimals(&[v.intercept()]));
+            put(tags::RESCALE_SLOPE, VR::DS, decimals(&[v.slope()]));
+            put(tags::RESCALE_TYPE, VR::LO, text("HU"));
+        }
         let pixels = columns * rows;
         let range = k * pixels..(k + 1) * pixels;
         let samples: Vec<u16> = match v.voxels() {
@@ -398,12 +430,32 @@ mod tests {
     }
 
     #[test]
+    fn an_mr_is_written_as_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = DAffine3::IDENTITY;
+        let new = |intercept, modality| {
+            let samples = Voxels::U16((0..8).collect());
+            Volume::new([2, 2, 2], samples, [1.0, intercept], place, modality).unwrap()
+        };
+        assert_eq!(write(&new(0.0, Modality::Mr), folder.path()).unwrap(), 2);
+        let object = open_file(folder.path().join("MR0002.dcm")).unwrap();
+        assert_eq!(text(&object, tags::SOP_CLASS_UID), uids::MR_IMAGE_STORAGE);
+        assert_eq!(text(&object, tags::MODALITY), "MR");
+        assert_eq!(object.element(tags::PIXEL_DATA).unwrap().to_multi_int::<u16>().unwrap(), [4, 5, 6, 7]);
+        assert!(object.element(tags::RESCALE_TYPE).is_err() && object.element(tags::KVP).is_err());
+        for volume in [new(-5.0, Modality::Mr), new(0.0, Modality::Pet)] {
+            let error = write(&volume, folder.path()).unwrap_err();
+            assert!(matches!(error, WriteError::Unsuitable(_)), "{error}");
+        }
+    }
+
+    #[test]
     fn what_is_written_reads_back() {
         let folder = tempfile::tempdir().unwrap();
         let volume = small();
         assert_eq!(write(&volume, folder.path()).unwrap(), 2);
         for k in 0..2 {
-            let object = open_file(folder.path().join(file_name(k))).unwrap();
+            let object = open_file(folder.path().join(format!("CT{:04}.dcm", k + 1))).unwrap();
             assert_eq!(
                 object.meta().transfer_syntax().trim_end_matches('\0'),
                 uids::EXPLICIT_VR_LITTLE_ENDIAN

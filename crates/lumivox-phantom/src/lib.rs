@@ -1,4 +1,4 @@
-//! Procedural scans: bodies of known values for tests of the physics, and CTs of a head and a torso to look at.
+//! Procedural scans: bodies of known values for tests of the physics, and CTs of a head and a torso, and MRs of a head, to look at.
 //!
 //! The first stop of the walk, like the importer: it makes a [`Volume`](lumivox_core::Volume). Everything is a pure
 //! function of its arguments, on any number of threads. [`write_dicom_series`] turns a volume into the files that a
@@ -13,7 +13,7 @@ mod noise;
 mod sdf;
 
 pub use anatomy::{
-    AnatomyOptions, FIELD_OF_VIEW_MM, anatomy,
+    AnatomyOptions, FIELD_OF_VIEW_MM, MrPart, anatomy, anatomy_mr,
     torso::{Arms, Metal, TORSO_FIELD_OF_VIEW_MM, TorsoOptions, TorsoPart, TorsoTruth, torso, torso_parts},
 };
 pub use bodies::{AIR_HU, cube, homogeneous_box, slab, solid, sphere};

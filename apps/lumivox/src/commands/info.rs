@@ -1,9 +1,12 @@
 //! `lumivox info`: what a scan holds. Nothing that names a patient: no DICOM text, no names of files.
 
-use std::{collections::BTreeMap, fmt::Write};
+use std::{collections::BTreeMap, fmt::Write, path::PathBuf};
 
-use lumivox_core::{Preset, ValueStatistics, Volume, glam::DVec3};
-use lumivox_import::{ImportReport, Imported};
+use lumivox_core::{
+    Label, LabelVolume, Preset, ValueStatistics, Volume, color::srgb_from_linear, glam::DVec3,
+    looks_like_labels,
+};
+use lumivox_import::{ImportReport, Imported, ImportedLabels};
 use lumivox_segmentation::{Finding, PatientAlone};
 use serde_json::{Value, json};
 
@@ -33,12 +36,19 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let cancel = exit::cancel_on_ctrl_c()?;
     let reporter = Reporter::new(args.json);
     let scans = inputs::load(&args.input, reporter, &cancel)?;
-    let look = |scan: Imported| {
+    let paths = inputs::scans(&args.input.inputs);
+    let look = |(scan, paths): (Imported, Vec<PathBuf>)| {
         let statistics = ValueStatistics::new(&scan.volume, BINS);
+        let labels = match &paths[..] {
+            [path] if looks_like_labels(&scan.volume) => {
+                inputs::labels(&args.input, path, reporter, &cancel)?
+            }
+            _ => None,
+        };
         let alone = inputs::patient_alone(scan.volume, reporter, &cancel)?;
-        Ok(Known { statistics, alone, report: scan.report })
+        Ok(Known { statistics, alone, labels, report: scan.report })
     };
-    let scans = scans.into_iter().map(look).collect::<Result<Vec<_>, Failure>>()?;
+    let scans = scans.into_iter().zip(paths).map(look).collect::<Result<Vec<_>, Failure>>()?;
     let text = if args.json {
         let scans: Vec<Value> = scans.iter().map(to_json).collect();
         format!("{:#}\n", json!({ "scans": scans }))
@@ -56,6 +66,8 @@ struct Known {
     statistics: ValueStatistics,
     /// What 'render' shows of it.
     alone: PatientAlone,
+    /// Of a label map.
+    labels: Option<ImportedLabels>,
     report: ImportReport,
 }
 
@@ -86,7 +98,7 @@ fn skipped(report: &ImportReport) -> BTreeMap<&str, usize> {
 }
 
 fn to_text(scan: &Known) -> String {
-    let Known { statistics, alone, report } = scan;
+    let Known { statistics, alone, labels, report } = scan;
     let volume = &alone.volume;
     let unit = volume.unit();
     let mut rows: Vec<(&str, String)> = Vec::new();
@@ -148,13 +160,34 @@ fn to_text(scan: &Known) -> String {
         text += "\nLeft out:\n";
         skipped.iter().for_each(|(reason, count)| text += &format!("  {count} x {reason}\n"));
     }
-    text + "\n" + &histogram(statistics, unit)
+    match labels {
+        Some(labels) => text + "\nLabels:\n" + &label_list(&labels.labels),
+        None => text + "\n" + &histogram(statistics, unit),
+    }
+}
+
+/// Number, colour, size and name of each label.
+fn label_list(labels: &LabelVolume) -> String {
+    let counts = labels.counts();
+    let line = |label: &Label| {
+        let ml = counts[usize::from(label.value)] as f64 * labels.voxel_mm3() / 1000.0;
+        format!("{:>12}  {}  {ml:10.2} ml  {}\n", label.value, hex(label.color), label.name)
+    };
+    labels.labels().iter().map(line).collect()
+}
+
+/// A linear colour as `#rrggbb` of sRGB.
+fn hex(color: [f64; 3]) -> String {
+    let [r, g, b] = color.map(|part| (255.0 * srgb_from_linear(part)).round() as u8);
+    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 /// What is worth knowing of the files and of what they show.
 fn notes(scan: &Known) -> Vec<&str> {
     let found = scan.alone.report.iter().flat_map(|found| &found.notes);
-    scan.report.notes.iter().chain(found).map(String::as_str).collect()
+    // Those on the labels hold those on the file.
+    let file = scan.labels.as_ref().map_or(&scan.report.notes, |labels| &labels.report.notes);
+    file.iter().chain(found).map(String::as_str).collect()
 }
 
 /// The histogram, one row per range of values, bars by the logarithm of the count: air outnumbers everything.
@@ -186,12 +219,26 @@ fn histogram(statistics: &ValueStatistics, unit: &str) -> String {
 }
 
 fn to_json(scan: &Known) -> Value {
-    let Known { statistics, alone, report } = scan;
+    let Known { statistics, alone, labels, report } = scan;
     let volume = &alone.volume;
     let shows = alone.report.as_ref().map(|found| {
         let part = |part: &Finding| json!({ "what": part.class.name(), "volume_mm3": part.volume_mm3 });
         let parts: Vec<Value> = found.findings.iter().map(part).collect();
         json!({ "parts": parts, "confidence": found.confidence })
+    });
+    let labels = labels.as_ref().map(|labels| {
+        let labels = &labels.labels;
+        let counts = labels.counts();
+        let label = |label: &Label| {
+            let voxels = counts[usize::from(label.value)];
+            json!({
+                "value": label.value,
+                "name": label.name,
+                "color": hex(label.color),
+                "volume_mm3": voxels as f64 * labels.voxel_mm3(),
+            })
+        };
+        labels.labels().iter().map(label).collect::<Vec<Value>>()
     });
     let percentiles: serde_json::Map<String, Value> =
         PERCENTILES.iter().map(|p| (p.to_string(), json!(statistics.percentile(p / 100.0)))).collect();
@@ -212,6 +259,7 @@ fn to_json(scan: &Known) -> Value {
         "percentiles": percentiles,
         "histogram": { "range": statistics.range, "counts": statistics.histogram },
         "shows": shows,
+        "labels": labels,
         "preset": Preset::default_for(volume).name(),
         "series": report.series.iter().map(|s| json!({
             "id": s.uid, "description": s.description, "files": s.files,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use lumivox_core::Volume;
-use lumivox_phantom::{AnatomyOptions, Arms, Metal, SeriesDescription, TorsoOptions, WriteError};
+use lumivox_phantom::{AnatomyOptions, Arms, Metal, MrPart, SeriesDescription, TorsoOptions, WriteError};
 
 use crate::{
     args::{ArmsArg, MetalArg, PhantomArgs, PhantomKind, TorsoArgs},
@@ -37,6 +37,12 @@ pub fn run(args: &PhantomArgs) -> Result<(), Failure> {
             let options =
                 AnatomyOptions { size: size as usize, seed: args.seed, ..AnatomyOptions::default() };
             reporter.stages(|progress| lumivox_phantom::anatomy(options, progress, &cancel))?
+        }
+        PhantomKind::MrHead | PhantomKind::MrBrain => {
+            let options =
+                AnatomyOptions { size: size as usize, seed: args.seed, ..AnatomyOptions::default() };
+            let part = if args.kind == PhantomKind::MrHead { MrPart::Head } else { MrPart::Brain };
+            reporter.stages(|progress| lumivox_phantom::anatomy_mr(options, part, progress, &cancel))?
         }
         PhantomKind::Torso => {
             let options = torso_options(args, size as usize);
@@ -113,6 +119,8 @@ fn description(kind: PhantomKind) -> &'static str {
     match kind {
         PhantomKind::Head => "Head and neck, contrast",
         PhantomKind::Torso => "Chest and upper abdomen, contrast",
+        PhantomKind::MrHead => "Head and neck, T1",
+        PhantomKind::MrBrain => "Brain without skull, T1",
         PhantomKind::Cube => "Test cube",
         PhantomKind::Slab => "Homogeneous slab",
         PhantomKind::Sphere => "Homogeneous sphere",
@@ -122,6 +130,7 @@ fn description(kind: PhantomKind) -> &'static str {
 fn body_part(kind: PhantomKind) -> &'static str {
     match kind {
         PhantomKind::Torso => "CHESTABDOMEN",
+        PhantomKind::MrBrain => "BRAIN",
         _ => "HEADNECK",
     }
 }

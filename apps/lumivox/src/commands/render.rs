@@ -13,7 +13,7 @@ use lumivox_core::{
     world_from_patient,
 };
 use lumivox_renderer::{Background, DisplaySettings};
-use lumivox_segmentation::{SegmentationReport, skin_is_dense};
+use lumivox_segmentation::{SegmentationReport, has_organ, skin_is_dense};
 use lumivox_wgpu::RenderRequest;
 
 use crate::{
@@ -68,7 +68,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let scans = inputs::load(&args.input, reporter, &cancel)?;
     let mut volumes = Vec::with_capacity(scans.len());
     let from_file =
-        label_file.map(|file| inputs::labels(&args.input, file, reporter, &cancel)).transpose()?;
+        label_file.map(|file| inputs::label_file(&args.input, file, reporter, &cancel)).transpose()?;
     for scan in scans {
         reporter.say(&format!("{}: {}", scan.report.format, inputs::describe(&scan.volume)));
         scan.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
@@ -166,6 +166,18 @@ fn shown(
         Look::Automatic => Some(Preset::default_for(&alone.volume)),
         Look::File(_) => None,
     };
+    if let Some(organ) = preset.and_then(Preset::organ) {
+        return match &alone.labels {
+            Some(labels) if sure && has_organ(labels, organ) => {
+                let volume = inputs::organ_alone(alone.volume, labels, organ, reporter, cancel)?;
+                Ok((volume, alone.labels))
+            }
+            _ => {
+                reporter.say("  note: no lungs with airways were found: all is shown");
+                Ok((alone.volume, alone.labels))
+            }
+        };
+    }
     let skin = preset.map_or(0.0, Preset::peel_mm);
     let (peel, mm) = args.peel.map_or((Peel::Skin(skin), skin), |mm| (Peel::Depth(mm), mm));
     match alone.labels {

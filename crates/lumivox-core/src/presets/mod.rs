@@ -6,6 +6,7 @@
 mod ct;
 mod scale;
 mod statistical;
+mod suggest;
 
 use glam::DAffine3;
 
@@ -34,6 +35,10 @@ pub enum Preset {
     CtFat,
     /// Airways and vessels of the lung in a clear body.
     CtLung,
+    /// Windpipe and bronchi in a haze of the lungs.
+    CtAirways,
+    /// Vessels of the lungs in a haze of them.
+    CtLungVessels,
     /// Myocardium and contrast-filled chambers and vessels.
     CtCardiac,
     /// Arteries full of contrast, and calcium in them.
@@ -64,6 +69,16 @@ pub enum Preset {
     Plain,
 }
 
+/// An organ that a look can show alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Organ {
+    /// Windpipe and bronchi.
+    Airways,
+    /// Vessels within the lungs.
+    LungVessels,
+}
+
 /// A preset of that name does not exist.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no preset '{name}'{} Presets: {}", self.guess(), Preset::names().join(", "))]
@@ -82,7 +97,7 @@ impl UnknownPreset {
 
 impl Preset {
     /// Every preset.
-    pub const ALL: [Preset; 21] = [
+    pub const ALL: [Preset; 23] = [
         Preset::CtBone,
         Preset::CtBoneTranslucent,
         Preset::CtSkin,
@@ -90,6 +105,8 @@ impl Preset {
         Preset::CtMuscle,
         Preset::CtFat,
         Preset::CtLung,
+        Preset::CtAirways,
+        Preset::CtLungVessels,
         Preset::CtCardiac,
         Preset::CtCoronary,
         Preset::CtAorta,
@@ -116,6 +133,8 @@ impl Preset {
             Preset::CtMuscle => "ct-muscle",
             Preset::CtFat => "ct-fat",
             Preset::CtLung => "ct-lung",
+            Preset::CtAirways => "ct-airways",
+            Preset::CtLungVessels => "ct-lung-vessels",
             Preset::CtCardiac => "ct-cardiac",
             Preset::CtCoronary => "ct-coronary",
             Preset::CtAorta => "ct-aorta",
@@ -142,6 +161,16 @@ impl Preset {
         }
     }
 
+    /// What is to be shown alone before this look shows what it is for, since the body has its values elsewhere, too.
+    /// `lumivox_segmentation::organ_alone` does it.
+    pub fn organ(self) -> Option<Organ> {
+        match self {
+            Preset::CtAirways => Some(Organ::Airways),
+            Preset::CtLungVessels => Some(Organ::LungVessels),
+            _ => None,
+        }
+    }
+
     /// One line on what it shows.
     pub fn description(self) -> &'static str {
         match self {
@@ -152,6 +181,8 @@ impl Preset {
             Preset::CtMuscle => "muscle, organs and vessels under clear fat, with bone",
             Preset::CtFat => "fat, with bone and a trace of muscle",
             Preset::CtLung => "airways and vessels of the lung in a clear body",
+            Preset::CtAirways => "windpipe and bronchi in a haze of the lungs",
+            Preset::CtLungVessels => "vessels of the lungs in a haze of them",
             Preset::CtCardiac => "the heart and great vessels, filled with contrast",
             Preset::CtCoronary => "arteries full of contrast alone, as of the heart",
             Preset::CtAorta => "the aorta and its branches before faint bone",
@@ -195,23 +226,10 @@ impl Preset {
         Err(UnknownPreset { name: name.to_owned(), nearest })
     }
 
-    /// The preset that suits a volume when nobody chose one.
+    /// The preset that suits a volume when nobody chose one: by modality, by what its file says of it
+    /// ([`Volume::subject`]) and by what its values show (lungs, vessels with contrast agent, a bare brain).
     pub fn default_for(volume: &Volume) -> Self {
-        // Of a slice or a few there is no inside to see through.
-        const FEW_SLICES: usize = 4;
-        if volume.dims().into_iter().min() < Some(FEW_SLICES) {
-            return Preset::Plain;
-        }
-        match volume.modality() {
-            _ if volume.is_hounsfield() => Preset::CtMuscle,
-            // Maps of iodine, perfusion or dose have a scale of their own.
-            Modality::Pet => Preset::PetHot,
-            Modality::Ct => Preset::Plain,
-            _ if !volume.unit().is_empty() => Preset::Plain,
-            Modality::Mr => Preset::MrHead,
-            Modality::Other if volume.may_be_hounsfield() => Preset::CtMuscle,
-            Modality::Other => Preset::MrHead,
-        }
+        suggest::suggest(volume)
     }
 
     /// The look where there is no scan yet; `None` for those that place themselves by a scan's values.

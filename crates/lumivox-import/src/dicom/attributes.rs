@@ -56,6 +56,7 @@ attributes! { VALUES:
     MODALITY = "Modality" 0x0008_0060;
     CODE_VALUE = "CodeValue" 0x0008_0100;
     TIMEZONE_OFFSET_FROM_UTC = "TimezoneOffsetFromUTC" 0x0008_0201;
+    STUDY_DESCRIPTION = "StudyDescription" 0x0008_1030;
     SERIES_DESCRIPTION = "SeriesDescription" 0x0008_103E;
     FRAME_TYPE = "FrameType" 0x0008_9007;
     COMPLEX_IMAGE_COMPONENT = "ComplexImageComponent" 0x0008_9208;
@@ -64,6 +65,7 @@ attributes! { VALUES:
     PATIENT_ID = "PatientID" 0x0010_0020;
     PATIENT_WEIGHT = "PatientWeight" 0x0010_1030;
     CONTRAST_BOLUS_AGENT = "ContrastBolusAgent" 0x0018_0010;
+    BODY_PART_EXAMINED = "BodyPartExamined" 0x0018_0015;
     SLICE_THICKNESS = "SliceThickness" 0x0018_0050;
     ECHO_TIME = "EchoTime" 0x0018_0081;
     SPACING_BETWEEN_SLICES = "SpacingBetweenSlices" 0x0018_0088;
@@ -83,6 +85,7 @@ attributes! { VALUES:
     RADIONUCLIDE_TOTAL_DOSE = "RadionuclideTotalDose" 0x0018_1074;
     RADIONUCLIDE_HALF_LIFE = "RadionuclideHalfLife" 0x0018_1075;
     RADIOPHARMACEUTICAL_START_DATE_TIME = "RadiopharmaceuticalStartDateTime" 0x0018_1078;
+    PROTOCOL_NAME = "ProtocolName" 0x0018_1030;
     CONVOLUTION_KERNEL = "ConvolutionKernel" 0x0018_1210;
     SLICE_LOCATION_VECTOR = "SliceLocationVector" 0x0018_2005;
     EFFECTIVE_ECHO_TIME = "EffectiveEchoTime" 0x0018_9082;
@@ -146,6 +149,7 @@ attributes! { VALUES:
     SEGMENTATION_TYPE = "SegmentationType" 0x0062_0001;
     SEGMENT_NUMBER = "SegmentNumber" 0x0062_0004;
     SEGMENT_LABEL = "SegmentLabel" 0x0062_0005;
+    RECOMMENDED_DISPLAY_CIELAB_VALUE = "RecommendedDisplayCIELabValue" 0x0062_000D;
     REFERENCED_SEGMENT_NUMBER = "ReferencedSegmentNumber" 0x0062_000B;
     MAXIMUM_FRACTIONAL_VALUE = "MaximumFractionalValue" 0x0062_000E;
     DOSE_UNITS = "DoseUnits" 0x3004_0002;

@@ -8,7 +8,7 @@ use std::{
     sync::Arc,
 };
 
-use lumivox_core::{CancelToken, Cancelled, Modality};
+use lumivox_core::{CancelToken, Cancelled, Modality, Subject};
 
 use super::{
     attributes::{self as attr, Attribute},
@@ -21,6 +21,7 @@ use super::{
     scan::Rejected,
     segmentation::{self, Segmentation},
     source::Source,
+    subject::subject,
     units::{self, Unit},
     values::FieldFault,
     words,
@@ -141,6 +142,8 @@ pub(crate) struct ImageFile {
     pub(crate) kernel: Option<String>,
     /// What values are measured in; empty where that is not known.
     pub(crate) unit: Unit,
+    /// What it is of, as far as the header says.
+    pub(crate) subject: Subject,
     /// What it is where it is no image, but labels.
     pub(crate) segmentation: Option<Segmentation>,
     pub(crate) format: PixelFormat,
@@ -317,6 +320,7 @@ fn interpret(source: &Source, header: &Header, cancel: &CancelToken) -> Result<I
         instance_uid: data.text(attr::SOP_INSTANCE_UID),
         labels,
         kernel: data.text(attr::CONVOLUTION_KERNEL),
+        subject: subject(data),
         unit: if segmentation.is_some() { "".into() } else { quantity.unit },
         segmentation,
         whole: whole * format.slices_in_frame(),

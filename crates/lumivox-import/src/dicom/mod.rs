@@ -31,6 +31,7 @@ mod segmentation;
 mod series;
 mod source;
 mod stored;
+mod subject;
 mod units;
 mod uptake;
 mod values;
@@ -45,10 +46,11 @@ use alignment::Alignment;
 use assembly::Slices;
 use gaps::Gaps;
 use header::ImageFile;
-use lumivox_core::{CancelToken, Modality, Progress, Volume, Voxels};
+use lumivox_core::{CancelToken, Modality, Progress, Subject, Volume, Voxels};
 use pixels::Failure;
 use scan::Rejected;
 pub(crate) use scan::files_below;
+pub(crate) use segmentation::Segmentation;
 use series::{Phase, Stack};
 
 use crate::{
@@ -212,11 +214,39 @@ impl Study {
         let modality = if is_labels { Modality::Other } else { first.modality };
         let volume = Volume::new(dims, voxels, rescale, patient_from_voxel, modality)
             .map_err(|source| ImportError::Volume { path: self.path.clone(), source })?
-            .with_unit(first.unit.clone());
+            .with_unit(first.unit.clone())
+            .with_subject(if is_labels { Subject::default() } else { first.subject });
         notes.extend(single::remarks(&volume));
         let series = self.summaries(options);
         let report = ImportReport { format: FORMAT.to_owned(), series, chosen, notes, empty_slices, skipped };
         Ok(Imported { volume, report })
+    }
+
+    /// Loads the segmentation that `options` name, by default the first in the list, and says what its segments are.
+    ///
+    /// # Errors
+    /// As [`Study::load`]; where no series is a segmentation, or the one that is named is none.
+    pub(crate) fn load_segmentation(
+        &mut self,
+        options: &ImportOptions,
+        progress: Progress<'_>,
+        cancel: &CancelToken,
+    ) -> Result<(Imported, Segmentation), ImportError> {
+        let mut options = options.clone();
+        if options.series.is_none() && !self.stacks.is_empty() {
+            let is_labels = |stack: &Stack| stack.first(&self.files).segmentation.is_some();
+            options.series = self.stacks.iter().position(is_labels).map(|place| (place + 1).to_string());
+        }
+        let chosen = self.choose(&options)?;
+        let Some(segmentation) = self.stacks[chosen].first(&self.files).segmentation.clone() else {
+            let available = list(&self.summaries(&options), 0..self.stacks.len());
+            return Err(ImportError::Unsupported {
+                path: self.path.clone(),
+                what: format!("a DICOM series of images, no segmentation; it has: {available}"),
+                remedy: "Export the labels as a segmentation object (SEG)".to_owned(),
+            });
+        };
+        Ok((self.load(&options, progress, cancel)?, segmentation))
     }
 
     /// Why there is no series, as a sentence: what is wrong with the DICOM files, or what the others are.

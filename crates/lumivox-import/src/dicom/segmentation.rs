@@ -59,12 +59,22 @@ pub(crate) fn is_segmentation(data: &DataSet) -> bool {
 #[derive(Clone, Debug)]
 pub(crate) struct Segmentation {
     kind: Kind,
-    /// Number and name of each segment; the name is empty where none may be told.
-    segments: Vec<(u32, String)>,
+    pub(crate) segments: Vec<Segment>,
     /// Whether the file says where its frames lie.
     pub(crate) has_places: bool,
     /// SeriesInstanceUID of what it was made on.
     pub(crate) referenced_series: Option<String>,
+}
+
+/// A segment of a segmentation.
+#[derive(Clone, Debug)]
+pub(crate) struct Segment {
+    /// The value of its voxels.
+    pub(crate) number: u32,
+    /// Empty where none may be told.
+    pub(crate) name: String,
+    /// As it is best shown: L*, a* and b* as DICOM has them.
+    pub(crate) cielab: Option<[u16; 3]>,
 }
 
 impl Segmentation {
@@ -75,21 +85,27 @@ impl Segmentation {
             // No longer than it may be, and of one piece: a damaged one may reach into what is said of the patient.
             let label =
                 item.text(attr::SEGMENT_LABEL).filter(|label| label.len() <= 64 && !label.contains('\0'));
-            Some((number, label.unwrap_or_default()))
+            let cielab = item.words(attr::RECOMMENDED_DISPLAY_CIELAB_VALUE);
+            let cielab = cielab.and_then(|words| words.try_into().ok());
+            Some(Segment { number, name: label.unwrap_or_default(), cielab })
         };
-        let segments = data.items(attr::SEGMENT_SEQUENCE).iter().filter_map(label);
-        let (numbers, labels): (Vec<u32>, Vec<String>) = segments.unzip();
+        let mut segments: Vec<Segment> =
+            data.items(attr::SEGMENT_SEQUENCE).iter().filter_map(label).collect();
+        let labels: Vec<String> = segments.iter().map(|segment| segment.name.clone()).collect();
+        for (segment, told) in segments.iter_mut().zip(words::segment_labels(data, &labels)) {
+            segment.name = told;
+        }
         let series = data.items(attr::REFERENCED_SERIES_SEQUENCE).first();
         Self {
             kind: Kind::of(data),
             has_places,
-            segments: numbers.into_iter().zip(words::segment_labels(data, &labels)).collect(),
+            segments,
             referenced_series: series.and_then(|item| item.text(attr::SERIES_INSTANCE_UID)),
         }
     }
 
     /// Whether values are fractions of the only segment.
-    fn is_one_fraction(&self) -> bool {
+    pub(crate) fn is_one_fraction(&self) -> bool {
         matches!(self.kind, Kind::Fractional(_)) && self.segments.len() <= 1
     }
 
@@ -110,9 +126,9 @@ impl Segmentation {
             .segments
             .iter()
             .take(MOST_NAMED)
-            .map(|(number, name)| format!("{number} {name}").trim_end().to_owned())
+            .map(|segment| format!("{} {}", segment.number, segment.name).trim_end().to_owned())
             .collect();
-        if self.segments.iter().any(|(_, name)| !name.is_empty()) {
+        if self.segments.iter().any(|segment| !segment.name.is_empty()) {
             notes.push(format!("segments: {}", named.join(", ")));
         }
         notes

@@ -1,8 +1,9 @@
-//! What tissues measure, in Hounsfield units.
+//! What tissues measure: in Hounsfield units, and in a T1-weighted MR, whose values have a scale of their own.
 
 use glam::Vec3;
 
 use crate::{
+    AIR_HU,
     noise::{noise, noise2},
     sdf::smoothstep,
 };
@@ -42,15 +43,59 @@ pub(crate) enum Material {
     },
     /// The fine parallel folds of the cerebellum.
     Cerebellum,
+    /// Muscle as a T1-weighted MR sees it.
+    MuscleT1 {
+        /// Direction of the fibres, a unit vector.
+        fibres: Vec3,
+        /// As of [`Material::Muscle`].
+        fat: f32,
+    },
+    /// Brain, and its cerebellum, as a T1-weighted MR sees them.
+    BrainT1 {
+        /// Seed of the folds; the cerebellum has none.
+        seed: Option<u32>,
+    },
     /// Air-filled tissue with vessels.
     Lung,
     /// Air-filled tissue whose vessels are modelled: denser where it lies below.
     Parenchyma,
 }
 
-const CSF: f32 = 6.0;
-const GREY_MATTER: f32 = 40.0;
-const WHITE_MATTER: f32 = 29.0;
+/// Values of fluid, grey and white matter.
+#[derive(Clone, Copy, Debug)]
+struct Matter {
+    fluid: f32,
+    grey: f32,
+    white: f32,
+}
+
+const MATTER_HU: Matter = Matter { fluid: 6.0, grey: 40.0, white: 29.0 };
+const MATTER_T1: Matter = Matter { fluid: in_t1(110.0), grey: in_t1(380.0), white: in_t1(560.0) };
+
+/// A signal as it goes through what was made for Hounsfield units: air, which has none, is [`AIR_HU`].
+const fn in_t1(signal: f32) -> f32 {
+    AIR_HU as f32 + signal
+}
+
+/// The signal of even tissue, by what it is in Hounsfield units: fat is bright, fluid dark, bone and air have none, and
+/// blood that flows in is brightest.
+fn even_in_t1(hu: f32) -> f32 {
+    let signal = match hu {
+        hu if hu < -500.0 => 0.0,
+        hu if hu < -50.0 => 820.0,
+        // Skin.
+        hu if hu < 0.0 => 560.0,
+        // Fluid of brain, spine and eye.
+        hu if hu < 15.0 => 110.0,
+        hu if hu < 45.0 => 400.0,
+        hu if hu < 90.0 => 320.0,
+        // Cartilage, glands, veins.
+        hu if hu < 250.0 => 240.0,
+        hu if hu < 600.0 => 1050.0,
+        _ => 20.0,
+    };
+    in_t1(signal)
+}
 
 impl Material {
     /// A value with mottles of an amplitude and a size in mm.
@@ -58,9 +103,30 @@ impl Material {
         Material::Even { hu, amplitude, size }
     }
 
+    /// The same tissue in a T1-weighted MR, in which signals are counted from [`AIR_HU`].
+    pub(crate) fn in_t1(self) -> Self {
+        match self {
+            Material::Even { hu, amplitude, size } => {
+                Material::Even { hu: even_in_t1(hu), amplitude: 1.5 * amplitude, size }
+            }
+            Material::Muscle { fibres, fat } => Material::MuscleT1 { fibres, fat },
+            // Of bone, marrow is seen, which is fat here.
+            Material::Bone { cortex_mm, .. } => {
+                Material::Bone { cortex_mm, cortex: in_t1(30.0), spongy: in_t1(520.0) }
+            }
+            Material::Brain { seed } => Material::BrainT1 { seed: Some(seed) },
+            Material::Cerebellum => Material::BrainT1 { seed: None },
+            Material::Lung | Material::Parenchyma => Material::even(in_t1(25.0), 10.0, 5.0),
+            Material::MuscleT1 { .. } | Material::BrainT1 { .. } => self,
+        }
+    }
+
     /// Whether the value depends on the depth under the surface.
     pub(crate) fn has_depth(&self) -> bool {
-        matches!(self, Material::Bone { .. } | Material::Brain { .. } | Material::Cerebellum)
+        matches!(
+            self,
+            Material::Bone { .. } | Material::Brain { .. } | Material::Cerebellum | Material::BrainT1 { .. }
+        )
     }
 
     /// The value at `p`, `depth` mm under the tissue's surface.
@@ -68,12 +134,12 @@ impl Material {
         match *self {
             Material::Even { hu, amplitude, size } => hu + amplitude * noise(p / size, 11),
             Material::Muscle { fibres, fat } => {
-                // Squeezing space along the fibres stretches the noise along them.
-                let q = p - fibres * (0.9 * p.dot(fibres));
-                let bundle = noise(q / 3.6, 21);
-                let septa =
-                    if fat > 0.0 { fat * smoothstep(0.28, 0.6, noise(q / 5.0 + 9.0, 22)) } else { 0.0 };
-                62.0 + 20.0 * bundle - septa
+                let [bundle, septa] = muscle(p, fibres, fat);
+                62.0 + 20.0 * bundle - fat * septa
+            }
+            Material::MuscleT1 { fibres, fat } => {
+                let [bundle, septa] = muscle(p, fibres, fat);
+                in_t1(330.0 + 35.0 * bundle + 5.0 * fat * septa)
             }
             Material::Bone { cortex_mm, cortex, spongy } => {
                 let shell = 1.0 - smoothstep(cortex_mm - 0.4, cortex_mm + 0.9, depth);
@@ -81,13 +147,10 @@ impl Material {
                 let compact = cortex + 90.0 * noise(p / 9.0, 32);
                 marrow + (compact - marrow) * shell
             }
-            Material::Brain { seed } => brain(p, depth, seed),
-            Material::Cerebellum => {
-                let q = Vec3::new(p.x * 0.35, p.y - 34.0, p.z + 4.0);
-                let leaf = ((q.length() + 1.5 * noise(p / 9.0, 51)) * 2.0).sin();
-                let groove = smoothstep(0.55, 0.95, leaf) * (1.0 - smoothstep(2.0, 12.0, depth));
-                37.0 + (CSF - 37.0) * groove
-            }
+            Material::Brain { seed } => brain(p, depth, seed, MATTER_HU),
+            Material::BrainT1 { seed: Some(seed) } => brain(p, depth, seed, MATTER_T1),
+            Material::BrainT1 { seed: None } => cerebellum(p, depth, MATTER_T1.grey, MATTER_T1.fluid),
+            Material::Cerebellum => cerebellum(p, depth, 37.0, MATTER_HU.fluid),
             Material::Lung => {
                 let vessel =
                     1.0 - smoothstep(0.03, 0.14, noise2(p / 14.0, 41).abs() + noise2(p / 11.0, 42).abs());
@@ -98,9 +161,25 @@ impl Material {
     }
 }
 
+/// How a place lies in muscle: across bundles of fibres, -1 to 1, and in the fat between them, 0 to 1.
+fn muscle(p: Vec3, fibres: Vec3, fat: f32) -> [f32; 2] {
+    // Squeezing space along the fibres stretches the noise along them.
+    let q = p - fibres * (0.9 * p.dot(fibres));
+    let septa = if fat > 0.0 { smoothstep(0.28, 0.6, noise(q / 5.0 + 9.0, 22)) } else { 0.0 };
+    [noise(q / 3.6, 21), septa]
+}
+
+/// Leaves of a value, with grooves full of fluid between them.
+fn cerebellum(p: Vec3, depth: f32, tissue: f32, fluid: f32) -> f32 {
+    let q = Vec3::new(p.x * 0.35, p.y - 34.0, p.z + 4.0);
+    let leaf = ((q.length() + 1.5 * noise(p / 9.0, 51)) * 2.0).sin();
+    let groove = smoothstep(0.55, 0.95, leaf) * (1.0 - smoothstep(2.0, 12.0, depth));
+    tissue + (fluid - tissue) * groove
+}
+
 /// Sulci lie where two smooth noises vanish: winding sheets that sink from the surface into the brain. They close with
 /// depth, and grey matter lines them.
-fn brain(p: Vec3, depth: f32, seed: u32) -> f32 {
+fn brain(p: Vec3, depth: f32, seed: u32, matter: Matter) -> f32 {
     const DEEPEST_MM: f32 = 17.0;
     // The falx parts the hemispheres.
     let falx = p.x.abs() - 0.9;
@@ -118,8 +197,8 @@ fn brain(p: Vec3, depth: f32, seed: u32) -> f32 {
     let pial = depth.min(to_sulcus).min(falx + 0.6);
     let fluid = 1.0 - smoothstep(-0.4, 0.5, to_sulcus.min(falx));
     let grey = 1.0 - smoothstep(2.3, 3.6, pial);
-    let tissue = WHITE_MATTER + (GREY_MATTER - WHITE_MATTER) * grey;
-    tissue + (CSF - tissue) * fluid
+    let tissue = matter.white + (matter.grey - matter.white) * grey;
+    tissue + (matter.fluid - tissue) * fluid
 }
 
 #[cfg(test)]
@@ -142,7 +221,7 @@ mod tests {
                 Material::Brain { seed: 5 }.hu(p, (i % 17) as f32)
             })
             .collect();
-        for tissue in [CSF, GREY_MATTER, WHITE_MATTER] {
+        for tissue in [MATTER_HU.fluid, MATTER_HU.grey, MATTER_HU.white] {
             let share = values.iter().filter(|v| (*v - tissue).abs() < 3.0).count();
             assert!(share > 100, "{share} of {tissue}");
         }

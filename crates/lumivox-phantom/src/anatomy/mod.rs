@@ -24,9 +24,10 @@ use glam::{DAffine3, DMat3, DVec3, Mat3, Vec3};
 use lumivox_core::{CancelToken, Cancelled, Modality, Progress, Volume, Voxels};
 
 use crate::{
-    INTERCEPT,
+    AIR_HU, INTERCEPT,
     noise::hash64,
     sdf::{Sdf, ellipsoid},
+    stored,
 };
 use material::Material;
 use raster::{Grid, Layer, Model, Scan};
@@ -78,16 +79,75 @@ pub fn anatomy(
     progress: Progress<'_>,
     cancel: &CancelToken,
 ) -> Result<Volume, Cancelled> {
+    let samples = samples(&model(options.seed), options, progress, cancel)?;
+    let (size, place) = (options.size, place(options.size));
+    Ok(Volume::new([size; 3], Voxels::U16(samples), [1.0, INTERCEPT], place, Modality::Ct)
+        .expect("a cube of finite samples"))
+}
+
+/// Which part of the head an MR shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MrPart {
+    /// All of it, down to the shoulders.
+    Head,
+    /// The brain with the fluid around it, as programs that strip the skull leave it.
+    Brain,
+}
+
+/// Grows the anatomical phantom as a T1-weighted MR sees it: fat is bright, white matter brighter than grey, fluid dark;
+/// bone and air have no signal, and blood that flows in has the most. [`AnatomyOptions::noise_hu`] is in its units, in which
+/// white matter has 560.
+///
+/// The same options give the same volume, on any number of threads.
+///
+/// # Errors
+/// [`Cancelled`] when `cancel` was used.
+///
+/// # Panics
+/// When `options.size` is 0.
+pub fn anatomy_mr(
+    options: AnatomyOptions,
+    part: MrPart,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Volume, Cancelled> {
+    let mut model = model(options.seed);
+    if part == MrPart::Brain {
+        model.layers = brain::layers(&Seeds(options.seed));
+    }
+    // A stripped brain has nothing around it, noise neither.
+    let noise_hu = if part == MrPart::Brain { 0.0 } else { options.noise_hu };
+    let mut samples = samples(&model.in_t1(), AnatomyOptions { noise_hu, ..options }, progress, cancel)?;
+    // The magnitude is what is shown: noise in air is on one side of nothing.
+    let nothing = stored(AIR_HU);
+    samples.iter_mut().for_each(|sample| *sample = sample.abs_diff(nothing));
+    let (size, place) = (options.size, place(options.size));
+    Ok(Volume::new([size; 3], Voxels::U16(samples), [1.0, 0.0], place, Modality::Mr)
+        .expect("a cube of finite samples"))
+}
+
+/// Where the voxels of a cube of so many along each side lie.
+fn place(size: usize) -> DAffine3 {
+    let spacing = FIELD_OF_VIEW_MM / size as f64;
+    DAffine3::from_mat3_translation(
+        DMat3::from_diagonal(DVec3::splat(spacing)),
+        LOW_CORNER_MM + spacing / 2.0,
+    )
+}
+
+fn samples(
+    model: &Model,
+    options: AnatomyOptions,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Vec<u16>, Cancelled> {
     assert!(options.size > 0, "a phantom needs voxels");
     let size = options.size;
     let spacing = FIELD_OF_VIEW_MM / size as f64;
     let first = LOW_CORNER_MM + spacing / 2.0;
     let grid = Grid { size, first: first.as_vec3(), spacing: spacing as f32, axes: Mat3::IDENTITY };
     let scan = Scan { seed: options.seed, noise_hu: options.noise_hu, padding: None };
-    let samples = raster::rasterise(&model(options.seed), grid, scan, progress, cancel)?;
-    let place = DAffine3::from_mat3_translation(DMat3::from_diagonal(DVec3::splat(spacing)), first);
-    Ok(Volume::new([size; 3], Voxels::U16(samples), [1.0, INTERCEPT], place, Modality::Ct)
-        .expect("a cube of finite samples"))
+    raster::rasterise(model, grid, scan, progress, cancel)
 }
 
 /// Everything in the field of view. Later layers replace earlier ones.

@@ -67,6 +67,14 @@ pub(crate) struct Model {
     pub warp_seed: u32,
 }
 
+impl Model {
+    /// The same body in a T1-weighted MR ([`Material::in_t1`]).
+    pub(crate) fn in_t1(mut self) -> Self {
+        self.layers.iter_mut().for_each(|layer| layer.material = layer.material.in_t1());
+        self
+    }
+}
+
 /// How the model is measured.
 #[derive(Clone, Copy)]
 pub(crate) struct Scan {

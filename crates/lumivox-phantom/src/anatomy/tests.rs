@@ -139,3 +139,36 @@ fn growing_can_be_cancelled_and_tells_how_far_it_is() {
     cancel.cancel();
     assert_eq!(anatomy(options, Progress::SILENT, &cancel).unwrap_err(), Cancelled);
 }
+
+#[test]
+fn an_mr_shows_the_same_head_in_other_values() {
+    let options = AnatomyOptions { size: 96, noise_hu: 8.0, ..Default::default() };
+    let grow = |part| anatomy_mr(options, part, Progress::SILENT, &CancelToken::new()).unwrap();
+    let model = model(1).in_t1();
+    let signal = |place: Vec3| tissue(&model, place) - AIR_HU;
+    let expect = |name: &str, place: Vec3, range: std::ops::Range<f64>| {
+        let signal = signal(place);
+        assert!(range.contains(&signal), "{name} at {place}: {signal}, not in {range:?}");
+    };
+    expect("air", at(0.0, -160.0, 0.0), -1.0..1.0);
+    expect("fat of the cheek", at(44.0, -50.0, -24.0), 700.0..900.0);
+    expect("ventricle", at(11.0, 6.0, 60.0), 80.0..150.0);
+    expect("vitreous", at(32.0, -76.5, 14.5), 80.0..150.0);
+    expect("chewing muscle", at(56.0, -36.0, -36.0), 250.0..650.0);
+    expect("carotid artery", vessels::LEFT_CAROTID, 950.0..1150.0);
+    let brain: Vec<f64> =
+        around(&model, at(30.0, 10.0, 75.0), 8.0, 1.0).iter().map(|value| value - AIR_HU).collect();
+    let white = brain.iter().filter(|signal| (540.0..580.0).contains(*signal)).count();
+    let grey = brain.iter().filter(|signal| (360.0..400.0).contains(*signal)).count();
+    assert!(white > 100 && grey > 100, "{white} {grey} of {}", brain.len());
+
+    let (head, bare) = (grow(MrPart::Head), grow(MrPart::Brain));
+    assert_eq!(head.modality(), Modality::Mr);
+    assert_eq!(head.patient_from_voxel(), bare.patient_from_voxel());
+    let above =
+        |volume: &Volume| (0..volume.voxel_count()).filter(|&i| volume.voxels().get(i) > 80.0).count();
+    let (all, brain) = (above(&head), above(&bare));
+    assert!(brain > 20_000 && all > 2 * brain, "{all} {brain}");
+    assert_eq!(bare.value([48, 2, 48]), 0.0, "nothing lies around it");
+    assert_eq!(grow(MrPart::Head).voxels(), head.voxels());
+}

@@ -1,0 +1,322 @@
+//! Label maps as files: DICOM SEG, NIfTI, NRRD (3D Slicer's segmentations too), MetaImage and RAW to a [`LabelVolume`],
+//! with the names and colours that the file has, or a table beside it.
+//!
+//! Labels are numbers: they are never interpolated, and read exactly. A [`LabelVolume`] tells 255 apart; numbers beyond
+//! that range are numbered anew, by rising number.
+
+mod colors;
+mod segments;
+mod table;
+mod values;
+
+use std::path::{Path, PathBuf};
+
+use lumivox_core::{CancelToken, Label, LabelVolume, Progress, glam::DAffine3};
+
+use crate::{
+    ImportOptions, ImportReport, SampleType, dicom,
+    error::ImportError,
+    format::Format,
+    metaimage, nifti, nrrd, payload, raw,
+    single::Single,
+    study::{format_of, unused},
+};
+use segments::Segment;
+use table::{Entry, Table};
+use values::{Collected, Collector, MOST_LABELS, NoLabels, Number};
+
+/// Voxels between two looks at the cancel token.
+const CHUNK: usize = 1 << 16;
+
+/// How a label map is read.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct LabelOptions {
+    /// A table of names and colours: ITK-SNAP's label descriptions, FreeSurfer's and 3D Slicer's colour tables, FSLeyes'
+    /// look-up tables, or columns `index`, `name` and `color` with headings. It goes before what the label map itself
+    /// says. By default one of the same name beside the label map is taken (`.label`, `.ctbl`, `.lut`, `.txt`, `.tsv`,
+    /// `.csv`), if there is one and the map has no names of its own.
+    pub table: Option<PathBuf>,
+    /// As for a scan: [`ImportOptions::series`] names one segmentation of a DICOM study, [`ImportOptions::phase`] a part
+    /// of a 4D file.
+    pub import: ImportOptions,
+}
+
+/// Labels and what became of their file.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct ImportedLabels {
+    /// The labels.
+    pub labels: LabelVolume,
+    /// How they were read.
+    pub report: ImportReport,
+}
+
+/// Loads a label map: one file of any format, or a folder or archive with a DICOM segmentation.
+///
+/// Labels keep their numbers where these are 1 to 255, and are numbered anew by rising number where not; a label
+/// without a name is then called by the number it had (`label 1024`). 0 and what is no number have no label. Of voxels
+/// that several segments claim, the later segment has them, and the report says how many. Fractions of a single
+/// segment count from a half.
+///
+/// # Errors
+/// [`ImportError`] names the file, what is wrong and what to do: also where values have fractions, or where there are
+/// more than 255, as in a scan.
+pub fn load_labels(
+    path: &Path,
+    options: &LabelOptions,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<ImportedLabels, ImportError> {
+    let given = options.table.as_deref().map(table::read).transpose()?;
+    let import = &options.import;
+    let format = if path.is_dir() { Format::Dicom } else { format_of(path, import)? };
+    let (single, segments) = match (format, &import.raw) {
+        (Format::Dicom | Format::Zip, _) => {
+            return of_dicom(path, import, &given.unwrap_or_default(), progress, cancel);
+        }
+        (Format::Nifti, _) => (nifti::open(path)?, Vec::new()),
+        (Format::Nrrd, _) => {
+            (nrrd::open(path, import.allow_outside_data)?, segments::read(path, import.allow_outside_data)?)
+        }
+        (Format::MetaImage, _) => (metaimage::open(path, import.allow_outside_data)?, Vec::new()),
+        (Format::Raw, Some(description)) => (raw::open_as(path, description)?, Vec::new()),
+        (Format::Raw, None) => (raw::open(path)?, Vec::new()),
+    };
+    let mut notes = Vec::new();
+    let table = match given {
+        Some(table) => table,
+        None if segments.is_empty() => table_beside(path, &mut notes),
+        None => Table::new(),
+    };
+    of_single(&single, import, &segments, &table, notes, progress, cancel)
+}
+
+/// The table beside a label map, if it is one; says so.
+fn table_beside(path: &Path, notes: &mut Vec<String>) -> Table {
+    let Some(beside) = table::beside(path) else { return Table::new() };
+    // Names of files stay out of reports; its ending says which it is.
+    let ending = beside.extension().unwrap_or_default().to_string_lossy().into_owned();
+    match table::read(&beside) {
+        Ok(table) => {
+            notes.push(format!("names are those of the table beside it (.{ending})"));
+            table
+        }
+        Err(_) => {
+            notes.push(format!("the file of the same name beside it (.{ending}) is no table of labels"));
+            Table::new()
+        }
+    }
+}
+
+/// Labels of a file that holds one grid, or one with several layers.
+fn of_single(
+    single: &Single,
+    import: &ImportOptions,
+    segments: &[Segment],
+    table: &Table,
+    told: Vec<String>,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<ImportedLabels, ImportError> {
+    let (path, payload) = (&single.path, &single.payload);
+    let voxels = single.dims.iter().product::<usize>();
+    // The layers of a segmentation are read together; of anything else, one phase is.
+    let all_layers = !segments.is_empty() && import.phase.is_none();
+    let layers = if all_layers || payload.interleaved { single.phases } else { 1 };
+    let phase = import.phase.unwrap_or(1);
+    if !(1..=single.phases).contains(&phase) {
+        return Err(ImportError::NoSuchPhase { path: path.clone(), wanted: phase, phases: single.phases });
+    }
+    let first = if layers == single.phases { 0 } else { (phase - 1) * voxels };
+    let sample = (payload.sample, payload.big_endian);
+    let mut collector = Collector::new(sample, single.rescale, voxels, (layers, payload.interleaved))
+        .map_err(|_| payload::too_many_voxels(path, single.dims))?;
+    if !all_layers && payload.interleaved {
+        collector.take_only(phase - 1);
+    }
+    let part = first..first + layers * voxels;
+    payload.read_samples(path, single.dims, single.phases, part, progress, cancel, |bytes| {
+        collector.push(bytes).map_err(|fault| no_labels(path, fault))
+    })?;
+    let collected = collector.finish();
+
+    let mut report = single.report();
+    report.notes.extend(unused(import, &report.format));
+    report.notes.extend(told);
+    if single.phases > 1 && all_layers {
+        report.notes.push(format!("segments in {} layers", single.phases));
+    } else if single.phases > 1 {
+        report.notes.push(format!("phase {phase} of {} is taken", single.phases));
+    }
+    if collected.overlaps > 0 {
+        let n = collected.overlaps;
+        report.notes.push(format!("{n} voxels belong to several segments; the later one is kept"));
+    }
+    if collected.not_finite {
+        report.notes.push("voxels whose value is no number have no label".to_owned());
+    }
+    if collected.is_scattered {
+        let n = collected.numbers.len();
+        report.notes.push(format!(
+            "{n} labels, and hardly a voxel has that of its neighbour: this looks like a scan, not like a label map"
+        ));
+    }
+    // The layer of a phase that was asked for is not the first of those read.
+    let offset = if layers == 1 { phase - 1 } else { 0 };
+    let own = |number: Number| {
+        let is_it = |(_, segment): &(usize, &Segment)| {
+            (segment.layer, segment.value) == (number.layer + offset, number.value)
+        };
+        segments.iter().enumerate().find(is_it)
+    };
+    let entry = |number: Number| {
+        let own = own(number).map(|(_, segment)| segment);
+        let (own_name, own_color) = own.map_or((None, None), |own| (Some(own.name.clone()), own.color));
+        let listed = table.get(&number.value);
+        Entry {
+            name: listed.map(|entry| entry.name.clone()).or(own_name).unwrap_or_default(),
+            color: listed.and_then(|entry| entry.color).or(own_color),
+        }
+    };
+    // Segments of several layers may have the same number: their order tells them apart.
+    let order = |number: Number| match own(number) {
+        _ if layers == 1 => (0, number),
+        Some((place, _)) => (place, number),
+        None => (usize::MAX, number),
+    };
+    let with_voxels = segments.iter().filter(|segment| {
+        let number = Number { layer: segment.layer.wrapping_sub(offset), value: segment.value };
+        collected.numbers.contains(&number)
+    });
+    let empty = segments.len() - with_voxels.count();
+    if empty > 0 && (all_layers || single.phases == 1) {
+        report.notes.push(format!("{empty} of {} segments have no voxel", segments.len()));
+    }
+    let (voxels, labels) = numbered(collected, order, entry, &mut report.notes);
+    finish(path, single.dims, voxels, single.patient_from_voxel, labels, report)
+}
+
+/// Labels of a DICOM segmentation.
+fn of_dicom(
+    path: &Path,
+    import: &ImportOptions,
+    table: &Table,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<ImportedLabels, ImportError> {
+    let mut study = dicom::Study::open(&[path.to_owned()], progress, cancel)?;
+    let (imported, segmentation) = study.load_segmentation(import, progress, cancel)?;
+    let (volume, mut report) = (imported.volume, imported.report);
+    let dims = volume.dims();
+    let only = segmentation.segments.first().map_or(1, |segment| segment.number);
+    let count = volume.voxel_count();
+    let mut collector = Collector::new((SampleType::U16, false), [1.0, 0.0], count, (1, false))
+        .map_err(|_| payload::too_many_voxels(path, dims))?;
+    let fraction = segmentation.is_one_fraction();
+    // Segments are counted with 16 bits.
+    let number = |at: usize| match volume.voxels().get(at) {
+        stored if !fraction => stored as u16,
+        stored if stored * volume.slope() + volume.intercept() >= 0.5 => only as u16,
+        _ => 0,
+    };
+    let mut bytes = Vec::new();
+    for start in (0..count).step_by(CHUNK) {
+        cancel.check()?;
+        bytes.clear();
+        bytes.extend((start..count.min(start + CHUNK)).flat_map(|at| number(at).to_le_bytes()));
+        collector.push(&bytes).map_err(|fault| no_labels(path, fault))?;
+    }
+    if fraction {
+        report.notes.push("voxels that the segment fills at least half belong to it".to_owned());
+    }
+    let entry = |number: Number| {
+        let own = segmentation.segments.iter().find(|own| i128::from(own.number) == number.value);
+        let listed = table.get(&number.value);
+        let own_name = own.map(|own| table::clean(&own.name));
+        Entry {
+            name: listed.map(|entry| entry.name.clone()).or(own_name).unwrap_or_default(),
+            color: listed
+                .and_then(|entry| entry.color)
+                .or(own.and_then(|own| own.cielab).map(colors::from_dicom_lab)),
+        }
+    };
+    let place = volume.patient_from_voxel();
+    let (voxels, labels) = numbered(collector.finish(), |number| (0, number), entry, &mut report.notes);
+    finish(path, dims, voxels, place, labels, report)
+}
+
+/// Gives each label its final number: its own where all fit, else by their order; says so.
+fn numbered(
+    collected: Collected,
+    order: impl Fn(Number) -> (usize, Number),
+    entry: impl Fn(Number) -> Entry,
+    notes: &mut Vec<String>,
+) -> (Vec<u8>, Vec<Label>) {
+    let Collected { mut voxels, numbers, .. } = collected;
+    let mut sorted = numbers.clone();
+    sorted.sort_by_key(|number| order(*number));
+    let fits = |number: &Number| (1..=MOST_LABELS as i128).contains(&number.value);
+    let one_layer = numbers.windows(2).all(|pair| pair[0].layer == pair[1].layer);
+    let keeps = one_layer && numbers.iter().all(fits);
+    let value = |place: usize, number: Number| if keeps { number.value as u8 } else { place as u8 + 1 };
+    if let (false, [first, .., last]) = (keeps, &sorted[..]) {
+        let n = sorted.len();
+        notes.push(if one_layer {
+            format!("labels {} to {} are numbered 1 to {n}, by rising number", first.value, last.value)
+        } else {
+            format!("segments are numbered 1 to {n}, in their order")
+        });
+    } else if let (false, [only]) = (keeps, &sorted[..]) {
+        notes.push(format!("label {} is numbered 1", only.value));
+    }
+    let label = |(place, &number): (usize, &Number)| {
+        let Entry { name, color } = entry(number);
+        let value = value(place, number);
+        let name = if name.is_empty() { format!("label {}", number.value) } else { name };
+        Label { value, name, color: color.unwrap_or_else(|| colors::default_color(value)) }
+    };
+    let labels: Vec<Label> = sorted.iter().enumerate().map(label).collect();
+    let mut finals = [0u8; 256];
+    for (place, number) in numbers.iter().enumerate() {
+        let at = sorted.iter().position(|sorted| sorted == number).expect("it was sorted");
+        finals[place + 1] = value(at, *number);
+    }
+    voxels.iter_mut().for_each(|voxel| *voxel = finals[usize::from(*voxel)]);
+    (voxels, labels)
+}
+
+fn finish(
+    path: &Path,
+    dims: [usize; 3],
+    voxels: Vec<u8>,
+    patient_from_voxel: DAffine3,
+    labels: Vec<Label>,
+    mut report: ImportReport,
+) -> Result<ImportedLabels, ImportError> {
+    if labels.is_empty() {
+        report.notes.push("no voxel has a label".to_owned());
+    }
+    let bytes = voxels.len() as u64;
+    let labels = LabelVolume::new(dims, voxels, patient_from_voxel, labels).map_err(|fault| {
+        ImportError::Unsupported {
+            path: path.to_owned(),
+            what: format!("labels that do not fit together: {fault}"),
+            remedy: "Correct the header, or export the label map again".to_owned(),
+        }
+    })?;
+    if let Some(series) = report.series.get_mut(report.chosen) {
+        series.bytes = bytes;
+    }
+    Ok(ImportedLabels { labels, report })
+}
+
+/// Why numbers are no labels, about a file.
+fn no_labels(path: &Path, fault: NoLabels) -> ImportError {
+    let what = match fault {
+        NoLabels::Fraction(value) => format!("no label map: it holds {value}, and labels are whole numbers"),
+        NoLabels::TooMany => format!("no label map: it holds more than {MOST_LABELS} different values"),
+    };
+    let remedy = "Open it as a scan, or export labels as whole numbers, at most 255 different ones beside 0";
+    ImportError::Unsupported { path: path.to_owned(), what, remedy: remedy.to_owned() }
+}
