@@ -36,6 +36,7 @@ mod progress;
 mod refine;
 mod report;
 mod shape;
+mod skin_depth;
 mod smooth;
 mod table;
 mod thickness;
@@ -48,6 +49,7 @@ pub use distance::{DEPTH_STEP_MM, DepthField};
 pub use organ::{has_organ, organ_alone};
 pub use peel::{peel, peel_skin, skin_is_dense};
 pub use report::{Finding, LEAST_CONFIDENCE, SegmentationReport};
+pub use skin_depth::skin_depth;
 
 use progress::Steps;
 

@@ -8,15 +8,22 @@ use lumivox_renderer::{DeviceLimits, Features, ViewKind};
 use crate::executor::workshop;
 
 /// What scenes may hold, by the names that scripts use.
-const NAMES: [(&str, Features); 5] = {
-    const NONE: Features =
-        Features { environment: false, surface: false, filters: false, lights: false, many_volumes: false };
+const NAMES: [(&str, Features); 6] = {
+    const NONE: Features = Features {
+        environment: false,
+        surface: false,
+        filters: false,
+        lights: false,
+        many_volumes: false,
+        classes: false,
+    };
     [
         ("environment", Features { environment: true, ..NONE }),
         ("surface", Features { surface: true, ..NONE }),
         ("filters", Features { filters: true, ..NONE }),
         ("lights", Features { lights: true, ..NONE }),
         ("many_volumes", Features { many_volumes: true, ..NONE }),
+        ("classes", Features { classes: true, ..NONE }),
     ]
 };
 
@@ -27,10 +34,10 @@ fn asked_for() -> MutexGuard<'static, Option<Vec<Kernel>>> {
     KERNELS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The features of these names, all where there is no name; or the name that stands for none.
+/// The features of these names, all but classes where there is no name; or the name that stands for none.
 pub fn features(names: &[String]) -> Result<Features, String> {
     if names.is_empty() {
-        return Ok(Features::ALL);
+        return Ok(Features { classes: false, ..Features::ALL });
     }
     names.iter().try_fold(Features::default(), |all, name| {
         let known = NAMES.iter().find(|(known, _)| known == name);

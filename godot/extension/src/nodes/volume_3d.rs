@@ -7,14 +7,21 @@ use godot::init::is_main_thread;
 use godot::prelude::*;
 use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
 use lumivox_core::medium::MAX_DENSITY_SCALE;
-use lumivox_core::{ExtinctionSpace, Filter, Medium, Preset, SurfaceReflection, VolumeInstance, placement};
+use lumivox_core::glam::DAffine3;
+use lumivox_core::{
+    ClipShape, ExtinctionSpace, Filter, Medium, Peel, Preset, SurfaceReflection, VolumeInstance, placement,
+};
 
+use super::LumivoxClip3D;
 use crate::convert;
-use crate::resources::{LumivoxTransferFunction, LumivoxVolume, OptionalVolume, takes};
+use crate::resources::{LumivoxLabels, LumivoxTransferFunction, LumivoxVolume, OptionalVolume, takes};
 use crate::{server, shared};
 
 /// Largest [member LumivoxVolume3D.surface_gradient]: that of a medium.
 const MAX_GRADIENT: f64 = 1e12;
+
+/// Largest [member LumivoxVolume3D.peel_mm]: what depths are told apart to.
+const MOST_PEELED_MM: f64 = 60.0;
 
 /// Metadata of a file that is a part of a scan: the file that the scan was imported with.
 const SERIES_META: &str = "lumivox_series";
@@ -106,6 +113,16 @@ pub struct LumivoxVolume3D {
     #[var(set)]
     #[init(val = 0.04)]
     surface_specular: f64,
+    /// What the scan's parts are, and how each looks. See [LumivoxLabels].
+    #[export_group(name = "Parts")]
+    #[export]
+    #[var(get, set)]
+    labels: Option<Gd<LumivoxLabels>>,
+    /// Millimetres below the skin that are taken off, up to 60. The skin of a CT or MR is found on another thread, which
+    /// takes a few seconds the first time; where none is found for sure, nothing is taken off. May be animated.
+    #[export(range = (0.0, 60.0, 0.1, suffix = "mm"))]
+    #[var(set)]
+    peel_mm: f64,
     /// The corner of what is kept of the scan with the smallest coordinates, as fractions of its box, 0 to 1: x to the
     /// right, y up, z towards the viewer. Where it lies beyond [member clip_max], what is between them is kept.
     #[export_group(name = "Clip", prefix = "clip_")]
@@ -264,6 +281,23 @@ impl LumivoxVolume3D {
     }
 
     #[func]
+    fn get_labels(&self) -> Option<Gd<LumivoxLabels>> {
+        self.labels.clone()
+    }
+
+    #[func]
+    fn set_labels(&mut self, labels: Option<Gd<LumivoxLabels>>) {
+        self.watch(self.labels.clone().map(Gd::upcast), labels.clone().map(Gd::upcast));
+        self.labels = labels;
+        self.changed();
+    }
+
+    #[func]
+    fn set_peel_mm(&mut self, value: f64) {
+        put!(self.peel_mm = value in [0.0, MOST_PEELED_MM]);
+    }
+
+    #[func]
     fn get_clip_min(&self) -> Vector3 {
         self.clip_min
     }
@@ -406,13 +440,35 @@ impl LumivoxVolume3D {
         };
         let (low, high) = (convert::dvec(self.clip_min), convert::dvec(self.clip_max));
         let world_from_node = convert::affine(self.to_gd().get_global_transform_interpolated());
+        let world_from_patient = world_from_node * placement::node_from_patient(&volume);
         Some(VolumeInstance {
-            world_from_patient: world_from_node * placement::node_from_patient(&volume),
+            world_from_patient,
             clip_box: placement::clip_box(&volume, low, high),
             medium: self.medium(&suited),
             layers: self.base().get_layer_mask(),
+            labels: self.labels.as_ref().and_then(|labels| labels.bind().labelling()),
+            peel: self.peel(),
+            clip_shapes: self.clip_shapes(world_from_patient),
             volume,
         })
+    }
+
+    /// What is taken off, once the skin was found.
+    fn peel(&self) -> Option<Peel> {
+        if self.peel_mm == 0.0 {
+            return None;
+        }
+        let (depth, is_coming) = self.volume.as_ref()?.bind().depth();
+        if is_coming {
+            self.request_redraw();
+        }
+        Some(Peel { depth: depth?, mm: self.peel_mm })
+    }
+
+    fn clip_shapes(&self, world_from_patient: DAffine3) -> Vec<ClipShape> {
+        let children = self.base().get_children();
+        let clips = children.iter_shared().filter_map(|child| child.try_cast::<LumivoxClip3D>().ok());
+        clips.filter_map(|clip| clip.bind().shape(world_from_patient)).collect()
     }
 
     fn medium(&self, suited: &Medium) -> Medium {
@@ -422,6 +478,7 @@ impl LumivoxVolume3D {
         };
         Medium {
             transfer_function,
+            gradients: vec![],
             density_scale: self.density,
             albedo: self.albedo,
             anisotropy: self.anisotropy,

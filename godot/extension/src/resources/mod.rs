@@ -1,12 +1,14 @@
-//! What is saved: scans and transfer functions.
+//! What is saved: scans, their labels, and transfer functions.
 
 mod arguments;
+mod labels;
 mod numbers;
 mod stored;
 mod transfer_function;
 mod volume;
 
 pub use arguments::{OptionalVolume, Options};
+pub use labels::LumivoxLabels;
 pub use numbers::takes;
 pub use transfer_function::LumivoxTransferFunction;
 pub use volume::{LumivoxVolume, report_dictionary};

@@ -36,6 +36,8 @@ pub struct LumivoxVolume {
     report: VarDictionary,
     histogram: OnceLock<Histogram>,
     default_medium: OnceLock<Medium>,
+    /// Its depths below the skin, once they were asked for and computed; none where no skin was found.
+    depth: OnceLock<Arc<OnceLock<Option<Arc<Volume>>>>>,
     base: Base<Resource>,
 }
 
@@ -270,12 +272,31 @@ impl LumivoxVolume {
         Some(self.default_medium.get_or_init(|| Preset::default_for(volume).medium(volume)))
     }
 
+    /// The scan's depths below the skin, which another thread computes from the first time that they are asked for; and
+    /// whether that is still at it.
+    pub fn depth(&self) -> (Option<Arc<Volume>>, bool) {
+        let Some(volume) = &self.volume else { return (None, false) };
+        let depth = self.depth.get_or_init(|| {
+            let (depth, volume) = (Arc::new(OnceLock::new()), volume.clone());
+            let computed = depth.clone();
+            rayon::spawn(move || {
+                let _ = computed.set(depth_of(&volume));
+            });
+            depth
+        });
+        match depth.get() {
+            Some(computed) => (computed.clone(), false),
+            None => (None, true),
+        }
+    }
+
     fn set_volume(&mut self, volume: Option<Arc<Volume>>, report: VarDictionary) {
         volume.iter().for_each(prepare);
         self.volume = volume;
         self.report = report;
         self.histogram = OnceLock::new();
         self.default_medium = OnceLock::new();
+        self.depth = OnceLock::new();
         self.base_mut().emit_changed();
     }
 }
@@ -284,6 +305,17 @@ impl LumivoxVolume {
 fn prepare(volume: &Arc<Volume>) {
     let volume = volume.clone();
     rayon::spawn(move || lumivox_renderer::prepare_volume(&volume));
+}
+
+/// Depths below the skin, where there is one.
+fn depth_of(volume: &Volume) -> Option<Arc<Volume>> {
+    let cancel = CancelToken::new();
+    let found = lumivox_segmentation::segment(volume, Progress::SILENT, &cancel).ok()?;
+    if !found.report.is_sure() {
+        return None;
+    }
+    let depth = lumivox_segmentation::skin_depth(volume, &found.labels, Progress::SILENT, &cancel).ok()?;
+    Some(Arc::new(depth))
 }
 
 /// An import's report for scripts.

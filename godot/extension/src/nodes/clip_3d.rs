@@ -1,0 +1,111 @@
+//! The node that cuts volumes open.
+
+use godot::classes::notify::Node3DNotification;
+use godot::classes::{INode3D, Node3D};
+use godot::prelude::*;
+use lumivox_core::glam::DAffine3;
+use lumivox_core::{ClipKind, ClipShape};
+
+use super::LumivoxVolume3D;
+use crate::convert;
+
+/// Cuts its parent, a [LumivoxVolume3D], open: of the scan, what the shape keeps is seen. Any number may be children of a
+/// volume, moved and turned at will; what each of them keeps is seen.
+///
+/// The cut shows tissue as it is inside, shaded as a surface. Labels of [member LumivoxVolume3D.labels] can be spared.
+#[derive(GodotClass)]
+#[class(tool, init, base = Node3D)]
+pub struct LumivoxClip3D {
+    /// What is kept: [constant SHAPE_PLANE], [constant SHAPE_BOX] or [constant SHAPE_SPHERE].
+    #[export(enum = (Plane, Box, Sphere))]
+    #[var(set)]
+    shape: i64,
+    /// Whether what the shape would keep is cut away, and the rest kept.
+    #[export]
+    #[var(set)]
+    inverted: bool,
+    base: Base<Node3D>,
+}
+
+#[godot_api]
+impl LumivoxClip3D {
+    /// [member shape] that keeps what lies on the side of the node's +y axis, whatever its scale.
+    #[constant]
+    pub const SHAPE_PLANE: i64 = 0;
+    /// [member shape] that keeps what lies within a cube of one metre about the node's origin; its scale makes it a box.
+    #[constant]
+    pub const SHAPE_BOX: i64 = 1;
+    /// [member shape] that keeps what lies within half a metre of the node's origin; its scale makes it an ellipsoid.
+    #[constant]
+    pub const SHAPE_SPHERE: i64 = 2;
+
+    #[func]
+    fn set_shape(&mut self, shape: i64) {
+        self.shape = shape.clamp(Self::SHAPE_PLANE, Self::SHAPE_SPHERE);
+        self.changed();
+    }
+
+    #[func]
+    fn set_inverted(&mut self, inverted: bool) {
+        self.inverted = inverted;
+        self.changed();
+    }
+}
+
+#[godot_api]
+impl INode3D for LumivoxClip3D {
+    fn on_notification(&mut self, what: Node3DNotification) {
+        match what {
+            Node3DNotification::ENTER_TREE => {
+                self.base_mut().set_notify_transform(true);
+                self.changed();
+            }
+            Node3DNotification::EXIT_TREE
+            | Node3DNotification::TRANSFORM_CHANGED
+            | Node3DNotification::VISIBILITY_CHANGED => self.changed(),
+            _ => {}
+        }
+    }
+
+    fn get_configuration_warnings(&self) -> PackedStringArray {
+        let is_child = self.parent_volume().is_some();
+        let warning = "It cuts nothing: its parent must be a LumivoxVolume3D.";
+        (!is_child).then(|| GString::from(warning)).into_iter().collect()
+    }
+}
+
+impl LumivoxClip3D {
+    /// The shape for a volume whose millimetres are those of the patient; `None` while the node is hidden.
+    pub fn shape(&self, world_from_patient: DAffine3) -> Option<ClipShape> {
+        if !self.base().is_visible() {
+            return None;
+        }
+        let world_from_node = convert::affine(self.to_gd().get_global_transform_interpolated());
+        let patient_from_node = world_from_patient.inverse() * world_from_node;
+        let (kind, node_from_shape) = match self.shape {
+            // Its z is the node's y.
+            Self::SHAPE_PLANE => {
+                (ClipKind::Plane, DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2))
+            }
+            Self::SHAPE_BOX => (ClipKind::Box, half_metre()),
+            _ => (ClipKind::Sphere, half_metre()),
+        };
+        let patient_from_shape = patient_from_node * node_from_shape;
+        Some(ClipShape { kind, patient_from_shape, inverted: self.inverted })
+    }
+
+    fn parent_volume(&self) -> Option<Gd<LumivoxVolume3D>> {
+        self.base().get_parent()?.try_cast().ok()
+    }
+
+    fn changed(&self) {
+        if let Some(volume) = self.parent_volume() {
+            // Not now: the volume may be the one that is moving.
+            volume.clone().call_deferred("_contents_changed", &[]);
+        }
+    }
+}
+
+fn half_metre() -> DAffine3 {
+    DAffine3::from_scale(lumivox_core::glam::DVec3::splat(0.5))
+}

@@ -1,0 +1,263 @@
+//! Labels of a scan as a Godot resource.
+
+use std::sync::Arc;
+
+use godot::classes::{IResource, Resource};
+use godot::prelude::*;
+use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
+use lumivox_core::{CancelToken, LabelStyle, LabelVolume, Labelling, Progress, Volume};
+use lumivox_import::{LabelOptions, load_labels};
+
+use super::{LumivoxTransferFunction, LumivoxVolume, stored};
+use crate::convert;
+
+/// Group of the inspector, and beginning of the names of its properties.
+const GROUP: &str = "labels/";
+
+/// What the parts of a scan are, and how each looks: for [member LumivoxVolume3D.labels].
+///
+/// Load a segmentation (DICOM SEG, NIfTI, NRRD, MetaImage) with [method load_file], or have the parts of a CT found with
+/// [method found_in]. Each label has properties of its own, which the inspector shows and scripts set as
+/// [code]labels.set("labels/liver/opacity", 0.3)[/code]: [code]visible[/code], [code]opacity[/code] (a factor, 0 to 1),
+/// [code]density[/code] (in place of the volume's; -1 is that), [code]painted[/code] and [code]color[/code] (whether
+/// [code]color[/code] takes the place of the transfer function's), [code]transfer_function[/code] (of its own) and
+/// [code]clipped[/code] (whether a [LumivoxClip3D] cuts it). What has no label is called [code]unlabelled[/code].
+///
+/// Labels may have another resolution than the scan; borders between them are smooth. Save them as a binary resource
+/// ([code].res[/code]).
+#[derive(GodotClass)]
+#[class(tool, init, base = Resource)]
+pub struct LumivoxLabels {
+    #[var(rename = _stored, get = _get_stored, set = _set_stored, usage_flags = [STORAGE])]
+    stored: PhantomVar<VarDictionary>,
+    labels: Option<Arc<LabelVolume>>,
+    looks: Vec<Look>,
+    base: Base<Resource>,
+}
+
+/// How a label looks, as the inspector shows it.
+struct Look {
+    value: u8,
+    name: String,
+    visible: bool,
+    opacity: f64,
+    density: f64,
+    painted: bool,
+    color: Color,
+    transfer_function: Option<Gd<LumivoxTransferFunction>>,
+    clipped: bool,
+}
+
+impl Look {
+    fn new(value: u8, name: &str, color: [f64; 3]) -> Self {
+        Self {
+            value,
+            // Slashes would part the inspector's tree.
+            name: name.replace('/', "-"),
+            visible: true,
+            opacity: 1.0,
+            density: -1.0,
+            painted: false,
+            color: convert::color_from_linear(color),
+            transfer_function: None,
+            clipped: true,
+        }
+    }
+
+    fn style(&self) -> LabelStyle {
+        LabelStyle {
+            visible: self.visible,
+            color: self.painted.then(|| convert::linear_from_color(self.color)),
+            transfer_function: self.transfer_function.as_ref().map(|function| function.bind().curve()),
+            density_scale: (self.density >= 0.0).then_some(self.density),
+            opacity: self.opacity,
+            surface: None,
+            clipped: self.clipped,
+        }
+    }
+
+    fn get(&self, field: &str) -> Option<Variant> {
+        Some(match field {
+            "visible" => self.visible.to_variant(),
+            "opacity" => self.opacity.to_variant(),
+            "density" => self.density.to_variant(),
+            "painted" => self.painted.to_variant(),
+            "color" => self.color.to_variant(),
+            "transfer_function" => self.transfer_function.to_variant(),
+            "clipped" => self.clipped.to_variant(),
+            _ => return None,
+        })
+    }
+
+    /// Whether there is such a field, and the value is one for it.
+    fn set(&mut self, field: &str, value: &Variant) -> bool {
+        let number = || value.try_to::<f64>().ok().filter(|x| x.is_finite());
+        match field {
+            "visible" => value.try_to().map(|is| self.visible = is).is_ok(),
+            "painted" => value.try_to().map(|is| self.painted = is).is_ok(),
+            "clipped" => value.try_to().map(|is| self.clipped = is).is_ok(),
+            "color" => value.try_to().map(|color| self.color = color).is_ok(),
+            "transfer_function" => value.try_to().map(|function| self.transfer_function = function).is_ok(),
+            "opacity" => number().map(|x| self.opacity = x.clamp(0.0, 1.0)).is_some(),
+            "density" => number().map(|x| self.density = x.clamp(-1.0, 1000.0)).is_some(),
+            _ => false,
+        }
+    }
+}
+
+const FIELDS: [&str; 7] =
+    ["visible", "opacity", "density", "painted", "color", "transfer_function", "clipped"];
+
+#[godot_api]
+impl LumivoxLabels {
+    /// Loads a segmentation and waits for it: a DICOM SEG file or a folder with one, a NIfTI, NRRD or MetaImage file of
+    /// labels. Returns [code]null[/code] and says why in the output if it cannot be loaded.
+    #[func]
+    pub fn load_file(path: GString) -> Option<Gd<Self>> {
+        let file = convert::system_path(&path);
+        match load_labels(&file, &LabelOptions::default(), Progress::SILENT, &CancelToken::new()) {
+            Ok(loaded) => Some(Self::of(loaded.labels)),
+            Err(error) => {
+                godot_error!("{error}");
+                None
+            }
+        }
+    }
+
+    /// What is found in a scan by itself: of a CT the body, lungs, airways and gas, table and clothes; of an MR the body.
+    /// Takes seconds for a large scan: call it on another thread. [code]null[/code] for a volume without a scan.
+    #[func]
+    pub fn found_in(volume: Gd<LumivoxVolume>) -> Option<Gd<Self>> {
+        let scan = volume.bind().volume()?.clone();
+        let found = lumivox_segmentation::segment(&scan, Progress::SILENT, &CancelToken::new()).ok()?;
+        Some(Self::of(found.labels))
+    }
+
+    /// The names of the labels; of what has none, [code]unlabelled[/code].
+    #[func]
+    pub fn get_names(&self) -> PackedStringArray {
+        self.looks.iter().map(|look| GString::from(&look.name)).collect()
+    }
+
+    #[func]
+    fn _get_stored(&self) -> VarDictionary {
+        let Some(labels) = &self.labels else { return VarDictionary::new() };
+        let mut names = PackedStringArray::new();
+        let mut colors = PackedColorArray::new();
+        let mut values = PackedByteArray::new();
+        for label in labels.labels() {
+            values.push(label.value);
+            names.push(&GString::from(&label.name));
+            colors.push(convert::color_from_linear(label.color));
+        }
+        let mut stored = stored::to_dictionary(labels.volume(), &VarDictionary::new());
+        stored.set("label_values", &values);
+        stored.set("label_names", &names);
+        stored.set("label_colors", &colors);
+        stored
+    }
+
+    #[func]
+    fn _set_stored(&mut self, stored: VarDictionary) {
+        if stored.is_empty() {
+            return;
+        }
+        match from_dictionary(&stored) {
+            Ok(labels) => self.put(labels),
+            Err(why) => {
+                let path = self.base().get_path();
+                godot_error!("The labels {path} cannot be used: {why}. Load the segmentation again.");
+            }
+        }
+    }
+}
+
+#[godot_api]
+impl IResource for LumivoxLabels {
+    fn on_get_property_list(&mut self) -> Vec<PropertyInfo> {
+        let of = |look: &Look| {
+            FIELDS.map(|field| {
+                let name = format!("{GROUP}{}/{field}", look.name);
+                match field {
+                    "opacity" => PropertyInfo::new_export::<f64>(&name)
+                        .with_hint_info(hint(PropertyHint::RANGE, "0,1,0.001")),
+                    "density" => PropertyInfo::new_export::<f64>(&name)
+                        .with_hint_info(hint(PropertyHint::RANGE, "-1,100,0.001,or_greater")),
+                    "color" => PropertyInfo::new_export::<Color>(&name)
+                        .with_hint_info(hint(PropertyHint::COLOR_NO_ALPHA, "")),
+                    "transfer_function" => {
+                        PropertyInfo::new_export::<Option<Gd<LumivoxTransferFunction>>>(&name)
+                    }
+                    _ => PropertyInfo::new_export::<bool>(&name),
+                }
+            })
+        };
+        self.looks.iter().flat_map(of).collect()
+    }
+
+    fn on_get(&self, property: StringName) -> Option<Variant> {
+        let property = property.to_string();
+        let (name, field) = property.strip_prefix(GROUP)?.rsplit_once('/')?;
+        self.looks.iter().find(|look| look.name == name)?.get(field)
+    }
+
+    fn on_set(&mut self, property: StringName, value: Variant) -> bool {
+        let property = property.to_string();
+        let Some((name, field)) = property.strip_prefix(GROUP).and_then(|rest| rest.rsplit_once('/')) else {
+            return false;
+        };
+        let Some(look) = self.looks.iter_mut().find(|look| look.name == name) else { return false };
+        let is_set = look.set(field, &value);
+        if is_set {
+            self.base_mut().emit_changed();
+        }
+        is_set
+    }
+}
+
+impl LumivoxLabels {
+    /// A resource that holds labels.
+    pub fn of(labels: LabelVolume) -> Gd<Self> {
+        let mut resource = Self::new_gd();
+        resource.bind_mut().put(labels);
+        resource
+    }
+
+    fn put(&mut self, labels: LabelVolume) {
+        let named = labels.labels().iter().map(|label| Look::new(label.value, &label.name, label.color));
+        self.looks = named.chain([Look::new(lumivox_core::UNLABELLED, "unlabelled", [1.0; 3])]).collect();
+        self.labels = Some(Arc::new(labels));
+        self.base_mut().notify_property_list_changed();
+        self.base_mut().emit_changed();
+    }
+
+    /// The labels and their looks; `None` without any.
+    pub fn labelling(&self) -> Option<Labelling> {
+        let labels = self.labels.clone()?;
+        let styles = self.looks.iter().map(|look| (look.value, look.style()));
+        let styles = styles.filter(|(_, style)| *style != LabelStyle::default()).collect();
+        Some(Labelling { labels, styles })
+    }
+}
+
+fn hint(hint: PropertyHint, text: &str) -> PropertyHintInfo {
+    PropertyHintInfo { hint, hint_string: GString::from(text) }
+}
+
+fn from_dictionary(stored: &VarDictionary) -> Result<LabelVolume, String> {
+    let (volume, _): (Volume, _) = stored::from_dictionary(stored)?;
+    let entry = |key: &str| stored.get(key).ok_or_else(|| format!("it lacks '{key}'"));
+    let wrong = |_| "its names and colours are of another kind".to_owned();
+    let values: PackedByteArray = entry("label_values")?.try_to().map_err(wrong)?;
+    let names: PackedStringArray = entry("label_names")?.try_to().map_err(wrong)?;
+    let colors: PackedColorArray = entry("label_colors")?.try_to().map_err(wrong)?;
+    let all = values.as_slice().iter().zip(names.as_slice()).zip(colors.as_slice());
+    let table = all.map(|((&value, name), &color)| lumivox_core::Label {
+        value,
+        name: name.to_string(),
+        color: convert::linear_from_color(color).map(|c| c.clamp(0.0, 1.0)),
+    });
+    let place = volume.patient_from_voxel();
+    let voxels = volume.voxels().as_bytes().to_vec();
+    LabelVolume::new(volume.dims(), voxels, place, table.collect()).map_err(|error| error.to_string())
+}
