@@ -102,7 +102,7 @@ namespace Lumivox
             frameError = why;
             if (error == why) return;
             error = why;
-            Debug.LogError($"Lumivox cannot draw the volumes: {why}");
+            if (why != Border.Fault) Debug.LogError($"Lumivox cannot draw the volumes: {why}");
         }
 
         /// <summary>A turn of the main thread, outside of all rendering.</summary>

@@ -420,7 +420,7 @@ namespace Lumivox
         {
             currentState = LumivoxVolumeState.Failed;
             currentError = why;
-            Debug.LogError($"The scan '{name}' cannot be shown: {why}", this);
+            if (why != Border.Fault) Debug.LogError($"The scan '{name}' cannot be shown: {why}", this);
             Told(false);
         }
 
