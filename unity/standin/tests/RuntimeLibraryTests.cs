@@ -49,7 +49,10 @@ namespace Lumivox.Tests
 
         static int Run(string program, string arguments, out string output)
         {
-            using (var process = Process.Start(new ProcessStartInfo(program, arguments) { RedirectStandardOutput = true, RedirectStandardError = true, UseShellExecute = false }))
+            var start = new ProcessStartInfo(program, arguments) { RedirectStandardOutput = true, RedirectStandardError = true, UseShellExecute = false };
+            // Cargo's tests find libraries where they were built.
+            start.Environment.Remove("LD_LIBRARY_PATH");
+            using (var process = Process.Start(start))
             {
                 var errors = process.StandardError.ReadToEndAsync();
                 output = process.StandardOutput.ReadToEnd() + errors.Result;
@@ -74,7 +77,7 @@ namespace Lumivox.Tests
         }
 
         [Test]
-        public void Missing() => EverythingGoesOn("its native library, liblumivox_unity.so, is not there", "Assets/Plugins", "cargo build --release -p lumivox-unity");
+        public void Missing() => EverythingGoesOn("Lumivox' native library, liblumivox_unity.so, is not there", "Assets/Plugins", "cargo build --release -p lumivox-unity");
 
         [Test]
         public void AnotherVersion() => EverythingGoesOn("its border is version 2", $"version {Native.Border.AbiVersion}", "restart Unity");

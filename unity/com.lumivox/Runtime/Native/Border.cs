@@ -23,7 +23,7 @@ namespace Lumivox.Native
                 {
                     fault = Check();
                     isChecked = true;
-                    if (fault != null) Debug.LogError($"Lumivox cannot be used: {fault}");
+                    if (fault != null) Debug.LogError(fault);
                     else NameCodecs();
                 }
                 return fault;
@@ -115,7 +115,7 @@ namespace Lumivox.Native
             }
             catch (DllNotFoundException error)
             {
-                return $"its native library, {FileName}, is not there, or another that it needs. The package's tarball has it for some systems; an installation from git has none, as its folder cannot be written to. Take it from the tarball's Runtime/Plugins folder, or build it in a checkout with `cargo build --release -p lumivox-unity`; put it into the project's Assets/Plugins folder, and restart Unity. ({FirstLine(error.Message)})";
+                return $"Lumivox' native library, {FileName}, is not there, or another that it needs. The package's tarball has it for some systems; an installation from git has none, as its folder cannot be written to. Take it from the tarball's Runtime/Plugins folder, or build it in a checkout with `cargo build --release -p lumivox-unity`; put it into the project's Assets/Plugins folder, and restart Unity. ({FirstLine(error.Message)})";
             }
             catch (EntryPointNotFoundException)
             {
@@ -123,7 +123,7 @@ namespace Lumivox.Native
             }
             catch (BadImageFormatException)
             {
-                return $"its native library, {FileName}, is for another system or kind of processor than {Application.platform} runs on here. Replace it by the one for this machine, and restart Unity.";
+                return $"Lumivox' native library, {FileName}, is for another system or kind of processor than {Application.platform} runs on here. Replace it by the one for this machine, and restart Unity.";
             }
             if (version != AbiVersion) return Another($"version {version}");
             var sizes = stackalloc uint[]
@@ -137,7 +137,7 @@ namespace Lumivox.Native
         }
 
         static string Another(string which) =>
-            $"its native library, {FileName}, does not belong to this package: its border is {which}, and the package's is version {AbiVersion}. Replace the library with the one of the package, and restart Unity, which keeps libraries loaded.";
+            $"Lumivox' native library, {FileName}, does not belong to this package: its border is {which}, and the package's is version {AbiVersion}. Replace the library with the one of the package, and restart Unity, which keeps libraries loaded.";
 
         /// <summary>What the library is called on this system.</summary>
         static string FileName
