@@ -20,6 +20,9 @@ Commands:
   package unity OUT         Make the Unity package, with this system's library in it, in the folder OUT
   package unity OUT --from DIR
                             The same, with a library and a program that are built
+  package unity OUT [--from DIR] --library FILE...
+                            With those of other systems, too, that were built there: lumivox_unity.dll,
+                            liblumivox_unity.dylib, and lumivox-codecs as it is called there
   unity-kernels             Write the Unity package's kernels, and the table of their names
   unity-kernels --check     Fail where they are not what would be written
   unity-kernels --all DIR   Write every kernel of every view there, for tests
@@ -36,9 +39,14 @@ fn main() -> ExitCode {
         ["unity-kernels"] => unity_kernels::write(),
         ["unity-kernels", "--check"] => unity_kernels::check(),
         ["unity-kernels", "--all", folder] => unity_kernels::write_all(Path::new(folder)),
-        ["package", "unity", out] => package::unity(Path::new(out), None),
-        ["package", "unity", out, "--from", folder] => {
-            package::unity(Path::new(out), Some(Path::new(folder)))
+        ["package", "unity", out, ref options @ ..] if !out.starts_with('-') => {
+            match package::options(options) {
+                Some((from, others)) => package::unity(Path::new(out), from, &others),
+                None => {
+                    eprintln!("{HELP}");
+                    return ExitCode::from(2);
+                }
+            }
         }
         ["unity-metas"] => unity_metas::write(),
         ["unity-metas", "--check"] => unity_metas::check(),

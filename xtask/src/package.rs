@@ -6,9 +6,23 @@ use std::process::Command;
 
 use crate::unity_metas;
 
+/// Of `--from DIR` and `--library FILE`, the folder and the files; `None` where they are something else.
+pub fn options<'a>(words: &[&'a str]) -> Option<(Option<&'a Path>, Vec<&'a Path>)> {
+    let (mut from, mut others) = (None, vec![]);
+    for pair in words.chunks(2) {
+        match *pair {
+            ["--from", folder] if from.is_none() => from = Some(Path::new(folder)),
+            ["--library", file] => others.push(Path::new(file)),
+            _ => return None,
+        }
+    }
+    Some((from, others))
+}
+
 /// Makes `com.lumivox-VERSION.tgz` in `out`, as Unity's package manager takes it: the package, with the native library and
-/// the decoders' program of this system in it. They are built for people, or taken `from` a folder.
-pub fn unity(out: &Path, from: Option<&Path>) -> Result<(), String> {
+/// the decoders' program of this system in it, and `others`, of other systems. Those of this system are built for people, or
+/// taken `from` a folder.
+pub fn unity(out: &Path, from: Option<&Path>, others: &[&Path]) -> Result<(), String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let version = env!("CARGO_PKG_VERSION");
     let package = root.join("unity/com.lumivox");
@@ -20,6 +34,8 @@ pub fn unity(out: &Path, from: Option<&Path>) -> Result<(), String> {
         return Err(format!("unity/com.lumivox/package.json says version {there}, the workspace {version}"));
     }
     unity_metas::check()?;
+    let others =
+        others.iter().map(|file| Ok((*file, place_of(file)?))).collect::<Result<Vec<_>, String>>()?;
     let built = match from {
         Some(folder) => native_files(folder)?,
         None => build()?,
@@ -39,6 +55,15 @@ pub fn unity(out: &Path, from: Option<&Path>) -> Result<(), String> {
         if from.is_some() {
             run(Command::new("strip").arg(&target))?;
         }
+    }
+    for (file, place) in others {
+        let target = staged.join("Runtime/Plugins").join(place);
+        if target.exists() {
+            return Err(format!("{}: the package has its {place} already", file.display()));
+        }
+        let folder = target.parent().ok_or("a file without a folder")?;
+        fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        fs::copy(file, &target).map_err(|error| format!("{}: {error}", file.display()))?;
     }
     unity_metas::complete(&staged)?;
     let name = format!("com.lumivox-{version}.tgz");
@@ -62,6 +87,41 @@ fn plugin_folder() -> Result<&'static str, String> {
         ("windows", "x86_64") => Ok("Windows/x86_64"),
         ("macos", _) => Ok("macOS"),
         (os, arch) => Err(format!("the package has no place for libraries of {os} on {arch}")),
+    }
+}
+
+/// Where what was built for another system belongs, by what is in it.
+fn place_of(file: &Path) -> Result<&'static str, String> {
+    let bytes = fs::read(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let refuse = |why: String| Err(format!("{}: {why}", file.display()));
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let places: [&'static str; 2] = match system_of(&bytes) {
+        Some("linux") => ["Linux/x86_64/liblumivox_unity.so", "Linux/x86_64/lumivox-codecs"],
+        Some("windows") => ["Windows/x86_64/lumivox_unity.dll", "Windows/x86_64/lumivox-codecs.exe"],
+        Some("macos") => ["macOS/liblumivox_unity.dylib", "macOS/lumivox-codecs"],
+        _ => return refuse("it is neither of Linux or Windows on x86-64 nor of macOS".to_owned()),
+    };
+    let Some(place) = places.into_iter().find(|place| place.rsplit('/').next() == Some(&*name)) else {
+        return refuse(format!("on its system Unity looks for {}", places[0]));
+    };
+    let border = b"lumivox_abi_version";
+    if place == places[0] && !bytes.windows(border.len()).any(|window| window == border) {
+        return refuse("it has not the functions of lumivox-unity".to_owned());
+    }
+    Ok(place)
+}
+
+/// What a program or library is for, by its headers: ELF's, PE's or Mach-O's.
+fn system_of(bytes: &[u8]) -> Option<&'static str> {
+    let word = |at: usize| Some(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?));
+    match bytes.get(..4)? {
+        [0x7f, b'E', b'L', b'F'] => (bytes.get(4) == Some(&2) && word(18)? == 62).then_some("linux"),
+        [b'M', b'Z', ..] => {
+            let at = u32::from_le_bytes(bytes.get(0x3c..0x40)?.try_into().ok()?) as usize;
+            (bytes.get(at..at.checked_add(4)?)? == b"PE\0\0" && word(at + 4)? == 0x8664).then_some("windows")
+        }
+        [0xcf, 0xfa, 0xed, 0xfe] | [0xca, 0xfe, 0xba, 0xbe] => Some("macos"),
+        _ => None,
     }
 }
 
@@ -141,5 +201,63 @@ fn run(command: &mut Command) -> Result<(), String> {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(format!("{command:?}: {status}")),
         Err(error) => Err(format!("{command:?}: {error}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a Windows library of `machine` begins with.
+    fn pe(machine: u16) -> Vec<u8> {
+        let mut bytes = vec![0; 0x80];
+        bytes[..2].copy_from_slice(b"MZ");
+        bytes[0x3c] = 0x80;
+        bytes.extend(b"PE\0\0");
+        bytes.extend(machine.to_le_bytes());
+        bytes.extend(b"..lumivox_abi_version..");
+        bytes
+    }
+
+    #[test]
+    fn what_was_built_elsewhere_goes_where_unity_looks_for_it() {
+        let folder = std::env::temp_dir().join(format!("lumivox-package-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let place = |name: &str, bytes: &[u8]| {
+            let file = folder.join(name);
+            fs::write(&file, bytes).unwrap();
+            place_of(&file)
+        };
+        assert_eq!(place("lumivox_unity.dll", &pe(0x8664)), Ok("Windows/x86_64/lumivox_unity.dll"));
+        assert_eq!(place("lumivox-codecs.exe", &pe(0x8664)), Ok("Windows/x86_64/lumivox-codecs.exe"));
+        let mut elf = b"\x7fELF\x02".to_vec();
+        elf.resize(18, 0);
+        elf.extend([62, 0]);
+        elf.extend(b"lumivox_abi_version");
+        assert_eq!(place("liblumivox_unity.so", &elf), Ok("Linux/x86_64/liblumivox_unity.so"));
+        let mach = [&[0xcf, 0xfa, 0xed, 0xfe][..], b"lumivox_abi_version"].concat();
+        assert_eq!(place("liblumivox_unity.dylib", &mach), Ok("macOS/liblumivox_unity.dylib"));
+        let refused = |name: &str, bytes: &[u8], why: &str| {
+            let error = place(name, bytes).unwrap_err();
+            assert!(error.contains(name) && error.contains(why), "{error}");
+        };
+        refused("lumivox_unity.dll", &pe(0x14c), "neither of");
+        refused("lumivox_unity.dll", b"", "neither of");
+        refused("lumivox_unity.dll", &elf, "Linux/x86_64/liblumivox_unity.so");
+        refused("lumivox-unity.dll", &pe(0x8664), "Windows/x86_64/lumivox_unity.dll");
+        refused("lumivox_unity.dll", &pe(0x8664)[..0x90], "functions");
+        fs::remove_dir_all(&folder).unwrap();
+        assert!(place_of(&folder.join("gone.dll")).is_err());
+    }
+
+    #[test]
+    fn options_are_a_folder_and_files_in_any_order() {
+        let (from, others) =
+            options(&["--library", "a.dll", "--from", "native", "--library", "b.exe"]).unwrap();
+        assert_eq!((from, others), (Some(Path::new("native")), vec![Path::new("a.dll"), Path::new("b.exe")]));
+        assert_eq!(options(&[]), Some((None, vec![])));
+        for wrong in [&["--library"][..], &["--from", "a", "--from", "b"], &["--else", "a"], &["a.dll"]] {
+            assert_eq!(options(wrong), None, "{wrong:?}");
+        }
     }
 }

@@ -13,6 +13,18 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 /// Unity makes the sampler that a name describes.
 const LINEAR_SAMPLER: &str = "sampler_linear_clamp";
 
+/// The number of the highest bit that is set. What Unity translates FXC's code with for Vulkan, Metal and OpenGL, HLSLcc,
+/// takes `firstbithigh` for GLSL's `findMSB` in its public version, though FXC counts from the other end: cells of the
+/// majorant grid came out wrong, and pictures empty. So the exponent of a float says it, exact for all numbers: without
+/// the bit below its highest one, none is rounded up to the next power of two.
+const HIGHEST_BIT: &str = "\
+uint highest_bit(uint x)
+{
+    return x == 0u ? 0xffffffffu : (asuint(float(x & ~(x >> 1u))) >> 23u) - 127u;
+}
+
+";
+
 /// How Unity binds something.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -108,6 +120,12 @@ fn bind_by_name(text: &str, bindings: &[BindingKind]) -> Result<Translated, Stri
     if let Some(sampler) = &sampler {
         text = replace_word(&text, sampler, LINEAR_SAMPLER);
     }
+    if text.contains("asint(firstbithigh(") {
+        return Err("the highest bit of a signed number, which highest_bit does not know".into());
+    }
+    if text.contains("firstbithigh") {
+        text = HIGHEST_BIT.to_owned() + &replace_word(&text, "firstbithigh", "highest_bit");
+    }
 
     let mut found = vec![];
     for (number, kind) in (0..).zip(bindings) {
@@ -199,6 +217,26 @@ mod tests {
             assert!(bind_by_name(line, bindings).is_err(), "{bindings:?}");
         }
         assert!(bind_by_name("", &[BindingKind::LinearSampler]).is_err());
+    }
+
+    #[test]
+    fn no_kernel_asks_for_what_unitys_translator_gets_wrong() {
+        let text = translate(Kernel::MajorantGrid).unwrap().text;
+        assert!(!text.contains("firstbithigh"));
+        assert_eq!(text.matches("uint highest_bit(uint x)").count(), 1);
+        assert_eq!(text.matches("= highest_bit(").count(), 1);
+        assert!(bind_by_name("x = asint(firstbithigh(y));\n", &[]).is_err());
+    }
+
+    #[test]
+    fn the_exponent_of_a_float_is_the_highest_bit() {
+        let highest = |x: u32| (((x & !(x >> 1)) as f32).to_bits() >> 23) - 127;
+        let around = (0..32).flat_map(|bit| (-2..=2).map(move |by| (1_i64 << bit) + by));
+        let spread = (0..100_000_u32).map(|i| i64::from(i.wrapping_mul(2_654_435_761)));
+        for x in around.chain(spread).filter_map(|x| u32::try_from(x).ok()).filter(|&x| x > 0) {
+            assert_eq!(highest(x), x.ilog2(), "{x}");
+        }
+        assert_eq!(highest(u32::MAX), 31);
     }
 
     #[test]

@@ -279,13 +279,28 @@ pub unsafe extern "C" fn lumivox_set_codec_program(path: *const c_char) {
     guard(|| {
         // SAFETY: as the caller promises.
         let path = unsafe { crate::border::text(path, "path of the program") }?;
-        let program = path.filter(|path| std::path::Path::new(path).is_file());
+        let program = path.filter(|path| can_run(std::path::Path::new(path)));
         let arguments: [&str; 0] = [];
         lumivox_import::set_codec_worker(
             program.map(|program| lumivox_import::CodecWorker::new(program, arguments)),
         );
         Ok(())
     });
+}
+
+/// Whether a file is a program. Whoever unpacked the package may have forgotten that it is one.
+fn can_run(path: &std::path::Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let Ok(data) = path.metadata() else { return false };
+        let mode = data.permissions().mode();
+        let runs = mode & 0o111 != 0
+            || std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode | 0o755)).is_ok();
+        data.is_file() && runs
+    }
+    #[cfg(not(unix))]
+    path.is_file()
 }
 
 #[cfg(test)]
@@ -341,5 +356,19 @@ mod tests {
         let error = phantom("foot", 64, Progress::SILENT, &silent).err().unwrap();
         assert!(error.contains("'head', 'torso' and 'cube'"), "{error}");
         assert!(phantom("cube", 4, Progress::SILENT, &silent).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_program_that_lost_its_mode_gets_it_back() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let program = folder.path().join("lumivox-codecs");
+        assert!(!can_run(&program));
+        assert!(!can_run(folder.path()));
+        std::fs::write(&program, "").unwrap();
+        std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o644)).unwrap();
+        assert!(can_run(&program));
+        assert_eq!(program.metadata().unwrap().permissions().mode() & 0o111, 0o111);
     }
 }

@@ -42,7 +42,8 @@ fn wait(job: *mut LumivoxJob) -> LumivoxJobState {
         if state != LumivoxJobState::Running {
             return state;
         }
-        assert!(began.elapsed() < Duration::from_secs(300), "the job goes on and on");
+        // Under valgrind, on a machine that is busy: minutes.
+        assert!(began.elapsed() < Duration::from_secs(900), "the job goes on and on");
         std::thread::sleep(Duration::from_millis(1));
     }
 }

@@ -14,6 +14,9 @@ namespace Lumivox.HighDefinition
         /// <summary>The pass for all cameras. Another one would draw the same light once more.</summary>
         internal static LumivoxCustomPass Pass { get; private set; }
 
+        /// <summary>What the volumes set for the camera that is being drawn: each has its own.</summary>
+        internal static VolumeStack Stack;
+
         static bool isHooked;
 
 #if UNITY_EDITOR
@@ -26,6 +29,7 @@ namespace Lumivox.HighDefinition
             isHooked = true;
             LightReader.Adapt += AdaptLight;
             EnvironmentReader.Adapt += ReadSky;
+            EnvironmentReader.NumberOfPipelinesSky = NumberOfSky;
             EnvironmentReader.StudioStrength = () => GraphicsSettings.currentRenderPipeline is HDRenderPipelineAsset ? SkyNits : 1f;
             Pass = new LumivoxCustomPass { name = "Lumivox" };
             CustomPassVolume.RegisterGlobalCustomPass(CustomPassInjectionPoint.BeforeTransparent, Pass);
@@ -51,7 +55,7 @@ namespace Lumivox.HighDefinition
         internal static bool ReadSky(WorldSky worldSky, bool hasLights, ref Surroundings surroundings)
         {
             if (!(GraphicsSettings.currentRenderPipeline is HDRenderPipelineAsset)) return false;
-            var stack = VolumeManager.instance.stack;
+            var stack = Stack ?? VolumeManager.instance.stack;
             var kind = stack.GetComponent<VisualEnvironment>().skyType.value;
             if (kind == (int)SkyType.HDRI)
             {
@@ -80,6 +84,31 @@ namespace Lumivox.HighDefinition
             worldSky.LookAway();
             surroundings.kind = Surroundings.Map;
             return true;
+        }
+
+        /// <summary>
+        /// What tells the sky of the camera that is being drawn from those of others; 0 where another pipeline draws.
+        /// </summary>
+        internal static ulong NumberOfSky()
+        {
+            if (!(GraphicsSettings.currentRenderPipeline is HDRenderPipelineAsset)) return 0;
+            var stack = Stack ?? VolumeManager.instance.stack;
+            var kind = stack.GetComponent<VisualEnvironment>().skyType.value;
+            var hash = EnvironmentReader.Mix(EnvironmentReader.FirstHash, kind);
+            if (kind == (int)SkyType.HDRI)
+            {
+                var sky = stack.GetComponent<HDRISky>();
+                var cube = sky.hdriSky.value;
+                hash = EnvironmentReader.Mix(hash, cube != null ? cube.GetInstanceID() : 0);
+                return EnvironmentReader.Mix(EnvironmentReader.Mix(hash, sky.rotation.value), StrengthOf(sky));
+            }
+            if (kind == (int)SkyType.Gradient)
+            {
+                var sky = stack.GetComponent<GradientSky>();
+                hash = EnvironmentReader.Mix(EnvironmentReader.Mix(EnvironmentReader.Mix(hash, sky.top.value), sky.middle.value), sky.bottom.value);
+                return EnvironmentReader.Mix(hash, StrengthOf(sky));
+            }
+            return hash;
         }
 
         /// <summary>HDRP draws nothing then, whatever the scene's own lighting settings say; but a volume alone is seen.</summary>

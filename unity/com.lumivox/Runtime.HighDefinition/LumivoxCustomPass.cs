@@ -26,6 +26,7 @@ namespace Lumivox.HighDefinition
             var isArray = color.rt.dimension == TextureDimension.Tex2DArray;
             var isSinglePass = isStereo && isArray && color.rt.volumeDepth > 1;
             var brightness = exposure.Read(ctx.hdCamera);
+            HighDefinitionHost.Stack = ctx.hdCamera.volumeStack;
             if (isSinglePass) ctx.cmd.SetSinglePassStereo(SinglePassStereoMode.None);
             var count = isSinglePass ? 2 : 1;
             for (var i = 0; i < count; i++)

@@ -1,5 +1,9 @@
-// One camera's volumes in URP: an unsafe pass of the render graph (17), or of the renderer itself (14, and 17's
-// compatibility mode). Both hand the same inputs to the same recorder.
+// One camera's volumes in URP: an unsafe pass of the render graph (17), or of the renderer itself (14, and 17.0's
+// compatibility mode, which Unity 6000.3 has only where a project defines URP_COMPATIBILITY_MODE, and 6000.4 never). Both
+// hand the same inputs to the same recorder.
+#if !UNITY_6000_3_OR_NEWER || URP_COMPATIBILITY_MODE && !UNITY_6000_4_OR_NEWER
+#define HAS_EXECUTE
+#endif
 using UnityEngine;
 using UnityEngine.Rendering;
 using UnityEngine.Rendering.Universal;
@@ -11,8 +15,10 @@ namespace Lumivox.Universal
 {
     internal sealed class LumivoxPass : ScriptableRenderPass
     {
+#if HAS_EXECUTE
         readonly Eyes eyes = new Eyes();
 
+#endif
         public LumivoxPass()
         {
             profilingSampler = new ProfilingSampler("Lumivox");
@@ -131,6 +137,7 @@ namespace Lumivox.Universal
 
 #pragma warning disable 618, 672 // What follows is the compatibility mode's.
 #endif
+#if HAS_EXECUTE
         public override void Execute(ScriptableRenderContext context, ref RenderingData renderingData)
         {
             ref var camera = ref renderingData.cameraData;
@@ -162,6 +169,7 @@ namespace Lumivox.Universal
             cmd.Clear();
             CommandBufferPool.Release(cmd);
         }
+#endif
 #if LUMIVOX_URP_17
 #pragma warning restore 618, 672
 #endif

@@ -106,7 +106,7 @@ namespace Lumivox
                 return own.isActiveAndEnabled;
             }
             foreach (var effect in all)
-                if (!effect.isOnCamera)
+                if (!effect.TryGetComponent<Camera>(out _))
                 {
                     settings = effect.m_Settings;
                     return true;
@@ -115,11 +115,8 @@ namespace Lumivox
             return true;
         }
 
-        bool isOnCamera;
-
         void OnEnable()
         {
-            isOnCamera = TryGetComponent<Camera>(out _);
             all.Add(this);
             LumivoxRuntime.RequestFrames();
         }

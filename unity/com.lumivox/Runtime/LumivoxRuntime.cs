@@ -21,6 +21,8 @@ namespace Lumivox
         static string frameError = "";
         static bool cannotStart;
         static bool wantsFrames;
+        /// Since when there has been no volume; 0 where there is one.
+        static double idleSince;
 
         /// <summary>Why volumes cannot be drawn, or an empty string.</summary>
         public static string Error => error;
@@ -28,6 +30,8 @@ namespace Lumivox
         public static ulong VoxelBytes => stage != IntPtr.Zero ? Library.lumivox_stage_voxel_bytes(stage) : 0;
 
         internal static Executor Executor => executor;
+
+        internal static WorldGatherer Worlds => worlds;
 
         /// <summary>A volume is there: frames and turns are listened to.</summary>
         public static void Need()
@@ -98,13 +102,14 @@ namespace Lumivox
             frameError = why;
             if (error == why) return;
             error = why;
-            Debug.LogError($"Lumivox cannot draw the volumes: {why}");
+            if (why != Border.Fault) Debug.LogError($"Lumivox cannot draw the volumes: {why}");
         }
 
         /// <summary>A turn of the main thread, outside of all rendering.</summary>
         public static void Tick()
         {
             LumivoxVolumeAsset.CloseUnused(KeptSeconds);
+            StopWhenIdle();
             if (stage != IntPtr.Zero)
             {
                 executor.Turn();
@@ -125,8 +130,25 @@ namespace Lumivox
         /// <summary>Frees all that is on the GPU and in the library. The next frame starts anew.</summary>
         public static void Stop()
         {
-            BuiltInPipeline.Release();
-            StopDevice();
+            Disposal.IsLast = true;
+            try
+            {
+                BuiltInPipeline.Release();
+                StopDevice();
+            }
+            finally
+            {
+                Disposal.IsLast = false;
+            }
+        }
+
+        /// <summary>Where no volume is left, nobody would ever free what was shown.</summary>
+        static void StopWhenIdle()
+        {
+            var now = Time.realtimeSinceStartupAsDouble;
+            if (stage == IntPtr.Zero || LumivoxVolume.All.Count > 0) idleSince = 0;
+            else if (idleSince == 0) idleSince = now;
+            else if (now - idleSince > KeptSeconds) Stop();
         }
 
         static void StopDevice()

@@ -30,7 +30,8 @@ namespace Lumivox
             }
             if (behaviour == null && Application.isPlaying)
             {
-                var hidden = new GameObject("Lumivox") { hideFlags = HideFlags.HideAndDontSave };
+                // What is not to be saved would outlive play mode, too.
+                var hidden = new GameObject("Lumivox") { hideFlags = HideFlags.HideInHierarchy };
                 UnityEngine.Object.DontDestroyOnLoad(hidden);
                 behaviour = hidden.AddComponent<TickerBehaviour>();
             }

@@ -17,6 +17,8 @@ namespace UnityEngine.Rendering.HighDefinition
         public Camera camera;
         /// Null where nothing of that kind is kept.
         public RTHandle GetPreviousFrameRT(int id) => id == (int)HDCameraFrameHistoryType.Exposure ? exposures[1] : null;
+        /// What the volumes set where this camera is, for the layers that it minds.
+        public VolumeStack volumeStack { get; internal set; }
         public int actualWidth { get; internal set; }
         public int actualHeight { get; internal set; }
         internal HDAdditionalCameraData.AntialiasingMode antialiasing { get; set; }

@@ -12,7 +12,9 @@ namespace UnityEngine.Rendering.HighDefinition
         public static System.Func<Camera, float> exposure;
         /// Whether exposures are kept with their cameras, or only bound while those are drawn.
         public static bool keepsExposures = true;
-        public static void Reset() => (exposure, keepsExposures) = (null, true);
+        /// The stack of a camera, where it is not the one that all have.
+        public static System.Func<Camera, VolumeStack> stack;
+        public static void Reset() => (exposure, keepsExposures, stack) = (null, true, null);
     }
 
     sealed class HDRenderPipeline : RenderPipeline
@@ -125,6 +127,7 @@ namespace UnityEngine.Rendering.HighDefinition
             Shader.SetGlobalTexture("_CameraDepthTexture", of.depthTexture);
             var hdCamera = of.camera;
             (hdCamera.camera, hdCamera.actualWidth, hdCamera.actualHeight) = (camera, width, height);
+            hdCamera.volumeStack = StandInHighDefinition.stack?.Invoke(camera) ?? VolumeManager.instance.stack;
             // Bound when the commands run: until then, what was bound is of the camera that was drawn before.
             cmd.SetGlobalTexture("_ExposureTexture", Expose(of));
             foreach (CustomPassInjectionPoint at in System.Enum.GetValues(typeof(CustomPassInjectionPoint)))

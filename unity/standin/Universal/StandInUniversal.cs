@@ -107,6 +107,7 @@ namespace UnityEngine.Rendering.Universal
             data.cameraData.cameraTargetDescriptor = targets.color.descriptor;
             data.cameraData.isFlipped = targets.isFlipped;
             StandInUniversal.passes += passes.Count;
+#if !UNITY_6000_3_OR_NEWER
             if (StandInUniversal.usesCompatibilityMode)
             {
                 StandInUniversal.IsExecuting = true;
@@ -119,8 +120,9 @@ namespace UnityEngine.Rendering.Universal
                 }
                 finally { StandInUniversal.IsExecuting = false; }
             }
+#endif
 #if UNITY_6000_0_OR_NEWER
-            else
+            if (!StandInUniversal.usesCompatibilityMode)
             {
                 var container = new ContextContainer();
                 var resources = container.Create<UniversalResourceData>();

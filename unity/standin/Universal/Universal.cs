@@ -25,8 +25,10 @@ namespace UnityEngine.Rendering.Universal
         internal readonly List<ScriptableRenderPass> queue = new List<ScriptableRenderPass>();
         internal readonly List<ScriptableRendererFeature> features = new List<ScriptableRendererFeature>();
         internal RTHandle color, depth;
+#if !UNITY_6000_3_OR_NEWER
         public RTHandle cameraColorTargetHandle => StandInUniversal.IsExecuting ? color : throw new InvalidOperationException("You can only call cameraColorTarget inside the scope of a ScriptableRenderPass.");
         public RTHandle cameraDepthTargetHandle => StandInUniversal.IsExecuting ? depth : throw new InvalidOperationException("You can only call cameraDepthTarget inside the scope of a ScriptableRenderPass.");
+#endif
         public void EnqueuePass(ScriptableRenderPass pass) => queue.Add(pass);
     }
 
@@ -63,7 +65,9 @@ namespace UnityEngine.Rendering.Universal
         public AntialiasingMode antialiasing;
         public Matrix4x4 GetViewMatrix(int viewIndex = 0) => views[viewIndex];
         public Matrix4x4 GetProjectionMatrix(int viewIndex = 0) => projections[viewIndex];
+#if !UNITY_6000_3_OR_NEWER
         public bool IsCameraProjectionMatrixFlipped() => isFlipped;
+#endif
     }
 
     public struct RenderingData { public CameraData cameraData; }
@@ -112,9 +116,14 @@ namespace UnityEngine.Rendering.Universal
 #if UNITY_6000_0_OR_NEWER
         public bool requiresIntermediateTexture { get; set; }
         public virtual void RecordRenderGraph(RenderGraph renderGraph, ContextContainer frameData) => Debug.LogWarning("The render pass " + this + " does not have an implementation of the RecordRenderGraph method.");
+#endif
+        // From 6000.3 on only projects that define URP_COMPATIBILITY_MODE have it, and from 6000.4 on none.
+#if !UNITY_6000_3_OR_NEWER
+#if UNITY_6000_0_OR_NEWER
         [Obsolete("This rendering path is for compatibility mode only (when Render Graph is disabled). Use Render Graph API instead.", false)]
 #endif
         public virtual void Execute(ScriptableRenderContext context, ref RenderingData renderingData) { }
+#endif
     }
 
     [AttributeUsage(AttributeTargets.Class)]

@@ -44,14 +44,16 @@ sealed class UnityBuild
         switch (version)
         {
             case "6000.0":
-                symbols.UnionWith(new[] { "UNITY_6000", "UNITY_6000_0", "UNITY_2023_1_OR_NEWER", "UNITY_2023_2_OR_NEWER", "UNITY_2023_3_OR_NEWER", "UNITY_6000_0_OR_NEWER" });
-                pipelines = "17.0.4";
+            case "6000.3":
+                symbols.UnionWith(new[] { "UNITY_6000", "UNITY_" + version.Replace('.', '_'), "UNITY_2023_1_OR_NEWER", "UNITY_2023_2_OR_NEWER", "UNITY_2023_3_OR_NEWER", "UNITY_6000_0_OR_NEWER" });
+                if (version == "6000.3") symbols.UnionWith(new[] { "UNITY_6000_1_OR_NEWER", "UNITY_6000_2_OR_NEWER", "UNITY_6000_3_OR_NEWER" });
+                pipelines = version == "6000.0" ? "17.0.4" : "17.3.0";
                 break;
             case "2022.3":
                 symbols.UnionWith(new[] { "UNITY_2022", "UNITY_2022_3" });
                 pipelines = "14.0.12";
                 break;
-            default: throw new BuildException($"Unity {version} is not one that the stand-in stands for: 6000.0 or 2022.3.");
+            default: throw new BuildException($"Unity {version} is not one that the stand-in stands for: 6000.0, 6000.3 or 2022.3.");
         }
         packages = new Dictionary<string, Version>
         {

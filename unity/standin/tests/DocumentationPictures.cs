@@ -267,7 +267,7 @@ namespace Lumivox.Tests
             panel.Click(panel.visualTree.Q<Button>("open").worldBound.center);
             var gallery = panel.visualTree.Q<PresetGallery>();
             EditorProject.Until(() => gallery.Query<Image>().ToList().All(image => image.image != null), "the presets are pictured", panel);
-            SavePanel("presets", panel, 460, 545);
+            SavePanel("presets", panel, 460, 760);
             gallery.Fold();
         }
 

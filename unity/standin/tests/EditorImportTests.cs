@@ -116,6 +116,30 @@ namespace Lumivox.Tests
         }
 
         [Test]
+        public void DecodersThatMayCrashRunInTheProgramBesideTheLibrary()
+        {
+            string package = EditorProject.Full("Package"), project = EditorProject.Full("Plugins");
+            Assert.That(CodecProgram.Find(package, project), Is.Null);
+            Assert.That(CodecProgram.Find(null, project), Is.Null);
+            string Put(string path)
+            {
+                Directory.CreateDirectory(Path.GetDirectoryName(path));
+                File.WriteAllText(path, "");
+                return path;
+            }
+            var ofProject = Put(Path.Combine(project, "lumivox-codecs"));
+            Assert.That(CodecProgram.Find(package, project), Is.EqualTo(ofProject));
+            var ofPackage = Put(Path.Combine(package, "Linux/x86_64/lumivox-codecs"));
+            Assert.That(CodecProgram.Find(package, project), Is.EqualTo(ofPackage));
+            Assert.That(CodecProgram.Find(null, project), Is.EqualTo(ofProject));
+            Directory.Delete(package, true);
+            Directory.Delete(project, true);
+            // Begin() did what the editor does when scripts are loaded.
+            var there = Path.Combine(UnityEditor.PackageManager.PackageInfo.FindForAssembly(typeof(CodecProgram).Assembly).resolvedPath, "Runtime/Plugins/Linux/x86_64/lumivox-codecs");
+            Assert.That(Native.Border.CodecProgram, File.Exists(there) ? Is.EqualTo(there) : Is.Null);
+        }
+
+        [Test]
         public void WhoStopsAnImportIsToldHowToTryAgain()
         {
             Dialogs.CancelsProgress = true;

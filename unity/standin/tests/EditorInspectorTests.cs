@@ -77,6 +77,19 @@ namespace Lumivox.Tests
         }
 
         [Test]
+        public void AnInspectorThatIsMadeAnewSaysWhatIsWrongAgain()
+        {
+            var volume = new GameObject("Volume").AddComponent<LumivoxVolume>();
+            var editor = UnityEditor.Editor.CreateEditor(volume);
+            for (var time = 0; time < 2; time++)
+            {
+                var root = editor.CreateInspectorGUI();
+                Assert.That(root.Q("warnings").childCount, Is.EqualTo(1), $"time {time}");
+            }
+            Object.DestroyImmediate(editor);
+        }
+
+        [Test]
         public void APresetIsOneStepForAllThatAreSelected()
         {
             LumivoxVolume a = VolumeWithScan("A"), b = VolumeWithScan("B");

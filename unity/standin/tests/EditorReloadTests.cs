@@ -35,6 +35,18 @@ namespace Lumivox.Tests
         }
 
         [Test]
+        public void AScanKnowsHowItWasImportedWhenScriptsAreLoadedAnew()
+        {
+            var scan = EditorProject.ImportScan("Assets/head.nrrd");
+            var opened = scan.Open();
+            EditorProject.Until(() => opened.IsCompleted, "the scan is read");
+            // Nobody has asked since it was read: Unity makes something of nothing.
+            Domain.Reload();
+            scan = AssetDatabase.LoadAssetAtPath<LumivoxVolumeAsset>("Assets/head.nrrd");
+            Assert.That(scan.GetReport().format, Is.EqualTo("NRRD"));
+        }
+
+        [Test]
         public void TheImportWindowStaysAndItsPictureEnds()
         {
             var before = EditorImportTests.LastingPictures;

@@ -17,7 +17,7 @@ namespace Lumivox.Tests
     public static class FrameCost
     {
         const int Volumes = 10, Lights = 8;
-        /// Those that pools grow in, and those that count: few, as lavapipe keeps what it compiles anew for dispatches, 1 MB a frame.
+        /// Those that pools grow in, and those that count.
         const int WarmUp = 40, Frames = 80;
 
         /// Prints medians of each pipeline, in milliseconds.

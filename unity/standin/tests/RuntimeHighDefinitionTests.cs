@@ -290,6 +290,62 @@ namespace Lumivox.Tests
         }
 
         [Test]
+        public void TwoCamerasOfTheSameLayersHaveTheirOwnSkies()
+        {
+            var target = new RenderTexture(Side, Side, 24, RenderTextureFormat.ARGBHalf);
+            using (new Pipeline("HDRP"))
+            {
+                camera.GetComponent<LumivoxEffect>().environmentSource = LumivoxEnvironmentSource.Scene;
+                var other = UnityEngine.Object.Instantiate(camera.gameObject).GetComponent<Camera>();
+                other.targetTexture = target;
+                other.depth = 1f;
+                VolumeStack Stack(Color color)
+                {
+                    var stack = new VolumeStack();
+                    stack.GetComponent<VisualEnvironment>().skyType.value = (int)SkyType.Gradient;
+                    var sky = stack.GetComponent<GradientSky>();
+                    sky.top.value = sky.middle.value = sky.bottom.value = color;
+                    return stack;
+                }
+                VolumeStack red = Stack(Color.red), blue = Stack(Color.blue);
+                StandInHighDefinition.stack = of => of == other ? blue : red;
+                void Rest()
+                {
+                    for (var i = 0; i < 100 && (i < 12 || !LumivoxRenderer.IsConverged(camera) || !LumivoxRenderer.IsConverged(other)); i++)
+                    {
+                        Engine.Frame();
+                        Ticker.Tick();
+                    }
+                    Assert.IsTrue(LumivoxRenderer.IsConverged(camera) && LumivoxRenderer.IsConverged(other), "they rest");
+                }
+                void Shows(Camera of, int channel, string when)
+                {
+                    var mean = Pictures.Color(of).mean;
+                    for (var c = 0; c < 3; c++) Assert.IsTrue(c == channel ? mean[c] > 0.01f : mean[c] < 1e-4f, $"{when}: {mean}");
+                }
+                Rest();
+                Shows(camera, 0, "the first under its sky");
+                Shows(other, 2, "the second under its own");
+                // A sky that changes in each frame makes no new world.
+                for (var i = 0; i < 10; i++)
+                {
+                    red.GetComponent<GradientSky>().exposure.value = 0.05f * i;
+                    Engine.Frame();
+                }
+                Assert.AreEqual(2, LumivoxRuntime.Worlds.Count);
+                Rest();
+                // Where both are under one, they share it again.
+                StandInHighDefinition.stack = of => blue;
+                Rest();
+                Shows(camera, 2, "the first under the other's");
+                Shows(other, 2, "the second as before");
+                UnityEngine.Object.DestroyImmediate(other.gameObject);
+            }
+            target.Release();
+            UnityEngine.Object.DestroyImmediate(target);
+        }
+
+        [Test]
         public void TwoCamerasHaveTheirOwnExposures()
         {
             var target = new RenderTexture(Side, Side, 24, RenderTextureFormat.ARGBHalf);

@@ -272,6 +272,31 @@ namespace Lumivox.Tests
         }
 
         [Test]
+        public void WhatIsCutOpenRestsWhenItHasItsSamples()
+        {
+            camera.GetComponent<LumivoxEffect>().targetSamples = 64;
+            int Frames()
+            {
+                for (var i = 1; i < 300; i++)
+                {
+                    Engine.Frame();
+                    Ticker.Tick();
+                    var status = LumivoxRenderer.GetStatus(camera);
+                    if (!status.isConverged) continue;
+                    Assert.IsTrue(status.samples >= 64, $"it rests with {status.samples} samples");
+                    return i;
+                }
+                throw new TimeoutException("it never rests");
+            }
+            var whole = Frames();
+            // From the side that is cut away.
+            volume.clipMax = new Vector3(0.5f, 1f, 1f);
+            camera.transform.SetPositionAndRotation(Quaternion.Euler(10f, -38f, 0f) * Vector3.back * 0.3f, Quaternion.Euler(10f, -38f, 0f));
+            var cut = Frames();
+            Assert.IsTrue(cut <= whole + 4, $"{whole} frames became {cut}");
+        }
+
+        [Test]
         public void AThousandChangesLeaveNothingBehind()
         {
             Settle();

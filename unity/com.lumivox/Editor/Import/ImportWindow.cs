@@ -19,7 +19,8 @@ namespace Lumivox.Editor
         [SerializeField] string m_Path = "";
         [SerializeField] LumivoxVolume m_Receiver;
         LumivoxImporter importer;
-        LumivoxReport report;
+        /// A reload of the scripts would make an empty one of none, and keep a scan whose voxels are gone.
+        [NonSerialized] LumivoxReport report;
         Texture2D picture;
         /// The path that was proposed last, until somebody writes another.
         string suggested = "";
@@ -238,7 +239,7 @@ namespace Lumivox.Editor
         /// Where the scan that is imported will be saved, whatever the fields say meanwhile, and what was asked for.
         string savedAs = "", imported = "";
         /// What was read and could not be written: it is not read again to be saved elsewhere.
-        LumivoxVolumeAsset unsaved;
+        [NonSerialized] LumivoxVolumeAsset unsaved;
 
         void ForgetUnsaved()
         {

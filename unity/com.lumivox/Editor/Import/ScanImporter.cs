@@ -2,6 +2,7 @@ using System;
 using System.Collections.Generic;
 using System.IO;
 using System.Threading.Tasks;
+using Lumivox.Native;
 using UnityEditor;
 using UnityEditor.AssetImporters;
 using UnityEngine;
@@ -110,9 +111,13 @@ namespace Lumivox.Editor
 
         string Remedy(string path)
         {
+            if (Border.Fault != null) return Afterwards;
             if (path.EndsWith(".raw", StringComparison.OrdinalIgnoreCase) && Said(m_Raw) == null) return " Describe it under 'Raw' in the inspector.";
             return CanOverride(path) ? " If it is no scan, choose another 'Importer' in the inspector." : "";
         }
+
+        /// <summary>Unity imports no file again because a library has come.</summary>
+        internal const string Afterwards = " Then choose 'Reimport'.";
 
         static void Tell(AssetImportContext ctx, LumivoxReport scan, LumivoxReport study)
         {
@@ -138,7 +143,7 @@ namespace Lumivox.Editor
             }
             catch (LumivoxException error)
             {
-                ctx.LogImportError($"{Path.GetFileName(ctx.assetPath)} was not imported: {error.Message}");
+                ctx.LogImportError($"{Path.GetFileName(ctx.assetPath)} was not imported: {error.Message}{(Border.Fault != null ? ScanImporter.Afterwards : "")}");
             }
             finally
             {

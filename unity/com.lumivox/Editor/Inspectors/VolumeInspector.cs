@@ -26,6 +26,7 @@ namespace Lumivox.Editor
         {
             var root = new VisualElement();
             warnings = new VisualElement { name = "warnings" };
+            shown = "";
             root.Add(warnings);
             start = Start();
             root.Add(start);

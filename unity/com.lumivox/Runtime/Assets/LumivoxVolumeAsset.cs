@@ -70,7 +70,8 @@ namespace Lumivox
         string currentError = "";
         int users;
         float unusedSince;
-        LumivoxReport report;
+        /// A reload of the scripts would make an empty one of none.
+        [NonSerialized] LumivoxReport report;
 
         /// <summary>Where the editor keeps the stored scan of an id; the editor's half of the package sets it.</summary>
         internal static Func<string, string> EditorFile;
@@ -419,7 +420,7 @@ namespace Lumivox
         {
             currentState = LumivoxVolumeState.Failed;
             currentError = why;
-            Debug.LogError($"The scan '{name}' cannot be shown: {why}", this);
+            if (why != Border.Fault) Debug.LogError($"The scan '{name}' cannot be shown: {why}", this);
             Told(false);
         }
 

@@ -189,6 +189,8 @@ namespace Lumivox
         void Start(string[] paths, LumivoxImportOptions options, bool isScan, Action<Job, JobState> ended, CancellationToken cancel)
         {
             picture?.Cancel();
+            // A token may live for ever, and would hold what was loaded.
+            CancellationTokenRegistration registration = default;
             if (study != null && !IsStudied(paths, options)) ForgetStudy();
             if (isScan) ForgetStudy();
             var texts = Array.ConvertAll(paths, Border.Utf8);
@@ -217,7 +219,11 @@ namespace Lumivox
                     var pointer = isScan
                         ? Library.lumivox_import_scan((byte**)list, (uint)texts.Length, &native)
                         : Library.lumivox_import_load((byte**)list, (uint)texts.Length, &native, study != null ? study.Pointer : IntPtr.Zero);
-                    job = Jobs.Follow(pointer, ended);
+                    job = Jobs.Follow(pointer, (of, state) =>
+                    {
+                        registration.Dispose();
+                        ended(of, state);
+                    });
                 }
             }
             finally
@@ -227,7 +233,7 @@ namespace Lumivox
             }
             var started = job;
             started.Progressed += of => progressed?.Invoke(new LumivoxProgress(of.Stage, of.Done, of.Total));
-            if (cancel.CanBeCanceled) cancel.Register(() => started.Cancel());
+            if (cancel.CanBeCanceled) registration = cancel.Register(() => started.Cancel());
         }
 
         bool IsStudied(string[] paths, LumivoxImportOptions options) =>

@@ -14,7 +14,7 @@ namespace Lumivox.Native
         static bool isChecked;
         static string fault;
 
-        /// <summary>Why the library cannot be used, or null. It is asked once.</summary>
+        /// <summary>Why the library cannot be used, or null. It is asked once, and said once: whoever meets it again need not.</summary>
         public static string Fault
         {
             get
@@ -23,9 +23,29 @@ namespace Lumivox.Native
                 {
                     fault = Check();
                     isChecked = true;
+                    if (fault != null) Debug.LogError(fault);
+                    else NameCodecs();
                 }
                 return fault;
             }
+        }
+
+        /// <summary>The program that decodes what may crash decoders, where the editor has one; null: it is done here.</summary>
+        internal static string CodecProgram
+        {
+            get => codecProgram;
+            set
+            {
+                codecProgram = value;
+                if (isChecked && fault == null) NameCodecs();
+            }
+        }
+
+        static string codecProgram;
+
+        static void NameCodecs()
+        {
+            fixed (byte* utf8 = Utf8(codecProgram)) Library.lumivox_set_codec_program(utf8);
         }
 
         /// <summary>Throws where the library cannot be used.</summary>
@@ -95,7 +115,7 @@ namespace Lumivox.Native
             }
             catch (DllNotFoundException error)
             {
-                return $"Lumivox' native library '{Library.Name}' is not there for {Application.platform}: add the one for it to the package's Runtime/Plugins folder, or build it (see the package's documentation). {error.Message}";
+                return $"Lumivox' native library, {FileName}, is not there, or another that it needs. The package's tarball has it for some systems; an installation from git has none, as its folder cannot be written to. Take it from the tarball's Runtime/Plugins folder, or build it in a checkout with `cargo build --release -p lumivox-unity`; put it into the project's Assets/Plugins folder, and restart Unity. ({FirstLine(error.Message)})";
             }
             catch (EntryPointNotFoundException)
             {
@@ -103,7 +123,7 @@ namespace Lumivox.Native
             }
             catch (BadImageFormatException)
             {
-                return $"Lumivox' native library '{Library.Name}' is for another kind of processor than {Application.platform} runs on here.";
+                return $"Lumivox' native library, {FileName}, is for another system or kind of processor than {Application.platform} runs on here. Replace it by the one for this machine, and restart Unity.";
             }
             if (version != AbiVersion) return Another($"version {version}");
             var sizes = stackalloc uint[]
@@ -117,6 +137,28 @@ namespace Lumivox.Native
         }
 
         static string Another(string which) =>
-            $"Lumivox' native library does not belong to this package: its border is {which}, and the package's is version {AbiVersion}. Replace the library with the one of the package, and restart Unity, which keeps libraries loaded.";
+            $"Lumivox' native library, {FileName}, does not belong to this package: its border is {which}, and the package's is version {AbiVersion}. Replace the library with the one of the package, and restart Unity, which keeps libraries loaded.";
+
+        /// <summary>What the library is called on this system.</summary>
+        static string FileName
+        {
+            get
+            {
+                switch (Application.platform)
+                {
+                    case RuntimePlatform.WindowsEditor:
+                    case RuntimePlatform.WindowsPlayer:
+                        return $"{Library.Name}.dll";
+                    case RuntimePlatform.OSXEditor:
+                    case RuntimePlatform.OSXPlayer:
+                        return $"lib{Library.Name}.dylib";
+                    default:
+                        return $"lib{Library.Name}.so";
+                }
+            }
+        }
+
+        /// <summary>Some runtimes list all places where they have looked.</summary>
+        static string FirstLine(string text) => text.Split('\n')[0].Trim();
     }
 }

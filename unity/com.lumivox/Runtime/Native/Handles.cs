@@ -1,18 +1,30 @@
 // What the native library lends, freed exactly once whatever happens.
 using System;
 using System.Runtime.InteropServices;
+using System.Threading;
 
 namespace Lumivox.Native
 {
     /// <summary>A pointer of the library's.</summary>
     internal abstract class NativeHandle : SafeHandle
     {
+        static int ended;
+
         protected NativeHandle(IntPtr pointer) : base(IntPtr.Zero, true) => SetHandle(pointer);
+
+        /// <summary>Counts those that ended: what a frame was given of one may be another's now.</summary>
+        public static int Ended => Volatile.Read(ref ended);
 
         public override bool IsInvalid => handle == IntPtr.Zero;
 
         /// <summary>For calls while this is alive; null once it was disposed of.</summary>
         public IntPtr Pointer => IsClosed ? IntPtr.Zero : handle;
+
+        protected override void Dispose(bool disposing)
+        {
+            Interlocked.Increment(ref ended);
+            base.Dispose(disposing);
+        }
     }
 
     /// <summary>A scan. The library counts who shows it: to free this handle takes it from nobody.</summary>

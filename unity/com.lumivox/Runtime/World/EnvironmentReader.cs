@@ -14,6 +14,9 @@ namespace Lumivox
         /// <summary>That of the pipeline, where it has one.</summary>
         internal static Adaptation Adapt;
 
+        /// <summary>What tells one sky of a pipeline that has skies of its own from another; null where there are none.</summary>
+        internal static Func<ulong> NumberOfPipelinesSky;
+
         readonly Vector3[] directions = { Vector3.up, Vector3.forward, Vector3.down };
         readonly Color[] colors = new Color[3];
 
@@ -35,6 +38,33 @@ namespace Lumivox
             // Nobody waits for a sky that lights nothing.
             else sky.LookAway();
         }
+
+        /// <summary>
+        /// Tells the surroundings of the camera that is being drawn from those of others: pipelines may have one sky for each.
+        /// </summary>
+        public static ulong NumberOfSky()
+        {
+            if (NumberOfPipelinesSky != null && GraphicsSettings.currentRenderPipeline != null)
+            {
+                var number = NumberOfPipelinesSky();
+                if (number != 0) return number;
+            }
+            var mode = RenderSettings.ambientMode;
+            var hash = Mix(FirstHash, (int)mode);
+            if (mode == AmbientMode.Trilight) return Mix(Mix(Mix(hash, RenderSettings.ambientSkyColor), RenderSettings.ambientEquatorColor), RenderSettings.ambientGroundColor);
+            if (mode == AmbientMode.Flat) return Mix(hash, RenderSettings.ambientLight);
+            var skybox = RenderSettings.skybox;
+            return skybox == null ? Mix(hash, RenderSettings.ambientLight) : Mix(Mix(hash, skybox.GetInstanceID()), RenderSettings.ambientIntensity);
+        }
+
+        /// <summary>FNV-1a, from here on.</summary>
+        internal const ulong FirstHash = 14695981039346656037ul;
+
+        internal static ulong Mix(ulong hash, int value) => (hash ^ (uint)value) * 1099511628211ul;
+
+        internal static ulong Mix(ulong hash, float value) => Mix(hash, BitConverter.SingleToInt32Bits(value));
+
+        internal static ulong Mix(ulong hash, Color value) => Mix(Mix(Mix(hash, value.r), value.g), value.b);
 
         static void ReadScene(WorldSky sky, bool hasLights, ref Surroundings surroundings)
         {

@@ -1,6 +1,8 @@
-// What cameras see, gathered once a frame into arrays that are kept: volumes, lights and the light around them.
+// What cameras see, gathered into arrays that are kept: volumes, lights and the light around them. Each camera of a frame
+// looks anew, for scripts run between two of them; where nothing has changed, nothing is told again.
 using System;
 using System.Collections.Generic;
+using System.Runtime.InteropServices;
 using Lumivox.Native;
 using UnityEngine;
 
@@ -32,23 +34,32 @@ namespace Lumivox
             public int Volumes;
             public bool IsRecorded;
             public WorldSky Sky;
+            /// Which gathering it was told, under which sky, for whom.
+            public long Gathering;
+            public ulong SkyNumber;
+            public int CameraId;
         }
 
         readonly List<World> worlds = new List<World>();
         readonly EnvironmentReader environment = new EnvironmentReader();
         readonly Skies skies = new Skies();
-        Instance[] instances = new Instance[16];
-        LumivoxVolume[] owners = new LumivoxVolume[16];
+        /// What was gathered, and what was before it.
+        Instance[] instances = new Instance[16], lastInstances = new Instance[16];
+        LumivoxVolume[] owners = new LumivoxVolume[16], lastOwners = new LumivoxVolume[16];
+        LightSource[] lights = new LightSource[16], lastLights = new LightSource[16];
+        Light[] lightOwners = new Light[16], lastLightOwners = new Light[16];
         Instance[] seen = new Instance[16];
-        LightSource[] lights = new LightSource[16];
-        Light[] lightOwners = new Light[16];
         LightSource[] shining = new LightSource[16];
         int instanceCount, lightCount;
         uint layers;
-        long gathered = -1;
+        long gathered = -1, gathering;
+        int gatheredFor, handlesEnded;
         ulong lastNumber;
 
         public Skies Skies => skies;
+
+        /// <summary>How many worlds are kept.</summary>
+        public int Count => worlds.Count;
 
         /// <summary>The layers of all volumes.</summary>
         public uint Layers => layers;
@@ -56,11 +67,11 @@ namespace Lumivox
         /// <summary>The world that a camera sees in a frame; null where it sees no volumes.</summary>
         public World Gather(IntPtr stage, Camera camera, bool isStudio, long frame)
         {
-            if (gathered != frame)
+            var id = camera.GetInstanceID();
+            if (gathered != frame || gatheredFor != id)
             {
-                gathered = frame;
-                GatherVolumes();
-                GatherLights();
+                if (Changed() || gathered != frame) gathering++;
+                (gathered, gatheredFor) = (frame, id);
             }
             var key = new WorldKey
             {
@@ -70,10 +81,11 @@ namespace Lumivox
                 IsSceneView = camera.cameraType == CameraType.SceneView,
             };
             if (key.Layers == 0) return null;
-            var world = Find(key);
-            if (world.Frame != frame)
+            var world = Find(key, isStudio ? 0 : EnvironmentReader.NumberOfSky(), id, frame);
+            if (world.Frame != frame || world.Gathering != gathering)
             {
                 world.Frame = frame;
+                world.Gathering = gathering;
                 world.IsRecorded = false;
                 Tell(stage, world);
             }
@@ -117,14 +129,54 @@ namespace Lumivox
 
         public void Dispose() => skies.Dispose();
 
-        World Find(in WorldKey key)
+        /// <summary>
+        /// The world of a key under a sky. Cameras under one sky share it; of a sky that changes, the camera that it was told
+        /// for keeps it.
+        /// </summary>
+        World Find(in WorldKey key, ulong sky, int cameraId, long frame)
         {
+            World found = null;
             foreach (var world in worlds)
-                if (world.Key.Equals(key)) return world;
-            var made = new World { Key = key, Number = ++lastNumber, Sky = new WorldSky(skies) };
-            worlds.Add(made);
-            return made;
+            {
+                if (!world.Key.Equals(key)) continue;
+                if (world.SkyNumber == sky)
+                {
+                    found = world;
+                    break;
+                }
+                if (world.CameraId == cameraId && world.Frame != frame) found = world;
+            }
+            if (found == null)
+            {
+                found = new World { Key = key, Number = ++lastNumber, Sky = new WorldSky(skies) };
+                worlds.Add(found);
+            }
+            // Whoever comes first in a frame tells it.
+            if (found.Frame != frame) (found.SkyNumber, found.CameraId) = (sky, cameraId);
+            return found;
         }
+
+        /// <summary>Gathers anew. Returns whether that is anything else than before.</summary>
+        bool Changed()
+        {
+            var (volumesBefore, lightsBefore) = (instanceCount, lightCount);
+            (instances, lastInstances) = (lastInstances, instances);
+            (owners, lastOwners) = (lastOwners, owners);
+            (lights, lastLights) = (lastLights, lights);
+            (lightOwners, lastLightOwners) = (lastLightOwners, lightOwners);
+            var endedBefore = handlesEnded;
+            handlesEnded = NativeHandle.Ended;
+            GatherVolumes();
+            GatherLights();
+            if (handlesEnded != endedBefore || instanceCount != volumesBefore || lightCount != lightsBefore) return true;
+            for (var i = 0; i < instanceCount; i++)
+                if (!ReferenceEquals(owners[i], lastOwners[i])) return true;
+            for (var i = 0; i < lightCount; i++)
+                if (!ReferenceEquals(lightOwners[i], lastLightOwners[i])) return true;
+            return !Bytes(instances, instanceCount).SequenceEqual(Bytes(lastInstances, instanceCount)) || !Bytes(lights, lightCount).SequenceEqual(Bytes(lastLights, lightCount));
+        }
+
+        static ReadOnlySpan<byte> Bytes<T>(T[] of, int count) where T : unmanaged => MemoryMarshal.AsBytes(new ReadOnlySpan<T>(of, 0, count));
 
         void GatherVolumes()
         {
@@ -132,9 +184,9 @@ namespace Lumivox
             if (instances.Length < all.Count)
             {
                 Array.Resize(ref instances, all.Count * 2);
-                Array.Resize(ref seen, all.Count * 2);
                 Array.Resize(ref owners, all.Count * 2);
             }
+            if (seen.Length < instances.Length) Array.Resize(ref seen, instances.Length);
             instanceCount = 0;
             layers = 0;
             foreach (var volume in all)
@@ -153,8 +205,8 @@ namespace Lumivox
             {
                 Array.Resize(ref lights, all.Count * 2);
                 Array.Resize(ref lightOwners, all.Count * 2);
-                Array.Resize(ref shining, all.Count * 2);
             }
+            if (shining.Length < lights.Length) Array.Resize(ref shining, lights.Length);
             lightCount = 0;
             foreach (var light in all)
             {

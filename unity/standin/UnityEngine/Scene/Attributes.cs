@@ -49,6 +49,7 @@ namespace UnityEngine
 namespace UnityEngine.Scripting
 {
     [AttributeUsage(AttributeTargets.All, Inherited = false)] public class PreserveAttribute : Attribute { }
+    [AttributeUsage(AttributeTargets.Assembly)] public class AlwaysLinkAssemblyAttribute : Attribute { }
 }
 
 namespace UnityEngine.Serialization

@@ -63,7 +63,7 @@ namespace StandIn
                     was.owner.components[was.owner.components.IndexOf(was)] = now;
                 }
             }
-            foreach (var pair in map) Serializer.Copy(pair.Key, pair.Value, item => map.TryGetValue(item, out var now) ? now : item);
+            foreach (var pair in map) Serializer.Copy(pair.Key, pair.Value, item => map.TryGetValue(item, out var now) ? now : item, isReload: true);
             foreach (var old in map.Keys) old.isDestroyed = true;
             Application.ForgetListeners();
             UnityEngine.Rendering.RenderPipelineManager.Forget();
@@ -128,14 +128,15 @@ namespace StandIn
             RuntimeInitialize(RuntimeInitializeLoadType.AfterSceneLoad);
         }
 
-        /// Back to editing: objects that were made in play mode end, as they were not saved.
+        /// Back to editing: objects that were made in play mode end, as they were not saved; but for those that nothing but
+        /// their maker ends, by HideFlags.
         public static void Stop()
         {
             if (!Application.isPlaying) throw new InvalidOperationException("it is not playing");
             Application.Quitting();
             foreach (var script in Lifecycle.Running()) Lifecycle.Stop(script);
             Application.playing = false;
-            foreach (var item in Objects.All().OfType<GameObject>().Where(item => item.isLasting).ToArray()) Objects.DestroyNow(item);
+            foreach (var item in Objects.All().OfType<GameObject>().Where(item => item.isLasting && (item.hideFlags & HideFlags.DontSaveInEditor) == 0).ToArray()) Objects.DestroyNow(item);
             foreach (var script in Objects.All().OfType<MonoBehaviour>()) { script.isAwake = script.isStarted = false; }
             foreach (var item in Objects.All().OfType<GameObject>().Where(item => item.transform.above is null && !item.isPrefab).ToArray()) Lifecycle.Refresh(item);
         }

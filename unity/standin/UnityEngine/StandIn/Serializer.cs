@@ -11,24 +11,27 @@ namespace StandIn
 {
     public static class Serializer
     {
-        static readonly Dictionary<Type, FieldInfo[]> known = new Dictionary<Type, FieldInfo[]>();
+        static readonly Dictionary<(Type, bool), FieldInfo[]> known = new Dictionary<(Type, bool), FieldInfo[]>();
         const int MostDeep = 10;
 
-        /// The fields that are kept, those of base classes first.
-        public static FieldInfo[] FieldsOf(Type type)
+        /// The fields that are kept, those of base classes first. A reload of scripts keeps private ones, too, which scenes,
+        /// assets and clones do not have: whoever wants to begin anew says so with [NonSerialized].
+        public static FieldInfo[] FieldsOf(Type type, bool isReload = false)
         {
-            if (known.TryGetValue(type, out var found)) return found;
+            if (known.TryGetValue((type, isReload), out var found)) return found;
             var fields = new List<FieldInfo>();
             for (var at = type; at != null && at != typeof(object) && at != typeof(MonoBehaviour) && at != typeof(ScriptableObject); at = at.BaseType)
-                fields.InsertRange(0, at.GetFields(BindingFlags.Instance | BindingFlags.Public | BindingFlags.NonPublic | BindingFlags.DeclaredOnly).Where(IsKept));
-            return known[type] = fields.ToArray();
+                fields.InsertRange(0, at.GetFields(BindingFlags.Instance | BindingFlags.Public | BindingFlags.NonPublic | BindingFlags.DeclaredOnly).Where(field => IsKept(field, isReload)));
+            return known[(type, isReload)] = fields.ToArray();
         }
 
-        static bool IsKept(FieldInfo field)
+        static bool IsKept(FieldInfo field, bool isReload)
         {
             if (field.IsInitOnly || field.IsLiteral || Attribute.IsDefined(field, typeof(NonSerializedAttribute))) return false;
             if (Attribute.IsDefined(field, typeof(SerializeReference))) return true;
-            return (field.IsPublic || Attribute.IsDefined(field, typeof(SerializeField))) && IsKept(field.FieldType, true);
+            var isSaid = field.IsPublic || Attribute.IsDefined(field, typeof(SerializeField));
+            // What the engine's own classes have here is no state of Unity's.
+            return (isSaid || isReload && !field.DeclaringType.Assembly.GetName().Name.StartsWith("Unity")) && IsKept(field.FieldType, true);
         }
 
         static bool IsKept(Type type, bool listsToo)
@@ -45,14 +48,14 @@ namespace StandIn
         static bool IsPlain(Type type) => type.IsPrimitive || type == typeof(string) || type.IsEnum;
 
         /// Copies the kept fields of one object to another of the same (or a reloaded) type. References to objects go through `map`.
-        public static void Copy(object from, object to, Func<Object, Object> map)
+        public static void Copy(object from, object to, Func<Object, Object> map, bool isReload = false)
         {
             if (from is ISerializationCallbackReceiver before) before.OnBeforeSerialize();
-            foreach (var field in FieldsOf(from.GetType())) field.SetValue(to, CopyOf(field.GetValue(from), field.FieldType, map, Attribute.IsDefined(field, typeof(SerializeReference)), 0));
+            foreach (var field in FieldsOf(from.GetType(), isReload)) field.SetValue(to, CopyOf(field.GetValue(from), field.FieldType, map, isReload, Attribute.IsDefined(field, typeof(SerializeReference)), 0));
             if (to is ISerializationCallbackReceiver after) after.OnAfterDeserialize();
         }
 
-        static object CopyOf(object value, Type type, Func<Object, Object> map, bool byReference, int depth)
+        static object CopyOf(object value, Type type, Func<Object, Object> map, bool isReload, bool byReference, int depth)
         {
             if (IsPlain(type)) return type == typeof(string) ? value ?? "" : value;
             if (typeof(Object).IsAssignableFrom(type)) return value is Object item && !item.isDestroyed ? map(item) : null;
@@ -62,13 +65,13 @@ namespace StandIn
                 var source = (Array)value;
                 var copy = Array.CreateInstance(element, source?.Length ?? 0);
                 if (source != null && element.IsPrimitive) { Buffer.BlockCopy(source, 0, copy, 0, Buffer.ByteLength(source)); return copy; }
-                for (int i = 0; i < copy.Length; i++) copy.SetValue(CopyOf(source.GetValue(i), element, map, byReference, depth + 1), i);
+                for (int i = 0; i < copy.Length; i++) copy.SetValue(CopyOf(source.GetValue(i), element, map, isReload, byReference, depth + 1), i);
                 return copy;
             }
             if (type.IsGenericType && type.GetGenericTypeDefinition() == typeof(List<>))
             {
                 var copy = (IList)Activator.CreateInstance(type);
-                if (value != null) foreach (var item in (IList)value) copy.Add(CopyOf(item, type.GetGenericArguments()[0], map, byReference, depth + 1));
+                if (value != null) foreach (var item in (IList)value) copy.Add(CopyOf(item, type.GetGenericArguments()[0], map, isReload, byReference, depth + 1));
                 return copy;
             }
             if (byReference && value == null) return null;
@@ -79,7 +82,7 @@ namespace StandIn
             var made = System.Runtime.Serialization.FormatterServices.GetUninitializedObject(actual);
             if (!actual.IsValueType && actual.GetConstructor(BindingFlags.Instance | BindingFlags.Public | BindingFlags.NonPublic, null, Type.EmptyTypes, null) != null) made = Activator.CreateInstance(actual, true);
             if (value is ISerializationCallbackReceiver before) before.OnBeforeSerialize();
-            foreach (var field in FieldsOf(actual)) field.SetValue(made, CopyOf(field.GetValue(value), field.FieldType, map, Attribute.IsDefined(field, typeof(SerializeReference)), depth + 1));
+            foreach (var field in FieldsOf(actual, isReload)) field.SetValue(made, CopyOf(field.GetValue(value), field.FieldType, map, isReload, Attribute.IsDefined(field, typeof(SerializeReference)), depth + 1));
             if (made is ISerializationCallbackReceiver after) after.OnAfterDeserialize();
             return made;
         }

@@ -73,6 +73,8 @@ pub struct Gpu {
     pub name: String,
     pub limits: wgpu::Limits,
     pub features: wgpu::Features,
+    /// Whether it computes on the CPU.
+    in_software: bool,
     resources: HashMap<u32, Resource>,
     next: u32,
     kernels: Vec<Kernel>,
@@ -131,6 +133,7 @@ impl Gpu {
         }));
         Ok(Self {
             name: adapter.get_info().name,
+            in_software: adapter.get_info().device_type == wgpu::DeviceType::Cpu,
             limits: device.limits(),
             features,
             device,
@@ -174,7 +177,11 @@ impl Gpu {
             return Err(format!("a buffer of {size} bytes is more than the device has"));
         }
         use wgpu::BufferUsages as Usages;
-        let kind = if constant { Usages::UNIFORM } else { Usages::STORAGE | Usages::INDIRECT };
+        let kind = match constant {
+            true if self.in_software => Usages::UNIFORM | Usages::STORAGE,
+            true => Usages::UNIFORM,
+            false => Usages::STORAGE | Usages::INDIRECT,
+        };
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
             size,
@@ -310,7 +317,12 @@ impl Gpu {
     }
 
     pub fn create_kernel(&mut self, words: Vec<u32>) -> Result<u32, String> {
-        let module = Module::read(words, 0)?;
+        let mut module = Module::read(words, 0)?;
+        let is_buffer = |kind| matches!(kind, Kind::Constant | Kind::Buffer { .. });
+        let buffers = module.variables.iter().filter(|variable| is_buffer(variable.kind)).count();
+        if self.in_software && buffers <= self.limits.max_storage_buffers_per_shader_stage as usize {
+            module.put_constants_into_storage()?;
+        }
         self.kernels.push(Kernel::new(&self.device, module));
         Ok(self.kernels.len() as u32 - 1)
     }
@@ -356,7 +368,8 @@ impl Gpu {
                     Bound::Texture(view(&texture, shape, written.then_some(bind.level)))
                 }
             });
-            entries.push((variable.binding, binding_type(variable.kind, format)));
+            entries
+                .push((variable.binding, binding_type(variable.kind, format, module.constants_in_storage)));
         }
         Ok((entries, bound))
     }

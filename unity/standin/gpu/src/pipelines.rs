@@ -71,7 +71,11 @@ fn layout(device: &wgpu::Device, entries: &[Entry], visibility: wgpu::ShaderStag
 }
 
 /// What a variable's place in a layout is, given the format of the texture that is bound to it.
-pub fn binding_type(kind: Kind, format: Option<wgpu::TextureFormat>) -> wgpu::BindingType {
+pub fn binding_type(
+    kind: Kind,
+    format: Option<wgpu::TextureFormat>,
+    constants_in_storage: bool,
+) -> wgpu::BindingType {
     let dimension = |shape| match shape {
         Shape::Flat => wgpu::TextureViewDimension::D2,
         Shape::Array => wgpu::TextureViewDimension::D2Array,
@@ -80,6 +84,9 @@ pub fn binding_type(kind: Kind, format: Option<wgpu::TextureFormat>) -> wgpu::Bi
     };
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     match kind {
+        Kind::Constant if constants_in_storage => {
+            buffer(wgpu::BufferBindingType::Storage { read_only: true })
+        }
         Kind::Constant => buffer(wgpu::BufferBindingType::Uniform),
         Kind::Buffer { writable } => buffer(wgpu::BufferBindingType::Storage { read_only: !writable }),
         Kind::Texture(shape) => wgpu::BindingType::Texture {

@@ -50,6 +50,8 @@ pub struct Module {
     pub entry: String,
     pub variables: Vec<Variable>,
     pub threads: [u32; 3],
+    /// Whether its constant buffers are bound as storage: see [`Module::put_constants_into_storage`].
+    pub constants_in_storage: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -126,11 +128,41 @@ impl Module {
             words[*at] = set;
         }
         formatless_images(&mut words)?;
-        let mut module =
-            Self { words: Vec::new(), entry: String::new(), variables: Vec::new(), threads: [1; 3] };
+        let mut module = Self {
+            words: Vec::new(),
+            entry: String::new(),
+            variables: Vec::new(),
+            threads: [1; 3],
+            constants_in_storage: false,
+        };
         module.reflect(&words, &numbers)?;
         module.words = words;
         Ok(module)
+    }
+
+    /// Makes its constant buffers storage to the driver; all else sees constant buffers as before. Mesa's driver in software
+    /// takes what is in uniforms for constants: it compiles a kernel anew whenever they change, and keeps each.
+    ///
+    /// # Errors
+    /// Text, of a module that is none.
+    pub fn put_constants_into_storage(&mut self) -> Result<(), String> {
+        let (mut structs, mut pointees, mut blocks) = (HashSet::<u32>::new(), HashMap::new(), Vec::new());
+        for (at, opcode, operands) in instructions(&self.words)? {
+            match (opcode, operands) {
+                (32, [pointer, 2, pointee]) => drop(pointees.insert(*pointer, *pointee)),
+                (59, [pointer, _, 2, ..]) => structs.extend(pointees.get(pointer)),
+                // Block, which becomes BufferBlock.
+                (71, [target, 2]) => blocks.push((*target, at + 2)),
+                _ => {}
+            }
+        }
+        for (target, at) in blocks {
+            if structs.contains(&target) {
+                self.words[at] = 3;
+            }
+        }
+        self.constants_in_storage = true;
+        Ok(())
     }
 
     fn reflect(&mut self, words: &[u32], numbers: &HashMap<u32, u32>) -> Result<(), String> {

@@ -21,6 +21,7 @@ namespace StandIn.Tests
         public List<Vector3> points = new List<Vector3>();
         public Asset asset;
         internal int hidden = 1;
+        internal Inner never;
         [Serializable] internal class Inner { public string text = "a"; public float[] values = { 1 }; int own = 2; internal int Own { get => own; set => own = value; } }
         void Awake() => heard.Add("Awake");
         void OnEnable() => heard.Add("OnEnable");
@@ -223,10 +224,13 @@ namespace StandIn.Tests
             Assert.That(before == null && after.GetInstanceID() == before.GetInstanceID());
             Assert.That(before.heard.Last(), Is.EqualTo("OnDisable"));
             Assert.That(after.heard, Is.EqualTo(new[] { "OnEnable" }), "awake it was before");
-            Assert.That((after.number, after.unkept, after.hidden), Is.EqualTo((7, 5, 1)));
-            Assert.That((after.inner.text, after.inner.Own, after.inner.values.Length), Is.EqualTo(("b", 2, 2)));
+            // Private fields, too, unlike in clones; and out of nothing comes an empty object.
+            Assert.That((after.number, after.unkept, after.hidden), Is.EqualTo((7, 5, 6)));
+            Assert.That((after.inner.text, after.inner.Own, after.inner.values.Length), Is.EqualTo(("b", 4, 2)));
+            Assert.That(before.never, Is.Null);
+            Assert.That(after.never.text, Is.EqualTo("a"));
             Assert.That(after.friend, Is.SameAs(after));
-            Assert.That(asset == null && after.asset.value == 12 && after.asset.enabledCount == 1);
+            Assert.That(asset == null && after.asset.value == 12 && after.asset.enabledCount == 2);
         }
 
         [Test]

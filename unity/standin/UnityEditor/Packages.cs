@@ -1,0 +1,20 @@
+// Packages of the project: the one that is tested.
+using System;
+using System.Reflection;
+
+namespace UnityEditor.PackageManager
+{
+    public class PackageInfo
+    {
+        public string name { get; internal set; } = "";
+        /// Where its files are.
+        public string resolvedPath { get; internal set; } = "";
+        /// Null for what lies in Assets.
+        public static PackageInfo FindForAssembly(Assembly assembly)
+        {
+            if (assembly == null) throw new ArgumentNullException(nameof(assembly));
+            var folder = (Environment.GetEnvironmentVariable("STANDIN_PACKAGES") ?? "").Split(':')[0];
+            return folder == "" ? null : new PackageInfo { name = "com.lumivox", resolvedPath = folder };
+        }
+    }
+}
