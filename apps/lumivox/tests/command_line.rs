@@ -254,6 +254,18 @@ fn info_lists_the_labels_of_a_label_map() {
 }
 
 #[test]
+fn phantoms_of_mr_become_mr_and_their_looks_suit_them() {
+    let folder = tempfile::tempdir().unwrap();
+    for (kind, preset) in [("mr-head", "mr-head"), ("mr-brain", "mr-brain")] {
+        let made = lumivox(folder.path(), &["phantom", kind, "--size", "128", "--out", kind]);
+        assert!(made.stdout.contains("Wrote 128 DICOM files"), "{}", made.stderr);
+        let run = lumivox(folder.path(), &["info", kind]);
+        assert!(run.stdout.contains("modality  MR\n"), "{}", run.stdout);
+        assert!(run.stdout.contains(&format!("preset  {preset} ")), "{}", run.stdout);
+    }
+}
+
+#[test]
 fn info_never_names_the_patient() {
     let folder = folder_with_scan();
     let path = folder.path();

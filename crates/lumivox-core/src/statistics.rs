@@ -204,7 +204,7 @@ mod tests {
         let blocks = |x: usize, y: usize| if y < 9 { 0 } else { 1000 * (x / 16 + y / 20) as u16 };
         assert!(looks_like_labels(&new(&blocks, Modality::Other)));
         assert!(!looks_like_labels(&new(&blocks, Modality::Ct)), "its file says what it is");
-        let mask = |x: usize, y: usize| u16::from((x + y) % 3 == 0);
+        let mask = |x: usize, y: usize| u16::from((x + y).is_multiple_of(3));
         assert!(looks_like_labels(&new(&mask, Modality::Other)), "vessels of one voxel");
         // A scan of 8 bits: a smooth body with noise in air.
         let scan = |x: usize, y: usize| if y < 9 { 0 } else { (100 + (x * 7 + y * 13) % 40) as u16 };

@@ -234,6 +234,7 @@ mod tests {
         assert_eq!(of("CTA_Head-Neck 0.75").focus, Some(Focus::Vessels));
         assert_eq!(of("C-SPINE").part, Some(BodyPart::Spine));
         assert_eq!(of("Thorax 1.0 lung").focus, Some(Focus::Lungs));
+        assert_eq!(of("Brain, skull stripped, T1").focus, Some(Focus::BrainAlone));
         assert_eq!(of("BONEPLUS").focus, Some(Focus::Bone));
         assert_eq!(of("Abd w/o contrast").contrast, Some(false));
         assert_eq!(of("Abd arterial").contrast, Some(true));

@@ -120,7 +120,7 @@ fn description(kind: PhantomKind) -> &'static str {
         PhantomKind::Head => "Head and neck, contrast",
         PhantomKind::Torso => "Chest and upper abdomen, contrast",
         PhantomKind::MrHead => "Head and neck, T1",
-        PhantomKind::MrBrain => "Brain without skull, T1",
+        PhantomKind::MrBrain => "Brain, skull stripped, T1",
         PhantomKind::Cube => "Test cube",
         PhantomKind::Slab => "Homogeneous slab",
         PhantomKind::Sphere => "Homogeneous sphere",

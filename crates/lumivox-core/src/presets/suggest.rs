@@ -66,8 +66,9 @@ fn ct(volume: &Volume) -> Preset {
 }
 
 fn mr(volume: &Volume) -> Preset {
-    /// A grown brain is larger; what is smaller is none, or a piece of one.
+    /// Bodies and brains fill more of what is scanned, or are thicker than vessels.
     const SPARSE: f64 = 0.06;
+    const THICK: f64 = 0.5;
     let subject = volume.subject();
     let statistics = ValueStatistics::new(volume, 1024);
     let border = statistics.otsu_threshold();
@@ -79,7 +80,7 @@ fn mr(volume: &Volume) -> Preset {
     match (subject.part, subject.focus) {
         (_, Some(Focus::Vessels)) => Preset::MrAngiography,
         // Nothing but vessels is so little of what was scanned.
-        _ if share < SPARSE => Preset::MrAngiography,
+        _ if share < SPARSE && Places::of(volume).thick_share(border) < THICK => Preset::MrAngiography,
         (_, Some(Focus::BrainAlone)) => Preset::MrBrain,
         (None | Some(BodyPart::Head | BodyPart::Neck), _) => {
             let rim = Rim::of(volume, border);
@@ -116,6 +117,21 @@ impl<'a> Places<'a> {
     fn ml(&self) -> f64 {
         let step = self.volume.patient_from_voxel().matrix3.determinant().abs();
         step * self.stride.iter().product::<usize>() as f64 / 1000.0
+    }
+
+    /// Of the places above `border`, the share all of whose neighbours are, too.
+    fn thick_share(&self, border: f64) -> f64 {
+        let (mut above, mut thick) = (0u64, 0u64);
+        for at in self.all().filter(|at| self.value(*at) > border) {
+            let is_above = |axis: usize, up: bool| {
+                let mut beside = at;
+                beside[axis] = if up { at[axis] + 1 } else { at[axis].wrapping_sub(1) };
+                beside[axis] < self.dims[axis] && self.value(beside) > border
+            };
+            above += 1;
+            thick += u64::from((0..3).all(|axis| is_above(axis, false) && is_above(axis, true)));
+        }
+        thick as f64 / above.max(1) as f64
     }
 
     fn all(&self) -> impl Iterator<Item = [usize; 3]> {
@@ -393,6 +409,12 @@ mod tests {
         let vessels =
             |at: DVec3| if at.x.abs() < 5.0 && at.y.abs() < 5.0 { 500.0 } else { at.x.abs() / 50.0 };
         assert_eq!(suggest(&scan([100, 100, 100], Modality::Mr, vessels)), Preset::MrAngiography);
+        // A brain in a wide field of view is no more, but thick.
+        let brain = |at: DVec3| {
+            let body = if at.length() < 60.0 { 400.0 } else { 0.0 };
+            body + (at.x * 3.0 + at.y * 5.0 + at.z * 7.0).abs() % 16.0
+        };
+        assert_eq!(suggest(&scan([130, 130, 130], Modality::Mr, brain)), Preset::MrBrain);
     }
 
     #[test]
