@@ -60,7 +60,10 @@ def test_a_slab_lets_through_what_beer_and_lambert_say() -> None:
             ["--eye", "100,200,900", "--density", "0.5", "--bounces", "3", "--tone", "plain", "--background", "environment"],
             {"eye": (100, 200, 900), "density": 0.5, "bounces": 3, "tone": "plain", "background": "environment"},
         ),
-        (["--peel", "15", "--surface", "off", "--exposure", "0.5", "--seed", "7"], {"peel": 15, "surface": False, "exposure": 0.5, "seed": 7}),
+        (
+            ["--peel", "15", "--surface", "off", "--exposure", "0.5", "--seed", "7"],
+            {"peel": 15, "surface": False, "exposure": 0.5, "seed": 7},
+        ),
     ],
 )
 def test_a_picture_is_the_commands_to_the_last_bit(
@@ -214,7 +217,7 @@ def test_options_that_make_no_sense_are_told(head: lumivox.Volume) -> None:
 
 
 def test_files_hold_what_was_rendered(head: lumivox.Volume, tmp_path: Path) -> None:
-    image = lumivox.render(head, preset="ct-bone", size=(24, 16), samples=2, layers=True, background="transparent")
+    image = lumivox.render(head, preset="ct-bone", size=(32, 16), samples=2, layers=True, background="transparent")
     image.save(tmp_path / "a.png")
     assert image._repr_png_() == (tmp_path / "a.png").read_bytes()
     assert image._repr_png_().startswith(b"\x89PNG\r\n\x1a\n")
