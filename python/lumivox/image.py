@@ -163,4 +163,5 @@ class Image:
 
 
 def _unpickle(sums: Array, *rest: Any) -> Image:
-    return Image(_native.Film(sums), *rest)
+    # What came over a network may lie at odd addresses.
+    return Image(_native.Film(np.require(sums, requirements=["C", "A"])), *rest)

@@ -28,7 +28,7 @@ class EnvironmentMap:
 
     def __init__(self, texels: npt.ArrayLike) -> None:
         """Of radiance (rows, columns, 3)."""
-        self.native = _native.EnvironmentMap(np.ascontiguousarray(texels, dtype=np.float32))
+        self.native = _native.EnvironmentMap(np.require(texels, np.float32, ["C", "A"]))
 
     @classmethod
     def load(cls, path: PathLike) -> EnvironmentMap:

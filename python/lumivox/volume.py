@@ -97,6 +97,8 @@ class Volume:
         unit: str | None,
     ) -> Volume:
         rows = patient_from_voxel[:3].tolist()
+        # What came over a network may lie at odd addresses.
+        stored = np.require(stored, requirements=["C", "A"])
         return cls(_native.Volume.from_array(stored, slope, intercept, rows, modality, unit))
 
     @property
@@ -291,7 +293,10 @@ def _unpickle(
     found: tuple[Any, ...] | None,
 ) -> Volume:
     volume = Volume._from_stored(stored, slope, intercept, matrix, modality, unit)
-    return volume if found is None else Volume(volume.native.with_labels(*found))
+    if found is None:
+        return volume
+    labels, *rest = found
+    return Volume(volume.native.with_labels(np.require(labels, requirements=["C", "A"]), *rest))
 
 
 def _stored(array: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], float]:

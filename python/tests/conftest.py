@@ -6,9 +6,10 @@ import os
 import sys
 from pathlib import Path
 
-import lumivox
 import numpy as np
 import pytest
+
+import lumivox
 
 
 @pytest.fixture(scope="session")

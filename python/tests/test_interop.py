@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-import lumivox
 import nibabel
 import numpy as np
 import pytest
 import SimpleITK as sitk
 import xarray
+
+import lumivox
 
 CORNERS = np.array([[0, 0, 0, 1], [3, 0, 0, 1], [0, 2, 0, 1], [0, 0, 1, 1]], float).T
 

@@ -11,12 +11,12 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import lumivox
 import numpy as np
 import pytest
-from lumivox import rendering
-
 from conftest import block, white
+
+import lumivox
+from lumivox import rendering
 
 SIZE = (32, 32)
 

@@ -12,9 +12,10 @@ import threading
 import time
 from pathlib import Path
 
-import lumivox
 import numpy as np
 import pytest
+
+import lumivox
 
 
 @pytest.mark.parametrize("dtype", ["u1", "i1", "u2", "i2", "i4", "i8", "f4", "f8", ">i2", ">f4", "?"])
