@@ -95,7 +95,9 @@ impl Medium {
                 "volume" => ExtinctionSpace::Volume,
                 "world" => ExtinctionSpace::World,
                 other => {
-                    return Err(errors::value(format!("extinction_space '{other}' is not 'volume' or 'world'")));
+                    return Err(errors::value(format!(
+                        "extinction_space '{other}' is not 'volume' or 'world'"
+                    )));
                 }
             },
         };

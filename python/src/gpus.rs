@@ -159,7 +159,13 @@ impl Renderer {
     }
 
     /// Begins an image that is rendered little by little.
-    fn begin(slf: Py<Self>, py: Python<'_>, scene: Scene, camera: Camera, request: Request) -> PyResult<Still> {
+    fn begin(
+        slf: Py<Self>,
+        py: Python<'_>,
+        scene: Scene,
+        camera: Camera,
+        request: Request,
+    ) -> PyResult<Still> {
         let (scene, camera, request) = (scene.build()?, camera.build(), request.build()?);
         let began = py.detach(|| {
             let mut opened = lock(&slf.get().opened);

@@ -31,8 +31,10 @@ pub fn phantom(
     let volume = match kind {
         "head" => {
             let options = AnatomyOptions { size, seed, ..AnatomyOptions::default() };
-            wait::stages(py, progress, |progress, cancel| lumivox_phantom::anatomy(options, progress, cancel))?
-                .map_err(|_| errors::cancelled())?
+            wait::stages(py, progress, |progress, cancel| {
+                lumivox_phantom::anatomy(options, progress, cancel)
+            })?
+            .map_err(|_| errors::cancelled())?
         }
         "torso" => {
             let options = TorsoOptions { size, seed, ..TorsoOptions::default() };

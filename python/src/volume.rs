@@ -206,10 +206,7 @@ impl Volume {
     }
 
     /// The label of each voxel (z, y, x), and what the labels mean; `None` where nothing was looked for.
-    fn labels<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<Option<(Bound<'py, PyArray3<u8>>, Vec<LabelEntry>)>> {
+    fn labels<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyArray3<u8>>, Vec<LabelEntry>)>> {
         let Some(found) = &self.found else { return Ok(None) };
         let [x, y, z] = found.labels.dims();
         let flat = numpy::PyArray1::from_slice(py, found.labels.voxels());
@@ -340,9 +337,8 @@ pub fn load(
 ) -> PyResult<Volume> {
     let options = options(series, phase, leave_gaps, fill_damaged, allow_outside_data, raw)?;
     let told = progress.as_ref().map(|told| told.clone_ref(py));
-    let loaded = wait::stages(py, told, |progress, cancel| {
-        lumivox_import::load(&paths, &options, progress, cancel)
-    })?;
+    let loaded =
+        wait::stages(py, told, |progress, cancel| lumivox_import::load(&paths, &options, progress, cancel))?;
     let imported = loaded.map_err(errors::import)?;
     let report = Some(serde_json::to_string(&imported.report).map_err(errors::scan)?);
     let volume = match patient_alone {

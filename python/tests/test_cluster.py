@@ -257,3 +257,61 @@ def test_the_machines_own_cluster_needs_no_set_up(python: str, tmp_path: Path) -
     assert done.returncode == 0, done.stderr
     hardware = [gpu for gpu in lumivox.gpus() if gpu.unsuitable is None and not gpu.software]
     assert int(done.stdout) == (len(hardware) or len(os.sched_getaffinity(0)))
+
+
+def test_the_command_renders_on_a_cluster(
+    local: cluster.Local, head_folder: Path, command: str, python: str, tmp_path: Path
+) -> None:
+    # `-P` and not the folder beside the tests, which is no package that is installed.
+    environment = {**os.environ, "LUMIVOX_PYTHON": python, "PYTHONSAFEPATH": "1"}
+    address = local.client.scheduler.address
+
+    def run(name: str, *more: str, samples: int = 4, **other: str) -> subprocess.CompletedProcess[str]:
+        looks = ["--preset", "ct-bone", "--environment", "gradient", "--light", "sun:40,30,1.5,2", "--background", "environment"]
+        usual = ["--size", "48x40", "--samples", str(samples), "--seed", "3", "--azimuth", "20", "-o", name]
+        arguments = [command, "render", str(head_folder), *looks, *usual, *more]
+        return subprocess.run(
+            arguments, env={**environment, **other}, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+        )
+
+    assert run("own.png").returncode == 0
+    done = run("cluster.png", "--cluster", address)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "own.png").read_bytes() == (tmp_path / "cluster.png").read_bytes()
+    assert f"tracing on the cluster at {address}" in done.stderr
+
+    missing = run("a.png", "--cluster", address, LUMIVOX_PYTHON="no-such-python")
+    assert missing.returncode == 1 and "--cluster needs Python with Lumivox" in missing.stderr
+    bare = run(
+        "a.png", "--cluster", address, PYTHONPATH=str(tmp_path), PYTHONNOUSERSITE="1", LUMIVOX_PYTHON=bare_python(tmp_path)
+    )
+    assert bare.returncode == 1 and "pip install 'lumivox[cluster]'" in bare.stderr and "No module named" in bare.stderr
+    silent = run("a.png", "--cluster", "tcp://127.0.0.1:9")
+    assert silent.returncode == 1 and "no Dask scheduler answers at tcp://127.0.0.1:9" in silent.stderr
+    both = run("a.png", "--cluster", address, "--gpu", "x")
+    assert both.returncode == 2
+    assert not (tmp_path / "a.png").exists()
+
+
+def bare_python(folder: Path) -> str:
+    """An interpreter that has no Lumivox."""
+    bare = folder / "bare-python"
+    bare.write_text(f'#!/bin/sh\nexec "{sys.executable}" -I -S "$@"\n')
+    bare.chmod(0o755)
+    return str(bare)
+
+
+def test_ctrl_c_keeps_what_the_cluster_has(
+    local: cluster.Local, head_folder: Path, command: str, python: str, tmp_path: Path
+) -> None:
+    environment = {**os.environ, "LUMIVOX_PYTHON": python, "PYTHONSAFEPATH": "1"}
+    arguments = ["--size", "64x200", "--samples", "2000", "-o", "part.png", "--cluster", local.client.scheduler.address]
+    process = subprocess.Popen(
+        [command, "render", str(head_folder), *arguments], env=environment, cwd=tmp_path, stderr=subprocess.PIPE, text=True
+    )
+    time.sleep(6.0)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130, said
+    # Parts that had ended by then are in the picture, or there was none.
+    assert ("What there was is in" in said) == (tmp_path / "part.png").exists(), said

@@ -1,6 +1,7 @@
 //! The `lumivox` command: medical scans to path-traced images.
 
 mod args;
+mod cluster;
 mod commands;
 mod exit;
 mod inputs;

@@ -148,7 +148,8 @@ impl Gpu {
             Some(adapter) => pollster::block_on(Self::request_on(adapter)),
             None if adapters.is_empty() => Err(GpuError::NoAdapter),
             None => {
-                let numbered = |(at, adapter): (usize, &wgpu::Adapter)| format!("{at} {}", adapter.get_info().name);
+                let numbered =
+                    |(at, adapter): (usize, &wgpu::Adapter)| format!("{at} {}", adapter.get_info().name);
                 let available = adapters.iter().enumerate().map(numbered).collect::<Vec<_>>().join(", ");
                 Err(GpuError::NoSuchIndex { index, available })
             }

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["Cancelled", "Figures", "Images", "Job", "Local", "film", "render", "study", "submit", "workers"]
 
 Target = Any
-"""``None``, an address, a ``distributed.Client``, a :class:`Local`, or a Dask cluster."""
+"""``None`` or ``"local"``, an address, a ``distributed.Client``, a :class:`Local`, or a Dask cluster."""
 
 CONNECT = 20.0
 """Seconds that a scheduler may take to answer."""
@@ -47,7 +47,7 @@ _clients: dict[str, Any] = {}
 
 def client_of(cluster: Target) -> Any:
     """The client for what was named as a cluster."""
-    if cluster is None:
+    if cluster is None or cluster == "local":
         return default().client
     if isinstance(cluster, Local):
         return cluster.client
