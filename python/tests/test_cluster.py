@@ -18,7 +18,7 @@ import lumivox
 from lumivox import cluster
 from lumivox.cluster import shipping, worker
 from lumivox.cluster.merge import Merge
-from lumivox.cluster.parts import split, usual_tiles
+from lumivox.cluster.parts import LEAST_TILE, equal_tiles, split, usual_ranges, usual_tiles
 from lumivox.rendering import Gpu, Options, plan
 
 OPTIONS: Options = {"preset": "ct-bone", "size": (48, 40), "samples": 16, "pass_samples": 4, "layers": True}
@@ -44,7 +44,7 @@ def single(head: lumivox.Volume) -> np.ndarray:
 def test_parts_hold_each_sample_of_each_pixel_once(
     size: tuple[int, int], samples: int, tiles: int, ranges: int, passes: int
 ) -> None:
-    parts = split(size, samples, tiles, ranges, passes)
+    parts = split(size, samples, equal_tiles(size, tiles), ranges, passes)
     count = np.zeros((size[1], size[0], samples), int)
     for part in parts:
         x, y, width, height = part.window
@@ -55,14 +55,21 @@ def test_parts_hold_each_sample_of_each_pixel_once(
     assert [part.range for part in parts] == sorted(part.range for part in parts), "the first samples come first"
 
 
-def test_tiles_are_as_many_as_keep_workers_busy() -> None:
-    assert usual_tiles((1920, 1080), 2) == 8
-    assert usual_tiles((64, 64), 4) == 4
-    assert usual_tiles((1920, 1080), 1000) == 1000
+@pytest.mark.parametrize("workers", [1, 2, 16, 1000])
+@pytest.mark.parametrize("size", [(1920, 1080), (64, 64), (3, 1), (1, 3000)])
+def test_tiles_get_smaller_and_keep_workers_busy(size: tuple[int, int], workers: int) -> None:
+    for software in (True, False):
+        heights = usual_tiles(size, workers, software)
+        assert sum(heights) == size[1] and min(heights) >= 1
+        if not software and size[0] * size[1] >= LEAST_TILE:
+            assert min(heights) * size[0] >= LEAST_TILE - size[0]
+        assert heights[0] <= max(heights[-1], size[1] / workers / 2 + 2, LEAST_TILE / size[0] * 2)
+        parts = len(heights) * usual_ranges(len(heights), workers)
+        assert parts >= 3 * workers or workers == 1
 
 
 def test_the_order_of_parts_changes_nothing_and_none_counts_twice() -> None:
-    parts = split((4, 6), 12, 3, 3, 4)
+    parts = split((4, 6), 12, [3, 1, 2], 3, 4)
     random = np.random.default_rng(1)
     films = [random.random((2, part.window[3], 4, 4), np.float32) for part in parts]
     expected = None
@@ -309,7 +316,7 @@ def test_ctrl_c_keeps_what_the_cluster_has(
     process = subprocess.Popen(
         [command, "render", str(head_folder), *arguments], env=environment, cwd=tmp_path, stderr=subprocess.PIPE, text=True
     )
-    time.sleep(6.0)
+    time.sleep(4.0)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 130, said

@@ -39,7 +39,7 @@ __all__ = ["Cancelled", "Figures", "Images", "Job", "Local", "film", "render", "
 Target = Any
 """``None`` or ``"local"``, an address, a ``distributed.Client``, a :class:`Local`, or a Dask cluster."""
 
-CONNECT = 20.0
+CONNECT = 10.0
 """Seconds that a scheduler may take to answer."""
 
 _clients: dict[str, Any] = {}
@@ -94,9 +94,10 @@ def render(
 ) -> Image:
     """Renders one image on a cluster; options are those of :func:`lumivox.render`, but for ``time`` and ``gpu``.
 
-    - ``tiles``: bands of rows that it is split into. Default: four for each worker, of 131,072 pixels at least.
-    - ``ranges``: ranges of samples. Default: 1. More of them show the whole image earlier (:meth:`Job.partial`), and take
-      a film's bytes each.
+    - ``tiles``: bands of rows that it is split into. Default: large ones first, small ones at the end, so that none is
+      waited for; of 65,536 pixels at least on a GPU.
+    - ``ranges``: ranges of samples. Default: 1, or more where there are too few tiles for all workers. More of them show
+      the whole image earlier (:meth:`Job.partial`), and take a film's bytes each.
     - ``pass_samples``: samples of a pixel that are added up before its film is. Default: 64, in software 4.
     - ``progress``: is told how far it is, a few times a second; ``False`` from it cancels.
 
@@ -190,12 +191,16 @@ def _planned(planned: Plan) -> Plan:
     return replace(planned, unbounded=False)
 
 
+def _in_software(client: Any) -> bool:
+    """Whether some worker has no GPU but software."""
+    return any(one["software"] for one in workers(client).values())
+
+
 def _with_pass(client: Any, planned: Plan) -> Plan:
     """A plan with passes that suit the slowest of the workers: all must have the same."""
     if planned.request.pass_samples is not None:
         return planned
-    software = any(one["software"] for one in workers(client).values())
-    samples = splitting.PASS_OF_SOFTWARE if software else splitting.PASS_OF_GPU
+    samples = splitting.PASS_OF_SOFTWARE if _in_software(client) else splitting.PASS_OF_GPU
     return replace(planned, request=replace(planned.request, pass_samples=samples))
 
 
@@ -203,11 +208,15 @@ def _submit(client: Any, planned: Plan, tiles: int | None, ranges: int | None) -
     planned = _with_pass(client, planned)
     request = planned.request
     assert request.pass_samples is not None
+    for name, value in (("tiles", tiles), ("ranges", ranges)):
+        if value is not None and value < 1:
+            raise ValueError(f"{name} must be at least 1")
     count = len(client.scheduler_info(n_workers=-1)["workers"])
     if tiles is None:
-        tiles = splitting.usual_tiles(request.size, count)
-    for name, value in (("tiles", tiles), ("ranges", ranges or 1)):
-        if value < 1:
-            raise ValueError(f"{name} must be at least 1")
-    split = splitting.split(request.size, request.samples, tiles, ranges or 1, request.pass_samples)
+        heights = splitting.usual_tiles(request.size, count, _in_software(client))
+    else:
+        heights = splitting.equal_tiles(request.size, tiles)
+    if ranges is None:
+        ranges = splitting.usual_ranges(len(heights), count)
+    split = splitting.split(request.size, request.samples, heights, ranges, request.pass_samples)
     return Job(client, planned, split)

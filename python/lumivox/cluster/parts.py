@@ -8,6 +8,7 @@ film to the last bit; ranges of several passes differ from it by rounding, and b
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -17,11 +18,11 @@ PASS_OF_GPU = 64
 PASS_OF_SOFTWARE = 4
 """Of a device in software, whose dispatches take long."""
 
-LEAST_TILE = 1 << 17
-"""Pixels of a tile at least, where there are so many: fewer keep no large GPU busy."""
+LEAST_TILE = 1 << 16
+"""Pixels of a tile at least, on a GPU: fewer keep no large one busy."""
 
-PARTS_OF_WORKER = 4
-"""Tiles for each worker: the last one to finish is then late by a fraction of its work."""
+SHARE = 3
+"""The first tile is as large as what this many times as many workers would have each."""
 
 
 @dataclass(frozen=True)
@@ -40,27 +41,52 @@ class Part:
     """The sample after its last."""
 
 
-def split(size: tuple[int, int], samples: int, tiles: int, ranges: int, pass_samples: int) -> list[Part]:
+def split(size: tuple[int, int], samples: int, heights: list[int], ranges: int, pass_samples: int) -> list[Part]:
     """All parts of an image, those of the first samples first.
 
-    Ranges are whole passes, as equal as they can be; there are no more of them than passes. Tiles are bands of rows.
+    Tiles are bands of rows, ``heights`` of them. Ranges are whole passes, as equal as they can be; there are no more of
+    them than passes.
     """
-    width, height = size
-    tiles = max(1, min(tiles, height))
+    width = size[0]
     passes = math.ceil(samples / pass_samples)
     ranges = max(1, min(ranges, passes))
-    rows = [height * tile // tiles for tile in range(tiles + 1)]
     ends = [min(samples, passes * i // ranges * pass_samples) for i in range(ranges + 1)]
     parts: list[Part] = []
     for number in range(ranges):
-        for tile in range(tiles):
-            window = (0, rows[tile], width, rows[tile + 1] - rows[tile])
+        top = 0
+        for tile, height in enumerate(heights):
+            window = (0, top, width, height)
             parts.append(Part(len(parts), tile, number, window, ends[number], ends[number + 1]))
+            top += height
     return parts
 
 
-def usual_tiles(size: tuple[int, int], workers: int) -> int:
-    """How many tiles an image is split into unless asked otherwise; one worker, too, has several, for a look in between."""
-    pixels = size[0] * size[1]
-    # So many that each worker has some, and no smaller than keeps it busy, unless workers had none then.
-    return max(min(PARTS_OF_WORKER * workers, pixels // LEAST_TILE), workers, 1)
+def equal_tiles(size: tuple[int, int], tiles: int) -> list[int]:
+    """The heights of so many tiles, one row each at least."""
+    height = size[1]
+    tiles = max(1, min(tiles, height))
+    rows = [height * tile // tiles for tile in range(tiles + 1)]
+    return [end - begin for begin, end in itertools.pairwise(rows)]
+
+
+def usual_tiles(size: tuple[int, int], workers: int, software: bool) -> list[int]:
+    """The heights of the tiles of an image unless asked otherwise: large ones first, small ones at the end.
+
+    How long a tile takes is not known before, and who has the last one is waited for: that is a small one. Each is a share
+    of the rows that are left (guided self-scheduling: Polychronopoulos and Kuck, 1987).
+    """
+    width, left = size
+    least = 1 if software else max(1, math.ceil(LEAST_TILE / width))
+    heights = []
+    while left > 0:
+        rows = min(left, max(least, math.ceil(left / (SHARE * workers))))
+        # What would be left of less than that goes with it.
+        rows = left if left - rows < least else rows
+        heights.append(rows)
+        left -= rows
+    return heights
+
+
+def usual_ranges(tiles: int, workers: int) -> int:
+    """How many ranges of samples there are unless asked otherwise: 1, or more where tiles alone leave workers idle."""
+    return 1 if tiles >= SHARE * workers or workers == 1 else math.ceil(SHARE * workers / tiles)
