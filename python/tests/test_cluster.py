@@ -62,7 +62,7 @@ def test_tiles_get_smaller_and_keep_workers_busy(size: tuple[int, int], workers:
         heights = usual_tiles(size, workers, software)
         assert sum(heights) == size[1] and min(heights) >= 1
         if not software and size[0] * size[1] >= LEAST_TILE:
-            assert min(heights) * size[0] >= LEAST_TILE - size[0]
+            assert min(heights) * size[0] >= LEAST_TILE / 2 - size[0]
         assert heights[0] <= max(heights[-1], size[1] / workers / 2 + 2, LEAST_TILE / size[0] * 2)
         parts = len(heights) * usual_ranges(len(heights), workers)
         assert parts >= 3 * workers or workers == 1

@@ -80,8 +80,8 @@ def usual_tiles(size: tuple[int, int], workers: int, software: bool) -> list[int
     heights = []
     while left > 0:
         rows = min(left, max(least, math.ceil(left / (SHARE * workers))))
-        # What would be left of less than that goes with it.
-        rows = left if left - rows < least else rows
+        # The last two are of one size: neither is waited for long.
+        rows = math.ceil(left / 2) if least < left <= 2 * least else rows
         heights.append(rows)
         left -= rows
     return heights
