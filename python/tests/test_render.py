@@ -132,6 +132,14 @@ def test_windows_and_ranges_of_samples_are_the_images_own(head: lumivox.Volume) 
     np.testing.assert_array_equal(two + passes[2], whole)
 
 
+def test_an_image_does_not_depend_on_those_before_it(head: lumivox.Volume) -> None:
+    options = {"size": (32, 32), "samples": 4, "environment": "gradient", "light": lumivox.Sun(40, 30)}
+    fresh = lumivox.Renderer().render(head, **options).film.sums()  # type: ignore[arg-type]
+    for other in (block(), lumivox.phantom("cube", 40), block(7)):
+        lumivox.render(other, preset="plain", size=(8, 8), samples=1)
+        np.testing.assert_array_equal(lumivox.render(head, **options).film.sums(), fresh)  # type: ignore[arg-type]
+
+
 def test_progressive_images_converge_to_the_whole(head: lumivox.Volume) -> None:
     images = list(lumivox.progressive(head, preset="ct-bone", size=(16, 16), samples=6))
     assert [image.min_samples for image in images] == [1, 2, 4, 6]

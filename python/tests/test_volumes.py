@@ -104,7 +104,7 @@ def test_the_patient_alone_is_what_a_load_keeps(head_folder: Path, command: str)
     assert 0 < changed.sum() < changed.size / 10
     labels = kept.labels
     assert labels is not None and labels.sure and labels.array.shape == (48, 48, 48)
-    assert {"body", "air"} <= {label.name for label in labels.labels}
+    assert {"body", "air outside"} <= {label.name for label in labels.labels}
     np.testing.assert_array_equal(everything.segment().labels.array, labels.array)  # type: ignore[union-attr]
     info = subprocess.run([command, "info", str(head_folder), "--json"], capture_output=True, check=True)
     assert json.loads(info.stdout)["series"] == kept.report["series"]  # type: ignore[index]

@@ -2,9 +2,10 @@
 
 use std::num::NonZeroU32;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use lumivox_core::{PerspectiveCamera, Scene};
+use lumivox_core::{Filter, PerspectiveCamera, Scene, Volume};
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
     CellSize, EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewKind, ViewSettings,
@@ -135,10 +136,15 @@ pub fn render(
 }
 
 /// Renders one image after the other on one GPU: voxels, tables and majorants that the next one needs, too, stay there.
+///
+/// Those of other volumes go first: where voxels lie in a texture decides in which last bits filters round, and an image
+/// shall not depend on those before it.
 #[derive(Debug)]
 pub struct HeadlessRenderer {
     store: VoxelStore,
     pub(crate) cache: SceneCache,
+    /// What voxels are there of.
+    holds: Vec<(Arc<Volume>, Filter)>,
 }
 
 impl HeadlessRenderer {
@@ -146,7 +152,7 @@ impl HeadlessRenderer {
     pub fn new(gpu: &Gpu) -> Self {
         let store = VoxelStore::new(gpu.executor.limits());
         let cache = SceneCache::new(&store);
-        Self { store, cache }
+        Self { store, cache, holds: vec![] }
     }
 
     /// Renders a scene; `on_progress` is called a few times a second and may stop it.
@@ -182,6 +188,14 @@ impl HeadlessRenderer {
             return Err(RenderError::Camera.into());
         }
         let begin = Instant::now();
+        let wanted = scene.volumes.iter().map(|instance| (instance.volume.clone(), instance.medium.filter));
+        let wanted: Vec<_> = wanted.collect();
+        let same =
+            |(a, b): (&(Arc<Volume>, Filter), &(Arc<Volume>, Filter))| Arc::ptr_eq(&a.0, &b.0) && a.1 == b.1;
+        if wanted.len() != self.holds.len() || !wanted.iter().zip(&self.holds).all(same) {
+            std::mem::replace(self, Self::new(gpu)).free(gpu);
+            self.holds = wanted;
+        }
         self.set_up(request);
         // While voxels are looked at and uploaded.
         let kernels = self.cache.kernels(scene, ViewKind::Still { guides: request.guides });
