@@ -173,7 +173,7 @@ class Volume:
 
     @property
     def report(self) -> dict[str, Any] | None:
-        """How it was read, as ``lumivox info --json`` tells: ``series``, ``chosen``, ``notes``, ``skipped`` and more.
+        """How it was read, as ``lumivox import --json`` tells: ``series``, ``chosen``, ``notes``, ``skipped`` and more.
 
         ``None`` for one that was not read from files.
         """

@@ -20,6 +20,12 @@ pub type Rows = [[f64; 4]; 3];
 /// A label's value, name and linear colour.
 type LabelEntry = (u8, String, [f64; 3]);
 
+/// The label of each voxel, and what the labels mean.
+type LabelParts<'py> = (Bound<'py, PyArray3<u8>>, Vec<LabelEntry>);
+
+/// A volume without what is below its skin, and by what it was peeled: whether that was asked for, and the bits of the mm.
+type Peeled = ((bool, u64), Arc<core::Volume>);
+
 /// The transform of rows.
 pub fn affine(rows: Rows) -> DAffine3 {
     let column = |i: usize| DVec3::new(rows[0][i], rows[1][i], rows[2][i]);
@@ -49,7 +55,7 @@ pub struct Volume {
     report: Option<String>,
     found: Option<Found>,
     /// The last that was peeled of it, with what it was peeled by.
-    peeled: Mutex<Option<((bool, u64), Arc<core::Volume>)>>,
+    peeled: Mutex<Option<Peeled>>,
 }
 
 impl From<core::Volume> for Volume {
@@ -206,7 +212,7 @@ impl Volume {
     }
 
     /// The label of each voxel (z, y, x), and what the labels mean; `None` where nothing was looked for.
-    fn labels<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyArray3<u8>>, Vec<LabelEntry>)>> {
+    fn labels<'py>(&self, py: Python<'py>) -> PyResult<Option<LabelParts<'py>>> {
         let Some(found) = &self.found else { return Ok(None) };
         let [x, y, z] = found.labels.dims();
         let flat = numpy::PyArray1::from_slice(py, found.labels.voxels());

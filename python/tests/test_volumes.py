@@ -106,8 +106,8 @@ def test_the_patient_alone_is_what_a_load_keeps(head_folder: Path, command: str)
     assert labels is not None and labels.sure and labels.array.shape == (48, 48, 48)
     assert {"body", "air outside"} <= {label.name for label in labels.labels}
     np.testing.assert_array_equal(everything.segment().labels.array, labels.array)  # type: ignore[union-attr]
-    info = subprocess.run([command, "info", str(head_folder), "--json"], capture_output=True, check=True)
-    assert json.loads(info.stdout)["series"] == kept.report["series"]  # type: ignore[index]
+    info = subprocess.run([command, "import", str(head_folder), "--json"], capture_output=True, check=True)
+    assert json.loads(info.stdout)["scans"][0]["series"] == kept.report["series"]  # type: ignore[index]
 
 
 def test_series_are_chosen_and_missing_ones_named(head_folder: Path) -> None:

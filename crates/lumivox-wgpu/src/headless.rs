@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use lumivox_core::{Filter, PerspectiveCamera, Scene, Volume};
+use lumivox_core::{Filter, PerspectiveCamera, Scene, Volume, VolumeInstance};
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{
     CellSize, EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewKind, ViewSettings,
@@ -188,13 +188,15 @@ impl HeadlessRenderer {
             return Err(RenderError::Camera.into());
         }
         let begin = Instant::now();
-        let wanted = scene.volumes.iter().map(|instance| (instance.volume.clone(), instance.medium.filter));
-        let wanted: Vec<_> = wanted.collect();
+        let holds = |(held, instance): (&(Arc<Volume>, Filter), &VolumeInstance)| {
+            Arc::ptr_eq(&held.0, &instance.volume) && held.1 == instance.medium.filter
+        };
         let same =
-            |(a, b): (&(Arc<Volume>, Filter), &(Arc<Volume>, Filter))| Arc::ptr_eq(&a.0, &b.0) && a.1 == b.1;
-        if wanted.len() != self.holds.len() || !wanted.iter().zip(&self.holds).all(same) {
+            self.holds.len() == scene.volumes.len() && self.holds.iter().zip(&scene.volumes).all(holds);
+        if !same {
             std::mem::replace(self, Self::new(gpu)).free(gpu);
-            self.holds = wanted;
+            let held = |instance: &VolumeInstance| (instance.volume.clone(), instance.medium.filter);
+            self.holds = scene.volumes.iter().map(held).collect();
         }
         self.set_up(request);
         // While voxels are looked at and uploaded.
