@@ -19,7 +19,8 @@ pub fn run() -> Result<(), String> {
     step("clippy", || {
         cargo(&["clippy", "--workspace", "--all-targets", "--release", "--quiet", "--", "-D", "warnings"])
     })?;
-    let summaries = step("tests", tests)?;
+    let mut summaries = step("tests", tests)?;
+    summaries.extend(step("Python", python)?);
     step("examples", examples)?;
     step("documentation", documentation)?;
     step("packages", packages)?;
@@ -149,6 +150,37 @@ fn tests() -> Result<Vec<Summary>, String> {
     Ok(summaries)
 }
 
+/// The Python package in environments of its own. Its tests compare with the command, which the tests before built.
+fn python() -> Result<Option<Summary>, String> {
+    if cfg!(windows) {
+        println!("NOT RUN: script/python needs a shell");
+        return Ok(None);
+    }
+    let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    let command = std::path::absolute(Path::new(&target).join("release").join("lumivox"));
+    let mut child = Command::new("script/python")
+        .env("LUMIVOX_COMMAND", command.map_err(|error| error.to_string())?)
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("script/python: {error}"))?;
+    let mut last = String::new();
+    for line in BufReader::new(child.stdout.take().expect("a pipe")).lines() {
+        let line = line.map_err(|error| error.to_string())?;
+        println!("{line}");
+        last = line;
+    }
+    let status = child.wait().map_err(|error| error.to_string())?;
+    // pytest's own words: `93 passed in 41.20s`.
+    let result = last.trim_matches(['=', ' ']).to_owned();
+    if !status.success() {
+        return Err(format!("script/python: {status}: {result}"));
+    }
+    if Counts::parse(&result).passed == 0 {
+        return Err("no Python test ran".into());
+    }
+    Ok(Some(Summary { suite: "pytest".into(), result }))
+}
+
 fn read_line(line: &str, suite: &mut String, summaries: &mut Vec<Summary>) {
     if let Some(running) = line.strip_prefix("Running ").or_else(|| line.strip_prefix("Doc-tests ")) {
         // `unittests src/lib.rs (target/release/deps/lumivox_core-0123)`
@@ -170,7 +202,7 @@ struct Counts {
 
 impl Counts {
     fn parse(result: &str) -> Self {
-        let mut words = result.split([' ', ';']).filter(|word| !word.is_empty()).peekable();
+        let mut words = result.split([' ', ';', ',']).filter(|word| !word.is_empty()).peekable();
         let mut counts = Self::default();
         while let Some(word) = words.next() {
             let (Ok(number), Some(what)) = (word.parse(), words.peek()) else { continue };
@@ -218,6 +250,8 @@ mod tests {
         }
         let suites: Vec<_> = summaries.iter().map(|s| s.suite.as_str()).collect();
         assert_eq!(suites, ["lumivox_core", "lumivox_core (documentation)"]);
+        let python = Counts { passed: 47, failed: 1, ignored: 0 };
+        assert_eq!(Counts::parse("1 failed, 47 passed in 6.40s"), python);
         assert_eq!(Counts::parse_all(&summaries), Counts { passed: 4, failed: 2, ignored: 1 });
     }
 }

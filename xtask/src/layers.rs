@@ -67,6 +67,7 @@ const RULES: &[Rule] = &[
     Rule { name: "standin-twin",      kind: Kind::TestOnly,      imports: &["lumivox-renderer", "lumivox-testing", "lumivox-unity", "lumivox-wgpu"] },
     // The program of the import crate is built with them, as with Godot's.
     Rule { name: "lumivox-unity-tests", kind: Kind::App,    imports: &["lumivox-import"] },
+    Rule { name: "lumivox-python",    kind: Kind::App,      imports: LIBRARIES },
     // It translates the kernels for Unity.
     Rule { name: "xtask",             kind: Kind::App,      imports: &["lumivox-shaders", "lumivox-renderer"] },
 ];

@@ -17,6 +17,7 @@ Usage: cargo xtask <COMMAND>
 Commands:
   ci      Format check, clippy, import rules, tests, documentation, licences: what CI runs
   layers  Check that imports between the crates go one way
+  package python OUT        Make the Python wheel in the folder OUT
   package unity OUT         Make the Unity package, with this system's library in it, in the folder OUT
   package unity OUT --from DIR
                             The same, with a library and a program that are built
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         ["unity-kernels"] => unity_kernels::write(),
         ["unity-kernels", "--check"] => unity_kernels::check(),
         ["unity-kernels", "--all", folder] => unity_kernels::write_all(Path::new(folder)),
+        ["package", "python", out] => package::python(Path::new(out)),
         ["package", "unity", out, ref options @ ..] if !out.starts_with('-') => {
             match package::options(options) {
                 Some((from, others)) => package::unity(Path::new(out), from, &others),

@@ -1,4 +1,4 @@
-//! What people without a compiler install, made of the tree: `cargo xtask package unity`.
+//! What people without a compiler install, made of the tree: `cargo xtask package unity`, `cargo xtask package python`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -78,6 +78,21 @@ pub fn unity(out: &Path, from: Option<&Path>, others: &[&Path]) -> Result<(), St
     let size = fs::metadata(out.join(&name)).map_err(|error| error.to_string())?.len();
     println!("{}: {:.1} MB", out.join(&name).display(), size as f64 * 1e-6);
     Ok(())
+}
+
+/// Makes the wheel of the Python package in `out`: one for Python 3.10 and newer, for the oldest manylinux that this system's
+/// libraries suffice for.
+pub fn python(out: &Path) -> Result<(), String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let out = std::path::absolute(out).map_err(|error| format!("{}: {error}", out.display()))?;
+    run(Command::new(root.join("script/python")).arg("--wheel-only").arg(&out))?;
+    let version = env!("CARGO_PKG_VERSION");
+    let made = fs::read_dir(&out).map_err(|error| format!("{}: {error}", out.display()))?.flatten();
+    let names: Vec<_> = made.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    match names.iter().find(|name| name.starts_with(&format!("lumivox-{version}-cp310-abi3-"))) {
+        Some(_) => Ok(()),
+        None => Err(format!("no wheel of version {version} is among {names:?}")),
+    }
 }
 
 /// Where Unity looks for libraries of this system.

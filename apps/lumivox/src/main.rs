@@ -2,6 +2,7 @@
 
 mod args;
 mod classification;
+mod cluster;
 mod commands;
 mod exit;
 mod inputs;

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
+use lumivox_renderer::display::put_on;
 
 use crate::exit::{self, Failure};
 use crate::progress::without_controls;
@@ -35,18 +35,7 @@ pub struct Picture {
 impl Picture {
     /// Puts an opaque sRGB colour behind the picture. Light adds up, so the blend is linear.
     pub fn put_on(&mut self, color: [u8; 3]) {
-        let linear: [f64; 256] = std::array::from_fn(|code| linear_from_srgb(code as f64 / 255.0));
-        for pixel in self.rgba.chunks_exact_mut(4) {
-            let alpha = f64::from(pixel[3]) / 255.0;
-            if pixel[3] < 255 {
-                for (channel, behind) in pixel.iter_mut().zip(color) {
-                    let light =
-                        alpha * linear[usize::from(*channel)] + (1.0 - alpha) * linear[usize::from(behind)];
-                    *channel = (srgb_from_linear(light) * 255.0 + 0.5) as u8;
-                }
-            }
-            pixel[3] = 255;
-        }
+        put_on(&mut self.rgba, color);
     }
 }
 

@@ -126,6 +126,21 @@ pub fn trace(
     }
 }
 
+/// What a cluster traced.
+///
+/// # Errors
+/// [`Exit::Interrupted`] when it was stopped before anything came back.
+pub fn traced_elsewhere(film: Film, complete: bool) -> Result<Traced, Failure> {
+    let (samples, begun) = (film.min_samples(), begun(&film));
+    let cut_short = (!complete).then(|| Failure::new(Exit::Interrupted, "Stopped early."));
+    match cut_short {
+        Some(failure) if begun == 0.0 => {
+            Err(Failure { message: format!("{} Nothing was rendered yet.", failure.message), ..failure })
+        }
+        cut_short => Ok(Traced { film, samples, begun, cut_short }),
+    }
+}
+
 fn pixels(film: &Film) -> Range<usize> {
     let [width, height] = film.size();
     0..width as usize * height as usize

@@ -1,7 +1,7 @@
 //! From a film to pixels: background, exposure, tone map. The CPU twin of `display.wgsl` and `tone_map.wgsl`, for
 //! hosts that keep the image after their GPU is gone, and the test of the GPU's.
 
-use lumivox_core::color::srgb_from_linear;
+use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
 use lumivox_core::{Environment, PerspectiveCamera};
 use lumivox_shaders::constants;
 use lumivox_shaders::layout::DisplayParams;
@@ -116,6 +116,23 @@ impl DisplaySettings {
                 [quantise(display[0]), quantise(display[1]), quantise(display[2]), quantise(alpha)]
             })
             .collect()
+    }
+}
+
+/// Puts an opaque sRGB colour behind a picture of red, green, blue and straight alpha, 8 bits each. Light adds up, so the
+/// blend is linear.
+pub fn put_on(rgba: &mut [u8], color: [u8; 3]) {
+    let linear: [f64; 256] = std::array::from_fn(|code| linear_from_srgb(code as f64 / 255.0));
+    for pixel in rgba.chunks_exact_mut(4) {
+        let alpha = f64::from(pixel[3]) / 255.0;
+        if pixel[3] < 255 {
+            for (channel, behind) in pixel.iter_mut().zip(color) {
+                let light =
+                    alpha * linear[usize::from(*channel)] + (1.0 - alpha) * linear[usize::from(behind)];
+                *channel = (srgb_from_linear(light) * 255.0 + 0.5) as u8;
+            }
+        }
+        pixel[3] = 255;
     }
 }
 

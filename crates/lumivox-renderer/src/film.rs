@@ -25,7 +25,21 @@ impl Film {
     ///
     /// # Panics
     /// When the bytes are not a window of that size, or it does not fit.
-    pub fn insert(&mut self, origin: [u32; 2], [width, height]: [u32; 2], bytes: &[u8]) {
+    pub fn insert(&mut self, origin: [u32; 2], size: [u32; 2], bytes: &[u8]) {
+        self.insert_samples(origin, size, bytes, 0);
+    }
+
+    /// As [`insert`](Self::insert), of a view whose first sample is not 0: what its counts include of others is taken off.
+    ///
+    /// # Panics
+    /// As [`insert`](Self::insert).
+    pub fn insert_samples(
+        &mut self,
+        origin: [u32; 2],
+        [width, height]: [u32; 2],
+        bytes: &[u8],
+        first_sample: u32,
+    ) {
         let pixels: Vec<[f32; CHANNELS]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
         let count = width as usize * height as usize;
         assert_eq!(pixels.len(), count * self.planes.len(), "a window has as many planes as the film");
@@ -35,6 +49,27 @@ impl Film {
                 plane[start..start + width as usize].copy_from_slice(row);
             }
         }
+        for y in 0..height as usize {
+            let start = (origin[1] as usize + y) * self.width as usize + origin[0] as usize;
+            // Counts are exact below 2^24.
+            self.planes[1][start..start + width as usize]
+                .iter_mut()
+                .for_each(|moments| moments[2] -= first_sample as f32);
+        }
+    }
+
+    /// The sums as they are: planes of four floats a pixel, rows from the top.
+    pub fn planes(&self) -> &[Vec<[f32; CHANNELS]>] {
+        &self.planes
+    }
+
+    /// A film of sums as [`planes`](Self::planes) gives them: 2, or 4 with guides; `None` where they are not that many, or
+    /// not of that size.
+    pub fn from_planes(width: u32, height: u32, planes: Vec<Vec<[f32; CHANNELS]>>) -> Option<Self> {
+        let pixels = width as usize * height as usize;
+        let known = [plane_count(false), plane_count(true)].contains(&planes.len());
+        let fit = known && planes.iter().all(|plane| plane.len() == pixels);
+        fit.then_some(Self { width, height, planes })
     }
 
     /// Pixels across and down.

@@ -1,5 +1,7 @@
 //! One camera's film, and how it fills: samples, bands, budget.
 
+use std::num::NonZeroU32;
+
 use lumivox_core::PerspectiveCamera;
 use lumivox_shaders::layout::{self, FilmCount};
 use lumivox_shaders::{Kernel, PathTraceVariant};
@@ -8,7 +10,7 @@ use crate::display::DisplaySettings;
 use crate::error::RenderError;
 use crate::film::bytes_per_pixel;
 use crate::frame;
-use crate::recording::{Recording, ResourceId, Step};
+use crate::recording::{Payload, Recording, ResourceId, Step};
 use crate::scene_cache::{DeviceLimits, SceneCache, check_binding};
 use crate::unfinished::Unfinished;
 
@@ -34,6 +36,13 @@ pub struct ViewSettings {
     pub guides: bool,
     /// Bounces before Russian roulette may end a path.
     pub roulette_start: u32,
+    /// The first sample of each pixel; those before it are another view's, on another device maybe. The film's counts
+    /// include them, its sums do not: see [`Film::insert_samples`](crate::Film::insert_samples).
+    pub first_sample: u32,
+    /// Samples of a pixel that are added up before the film is, from the first on; `None` leaves that to the budget. Sums of
+    /// 32 bits depend on it in their last bits: a film that has it is the same to the last bit on every device of a kind,
+    /// whatever its windows and the budget, and so is the sum of films that hold a pass each, added in order.
+    pub pass_samples: Option<NonZeroU32>,
 }
 
 impl ViewSettings {
@@ -46,6 +55,8 @@ impl ViewSettings {
             seed: 0,
             guides: false,
             roulette_start: 4,
+            first_sample: 0,
+            pass_samples: None,
         }
     }
 
@@ -91,17 +102,34 @@ impl View {
         check_binding("film", bytes, cache.limits().max_storage_binding, remedy)?;
         let unfinished = Unfinished::new(pixels, settings.guides, cache.limits(), remedy, recording)?;
         let film = recording.create_buffer("film", bytes);
-        Ok(Self {
+        let complete = settings.first_sample;
+        let view = Self {
             settings,
             film,
             pixels: None,
             camera: None,
             scene_version: 0,
-            complete: 0,
+            complete,
             pass_samples: 0,
             next_row: 0,
             unfinished,
-        })
+        };
+        view.record_first_sample(recording);
+        Ok(view)
+    }
+
+    /// Records that every pixel of an empty film counts the samples that are another view's: kernels go on behind them.
+    fn record_first_sample(&self, recording: &mut Recording) {
+        let first = self.settings.first_sample;
+        if first == 0 {
+            return;
+        }
+        let [width, height] = self.settings.window_size;
+        let pixels = width as usize * height as usize;
+        let counts = vec![[0.0, 0.0, first as f32, 0.0]; pixels];
+        // The second plane.
+        let offset = pixels as u64 * size_of::<[f32; 4]>() as u64;
+        recording.push(Step::WriteBuffer { id: self.film, offset, data: Payload::copy_of(&counts) });
     }
 
     /// The view's settings.
@@ -109,7 +137,7 @@ impl View {
         &self.settings
     }
 
-    /// Samples that were recorded for every pixel; [`record_count`](Self::record_count) asks for what it got.
+    /// Samples that were recorded for every pixel, with those before the first; [`record_count`](Self::record_count) asks for what it got.
     pub fn samples(&self) -> u32 {
         self.complete
     }
@@ -130,10 +158,11 @@ impl View {
         if self.camera != Some(*camera) || self.scene_version != cache.version() {
             if self.camera.is_some() {
                 recording.push(Step::ClearBuffer { id: self.film });
+                self.record_first_sample(recording);
             }
             self.camera = Some(*camera);
             self.scene_version = cache.version();
-            (self.complete, self.pass_samples, self.next_row) = (0, 0, 0);
+            (self.complete, self.pass_samples, self.next_row) = (self.settings.first_sample, 0, 0);
             self.unfinished.forget();
         }
         let [width, height] = self.settings.window_size;
@@ -143,7 +172,10 @@ impl View {
             if self.next_row == 0 {
                 let left = u64::from(target_samples - self.complete);
                 let most = u64::from(cache.limits().max_samples_per_dispatch * self.most_sharers(cache));
-                let samples = (affordable / (row * u64::from(height))).clamp(1, left.min(most));
+                let samples = match self.settings.pass_samples {
+                    Some(samples) => u64::from(samples.get()).min(left),
+                    None => (affordable / (row * u64::from(height))).clamp(1, left.min(most)),
+                };
                 self.pass_samples = samples as u32;
             }
             // A row is the least that is done, however small the budget: it makes progress.
@@ -162,6 +194,10 @@ impl View {
             if self.next_row == height {
                 self.next_row = 0;
                 self.complete += self.pass_samples;
+                // What is put aside of a pass is not to be added up with the next.
+                if self.settings.pass_samples.is_some() && self.unfinished.puts_aside() {
+                    break;
+                }
             }
             if recorded >= max_pixel_samples {
                 break;
@@ -207,7 +243,11 @@ impl View {
 
     /// How many invocations may share the samples of a pixel.
     fn most_sharers(&self, cache: &SceneCache) -> u32 {
-        let [width, height] = self.settings.window_size;
+        // Where a film is to be the same in any windows, they share as the whole image would.
+        let [width, height] = match self.settings.pass_samples {
+            Some(_) => self.settings.image_size,
+            None => self.settings.window_size,
+        };
         let pixels = u64::from(width) * u64::from(height);
         let most = cache.variant(self.settings.guides, false).most_sharers();
         (BUSY_INVOCATIONS / pixels.max(1)).clamp(1, u64::from(most)) as u32

@@ -24,6 +24,7 @@ pub struct LumivoxMap(pub(crate) Arc<EnvironmentMap>);
 pub(crate) fn medium(own: &LumivoxMedium, function: Option<&TransferFunction>, suited: &Medium) -> Medium {
     Medium {
         transfer_function: function.unwrap_or(&suited.transfer_function).clone(),
+        gradients: vec![],
         density_scale: f64::from(own.density),
         albedo: f64::from(own.albedo),
         anisotropy: f64::from(own.anisotropy),

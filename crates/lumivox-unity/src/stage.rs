@@ -165,14 +165,12 @@ unsafe fn volume_instance(instance: &LumivoxInstance) -> Option<VolumeInstance> 
     // Clip coordinates are mirrored with the object.
     let [a, b] = [instance.clip_min, instance.clip_max].map(convert::wide);
     let [a, b] = [a, b].map(|corner| lumivox_core::glam::DVec3::new(corner.x, corner.y, 1.0 - corner.z));
-    Some(VolumeInstance {
-        world_from_patient: convert::world_from_object(&instance.world_from_object)
-            * placement::node_from_patient(&volume),
-        clip_box: placement::clip_box(&volume, a, b),
-        medium: look::medium(&instance.medium, function.map(|function| &function.0), scan.suited()),
-        layers: instance.layers,
-        volume,
-    })
+    let world_from_patient =
+        convert::world_from_object(&instance.world_from_object) * placement::node_from_patient(&volume);
+    let clip_box = placement::clip_box(&volume, a, b);
+    let medium = look::medium(&instance.medium, function.map(|function| &function.0), scan.suited());
+    let whole = VolumeInstance::new(volume, medium, world_from_patient);
+    Some(VolumeInstance { clip_box, layers: instance.layers, ..whole })
 }
 
 /// # Safety

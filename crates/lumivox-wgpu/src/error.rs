@@ -17,6 +17,14 @@ pub enum GpuError {
         /// The devices there are.
         available: String,
     },
+    /// There are not so many devices.
+    #[error("there is no GPU {index}. There are: {available}")]
+    NoSuchIndex {
+        /// What was asked for, counted from 0.
+        index: usize,
+        /// The devices there are.
+        available: String,
+    },
     /// The device lacks something that rendering needs.
     #[error("{gpu} cannot be used: {reason}")]
     Unsuitable {

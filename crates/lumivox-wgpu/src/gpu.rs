@@ -138,6 +138,24 @@ impl Gpu {
         Self::request_on(adapter).await
     }
 
+    /// Opens the device at a place in [`list`](Self::list), where several have one name.
+    ///
+    /// # Errors
+    /// [`GpuError`] when there is none, or it lacks something.
+    pub fn open_at(index: usize) -> Result<Self, GpuError> {
+        let adapters = pollster::block_on(adapters());
+        match adapters.get(index) {
+            Some(adapter) => pollster::block_on(Self::request_on(adapter)),
+            None if adapters.is_empty() => Err(GpuError::NoAdapter),
+            None => {
+                let numbered =
+                    |(at, adapter): (usize, &wgpu::Adapter)| format!("{at} {}", adapter.get_info().name);
+                let available = adapters.iter().enumerate().map(numbered).collect::<Vec<_>>().join(", ");
+                Err(GpuError::NoSuchIndex { index, available })
+            }
+        }
+    }
+
     /// Opens the device of an adapter that the host chose, for one that shows its surface.
     ///
     /// # Errors

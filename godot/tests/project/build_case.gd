@@ -227,6 +227,18 @@ static func set_volume(node: LumivoxVolume3D, description: Dictionary, known := 
 		node.clip_min = vector(description.clip_min)
 	if differs.call("clip_max"):
 		node.clip_max = vector(description.clip_max)
+	if differs.call("clips"):
+		for clip: Dictionary in description.clips:
+			var shape := LumivoxClip3D.new()
+			shape.shape = int(clip.shape)
+			shape.inverted = clip.inverted
+			shape.transform = transform(clip.place)
+			node.add_child(shape)
+	if differs.call("shown_labels") and not description.shown_labels.is_empty():
+		var labels := LumivoxLabels.found_in(node.volume)
+		for one: Array in description.shown_labels:
+			labels.set("labels/%s/visible" % one[0], one[1])
+		node.labels = labels
 	if differs.call("layers"):
 		node.layers = int(description.layers)
 	if differs.call("place"):

@@ -18,7 +18,7 @@ use lumivox_wgpu::RenderRequest;
 
 use crate::{
     args::{self, EnvironmentName, Keep, RenderArgs, Switch},
-    classification,
+    classification, cluster,
     exit::{self, Failure},
     inputs::{self, Peel},
     output,
@@ -63,7 +63,11 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let environment = environment(args)?;
     let looks = looks(args, inputs::count(&args.input))?;
     let cancel = exit::cancel_on_ctrl_c()?;
-    let mut gpu = trace::open(args.gpu.as_deref())?;
+    // None is wanted here where others render.
+    let mut gpu = match args.cluster {
+        Some(_) => None,
+        None => Some(trace::open(args.gpu.as_deref())?),
+    };
 
     let scans = inputs::load(&args.input, reporter, &cancel)?;
     let mut volumes = Vec::with_capacity(scans.len());
@@ -94,14 +98,22 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
 
     let samples = args.samples.unwrap_or(if args.time.is_some() { MOST_SAMPLES } else { DEFAULT_SAMPLES });
     let unbounded = args.samples.is_none() && args.time.is_none();
-    let time = args.time.or((unbounded && gpu.description.software).then_some(DEFAULT_SOFTWARE_TIME));
+    let in_software = gpu.as_ref().is_some_and(|gpu| gpu.description.software);
+    let time = args.time.or((unbounded && in_software).then_some(DEFAULT_SOFTWARE_TIME));
     let request = RenderRequest {
         seed: args.seed,
         time,
         guides: args.denoise,
         ..RenderRequest::new(args.size.width, args.size.height, samples)
     };
-    let mut traced = trace::trace(&scene, &camera, &request, &mut gpu, reporter, &cancel)?;
+    let mut traced = match (&mut gpu, &args.cluster) {
+        (Some(gpu), _) => trace::trace(&scene, &camera, &request, gpu, reporter, &cancel)?,
+        (None, address) => {
+            let address = address.as_deref().unwrap_or_default();
+            let (film, complete) = cluster::render(address, &scene, &camera, &request, reporter, &cancel)?;
+            trace::traced_elsewhere(film, complete)?
+        }
+    };
     if args.denoise {
         reporter.say("denoising");
         traced.denoise();

@@ -265,6 +265,46 @@ fn invocations_share_the_pixels_of_a_small_image() {
     }
 }
 
+/// Where a film begins behind another's samples, and has passes of a fixed number, no budget changes what is added up.
+#[test]
+fn a_view_goes_on_behind_anothers_samples_in_passes_of_its_own() {
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
+    let mut recording = Recording::new();
+    cache.update(&scene(&[volume(8)]), &mut recording).unwrap();
+    let settings = ViewSettings {
+        first_sample: 32,
+        pass_samples: std::num::NonZeroU32::new(16),
+        window_size: [8, 4],
+        ..ViewSettings::new(8, 8)
+    };
+    for budget in [1, 8 * 16, u64::MAX] {
+        let mut begun = Recording::new();
+        let mut view = View::new(settings, &cache, &mut begun).unwrap();
+        let Some(Step::WriteBuffer { offset, data, .. }) = begun.steps.last() else { panic!("no counts") };
+        assert_eq!(*offset, 8 * 4 * 16, "the plane of the counts");
+        let counts: Vec<f32> = data.bytes().chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+        assert_eq!(counts.len(), 8 * 4 * 4);
+        assert!(counts.chunks_exact(4).all(|count| count == [0.0, 0.0, 32.0, 0.0]));
+        assert_eq!(view.samples(), 32);
+        let mut limits = vec![];
+        loop {
+            let mut traced = Recording::new();
+            if view.record_samples(&cache, &camera(), 72, budget, &mut traced) == 0 {
+                break;
+            }
+            for step in &traced.steps {
+                let Step::Dispatch { uniforms, .. } = step else { panic!("{step:?}") };
+                let frame: layout::Frame = bytemuck::pod_read_unaligned(&uniforms[0]);
+                limits.push(frame.sample_limit);
+                assert_eq!(frame.sharers, 1, "as the image has, however small the window is");
+            }
+        }
+        limits.dedup();
+        assert_eq!(limits, [48, 64, 72], "budget {budget}");
+        assert_eq!(view.samples(), 72);
+    }
+}
+
 /// A film that holds less than was asked for is traced again, once; what a driver keeps cutting short is said.
 #[test]
 fn what_a_film_lacks_is_traced_again_or_said() {

@@ -1,5 +1,6 @@
 //! An image is a pure function of scene, size, seed and sample count; the display pass does what its twin says.
 
+use std::num::NonZeroU32;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,7 +16,7 @@ use lumivox_renderer::{
     ToneMap, View, ViewSettings, VoxelStore,
 };
 use lumivox_testing::scenes::{self, TestScene};
-use lumivox_wgpu::{Gpu, GpuError, Outcome, RenderRequest, render};
+use lumivox_wgpu::{Gpu, GpuError, HeadlessRenderer, Outcome, RenderRequest, render};
 
 use crate::{film, gpu};
 
@@ -125,6 +126,102 @@ fn an_image_does_not_depend_on_how_many_kernels_there_are() {
             assert_eq!(own.alpha(pixel), common.alpha(pixel), "{}, pixel {pixel}", test.name);
         }
     }
+}
+
+/// What clusters build on: parts of an image, traced by whoever, are those of the whole to the last bit.
+#[test]
+fn parts_of_fixed_passes_add_up_to_the_whole_to_the_last_bit() {
+    let mut gpu = gpu();
+    let mut renderer = HeadlessRenderer::new(&gpu);
+    for (test, guides) in
+        [(scenes::noise(), true), (scenes::peaky_environment(), false), (scenes::crowd(), false)]
+    {
+        let whole =
+            RenderRequest { guides, pass_samples: NonZeroU32::new(4), ..RenderRequest::new(20, 18, 14) };
+        let mut planes = |request: RenderRequest| {
+            let go_on = &mut |_: &_| ControlFlow::Continue(());
+            let rendered = renderer.render(&mut gpu, &test.scene, &test.camera, &request, go_on).unwrap();
+            assert!(matches!(rendered.outcome, Outcome::Complete));
+            rendered.film.planes().to_vec()
+        };
+        let film = planes(whole);
+        assert!(film[1].iter().all(|moments| moments[2] == 14.0), "{}", test.name);
+        assert!(film[0].iter().any(|light| light[1] > 0.0), "{}: there is nothing to see", test.name);
+        // A window anywhere.
+        for [origin, size] in [[[0, 0], [20, 5]], [[7, 5], [6, 13]], [[19, 17], [1, 1]]] {
+            let part = planes(RenderRequest { window: Some([origin, size]), ..whole });
+            for (plane, part) in film.iter().zip(&part) {
+                for y in 0..size[1] as usize {
+                    let row = (origin[1] as usize + y) * 20 + origin[0] as usize;
+                    let width = size[0] as usize;
+                    assert_eq!(plane[row..row + width], part[y * width..][..width], "{}", test.name);
+                }
+            }
+        }
+        // A pass each, added in order; the last is not whole.
+        let mut sums = vec![vec![[0.0f32; 4]; 20 * 18]; film.len()];
+        for (first_sample, samples) in [(0, 4), (4, 8), (8, 12), (12, 14)] {
+            let part = planes(RenderRequest { first_sample, samples, ..whole });
+            assert!(part[1].iter().all(|m| m[2] == (samples - first_sample) as f32), "{}", test.name);
+            for (sum, more) in sums.iter_mut().flatten().flatten().zip(part.iter().flatten().flatten()) {
+                *sum += more;
+            }
+        }
+        assert!(sums == film, "{}: passes do not add up", test.name);
+    }
+    renderer.free(&mut gpu);
+}
+
+/// An image that is looked at in between is the one that is not.
+#[test]
+fn an_image_rendered_little_by_little_is_the_whole_one() {
+    let (mut gpu, test) = (gpu(), scenes::noise());
+    let request = RenderRequest { pass_samples: NonZeroU32::new(2), ..RenderRequest::new(16, 16, 8) };
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let whole = render(&mut gpu, &test.scene, &test.camera, &request, go_on).unwrap();
+    let mut renderer = HeadlessRenderer::new(&gpu);
+    let mut still = renderer.begin(&mut gpu, &test.scene, &test.camera, &request).unwrap();
+    for samples in [2, 4, 8, 8, 99] {
+        let outcome = still.trace_to(&mut gpu, &renderer, samples, go_on);
+        assert!(matches!(outcome, Outcome::Complete));
+        assert_eq!(still.film().min_samples(), samples.min(8));
+    }
+    assert!(still.end(&mut gpu).film == whole.film);
+    renderer.free(&mut gpu);
+}
+
+/// Found where a scan had been in a pool with another: its filter rounded otherwise, and a few paths went elsewhere.
+#[test]
+fn an_image_does_not_depend_on_those_before_it() {
+    let mut gpu = gpu();
+    let request = RenderRequest { pass_samples: NonZeroU32::new(4), ..RenderRequest::new(16, 16, 4) };
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let (first, second) = (scenes::crowd(), scenes::noise());
+    let fresh = render(&mut gpu, &second.scene, &second.camera, &request, go_on).unwrap().film;
+    let mut renderer = HeadlessRenderer::new(&gpu);
+    for test in [&first, &second, &second, &first, &second] {
+        let film = renderer.render(&mut gpu, &test.scene, &test.camera, &request, go_on).unwrap().film;
+        assert!(test.name != second.name || film == fresh, "{}", test.name);
+    }
+    // The same scan through another filter is another texture.
+    let mut smooth = second.scene.clone();
+    smooth.volumes[0].medium.filter = Filter::Smooth;
+    renderer.render(&mut gpu, &smooth, &second.camera, &request, go_on).unwrap();
+    let film = renderer.render(&mut gpu, &second.scene, &second.camera, &request, go_on).unwrap().film;
+    assert!(film == fresh, "after another filter");
+    renderer.free(&mut gpu);
+}
+
+#[test]
+fn gpus_are_opened_by_their_place_in_the_list() {
+    let listed = Gpu::list();
+    let usable = listed.iter().position(|gpu| gpu.unsuitable.is_none()).unwrap();
+    assert_eq!(Gpu::open_at(usable).unwrap().description.name, listed[usable].name);
+    let error = Gpu::open_at(listed.len()).unwrap_err();
+    assert!(
+        error.to_string().starts_with(&format!("there is no GPU {}. There are: 0 ", listed.len())),
+        "{error}"
+    );
 }
 
 #[test]

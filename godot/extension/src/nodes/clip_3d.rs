@@ -84,9 +84,7 @@ impl LumivoxClip3D {
         let patient_from_node = world_from_patient.inverse() * world_from_node;
         let (kind, node_from_shape) = match self.shape {
             // Its z is the node's y.
-            Self::SHAPE_PLANE => {
-                (ClipKind::Plane, DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2))
-            }
+            Self::SHAPE_PLANE => (ClipKind::Plane, DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2)),
             Self::SHAPE_BOX => (ClipKind::Box, half_metre()),
             _ => (ClipKind::Sphere, half_metre()),
         };

@@ -6,8 +6,8 @@ use godot::classes::{Engine, IVisualInstance3D, RenderingServer, Resource, Visua
 use godot::init::is_main_thread;
 use godot::prelude::*;
 use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
-use lumivox_core::medium::MAX_DENSITY_SCALE;
 use lumivox_core::glam::DAffine3;
+use lumivox_core::medium::MAX_DENSITY_SCALE;
 use lumivox_core::{
     ClipShape, ExtinctionSpace, Filter, Medium, Peel, Preset, SurfaceReflection, VolumeInstance, placement,
 };

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::light::{self, Cone, Falloff, LightKind};
 use lumivox_core::{
-    Camera, ColorStop, Ease, Environment, EnvironmentMap, EnvironmentSource, Filter, Medium, OpacityKnot,
-    PerspectiveCamera, Projection, Scene, SurfaceReflection, TransferFunction, VolumeInstance,
+    Camera, CancelToken, ClipKind, ClipShape, ColorStop, Ease, Environment, EnvironmentMap,
+    EnvironmentSource, Filter, LabelStyle, Labelling, Medium, OpacityKnot, PerspectiveCamera, Progress,
+    Projection, Scene, SurfaceReflection, TransferFunction, VolumeInstance,
 };
 use lumivox_renderer::{DistanceFog, HeightFog};
 use serde::Serialize;
@@ -36,6 +37,30 @@ impl Place {
     }
 }
 
+/// A shape that cuts a volume, whose child it is.
+#[derive(Clone, Copy, Serialize)]
+pub struct Clip {
+    /// 0 plane, 1 box, 2 sphere.
+    pub shape: u32,
+    /// In the volume's node.
+    pub place: Place,
+    pub inverted: bool,
+}
+
+impl Clip {
+    /// As the class says: planes keep what is above y = 0, boxes and spheres what is within half a metre.
+    fn shape(&self, patient_from_node: DAffine3) -> ClipShape {
+        let half = DAffine3::from_scale(DVec3::splat(0.5));
+        let (kind, node_from_shape) = match self.shape {
+            0 => (ClipKind::Plane, DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y))),
+            1 => (ClipKind::Box, half),
+            _ => (ClipKind::Sphere, half),
+        };
+        let patient_from_shape = patient_from_node * self.place.affine() * node_from_shape;
+        ClipShape { kind, patient_from_shape, inverted: self.inverted }
+    }
+}
+
 /// A phantom, its look and its place.
 #[derive(Clone, Serialize)]
 pub struct Volume {
@@ -58,6 +83,9 @@ pub struct Volume {
     pub surface: [f64; 4],
     pub clip_min: [f64; 3],
     pub clip_max: [f64; 3],
+    pub clips: Vec<Clip>,
+    /// Of labels that are found in the phantom: their names, and whether each is seen.
+    pub shown_labels: Vec<(&'static str, bool)>,
     /// Bits of the layers that it is on.
     pub layers: u32,
     pub visible: bool,
@@ -80,6 +108,8 @@ impl Volume {
             surface: [0.0, 100.0, 0.4, 0.04],
             clip_min: [0.0; 3],
             clip_max: [1.0; 3],
+            clips: vec![],
+            shown_labels: vec![],
             layers: 1,
             visible: true,
         }
@@ -137,6 +167,19 @@ impl Volume {
         instance.clip_box =
             [DVec3::new(low[0], 1.0 - high[2], low[1]), DVec3::new(high[0], 1.0 - low[2], high[1])];
         instance.layers = self.layers;
+        let patient_from_node = instance.world_from_patient.inverse() * self.place.affine();
+        instance.clip_shapes = self.clips.iter().map(|clip| clip.shape(patient_from_node)).collect();
+        if !self.shown_labels.is_empty() {
+            let never = CancelToken::new();
+            let found = lumivox_segmentation::segment(&instance.volume, Progress::SILENT, &never).unwrap();
+            let mut labelling = Labelling::new(Arc::new(found.labels));
+            for &(name, visible) in &self.shown_labels {
+                for value in labelling.values_of(name) {
+                    labelling.set_style(value, LabelStyle { visible, ..Default::default() });
+                }
+            }
+            instance.labels = Some(labelling);
+        }
         instance
     }
 }

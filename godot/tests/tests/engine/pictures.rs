@@ -2,7 +2,7 @@
 
 use lumivox_core::glam::{DMat3, DVec3};
 
-use crate::case::{Case, Fog, Light, Mesh, Place, Volume, look_at};
+use crate::case::{Case, Clip, Fog, Light, Mesh, Place, Volume, look_at};
 use crate::shown::Shown;
 
 /// Every case, in one run of the engine.
@@ -33,8 +33,26 @@ fn cases() -> Vec<Case> {
     };
     let behind =
         Mesh { size: [0.2, 0.012, 0.002], place: far_turned(0.0, 0.0, -0.03, 0.0), color: [0.1, 0.8, 0.1] };
+    // A plane, what is left of a turned box, and a sphere; half of the head's plane is below.
+    let scaled = |x: f64, y: f64, z: f64, size: DVec3| {
+        Place::new(DMat3::from_rotation_z(0.5) * DMat3::from_diagonal(size), DVec3::new(x, y, z))
+    };
+    let clips = vec![
+        Clip { shape: 0, place: scaled(0.0, -0.05, 0.0, DVec3::ONE), inverted: false },
+        Clip { shape: 1, place: scaled(0.06, 0.05, 0.05, DVec3::new(0.1, 0.14, 0.12)), inverted: true },
+        Clip { shape: 2, place: scaled(0.0, 0.0, 0.0, DVec3::splat(0.24)), inverted: false },
+    ];
     vec![
         Case::new("cube"),
+        Case {
+            volumes: vec![Volume {
+                clips,
+                shown_labels: vec![("air outside", false), ("body", true)],
+                ..Volume::head()
+            }],
+            camera: look_at(DVec3::new(0.25, 0.15, 0.6), DVec3::ZERO),
+            ..Case::new("cut_open")
+        },
         Case {
             volumes: vec![Volume::head()],
             camera: look_at(DVec3::new(0.35, 0.1, 0.6), DVec3::ZERO),
@@ -134,6 +152,11 @@ fn volumes_overlap_rotated_and_scaled() {
 #[test]
 fn a_clip_box_cuts_along_the_nodes_axes() {
     assert_as_expected("clipped");
+}
+
+#[test]
+fn shapes_cut_and_labels_hide_as_the_renderer_has_it() {
+    assert_as_expected("cut_open");
 }
 
 #[test]

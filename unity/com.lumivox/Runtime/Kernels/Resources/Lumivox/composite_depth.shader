@@ -23,6 +23,14 @@ struct CompositeParams {
 };
 
 static const uint TABLE_SIZE = 4096u;
+static const uint TABLE_PAIRS = 12288u;
+static const uint CLASS_PAIRS = 4u;
+static const uint SHAPE_PAIRS = 8u;
+static const uint STYLE_PAIRS = 8u;
+static const uint CLIP_PLANE = 0u;
+static const uint CLIP_BOX = 1u;
+static const uint CLIP_SPHERE = 2u;
+static const uint SET_OF_MANY = 8u;
 static const uint BRICK_SIZE = 32u;
 static const uint BRICK_TEXELS = 33u;
 static const uint PAGE_BITS = 6u;

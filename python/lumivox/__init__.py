@@ -1,0 +1,79 @@
+"""Cinematic volume path tracing of CT and MR scans.
+
+    import lumivox
+
+    scan = lumivox.load("FOLDER")
+    image = lumivox.render(scan, preset="ct-bone", azimuth=35)
+    image.save("bone.png")
+
+Names, defaults and words are those of the command `lumivox`. Lengths are millimetres and angles degrees, unless a name says
+otherwise. Arrays of voxels have the axes z, y, x, those of images rows (from the top) and columns. Patient space is DICOM's
+LPS: x to the patient's left, y to the back, z to the head. Scene space has x to the patient's left, y to the head and z to
+the viewer, from the first scan's centre.
+"""
+
+from lumivox import _codecs as _codecs_module
+from lumivox._native import GpuError, LumivoxError, RenderError, ScanError, __version__
+from lumivox.image import Image
+from lumivox.look import (
+    ColorStop,
+    Medium,
+    OpacityKnot,
+    Preset,
+    SurfaceReflection,
+    TransferFunction,
+    load_transfer_function,
+    presets,
+)
+from lumivox.rendering import Gpu, Progress, Renderer, gpus, progressive, render
+from lumivox.scene import (
+    Camera,
+    Environment,
+    EnvironmentMap,
+    PointLight,
+    Scene,
+    SpotLight,
+    Sun,
+    VolumeInstance,
+)
+from lumivox.volume import Label, Labels, Volume, load, phantom, scan, write_dicom_series
+
+_codecs_module.install()
+
+__all__ = [
+    "Camera",
+    "ColorStop",
+    "Environment",
+    "EnvironmentMap",
+    "Gpu",
+    "GpuError",
+    "Image",
+    "Label",
+    "Labels",
+    "LumivoxError",
+    "Medium",
+    "OpacityKnot",
+    "PointLight",
+    "Preset",
+    "Progress",
+    "RenderError",
+    "Renderer",
+    "ScanError",
+    "Scene",
+    "SpotLight",
+    "Sun",
+    "SurfaceReflection",
+    "TransferFunction",
+    "Volume",
+    "VolumeInstance",
+    "__version__",
+    "gpus",
+    "load",
+    "load_transfer_function",
+    "phantom",
+    "presets",
+    "progressive",
+    "render",
+    "scan",
+    "write_dicom_series",
+]

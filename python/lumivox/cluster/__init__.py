@@ -1,0 +1,222 @@
+"""Renders on a cluster, through Dask: on this machine's GPUs unless told otherwise.
+
+    from lumivox import cluster
+
+    image = cluster.render(scan, preset="ct-bone", samples=4096)
+
+``cluster=`` takes the address of a Dask scheduler (``"tcp://head:8786"``), a ``distributed.Client``, or anything that a
+client connects to (dask-jobqueue on SLURM, dask-kubernetes, Coiled). Workers need ``pip install lumivox[cluster]``, and one
+thread each; each takes a GPU of its machine that no other has, or the one that ``LUMIVOX_GPU`` names.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+try:
+    import distributed
+except ImportError as error:
+    raise ImportError("lumivox.cluster needs Dask: pip install 'lumivox[cluster]'") from error
+
+
+from lumivox.cluster import parts as splitting
+from lumivox.cluster import worker
+from lumivox.cluster.job import Cancelled, Figures, Images, Job
+from lumivox.cluster.local import Local, default
+from lumivox.image import Image
+from lumivox.rendering import Options, Plan, RenderProgress, plan
+from lumivox.scene import Camera, Scene
+from lumivox.volume import PathLike, Volume
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+__all__ = ["Cancelled", "Figures", "Images", "Job", "Local", "film", "render", "study", "submit", "workers"]
+
+Target = Any
+"""``None`` or ``"local"``, an address, a ``distributed.Client``, a :class:`Local`, or a Dask cluster."""
+
+CONNECT = 10.0
+"""Seconds that a scheduler may take to answer."""
+
+_clients: dict[str, Any] = {}
+
+
+def client_of(cluster: Target) -> Any:
+    """The client for what was named as a cluster."""
+    if cluster is None or cluster == "local":
+        return default().client
+    if isinstance(cluster, Local):
+        return cluster.client
+    if isinstance(cluster, distributed.Client):
+        return cluster
+    if isinstance(cluster, str):
+        known = _clients.get(cluster)
+        if known is None or known.status != "running":
+            try:
+                known = _clients[cluster] = distributed.Client(cluster, set_as_default=False, timeout=CONNECT)
+            except OSError as error:
+                raise ConnectionError(f"no Dask scheduler answers at {cluster}: {error}") from error
+        return known
+    return distributed.Client(cluster, set_as_default=False)
+
+
+def workers(cluster: Target = None) -> dict[str, dict[str, Any]]:
+    """The workers there are, by address: the GPU of each, whether it is in software, its process."""
+    found: dict[str, dict[str, Any]] = client_of(cluster).run(worker.describe)
+    if not found:
+        raise ConnectionError("the cluster has no workers")
+    return found
+
+
+def submit(
+    scan: Scene | Volume | Sequence[Volume],
+    *,
+    cluster: Target = None,
+    tiles: int | None = None,
+    ranges: int | None = None,
+    **options: Unpack[Options],
+) -> Job:
+    """Begins an image, split into ``tiles`` (bands of rows) times ``ranges`` (of samples); see :func:`render`."""
+    return _submit(client_of(cluster), _planned(plan(scan, options)), tiles, ranges)
+
+
+def render(
+    scan: Scene | Volume | Sequence[Volume],
+    *,
+    cluster: Target = None,
+    tiles: int | None = None,
+    ranges: int | None = None,
+    **options: Unpack[Options],
+) -> Image:
+    """Renders one image on a cluster; options are those of :func:`lumivox.render`, but for ``time`` and ``gpu``.
+
+    - ``tiles``: bands of rows that it is split into. Default: large ones first, small ones at the end, so that none is
+      waited for; of 65,536 pixels at least on a GPU.
+    - ``ranges``: ranges of samples. Default: 1, or more where there are too few tiles for all workers. More of them show
+      the whole image earlier (:meth:`Job.partial`), and take a film's bytes each.
+    - ``pass_samples``: samples of a pixel that are added up before its film is. Default: 64, in software 4.
+    - ``progress``: is told how far it is, a few times a second; ``False`` from it cancels.
+
+    The image is that of ``lumivox.render(..., pass_samples=...)`` on one such GPU, to the last bit with one range, or with
+    ranges of one pass each; with others it differs in the rounding of 32-bit sums. It never depends on how many workers
+    there are, nor on which died.
+    """
+    job = submit(scan, cluster=cluster, tiles=tiles, ranges=ranges, **options)
+    return watched(job, options.get("progress"))
+
+
+def watched(job: Job, progress: RenderProgress | None) -> Image:
+    """Waits for a job, and tells how far it is."""
+    try:
+        while progress is not None and not job.wait(0.2):
+            if progress(job.progress) is False:
+                job.cancel()
+                break
+    except BaseException:
+        job.cancel()
+        raise
+    return job.result()
+
+
+def film(
+    scan: Scene | Volume | Sequence[Volume],
+    cameras: Iterable[Camera],
+    *,
+    cluster: Target = None,
+    save: str | PathLike | None = None,
+    **options: Unpack[Options],
+) -> Images:
+    """Renders a film, a frame for each camera: iterate over ``(number, image)`` as they come.
+
+    ``save``: a file for each frame, such as ``"frame-{:04d}.png"``; workers make the pictures, and only those come back:
+    it then gives ``(number, path)``.
+    """
+    first: Plan | None = None
+    plans = []
+    for camera in cameras:
+        if first is None:
+            # The scene is looked at once, not for each frame.
+            first = _planned(plan(scan, {**options, "camera": camera}))
+        plans.append(replace(first, camera=camera))
+    return _images(client_of(cluster), plans, save)
+
+
+def study(
+    scenes: Iterable[Scene | Plan],
+    *,
+    cluster: Target = None,
+    save: str | PathLike | None = None,
+    **options: Unpack[Options],
+) -> Images:
+    """Renders one image of each scene, such as of one scan under many looks: iterate over ``(number, image)`` as they come.
+
+    Volumes that scenes share are sent once. Without a ``camera``, each scene is framed by itself.
+    """
+    plans = [scene if isinstance(scene, Plan) else _planned(plan(scene, options)) for scene in scenes]
+    return _images(client_of(cluster), plans, save)
+
+
+class _Saved(Images):
+    """Images that are written as they come."""
+
+    pattern: str = ""
+
+    def __iter__(self) -> Any:
+        for number, png in super().__iter__():
+            path = self.pattern.format(number)
+            with open(path, "wb") as file:
+                file.write(png)
+            yield number, path
+
+
+def _images(client: Any, plans: list[Plan], save: str | PathLike | None) -> Images:
+    plans = [_with_pass(client, one) for one in plans]
+    if save is None:
+        return Images(client, plans, False)
+    pattern = os.fspath(save)
+    if not pattern.lower().endswith(".png") or pattern.format(0) == pattern.format(1):
+        raise ValueError(f"{pattern}: a name for each frame is needed, such as frame-{{:04d}}.png")
+    saved = _Saved(client, plans, True)
+    saved.pattern = pattern
+    return saved
+
+
+def _planned(planned: Plan) -> Plan:
+    if planned.request.time is not None:
+        raise ValueError("time is for one machine; give samples, and cancel what takes too long")
+    return replace(planned, unbounded=False)
+
+
+def _in_software(client: Any) -> bool:
+    """Whether some worker has no GPU but software."""
+    return any(one["software"] for one in workers(client).values())
+
+
+def _with_pass(client: Any, planned: Plan) -> Plan:
+    """A plan with passes that suit the slowest of the workers: all must have the same."""
+    if planned.request.pass_samples is not None:
+        return planned
+    samples = splitting.PASS_OF_SOFTWARE if _in_software(client) else splitting.PASS_OF_GPU
+    return replace(planned, request=replace(planned.request, pass_samples=samples))
+
+
+def _submit(client: Any, planned: Plan, tiles: int | None, ranges: int | None) -> Job:
+    planned = _with_pass(client, planned)
+    request = planned.request
+    assert request.pass_samples is not None
+    for name, value in (("tiles", tiles), ("ranges", ranges)):
+        if value is not None and value < 1:
+            raise ValueError(f"{name} must be at least 1")
+    count = len(client.scheduler_info(n_workers=-1)["workers"])
+    if tiles is None:
+        heights = splitting.usual_tiles(request.size, count, _in_software(client))
+    else:
+        heights = splitting.equal_tiles(request.size, tiles)
+    if ranges is None:
+        ranges = splitting.usual_ranges(len(heights), count)
+    split = splitting.split(request.size, request.samples, heights, ranges, request.pass_samples)
+    return Job(client, planned, split)

@@ -1,0 +1,128 @@
+"""What `lumivox render --cluster` runs: a scene on standard input, a film's sums on standard output.
+
+A line of JSON, then voxels and texels as they lie in memory; back come lines of JSON (progress, or what went wrong), the
+last of them with the film's shape, then its sums. The input ends when the picture is no longer wanted.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+import threading
+from typing import Any, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+import lumivox
+from lumivox import cluster
+from lumivox.cluster.job import Job
+from lumivox.image import Display
+from lumivox.rendering import Plan, Request
+
+LOOK = 0.25
+"""Seconds between two words about progress."""
+
+
+def read(source: BinaryIO) -> tuple[str, Plan]:
+    """The scheduler's address, and what it is to render."""
+    header: dict[str, Any] = json.loads(source.readline())
+    if header["version"] != lumivox.__version__:
+        raise lumivox.LumivoxError(
+            f"the command is Lumivox {header['version']}, Python's is {lumivox.__version__}; install the same version of both"
+        )
+    instances = []
+    for said in header["volumes"]:
+        volume = lumivox.Volume._from_stored(
+            _array(source, said["type"], said["shape"]),
+            said["slope"],
+            said["intercept"],
+            np.array(said["patient_from_voxel"]),
+            said["modality"],
+            said["unit"],
+        )
+        (low, high), medium = said["clip"], said["medium"]
+        look = lumivox.Medium(
+            lumivox.TransferFunction([tuple(knot) for knot in medium["opacity"]], medium["color"]),
+            medium["density"],
+            medium["albedo"],
+            medium["anisotropy"],
+            medium["bounces"],
+            medium["filter"],
+            lumivox.SurfaceReflection(*medium["surface"]),
+            medium["extinction_space"],
+        )
+        instances.append(
+            lumivox.VolumeInstance(volume, look, (tuple(low), tuple(high)), said["world_from_patient"], said["layers"])
+        )
+    environment = header["environment"]
+    shape = environment.pop("shape", None)
+    if environment["source"] == "map":
+        environment["source"] = lumivox.EnvironmentMap(_array(source, "float32", shape))
+    lights = tuple(lumivox.Sun(**light) for light in header["lights"])
+    scene = lumivox.Scene(tuple(instances), lumivox.Environment(**environment), lights)
+    camera = lumivox.Camera(header["camera"], header["fov"])
+    width, height = header["size"]
+    request = Request((width, height), header["samples"], seed=header["seed"], guides=header["guides"])
+    return header["address"], Plan(scene, camera, request, Display(), False, False)
+
+
+def _array(source: BinaryIO, kind: str, shape: list[int]) -> npt.NDArray[Any]:
+    dtype = np.dtype(kind)
+    size = int(np.prod(shape)) * dtype.itemsize
+    data = source.read(size)
+    if len(data) != size:
+        raise EOFError("the scene ended too early")
+    return np.frombuffer(data, dtype).reshape(shape)
+
+
+def say(**words: Any) -> None:
+    """A line for whoever reads."""
+    sys.stdout.buffer.write(json.dumps(words).encode() + b"\n")
+    sys.stdout.buffer.flush()
+
+
+def watch(job: Job) -> None:
+    """Waits for the input's end, which takes the job back."""
+    sys.stdin.buffer.read()
+    if not job.done:
+        job.cancel()
+
+
+def main() -> int:
+    """Renders what comes in."""
+    # Ctrl-C is for whoever reads: it ends our input.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        address, planned = read(sys.stdin.buffer)
+        job = cluster._submit(cluster.client_of(address), planned, None, None)
+        threading.Thread(target=watch, args=(job,), daemon=True).start()
+        while not job.wait(LOOK):
+            told = job.progress
+            # JSON has no infinity.
+            say(samples=told.samples, target=told.target, elapsed=told.elapsed, left=min(told.left, 1e9))
+        try:
+            image, complete = job.result(), True
+        except cluster.Cancelled:
+            image, complete = job.partial(), False
+    except lumivox.GpuError as error:
+        say(error=str(error), kind="gpu")
+        return 1
+    except (lumivox.LumivoxError, OSError, EOFError, ValueError) as error:
+        say(error=str(error), kind="failure")
+        return 1
+    sums = image.film.sums()
+    say(film=sums.shape[:3], complete=complete)
+    sys.stdout.buffer.write(sums.tobytes())
+    sys.stdout.buffer.flush()
+    return 0
+
+
+if __name__ == "__main__":
+    # Not by returning: a thread that still reads our input would be waited for.
+    import os
+
+    code = main()
+    sys.stdout.flush()
+    os._exit(code)

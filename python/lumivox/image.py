@@ -1,0 +1,167 @@
+"""Images: layers of light as arrays, and how they become pixels."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lumivox import _native
+from lumivox.scene import Camera, Scene
+from lumivox.volume import PathLike
+
+Array = npt.NDArray[np.float32]
+MM_PER_METRE = 1e3
+
+
+@dataclass(frozen=True)
+class Display:
+    """How light becomes pixels."""
+
+    background: str = "#14171c"
+    """What stands behind: ``"transparent"``, ``"environment"``, or a colour as ``"#rrggbb"``."""
+    exposure: float = 0.0
+    """Stops brighter, or darker if negative."""
+    tone: str = "agx"
+    """``"agx"`` and ``"aces"`` are filmic, ``"plain"`` clips."""
+    gamma: float = 1.0
+    """Exponent 1/gamma on the pixels after the tone map."""
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """A rendered image: its layers, and its picture. Rows count from the top; light is linear RGB with sRGB primaries."""
+
+    film: _native.Film = field(repr=False)
+    """The sums of which the layers are means."""
+    scene: Scene = field(repr=False)
+    camera: Camera = field(repr=False)
+    display: Display = field(default_factory=Display)
+    complete: bool = True
+    """Whether it has all the samples that were asked for."""
+    seconds: float = 0.0
+    """Time spent tracing."""
+    notes: tuple[str, ...] = ()
+    """What is worth knowing about it, as sentences."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        width, height = self.film.size
+        return width, height
+
+    @property
+    def radiance(self) -> Array:
+        """Mean radiance scattered by the volumes (rows, columns, 3); what stands behind is not in it."""
+        return self.film.radiance()
+
+    @property
+    def alpha(self) -> Array:
+        """The fraction of rays that met something (rows, columns), 0 to 1."""
+        return self.film.alpha()
+
+    @property
+    def depth(self) -> Array:
+        """Millimetres along the view to what rays met first, averaged (rows, columns); infinite where they met nothing."""
+        return self.film.depth() * np.float32(MM_PER_METRE)
+
+    @property
+    def variance(self) -> Array:
+        """Variance of the mean luminance (rows, columns), infinite before a second sample."""
+        return self.film.variance()
+
+    @property
+    def samples(self) -> Array:
+        """Paths that each pixel has (rows, columns)."""
+        return self.film.samples()
+
+    @property
+    def albedo(self) -> Array | None:
+        """Mean albedo of what rays met first (rows, columns, 3); ``None`` unless rendered with ``layers=True``."""
+        return self.film.albedo()
+
+    @property
+    def normal(self) -> Array | None:
+        """Mean normal of what rays met first (rows, columns, 3): x to the patient's left, y to the head, z to the viewer.
+
+        ``None`` unless rendered with ``layers=True``.
+        """
+        return self.film.normal()
+
+    @property
+    def noise(self) -> float | None:
+        """The noise left, as a fraction of the brightness; ``None`` before a second sample, or where nothing is seen."""
+        return self.film.noise
+
+    @property
+    def min_samples(self) -> int:
+        """Paths of the pixel that has the fewest."""
+        return self.film.min_samples
+
+    def shown(self, **display: Any) -> Image:
+        """The same image with other ``background``, ``exposure``, ``tone`` or ``gamma``: nothing is rendered again."""
+        return replace(self, display=replace(self.display, **display))
+
+    def denoised(self) -> Image:
+        """The same image with less noise, for a little bias; better of one rendered with ``layers=True``."""
+        return replace(self, film=self.film.denoised())
+
+    @property
+    def pixels(self) -> npt.NDArray[np.uint8]:
+        """The picture (rows, columns, 4): red, green, blue and straight alpha as screens show them, 8 bits each."""
+        show = self.display
+        return self.film.pixels(self.scene, self.camera, show.background, show.exposure, show.tone, show.gamma)
+
+    def save(self, path: PathLike) -> None:
+        """Writes the picture as ``.png``, or all layers in linear light as ``.exr``.
+
+        Channels of the latter are R, G, B (radiance, premultiplied) and A, ``Z`` (depth in mm), ``variance``, and
+        ``albedo.R`` to ``normal.Z`` where there are any; 32-bit floats.
+        """
+        name = os.fspath(path)
+        ending = os.path.splitext(name)[1].lower()
+        if ending == ".png":
+            data = _native.encode_png(self.pixels)
+        elif ending == ".exr":
+            data = _native.encode_exr(self._channels(), False)
+        else:
+            raise ValueError(f"{name}: the output must end in .png or .exr")
+        # Under another name first: nobody ever sees half of one.
+        folder = os.path.dirname(os.path.abspath(name))
+        handle, partial = tempfile.mkstemp(prefix=".lumivox-", suffix=".partial", dir=folder)
+        try:
+            # Such a file is its owner's alone; a picture has the rights that all new files have.
+            mask = os.umask(0)
+            os.umask(mask)
+            os.chmod(partial, 0o666 & ~mask)
+            with os.fdopen(handle, "wb") as file:
+                file.write(data)
+            os.replace(partial, name)
+        except BaseException:
+            if os.path.exists(partial):
+                os.remove(partial)
+            raise
+
+    def _channels(self) -> list[tuple[str, Array]]:
+        channels = list(zip("RGB", np.moveaxis(self.radiance, 2, 0), strict=True))
+        channels += [("A", self.alpha), ("Z", self.depth), ("variance", self.variance)]
+        for name, layer, parts in (("albedo", self.albedo, "RGB"), ("normal", self.normal, "XYZ")):
+            if layer is not None:
+                channels += [(f"{name}.{part}", layer[..., i]) for i, part in enumerate(parts)]
+        return [(name, np.ascontiguousarray(plane)) for name, plane in channels]
+
+    def _repr_png_(self) -> bytes:
+        return _native.encode_png(self.pixels)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        parts = (self.film.sums(), self.scene, self.camera, self.display, self.complete, self.seconds, self.notes)
+        return _unpickle, parts
+
+
+def _unpickle(sums: Array, *rest: Any) -> Image:
+    # What came over a network may lie at odd addresses.
+    return Image(_native.Film(np.require(sums, requirements=["C", "A"])), *rest)

@@ -1,0 +1,358 @@
+"""Rendering: options, GPUs, whole images and images little by little."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, TypedDict
+
+from lumivox import _native
+from lumivox.image import Display, Image
+from lumivox.look import Filter, SurfaceReflection, TransferFunction
+from lumivox.scene import Camera, Environment, EnvironmentMap, Light, Scene
+from lumivox.volume import Volume
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+DEFAULT_SAMPLES = 512
+"""Paths per pixel unless asked otherwise: little noise, and seconds on a GPU."""
+
+DEFAULT_SOFTWARE_TIME = 120.0
+"""Seconds after which it ends where it would take long for want of a GPU, unless asked otherwise."""
+
+MOST_SAMPLES = 1 << 24
+"""The film counts in 32-bit floats, which are exact up to here."""
+
+LARGEST_SIDE = 32_768
+
+MOST_PIXELS = 1 << 28
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a render is."""
+
+    samples: float
+    """Samples of the average pixel."""
+    target: int
+    """Samples asked for."""
+    elapsed: float
+    """Seconds since tracing began."""
+    left: float
+    """Seconds until it is complete, by what it took so far."""
+    noise: float | None
+    """Noise at the last look, as a fraction of the brightness."""
+
+
+RenderProgress = Callable[[Progress], object]
+"""Is told how far a render is; returning ``False`` stops it and keeps what there is."""
+
+
+class Options(TypedDict, total=False):
+    """What can be asked of a render; see :func:`render`."""
+
+    preset: str | Sequence[str] | None
+    transfer_function: TransferFunction | Sequence[TransferFunction] | None
+    density: float | None
+    albedo: float | None
+    anisotropy: float | None
+    bounces: int | None
+    surface: bool | SurfaceReflection | None
+    filter: Filter
+    peel: float | None
+    clip: tuple[Sequence[float], Sequence[float]] | None
+    camera: Camera | None
+    azimuth: float
+    elevation: float
+    zoom: float
+    fov: float
+    eye: Sequence[float] | None
+    target: Sequence[float] | None
+    environment: str | Environment | EnvironmentMap
+    environment_strength: float
+    environment_rotation: float
+    light: Light | Sequence[Light]
+    size: tuple[int, int]
+    samples: int | None
+    time: float | None
+    seed: int
+    layers: bool
+    denoise: bool
+    exposure: float
+    tone: str
+    gamma: float
+    background: str
+    gpu: int | str | None
+    pass_samples: int | None
+    progress: RenderProgress | None
+
+
+LOOK = frozenset(
+    {
+        "preset",
+        "transfer_function",
+        "density",
+        "albedo",
+        "anisotropy",
+        "bounces",
+        "surface",
+        "filter",
+        "peel",
+        "clip",
+        "environment",
+        "environment_strength",
+        "environment_rotation",
+        "light",
+    }
+)
+FRAMING = frozenset(["azimuth", "elevation", "zoom", "eye", "target"])
+DISPLAY = frozenset(["background", "exposure", "tone", "gamma"])
+
+
+@dataclass(frozen=True)
+class Request:
+    """How an image is sampled."""
+
+    size: tuple[int, int]
+    samples: int
+    time: float | None = None
+    seed: int = 0
+    guides: bool = False
+    first_sample: int = 0
+    pass_samples: int | None = None
+    window: tuple[int, int, int, int] | None = None
+    """The part of the image: its left column, top row, width and height."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A render that was asked for, with nothing left to choose but the GPU."""
+
+    scene: Scene
+    camera: Camera
+    request: Request
+    display: Display
+    denoise: bool
+    unbounded: bool
+    """Whether nobody said how long it may take."""
+
+
+@dataclass(frozen=True)
+class Gpu:
+    """A device that could render."""
+
+    index: int
+    name: str
+    driver: str
+    api: str
+    software: bool
+    """Whether it computes on the CPU."""
+    unsuitable: str | None
+    """What it lacks, where it cannot be used."""
+
+
+def gpus() -> list[Gpu]:
+    """Every device, the most capable first; ``render(gpu=...)`` takes an index, or a part of a name."""
+    return [Gpu(index, *device) for index, device in enumerate(_native.gpus())]
+
+
+class Renderer:
+    """Renders on one GPU, by index or by a part of its name; the scan stays there between images.
+
+    :func:`render` keeps one for each GPU; make one to free it earlier, by letting go of it.
+    """
+
+    def __init__(self, gpu: int | str | None = None) -> None:
+        self.native = _native.Renderer(gpu)
+
+    @property
+    def gpu(self) -> Gpu:
+        """What it renders on; its index is not known."""
+        return Gpu(-1, *self.native.device)
+
+    def render(self, scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) -> Image:
+        """As :func:`lumivox.render`, on this GPU."""
+        return self.run(plan(scan, options), options.get("progress"))
+
+    def run(self, planned: Plan, progress: RenderProgress | None = None) -> Image:
+        """Renders what was planned."""
+        request = planned.request
+        if planned.unbounded and self.gpu.software:
+            request = replace(request, time=DEFAULT_SOFTWARE_TIME)
+        film, outcome, _, trace, unfinished, reductions = self.native.render(
+            planned.scene, planned.camera, request, _teller(progress)
+        )
+        if outcome not in ("complete", "stopped"):
+            # What there is of it was kept for those who wait at a screen; a program wants to know.
+            raise _native.GpuError(outcome)
+        notes = []
+        if unfinished > 0:
+            notes.append(f"{unfinished} pixels are darker than they should be: their longest paths had not ended")
+        coarsest = max(reductions, default=1)
+        if coarsest > 1:
+            notes.append(f"the GPU has no room for all voxels: the scan was rendered at 1/{coarsest} of its resolution")
+        done = outcome == "complete"
+        image = Image(film, planned.scene, planned.camera, planned.display, done, trace, tuple(notes))
+        return image.denoised() if planned.denoise else image
+
+
+_renderers: dict[int | str | None, Renderer] = {}
+
+
+def renderer(gpu: int | str | None = None) -> Renderer:
+    """The renderer that is kept for a GPU."""
+    if gpu not in _renderers:
+        _renderers[gpu] = Renderer(gpu)
+    return _renderers[gpu]
+
+
+def render(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) -> Image:
+    """Renders a scan, several in the patient space they share, or a scene. Options and defaults are the command's.
+
+    Look (not with a :class:`Scene`, which has one), once for all scans or once for each:
+
+    - ``preset``: a name. Default: what suits the scan; see :func:`lumivox.presets`.
+    - ``transfer_function``: opacity and colour by value, in place of the preset's.
+    - ``density``: factor on the extinction. ``albedo``: fraction of light that survives a scattering, 0 to 1.
+      ``anisotropy``: mean cosine of scattering, -0.99 to 0.99. ``bounces``: most scatterings along a path, 1 to 1000.
+      ``surface``: reflection where the value changes quickly. Default of all: the preset's.
+    - ``filter``: ``"smooth"`` (default), ``"trilinear"``, ``"tricubic"`` or ``"nearest"``.
+    - ``peel``: millimetres below the skin that are taken off a CT, up to 63. Default: the preset's.
+    - ``clip``: the part to keep: two corners, fractions along the voxel axes x, y, z.
+
+    Camera:
+
+    - ``camera``, in place of: ``azimuth`` and ``elevation`` (degrees around the patient; 0 sees the face), ``zoom`` (1),
+      ``eye`` and ``target`` (mm from the first scan's centre). ``fov``: degrees from bottom to top (28).
+
+    Light (not with a :class:`Scene`):
+
+    - ``environment``: ``"studio"`` (default), ``"uniform"``, ``"gradient"``, an ``.hdr`` or ``.exr`` file, or an
+      :class:`Environment`; ``environment_strength`` (1), ``environment_rotation`` (degrees). ``light``: suns and lamps.
+
+    Image:
+
+    - ``size``: width and height in pixels (768, 768).
+    - ``samples``: paths per pixel (512, or as many as ``time`` allows; without a GPU, as many as two minutes allow).
+      ``time``: seconds of tracing after which it ends. ``seed``: another seed gives other noise.
+    - ``layers``: keeps albedo and normal, too. ``denoise``: smooths out the noise that is left, slightly biased.
+    - ``exposure`` (stops), ``tone`` (``"agx"``), ``gamma`` (1), ``background`` (``"#14171c"``).
+
+    Running:
+
+    - ``gpu``: an index of :func:`gpus`, or a part of a name. Default: the most capable.
+    - ``progress``: is told a :class:`Progress` a few times a second; ``False`` from it stops, and keeps what there is.
+    - ``pass_samples``: samples of a pixel that are added up before the film is; fixed, the same scene gives the same sums
+      to the last bit on all devices of a kind. Default: what is fastest.
+
+    Ctrl-C stops it. Other threads run meanwhile. Raises :class:`GpuError` or :class:`RenderError`, and ``ValueError`` for
+    options that make no sense.
+    """
+    planned = plan(scan, options)
+    return renderer(options.get("gpu")).run(planned, options.get("progress"))
+
+
+def progressive(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) -> Iterator[Image]:
+    """The images of a render under way: of 1, 2, 4, 8 ... samples, until it is complete. Options are those of :func:`render`.
+
+    Leaving the loop stops it and frees the GPU.
+    """
+    planned = plan(scan, options)
+    chosen = renderer(options.get("gpu"))
+    limit = planned.request.time
+    if planned.unbounded and chosen.gpu.software:
+        limit = DEFAULT_SOFTWARE_TIME
+    # The limit is looked at here, between images.
+    request = replace(planned.request, time=None)
+    still = chosen.native.begin(planned.scene, planned.camera, request)
+    told = _teller(options.get("progress"))
+    try:
+        samples = 1
+        while True:
+            samples = min(samples, request.samples)
+            film, outcome, seconds = still.trace_to(samples, told)
+            done = samples == request.samples or (limit is not None and seconds >= limit)
+            image = Image(film, planned.scene, planned.camera, planned.display, done, seconds)
+            yield image.denoised() if planned.denoise else image
+            if done or outcome == "stopped":
+                return
+            samples *= 2
+    finally:
+        still.end()
+
+
+def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
+    """What options ask for; ``ValueError`` and ``TypeError`` say what makes no sense."""
+    given: dict[str, Any] = dict(options)
+    for name in given:
+        if name not in Options.__annotations__:
+            near = difflib.get_close_matches(name, Options.__annotations__, 1)
+            hint = f"; did you mean '{near[0]}'?" if near else ""
+            raise TypeError(f"there is no option '{name}'{hint}")
+    size = _size(given.get("size", (768, 768)))
+    fov = given.get("fov", 28.0)
+    looks = {name: given[name] for name in LOOK if name in given}
+    if isinstance(scan, Scene):
+        if looks:
+            raise ValueError(f"a scene has its look and light: {', '.join(sorted(looks))} cannot be given besides")
+        scene = scan
+    else:
+        scene = Scene.of(scan, **looks)
+    camera = _camera(scene, given, size, fov)
+    samples, time, unbounded = _extent(given.get("samples"), given.get("time"))
+    seed = given.get("seed", 0)
+    if not 0 <= seed < 1 << 32:
+        raise ValueError("seed must be 0 to 4294967295")
+    guides = bool(given.get("layers", False) or given.get("denoise", False))
+    request = Request(size, samples, time, seed, guides, pass_samples=given.get("pass_samples"))
+    display = Display(**{name: given[name] for name in DISPLAY if name in given})
+    return Plan(scene, camera, request, display, bool(given.get("denoise", False)), unbounded)
+
+
+def _extent(samples: int | None, time: float | None) -> tuple[int, float | None, bool]:
+    if samples is not None and not 1 <= samples <= MOST_SAMPLES:
+        raise ValueError(f"samples must be 1 to {MOST_SAMPLES}")
+    if time is not None and not 0.01 <= time <= 1e7:
+        raise ValueError("time must be 0.01 to 10000000")
+    unbounded = samples is None and time is None
+    if samples is None:
+        samples = DEFAULT_SAMPLES if time is None else MOST_SAMPLES
+    return samples, time, unbounded
+
+
+def _size(size: Sequence[int]) -> tuple[int, int]:
+    width, height = (int(side) for side in size)
+    if not (1 <= width <= LARGEST_SIDE and 1 <= height <= LARGEST_SIDE):
+        raise ValueError(f"width and height must be 1 to {LARGEST_SIDE}")
+    if width * height > MOST_PIXELS:
+        raise ValueError(f"{width * height // 1_000_000} million pixels are too many")
+    return width, height
+
+
+def _camera(scene: Scene, given: dict[str, Any], size: tuple[int, int], fov: float) -> Camera:
+    asked = {name: given[name] for name in FRAMING if given.get(name) is not None}
+    camera: Camera | None = given.get("camera")
+    if camera is not None:
+        if asked:
+            raise ValueError(f"camera is given, and {', '.join(sorted(asked))} besides")
+        return camera
+    if not 0.1 <= fov <= 170.0:
+        raise ValueError("fov must be 0.1 to 170")
+    target = asked.pop("target", None)
+    eye = asked.pop("eye", None)
+    if eye is None:
+        return Camera.framing(scene, **asked, fov=fov, size=size, target=target)
+    if asked:
+        raise ValueError(f"eye is given, and {', '.join(sorted(asked))} besides")
+    if target is None:
+        aspect = size[0] / size[1]
+        _, target = _native.frame(scene, 0.0, 0.0, 1.0, fov, aspect, None)
+    return Camera.look_at(eye, target, fov=fov)
+
+
+def _teller(progress: RenderProgress | None) -> Callable[..., object] | None:
+    if progress is None:
+        return None
+    return lambda *told: progress(Progress(*told))

@@ -1,0 +1,385 @@
+"""Scans: volumes in physical units with their place in the patient, and what of them is the patient."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from lumivox import _native
+
+StageProgress = Callable[[str, int, int], object]
+"""Is told the stage, the steps done and the steps in all."""
+
+PathLike = str | os.PathLike[str]
+
+
+@dataclass(frozen=True)
+class Label:
+    """What one value of :attr:`Labels.array` means."""
+
+    value: int
+    """1 to 255; 0 belongs to no label."""
+    name: str
+    """For people: ``lungs``."""
+    color: tuple[float, float, float]
+    """Linear RGB, each 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Labels:
+    """Which voxels of a scan are what."""
+
+    array: npt.NDArray[np.uint8]
+    """(z, y, x): the value of each voxel's label."""
+    labels: tuple[Label, ...]
+    """What the values mean, by rising value."""
+    sure: bool
+    """Whether they are sure enough to hide anything by."""
+
+
+class Volume:
+    """A scalar grid in physical units (HU for CT) with its place in the patient. It never changes.
+
+    Made by :func:`load`, :meth:`from_array`, or the ``from_...`` methods for images of other libraries.
+    """
+
+    __slots__ = ("native",)
+
+    def __init__(self, native: _native.Volume) -> None:
+        self.native = native
+
+    @classmethod
+    def from_array(
+        cls,
+        array: npt.ArrayLike,
+        spacing: Sequence[float] = (1.0, 1.0, 1.0),
+        origin: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: npt.ArrayLike | None = None,
+        modality: str = "",
+        *,
+        unit: str | None = None,
+        slope: float = 1.0,
+        intercept: float = 0.0,
+    ) -> Volume:
+        """A volume of an array with the axes **z, y, x**, as numpy and SimpleITK have them; all else is in the order x, y, z.
+
+        - ``spacing``: millimetres between neighbouring voxel centres along x, y, z.
+        - ``origin``: the centre of voxel (0, 0, 0) in LPS millimetres.
+        - ``orientation``: 3 x 3; its columns are the directions of the voxel axes x, y, z in LPS. Default: those of LPS.
+        - ``modality``: ``"CT"`` (values are HU), ``"MR"``, ``"PT"``, or ``""`` for anything else.
+        - ``unit``: what values are measured in, where it is not the modality's.
+        - ``slope``, ``intercept``: ``value = array * slope + intercept``.
+
+        Integers of 8 and 16 bits stay as they are, signed ones with an offset in :attr:`intercept`; other integers become
+        16 bits where they fit, and all else 32-bit floats. The array is copied.
+
+        Raises :class:`ScanError` where the parts make no volume.
+        """
+        stored, offset = _stored(np.asarray(array))
+        direction = np.eye(3) if orientation is None else np.asarray(orientation, dtype=np.float64).reshape(3, 3)
+        matrix = np.column_stack([direction * np.asarray(spacing, dtype=np.float64), np.asarray(origin, dtype=np.float64)])
+        return cls._from_stored(stored, slope, intercept + offset * slope, matrix, modality, unit)
+
+    @classmethod
+    def _from_stored(
+        cls,
+        stored: npt.NDArray[Any],
+        slope: float,
+        intercept: float,
+        patient_from_voxel: npt.NDArray[np.float64],
+        modality: str,
+        unit: str | None,
+    ) -> Volume:
+        rows = patient_from_voxel[:3].tolist()
+        # What came over a network may lie at odd addresses.
+        stored = np.require(stored, requirements=["C", "A"])
+        return cls(_native.Volume.from_array(stored, slope, intercept, rows, modality, unit))
+
+    @property
+    def array(self) -> npt.NDArray[Any]:
+        """Stored samples (z, y, x) of uint8, uint16 or float32; ``value = array * slope + intercept``.
+
+        A view, nothing is copied: it keeps the volume alive and cannot be written to.
+        """
+        return self.native.array()
+
+    @property
+    def values(self) -> npt.NDArray[np.float32]:
+        """Physical values (z, y, x), HU for CT: a copy."""
+        # In 64 bits, as all else computes it: 16-bit samples come out exact.
+        return (self.array.astype(np.float64) * self.slope + self.intercept).astype(np.float32)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Voxels along z, y, x, as of :attr:`array`."""
+        x, y, z = self.native.dims
+        return z, y, x
+
+    @property
+    def slope(self) -> float:
+        """Physical units per stored unit."""
+        return self.native.slope
+
+    @property
+    def intercept(self) -> float:
+        """The physical value of a stored 0."""
+        return self.native.intercept
+
+    @property
+    def spacing(self) -> tuple[float, float, float]:
+        """Millimetres between neighbouring voxel centres along x, y, z."""
+        x, y, z = self.native.spacing_mm
+        return x, y, z
+
+    @property
+    def origin(self) -> tuple[float, float, float]:
+        """The centre of voxel (0, 0, 0) in LPS millimetres."""
+        x, y, z = (row[3] for row in self.native.patient_from_voxel)
+        return x, y, z
+
+    @property
+    def orientation(self) -> npt.NDArray[np.float64]:
+        """3 x 3: its columns are the directions of the voxel axes x, y, z in LPS, of unit length."""
+        matrix = self.patient_from_voxel[:3, :3]
+        directions: npt.NDArray[np.float64] = matrix / np.linalg.norm(matrix, axis=0)
+        return directions
+
+    @property
+    def patient_from_voxel(self) -> npt.NDArray[np.float64]:
+        """4 x 4: LPS millimetres from voxel indices (x, y, z); it may shear, as a tilted gantry does."""
+        return np.array([*self.native.patient_from_voxel, [0.0, 0.0, 0.0, 1.0]])
+
+    @property
+    def modality(self) -> str:
+        """DICOM's word for what made it: ``"CT"``, ``"MR"``, ``"PT"``; ``""`` where that is not known."""
+        return self.native.modality
+
+    @property
+    def unit(self) -> str:
+        """What values are measured in, for people: ``"HU"``; ``""`` where that is not known."""
+        return self.native.unit
+
+    @property
+    def value_range(self) -> tuple[float, float]:
+        """Smallest and largest physical value."""
+        low, high = self.native.value_range
+        return low, high
+
+    @property
+    def report(self) -> dict[str, Any] | None:
+        """How it was read, as ``lumivox import --json`` tells: ``series``, ``chosen``, ``notes``, ``skipped`` and more.
+
+        ``None`` for one that was not read from files.
+        """
+        text = self.native.report
+        return None if text is None else json.loads(text)
+
+    @property
+    def note(self) -> str | None:
+        """What around the patient was hidden, or why nothing was, as a sentence; ``None`` where there was nothing to hide."""
+        return self.native.note
+
+    @property
+    def labels(self) -> Labels | None:
+        """Which voxels are what, where that was looked for: by :func:`load`, :meth:`patient_alone` or :meth:`segment`."""
+        found = self.native.labels()
+        if found is None:
+            return None
+        array, entries = found
+        labels = (Label(value, name, (color[0], color[1], color[2])) for value, name, color in entries)
+        return Labels(array, tuple(labels), bool(self.native.sure))
+
+    def patient_alone(self, progress: StageProgress | None = None) -> Volume:
+        """A CT without what lies around the patient (table, blankets, cables), which becomes air; :attr:`note` says what.
+
+        Any other scan, and one in which the patient is not told apart for sure, comes back as it was.
+        """
+        return Volume(self.native.patient_alone(progress))
+
+    def segment(self, progress: StageProgress | None = None) -> Volume:
+        """The same volume with :attr:`labels`: patient, lungs, airways, table, air and more."""
+        return Volume(self.native.segment(progress))
+
+    def to_sitk(self) -> Any:
+        """A ``SimpleITK.Image`` of the physical values."""
+        from lumivox import interop
+
+        return interop.to_sitk(self)
+
+    def to_nibabel(self) -> Any:
+        """A ``nibabel.Nifti1Image`` of the physical values, in its RAS."""
+        from lumivox import interop
+
+        return interop.to_nibabel(self)
+
+    def to_xarray(self) -> Any:
+        """An ``xarray.DataArray`` of the physical values with the dimensions z, y, x."""
+        from lumivox import interop
+
+        return interop.to_xarray(self)
+
+    def to_monai(self) -> Any:
+        """A ``monai.data.MetaTensor`` of the physical values: (channel, x, y, z), in its RAS."""
+        from lumivox import interop
+
+        return interop.to_monai(self)
+
+    @classmethod
+    def from_sitk(cls, image: Any, modality: str = "") -> Volume:
+        """A volume of a ``SimpleITK.Image``, which has LPS, too."""
+        from lumivox import interop
+
+        return interop.from_sitk(image, modality)
+
+    @classmethod
+    def from_nibabel(cls, image: Any, modality: str = "") -> Volume:
+        """A volume of a ``nibabel`` image, whose RAS becomes LPS."""
+        from lumivox import interop
+
+        return interop.from_nibabel(image, modality)
+
+    @classmethod
+    def from_xarray(cls, array: Any, modality: str = "") -> Volume:
+        """A volume of an ``xarray.DataArray``: see :func:`lumivox.interop.from_xarray`."""
+        from lumivox import interop
+
+        return interop.from_xarray(array, modality)
+
+    @classmethod
+    def from_monai(cls, tensor: Any, modality: str = "") -> Volume:
+        """A volume of a ``monai.data.MetaTensor``, (channel, x, y, z) or (x, y, z), whose RAS becomes LPS."""
+        from lumivox import interop
+
+        return interop.from_monai(tensor, modality)
+
+    def __repr__(self) -> str:
+        x, y, z = self.native.dims
+        sx, sy, sz = self.spacing
+        low, high = self.value_range
+        kind = f"{self.modality}, " if self.modality else ""
+        unit = f" {self.unit}" if self.unit else ""
+        return f"<lumivox.Volume: {kind}{x} x {y} x {z} voxels of {sx:.2f} x {sy:.2f} x {sz:.2f} mm, {low:g} to {high:g}{unit}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        labels = self.labels
+        found = None
+        if labels is not None:
+            entries = [(label.value, label.name, list(label.color)) for label in labels.labels]
+            found = (labels.array, entries, labels.sure, self.note)
+        return _unpickle, (
+            np.asarray(self.array),
+            self.slope,
+            self.intercept,
+            self.patient_from_voxel,
+            self.modality,
+            self.unit,
+            found,
+        )
+
+
+def _unpickle(
+    stored: npt.NDArray[Any],
+    slope: float,
+    intercept: float,
+    matrix: npt.NDArray[np.float64],
+    modality: str,
+    unit: str,
+    found: tuple[Any, ...] | None,
+) -> Volume:
+    volume = Volume._from_stored(stored, slope, intercept, matrix, modality, unit)
+    if found is None:
+        return volume
+    labels, *rest = found
+    return Volume(volume.native.with_labels(np.require(labels, requirements=["C", "A"]), *rest))
+
+
+def _stored(array: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], float]:
+    """An array's samples as volumes store them, and the value of a stored 0."""
+    if array.ndim != 3:
+        raise ValueError(f"an array with the axes z, y, x is needed, not one of shape {array.shape}")
+    if array.dtype == np.bool_:
+        return np.ascontiguousarray(array, dtype=np.uint8), 0.0
+    if array.dtype in (np.uint8, np.uint16, np.float32):
+        return np.ascontiguousarray(array.astype(array.dtype.newbyteorder("="), copy=False)), 0.0
+    if array.dtype == np.int8:
+        return np.ascontiguousarray(array.astype(np.int16) + 128).astype(np.uint8), -128.0
+    if np.issubdtype(array.dtype, np.integer) and array.size:
+        low, high = int(array.min()), int(array.max())
+        if array.dtype == np.int16:
+            low = -(1 << 15)
+        if high - low < 1 << 16:
+            return (np.ascontiguousarray(array).astype(np.int64) - low).astype(np.uint16), float(low)
+    if np.issubdtype(array.dtype, np.complexfloating) or not np.issubdtype(array.dtype, np.number):
+        raise ValueError(f"an array of real numbers is needed, not of {array.dtype}")
+    with np.errstate(over="ignore"):
+        return np.ascontiguousarray(array, dtype=np.float32), 0.0
+
+
+def _paths(path: PathLike | Sequence[PathLike]) -> list[str]:
+    if isinstance(path, str | os.PathLike):
+        return [os.fspath(path)]
+    return [os.fspath(one) for one in path]
+
+
+def load(
+    path: PathLike | Sequence[PathLike],
+    series: str | int | None = None,
+    keep: Literal["patient", "everything"] = "patient",
+    progress: StageProgress | None = None,
+    *,
+    phase: int | None = None,
+    leave_gaps: bool = False,
+    fill_damaged: bool = False,
+    allow_outside_data: bool = False,
+    raw: str | None = None,
+) -> Volume:
+    """Loads a scan: a DICOM folder, archive or files, NIfTI, NRRD, MetaImage or RAW, told by content.
+
+    - ``series``: DICOM series to take: its place in ``report["series"]`` from 1, its UID, or a number that no other has.
+    - ``keep``: ``"patient"`` makes air of what lies around the patient in a CT; ``"everything"`` keeps it as scanned.
+    - ``progress``: is called with ``(stage, done, total)``; what it raises ends the load.
+    - ``phase``: phase of a series with several, counted from 1. Default: the first that is whole.
+    - ``leave_gaps``: leaves missing slices empty. Default: filled in from both neighbours' values.
+    - ``fill_damaged``: fills in slices that are there but damaged, too.
+    - ``allow_outside_data``: lets a header name data files anywhere, not only beside it or below.
+    - ``raw``: layout of a RAW scan: ``"256x256x108:i16le:spacing=0.9,0.9,1.5"``.
+
+    Ctrl-C stops it. Raises :class:`ScanError`, which names the file, what is wrong and what to do.
+    """
+    if keep not in ("patient", "everything"):
+        raise ValueError(f"keep '{keep}' is not 'patient' or 'everything'")
+    chosen = None if series is None else str(series)
+    alone = keep == "patient"
+    native = _native.load(_paths(path), chosen, phase, leave_gaps, fill_damaged, allow_outside_data, raw, alone, progress)
+    return Volume(native)
+
+
+def scan(
+    path: PathLike | Sequence[PathLike],
+    progress: StageProgress | None = None,
+    *,
+    allow_outside_data: bool = False,
+    raw: str | None = None,
+) -> dict[str, Any]:
+    """What could be loaded from a folder, archive or file, without loading it: the ``report`` that a load would have."""
+    report: dict[str, Any] = json.loads(_native.scan(_paths(path), allow_outside_data, raw, progress))
+    return report
+
+
+def phantom(kind: str = "head", size: int = 256, seed: int = 1, progress: StageProgress | None = None) -> Volume:
+    """A procedural scan to try things on: ``"head"``, ``"torso"``, ``"cube"``, ``"slab"`` or ``"sphere"``.
+
+    ``size`` is in voxels along the longest side, 8 to 1024; ``seed`` is that of noise and anatomical variation.
+    """
+    return Volume(_native.phantom(kind, size, seed, progress))
+
+
+def write_dicom_series(volume: Volume, folder: PathLike, progress: StageProgress | None = None) -> int:
+    """Writes a CT as a DICOM series into a new or empty folder; returns the number of files."""
+    return _native.write_dicom_series(volume.native, os.fspath(folder), progress)

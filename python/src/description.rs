@@ -1,0 +1,349 @@
+//! Scenes, cameras and requests as Python describes them: dataclasses of `lumivox.scene` and `lumivox.look`, read by the
+//! names of their attributes. Lengths are millimetres and angles degrees, as on the command line.
+
+use std::f64::consts::PI;
+use std::num::NonZeroU32;
+use std::sync::Arc;
+use std::time::Duration;
+
+use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::{
+    self as core, Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Filter, Lamp, Light,
+    LightKind, PerspectiveCamera, SurfaceReflection, VolumeInstance, framing, world_from_patient,
+};
+use lumivox_wgpu::RenderRequest;
+use pyo3::prelude::*;
+
+use crate::errors;
+use crate::looks;
+use crate::volume::{Rows, Volume, affine, rows};
+
+const METRES_PER_MM: f64 = 1e-3;
+
+/// `lumivox.TransferFunction`.
+#[derive(FromPyObject)]
+pub struct TransferFunction {
+    opacity: Vec<(f64, f64, String)>,
+    color: Vec<(f64, [f64; 3])>,
+}
+
+impl TransferFunction {
+    /// The transfer function described.
+    pub fn build(&self) -> PyResult<core::TransferFunction> {
+        let ease = |word: &str| match word {
+            "linear" => Ok(Ease::Linear),
+            "in-out" => Ok(Ease::InOut),
+            other => Err(errors::value(format!("ease '{other}' is not 'linear' or 'in-out'"))),
+        };
+        let knots = (self.opacity.iter())
+            .map(|(value, opacity, word)| {
+                Ok(core::OpacityKnot { value: *value, opacity: *opacity, ease: ease(word)? })
+            })
+            .collect::<PyResult<_>>()?;
+        let stops = self.color.iter().map(|&(value, color)| core::ColorStop { value, color }).collect();
+        core::TransferFunction::new(knots, stops).map_err(errors::value)
+    }
+}
+
+/// `lumivox.SurfaceReflection`.
+#[derive(FromPyObject)]
+struct Surface {
+    strength: f64,
+    gradient_per_mm: f64,
+    roughness: f64,
+    specular: f64,
+}
+
+/// `lumivox.Medium`.
+#[derive(FromPyObject)]
+struct Medium {
+    transfer_function: TransferFunction,
+    density: f64,
+    albedo: f64,
+    anisotropy: f64,
+    bounces: u32,
+    filter: String,
+    surface: Surface,
+    extinction_space: String,
+}
+
+impl Medium {
+    fn build(&self) -> PyResult<core::Medium> {
+        let medium = core::Medium {
+            transfer_function: self.transfer_function.build()?,
+            gradients: vec![],
+            density_scale: self.density,
+            albedo: self.albedo,
+            anisotropy: self.anisotropy,
+            max_bounces: self.bounces,
+            filter: match self.filter.as_str() {
+                "nearest" => Filter::Nearest,
+                "trilinear" => Filter::Trilinear,
+                "tricubic" => Filter::Tricubic,
+                "smooth" => Filter::Smooth,
+                other => {
+                    let known = "'nearest', 'trilinear', 'tricubic' or 'smooth'";
+                    return Err(errors::value(format!("filter '{other}' is not {known}")));
+                }
+            },
+            surface: SurfaceReflection {
+                strength: self.surface.strength,
+                gradient_per_mm: self.surface.gradient_per_mm,
+                roughness: self.surface.roughness,
+                specular: self.surface.specular,
+            },
+            extinction_space: match self.extinction_space.as_str() {
+                "volume" => ExtinctionSpace::Volume,
+                "world" => ExtinctionSpace::World,
+                other => {
+                    return Err(errors::value(format!(
+                        "extinction_space '{other}' is not 'volume' or 'world'"
+                    )));
+                }
+            },
+        };
+        Ok(medium.sanitized())
+    }
+}
+
+/// `lumivox.Volume`, of which the native half counts.
+#[derive(FromPyObject)]
+struct Wrapped {
+    native: Py<Volume>,
+}
+
+/// `lumivox.VolumeInstance`.
+#[derive(FromPyObject)]
+struct Instance {
+    volume: Wrapped,
+    medium: Medium,
+    clip: ([f64; 3], [f64; 3]),
+    world_from_patient: Option<Rows>,
+    layers: u32,
+}
+
+/// `lumivox.Environment`.
+#[derive(FromPyObject)]
+struct Surroundings {
+    source: Source,
+    strength: f64,
+    rotation: f64,
+    color: [f64; 3],
+    zenith: [f64; 3],
+    horizon: [f64; 3],
+    nadir: [f64; 3],
+}
+
+#[derive(FromPyObject)]
+enum Source {
+    Name(String),
+    Map(Mapped),
+}
+
+/// `lumivox.EnvironmentMap`, of which the native half counts.
+#[derive(FromPyObject)]
+struct Mapped {
+    native: Py<looks::Map>,
+}
+
+impl Surroundings {
+    fn build(&self) -> PyResult<Environment> {
+        let source = match &self.source {
+            Source::Map(map) => EnvironmentSource::Map(map.native.get().0.clone()),
+            Source::Name(name) => match name.as_str() {
+                "studio" => EnvironmentSource::Studio,
+                "uniform" => EnvironmentSource::Uniform(self.color),
+                "gradient" => EnvironmentSource::Gradient {
+                    zenith: self.zenith,
+                    horizon: self.horizon,
+                    nadir: self.nadir,
+                },
+                other => {
+                    let known = "'studio', 'uniform', 'gradient' or a map";
+                    return Err(errors::value(format!("environment '{other}' is not {known}")));
+                }
+            },
+        };
+        Ok(Environment { source, rotation: self.rotation.to_radians(), strength: self.strength })
+    }
+}
+
+/// `lumivox.Sun`, `lumivox.PointLight` or `lumivox.SpotLight`.
+#[derive(FromPyObject)]
+enum AnyLight {
+    Sun(Sun),
+    Spot(Spot),
+    Point(Point),
+}
+
+#[derive(FromPyObject)]
+struct Sun {
+    azimuth: f64,
+    elevation: f64,
+    strength: f64,
+    degrees: f64,
+}
+
+#[derive(FromPyObject)]
+struct Point {
+    position: [f64; 3],
+    intensity: [f64; 3],
+    radius: f64,
+}
+
+#[derive(FromPyObject)]
+struct Spot {
+    position: [f64; 3],
+    intensity: [f64; 3],
+    radius: f64,
+    target: [f64; 3],
+    half_angle: f64,
+}
+
+impl AnyLight {
+    fn build(&self) -> Light {
+        let lamp = |position: [f64; 3], intensity, radius: f64| Lamp {
+            radius: radius * METRES_PER_MM,
+            ..Lamp::new(DVec3::from_array(position) * METRES_PER_MM, intensity)
+        };
+        match self {
+            Self::Sun(sun) => {
+                let (sin_a, cos_a) = sun.azimuth.to_radians().sin_cos();
+                let (sin_e, cos_e) = sun.elevation.to_radians().sin_cos();
+                LightKind::Directional {
+                    direction: -DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e),
+                    irradiance: [sun.strength * PI; 3],
+                    angular_radius: sun.degrees.to_radians(),
+                }
+                .into()
+            }
+            Self::Point(point) => Light::point(lamp(point.position, point.intensity, point.radius)),
+            Self::Spot(spot) => {
+                let direction = DVec3::from_array(spot.target) - DVec3::from_array(spot.position);
+                let lamp = lamp(spot.position, spot.intensity, spot.radius);
+                Light::spot(lamp, direction, spot.half_angle.to_radians())
+            }
+        }
+    }
+}
+
+/// `lumivox.Scene`.
+#[derive(FromPyObject)]
+pub struct Scene {
+    volumes: Vec<Instance>,
+    environment: Surroundings,
+    lights: Vec<AnyLight>,
+}
+
+impl Scene {
+    /// The scene described. Volumes that are placed nowhere share the first one's patient space, its centre at the origin.
+    pub fn build(&self) -> PyResult<core::Scene> {
+        let center = self.volumes.first().map(|first| first.volume.native.get().shared().center_mm());
+        let usual = world_from_patient() * DAffine3::from_translation(-center.unwrap_or_default());
+        let volumes = (self.volumes.iter())
+            .map(|instance| {
+                let (low, high) = instance.clip;
+                let volume = instance.volume.native.get().shared();
+                let world_from_patient = instance.world_from_patient.map_or(usual, affine);
+                Ok(VolumeInstance {
+                    clip_box: [DVec3::from_array(low), DVec3::from_array(high)],
+                    layers: instance.layers,
+                    ..VolumeInstance::new(volume, instance.medium.build()?, world_from_patient)
+                })
+            })
+            .collect::<PyResult<_>>()?;
+        let lights = self.lights.iter().map(AnyLight::build).collect();
+        Ok(core::Scene { volumes, environment: self.environment.build()?, lights })
+    }
+}
+
+/// `lumivox.Camera`.
+#[derive(FromPyObject)]
+pub struct Camera {
+    world_from_camera: Rows,
+    fov: f64,
+}
+
+impl Camera {
+    /// The camera described.
+    pub fn build(&self) -> PerspectiveCamera {
+        let world_from_camera = affine(self.world_from_camera);
+        PerspectiveCamera { world_from_camera, vertical_fov: self.fov.to_radians() }
+    }
+}
+
+/// A camera around what a scene shows, as rows in metres, and the point that it looks at, in mm.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "what the command asks for, one by one")]
+pub fn frame(
+    py: Python<'_>,
+    scene: Scene,
+    azimuth: f64,
+    elevation: f64,
+    zoom: f64,
+    fov: f64,
+    aspect: f64,
+    target: Option<[f64; 3]>,
+) -> PyResult<(Rows, [f64; 3])> {
+    let scene = scene.build()?;
+    let [azimuth, elevation, fov] = [azimuth, elevation, fov].map(f64::to_radians);
+    let mut orbit = py.detach(|| framing::frame(&scene, azimuth, elevation, fov, aspect));
+    if let Some(target) = target {
+        orbit.target = DVec3::from_array(target) * METRES_PER_MM;
+    }
+    orbit.distance /= zoom;
+    Ok((rows(orbit.camera().world_from_camera), (orbit.target / METRES_PER_MM).to_array()))
+}
+
+/// A camera at a place in mm that looks at another, as rows in metres.
+#[pyfunction]
+pub fn look_at(eye: [f64; 3], target: [f64; 3], up: [f64; 3], fov: f64) -> PyResult<Rows> {
+    let [eye, target, up] = [eye, target, up].map(DVec3::from_array);
+    if eye.distance(target) <= 1e-6 {
+        return Err(errors::value("eye is the point looked at; move it, or give another target"));
+    }
+    let camera =
+        PerspectiveCamera::look_at(eye * METRES_PER_MM, target * METRES_PER_MM, up, fov.to_radians());
+    Ok(rows(camera.world_from_camera))
+}
+
+/// `lumivox.rendering.Request`.
+#[derive(FromPyObject)]
+pub struct Request {
+    size: [u32; 2],
+    samples: u32,
+    time: Option<f64>,
+    seed: u32,
+    guides: bool,
+    first_sample: u32,
+    pass_samples: Option<u32>,
+    window: Option<[u32; 4]>,
+}
+
+impl Request {
+    /// The request described.
+    pub fn build(&self) -> PyResult<RenderRequest> {
+        let [width, height] = self.size;
+        let time = self.time.map(Duration::try_from_secs_f64).transpose().map_err(errors::value)?;
+        let pass_samples = self.pass_samples.map(|samples| {
+            NonZeroU32::new(samples).ok_or_else(|| errors::value("pass_samples must be at least 1"))
+        });
+        if self.first_sample >= self.samples {
+            return Err(errors::value("first_sample must be below samples"));
+        }
+        Ok(RenderRequest {
+            time,
+            seed: self.seed,
+            guides: self.guides,
+            first_sample: self.first_sample,
+            pass_samples: pass_samples.transpose()?,
+            window: self.window.map(|[x, y, width, height]| [[x, y], [width, height]]),
+            ..RenderRequest::new(width, height, self.samples)
+        })
+    }
+}
+
+/// A map, checked.
+pub fn environment_map(width: usize, height: usize, texels: Vec<[f32; 3]>) -> PyResult<Arc<EnvironmentMap>> {
+    EnvironmentMap::new(width, height, texels).map(Arc::new).map_err(errors::value)
+}

@@ -1,0 +1,53 @@
+//! The native half of the Python package `lumivox`: volumes, films and the way to the GPU. What people call is in
+//! `python/lumivox`; the types that they see of this are in `_native.pyi` there.
+//!
+//! Scenes come as plain Python objects, read by the names of their attributes (`description.rs`): they can be pickled and
+//! compared, and a cluster sends them. Only voxels, films and GPUs live here.
+
+mod description;
+mod errors;
+mod film;
+mod gpus;
+mod looks;
+mod phantoms;
+mod pictures;
+mod volume;
+mod wait;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::description::{frame, look_at};
+    #[pymodule_export]
+    use crate::errors::{GpuError, LumivoxError, RenderError, ScanError};
+    #[pymodule_export]
+    use crate::film::Film;
+    #[pymodule_export]
+    use crate::gpus::{Renderer, Still, gpus};
+    #[pymodule_export]
+    use crate::looks::{
+        Map, default_preset, load_environment, load_transfer_function, preset_medium, presets,
+        save_transfer_function, transfer_function_at,
+    };
+    #[pymodule_export]
+    use crate::phantoms::{phantom, write_dicom_series};
+    #[pymodule_export]
+    use crate::pictures::{encode_exr, encode_png};
+    #[pymodule_export]
+    use crate::volume::{Volume, load, scan, serve_codecs, set_codec_worker};
+
+    use pyo3::prelude::*;
+
+    /// The version that everything of Lumivox has.
+    #[pymodule_export]
+    #[allow(non_upper_case_globals)]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+
+    #[pymodule_init]
+    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::gpus::quiet_mesa();
+        Ok(())
+    }
+}

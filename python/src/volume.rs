@@ -1,0 +1,405 @@
+//! Volumes: from files and arrays, and what of them is the patient.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use lumivox_core::glam::{DAffine3, DMat3, DVec3};
+use lumivox_core::{self as core, Label, LabelVolume, Modality, Preset, Voxels};
+use lumivox_import::{CodecWorker, ImportOptions};
+use lumivox_segmentation::{SegmentationReport, skin_is_dense};
+use numpy::ndarray::ArrayView3;
+use numpy::{Element, PyArray3, PyArrayMethods, PyReadonlyArray3};
+use pyo3::prelude::*;
+
+use crate::errors;
+use crate::wait;
+
+/// Rows of a transform: `a = m[:, :3] @ b + m[:, 3]`.
+pub type Rows = [[f64; 4]; 3];
+
+/// A label's value, name and linear colour.
+type LabelEntry = (u8, String, [f64; 3]);
+
+/// The label of each voxel, and what the labels mean.
+type LabelParts<'py> = (Bound<'py, PyArray3<u8>>, Vec<LabelEntry>);
+
+/// A volume without what is below its skin, and by what it was peeled: whether that was asked for, and the bits of the mm.
+type Peeled = ((bool, u64), Arc<core::Volume>);
+
+/// The transform of rows.
+pub fn affine(rows: Rows) -> DAffine3 {
+    let column = |i: usize| DVec3::new(rows[0][i], rows[1][i], rows[2][i]);
+    DAffine3::from_mat3_translation(DMat3::from_cols(column(0), column(1), column(2)), column(3))
+}
+
+/// The rows of a transform.
+pub fn rows(affine: DAffine3) -> Rows {
+    let m = affine.matrix3;
+    [0, 1, 2].map(|row| [m.x_axis[row], m.y_axis[row], m.z_axis[row], affine.translation[row]])
+}
+
+/// What was found of a scan.
+#[derive(Clone)]
+struct Found {
+    labels: Arc<LabelVolume>,
+    /// Whether it is sure enough to hide anything by.
+    sure: bool,
+    /// What was hidden, or why nothing was.
+    note: Option<String>,
+}
+
+/// A scan, and what is known of it.
+#[pyclass(frozen, module = "lumivox._native")]
+pub struct Volume {
+    volume: Arc<core::Volume>,
+    report: Option<String>,
+    found: Option<Found>,
+    /// The last that was peeled of it, with what it was peeled by.
+    peeled: Mutex<Option<Peeled>>,
+}
+
+impl From<core::Volume> for Volume {
+    fn from(volume: core::Volume) -> Self {
+        Self { volume: Arc::new(volume), report: None, found: None, peeled: Mutex::new(None) }
+    }
+}
+
+impl Volume {
+    /// The volume, shared.
+    pub fn shared(&self) -> Arc<core::Volume> {
+        self.volume.clone()
+    }
+
+    fn of(volume: Arc<core::Volume>) -> Self {
+        Self { volume, report: None, found: None, peeled: Mutex::new(None) }
+    }
+}
+
+#[pymethods]
+impl Volume {
+    /// From samples (z, y, x): `value = stored * slope + intercept`.
+    #[staticmethod]
+    fn from_array(
+        py: Python<'_>,
+        stored: &Bound<'_, PyAny>,
+        slope: f64,
+        intercept: f64,
+        patient_from_voxel: Rows,
+        modality: &str,
+        unit: Option<String>,
+    ) -> PyResult<Self> {
+        let (dims, voxels) = if let Ok(array) = stored.extract::<PyReadonlyArray3<'_, u8>>() {
+            let (dims, samples) = samples(&array)?;
+            (dims, Voxels::U8(samples))
+        } else if let Ok(array) = stored.extract::<PyReadonlyArray3<'_, u16>>() {
+            let (dims, samples) = samples(&array)?;
+            (dims, Voxels::U16(samples))
+        } else if let Ok(array) = stored.extract::<PyReadonlyArray3<'_, f32>>() {
+            let (dims, samples) = samples(&array)?;
+            (dims, Voxels::F32(samples))
+        } else {
+            return Err(errors::value("an array of uint8, uint16 or float32 with axes z, y, x is needed"));
+        };
+        let (modality, place) = (modality_of(modality)?, affine(patient_from_voxel));
+        let made = py.detach(|| core::Volume::new(dims, voxels, [slope, intercept], place, modality));
+        let volume = made.map_err(errors::scan)?;
+        Ok(match unit {
+            Some(unit) => volume.with_unit(unit),
+            None => volume,
+        }
+        .into())
+    }
+
+    /// The stored samples (z, y, x): a view that keeps the volume and cannot be written to.
+    fn array<'py>(slf: Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let volume = slf.get().shared();
+        let dims = volume.dims();
+        match volume.voxels() {
+            Voxels::U8(samples) => view(&slf, samples, dims),
+            Voxels::U16(samples) => view(&slf, samples, dims),
+            Voxels::F32(samples) => view(&slf, samples, dims),
+        }
+    }
+
+    /// Voxels along x, y, z.
+    #[getter]
+    fn dims(&self) -> [usize; 3] {
+        self.volume.dims()
+    }
+
+    #[getter]
+    fn slope(&self) -> f64 {
+        self.volume.slope()
+    }
+
+    #[getter]
+    fn intercept(&self) -> f64 {
+        self.volume.intercept()
+    }
+
+    #[getter]
+    fn spacing_mm(&self) -> [f64; 3] {
+        self.volume.spacing_mm().to_array()
+    }
+
+    #[getter]
+    fn center_mm(&self) -> [f64; 3] {
+        self.volume.center_mm().to_array()
+    }
+
+    #[getter]
+    fn patient_from_voxel(&self) -> Rows {
+        rows(self.volume.patient_from_voxel())
+    }
+
+    #[getter]
+    fn modality(&self) -> &'static str {
+        match self.volume.modality() {
+            Modality::Ct => "CT",
+            Modality::Mr => "MR",
+            Modality::Pet => "PT",
+            Modality::Other => "",
+        }
+    }
+
+    #[getter]
+    fn unit(&self) -> &str {
+        self.volume.unit()
+    }
+
+    #[getter]
+    fn value_range(&self) -> [f64; 2] {
+        self.volume.value_range()
+    }
+
+    /// How it was read, as JSON; `None` for one that was not.
+    #[getter]
+    fn report(&self) -> Option<&str> {
+        self.report.as_deref()
+    }
+
+    /// What was hidden of it, or why nothing was; `None` where nothing was looked for, or there was nothing to hide.
+    #[getter]
+    fn note(&self) -> Option<&str> {
+        self.found.as_ref()?.note.as_deref()
+    }
+
+    /// Whether labels are there that are sure enough to hide anything by; `None` without any.
+    #[getter]
+    fn sure(&self) -> Option<bool> {
+        self.found.as_ref().map(|found| found.sure)
+    }
+
+    /// The scan without what lies around the patient.
+    fn patient_alone(&self, py: Python<'_>, progress: Option<Py<PyAny>>) -> PyResult<Self> {
+        let volume = core::Volume::clone(&self.volume);
+        let mut alone = find(py, volume, progress)?;
+        alone.report.clone_from(&self.report);
+        Ok(alone)
+    }
+
+    /// Tells apart what it shows, and changes nothing.
+    fn segment(&self, py: Python<'_>, progress: Option<Py<PyAny>>) -> PyResult<Self> {
+        let volume = self.volume.clone();
+        let found = wait::stages(py, progress, |progress, cancel| {
+            lumivox_segmentation::segment(&volume, progress, cancel)
+        })?
+        .map_err(|_| errors::cancelled())?;
+        let note = (!found.report.notes.is_empty()).then(|| found.report.notes.join("; "));
+        let sure = found.report.is_sure();
+        let found = Some(Found { labels: Arc::new(found.labels), sure, note });
+        Ok(Self { report: self.report.clone(), found, ..Self::of(self.volume.clone()) })
+    }
+
+    /// The label of each voxel (z, y, x), and what the labels mean; `None` where nothing was looked for.
+    fn labels<'py>(&self, py: Python<'py>) -> PyResult<Option<LabelParts<'py>>> {
+        let Some(found) = &self.found else { return Ok(None) };
+        let [x, y, z] = found.labels.dims();
+        let flat = numpy::PyArray1::from_slice(py, found.labels.voxels());
+        let entry = |label: &Label| (label.value, label.name.clone(), label.color);
+        Ok(Some((flat.reshape([z, y, x])?, found.labels.labels().iter().map(entry).collect())))
+    }
+
+    /// The same volume with labels (z, y, x) that were found before.
+    fn with_labels(
+        &self,
+        labels: PyReadonlyArray3<'_, u8>,
+        entries: Vec<LabelEntry>,
+        sure: bool,
+        note: Option<String>,
+    ) -> PyResult<Self> {
+        let (dims, voxels) = samples(&labels)?;
+        if dims != self.volume.dims() {
+            return Err(errors::value("labels of another grid"));
+        }
+        let entries = entries.into_iter().map(|(value, name, color)| Label { value, name, color }).collect();
+        let labels = LabelVolume::new(dims, voxels, self.volume.patient_from_voxel(), entries);
+        let found = Found { labels: Arc::new(labels.map_err(errors::scan)?), sure, note };
+        Ok(Self { report: self.report.clone(), found: Some(found), ..Self::of(self.volume.clone()) })
+    }
+
+    /// What a look shows of it: without skin where that hides what the preset is for, or without the `peel` mm below the
+    /// skin that are asked for.
+    fn peeled(
+        &self,
+        py: Python<'_>,
+        preset: Option<&str>,
+        peel: Option<f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        if peel.is_some_and(|peel| !(0.0..=63.0).contains(&peel)) {
+            return Err(errors::value("peel must be 0 to 63"));
+        }
+        let preset = preset.map(Preset::from_name).transpose().map_err(errors::value)?;
+        let mm = peel.or(preset.map(Preset::peel_mm)).unwrap_or(0.0);
+        let Some(found) = self.found.as_ref().filter(|found| found.sure && mm > 0.0) else {
+            return Ok(Self::of(self.volume.clone()));
+        };
+        let (volume, labels) = (&self.volume, &found.labels);
+        let asked = peel.is_some();
+        if !asked && !py.detach(|| skin_is_dense(volume, labels)) {
+            return Ok(Self::of(self.volume.clone()));
+        }
+        let key = (asked, mm.to_bits());
+        let kept = self.peeled.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        if let Some((_, kept)) = kept.filter(|(by, _)| *by == key) {
+            return Ok(Self::of(kept));
+        }
+        let peeled = wait::stages(py, progress, |progress, cancel| {
+            let volume = core::Volume::clone(volume);
+            match asked {
+                true => lumivox_segmentation::peel(volume, labels, mm, progress, cancel),
+                false => lumivox_segmentation::peel_skin(volume, labels, mm, progress, cancel),
+            }
+        })?;
+        let peeled = Arc::new(peeled.map_err(|_| errors::cancelled())?);
+        *self.peeled.lock().unwrap_or_else(PoisonError::into_inner) = Some((key, peeled.clone()));
+        Ok(Self::of(peeled))
+    }
+
+    /// Whether both are of the same voxels in memory.
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.volume, &other.volume)
+    }
+}
+
+/// Takes what lies around the patient out of a volume.
+fn find(py: Python<'_>, volume: core::Volume, progress: Option<Py<PyAny>>) -> PyResult<Volume> {
+    let alone = wait::stages(py, progress, |progress, cancel| {
+        lumivox_segmentation::patient_alone(volume, progress, cancel)
+    })?
+    .map_err(|_| errors::cancelled())?;
+    let sure = alone.report.as_ref().is_some_and(SegmentationReport::is_sure);
+    let note = alone.note();
+    let found = alone.labels.map(|labels| Found { labels: Arc::new(labels), sure, note });
+    Ok(Volume { found, ..Volume::from(alone.volume) })
+}
+
+/// DICOM's word for what made a scan.
+fn modality_of(word: &str) -> PyResult<Modality> {
+    match word {
+        "CT" => Ok(Modality::Ct),
+        "MR" => Ok(Modality::Mr),
+        "PT" => Ok(Modality::Pet),
+        "" => Ok(Modality::Other),
+        other => Err(errors::value(format!("modality '{other}' is not 'CT', 'MR', 'PT' or ''"))),
+    }
+}
+
+/// Voxels along x, y, z of an array (z, y, x), and its samples.
+fn samples<T: Element + Copy>(array: &PyReadonlyArray3<'_, T>) -> PyResult<([usize; 3], Vec<T>)> {
+    let &[z, y, x] = array.as_array().shape() else { unreachable!("three axes") };
+    let samples = array.as_slice().map_err(|_| errors::value("the array is not contiguous"))?;
+    Ok(([x, y, z], samples.to_vec()))
+}
+
+fn view<'py, T: Element>(
+    volume: &Bound<'py, Volume>,
+    samples: &[T],
+    [x, y, z]: [usize; 3],
+) -> PyResult<Bound<'py, PyAny>> {
+    let view = ArrayView3::from_shape((z, y, x), samples).map_err(errors::value)?;
+    // SAFETY: the samples live as long as the volume, which the array keeps, and a volume never changes: `frozen`, and its
+    // samples behind an `Arc` that is only read.
+    let array = unsafe { PyArray3::borrow_from_array(&view, volume.clone().into_any()) };
+    array.getattr("flags")?.setattr("writeable", false)?;
+    Ok(array.into_any())
+}
+
+/// Loads a scan.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "what the command asks for, one by one")]
+pub fn load(
+    py: Python<'_>,
+    paths: Vec<PathBuf>,
+    series: Option<String>,
+    phase: Option<usize>,
+    leave_gaps: bool,
+    fill_damaged: bool,
+    allow_outside_data: bool,
+    raw: Option<&str>,
+    patient_alone: bool,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Volume> {
+    let options = options(series, phase, leave_gaps, fill_damaged, allow_outside_data, raw)?;
+    let told = progress.as_ref().map(|told| told.clone_ref(py));
+    let loaded =
+        wait::stages(py, told, |progress, cancel| lumivox_import::load(&paths, &options, progress, cancel))?;
+    let imported = loaded.map_err(errors::import)?;
+    let report = Some(serde_json::to_string(&imported.report).map_err(errors::scan)?);
+    let volume = match patient_alone {
+        true => find(py, imported.volume, progress)?,
+        false => imported.volume.into(),
+    };
+    Ok(Volume { report, ..volume })
+}
+
+/// What could be loaded, as JSON, without loading it.
+#[pyfunction]
+pub fn scan(
+    py: Python<'_>,
+    paths: Vec<PathBuf>,
+    allow_outside_data: bool,
+    raw: Option<&str>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    let options = options(None, None, false, false, allow_outside_data, raw)?;
+    let scanned = wait::stages(py, progress, |progress, cancel| {
+        lumivox_import::scan(&paths, &options, progress, cancel)
+    })?;
+    serde_json::to_string(&scanned.map_err(errors::import)?).map_err(errors::scan)
+}
+
+fn options(
+    series: Option<String>,
+    phase: Option<usize>,
+    leave_gaps: bool,
+    fill_damaged: bool,
+    allow_outside_data: bool,
+    raw: Option<&str>,
+) -> PyResult<ImportOptions> {
+    if phase == Some(0) {
+        return Err(errors::value("phase is counted from 1"));
+    }
+    let mut options = ImportOptions::default();
+    options.series = series;
+    options.phase = phase;
+    options.leave_gaps = leave_gaps;
+    options.fill_damaged = fill_damaged;
+    options.allow_outside_data = allow_outside_data;
+    options.raw = raw.map(str::parse).transpose().map_err(errors::value)?;
+    Ok(options)
+}
+
+/// Has JPEG-LS and JPEG 2000 decoded by a program, which a damaged file may crash.
+#[pyfunction]
+pub fn set_codec_worker(program: PathBuf, args: Vec<String>) {
+    lumivox_import::set_codec_worker(Some(CodecWorker::new(program, args)));
+}
+
+/// What that program does: decodes from standard input to standard output until that ends.
+#[pyfunction]
+pub fn serve_codecs(py: Python<'_>) -> PyResult<()> {
+    py.detach(|| lumivox_import::serve_codecs(std::io::stdin().lock(), std::io::stdout().lock()))
+        .map_err(errors::scan)
+}

@@ -1,0 +1,76 @@
+"""The notebook's view, without a browser: what a page would send, and what it would be sent."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+import lumivox
+from lumivox import widget
+
+
+@pytest.fixture
+def view(head: lumivox.Volume) -> Iterator[widget.View]:
+    view = widget.View(head, size=(32, 24), samples=4, preset="ct-bone", azimuth=20.0)
+    yield view
+    view.close()
+
+
+def wait(until: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 60
+    while not until():
+        assert time.monotonic() < deadline, "nothing happened"
+        time.sleep(0.01)
+
+
+def rests(view: widget.View, azimuth: float) -> Callable[[], bool]:
+    """Whether it shows all samples, from there."""
+
+    def check() -> bool:
+        image = view.image
+        if image is None or image.min_samples < 4 or image.size != (32, 24):
+            return False
+        expected = lumivox.Camera.framing(image.scene, azimuth, size=(32, 24))
+        return bool(np.allclose(image.camera.world_from_camera, expected.world_from_camera))
+
+    return check
+
+
+def test_a_view_comes_to_rest_and_is_the_renders_image(view: widget.View, head: lumivox.Volume) -> None:
+    wait(rests(view, 20.0))
+    assert view.png.startswith(b"\x89PNG") and view._repr_png_() == view.png
+    own = lumivox.render(head, preset="ct-bone", azimuth=20.0, size=(32, 24), samples=4)
+    assert view.image is not None
+    np.testing.assert_allclose(view.image.radiance, own.radiance, rtol=1e-5, atol=1e-6)
+    assert view.preset == "ct-bone" and "ct-skin" in view.presets
+    assert len(view.histogram) == 64 and max(view.histogram) == 1.0
+
+
+def test_orbit_preset_and_opacity_change_what_is_shown(view: widget.View) -> None:
+    wait(rests(view, 20.0))
+    assert view.image is not None
+    first = view.image.pixels
+    # What a page sends while the mouse turns the patient.
+    view.set_state({"azimuth": 110.0})
+    wait(rests(view, 110.0))
+    turned = view.image
+    assert (turned.pixels != first).any()
+    before = [list(knot) for knot in view.knots]
+    view.set_state({"preset": "ct-skin"})
+    assert view.knots != before, "the curve is the preset's"
+    wait(lambda: view.image is not turned and rests(view, 110.0)())
+    skin = view.image
+    assert skin.scene.volumes[0].medium.transfer_function == view.transfer_function
+    view.set_state({"knots": [[-500.0, 0.0, "linear"], [500.0, 0.25, "linear"]]})
+    wait(lambda: view.image is not skin and view.image.scene.volumes[0].medium.transfer_function.opacity[-1].opacity == 0.25)
+    assert view.transfer_function.opacity[1].value == 500.0
+
+
+def test_what_makes_no_sense_breaks_nothing(view: widget.View) -> None:
+    wait(rests(view, 20.0))
+    view.set_state({"elevation": 1e9, "zoom": -4.0})
+    view.set_state({"elevation": 0.0, "zoom": 1.0, "azimuth": 45.0})
+    wait(rests(view, 45.0))
