@@ -20,6 +20,13 @@ START = 120.0
 """Seconds that workers may take to come up."""
 
 
+def _cores() -> int:
+    """The cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 class Local:
     """Workers on this machine, in processes of their own; one that dies is started again.
 
@@ -31,7 +38,7 @@ class Local:
 
         hardware = [gpu.index for gpu in rendering.gpus() if gpu.unsuitable is None and not gpu.software]
         if workers is None:
-            workers = len(hardware) or len(os.sched_getaffinity(0))
+            workers = len(hardware) or _cores()
         self._processes: list[subprocess.Popen[bytes]] = []
         self._folder = tempfile.mkdtemp(prefix="lumivox-cluster-")
         self._cluster: Any = LocalCluster(
@@ -49,7 +56,7 @@ class Local:
                 environment[GPU_VARIABLE] = str(hardware[number % len(hardware)])
             else:
                 # Software Vulkan takes every core for each process, and they would be in each other's way.
-                environment.setdefault("LP_NUM_THREADS", str(max(1, len(os.sched_getaffinity(0)) // workers)))
+                environment.setdefault("LP_NUM_THREADS", str(max(1, _cores() // workers)))
             self._processes.append(self._start(environment))
         try:
             self.client.wait_for_workers(workers, timeout=START)
