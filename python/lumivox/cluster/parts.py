@@ -18,8 +18,8 @@ PASS_OF_GPU = 64
 PASS_OF_SOFTWARE = 4
 """Of a device in software, whose dispatches take long."""
 
-LEAST_TILE = 1 << 16
-"""Pixels of a tile at least, on a GPU: fewer keep no large one busy."""
+LEAST_TILE = 1 << 20
+"""Pixels of a tile at least, on a GPU: fewer keep no large one busy (benches/README.md, 'A cluster')."""
 
 SHARE = 3
 """The first tile is as large as what this many times as many workers would have each."""
@@ -88,5 +88,8 @@ def usual_tiles(size: tuple[int, int], workers: int, software: bool) -> list[int
 
 
 def usual_ranges(tiles: int, workers: int) -> int:
-    """How many ranges of samples there are unless asked otherwise: 1, or more where tiles alone leave workers idle."""
-    return 1 if tiles >= SHARE * workers or workers == 1 else math.ceil(SHARE * workers / tiles)
+    """How many ranges of samples there are unless asked otherwise: 1, or more where tiles alone leave workers idle.
+
+    Twice as many parts as of tiles alone: they are all of one size, and who has the last one is waited for.
+    """
+    return 1 if tiles >= SHARE * workers or workers == 1 else math.ceil(2 * SHARE * workers / tiles)
