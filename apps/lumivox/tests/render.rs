@@ -308,3 +308,61 @@ fn the_patient_is_shown_alone_unless_everything_is_asked_for() {
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("--peel"), "{}", stderr(&output));
 }
+
+/// The shares of a transparent picture's pixels that show anything, in its left and in its right half.
+fn seen_in_halves(folder: &Path, name: &str, more: &[&str]) -> [f64; 2] {
+    // The camera must not frame what is left.
+    let view = ["--background", "transparent", "--eye", "0,0,60", "--target", "0,0,0", "--fov", "28"];
+    let (_, [width, height], pixels) = render(folder, name, &[&view[..], more].concat());
+    let seen = |columns: std::ops::Range<u32>| {
+        let all = columns.len() as f64 * f64::from(height);
+        let shown = |x: u32, y: u32| pixels[((y * width + x) * 4 + 3) as usize] > 40;
+        let count =
+            columns.flat_map(|x| (0..height).map(move |y| (x, y))).filter(|&(x, y)| shown(x, y)).count();
+        count as f64 / all
+    };
+    [seen(0..width / 2), seen(width / 2..width)]
+}
+
+#[test]
+fn a_clip_shape_keeps_its_side_and_inverted_the_other() {
+    let folder = folder_with_scan();
+    let seen = |name: &str, more: &[&str]| seen_in_halves(folder.path(), name, more);
+    let whole = seen("whole.png", &[]);
+    assert!(whole[0] > 0.1 && (whole[0] - whole[1]).abs() < 0.06, "{whole:?}");
+    // The patient's left, at the viewer's right.
+    let right = seen("right.png", &["--clip-shape", "plane:0,0,0,1,0,0"]);
+    assert!(right[0] < 0.02 && (right[1] - whole[1]).abs() < 0.06, "{right:?}");
+    let left = seen("left.png", &["--clip-shape", "!plane:0,0,0,1,0,0"]);
+    assert!((left[0] - whole[0]).abs() < 0.06 && left[1] < 0.02, "{left:?}");
+    let nothing = seen("nothing.png", &["--clip-shape", "sphere:0,0,900,10"]);
+    assert_eq!(nothing, [0.0; 2]);
+}
+
+#[test]
+fn labels_hide_and_spare_parts_of_a_scan() {
+    let folder = folder_with_scan();
+    // Coarser than the scan; what is on the patient's left of its centre has the label 1.
+    let mut file =
+        b"NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 16 16 16\n".to_vec();
+    file.extend(b"space directions: (2,0,0) (0,2,0) (0,0,2)\nspace origin: (-15,-15,-15)\nencoding: raw\n\n");
+    file.extend((0..16usize.pow(3)).map(|i| u8::from(i % 16 >= 8)));
+    fs::write(folder.path().join("half.nrrd"), file).unwrap();
+    let labels = ["--labels", "half.nrrd"];
+    let seen = |name: &str, more: &[&str]| seen_in_halves(folder.path(), name, &[&labels[..], more].concat());
+    let whole = seen("whole.png", &[]);
+    assert!(whole[0] > 0.1 && whole[1] > 0.1, "{whole:?}");
+    let cut = ["--clip-shape", "sphere:0,0,900,10", "--label", "1=uncut"];
+    let spared = seen("spared.png", &cut);
+    assert!(spared[0] < 0.5 * spared[1] && spared[1] > 0.1, "what is labelled is not cut: {spared:?}");
+    let hidden = seen("hidden.png", &["--label", "*=hide"]);
+    assert_eq!(hidden, [0.0; 2]);
+    let wrong = run(
+        folder.path(),
+        &["render", "scan", "-o", "a.png", "--labels", "half.nrrd", "--label", "liver=hide"],
+    );
+    assert_eq!(wrong.status.code(), Some(2), "{}", stderr(&wrong));
+    assert!(stderr(&wrong).contains("there is no such label"), "{}", stderr(&wrong));
+    let missing = run(folder.path(), &["render", "scan", "-o", "a.png", "--labels", "no.nrrd"]);
+    assert!(stderr(&missing).contains("no.nrrd") && !folder.path().join("a.png").exists());
+}

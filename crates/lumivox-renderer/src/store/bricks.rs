@@ -482,4 +482,28 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn reduced_labels_are_labels_that_there_were() {
+        let dims = [7, 5, 6];
+        let labels: Vec<u8> = (0..210).map(|i| (i * 37 % 251) as u8).collect();
+        let volume = volume(dims, Voxels::U8(labels.clone()));
+        for factor in [2, 3, 8] {
+            let grid = BrickGrid::new(dims, factor);
+            let run = Run { first: [0; 3], size: [1, 1] };
+            let texels = fractions(&volume, Reading::Labels, factor, grid, run);
+            let side = BRICK_TEXELS as usize;
+            let [nx, ny, nz] = grid.dims.map(|n| n as usize);
+            for (z, y, x) in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x))))
+            {
+                let [i, j, k] = [picked(x, factor, 7), picked(y, factor, 5), picked(z, factor, 6)];
+                let label = labels[(k * 5 + j) * 7 + i];
+                assert_eq!(
+                    texels[(z * side + y) * side + x],
+                    u16::from(label) * 257,
+                    "{factor}: {x} {y} {z}"
+                );
+            }
+        }
+    }
 }
