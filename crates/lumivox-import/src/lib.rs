@@ -37,7 +37,9 @@ pub use raw::{RawDescription, RawDescriptionError, load_raw};
 pub use report::{ImportReport, SeriesSummary, SkippedFile, Thumbnail};
 pub use sample::{SampleType, UnknownSampleType};
 pub use study::{Study, load, scan};
-pub use transfer_function_file::{load_transfer_function, save_transfer_function};
+pub use transfer_function_file::{
+    load_transfer_function, load_transfer_function_2d, save_transfer_function, save_transfer_function_2d,
+};
 
 /// What to load when there is a choice.
 #[derive(Clone, Debug, Default)]

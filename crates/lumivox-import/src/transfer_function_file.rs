@@ -20,6 +20,9 @@
 //! Values are physical. A colour in quotes is sRGB, as every colour picker gives it; a list is linear RGB. `ease` says
 //! how the curve leaves a knot: `linear` (the default) or `in-out`. `unit` is for the reader only.
 //!
+//! A function of value and gradient has rows besides: `"gradients": [{ "per_mm": 120, "opacity": [...], "color": [...] }]`,
+//! which hold where values change by so much per millimetre; what stands outside of them is for where they do not change.
+//!
 //! UnityVolumeRendering (<https://github.com/mlavik1/UnityVolumeRendering>, `TransferFunctionDatabase.cs`) writes
 //! `version`, `colourPoints` of `dataValue` and `colourValue` (`r`, `g`, `b`, `a`, sRGB), and `alphaPoints` of
 //! `dataValue` and `alphaValue`. Its first version's data values run from 0 to 1 over the data set's range, later ones
@@ -28,7 +31,8 @@
 use std::{fmt, fs::File, io::Read, path::Path};
 
 use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
-use lumivox_core::{ColorStop, Ease, OpacityKnot, TransferFunction};
+use lumivox_core::medium::MOST_GRADIENTS;
+use lumivox_core::{ColorStop, Ease, GradientFunction, OpacityKnot, TransferFunction};
 use serde::{
     Deserialize, Deserializer, Serialize,
     de::{Error as _, SeqAccess, Visitor},
@@ -46,8 +50,28 @@ const LONGEST: u64 = 16 << 20;
 /// largest value of the volume that it is for: old `.tf` files are relative to it.
 ///
 /// # Errors
-/// [`ImportError`] names the line where the file cannot be understood.
+/// [`ImportError`] names the line where the file cannot be understood; a function of gradients, too, is refused.
 pub fn load_transfer_function(path: &Path, value_range: [f64; 2]) -> Result<TransferFunction, ImportError> {
+    let (function, gradients) = load_transfer_function_2d(path, value_range)?;
+    if gradients.is_empty() {
+        return Ok(function);
+    }
+    Err(ImportError::Unsupported {
+        path: path.to_owned(),
+        what: "a two-dimensional transfer function (over values and gradients)".to_owned(),
+        remedy: "Use a one-dimensional one here: the same file without 'gradients'".to_owned(),
+    })
+}
+
+/// Loads a transfer function with its rows for gradients, if it has any: what
+/// [`Medium::gradients`](lumivox_core::Medium::gradients) wants.
+///
+/// # Errors
+/// [`ImportError`] names the line where the file cannot be understood.
+pub fn load_transfer_function_2d(
+    path: &Path,
+    value_range: [f64; 2],
+) -> Result<(TransferFunction, Vec<GradientFunction>), ImportError> {
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(ImportError::io(path))?;
     file.take(LONGEST + 1).read_to_end(&mut bytes).map_err(ImportError::io(path))?;
@@ -71,17 +95,33 @@ pub fn load_transfer_function(path: &Path, value_range: [f64; 2]) -> Result<Tran
                 ));
             }
             let own: Own = parse(path, text)?;
-            let knots = own.opacity.into_iter().map(|k| OpacityKnot {
-                value: k.value,
-                opacity: k.opacity,
-                ease: k.ease.into(),
-            });
-            let stops = own.color.into_iter().map(|s| ColorStop { value: s.value, color: s.color.0 });
-            build(path, knots.collect(), stops.collect())
+            let curve = |opacity: Vec<Knot>, color: Vec<Stop>| {
+                let knots = opacity.into_iter().map(|k| OpacityKnot {
+                    value: k.value,
+                    opacity: k.opacity,
+                    ease: k.ease.into(),
+                });
+                let stops = color.into_iter().map(|s| ColorStop { value: s.value, color: s.color.0 });
+                build(path, knots.collect(), stops.collect())
+            };
+            if own.gradients.len() > MOST_GRADIENTS {
+                let problem =
+                    format!("are {}, of which {MOST_GRADIENTS} can be told apart", own.gradients.len());
+                return Err(field(path, "gradients", problem, "Leave some out"));
+            }
+            let mut gradients = vec![];
+            for Row { per_mm, opacity, color } in own.gradients {
+                if !(per_mm > 0.0 && per_mm < 1e12) {
+                    let problem = format!("is {per_mm}, and not a number above 0");
+                    return Err(field(path, "per_mm", problem, "Correct the file"));
+                }
+                gradients.push(GradientFunction { per_mm, transfer_function: curve(opacity, color)? });
+            }
+            Ok((curve(own.opacity, own.color)?, gradients))
         }
         Kind { colour_points: Some(_), alpha_points: Some(_), .. } => {
             let unity: Unity = parse(path, text)?;
-            unity.transfer_function(path, value_range)
+            Ok((unity.transfer_function(path, value_range)?, vec![]))
         }
         Kind { boxes: Some(_), .. } => Err(ImportError::Unsupported {
             path: path.to_owned(),
@@ -104,11 +144,39 @@ pub fn save_transfer_function(
     transfer_function: &TransferFunction,
     unit: &str,
 ) -> Result<(), ImportError> {
-    std::fs::write(path, to_json(transfer_function, unit)).map_err(ImportError::io(path))
+    save_transfer_function_2d(path, transfer_function, &[], unit)
+}
+
+/// The same with rows for gradients, for [`load_transfer_function_2d`].
+///
+/// # Errors
+/// [`ImportError::Io`] when the file cannot be written.
+pub fn save_transfer_function_2d(
+    path: &Path,
+    transfer_function: &TransferFunction,
+    gradients: &[GradientFunction],
+    unit: &str,
+) -> Result<(), ImportError> {
+    std::fs::write(path, to_json(transfer_function, gradients, unit)).map_err(ImportError::io(path))
+}
+
+fn to_json(transfer_function: &TransferFunction, gradients: &[GradientFunction], unit: &str) -> String {
+    let mut rows = String::new();
+    for (i, row) in gradients.iter().enumerate() {
+        let separator = if i == 0 { "" } else { "," };
+        let per_mm = serde_json::Value::from(row.per_mm);
+        rows += &format!("{separator}\n  {{ \"per_mm\": {per_mm},\n{} }}", points(&row.transfer_function));
+    }
+    let rows = if rows.is_empty() { rows } else { format!(",\n  \"gradients\": [{rows}]") };
+    format!(
+        "{{\n  \"lumivox_transfer_function\": {VERSION},\n  \"unit\": {},\n{}{rows}\n}}\n",
+        serde_json::Value::from(unit),
+        points(transfer_function),
+    )
 }
 
 /// One line for each point, so that people can read and compare it.
-fn to_json(transfer_function: &TransferFunction, unit: &str) -> String {
+fn points(transfer_function: &TransferFunction) -> String {
     let knots = transfer_function
         .opacity_knots()
         .iter()
@@ -121,12 +189,7 @@ fn to_json(transfer_function: &TransferFunction, unit: &str) -> String {
         let points: Vec<_> = points.map(|p| p.expect("finite numbers are JSON")).collect();
         format!("[\n    {}\n  ]", points.join(",\n    "))
     };
-    format!(
-        "{{\n  \"lumivox_transfer_function\": {VERSION},\n  \"unit\": {},\n  \"opacity\": {},\n  \"color\": {}\n}}\n",
-        serde_json::Value::from(unit),
-        list(&mut { knots }),
-        list(&mut { stops })
-    )
+    format!("  \"opacity\": {},\n  \"color\": {}", list(&mut { knots }), list(&mut { stops }))
 }
 
 /// Tells the formats apart.
@@ -147,6 +210,17 @@ struct Own {
     _version: u64,
     #[serde(default, rename = "unit")]
     _unit: String,
+    opacity: Vec<Knot>,
+    color: Vec<Stop>,
+    #[serde(default)]
+    gradients: Vec<Row>,
+}
+
+/// What holds at a gradient.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    per_mm: f64,
     opacity: Vec<Knot>,
     color: Vec<Stop>,
 }
@@ -530,5 +604,25 @@ mod tests {
         assert_eq!(tf.opacity_knots()[1].value, 1.0);
         let error = load(&UNITY.replace("\"version\":1", "\"version\":9")).unwrap_err();
         assert!(error.contains("known up to 2"), "{error}");
+    }
+
+    #[test]
+    fn rows_for_gradients_come_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("2d.json");
+        let curve = |opacity| TransferFunction::constant(opacity, [0.25, 0.5, 1.0]);
+        let rows = [(80.0, 0.5), (200.5, 1.0)]
+            .map(|(per_mm, opacity)| GradientFunction { per_mm, transfer_function: curve(opacity) });
+        save_transfer_function_2d(&path, &curve(0.125), &rows, "HU").unwrap();
+        let (function, gradients) = load_transfer_function_2d(&path, [0.0, 1.0]).unwrap();
+        assert_eq!((function, gradients.as_slice()), (curve(0.125), &rows[..]));
+        let refused = load_transfer_function(&path, [0.0, 1.0]).unwrap_err().to_string();
+        assert!(refused.contains("2d.json") && refused.contains("without 'gradients'"), "{refused}");
+        let text = std::fs::read_to_string(&path).unwrap();
+        for (bad, why) in [("200.5", "-3"), ("200.5", "1e999"), ("\"per_mm\": 80", "\"per_m\": 80")] {
+            std::fs::write(&path, text.replacen(bad, why, 1)).unwrap();
+            let error = load_transfer_function_2d(&path, [0.0, 1.0]).unwrap_err().to_string();
+            assert!(error.contains("2d.json"), "{why}: {error}");
+        }
     }
 }

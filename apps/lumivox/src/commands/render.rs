@@ -238,7 +238,7 @@ fn looks(args: &RenderArgs, scans: usize) -> Result<Vec<Look>, Failure> {
     } else {
         // Read again once the scan is known: here only to find faults early.
         for path in &args.transfer_function {
-            lumivox_import::load_transfer_function(path, [0.0, 1.0])?;
+            lumivox_import::load_transfer_function_2d(path, [0.0, 1.0])?;
         }
         ("--transfer-function", args.transfer_function.iter().cloned().map(Look::File).collect())
     };
@@ -267,10 +267,11 @@ fn medium(args: &RenderArgs, volume: &Volume, look: &Look, reporter: Reporter) -
             preset.medium(volume)
         }
         // The rest of the look comes from the preset that suits the scan.
-        Look::File(path) => Medium {
-            transfer_function: lumivox_import::load_transfer_function(path, volume.value_range())?,
-            ..Preset::default_for(volume).medium(volume)
-        },
+        Look::File(path) => {
+            let loaded = lumivox_import::load_transfer_function_2d(path, volume.value_range())?;
+            let (transfer_function, gradients) = loaded;
+            Medium { transfer_function, gradients, ..Preset::default_for(volume).medium(volume) }
+        }
     };
     medium.density_scale = args.density.unwrap_or(medium.density_scale);
     medium.albedo = args.albedo.unwrap_or(medium.albedo);

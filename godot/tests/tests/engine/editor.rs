@@ -228,8 +228,18 @@ fn the_inspector_groups_and_edits_properties() {
     let strings = |key: &str| -> Vec<&str> {
         told[key].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect()
     };
-    assert_eq!(strings("groups")[..3], ["Medium", "Surface", "Clip"]);
-    for property in ["volume", "transfer_function", "density", "surface_strength", "clip_min", "clip_max"] {
+    assert_eq!(strings("groups")[..4], ["Medium", "Surface", "Parts", "Clip"]);
+    let properties = [
+        "volume",
+        "transfer_function",
+        "density",
+        "surface_strength",
+        "labels",
+        "peel_mm",
+        "clip_min",
+        "clip_max",
+    ];
+    for property in properties {
         assert!(strings("properties").contains(&property), "{property} is not in the inspector");
     }
     assert_eq!(
