@@ -66,8 +66,8 @@ impl VolumeInstance {
             && same(&self.peel, &other.peel, Peel::is_same)
     }
 
-    /// Opacities of voxels, with all that labels, peeling and clip shapes make of them; of steep places as if they were
-    /// flat, and of labels as the nearest voxel says.
+    /// Opacities of voxels that labels, peeling and clip shapes leave; of steep places as if they were flat, of labels as the
+    /// nearest voxel says, and as dense as if no label were thinned.
     pub(crate) fn opacities(&self) -> impl Fn([usize; 3]) -> f64 + Sync + use<'_> {
         let patient_from_voxel = self.volume.patient_from_voxel();
         let voxel_from_patient = |volume: &Volume| volume.patient_from_voxel().inverse();
@@ -100,7 +100,9 @@ impl VolumeInstance {
             });
             let own = style.and_then(|style| style.transfer_function.as_ref());
             let function = own.unwrap_or(&self.medium.transfer_function);
-            left * function.opacity(value) * style.map_or(1.0, |style| style.factor(&self.medium))
+            // What is thin is seen, too.
+            let is_there = style.is_none_or(|style| style.factor(&self.medium) > 0.0);
+            if is_there { left * function.opacity(value) } else { 0.0 }
         }
     }
 

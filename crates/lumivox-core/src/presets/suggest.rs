@@ -58,7 +58,9 @@ fn ct(volume: &Volume) -> Preset {
         // Bone hides most of its vessels: muscles show as many, where these are not what it is about.
         (Some(BodyPart::Head | BodyPart::Neck), Some(Focus::Vessels)) => Preset::CtAngiography,
         (Some(BodyPart::Head | BodyPart::Neck), _) => Preset::CtMuscle,
-        (Some(BodyPart::Heart | BodyPart::Chest), _) if bright => Preset::CtCardiac,
+        // A chest with contrast agent is an atlas of muscles first; the heart is what somebody has to have asked for.
+        (Some(BodyPart::Heart), _) if bright => Preset::CtCardiac,
+        (Some(BodyPart::Chest), Some(Focus::Vessels)) if bright => Preset::CtCardiac,
         (Some(BodyPart::Abdomen), _) if bright => Preset::CtAorta,
         (Some(BodyPart::Spine | BodyPart::Limb), _) => Preset::CtBone,
         _ => Preset::CtMuscle,
@@ -361,11 +363,14 @@ mod tests {
     fn lungs_and_blood_are_found_in_a_ct() {
         assert_eq!(suggest(&chest(40.0)), Preset::CtMuscle);
         assert_eq!(CtContent::of(&chest(40.0)).part(), Some(BodyPart::Chest));
-        assert_eq!(suggest(&chest(350.0)), Preset::CtCardiac);
+        // Contrast agent alone does not ask for the heart.
+        assert_eq!(suggest(&chest(350.0)), Preset::CtMuscle);
+        assert_eq!(suggest(&chest(350.0).with_subject(subject("heart"))), Preset::CtCardiac);
+        assert_eq!(suggest(&chest(350.0).with_subject(subject("CTA thorax"))), Preset::CtCardiac);
         // Of faint blood the file has to say that there is an agent.
-        assert_eq!(suggest(&chest(180.0)), Preset::CtMuscle);
-        assert_eq!(suggest(&chest(180.0).with_subject(subject("thorax portal"))), Preset::CtCardiac);
-        assert_eq!(suggest(&chest(40.0).with_subject(subject("thorax portal"))), Preset::CtMuscle);
+        assert_eq!(suggest(&chest(180.0).with_subject(subject("heart"))), Preset::CtMuscle);
+        assert_eq!(suggest(&chest(180.0).with_subject(subject("heart arterial"))), Preset::CtCardiac);
+        assert_eq!(suggest(&chest(40.0).with_subject(subject("heart arterial"))), Preset::CtMuscle);
         assert_eq!(suggest(&chest(350.0).with_subject(subject("thorax native"))), Preset::CtMuscle);
         assert_eq!(suggest(&chest(40.0).with_subject(subject("thorax lung"))), Preset::CtLung);
         assert_eq!(suggest(&chest(350.0).with_subject(subject("abdomen"))), Preset::CtAorta);
