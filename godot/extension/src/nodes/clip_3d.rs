@@ -1,7 +1,7 @@
 //! The node that cuts volumes open.
 
 use godot::classes::notify::Node3DNotification;
-use godot::classes::{INode3D, Node3D};
+use godot::classes::{INode3D, Node, Node3D};
 use godot::prelude::*;
 use lumivox_core::glam::DAffine3;
 use lumivox_core::{ClipKind, ClipShape};
@@ -102,6 +102,13 @@ impl LumivoxClip3D {
             volume.clone().call_deferred("_contents_changed", &[]);
         }
     }
+}
+
+/// What the children of a volume's node keep of it.
+pub fn clip_shapes_of(volume: &Node, world_from_patient: DAffine3) -> Vec<ClipShape> {
+    let children = volume.get_children();
+    let clips = children.iter_shared().filter_map(|child| child.try_cast::<LumivoxClip3D>().ok());
+    clips.filter_map(|clip| clip.bind().shape(world_from_patient)).collect()
 }
 
 fn half_metre() -> DAffine3 {

@@ -6,13 +6,12 @@ use godot::classes::{Engine, IVisualInstance3D, RenderingServer, Resource, Visua
 use godot::init::is_main_thread;
 use godot::prelude::*;
 use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
-use lumivox_core::glam::DAffine3;
 use lumivox_core::medium::MAX_DENSITY_SCALE;
 use lumivox_core::{
-    ClipShape, ExtinctionSpace, Filter, Medium, Peel, Preset, SurfaceReflection, VolumeInstance, placement,
+    ExtinctionSpace, Filter, Medium, Peel, Preset, SurfaceReflection, VolumeInstance, placement,
 };
 
-use super::LumivoxClip3D;
+use super::clip_3d::clip_shapes_of;
 use crate::convert;
 use crate::resources::{LumivoxLabels, LumivoxTransferFunction, LumivoxVolume, OptionalVolume, takes};
 use crate::{server, shared};
@@ -448,7 +447,7 @@ impl LumivoxVolume3D {
             layers: self.base().get_layer_mask(),
             labels: self.labels.as_ref().and_then(|labels| labels.bind().labelling()),
             peel: self.peel(),
-            clip_shapes: self.clip_shapes(world_from_patient),
+            clip_shapes: clip_shapes_of(&self.base(), world_from_patient),
             volume,
         })
     }
@@ -463,12 +462,6 @@ impl LumivoxVolume3D {
             self.request_redraw();
         }
         Some(Peel { depth: depth?, mm: self.peel_mm })
-    }
-
-    fn clip_shapes(&self, world_from_patient: DAffine3) -> Vec<ClipShape> {
-        let children = self.base().get_children();
-        let clips = children.iter_shared().filter_map(|child| child.try_cast::<LumivoxClip3D>().ok());
-        clips.filter_map(|clip| clip.bind().shape(world_from_patient)).collect()
     }
 
     fn medium(&self, suited: &Medium) -> Medium {
