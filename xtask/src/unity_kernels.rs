@@ -282,9 +282,9 @@ mod tests {
     fn a_package_brings_few_kernels_and_all_that_live_views_want() {
         let kernels = translated([LIMITS], &[ViewKind::Live]).unwrap();
         let traces = kernels.values().filter(|(kernel, _)| matches!(kernel, Kernel::PathTrace(_))).count();
-        assert_eq!((kernels.len(), traces), (26, 16));
+        assert_eq!((kernels.len(), traces), (30, 20));
         let files = files(&kernels);
-        assert_eq!(files.len(), 27);
+        assert_eq!(files.len(), 31);
         assert!(files.values().all(|text| text.starts_with(MARK)));
         let depth = &files["Kernels/Resources/Lumivox/composite_depth.shader"];
         assert!(depth.contains("ColorMask 0") && depth.contains("ZWrite On") && depth.contains("SV_Depth"));

@@ -516,7 +516,7 @@ impl FromStr for Size {
 }
 
 /// Largest coordinate of a camera in mm: further away, nothing is seen, and 32-bit floats fail.
-const FURTHEST: f64 = 1e6;
+pub const FURTHEST: f64 = 1e6;
 
 /// A point in millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]

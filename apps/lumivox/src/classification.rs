@@ -141,6 +141,13 @@ impl FromStr for ClipOption {
         let (inverted, rest) = text.strip_prefix('!').map_or((false, text), |rest| (true, rest));
         let (kind, numbers) = rest.split_once(':').unwrap_or((rest, ""));
         let point = |numbers: &[f64]| DVec3::from_slice(numbers);
+        if numbers
+            .split(',')
+            .filter_map(|n| n.trim().parse().ok())
+            .any(|n: f64| n.abs() > crate::args::FURTHEST)
+        {
+            return Err("must be within 1 km (1000000 mm) of the scan".into());
+        }
         let shape = match kind {
             "plane" => {
                 let n: [f64; 6] = crate::args::numbers(numbers)?;
@@ -155,6 +162,9 @@ impl FromStr for ClipOption {
             }
             "sphere" => {
                 let n: [f64; 4] = crate::args::numbers(numbers)?;
+                if n[3] <= 0.0 {
+                    return Err("the sphere's radius, the last number, must be above 0".into());
+                }
                 ClipShape::sphere(point(&n[..3]), n[3])
             }
             _ => return Err("must be plane:, box: or sphere: with numbers, perhaps after a '!'".into()),
@@ -213,7 +223,15 @@ mod tests {
         assert!(point.distance(DVec3::Z * 10.0) < 1e-9 && shape.inverted);
         let normal = shape.patient_from_shape.transform_vector3(DVec3::Z).normalize();
         assert!(normal.distance(DVec3::Z) < 1e-9);
-        for bad in ["cube:1", "plane:0,0,0,0,0,0", "sphere:0,0,0,0", "box:0,0,0,1,1,0", "sphere:0,0,0"] {
+        for bad in [
+            "cube:1",
+            "plane:0,0,0,0,0,0",
+            "sphere:0,0,0,0",
+            "sphere:0,0,0,-5",
+            "box:0,0,0,1,1,0",
+            "sphere:0,0,0",
+            "plane:1e300,0,0,1,0,0",
+        ] {
             assert!(bad.parse::<ClipOption>().is_err(), "{bad}");
         }
     }

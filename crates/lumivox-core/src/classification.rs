@@ -219,9 +219,14 @@ impl ClipShape {
         is_inside != self.inverted
     }
 
-    /// Whether it has an inside: a shape that is flattened to nothing keeps everything.
+    /// Whether it has an inside that 32-bit floats can tell: a shape that is flattened to nothing, or placed nowhere, keeps
+    /// everything.
     pub fn is_solid(&self) -> bool {
-        self.patient_from_shape.is_finite() && self.patient_from_shape.matrix3.determinant().is_normal()
+        const MOST: f64 = 1e18;
+        let is_small = |map: DAffine3| map.to_cols_array().iter().all(|x| x.abs() < MOST);
+        is_small(self.patient_from_shape)
+            && self.patient_from_shape.matrix3.determinant().is_normal()
+            && is_small(self.patient_from_shape.inverse())
     }
 }
 
@@ -254,6 +259,21 @@ mod tests {
         assert!(labelling.is_same(&other));
         labelling.set_style(3, LabelStyle::default());
         assert!(!labelling.is_same(&other));
+    }
+
+    #[test]
+    fn shapes_without_an_inside_are_told() {
+        use glam::DVec3;
+        let sphere = |radius| ClipShape::sphere(DVec3::ZERO, radius);
+        assert!(sphere(1e-3).is_solid() && sphere(1e9).is_solid());
+        assert!(
+            ![0.0, f64::NAN, f64::INFINITY, 1e300, 1e-300]
+                .into_iter()
+                .any(|radius| sphere(radius).is_solid())
+        );
+        assert!(!ClipShape::plane(DVec3::splat(f64::NAN), DVec3::Z).is_solid());
+        assert!(ClipShape::plane(DVec3::ZERO, DVec3::ZERO).is_solid(), "it looks along z");
+        assert!(sphere(2.0).invert().keeps(DVec3::splat(3.0)) && sphere(2.0).keeps(DVec3::ZERO));
     }
 
     #[test]

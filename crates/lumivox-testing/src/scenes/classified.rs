@@ -40,7 +40,7 @@ fn blobs(volume: &Volume) -> Arc<LabelVolume> {
 
 /// Labels that are hidden, painted, thin, dense, glossy, and of a function of their own.
 pub fn labels() -> TestScene {
-    let mut instance = tissue(17);
+    let mut instance = tissue(19);
     let mut labelling = Labelling::new(blobs(&instance.volume));
     let gloss = SurfaceReflection { gradient_per_mm: 20.0, specular: 0.4, ..reflection(0.2) };
     let styles = [

@@ -30,7 +30,7 @@ namespace Lumivox.Samples
             {
                 // Along three rays from the camera, so that each fills the same part of the image.
                 var direction = Quaternion.Euler(0, (i - 1) * 16, 0) * Vector3.forward;
-                var cube = Volume($"Cube x{scales[i]}", Vector3.zero, "");
+                var cube = Volume($"Cube x{scales[i]}", Vector3.zero, "ct-muscle");
                 cube.transform.position = eye + direction * (size * 4 * scales[i]);
                 cube.transform.rotation = Quaternion.Euler(20, (i - 1) * 16 + 30, 0);
                 cube.transform.localScale = Vector3.one * scales[i];
