@@ -158,7 +158,11 @@ class Scene:
 
         Options are those of :func:`lumivox.render`; looks are given once for all volumes, or once for each.
         """
-        given = [volumes] if isinstance(volumes, Volume) else list(volumes)
+        given = [volumes] if not isinstance(volumes, list | tuple) else list(volumes)
+        for one in given:
+            if not isinstance(one, Volume):
+                made_by = "lumivox.load(path) or lumivox.Volume.from_array(array) makes one"
+                raise TypeError(f"a lumivox.Volume is needed, not {type(one).__name__}: {made_by}")
         if not given:
             raise ValueError("a scene needs at least one volume")
         if preset is not None and transfer_function is not None:

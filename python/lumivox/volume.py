@@ -79,11 +79,18 @@ class Volume:
         Integers of 8 and 16 bits stay as they are, signed ones with an offset in :attr:`intercept`; other integers become
         16 bits where they fit, and all else 32-bit floats. The array is copied.
 
-        Raises :class:`ScanError` where the parts make no volume.
+        Raises :class:`ScanError` where the parts make no volume, ``ValueError`` where one of them is none.
         """
+        if np.ma.is_masked(array):
+            raise ValueError("a masked array has values that are not there: fill them first, with array.filled(value)")
+        millimetres = np.asarray(spacing, dtype=np.float64)
+        if millimetres.shape != (3,) or not np.all(np.isfinite(millimetres) & (millimetres > 0.0)):
+            raise ValueError(f"spacing must be three numbers above 0, not {spacing!r}; orientation mirrors")
+        if np.shape(origin) != (3,) or not np.all(np.isfinite(np.asarray(origin, dtype=np.float64))):
+            raise ValueError(f"origin must be three finite numbers, not {origin!r}")
         stored, offset = _stored(np.asarray(array))
         direction = np.eye(3) if orientation is None else np.asarray(orientation, dtype=np.float64).reshape(3, 3)
-        matrix = np.column_stack([direction * np.asarray(spacing, dtype=np.float64), np.asarray(origin, dtype=np.float64)])
+        matrix = np.column_stack([direction * millimetres, np.asarray(origin, dtype=np.float64)])
         return cls._from_stored(stored, slope, intercept + offset * slope, matrix, modality, unit)
 
     @classmethod

@@ -119,7 +119,7 @@ pub fn trace(
                 ));
             }
             if begun == 1.0 && pixels(&traced.film).all(|pixel| traced.film.alpha(pixel) == 0.0) {
-                reporter.say("note: no ray met the scan: check --eye, --clip, the transfer function");
+                reporter.say("note: no ray met the scan: check --eye, --clip, --clip-shape, --label, the transfer function");
             }
             Ok(traced)
         }

@@ -363,6 +363,10 @@ fn labels_hide_and_spare_parts_of_a_scan() {
     );
     assert_eq!(wrong.status.code(), Some(2), "{}", stderr(&wrong));
     assert!(stderr(&wrong).contains("there is no such label"), "{}", stderr(&wrong));
+    let elsewhere = String::from_utf8_lossy(&fs::read(folder.path().join("half.nrrd")).unwrap()).into_owned();
+    fs::write(folder.path().join("far.nrrd"), elsewhere.replace("(-15,-15,-15)", "(9985,-15,-15)")).unwrap();
+    let far = run(folder.path(), &["render", "scan", "-o", "a.png", "--labels", "far.nrrd"]);
+    assert!(stderr(&far).contains("far.nrrd: none of its labels lies in the scan"), "{}", stderr(&far));
     let missing = run(folder.path(), &["render", "scan", "-o", "a.png", "--labels", "no.nrrd"]);
     assert!(stderr(&missing).contains("no.nrrd") && !folder.path().join("a.png").exists());
 }

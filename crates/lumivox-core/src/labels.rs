@@ -1,6 +1,6 @@
 //! Which voxels of a scan are what: a small number beside every voxel, and what the numbers mean.
 //!
-//! A segmentation makes a [`LabelVolume`] on the grid of a [`Volume`](crate::Volume); a renderer hides or colours by it.
+//! A segmentation makes a [`LabelVolume`] on the grid of a [`Volume`]; a renderer hides or colours by it.
 
 use std::sync::Arc;
 

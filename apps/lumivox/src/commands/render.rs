@@ -55,6 +55,12 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             "--peel takes the patient's skin off; it goes with '--keep patient' only",
         ));
     }
+    if args.clip_shape.len() > classification::MOST_SHAPES {
+        let (given, most) = (args.clip_shape.len(), classification::MOST_SHAPES);
+        return Err(Failure::usage(format!(
+            "--clip-shape is given {given} times, of which {most} are possible"
+        )));
+    }
     inputs::check(&args.input)?;
     let label_file = args.labels.as_deref().filter(|file| *file != Path::new(FOUND));
     if let Some(file) = label_file {
@@ -83,6 +89,23 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         }
         let look = &looks[volumes.len()];
         let (volume, found) = shown(args, scan.volume, look, reporter, &cancel)?;
+        if let (Some(labels), Some(file)) = (&from_file, label_file) {
+            match classification::overlap(labels, &volume) {
+                Some(0.0) if looks.len() == 1 => {
+                    return Err(Failure::input(format!(
+                        "{}: none of its labels lies in the scan: they are of another patient, or of another place; take \
+                         the labels of this scan",
+                        file.display()
+                    )));
+                }
+                Some(share) if share < 0.5 => reporter.say(&format!(
+                    "  note: {:.0}% of what is labelled lies beyond the scan: are they of the same patient?",
+                    100.0 * (1.0 - share)
+                )),
+                None => reporter.say("  note: nothing is labelled"),
+                Some(_) => {}
+            }
+        }
         let labels = match &from_file {
             Some(labels) => Some(labels.clone()),
             None => found.filter(|_| args.labels.is_some()).map(Arc::new),
