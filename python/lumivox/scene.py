@@ -158,11 +158,7 @@ class Scene:
 
         Options are those of :func:`lumivox.render`; looks are given once for all volumes, or once for each.
         """
-        given = [volumes] if not isinstance(volumes, list | tuple) else list(volumes)
-        for one in given:
-            if not isinstance(one, Volume):
-                made_by = "lumivox.load(path) or lumivox.Volume.from_array(array) makes one"
-                raise TypeError(f"a lumivox.Volume is needed, not {type(one).__name__}: {made_by}")
+        given = _volumes(volumes)
         if not given:
             raise ValueError("a scene needs at least one volume")
         if preset is not None and transfer_function is not None:
@@ -243,6 +239,16 @@ class Camera:
         around = None if target is None else list(target)
         rows, _ = _native.frame(scene, azimuth, elevation, zoom, fov, size[0] / size[1], around)
         return cls(rows, fov)
+
+
+def _volumes(volumes: Volume | Sequence[Volume]) -> list[Volume]:
+    """Volumes that are some."""
+    given: list[Any] = list(volumes) if isinstance(volumes, list | tuple) else [volumes]
+    for one in given:
+        if not isinstance(one, Volume):
+            made_by = "lumivox.load(path) or lumivox.Volume.from_array(array) makes one"
+            raise TypeError(f"a lumivox.Volume is needed, not {type(one).__name__}: {made_by}")
+    return given
 
 
 def _each(name: str, given: Any, count: int, kind: type) -> list[Any]:

@@ -72,7 +72,15 @@ def test_parts_that_make_no_volume_are_told_in_the_words_of_all_hosts() -> None:
     with pytest.raises(lumivox.ScanError, match="a volume needs at least one voxel along each axis"):
         lumivox.Volume.from_array(np.zeros((0, 1, 1)))
     with pytest.raises(lumivox.ScanError, match="patient_from_voxel is not an invertible, finite transform"):
-        lumivox.Volume.from_array(np.zeros((1, 1, 1)), spacing=(0.0, 1.0, 1.0))
+        lumivox.Volume.from_array(np.zeros((1, 1, 1)), orientation=np.zeros((3, 3)))
+    for spacing in [(0.0, 1.0, 1.0), (-1.0, 1.0, 1.0), (1.0, 1.0), (np.inf, 1.0, 1.0)]:
+        with pytest.raises(ValueError, match="spacing must be three numbers above 0"):
+            lumivox.Volume.from_array(np.zeros((1, 1, 1)), spacing=spacing)
+    with pytest.raises(ValueError, match="a masked array has values that are not there"):
+        lumivox.Volume.from_array(np.ma.masked_less(np.full((2, 2, 2), -1.0), 0.0))
+    for none in ["scan.nii", np.zeros((2, 2, 2)), None]:
+        with pytest.raises(TypeError, match=r"a lumivox.Volume is needed, not .* makes one"):
+            lumivox.render(none)  # type: ignore[arg-type]
     with pytest.raises(lumivox.ScanError, match="sample 0 is not a finite number"):
         lumivox.Volume.from_array(np.full((1, 1, 1), np.nan))
     with pytest.raises(ValueError, match="axes z, y, x"):
