@@ -1,5 +1,7 @@
 //! A transfer function as the GPU reads it: samples over the values that occur, linear between them.
 
+use std::sync::Arc;
+
 use lumivox_core::{TransferFunction, Volume};
 use lumivox_shaders::layout::{RANGE_MAXIMUM_LEVELS, TABLE_SIZE};
 
@@ -77,9 +79,10 @@ fn domain(functions: &[TransferFunction], volume: &Volume) -> [f64; 2] {
     [low, high]
 }
 
-/// Rows of a function of value and gradient, over the same values; most have one.
+/// Rows of a function of value and gradient, over the same values; most have one. Shared by clones: what stays is handed on in
+/// every frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Function(Vec<TransferTable>);
+pub struct Function(Arc<[TransferTable]>);
 
 impl Function {
     /// Samples the rows, of which there is one at least.
