@@ -25,34 +25,38 @@ struct Reading {
 // At a point of voxel space in a cell. Of labels, one is drawn by their shares: what depends on it then is that of their
 // mixture in the mean, which is all that tracking needs.
 fn read_medium(v: u32, p: vec3f, cell: Cell, rng: ptr<function, Rng>) -> Reading {
+    // Asked for before it is known to count: while it is on its way, so is the rest.
+    let texel = sample_in_cell(v, p, cell);
     let classes = instances[v].classes;
-    let style = style_at(v, p, rng);
-    var share = tables[style + 1u].y;
-    if (share > 0.0 && tables[style + 7u].x > 0.0 && is_cut_away(v, p)) {
+    let fields = tables[classes];
+    let peel = tables[classes + 1u];
+    let shapes = u32(tables[classes + 2u].x);
+    let styles = u32(tables[classes + 3u].x);
+    let style = style_at(p, fields.x, styles, rng);
+    let factor = tables[style + 1u].y;
+    let rows = tables[style + 6u].x;
+    let is_clipped = tables[style + 7u].x;
+    var share = factor;
+    if (share > 0.0 && is_clipped > 0.0 && is_cut_away(classes, shapes, p)) {
         share = 0.0;
     }
-    if (share > 0.0 && tables[classes].y >= 0.0) {
-        share *= left_of_peeling(v, p);
-    }
-    if (share <= 0.0) {
-        return Reading(0.0, style, 0.0, 0.0);
+    if (share > 0.0 && fields.y >= 0.0) {
+        share *= left_of_peeling(u32(fields.y), peel, p);
     }
     var gradient = 0.0;
-    if (tables[style + 6u].x > 0.0) {
+    if (share > 0.0 && rows > 0.0) {
         gradient = gradient_per_mm(v, voxel_gradient(v, p));
     }
-    return Reading(sample_in_cell(v, p, cell), style, share, gradient);
+    return Reading(texel, style, share, gradient);
 }
 
 // A label by the shares that a cubic B-spline gives those around: the nearest voxel to a point that is moved by the sum of
 // three uniform numbers along each axis. Each number has eight bits.
-fn style_at(v: u32, p: vec3f, rng: ptr<function, Rng>) -> u32 {
-    let classes = instances[v].classes;
-    let styles = u32(tables[classes + 3u].x);
-    if (tables[classes].x < 0.0) {
+fn style_at(p: vec3f, labels: f32, styles: u32, rng: ptr<function, Rng>) -> u32 {
+    if (labels < 0.0) {
         return styles;
     }
-    let field = u32(tables[classes].x);
+    let field = u32(labels);
     let moved = three_bytes(rng) + three_bytes(rng) + three_bytes(rng);
     let at = voxel_from_world(field, p) + vec3f(moved) / 256.0 + (1.5 / 256.0 - 1.5);
     if (any(at < vec3f(0.0)) || any(at >= instances[field].dims)) {
@@ -68,12 +72,9 @@ fn three_bytes(rng: ptr<function, Rng>) -> vec3u {
     return vec3u(bits, bits >> 8u, bits >> 16u) & vec3u(255u);
 }
 
-fn left_of_peeling(v: u32, p: vec3f) -> f32 {
-    let classes = instances[v].classes;
-    let field = u32(tables[classes].y);
+fn left_of_peeling(field: u32, peel: vec2f, p: vec3f) -> f32 {
     let texel = sample_trilinear(field, voxel_from_world(field, p));
     let depth = texel * instances[field].table_scale + instances[field].table_bias;
-    let peel = tables[classes + 1u];
     return clamp((depth - peel.x) * peel.y + 0.5, 0.0, 1.0);
 }
 
@@ -100,9 +101,7 @@ fn clip_level(shape: u32, p: vec3f) -> vec4f {
     return tables[shape + 6u].y * vec4f(slope.x * x.xyz + slope.y * y.xyz + slope.z * z.xyz, level);
 }
 
-fn is_cut_away(v: u32, p: vec3f) -> bool {
-    let classes = instances[v].classes;
-    let count = u32(tables[classes + 2u].x);
+fn is_cut_away(classes: u32, count: u32, p: vec3f) -> bool {
     for (var i = 0u; i < count; i++) {
         take_turn();
         if (clip_level(classes + CLASS_PAIRS + i * SHAPE_PAIRS, p).w < 0.0) {
@@ -134,9 +133,8 @@ fn cut_surface(v: u32, p: vec3f, reading: Reading) -> Cut {
     return cut;
 }
 
-// The row of a style's function for a gradient, and how far it is to the next.
-fn gradient_row(style: u32, gradient: f32) -> vec2f {
-    let rows = tables[style + 6u];
+// The row of a function for a gradient, by how many there are and where their places are, and how far it is to the next.
+fn gradient_row(rows: vec2f, gradient: f32) -> vec2f {
     var before = 0.0;
     for (var i = 0u; i < u32(rows.x); i++) {
         take_turn();
@@ -153,9 +151,15 @@ fn opacity(v: u32, reading: Reading) -> f32 {
     if (reading.share <= 0.0) {
         return 0.0;
     }
-    let address = table_address(tables[reading.style].x, tables[reading.style].y, reading.texel);
-    let row = gradient_row(reading.style, reading.gradient);
-    let first = u32(tables[reading.style + 1u].x) + u32(row.x) * TABLE_PAIRS;
+    let coordinate = tables[reading.style];
+    let function = u32(tables[reading.style + 1u].x);
+    let rows = tables[reading.style + 6u];
+    let address = table_address(coordinate.x, coordinate.y, reading.texel);
+    if (rows.x <= 0.0) {
+        return reading.share * opacity_of(function, address);
+    }
+    let row = gradient_row(rows, reading.gradient);
+    let first = function + u32(row.x) * TABLE_PAIRS;
     var of_value = opacity_of(first, address);
     if (row.y > 0.0) {
         of_value = mix(of_value, opacity_of(first + TABLE_PAIRS, address), row.y);
@@ -169,7 +173,7 @@ fn color(v: u32, reading: Reading) -> vec3f {
         return vec3f(tables[reading.style + 2u], own.x);
     }
     let address = table_address(tables[reading.style].x, tables[reading.style].y, reading.texel);
-    let row = gradient_row(reading.style, reading.gradient);
+    let row = gradient_row(tables[reading.style + 6u], reading.gradient);
     let first = u32(tables[reading.style + 1u].x) + u32(row.x) * TABLE_PAIRS;
     let of_value = color_of(first, address);
     if (row.y > 0.0) {
