@@ -83,23 +83,28 @@ impl Surroundings {
         self.samples.len()
     }
 
+    /// Whether a scan has these voxels, and samples of the type.
+    pub fn fits(&self, scan: &Volume) -> bool {
+        let end = self.runs.last().map_or(0, |[first, count]| first + count);
+        let is_same_type = std::mem::discriminant(&self.samples) == std::mem::discriminant(scan.voxels());
+        end <= scan.voxel_count() && is_same_type
+    }
+
     /// The scan as it was before they were taken out of it.
     ///
     /// # Errors
-    /// [`WrongSurroundings`] where the scan has fewer voxels, or samples of another type.
+    /// [`WrongSurroundings`] where they are not [of it](Self::fits).
     pub fn put_back(&self, alone: &Volume) -> Result<Volume, WrongSurroundings> {
-        let end = self.runs.last().map_or(0, |[first, count]| first + count);
-        if end > alone.voxel_count() {
+        if !self.fits(alone) {
             return Err(WrongSurroundings);
         }
-        let mut fits = true;
         let whole = alone.clone().edit(|voxels| match (voxels, &self.samples) {
             (Voxels::U8(all), Voxels::U8(were)) => self.copy(all, were),
             (Voxels::U16(all), Voxels::U16(were)) => self.copy(all, were),
             (Voxels::F32(all), Voxels::F32(were)) => self.copy(all, were),
-            _ => fits = false,
+            _ => unreachable!("samples of one type"),
         });
-        whole.ok().filter(|_| fits).ok_or(WrongSurroundings)
+        whole.map_err(|_| WrongSurroundings)
     }
 
     fn copy<T: Copy>(&self, all: &mut [T], were: &[T]) {

@@ -10,9 +10,9 @@ use godot::classes::image::Format;
 use godot::global::Error;
 use godot::prelude::*;
 use lumivox_core::{CancelToken, Progress, Stage};
-use lumivox_import::{ImportError, Imported, RawDescription, Study, Thumbnail};
+use lumivox_import::{ImportError, RawDescription, Study, Thumbnail};
 
-use crate::load_options::LoadOptions;
+use crate::load_options::{LoadOptions, Loaded};
 use crate::resources::{LumivoxVolume, Options, report_dictionary};
 use crate::{codecs, convert};
 
@@ -40,7 +40,7 @@ enum Event {
 enum Outcome {
     Scanned(Box<Study>),
     /// With the study that it came from, if there was one.
-    Imported(Box<Imported>, Option<(usize, SharedStudy)>),
+    Imported(Box<Loaded>, Option<(usize, SharedStudy)>),
 }
 
 /// What is done with files.
@@ -352,7 +352,7 @@ impl LumivoxImporter {
             Ok(Outcome::Imported(imported, study)) => {
                 let source = job.source;
                 this.bind_mut().known = study.map(|(series, study)| Known { source, series, study });
-                this.signals().finished().emit(&LumivoxVolume::imported(*imported));
+                this.signals().finished().emit(&LumivoxVolume::loaded(*imported));
             }
         }
     }

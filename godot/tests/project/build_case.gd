@@ -206,7 +206,15 @@ static func _node(list: String, description: Dictionary) -> Node3D:
 static func set_volume(node: LumivoxVolume3D, description: Dictionary, known := {}) -> void:
 	var differs := func(key: String) -> bool: return known.get(key) != description[key]
 	if differs.call("phantom") or differs.call("size"):
-		node.volume = LumivoxVolume.phantom(description.phantom, int(description.size))
+		if description.phantom == "table":
+			node.volume = LumivoxVolume.load_file(description.series)
+		else:
+			node.volume = LumivoxVolume.phantom(description.phantom, int(description.size))
+	if differs.call("keep_everything"):
+		node.keep_everything = description.keep_everything
+	if differs.call("preset"):
+		# Its organ, not the rest of its look.
+		node.set(&"chosen_preset", description.preset)
 	if differs.call("knots") or differs.call("stops"):
 		if node.transfer_function == null:
 			node.transfer_function = LumivoxTransferFunction.new()

@@ -168,7 +168,12 @@ func keeping(path: String) -> void:
 		importer.start([path], options)
 		await until_ended()
 		told[name].started = described_content(told_volume)
-		told[name].waited = described_content(LumivoxVolume.load_file(path, options))
+		var waited := LumivoxVolume.load_file(path, options)
+		told[name].waited = described_content(waited)
+		var file := "user://kept.res"
+		ResourceSaver.save(waited, file, ResourceSaver.FLAG_COMPRESS)
+		var saved: LumivoxVolume = ResourceLoader.load(file, "", ResourceLoader.CACHE_MODE_IGNORE)
+		told[name].aside = [waited.has_surroundings(), saved.has_surroundings()]
 	print("EXPECT an error about an option that is neither true nor false")
 	told.wrong = LumivoxVolume.load_file(path, {"keep_everything": "some"}) == null
 	print("TELL keeping ", JSON.stringify(told))

@@ -235,6 +235,7 @@ fn the_inspector_groups_and_edits_properties() {
         "density",
         "surface_strength",
         "labels",
+        "keep_everything",
         "peel_mm",
         "clip_min",
         "clip_max",

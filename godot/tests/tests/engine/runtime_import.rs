@@ -356,6 +356,9 @@ fn the_patient_is_imported_alone_unless_everything_is_asked_for() {
     }
     let finds = |name: &str| told[name]["stages"].as_array().unwrap().contains(&json!("finding the patient"));
     assert!(!finds("everything"));
+    // Put aside, and saved with it.
+    assert_eq!(told["patient"]["aside"], json!([true, true]));
+    assert_eq!(told["everything"]["aside"], json!([false, false]));
     assert_eq!(told["wrong"], true);
 }
 
