@@ -219,6 +219,8 @@ static func set_volume(node: LumivoxVolume3D, description: Dictionary, known := 
 		if node.transfer_function == null:
 			node.transfer_function = LumivoxTransferFunction.new()
 		_set_points(node.transfer_function, description)
+	if differs.call("function") and description.function != "":
+		node.transfer_function = saved_and_loaded(LumivoxTransferFunction.load_file(description.function))
 	for property: String in ["density", "albedo", "anisotropy", "visible"]:
 		if differs.call(property):
 			node.set(property, description[property])
@@ -251,6 +253,15 @@ static func set_volume(node: LumivoxVolume3D, description: Dictionary, known := 
 		node.layers = int(description.layers)
 	if differs.call("place"):
 		node.transform = transform(description.place)
+
+
+## A transfer function that went through a resource's file, and through one of Lumivox's.
+static func saved_and_loaded(function: LumivoxTransferFunction) -> LumivoxTransferFunction:
+	ResourceSaver.save(function, "user://function.tres")
+	var loaded: LumivoxTransferFunction = ResourceLoader.load(
+			"user://function.tres", "", ResourceLoader.CACHE_MODE_IGNORE_DEEP)
+	loaded.save_file("user://function.json")
+	return LumivoxTransferFunction.load_file("user://function.json")
 
 
 static func _set_points(function: LumivoxTransferFunction, description: Dictionary) -> void:

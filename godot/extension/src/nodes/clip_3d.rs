@@ -42,12 +42,14 @@ impl LumivoxClip3D {
     #[func]
     fn set_shape(&mut self, shape: i64) {
         self.shape = shape.clamp(Self::SHAPE_PLANE, Self::SHAPE_SPHERE);
+        self.base_mut().update_gizmos();
         self.changed();
     }
 
     #[func]
     fn set_inverted(&mut self, inverted: bool) {
         self.inverted = inverted;
+        self.base_mut().update_gizmos();
         self.changed();
     }
 }

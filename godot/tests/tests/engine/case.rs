@@ -79,6 +79,8 @@ pub struct Volume {
     pub knots: Vec<[f64; 3]>,
     /// Value, linear RGB.
     pub stops: Vec<[f64; 4]>,
+    /// A file with a function of value and gradient in place of both; empty for none.
+    pub function: PathBuf,
     pub density: f64,
     pub albedo: f64,
     pub anisotropy: f64,
@@ -109,6 +111,7 @@ impl Volume {
             place: Place::at(DVec3::ZERO),
             knots: vec![[-500.0, 0.0, 0.0], [200.0, 0.3, 1.0], [1500.0, 1.0, 0.0]],
             stops: vec![[0.0, 0.9, 0.5, 0.3], [1200.0, 0.9, 0.9, 0.8]],
+            function: PathBuf::new(),
             density: 0.08,
             albedo: 0.9,
             anisotropy: 0.2,
@@ -134,6 +137,27 @@ impl Volume {
             surface: [0.7, 60.0, 0.4, 0.04],
             ..Self::soft()
         }
+    }
+
+    /// A head whose borders are of another colour than what lies between them, by a file.
+    pub fn borders() -> Self {
+        static FILE: OnceLock<PathBuf> = OnceLock::new();
+        let file = FILE.get_or_init(|| {
+            let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("borders.json");
+            let points = |opacity: f64, color: &str| {
+                format!(
+                    "\"opacity\": [{{\"value\": -300, \"opacity\": 0}}, {{\"value\": 300, \"opacity\": {opacity}, \
+                     \"ease\": \"in-out\"}}], \"color\": [{{\"value\": 0, \"color\": {color}}}]"
+                )
+            };
+            let rows = [(50.0, 0.125, "[0.25, 0.75, 0.25]"), (300.0, 0.75, "[0.25, 0.25, 1]")]
+                .map(|(per_mm, opacity, color)| format!("{{\"per_mm\": {per_mm}, {}}}", points(opacity, color)));
+            let flat = points(0.5, "[1, 0.5, 0.25]");
+            let text = format!("{{\"lumivox_transfer_function\": 1, {flat}, \"gradients\": [{}]}}", rows.join(", "));
+            std::fs::write(&file, text).unwrap();
+            file
+        });
+        Self { function: file.clone(), ..Self::head() }
     }
 
     /// A torso on its table.
@@ -189,6 +213,12 @@ impl Volume {
                 [self.filter as usize],
             surface: SurfaceReflection { strength, gradient_per_mm, roughness, specular },
             ..Medium::new(TransferFunction::new(knots.collect(), stops.collect()).unwrap())
+        };
+        let medium = if self.function.as_os_str().is_empty() {
+            medium
+        } else {
+            let loaded = lumivox_import::load_transfer_function_2d(&self.function, [0.0, 1.0]).unwrap();
+            Medium { transfer_function: loaded.0, gradients: loaded.1, ..medium }
         };
         let volume = match self.phantom {
             "cube" => lumivox_phantom::cube(self.size),

@@ -60,6 +60,11 @@ fn cases() -> Vec<Case> {
             camera: look_at(DVec3::new(0.35, 0.1, 0.6), DVec3::ZERO),
             ..Case::new("head")
         },
+        Case {
+            volumes: vec![Volume::borders()],
+            camera: look_at(DVec3::new(0.35, 0.1, 0.6), DVec3::ZERO),
+            ..Case::new("borders")
+        },
         Case { volumes: vec![Volume::table()], camera: behind_table, ..Case::new("patient") },
         Case {
             volumes: vec![Volume { keep_everything: true, ..Volume::table() }],
@@ -170,6 +175,12 @@ fn a_clip_box_cuts_along_the_nodes_axes() {
 #[test]
 fn shapes_cut_and_labels_hide_as_the_renderer_has_it() {
     assert_as_expected("cut_open");
+}
+
+/// A file, saved as a resource, loaded, written and read again.
+#[test]
+fn a_function_of_value_and_gradient_is_kept_and_shown() {
+    assert_as_expected("borders");
 }
 
 /// Once the other volume is there: until then, neither is done.

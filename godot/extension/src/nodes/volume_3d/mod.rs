@@ -472,13 +472,13 @@ impl LumivoxVolume3D {
     }
 
     fn medium(&self, suited: &Medium) -> Medium {
-        let transfer_function = match &self.transfer_function {
-            Some(chosen) => chosen.bind().curve(),
-            None => suited.transfer_function.clone(),
+        let (transfer_function, gradients) = match &self.transfer_function {
+            Some(chosen) => (chosen.bind().curve(), chosen.bind().gradients()),
+            None => (suited.transfer_function.clone(), vec![]),
         };
         Medium {
             transfer_function,
-            gradients: vec![],
+            gradients,
             density_scale: self.density,
             albedo: self.albedo,
             anisotropy: self.anisotropy,

@@ -57,8 +57,15 @@ impl LumivoxVolume3D {
             let ways = "Set 'Volume', or drop a DICOM folder on the FileSystem dock.";
             return Some(format!("There is no scan to show. {ways}"));
         }
-        let path = self.volume.as_ref()?.get_path().to_string();
-        path.contains("::").then(|| {
+        let is_in_scene = |path: GString| path.to_string().contains("::");
+        if self.labels.as_ref().is_some_and(|labels| is_in_scene(labels.get_path())) {
+            return Some(
+                "The labels are kept in the scene's file, which makes that large. Save them as .res: 'Save As...' in \
+                 the menu of 'Labels'."
+                    .to_owned(),
+            );
+        }
+        is_in_scene(self.volume.as_ref()?.get_path()).then(|| {
             "The scan is kept in the scene's file, which makes that large and slow to open and to save. Save it as .res: \
              'Save As...' in the menu of 'Volume'."
                 .to_owned()
