@@ -21,6 +21,11 @@ const PLEURA_MM: f64 = 2.5;
 /// The wall of an airway is no thicker than this, in mm.
 const WALL_MM: f64 = 2.5;
 
+/// The compact bone of ribs, which blood with contrast agent is not as dense as, in HU; and how far the rest of a rib
+/// lies from it, in mm. A closing takes their heads beside the spine in.
+const BONE_HU: f64 = 500.0;
+const RIB_MM: f64 = 5.0;
+
 /// Whether labels hold enough of what an organ is shown by.
 pub fn has_organ(labels: &LabelVolume, organ: Organ) -> bool {
     /// The windpipe of a child is larger.
@@ -104,8 +109,18 @@ fn alone(
             let outside = spread(outside, ROOT_MM + PLEURA_MM)?;
             done(0.5);
             let walls = spread(airways, WALL_MM)?;
-            let is_in = |(&outside, &wall): (&u8, &u8)| if outside == 0 && wall == 0 { u8::MAX } else { 0 };
-            outside.par_iter().zip(&walls).map(is_in).collect()
+            let bone = (BONE_HU - volume.intercept()) / volume.slope();
+            let is_bone = |at: usize| {
+                let stored = volume.voxels().get(at);
+                // Slopes may be negative.
+                if (stored > bone) == (volume.slope() > 0.0) { u8::MAX } else { 0 }
+            };
+            let ribs = spread((0..volume.voxel_count()).into_par_iter().map(is_bone).collect(), RIB_MM)?;
+            let is_in = |((&outside, &wall), &rib): ((&u8, &u8), &u8)| match outside | wall | rib {
+                0 => u8::MAX,
+                _ => 0,
+            };
+            outside.par_iter().zip(&walls).zip(&ribs).map(is_in).collect()
         }
     };
     done(0.7);

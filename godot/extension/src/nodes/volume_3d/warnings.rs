@@ -2,8 +2,10 @@
 
 use godot::classes::{Engine, RenderingServer};
 use godot::prelude::*;
+use lumivox_core::classification::MOST_CLIP_SHAPES;
 
 use super::LumivoxVolume3D;
+use crate::nodes::clip_3d::clip_count;
 use crate::resources::LumivoxVolume;
 use crate::{server, shared};
 
@@ -23,6 +25,7 @@ impl LumivoxVolume3D {
         warnings.extend(self.scan_warning().as_ref().map(GString::from));
         warnings.extend(self.look_warnings().into_iter().map(GString::from));
         warnings.extend(self.part_warning().as_ref().map(GString::from));
+        warnings.extend(self.clip_warning().as_ref().map(GString::from));
         if RenderingServer::singleton().get_rendering_device().is_none() {
             warnings.push(GString::from(server::NO_DEVICE));
         } else if let Some(error) = &shared::lock().error {
@@ -35,6 +38,14 @@ impl LumivoxVolume3D {
             )));
         }
         warnings
+    }
+
+    /// That there are more shapes than can cut.
+    pub(super) fn clip_warning(&self) -> Option<String> {
+        let count = clip_count(&self.base());
+        (count > MOST_CLIP_SHAPES).then(|| {
+            format!("Of its {count} LumivoxClip3D, only the first {MOST_CLIP_SHAPES} cut: drivers end longer paths.")
+        })
     }
 
     /// Voxels of the scan along an axis for one on the GPU, where it has no room for all.
