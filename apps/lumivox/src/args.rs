@@ -1,11 +1,20 @@
-//! The command line: what can be asked for, and what makes no sense.
+//! The command line: what can be asked for. `values.rs`: what single options take, and what makes no sense.
 
-use std::{path::PathBuf, str::FromStr, time::Duration};
+mod phantom;
+mod values;
+
+use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use lumivox_core::{Filter, Light, LightKind, Preset, glam::DVec3};
+use lumivox_core::Preset;
 use lumivox_import::RawDescription;
-use lumivox_renderer::ToneMap;
+
+pub use phantom::{ArmsArg, MetalArg, PhantomArgs, PhantomKind, TorsoArgs};
+pub use values::{
+    Background, Clip, EnvironmentName, FURTHEST, FilterName, Point, Size, Sun, Switch, Tone, hex_color,
+    numbers,
+};
+use values::{number, seconds};
 
 use crate::classification::{ClipOption, LabelOption};
 
@@ -59,7 +68,7 @@ Examples:
   lumivox render FOLDER --clip-shape plane:0,0,0,-1,0,-1 -o open.png
   lumivox render FOLDER --labels liver.seg.nrrd --label '*=opacity:0.1' --label liver=show,color,opacity:1 -o liver.png
   lumivox render FOLDER --size 1920x1080 --time 60 --background transparent -o hd.png
-  lumivox render ct.nrrd pet.nrrd --preset ct-bone --preset mr-head -o both.png
+  lumivox render ct.nrrd pet.nrrd --preset fusion --preset pet-hot -o both.png
   lumivox render head.raw --raw 256x256x108:i16le:spacing=1,1,1.5 -o raw.png
 
 ";
@@ -166,6 +175,10 @@ pub struct RenderArgs {
     /// Millimetres below the skin that are taken off a CT, up to 63 [default: the preset's]
     #[arg(long, value_name = "MM", help_heading = "Look", value_parser = number(0.0, 63.0))]
     pub peel: Option<f64>,
+    /// Show a PET in the CT or MR of its place, where a folder holds both: auto does where no look was chosen; with on,
+    /// --preset is the CT's, given twice the PET's too
+    #[arg(long, value_name = "WHEN", help_heading = "Look", default_value = "auto")]
+    pub fusion: Fusion,
     /// Part to keep, as fractions along the voxel axes: lowx,lowy,lowz,highx,highy,highz
     #[arg(long, value_name = "BOX", help_heading = "Look")]
     pub clip: Option<Clip>,
@@ -178,7 +191,7 @@ pub struct RenderArgs {
     /// itself
     #[arg(long, value_name = "FILE|found", help_heading = "Look")]
     pub labels: Option<PathBuf>,
-    /// How a label looks, by its name, its number, or * for all; in turn. Words, with commas between them: hide, show,
+    /// How a label looks, by its name, else its number in the file (#2 where a name is a number), or * for all; in turn. Words, with commas between them: hide, show,
     /// color (its own), color:#rrggbb, opacity:F, density:F, preset:NAME, matte, uncut (by --clip-shape)
     #[arg(long, value_name = "NAME=WORDS", help_heading = "Look", requires = "labels")]
     pub label: Vec<LabelOption>,
@@ -265,6 +278,17 @@ pub enum Keep {
     Everything,
 }
 
+/// When two scans of a folder are shown at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Fusion {
+    /// Where neither a series nor a look was chosen
+    Auto,
+    /// Always
+    On,
+    /// Never
+    Off,
+}
+
 /// `lumivox info`.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
@@ -293,401 +317,12 @@ pub struct ImportArgs {
     pub thumbnail_size: u32,
 }
 
-/// `lumivox phantom`.
-#[derive(Args, Debug)]
-pub struct PhantomArgs {
-    /// Which one
-    pub kind: PhantomKind,
-    /// The folder to write the series to; new, or empty but for an earlier run's files
-    #[arg(short, long, value_name = "FOLDER")]
-    pub out: PathBuf,
-    /// Voxels along the longest side, 8 to 1024 [default: 256]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=1024))]
-    pub size: Option<u32>,
-    /// Seed of noise and anatomical variation
-    #[arg(long, value_name = "N", default_value = "1")]
-    pub seed: u64,
-    /// Say nothing but errors
-    #[arg(short, long)]
-    pub quiet: bool,
-    /// What only the torso has
-    #[command(flatten)]
-    pub torso: TorsoArgs,
-}
-
-/// Options of `lumivox phantom torso`.
-#[derive(Args, Clone, Debug, Default, PartialEq)]
-#[command(next_help_heading = "Torso")]
-pub struct TorsoArgs {
-    /// Leave out the table and its mattress
-    #[arg(long)]
-    pub no_table: bool,
-    /// Lay a blanket over the patient
-    #[arg(long)]
-    pub blanket: bool,
-    /// Give the patient breasts
-    #[arg(long)]
-    pub breasts: bool,
-    /// Where the arms are [default: raised]
-    #[arg(long, value_name = "WHERE")]
-    pub arms: Option<ArmsArg>,
-    /// Metal in the patient
-    #[arg(long, value_name = "WHAT")]
-    pub metal: Option<MetalArg>,
-    /// Edge length of the field of view in mm, 50 to 1000 [default: 400]
-    #[arg(long, value_name = "MM", value_parser = field_of_view)]
-    pub field_of_view: Option<f64>,
-    /// Move the field of view along patient x (left), y (back) and z (head), in mm
-    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
-    pub shift: Option<[f64; 3]>,
-    /// Turn the field of view around the patient's left-right axis, in degrees
-    #[arg(long, value_name = "DEGREES", value_parser = tilt, allow_hyphen_values = true)]
-    pub tilt: Option<f64>,
-    /// Store padding of -1024 HU, not air, outside of the scanner's round field of view
-    #[arg(long)]
-    pub padding: bool,
-}
-
-/// Where a torso's arms are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ArmsArg {
-    /// Above the head
-    Raised,
-    /// At the sides; a field of view of 520 mm holds them
-    Sides,
-}
-
-/// Metal in a torso.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MetalArg {
-    /// Wires around the sternum
-    SternalWires,
-    /// A pacemaker with two leads
-    Pacemaker,
-    /// Rods on screws along the lower spine
-    Rod,
-}
-
-fn field_of_view(text: &str) -> Result<f64, String> {
-    number_within(text, 50.0, 1000.0)
-}
-
-fn tilt(text: &str) -> Result<f64, String> {
-    number_within(text, -90.0, 90.0)
-}
-
-fn number_within(text: &str, low: f64, high: f64) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(number) if (low..=high).contains(&number) => Ok(number),
-        _ => Err(format!("expected a number from {low} to {high}")),
-    }
-}
-
-fn triple(text: &str) -> Result<[f64; 3], String> {
-    let numbers: Vec<f64> = text.split(',').filter_map(|n| n.trim().parse().ok()).collect();
-    match (text.matches(',').count(), <[f64; 3]>::try_from(numbers)) {
-        (2, Ok(mm)) if mm.iter().all(|n| n.abs() <= 1000.0) => Ok(mm),
-        _ => Err("expected 3 numbers of at most 1000, as in 60,0,-20".into()),
-    }
-}
-
-/// The phantoms.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PhantomKind {
-    /// A human head as a CT sees it
-    Head,
-    /// A human chest and upper belly as a CT sees them, on the table
-    Torso,
-    /// A human head as a T1-weighted MR sees it
-    MrHead,
-    /// Its brain alone
-    MrBrain,
-    /// Density falling from the centre of a cube to its corners
-    Cube,
-    /// A homogeneous slab
-    Slab,
-    /// A homogeneous sphere
-    Sphere,
-}
-
-/// On or off.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Switch {
-    On,
-    Off,
-}
-
-/// Tone maps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Tone {
-    Plain,
-    Agx,
-    Aces,
-}
-
-/// Interpolations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum FilterName {
-    Nearest,
-    Trilinear,
-    Tricubic,
-    Smooth,
-}
-
-impl From<Tone> for ToneMap {
-    fn from(tone: Tone) -> Self {
-        match tone {
-            Tone::Plain => ToneMap::Plain,
-            Tone::Agx => ToneMap::Agx,
-            Tone::Aces => ToneMap::Aces,
-        }
-    }
-}
-
-impl From<FilterName> for Filter {
-    fn from(name: FilterName) -> Self {
-        match name {
-            FilterName::Nearest => Filter::Nearest,
-            FilterName::Trilinear => Filter::Trilinear,
-            FilterName::Tricubic => Filter::Tricubic,
-            FilterName::Smooth => Filter::Smooth,
-        }
-    }
-}
-
-/// A parser of finite numbers within a range.
-fn number(low: f64, high: f64) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
-    move |text| {
-        let number = text.trim().parse::<f64>().map_err(|_| "not a number".to_owned())?;
-        if (low..=high).contains(&number) { Ok(number) } else { Err(format!("must be {low} to {high}")) }
-    }
-}
-
-fn seconds(text: &str) -> Result<Duration, String> {
-    number(0.01, 1e7)(text.trim_end_matches('s')).map(Duration::from_secs_f64)
-}
-
-/// `n` finite numbers between commas.
-pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
-    let error = || format!("must be {N} numbers with commas between them");
-    let numbers: Option<Vec<f64>> =
-        text.split(',').map(|part| part.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
-    numbers.ok_or_else(error)?.try_into().map_err(|_| error())
-}
-
-/// Most pixels of an image.
-const MOST_PIXELS: u64 = 1 << 28;
-
-/// Memory that a pixel takes until it is written: the film on the GPU and here, its copies, and the picture.
-const BYTES_PER_PIXEL: u64 = 100;
-
-/// An image size in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// Pixels from left to right.
-    pub width: u32,
-    /// Pixels from top to bottom.
-    pub height: u32,
-}
-
-impl FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        const LARGEST: u32 = 32_768;
-        let side = |text: &str| text.trim().parse().ok().filter(|side| (1..=LARGEST).contains(side));
-        let (width, height) = text.split_once(['x', 'X']).ok_or("must be WIDTHxHEIGHT, such as 1920x1080")?;
-        match (side(width), side(height)) {
-            (Some(width), Some(height)) => {
-                let pixels = u64::from(width) * u64::from(height);
-                if pixels > MOST_PIXELS {
-                    return Err(format!(
-                        "{} million pixels are too many, they would need {} GB of memory; at most {} million",
-                        pixels / 1_000_000,
-                        pixels * BYTES_PER_PIXEL / 1_000_000_000,
-                        MOST_PIXELS / 1_000_000,
-                    ));
-                }
-                Ok(Self { width, height })
-            }
-            _ => Err(format!("width and height must be 1 to {LARGEST}")),
-        }
-    }
-}
-
-/// Largest coordinate of a camera in mm: further away, nothing is seen, and 32-bit floats fail.
-pub const FURTHEST: f64 = 1e6;
-
-/// A point in millimetres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point(pub DVec3);
-
-impl FromStr for Point {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let point = DVec3::from_array(numbers(text)?);
-        if point.abs().max_element() > FURTHEST {
-            return Err("must be within 1 km (1000000 mm) of the scan".into());
-        }
-        Ok(Self(point))
-    }
-}
-
-/// Opposite corners of what is kept, in box coordinates.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clip(pub [DVec3; 2]);
-
-impl FromStr for Clip {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let [a, b, c, d, e, f] = numbers(text)?;
-        let corners = [DVec3::new(a, b, c), DVec3::new(d, e, f)];
-        let inside = corners.iter().all(|p| p.min_element() >= 0.0 && p.max_element() <= 1.0);
-        if inside && corners[0].cmplt(corners[1]).all() {
-            Ok(Self(corners))
-        } else {
-            Err("must be fractions from 0 to 1, each low one below its high one".into())
-        }
-    }
-}
-
-/// A colour as `#rrggbb`.
-pub fn hex_color(text: &str) -> Option<[u8; 3]> {
-    text.strip_prefix('#')
-        .filter(|hex| hex.len() == 6 && hex.bytes().all(|b| b.is_ascii_hexdigit()))
-        .and_then(|hex| u32::from_str_radix(hex, 16).ok())
-        .map(|rgb| [(rgb >> 16) as u8, (rgb >> 8) as u8, rgb as u8])
-}
-
-/// What stands behind the volumes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Background {
-    /// Nothing: the PNG has an alpha channel.
-    Transparent,
-    /// The light.
-    Environment,
-    /// A colour, as the screen shows it (sRGB).
-    Color([u8; 3]),
-}
-
-impl FromStr for Background {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "transparent" => return Ok(Self::Transparent),
-            "environment" => return Ok(Self::Environment),
-            _ => {}
-        }
-        hex_color(text)
-            .map(Self::Color)
-            .ok_or_else(|| "must be transparent, environment or a colour such as #202428".into())
-    }
-}
-
-/// Where light comes from.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum EnvironmentName {
-    /// The built-in studio.
-    Studio,
-    /// The same from everywhere.
-    Uniform,
-    /// An overcast sky over dim ground.
-    Gradient,
-    /// A panorama.
-    File(PathBuf),
-}
-
-impl FromStr for EnvironmentName {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "studio" => Ok(Self::Studio),
-            "uniform" => Ok(Self::Uniform),
-            "gradient" => Ok(Self::Gradient),
-            // A bare word is a typing error rather than a file.
-            _ if !text.contains(['.', '/', '\\']) => {
-                Err("must be studio, uniform, gradient or an .hdr or .exr file".into())
-            }
-            _ => Ok(Self::File(text.into())),
-        }
-    }
-}
-
-/// A distant light, by where it stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sun(pub Light);
-
-impl FromStr for Sun {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let values = text.strip_prefix("sun:").ok_or("must start with sun:, such as sun:40,30")?;
-        // The radius that the sun has in the sky.
-        let [azimuth, elevation, strength, degrees] = match values.split(',').count() {
-            2 => numbers(values).map(|[a, e]| [a, e, 1.0, 0.27])?,
-            3 => numbers(values).map(|[a, e, s]| [a, e, s, 0.27])?,
-            _ => numbers(values).map_err(|_| "must be sun: and 2 to 4 numbers with commas between them")?,
-        };
-        if !(0.0..=1e6).contains(&strength) || !(0.0..=180.0).contains(&degrees) {
-            return Err("STRENGTH must be 0 to 1000000, DEGREES 0 to 180".into());
-        }
-        let (sin_a, cos_a) = azimuth.to_radians().sin_cos();
-        let (sin_e, cos_e) = elevation.to_radians().sin_cos();
-        let kind = LightKind::Directional {
-            direction: -DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e),
-            irradiance: [strength * std::f64::consts::PI; 3],
-            angular_radius: degrees.to_radians(),
-        };
-        Ok(Self(kind.into()))
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
     use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {
-        Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn values_are_read_or_refused() {
-        assert_eq!("1920x1080".parse(), Ok(Size { width: 1920, height: 1080 }));
-        for bad in ["", "100", "0x5", "5x0", "99999x1", "32768x32768", "1x2x3", "-1x5"] {
-            assert!(bad.parse::<Size>().is_err(), "{bad}");
-        }
-        assert_eq!("1, -2.5,3".parse(), Ok(Point(DVec3::new(1.0, -2.5, 3.0))));
-        for bad in ["1,2", "1,2,3,4", "1e7,0,0", "a,b,c", "nan,0,0", "inf,0,0"] {
-            assert!(bad.parse::<Point>().is_err(), "{bad}");
-        }
-        assert!("0,0,0,1,1,0.5".parse::<Clip>().is_ok());
-        for bad in ["0,0,0,1,1,0", "0,0,0,1,1,2", "-1,0,0,1,1,1", "0,0,0"] {
-            assert!(bad.parse::<Clip>().is_err(), "{bad}");
-        }
-        assert_eq!("#0a0B0c".parse(), Ok(Background::Color([10, 11, 12])));
-        for bad in ["#12345", "#12345g", "red", "#+12345"] {
-            assert!(bad.parse::<Background>().is_err(), "{bad}");
-        }
-        assert_eq!("sky.hdr".parse(), Ok(EnvironmentName::File("sky.hdr".into())));
-        assert!("studoi".parse::<EnvironmentName>().is_err());
-        let Ok(Sun(Light { kind: LightKind::Directional { direction, irradiance, .. }, .. })) =
-            "sun:90,0,2".parse()
-        else {
-            panic!("a sun");
-        };
-        assert!(
-            direction.distance(DVec3::NEG_X) < 1e-12 && (irradiance[0] - std::f64::consts::TAU).abs() < 1e-6
-        );
-        for bad in ["90,0", "sun:90", "sun:1,2,-3", "sun:1,2,3,181", "sun:1,2,3,4,5", "sun:nan,0", "moon:1,2"]
-        {
-            assert!(bad.parse::<Sun>().is_err(), "{bad}");
-        }
-        assert!(seconds("0").is_err() && seconds("2.5s") == Ok(Duration::from_secs_f64(2.5)));
+        super::Cli::command().debug_assert();
     }
 }

@@ -3,7 +3,7 @@
 use std::{str::FromStr, sync::Arc};
 
 use lumivox_core::{
-    ClipShape, LabelStyle, LabelVolume, Labelling, Preset, SurfaceReflection, Volume, color,
+    ClipShape, LabelStyle, LabelVolume, Labelling, Preset, SurfaceReflection, UNLABELLED, Volume, color,
     glam::{DAffine3, DVec3},
 };
 
@@ -12,7 +12,7 @@ use crate::exit::Failure;
 /// `--label NAME=WORDS`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelOption {
-    /// The label's name, its number, or `*` for all.
+    /// The label's name, its number, or `*` for all. A name goes before a number; `#2` is the number.
     name: String,
     words: Vec<Word>,
 }
@@ -74,9 +74,6 @@ impl FromStr for Word {
     }
 }
 
-/// Clip shapes at most: drivers in software end paths that ask more.
-pub const MOST_SHAPES: usize = 64;
-
 /// Voxels of labels that are looked at, at most.
 const MOST_LOOKS: usize = 1 << 18;
 
@@ -97,27 +94,60 @@ pub fn overlap(labels: &LabelVolume, volume: &Volume) -> Option<f64> {
     (all > 0).then(|| f64::from(inside) / f64::from(all))
 }
 
+/// Labels, and the numbers by which people know them.
+#[derive(Clone)]
+pub struct Numbered {
+    /// The labels.
+    pub labels: Arc<LabelVolume>,
+    /// The numbers that they have in their file, which may be others than their values.
+    pub numbers: Vec<(i128, u8)>,
+}
+
+impl Numbered {
+    /// Labels whose numbers are their values.
+    pub fn new(labels: LabelVolume) -> Self {
+        let numbers = labels.labels().iter().map(|label| (i128::from(label.value), label.value)).collect();
+        Self { labels: Arc::new(labels), numbers }
+    }
+
+    /// The values of those that a name, a number or `*` means.
+    fn values(&self, labelling: &Labelling, name: &str) -> Vec<u8> {
+        let (only_number, name) = match name.strip_prefix('#') {
+            Some(number) => (true, number),
+            None => (false, name),
+        };
+        let named = if only_number { vec![] } else { labelling.values_of(name) };
+        match (name, name.parse::<i128>()) {
+            ("*", _) if !only_number => {
+                self.labels.labels().iter().map(|label| label.value).chain([UNLABELLED]).collect()
+            }
+            _ if !named.is_empty() => named,
+            (_, Ok(0)) => vec![UNLABELLED],
+            (_, Ok(number)) => {
+                self.numbers.iter().filter(|(own, _)| *own == number).map(|(_, value)| *value).collect()
+            }
+            _ => vec![],
+        }
+    }
+}
+
 /// Labels with the looks that the options give them, in their order.
 ///
 /// # Errors
 /// A label that there is not.
 pub fn labelling(
-    labels: Arc<LabelVolume>,
+    numbered: &Numbered,
     options: &[LabelOption],
     volume: &Volume,
 ) -> Result<Labelling, Failure> {
-    let mut labelling = Labelling::new(labels);
+    let mut labelling = Labelling::new(numbered.labels.clone());
     for option in options {
-        let values = match (option.name.as_str(), option.name.parse::<u8>()) {
-            ("*", _) => labelling.labels.labels().iter().map(|label| label.value).chain([0]).collect(),
-            (_, Ok(value)) if value == 0 || labelling.labels.label(value).is_some() => vec![value],
-            (name, _) => labelling.values_of(name),
-        };
+        let values = numbered.values(&labelling, &option.name);
         if values.is_empty() {
-            let names: Vec<&str> =
-                labelling.labels.labels().iter().map(|label| label.name.as_str()).collect();
+            let names = labelling.labels.labels().iter().map(|label| label.name.as_str());
+            let names: Vec<&str> = names.chain(["unlabelled"]).collect();
             return Err(Failure::usage(format!(
-                "--label {}: there is no such label; there are {}, unlabelled and *",
+                "--label {}: there is no such label; there are {} and *",
                 option.name,
                 names.join(", ")
             )));
@@ -222,17 +252,33 @@ mod tests {
         let volume = volume.unwrap();
         let options = ["*=hide", "bone=show,color,opacity:0.5,uncut", "0=color:#ffffff,matte"];
         let options: Vec<LabelOption> = options.iter().map(|text| text.parse().unwrap()).collect();
-        let labelling = labelling(Arc::new(labels.clone()), &options, &volume).unwrap();
+        let numbered = Numbered { numbers: vec![(1024, 1), (2, 2)], ..Numbered::new(labels) };
+        let labelling = labelling(&numbered, &options, &volume).unwrap();
         assert!(!labelling.style(1).visible && !labelling.style(0).visible);
         let bone = labelling.style(2);
         assert!(bone.visible && !bone.clipped && bone.color == Some([0.25; 3]) && bone.opacity == 0.5);
         assert_eq!(labelling.style(0).color, Some([1.0; 3]));
         let unknown = ["liver=hide".parse().unwrap()];
-        let error = super::labelling(Arc::new(labels), &unknown, &volume).unwrap_err();
+        let error = super::labelling(&numbered, &unknown, &volume).unwrap_err();
         assert!(error.message.contains("left lung, bone, unlabelled"), "{}", error.message);
+        // By the number of the file, and not by the one that it has here.
+        let values = |name: &str| numbered.values(&labelling, name);
+        assert_eq!([values("1024"), values("#2"), values("1")], [vec![1], vec![2], vec![]]);
         for bad in ["bone", "bone=", "bone=color:red", "bone=opacity:2", "bone=opacity", "bone=preset:x"] {
             assert!(bad.parse::<LabelOption>().is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn names_go_before_numbers() {
+        let label = |value, name: &str| Label { value, name: name.into(), color: [0.25; 3] };
+        let named = vec![label(1, "2"), label(2, "*"), label(3, "1")];
+        let labels = LabelVolume::new([3, 1, 1], vec![1, 2, 3], DAffine3::IDENTITY, named).unwrap();
+        let numbered = Numbered::new(labels);
+        let values = |name: &str| numbered.values(&Labelling::new(numbered.labels.clone()), name);
+        assert_eq!([values("2"), values("#2"), values("1"), values("#1")], [[1], [2], [3], [1]]);
+        assert_eq!(values("*"), [1, 2, 3, 0], "all, whatever one is called");
+        assert_eq!((values("0"), values("#*"), values("7")), (vec![0], vec![], vec![]));
     }
 
     #[test]

@@ -7,10 +7,12 @@ use std::{
 };
 
 use lumivox_core::{CancelToken, LabelVolume, Organ, Progress, Volume};
-use lumivox_import::{ImportError, ImportOptions, Imported, ImportedLabels, LabelOptions, load_labels};
+use lumivox_import::{
+    ImportError, ImportOptions, Imported, ImportedLabels, LabelOptions, Study, load_labels,
+};
 use lumivox_segmentation::PatientAlone;
 
-use crate::{args::InputArgs, exit::Failure, progress::Reporter};
+use crate::{args::InputArgs, classification::Numbered, exit::Failure, progress::Reporter};
 
 /// Loads every scan, in the order given.
 pub fn load(args: &InputArgs, reporter: Reporter, cancel: &CancelToken) -> Result<Vec<Imported>, Failure> {
@@ -19,6 +21,28 @@ pub fn load(args: &InputArgs, reporter: Reporter, cancel: &CancelToken) -> Resul
         reporter.stages(|progress| lumivox_import::load(files, &options, progress, cancel))
     };
     scans(&args.inputs).iter().map(|files| scan(files).map_err(Failure::from)).collect()
+}
+
+/// Loads a CT or MR and the PET of its place, in this order; the scan alone where there are not both.
+pub fn load_fusion(
+    args: &InputArgs,
+    reporter: Reporter,
+    cancel: &CancelToken,
+) -> Result<Vec<Imported>, Failure> {
+    let mut options = options(args);
+    let files = &scans(&args.inputs)[0];
+    let mut study = reporter.stages(|progress| Study::open(files, &options, progress, cancel))?;
+    let Some(both) = study.report().fusion() else {
+        return Ok(vec![reporter.stages(|progress| study.load(&options, progress, cancel))?]);
+    };
+    let chosen = study.report().chosen;
+    let mut load = |place: usize| {
+        options.series = Some((place + 1).to_string());
+        // What was asked for is a phase of the series that was asked for.
+        options.phase = args.phase.filter(|_| place == chosen).map(|phase| phase as usize);
+        reporter.stages(|progress| study.load(&options, progress, cancel))
+    };
+    Ok(vec![load(both[0])?, load(both[1])?])
 }
 
 /// The labels of a file that looks like a label map; `None` where it is none after all.
@@ -57,16 +81,20 @@ pub fn label_file(
     file: &Path,
     reporter: Reporter,
     cancel: &CancelToken,
-) -> Result<Arc<LabelVolume>, Failure> {
+) -> Result<Numbered, Failure> {
     // What the options say of a scan's series and layout is not about its labels.
     let mut options = LabelOptions::default();
     options.import.allow_outside_data = args.allow_outside_data;
     let loaded = reporter.stages(|progress| load_labels(file, &options, progress, cancel))?;
     let names: Vec<&str> = loaded.labels.labels().iter().map(|label| label.name.as_str()).collect();
-    let count = if names.len() == 1 { "1 label".into() } else { format!("{} labels", names.len()) };
-    reporter.say(&format!("{}: {count}: {}", file.display(), names.join(", ")));
+    let list = match names.len() {
+        0 => "no labels".to_owned(),
+        1 => format!("1 label: {}", names[0]),
+        count => format!("{count} labels: {}", names.join(", ")),
+    };
+    reporter.say(&format!("{}: {list}", file.display()));
     loaded.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
-    Ok(Arc::new(loaded.labels))
+    Ok(Numbered { labels: Arc::new(loaded.labels), numbers: loaded.numbers })
 }
 
 /// What is taken off a scan.

@@ -370,3 +370,76 @@ fn labels_hide_and_spare_parts_of_a_scan() {
     let missing = run(folder.path(), &["render", "scan", "-o", "a.png", "--labels", "no.nrrd"]);
     assert!(stderr(&missing).contains("no.nrrd") && !folder.path().join("a.png").exists());
 }
+
+/// What a render of a folder says of what it does.
+fn said(folder: &Path, more: &[&str]) -> (Option<i32>, String) {
+    let arguments = ["render", "-o", "a.png", "--samples", "1", "--size", "16x16"];
+    let output = run(folder, &[&arguments[..], more].concat());
+    (output.status.code(), stderr(&output))
+}
+
+#[test]
+fn a_pet_is_seen_in_the_ct_of_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    for (kind, size, out) in [("torso", "40", "study/ct"), ("torso-pet", "32", "study/pet")] {
+        let made = run(folder.path(), &["phantom", kind, "--size", size, "--out", out, "--quiet"]);
+        assert_eq!(made.status.code(), Some(0), "{}", stderr(&made));
+    }
+    let fused = |more: &[&str]| {
+        let (code, told) = said(folder.path(), more);
+        assert_eq!(code, Some(0), "{more:?}: {told}");
+        let is_told = told.contains("CT series 1 and PT series 2 of one place are shown at once");
+        assert_eq!(is_told, told.contains("0 to") && told.contains("SUV"), "{told}");
+        is_told
+    };
+    assert!(fused(&["study"]));
+    assert!(fused(&["study", "--fusion", "on", "--preset", "ct-bone", "--preset", "pet-hot"]));
+    // Who chose one, or a look for one, gets that.
+    for one in [&["--fusion", "off"], &["--preset", "ct-bone"], &["--series", "1"]] {
+        assert!(!fused(&[&["study"], &one[..]].concat()), "{one:?}");
+    }
+    // Named one after the other, in any order, and of places of their own.
+    let (code, told) = said(folder.path(), &["study/pet", "study/ct"]);
+    assert!(code == Some(0) && !told.contains("lie apart"), "{told}");
+    let (code, told) = said(folder.path(), &["study/ct", "--fusion", "on"]);
+    assert!(code == Some(3) && told.contains("there are no CT or MR and PET of one place"), "{told}");
+    let (code, told) = said(folder.path(), &["study/ct", "study/pet", "--fusion", "on"]);
+    assert!(code == Some(2) && told.contains("--fusion on is for one folder"), "{told}");
+}
+
+#[test]
+fn misuse_of_labels_and_looks_is_told() {
+    let folder = folder_with_scan();
+    let nrrd = |kind: &str, voxels: &[u8]| {
+        let mut file = format!(
+            "NRRD0004\ntype: {kind}\ndimension: 3\nspace: left-posterior-superior\nsizes: 16 16 16\nspace directions: \
+             (2,0,0) (0,2,0) (0,0,2)\nspace origin: (-15,-15,-15)\nendian: little\nencoding: raw\n\n"
+        )
+        .into_bytes();
+        file.extend(voxels);
+        file
+    };
+    // Numbered anew: 1024 becomes 1, and is still called so; so is the file, alone in a folder.
+    fs::create_dir(folder.path().join("alone")).unwrap();
+    let voxels: Vec<u8> = (0..16u32.pow(3)).flat_map(|i| [0, if i % 16 >= 8 { 4 } else { 3 }]).collect();
+    fs::write(folder.path().join("alone/large.nrrd"), nrrd("uint16", &voxels)).unwrap();
+    let (code, told) = said(folder.path(), &["scan", "--labels", "alone", "--label", "1024=hide"]);
+    assert!(code == Some(0) && told.contains("alone: 2 labels"), "{told}");
+    let (code, told) = said(folder.path(), &["scan", "--labels", "alone", "--label", "1=hide"]);
+    assert!(code == Some(2) && told.contains("there is no such label"), "{told}");
+    // Nothing is labelled: said once.
+    fs::write(folder.path().join("empty.nrrd"), nrrd("uint8", &[0; 4096])).unwrap();
+    let (code, told) = said(folder.path(), &["scan", "--labels", "empty.nrrd"]);
+    assert!(code == Some(0) && told.contains("empty.nrrd: no labels"), "{told}");
+    assert_eq!(told.matches("no voxel has a label").count(), 1, "{told}");
+    // What is found is found in any letters, and names of none are refused in an MR, too.
+    let (code, told) = said(folder.path(), &["scan", "--labels", "Found", "--label", "lnugs=hide"]);
+    assert!(code == Some(2) && told.contains("there is no such label; there are body"), "{told}");
+    let made = run(folder.path(), &["phantom", "mr-head", "--size", "24", "--out", "mr", "--quiet"]);
+    assert_eq!(made.status.code(), Some(0));
+    let (code, told) = said(folder.path(), &["mr", "--labels", "found", "--label", "lnugs=hide"]);
+    assert!(code == Some(2) && told.contains("there is no such label"), "{told}");
+    let (code, told) = said(folder.path(), &["mr", "--preset", "ct-bone"]);
+    assert!(code == Some(0) && told.contains("ct-bone is a look of CT, placed here by"), "{told}");
+    assert!(!said(folder.path(), &["scan", "--preset", "ct-bone"]).1.contains("is a look of CT"));
+}

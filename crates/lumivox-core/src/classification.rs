@@ -15,6 +15,10 @@ use crate::{
     volume::Volume,
 };
 
+/// Clip shapes of a volume at most, in every host: each point of a path asks all of them, and drivers in software end
+/// paths that take long. [`VolumeInstance::clip_shapes`](crate::VolumeInstance::clip_shapes) beyond are left out, and said.
+pub const MOST_CLIP_SHAPES: usize = 64;
+
 /// How the voxels of one label look; what is `None` is as the medium says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelStyle {

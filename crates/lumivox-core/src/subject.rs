@@ -46,6 +46,8 @@ pub struct Subject {
     pub focus: Option<Focus>,
     /// Whether contrast agent was given.
     pub contrast: Option<bool>,
+    /// Whether its file says that it is something else than a CT, an MR or a PET: a dose, an ultrasound, counts of a SPECT.
+    pub is_other: bool,
 }
 
 /// Words that mean a part, in lower case; those that say more come first.

@@ -40,6 +40,9 @@ pub struct SeriesSummary {
     pub reason: String,
     /// Position in the list, from 0, of the series that a segmentation was made on.
     pub segments_series: Option<usize>,
+    /// Positions in the list, from 0, of other series that lie in the same place of the same patient: their files name one
+    /// FrameOfReferenceUID. A PET and its CT do.
+    pub aligned_series: Vec<usize>,
     /// What is worth knowing before it is loaded: `1 of 176 slices is missing; ...`.
     pub notes: Vec<String>,
 }
@@ -75,6 +78,34 @@ pub struct ImportReport {
 }
 
 impl ImportReport {
+    /// The chosen series and one that is seen in it: a CT or else an MR, and a PET of the same place, as positions in the
+    /// list. `None` where one of them is not there, or is no volume.
+    pub fn fusion(&self) -> Option<[usize; 2]> {
+        /// Of fewer slices there is no inside to see.
+        const LEAST_SLICES: usize = 5;
+        let own = self.series.get(self.chosen)?;
+        let is_volume = |series: &SeriesSummary| series.dims[2] >= LEAST_SLICES;
+        let others = |modality: &str| {
+            let is_it = |series: &SeriesSummary| series.modality == modality && is_volume(series);
+            let of_it = own.aligned_series.iter().copied().filter(|&k| is_it(&self.series[k]));
+            of_it.collect::<Vec<usize>>()
+        };
+        match own.modality.as_str() {
+            _ if !is_volume(own) => None,
+            "CT" | "MR" => {
+                let all = others("PT");
+                // Of several, one that was corrected for what the body takes away.
+                let best = all.iter().find(|&&k| self.series[k].unit == "SUV").or(all.first())?;
+                Some([self.chosen, *best])
+            }
+            "PT" => {
+                let all = [others("CT"), others("MR")].concat();
+                Some([*all.first()?, self.chosen])
+            }
+            _ => None,
+        }
+    }
+
     /// Why files were left out, and how many for each reason.
     pub fn skipped_by_reason(&self) -> BTreeMap<&str, usize> {
         let mut reasons = BTreeMap::new();

@@ -93,6 +93,7 @@ impl Single {
             bytes,
             reason: String::new(),
             segments_series: None,
+            aligned_series: Vec::new(),
             notes: notes.clone(),
         };
         ImportReport {

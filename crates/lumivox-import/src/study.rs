@@ -188,7 +188,7 @@ pub(crate) fn format_of(path: &Path, options: &ImportOptions) -> Result<Format, 
 
 /// The one file of a folder without DICOM that is a volume; if there is none, the one that [`ImportOptions::raw`] can
 /// only mean.
-fn only_volume_in(
+pub(crate) fn only_volume_in(
     folder: &Path,
     options: &ImportOptions,
     cancel: &CancelToken,

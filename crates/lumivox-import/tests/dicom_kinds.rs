@@ -364,6 +364,18 @@ fn labels_lie_on_the_voxels_of_their_series() {
     assert_eq!(values(&labels.volume), expected);
     let listed = &labels.report.series[1];
     assert_eq!((listed.segments_series, listed.dims, listed.bytes), (Some(0), [6, 5, 10], 600));
+    // Of the segmentations of a folder the first is taken, and the others are named.
+    let others = folder.path().join("seg 2");
+    seg.text(SERIES_INSTANCE_UID, "UI", "1.2.10").write(&others, Syntax::Explicit);
+    let all = lumivox_import::load_labels(
+        folder.path(),
+        &Default::default(),
+        Progress::SILENT,
+        &CancelToken::new(),
+    );
+    let told = all.unwrap().report.notes.join("; ");
+    assert!(told.contains("the first of several segmentations; name the file of another"), "{told}");
+    std::fs::remove_file(others).unwrap();
     let note = "made on series 1; its voxels are those of that series".to_owned();
     assert!(listed.notes.contains(&note) && labels.report.notes.contains(&note), "{:?}", labels.report);
 

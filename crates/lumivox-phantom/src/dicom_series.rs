@@ -1,6 +1,6 @@
-//! Writing a volume as the CT or MR series that a scanner would have sent.
+//! Writing a volume as the CT, MR or PET series that a scanner would have sent.
 //!
-//! DICOM PS3.3 A.3 and A.4 (CT and MR Image IOD), one file per axial slice, explicit VR little endian.
+//! DICOM PS3.3 A.3, A.4 and A.21 (CT, MR and PET Image IOD), one file per axial slice, explicit VR little endian.
 
 use std::{
     collections::HashSet,
@@ -75,7 +75,8 @@ pub enum WriteError {
         /// The first foreign file, in alphabetical order.
         path: PathBuf,
     },
-    /// Only CT volumes of 8 or 16 bits, and MR volumes of such without a rescale, can be stored without loss.
+    /// Only CT volumes of 8 or 16 bits, MR volumes of such without a rescale, and PET volumes of such in SUV without an
+    /// intercept, can be stored without loss.
     #[error("a DICOM series cannot hold this volume: {0}")]
     Unsuitable(&'static str),
     /// The data set could not be encoded.
@@ -91,7 +92,7 @@ pub enum WriteError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Writes `volume` as a CT or MR series, one file per slice, into `folder` (created if missing); returns the number of files.
+/// Writes `volume` as a CT, MR or PET series, one file per slice, into `folder` (created if missing); returns the number of files.
 ///
 /// A folder that holds anything but an earlier copy of the same series is left alone. Every file is written under a
 /// temporary name first, so that a cancelled or failed run leaves only whole files.
@@ -143,7 +144,11 @@ impl<'a> Series<'a> {
             // MR images have no rescale.
             Modality::Mr if volume.slope() == 1.0 && volume.intercept() == 0.0 => {}
             Modality::Mr => return Err(WriteError::Unsuitable("its values are not those that are stored")),
-            _ => return Err(WriteError::Unsuitable("its modality is neither CT nor MR")),
+            Modality::Pet if volume.intercept() == 0.0 && volume.unit() == "SUV" => {}
+            Modality::Pet => {
+                return Err(WriteError::Unsuitable("its values are no SUV, or do not begin at 0"));
+            }
+            _ => return Err(WriteError::Unsuitable("its modality is neither CT, MR nor PET")),
         }
         if matches!(volume.voxels(), Voxels::F32(_)) {
             return Err(WriteError::Unsuitable("its samples are floating-point numbers"));
@@ -172,12 +177,24 @@ impl<'a> Series<'a> {
         self.volume.modality() == Modality::Mr
     }
 
+    fn is_pet(&self) -> bool {
+        self.volume.modality() == Modality::Pet
+    }
+
     fn modality(&self) -> &'static str {
-        if self.is_mr() { "MR" } else { "CT" }
+        match self.volume.modality() {
+            Modality::Mr => "MR",
+            Modality::Pet => "PT",
+            _ => "CT",
+        }
     }
 
     fn sop_class(&self) -> &'static str {
-        if self.is_mr() { uids::MR_IMAGE_STORAGE } else { uids::CT_IMAGE_STORAGE }
+        match self.volume.modality() {
+            Modality::Mr => uids::MR_IMAGE_STORAGE,
+            Modality::Pet => uids::POSITRON_EMISSION_TOMOGRAPHY_IMAGE_STORAGE,
+            _ => uids::CT_IMAGE_STORAGE,
+        }
     }
 
     fn file_name(&self, slice: usize) -> String {
@@ -254,8 +271,13 @@ impl<'a> Series<'a> {
         let decimals = |numbers: &[f64]| many(numbers.iter().map(|n| decimal_string(*n)).collect());
 
         put(tags::SPECIFIC_CHARACTER_SET, VR::CS, text("ISO_IR 192"));
-        let kind = if self.is_mr() { "OTHER" } else { "AXIAL" };
-        put(tags::IMAGE_TYPE, VR::CS, many(["ORIGINAL", "PRIMARY", kind].map(String::from).to_vec()));
+        // A PET's type has two values.
+        let kind: &[&str] = match v.modality() {
+            Modality::Mr => &["ORIGINAL", "PRIMARY", "OTHER"],
+            Modality::Pet => &["ORIGINAL", "PRIMARY"],
+            _ => &["ORIGINAL", "PRIMARY", "AXIAL"],
+        };
+        put(tags::IMAGE_TYPE, VR::CS, many(kind.iter().map(|word| (*word).to_owned()).collect()));
         put(tags::SOP_CLASS_UID, VR::UI, text(self.sop_class()));
         put(tags::SOP_INSTANCE_UID, VR::UI, text(&self.uid("instance", k)));
         put(tags::STUDY_DATE, VR::DA, text(&d.date));
@@ -290,6 +312,18 @@ impl<'a> Series<'a> {
             put(tags::ECHO_TIME, VR::DS, decimals(&[3.0]));
             put(tags::INVERSION_TIME, VR::DS, decimals(&[900.0]));
             put(tags::ECHO_TRAIN_LENGTH, VR::IS, text("1"));
+        } else if self.is_pet() {
+            // Grams per millilitre are what SUV by body weight is measured in.
+            put(tags::UNITS, VR::CS, text("GML"));
+            put(tags::SUV_TYPE, VR::CS, text("BW"));
+            put(tags::COUNTS_SOURCE, VR::CS, text("EMISSION"));
+            put(tags::SERIES_TYPE, VR::CS, many(["STATIC", "IMAGE"].map(String::from).to_vec()));
+            put(tags::CORRECTED_IMAGE, VR::CS, many(["ATTN", "DECY", "SCAT"].map(String::from).to_vec()));
+            put(tags::DECAY_CORRECTION, VR::CS, text("START"));
+            put(tags::NUMBER_OF_SLICES, VR::US, PrimitiveValue::from(v.dims()[2] as u16));
+            put(tags::IMAGE_INDEX, VR::US, PrimitiveValue::from((k + 1) as u16));
+            put(tags::FRAME_REFERENCE_TIME, VR::DS, decimals(&[0.0]));
+            put(tags::ACTUAL_FRAME_DURATION, VR::IS, text("180000"));
         } else {
             put(tags::KVP, VR::DS, decimals(&[120.0]));
             put(tags::GANTRY_DETECTOR_TILT, VR::DS, decimals(&[0.0]));
@@ -320,13 +354,19 @@ impl<'a> Series<'a> {
         put(tags::BITS_STORED, VR::US, PrimitiveValue::from(bits));
         put(tags::HIGH_BIT, VR::US, PrimitiveValue::from(bits - 1));
         put(tags::PIXEL_REPRESENTATION, VR::US, PrimitiveValue::from(0u16));
-        let window = if self.is_mr() { [400.0, 800.0] } else { [40.0, 400.0] };
+        let window = match v.modality() {
+            Modality::Mr => [400.0, 800.0],
+            Modality::Pet => [5.0, 10.0],
+            _ => [40.0, 400.0],
+        };
         put(tags::WINDOW_CENTER, VR::DS, decimals(&window[..1]));
         put(tags::WINDOW_WIDTH, VR::DS, decimals(&window[1..]));
         if !self.is_mr() {
             put(tags::RESCALE_INTERCEPT, VR::DS, decimals(&[v.intercept()]));
             put(tags::RESCALE_SLOPE, VR::DS, decimals(&[v.slope()]));
-            put(tags::RESCALE_TYPE, VR::LO, text("HU"));
+            if !self.is_pet() {
+                put(tags::RESCALE_TYPE, VR::LO, text("HU"));
+            }
         }
         let pixels = columns * rows;
         let range = k * pixels..(k + 1) * pixels;

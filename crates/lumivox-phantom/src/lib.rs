@@ -1,4 +1,5 @@
-//! Procedural scans: bodies of known values for tests of the physics, and CTs of a head and a torso, and MRs of a head, to look at.
+//! Procedural scans: bodies of known values for tests of the physics, and CTs of a head and a torso, MRs of a
+//! head, and a PET of the torso, to look at.
 //!
 //! The first stop of the walk, like the importer: it makes a [`Volume`](lumivox_core::Volume). Everything is a pure
 //! function of its arguments, on any number of threads. [`write_dicom_series`] turns a volume into the files that a
@@ -14,7 +15,10 @@ mod sdf;
 
 pub use anatomy::{
     AnatomyOptions, FIELD_OF_VIEW_MM, MrPart, anatomy, anatomy_mr,
-    torso::{Arms, Metal, TORSO_FIELD_OF_VIEW_MM, TorsoOptions, TorsoPart, TorsoTruth, torso, torso_parts},
+    torso::{
+        Arms, Metal, TORSO_FIELD_OF_VIEW_MM, TorsoOptions, TorsoPart, TorsoTruth, torso, torso_parts,
+        torso_pet,
+    },
 };
 pub use bodies::{AIR_HU, cube, homogeneous_box, slab, solid, sphere};
 pub use dicom_series::{SeriesDescription, WriteError, write_dicom_series};

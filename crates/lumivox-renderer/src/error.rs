@@ -41,8 +41,8 @@ pub enum RenderError {
     Camera,
     /// Pixels whose paths the driver ended: what was asked for is more than what there is.
     #[error(
-        "{pixels} pixels lack samples: the GPU's driver ended their paths before their time. Lower the number of bounces \
-         or the density, or render on another GPU"
+        "{pixels} pixels lack samples: the GPU's driver ended their paths before their time. Lower the density, use \
+         fewer clip shapes, or render on another GPU"
     )]
     SamplesLost {
         /// Pixels concerned.

@@ -3,7 +3,12 @@
 use lumivox_core::{CancelToken, Cancelled, LabelVolume, Progress, Volume, Voxels};
 use rayon::prelude::*;
 
-use crate::{class::Class, progress::Steps, report::SegmentationReport};
+use crate::{
+    class::Class,
+    progress::Steps,
+    report::SegmentationReport,
+    surroundings::{Removed, Surroundings},
+};
 
 /// A thing is blurred into the air around it so far, in mm, and at least one voxel; that goes, too.
 const RIM_MM: f64 = 1.5;
@@ -33,6 +38,8 @@ pub struct PatientAlone {
     pub labels: Option<LabelVolume>,
     /// Voxels that were changed.
     pub changed: usize,
+    /// What they were before; `None` where none was changed.
+    pub surroundings: Option<Surroundings>,
 }
 
 impl PatientAlone {
@@ -67,43 +74,51 @@ pub fn patient_alone(
     cancel: &CancelToken,
 ) -> Result<PatientAlone, Cancelled> {
     if !volume.is_hounsfield() && !volume.may_be_hounsfield() {
-        return Ok(PatientAlone { volume, report: None, labels: None, changed: 0 });
+        return Ok(PatientAlone { volume, report: None, labels: None, changed: 0, surroundings: None });
     }
     let steps = Steps::first(progress, FINDING);
     let (labels, report) = crate::labels_of(&volume, &steps, cancel)?;
     let things = report.findings.iter().any(|found| found.class.is_thing());
-    let (volume, changed) = if report.is_sure() && things {
+    let (volume, surroundings) = if report.is_sure() && things {
         without_things(volume, &labels, cancel, &|part| steps.report_rest(part))?
     } else {
-        (volume, 0)
+        (volume, None)
     };
     steps.report_rest(1.0);
-    Ok(PatientAlone { volume, report: Some(report), labels: Some(labels), changed })
+    let changed = surroundings.as_ref().map_or(0, Surroundings::voxel_count);
+    Ok(PatientAlone { volume, report: Some(report), labels: Some(labels), changed, surroundings })
 }
 
-/// The volume with air where things are, and the number of voxels that changed.
+/// The volume with air where things are, and what was there.
 fn without_things(
     volume: Volume,
     labels: &LabelVolume,
     cancel: &CancelToken,
     step: &(dyn Fn(f64) + Sync),
-) -> Result<(Volume, usize), Cancelled> {
+) -> Result<(Volume, Option<Surroundings>), Cancelled> {
     let mask = Mask::new(&volume, labels, cancel)?;
     step(0.3);
     let stored = |value: f64| (value - volume.intercept()) / volume.slope();
     let (air, water) = (stored(air_value(&volume, labels)), stored(WATER_HU));
-    let mut changed = Ok(0);
+    let mut taken = Ok(None);
     let volume = volume
         .edit(|voxels| {
             let step = |part: f64| step(0.3 + 0.6 * part);
-            changed = match voxels {
-                Voxels::U8(all) => mask.hide(all, [air, water], |v| v.round() as u8, cancel, &step),
-                Voxels::U16(all) => mask.hide(all, [air, water], |v| v.round() as u16, cancel, &step),
-                Voxels::F32(all) => mask.hide(all, [air, water], |v| v as f32, cancel, &step),
+            let values = [air, water];
+            taken = match voxels {
+                Voxels::U8(all) => mask
+                    .hide(all, values, |v| v.round() as u8, cancel, &step)
+                    .map(|removed| Surroundings::of(removed, Voxels::U8)),
+                Voxels::U16(all) => mask
+                    .hide(all, values, |v| v.round() as u16, cancel, &step)
+                    .map(|removed| Surroundings::of(removed, Voxels::U16)),
+                Voxels::F32(all) => mask
+                    .hide(all, values, |v| v as f32, cancel, &step)
+                    .map(|removed| Surroundings::of(removed, Voxels::F32)),
             };
         })
         .expect("values between those of a volume make one");
-    Ok((volume, changed?))
+    Ok((volume, taken?))
 }
 
 /// What air is worth: the median of what was found to be air, within the scan's values.
@@ -162,7 +177,7 @@ impl<'a> Mask<'a> {
         &self.labels[(z * ny + y) * nx..][..nx]
     }
 
-    /// Makes things air, in the samples' own unit.
+    /// Makes things air, in the samples' own unit; what they were, slice by slice.
     fn hide<T: Copy + PartialEq + Into<f64> + Send>(
         &self,
         samples: &mut [T],
@@ -170,12 +185,12 @@ impl<'a> Mask<'a> {
         from_f64: impl Fn(f64) -> T + Sync,
         cancel: &CancelToken,
         step: &(dyn Fn(f64) + Sync),
-    ) -> Result<usize, Cancelled> {
+    ) -> Result<Vec<Removed<T>>, Cancelled> {
         let [nx, ny, nz] = self.dims;
         let done = std::sync::atomic::AtomicUsize::new(0);
         let slice = |(z, slice): (usize, &mut [T])| {
             cancel.check()?;
-            let mut changed = 0;
+            let mut removed = Removed::default();
             let mut near = vec![false; nx];
             for (y, samples) in slice.chunks_exact_mut(nx).enumerate() {
                 if !self.near_things(y, z, &mut near) {
@@ -193,15 +208,17 @@ impl<'a> Mask<'a> {
                     // Slopes may be negative: then what is denser than water is less.
                     let most = if air < water { was.min(water) } else { was.max(water) };
                     let value = from_f64(air + (most - air) * share);
-                    changed += usize::from(value != samples[x]);
-                    samples[x] = value;
+                    if value != samples[x] {
+                        removed.push((z * ny + y) * nx + x, samples[x]);
+                        samples[x] = value;
+                    }
                 }
             }
             let finished = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
             step(finished as f64 / nz as f64);
-            Ok(changed)
+            Ok(removed)
         };
-        samples.par_chunks_mut(nx * ny).enumerate().map(slice).sum()
+        samples.par_chunks_mut(nx * ny).enumerate().map(slice).collect()
     }
 
     /// Marks the voxels of a row that are things or near one; whether there are any.

@@ -2,7 +2,8 @@
 //! around, and air.
 //!
 //! [`segment`] labels the voxels of a [`Volume`], [`depth_below_skin`] measures how deep each lies, and [`patient_alone`]
-//! takes what lies around out of a scan, as [`peel`] takes the skin; [`organ_alone`] leaves only airways or vessels. What is global is decided
+//! takes what lies around out of a scan ([`Surroundings`] bring it back), as [`peel`] takes the skin; [`organ_alone`] leaves only
+//! airways or vessels. What is global is decided
 //! on a grid of some 2 mm (`grid.rs`); voxels are then told apart by their own values.
 //!
 //! ```
@@ -38,6 +39,7 @@ mod report;
 mod shape;
 mod skin_depth;
 mod smooth;
+mod surroundings;
 mod table;
 mod thickness;
 
@@ -46,10 +48,11 @@ use lumivox_core::{CancelToken, Cancelled, LabelVolume, Modality, Progress, Volu
 pub use alone::{PatientAlone, patient_alone};
 pub use class::Class;
 pub use distance::{DEPTH_STEP_MM, DepthField};
-pub use organ::{has_organ, organ_alone};
+pub use organ::{find_organ, has_organ, organ_alone};
 pub use peel::{peel, peel_skin, skin_is_dense};
 pub use report::{Finding, LEAST_CONFIDENCE, SegmentationReport};
 pub use skin_depth::skin_depth;
+pub use surroundings::{Surroundings, WrongSurroundings};
 
 use progress::Steps;
 

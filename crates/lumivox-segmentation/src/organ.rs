@@ -21,6 +21,11 @@ const PLEURA_MM: f64 = 2.5;
 /// The wall of an airway is no thicker than this, in mm.
 const WALL_MM: f64 = 2.5;
 
+/// The compact bone of ribs, which blood with contrast agent is not as dense as, in HU; and how far the rest of a rib
+/// lies from it, in mm. A closing takes their heads beside the spine in.
+const BONE_HU: f64 = 500.0;
+const RIB_MM: f64 = 5.0;
+
 /// Whether labels hold enough of what an organ is shown by.
 pub fn has_organ(labels: &LabelVolume, organ: Organ) -> bool {
     /// The windpipe of a child is larger.
@@ -33,6 +38,28 @@ pub fn has_organ(labels: &LabelVolume, organ: Organ) -> bool {
         Organ::LungVessels => mm3(Class::Lungs) >= LUNGS_MM3,
         _ => false,
     }
+}
+
+/// One organ of a CT alone, or `None` where it is not found for sure: [`segment`](crate::segment), [`has_organ`] and
+/// [`organ_alone`] in one, for hosts that show a look of [`Preset::organ`](lumivox_core::Preset::organ).
+///
+/// # Errors
+/// [`Cancelled`] when `cancel` was used.
+pub fn find_organ(
+    volume: &Volume,
+    organ: Organ,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Option<Volume>, Cancelled> {
+    /// The share of the work that finding is.
+    const FINDING: f64 = 0.8;
+    let steps = Steps::first(progress, FINDING);
+    let (labels, report) = crate::labels_of(volume, &steps, cancel)?;
+    if !report.is_sure() || !has_organ(&labels, organ) {
+        steps.report_rest(1.0);
+        return Ok(None);
+    }
+    alone(volume.clone(), &labels, organ, &|part| steps.report_rest(part), cancel).map(Some)
 }
 
 /// One organ of a CT, by the labels that [`segment`](crate::segment) or [`patient_alone`](crate::patient_alone) found in
@@ -51,8 +78,18 @@ pub fn organ_alone(
     progress: Progress<'_>,
     cancel: &CancelToken,
 ) -> Result<Volume, Cancelled> {
-    assert_eq!(volume.dims(), labels.dims(), "labels of another grid");
     let steps = Steps::new(progress);
+    alone(volume, labels, organ, &|part| steps.report(0.0, 1.0, part), cancel)
+}
+
+fn alone(
+    volume: Volume,
+    labels: &LabelVolume,
+    organ: Organ,
+    done: &dyn Fn(f64),
+    cancel: &CancelToken,
+) -> Result<Volume, Cancelled> {
+    assert_eq!(volume.dims(), labels.dims(), "labels of another grid");
     let voxels = |mm: f64| volume.spacing_mm().to_array().map(|spacing| (mm / spacing).round() as usize);
     let of = |classes: &[Class]| -> Vec<u8> {
         let is_in =
@@ -63,22 +100,32 @@ pub fn organ_alone(
     let spread = |mask: Vec<u8>, mm: f64| spread(&mask, dims, voxels(mm), cancel);
     let airways = of(&[Class::Airways]);
     let lungs = of(&[Class::Lungs, Class::Airways]);
-    steps.report(0.0, 1.0, 0.1);
+    done(0.1);
     let shares = match organ {
         Organ::Airways => airways,
         _ => {
             // A closing takes the vessels at the root in; what is near its border goes.
             let outside = inverted(spread(lungs.clone(), ROOT_MM)?);
             let outside = spread(outside, ROOT_MM + PLEURA_MM)?;
-            steps.report(0.0, 1.0, 0.5);
+            done(0.5);
             let walls = spread(airways, WALL_MM)?;
-            let is_in = |(&outside, &wall): (&u8, &u8)| if outside == 0 && wall == 0 { u8::MAX } else { 0 };
-            outside.par_iter().zip(&walls).map(is_in).collect()
+            let bone = (BONE_HU - volume.intercept()) / volume.slope();
+            let is_bone = |at: usize| {
+                let stored = volume.voxels().get(at);
+                // Slopes may be negative.
+                if (stored > bone) == (volume.slope() > 0.0) { u8::MAX } else { 0 }
+            };
+            let ribs = spread((0..volume.voxel_count()).into_par_iter().map(is_bone).collect(), RIB_MM)?;
+            let is_in = |((&outside, &wall), &rib): ((&u8, &u8), &u8)| match outside | wall | rib {
+                0 => u8::MAX,
+                _ => 0,
+            };
+            outside.par_iter().zip(&walls).zip(&ribs).map(is_in).collect()
         }
     };
-    steps.report(0.0, 1.0, 0.7);
+    done(0.7);
     let shares = smoothed(&smoothed(&shares, dims, cancel)?, dims, cancel)?;
-    steps.report(0.0, 1.0, 0.9);
+    done(0.9);
     let (slope, intercept) = (volume.slope(), volume.intercept());
     let [low, high] = volume.value_range();
     let value = |stored: f64, at: usize| {
@@ -99,7 +146,7 @@ pub fn organ_alone(
             all.par_iter_mut().enumerate().for_each(|(at, v)| *v = value(f64::from(*v), at) as f32);
         }
     });
-    steps.report(0.0, 1.0, 1.0);
+    done(1.0);
     Ok(volume.expect("values within those of a volume make one"))
 }
 

@@ -62,8 +62,8 @@ pub fn peel_skin(
     peel_to(volume, labels, mm, true, progress, cancel)
 }
 
-/// Values as dense as muscle, in HU.
-const DENSE_HU: f64 = -20.0;
+/// Values as dense as muscle, in HU: bone and plastic are no skin.
+const DENSE_HU: std::ops::Range<f64> = -20.0..200.0;
 
 /// Skin is no thicker than this, in mm.
 const SKIN_MM: f64 = 2.5;
@@ -97,7 +97,7 @@ pub fn skin_is_dense(volume: &Volume, labels: &LabelVolume) -> bool {
             }
             if count == voxels {
                 all += 1;
-                dense += u64::from(most > DENSE_HU);
+                dense += u64::from(DENSE_HU.contains(&most));
             }
         };
         for x in 1..nx {

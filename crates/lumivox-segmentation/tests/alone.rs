@@ -50,6 +50,9 @@ fn things_become_air_and_the_patient_stays() {
         }
     }
     let all = truth.len();
+    let around = found.surroundings.unwrap();
+    assert_eq!((around.voxel_count(), found.changed), (changed, changed));
+    assert!(around.put_back(&found.volume).unwrap().voxels() == volume.voxels(), "it comes back to the bit");
     println!(
         "{things} things of {all}, {visible} visible, {lost} lost, {air_changed} of {air} of air changed"
     );

@@ -9,11 +9,11 @@ use godot::classes::Image;
 use godot::classes::image::Format;
 use godot::global::Error;
 use godot::prelude::*;
-use lumivox_core::{CancelToken, Progress, Stage};
-use lumivox_import::{ImportError, Imported, RawDescription, Study, Thumbnail};
+use lumivox_core::{CancelToken, LabelVolume, Progress, Stage, Volume};
+use lumivox_import::{ImportError, LabelOptions, RawDescription, Study, Thumbnail};
 
-use crate::load_options::LoadOptions;
-use crate::resources::{LumivoxVolume, Options, report_dictionary};
+use crate::load_options::{LoadOptions, Loaded};
+use crate::resources::{LumivoxLabels, LumivoxVolume, Options, report_dictionary};
 use crate::{codecs, convert};
 
 /// What is under way. Its owner may have dropped it; it lives until its last signal.
@@ -40,7 +40,9 @@ enum Event {
 enum Outcome {
     Scanned(Box<Study>),
     /// With the study that it came from, if there was one.
-    Imported(Box<Imported>, Option<(usize, SharedStudy)>),
+    Imported(Box<Loaded>, Option<(usize, SharedStudy)>),
+    /// With what is to be known of them.
+    Labelled(Box<LabelVolume>, Vec<String>),
 }
 
 /// What is done with files.
@@ -49,6 +51,10 @@ enum Task {
     Scan,
     /// A volume is loaded from them; from a study of them, if there is one.
     Import(Option<SharedStudy>),
+    /// Labels are found in a scan.
+    FindLabels(Arc<Volume>),
+    /// Labels are loaded.
+    LoadLabels,
 }
 
 /// What a thread that pictures a series and one that loads it take turns at.
@@ -86,7 +92,7 @@ struct Source {
     raw: Option<RawDescription>,
 }
 
-/// Loads scans without holding up the editor or the game: DICOM files, folders and zip archives, NIfTI, NRRD, MetaImage
+/// Loads scans and labels without holding up the editor or the game: DICOM files, folders and zip archives, NIfTI, NRRD, MetaImage
 /// and RAW. Every thread may call it; signals are emitted on the main thread, before a frame. An importer that nobody
 /// holds any more goes on until its last signal. JPEG-LS and JPEG 2000 are decoded by a program of their own,
 /// [code]lumivox-codecs[/code] beside the extension's library, so that a damaged file which crashes the decoder costs a
@@ -122,6 +128,10 @@ impl LumivoxImporter {
     /// What [method start] was asked for is loaded. [param volume] is saved nowhere yet.
     #[signal]
     pub fn finished(volume: Gd<LumivoxVolume>);
+
+    /// What [method find_labels] or [method load_labels] was asked for is there. [param labels] is saved nowhere yet.
+    #[signal]
+    pub fn labelled(labels: Gd<LumivoxLabels>);
 
     /// A scan or an import came to nothing; [param message] says why and what to do. It names files, but no patient.
     #[signal]
@@ -205,6 +215,30 @@ impl LumivoxImporter {
         self.launch(Task::Import(None), &paths, &options)
     }
 
+    /// Finds the parts of a scan, as [method LumivoxLabels.found_in] does, without waiting, and emits [signal labelled].
+    /// Returns [constant ERR_BUSY] while something is under way, [constant ERR_INVALID_PARAMETER] for a volume without a
+    /// scan, and [constant ERR_CANT_FORK] if there is no thread for it; of these nothing is emitted.
+    #[func]
+    pub fn find_labels(&mut self, volume: Option<Gd<LumivoxVolume>>) -> Error {
+        let Some(scan) = volume.and_then(|volume| volume.bind().volume().cloned()) else {
+            godot_error!("LumivoxImporter: there is no scan to find labels in");
+            return Error::ERR_INVALID_PARAMETER;
+        };
+        self.begin(Task::FindLabels(scan), Source { paths: vec![], raw: None }, LoadOptions::default())
+    }
+
+    /// Loads a segmentation, as [method LumivoxLabels.load_file] does, without waiting, and emits [signal labelled].
+    /// Returns what [method find_labels] does.
+    #[func]
+    pub fn load_labels(&mut self, path: GString) -> Error {
+        if path.is_empty() {
+            godot_error!("LumivoxImporter: there are no labels to read: name a file or a folder");
+            return Error::ERR_INVALID_PARAMETER;
+        }
+        let source = Source { paths: vec![convert::system_path(&path)], raw: None };
+        self.begin(Task::LoadLabels, source, LoadOptions::default())
+    }
+
     /// Stops what is under way; [signal cancelled] follows in a later frame. A picture that was requested is stopped,
     /// too, without a signal.
     #[func]
@@ -267,11 +301,18 @@ impl LumivoxImporter {
         }
         let paths = paths.as_slice().iter().map(convert::system_path).collect();
         let source = Source { paths, raw: options.import.raw.clone() };
-        let picture = self.stop_picture();
         let known = self.known.take().filter(|known| known.source == source);
         if let (Task::Import(study), Some(known)) = (&mut task, known) {
             *study = Some(known.study);
         }
+        self.begin(task, source, options)
+    }
+
+    fn begin(&mut self, task: Task, source: Source, options: LoadOptions) -> Error {
+        if self.job.is_some() {
+            return Error::ERR_BUSY;
+        }
+        let picture = self.stop_picture();
         let (send, events) = channel();
         let cancel = CancelToken::new();
         let spawned = {
@@ -352,7 +393,10 @@ impl LumivoxImporter {
             Ok(Outcome::Imported(imported, study)) => {
                 let source = job.source;
                 this.bind_mut().known = study.map(|(series, study)| Known { source, series, study });
-                this.signals().finished().emit(&LumivoxVolume::imported(*imported));
+                this.signals().finished().emit(&LumivoxVolume::loaded(*imported));
+            }
+            Ok(Outcome::Labelled(labels, notes)) => {
+                this.signals().labelled().emit(&LumivoxLabels::of(*labels, notes));
             }
         }
     }
@@ -419,6 +463,14 @@ fn run(task: Task, paths: &[PathBuf], options: &LoadOptions, cancel: &CancelToke
             drop(study);
             let imported = options.keep(imported, progress, cancel)?;
             Ok(Outcome::Imported(Box::new(imported), Some((series, shared))))
+        }
+        Task::FindLabels(scan) => {
+            let found = lumivox_segmentation::segment(&scan, progress, cancel)?;
+            Ok(Outcome::Labelled(Box::new(found.labels), found.report.notes))
+        }
+        Task::LoadLabels => {
+            let loaded = lumivox_import::load_labels(&paths[0], &LabelOptions::default(), progress, cancel)?;
+            Ok(Outcome::Labelled(Box::new(loaded.labels), loaded.report.notes))
         }
     };
     tell(send, Event::Ended(work()));

@@ -3,7 +3,7 @@
 use godot::prelude::*;
 use lumivox_core::{CancelToken, Cancelled, Progress};
 use lumivox_import::{ImportOptions, Imported, RawDescription};
-use lumivox_segmentation::patient_alone;
+use lumivox_segmentation::{Surroundings, patient_alone};
 
 /// Options of an import.
 #[derive(Clone, Default)]
@@ -12,6 +12,14 @@ pub struct LoadOptions {
     pub import: ImportOptions,
     /// Whether what lies around the patient stays.
     pub keep_everything: bool,
+}
+
+/// What a script gets of a scan's files.
+pub struct Loaded {
+    /// The scan: the patient alone, unless everything was asked for.
+    pub imported: Imported,
+    /// What was taken out of it.
+    pub surroundings: Option<Surroundings>,
 }
 
 impl LoadOptions {
@@ -62,16 +70,16 @@ impl LoadOptions {
         mut imported: Imported,
         progress: Progress<'_>,
         cancel: &CancelToken,
-    ) -> Result<Imported, Cancelled> {
+    ) -> Result<Loaded, Cancelled> {
         if self.keep_everything {
-            return Ok(imported);
+            return Ok(Loaded { imported, surroundings: None });
         }
         let alone = patient_alone(imported.volume, progress, cancel)?;
         if let Some(note) = alone.note() {
-            let more = if alone.changed > 0 { " (import with 'keep_everything' to see it)" } else { "" };
+            let more = if alone.changed > 0 { " ('keep_everything' shows it)" } else { "" };
             imported.report.notes.push(format!("{note}{more}"));
         }
         imported.volume = alone.volume;
-        Ok(imported)
+        Ok(Loaded { imported, surroundings: alone.surroundings })
     }
 }

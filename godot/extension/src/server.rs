@@ -60,7 +60,8 @@ impl Lumivox {
         })
     }
 
-    /// Whether the image of [param viewport] is done. Also true if it shows no volume, be it because its
+    /// Whether the image of [param viewport] is done, and nothing of its volumes is still computed (see
+    /// [method LumivoxVolume3D.is_preparing]). Also true if it shows no volume, be it because its
     /// [LumivoxEffect] is disabled. Samples are added while the viewport is drawn: with
     /// [constant SubViewport.UPDATE_ONCE] it is drawn once, and may never be done.
     ///
@@ -75,7 +76,10 @@ impl Lumivox {
         let target = render_target(&viewport);
         let shared = shared::lock();
         match shared.statuses.get(&target) {
-            Some(status) => status.converged,
+            Some(status) => {
+                let is_preparing = shared.targets.get(&target).is_some_and(|target| target.preparing);
+                status.converged && !is_preparing
+            }
             // A volume that was not drawn yet is not done.
             None => !shared.targets.contains_key(&target),
         }

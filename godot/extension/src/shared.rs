@@ -53,6 +53,8 @@ pub struct Target {
     pub fog: Option<Fog>,
     /// Whether this frame must show its scene, however long the preparation takes: no other may follow.
     pub at_once: bool,
+    /// Whether something of its volumes is still computed, and they will look otherwise.
+    pub preparing: bool,
 }
 
 /// How far a viewport's image is.

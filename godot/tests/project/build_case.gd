@@ -206,11 +206,21 @@ static func _node(list: String, description: Dictionary) -> Node3D:
 static func set_volume(node: LumivoxVolume3D, description: Dictionary, known := {}) -> void:
 	var differs := func(key: String) -> bool: return known.get(key) != description[key]
 	if differs.call("phantom") or differs.call("size"):
-		node.volume = LumivoxVolume.phantom(description.phantom, int(description.size))
+		if description.phantom == "table":
+			node.volume = LumivoxVolume.load_file(description.series)
+		else:
+			node.volume = LumivoxVolume.phantom(description.phantom, int(description.size))
+	if differs.call("keep_everything"):
+		node.keep_everything = description.keep_everything
+	if differs.call("preset"):
+		# Its organ, not the rest of its look.
+		node.set(&"chosen_preset", description.preset)
 	if differs.call("knots") or differs.call("stops"):
 		if node.transfer_function == null:
 			node.transfer_function = LumivoxTransferFunction.new()
 		_set_points(node.transfer_function, description)
+	if differs.call("function") and description.function != "":
+		node.transfer_function = saved_and_loaded(LumivoxTransferFunction.load_file(description.function))
 	for property: String in ["density", "albedo", "anisotropy", "visible"]:
 		if differs.call(property):
 			node.set(property, description[property])
@@ -243,6 +253,15 @@ static func set_volume(node: LumivoxVolume3D, description: Dictionary, known := 
 		node.layers = int(description.layers)
 	if differs.call("place"):
 		node.transform = transform(description.place)
+
+
+## A transfer function that went through a resource's file, and through one of Lumivox's.
+static func saved_and_loaded(function: LumivoxTransferFunction) -> LumivoxTransferFunction:
+	ResourceSaver.save(function, "user://function.tres")
+	var loaded: LumivoxTransferFunction = ResourceLoader.load(
+			"user://function.tres", "", ResourceLoader.CACHE_MODE_IGNORE_DEEP)
+	loaded.save_file("user://function.json")
+	return LumivoxTransferFunction.load_file("user://function.json")
 
 
 static func _set_points(function: LumivoxTransferFunction, description: Dictionary) -> void:

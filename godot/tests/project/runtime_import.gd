@@ -35,6 +35,7 @@ func _ready() -> void:
 	await cancelling(all.large)
 	await scanning(all.series)
 	await keeping(all.torso)
+	await labelling(all.torso)
 	await saving(all.mixed)
 	await picturing(all.series, all.large)
 	await panelling(all.series, all.large)
@@ -56,6 +57,7 @@ func listened() -> LumivoxImporter:
 		heard.append(["finished"]))
 	importer.failed.connect(func(message: String) -> void: heard.append(["failed", message]))
 	importer.cancelled.connect(func() -> void: heard.append(["cancelled"]))
+	importer.labelled.connect(func(labels: LumivoxLabels) -> void: heard.append(["labelled", labels]))
 	importer.scanned.connect(func(report: Dictionary) -> void: heard.append(["scanned", report]))
 	importer.thumbnail_ready.connect(func(series: int, image: Image) -> void: heard.append(["picture", series, image]))
 	return importer
@@ -168,10 +170,45 @@ func keeping(path: String) -> void:
 		importer.start([path], options)
 		await until_ended()
 		told[name].started = described_content(told_volume)
-		told[name].waited = described_content(LumivoxVolume.load_file(path, options))
+		var waited := LumivoxVolume.load_file(path, options)
+		told[name].waited = described_content(waited)
+		var file := "user://kept.res"
+		ResourceSaver.save(waited, file, ResourceSaver.FLAG_COMPRESS)
+		var saved: LumivoxVolume = ResourceLoader.load(file, "", ResourceLoader.CACHE_MODE_IGNORE)
+		told[name].aside = [waited.has_surroundings(), saved.has_surroundings()]
 	print("EXPECT an error about an option that is neither true nor false")
 	told.wrong = LumivoxVolume.load_file(path, {"keep_everything": "some"}) == null
 	print("TELL keeping ", JSON.stringify(told))
+
+
+## Labels that are found while the game goes on are those that one waits for; cancelled, there are none.
+func labelling(path: String) -> void:
+	var volume := LumivoxVolume.load_file(path)
+	var importer := listened()
+	var started := importer.find_labels(volume)
+	var busy := importer.find_labels(volume)
+	importer.cancel()
+	await until_ended()
+	var told := {"started": started, "busy": busy, "stopped": heard[-1], "returned": heard.size()}
+	heard.clear()
+	importer.find_labels(volume)
+	var time := await until_ended()
+	var found: LumivoxLabels = heard[-1][1]
+	var waited := LumivoxLabels.found_in(volume)
+	told.same = found.get("_stored").voxels == waited.get("_stored").voxels
+	told.names = Array(found.get_names())
+	told.frames = time.frames
+	told.stages = heard.filter(func(one: Array) -> bool: return one[0] == "progress").map(func(one: Array) -> String:
+		return one[1])
+	heard.clear()
+	importer.load_labels("user://nothing.nrrd")
+	await until_ended()
+	told.missing = heard[-1][0]
+	print("EXPECT an error about a volume without a scan")
+	told.nothing = [importer.find_labels(LumivoxVolume.new())]
+	print("EXPECT an error about no path")
+	told.nothing.append(importer.load_labels(""))
+	print("TELL labelling ", JSON.stringify(told))
 
 
 ## Voxels that are denser than air, and the notes.

@@ -15,6 +15,9 @@ use crate::{
 /// Voxels along the longest side unless asked otherwise.
 const DEFAULT_SIZE: u32 = 256;
 
+/// The same of a PET, which is coarser.
+const DEFAULT_PET_SIZE: u32 = 128;
+
 /// Hounsfield units of the homogeneous bodies: bone, which every CT preset shows.
 const BODY_HU: f64 = 1000.0;
 
@@ -23,14 +26,16 @@ const AIR_VOXELS: u32 = 6;
 
 /// Makes the phantom and writes it.
 pub fn run(args: &PhantomArgs) -> Result<(), Failure> {
-    if args.kind != PhantomKind::Torso && args.torso != TorsoArgs::default() {
+    let is_torso = matches!(args.kind, PhantomKind::Torso | PhantomKind::TorsoPet);
+    if !is_torso && args.torso != TorsoArgs::default() {
         return Err(Failure::usage(
             "Of the phantoms, only the torso has these options; see 'lumivox phantom --help'.",
         ));
     }
     let reporter = Reporter::new(args.quiet);
     let cancel = exit::cancel_on_ctrl_c()?;
-    let size = args.size.unwrap_or(DEFAULT_SIZE);
+    let default = if args.kind == PhantomKind::TorsoPet { DEFAULT_PET_SIZE } else { DEFAULT_SIZE };
+    let size = args.size.unwrap_or(default);
     let inside = f64::from(size.saturating_sub(AIR_VOXELS).max(1));
     let volume: Volume = match args.kind {
         PhantomKind::Head => {
@@ -48,6 +53,10 @@ pub fn run(args: &PhantomArgs) -> Result<(), Failure> {
             let options = torso_options(args, size as usize);
             reporter.stages(|progress| lumivox_phantom::torso(options, progress, &cancel))?
         }
+        PhantomKind::TorsoPet => {
+            let options = torso_options(args, size as usize);
+            reporter.stages(|progress| lumivox_phantom::torso_pet(options, progress, &cancel))?
+        }
         PhantomKind::Cube => lumivox_phantom::cube(size as usize),
         PhantomKind::Slab => lumivox_phantom::slab(BODY_HU, inside / 10.0, 1.0),
         PhantomKind::Sphere => lumivox_phantom::sphere(BODY_HU, inside / 2.0 - 0.5, 1.0),
@@ -58,6 +67,8 @@ pub fn run(args: &PhantomArgs) -> Result<(), Failure> {
     let description = SeriesDescription {
         series: description(args.kind).into(),
         body_part: body_part(args.kind).into(),
+        // Another series of the study that the torso's CT is of, in its frame of reference.
+        series_number: if args.kind == PhantomKind::TorsoPet { 2 } else { 1 },
         seed: args.seed,
         ..SeriesDescription::default()
     };
@@ -119,6 +130,7 @@ fn description(kind: PhantomKind) -> &'static str {
     match kind {
         PhantomKind::Head => "Head and neck, contrast",
         PhantomKind::Torso => "Chest and upper abdomen, contrast",
+        PhantomKind::TorsoPet => "Chest and upper abdomen, FDG PET",
         PhantomKind::MrHead => "Head and neck, T1",
         PhantomKind::MrBrain => "Brain, skull stripped, T1",
         PhantomKind::Cube => "Test cube",
@@ -129,7 +141,7 @@ fn description(kind: PhantomKind) -> &'static str {
 
 fn body_part(kind: PhantomKind) -> &'static str {
     match kind {
-        PhantomKind::Torso => "CHESTABDOMEN",
+        PhantomKind::Torso | PhantomKind::TorsoPet => "CHESTABDOMEN",
         PhantomKind::MrBrain => "BRAIN",
         _ => "HEADNECK",
     }

@@ -7,8 +7,10 @@ use std::{
 };
 
 use lumivox_core::{
-    CancelToken, Environment, EnvironmentSource, LabelVolume, Medium, PerspectiveCamera, Preset, Scene,
-    SurfaceReflection, Volume, VolumeInstance, framing,
+    CancelToken, Environment, EnvironmentSource, LabelVolume, Medium, Modality, PerspectiveCamera, Preset,
+    Scene, SurfaceReflection, Volume, VolumeInstance,
+    classification::MOST_CLIP_SHAPES,
+    framing,
     glam::{DAffine3, DVec3},
     world_from_patient,
 };
@@ -17,8 +19,9 @@ use lumivox_segmentation::{SegmentationReport, has_organ, skin_is_dense};
 use lumivox_wgpu::RenderRequest;
 
 use crate::{
-    args::{self, EnvironmentName, Keep, RenderArgs, Switch},
-    classification, cluster,
+    args::{self, EnvironmentName, Fusion, Keep, RenderArgs, Switch},
+    classification::{self, Numbered},
+    cluster,
     exit::{self, Failure},
     inputs::{self, Peel},
     output,
@@ -55,19 +58,32 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             "--peel takes the patient's skin off; it goes with '--keep patient' only",
         ));
     }
-    if args.clip_shape.len() > classification::MOST_SHAPES {
-        let (given, most) = (args.clip_shape.len(), classification::MOST_SHAPES);
+    if args.clip_shape.len() > MOST_CLIP_SHAPES {
+        let (given, most) = (args.clip_shape.len(), MOST_CLIP_SHAPES);
         return Err(Failure::usage(format!(
             "--clip-shape is given {given} times, of which {most} are possible"
         )));
     }
     inputs::check(&args.input)?;
-    let label_file = args.labels.as_deref().filter(|file| *file != Path::new(FOUND));
+    let label_file = args.labels.as_deref().filter(|file| !is_found(file));
     if let Some(file) = label_file {
         inputs::check_file(file)?;
     }
     let environment = environment(args)?;
-    let looks = looks(args, inputs::count(&args.input))?;
+    let count = inputs::count(&args.input);
+    let is_chosen =
+        !args.preset.is_empty() || !args.transfer_function.is_empty() || args.input.series.is_some();
+    let fuses = match args.fusion {
+        Fusion::Auto => count == 1 && !is_chosen,
+        Fusion::On if count > 1 => {
+            return Err(Failure::usage(
+                "--fusion on is for one folder; of several scans all are shown anyway",
+            ));
+        }
+        Fusion::On => true,
+        Fusion::Off => false,
+    };
+    let mut looks = looks(args, if args.fusion == Fusion::On { 2 } else { count })?;
     let cancel = exit::cancel_on_ctrl_c()?;
     // None is wanted here where others render.
     let mut gpu = match args.cluster {
@@ -75,7 +91,36 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         None => Some(trace::open(args.gpu.as_deref())?),
     };
 
-    let scans = inputs::load(&args.input, reporter, &cancel)?;
+    let scans = match fuses {
+        true => inputs::load_fusion(&args.input, reporter, &cancel)?,
+        false => inputs::load(&args.input, reporter, &cancel)?,
+    };
+    if args.fusion == Fusion::On && scans.len() < 2 {
+        return Err(Failure::input(
+            "--fusion on: there are no CT or MR and PET of one place; 'lumivox info' lists what there is, and files of \
+             both may be named one after the other",
+        ));
+    }
+    if scans.len() > count {
+        let names: Vec<&str> =
+            scans.iter().map(|scan| scan.report.series[scan.report.chosen].name.as_str()).collect();
+        reporter.say(&format!(
+            "{} of one place are shown at once ('--fusion off' shows one)",
+            names.join(" and ")
+        ));
+        looks.resize_with(scans.len(), || Look::Automatic);
+    }
+    if args.fusion != Fusion::Off && !is_chosen {
+        let volumes: Vec<&Volume> = scans.iter().map(|scan| &scan.volume).collect();
+        if let Some(presets) = Preset::fusion_of(&volumes) {
+            looks = presets.into_iter().map(Look::Preset).collect();
+        }
+    }
+    if let [a, b] = &scans[..]
+        && !lie_together(&a.volume, &b.volume)
+    {
+        reporter.say("note: the scans lie apart: are they of one patient, and of one place?");
+    }
     let mut volumes = Vec::with_capacity(scans.len());
     let from_file =
         label_file.map(|file| inputs::label_file(&args.input, file, reporter, &cancel)).transpose()?;
@@ -89,8 +134,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         }
         let look = &looks[volumes.len()];
         let (volume, found) = shown(args, scan.volume, look, reporter, &cancel)?;
-        if let (Some(labels), Some(file)) = (&from_file, label_file) {
-            match classification::overlap(labels, &volume) {
+        if let (Some(numbered), Some(file)) = (&from_file, label_file) {
+            match classification::overlap(&numbered.labels, &volume) {
                 Some(0.0) if looks.len() == 1 => {
                     return Err(Failure::input(format!(
                         "{}: none of its labels lies in the scan: they are of another patient, or of another place; take \
@@ -102,17 +147,14 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
                     "  note: {:.0}% of what is labelled lies beyond the scan: are they of the same patient?",
                     100.0 * (1.0 - share)
                 )),
-                None => reporter.say("  note: nothing is labelled"),
-                Some(_) => {}
+                // That was said when they were read.
+                None | Some(_) => {}
             }
         }
         let labels = match &from_file {
             Some(labels) => Some(labels.clone()),
-            None => found.filter(|_| args.labels.is_some()).map(Arc::new),
+            None => found.filter(|_| args.labels.is_some()).map(Numbered::new),
         };
-        if args.labels.is_some() && labels.is_none() {
-            reporter.say("  note: nothing is labelled: no body was found, as in all that is no CT of one");
-        }
         volumes.push((Arc::new(volume), labels));
     }
     let scene = scene(args, volumes, &looks, environment, reporter)?;
@@ -173,8 +215,27 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// In place of a file of labels: what is found in the scan itself.
-const FOUND: &str = "found";
+/// Whether the boxes of two scans meet in the patient's space.
+fn lie_together(a: &Volume, b: &Volume) -> bool {
+    let bounds = |volume: &Volume| {
+        let size = DVec3::from_array(volume.dims().map(|n| n as f64));
+        let corner = |i: usize| {
+            let at = DVec3::from_array([i & 1, i >> 1 & 1, i >> 2].map(|k| k as f64)) * size - 0.5;
+            volume.patient_from_voxel().transform_point3(at)
+        };
+        (1..8).map(corner).fold([corner(0); 2], |[low, high], p| [low.min(p), high.max(p)])
+    };
+    let ([a_low, a_high], [b_low, b_high]) = (bounds(a), bounds(b));
+    a_low.cmple(b_high).all() && b_low.cmple(a_high).all()
+}
+
+/// Whether labels are what is found in the scan itself, and no file: `found`, unless there is a file of that name in other
+/// letters.
+fn is_found(labels: &Path) -> bool {
+    const FOUND: &str = "found";
+    let is_word = labels.to_str().is_some_and(|word| word.eq_ignore_ascii_case(FOUND));
+    labels == Path::new(FOUND) || is_word && !labels.exists()
+}
 
 /// What of a scan is shown: the patient alone, without the skin where that hides what the look is for. And what was found
 /// in it.
@@ -185,12 +246,16 @@ fn shown(
     reporter: Reporter,
     cancel: &CancelToken,
 ) -> Result<(Volume, Option<LabelVolume>), Failure> {
+    let wants_labels = args.labels.as_deref().is_some_and(is_found);
     if args.keep == Keep::Everything {
-        let wanted = args.labels.as_deref() == Some(Path::new(FOUND));
-        let found = wanted.then(|| inputs::segment(&scan, reporter, cancel)).transpose()?;
+        let found = wants_labels.then(|| inputs::segment(&scan, reporter, cancel)).transpose()?;
         return Ok((scan, found));
     }
-    let alone = inputs::patient_alone(scan, reporter, cancel)?;
+    let mut alone = inputs::patient_alone(scan, reporter, cancel)?;
+    if wants_labels && alone.labels.is_none() {
+        // What is not looked for in what is no CT: body and air, of an MR.
+        alone.labels = Some(inputs::segment(&alone.volume, reporter, cancel)?);
+    }
     if let Some(note) = alone.note() {
         let more = if alone.changed > 0 { " ('--keep everything' shows it)" } else { "" };
         reporter.say(&format!("  note: {note}{more}"));
@@ -283,7 +348,17 @@ fn looks(args: &RenderArgs, scans: usize) -> Result<Vec<Look>, Failure> {
 
 fn medium(args: &RenderArgs, volume: &Volume, look: &Look, reporter: Reporter) -> Result<Medium, Failure> {
     let mut medium = match look {
-        Look::Preset(preset) => preset.medium(volume),
+        Look::Preset(preset) => {
+            let name = preset.name();
+            let is_ct =
+                volume.is_hounsfield() || volume.may_be_hounsfield() || volume.modality() == Modality::Ct;
+            if name.starts_with("ct-") && !is_ct {
+                reporter.say(&format!(
+                    "  note: {name} is a look of CT, placed here by where air and soft tissue seem to lie"
+                ));
+            }
+            preset.medium(volume)
+        }
         Look::Automatic => {
             let preset = Preset::default_for(volume);
             reporter.say(&format!("  preset {} ({})", preset.name(), preset.description()));
@@ -312,7 +387,7 @@ fn medium(args: &RenderArgs, volume: &Volume, look: &Look, reporter: Reporter) -
 /// All scans in the patient space they share, around the centre of the first.
 fn scene(
     args: &RenderArgs,
-    volumes: Vec<(Arc<Volume>, Option<Arc<LabelVolume>>)>,
+    volumes: Vec<(Arc<Volume>, Option<Numbered>)>,
     looks: &[Look],
     environment: Environment,
     reporter: Reporter,
@@ -325,8 +400,8 @@ fn scene(
         .zip(looks)
         .map(|((volume, labels), look)| {
             let medium = medium(args, &volume, look, reporter)?;
-            let labelling = |labels| classification::labelling(labels, &args.label, &volume);
-            let labels = labels.map(labelling).transpose()?;
+            let labelling = |labels: &Numbered| classification::labelling(labels, &args.label, &volume);
+            let labels = labels.as_ref().map(labelling).transpose()?;
             let clip_shapes = args.clip_shape.iter().map(|clip| clip.shape(world_from_patient)).collect();
             let whole = VolumeInstance::new(volume, medium, world_from_patient);
             Ok(VolumeInstance { clip_box, labels, clip_shapes, ..whole })

@@ -65,6 +65,8 @@ pub enum Preset {
     MrT2,
     /// Uptake, glowing from dark red to white.
     PetHot,
+    /// A body as of grey glass, for a PET in its place.
+    Fusion,
     /// Brighter values denser and lighter, whatever the scan.
     Plain,
 }
@@ -97,7 +99,7 @@ impl UnknownPreset {
 
 impl Preset {
     /// Every preset.
-    pub const ALL: [Preset; 23] = [
+    pub const ALL: [Preset; 24] = [
         Preset::CtBone,
         Preset::CtBoneTranslucent,
         Preset::CtSkin,
@@ -120,6 +122,7 @@ impl Preset {
         Preset::MrAngiography,
         Preset::MrT2,
         Preset::PetHot,
+        Preset::Fusion,
         Preset::Plain,
     ];
 
@@ -148,7 +151,19 @@ impl Preset {
             Preset::MrAngiography => "mr-angiography",
             Preset::MrT2 => "mr-t2",
             Preset::PetHot => "pet-hot",
+            Preset::Fusion => "fusion",
             Preset::Plain => "plain",
+        }
+    }
+
+    /// The presets that suit several scans of one place at once, in their order: a PET glows in a CT or else an MR. `None`
+    /// where they are no such pair.
+    pub fn fusion_of(volumes: &[&Volume]) -> Option<Vec<Self>> {
+        let [a, b] = volumes else { return None };
+        match (a.modality(), b.modality()) {
+            (Modality::Ct | Modality::Mr, Modality::Pet) => Some(vec![Self::Fusion, Self::PetHot]),
+            (Modality::Pet, Modality::Ct | Modality::Mr) => Some(vec![Self::PetHot, Self::Fusion]),
+            _ => None,
         }
     }
 
@@ -196,6 +211,7 @@ impl Preset {
             Preset::MrAngiography => "what is brightest in an MR: vessels of an angiogram",
             Preset::MrT2 => "fluid in translucent tissue, as T2 shows it",
             Preset::PetHot => "uptake, from dark red to white",
+            Preset::Fusion => "a CT or MR as of grey glass, for a PET (pet-hot) that is seen in it",
             Preset::Plain => "brighter values denser and lighter, whatever the scan",
         }
     }

@@ -45,7 +45,7 @@ pub(super) fn medium(preset: Preset, volume: &Volume) -> Medium {
         Preset::MrBrain => brain(&marks),
         Preset::MrAngiography => angiography(&marks),
         Preset::MrT2 => fluid(&marks),
-        Preset::PetHot => uptake(&marks),
+        Preset::PetHot => uptake(&marks, volume),
         Preset::Plain => plain(&marks),
         _ => head(&marks),
     }
@@ -122,14 +122,22 @@ fn fluid(marks: &Landmarks) -> Medium {
     }
 }
 
-/// The colours of a glowing body, as PET is shown.
-fn uptake(marks: &Landmarks) -> Medium {
-    let most = marks.statistics.percentile(0.9995).max(marks.bright);
-    let at = |t: f64| marks.lowest + (most - marks.lowest) * t;
+/// The colours of a glowing body, as PET is shown. SUV have a scale, on which blood and liver hardly show.
+fn uptake(marks: &Landmarks, volume: &Volume) -> Medium {
+    /// What is as hot as any tumour.
+    const HOT_SUV: f64 = 10.0;
+    let is_suv = volume.unit() == "SUV";
+    let most = if is_suv { HOT_SUV } else { marks.statistics.percentile(0.9995).max(marks.bright) };
+    let low = if is_suv { 0.0 } else { marks.lowest };
+    let at = |t: f64| low + (most - low) * t;
+    let opacity = match is_suv {
+        true => [(at(0.13), 0.0), (at(0.24), 0.004), (at(0.38), 0.04), (at(0.6), 0.4), (at(1.0), 0.9)],
+        false => [(at(0.03), 0.0), (at(0.12), 0.006), (at(0.3), 0.06), (at(0.6), 0.35), (at(1.0), 0.9)],
+    };
     Medium {
         density_scale: 1.0,
         ..Medium::new(tf(
-            &[(at(0.03), 0.0), (at(0.12), 0.006), (at(0.3), 0.06), (at(0.6), 0.35), (at(1.0), 0.9)],
+            &opacity,
             &[
                 (at(0.05), [0.30, 0.02, 0.03]),
                 (at(0.25), [0.75, 0.06, 0.02]),

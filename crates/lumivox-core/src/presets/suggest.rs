@@ -31,7 +31,8 @@ pub(super) fn suggest(volume: &Volume) -> Preset {
         // Maps of iodine, perfusion or dose have a scale of their own.
         Modality::Pet => Preset::PetHot,
         Modality::Ct => Preset::Plain,
-        _ if !volume.unit().is_empty() => Preset::Plain,
+        // So has what its file says is something else.
+        _ if !volume.unit().is_empty() || volume.subject().is_other => Preset::Plain,
         Modality::Mr | Modality::Other => mr(volume),
     }
 }
@@ -84,6 +85,8 @@ fn mr(volume: &Volume) -> Preset {
         // Nothing but vessels is so little of what was scanned.
         _ if share < SPARSE && Places::of(volume).thick_share(border) < THICK => Preset::MrAngiography,
         (_, Some(Focus::BrainAlone)) => Preset::MrBrain,
+        // Of a coarse scan a skull leaves nothing: only its file could tell that it is stripped.
+        (None | Some(BodyPart::Head | BodyPart::Neck), _) if Rim::is_too_coarse(volume) => Preset::MrHead,
         (None | Some(BodyPart::Head | BodyPart::Neck), _) => {
             let rim = Rim::of(volume, border);
             if rim.is_bare_brain() { Preset::MrBrain } else { Preset::MrHead }
@@ -256,6 +259,13 @@ impl Rim {
     /// Rays through air, nose and neck tell nothing.
     const LEAST: u32 = 60;
 
+    /// Whether no layer as thick as a skull can be dark, along rays within slices either.
+    fn is_too_coarse(volume: &Volume) -> bool {
+        let mut spacing = volume.spacing_mm().to_array();
+        spacing.sort_by(f64::total_cmp);
+        spacing[1] > Self::SKULL_MM
+    }
+
     fn of(volume: &Volume, border: f64) -> Self {
         let places = Places::of(volume);
         let (mut sum, mut count) = (DVec3::ZERO, 0.0f64);
@@ -407,6 +417,29 @@ mod tests {
         let head = head([5.0, 400.0, 20.0, 800.0], Modality::Mr);
         assert_eq!(suggest(&head.clone().with_subject(subject("TOF"))), Preset::MrAngiography);
         assert_eq!(suggest(&head.with_subject(subject("knee"))), Preset::Plain, "no head");
+    }
+
+    #[test]
+    fn a_coarse_head_is_a_head_and_a_dose_none() {
+        let skull = |at: DVec3| match at.length() {
+            r if r < 72.0 => 400.0,
+            // What voxels of 5 mm leave of a thin skull.
+            r if r < 77.0 => 300.0,
+            r if r < 84.0 => 800.0,
+            _ => 5.0,
+        } + (at.x * 3.0 + at.y * 5.0 + at.z * 7.0).abs() % 16.0;
+        let fine = scan([90, 90, 90], Modality::Mr, skull);
+        let coarse = |mm: [f64; 3]| {
+            let place = DAffine3::from_scale(DVec3::from_array(mm));
+            Volume::new(fine.dims(), fine.voxels().clone(), [1.0, -1024.0], place, fine.modality()).unwrap()
+        };
+        assert_eq!((suggest(&fine), suggest(&coarse([5.0; 3]))), (Preset::MrBrain, Preset::MrHead));
+        // Thick slices show a skull, within each.
+        assert!(
+            Rim::is_too_coarse(&coarse([2.0, 5.0, 5.0])) && !Rim::is_too_coarse(&coarse([2.0, 2.0, 5.0]))
+        );
+        let subject = Subject { is_other: true, ..Default::default() };
+        assert_eq!(suggest(&fine.with_modality(Modality::Other).with_subject(subject)), Preset::Plain);
     }
 
     #[test]

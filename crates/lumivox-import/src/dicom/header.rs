@@ -320,7 +320,11 @@ fn interpret(source: &Source, header: &Header, cancel: &CancelToken) -> Result<I
         instance_uid: data.text(attr::SOP_INSTANCE_UID),
         labels,
         kernel: data.text(attr::CONVOLUTION_KERNEL),
-        subject: subject(data),
+        subject: {
+            let mut subject = subject(data);
+            subject.is_other = modality == Modality::Other;
+            subject
+        },
         unit: if segmentation.is_some() { "".into() } else { quantity.unit },
         segmentation,
         whole: whole * format.slices_in_frame(),

@@ -115,6 +115,15 @@ impl Study {
         for (summary, stack) in summaries.iter_mut().zip(&self.stacks).skip(1) {
             summary.reason = stack.reason(&self.stacks[0], &self.files).to_owned();
         }
+        let frame = |k: usize| {
+            let first = self.stacks[k].first(&self.files);
+            first.frame_of_reference.as_ref().filter(|_| first.segmentation.is_none())
+        };
+        for (place, summary) in summaries.iter_mut().enumerate() {
+            let Some(own) = frame(place) else { continue };
+            let others = (0..self.stacks.len()).filter(|&k| k != place && frame(k) == Some(own));
+            summary.aligned_series = others.collect();
+        }
         summaries
     }
 
@@ -233,9 +242,16 @@ impl Study {
         cancel: &CancelToken,
     ) -> Result<(Imported, Segmentation), ImportError> {
         let mut options = options.clone();
+        let mut others = String::new();
         if options.series.is_none() && !self.stacks.is_empty() {
-            let is_labels = |stack: &Stack| stack.first(&self.files).segmentation.is_some();
-            options.series = self.stacks.iter().position(is_labels).map(|place| (place + 1).to_string());
+            let is_labels = |place: &usize| self.stacks[*place].first(&self.files).segmentation.is_some();
+            let all: Vec<usize> = (0..self.stacks.len()).filter(is_labels).collect();
+            options.series = all.first().map(|place| (place + 1).to_string());
+            if let [_, rest @ ..] = &all[..]
+                && !rest.is_empty()
+            {
+                others = list(&self.summaries(&options), rest.iter().copied());
+            }
         }
         let chosen = self.choose(&options)?;
         let Some(segmentation) = self.stacks[chosen].first(&self.files).segmentation.clone() else {
@@ -246,7 +262,13 @@ impl Study {
                 remedy: "Export the labels as a segmentation object (SEG)".to_owned(),
             });
         };
-        Ok((self.load(&options, progress, cancel)?, segmentation))
+        let mut loaded = self.load(&options, progress, cancel)?;
+        if !others.is_empty() {
+            loaded.report.notes.push(format!(
+                "this is the first of several segmentations; name the file of another to take that: {others}"
+            ));
+        }
+        Ok((loaded, segmentation))
     }
 
     /// Why there is no series, as a sentence: what is wrong with the DICOM files, or what the others are.

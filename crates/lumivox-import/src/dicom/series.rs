@@ -189,6 +189,7 @@ impl Stack {
             bytes: (columns * rows * depth * sample_bytes) as u64,
             reason: String::new(),
             segments_series: None,
+            aligned_series: Vec::new(),
             notes,
         }
     }

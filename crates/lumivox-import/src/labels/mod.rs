@@ -19,7 +19,7 @@ use crate::{
     format::Format,
     metaimage, nifti, nrrd, payload, raw,
     single::Single,
-    study::{format_of, unused},
+    study::{format_of, only_volume_in, unused},
 };
 use segments::Segment;
 use table::{Entry, Table};
@@ -48,6 +48,9 @@ pub struct LabelOptions {
 pub struct ImportedLabels {
     /// The labels.
     pub labels: LabelVolume,
+    /// The numbers that labels have in their file, each with its value in [`Self::labels`]; several layers of a file may
+    /// have the same number.
+    pub numbers: Vec<(i128, u8)>,
     /// How they were read.
     pub report: ImportReport,
 }
@@ -70,10 +73,21 @@ pub fn load_labels(
 ) -> Result<ImportedLabels, ImportError> {
     let given = options.table.as_deref().map(table::read).transpose()?;
     let import = &options.import;
-    let format = if path.is_dir() { Format::Dicom } else { format_of(path, import)? };
+    let mut only = None;
+    if path.is_dir() {
+        let study = dicom::Study::open(&[path.to_owned()], progress, cancel)?;
+        if study.is_dicom() {
+            return of_dicom(study, path, import, &given.unwrap_or_default(), progress, cancel);
+        }
+        // As with scans, it may hold one file of another format.
+        only = Some(only_volume_in(path, import, cancel)?);
+    }
+    let path = only.as_deref().unwrap_or(path);
+    let format = format_of(path, import)?;
     let (single, segments) = match (format, &import.raw) {
         (Format::Dicom | Format::Zip, _) => {
-            return of_dicom(path, import, &given.unwrap_or_default(), progress, cancel);
+            let study = dicom::Study::open(&[path.to_owned()], progress, cancel)?;
+            return of_dicom(study, path, import, &given.unwrap_or_default(), progress, cancel);
         }
         (Format::Nifti, _) => (nifti::open(path)?, Vec::new()),
         (Format::Nrrd, _) => {
@@ -193,19 +207,19 @@ fn of_single(
     if empty > 0 && (all_layers || single.phases == 1) {
         report.notes.push(format!("{empty} of {} segments have no voxel", segments.len()));
     }
-    let (voxels, labels) = numbered(collected, order, entry, &mut report.notes);
-    finish(path, single.dims, voxels, single.patient_from_voxel, labels, report)
+    let numbered = numbered(collected, order, entry, &mut report.notes);
+    finish(path, single.dims, single.patient_from_voxel, numbered, report)
 }
 
 /// Labels of a DICOM segmentation.
 fn of_dicom(
+    mut study: dicom::Study,
     path: &Path,
     import: &ImportOptions,
     table: &Table,
     progress: Progress<'_>,
     cancel: &CancelToken,
 ) -> Result<ImportedLabels, ImportError> {
-    let mut study = dicom::Study::open(&[path.to_owned()], progress, cancel)?;
     let (imported, segmentation) = study.load_segmentation(import, progress, cancel)?;
     let (volume, mut report) = (imported.volume, imported.report);
     let dims = volume.dims();
@@ -242,8 +256,16 @@ fn of_dicom(
         }
     };
     let place = volume.patient_from_voxel();
-    let (voxels, labels) = numbered(collector.finish(), |number| (0, number), entry, &mut report.notes);
-    finish(path, dims, voxels, place, labels, report)
+    let numbered = numbered(collector.finish(), |number| (0, number), entry, &mut report.notes);
+    finish(path, dims, place, numbered, report)
+}
+
+/// Voxels and labels by their final numbers.
+struct Numbered {
+    voxels: Vec<u8>,
+    labels: Vec<Label>,
+    /// The numbers in the file, and the final ones.
+    numbers: Vec<(i128, u8)>,
 }
 
 /// Gives each label its final number: its own where all fit, else by their order; says so.
@@ -252,7 +274,7 @@ fn numbered(
     order: impl Fn(Number) -> (usize, Number),
     entry: impl Fn(Number) -> Entry,
     notes: &mut Vec<String>,
-) -> (Vec<u8>, Vec<Label>) {
+) -> Numbered {
     let Collected { mut voxels, numbers, .. } = collected;
     let mut sorted = numbers.clone();
     sorted.sort_by_key(|number| order(*number));
@@ -283,19 +305,19 @@ fn numbered(
         finals[place + 1] = value(at, *number);
     }
     voxels.iter_mut().for_each(|voxel| *voxel = finals[usize::from(*voxel)]);
-    (voxels, labels)
+    let numbers = sorted.iter().enumerate().map(|(place, &number)| (number.value, value(place, number)));
+    Numbered { voxels, labels, numbers: numbers.collect() }
 }
 
 fn finish(
     path: &Path,
     dims: [usize; 3],
-    voxels: Vec<u8>,
     patient_from_voxel: DAffine3,
-    labels: Vec<Label>,
+    Numbered { voxels, labels, numbers }: Numbered,
     mut report: ImportReport,
 ) -> Result<ImportedLabels, ImportError> {
     if labels.is_empty() {
-        report.notes.push("no voxel has a label".to_owned());
+        report.notes.push("no voxel has a label: every value is 0".to_owned());
     }
     let bytes = voxels.len() as u64;
     let labels = LabelVolume::new(dims, voxels, patient_from_voxel, labels).map_err(|fault| {
@@ -308,7 +330,7 @@ fn finish(
     if let Some(series) = report.series.get_mut(report.chosen) {
         series.bytes = bytes;
     }
-    Ok(ImportedLabels { labels, report })
+    Ok(ImportedLabels { labels, numbers, report })
 }
 
 /// Why numbers are no labels, about a file.

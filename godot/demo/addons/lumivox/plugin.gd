@@ -9,6 +9,7 @@ const FormerImports := preload("editor/former_imports.gd")
 const ImportMenu := preload("editor/import_menu.gd")
 const ImportDialog := preload("editor/import_dialog.gd")
 const VolumeGizmo := preload("editor/volume_gizmo.gd")
+const ClipGizmo := preload("editor/clip_gizmo.gd")
 const VolumeInspector := preload("editor/volume_inspector.gd")
 const TransferFunctionDock := preload("editor/transfer_function_dock.gd")
 
@@ -18,6 +19,7 @@ var _importers: Array[EditorImportPlugin] = []
 var _menu := ImportMenu.new()
 var _dialog: ImportDialog
 var _gizmo: VolumeGizmo
+var _clip_gizmo: ClipGizmo
 var _inspector: VolumeInspector
 var _dock: TransferFunctionDock
 var _dock_button: Button
@@ -31,6 +33,8 @@ func _enter_tree() -> void:
 		add_import_plugin(importer)
 	_gizmo = VolumeGizmo.new(get_undo_redo())
 	add_node_3d_gizmo_plugin(_gizmo)
+	_clip_gizmo = ClipGizmo.new()
+	add_node_3d_gizmo_plugin(_clip_gizmo)
 	_inspector = VolumeInspector.new(get_undo_redo())
 	add_inspector_plugin(_inspector)
 	add_undo_redo_inspector_hook_callback(VolumeInspector.record_preset)
@@ -59,6 +63,7 @@ func _exit_tree() -> void:
 	_dock.queue_free()
 	remove_undo_redo_inspector_hook_callback(VolumeInspector.record_preset)
 	remove_inspector_plugin(_inspector)
+	remove_node_3d_gizmo_plugin(_clip_gizmo)
 	remove_node_3d_gizmo_plugin(_gizmo)
 	for importer in _importers:
 		remove_import_plugin(importer)

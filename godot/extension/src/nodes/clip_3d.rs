@@ -1,15 +1,16 @@
 //! The node that cuts volumes open.
 
 use godot::classes::notify::Node3DNotification;
-use godot::classes::{INode3D, Node, Node3D};
+use godot::classes::{Engine, INode3D, Node, Node3D};
 use godot::prelude::*;
+use lumivox_core::classification::MOST_CLIP_SHAPES;
 use lumivox_core::glam::DAffine3;
 use lumivox_core::{ClipKind, ClipShape};
 
 use super::LumivoxVolume3D;
 use crate::convert;
 
-/// Cuts its parent, a [LumivoxVolume3D], open: of the scan, what the shape keeps is seen. Any number may be children of a
+/// Cuts its parent, a [LumivoxVolume3D], open: of the scan, what the shape keeps is seen. Up to 64 may be children of a
 /// volume, moved and turned at will; what each of them keeps is seen.
 ///
 /// The cut shows tissue as it is inside, shaded as a surface. Labels of [member LumivoxVolume3D.labels] can be spared.
@@ -42,12 +43,14 @@ impl LumivoxClip3D {
     #[func]
     fn set_shape(&mut self, shape: i64) {
         self.shape = shape.clamp(Self::SHAPE_PLANE, Self::SHAPE_SPHERE);
+        self.base_mut().update_gizmos();
         self.changed();
     }
 
     #[func]
     fn set_inverted(&mut self, inverted: bool) {
         self.inverted = inverted;
+        self.base_mut().update_gizmos();
         self.changed();
     }
 }
@@ -59,6 +62,13 @@ impl INode3D for LumivoxClip3D {
             Node3DNotification::ENTER_TREE => {
                 self.base_mut().set_notify_transform(true);
                 self.changed();
+                // The editor shows what its volume warns of.
+                let count = self.parent_volume().map_or(0, |volume| clip_count(&volume));
+                if count == MOST_CLIP_SHAPES + 1 && !Engine::singleton().is_editor_hint() {
+                    godot_warn!(
+                        "LumivoxClip3D: {MOST_CLIP_SHAPES} cut a volume at most, and the others do not."
+                    );
+                }
             }
             Node3DNotification::EXIT_TREE
             | Node3DNotification::TRANSFORM_CHANGED
@@ -108,7 +118,14 @@ impl LumivoxClip3D {
 pub fn clip_shapes_of(volume: &Node, world_from_patient: DAffine3) -> Vec<ClipShape> {
     let children = volume.get_children();
     let clips = children.iter_shared().filter_map(|child| child.try_cast::<LumivoxClip3D>().ok());
-    clips.filter_map(|clip| clip.bind().shape(world_from_patient)).collect()
+    clips.filter_map(|clip| clip.bind().shape(world_from_patient)).take(MOST_CLIP_SHAPES).collect()
+}
+
+/// How many visible shapes there are that cut a volume, or would.
+pub fn clip_count(volume: &Node) -> usize {
+    let children = volume.get_children();
+    let clips = children.iter_shared().filter_map(|child| child.try_cast::<LumivoxClip3D>().ok());
+    clips.filter(|clip| clip.is_visible()).count()
 }
 
 fn half_metre() -> DAffine3 {

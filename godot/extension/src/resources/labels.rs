@@ -32,6 +32,7 @@ pub struct LumivoxLabels {
     stored: PhantomVar<VarDictionary>,
     labels: Option<Arc<LabelVolume>>,
     looks: Vec<Look>,
+    notes: Vec<String>,
     base: Base<Resource>,
 }
 
@@ -116,7 +117,7 @@ impl LumivoxLabels {
     pub fn load_file(path: GString) -> Option<Gd<Self>> {
         let file = convert::system_path(&path);
         match load_labels(&file, &LabelOptions::default(), Progress::SILENT, &CancelToken::new()) {
-            Ok(loaded) => Some(Self::of(loaded.labels)),
+            Ok(loaded) => Some(Self::of(loaded.labels, loaded.report.notes)),
             Err(error) => {
                 godot_error!("{error}");
                 None
@@ -125,12 +126,20 @@ impl LumivoxLabels {
     }
 
     /// What is found in a scan by itself: of a CT the body, lungs, airways and gas, table and clothes; of an MR the body.
-    /// Takes seconds for a large scan: call it on another thread. [code]null[/code] for a volume without a scan.
+    /// Takes seconds for a large scan: [method LumivoxImporter.find_labels] does it without holding up anything, and can be
+    /// cancelled. [code]null[/code] for a volume without a scan.
     #[func]
     pub fn found_in(volume: Gd<LumivoxVolume>) -> Option<Gd<Self>> {
         let scan = volume.bind().volume()?.clone();
         let found = lumivox_segmentation::segment(&scan, Progress::SILENT, &CancelToken::new()).ok()?;
-        Some(Self::of(found.labels))
+        Some(Self::of(found.labels, found.report.notes))
+    }
+
+    /// What is to be known of where they came from, as sentences: how sure it is where they were found, what was changed
+    /// where they were loaded. Empty once they were saved.
+    #[func]
+    pub fn get_notes(&self) -> PackedStringArray {
+        self.notes.iter().map(GString::from).collect()
     }
 
     /// The names of the labels; of what has none, [code]unlabelled[/code].
@@ -217,9 +226,10 @@ impl IResource for LumivoxLabels {
 
 impl LumivoxLabels {
     /// A resource that holds labels.
-    pub fn of(labels: LabelVolume) -> Gd<Self> {
+    pub fn of(labels: LabelVolume, notes: Vec<String>) -> Gd<Self> {
         let mut resource = Self::new_gd();
         resource.bind_mut().put(labels);
+        resource.bind_mut().notes = notes;
         resource
     }
 

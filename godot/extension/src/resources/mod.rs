@@ -1,6 +1,7 @@
 //! What is saved: scans, their labels, and transfer functions.
 
 mod arguments;
+mod derived;
 mod labels;
 mod numbers;
 mod stored;
@@ -8,6 +9,7 @@ mod transfer_function;
 mod volume;
 
 pub use arguments::{OptionalVolume, Options};
+pub use derived::{Derived, Part};
 pub use labels::LumivoxLabels;
 pub use numbers::takes;
 pub use transfer_function::LumivoxTransferFunction;

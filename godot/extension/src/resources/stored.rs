@@ -3,6 +3,7 @@
 use godot::prelude::*;
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::{Modality, Volume, Voxels};
+use lumivox_segmentation::Surroundings;
 
 /// Raised when the meaning of an entry changes.
 const VERSION: i64 = 1;
@@ -46,14 +47,7 @@ pub fn from_dictionary(stored: &VarDictionary) -> Result<(Volume, VarDictionary)
     let dims = entry::<PackedInt64Array>(stored, "dims")?;
     let dims: Vec<usize> = dims.as_slice().iter().filter_map(|&n| n.try_into().ok()).collect();
     let dims: [usize; 3] = dims.try_into().map_err(|_| "its dimensions are not three numbers")?;
-    let bytes = entry::<PackedByteArray>(stored, "voxels")?;
-    let bytes = bytes.as_slice();
-    let voxels = match entry::<GString>(stored, "sample")?.to_string().as_str() {
-        "u8" => Voxels::U8(bytes.to_vec()),
-        "u16" => Voxels::U16(bytes.as_chunks().0.iter().map(|b| u16::from_le_bytes(*b)).collect()),
-        "f32" => Voxels::F32(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect()),
-        other => return Err(format!("its samples are of an unknown type '{other}'")),
-    };
+    let voxels = samples(stored, "voxels")?;
     let rescale = numbers::<2>(stored, "rescale")?;
     let place = numbers::<12>(stored, "patient_from_voxel")?;
     let column = |i: usize| DVec3::new(place[3 * i], place[3 * i + 1], place[3 * i + 2]);
@@ -72,6 +66,42 @@ pub fn from_dictionary(stored: &VarDictionary) -> Result<(Volume, VarDictionary)
     }
     // Older files hold all of it.
     Ok((volume, kept(&entry(stored, "report")?)))
+}
+
+/// Adds what was taken out of a volume to its dictionary.
+pub fn put_surroundings(stored: &mut VarDictionary, surroundings: &Surroundings) {
+    let runs: PackedInt64Array = surroundings.runs().as_flattened().iter().map(|&n| n as i64).collect();
+    stored.set("surroundings_runs", &runs);
+    stored.set("surroundings", &PackedByteArray::from(surroundings.samples().as_bytes()));
+}
+
+/// What was taken out of the volume of a dictionary, if anything was.
+pub fn surroundings(stored: &VarDictionary, volume: &Volume) -> Result<Option<Surroundings>, String> {
+    // Older files have none.
+    if stored.get("surroundings").is_none() {
+        return Ok(None);
+    }
+    let runs = entry::<PackedInt64Array>(stored, "surroundings_runs")?;
+    let runs: Vec<usize> = runs.as_slice().iter().filter_map(|&n| n.try_into().ok()).collect();
+    let all = Surroundings::from_parts(runs.as_chunks().0.to_vec(), samples(stored, "surroundings")?);
+    let all = all.map_err(|error| error.to_string())?;
+    if all.fits(volume) {
+        Ok(Some(all))
+    } else {
+        Err("what lies around the patient is of another scan".into())
+    }
+}
+
+/// Samples of the volume's type.
+fn samples(stored: &VarDictionary, key: &str) -> Result<Voxels, String> {
+    let bytes = entry::<PackedByteArray>(stored, key)?;
+    let bytes = bytes.as_slice();
+    match entry::<GString>(stored, "sample")?.to_string().as_str() {
+        "u8" => Ok(Voxels::U8(bytes.to_vec())),
+        "u16" => Ok(Voxels::U16(bytes.as_chunks().0.iter().map(|b| u16::from_le_bytes(*b)).collect())),
+        "f32" => Ok(Voxels::F32(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect())),
+        other => Err(format!("its samples are of an unknown type '{other}'")),
+    }
 }
 
 /// What of a report goes with a scan to wherever it is copied: neither what the files on this machine are called, nor

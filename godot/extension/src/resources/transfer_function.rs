@@ -1,9 +1,10 @@
 //! A transfer function as a Godot resource.
 
+use godot::classes::object::ConnectFlags;
 use godot::classes::{IResource, Resource};
 use godot::init::is_main_thread;
 use godot::prelude::*;
-use lumivox_core::{ColorStop, Ease, OpacityKnot, Preset, TransferFunction};
+use lumivox_core::{ColorStop, Ease, GradientFunction, OpacityKnot, Preset, TransferFunction};
 
 use super::{OptionalVolume, takes};
 use crate::convert;
@@ -18,6 +19,9 @@ const WINDOW_SCALES: [f64; 2] = [0.01, 100.0];
 /// is seen, without colours it is white; points that are not finite are passed over. Every change emits
 /// [signal Resource.changed], and what is on screen follows. Other threads may change it: then the signal is emitted on
 /// the main thread, at the end of its frame.
+///
+/// Borders can look otherwise than what lies between them: [member gradient_functions] are for places where values change,
+/// and make it a two-dimensional transfer function. Without them it costs less.
 #[derive(GodotClass)]
 #[class(tool, init, base = Resource)]
 pub struct LumivoxTransferFunction {
@@ -50,8 +54,22 @@ pub struct LumivoxTransferFunction {
     #[var(get, set)]
     #[init(val = 1.0)]
     window_scale: f64,
+    /// How steeply values change where each of [member gradient_functions] holds, in their unit per millimetre (HU/mm for
+    /// CT), above 0. Between them functions are mixed linearly, with this one at 0; beyond the last, it holds. At most 32;
+    /// where one list is longer than the other, its rest is not used.
+    #[export_group(name = "Gradients")]
+    #[export]
+    #[var(get, set)]
+    gradients_per_mm: PackedFloat32Array,
+    /// The functions of steeper places. Their own windows and gradients are not used: [member shift] and
+    /// [member window_scale] of this one move them along.
+    #[export]
+    #[var(get, set)]
+    gradient_functions: Array<Gd<LumivoxTransferFunction>>,
     /// What the arrays mean; made when it is asked for.
     curve: Option<TransferFunction>,
+    /// What [`Self::gradients_per_mm`] and [`Self::gradient_functions`] mean.
+    rows: Option<Vec<GradientFunction>>,
     base: Base<Resource>,
 }
 
@@ -156,6 +174,41 @@ impl LumivoxTransferFunction {
         }
     }
 
+    #[func]
+    fn get_gradients_per_mm(&self) -> PackedFloat32Array {
+        self.gradients_per_mm.clone()
+    }
+
+    #[func]
+    fn set_gradients_per_mm(&mut self, per_mm: PackedFloat32Array) {
+        self.gradients_per_mm = per_mm;
+        self.touch();
+    }
+
+    #[func]
+    fn get_gradient_functions(&self) -> Array<Gd<LumivoxTransferFunction>> {
+        self.gradient_functions.clone()
+    }
+
+    #[func]
+    fn set_gradient_functions(&mut self, functions: Array<Gd<LumivoxTransferFunction>>) {
+        let changed = self.base().callable("_row_changed");
+        for mut row in self.row_functions().into_iter().filter(|row| row.is_connected("changed", &changed)) {
+            row.disconnect("changed", &changed);
+        }
+        self.gradient_functions = functions;
+        for mut row in self.row_functions().into_iter().filter(|row| !row.is_connected("changed", &changed)) {
+            // Whoever changes a row holds it.
+            row.connect_flags("changed", &changed, ConnectFlags::DEFERRED);
+        }
+        self.touch();
+    }
+
+    #[func]
+    fn _row_changed(&mut self) {
+        self.touch();
+    }
+
     /// The opacity, 0 to 1, of a value in the scan's unit (HU for CT), with [member shift] and [member window_scale]
     /// applied.
     #[func]
@@ -200,26 +253,35 @@ impl LumivoxTransferFunction {
     }
 
     /// Writes it as a Lumivox transfer function file (JSON), which the other Lumivox programs read too, with
-    /// [member shift] and [member window_scale] applied. [param path] may begin with [code]res://[/code] or
+    /// [member shift] and [member window_scale] applied, and with its gradients. [param path] may begin with [code]res://[/code] or
     /// [code]user://[/code]. Returns an empty string, or what went wrong.
     #[func]
     pub fn save_file(&self, path: GString) -> GString {
         let path = convert::system_path(&path);
-        match lumivox_import::save_transfer_function(&path, &self.curve(), "") {
+        match lumivox_import::save_transfer_function_2d(&path, &self.curve(), &self.gradients(), "") {
             Ok(()) => GString::new(),
             Err(error) => GString::from(&error.to_string()),
         }
     }
 
-    /// Reads a transfer function of Lumivox's or of UnityVolumeRendering's making. [param path] may begin with
+    /// Reads a transfer function of Lumivox's or of UnityVolumeRendering's making, with its gradients. [param path] may begin with
     /// [code]res://[/code] or [code]user://[/code]. Returns [code]null[/code] and says why in the output if it cannot
     /// be read.
     #[func]
     pub fn load_file(path: GString) -> Option<Gd<Self>> {
         // Old files are relative to the values of a CT scan.
         const CT_RANGE: [f64; 2] = [-1024.0, 3071.0];
-        match lumivox_import::load_transfer_function(&convert::system_path(&path), CT_RANGE) {
-            Ok(curve) => Some(Self::of(&curve)),
+        match lumivox_import::load_transfer_function_2d(&convert::system_path(&path), CT_RANGE) {
+            Ok((curve, gradients)) => {
+                let mut function = Self::of(&curve);
+                if !gradients.is_empty() {
+                    let mut this = function.bind_mut();
+                    this.gradients_per_mm = gradients.iter().map(|row| row.per_mm as f32).collect();
+                    let rows = gradients.iter().map(|row| Self::of(&row.transfer_function)).collect();
+                    this.set_gradient_functions(rows);
+                }
+                Some(function)
+            }
             Err(error) => {
                 godot_error!("{error}");
                 None
@@ -253,12 +315,48 @@ impl LumivoxTransferFunction {
         self.curve.clone().unwrap_or_else(|| self.build())
     }
 
+    /// Functions for steeper places, moved as this one is.
+    pub fn gradients(&self) -> Vec<GradientFunction> {
+        self.rows.clone().unwrap_or_else(|| self.build_rows())
+    }
+
     /// Whether there is nothing that gives opacity.
     pub fn is_without_knots(&self) -> bool {
-        self.opacity_knots.is_empty()
+        let is_empty = |row: &Gd<Self>| row.bind().opacity_knots.is_empty();
+        self.opacity_knots.is_empty() && self.row_functions().iter().all(is_empty)
+    }
+
+    /// The functions that can be rows: neither empty places of the list, nor this one.
+    fn row_functions(&self) -> Vec<Gd<Self>> {
+        let own = self.base().instance_id();
+        let all = self.gradient_functions.clone().upcast_any_array();
+        let rows = all.iter_shared().filter_map(|row| row.try_to::<Gd<Self>>().ok());
+        rows.filter(|row| row.instance_id() != own).collect()
+    }
+
+    fn build_rows(&self) -> Vec<GradientFunction> {
+        if self.gradient_functions.is_empty() {
+            return vec![];
+        }
+        let own = self.base().instance_id();
+        let [low, high] = self.moved(0.0, 1.0).value_range();
+        let (centre, scale) = (low / 2.0 + high / 2.0, self.window_scale);
+        let all = self.gradient_functions.clone().upcast_any_array();
+        let rows = all.iter_shared().zip(self.gradients_per_mm.as_slice());
+        rows.filter_map(|(row, &per_mm)| {
+            let row = row.try_to::<Gd<Self>>().ok().filter(|row| row.instance_id() != own)?;
+            let transfer_function = row.bind().moved(0.0, 1.0);
+            let transfer_function = transfer_function.remapped(scale, centre * (1.0 - scale) + self.shift);
+            Some(GradientFunction { per_mm: f64::from(per_mm), transfer_function })
+        })
+        .collect()
     }
 
     fn build(&self) -> TransferFunction {
+        self.moved(self.shift, self.window_scale)
+    }
+
+    fn moved(&self, shift: f64, window_scale: f64) -> TransferFunction {
         let (knots, eases) = (self.opacity_knots.as_slice(), self.opacity_eases.as_slice());
         let knots = knots.iter().enumerate().map(|(i, knot)| OpacityKnot {
             value: f64::from(knot.x),
@@ -270,11 +368,12 @@ impl LumivoxTransferFunction {
             value: f64::from(value),
             color: convert::linear_from_color(color),
         });
-        TransferFunction::windowed(knots, stops, self.shift, self.window_scale)
+        TransferFunction::windowed(knots, stops, shift, window_scale)
     }
 
     fn touch(&mut self) {
         self.curve = Some(self.build());
+        self.rows = Some(self.build_rows());
         let mut base = self.base_mut();
         // Whoever listens shows it, which only the main thread may.
         if is_main_thread() {

@@ -6,11 +6,13 @@ use godot::classes::image::Format;
 use godot::classes::{IResource, Image, Resource};
 use godot::prelude::*;
 use lumivox_core::{CancelToken, Histogram, Medium, Preset, Progress, Volume};
-use lumivox_import::{ImportReport, Imported};
+use lumivox_import::ImportReport;
 use lumivox_phantom::{AnatomyOptions, TorsoOptions};
+use lumivox_segmentation::Surroundings;
 
+use super::derived::{Derived, Part, Parts};
 use super::{Options, stored};
-use crate::load_options::LoadOptions;
+use crate::load_options::{LoadOptions, Loaded};
 use crate::{codecs, convert};
 
 /// Voxels along a side of a phantom whose size nobody gave.
@@ -33,11 +35,14 @@ pub struct LumivoxVolume {
     #[var(rename = _stored, get = _get_stored, set = _set_stored, usage_flags = [STORAGE])]
     stored: PhantomVar<VarDictionary>,
     volume: Option<Arc<Volume>>,
+    /// What was taken out of it: the table, clothes, cables.
+    surroundings: Option<Arc<Surroundings>>,
     report: VarDictionary,
     histogram: OnceLock<Histogram>,
     default_medium: OnceLock<Medium>,
     /// Its depths below the skin, once they were asked for and computed; none where no skin was found.
-    depth: OnceLock<Arc<OnceLock<Option<Arc<Volume>>>>>,
+    depth: OnceLock<Derived>,
+    parts: Parts,
     base: Base<Resource>,
 }
 
@@ -82,8 +87,9 @@ impl LumivoxVolume {
     /// several, counted from 1), [code]raw[/code] (what a RAW file holds, such as
     /// [code]256x256x108:i16le:spacing=1,1,2[/code]), [code]allow_outside_data[/code] (whether a header such as
     /// [code].mhd[/code] may name data files anywhere, not only beside it or below) and [code]keep_everything[/code]
-    /// (whether what lies around the patient in a CT stays: the table, clothes, cables; by default it becomes air, where
-    /// it can be told from the patient for sure, and the notes of [method get_report] say so). Returns
+    /// (whether what lies around the patient in a CT is a part of the scan: the table, clothes, cables; by default it is
+    /// looked for and put aside, where it can be told from the patient for sure, and the notes of [method get_report]
+    /// say so: [member LumivoxVolume3D.keep_everything] shows it). Returns
     /// [code]null[/code] and says why in the output if it cannot be loaded.
     #[func]
     pub fn load_file(path: GString, #[opt(default = &Options::none())] options: Options) -> Option<Gd<Self>> {
@@ -96,7 +102,7 @@ impl LumivoxVolume {
                 .map_err(|error| error.to_string())
         });
         match loaded {
-            Ok(imported) => Some(Self::imported(imported)),
+            Ok(loaded) => Some(Self::loaded(loaded)),
             Err(message) => {
                 godot_error!("{message}");
                 None
@@ -214,22 +220,37 @@ impl LumivoxVolume {
         self.volume.is_none()
     }
 
+    /// Whether something that lies around the patient was put aside when the scan was imported:
+    /// [member LumivoxVolume3D.keep_everything] shows it.
+    #[func]
+    pub fn has_surroundings(&self) -> bool {
+        self.surroundings.is_some()
+    }
+
     #[func]
     fn _get_stored(&self) -> VarDictionary {
-        match &self.volume {
-            Some(volume) => stored::to_dictionary(volume, &self.report),
-            None => VarDictionary::new(),
+        let Some(volume) = &self.volume else { return VarDictionary::new() };
+        let mut stored = stored::to_dictionary(volume, &self.report);
+        if let Some(surroundings) = &self.surroundings {
+            stored::put_surroundings(&mut stored, surroundings);
         }
+        stored
     }
 
     #[func]
     fn _set_stored(&mut self, stored: VarDictionary) {
         if stored.is_empty() {
-            self.set_volume(None, VarDictionary::new());
+            self.set_volume(None, None, VarDictionary::new());
             return;
         }
-        match stored::from_dictionary(&stored) {
-            Ok((volume, report)) => self.set_volume(Some(Arc::new(volume)), report),
+        let read = stored::from_dictionary(&stored).and_then(|(volume, report)| {
+            let surroundings = stored::surroundings(&stored, &volume)?;
+            Ok((volume, surroundings, report))
+        });
+        match read {
+            Ok((volume, surroundings, report)) => {
+                self.set_volume(Some(Arc::new(volume)), surroundings.map(Arc::new), report);
+            }
             Err(why) => {
                 let path = self.base().get_path();
                 godot_error!("The volume {path} cannot be used: {why}. Import the scan again.");
@@ -256,9 +277,11 @@ impl LumivoxVolume {
     }
 
     /// A resource that holds what was imported.
-    pub fn imported(imported: Imported) -> Gd<Self> {
+    pub fn loaded(Loaded { imported, surroundings }: Loaded) -> Gd<Self> {
         let report = report_dictionary(&imported.report);
-        Self::of(imported.volume, report)
+        let mut resource = Self::of(imported.volume, report);
+        resource.bind_mut().surroundings = surroundings.map(Arc::new);
+        resource
     }
 
     /// The scan.
@@ -277,26 +300,34 @@ impl LumivoxVolume {
     pub fn depth(&self) -> (Option<Arc<Volume>>, bool) {
         let Some(volume) = &self.volume else { return (None, false) };
         let depth = self.depth.get_or_init(|| {
-            let (depth, volume) = (Arc::new(OnceLock::new()), volume.clone());
-            let computed = depth.clone();
-            rayon::spawn(move || {
-                let _ = computed.set(depth_of(&volume));
-            });
-            depth
+            let volume = volume.clone();
+            Derived::compute(move || depth_of(&volume))
         });
         match depth.get() {
-            Some(computed) => (computed.clone(), false),
+            Some(computed) => (computed, false),
             None => (None, true),
         }
     }
 
-    fn set_volume(&mut self, volume: Option<Arc<Volume>>, report: VarDictionary) {
+    /// A part of the scan in place of the patient, which another thread computes; `None` where that is the scan itself.
+    pub fn part(&self, part: Part) -> Option<Derived> {
+        self.parts.get(part, self.volume.as_ref()?, self.surroundings.as_ref())
+    }
+
+    fn set_volume(
+        &mut self,
+        volume: Option<Arc<Volume>>,
+        surroundings: Option<Arc<Surroundings>>,
+        report: VarDictionary,
+    ) {
         volume.iter().for_each(prepare);
         self.volume = volume;
+        self.surroundings = surroundings;
         self.report = report;
         self.histogram = OnceLock::new();
         self.default_medium = OnceLock::new();
         self.depth = OnceLock::new();
+        self.parts = Parts::default();
         self.base_mut().emit_changed();
     }
 }
@@ -308,14 +339,13 @@ fn prepare(volume: &Arc<Volume>) {
 }
 
 /// Depths below the skin, where there is one.
-fn depth_of(volume: &Volume) -> Option<Arc<Volume>> {
+fn depth_of(volume: &Volume) -> Option<Volume> {
     let cancel = CancelToken::new();
     let found = lumivox_segmentation::segment(volume, Progress::SILENT, &cancel).ok()?;
     if !found.report.is_sure() {
         return None;
     }
-    let depth = lumivox_segmentation::skin_depth(volume, &found.labels, Progress::SILENT, &cancel).ok()?;
-    Some(Arc::new(depth))
+    lumivox_segmentation::skin_depth(volume, &found.labels, Progress::SILENT, &cancel).ok()
 }
 
 /// An import's report for scripts.

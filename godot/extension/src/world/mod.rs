@@ -57,7 +57,7 @@ impl Gatherer {
     /// What each render target shows in the frame that begins.
     pub fn gather(&mut self, nodes: &mut Nodes) -> HashMap<Rid, Target> {
         self.frame += 1;
-        let volumes = volumes_by_scenario(nodes);
+        let (volumes, preparing) = volumes_by_scenario(nodes);
         let mut targets = HashMap::new();
         let mut gathered = HashMap::new();
         let mut shown = HashMap::new();
@@ -85,7 +85,8 @@ impl Gatherer {
             settings.exposure *= exposure;
             settings.ambient = ambient.map(|c| if exposure > 0.0 { c / exposure } else { 0.0 });
             let fog = environment(&world, &camera).and_then(|environment| fog::of(&environment, &camera));
-            targets.insert(target, Target { snapshot, settings, stage, fog, at_once });
+            let preparing = preparing.contains(&scenario);
+            targets.insert(target, Target { snapshot, settings, stage, fog, at_once, preparing });
         }
         self.compositors.retain(nodes, &worlds);
         self.skies.retain();
@@ -196,8 +197,10 @@ fn environment(world: &Gd<World3D>, camera: &Gd<Camera3D>) -> Option<Gd<Environm
     camera.get_environment().or_else(|| world.get_environment()).or_else(|| world.get_fallback_environment())
 }
 
-fn volumes_by_scenario(nodes: &mut Nodes) -> HashMap<Rid, Vec<LayeredVolume>> {
+/// The volumes of each world, and the worlds in which something of one is still computed.
+fn volumes_by_scenario(nodes: &mut Nodes) -> (HashMap<Rid, Vec<LayeredVolume>>, HashSet<Rid>) {
     let mut scenarios: HashMap<Rid, Vec<LayeredVolume>> = HashMap::new();
+    let mut preparing = HashSet::new();
     for volume in nodes.volumes() {
         if !volume.is_visible_in_tree() {
             continue;
@@ -207,6 +210,9 @@ fn volumes_by_scenario(nodes: &mut Nodes) -> HashMap<Rid, Vec<LayeredVolume>> {
             let layered = (volume.get_layer_mask(), instance);
             scenarios.entry(world.get_scenario()).or_default().push(layered);
         }
+        if volume.bind().is_waiting() {
+            preparing.insert(world.get_scenario());
+        }
     }
-    scenarios
+    (scenarios, preparing)
 }

@@ -4,6 +4,7 @@ extends "res://tests/editor/hands.gd"
 
 const CLASSES: PackedStringArray = [
 	"LumivoxVolume3D", "LumivoxVolume", "LumivoxTransferFunction", "LumivoxEffect", "LumivoxImporter", "Lumivox",
+	"LumivoxLabels", "LumivoxClip3D",
 ]
 
 
@@ -35,6 +36,8 @@ func _run() -> void:
 	_tell("raised", await _raise_dock())
 	_tell("several", await _edit_several())
 	_tell("gizmo", await _drag_handle())
+	_tell("clip", await _add_clip())
+	_tell("parts", await _find_parts())
 	_tell("dialog", await _use_dialog())
 	_tell("menu", await _use_menu())
 	_tell("empty", await _begin_with_nothing())
@@ -466,6 +469,62 @@ func _drag_handle() -> Dictionary:
 	await _screenshot("clipped")
 	_history().undo()
 	return {"found": true, "dragged": dragged, "undone": _node.clip_max == before}
+
+
+## A plane, a box and a sphere that cut the volume, one after the other: what the viewport draws of them.
+func _add_clip() -> Dictionary:
+	var clip := LumivoxClip3D.new()
+	clip.name = "Clip"
+	clip.rotation = Vector3(0.4, 0.0, -1.0)
+	_node.add_child(clip)
+	clip.owner = EditorInterface.get_edited_scene_root()
+	EditorInterface.get_selection().clear()
+	EditorInterface.get_selection().add_node(clip)
+	await _seconds(0.5)
+	var plugins := clip.get_gizmos().filter(func(one: Node3DGizmo) -> bool:
+		return one is EditorNode3DGizmo and one.get_plugin().get_script() != null)
+	var told := {"gizmos": plugins.size(), "lines": []}
+	for shape in 3:
+		clip.shape = shape
+		clip.inverted = shape == 1
+		clip.scale = Vector3.ONE if shape == 0 else Vector3(0.2, 0.16, 0.2)
+		var lines: Dictionary = plugins[0].get_plugin().call("lines_of", clip) if not plugins.is_empty() else {}
+		told.lines.append([lines.get("shape", []).size(), lines.get("kept", []).size()])
+		await _screenshot("clip%d" % shape)
+	_node.remove_child(clip)
+	clip.free()
+	EditorInterface.get_selection().clear()
+	return told
+
+
+## The inspector's button: cancelled, then pressed again, and undone.
+func _find_parts() -> Dictionary:
+	EditorInterface.get_selection().add_node(_node)
+	EditorInterface.edit_node(_node)
+	await _seconds(0.5)
+	var told := {"before": _node.labels == null, "path": "", "file": false}
+	var button := _parts_button()
+	told.offered = button != null
+	if button == null:
+		return told
+	button.pressed.emit()
+	button.pressed.emit()
+	told.cancelled = await _until(func() -> bool: return not button.has_meta(&"task")) and _node.labels == null
+	button.pressed.emit()
+	told.found = await _until(func() -> bool: return _node.labels != null)
+	if told.found:
+		told.path = _node.labels.resource_path
+		told.file = FileAccess.file_exists(_node.labels.resource_path)
+		told.names = Array(_node.labels.get_names())
+	_history().undo()
+	told.undone = _node.labels == null
+	return told
+
+
+func _parts_button() -> Button:
+	var found := _find_all(EditorInterface.get_inspector(), func(node: Node) -> bool:
+		return node is Button and (node as Button).text == "Find Parts")
+	return null if found.is_empty() else found[0] as Button
 
 
 func _four_views() -> Dictionary:

@@ -1,13 +1,14 @@
 //! A scene described once, built twice: here for the renderer, in `project/build_case.gd` for Godot.
 
-use std::sync::Arc;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::light::{self, Cone, Falloff, LightKind};
 use lumivox_core::{
     Camera, CancelToken, ClipKind, ClipShape, ColorStop, Ease, Environment, EnvironmentMap,
-    EnvironmentSource, Filter, LabelStyle, Labelling, Medium, OpacityKnot, PerspectiveCamera, Progress,
-    Projection, Scene, SurfaceReflection, TransferFunction, VolumeInstance,
+    EnvironmentSource, Filter, LabelStyle, Labelling, Medium, OpacityKnot, PerspectiveCamera, Preset,
+    Progress, Projection, Scene, SurfaceReflection, TransferFunction, VolumeInstance,
 };
 use lumivox_renderer::{DistanceFog, HeightFog};
 use serde::Serialize;
@@ -64,8 +65,13 @@ impl Clip {
 /// A phantom, its look and its place.
 #[derive(Clone, Serialize)]
 pub struct Volume {
-    /// `cube` or `head`.
+    /// `cube` or `head`, or `table`: a torso on its table, which is loaded from a series of files.
     pub phantom: &'static str,
+    pub series: PathBuf,
+    /// Of a torso on its table: whether that is seen.
+    pub keep_everything: bool,
+    /// The preset that was chosen before the look was changed, which may show an organ alone.
+    pub preset: &'static str,
     /// Voxels along a side.
     pub size: usize,
     pub place: Place,
@@ -73,6 +79,8 @@ pub struct Volume {
     pub knots: Vec<[f64; 3]>,
     /// Value, linear RGB.
     pub stops: Vec<[f64; 4]>,
+    /// A file with a function of value and gradient in place of both; empty for none.
+    pub function: PathBuf,
     pub density: f64,
     pub albedo: f64,
     pub anisotropy: f64,
@@ -96,10 +104,14 @@ impl Volume {
     pub fn soft() -> Self {
         Self {
             phantom: "cube",
+            series: PathBuf::new(),
+            keep_everything: false,
+            preset: "",
             size: 24,
             place: Place::at(DVec3::ZERO),
             knots: vec![[-500.0, 0.0, 0.0], [200.0, 0.3, 1.0], [1500.0, 1.0, 0.0]],
             stops: vec![[0.0, 0.9, 0.5, 0.3], [1200.0, 0.9, 0.9, 0.8]],
+            function: PathBuf::new(),
             density: 0.08,
             albedo: 0.9,
             anisotropy: 0.2,
@@ -127,6 +139,39 @@ impl Volume {
         }
     }
 
+    /// A head whose borders are of another colour than what lies between them, by a file.
+    pub fn borders() -> Self {
+        static FILE: OnceLock<PathBuf> = OnceLock::new();
+        let file = FILE.get_or_init(|| {
+            let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("borders.json");
+            let points = |opacity: f64, color: &str| {
+                format!(
+                    "\"opacity\": [{{\"value\": -300, \"opacity\": 0}}, {{\"value\": 300, \"opacity\": {opacity}, \
+                     \"ease\": \"in-out\"}}], \"color\": [{{\"value\": 0, \"color\": {color}}}]"
+                )
+            };
+            let rows = [(50.0, 0.125, "[0.25, 0.75, 0.25]"), (300.0, 0.75, "[0.25, 0.25, 1]")]
+                .map(|(per_mm, opacity, color)| format!("{{\"per_mm\": {per_mm}, {}}}", points(opacity, color)));
+            let flat = points(0.5, "[1, 0.5, 0.25]");
+            let text = format!("{{\"lumivox_transfer_function\": 1, {flat}, \"gradients\": [{}]}}", rows.join(", "));
+            std::fs::write(&file, text).unwrap();
+            file
+        });
+        Self { function: file.clone(), ..Self::head() }
+    }
+
+    /// A torso on its table.
+    pub fn table() -> Self {
+        const SIZE: usize = 96;
+        static SERIES: OnceLock<PathBuf> = OnceLock::new();
+        let series = SERIES.get_or_init(|| {
+            let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("table_{SIZE}"));
+            scans::write_series(&scans::torso(SIZE), &folder);
+            folder
+        });
+        Self { phantom: "table", series: series.clone(), size: SIZE, density: 0.2, ..Self::head() }
+    }
+
     /// Nothing behind it shines through, and it is red: a hole in it is seen.
     pub fn solid() -> Self {
         Self {
@@ -136,6 +181,19 @@ impl Volume {
             anisotropy: 0.0,
             ..Self::soft()
         }
+    }
+
+    /// What is seen of a torso on its table.
+    fn on_table(&self) -> lumivox_core::Volume {
+        let (silent, never) = (Progress::SILENT, CancelToken::new());
+        let torso = scans::torso(self.size);
+        if self.keep_everything {
+            return torso;
+        }
+        let found = lumivox_segmentation::patient_alone(torso, silent, &never).unwrap();
+        let Ok(preset) = Preset::from_name(self.preset) else { return found.volume };
+        let (organ, labels) = (preset.organ().unwrap(), found.labels.unwrap());
+        lumivox_segmentation::organ_alone(found.volume, &labels, organ, silent, &never).unwrap()
     }
 
     fn instance(&self) -> VolumeInstance {
@@ -156,8 +214,15 @@ impl Volume {
             surface: SurfaceReflection { strength, gradient_per_mm, roughness, specular },
             ..Medium::new(TransferFunction::new(knots.collect(), stops.collect()).unwrap())
         };
+        let medium = if self.function.as_os_str().is_empty() {
+            medium
+        } else {
+            let loaded = lumivox_import::load_transfer_function_2d(&self.function, [0.0, 1.0]).unwrap();
+            Medium { transfer_function: loaded.0, gradients: loaded.1, ..medium }
+        };
         let volume = match self.phantom {
             "cube" => lumivox_phantom::cube(self.size),
+            "table" => self.on_table(),
             _ => scans::head(self.size),
         };
         let mut instance = VolumeInstance::centered(Arc::new(volume), medium);

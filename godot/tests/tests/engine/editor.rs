@@ -235,6 +235,7 @@ fn the_inspector_groups_and_edits_properties() {
         "density",
         "surface_strength",
         "labels",
+        "keep_everything",
         "peel_mm",
         "clip_min",
         "clip_max",
@@ -287,6 +288,24 @@ fn a_handle_in_the_viewport_moves_the_clip_box() {
 }
 
 #[test]
+fn shapes_that_cut_are_drawn() {
+    let told = telling("clip");
+    assert_eq!(told["gizmos"], 1, "{told}");
+    // Four and twelve edges, three circles; an arrow each.
+    assert_eq!(told["lines"], json!([[8, 6], [24, 6], [288, 6]]), "{told}");
+}
+
+#[test]
+fn a_button_finds_the_parts_of_a_scan_and_can_be_cancelled() {
+    let told = telling("parts");
+    for fact in ["before", "offered", "cancelled", "found", "file", "undone"] {
+        assert_eq!(told[fact], true, "{fact}: {told}");
+    }
+    assert_eq!(told["path"], "res://scan_labels.res");
+    assert!(told["names"].as_array().unwrap().contains(&json!("body")), "{told}");
+}
+
+#[test]
 fn every_class_has_its_page_of_help() {
     let told = telling("help");
     for (class, words) in [
@@ -296,6 +315,8 @@ fn every_class_has_its_page_of_help() {
         ("LumivoxEffect", "frame_budget_ms"),
         ("LumivoxImporter", "finished"),
         ("Lumivox", "is_converged"),
+        ("LumivoxLabels", "found_in"),
+        ("LumivoxClip3D", "SHAPE_SPHERE"),
     ] {
         let text = told[class].as_str().unwrap();
         assert!(text.contains(words), "the help of {class} does not mention {words}:\n{text}");

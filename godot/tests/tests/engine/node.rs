@@ -46,7 +46,7 @@ fn every_property_has_an_engine_that_rests_draw_again() {
     let told = told.as_object().unwrap();
     let still: Vec<_> = told.iter().filter(|(_, frames)| **frames == 0).map(|(name, _)| name).collect();
     assert!(still.is_empty(), "nothing was drawn after a change of {still:?}");
-    assert_eq!(told.len(), 18);
+    assert_eq!(told.len(), 19);
 }
 
 #[test]

@@ -42,6 +42,8 @@ fn cases() -> Vec<Case> {
         Clip { shape: 1, place: scaled(0.06, 0.05, 0.05, DVec3::new(0.1, 0.14, 0.12)), inverted: true },
         Clip { shape: 2, place: scaled(0.0, 0.0, 0.0, DVec3::splat(0.24)), inverted: false },
     ];
+    let haze = vec![[-960.0, 0.0, 1.0], [-850.0, 0.1, 1.0], [500.0, 1.0, 0.0]];
+    let behind_table = look_at(DVec3::new(0.5, 0.1, -0.9), DVec3::ZERO);
     vec![
         Case::new("cube"),
         Case {
@@ -57,6 +59,22 @@ fn cases() -> Vec<Case> {
             volumes: vec![Volume::head()],
             camera: look_at(DVec3::new(0.35, 0.1, 0.6), DVec3::ZERO),
             ..Case::new("head")
+        },
+        Case {
+            volumes: vec![Volume::borders()],
+            camera: look_at(DVec3::new(0.35, 0.1, 0.6), DVec3::ZERO),
+            ..Case::new("borders")
+        },
+        Case { volumes: vec![Volume::table()], camera: behind_table, ..Case::new("patient") },
+        Case {
+            volumes: vec![Volume { keep_everything: true, ..Volume::table() }],
+            camera: behind_table,
+            ..Case::new("everything")
+        },
+        Case {
+            volumes: vec![Volume { preset: "ct-airways", knots: haze, ..Volume::table() }],
+            camera: behind_table,
+            ..Case::new("airways")
         },
         Case {
             volumes: vec![Volume { filter: 3, ..translucent.clone() }, turned.clone()],
@@ -157,6 +175,20 @@ fn a_clip_box_cuts_along_the_nodes_axes() {
 #[test]
 fn shapes_cut_and_labels_hide_as_the_renderer_has_it() {
     assert_as_expected("cut_open");
+}
+
+/// A file, saved as a resource, loaded, written and read again.
+#[test]
+fn a_function_of_value_and_gradient_is_kept_and_shown() {
+    assert_as_expected("borders");
+}
+
+/// Once the other volume is there: until then, neither is done.
+#[test]
+fn a_switch_brings_the_table_back_and_a_preset_shows_an_organ_alone() {
+    for name in ["patient", "everything", "airways"] {
+        assert_as_expected(name);
+    }
 }
 
 #[test]

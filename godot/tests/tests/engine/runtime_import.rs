@@ -356,7 +356,25 @@ fn the_patient_is_imported_alone_unless_everything_is_asked_for() {
     }
     let finds = |name: &str| told[name]["stages"].as_array().unwrap().contains(&json!("finding the patient"));
     assert!(!finds("everything"));
+    // Put aside, and saved with it.
+    assert_eq!(told["patient"]["aside"], json!([true, true]));
+    assert_eq!(told["everything"]["aside"], json!([false, false]));
     assert_eq!(told["wrong"], true);
+}
+
+#[test]
+fn labels_are_found_while_the_game_goes_on() {
+    let told = told(&imports().run, "labelling");
+    println!("labelling: {told}");
+    // OK and ERR_BUSY.
+    assert_eq!((&told["started"], &told["busy"]), (&json!(0), &json!(44)));
+    assert_eq!(told["stopped"], json!(["cancelled"]));
+    assert_eq!((&told["same"], &told["missing"]), (&json!(true), &json!("failed")));
+    assert!(told["names"].as_array().unwrap().contains(&json!("lungs")), "{told}");
+    assert!(told["frames"].as_u64().unwrap() > 1, "frames go on meanwhile: {told}");
+    assert!(told["stages"].as_array().unwrap().contains(&json!("finding the patient")), "{told}");
+    // ERR_INVALID_PARAMETER.
+    assert_eq!(told["nothing"], json!([31, 31]));
 }
 
 /// Saved scans are copied, and go into exported games.

@@ -20,6 +20,7 @@ mod heart;
 mod lungs;
 mod muscles;
 mod part;
+mod pet;
 mod ribs;
 mod tree;
 mod vessels;
@@ -34,6 +35,7 @@ use super::{
 };
 use crate::{INTERCEPT, loft::Loft, sdf::Sdf};
 pub use part::TorsoPart;
+pub use pet::torso_pet;
 
 /// Edge length of the torso's cube unless asked otherwise, in mm.
 pub const TORSO_FIELD_OF_VIEW_MM: f64 = 400.0;
@@ -128,6 +130,11 @@ impl TorsoOptions {
         CENTER_MM + DVec3::from_array(self.shift_mm) - self.axes() * to_middle
     }
 
+    /// LPS mm from voxel indices.
+    fn place(&self) -> DAffine3 {
+        DAffine3::from_mat3_translation(self.axes() * self.spacing(), self.first())
+    }
+
     fn grid(&self) -> Grid {
         assert!(self.size > 0, "a phantom needs voxels");
         assert!(self.field_of_view_mm > 0.0, "a field of view has a size");
@@ -171,9 +178,9 @@ pub fn torso(
     let padding = options.padding.then_some(INTERCEPT as f32);
     let scan = Scan { seed: options.seed, noise_hu: options.noise_hu, padding };
     let samples = raster::rasterise(&model(&options), options.grid(), scan, progress, cancel)?;
-    let place = DAffine3::from_mat3_translation(options.axes() * options.spacing(), options.first());
-    Ok(Volume::new([options.size; 3], Voxels::U16(samples), [1.0, INTERCEPT], place, Modality::Ct)
-        .expect("a cube of finite samples"))
+    let volume =
+        Volume::new([options.size; 3], Voxels::U16(samples), [1.0, INTERCEPT], options.place(), Modality::Ct);
+    Ok(volume.expect("a cube of finite samples"))
 }
 
 /// What each voxel of [`torso`] is at its centre, x fastest: the numbers of [`TorsoPart`].

@@ -255,3 +255,46 @@ fn pruning_does_not_change_the_parts() {
         assert_eq!(whole.part(place), parts[(z * n + y) * n + x], "at {place}");
     }
 }
+
+#[test]
+fn pet_shows_organs_by_their_uptake_and_lesions_where_they_lie() {
+    let (silent, never) = (Progress::SILENT, CancelToken::new());
+    let options = TorsoOptions { size: 100, ..Default::default() };
+    let pet = torso_pet(options, silent, &never).unwrap();
+    let ct = torso(options, silent, &never).unwrap();
+    assert_eq!((pet.unit(), pet.modality()), ("SUV", Modality::Pet));
+    assert_eq!(pet.patient_from_voxel(), ct.patient_from_voxel(), "one place");
+    let truth = TorsoTruth::new(options);
+    let voxel_from_patient = pet.patient_from_voxel().inverse();
+    let suv = |at: DVec3| {
+        let at = voxel_from_patient.transform_point3(at).round().as_ivec3().to_array();
+        pet.value(at.map(|i| i as usize))
+    };
+    let parts: Vec<TorsoPart> = pet::LESIONS.iter().map(|lesion| truth.part(lesion.at)).collect();
+    println!("lesions lie in {parts:?}");
+    assert_eq!((parts[0], parts[3], parts[4]), (TorsoPart::Lung, TorsoPart::Liver, TorsoPart::Liver));
+    for lesion in &pet::LESIONS {
+        assert!(suv(lesion.at) > 0.55 * lesion.suv, "{}: {}", lesion.at, suv(lesion.at));
+    }
+    let numbers = torso_parts(options, silent, &never).unwrap();
+    let mean = |part: TorsoPart| {
+        let all = (0..numbers.len()).filter(|&i| numbers[i] == part as u8);
+        let values: Vec<f64> = all.map(|i| pet.voxels().get(i) * pet.slope()).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let means =
+        [TorsoPart::OutsideAir, TorsoPart::Lung, TorsoPart::Muscle, TorsoPart::Liver, TorsoPart::Kidney]
+            .map(mean);
+    println!("air, lung, muscle, liver, kidney: {means:.2?}");
+    assert!(means.is_sorted() && means[0] < 0.1 && means[4] > 4.0, "{means:?}");
+    // What the patient lies on takes up nothing.
+    assert!(mean(TorsoPart::Table) < 0.1);
+    assert!(
+        torso_pet(options, silent, &{
+            let cancel = CancelToken::new();
+            cancel.cancel();
+            cancel
+        })
+        .is_err()
+    );
+}

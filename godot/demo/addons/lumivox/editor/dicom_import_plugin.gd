@@ -24,8 +24,9 @@ func _get_recognized_extensions() -> PackedStringArray:
 
 
 func _get_format_version() -> int:
-	# 4: the patient alone, without the table. 3: scans are saved with their unit, and are not called by the names of folders.
-	return 4
+	# 5: what lies around the patient is put aside, and can be shown. 4: the patient alone, without the table.
+	# 3: scans are saved with their unit, and are not called by the names of folders.
+	return 5
 
 
 func _get_import_options(_path: String, _preset: int) -> Array[Dictionary]:

@@ -34,8 +34,9 @@ func _get_priority() -> float:
 
 
 func _get_format_version() -> int:
-	# 3: the patient alone, without the table. 2: scans are saved with their unit, and are not called by the names of files.
-	return 3
+	# 4: what lies around the patient is put aside, and can be shown. 3: the patient alone, without the table.
+	# 2: scans are saved with their unit, and are not called by the names of files.
+	return 4
 
 
 func _get_import_order() -> int:
@@ -108,7 +109,8 @@ static func series_options() -> Array[Dictionary]:
 
 ## What of the volume is shown.
 static func content_options() -> Array[Dictionary]:
-	# Whether a CT keeps what lies around the patient: the table, clothes, cables.
+	# Whether what lies around the patient in a CT (the table, clothes, cables) is a part of the scan; otherwise it is put
+	# aside, for a node's `keep_everything`.
 	return [{"name": "keep_everything", "default_value": false}]
 
 

@@ -9,6 +9,7 @@ signal import_requested(node: LumivoxVolume3D)
 const DicomImporter := preload("dicom_import_plugin.gd")
 const PresetProperty := preload("preset_property.gd")
 const PhantomTask := preload("phantom_task.gd")
+const LabelTask := preload("label_task.gd")
 const PREVIEW_HEIGHT := 150.0
 ## Pixels of a property in an inspector that nobody widened.
 const DEFAULT_WIDTH := 200.0
@@ -49,7 +50,11 @@ func _parse_property(
 	if _is_asking:
 		return false
 	if (object is LumivoxVolume3D or object is LumivoxEffect) and _is_own(object, name):
-		return _add_with_room(object, type, name, hint_type, hint_string, usage, wide)
+		var added := _add_with_room(object, type, name, hint_type, hint_string, usage, wide)
+		var node := object as LumivoxVolume3D
+		if name == "labels" and node.labels == null and node.volume != null and not node.volume.is_empty():
+			_add_label_finder(node)
+		return added
 	if name != "preset" or not _is_several(object):
 		return false
 	var editor := PresetProperty.new()
@@ -187,6 +192,51 @@ static func give_volume(undo: EditorUndoRedoManager, node: LumivoxVolume3D, volu
 	undo.add_do_method(node, &"notify_property_list_changed")
 	undo.add_undo_method(node, &"notify_property_list_changed")
 	undo.commit_action()
+
+
+## A button that finds the parts of a scan, and cancels that when it is pressed again.
+func _add_label_finder(node: LumivoxVolume3D) -> void:
+	var button := Button.new()
+	button.text = "Find Parts"
+	button.clip_text = true
+	button.tooltip_text = "Finds lungs, airways, the table and what else a scan shows by itself. Saved as %s." \
+			% LabelTask.path_for(node.volume)
+	button.pressed.connect(_find_labels.bind(node, button))
+	add_custom_control(button)
+
+
+func _find_labels(node: LumivoxVolume3D, button: Button) -> void:
+	if button.has_meta(&"task"):
+		# The inspector may have been drawn anew since.
+		var running: Variant = button.get_meta(&"task")
+		if is_instance_valid(running):
+			(running as LabelTask).cancel()
+		return
+	var task := LabelTask.new()
+	var show := func(text: String) -> void:
+		if is_instance_valid(button):
+			button.text = text
+	task.progressed.connect(func(part: float) -> void: show.call("Finding Parts: %d %% (Cancel)" % int(100.0 * part)))
+	task.done.connect(func(labels: LumivoxLabels) -> void:
+		show.call("Find Parts")
+		if is_instance_valid(button):
+			button.remove_meta(&"task")
+		if labels != null and is_instance_valid(node):
+			_give_labels(node, labels))
+	EditorInterface.get_base_control().add_child(task)
+	if task.start(node.volume):
+		button.set_meta(&"task", task)
+	else:
+		task.queue_free()
+
+
+func _give_labels(node: LumivoxVolume3D, labels: LumivoxLabels) -> void:
+	_undo.create_action("Set Labels", UndoRedo.MERGE_DISABLE, node)
+	_undo.add_do_property(node, &"labels", labels)
+	_undo.add_undo_property(node, &"labels", node.labels)
+	_undo.add_do_method(node, &"notify_property_list_changed")
+	_undo.add_undo_method(node, &"notify_property_list_changed")
+	_undo.commit_action()
 
 
 func _add_series_link(volume: LumivoxVolume, node: LumivoxVolume3D) -> void:

@@ -17,6 +17,10 @@ var eases := PackedByteArray()
 var color_values := PackedFloat32Array()
 ## Colours of the stops.
 var colors := PackedColorArray()
+## How steeply values change where each of [member gradient_functions] holds.
+var gradients_per_mm := PackedFloat32Array()
+## Functions of steeper places, which are not edited here, and not lost.
+var gradient_functions: Array[LumivoxTransferFunction] = []
 ## Moves all values, in the volume's unit.
 var shift := 0.0
 ## Stretches all values about the middle of the points.
@@ -36,6 +40,8 @@ func read(source: LumivoxTransferFunction) -> void:
 	colors.resize(stops)
 	if stops == 0 and not knots.is_empty():
 		add_stop(knots[0].x, Color.WHITE)
+	gradients_per_mm = source.gradients_per_mm
+	gradient_functions = source.gradient_functions.duplicate()
 	shift = source.shift
 	window_scale = source.window_scale
 
@@ -45,6 +51,10 @@ func write(target: LumivoxTransferFunction) -> void:
 	if target.opacity_knots != knots or target.opacity_eases != eases \
 			or target.color_values != color_values or target.colors != colors:
 		target.set_points(knots, eases, color_values, colors)
+	if target.gradients_per_mm != gradients_per_mm:
+		target.gradients_per_mm = gradients_per_mm
+	if target.gradient_functions != gradient_functions:
+		target.gradient_functions = gradient_functions.duplicate()
 	if target.shift != shift:
 		target.shift = shift
 	if target.window_scale != window_scale:
@@ -56,6 +66,7 @@ func state() -> Dictionary:
 	return {
 		"opacity_knots": knots.duplicate(), "opacity_eases": eases.duplicate(),
 		"color_values": color_values.duplicate(), "colors": colors.duplicate(),
+		"gradients_per_mm": gradients_per_mm.duplicate(), "gradient_functions": gradient_functions.duplicate(),
 		"shift": shift, "window_scale": window_scale,
 	}
 
@@ -63,6 +74,10 @@ func state() -> Dictionary:
 ## Gives [param target] the points of a [method state].
 static func restore(target: LumivoxTransferFunction, saved: Dictionary) -> void:
 	target.set_points(saved.opacity_knots, saved.opacity_eases, saved.color_values, saved.colors)
+	if target.gradients_per_mm != saved.gradients_per_mm:
+		target.gradients_per_mm = saved.gradients_per_mm
+	if target.gradient_functions != saved.gradient_functions:
+		target.gradient_functions = saved.gradient_functions
 	target.shift = saved.shift
 	target.window_scale = saved.window_scale
 

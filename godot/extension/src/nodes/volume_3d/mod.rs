@@ -1,4 +1,9 @@
-//! The node that shows a scan.
+//! The node that shows a scan. `shown.rs`: what of the scan; `warnings.rs`: why it is not what one may expect.
+
+mod shown;
+mod warnings;
+
+use std::cell::{Cell, RefCell};
 
 use godot::classes::notify::Node3DNotification;
 use godot::classes::object::ConnectFlags;
@@ -11,19 +16,18 @@ use lumivox_core::{
     ExtinctionSpace, Filter, Medium, Peel, Preset, SurfaceReflection, VolumeInstance, placement,
 };
 
+use self::shown::ShownPart;
+use self::warnings::whole_scan;
 use super::clip_3d::clip_shapes_of;
 use crate::convert;
 use crate::resources::{LumivoxLabels, LumivoxTransferFunction, LumivoxVolume, OptionalVolume, takes};
-use crate::{server, shared};
+use crate::server;
 
 /// Largest [member LumivoxVolume3D.surface_gradient]: that of a medium.
 const MAX_GRADIENT: f64 = 1e12;
 
 /// Largest [member LumivoxVolume3D.peel_mm]: what depths are told apart to.
 const MOST_PEELED_MM: f64 = 60.0;
-
-/// Metadata of a file that is a part of a scan: the file that the scan was imported with.
-const SERIES_META: &str = "lumivox_series";
 
 /// A scan in a scene, path traced: it scatters the scene's light, hides meshes behind it and is hidden by those before
 /// it. Any number may overlap.
@@ -55,7 +59,9 @@ pub struct LumivoxVolume3D {
     transfer_function: Option<Gd<LumivoxTransferFunction>>,
     /// A look that suits a kind of scan at once. Choosing one replaces [member transfer_function], [member density],
     /// [member albedo], [member anisotropy], [member max_bounces] and the surface; what is changed afterwards stays
-    /// changed. See [method apply_preset].
+    /// changed. See [method apply_preset]. While it is [code]ct-airways[/code] or [code]ct-lung-vessels[/code], that organ
+    /// of the scan is seen alone: it is looked for on another thread, and where it is not found for sure all is seen, and
+    /// a warning says so.
     #[export_group(name = "Medium")]
     #[var(get, set, usage_flags = [EDITOR])]
     preset: PhantomVar<GString>,
@@ -117,6 +123,12 @@ pub struct LumivoxVolume3D {
     #[export]
     #[var(get, set)]
     labels: Option<Gd<LumivoxLabels>>,
+    /// Whether what lies around the patient in a CT is seen, too: the table, clothes, cables, where the import has put them
+    /// aside (see [method LumivoxVolume.has_surroundings]). They come back within a moment, from another thread.
+    /// With it, a preset that shows one organ shows all, and [member peel_mm] takes them off with the skin.
+    #[export]
+    #[var(set)]
+    keep_everything: bool,
     /// Millimetres below the skin that are taken off, up to 60. The skin of a CT or MR is found on another thread, which
     /// takes a few seconds the first time; where none is found for sure, nothing is taken off. May be animated.
     #[export(range = (0.0, 60.0, 0.1, suffix = "mm"))]
@@ -133,6 +145,10 @@ pub struct LumivoxVolume3D {
     #[var(get, set, hint = RANGE, hint_string = "0,1,0.001")]
     #[init(val = Vector3::ONE)]
     clip_max: Vector3,
+    /// What is shown in place of the patient.
+    part: RefCell<Option<ShownPart>>,
+    /// Whether something was still computed when a frame was last drawn.
+    is_waiting: Cell<bool>,
     base: Base<VisualInstance3D>,
 }
 
@@ -213,7 +229,7 @@ impl LumivoxVolume3D {
     #[func]
     fn set_preset(&mut self, name: GString) {
         if name.is_empty() {
-            self.chosen_preset = name;
+            self._set_chosen_preset(name);
         } else {
             self.apply_preset(name);
         }
@@ -277,6 +293,7 @@ impl LumivoxVolume3D {
     #[func]
     fn _set_chosen_preset(&mut self, name: GString) {
         self.chosen_preset = name;
+        self.changed();
     }
 
     #[func]
@@ -288,6 +305,12 @@ impl LumivoxVolume3D {
     fn set_labels(&mut self, labels: Option<Gd<LumivoxLabels>>) {
         self.watch(self.labels.clone().map(Gd::upcast), labels.clone().map(Gd::upcast));
         self.labels = labels;
+        self.changed();
+    }
+
+    #[func]
+    fn set_keep_everything(&mut self, value: bool) {
+        self.keep_everything = value;
         self.changed();
     }
 
@@ -350,6 +373,15 @@ impl LumivoxVolume3D {
         true
     }
 
+    /// Whether another thread still computes something that this node shows: the surroundings of the patient, the organ of
+    /// its preset, the skin below which it peels. Until then it is seen without.
+    #[func]
+    pub fn is_preparing(&self) -> bool {
+        let is_depth_coming =
+            || self.peel_mm > 0.0 && self.volume.as_ref().is_some_and(|v| v.bind().depth().1);
+        self.shown().is_some_and(|shown| shown.is_coming) || is_depth_coming()
+    }
+
     /// The names of all presets, for [member preset] and [method apply_preset].
     #[func]
     pub fn preset_names() -> PackedStringArray {
@@ -387,27 +419,7 @@ impl IVisualInstance3D for LumivoxVolume3D {
     }
 
     fn get_configuration_warnings(&self) -> PackedStringArray {
-        let mut warnings = vec![];
-        if plugin_is_off() {
-            warnings.push(GString::from(
-                "The Lumivox plugin is off: scans are not imported, and there are no handles. Switch it on in \
-                 Project Settings, Plugins.",
-            ));
-        }
-        warnings.extend(self.scan_warning().as_ref().map(GString::from));
-        warnings.extend(self.look_warnings().into_iter().map(GString::from));
-        if RenderingServer::singleton().get_rendering_device().is_none() {
-            warnings.push(GString::from(server::NO_DEVICE));
-        } else if let Some(error) = &shared::lock().error {
-            warnings.push(GString::from(&format!("Volumes cannot be drawn: {error}.")));
-        }
-        if let Some(factor) = self.reduction() {
-            warnings.push(GString::from(&format!(
-                "The GPU has no room for all voxels of this scan: it is shown at 1/{factor} of its resolution. Free \
-                 others, or crop it."
-            )));
-        }
-        warnings.into()
+        self.warnings().into()
     }
 
     fn on_notification(&mut self, what: Node3DNotification) {
@@ -433,10 +445,10 @@ impl IVisualInstance3D for LumivoxVolume3D {
 impl LumivoxVolume3D {
     /// The volume as it stands in the world; `None` without a scan.
     pub fn instance(&self) -> Option<VolumeInstance> {
-        let (volume, suited) = {
-            let resource = self.volume.as_ref()?.bind();
-            (resource.volume()?.clone(), resource.default_medium()?.clone())
-        };
+        let suited = self.volume.as_ref()?.bind().default_medium()?.clone();
+        let (shown, peel) = (self.shown()?, self.peel());
+        self.follow(shown.is_coming || peel.1);
+        let volume = shown.volume;
         let (low, high) = (convert::dvec(self.clip_min), convert::dvec(self.clip_max));
         let world_from_node = convert::affine(self.to_gd().get_global_transform_interpolated());
         let world_from_patient = world_from_node * placement::node_from_patient(&volume);
@@ -446,32 +458,27 @@ impl LumivoxVolume3D {
             medium: self.medium(&suited),
             layers: self.base().get_layer_mask(),
             labels: self.labels.as_ref().and_then(|labels| labels.bind().labelling()),
-            peel: self.peel(),
+            peel: peel.0,
             clip_shapes: clip_shapes_of(&self.base(), world_from_patient),
             volume,
         })
     }
 
-    /// What is taken off, once the skin was found.
-    fn peel(&self) -> Option<Peel> {
-        if self.peel_mm == 0.0 {
-            return None;
-        }
-        let (depth, is_coming) = self.volume.as_ref()?.bind().depth();
-        if is_coming {
-            self.request_redraw();
-        }
-        Some(Peel { depth: depth?, mm: self.peel_mm })
+    /// What is taken off, once the skin was found; and whether it is still looked for.
+    fn peel(&self) -> (Option<Peel>, bool) {
+        let resource = self.volume.as_ref().filter(|_| self.peel_mm > 0.0);
+        let (depth, is_coming) = resource.map_or((None, false), |resource| resource.bind().depth());
+        (depth.map(|depth| Peel { depth, mm: self.peel_mm }), is_coming)
     }
 
     fn medium(&self, suited: &Medium) -> Medium {
-        let transfer_function = match &self.transfer_function {
-            Some(chosen) => chosen.bind().curve(),
-            None => suited.transfer_function.clone(),
+        let (transfer_function, gradients) = match &self.transfer_function {
+            Some(chosen) => (chosen.bind().curve(), chosen.bind().gradients()),
+            None => (suited.transfer_function.clone(), vec![]),
         };
         Medium {
             transfer_function,
-            gradients: vec![],
+            gradients,
             density_scale: self.density,
             albedo: self.albedo,
             anisotropy: self.anisotropy,
@@ -498,53 +505,6 @@ impl LumivoxVolume3D {
             },
         }
         .sanitized()
-    }
-
-    /// What is wrong with the scan, if anything.
-    /// Voxels of the scan along an axis for one on the GPU, where it has no room for all.
-    fn reduction(&self) -> Option<u32> {
-        let volume = self.volume.as_ref()?.bind().volume()?.clone();
-        let store = shared::lock().store.clone()?;
-        let resolution = store.resolution(&volume)?;
-        (!resolution.arriving && resolution.factor > 1).then_some(resolution.factor)
-    }
-
-    fn scan_warning(&self) -> Option<String> {
-        if let Some(whole) = self.volume.as_ref().and_then(whole_scan) {
-            return Some(format!(
-                "'Volume' is one slice of a scan, and shows nothing. Press 'Use the Whole Scan' in the inspector, or set \
-                 {whole}."
-            ));
-        }
-        if !self.has_scan() {
-            let ways = "Set 'Volume', or drop a DICOM folder on the FileSystem dock.";
-            return Some(format!("There is no scan to show. {ways}"));
-        }
-        let path = self.volume.as_ref()?.get_path().to_string();
-        path.contains("::").then(|| {
-            "The scan is kept in the scene's file, which makes that large and slow to open and to save. Save it as .res: \
-             'Save As...' in the menu of 'Volume'."
-                .to_owned()
-        })
-    }
-
-    /// Why less is seen of the scan than there is.
-    fn look_warnings(&self) -> Vec<&'static str> {
-        let mut warnings = vec![];
-        if self.transfer_function.as_ref().is_some_and(|function| function.bind().is_without_knots()) {
-            warnings.push("The transfer function has no opacity knots: it shows nothing. Choose a preset, or add knots.");
-        }
-        if self.density == 0.0 {
-            warnings.push("'Density' is 0: nothing is seen.");
-        }
-        let extent = self.clip_max - self.clip_min;
-        if extent.x * extent.y * extent.z == 0.0 {
-            warnings
-                .push("The clip box is flat: nothing is seen. 'Clip Min' must be smaller than 'Clip Max'.");
-        } else if extent.x.min(extent.y).min(extent.z) < 0.0 {
-            warnings.push("'Clip Min' lies beyond 'Clip Max': what is between them is kept.");
-        }
-        warnings
     }
 
     /// What is seen, and perhaps warned of, is another.
@@ -584,17 +544,4 @@ impl LumivoxVolume3D {
             new.connect_flags("changed", &changed, ConnectFlags::DEFERRED);
         }
     }
-}
-
-/// Whether the editor runs without the half of the addon that is a plugin.
-fn plugin_is_off() -> bool {
-    let engine = Engine::singleton();
-    let editor = if engine.is_editor_hint() { engine.get_singleton("EditorInterface") } else { None };
-    editor.is_some_and(|mut editor| !editor.call("is_plugin_enabled", &["lumivox".to_variant()]).booleanize())
-}
-
-/// The file of the scan of which a volume is only one slice.
-fn whole_scan(volume: &Gd<LumivoxVolume>) -> Option<String> {
-    let is_slice = volume.bind().is_empty() && volume.has_meta(SERIES_META);
-    is_slice.then(|| volume.get_meta(SERIES_META).stringify().to_string())
 }
