@@ -154,6 +154,9 @@ impl Peel {
     }
 }
 
+/// Clip shapes of a volume at most: drivers in software end paths that ask more.
+pub const MOST_CLIP_SHAPES: usize = 64;
+
 /// A kind of [`ClipShape`], in a space of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum ClipKind {

@@ -7,8 +7,8 @@ use std::{
 };
 
 use lumivox_core::{
-    CancelToken, Environment, EnvironmentSource, LabelVolume, Medium, PerspectiveCamera, Preset, Scene,
-    SurfaceReflection, Volume, VolumeInstance, framing,
+    CancelToken, Environment, EnvironmentSource, LabelVolume, MOST_CLIP_SHAPES, Medium, PerspectiveCamera,
+    Preset, Scene, SurfaceReflection, Volume, VolumeInstance, framing,
     glam::{DAffine3, DVec3},
     world_from_patient,
 };
@@ -55,8 +55,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             "--peel takes the patient's skin off; it goes with '--keep patient' only",
         ));
     }
-    if args.clip_shape.len() > classification::MOST_SHAPES {
-        let (given, most) = (args.clip_shape.len(), classification::MOST_SHAPES);
+    if args.clip_shape.len() > MOST_CLIP_SHAPES {
+        let (given, most) = (args.clip_shape.len(), MOST_CLIP_SHAPES);
         return Err(Failure::usage(format!(
             "--clip-shape is given {given} times, of which {most} are possible"
         )));
@@ -90,7 +90,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         let look = &looks[volumes.len()];
         let (volume, found) = shown(args, scan.volume, look, reporter, &cancel)?;
         if let (Some(labels), Some(file)) = (&from_file, label_file) {
-            match classification::overlap(labels, &volume) {
+            match labels.share_within(&volume) {
                 Some(0.0) if looks.len() == 1 => {
                     return Err(Failure::input(format!(
                         "{}: none of its labels lies in the scan: they are of another patient, or of another place; take \
