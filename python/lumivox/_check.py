@@ -21,7 +21,7 @@ FURTHEST_MM = 1e6
 
 def shown(value: object) -> str:
     """A value as an error shows it: short."""
-    if isinstance(value, np.ndarray) and value.size > 12:
+    if isinstance(value, np.ndarray) and (value.size > 12 or value.ndim > 1):
         return f"an array of shape {value.shape}"
     text = repr(value)
     return text if len(text) <= 80 else f"{text[:70]}... ({type(value).__name__})"
@@ -129,6 +129,13 @@ def writable(name: str) -> str:
     return folder
 
 
+def flag(name: str, value: Any) -> bool:
+    """``True`` or ``False``."""
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{name} must be True or False, not {shown(value)}")
+    return bool(value)
+
+
 def called(name: str, value: Any, given: str) -> Any:
     """A function, or nothing."""
     if value is not None and not callable(value):
@@ -146,6 +153,8 @@ def rows(name: str, value: Any) -> tuple[tuple[float, ...], ...]:
         raise ValueError(f"{name} must be a transform of 3 x 4 numbers, not {shown(value)}")
     if not np.isfinite(matrix).all():
         raise ValueError(f"{name} must be a transform of finite numbers")
+    if np.linalg.det(matrix[:3, :3]) == 0.0:
+        raise ValueError(f"{name} must be a transform that can be undone: this one flattens")
     return tuple(tuple(row) for row in matrix[:3].tolist())
 
 

@@ -37,6 +37,8 @@ class LabelStyle:
     """Whether clip shapes cut them."""
 
     def __post_init__(self) -> None:
+        _check.flag("visible", self.visible)
+        _check.flag("clipped", self.clipped)
         if self.color is not None and self.color != "own":
             object.__setattr__(self, "color", _check.color("color", self.color))
         object.__setattr__(self, "opacity", _check.number("opacity", self.opacity, 0.0, 1.0))
@@ -145,6 +147,7 @@ class ClipShape:
 
     def __post_init__(self) -> None:
         _check.choice("clip shape", self.kind, ("plane", "box", "sphere"))
+        _check.flag("inverted", self.inverted)
         _check.choice("space", self.space, ("scene", "patient"))
         object.__setattr__(self, "from_shape", _check.rows("from_shape", self.from_shape))
         if not _native.is_solid(self.from_shape):

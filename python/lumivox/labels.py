@@ -42,6 +42,9 @@ class Labels:
     __slots__ = ("native",)
 
     def __init__(self, native: _native.Labels) -> None:
+        if not isinstance(native, _native.Labels):
+            makers = "lumivox.load_labels(path) or Labels.from_array(array)"
+            raise TypeError(f"labels are not made of {_check.shown(native)}, but by {makers}")
         self.native = native
 
     @classmethod

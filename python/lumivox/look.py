@@ -83,7 +83,11 @@ class TransferFunction:
     def at(self, values: npt.ArrayLike, per_mm: float = 0.0) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
         """Opacity (n) and linear RGB (n, 3) at n physical values that change by ``per_mm`` units per millimetre."""
         gradient = _check.number("per_mm", per_mm, 0.0, 1e12)
-        found = _native.transfer_function_at(self, np.asarray(values, dtype=np.float64).ravel().tolist(), gradient)
+        try:
+            asked = np.asarray(values, dtype=np.float64).ravel().tolist()
+        except (TypeError, ValueError):
+            raise TypeError(f"values must be numbers, not {_check.shown(values)}") from None
+        found = _native.transfer_function_at(self, asked, gradient)
         opacity = np.array([opacity for opacity, _ in found])
         return opacity, np.array([color for _, color in found]).reshape(-1, 3)
 
@@ -91,7 +95,12 @@ class TransferFunction:
         """Writes it, gradients too, as :func:`load_transfer_function`, the command and all other hosts read it."""
         name = _check.file("path", path)
         _check.writable(name)
-        _native.save_transfer_function(name, self, unit)
+        if not isinstance(unit, str):
+            raise TypeError(f"unit must be a word, such as 'HU', not {_check.shown(unit)}")
+        try:
+            _native.save_transfer_function(name, self, unit)
+        except _native.ScanError as error:
+            raise OSError(f"{name} cannot be written{str(error).removeprefix(name)}") from None
 
 
 def load_transfer_function(path: PathLike, value_range: tuple[float, float] = (-1024.0, 3071.0)) -> TransferFunction:

@@ -183,6 +183,8 @@ class Renderer:
 
     def render(self, scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) -> Image:
         """As :func:`lumivox.render`, on this GPU."""
+        if options.get("gpu") is not None:
+            raise ValueError("a Renderer has its GPU; make another for another, or call lumivox.render(gpu=...)")
         return self.run(plan(scan, options), options.get("progress"))
 
     def run(self, planned: Plan, progress: RenderProgress | None = None) -> Image:
@@ -325,6 +327,7 @@ def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
     display = Display(**{name: given[name] for name in DISPLAY if name in given})
     samples, time, unbounded = _extent(given.get("samples"), given.get("time"))
     seed = _check.whole("seed", given.get("seed", 0), 0, (1 << 32) - 1)
+    layers, denoise = (_check.flag(name, given.get(name, False)) for name in ("layers", "denoise"))
     pass_samples = given.get("pass_samples")
     if pass_samples is not None:
         pass_samples = _check.whole("pass_samples", pass_samples, 1, MOST_SAMPLES)
@@ -336,9 +339,8 @@ def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
     else:
         scene = Scene.of(scan, **looks)
     camera = _camera(scene, given, size, fov)
-    guides = bool(given.get("layers", False) or given.get("denoise", False))
-    request = Request(size, samples, time, seed, guides, pass_samples=pass_samples)
-    return Plan(scene, camera, request, display, bool(given.get("denoise", False)), unbounded)
+    request = Request(size, samples, time, seed, layers or denoise, pass_samples=pass_samples)
+    return Plan(scene, camera, request, display, denoise, unbounded)
 
 
 def _extent(samples: Any, time: Any) -> tuple[int, float | None, bool]:

@@ -87,7 +87,7 @@ class Environment:
             known = "'studio', 'uniform', 'gradient' or a lumivox.EnvironmentMap"
             raise TypeError(f"source must be {known}, not {_check.shown(self.source)}")
         if isinstance(self.source, str) and self.source not in SOURCES:
-            raise ValueError(f"environment '{self.source}' is not {_check.listed(SOURCES, 'or')} or a map")
+            raise ValueError(f"environment '{self.source}' is not 'studio', 'uniform', 'gradient' or a map")
         _check.number("strength", self.strength, 0.0, 1e6)
         _check.number("rotation", self.rotation)
         for name in ("color", "zenith", "horizon", "nadir"):
@@ -412,15 +412,14 @@ def _environment(given: Any) -> Environment:
     """Light of a name, a file or a map."""
     if isinstance(given, Environment):
         return given
-    if isinstance(given, EnvironmentMap) or given in SOURCES:
+    if isinstance(given, EnvironmentMap) or (isinstance(given, str) and given in SOURCES):
         return Environment(given)
     if isinstance(given, str | os.PathLike):
         name = _check.file("environment", given)
         if not os.path.exists(name):
-            known = f"{_check.listed(SOURCES, 'or')}, nor a file"
-            raise ValueError(f"environment {_check.shown(given)} is not {known}")
+            raise ValueError(f"environment {_check.shown(given)} is not {_check.listed(SOURCES)}, nor a file")
         return Environment(EnvironmentMap.load(name))
-    known = "'studio', 'uniform', 'gradient', an .hdr or .exr file, or a lumivox.Environment"
+    known = "'studio', 'uniform', 'gradient', an .hdr or .exr file, or a lumivox.Environment or EnvironmentMap"
     raise TypeError(f"environment must be {known}, not {_check.shown(given)}")
 
 

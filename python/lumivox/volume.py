@@ -26,6 +26,9 @@ class Volume:
     __slots__ = ("native",)
 
     def __init__(self, native: _native.Volume) -> None:
+        if not isinstance(native, _native.Volume):
+            makers = "lumivox.load(path), Volume.from_array(array) or Volume.from_sitk(image)"
+            raise TypeError(f"a volume is not made of {_check.shown(native)}, but by {makers}")
         self.native = native
 
     @classmethod

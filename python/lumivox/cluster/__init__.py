@@ -11,10 +11,11 @@ thread each; each takes a GPU of its machine that no other has, or the one that 
 
 from __future__ import annotations
 
-import contextlib
+import asyncio
 import re
 import weakref
 from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -78,17 +79,26 @@ def _kept(clients: Any, cluster: Any) -> Any:
 
 
 def _connect(cluster: Any) -> Any:
-    # In two steps, so that there is something to close where the second fails: it would try on in the background.
-    client = distributed.Client.__new__(distributed.Client)
     try:
-        client.__init__(cluster, set_as_default=False, timeout=CONNECT)
-    except BaseException as error:
-        with contextlib.suppress(Exception):
-            client.close(timeout=CONNECT)
-        if isinstance(error, OSError | ValueError | RuntimeError):
-            raise ConnectionError(f"no Dask scheduler answers at {cluster}: {error}") from error
-        raise
-    return client
+        if isinstance(cluster, str):
+            _answers(cluster)
+        return distributed.Client(cluster, set_as_default=False, timeout=CONNECT)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise ConnectionError(f"no Dask scheduler answers at {cluster}: {error}") from error
+
+
+def _answers(address: str) -> None:
+    """Raises where nobody answers. A client that finds nobody leaves a thread behind, so none is made before."""
+    from distributed.comm import connect
+    from distributed.security import Security
+
+    async def ask() -> None:
+        comm = await connect(address, timeout=CONNECT, **Security().get_connection_args("client"))
+        await comm.close()
+
+    # In a thread of its own: notebooks have a loop running in this one.
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, ask()).result()
 
 
 def workers(cluster: Target = None) -> dict[str, dict[str, Any]]:
@@ -108,6 +118,7 @@ def submit(
     **options: Unpack[Options],
 ) -> Job:
     """Begins an image, split into ``tiles`` (bands of rows) times ``ranges`` (of samples); see :func:`render`."""
+    _own(options)
     client = client_of(cluster)
     return _submit(client, _planned(plan(scan, options)), tiles, ranges)
 
@@ -163,6 +174,9 @@ def film(
     ``save``: a file for each frame, such as ``"frame-{:04d}.png"``; workers make the pictures, and only those come back:
     it then gives ``(number, path)``.
     """
+    _own(options)
+    if not isinstance(cameras, Iterable):
+        raise TypeError(f"cameras must be several lumivox.Camera, one for each frame, not {_check.shown(cameras)}")
     client = client_of(cluster)
     first: Plan | None = None
     plans = []
@@ -187,6 +201,9 @@ def study(
 
     Volumes that scenes share are sent once. Without a ``camera``, each scene is framed by itself.
     """
+    _own(options)
+    if isinstance(scenes, Scene | Volume) or not isinstance(scenes, Iterable):
+        raise TypeError(f"scenes must be several lumivox.Scene, not {_check.shown(scenes)}")
     client = client_of(cluster)
     plans = [scene if isinstance(scene, Plan) else _planned(plan(scene, options)) for scene in scenes]
     return _images(client, plans, save)
@@ -221,6 +238,12 @@ def _images(client: Any, plans: list[Plan], save: str | PathLike | None) -> Imag
     saved = _Saved(client, plans, True)
     saved.pattern = pattern
     return saved
+
+
+def _own(options: Options) -> None:
+    """Options that are for one machine are told."""
+    if options.get("gpu") is not None:
+        raise ValueError("gpu is for one machine; workers take their own, or the one that LUMIVOX_GPU names")
 
 
 def _planned(planned: Plan) -> Plan:
