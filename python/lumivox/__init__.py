@@ -14,9 +14,12 @@ the viewer, from the first scan's centre.
 
 from lumivox import _codecs as _codecs_module
 from lumivox._native import GpuError, LumivoxError, RenderError, ScanError, __version__
+from lumivox.classification import ClipShape, LabelStyle, Peel
 from lumivox.image import Image
+from lumivox.labels import Label, Labels, load_labels
 from lumivox.look import (
     ColorStop,
+    GradientFunction,
     Medium,
     OpacityKnot,
     Preset,
@@ -36,23 +39,27 @@ from lumivox.scene import (
     Sun,
     VolumeInstance,
 )
-from lumivox.volume import Label, Labels, Volume, load, phantom, scan, write_dicom_series
+from lumivox.volume import Volume, load, phantom, scan, write_dicom_series
 
 _codecs_module.install()
 
 __all__ = [
     "Camera",
+    "ClipShape",
     "ColorStop",
     "Environment",
     "EnvironmentMap",
     "Gpu",
     "GpuError",
+    "GradientFunction",
     "Image",
     "Label",
+    "LabelStyle",
     "Labels",
     "LumivoxError",
     "Medium",
     "OpacityKnot",
+    "Peel",
     "PointLight",
     "Preset",
     "Progress",
@@ -69,6 +76,7 @@ __all__ = [
     "__version__",
     "gpus",
     "load",
+    "load_labels",
     "load_transfer_function",
     "phantom",
     "presets",

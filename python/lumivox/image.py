@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -10,9 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lumivox import _native
+from lumivox import _check, _native
+from lumivox._check import PathLike
 from lumivox.scene import Camera, Scene
-from lumivox.volume import PathLike
 
 Array = npt.NDArray[np.float32]
 MM_PER_METRE = 1e3
@@ -30,6 +31,15 @@ class Display:
     """``"agx"`` and ``"aces"`` are filmic, ``"plain"`` clips."""
     gamma: float = 1.0
     """Exponent 1/gamma on the pixels after the tone map."""
+
+    def __post_init__(self) -> None:
+        word = self.background
+        if not isinstance(word, str) or not re.fullmatch("transparent|environment|#[0-9a-fA-F]{6}", word):
+            known = "transparent, environment or a colour such as #202428"
+            raise (ValueError if isinstance(word, str) else TypeError)(f"background must be {known}, not {_check.shown(word)}")
+        _check.number("exposure", self.exposure, -32.0, 32.0)
+        _check.choice("tone", self.tone, ("agx", "aces", "plain"))
+        _check.number("gamma", self.gamma, 0.1, 10.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +114,9 @@ class Image:
 
     def shown(self, **display: Any) -> Image:
         """The same image with other ``background``, ``exposure``, ``tone`` or ``gamma``: nothing is rendered again."""
+        for option in display:
+            if option not in Display.__annotations__:
+                raise TypeError(f"there is no option '{option}'; there are {', '.join(Display.__annotations__)}")
         return replace(self, display=replace(self.display, **display))
 
     def denoised(self) -> Image:
@@ -122,7 +135,8 @@ class Image:
         Channels of the latter are R, G, B (radiance, premultiplied) and A, ``Z`` (depth in mm), ``variance``, and
         ``albedo.R`` to ``normal.Z`` where there are any; 32-bit floats.
         """
-        name = os.fspath(path)
+        name = _check.file("path", path)
+        folder = _check.writable(name)
         ending = os.path.splitext(name)[1].lower()
         if ending == ".png":
             data = _native.encode_png(self.pixels)
@@ -131,8 +145,11 @@ class Image:
         else:
             raise ValueError(f"{name}: the output must end in .png or .exr")
         # Under another name first: nobody ever sees half of one.
-        folder = os.path.dirname(os.path.abspath(name))
-        handle, partial = tempfile.mkstemp(prefix=".lumivox-", suffix=".partial", dir=folder)
+        try:
+            handle, partial = tempfile.mkstemp(prefix=".lumivox-", suffix=".partial", dir=folder)
+        except OSError as error:
+            # Of the name that was given, not of the one that nobody knows.
+            raise type(error)(f"{name} cannot be written: {error.strerror}") from None
         try:
             # Such a file is its owner's alone; a picture has the rights that all new files have.
             mask = os.umask(0)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lumivox import _check
 from lumivox.volume import Volume
 
 RAS_FROM_LPS = np.diag([-1.0, -1.0, 1.0, 1.0])
@@ -21,6 +22,7 @@ def to_sitk(volume: Volume) -> Any:
     """A ``SimpleITK.Image``. A sheared grid (a tilted gantry) is an error: such an image cannot hold it."""
     import SimpleITK as sitk
 
+    _volume(volume)
     _check_rigid(volume, "SimpleITK")
     image = sitk.GetImageFromArray(volume.values)
     image.SetSpacing(volume.spacing)
@@ -35,6 +37,7 @@ def from_sitk(image: Any, modality: str = "") -> Volume:
     """A volume of a ``SimpleITK.Image`` with three dimensions and one component; DICOM's modality is taken from it."""
     import SimpleITK as sitk
 
+    _has(image, "GetPixelIDValue", "a SimpleITK.Image")
     if image.GetDimension() != 3 or image.GetNumberOfComponentsPerPixel() != 1:
         shape = f"{image.GetDimension()} dimensions, {image.GetNumberOfComponentsPerPixel()} components"
         raise ValueError(f"an image of 3 dimensions and 1 component is needed, not of {shape}")
@@ -52,6 +55,7 @@ def to_nibabel(volume: Volume) -> Any:
     """A ``nibabel.Nifti1Image`` with the axes x, y, z and an affine to RAS; it may shear."""
     import nibabel
 
+    _volume(volume)
     image = nibabel.Nifti1Image(np.ascontiguousarray(volume.values.T), RAS_FROM_LPS @ volume.patient_from_voxel)
     image.header.set_xyzt_units("mm")
     return image
@@ -59,6 +63,7 @@ def to_nibabel(volume: Volume) -> Any:
 
 def from_nibabel(image: Any, modality: str = "") -> Volume:
     """A volume of a ``nibabel`` image of three dimensions; its slope and intercept are kept apart from its samples."""
+    _has(image, "dataobj", "a nibabel image")
     slope, intercept, samples = 1.0, 0.0, None
     proxy = image.dataobj
     if hasattr(proxy, "get_unscaled"):
@@ -77,6 +82,7 @@ def to_xarray(volume: Volume) -> Any:
     """
     import xarray
 
+    _volume(volume)
     coordinates = {
         axis: origin + spacing * np.arange(count)
         for axis, origin, spacing, count in zip("xyz", volume.origin, volume.spacing, volume.shape[::-1], strict=True)
@@ -95,6 +101,7 @@ def from_xarray(array: Any, modality: str = "") -> Volume:
     The place is its attribute ``patient_from_voxel`` (4 x 4, LPS), else that of its coordinates, which are millimetres,
     evenly spaced, along LPS axes; without either it is at the origin, with a spacing of 1 mm.
     """
+    _has(array, "dims", "an xarray.DataArray")
     if set(array.dims) != {"x", "y", "z"}:
         raise ValueError(f"the dimensions x, y and z are needed, not {', '.join(map(str, array.dims))}")
     array = array.transpose("z", "y", "x")
@@ -115,16 +122,28 @@ def to_monai(volume: Volume) -> Any:
     import torch
     from monai.data import MetaTensor
 
+    _volume(volume)
     values = torch.from_numpy(np.ascontiguousarray(volume.values.T)[None])
     return MetaTensor(values, affine=torch.from_numpy(RAS_FROM_LPS @ volume.patient_from_voxel))
 
 
 def from_monai(tensor: Any, modality: str = "") -> Volume:
     """A volume of a ``monai.data.MetaTensor``, or of anything with ``affine`` (RAS) and values (x, y, z) or (1, x, y, z)."""
+    _has(tensor, "affine", "a MONAI MetaTensor, which has an affine,")
     samples, affine = (_numpy(part) for part in (tensor, tensor.affine))
     if samples.ndim == 4 and samples.shape[0] == 1:
         samples = samples[0]
     return _from_ras(samples, affine, modality)
+
+
+def _volume(volume: Volume) -> None:
+    if not isinstance(volume, Volume):
+        raise TypeError(f"a lumivox.Volume is needed, not {_check.shown(volume)}")
+
+
+def _has(image: Any, attribute: str, what: str) -> None:
+    if not hasattr(image, attribute):
+        raise TypeError(f"{what} is needed, not {_check.shown(image)}")
 
 
 def _numpy(tensor: Any) -> npt.NDArray[Any]:

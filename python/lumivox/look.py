@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from lumivox import _native
-from lumivox.volume import PathLike, Volume
+from lumivox import _check, _native
+from lumivox._check import PathLike, Rgb
+from lumivox.volume import Volume
 
-Rgb = tuple[float, float, float]
 Filter = Literal["nearest", "trilinear", "tricubic", "smooth"]
+
+FILTERS = ("nearest", "trilinear", "tricubic", "smooth")
+
+MOST_GRADIENTS = 32
 
 
 class OpacityKnot(NamedTuple):
@@ -37,46 +40,81 @@ class ColorStop(NamedTuple):
     """Linear RGB, each 0 to 1."""
 
 
+class GradientFunction(NamedTuple):
+    """A row of a two-dimensional transfer function: opacity and colour where values change so much."""
+
+    per_mm: float
+    """Gradient, in value units per mm; above 0."""
+    transfer_function: TransferFunction
+    """What is there of a value, without gradients of its own."""
+
+
 @dataclass(frozen=True)
 class TransferFunction:
     """Opacity and colour of physical values (HU for CT). Beyond the first and the last point, their values hold.
 
-    ``opacity`` takes tuples ``(value, opacity)`` or ``(value, opacity, ease)``, ``color`` tuples ``(value, (r, g, b))``.
+    ``opacity`` takes tuples ``(value, opacity)`` or ``(value, opacity, ease)``, ``color`` tuples ``(value, (r, g, b))`` or
+    ``(value, "#rrggbb")``, which is sRGB. With ``gradients``, tuples ``(per_mm, transfer_function)``, it is one of value and
+    gradient: what stands outside of them is for where values do not change. Between rows it is linear; beyond the last, that
+    holds.
     """
 
     opacity: tuple[OpacityKnot, ...]
     color: tuple[ColorStop, ...]
+    gradients: tuple[GradientFunction, ...] = ()
 
     def __init__(
         self,
         opacity: Iterable[tuple[float, float] | tuple[float, float, str]],
         color: Iterable[tuple[float, Sequence[float]]],
+        gradients: Iterable[tuple[float, TransferFunction]] = (),
     ) -> None:
-        knots = tuple(sorted((OpacityKnot(*knot) for knot in opacity), key=lambda knot: knot.value))
-        stops = tuple(sorted((ColorStop(value, _rgb(rgb)) for value, rgb in color), key=lambda stop: stop.value))
+        knots = tuple(sorted((_knot(knot) for knot in _points("opacity", opacity)), key=lambda knot: knot.value))
+        stops = tuple(sorted((_stop(stop) for stop in _points("color", color)), key=lambda stop: stop.value))
+        rows = tuple(sorted((_row(row) for row in _points("gradients", gradients)), key=lambda row: row.per_mm))
+        if len(rows) > MOST_GRADIENTS:
+            raise ValueError(f"gradients are {len(rows)}, of which {MOST_GRADIENTS} can be told apart; leave some out")
         object.__setattr__(self, "opacity", knots)
         object.__setattr__(self, "color", stops)
+        object.__setattr__(self, "gradients", rows)
         # Asks for no value, and finds what is wrong with the points.
-        _native.transfer_function_at(self, [])
+        _native.transfer_function_at(self, [], 0.0)
 
-    def at(self, values: npt.ArrayLike) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        """Opacity (n) and linear RGB (n, 3) at n physical values."""
-        found = _native.transfer_function_at(self, np.asarray(values, dtype=np.float64).ravel().tolist())
+    def at(self, values: npt.ArrayLike, per_mm: float = 0.0) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Opacity (n) and linear RGB (n, 3) at n physical values that change by ``per_mm`` units per millimetre."""
+        gradient = _check.number("per_mm", per_mm, 0.0, 1e12)
+        try:
+            asked = np.asarray(values, dtype=np.float64).ravel().tolist()
+        except (TypeError, ValueError):
+            raise TypeError(f"values must be numbers, not {_check.shown(values)}") from None
+        found = _native.transfer_function_at(self, asked, gradient)
         opacity = np.array([opacity for opacity, _ in found])
         return opacity, np.array([color for _, color in found]).reshape(-1, 3)
 
     def save(self, path: PathLike, unit: str = "HU") -> None:
-        """Writes it as :func:`load_transfer_function`, the command and all other hosts read it."""
-        _native.save_transfer_function(os.fspath(path), self, unit)
+        """Writes it, gradients too, as :func:`load_transfer_function`, the command and all other hosts read it."""
+        name = _check.file("path", path)
+        _check.writable(name)
+        if not isinstance(unit, str):
+            raise TypeError(f"unit must be a word, such as 'HU', not {_check.shown(unit)}")
+        try:
+            _native.save_transfer_function(name, self, unit)
+        except _native.ScanError as error:
+            raise OSError(f"{name} cannot be written{str(error).removeprefix(name)}") from None
 
 
 def load_transfer_function(path: PathLike, value_range: tuple[float, float] = (-1024.0, 3071.0)) -> TransferFunction:
-    """Reads a transfer function, of Lumivox's or of UnityVolumeRendering's making.
+    """Reads a transfer function, of Lumivox's (with ``gradients``, too) or of UnityVolumeRendering's making.
 
     Old ``.tf`` files are relative to the smallest and largest value of the scan that they are for.
     """
-    opacity, color = _native.load_transfer_function(os.fspath(path), list(value_range))
-    return TransferFunction(opacity, color)
+    name = _check.file("path", path)
+    try:
+        low, high = (_check.number("value_range", value) for value in value_range)
+    except (TypeError, ValueError):
+        raise ValueError(f"value_range must be two numbers, low and high, not {_check.shown(value_range)}") from None
+    (opacity, color), rows = _native.load_transfer_function(name, [low, high])
+    return TransferFunction(opacity, color, [(per_mm, TransferFunction(*points)) for per_mm, points in rows])
 
 
 @dataclass(frozen=True)
@@ -93,10 +131,10 @@ class SurfaceReflection:
     """Reflectance seen head-on, 0 to 1; skin and bone have about 0.04."""
 
     def __post_init__(self) -> None:
-        _within("strength", self.strength, 0.0, 1.0)
-        _within("gradient_per_mm", self.gradient_per_mm, 1e-9, 1e12)
-        _within("roughness", self.roughness, 0.0, 1.0)
-        _within("specular", self.specular, 0.0, 1.0)
+        _check.number("strength", self.strength, 0.0, 1.0)
+        _check.number("gradient_per_mm", self.gradient_per_mm, 1e-9, 1e12)
+        _check.number("roughness", self.roughness, 0.0, 1.0)
+        _check.number("specular", self.specular, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -123,10 +161,15 @@ class Medium:
     """In which space a millimetre of extinction is measured."""
 
     def __post_init__(self) -> None:
-        _within("density", self.density, 0.0, 1e3)
-        _within("albedo", self.albedo, 0.0, 1.0)
-        _within("anisotropy", self.anisotropy, -0.99, 0.99)
-        _within("bounces", self.bounces, 1, 1000)
+        curve(self.transfer_function)
+        _check.number("density", self.density, 0.0, 1e3)
+        _check.number("albedo", self.albedo, 0.0, 1.0)
+        _check.number("anisotropy", self.anisotropy, -0.99, 0.99)
+        object.__setattr__(self, "bounces", _check.whole("bounces", self.bounces, 1, 1000))
+        _check.choice("filter", self.filter, FILTERS)
+        if not isinstance(self.surface, SurfaceReflection):
+            raise TypeError(f"surface must be a lumivox.SurfaceReflection, not {_check.shown(self.surface)}")
+        _check.choice("extinction_space", self.extinction_space, ("volume", "world"))
 
 
 @dataclass(frozen=True)
@@ -155,16 +198,29 @@ def default_preset(volume: Volume) -> str:
 
 def preset_medium(name: str, volume: Volume) -> tuple[str, Medium]:
     """A preset's name, as it is written, and its medium for a volume, with the smooth filter that all renders begin with."""
-    name, parts = _native.preset_medium(name, volume.native)
+    if not isinstance(volume, Volume):
+        raise TypeError(f"a preset is placed for a lumivox.Volume, not for {_check.shown(volume)}")
+    name, parts = _native.preset_medium(preset_name(name), volume.native)
     (opacity, color), density, albedo, anisotropy, bounces, _filter, surface = parts
-    curve = TransferFunction(opacity, color)
-    return name, Medium(curve, density, albedo, anisotropy, bounces, "smooth", SurfaceReflection(*surface))
+    function = TransferFunction(opacity, color)
+    return name, Medium(function, density, albedo, anisotropy, bounces, "smooth", SurfaceReflection(*surface))
+
+
+def preset_name(name: Any) -> str:
+    """A preset's name, if it is one."""
+    if isinstance(name, Preset):
+        return name.name
+    if not isinstance(name, str):
+        raise TypeError(f"preset must be a name, such as 'ct-bone', not {_check.shown(name)}; lumivox.presets() lists them")
+    return name
 
 
 def with_surface(medium: Medium, surface: bool | SurfaceReflection | None) -> Medium:
     """A medium with reflection switched on or off, or its own where nothing is said."""
     if isinstance(surface, SurfaceReflection):
         return replace(medium, surface=surface)
+    if surface is not None and not isinstance(surface, bool):
+        raise TypeError(f"surface must be True, False or a lumivox.SurfaceReflection, not {_check.shown(surface)}")
     if surface is False:
         return replace(medium, surface=SurfaceReflection())
     if surface is True and medium.surface.strength == 0.0:
@@ -172,11 +228,43 @@ def with_surface(medium: Medium, surface: bool | SurfaceReflection | None) -> Me
     return medium
 
 
-def _within(name: str, value: float, low: float, high: float) -> None:
-    if not low <= value <= high:
-        raise ValueError(f"{name} must be {low:g} to {high:g}")
+def curve(given: Any) -> TransferFunction:
+    """A transfer function that is one."""
+    if not isinstance(given, TransferFunction):
+        made_by = "lumivox.load_transfer_function(path) reads one"
+        raise TypeError(f"transfer_function must be a lumivox.TransferFunction, not {_check.shown(given)}; {made_by}")
+    return given
 
 
-def _rgb(color: Sequence[float]) -> Rgb:
-    r, g, b = (float(part) for part in color)
-    return r, g, b
+def _points(name: str, given: Any) -> list[Any]:
+    """The points of a curve, each a sequence."""
+    points = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else None
+    if points is None or not all(isinstance(point, Sequence | np.ndarray) for point in points):
+        raise TypeError(f"{name} must be a list of points, not {_check.shown(given)}")
+    return points
+
+
+def _knot(point: Any) -> OpacityKnot:
+    if len(point) not in (2, 3) or not all(_check.is_number(part) for part in point[:2]):
+        raise ValueError(f"an opacity knot is (value, opacity) or (value, opacity, ease), not {_check.shown(point)}")
+    ease = point[2] if len(point) == 3 else "linear"
+    return OpacityKnot(float(point[0]), float(point[1]), _check.choice("ease", ease, ("linear", "in-out")))
+
+
+def _stop(point: Any) -> ColorStop:
+    if len(point) != 2 or not _check.is_number(point[0]):
+        raise ValueError(f"a colour stop is (value, (red, green, blue)), not {_check.shown(point)}")
+    if isinstance(point[1], str):
+        return ColorStop(float(point[0]), _check.color("a colour", point[1]))
+    # Which numbers a colour may have is said by those that all hosts ask.
+    return ColorStop(float(point[0]), _check.vector("a colour", point[1], "linear red, green and blue"))
+
+
+def _row(point: Any) -> GradientFunction:
+    if len(point) != 2 or not isinstance(point[1], TransferFunction):
+        raise ValueError(f"a row of gradients is (per_mm, transfer_function), not {_check.shown(point)}")
+    if point[1].gradients:
+        raise ValueError("a row of gradients has none of its own")
+    if not (_check.is_number(point[0]) and 0.0 < point[0] < 1e12):
+        raise ValueError(f"per_mm is {_check.shown(point[0])}, and not a number above 0")
+    return GradientFunction(float(point[0]), point[1])

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
-from lumivox import _native
+from lumivox import _check, _native
+from lumivox._check import PathLike
+from lumivox.classification import ClipShape, Style
 from lumivox.image import Display, Image
-from lumivox.look import Filter, SurfaceReflection, TransferFunction
-from lumivox.scene import Camera, Environment, EnvironmentMap, Light, Scene
+from lumivox.labels import Labels
+from lumivox.look import Filter, SurfaceReflection
+from lumivox.scene import Camera, Curve, Environment, EnvironmentMap, Light, Scene, pixels
 from lumivox.volume import Volume
 
 if TYPE_CHECKING:
@@ -24,10 +27,6 @@ DEFAULT_SOFTWARE_TIME = 120.0
 
 MOST_SAMPLES = 1 << 24
 """The film counts in 32-bit floats, which are exact up to here."""
-
-LARGEST_SIDE = 32_768
-
-MOST_PIXELS = 1 << 28
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class Options(TypedDict, total=False):
     """What can be asked of a render; see :func:`render`."""
 
     preset: str | Sequence[str] | None
-    transfer_function: TransferFunction | Sequence[TransferFunction] | None
+    transfer_function: Curve | Sequence[Curve] | None
     density: float | None
     albedo: float | None
     anisotropy: float | None
@@ -62,7 +61,11 @@ class Options(TypedDict, total=False):
     surface: bool | SurfaceReflection | None
     filter: Filter
     peel: float | None
+    peel_mm: float | None
     clip: tuple[Sequence[float], Sequence[float]] | None
+    clip_shape: ClipShape | Sequence[ClipShape]
+    labels: Labels | Literal["found"] | PathLike | None
+    label: Mapping[str | int, Style] | None
     camera: Camera | None
     azimuth: float
     elevation: float
@@ -100,7 +103,11 @@ LOOK = frozenset(
         "surface",
         "filter",
         "peel",
+        "peel_mm",
         "clip",
+        "clip_shape",
+        "labels",
+        "label",
         "environment",
         "environment_strength",
         "environment_rotation",
@@ -165,7 +172,9 @@ class Renderer:
     """
 
     def __init__(self, gpu: int | str | None = None) -> None:
-        self.native = _native.Renderer(gpu)
+        self.native = _native.Renderer(_which(gpu))
+        self.uploaded = 0
+        """Bytes that the last image brought to the GPU: no voxels where they were there already."""
 
     @property
     def gpu(self) -> Gpu:
@@ -174,6 +183,8 @@ class Renderer:
 
     def render(self, scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) -> Image:
         """As :func:`lumivox.render`, on this GPU."""
+        if options.get("gpu") is not None:
+            raise ValueError("a Renderer has its GPU; make another for another, or call lumivox.render(gpu=...)")
         return self.run(plan(scan, options), options.get("progress"))
 
     def run(self, planned: Plan, progress: RenderProgress | None = None) -> Image:
@@ -181,7 +192,7 @@ class Renderer:
         request = planned.request
         if planned.unbounded and self.gpu.software:
             request = replace(request, time=DEFAULT_SOFTWARE_TIME)
-        film, outcome, _, trace, unfinished, reductions = self.native.render(
+        film, outcome, _, trace, unfinished, reductions, self.uploaded = self.native.render(
             planned.scene, planned.camera, request, _teller(progress)
         )
         if outcome not in ("complete", "stopped"):
@@ -198,11 +209,23 @@ class Renderer:
         return image.denoised() if planned.denoise else image
 
 
+def _which(gpu: Any) -> int | str | None:
+    """An index, or a part of a name."""
+    if gpu is None or isinstance(gpu, str):
+        return gpu
+    if not _check.is_number(gpu) or gpu != gpu // 1:
+        raise TypeError(f"gpu must be an index of lumivox.gpus(), or a part of a name, not {_check.shown(gpu)}")
+    if gpu < 0:
+        raise ValueError(f"gpu must be an index of lumivox.gpus(), from 0, not {_check.shown(gpu)}")
+    return int(gpu)
+
+
 _renderers: dict[int | str | None, Renderer] = {}
 
 
 def renderer(gpu: int | str | None = None) -> Renderer:
     """The renderer that is kept for a GPU."""
+    gpu = _which(gpu)
     if gpu not in _renderers:
         _renderers[gpu] = Renderer(gpu)
     return _renderers[gpu]
@@ -214,13 +237,18 @@ def render(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) 
     Look (not with a :class:`Scene`, which has one), once for all scans or once for each:
 
     - ``preset``: a name. Default: what suits the scan; see :func:`lumivox.presets`.
-    - ``transfer_function``: opacity and colour by value, in place of the preset's.
+    - ``transfer_function``: opacity and colour by value (and gradient), in place of the preset's; or a file of it.
     - ``density``: factor on the extinction. ``albedo``: fraction of light that survives a scattering, 0 to 1.
       ``anisotropy``: mean cosine of scattering, -0.99 to 0.99. ``bounces``: most scatterings along a path, 1 to 1000.
       ``surface``: reflection where the value changes quickly. Default of all: the preset's.
     - ``filter``: ``"smooth"`` (default), ``"trilinear"``, ``"tricubic"`` or ``"nearest"``.
     - ``peel``: millimetres below the skin that are taken off a CT, up to 63. Default: the preset's.
+      ``peel_mm``, in its place: the same while it is looked at: other amounts cost nothing more.
     - ``clip``: the part to keep: two corners, fractions along the voxel axes x, y, z.
+      ``clip_shape``: cuts it open: a :class:`ClipShape`, or several; what each keeps is seen.
+    - ``labels``: which voxels are what: :class:`Labels`, a file (see :func:`load_labels`), or ``"found"`` for what is found in
+      a CT by itself. ``label``: how they look, in turn: a dict of :class:`LabelStyle` by name, by number, or by ``"*"`` for
+      all; or of the command's words: ``{"*": "opacity:0.2", "lungs": "hide", "bone": "color:#e8d8b0,opacity:1,uncut"}``.
 
     Camera:
 
@@ -291,8 +319,18 @@ def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
             near = difflib.get_close_matches(name, Options.__annotations__, 1)
             hint = f"; did you mean '{near[0]}'?" if near else ""
             raise TypeError(f"there is no option '{name}'{hint}")
-    size = _size(given.get("size", (768, 768)))
+    _check.called("progress", given.get("progress"), "a lumivox.Progress")
+    _which(given.get("gpu"))
+    size = pixels(given.get("size", (768, 768)))
     fov = given.get("fov", 28.0)
+    # What is wrong with a picture is said before it is traced.
+    display = Display(**{name: given[name] for name in DISPLAY if name in given})
+    samples, time, unbounded = _extent(given.get("samples"), given.get("time"))
+    seed = _check.whole("seed", given.get("seed", 0), 0, (1 << 32) - 1)
+    layers, denoise = (_check.flag(name, given.get(name, False)) for name in ("layers", "denoise"))
+    pass_samples = given.get("pass_samples")
+    if pass_samples is not None:
+        pass_samples = _check.whole("pass_samples", pass_samples, 1, MOST_SAMPLES)
     looks = {name: given[name] for name in LOOK if name in given}
     if isinstance(scan, Scene):
         if looks:
@@ -301,45 +339,30 @@ def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
     else:
         scene = Scene.of(scan, **looks)
     camera = _camera(scene, given, size, fov)
-    samples, time, unbounded = _extent(given.get("samples"), given.get("time"))
-    seed = given.get("seed", 0)
-    if not 0 <= seed < 1 << 32:
-        raise ValueError("seed must be 0 to 4294967295")
-    guides = bool(given.get("layers", False) or given.get("denoise", False))
-    request = Request(size, samples, time, seed, guides, pass_samples=given.get("pass_samples"))
-    display = Display(**{name: given[name] for name in DISPLAY if name in given})
-    return Plan(scene, camera, request, display, bool(given.get("denoise", False)), unbounded)
+    request = Request(size, samples, time, seed, layers or denoise, pass_samples=pass_samples)
+    return Plan(scene, camera, request, display, denoise, unbounded)
 
 
-def _extent(samples: int | None, time: float | None) -> tuple[int, float | None, bool]:
-    if samples is not None and not 1 <= samples <= MOST_SAMPLES:
-        raise ValueError(f"samples must be 1 to {MOST_SAMPLES}")
-    if time is not None and not 0.01 <= time <= 1e7:
-        raise ValueError("time must be 0.01 to 10000000")
+def _extent(samples: Any, time: Any) -> tuple[int, float | None, bool]:
     unbounded = samples is None and time is None
-    if samples is None:
+    if samples is not None:
+        samples = _check.whole("samples", samples, 1, MOST_SAMPLES)
+    else:
         samples = DEFAULT_SAMPLES if time is None else MOST_SAMPLES
-    return samples, time, unbounded
-
-
-def _size(size: Sequence[int]) -> tuple[int, int]:
-    width, height = (int(side) for side in size)
-    if not (1 <= width <= LARGEST_SIDE and 1 <= height <= LARGEST_SIDE):
-        raise ValueError(f"width and height must be 1 to {LARGEST_SIDE}")
-    if width * height > MOST_PIXELS:
-        raise ValueError(f"{width * height // 1_000_000} million pixels are too many")
-    return width, height
+    return samples, None if time is None else _check.number("time", time, 0.01, 1e7), unbounded
 
 
 def _camera(scene: Scene, given: dict[str, Any], size: tuple[int, int], fov: float) -> Camera:
     asked = {name: given[name] for name in FRAMING if given.get(name) is not None}
-    camera: Camera | None = given.get("camera")
+    camera: Any = given.get("camera")
     if camera is not None:
+        if not isinstance(camera, Camera):
+            made_by = "lumivox.Camera.look_at(eye, target) makes one"
+            raise TypeError(f"camera must be a lumivox.Camera, not {_check.shown(camera)}; {made_by}")
         if asked:
             raise ValueError(f"camera is given, and {', '.join(sorted(asked))} besides")
         return camera
-    if not 0.1 <= fov <= 170.0:
-        raise ValueError("fov must be 0.1 to 170")
+    _check.number("fov", fov, 0.1, 170.0)
     target = asked.pop("target", None)
     eye = asked.pop("eye", None)
     if eye is None:

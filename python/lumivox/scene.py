@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+import sys
+import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from lumivox import _native, look
-from lumivox.look import Filter, Medium, Rgb, SurfaceReflection, TransferFunction
-from lumivox.volume import PathLike, StageProgress, Volume
+from lumivox import _check, _native, classification, look
+from lumivox._check import PathLike, Rgb
+from lumivox.classification import ClipShape, LabelStyle, Peel, Style
+from lumivox.labels import Labels, load_labels
+from lumivox.look import Filter, Medium, SurfaceReflection, TransferFunction
+from lumivox.volume import StageProgress, Volume
 
 Vec3 = tuple[float, float, float]
-Rows = list[list[float]]
+Rows = Sequence[Sequence[float]]
+Curve = TransferFunction | str | os.PathLike[str]
+"""A transfer function, or a file of one."""
+
+
+SOURCES = ("studio", "uniform", "gradient")
+"""Light that needs no map."""
 
 
 class EnvironmentMap:
@@ -28,13 +39,19 @@ class EnvironmentMap:
 
     def __init__(self, texels: npt.ArrayLike) -> None:
         """Of radiance (rows, columns, 3)."""
+        try:
+            shape = np.shape(texels)
+        except ValueError:
+            shape = ()
+        if len(shape) != 3 or shape[2] != 3 or np.asarray(texels).dtype.kind not in "biuf":
+            raise ValueError(f"an environment map must be numbers of (rows, columns, 3), not {_check.shown(texels)}")
         self.native = _native.EnvironmentMap(np.require(texels, np.float32, ["C", "A"]))
 
     @classmethod
     def load(cls, path: PathLike) -> EnvironmentMap:
         """Reads an equirectangular ``.hdr`` or ``.exr`` file."""
         made = cls.__new__(cls)
-        made.native = _native.load_environment(os.fspath(path))
+        made.native = _native.load_environment(_check.file("path", path))
         return made
 
     @property
@@ -65,6 +82,17 @@ class Environment:
     nadir: Rgb = (0.16, 0.15, 0.14)
     """Radiance of a gradient from straight down."""
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.source, str | EnvironmentMap):
+            known = "'studio', 'uniform', 'gradient' or a lumivox.EnvironmentMap"
+            raise TypeError(f"source must be {known}, not {_check.shown(self.source)}")
+        if isinstance(self.source, str) and self.source not in SOURCES:
+            raise ValueError(f"environment '{self.source}' is not 'studio', 'uniform', 'gradient' or a map")
+        _check.number("strength", self.strength, 0.0, 1e6)
+        _check.number("rotation", self.rotation)
+        for name in ("color", "zenith", "horizon", "nadir"):
+            object.__setattr__(self, name, _check.light(name, getattr(self, name)))
+
 
 @dataclass(frozen=True)
 class Sun:
@@ -79,6 +107,12 @@ class Sun:
     degrees: float = 0.27
     """Its radius in the sky."""
 
+    def __post_init__(self) -> None:
+        _check.number("azimuth", self.azimuth)
+        _check.number("elevation", self.elevation, -90.0, 90.0)
+        _check.number("strength", self.strength, 0.0, 1e6)
+        _check.number("degrees", self.degrees, 0.0, 90.0)
+
 
 @dataclass(frozen=True)
 class PointLight:
@@ -90,6 +124,9 @@ class PointLight:
     """Irradiance at 1 m."""
     radius: float = 0.0
     """Millimetres; larger ones have softer shadows."""
+
+    def __post_init__(self) -> None:
+        _lamp(self)
 
 
 @dataclass(frozen=True)
@@ -107,6 +144,13 @@ class SpotLight:
     radius: float = 0.0
     """Millimetres; larger ones have softer shadows."""
 
+    def __post_init__(self) -> None:
+        _lamp(self)
+        object.__setattr__(self, "target", _check.vector("target", self.target))
+        _check.number("half_angle", self.half_angle, 0.0, 90.0)
+        if self.target == self.position:
+            raise ValueError("target is the light's position; move one of them")
+
 
 Light = Sun | PointLight | SpotLight
 
@@ -123,6 +167,41 @@ class VolumeInstance:
     """3 x 4: metres of the scene's space from LPS millimetres. Default: upright, the first volume's centre at the origin."""
     layers: int = 1
     """Bits that it shares with the lights that reach it."""
+    labels: Labels | None = None
+    """Which of its parts are what."""
+    label_styles: Mapping[str | int, Style] | Sequence[tuple[int, LabelStyle]] = ()
+    """How these look: a dict by name, number or ``"*"``, of styles or the command's words for them; kept by value."""
+    clip_shapes: ClipShape | Sequence[ClipShape] = ()
+    """What is kept of it besides, by each of them."""
+    peel: Peel | None = None
+    """What of it lies too near to the skin to be seen."""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.volume, Volume):
+            raise TypeError(f"volume must be a lumivox.Volume, not {_check.shown(self.volume)}")
+        if not isinstance(self.medium, Medium):
+            made_by = "lumivox.Scene.of(volume, preset=...) makes one of a preset"
+            raise TypeError(f"medium must be a lumivox.Medium, not {_check.shown(self.medium)}; {made_by}")
+        object.__setattr__(self, "clip", _clip(self.clip))
+        if self.world_from_patient is not None:
+            object.__setattr__(self, "world_from_patient", _check.rows("world_from_patient", self.world_from_patient))
+        _check.whole("layers", self.layers, 0, (1 << 32) - 1)
+        if self.labels is not None and not isinstance(self.labels, Labels):
+            raise TypeError(f"labels must be lumivox.Labels, not {_check.shown(self.labels)}")
+        object.__setattr__(self, "label_styles", self._styles())
+        object.__setattr__(self, "clip_shapes", classification.clip_shapes("clip_shapes", self.clip_shapes))
+        if self.peel is not None and not isinstance(self.peel, Peel):
+            raise TypeError(f"peel must be a lumivox.Peel, not {_check.shown(self.peel)}")
+
+    def _styles(self) -> tuple[tuple[int, LabelStyle], ...]:
+        given: Any = self.label_styles
+        if isinstance(given, Sequence) and all(isinstance(pair, tuple) and len(pair) == 2 for pair in given):
+            given = dict(given)
+        if not given:
+            return ()
+        if self.labels is None:
+            raise ValueError("label_styles are of labels, and there are none; give labels, too")
+        return classification.styles(self.labels, self.volume, given)
 
 
 @dataclass(frozen=True)
@@ -133,13 +212,19 @@ class Scene:
     environment: Environment = field(default_factory=Environment)
     lights: tuple[Light, ...] = ()
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "volumes", _instances(self.volumes))
+        if not isinstance(self.environment, Environment):
+            raise TypeError(f"environment must be a lumivox.Environment, not {_check.shown(self.environment)}")
+        object.__setattr__(self, "lights", _lights("lights", self.lights))
+
     @classmethod
     def of(
         cls,
         volumes: Volume | Sequence[Volume],
         *,
         preset: str | Sequence[str] | None = None,
-        transfer_function: TransferFunction | Sequence[TransferFunction] | None = None,
+        transfer_function: Curve | Sequence[Curve] | None = None,
         density: float | None = None,
         albedo: float | None = None,
         anisotropy: float | None = None,
@@ -147,7 +232,11 @@ class Scene:
         surface: bool | SurfaceReflection | None = None,
         filter: Filter = "smooth",
         peel: float | None = None,
+        peel_mm: float | None = None,
         clip: tuple[Sequence[float], Sequence[float]] | None = None,
+        clip_shape: ClipShape | Sequence[ClipShape] = (),
+        labels: Labels | Literal["found"] | PathLike | None = None,
+        label: Mapping[str | int, Style] | None = None,
         environment: str | Environment | EnvironmentMap = "studio",
         environment_strength: float = 1.0,
         environment_rotation: float = 0.0,
@@ -163,16 +252,29 @@ class Scene:
             raise ValueError("a scene needs at least one volume")
         if preset is not None and transfer_function is not None:
             raise ValueError("preset and transfer_function exclude each other")
-        names = _each("preset", preset, len(given), str)
-        curves = _each("transfer_function", transfer_function, len(given), TransferFunction)
+        if peel is not None and peel_mm is not None:
+            raise ValueError("peel and peel_mm exclude each other")
+        if label is not None and labels is None:
+            raise ValueError("label says how labels look, and there are none; give labels, too")
+        for name, mm in (("peel", peel), ("peel_mm", peel_mm)):
+            if mm is not None:
+                _check.number(name, mm, 0.0, classification.MOST_PEELED_MM)
+        _check.called("progress", progress, "(stage, done, total)")
+        names = _each("preset", preset, len(given), str | look.Preset)
+        for one in names:
+            if one is not None:
+                look.preset_name(one)
+        curves = _each("transfer_function", transfer_function, len(given), TransferFunction | str | os.PathLike)
+        shapes = classification.clip_shapes("clip_shape", clip_shape)
+        kept, light_from, lights = _clip(clip), _environment(environment), _lights("light", light)
+        from_file = _labels(labels)
         placed = []
         for volume, name, curve in zip(given, names, curves, strict=True):
-            # Which part is seen depends on the look: skin hides what some are for.
-            by_look = None if curve is not None else name or look.default_preset(volume)
-            shown = Volume(volume.native.peeled(by_look, peel, progress))
-            _, medium = look.preset_medium(name or look.default_preset(shown), shown)
+            look_of = None if name is None else look.preset_name(name)
+            shown = _shown(volume, look_of, curve is not None, 0.0 if peel_mm is not None else peel, progress)
+            _, medium = look.preset_medium(look_of or look.default_preset(shown), shown)
             if curve is not None:
-                medium = replace(medium, transfer_function=curve)
+                medium = replace(medium, transfer_function=_curve(curve, shown))
             medium = replace(
                 medium,
                 density=medium.density if density is None else density,
@@ -181,16 +283,26 @@ class Scene:
                 bounces=medium.bounces if bounces is None else bounces,
                 filter=filter,
             )
-            placed.append(VolumeInstance(shown, look.with_surface(medium, surface), _clip(clip)))
-        light_from = environment
-        if isinstance(light_from, EnvironmentMap):
-            light_from = Environment(light_from)
-        if isinstance(light_from, str):
-            known = light_from in ("studio", "uniform", "gradient")
-            light_from = Environment(light_from if known else EnvironmentMap.load(light_from))
+            found = from_file
+            if labels == "found":
+                found = volume.labels or volume.segment(progress).labels
+            elif from_file is not None:
+                _look_at_place(from_file, shown, len(given) == 1)
+            placed.append(
+                VolumeInstance(
+                    shown,
+                    look.with_surface(medium, surface),
+                    kept,
+                    labels=found,
+                    label_styles={} if label is None else label,
+                    clip_shapes=shapes,
+                    peel=_peel(volume, peel_mm, progress),
+                )
+            )
+        _check.number("environment_strength", environment_strength, 0.0, 1e6)
+        _check.number("environment_rotation", environment_rotation)
         strength = light_from.strength * environment_strength
         light_from = replace(light_from, strength=strength, rotation=light_from.rotation + environment_rotation)
-        lights = (light,) if isinstance(light, Sun | PointLight | SpotLight) else tuple(light)
         return cls(tuple(placed), light_from, lights)
 
 
@@ -203,6 +315,10 @@ class Camera:
     fov: float = 28.0
     """Degrees between the bottom and the top of the image."""
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "world_from_camera", _check.rows("world_from_camera", self.world_from_camera))
+        _check.number("fov", self.fov)
+
     @classmethod
     def look_at(
         cls, eye: Sequence[float], target: Sequence[float], up: Sequence[float] = (0.0, 1.0, 0.0), fov: float = 28.0
@@ -211,7 +327,8 @@ class Camera:
 
         Both are millimetres from the first scan's centre: x to the patient's left, y to the head, z to the viewer.
         """
-        return cls(_native.look_at(list(eye), list(target), list(up), fov), fov)
+        at, towards = _check.vector("eye", eye), _check.vector("target", target)
+        return cls(_native.look_at(at, towards, _check.vector("up", up), _check.number("fov", fov, 1e-3, 179.0)), fov)
 
     @classmethod
     def framing(
@@ -232,13 +349,132 @@ class Camera:
         - ``zoom``: how many times closer than where everything fits.
         - ``target``: the point looked at, as ``eye``. Default: the centre of what is seen.
         """
-        if not -90.0 <= elevation <= 90.0:
-            raise ValueError("elevation must be -90 to 90")
-        if not 1e-3 <= zoom <= 1e3:
-            raise ValueError("zoom must be 0.001 to 1000")
-        around = None if target is None else list(target)
-        rows, _ = _native.frame(scene, azimuth, elevation, zoom, fov, size[0] / size[1], around)
+        if not isinstance(scene, Scene):
+            made_by = "lumivox.Scene.of(volume, preset=...) makes one of a volume"
+            raise TypeError(f"scene must be a lumivox.Scene, not {_check.shown(scene)}; {made_by}")
+        _check.number("azimuth", azimuth)
+        _check.number("elevation", elevation, -90.0, 90.0)
+        _check.number("zoom", zoom, 1e-3, 1e3)
+        _check.number("fov", fov, 1e-3, 179.0)
+        width, height = pixels(size)
+        around = None if target is None else _check.vector("target", target)
+        rows, _ = _native.frame(scene, azimuth, elevation, zoom, fov, width / height, around)
         return cls(rows, fov)
+
+
+LARGEST_SIDE = 32_768
+
+MOST_PIXELS = 1 << 28
+
+
+def pixels(size: Any) -> tuple[int, int]:
+    """Width and height of an image that can be."""
+    sides = tuple(size) if isinstance(size, Sequence | np.ndarray) and not isinstance(size, str) else ()
+    if len(sides) != 2 or not all(_check.is_number(side) for side in sides):
+        raise TypeError(f"size must be width and height in pixels, such as (768, 768), not {_check.shown(size)}")
+    if any(side != side // 1 for side in sides):
+        raise ValueError(f"size must be whole numbers of pixels, not {_check.shown(size)}")
+    width, height = (int(side) for side in sides)
+    if not (1 <= width <= LARGEST_SIDE and 1 <= height <= LARGEST_SIDE):
+        raise ValueError(f"size: width and height must be 1 to {LARGEST_SIDE}, not {_check.shown(size)}")
+    if width * height > MOST_PIXELS:
+        raise ValueError(f"size: {width * height // 1_000_000} million pixels are too many")
+    return width, height
+
+
+def _lamp(lamp: PointLight | SpotLight) -> None:
+    object.__setattr__(lamp, "position", _check.vector("position", lamp.position))
+    object.__setattr__(lamp, "intensity", _check.light("intensity", lamp.intensity))
+    _check.number("radius", lamp.radius, 0.0, _check.FURTHEST_MM)
+
+
+def _instances(given: Any) -> tuple[VolumeInstance, ...]:
+    """What is in a scene, if it can be."""
+    made = (given,) if isinstance(given, VolumeInstance | Volume) or not isinstance(given, Sequence) else tuple(given)
+    for one in made:
+        if not isinstance(one, VolumeInstance):
+            made_by = "lumivox.Scene.of(volume, preset=...) makes a scene of a volume"
+            raise TypeError(f"a scene's volumes are lumivox.VolumeInstance, not {_check.shown(one)}; {made_by}")
+    return made
+
+
+def _lights(name: str, given: Any) -> tuple[Light, ...]:
+    """Lights that are some."""
+    made = tuple(given) if isinstance(given, list | tuple) else (given,)
+    for one in made:
+        if not isinstance(one, Sun | PointLight | SpotLight):
+            example = "such as lumivox.Sun(40, 30)"
+            raise TypeError(f"{name} must be a lumivox.Sun, PointLight or SpotLight, {example}, not {_check.shown(one)}")
+    return made
+
+
+def _environment(given: Any) -> Environment:
+    """Light of a name, a file or a map."""
+    if isinstance(given, Environment):
+        return given
+    if isinstance(given, EnvironmentMap) or (isinstance(given, str) and given in SOURCES):
+        return Environment(given)
+    if isinstance(given, str | os.PathLike):
+        name = _check.file("environment", given)
+        if not os.path.exists(name):
+            raise ValueError(f"environment {_check.shown(given)} is not {_check.listed(SOURCES)}, nor a file")
+        return Environment(EnvironmentMap.load(name))
+    known = "'studio', 'uniform', 'gradient', an .hdr or .exr file, or a lumivox.Environment or EnvironmentMap"
+    raise TypeError(f"environment must be {known}, not {_check.shown(given)}")
+
+
+def _labels(given: Any) -> Labels | None:
+    """Labels as they are, or of a file."""
+    if given is None or isinstance(given, Labels):
+        return given
+    if isinstance(given, str | os.PathLike):
+        return None if given == "found" else load_labels(given)
+    made_by = "lumivox.Labels.from_array(array, like=scan) makes some of an array"
+    raise TypeError(f"labels must be lumivox.Labels, a file or 'found', not {_check.shown(given)}; {made_by}")
+
+
+def _look_at_place(labels: Labels, volume: Volume, only: bool) -> None:
+    """Says where labels are not those of a scan."""
+    share = labels.native.share_within(volume.native)
+    if share == 0.0 and only:
+        remedy = "they are of another patient, or of another place; take the labels of this scan"
+        raise ValueError(f"none of the labels lies in the scan: {remedy}")
+    if share is None:
+        _warn("nothing is labelled")
+    elif 0.0 < share < 0.5:
+        _warn(f"{100.0 * (1.0 - share):.0f}% of what is labelled lies beyond the scan: are they of the same patient?")
+
+
+def _shown(volume: Volume, preset: str | None, own: bool, peel: float | None, progress: StageProgress | None) -> Volume:
+    """Which part of a volume is seen: that depends on the look, for skin hides what some are for."""
+    by_look = None if own else preset or look.default_preset(volume)
+    shown, note = volume.native.shown(by_look, peel, progress)
+    if note is not None:
+        _warn(note)
+    return Volume(shown)
+
+
+def _peel(volume: Volume, mm: float | None, progress: StageProgress | None) -> Peel | None:
+    if mm is None:
+        return None
+    depth = volume.skin_depth(progress)
+    if depth is None:
+        if mm > 0.0:
+            _warn("nothing is peeled: no skin was found, as in all that is no CT of a body")
+        return None
+    return Peel(depth, mm)
+
+
+def _curve(given: Any, volume: Volume) -> TransferFunction:
+    return given if isinstance(given, TransferFunction) else look.load_transfer_function(given, volume.value_range)
+
+
+def _warn(note: str) -> None:
+    """Says what is worth knowing, at the line that asked."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "lumivox":
+        frame, level = frame.f_back, level + 1
+    warnings.warn(note, stacklevel=level)
 
 
 def _volumes(volumes: Volume | Sequence[Volume]) -> list[Volume]:
@@ -251,21 +487,30 @@ def _volumes(volumes: Volume | Sequence[Volume]) -> list[Volume]:
     return given
 
 
-def _each(name: str, given: Any, count: int, kind: type) -> list[Any]:
+def _each(name: str, given: Any, count: int, kind: Any) -> list[Any]:
     """What was given once for all, or once for each."""
     if given is None or isinstance(given, kind):
         return [given] * count
-    several = list(given)
+    several = list(given) if isinstance(given, list | tuple) else [given]
+    for one in several:
+        if one is not None and not isinstance(one, kind):
+            what = "a name, such as 'ct-bone'" if name == "preset" else "a lumivox.TransferFunction or a file of one"
+            more = "; lumivox.presets() lists them" if name == "preset" else ""
+            raise TypeError(f"{name} must be {what}, not {_check.shown(one)}{more}")
     if len(several) not in (1, count):
         times, what = len(several), "scan" if count == 1 else "scans"
         raise ValueError(f"{name} is given {times} times for {count} {what}; give it once for all, or once for each")
     return several * count if len(several) == 1 else several
 
 
-def _clip(clip: tuple[Sequence[float], Sequence[float]] | None) -> tuple[Vec3, Vec3]:
+def _clip(clip: Any) -> tuple[Vec3, Vec3]:
     if clip is None:
         return (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
-    (a, b, c), (d, e, f) = ((float(part) for part in corner) for corner in clip)
+    corners = "two corners, ((x, y, z), (x, y, z)), each of fractions from 0 to 1 along the voxel axes"
+    try:
+        (a, b, c), (d, e, f) = (_check.vector("clip", corner) for corner in clip)
+    except (TypeError, ValueError):
+        raise ValueError(f"clip must be {corners}, not {_check.shown(clip)}") from None
     if not (0.0 <= a < d <= 1.0 and 0.0 <= b < e <= 1.0 and 0.0 <= c < f <= 1.0):
         raise ValueError("clip must be fractions from 0 to 1, each low one below its high one")
     return (a, b, c), (d, e, f)

@@ -3,44 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from lumivox import _native
+from lumivox import _check, _native
+from lumivox._check import PathLike
+from lumivox.labels import Labels
 
 StageProgress = Callable[[str, int, int], object]
 """Is told the stage, the steps done and the steps in all."""
-
-PathLike = str | os.PathLike[str]
-
-
-@dataclass(frozen=True)
-class Label:
-    """What one value of :attr:`Labels.array` means."""
-
-    value: int
-    """1 to 255; 0 belongs to no label."""
-    name: str
-    """For people: ``lungs``."""
-    color: tuple[float, float, float]
-    """Linear RGB, each 0 to 1."""
-
-
-@dataclass(frozen=True)
-class Labels:
-    """Which voxels of a scan are what."""
-
-    array: npt.NDArray[np.uint8]
-    """(z, y, x): the value of each voxel's label."""
-    labels: tuple[Label, ...]
-    """What the values mean, by rising value."""
-    sure: bool
-    """Whether they are sure enough to hide anything by."""
 
 
 class Volume:
@@ -52,6 +26,9 @@ class Volume:
     __slots__ = ("native",)
 
     def __init__(self, native: _native.Volume) -> None:
+        if not isinstance(native, _native.Volume):
+            makers = "lumivox.load(path), Volume.from_array(array) or Volume.from_sitk(image)"
+            raise TypeError(f"a volume is not made of {_check.shown(native)}, but by {makers}")
         self.native = native
 
     @classmethod
@@ -83,14 +60,13 @@ class Volume:
         """
         if np.ma.is_masked(array):
             raise ValueError("a masked array has values that are not there: fill them first, with array.filled(value)")
-        millimetres = np.asarray(spacing, dtype=np.float64)
-        if millimetres.shape != (3,) or not np.all(np.isfinite(millimetres) & (millimetres > 0.0)):
-            raise ValueError(f"spacing must be three numbers above 0, not {spacing!r}; orientation mirrors")
-        if np.shape(origin) != (3,) or not np.all(np.isfinite(np.asarray(origin, dtype=np.float64))):
-            raise ValueError(f"origin must be three finite numbers, not {origin!r}")
-        stored, offset = _stored(np.asarray(array))
-        direction = np.eye(3) if orientation is None else np.asarray(orientation, dtype=np.float64).reshape(3, 3)
-        matrix = np.column_stack([direction * millimetres, np.asarray(origin, dtype=np.float64)])
+        matrix = _check.place(spacing, origin, orientation)
+        slope, intercept = _check.number("slope", slope), _check.number("intercept", intercept)
+        if not isinstance(modality, str):
+            raise TypeError(f"modality must be 'CT', 'MR', 'PT' or '', not {_check.shown(modality)}")
+        if unit is not None and not isinstance(unit, str):
+            raise TypeError(f"unit must be a word, such as 'HU', not {_check.shown(unit)}")
+        stored, offset = _stored(_samples(array))
         return cls._from_stored(stored, slope, intercept + offset * slope, matrix, modality, unit)
 
     @classmethod
@@ -195,23 +171,28 @@ class Volume:
     @property
     def labels(self) -> Labels | None:
         """Which voxels are what, where that was looked for: by :func:`load`, :meth:`patient_alone` or :meth:`segment`."""
-        found = self.native.labels()
-        if found is None:
-            return None
-        array, entries = found
-        labels = (Label(value, name, (color[0], color[1], color[2])) for value, name, color in entries)
-        return Labels(array, tuple(labels), bool(self.native.sure))
+        found = self.native.labels
+        return None if found is None else Labels(found)
 
     def patient_alone(self, progress: StageProgress | None = None) -> Volume:
         """A CT without what lies around the patient (table, blankets, cables), which becomes air; :attr:`note` says what.
 
         Any other scan, and one in which the patient is not told apart for sure, comes back as it was.
         """
-        return Volume(self.native.patient_alone(progress))
+        return Volume(self.native.patient_alone(_check.called("progress", progress, "(stage, done, total)")))
 
     def segment(self, progress: StageProgress | None = None) -> Volume:
         """The same volume with :attr:`labels`: patient, lungs, airways, table, air and more."""
-        return Volume(self.native.segment(progress))
+        return Volume(self.native.segment(_check.called("progress", progress, "(stage, done, total)")))
+
+    def skin_depth(self, progress: StageProgress | None = None) -> Volume | None:
+        """How deep below the skin each point lies, in mm, up to 63, on a grid of its own: for :class:`Peel`.
+
+        By :attr:`labels`, of a CT; ``None`` where no skin was found for sure. It is found once, and kept.
+        """
+        looked = self if self.labels is not None else self.segment(progress)
+        depth = looked.native.skin_depth(_check.called("progress", progress, "(stage, done, total)"))
+        return None if depth is None else Volume(depth)
 
     def to_sitk(self) -> Any:
         """A ``SimpleITK.Image`` of the physical values."""
@@ -274,11 +255,6 @@ class Volume:
         return f"<lumivox.Volume: {kind}{x} x {y} x {z} voxels of {sx:.2f} x {sy:.2f} x {sz:.2f} mm, {low:g} to {high:g}{unit}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        labels = self.labels
-        found = None
-        if labels is not None:
-            entries = [(label.value, label.name, list(label.color)) for label in labels.labels]
-            found = (labels.array, entries, labels.sure, self.note)
         return _unpickle, (
             np.asarray(self.array),
             self.slope,
@@ -286,7 +262,8 @@ class Volume:
             self.patient_from_voxel,
             self.modality,
             self.unit,
-            found,
+            self.labels,
+            self.note,
         )
 
 
@@ -297,13 +274,21 @@ def _unpickle(
     matrix: npt.NDArray[np.float64],
     modality: str,
     unit: str,
-    found: tuple[Any, ...] | None,
+    labels: Labels | None,
+    note: str | None,
 ) -> Volume:
     volume = Volume._from_stored(stored, slope, intercept, matrix, modality, unit)
-    if found is None:
-        return volume
-    labels, *rest = found
-    return Volume(volume.native.with_labels(np.require(labels, requirements=["C", "A"]), *rest))
+    return volume if labels is None else Volume(volume.native.with_labels(labels.native, note))
+
+
+def _samples(array: Any) -> npt.NDArray[Any]:
+    """An array of samples, if it is one."""
+    if isinstance(array, str | bytes) or array is None:
+        raise TypeError(f"an array with the axes z, y, x is needed, not {_check.shown(array)}; lumivox.load(path) reads files")
+    try:
+        return np.asarray(array)
+    except ValueError:
+        raise ValueError("an array with the axes z, y, x is needed, not lists of several lengths") from None
 
 
 def _stored(array: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], float]:
@@ -329,9 +314,11 @@ def _stored(array: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], float]:
 
 
 def _paths(path: PathLike | Sequence[PathLike]) -> list[str]:
-    if isinstance(path, str | os.PathLike):
-        return [os.fspath(path)]
-    return [os.fspath(one) for one in path]
+    if not isinstance(path, list | tuple):
+        return [_check.file("path", path)]
+    if not path:
+        raise ValueError("path is an empty list; name a file or folder")
+    return [_check.file("path", one) for one in path]
 
 
 def load(
@@ -359,9 +346,13 @@ def load(
 
     Ctrl-C stops it. Raises :class:`ScanError`, which names the file, what is wrong and what to do.
     """
-    if keep not in ("patient", "everything"):
-        raise ValueError(f"keep '{keep}' is not 'patient' or 'everything'")
+    _check.choice("keep", keep, ("patient", "everything"))
+    if series is not None and not (isinstance(series, str) or _check.is_number(series)):
+        raise TypeError(f"series must be a place in the report's list, or a UID, not {_check.shown(series)}")
     chosen = None if series is None else str(series)
+    phase = None if phase is None else _check.whole("phase", phase, 1, 1 << 31)
+    raw = layout(raw)
+    _check.called("progress", progress, "(stage, done, total)")
     alone = keep == "patient"
     native = _native.load(_paths(path), chosen, phase, leave_gaps, fill_damaged, allow_outside_data, raw, alone, progress)
     return Volume(native)
@@ -375,18 +366,33 @@ def scan(
     raw: str | None = None,
 ) -> dict[str, Any]:
     """What could be loaded from a folder, archive or file, without loading it: the ``report`` that a load would have."""
-    report: dict[str, Any] = json.loads(_native.scan(_paths(path), allow_outside_data, raw, progress))
+    _check.called("progress", progress, "(stage, done, total)")
+    report: dict[str, Any] = json.loads(_native.scan(_paths(path), allow_outside_data, layout(raw), progress))
     return report
 
 
 def phantom(kind: str = "head", size: int = 256, seed: int = 1, progress: StageProgress | None = None) -> Volume:
-    """A procedural scan to try things on: ``"head"``, ``"torso"``, ``"cube"``, ``"slab"`` or ``"sphere"``.
+    """A procedural scan to try things on: ``"head"``, ``"torso"``, ``"cube"``, ``"slab"`` or ``"sphere"`` as a CT sees them,
+    ``"mr-head"`` or ``"mr-brain"``.
 
     ``size`` is in voxels along the longest side, 8 to 1024; ``seed`` is that of noise and anatomical variation.
     """
-    return Volume(_native.phantom(kind, size, seed, progress))
+    if not isinstance(kind, str):
+        raise TypeError(f"kind must be a phantom's name, such as 'head', not {_check.shown(kind)}")
+    voxels, chosen = _check.whole("size", size, 8, 1024), _check.whole("seed", seed, 0, (1 << 64) - 1)
+    return Volume(_native.phantom(kind, voxels, chosen, _check.called("progress", progress, "(stage, done, total)")))
 
 
 def write_dicom_series(volume: Volume, folder: PathLike, progress: StageProgress | None = None) -> int:
     """Writes a CT as a DICOM series into a new or empty folder; returns the number of files."""
-    return _native.write_dicom_series(volume.native, os.fspath(folder), progress)
+    if not isinstance(volume, Volume):
+        raise TypeError(f"a lumivox.Volume is needed, not {_check.shown(volume)}")
+    _check.called("progress", progress, "(stage, done, total)")
+    return _native.write_dicom_series(volume.native, _check.file("folder", folder), progress)
+
+
+def layout(raw: str | None) -> str | None:
+    """The layout of a RAW scan, if it is a text."""
+    if raw is not None and not isinstance(raw, str):
+        raise TypeError(f"raw must be a layout, such as '256x256x108:i16le:spacing=0.9,0.9,1.5', not {_check.shown(raw)}")
+    return raw

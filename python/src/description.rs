@@ -8,12 +8,14 @@ use std::time::Duration;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
-    self as core, Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Filter, Lamp, Light,
-    LightKind, PerspectiveCamera, SurfaceReflection, VolumeInstance, framing, world_from_patient,
+    self as core, Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Filter,
+    GradientFunction, Lamp, Light, LightKind, MOST_CLIP_SHAPES, PerspectiveCamera, SurfaceReflection,
+    VolumeInstance, framing, world_from_patient,
 };
 use lumivox_wgpu::RenderRequest;
 use pyo3::prelude::*;
 
+use crate::classification::{ClipShape, Named, Peel, Style, labelling};
 use crate::errors;
 use crate::looks;
 use crate::volume::{Rows, Volume, affine, rows};
@@ -25,10 +27,30 @@ const METRES_PER_MM: f64 = 1e-3;
 pub struct TransferFunction {
     opacity: Vec<(f64, f64, String)>,
     color: Vec<(f64, [f64; 3])>,
+    /// Gradients in units per mm, and what is for them.
+    gradients: Vec<(f64, TransferFunction)>,
 }
 
 impl TransferFunction {
-    /// The transfer function described.
+    /// Whether it has rows for gradients.
+    pub fn has_gradients(&self) -> bool {
+        !self.gradients.is_empty()
+    }
+
+    /// Its rows for gradients.
+    pub fn rows(&self) -> PyResult<Vec<GradientFunction>> {
+        let row = |(per_mm, row): &(f64, Self)| {
+            Ok(GradientFunction { per_mm: *per_mm, transfer_function: row.build()? })
+        };
+        self.gradients.iter().map(row).collect()
+    }
+
+    /// A medium of the function alone.
+    pub fn medium(&self) -> PyResult<core::Medium> {
+        Ok(core::Medium { gradients: self.rows()?, ..core::Medium::new(self.build()?) }.sanitized())
+    }
+
+    /// The transfer function described, for where values do not change.
     pub fn build(&self) -> PyResult<core::TransferFunction> {
         let ease = |word: &str| match word {
             "linear" => Ok(Ease::Linear),
@@ -47,11 +69,19 @@ impl TransferFunction {
 
 /// `lumivox.SurfaceReflection`.
 #[derive(FromPyObject)]
-struct Surface {
+pub struct Surface {
     strength: f64,
     gradient_per_mm: f64,
     roughness: f64,
     specular: f64,
+}
+
+impl Surface {
+    /// The reflection described.
+    pub fn build(&self) -> SurfaceReflection {
+        let Self { strength, gradient_per_mm, roughness, specular } = *self;
+        SurfaceReflection { strength, gradient_per_mm, roughness, specular }
+    }
 }
 
 /// `lumivox.Medium`.
@@ -71,7 +101,7 @@ impl Medium {
     fn build(&self) -> PyResult<core::Medium> {
         let medium = core::Medium {
             transfer_function: self.transfer_function.build()?,
-            gradients: vec![],
+            gradients: self.transfer_function.rows()?,
             density_scale: self.density,
             albedo: self.albedo,
             anisotropy: self.anisotropy,
@@ -86,12 +116,7 @@ impl Medium {
                     return Err(errors::value(format!("filter '{other}' is not {known}")));
                 }
             },
-            surface: SurfaceReflection {
-                strength: self.surface.strength,
-                gradient_per_mm: self.surface.gradient_per_mm,
-                roughness: self.surface.roughness,
-                specular: self.surface.specular,
-            },
+            surface: self.surface.build(),
             extinction_space: match self.extinction_space.as_str() {
                 "volume" => ExtinctionSpace::Volume,
                 "world" => ExtinctionSpace::World,
@@ -108,8 +133,15 @@ impl Medium {
 
 /// `lumivox.Volume`, of which the native half counts.
 #[derive(FromPyObject)]
-struct Wrapped {
+pub struct Wrapped {
     native: Py<Volume>,
+}
+
+impl Wrapped {
+    /// The volume, shared.
+    pub fn shared(&self) -> Arc<core::Volume> {
+        self.native.get().shared()
+    }
 }
 
 /// `lumivox.VolumeInstance`.
@@ -120,6 +152,33 @@ struct Instance {
     clip: ([f64; 3], [f64; 3]),
     world_from_patient: Option<Rows>,
     layers: u32,
+    labels: Option<Named>,
+    label_styles: Vec<(u8, Style)>,
+    clip_shapes: Vec<ClipShape>,
+    peel: Option<Peel>,
+}
+
+impl Instance {
+    fn build(&self, usual: DAffine3) -> PyResult<VolumeInstance> {
+        let (low, high) = self.clip;
+        let world_from_patient = self.world_from_patient.map_or(usual, affine);
+        if self.clip_shapes.len() > MOST_CLIP_SHAPES {
+            let given = self.clip_shapes.len();
+            return Err(errors::value(format!(
+                "clip_shapes are {given}, of which {MOST_CLIP_SHAPES} are possible"
+            )));
+        }
+        let labels = self.labels.as_ref().map(|labels| labelling(labels, &self.label_styles)).transpose()?;
+        let shapes = self.clip_shapes.iter().map(|shape| shape.build(world_from_patient));
+        Ok(VolumeInstance {
+            clip_box: [DVec3::from_array(low), DVec3::from_array(high)],
+            layers: self.layers,
+            labels,
+            peel: self.peel.as_ref().map(Peel::build),
+            clip_shapes: shapes.collect::<PyResult<_>>()?,
+            ..VolumeInstance::new(self.volume.shared(), self.medium.build()?, world_from_patient)
+        })
+    }
 }
 
 /// `lumivox.Environment`.
@@ -238,22 +297,24 @@ pub struct Scene {
 impl Scene {
     /// The scene described. Volumes that are placed nowhere share the first one's patient space, its centre at the origin.
     pub fn build(&self) -> PyResult<core::Scene> {
-        let center = self.volumes.first().map(|first| first.volume.native.get().shared().center_mm());
+        let center = self.volumes.first().map(|first| first.volume.shared().center_mm());
         let usual = world_from_patient() * DAffine3::from_translation(-center.unwrap_or_default());
-        let volumes = (self.volumes.iter())
-            .map(|instance| {
-                let (low, high) = instance.clip;
-                let volume = instance.volume.native.get().shared();
-                let world_from_patient = instance.world_from_patient.map_or(usual, affine);
-                Ok(VolumeInstance {
-                    clip_box: [DVec3::from_array(low), DVec3::from_array(high)],
-                    layers: instance.layers,
-                    ..VolumeInstance::new(volume, instance.medium.build()?, world_from_patient)
-                })
-            })
-            .collect::<PyResult<_>>()?;
+        let volumes = self.volumes.iter().map(|instance| instance.build(usual)).collect::<PyResult<_>>()?;
         let lights = self.lights.iter().map(AnyLight::build).collect();
         Ok(core::Scene { volumes, environment: self.environment.build()?, lights })
+    }
+}
+
+/// The light of a `lumivox.Scene`, without what it falls on.
+#[derive(FromPyObject)]
+pub struct Lit {
+    environment: Surroundings,
+}
+
+impl Lit {
+    /// The environment described.
+    pub fn build(&self) -> PyResult<Environment> {
+        self.environment.build()
     }
 }
 

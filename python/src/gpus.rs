@@ -68,8 +68,8 @@ pub struct Renderer {
 }
 
 /// What a render brought: the film, how it ended ("complete", "stopped" or a failure's words), seconds of preparation and
-/// tracing, pixels with unfinished paths, and reductions of the volumes.
-type Brought = (Film, String, f64, f64, u32, Vec<u32>);
+/// tracing, pixels with unfinished paths, reductions of the volumes, and bytes brought to the GPU.
+type Brought = (Film, String, f64, f64, u32, Vec<u32>, u64);
 
 fn brought(rendered: Rendered) -> Brought {
     let outcome = match &rendered.outcome {
@@ -78,7 +78,8 @@ fn brought(rendered: Rendered) -> Brought {
         Outcome::Failed(error) => error.to_string(),
     };
     let [prepare, trace] = [rendered.prepare, rendered.trace].map(|time| time.as_secs_f64());
-    (Film(rendered.film), outcome, prepare, trace, rendered.unfinished, rendered.reductions)
+    let Rendered { film, unfinished, reductions, uploaded, .. } = rendered;
+    (Film(film), outcome, prepare, trace, unfinished, reductions, uploaded)
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

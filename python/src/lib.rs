@@ -4,10 +4,12 @@
 //! Scenes come as plain Python objects, read by the names of their attributes (`description.rs`): they can be pickled and
 //! compared, and a cluster sends them. Only voxels, films and GPUs live here.
 
+mod classification;
 mod description;
 mod errors;
 mod film;
 mod gpus;
+mod labels;
 mod looks;
 mod phantoms;
 mod pictures;
@@ -19,6 +21,8 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
+    use crate::classification::{clip_shape, is_solid};
+    #[pymodule_export]
     use crate::description::{frame, look_at};
     #[pymodule_export]
     use crate::errors::{GpuError, LumivoxError, RenderError, ScanError};
@@ -26,6 +30,8 @@ mod _native {
     use crate::film::Film;
     #[pymodule_export]
     use crate::gpus::{Renderer, Still, gpus};
+    #[pymodule_export]
+    use crate::labels::{Labels, load_labels};
     #[pymodule_export]
     use crate::looks::{
         Map, default_preset, load_environment, load_transfer_function, preset_medium, presets,

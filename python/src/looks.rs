@@ -89,24 +89,35 @@ pub fn preset_medium(py: Python<'_>, name: &str, volume: &Volume) -> PyResult<(&
     Ok((preset.name(), parts))
 }
 
-/// Opacity and linear RGB at values.
+/// Opacity and linear RGB at values that change so much per mm.
 #[pyfunction]
-pub fn transfer_function_at(curve: TransferFunction, values: Vec<f64>) -> PyResult<Vec<(f64, [f64; 3])>> {
-    let curve = curve.build()?;
-    Ok(values.into_iter().map(|value| (curve.opacity(value), curve.color(value))).collect())
+pub fn transfer_function_at(
+    curve: TransferFunction,
+    values: Vec<f64>,
+    per_mm: f64,
+) -> PyResult<Vec<(f64, [f64; 3])>> {
+    let medium = curve.medium()?;
+    Ok(values.into_iter().map(|value| medium.opacity_and_color(value, per_mm)).collect())
 }
 
-/// The points of a transfer function in a file.
+/// The points of a transfer function in a file, and those of its rows for gradients, in units per mm.
 #[pyfunction]
-pub fn load_transfer_function(path: PathBuf, value_range: [f64; 2]) -> PyResult<Points> {
-    let curve = lumivox_import::load_transfer_function(&path, value_range).map_err(errors::import)?;
-    Ok(points(&curve))
+pub fn load_transfer_function(
+    path: PathBuf,
+    value_range: [f64; 2],
+) -> PyResult<(Points, Vec<(f64, Points)>)> {
+    let loaded = lumivox_import::load_transfer_function_2d(&path, value_range);
+    let (curve, gradients) = loaded.map_err(errors::import)?;
+    let rows = gradients.iter().map(|row| (row.per_mm, points(&row.transfer_function)));
+    Ok((points(&curve), rows.collect()))
 }
 
 /// Writes a transfer function's file.
 #[pyfunction]
 pub fn save_transfer_function(path: PathBuf, curve: TransferFunction, unit: &str) -> PyResult<()> {
-    lumivox_import::save_transfer_function(&path, &curve.build()?, unit).map_err(errors::import)
+    let medium = curve.medium()?;
+    let (function, rows) = (&medium.transfer_function, &medium.gradients);
+    lumivox_import::save_transfer_function_2d(&path, function, rows, unit).map_err(errors::import)
 }
 
 /// An equirectangular `.hdr` or `.exr` file.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use lumivox_phantom::{AnatomyOptions, SeriesDescription, TorsoOptions, WriteError};
+use lumivox_phantom::{AnatomyOptions, MrPart, SeriesDescription, TorsoOptions, WriteError};
 use pyo3::prelude::*;
 
 use crate::errors;
@@ -36,6 +36,14 @@ pub fn phantom(
             })?
             .map_err(|_| errors::cancelled())?
         }
+        "mr-head" | "mr-brain" => {
+            let options = AnatomyOptions { size, seed, ..AnatomyOptions::default() };
+            let part = if kind == "mr-head" { MrPart::Head } else { MrPart::Brain };
+            wait::stages(py, progress, |progress, cancel| {
+                lumivox_phantom::anatomy_mr(options, part, progress, cancel)
+            })?
+            .map_err(|_| errors::cancelled())?
+        }
         "torso" => {
             let options = TorsoOptions { size, seed, ..TorsoOptions::default() };
             wait::stages(py, progress, |progress, cancel| lumivox_phantom::torso(options, progress, cancel))?
@@ -45,8 +53,9 @@ pub fn phantom(
         "slab" => lumivox_phantom::slab(BODY_HU, inside / 10.0, 1.0),
         "sphere" => lumivox_phantom::sphere(BODY_HU, inside / 2.0 - 0.5, 1.0),
         other => {
-            let message = format!("there is no phantom '{other}'. Phantoms: head, torso, cube, slab, sphere");
-            return Err(errors::value(message));
+            return Err(errors::value(format!(
+                "there is no phantom '{other}'. Phantoms: head, mr-head, mr-brain, torso, cube, slab, sphere"
+            )));
         }
     };
     Ok(volume.into())

@@ -4,27 +4,30 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
-use lumivox_core::{self as core, Label, LabelVolume, Modality, Preset, Voxels};
+use lumivox_core::{self as core, LabelVolume, Modality, Organ, Preset, Voxels};
 use lumivox_import::{CodecWorker, ImportOptions};
-use lumivox_segmentation::{SegmentationReport, skin_is_dense};
+use lumivox_segmentation::{SegmentationReport, has_organ, skin_is_dense};
 use numpy::ndarray::ArrayView3;
-use numpy::{Element, PyArray3, PyArrayMethods, PyReadonlyArray3};
+use numpy::{Element, PyArray3, PyReadonlyArray3};
 use pyo3::prelude::*;
 
 use crate::errors;
+use crate::labels::Labels;
 use crate::wait;
 
 /// Rows of a transform: `a = m[:, :3] @ b + m[:, 3]`.
 pub type Rows = [[f64; 4]; 3];
 
-/// A label's value, name and linear colour.
-type LabelEntry = (u8, String, [f64; 3]);
-
-/// The label of each voxel, and what the labels mean.
-type LabelParts<'py> = (Bound<'py, PyArray3<u8>>, Vec<LabelEntry>);
-
-/// A volume without what is below its skin, and by what it was peeled: whether that was asked for, and the bits of the mm.
-type Peeled = ((bool, u64), Arc<core::Volume>);
+/// Which part of a volume is shown, in place of all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Part {
+    /// Without so many mm of skin; ears stay.
+    WithoutSkin(f64),
+    /// Without all that lies less than so many mm deep.
+    Below(f64),
+    /// One organ.
+    Organ(Organ),
+}
 
 /// The transform of rows.
 pub fn affine(rows: Rows) -> DAffine3 {
@@ -42,7 +45,7 @@ pub fn rows(affine: DAffine3) -> Rows {
 #[derive(Clone)]
 struct Found {
     labels: Arc<LabelVolume>,
-    /// Whether it is sure enough to hide anything by.
+    /// Whether they are sure enough to hide anything by.
     sure: bool,
     /// What was hidden, or why nothing was.
     note: Option<String>,
@@ -54,13 +57,15 @@ pub struct Volume {
     volume: Arc<core::Volume>,
     report: Option<String>,
     found: Option<Found>,
-    /// The last that was peeled of it, with what it was peeled by.
-    peeled: Mutex<Option<Peeled>>,
+    /// The last part that was shown of it.
+    part: Mutex<Option<(Part, Arc<core::Volume>)>>,
+    /// Depth below its skin, once it was asked for.
+    depth: Mutex<Option<Arc<core::Volume>>>,
 }
 
 impl From<core::Volume> for Volume {
     fn from(volume: core::Volume) -> Self {
-        Self { volume: Arc::new(volume), report: None, found: None, peeled: Mutex::new(None) }
+        Self::of(Arc::new(volume))
     }
 }
 
@@ -71,7 +76,7 @@ impl Volume {
     }
 
     fn of(volume: Arc<core::Volume>) -> Self {
-        Self { volume, report: None, found: None, peeled: Mutex::new(None) }
+        Self { volume, report: None, found: None, part: Mutex::new(None), depth: Mutex::new(None) }
     }
 }
 
@@ -115,9 +120,9 @@ impl Volume {
         let volume = slf.get().shared();
         let dims = volume.dims();
         match volume.voxels() {
-            Voxels::U8(samples) => view(&slf, samples, dims),
-            Voxels::U16(samples) => view(&slf, samples, dims),
-            Voxels::F32(samples) => view(&slf, samples, dims),
+            Voxels::U8(samples) => view(slf.as_any(), samples, dims),
+            Voxels::U16(samples) => view(slf.as_any(), samples, dims),
+            Voxels::F32(samples) => view(slf.as_any(), samples, dims),
         }
     }
 
@@ -184,12 +189,6 @@ impl Volume {
         self.found.as_ref()?.note.as_deref()
     }
 
-    /// Whether labels are there that are sure enough to hide anything by; `None` without any.
-    #[getter]
-    fn sure(&self) -> Option<bool> {
-        self.found.as_ref().map(|found| found.sure)
-    }
-
     /// The scan without what lies around the patient.
     fn patient_alone(&self, py: Python<'_>, progress: Option<Py<PyAny>>) -> PyResult<Self> {
         let volume = core::Volume::clone(&self.volume);
@@ -211,70 +210,96 @@ impl Volume {
         Ok(Self { report: self.report.clone(), found, ..Self::of(self.volume.clone()) })
     }
 
-    /// The label of each voxel (z, y, x), and what the labels mean; `None` where nothing was looked for.
-    fn labels<'py>(&self, py: Python<'py>) -> PyResult<Option<LabelParts<'py>>> {
-        let Some(found) = &self.found else { return Ok(None) };
-        let [x, y, z] = found.labels.dims();
-        let flat = numpy::PyArray1::from_slice(py, found.labels.voxels());
-        let entry = |label: &Label| (label.value, label.name.clone(), label.color);
-        Ok(Some((flat.reshape([z, y, x])?, found.labels.labels().iter().map(entry).collect())))
+    /// What was found in it; `None` where nothing was looked for.
+    #[getter]
+    fn labels(&self) -> Option<Labels> {
+        self.found.as_ref().map(|found| Labels::new(found.labels.clone(), found.sure))
     }
 
-    /// The same volume with labels (z, y, x) that were found before.
-    fn with_labels(
-        &self,
-        labels: PyReadonlyArray3<'_, u8>,
-        entries: Vec<LabelEntry>,
-        sure: bool,
-        note: Option<String>,
-    ) -> PyResult<Self> {
-        let (dims, voxels) = samples(&labels)?;
-        if dims != self.volume.dims() {
+    /// The same volume with labels that were found before.
+    fn with_labels(&self, labels: &Labels, note: Option<String>) -> PyResult<Self> {
+        let (sure, labels) = (labels.is_sure(), labels.shared());
+        if labels.dims() != self.volume.dims() {
             return Err(errors::value("labels of another grid"));
         }
-        let entries = entries.into_iter().map(|(value, name, color)| Label { value, name, color }).collect();
-        let labels = LabelVolume::new(dims, voxels, self.volume.patient_from_voxel(), entries);
-        let found = Found { labels: Arc::new(labels.map_err(errors::scan)?), sure, note };
-        Ok(Self { report: self.report.clone(), found: Some(found), ..Self::of(self.volume.clone()) })
+        let found = Some(Found { labels, sure, note });
+        Ok(Self { report: self.report.clone(), found, ..Self::of(self.volume.clone()) })
     }
 
-    /// What a look shows of it: without skin where that hides what the preset is for, or without the `peel` mm below the
-    /// skin that are asked for.
-    fn peeled(
+    /// The voxels alone, without what is known of them.
+    fn bare(&self) -> Self {
+        Self::of(self.volume.clone())
+    }
+
+    /// What a look shows of it, and what there is to say about that: one organ alone, without skin where that hides what the
+    /// preset is for, or without the `peel` mm below the skin that are asked for.
+    fn shown(
         &self,
         py: Python<'_>,
         preset: Option<&str>,
         peel: Option<f64>,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<Self> {
-        if peel.is_some_and(|peel| !(0.0..=63.0).contains(&peel)) {
-            return Err(errors::value("peel must be 0 to 63"));
-        }
+    ) -> PyResult<(Self, Option<&'static str>)> {
+        let all = |note| Ok((Self::of(self.volume.clone()), note));
         let preset = preset.map(Preset::from_name).transpose().map_err(errors::value)?;
-        let mm = peel.or(preset.map(Preset::peel_mm)).unwrap_or(0.0);
-        let Some(found) = self.found.as_ref().filter(|found| found.sure && mm > 0.0) else {
-            return Ok(Self::of(self.volume.clone()));
+        let found = self.found.as_ref().filter(|found| found.sure);
+        let part = if let Some(organ) = preset.and_then(Preset::organ) {
+            match found {
+                Some(found) if py.detach(|| has_organ(&found.labels, organ)) => Part::Organ(organ),
+                _ => return all(Some("no lungs with airways were found: all is shown")),
+            }
+        } else {
+            match peel {
+                Some(mm) if mm > 0.0 => Part::Below(mm),
+                Some(_) => return all(None),
+                None => Part::WithoutSkin(preset.map_or(0.0, Preset::peel_mm)),
+            }
+        };
+        let Some(found) = found else {
+            let asked = matches!(part, Part::Below(_));
+            let note = "nothing is peeled: no skin was found, as in all that is no CT of a body";
+            return all(asked.then_some(note));
         };
         let (volume, labels) = (&self.volume, &found.labels);
-        let asked = peel.is_some();
-        if !asked && !py.detach(|| skin_is_dense(volume, labels)) {
-            return Ok(Self::of(self.volume.clone()));
+        if let Part::WithoutSkin(mm) = part
+            && (mm <= 0.0 || !py.detach(|| skin_is_dense(volume, labels)))
+        {
+            return all(None);
         }
-        let key = (asked, mm.to_bits());
-        let kept = self.peeled.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        if let Some((_, kept)) = kept.filter(|(by, _)| *by == key) {
-            return Ok(Self::of(kept));
+        let kept = self.part.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        if let Some((_, kept)) = kept.filter(|(of, _)| *of == part) {
+            return Ok((Self::of(kept), None));
         }
-        let peeled = wait::stages(py, progress, |progress, cancel| {
+        let made = wait::stages(py, progress, |progress, cancel| {
             let volume = core::Volume::clone(volume);
-            match asked {
-                true => lumivox_segmentation::peel(volume, labels, mm, progress, cancel),
-                false => lumivox_segmentation::peel_skin(volume, labels, mm, progress, cancel),
+            match part {
+                Part::Below(mm) => lumivox_segmentation::peel(volume, labels, mm, progress, cancel),
+                Part::WithoutSkin(mm) => {
+                    lumivox_segmentation::peel_skin(volume, labels, mm, progress, cancel)
+                }
+                Part::Organ(organ) => {
+                    lumivox_segmentation::organ_alone(volume, labels, organ, progress, cancel)
+                }
             }
         })?;
-        let peeled = Arc::new(peeled.map_err(|_| errors::cancelled())?);
-        *self.peeled.lock().unwrap_or_else(PoisonError::into_inner) = Some((key, peeled.clone()));
-        Ok(Self::of(peeled))
+        let made = Arc::new(made.map_err(|_| errors::cancelled())?);
+        *self.part.lock().unwrap_or_else(PoisonError::into_inner) = Some((part, made.clone()));
+        Ok((Self::of(made), None))
+    }
+
+    /// Depth below the skin in mm, where a skin was found for sure.
+    fn skin_depth(&self, py: Python<'_>, progress: Option<Py<PyAny>>) -> PyResult<Option<Self>> {
+        let Some(found) = self.found.as_ref().filter(|found| found.sure) else { return Ok(None) };
+        let kept = self.depth.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        if let Some(kept) = kept {
+            return Ok(Some(Self::of(kept)));
+        }
+        let made = wait::stages(py, progress, |progress, cancel| {
+            lumivox_segmentation::skin_depth(&self.volume, &found.labels, progress, cancel)
+        })?;
+        let made = Arc::new(made.map_err(|_| errors::cancelled())?);
+        *self.depth.lock().unwrap_or_else(PoisonError::into_inner) = Some(made.clone());
+        Ok(Some(Self::of(made)))
     }
 
     /// Whether both are of the same voxels in memory.
@@ -307,21 +332,22 @@ fn modality_of(word: &str) -> PyResult<Modality> {
 }
 
 /// Voxels along x, y, z of an array (z, y, x), and its samples.
-fn samples<T: Element + Copy>(array: &PyReadonlyArray3<'_, T>) -> PyResult<([usize; 3], Vec<T>)> {
+pub fn samples<T: Element + Copy>(array: &PyReadonlyArray3<'_, T>) -> PyResult<([usize; 3], Vec<T>)> {
     let &[z, y, x] = array.as_array().shape() else { unreachable!("three axes") };
     let samples = array.as_slice().map_err(|_| errors::value("the array is not contiguous"))?;
     Ok(([x, y, z], samples.to_vec()))
 }
 
-fn view<'py, T: Element>(
-    volume: &Bound<'py, Volume>,
+/// Samples that belong to an object, as an array (z, y, x) that keeps it.
+pub fn view<'py, T: Element>(
+    owner: &Bound<'py, PyAny>,
     samples: &[T],
     [x, y, z]: [usize; 3],
 ) -> PyResult<Bound<'py, PyAny>> {
     let view = ArrayView3::from_shape((z, y, x), samples).map_err(errors::value)?;
-    // SAFETY: the samples live as long as the volume, which the array keeps, and a volume never changes: `frozen`, and its
-    // samples behind an `Arc` that is only read.
-    let array = unsafe { PyArray3::borrow_from_array(&view, volume.clone().into_any()) };
+    // SAFETY: the samples live as long as their owner, a volume or labels, which the array keeps, and which never changes:
+    // `frozen`, and its samples behind an `Arc` that is only read.
+    let array = unsafe { PyArray3::borrow_from_array(&view, owner.clone()) };
     array.getattr("flags")?.setattr("writeable", false)?;
     Ok(array.into_any())
 }
@@ -341,7 +367,7 @@ pub fn load(
     patient_alone: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Volume> {
-    let options = options(series, phase, leave_gaps, fill_damaged, allow_outside_data, raw)?;
+    let options = import_options(series, phase, leave_gaps, fill_damaged, allow_outside_data, raw)?;
     let told = progress.as_ref().map(|told| told.clone_ref(py));
     let loaded =
         wait::stages(py, told, |progress, cancel| lumivox_import::load(&paths, &options, progress, cancel))?;
@@ -363,14 +389,15 @@ pub fn scan(
     raw: Option<&str>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
-    let options = options(None, None, false, false, allow_outside_data, raw)?;
+    let options = import_options(None, None, false, false, allow_outside_data, raw)?;
     let scanned = wait::stages(py, progress, |progress, cancel| {
         lumivox_import::scan(&paths, &options, progress, cancel)
     })?;
     serde_json::to_string(&scanned.map_err(errors::import)?).map_err(errors::scan)
 }
 
-fn options(
+/// What the importer is asked for.
+pub fn import_options(
     series: Option<String>,
     phase: Option<usize>,
     leave_gaps: bool,

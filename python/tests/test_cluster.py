@@ -123,6 +123,49 @@ def test_volumes_are_sent_once_and_known_by_what_they_hold(local: cluster.Local,
     assert shipping.key_of(moved) != shipping.key_of(other)
 
 
+def test_labels_clip_shapes_and_depths_travel_with_the_scan_once(local: cluster.Local, head: lumivox.Volume) -> None:
+    array = (head.values[::2, ::2, ::2] > 200).astype(np.uint8)
+    labels = lumivox.Labels.from_array(array, tuple(2 * mm for mm in head.spacing), head.origin, names={1: "bone"})
+    border = lumivox.TransferFunction([(0, 1.0)], [(0, "#ff4020")])
+    curve = lumivox.TransferFunction([(-500, 0.0), (300, 0.6)], [(0, (1, 0.8, 0.6))], gradients=[(40.0, border)])
+    scan = head.segment()
+    options: Options = {
+        "size": (48, 40),
+        "samples": 16,
+        "pass_samples": 4,
+        "transfer_function": curve,
+        "labels": labels,
+        "label": {"bone": "preset:ct-bone,uncut", "unlabelled": lumivox.LabelStyle(opacity=0.5, color="#80a0ff")},
+        "clip_shape": [lumivox.ClipShape.plane((0, 0, 10), (0, 0.2, -1)), lumivox.ClipShape.sphere((0, 0, 60), 40).invert()],
+        "peel_mm": 4.0,
+    }
+    single = lumivox.render(scan, **options)
+    assert 0.05 < single.alpha.mean() < 0.95
+    job = cluster.submit(scan, cluster=local, tiles=5, ranges=1, **options)
+    np.testing.assert_array_equal(job.result().film.sums(), single.film.sums())
+    depth = scan.skin_depth()
+    assert depth is not None
+    assert job.figures.volume_bytes in (
+        labels.array.nbytes + depth.array.nbytes,
+        head.array.nbytes + labels.array.nbytes + depth.array.nbytes,
+    )
+    # In software long paths are put aside and taken up again: then a pass is added up in pieces, and ranges round otherwise.
+    ranges = cluster.render(scan, cluster=local, tiles=2, ranges=4, **options).film.sums()
+    np.testing.assert_allclose(ranges, single.film.sums(), rtol=1e-5, atol=1e-5)
+    np.testing.assert_array_equal(ranges[1, ..., 2], single.film.sums()[1, ..., 2])
+    # What was found in the scan has done its work, and stays here.
+    _, shared = shipping.detach(plan(scan, options))
+    assert [one.content.labels for one in shared if isinstance(one.content, lumivox.Volume)] == [None, None]
+    # Other labels of the same content, shapes elsewhere: nothing is sent again.
+    same = lumivox.Labels.from_array(array, labels.spacing, head.origin, names={1: "bone"})
+    moved: Options = {**options, "labels": same, "clip_shape": lumivox.ClipShape.plane((0, 0, 20), (0, 0, -1)), "peel_mm": 9.0}
+    again = cluster.submit(scan, cluster=local, tiles=2, ranges=1, **moved)
+    np.testing.assert_array_equal(again.result().film.sums(), lumivox.render(scan, **moved).film.sums())
+    assert again.figures.volume_bytes == 0
+    named = lumivox.Labels.from_array(array, labels.spacing, head.origin, names={1: "skull"})
+    assert shipping.key_of(labels) == shipping.key_of(same) != shipping.key_of(named)
+
+
 def pids(local: cluster.Local) -> list[int]:
     return [one["pid"] for one in cluster.workers(local).values()]
 
@@ -286,6 +329,13 @@ def test_the_command_renders_on_a_cluster(
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "own.png").read_bytes() == (tmp_path / "cluster.png").read_bytes()
     assert f"tracing on the cluster at {address}" in done.stderr
+
+    opened = ["--labels", "found", "--label", "body=color:#c04030,opacity:0.3", "--label", "air outside=hide"]
+    opened += ["--clip-shape", "!plane:0,0,0,0,0.3,1"]
+    assert run("own.png", *opened).returncode == 0
+    done = run("cluster.png", "--cluster", address, *opened)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "own.png").read_bytes() == (tmp_path / "cluster.png").read_bytes()
 
     missing = run("a.png", "--cluster", address, LUMIVOX_PYTHON="no-such-python")
     assert missing.returncode == 1 and "--cluster needs Python with Lumivox" in missing.stderr

@@ -17,6 +17,7 @@ LEFT = {
     "light": ["light-lamp.png", "light-studio.png", "light-sun.png"],
     "turntable": [f"turntable-{number:03d}.png" for number in range(12)],
     "labels": ["patient.png"],
+    "opened": [f"opened-{number}.png" for number in range(3)],
 }
 
 
@@ -36,7 +37,7 @@ def test_an_example_runs(example: Path, tmp_path: Path) -> None:
 
 
 def test_every_example_is_there() -> None:
-    assert {"hello", "arrays", "turntable", "study"} <= {path.stem for path in EXAMPLES}
+    assert {"hello", "arrays", "turntable", "study", "opened"} <= {path.stem for path in EXAMPLES}
     assert LEFT.keys() <= {path.stem for path in EXAMPLES}
 
 

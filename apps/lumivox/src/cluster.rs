@@ -7,14 +7,18 @@
 use std::{
     io::{self, BufRead, BufReader, Read, Write},
     process::{Child, ChildStdin, Command, Stdio},
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
     thread,
     time::Duration,
 };
 
 use lumivox_core::{
-    CancelToken, Cone, Ease, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Filter, Light, LightKind,
-    Medium, PerspectiveCamera, Scene, VolumeInstance, Voxels, glam::DAffine3,
+    CancelToken, ClipKind, ClipShape, Cone, Ease, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Filter,
+    LabelStyle, LabelVolume, Labelling, Light, LightKind, Medium, PerspectiveCamera, Scene,
+    SurfaceReflection, TransferFunction, VolumeInstance, Voxels, glam::DAffine3,
 };
 use lumivox_renderer::Film;
 use lumivox_wgpu::{RenderProgress, RenderRequest};
@@ -106,6 +110,9 @@ fn send(mut input: ChildStdin, header: &Value, scene: &Scene, enough: impl Fn() 
         for instance in &scene.volumes {
             input.write_all(instance.volume.voxels().as_bytes())?;
         }
+        for labels in label_volumes(scene) {
+            input.write_all(labels.voxels())?;
+        }
         if let Some(map) = map_of(scene) {
             for texel in map.texels.as_flattened() {
                 input.write_all(&texel.to_ne_bytes())?;
@@ -180,7 +187,8 @@ fn header(
     Ok(json!({
         "version": env!("CARGO_PKG_VERSION"),
         "address": address,
-        "volumes": scene.volumes.iter().map(volume).collect::<Vec<_>>(),
+        "labels": label_volumes(scene).iter().map(|labels| labels_of(labels)).collect::<Vec<_>>(),
+        "volumes": scene.volumes.iter().map(|instance| volume(instance, scene)).collect::<Vec<_>>(),
         "environment": environment(scene),
         "lights": lights,
         "camera": rows(camera.world_from_camera),
@@ -197,7 +205,55 @@ fn rows(affine: DAffine3) -> Value {
     json!([0, 1, 2].map(|row| [m.x_axis[row], m.y_axis[row], m.z_axis[row], affine.translation[row]]))
 }
 
-fn volume(instance: &VolumeInstance) -> Value {
+/// The labels of all volumes, each once.
+fn label_volumes(scene: &Scene) -> Vec<&Arc<LabelVolume>> {
+    let mut all: Vec<&Arc<LabelVolume>> = vec![];
+    for labelling in scene.volumes.iter().filter_map(|instance| instance.labels.as_ref()) {
+        if !all.iter().any(|labels| Arc::ptr_eq(labels, &labelling.labels)) {
+            all.push(&labelling.labels);
+        }
+    }
+    all
+}
+
+fn labels_of(labels: &LabelVolume) -> Value {
+    let [x, y, z] = labels.dims();
+    let entries = labels.labels().iter().map(|label| json!([label.value, label.name, label.color]));
+    json!({
+        "shape": [z, y, x],
+        "patient_from_voxel": rows(labels.patient_from_voxel()),
+        "entries": entries.collect::<Vec<_>>(),
+    })
+}
+
+fn labelling(labelling: &Labelling, scene: &Scene) -> Value {
+    let of = label_volumes(scene).iter().position(|labels| Arc::ptr_eq(labels, &labelling.labels));
+    let styles = labelling.styles.iter().map(|(value, style)| json!([value, self::style(style)]));
+    json!({ "of": of, "styles": styles.collect::<Vec<_>>() })
+}
+
+fn style(style: &LabelStyle) -> Value {
+    json!({
+        "visible": style.visible,
+        "color": style.color,
+        "opacity": style.opacity,
+        "density": style.density_scale,
+        "transfer_function": style.transfer_function.as_ref().map(curve),
+        "surface": style.surface.map(surface),
+        "clipped": style.clipped,
+    })
+}
+
+fn clip_shape(shape: &ClipShape) -> Value {
+    let kind = match shape.kind {
+        ClipKind::Plane => "plane",
+        ClipKind::Box => "box",
+        ClipKind::Sphere => "sphere",
+    };
+    json!({ "kind": kind, "from_shape": rows(shape.patient_from_shape), "inverted": shape.inverted, "space": "patient" })
+}
+
+fn volume(instance: &VolumeInstance, scene: &Scene) -> Value {
     let volume = &instance.volume;
     let [x, y, z] = volume.dims();
     json!({
@@ -216,21 +272,30 @@ fn volume(instance: &VolumeInstance) -> Value {
         "clip": instance.clip_box.map(|corner| corner.to_array()),
         "world_from_patient": rows(instance.world_from_patient),
         "layers": instance.layers,
+        "labels": instance.labels.as_ref().map(|labels| labelling(labels, scene)),
+        "clip_shapes": instance.clip_shapes.iter().map(clip_shape).collect::<Vec<_>>(),
     })
 }
 
-fn medium(medium: &Medium) -> Value {
-    let curve = &medium.transfer_function;
+fn curve(curve: &TransferFunction) -> Value {
     let ease = |ease| match ease {
         Ease::Linear => "linear",
         Ease::InOut => "in-out",
     };
     let knots = curve.opacity_knots().iter().map(|knot| json!([knot.value, knot.opacity, ease(knot.ease)]));
     let stops = curve.color_stops().iter().map(|stop| json!([stop.value, stop.color]));
-    let surface = medium.surface;
+    json!({ "opacity": knots.collect::<Vec<_>>(), "color": stops.collect::<Vec<_>>() })
+}
+
+fn surface(surface: SurfaceReflection) -> Value {
+    json!([surface.strength, surface.gradient_per_mm, surface.roughness, surface.specular])
+}
+
+fn medium(medium: &Medium) -> Value {
+    let rows = medium.gradients.iter().map(|row| json!([row.per_mm, curve(&row.transfer_function)]));
     json!({
-        "opacity": knots.collect::<Vec<_>>(),
-        "color": stops.collect::<Vec<_>>(),
+        "transfer_function": curve(&medium.transfer_function),
+        "gradients": rows.collect::<Vec<_>>(),
         "density": medium.density_scale,
         "albedo": medium.albedo,
         "anisotropy": medium.anisotropy,
@@ -241,7 +306,7 @@ fn medium(medium: &Medium) -> Value {
             Filter::Tricubic => "tricubic",
             Filter::Smooth => "smooth",
         },
-        "surface": [surface.strength, surface.gradient_per_mm, surface.roughness, surface.specular],
+        "surface": surface(medium.surface),
         "extinction_space": match medium.extinction_space {
             ExtinctionSpace::Volume => "volume",
             ExtinctionSpace::World => "world",

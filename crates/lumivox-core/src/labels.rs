@@ -180,6 +180,25 @@ impl LabelVolume {
         )
     }
 
+    /// The share of labelled voxels whose centres lie in a volume, of a sample of them where they are many; `None` where none
+    /// is labelled.
+    pub fn share_within(&self, volume: &Volume) -> Option<f64> {
+        const MOST_LOOKS: usize = 1 << 18;
+        let voxel_from_label = volume.patient_from_voxel().inverse() * self.patient_from_voxel();
+        let dims = DVec3::from_array(volume.dims().map(|n| n as f64));
+        let [nx, ny, _] = self.dims();
+        let step = self.counts()[1..].iter().sum::<u64>() as usize / MOST_LOOKS + 1;
+        let labelled = (0..self.voxels().len()).filter(|&i| self.voxels()[i] != UNLABELLED).step_by(step);
+        let (mut inside, mut all) = (0u32, 0u32);
+        for i in labelled {
+            let at = [i % nx, i / nx % ny, i / (nx * ny)].map(|n| n as f64);
+            let p = voxel_from_label.transform_point3(DVec3::from_array(at)) + 0.5;
+            inside += u32::from(p.cmpge(DVec3::ZERO).all() && p.cmple(dims).all());
+            all += 1;
+        }
+        (all > 0).then(|| f64::from(inside) / f64::from(all))
+    }
+
     /// The volume of one voxel, in mm^3.
     pub fn voxel_mm3(&self) -> f64 {
         self.patient_from_voxel().matrix3.determinant().abs()
@@ -228,6 +247,17 @@ mod tests {
         let bright = Label { color: [0.0, f64::NAN, 0.0], ..label(1) };
         assert!(matches!(new([1; 3], vec![0], id, vec![bright]), LabelError::Color { value: 1, .. }));
         assert_eq!(new([1; 3], vec![7], id, vec![label(2)]), LabelError::Unknown(7));
+    }
+
+    #[test]
+    fn labels_beside_a_scan_are_told() {
+        let volume =
+            |place| Volume::new([4; 3], Voxels::U8(vec![0; 64]), [1.0, 0.0], place, Modality::Ct).unwrap();
+        let labels = LabelVolume::new([4; 3], vec![1; 64], DAffine3::IDENTITY, vec![label(1)]).unwrap();
+        let at = |x: f64| labels.share_within(&volume(DAffine3::from_translation(DVec3::X * x)));
+        assert_eq!([at(0.0), at(2.0), at(5000.0)], [Some(1.0), Some(0.5), Some(0.0)]);
+        let empty = LabelVolume::new([1; 3], vec![0], DAffine3::IDENTITY, vec![]).unwrap();
+        assert_eq!(empty.share_within(&volume(DAffine3::IDENTITY)), None);
     }
 
     #[test]

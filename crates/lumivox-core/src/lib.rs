@@ -33,7 +33,7 @@ pub mod volume;
 pub use glam;
 
 pub use camera::{Camera, HostCamera, Orbit, PerspectiveCamera, Projection, Ray};
-pub use classification::{ClipKind, ClipShape, LabelStyle, Labelling, Peel};
+pub use classification::{ClipKind, ClipShape, LabelStyle, Labelling, MOST_CLIP_SHAPES, Peel};
 pub use environment::{Environment, EnvironmentMap, EnvironmentSource};
 pub use histogram::Histogram;
 pub use labels::{Label, LabelError, LabelVolume, UNLABELLED};

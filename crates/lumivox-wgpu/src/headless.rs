@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use lumivox_core::{Filter, PerspectiveCamera, Scene, Volume, VolumeInstance};
-use lumivox_renderer::recording::Kernel;
+use lumivox_renderer::recording::{Kernel, Step};
 use lumivox_renderer::{
     CellSize, EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewKind, ViewSettings,
     VoxelStore,
@@ -113,6 +113,8 @@ pub struct Rendered {
     pub unfinished: u32,
     /// Of each volume of the scene, voxels along an axis for one on the GPU: 1 but for those that it has no room for.
     pub reductions: Vec<u32>,
+    /// Bytes of voxels, tables and maps that were brought to the GPU for it: what was there already is not among them.
+    pub uploaded: u64,
 }
 
 /// Bytes of voxels that a device which has no room even for them cannot use.
@@ -135,6 +137,9 @@ pub fn render(
     rendered
 }
 
+/// A volume, and how it is read.
+type Read = (Arc<Volume>, Filter);
+
 /// Renders one image after the other on one GPU: voxels, tables and majorants that the next one needs, too, stay there.
 ///
 /// Those of other volumes go first: where voxels lie in a texture decides in which last bits filters round, and an image
@@ -143,8 +148,8 @@ pub fn render(
 pub struct HeadlessRenderer {
     store: VoxelStore,
     pub(crate) cache: SceneCache,
-    /// What voxels are there of.
-    holds: Vec<(Arc<Volume>, Filter)>,
+    /// What voxels are there of, labels and depths among them.
+    holds: Vec<Read>,
 }
 
 impl HeadlessRenderer {
@@ -188,15 +193,11 @@ impl HeadlessRenderer {
             return Err(RenderError::Camera.into());
         }
         let begin = Instant::now();
-        let holds = |(held, instance): (&(Arc<Volume>, Filter), &VolumeInstance)| {
-            Arc::ptr_eq(&held.0, &instance.volume) && held.1 == instance.medium.filter
-        };
-        let same =
-            self.holds.len() == scene.volumes.len() && self.holds.iter().zip(&scene.volumes).all(holds);
-        if !same {
+        let wanted: Vec<_> = scene.volumes.iter().flat_map(voxels).collect();
+        let holds = |(held, wanted): (&Read, &Read)| Arc::ptr_eq(&held.0, &wanted.0) && held.1 == wanted.1;
+        if self.holds.len() != wanted.len() || !self.holds.iter().zip(&wanted).all(holds) {
             std::mem::replace(self, Self::new(gpu)).free(gpu);
-            let held = |instance: &VolumeInstance| (instance.volume.clone(), instance.medium.filter);
-            self.holds = scene.volumes.iter().map(held).collect();
+            self.holds = wanted;
         }
         self.set_up(request);
         // While voxels are looked at and uploaded.
@@ -224,7 +225,11 @@ impl HeadlessRenderer {
         };
         let factor = |volume| self.store.resolution(volume).map_or(1, |resolution| resolution.factor);
         let reductions = scene.volumes.iter().map(|instance| factor(&instance.volume)).collect();
-        Ok(Still::new(views, *camera, *request, reductions, begin.elapsed()))
+        let uploaded = recording.steps.iter().map(|step| match step {
+            Step::WriteBuffer { data, .. } | Step::WriteTexture { data, .. } => data.bytes().len() as u64,
+            _ => 0,
+        });
+        Ok(Still::new(views, *camera, *request, reductions, uploaded.sum(), begin.elapsed()))
     }
 
     /// Frees what is on the GPU.
@@ -240,6 +245,14 @@ impl HeadlessRenderer {
         self.cache.set_environment_sampling(request.environment_sampling);
         self.cache.set_cell_size(request.cell_size.map_or(CellSize::ByDensity, CellSize::Of));
     }
+}
+
+/// The volumes that an instance reads, with the filter of each.
+fn voxels(instance: &VolumeInstance) -> impl Iterator<Item = Read> {
+    let labels =
+        instance.labels.as_ref().map(|labelling| (labelling.labels.volume().clone(), Filter::Nearest));
+    let depth = instance.peel.as_ref().map(|peel| (peel.depth.clone(), Filter::Trilinear));
+    [(instance.volume.clone(), instance.medium.filter)].into_iter().chain(labels).chain(depth)
 }
 
 /// Views that together hold what is rendered of the image, each small enough for the device: bands of rows, and of columns

@@ -36,6 +36,7 @@ pub struct Still {
     outcome: Outcome,
     unfinished: u32,
     reductions: Vec<u32>,
+    uploaded: u64,
     prepare: Duration,
 }
 
@@ -45,6 +46,7 @@ impl Still {
         camera: PerspectiveCamera,
         request: RenderRequest,
         reductions: Vec<u32>,
+        uploaded: u64,
         prepare: Duration,
     ) -> Self {
         let [_, [width, height]] = request.part();
@@ -67,6 +69,7 @@ impl Still {
             outcome: Outcome::Stopped,
             unfinished: 0,
             reductions,
+            uploaded,
             prepare,
         }
     }
@@ -129,6 +132,7 @@ impl Still {
             trace: self.tracing.trace,
             unfinished: self.unfinished,
             reductions: self.reductions,
+            uploaded: self.uploaded,
         }
     }
 }

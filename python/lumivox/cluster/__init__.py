@@ -11,8 +11,11 @@ thread each; each takes a GPU of its machine that no other has, or the one that 
 
 from __future__ import annotations
 
-import os
+import asyncio
+import re
+import weakref
 from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +24,8 @@ try:
 except ImportError as error:
     raise ImportError("lumivox.cluster needs Dask: pip install 'lumivox[cluster]'") from error
 
-
+from lumivox import _check
+from lumivox._check import PathLike
 from lumivox.cluster import parts as splitting
 from lumivox.cluster import worker
 from lumivox.cluster.job import Cancelled, Figures, Images, Job
@@ -29,7 +33,7 @@ from lumivox.cluster.local import Local, default
 from lumivox.image import Image
 from lumivox.rendering import Options, Plan, RenderProgress, plan
 from lumivox.scene import Camera, Scene
-from lumivox.volume import PathLike, Volume
+from lumivox.volume import Volume
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -43,6 +47,7 @@ CONNECT = 10.0
 """Seconds that a scheduler may take to answer."""
 
 _clients: dict[str, Any] = {}
+_of_clusters: weakref.WeakKeyDictionary[Any, Any] = weakref.WeakKeyDictionary()
 
 
 def client_of(cluster: Target) -> Any:
@@ -52,16 +57,48 @@ def client_of(cluster: Target) -> Any:
     if isinstance(cluster, Local):
         return cluster.client
     if isinstance(cluster, distributed.Client):
+        if cluster.status != "running":
+            raise ConnectionError(f"the cluster's client is {cluster.status}: make another")
         return cluster
+    how = "the address of a Dask scheduler, such as tcp://HOST:8786, a distributed.Client, or 'local' for this machine"
     if isinstance(cluster, str):
-        known = _clients.get(cluster)
-        if known is None or known.status != "running":
-            try:
-                known = _clients[cluster] = distributed.Client(cluster, set_as_default=False, timeout=CONNECT)
-            except OSError as error:
-                raise ConnectionError(f"no Dask scheduler answers at {cluster}: {error}") from error
-        return known
-    return distributed.Client(cluster, set_as_default=False)
+        if not re.search(r"://.|.:\d+$", cluster):
+            raise ValueError(f"cluster {cluster!r} is not {how}")
+        return _kept(_clients, cluster)
+    if not isinstance(getattr(cluster, "scheduler_address", None), str):
+        raise TypeError(f"cluster must be {how}, not {_check.shown(cluster)}")
+    return _kept(_of_clusters, cluster)
+
+
+def _kept(clients: Any, cluster: Any) -> Any:
+    """The one client for an address or a cluster of Dask's."""
+    known = clients.get(cluster)
+    if known is None or known.status != "running":
+        known = clients[cluster] = _connect(cluster)
+    return known
+
+
+def _connect(cluster: Any) -> Any:
+    try:
+        if isinstance(cluster, str):
+            _answers(cluster)
+        return distributed.Client(cluster, set_as_default=False, timeout=CONNECT)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise ConnectionError(f"no Dask scheduler answers at {cluster}: {error}") from error
+
+
+def _answers(address: str) -> None:
+    """Raises where nobody answers. A client that finds nobody leaves a thread behind, so none is made before."""
+    from distributed.comm import connect
+    from distributed.security import Security
+
+    async def ask() -> None:
+        comm = await connect(address, timeout=CONNECT, **Security().get_connection_args("client"))
+        await comm.close()
+
+    # In a thread of its own: notebooks have a loop running in this one.
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, ask()).result()
 
 
 def workers(cluster: Target = None) -> dict[str, dict[str, Any]]:
@@ -81,7 +118,9 @@ def submit(
     **options: Unpack[Options],
 ) -> Job:
     """Begins an image, split into ``tiles`` (bands of rows) times ``ranges`` (of samples); see :func:`render`."""
-    return _submit(client_of(cluster), _planned(plan(scan, options)), tiles, ranges)
+    _own(options)
+    client = client_of(cluster)
+    return _submit(client, _planned(plan(scan, options)), tiles, ranges)
 
 
 def render(
@@ -135,14 +174,20 @@ def film(
     ``save``: a file for each frame, such as ``"frame-{:04d}.png"``; workers make the pictures, and only those come back:
     it then gives ``(number, path)``.
     """
+    _own(options)
+    if not isinstance(cameras, Iterable):
+        raise TypeError(f"cameras must be several lumivox.Camera, one for each frame, not {_check.shown(cameras)}")
+    client = client_of(cluster)
     first: Plan | None = None
     plans = []
     for camera in cameras:
+        if not isinstance(camera, Camera):
+            raise TypeError(f"cameras must be lumivox.Camera, one for each frame, not {_check.shown(camera)}")
         if first is None:
             # The scene is looked at once, not for each frame.
             first = _planned(plan(scan, {**options, "camera": camera}))
         plans.append(replace(first, camera=camera))
-    return _images(client_of(cluster), plans, save)
+    return _images(client, plans, save)
 
 
 def study(
@@ -156,8 +201,12 @@ def study(
 
     Volumes that scenes share are sent once. Without a ``camera``, each scene is framed by itself.
     """
+    _own(options)
+    if isinstance(scenes, Scene | Volume) or not isinstance(scenes, Iterable):
+        raise TypeError(f"scenes must be several lumivox.Scene, not {_check.shown(scenes)}")
+    client = client_of(cluster)
     plans = [scene if isinstance(scene, Plan) else _planned(plan(scene, options)) for scene in scenes]
-    return _images(client_of(cluster), plans, save)
+    return _images(client, plans, save)
 
 
 class _Saved(Images):
@@ -177,12 +226,24 @@ def _images(client: Any, plans: list[Plan], save: str | PathLike | None) -> Imag
     plans = [_with_pass(client, one) for one in plans]
     if save is None:
         return Images(client, plans, False)
-    pattern = os.fspath(save)
-    if not pattern.lower().endswith(".png") or pattern.format(0) == pattern.format(1):
-        raise ValueError(f"{pattern}: a name for each frame is needed, such as frame-{{:04d}}.png")
+    pattern = _check.file("save", save)
+    needed = f"{pattern}: a name for each frame is needed, such as frame-{{:04d}}.png"
+    try:
+        first, second = pattern.format(0), pattern.format(1)
+    except (IndexError, KeyError, ValueError):
+        raise ValueError(needed) from None
+    if not pattern.lower().endswith(".png") or first == second:
+        raise ValueError(needed)
+    _check.writable(first)
     saved = _Saved(client, plans, True)
     saved.pattern = pattern
     return saved
+
+
+def _own(options: Options) -> None:
+    """Options that are for one machine are told."""
+    if options.get("gpu") is not None:
+        raise ValueError("gpu is for one machine; workers take their own, or the one that LUMIVOX_GPU names")
 
 
 def _planned(planned: Plan) -> Plan:
@@ -209,8 +270,8 @@ def _submit(client: Any, planned: Plan, tiles: int | None, ranges: int | None) -
     request = planned.request
     assert request.pass_samples is not None
     for name, value in (("tiles", tiles), ("ranges", ranges)):
-        if value is not None and value < 1:
-            raise ValueError(f"{name} must be at least 1")
+        if value is not None:
+            _check.whole(name, value, 1, 1 << 24)
     count = len(client.scheduler_info(n_workers=-1)["workers"])
     if tiles is None:
         heights = splitting.usual_tiles(request.size, count, _in_software(client))

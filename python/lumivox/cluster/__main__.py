@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 import lumivox
-from lumivox import cluster
+from lumivox import _native, cluster
 from lumivox.cluster.job import Job
 from lumivox.image import Display
 from lumivox.rendering import Plan, Request
@@ -32,9 +32,8 @@ def read(source: BinaryIO) -> tuple[str, Plan]:
         raise lumivox.LumivoxError(
             f"the command is Lumivox {header['version']}, Python's is {lumivox.__version__}; install the same version of both"
         )
-    instances = []
-    for said in header["volumes"]:
-        volume = lumivox.Volume._from_stored(
+    volumes = [
+        lumivox.Volume._from_stored(
             _array(source, said["type"], said["shape"]),
             said["slope"],
             said["intercept"],
@@ -42,20 +41,10 @@ def read(source: BinaryIO) -> tuple[str, Plan]:
             said["modality"],
             said["unit"],
         )
-        (low, high), medium = said["clip"], said["medium"]
-        look = lumivox.Medium(
-            lumivox.TransferFunction([tuple(knot) for knot in medium["opacity"]], medium["color"]),
-            medium["density"],
-            medium["albedo"],
-            medium["anisotropy"],
-            medium["bounces"],
-            medium["filter"],
-            lumivox.SurfaceReflection(*medium["surface"]),
-            medium["extinction_space"],
-        )
-        instances.append(
-            lumivox.VolumeInstance(volume, look, (tuple(low), tuple(high)), said["world_from_patient"], said["layers"])
-        )
+        for said in header["volumes"]
+    ]
+    grids = [_labels(source, said) for said in header["labels"]]
+    instances = [_instance(volume, said, grids) for volume, said in zip(volumes, header["volumes"], strict=True)]
     environment = header["environment"]
     shape = environment.pop("shape", None)
     if environment["source"] == "map":
@@ -66,6 +55,50 @@ def read(source: BinaryIO) -> tuple[str, Plan]:
     width, height = header["size"]
     request = Request((width, height), header["samples"], seed=header["seed"], guides=header["guides"])
     return header["address"], Plan(scene, camera, request, Display(), False, False)
+
+
+def _instance(volume: lumivox.Volume, said: dict[str, Any], grids: list[lumivox.Labels]) -> lumivox.VolumeInstance:
+    (low, high), medium, labels = said["clip"], said["medium"], said["labels"]
+    rows = [(per_mm, _curve(row)) for per_mm, row in medium["gradients"]]
+    look = lumivox.Medium(
+        _curve(medium["transfer_function"], rows),
+        medium["density"],
+        medium["albedo"],
+        medium["anisotropy"],
+        medium["bounces"],
+        medium["filter"],
+        lumivox.SurfaceReflection(*medium["surface"]),
+        medium["extinction_space"],
+    )
+    return lumivox.VolumeInstance(
+        volume,
+        look,
+        (tuple(low), tuple(high)),
+        said["world_from_patient"],
+        said["layers"],
+        None if labels is None else grids[labels["of"]],
+        [] if labels is None else [(value, _style(style)) for value, style in labels["styles"]],
+        [lumivox.ClipShape(**shape) for shape in said["clip_shapes"]],
+    )
+
+
+def _curve(said: dict[str, Any], rows: list[tuple[float, lumivox.TransferFunction]] | None = None) -> lumivox.TransferFunction:
+    return lumivox.TransferFunction([tuple(knot) for knot in said["opacity"]], said["color"], rows or ())
+
+
+def _style(said: dict[str, Any]) -> lumivox.LabelStyle:
+    curve, surface = said.pop("transfer_function"), said.pop("surface")
+    return lumivox.LabelStyle(
+        **said,
+        transfer_function=None if curve is None else _curve(curve),
+        surface=None if surface is None else lumivox.SurfaceReflection(*surface),
+    )
+
+
+def _labels(source: BinaryIO, said: dict[str, Any]) -> lumivox.Labels:
+    values, rows = _array(source, "uint8", said["shape"]), said["patient_from_voxel"]
+    entries = [(value, name, color) for value, name, color in said["entries"]]
+    return lumivox.Labels(_native.Labels.from_array(values, rows, entries, True, None))
 
 
 def _array(source: BinaryIO, kind: str, shape: list[int]) -> npt.NDArray[Any]:

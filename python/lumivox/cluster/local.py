@@ -13,7 +13,7 @@ import sys
 import tempfile
 from typing import Any
 
-from lumivox import rendering
+from lumivox import _check, rendering
 from lumivox.cluster.worker import GPU_VARIABLE
 
 START = 120.0
@@ -39,6 +39,7 @@ class Local:
         hardware = [gpu.index for gpu in rendering.gpus() if gpu.unsuitable is None and not gpu.software]
         if workers is None:
             workers = len(hardware) or _cores()
+        workers = _check.whole("workers", workers, 1, 1000)
         self._processes: list[subprocess.Popen[bytes]] = []
         self._folder = tempfile.mkdtemp(prefix="lumivox-cluster-")
         self._cluster: Any = LocalCluster(

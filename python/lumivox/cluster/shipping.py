@@ -1,27 +1,31 @@
-"""How a scene travels: volumes and maps of light apart from it, each once to each worker, and known there by what they hold."""
+"""How a scene travels: volumes, labels and maps of light apart from it, each once to each worker, and known there by what they
+hold."""
 
 from __future__ import annotations
 
+import copy
 import hashlib
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from lumivox.labels import Labels
 from lumivox.rendering import Plan
-from lumivox.scene import EnvironmentMap, Scene
+from lumivox.scene import EnvironmentMap
 from lumivox.volume import Volume
 
 MOST_RESIDENT = 16
-"""Volumes and maps that a worker keeps after their job, the last used."""
+"""Volumes, labels and maps that a worker keeps after their job, the last used."""
 
-Heavy = Volume | EnvironmentMap
+Heavy = Volume | Labels | EnvironmentMap
 
 
 @dataclass(frozen=True)
 class Shared:
-    """A volume or a map under the hash of all that is in it."""
+    """A volume, labels or a map under the hash of all that is in it."""
 
     key: str
     content: Heavy
@@ -32,7 +36,7 @@ class Shared:
 
 @dataclass(frozen=True)
 class Ref:
-    """Where a scene has a volume or a map."""
+    """Where a scene has a volume, labels or a map."""
 
     key: str
 
@@ -41,7 +45,7 @@ _keys: OrderedDict[int, tuple[object, str]] = OrderedDict()
 
 
 def key_of(content: Heavy) -> str:
-    """The hash of all that is in a volume or a map."""
+    """The hash of all that is in a volume, labels or a map."""
     native = content.native
     known = _keys.get(id(native))
     if known is not None and known[0] is native:
@@ -52,6 +56,8 @@ def key_of(content: Heavy) -> str:
     if isinstance(content, Volume):
         place = content.patient_from_voxel.tolist()
         digest.update(repr((content.slope, content.intercept, place, content.modality, content.unit)).encode())
+    if isinstance(content, Labels):
+        digest.update(repr((content.patient_from_voxel.tolist(), content.labels)).encode())
     digest.update(array.data.cast("B"))
     key = digest.hexdigest()
     # What is kept alive here cannot be mistaken for another at its address.
@@ -68,17 +74,35 @@ def detach(plan: Plan) -> tuple[Plan, list[Shared]]:
     def ref(content: Heavy) -> Any:
         key = key_of(content)
         if isinstance(content, Volume):
-            # Labels stay behind: what they hid is hidden already.
-            content = Volume(content.native)
+            # What was found in it stays behind: what that hid is hidden already.
+            content = Volume(content.native.bare())
         shared.setdefault(key, Shared(key, content))
         return Ref(key)
 
-    instances = tuple(replace(instance, volume=ref(instance.volume)) for instance in plan.scene.volumes)
-    environment = plan.scene.environment
-    if isinstance(environment.source, EnvironmentMap):
-        environment = replace(environment, source=ref(environment.source))
-    scene = Scene(instances, environment, plan.scene.lights)
-    return replace(plan, scene=scene), list(shared.values())
+    return _each(plan, ref, (Volume, Labels, EnvironmentMap)), list(shared.values())
+
+
+def _each(plan: Plan, change: Callable[[Any], Any], kinds: Any) -> Plan:
+    """A plan with something else in place of all that is of some kinds."""
+
+    def changed(thing: Any, *names: str) -> Any:
+        # Not by `replace`: what stands in for a volume is none, and would be refused.
+        made = copy.copy(thing)
+        for name in names:
+            if isinstance(value := getattr(thing, name), kinds):
+                object.__setattr__(made, name, change(value))
+        return made
+
+    instances = []
+    for instance in plan.scene.volumes:
+        made = changed(instance, "volume", "labels")
+        if instance.peel is not None:
+            object.__setattr__(made, "peel", changed(instance.peel, "depth"))
+        instances.append(made)
+    scene = copy.copy(plan.scene)
+    object.__setattr__(scene, "volumes", tuple(instances))
+    object.__setattr__(scene, "environment", changed(scene.environment, "source"))
+    return replace(plan, scene=scene)
 
 
 _resident: OrderedDict[str, Heavy] = OrderedDict()
@@ -93,12 +117,4 @@ def attach(plan: Plan, shared: tuple[Shared, ...]) -> Plan:
     while len(_resident) > max(MOST_RESIDENT, len(keys)):
         _resident.popitem(last=False)
     found: dict[str, Any] = {key: _resident[key] for key in keys}
-    instances = tuple(replace(instance, volume=_at(found, instance.volume)) for instance in plan.scene.volumes)
-    environment = plan.scene.environment
-    if isinstance(environment.source, Ref):
-        environment = replace(environment, source=found[environment.source.key])
-    return replace(plan, scene=Scene(instances, environment, plan.scene.lights))
-
-
-def _at(found: dict[str, Any], ref: Any) -> Any:
-    return found[ref.key] if isinstance(ref, Ref) else ref
+    return _each(plan, lambda ref: found[ref.key], Ref)

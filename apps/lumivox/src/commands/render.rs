@@ -7,10 +7,8 @@ use std::{
 };
 
 use lumivox_core::{
-    CancelToken, Environment, EnvironmentSource, LabelVolume, Medium, Modality, PerspectiveCamera, Preset,
-    Scene, SurfaceReflection, Volume, VolumeInstance,
-    classification::MOST_CLIP_SHAPES,
-    framing,
+    CancelToken, Environment, EnvironmentSource, LabelVolume, MOST_CLIP_SHAPES, Medium, Modality,
+    PerspectiveCamera, Preset, Scene, SurfaceReflection, Volume, VolumeInstance, framing,
     glam::{DAffine3, DVec3},
     world_from_patient,
 };
@@ -135,7 +133,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         let look = &looks[volumes.len()];
         let (volume, found) = shown(args, scan.volume, look, reporter, &cancel)?;
         if let (Some(numbered), Some(file)) = (&from_file, label_file) {
-            match classification::overlap(&numbered.labels, &volume) {
+            match numbered.labels.share_within(&volume) {
                 Some(0.0) if looks.len() == 1 => {
                     return Err(Failure::input(format!(
                         "{}: none of its labels lies in the scan: they are of another patient, or of another place; take \

@@ -55,6 +55,11 @@ pub struct ImportedLabels {
     pub report: ImportReport,
 }
 
+/// The linear colour of a label that has none of its own: neighbours differ in hue, and far ones in lightness.
+pub fn default_label_color(value: u8) -> [f64; 3] {
+    colors::default_color(value)
+}
+
 /// Loads a label map: one file of any format, or a folder or archive with a DICOM segmentation.
 ///
 /// Labels keep their numbers where these are 1 to 255, and are numbered anew by rising number where not; a label

@@ -3,7 +3,7 @@
 use godot::classes::notify::Node3DNotification;
 use godot::classes::{Engine, INode3D, Node, Node3D};
 use godot::prelude::*;
-use lumivox_core::classification::MOST_CLIP_SHAPES;
+use lumivox_core::MOST_CLIP_SHAPES;
 use lumivox_core::glam::DAffine3;
 use lumivox_core::{ClipKind, ClipShape};
 

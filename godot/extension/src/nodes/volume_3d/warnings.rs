@@ -2,7 +2,7 @@
 
 use godot::classes::{Engine, RenderingServer};
 use godot::prelude::*;
-use lumivox_core::classification::MOST_CLIP_SHAPES;
+use lumivox_core::MOST_CLIP_SHAPES;
 
 use super::LumivoxVolume3D;
 use crate::nodes::clip_3d::clip_count;
