@@ -77,26 +77,6 @@ impl FromStr for Word {
 /// Clip shapes at most: drivers in software end paths that ask more.
 pub const MOST_SHAPES: usize = 64;
 
-/// Voxels of labels that are looked at, at most.
-const MOST_LOOKS: usize = 1 << 18;
-
-/// The share of labelled voxels whose centres lie in a volume; `None` where none is labelled.
-pub fn overlap(labels: &LabelVolume, volume: &Volume) -> Option<f64> {
-    let voxel_from_label = volume.patient_from_voxel().inverse() * labels.patient_from_voxel();
-    let dims = DVec3::from_array(volume.dims().map(|n| n as f64));
-    let [nx, ny, _] = labels.dims();
-    let step = labels.counts()[1..].iter().sum::<u64>() as usize / MOST_LOOKS + 1;
-    let labelled = (0..labels.voxels().len()).filter(|&i| labels.voxels()[i] > 0).step_by(step);
-    let (mut inside, mut all) = (0u32, 0u32);
-    for i in labelled {
-        let at = [i % nx, i / nx % ny, i / (nx * ny)].map(|n| n as f64);
-        let p = voxel_from_label.transform_point3(DVec3::from_array(at)) + 0.5;
-        inside += u32::from(p.cmpge(DVec3::ZERO).all() && p.cmple(dims).all());
-        all += 1;
-    }
-    (all > 0).then(|| f64::from(inside) / f64::from(all))
-}
-
 /// Labels with the looks that the options give them, in their order.
 ///
 /// # Errors
@@ -233,18 +213,6 @@ mod tests {
         for bad in ["bone", "bone=", "bone=color:red", "bone=opacity:2", "bone=opacity", "bone=preset:x"] {
             assert!(bad.parse::<LabelOption>().is_err(), "{bad}");
         }
-    }
-
-    #[test]
-    fn labels_beside_a_scan_are_told() {
-        let volume =
-            |place| Volume::new([4; 3], Voxels::U8(vec![0; 64]), [1.0, 0.0], place, Modality::Ct).unwrap();
-        let named = vec![Label { value: 1, name: "one".into(), color: [1.0; 3] }];
-        let labels = LabelVolume::new([4; 3], vec![1; 64], DAffine3::IDENTITY, named).unwrap();
-        let at = |x: f64| overlap(&labels, &volume(DAffine3::from_translation(DVec3::X * x)));
-        assert_eq!([at(0.0), at(2.0), at(5000.0)], [Some(1.0), Some(0.5), Some(0.0)]);
-        let empty = LabelVolume::new([1; 3], vec![0], DAffine3::IDENTITY, vec![]).unwrap();
-        assert_eq!(overlap(&empty, &volume(DAffine3::IDENTITY)), None);
     }
 
     #[test]

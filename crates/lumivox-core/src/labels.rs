@@ -189,6 +189,25 @@ impl LabelVolume {
     pub fn spacing_mm(&self) -> DVec3 {
         self.volume.spacing_mm()
     }
+
+    /// The share of labelled voxels whose centres lie in a volume; `None` where none is labelled. Of many voxels, some are
+    /// looked at.
+    pub fn share_in(&self, volume: &Volume) -> Option<f64> {
+        const MOST_LOOKS: usize = 1 << 18;
+        let voxel_from_label = volume.patient_from_voxel().inverse() * self.patient_from_voxel();
+        let dims = DVec3::from_array(volume.dims().map(|n| n as f64));
+        let [nx, ny, _] = self.dims();
+        let step = self.counts()[1..].iter().sum::<u64>() as usize / MOST_LOOKS + 1;
+        let labelled = (0..self.voxels().len()).filter(|&i| self.voxels()[i] > 0).step_by(step);
+        let (mut inside, mut all) = (0u32, 0u32);
+        for i in labelled {
+            let at = [i % nx, i / nx % ny, i / (nx * ny)].map(|n| n as f64);
+            let p = voxel_from_label.transform_point3(DVec3::from_array(at)) + 0.5;
+            inside += u32::from(p.cmpge(DVec3::ZERO).all() && p.cmple(dims).all());
+            all += 1;
+        }
+        (all > 0).then(|| f64::from(inside) / f64::from(all))
+    }
 }
 
 #[cfg(test)]
@@ -211,6 +230,17 @@ mod tests {
         assert_eq!([counts[0], counts[3], counts[9]], [1, 1, 2]);
         assert_eq!(labels.voxel_mm3(), 3.0);
         assert_eq!(labels.spacing_mm(), DVec3::new(0.5, 2.0, 3.0));
+    }
+
+    #[test]
+    fn labels_beside_a_scan_are_told() {
+        let volume =
+            |place| Volume::new([4; 3], Voxels::U8(vec![0; 64]), [1.0, 0.0], place, Modality::Ct).unwrap();
+        let labels = LabelVolume::new([4; 3], vec![1; 64], DAffine3::IDENTITY, vec![label(1)]).unwrap();
+        let at = |x: f64| labels.share_in(&volume(DAffine3::from_translation(DVec3::X * x)));
+        assert_eq!([at(0.0), at(2.0), at(5000.0)], [Some(1.0), Some(0.5), Some(0.0)]);
+        let empty = LabelVolume::new([1; 3], vec![0], DAffine3::IDENTITY, vec![]).unwrap();
+        assert_eq!(empty.share_in(&volume(DAffine3::IDENTITY)), None);
     }
 
     #[test]

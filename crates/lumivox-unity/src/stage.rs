@@ -4,9 +4,11 @@ use std::collections::{HashMap, HashSet};
 use std::ffi::c_void;
 use std::sync::Arc;
 
+use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::light::{Cone, Falloff, Lamp};
 use lumivox_core::{
-    Environment, EnvironmentSource, HostCamera, Light, LightKind, Scene, VolumeInstance, placement,
+    ClipKind, ClipShape, Environment, EnvironmentSource, HostCamera, Light, LightKind, Peel, Scene,
+    VolumeInstance, placement,
 };
 use lumivox_renderer::stage::{NothingAhead, Progress, Recorded, Refusal, Stage, ViewFrame, ViewRecorded};
 use lumivox_renderer::{DeviceLimits, DistanceFog, Fog, HostDepth, HostFrame, LiveSettings};
@@ -127,23 +129,29 @@ pub unsafe extern "C" fn lumivox_stage_set_world(
     world: u64,
     instances: *const LumivoxInstance,
     instance_count: u32,
+    clips: *const LumivoxClipShape,
+    clip_count: u32,
     lights: *const LumivoxLight,
     light_count: u32,
     environment: *const LumivoxEnvironment,
 ) -> i32 {
     guard_status(|| {
         // SAFETY: as the caller promises.
-        let (stage, instances, lights, environment) = unsafe {
+        let (stage, instances, clips, lights, environment) = unsafe {
             (
                 known_mut(stage, "stage")?,
                 list(instances, instance_count as usize, "instances")?,
+                list(clips, clip_count as usize, "clip shapes")?,
                 list(lights, light_count as usize, "lights")?,
                 known(environment, "environment")?,
             )
         };
         let scene = Scene {
-            // SAFETY: as the caller promises.
-            volumes: instances.iter().filter_map(|instance| unsafe { volume_instance(instance) }).collect(),
+            volumes: instances
+                .iter()
+                // SAFETY: as the caller promises.
+                .filter_map(|instance| unsafe { volume_instance(instance, clips) }.transpose())
+                .collect::<Result<_, String>>()?,
             // SAFETY: as the caller promises.
             environment: unsafe { surroundings(environment) },
             lights: lights.iter().filter_map(light).collect(),
@@ -158,19 +166,54 @@ pub unsafe extern "C" fn lumivox_stage_set_world(
 
 /// # Safety
 /// Its handles are null or live.
-unsafe fn volume_instance(instance: &LumivoxInstance) -> Option<VolumeInstance> {
+unsafe fn volume_instance(
+    instance: &LumivoxInstance,
+    clips: &[LumivoxClipShape],
+) -> Result<Option<VolumeInstance>, String> {
     // SAFETY: as the caller promises.
-    let (scan, function) = unsafe { (instance.volume.as_ref()?, instance.transfer_function.as_ref()) };
+    let (scan, function, labelling) = unsafe {
+        (instance.volume.as_ref(), instance.transfer_function.as_ref(), instance.labelling.as_ref())
+    };
+    let Some(scan) = scan else { return Ok(None) };
     let volume = scan.volume().clone();
     // Clip coordinates are mirrored with the object.
     let [a, b] = [instance.clip_min, instance.clip_max].map(convert::wide);
-    let [a, b] = [a, b].map(|corner| lumivox_core::glam::DVec3::new(corner.x, corner.y, 1.0 - corner.z));
+    let [a, b] = [a, b].map(|corner| DVec3::new(corner.x, corner.y, 1.0 - corner.z));
     let world_from_patient =
         convert::world_from_object(&instance.world_from_object) * placement::node_from_patient(&volume);
     let clip_box = placement::clip_box(&volume, a, b);
-    let medium = look::medium(&instance.medium, function.map(|function| &function.0), scan.suited());
-    let whole = VolumeInstance::new(volume, medium, world_from_patient);
-    Some(VolumeInstance { clip_box, layers: instance.layers, ..whole })
+    let medium = look::medium(&instance.medium, function, scan.suited());
+    let first = instance.first_clip as usize;
+    let clips = first.checked_add(instance.clip_count as usize).and_then(|end| clips.get(first..end));
+    let clips = clips.ok_or("an instance names clip shapes that are not there")?;
+    let peel = f64::from(instance.peel_mm);
+    let depth = scan.skin().and_then(Clone::clone).filter(|_| peel > 0.0);
+    Ok(Some(VolumeInstance {
+        clip_box,
+        layers: instance.layers,
+        labels: labelling.map(|labelling| labelling.of(&medium)),
+        peel: depth.map(|depth| Peel { depth, mm: peel }),
+        clip_shapes: clips.iter().map(|clip| clip_shape(clip, world_from_patient)).collect(),
+        ..VolumeInstance::new(volume, medium, world_from_patient)
+    }))
+}
+
+/// A shape for a volume whose millimetres are those of the patient.
+fn clip_shape(clip: &LumivoxClipShape, world_from_patient: DAffine3) -> ClipShape {
+    let half_metre = || DAffine3::from_scale(DVec3::splat(0.5));
+    let (kind, object_from_shape) = match clip.kind {
+        // Its z is the object's y.
+        0 => (ClipKind::Plane, DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2)),
+        1 => (ClipKind::Box, half_metre()),
+        _ => (ClipKind::Sphere, half_metre()),
+    };
+    let patient_from_object =
+        world_from_patient.inverse() * convert::world_from_object(&clip.world_from_shape);
+    ClipShape {
+        kind,
+        patient_from_shape: patient_from_object * object_from_shape,
+        inverted: clip.inverted != 0,
+    }
 }
 
 /// # Safety
@@ -515,5 +558,45 @@ pub unsafe extern "C" fn lumivox_stage_world_progress(stage: *const LumivoxStage
         Progress::Arriving => 1,
         Progress::Before => 2,
         Progress::Nothing => 3,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lumivox_core::glam::{DMat4, DQuat};
+
+    #[test]
+    fn shapes_keep_what_lies_on_their_side_in_unity() {
+        // Unity's matrices, and a scan that stands somewhere.
+        let turned = DAffine3::from_scale_rotation_translation(
+            DVec3::new(0.2, 0.5, 0.1),
+            DQuat::from_rotation_z(0.7),
+            DVec3::X,
+        );
+        let world_from_shape = DMat4::from(turned).to_cols_array().map(|x| x as f32);
+        let world_from_patient = DAffine3::from_scale_rotation_translation(
+            DVec3::splat(1e-3),
+            DQuat::from_rotation_x(1.2),
+            DVec3::new(0.3, -0.1, 0.2),
+        );
+        let keeps = |kind, inverted, point: DVec3| {
+            let clip = LumivoxClipShape { world_from_shape, kind, inverted };
+            let shape = clip_shape(&clip, world_from_patient);
+            // A point of the object's, seen from Lumivox' world, in the patient.
+            let in_world = convert::mirrored(turned.transform_point3(point));
+            let at = shape.patient_from_shape.inverse() * world_from_patient.inverse();
+            let at = at.transform_point3(in_world);
+            let inside = match shape.kind {
+                ClipKind::Plane => at.z >= 0.0,
+                ClipKind::Box => at.abs().max_element() <= 1.0,
+                ClipKind::Sphere => at.length() <= 1.0,
+            };
+            inside != shape.inverted
+        };
+        let (above, beside) = (DVec3::new(0.3, 0.1, -0.4), DVec3::new(-0.4, -0.1, 0.45));
+        assert!(keeps(0, 0, above) && !keeps(0, 0, beside) && keeps(0, 1, beside));
+        assert!(keeps(1, 0, beside) && !keeps(1, 0, DVec3::Z * 0.51) && keeps(1, 1, DVec3::Z * 0.51));
+        assert!(keeps(2, 0, DVec3::Z * 0.49) && !keeps(2, 0, beside));
     }
 }

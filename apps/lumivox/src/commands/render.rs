@@ -90,7 +90,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         let look = &looks[volumes.len()];
         let (volume, found) = shown(args, scan.volume, look, reporter, &cancel)?;
         if let (Some(labels), Some(file)) = (&from_file, label_file) {
-            match classification::overlap(labels, &volume) {
+            match labels.share_in(&volume) {
                 Some(0.0) if looks.len() == 1 => {
                     return Err(Failure::input(format!(
                         "{}: none of its labels lies in the scan: they are of another patient, or of another place; take \
