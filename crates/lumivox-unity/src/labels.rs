@@ -13,7 +13,7 @@ use crate::border::{
     LumivoxText, Outcome, free, guard, guard_handle, guard_status, known, list, needed_text,
 };
 use crate::convert;
-use crate::volume::LumivoxVolume;
+use crate::volume::{Labels, LumivoxVolume};
 
 /// A label map with the looks of its labels. What shows it goes on without the handle.
 pub struct LumivoxLabelling(Labelling);
@@ -86,11 +86,11 @@ pub unsafe extern "C" fn lumivox_labels_new(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lumivox_labels_count(map: *const LumivoxVolume) -> i32 {
     // SAFETY: as the caller promises.
-    let count = guard(|| Ok(unsafe { labels(map) }?.labels().len() as i32));
+    let count = guard(|| Ok(unsafe { labels(map) }?.map.labels().len() as i32));
     count.unwrap_or(-1)
 }
 
-/// The labels of a map by rising value, as many as there is room for. Looks at every voxel.
+/// The labels of a map by rising value, as many as there is room for.
 ///
 /// # Safety
 /// `map` is a live handle, `out` can hold `capacity`.
@@ -102,13 +102,12 @@ pub unsafe extern "C" fn lumivox_labels_list(
 ) -> i32 {
     guard_status(|| {
         // SAFETY: as the caller promises.
-        let labels = unsafe { labels(map) }?;
+        let Labels { map, counts } = unsafe { labels(map) }?;
         if out.is_null() && capacity > 0 {
             return Err("there is no place for labels".to_owned());
         }
-        let counts = labels.counts();
-        for (i, label) in labels.labels().iter().take(capacity as usize).enumerate() {
-            let milliliters = counts[usize::from(label.value)] as f64 * labels.voxel_mm3() / 1000.0;
+        for (i, label) in map.labels().iter().take(capacity as usize).enumerate() {
+            let milliliters = counts[usize::from(label.value)] as f64 * map.voxel_mm3() / 1000.0;
             let color = label.color.map(|c| c as f32);
             // SAFETY: i is less than the capacity.
             unsafe { out.add(i).write(LumivoxLabel { value: u32::from(label.value), color, milliliters }) };
@@ -125,7 +124,7 @@ pub unsafe extern "C" fn lumivox_labels_list(
 pub unsafe extern "C" fn lumivox_labels_name(map: *const LumivoxVolume, index: u32) -> *mut LumivoxText {
     guard_handle(|| {
         // SAFETY: as the caller promises.
-        let label = unsafe { labels(map) }?.labels().get(index as usize);
+        let label = unsafe { labels(map) }?.map.labels().get(index as usize);
         Ok(LumivoxText::new(&label.ok_or_else(|| format!("there is no label {index}"))?.name))
     })
 }
@@ -143,7 +142,7 @@ pub unsafe extern "C" fn lumivox_labels_share_in(
     let share = guard(|| {
         // SAFETY: as the caller promises.
         let (labels, volume) = unsafe { (labels(map)?, known(volume, "scan")?) };
-        Ok(labels.share_in(volume.volume()).unwrap_or(-1.0))
+        Ok(labels.map.share_in(volume.volume()).unwrap_or(-1.0))
     });
     share.unwrap_or(-1.0)
 }
@@ -161,7 +160,7 @@ pub unsafe extern "C" fn lumivox_labelling_new(
     guard_handle(|| {
         // SAFETY: as the caller promises.
         let (labels, styles) = unsafe { (labels(map)?, list(styles, count as usize, "looks of labels")?) };
-        let mut labelling = Labelling::new(labels.clone());
+        let mut labelling = Labelling::new(labels.map.clone());
         for style in styles {
             let Ok(value) = u8::try_from(style.value) else { continue };
             // SAFETY: as the caller promises.
@@ -202,7 +201,7 @@ pub unsafe extern "C" fn lumivox_volume_skin(volume: *const LumivoxVolume) -> u3
 
 /// # Safety
 /// `map` is null or a live handle.
-unsafe fn labels<'a>(map: *const LumivoxVolume) -> Outcome<&'a Arc<LabelVolume>> {
+unsafe fn labels<'a>(map: *const LumivoxVolume) -> Outcome<&'a Labels> {
     // SAFETY: as the caller promises.
     let map = unsafe { known(map, "label map") }?;
     map.labels().ok_or_else(|| "it is a scan and no label map".to_owned())

@@ -176,7 +176,7 @@ fn header(scan: &LumivoxVolume) -> Header {
                 name: label.name.clone(),
                 color: label.color.map(f64::to_bits),
             };
-            labels.labels().iter().map(stored).collect()
+            labels.map.labels().iter().map(stored).collect()
         }),
     }
 }

@@ -31,9 +31,15 @@ struct Scan {
     histogram: OnceLock<Histogram>,
     suited: OnceLock<Medium>,
     /// What its values mean, where it is a label map.
-    labels: Option<Arc<LabelVolume>>,
+    labels: Option<Labels>,
     /// Depths below its skin, once they were looked for; none where no skin is there for sure.
     skin: OnceLock<Option<Arc<Volume>>>,
+}
+
+/// What the values of a label map mean, and how many voxels have each.
+pub(crate) struct Labels {
+    pub(crate) map: Arc<LabelVolume>,
+    pub(crate) counts: [u64; 256],
 }
 
 impl LumivoxVolume {
@@ -43,10 +49,12 @@ impl LumivoxVolume {
 
     /// A label map: a scan whose values are those of its labels.
     pub(crate) fn of_labels(labels: LabelVolume, report: Value) -> Self {
-        Self::of(labels.volume().clone(), report, Some(Arc::new(labels)))
+        // Counted here, on the job's thread: whoever asks later may not wait.
+        let counts = labels.counts();
+        Self::of(labels.volume().clone(), report, Some(Labels { map: Arc::new(labels), counts }))
     }
 
-    fn of(volume: Arc<Volume>, report: Value, labels: Option<Arc<LabelVolume>>) -> Self {
+    fn of(volume: Arc<Volume>, report: Value, labels: Option<Labels>) -> Self {
         let (histogram, suited, skin) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         Self(Arc::new(Scan { volume, report, histogram, suited, labels, skin }))
     }
@@ -70,7 +78,7 @@ impl LumivoxVolume {
     }
 
     /// What its values mean, where it is a label map.
-    pub(crate) fn labels(&self) -> Option<&Arc<LabelVolume>> {
+    pub(crate) fn labels(&self) -> Option<&Labels> {
         self.0.labels.as_ref()
     }
 
