@@ -18,9 +18,18 @@ namespace Lumivox.Tests
 
         protected override float Scale => 8f;
 
+        /// Pictures are traced whole: coarse ones have kernels of their own, which a driver in software compiles for seconds.
+        [SetUp]
+        public void BeginParts()
+        {
+            LumivoxRenderer.RenderAtOnce = true;
+            volume.maxBounces = 2;
+        }
+
         [TearDown]
         public void EndParts()
         {
+            LumivoxRenderer.RenderAtOnce = false;
             foreach (var one in made) Object.DestroyImmediate(one);
             made.Clear();
         }
@@ -424,6 +433,7 @@ namespace Lumivox.Tests
             var moved = Clip(LumivoxClip.Shape.Plane);
             moved.transform.localPosition = new Vector3(0f, -0.006f, 0f);
             var effect = camera.GetComponent<LumivoxEffect>();
+            LumivoxRenderer.RenderAtOnce = false;
             Settle();
             (effect.frameBudgetMs, effect.resolutionScale) = (1f, 0.25f);
             var frames = 0;
@@ -453,6 +463,7 @@ namespace Lumivox.Tests
             foreach (var clip in clips) clip.transform.localScale = Vector3.one * 0.03f;
             var maps = new[] { Halves(), Halves(2) };
             volume.labels = maps[0];
+            LumivoxRenderer.RenderAtOnce = false;
             Settle();
             camera.GetComponent<LumivoxEffect>().frameBudgetMs = 1f;
             int buffers = 0, textures = 0;

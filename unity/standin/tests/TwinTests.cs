@@ -176,8 +176,8 @@ namespace Lumivox.Tests
 
         bool IsDone() => LumivoxRuntime.StatusOf(camera).isConverged;
 
-        /// The picture of a camera, and that of the wgpu host of the same view.
-        protected void Compare(string name)
+        /// The picture of a camera, which is given back, and that of the wgpu host of the same view.
+        protected Color[] Compare(string name)
         {
             var volumes = LumivoxVolume.All.ToArray();
             // What the host draws by itself: what volumes are drawn over, and what ends their rays.
@@ -214,6 +214,7 @@ namespace Lumivox.Tests
             // Halves have 11 bits, and two compilers round an exponential differently.
             Assert.IsTrue(sum / light < 1e-3, $"{name}: {sum / light}");
             Assert.IsTrue(farthest < 1e-4f, $"{name}: depths differ by {farthest}");
+            return shown.pixels;
         }
 
         /// Both pictures, beside each other, where somebody wants to look at them.
