@@ -13,7 +13,7 @@
 /**
  * Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
  */
-#define LUMIVOX_ABI_VERSION 3
+#define LUMIVOX_ABI_VERSION 4
 
 /**
  * How far long work is.
@@ -89,6 +89,11 @@ typedef enum LumivoxStepKind {
 typedef struct LumivoxJob LumivoxJob;
 
 /**
+ * A label map with the looks of its labels. What shows it goes on without the handle.
+ */
+typedef struct LumivoxLabelling LumivoxLabelling;
+
+/**
  * A panorama of light. Handles share it.
  */
 typedef struct LumivoxMap LumivoxMap;
@@ -114,7 +119,7 @@ typedef struct LumivoxStudy LumivoxStudy;
 typedef struct LumivoxText LumivoxText;
 
 /**
- * Opacity and colour of values.
+ * Opacity and colour of values, and of values where they change steeply.
  */
 typedef struct LumivoxTransferFunction LumivoxTransferFunction;
 
@@ -252,6 +257,82 @@ typedef struct LumivoxMedium {
 } LumivoxMedium;
 
 /**
+ * A label of a map.
+ */
+typedef struct LumivoxLabel {
+  /**
+   * The value of its voxels, 1 to 255.
+   */
+  uint32_t value;
+  /**
+   * Linear RGB, 0 to 1.
+   */
+  float color[3];
+  /**
+   * Of all its voxels, in ml; of what is made, nothing.
+   */
+  double milliliters;
+} LumivoxLabel;
+
+/**
+ * How the voxels of one label look.
+ */
+typedef struct LumivoxLabelStyle {
+  /**
+   * Its value; 0 is what has no label.
+   */
+  uint32_t value;
+  /**
+   * 1 where they are seen.
+   */
+  uint32_t visible;
+  /**
+   * 1 where `color` takes the place of the transfer function's colours.
+   */
+  uint32_t painted;
+  /**
+   * 1 where clip shapes cut them, 0 where they are spared.
+   */
+  uint32_t clipped;
+  /**
+   * Linear RGB, 0 to 1.
+   */
+  float color[3];
+  /**
+   * Multiplies their opacity, 0 to 1.
+   */
+  float opacity;
+  /**
+   * In place of the instance's; below 0: that.
+   */
+  float density;
+  /**
+   * 1 where the surface below takes the place of the instance's.
+   */
+  uint32_t has_surface;
+  /**
+   * See `LumivoxMedium`.
+   */
+  float surface_strength;
+  /**
+   * See `LumivoxMedium`; 0: the instance's.
+   */
+  float surface_gradient;
+  /**
+   * See `LumivoxMedium`.
+   */
+  float surface_roughness;
+  /**
+   * See `LumivoxMedium`.
+   */
+  float surface_specular;
+  /**
+   * In place of the instance's, without rows for gradients; null: that.
+   */
+  const struct LumivoxTransferFunction *transfer_function;
+} LumivoxLabelStyle;
+
+/**
  * What to load where there is a choice. Strings are UTF-8; null: not said.
  */
 typedef struct LumivoxImportOptions {
@@ -280,6 +361,14 @@ typedef struct LumivoxImportOptions {
    * from the patient for sure.
    */
   uint32_t keep_everything;
+  /**
+   * Whether the file is a label map: 0 no, 1 yes, 2 where it looks like one. The scan that is made has labels then.
+   */
+  uint32_t labels;
+  /**
+   * Nothing.
+   */
+  uint32_t padding;
   /**
    * What the bytes of a RAW file mean, such as `256x256x108:i16le:spacing=1,1,2`.
    */
@@ -453,6 +542,10 @@ typedef struct LumivoxInstance {
    */
   const struct LumivoxTransferFunction *transfer_function;
   /**
+   * What its parts are and how they look; null: it has none.
+   */
+  const struct LumivoxLabelling *labelling;
+  /**
    * The object's `Transform.localToWorldMatrix`.
    */
   float world_from_object[16];
@@ -472,7 +565,38 @@ typedef struct LumivoxInstance {
    * The rest of its look.
    */
   struct LumivoxMedium medium;
+  /**
+   * Millimetres below the skin that are taken off, once `lumivox_skin_find` has found it.
+   */
+  float peel_mm;
+  /**
+   * The first of the clip shapes of its world that cut it.
+   */
+  uint32_t first_clip;
+  /**
+   * How many do.
+   */
+  uint32_t clip_count;
 } LumivoxInstance;
+
+/**
+ * A shape that cuts instances open: what it keeps of them is seen.
+ */
+typedef struct LumivoxClipShape {
+  /**
+   * The shape's `Transform.localToWorldMatrix`.
+   */
+  float world_from_shape[16];
+  /**
+   * 0 a plane, which keeps the side of the shape's +y; 1 a cube of one metre, 2 a ball of one metre across, both about
+   * its origin.
+   */
+  uint32_t kind;
+  /**
+   * 1: what it would keep is cut away, and the rest kept.
+   */
+  uint32_t inverted;
+} LumivoxClipShape;
 
 /**
  * A light that reaches volumes.
@@ -821,6 +945,38 @@ struct LumivoxTransferFunction *lumivox_transfer_function_new(const struct Lumiv
                                                               double window_scale);
 
 /**
+ * Adds what holds where values change by `per_mm` per millimetre, moved and widened as the function itself is: a row of a
+ * function of value and gradient. To be called before anything else has the function.
+ *
+ * # Safety
+ * `function` is a live handle, `knots` and `stops` point to so many.
+ */
+int32_t lumivox_transfer_function_add_gradient(struct LumivoxTransferFunction *function,
+                                               double per_mm,
+                                               const struct LumivoxOpacityKnot *knots,
+                                               uint32_t knot_count,
+                                               const struct LumivoxColorStop *stops,
+                                               uint32_t stop_count);
+
+/**
+ * How many rows for gradients it has; 0 for a function of the value alone.
+ *
+ * # Safety
+ * `function` is a live handle.
+ */
+uint32_t lumivox_transfer_function_gradient_count(const struct LumivoxTransferFunction *function);
+
+/**
+ * A row for a gradient, which is written to `per_mm`, as a function of its own.
+ *
+ * # Safety
+ * `function` is a live handle, `per_mm` can be written.
+ */
+struct LumivoxTransferFunction *lumivox_transfer_function_gradient(const struct LumivoxTransferFunction *function,
+                                                                   uint32_t index,
+                                                                   double *per_mm);
+
+/**
  * Frees a transfer function.
  *
  * # Safety
@@ -849,7 +1005,7 @@ int32_t lumivox_transfer_function_sample(const struct LumivoxTransferFunction *f
 struct LumivoxTransferFunction *lumivox_transfer_function_load(const char *file);
 
 /**
- * Writes it as Lumivox' JSON.
+ * Writes it as Lumivox' JSON, with its rows for gradients.
  *
  * # Safety
  * `function` is a live handle, `file` a string.
@@ -939,6 +1095,84 @@ struct LumivoxMap *lumivox_map_load(const char *file);
 void lumivox_map_free(struct LumivoxMap *map);
 
 /**
+ * A label map of voxels that are copied: values of labels, 0 where there is none, `dimensions` along x (fastest), y and z;
+ * `patient_from_voxel` as in `lumivox_volume_new`.
+ *
+ * # Safety
+ * `dimensions` points to 3 numbers, `voxels` to `length` bytes, `patient_from_voxel` to 12 numbers, `labels` to `count` labels
+ * and `names` to as many strings.
+ */
+struct LumivoxVolume *lumivox_labels_new(const uint32_t *dimensions,
+                                         const uint8_t *voxels,
+                                         uint64_t length,
+                                         const double *patient_from_voxel,
+                                         const struct LumivoxLabel *labels,
+                                         const char *const *names,
+                                         uint32_t count);
+
+/**
+ * How many labels a label map has; -1 for a scan that is none.
+ *
+ * # Safety
+ * `map` is a live handle.
+ */
+int32_t lumivox_labels_count(const struct LumivoxVolume *map);
+
+/**
+ * The labels of a map by rising value, as many as there is room for. Looks at every voxel.
+ *
+ * # Safety
+ * `map` is a live handle, `out` can hold `capacity`.
+ */
+int32_t lumivox_labels_list(const struct LumivoxVolume *map,
+                            struct LumivoxLabel *out,
+                            uint32_t capacity);
+
+/**
+ * What the label at a place of that list is called.
+ *
+ * # Safety
+ * `map` is a live handle.
+ */
+struct LumivoxText *lumivox_labels_name(const struct LumivoxVolume *map, uint32_t index);
+
+/**
+ * The share of a map's labelled voxels that lie in a scan, 0 where they are of another patient or place; -1 where nothing is
+ * labelled. Some of the voxels are looked at.
+ *
+ * # Safety
+ * `map` and `volume` are live handles.
+ */
+double lumivox_labels_share_in(const struct LumivoxVolume *map,
+                               const struct LumivoxVolume *volume);
+
+/**
+ * Looks of the labels of a map; of those that are not listed, the default.
+ *
+ * # Safety
+ * `map` is a live handle, `styles` points to `count` of them, whose transfer functions are null or live handles.
+ */
+struct LumivoxLabelling *lumivox_labelling_new(const struct LumivoxVolume *map,
+                                               const struct LumivoxLabelStyle *styles,
+                                               uint32_t count);
+
+/**
+ * Frees looks of labels.
+ *
+ * # Safety
+ * `labelling` is null, or a live handle.
+ */
+void lumivox_labelling_free(struct LumivoxLabelling *labelling);
+
+/**
+ * Whether a scan's skin was found: 0 nobody has looked, 1 it was, 2 none is there for sure, and nothing is peeled.
+ *
+ * # Safety
+ * `volume` is a live handle.
+ */
+uint32_t lumivox_volume_skin(const struct LumivoxVolume *volume);
+
+/**
  * Reads the headers of one file of any format, a folder, a zip archive, or several DICOM files. The job gives a study and
  * its report.
  *
@@ -951,7 +1185,7 @@ struct LumivoxJob *lumivox_import_scan(const char *const *paths,
 
 /**
  * Loads a scan; from `study`, whose headers are not read again, where it is not null. The job gives the scan and the
- * report.
+ * report. A label map is the first of `paths`, whatever the study.
  *
  * # Safety
  * As [`lumivox_import_scan`]; `study` is null or a live handle.
@@ -960,6 +1194,23 @@ struct LumivoxJob *lumivox_import_load(const char *const *paths,
                                        uint32_t count,
                                        const struct LumivoxImportOptions *options,
                                        const struct LumivoxStudy *study);
+
+/**
+ * Finds by itself what a scan shows: of a CT the body, lungs, airways and gas, table and clothes; of an MR the body. The
+ * job gives a label map, whose report says how sure it is.
+ *
+ * # Safety
+ * `volume` is a live handle.
+ */
+struct LumivoxJob *lumivox_labels_find(const struct LumivoxVolume *volume);
+
+/**
+ * Finds the skin of a scan, for what is peeled of it: see `lumivox_volume_skin`. The scan keeps it.
+ *
+ * # Safety
+ * `volume` is a live handle.
+ */
+struct LumivoxJob *lumivox_skin_find(const struct LumivoxVolume *volume);
 
 /**
  * A picture of the middle slice of a series of a study, counted from 0, at most `side` pixels wide and high.
@@ -1151,6 +1402,8 @@ int32_t lumivox_stage_set_world(struct LumivoxStage *stage,
                                 uint64_t world,
                                 const struct LumivoxInstance *instances,
                                 uint32_t instance_count,
+                                const struct LumivoxClipShape *clips,
+                                uint32_t clip_count,
                                 const struct LumivoxLight *lights,
                                 uint32_t light_count,
                                 const struct LumivoxEnvironment *environment);

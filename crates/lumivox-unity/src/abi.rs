@@ -6,7 +6,7 @@
 use std::ffi::c_char;
 
 /// Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
-pub const LUMIVOX_ABI_VERSION: u32 = 3;
+pub const LUMIVOX_ABI_VERSION: u32 = 4;
 
 /// What a scan is and how it lies in its object.
 #[repr(C)]
@@ -84,6 +84,63 @@ pub struct LumivoxMedium {
     pub surface_specular: f32,
 }
 
+/// A shape that cuts instances open: what it keeps of them is seen.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LumivoxClipShape {
+    /// The shape's `Transform.localToWorldMatrix`.
+    pub world_from_shape: [f32; 16],
+    /// 0 a plane, which keeps the side of the shape's +y; 1 a cube of one metre, 2 a ball of one metre across, both about
+    /// its origin.
+    pub kind: u32,
+    /// 1: what it would keep is cut away, and the rest kept.
+    pub inverted: u32,
+}
+
+/// A label of a map.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LumivoxLabel {
+    /// The value of its voxels, 1 to 255.
+    pub value: u32,
+    /// Linear RGB, 0 to 1.
+    pub color: [f32; 3],
+    /// Of all its voxels, in ml; of what is made, nothing.
+    pub milliliters: f64,
+}
+
+/// How the voxels of one label look.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct LumivoxLabelStyle {
+    /// Its value; 0 is what has no label.
+    pub value: u32,
+    /// 1 where they are seen.
+    pub visible: u32,
+    /// 1 where `color` takes the place of the transfer function's colours.
+    pub painted: u32,
+    /// 1 where clip shapes cut them, 0 where they are spared.
+    pub clipped: u32,
+    /// Linear RGB, 0 to 1.
+    pub color: [f32; 3],
+    /// Multiplies their opacity, 0 to 1.
+    pub opacity: f32,
+    /// In place of the instance's; below 0: that.
+    pub density: f32,
+    /// 1 where the surface below takes the place of the instance's.
+    pub has_surface: u32,
+    /// See `LumivoxMedium`.
+    pub surface_strength: f32,
+    /// See `LumivoxMedium`; 0: the instance's.
+    pub surface_gradient: f32,
+    /// See `LumivoxMedium`.
+    pub surface_roughness: f32,
+    /// See `LumivoxMedium`.
+    pub surface_specular: f32,
+    /// In place of the instance's, without rows for gradients; null: that.
+    pub transfer_function: *const crate::look::LumivoxTransferFunction,
+}
+
 /// A scan as it stands in a world.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -92,6 +149,8 @@ pub struct LumivoxInstance {
     pub volume: *const crate::volume::LumivoxVolume,
     /// Opacity and colour of its values; null: those of the preset that suits the scan.
     pub transfer_function: *const crate::look::LumivoxTransferFunction,
+    /// What its parts are and how they look; null: it has none.
+    pub labelling: *const crate::labels::LumivoxLabelling,
     /// The object's `Transform.localToWorldMatrix`.
     pub world_from_object: [f32; 16],
     /// The corner of what is kept with the smallest coordinates, as fractions of its box, 0 to 1.
@@ -102,6 +161,12 @@ pub struct LumivoxInstance {
     pub layers: u32,
     /// The rest of its look.
     pub medium: LumivoxMedium,
+    /// Millimetres below the skin that are taken off, once `lumivox_skin_find` has found it.
+    pub peel_mm: f32,
+    /// The first of the clip shapes of its world that cut it.
+    pub first_clip: u32,
+    /// How many do.
+    pub clip_count: u32,
 }
 
 /// A light that reaches volumes.
@@ -370,6 +435,10 @@ pub struct LumivoxImportOptions {
     /// 1: what lies around the patient in a CT stays: the table, clothes, cables. 0: it becomes air, where it can be told
     /// from the patient for sure.
     pub keep_everything: u32,
+    /// Whether the file is a label map: 0 no, 1 yes, 2 where it looks like one. The scan that is made has labels then.
+    pub labels: u32,
+    /// Nothing.
+    pub padding: u32,
     /// What the bytes of a RAW file mean, such as `256x256x108:i16le:spacing=1,1,2`.
     pub raw: *const c_char,
 }

@@ -7,18 +7,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use lumivox_core::{CancelToken, Cancelled, Progress, Stage};
-use lumivox_import::{ImportOptions, ImportReport, Imported, RawDescription, Study};
+use lumivox_core::{CancelToken, Cancelled, Progress, Stage, looks_like_labels};
+use lumivox_import::{
+    ImportError, ImportOptions, ImportReport, Imported, ImportedLabels, LabelOptions, RawDescription, Study,
+};
 
 use crate::abi::{LumivoxImportOptions, LumivoxJobState, LumivoxPicture, LumivoxProgress};
 use crate::border::{
     LumivoxText, Outcome, free, guard, guard_handle, guard_option, guard_status, known, known_mut, list,
     needed_text, panic_message, path, text,
 };
+use crate::labels::{found, skin};
 use crate::look;
 use crate::picture::Picture;
 use crate::stored;
-use crate::volume::{LumivoxVolume, phantom};
+use crate::volume::{LumivoxVolume, kept, phantom};
 
 /// Files whose headers were read. Handles share it.
 pub struct LumivoxStudy(Arc<Mutex<Study>>);
@@ -49,6 +52,14 @@ impl Made {
 
     fn picture(picture: Picture) -> Self {
         Self { picture: Some(picture), ..Self::default() }
+    }
+
+    fn labels(ImportedLabels { labels, report, .. }: ImportedLabels) -> Self {
+        Self {
+            volume: Some(LumivoxVolume::of_labels(labels, kept(&report))),
+            report: Some(report),
+            ..Self::default()
+        }
     }
 
     fn imported(Imported { volume, report, .. }: Imported) -> Self {
@@ -122,7 +133,7 @@ pub unsafe extern "C" fn lumivox_import_scan(
 }
 
 /// Loads a scan; from `study`, whose headers are not read again, where it is not null. The job gives the scan and the
-/// report.
+/// report. A label map is the first of `paths`, whatever the study.
 ///
 /// # Safety
 /// As [`lumivox_import_scan`]; `study` is null or a live handle.
@@ -135,12 +146,30 @@ pub unsafe extern "C" fn lumivox_import_load(
 ) -> *mut LumivoxJob {
     guard_handle(|| {
         // SAFETY: as the caller promises.
-        let (keep, options, study) =
-            unsafe { (keeps_everything(options), import_options(options)?, study.as_ref()) };
-        let finish = move |imported, progress: Progress<'_>, cancel: &CancelToken| {
+        let (keep, labels, options, study) = unsafe {
+            (keeps_everything(options), label_map(options), import_options(options)?, study.as_ref())
+        };
+        // SAFETY: as the caller promises.
+        let file = if labels == 0 { None } else { Some(unsafe { files(paths, count) }?.swap_remove(0)) };
+        let (label_file, label_options) = (file.clone(), options.clone());
+        let finish = move |imported: Imported, progress: Progress<'_>, cancel: &CancelToken| {
+            if let Some(file) = file.filter(|_| looks_like_labels(&imported.volume)) {
+                match read_labels(&file, &label_options, progress, cancel) {
+                    Ok(labels) => return Ok(Made::labels(labels)),
+                    Err(ImportError::Cancelled(stopped)) => return Err(stopped.to_string()),
+                    // It only looked like one.
+                    Err(_) => {}
+                }
+            }
             let kept = if keep { Ok(imported) } else { without_things(imported, progress, cancel) };
             kept.map(Made::imported).map_err(|error| error.to_string())
         };
+        if let Some(file) = label_file.filter(|_| labels == 1) {
+            return start(move |progress, cancel| {
+                let labels = read_labels(&file, &options, progress, cancel);
+                labels.map(Made::labels).map_err(|error| error.to_string())
+            });
+        }
         if let Some(LumivoxStudy(study)) = study {
             let study = study.clone();
             return start(move |progress, cancel| {
@@ -153,6 +182,36 @@ pub unsafe extern "C" fn lumivox_import_load(
         start(move |progress, cancel| {
             let imported = lumivox_import::load(&paths, &options, progress, cancel);
             finish(imported.map_err(|error| error.to_string())?, progress, cancel)
+        })
+    })
+}
+
+/// Finds by itself what a scan shows: of a CT the body, lungs, airways and gas, table and clothes; of an MR the body. The
+/// job gives a label map, whose report says how sure it is.
+///
+/// # Safety
+/// `volume` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_labels_find(volume: *const LumivoxVolume) -> *mut LumivoxJob {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let volume = unsafe { known(volume, "scan") }?.share();
+        start(move |progress, cancel| found(&volume, progress, cancel).map(Made::volume))
+    })
+}
+
+/// Finds the skin of a scan, for what is peeled of it: see `lumivox_volume_skin`. The scan keeps it.
+///
+/// # Safety
+/// `volume` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_skin_find(volume: *const LumivoxVolume) -> *mut LumivoxJob {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let volume = unsafe { known(volume, "scan") }?.share();
+        start(move |progress, cancel| {
+            volume.keep_skin(skin(&volume, progress, cancel)?);
+            Ok(Made::default())
         })
     })
 }
@@ -478,6 +537,24 @@ fn without_things(
 unsafe fn keeps_everything(options: *const LumivoxImportOptions) -> bool {
     // SAFETY: as the caller promises.
     unsafe { options.as_ref() }.is_some_and(|options| options.keep_everything != 0)
+}
+
+/// # Safety
+/// `options` is null or points to options.
+unsafe fn label_map(options: *const LumivoxImportOptions) -> u32 {
+    // SAFETY: as the caller promises.
+    unsafe { options.as_ref() }.map_or(0, |options| options.labels)
+}
+
+fn read_labels(
+    file: &std::path::Path,
+    options: &ImportOptions,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<ImportedLabels, ImportError> {
+    let mut labels = LabelOptions::default();
+    labels.import = options.clone();
+    lumivox_import::load_labels(file, &labels, progress, cancel)
 }
 
 /// # Safety

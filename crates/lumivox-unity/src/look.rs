@@ -4,8 +4,8 @@ use std::ffi::{CString, c_char};
 use std::sync::{Arc, LazyLock};
 
 use lumivox_core::{
-    ColorStop, Ease, EnvironmentMap, ExtinctionSpace, Filter, Medium, OpacityKnot, Preset, SurfaceReflection,
-    TransferFunction,
+    ColorStop, Ease, EnvironmentMap, ExtinctionSpace, Filter, GradientFunction, Medium, OpacityKnot, Preset,
+    SurfaceReflection, TransferFunction, medium::MOST_GRADIENTS,
 };
 
 use crate::abi::{LumivoxColorStop, LumivoxMedium, LumivoxOpacityKnot};
@@ -14,17 +14,37 @@ use crate::border::{
 };
 use crate::volume::LumivoxVolume;
 
-/// Opacity and colour of values.
-pub struct LumivoxTransferFunction(pub(crate) TransferFunction);
+/// Opacity and colour of values, and of values where they change steeply.
+pub struct LumivoxTransferFunction {
+    pub(crate) function: TransferFunction,
+    /// Rows of a function of value and gradient.
+    gradients: Vec<GradientFunction>,
+    /// Where the window has sent values: `value * scale + shift`.
+    window: [f64; 2],
+}
+
+impl LumivoxTransferFunction {
+    fn new(function: TransferFunction, gradients: Vec<GradientFunction>) -> Self {
+        Self { function, gradients, window: [1.0, 0.0] }
+    }
+}
 
 /// A panorama of light. Handles share it.
 pub struct LumivoxMap(pub(crate) Arc<EnvironmentMap>);
 
 /// The medium of an instance: its own numbers, and where they leave it open what suits the scan.
-pub(crate) fn medium(own: &LumivoxMedium, function: Option<&TransferFunction>, suited: &Medium) -> Medium {
+pub(crate) fn medium(
+    own: &LumivoxMedium,
+    function: Option<&LumivoxTransferFunction>,
+    suited: &Medium,
+) -> Medium {
+    let (transfer_function, gradients) = match function {
+        Some(own) => (&own.function, &own.gradients),
+        None => (&suited.transfer_function, &suited.gradients),
+    };
     Medium {
-        transfer_function: function.unwrap_or(&suited.transfer_function).clone(),
-        gradients: vec![],
+        transfer_function: transfer_function.clone(),
+        gradients: gradients.clone(),
         density_scale: f64::from(own.density),
         albedo: f64::from(own.albedo),
         anisotropy: f64::from(own.anisotropy),
@@ -71,13 +91,96 @@ pub unsafe extern "C" fn lumivox_transfer_function_new(
         let (knots, stops) = unsafe {
             (list(knots, knot_count as usize, "knots")?, list(stops, stop_count as usize, "stops")?)
         };
-        let knots = knots.iter().map(|knot| OpacityKnot {
-            value: knot.value,
-            opacity: knot.opacity,
-            ease: if knot.ease == 1 { Ease::InOut } else { Ease::Linear },
-        });
-        let stops = stops.iter().map(|stop| ColorStop { value: stop.value, color: stop.color });
-        Ok(LumivoxTransferFunction(TransferFunction::windowed(knots, stops, shift, window_scale)))
+        let plain = curve(knots, stops, 0.0, 1.0);
+        let function = curve(knots, stops, shift, window_scale);
+        // Two points say where all go; of one, the shift is all there is.
+        let ([low, high], [new_low, new_high]) = (plain.value_range(), function.value_range());
+        let scale = if high > low { (new_high - new_low) / (high - low) } else { 1.0 };
+        let window = if scale > 0.0 { [scale, new_low - low * scale] } else { [1.0, 0.0] };
+        Ok(LumivoxTransferFunction { function, gradients: vec![], window })
+    })
+}
+
+fn curve(
+    knots: &[LumivoxOpacityKnot],
+    stops: &[LumivoxColorStop],
+    shift: f64,
+    window_scale: f64,
+) -> TransferFunction {
+    let knots = knots.iter().map(|knot| OpacityKnot {
+        value: knot.value,
+        opacity: knot.opacity,
+        ease: if knot.ease == 1 { Ease::InOut } else { Ease::Linear },
+    });
+    let stops = stops.iter().map(|stop| ColorStop { value: stop.value, color: stop.color });
+    TransferFunction::windowed(knots, stops, shift, window_scale)
+}
+
+/// Adds what holds where values change by `per_mm` per millimetre, moved and widened as the function itself is: a row of a
+/// function of value and gradient. To be called before anything else has the function.
+///
+/// # Safety
+/// `function` is a live handle, `knots` and `stops` point to so many.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_transfer_function_add_gradient(
+    function: *mut LumivoxTransferFunction,
+    per_mm: f64,
+    knots: *const LumivoxOpacityKnot,
+    knot_count: u32,
+    stops: *const LumivoxColorStop,
+    stop_count: u32,
+) -> i32 {
+    guard_status(|| {
+        // SAFETY: as the caller promises.
+        let (to, knots, stops) = unsafe {
+            (
+                known_mut(function, "transfer function")?,
+                list(knots, knot_count as usize, "knots")?,
+                list(stops, stop_count as usize, "stops")?,
+            )
+        };
+        if !(per_mm > 0.0 && per_mm < 1e12) {
+            return Err(format!("a gradient is a number above 0 per millimetre, not {per_mm}"));
+        }
+        if to.gradients.len() >= MOST_GRADIENTS {
+            return Err(format!("a transfer function has at most {MOST_GRADIENTS} rows for gradients"));
+        }
+        let [scale, shift] = to.window;
+        let transfer_function = curve(knots, stops, 0.0, 1.0).remapped(scale, shift);
+        to.gradients.push(GradientFunction { per_mm, transfer_function });
+        Ok(())
+    })
+}
+
+/// How many rows for gradients it has; 0 for a function of the value alone.
+///
+/// # Safety
+/// `function` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_transfer_function_gradient_count(
+    function: *const LumivoxTransferFunction,
+) -> u32 {
+    // SAFETY: as the caller promises.
+    guard(|| Ok(unsafe { known(function, "transfer function") }?.gradients.len() as u32)).unwrap_or(0)
+}
+
+/// A row for a gradient, which is written to `per_mm`, as a function of its own.
+///
+/// # Safety
+/// `function` is a live handle, `per_mm` can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_transfer_function_gradient(
+    function: *const LumivoxTransferFunction,
+    index: u32,
+    per_mm: *mut f64,
+) -> *mut LumivoxTransferFunction {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let (function, per_mm) =
+            unsafe { (known(function, "transfer function")?, known_mut(per_mm, "place for the gradient")?) };
+        let row = function.gradients.get(index as usize).ok_or_else(|| format!("there is no row {index}"))?;
+        *per_mm = row.per_mm;
+        Ok(LumivoxTransferFunction::new(row.transfer_function.clone(), vec![]))
     })
 }
 
@@ -110,7 +213,7 @@ pub unsafe extern "C" fn lumivox_transfer_function_sample(
         // SAFETY: as the caller promises.
         let (function, rgba) = unsafe {
             (
-                &known(function, "transfer function")?.0,
+                &known(function, "transfer function")?.function,
                 std::slice::from_raw_parts_mut(rgba, 4 * count as usize),
             )
         };
@@ -134,12 +237,13 @@ pub unsafe extern "C" fn lumivox_transfer_function_load(file: *const c_char) -> 
     guard_handle(|| {
         // SAFETY: as the caller promises.
         let file = unsafe { path(file, "file") }?;
-        let loaded = lumivox_import::load_transfer_function(&file, CT_RANGE);
-        loaded.map(LumivoxTransferFunction).map_err(|error| error.to_string())
+        let loaded = lumivox_import::load_transfer_function_2d(&file, CT_RANGE);
+        let (function, gradients) = loaded.map_err(|error| error.to_string())?;
+        Ok(LumivoxTransferFunction::new(function, gradients))
     })
 }
 
-/// Writes it as Lumivox' JSON.
+/// Writes it as Lumivox' JSON, with its rows for gradients.
 ///
 /// # Safety
 /// `function` is a live handle, `file` a string.
@@ -150,8 +254,9 @@ pub unsafe extern "C" fn lumivox_transfer_function_save(
 ) -> i32 {
     guard_status(|| {
         // SAFETY: as the caller promises.
-        let (function, file) = unsafe { (&known(function, "transfer function")?.0, path(file, "file")?) };
-        lumivox_import::save_transfer_function(&file, function, "").map_err(|error| error.to_string())
+        let (of, file) = unsafe { (known(function, "transfer function")?, path(file, "file")?) };
+        let saved = lumivox_import::save_transfer_function_2d(&file, &of.function, &of.gradients, "");
+        saved.map_err(|error| error.to_string())
     })
 }
 
@@ -167,7 +272,7 @@ pub unsafe extern "C" fn lumivox_transfer_function_knots(
 ) -> u32 {
     let copied = guard(|| {
         // SAFETY: as the caller promises.
-        let knots = unsafe { known(function, "transfer function") }?.0.opacity_knots();
+        let knots = unsafe { known(function, "transfer function") }?.function.opacity_knots();
         let knots = knots.iter().map(|knot| LumivoxOpacityKnot {
             value: knot.value,
             opacity: knot.opacity,
@@ -192,7 +297,7 @@ pub unsafe extern "C" fn lumivox_transfer_function_stops(
 ) -> u32 {
     let copied = guard(|| {
         // SAFETY: as the caller promises.
-        let stops = unsafe { known(function, "transfer function") }?.0.color_stops();
+        let stops = unsafe { known(function, "transfer function") }?.function.color_stops();
         let stops = stops.iter().map(|stop| LumivoxColorStop { value: stop.value, color: stop.color });
         // SAFETY: as the caller promises.
         Ok(unsafe { copy(stops, out, capacity) })
@@ -283,7 +388,7 @@ pub unsafe extern "C" fn lumivox_preset(
             surface_specular: look.surface.specular as f32,
             ..*out
         };
-        Ok(LumivoxTransferFunction(look.transfer_function))
+        Ok(LumivoxTransferFunction::new(look.transfer_function, look.gradients))
     })
 }
 

@@ -4,15 +4,17 @@ use std::collections::{HashMap, HashSet};
 use std::ffi::c_void;
 use std::sync::Arc;
 
+use lumivox_core::glam::DVec3;
 use lumivox_core::light::{Cone, Falloff, Lamp};
 use lumivox_core::{
-    Environment, EnvironmentSource, HostCamera, Light, LightKind, Scene, VolumeInstance, placement,
+    Environment, EnvironmentSource, HostCamera, Light, LightKind, Peel, Scene, VolumeInstance, placement,
 };
 use lumivox_renderer::stage::{NothingAhead, Progress, Recorded, Refusal, Stage, ViewFrame, ViewRecorded};
 use lumivox_renderer::{DeviceLimits, DistanceFog, Fog, HostDepth, HostFrame, LiveSettings};
 
 use crate::abi::*;
 use crate::border::{free, guard, guard_handle, guard_option, guard_status, known, known_mut, list, text};
+use crate::clips::clip_shape;
 use crate::steps::LumivoxRecording;
 use crate::volume::LumivoxVolume;
 use crate::{convert, look};
@@ -127,23 +129,29 @@ pub unsafe extern "C" fn lumivox_stage_set_world(
     world: u64,
     instances: *const LumivoxInstance,
     instance_count: u32,
+    clips: *const LumivoxClipShape,
+    clip_count: u32,
     lights: *const LumivoxLight,
     light_count: u32,
     environment: *const LumivoxEnvironment,
 ) -> i32 {
     guard_status(|| {
         // SAFETY: as the caller promises.
-        let (stage, instances, lights, environment) = unsafe {
+        let (stage, instances, clips, lights, environment) = unsafe {
             (
                 known_mut(stage, "stage")?,
                 list(instances, instance_count as usize, "instances")?,
+                list(clips, clip_count as usize, "clip shapes")?,
                 list(lights, light_count as usize, "lights")?,
                 known(environment, "environment")?,
             )
         };
         let scene = Scene {
-            // SAFETY: as the caller promises.
-            volumes: instances.iter().filter_map(|instance| unsafe { volume_instance(instance) }).collect(),
+            volumes: instances
+                .iter()
+                // SAFETY: as the caller promises.
+                .filter_map(|instance| unsafe { volume_instance(instance, clips) }.transpose())
+                .collect::<Result<_, String>>()?,
             // SAFETY: as the caller promises.
             environment: unsafe { surroundings(environment) },
             lights: lights.iter().filter_map(light).collect(),
@@ -158,19 +166,36 @@ pub unsafe extern "C" fn lumivox_stage_set_world(
 
 /// # Safety
 /// Its handles are null or live.
-unsafe fn volume_instance(instance: &LumivoxInstance) -> Option<VolumeInstance> {
+unsafe fn volume_instance(
+    instance: &LumivoxInstance,
+    clips: &[LumivoxClipShape],
+) -> Result<Option<VolumeInstance>, String> {
     // SAFETY: as the caller promises.
-    let (scan, function) = unsafe { (instance.volume.as_ref()?, instance.transfer_function.as_ref()) };
+    let (scan, function, labelling) = unsafe {
+        (instance.volume.as_ref(), instance.transfer_function.as_ref(), instance.labelling.as_ref())
+    };
+    let Some(scan) = scan else { return Ok(None) };
     let volume = scan.volume().clone();
     // Clip coordinates are mirrored with the object.
     let [a, b] = [instance.clip_min, instance.clip_max].map(convert::wide);
-    let [a, b] = [a, b].map(|corner| lumivox_core::glam::DVec3::new(corner.x, corner.y, 1.0 - corner.z));
+    let [a, b] = [a, b].map(|corner| DVec3::new(corner.x, corner.y, 1.0 - corner.z));
     let world_from_patient =
         convert::world_from_object(&instance.world_from_object) * placement::node_from_patient(&volume);
     let clip_box = placement::clip_box(&volume, a, b);
-    let medium = look::medium(&instance.medium, function.map(|function| &function.0), scan.suited());
-    let whole = VolumeInstance::new(volume, medium, world_from_patient);
-    Some(VolumeInstance { clip_box, layers: instance.layers, ..whole })
+    let medium = look::medium(&instance.medium, function, scan.suited());
+    let first = instance.first_clip as usize;
+    let clips = first.checked_add(instance.clip_count as usize).and_then(|end| clips.get(first..end));
+    let clips = clips.ok_or("an instance names clip shapes that are not there")?;
+    let peel = f64::from(instance.peel_mm);
+    let depth = scan.skin().and_then(Clone::clone).filter(|_| peel > 0.0);
+    Ok(Some(VolumeInstance {
+        clip_box,
+        layers: instance.layers,
+        labels: labelling.map(|labelling| labelling.of(&medium)),
+        peel: depth.map(|depth| Peel { depth, mm: peel }),
+        clip_shapes: clips.iter().map(|clip| clip_shape(clip, world_from_patient)).collect(),
+        ..VolumeInstance::new(volume, medium, world_from_patient)
+    }))
 }
 
 /// # Safety

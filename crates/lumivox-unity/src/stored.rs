@@ -8,7 +8,7 @@ use std::io::{BufReader, Read, Write};
 use std::path::Path;
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
-use lumivox_core::{CancelToken, Modality, Progress, Stage, Volume, Voxels};
+use lumivox_core::{CancelToken, Label, LabelVolume, Modality, Progress, Stage, Volume, Voxels};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -34,6 +34,17 @@ struct Header {
     unit: String,
     #[serde(default)]
     report: Value,
+    /// Of a label map: what its values mean.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    labels: Option<Vec<StoredLabel>>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredLabel {
+    value: u8,
+    name: String,
+    /// Linear RGB.
+    color: [u64; 3],
 }
 
 /// Writes a scan, whole or not at all.
@@ -122,6 +133,18 @@ pub fn read(
         _ => Modality::Other,
     };
     let place = DAffine3::from_mat3_translation(axes, column(3));
+    if let (Some(labels), Voxels::U8(_)) = (&header.labels, &voxels) {
+        let label = |stored: &StoredLabel| Label {
+            value: stored.value,
+            name: stored.name.clone(),
+            color: stored.color.map(f64::from_bits),
+        };
+        let named = labels.iter().map(label).collect();
+        let Voxels::U8(voxels) = voxels else { unreachable!("they are bytes") };
+        let labels = LabelVolume::new(header.dims, voxels, place, named)
+            .map_err(|error| damaged(&error.to_string()))?;
+        return Ok(LumivoxVolume::of_labels(labels, header.report));
+    }
     let volume = Volume::new(header.dims, voxels, header.rescale.map(f64::from_bits), place, modality)
         .map_err(|error| damaged(&error.to_string()))?;
     Ok(LumivoxVolume::new(volume.with_unit(header.unit), header.report))
@@ -147,6 +170,14 @@ fn header(scan: &LumivoxVolume) -> Header {
         .to_owned(),
         unit: volume.unit().to_owned(),
         report: scan.report().clone(),
+        labels: scan.labels().map(|labels| {
+            let stored = |label: &Label| StoredLabel {
+                value: label.value,
+                name: label.name.clone(),
+                color: label.color.map(f64::to_bits),
+            };
+            labels.map.labels().iter().map(stored).collect()
+        }),
     }
 }
 

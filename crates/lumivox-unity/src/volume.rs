@@ -4,7 +4,9 @@ use std::ffi::{c_char, c_void};
 use std::sync::{Arc, OnceLock};
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
-use lumivox_core::{CancelToken, Histogram, Medium, Modality, Preset, Progress, Volume, Voxels, placement};
+use lumivox_core::{
+    CancelToken, Histogram, LabelVolume, Medium, Modality, Preset, Progress, Volume, Voxels, placement,
+};
 use lumivox_import::ImportReport;
 use lumivox_phantom::{AnatomyOptions, TorsoOptions};
 use serde_json::{Value, json};
@@ -28,12 +30,33 @@ struct Scan {
     report: Value,
     histogram: OnceLock<Histogram>,
     suited: OnceLock<Medium>,
+    /// What its values mean, where it is a label map.
+    labels: Option<Labels>,
+    /// Depths below its skin, once they were looked for; none where no skin is there for sure.
+    skin: OnceLock<Option<Arc<Volume>>>,
+}
+
+/// What the values of a label map mean, and how many voxels have each.
+pub(crate) struct Labels {
+    pub(crate) map: Arc<LabelVolume>,
+    pub(crate) counts: [u64; 256],
 }
 
 impl LumivoxVolume {
     pub(crate) fn new(volume: Volume, report: Value) -> Self {
-        let (histogram, suited) = (OnceLock::new(), OnceLock::new());
-        Self(Arc::new(Scan { volume: Arc::new(volume), report, histogram, suited }))
+        Self::of(Arc::new(volume), report, None)
+    }
+
+    /// A label map: a scan whose values are those of its labels.
+    pub(crate) fn of_labels(labels: LabelVolume, report: Value) -> Self {
+        // Counted here, on the job's thread: whoever asks later may not wait.
+        let counts = labels.counts();
+        Self::of(labels.volume().clone(), report, Some(Labels { map: Arc::new(labels), counts }))
+    }
+
+    fn of(volume: Arc<Volume>, report: Value, labels: Option<Labels>) -> Self {
+        let (histogram, suited, skin) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        Self(Arc::new(Scan { volume, report, histogram, suited, labels, skin }))
     }
 
     /// One that was imported.
@@ -54,6 +77,22 @@ impl LumivoxVolume {
         self.0.suited.get_or_init(|| Preset::default_for(self.volume()).medium(self.volume()))
     }
 
+    /// What its values mean, where it is a label map.
+    pub(crate) fn labels(&self) -> Option<&Labels> {
+        self.0.labels.as_ref()
+    }
+
+    /// Depths below its skin; `None` before they were looked for, none where no skin is there for sure.
+    pub(crate) fn skin(&self) -> Option<&Option<Arc<Volume>>> {
+        self.0.skin.get()
+    }
+
+    /// Keeps what was looked for.
+    pub(crate) fn keep_skin(&self, skin: Option<Arc<Volume>>) {
+        // Two may have looked: they have found the same.
+        let _ = self.0.skin.set(skin);
+    }
+
     pub(crate) fn share(&self) -> Self {
         Self(self.0.clone())
     }
@@ -61,7 +100,7 @@ impl LumivoxVolume {
 
 /// What of a report goes with a scan to wherever it is copied: neither what the files on this machine are called, nor
 /// what names the patient's study, nor its other series.
-fn kept(report: &ImportReport) -> Value {
+pub(crate) fn kept(report: &ImportReport) -> Value {
     let mut series = serde_json::to_value(report.series.get(report.chosen)).unwrap_or_default();
     if let Some(series) = series.as_object_mut() {
         series.remove("id");

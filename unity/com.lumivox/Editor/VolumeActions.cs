@@ -21,7 +21,10 @@ namespace Lumivox.Editor
             Selection.activeGameObject = volume.gameObject;
         }
 
-        [MenuItem("GameObject/Lumivox/Effect", false, Priority + 2)]
+        [MenuItem("GameObject/Lumivox/Clip", false, Priority + 2)]
+        static void CreateClip(MenuCommand command) => Selection.activeGameObject = CreateClip(command.context as GameObject).gameObject;
+
+        [MenuItem("GameObject/Lumivox/Effect", false, Priority + 3)]
         static void CreateEffect(MenuCommand command)
         {
             var made = Make("Lumivox Effect", command.context as GameObject);
@@ -37,6 +40,15 @@ namespace Lumivox.Editor
             if (scan != null) volume.volume = scan;
             Finish(made, "Create Volume");
             return volume;
+        }
+
+        /// <summary>A plane through the middle of a volume that cuts it open; its upper half is seen.</summary>
+        public static LumivoxClip CreateClip(GameObject parent)
+        {
+            var made = Make("Clip", parent);
+            var clip = made.AddComponent<LumivoxClip>();
+            Finish(made, "Create Clip");
+            return clip;
         }
 
         static GameObject Make(string name, GameObject parent)

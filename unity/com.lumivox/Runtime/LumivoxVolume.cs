@@ -23,6 +23,9 @@ namespace Lumivox
         /// <summary>Largest <see cref="density"/>.</summary>
         public const float MaxDensity = 1000f;
 
+        /// <summary>Largest <see cref="peelMm"/>: what depths are told apart to.</summary>
+        public const float MaxPeelMm = 60f;
+
         /// <summary>Largest <see cref="surfaceGradient"/>.</summary>
         public const float MaxGradient = 1e12f;
 
@@ -76,6 +79,11 @@ namespace Lumivox
         float m_SurfaceRoughness = 0.4f;
         [SerializeField, Range(0f, 1f), Tooltip("Share of the light that the highlights reflect seen head-on. Skin and bone have about 0.04.")]
         float m_SurfaceSpecular = 0.04f;
+        [Header("Parts")]
+        [SerializeField, Tooltip("What the scan's parts are, and how each looks. Volumes may share it.")]
+        LumivoxLabels m_Labels;
+        [SerializeField, Range(0f, MaxPeelMm), Tooltip("Millimetres below the skin that are taken off. The skin of a CT or MR is found on another thread, which takes a few seconds the first time; where none is found for sure, nothing is taken off.")]
+        float m_PeelMm;
         [Header("Clip")]
         [SerializeField, Tooltip("The corner of what is kept of the scan with the smallest coordinates, as fractions of its box, 0 to 1. Where it lies beyond Clip Max, what is between them is kept.")]
         Vector3 m_ClipMin = Vector3.zero;
@@ -85,6 +93,14 @@ namespace Lumivox
         static readonly List<LumivoxVolume> all = new List<LumivoxVolume>();
 
         LumivoxVolumeAsset retained;
+        LumivoxLabels retainedLabels;
+        /// Those that cut it; each sees to it that it is here.
+        readonly List<LumivoxClip> clips = new List<LumivoxClip>();
+        /// The labels and the scan that were compared last: to look at all labels takes a while.
+        [NonSerialized] VolumeHandle comparedMap, comparedScan;
+        [NonSerialized] double share;
+
+        internal List<LumivoxClip> Clips => clips;
 
         /// <summary>Those that are enabled, in the order in which they came.</summary>
         internal static List<LumivoxVolume> All => all;
@@ -182,6 +198,25 @@ namespace Lumivox
         /// <summary>Share of the light, 0 to 1, that the highlights reflect seen head-on. Skin and bone have about 0.04.</summary>
         public float surfaceSpecular { get => m_SurfaceSpecular; set => Put("surfaceSpecular", ref m_SurfaceSpecular, value, 0f, 1f); }
 
+        /// <summary>What the scan's parts are, and how each looks; null: it has none.</summary>
+        public LumivoxLabels labels
+        {
+            get => m_Labels;
+            set
+            {
+                MainThread.Need("LumivoxVolume.labels");
+                m_Labels = value;
+                Retain();
+                Change();
+            }
+        }
+
+        /// <summary>
+        /// Millimetres below the skin that are taken off, up to 60. The skin of a CT or MR is found on another thread, which
+        /// takes a few seconds the first time; where none is found for sure, nothing is taken off. May be animated.
+        /// </summary>
+        public float peelMm { get => m_PeelMm; set => Put("peelMm", ref m_PeelMm, value, 0f, MaxPeelMm); }
+
         /// <summary>
         /// The corner of what is kept of the scan with the smallest coordinates, as fractions of its box, 0 to 1: x to the
         /// right, y up, z along the object's. Where it lies beyond <see cref="clipMax"/>, what is between them is kept.
@@ -199,7 +234,7 @@ namespace Lumivox
 
         /// <summary>
         /// Takes over the look of a preset: its transfer function (a new one), density, albedo, anisotropy, max bounces
-        /// and the surface. Filter, extinction space and the clip box stay. Presets for MR place themselves by the scan's
+        /// and the surface. Filter, extinction space, parts and clips stay. Presets for MR place themselves by the scan's
         /// values and need the volume to be open. Returns whether it could; if not, an error says why, and nothing changes.
         /// </summary>
         public bool ApplyPreset(string name)
@@ -248,11 +283,33 @@ namespace Lumivox
             if (extent.x * extent.y * extent.z == 0f) warnings.Add("The clip box is flat: nothing is seen. 'Clip Min' must be smaller than 'Clip Max'.");
             else if (Mathf.Min(extent.x, Mathf.Min(extent.y, extent.z)) < 0f) warnings.Add("'Clip Min' lies beyond 'Clip Max': what is between them is kept.");
             if (QualitySettings.activeColorSpace == ColorSpace.Gamma) warnings.Add("The project's colour space is Gamma: volumes are too dark in it. Set Project Settings > Player > Color Space to Linear.");
+            AddWarningsOfParts(warnings);
             var error = LumivoxRenderer.LastError;
             if (error.Length > 0) warnings.Add($"Volumes cannot be drawn: {error}");
             var factor = LumivoxRuntime.ReductionOf(m_Volume);
             if (factor > 1) warnings.Add($"The GPU has no room for all voxels of this scan: it is shown at 1/{factor} of its resolution. Free others, or crop it.");
             return warnings;
+        }
+
+        void AddWarningsOfParts(List<string> warnings)
+        {
+            if (m_Labels != null)
+            {
+                var problem = m_Labels.Problem;
+                if (problem != null) warnings.Add(problem);
+                else if (m_Labels.Pointer != IntPtr.Zero && m_Volume != null && m_Volume.Pointer != IntPtr.Zero) AddWarningsOfShare(warnings);
+            }
+            if (m_PeelMm > 0f && m_Volume != null && m_Volume.SkinProblem.Length > 0) warnings.Add($"Nothing is peeled off the scan: {m_Volume.SkinProblem}");
+        }
+
+        void AddWarningsOfShare(List<string> warnings)
+        {
+            var (map, scan) = (m_Labels.map.Handle, m_Volume.Handle);
+            if (!ReferenceEquals(map, comparedMap) || !ReferenceEquals(scan, comparedScan))
+                (comparedMap, comparedScan, share) = (map, scan, Library.lumivox_labels_share_in(map.Pointer, scan.Pointer));
+            if (share < 0) warnings.Add("Nothing is labelled in the map of the labels.");
+            else if (share == 0) warnings.Add("None of the labels lies in the scan: they are of another patient, or of another place. Take the labels of this scan.");
+            else if (share < 0.5) warnings.Add($"{100 * (1 - share):0}% of what is labelled lies beyond the scan: are they of the same patient?");
         }
 
         /// <summary>As it stands in the world; false where there is nothing to show.</summary>
@@ -261,6 +318,11 @@ namespace Lumivox
             if (m_Volume == null) return false;
             instance.volume = m_Volume.Pointer;
             if (instance.volume == IntPtr.Zero) return false;
+            // What labels hide must not be seen until they are there.
+            if (m_Labels != null && m_Labels.IsComing) return false;
+            instance.labelling = m_Labels != null ? m_Labels.Pointer : IntPtr.Zero;
+            // When the skin was found, that is another instance.
+            instance.peelMm = m_PeelMm > 0f && m_Volume.NeedSkin() ? m_PeelMm : 0f;
             instance.transferFunction = m_TransferFunction != null ? m_TransferFunction.Pointer : IntPtr.Zero;
             instance.worldFromObject = transform.localToWorldMatrix;
             instance.clipMin = m_ClipMin;
@@ -309,6 +371,7 @@ namespace Lumivox
 
         void Retain()
         {
+            RetainLabels(isActiveAndEnabled ? m_Labels : null);
             var wanted = isActiveAndEnabled ? m_Volume : null;
             if (wanted == retained) return;
             if (retained != null)
@@ -324,9 +387,25 @@ namespace Lumivox
             }
         }
 
+        void RetainLabels(LumivoxLabels wanted)
+        {
+            // One that was destroyed is left, too.
+            if (ReferenceEquals(wanted, retainedLabels)) return;
+            if (!ReferenceEquals(retainedLabels, null))
+            {
+                retainedLabels.changed -= Change;
+                retainedLabels.Release();
+            }
+            retainedLabels = wanted != null ? wanted : null;
+            if (ReferenceEquals(retainedLabels, null)) return;
+            retainedLabels.changed += Change;
+            retainedLabels.Retain();
+        }
+
         void OnEnable()
         {
             all.Add(this);
+            LumivoxClip.FindVolumes();
             Retain();
             LumivoxRuntime.Need();
             Change();
@@ -335,6 +414,7 @@ namespace Lumivox
         void OnDisable()
         {
             all.Remove(this);
+            RetainLabels(null);
             if (!ReferenceEquals(retained, null))
             {
                 if (retained != null)
@@ -357,6 +437,7 @@ namespace Lumivox
             m_SurfaceGradient = Numbers.Within(m_SurfaceGradient, 0f, MaxGradient, 0f);
             m_SurfaceRoughness = Numbers.Within(m_SurfaceRoughness, 0f, 1f, 0.4f);
             m_SurfaceSpecular = Numbers.Within(m_SurfaceSpecular, 0f, 1f, 0.04f);
+            m_PeelMm = Numbers.Within(m_PeelMm, 0f, MaxPeelMm, 0f);
             m_ClipMin = Numbers.IsFinite(m_ClipMin) ? Numbers.Clamp01(m_ClipMin) : Vector3.zero;
             m_ClipMax = Numbers.IsFinite(m_ClipMax) ? Numbers.Clamp01(m_ClipMax) : Vector3.one;
             // The inspector and undo set fields, not properties. OnDisable has the last word on what is held.

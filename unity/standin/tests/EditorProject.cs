@@ -48,6 +48,14 @@ namespace Lumivox.Tests
             return Encoding.ASCII.GetBytes(header).Concat(voxels).ToArray();
         }
 
+        /// A segmentation of that scan, as 3D Slicer writes it: `liver` below, `bone` above.
+        public static byte[] Segmentation()
+        {
+            var header = "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 12 10 8\nspace directions: (1,0,0) (0,1,0) (0,0,2)\nspace origin: (0,0,0)\nencoding: raw\n"
+                + "Segment0_ID:=a\nSegment0_Name:=liver\nSegment0_LabelValue:=1\nSegment0_Layer:=0\nSegment0_Color:=1 0 0\nSegment1_ID:=b\nSegment1_Name:=bone\nSegment1_LabelValue:=2\nSegment1_Layer:=0\nSegment1_Color:=1 1 0.5\n\n";
+            return Encoding.ASCII.GetBytes(header).Concat(Enumerable.Range(0, 12 * 10 * 8).Select(i => (byte)(i / 120 < 2 ? 1 : i / 120 < 4 ? 2 : 0))).ToArray();
+        }
+
         /// The same scan as a header and a file beside it.
         public static void WriteMetaImage(string path)
         {

@@ -122,13 +122,13 @@ namespace Lumivox.Tests
     }
 
     /// Live views at rest: the film, the composite and the depth that it writes.
-    public sealed unsafe class TwinLiveTests
+    public abstract unsafe class TwinScene
     {
         /// STANDIN_SIDE asks for larger ones, to look at; those have more samples, too.
         static readonly int Side = int.TryParse(Environment.GetEnvironmentVariable("STANDIN_SIDE"), out var side) ? side : 48;
 
-        Camera camera;
-        readonly List<Object> made = new List<Object>();
+        protected Camera camera;
+        protected readonly List<Object> made = new List<Object>();
 
         [SetUp]
         public void Begin()
@@ -151,7 +151,7 @@ namespace Lumivox.Tests
             Engine.Clear();
         }
 
-        LumivoxVolume Add(string kind, int size, string preset, Vector3 position, Quaternion rotation)
+        protected LumivoxVolume Add(string kind, int size, string preset, Vector3 position, Quaternion rotation)
         {
             var scan = LumivoxVolumeAsset.Phantom(kind, size);
             made.Add(scan);
@@ -163,7 +163,7 @@ namespace Lumivox.Tests
             return volume;
         }
 
-        void Settle()
+        protected void Settle()
         {
             for (var i = 0; i < 400; i++)
             {
@@ -176,8 +176,8 @@ namespace Lumivox.Tests
 
         bool IsDone() => LumivoxRuntime.StatusOf(camera).isConverged;
 
-        /// The picture of a camera, and that of the wgpu host of the same view.
-        void Compare(string name)
+        /// The picture of a camera, which is given back, and that of the wgpu host of the same view.
+        protected Color[] Compare(string name)
         {
             var volumes = LumivoxVolume.All.ToArray();
             // What the host draws by itself: what volumes are drawn over, and what ends their rays.
@@ -214,6 +214,7 @@ namespace Lumivox.Tests
             // Halves have 11 bits, and two compilers round an exponential differently.
             Assert.IsTrue(sum / light < 1e-3, $"{name}: {sum / light}");
             Assert.IsTrue(farthest < 1e-4f, $"{name}: depths differ by {farthest}");
+            return shown.pixels;
         }
 
         /// Both pictures, beside each other, where somebody wants to look at them.
@@ -231,7 +232,10 @@ namespace Lumivox.Tests
             Directory.CreateDirectory(folder);
             File.WriteAllBytes(Path.Combine(folder, $"live-{name}.png"), Png.Of(both));
         }
+    }
 
+    public sealed class TwinLiveTests : TwinScene
+    {
         [Test]
         public void AHeadIsWhatTheWgpuHostShows()
         {

@@ -264,7 +264,9 @@ impl SceneCache {
         let there = wanted.into_iter().zip(acquired);
         self.volumes = there.filter_map(|((source, _), acquired)| Some((source, acquired?))).collect();
         // Kernels are those of the whole scene from the beginning.
-        self.features = Features::of_placed(scene, &placed, !lights.is_empty());
+        let features = Features::of_placed(scene, &placed, !lights.is_empty());
+        // Without labels and clip shapes nothing is written: what they were is no longer read.
+        let features_changed = std::mem::replace(&mut self.features, features) != features;
         // With all that it reads: what labels hide is not to be seen before they come.
         let is_there = |placed: &Placed<'_>| {
             let fields = Field::sources(placed).map(|(_, source)| source);
@@ -279,7 +281,7 @@ impl SceneCache {
         let environment_changed =
             self.environment.update(&scene.environment, &mut self.unprepared, recording);
         let lights_changed = self.lights.update("lights", lights::twins(&lights, self.origin), recording);
-        if tables_changed || instances_changed || environment_changed || lights_changed {
+        if features_changed || tables_changed || instances_changed || environment_changed || lights_changed {
             self.version = ids::next().0;
         }
         Ok(())

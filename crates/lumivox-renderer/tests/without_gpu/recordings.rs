@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
-    EnvironmentMap, EnvironmentSource, Falloff, Filter, Lamp, Light, Scene, TransferFunction,
+    ClipShape, EnvironmentMap, EnvironmentSource, Falloff, Filter, Lamp, Light, Scene, TransferFunction,
 };
 use lumivox_renderer::{
     DeviceLimits, DisplaySettings, FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, Recording,
@@ -43,6 +43,16 @@ fn an_unchanged_scene_records_nothing_and_a_moved_knob_little() {
     let dispatches = recording.steps.iter().filter(|s| matches!(s, Step::Dispatch { .. })).count();
     assert_eq!(dispatches, 4, "only the majorants of the instance that changed, and the way between them");
     assert_ne!(cache.version(), version);
+
+    // What is no longer cut is another picture, though nothing has to be written for it.
+    scene.volumes.truncate(1);
+    update(&mut cache, &scene, &mut alive);
+    for shapes in [vec![ClipShape::sphere(DVec3::ZERO, 1.0)], vec![]] {
+        scene.volumes[0].clip_shapes = shapes;
+        let version = cache.version();
+        update(&mut cache, &scene, &mut alive);
+        assert_ne!(cache.version(), version);
+    }
 
     scene.volumes[0].world_from_patient = DAffine3::from_scale(DVec3::splat(2.0));
     let recording = update(&mut cache, &scene, &mut alive);

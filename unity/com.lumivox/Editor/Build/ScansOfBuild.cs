@@ -17,7 +17,7 @@ namespace Lumivox.Editor
             foreach (var path in Used(buildPlayerContext.BuildPlayerOptions.scenes))
             {
                 var scan = AssetDatabase.LoadAssetAtPath<LumivoxVolumeAsset>(path);
-                // Phantoms are computed where they are shown.
+                // Phantoms are computed where they are shown, and looks of labels refer to their map.
                 if (scan == null || scan.StoredId == "") continue;
                 var file = StoredScans.FileOf(scan.StoredId);
                 if (file == null || !File.Exists(file)) throw new BuildFailedException($"The voxels of {path} are not there: reimport it, then build again.");
@@ -25,7 +25,7 @@ namespace Lumivox.Editor
             }
         }
 
-        /// <summary>Scans that scenes, resources and preloaded assets refer to, or things that these do.</summary>
+        /// <summary>Scans and label maps that scenes, resources and preloaded assets refer to, or things that these do.</summary>
         internal static IEnumerable<string> Used(string[] scenes)
         {
             var roots = new List<string>();
@@ -34,7 +34,7 @@ namespace Lumivox.Editor
             roots.AddRange(AssetDatabase.GetAllAssetPaths().Where(path => path.Contains("/Resources/") && !path.Contains("/Editor/")));
             roots.AddRange(PlayerSettings.GetPreloadedAssets().Where(asset => asset != null).Select(AssetDatabase.GetAssetPath));
             return AssetDatabase.GetDependencies(roots.Where(path => !string.IsNullOrEmpty(path)).Distinct().ToArray(), true)
-                .Where(path => AssetDatabase.GetMainAssetTypeAtPath(path) == typeof(LumivoxVolumeAsset)).Distinct();
+                .Where(StoredScans.MayHold).Distinct();
         }
     }
 }

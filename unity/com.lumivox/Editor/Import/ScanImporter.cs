@@ -10,7 +10,7 @@ using UnityEngine;
 namespace Lumivox.Editor
 {
     /// <summary>
-    /// Imports scans that are one file: NIfTI, NRRD and MetaImage by themselves; gz, zip, DICOM and RAW where somebody says so.
+    /// Imports scans and label maps that are one file: NIfTI, NRRD and MetaImage by themselves; gz, zip, DICOM and RAW where somebody says so.
     /// </summary>
     /// <remarks>
     /// Unity goes by the last part of a name, and gz, zip and raw are often a project's own files: those are left alone
@@ -18,7 +18,7 @@ namespace Lumivox.Editor
     /// themselves (`.nii.gz`, `.dcm.zip`, `.dicom.zip`) are taken at once. The voxels go from the file straight to a file
     /// of Lumivox' own among the import's results; they are never on the managed heap.
     /// </remarks>
-    [ScriptedImporter(3, new[] { "nii", "nrrd", "nhdr", "mha", "mhd" }, new[] { "gz", "zip", "dcm", "dicom", "ima", "raw" }, AllowCaching = true)]
+    [ScriptedImporter(4, new[] { "nii", "nrrd", "nhdr", "mha", "mhd" }, new[] { "gz", "zip", "dcm", "dicom", "ima", "raw" }, AllowCaching = true)]
     public sealed class ScanImporter : ScriptedImporter
     {
         static readonly string[] known = { ".nii.gz", ".dcm.zip", ".dicom.zip" };
@@ -36,6 +36,8 @@ namespace Lumivox.Editor
         bool m_AllowOutsideData;
         [SerializeField, Tooltip("Of a CT: the table, clothes and cables too, not the patient alone.")]
         bool m_KeepEverything;
+        [SerializeField, Tooltip("Whether the file is a scan or a map of labels, such as a segmentation. Automatic: what it looks like.")]
+        LumivoxLabelMaps m_LabelMap = LumivoxLabelMaps.Automatic;
         [SerializeField, Tooltip("What a file without a header holds, such as 256x256x108:i16le:spacing=1,1,2.")]
         string m_Raw = "";
 
@@ -61,6 +63,7 @@ namespace Lumivox.Editor
             fillDamaged = m_FillDamaged,
             allowOutsideData = m_AllowOutsideData,
             keepEverything = m_KeepEverything,
+            labelMaps = m_LabelMap,
             raw = Said(m_Raw),
         };
 
@@ -128,7 +131,7 @@ namespace Lumivox.Editor
     }
 
     /// <summary>Imports scans that were saved into the project: the file is what is read, so nothing is copied.</summary>
-    [ScriptedImporter(2, "lumivox")]
+    [ScriptedImporter(3, "lumivox")]
     public sealed class StoredScanImporter : ScriptedImporter
     {
         public override void OnImportAsset(AssetImportContext ctx)

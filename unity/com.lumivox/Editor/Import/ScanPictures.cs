@@ -30,14 +30,24 @@ namespace Lumivox.Editor
             }
         }
 
-        /// <summary>Adds a scan to what an importer makes, with the picture of the same scan where it is open.</summary>
+        /// <summary>
+        /// Adds a scan to what an importer makes, with the picture of the same scan where it is open. A label map comes as
+        /// labels that all look as their volume says, which can be shown at once.
+        /// </summary>
         public static void Add(AssetImportContext ctx, LumivoxVolumeAsset asset, LumivoxVolumeAsset opened)
         {
             var picture = Of(opened, out var problem);
             // A scan without a picture is still a scan.
             if (problem != null) ctx.LogImportWarning($"{Path.GetFileName(ctx.assetPath)} has no picture: {problem}");
             ctx.AddObjectToAsset("scan", asset, picture);
-            ctx.SetMainObject(asset);
+            if (asset.isLabelMap)
+            {
+                asset.name = Path.GetFileNameWithoutExtension(ctx.assetPath);
+                var labels = LumivoxLabels.Of(asset);
+                ctx.AddObjectToAsset("labels", labels, picture);
+                ctx.SetMainObject(labels);
+            }
+            else ctx.SetMainObject(asset);
             // The import, which ends before that, keeps a copy.
             if (picture != null) EditorApplication.delayCall += () => Object.DestroyImmediate(picture);
         }

@@ -36,7 +36,10 @@ namespace Lumivox.Editor
         }
 
         /// <summary>Writes a scan and imports it; then tells the asset, or why there is none. What was made is kept until then.</summary>
-        public static void Save(LumivoxVolumeAsset made, string path, Action<LumivoxVolumeAsset, string> done)
+        public static void Save(LumivoxVolumeAsset made, string path, Action<LumivoxVolumeAsset, string> done) => Save<LumivoxVolumeAsset>(made, path, done);
+
+        /// <summary>The same of what the file then is: a label map is labels.</summary>
+        public static void Save<T>(LumivoxVolumeAsset made, string path, Action<T, string> done) where T : UnityEngine.Object
         {
             var file = StoredScans.ProjectFile(path);
             Task saving;
@@ -58,7 +61,7 @@ namespace Lumivox.Editor
                     return;
                 }
                 AssetDatabase.ImportAsset(path);
-                var asset = AssetDatabase.LoadAssetAtPath<LumivoxVolumeAsset>(path);
+                var asset = AssetDatabase.LoadAssetAtPath<T>(path);
                 done(asset, asset == null ? $"{path} was written, but not imported; the console says why." : null);
             });
         }

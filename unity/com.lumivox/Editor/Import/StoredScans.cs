@@ -29,6 +29,13 @@ namespace Lumivox.Editor
             return null;
         }
 
+        /// <summary>Whether there may be a scan at a path, or a label map, which comes with its labels.</summary>
+        public static bool MayHold(string path)
+        {
+            var type = AssetDatabase.GetMainAssetTypeAtPath(path);
+            return type == typeof(LumivoxVolumeAsset) || type == typeof(LumivoxLabels);
+        }
+
         /// <summary>The full path of a file that Unity names from the project's folder.</summary>
         public static string ProjectFile(string path) => Path.GetFullPath(Path.Combine(Path.GetDirectoryName(Application.dataPath) ?? ".", path));
     }
@@ -45,7 +52,7 @@ namespace Lumivox.Editor
                     AssetDatabase.SetImporterOverride<ScanImporter>(path);
                     continue;
                 }
-                if (!typeof(LumivoxVolumeAsset).Equals(AssetDatabase.GetMainAssetTypeAtPath(path))) continue;
+                if (!StoredScans.MayHold(path)) continue;
                 var asset = AssetDatabase.LoadAssetAtPath<LumivoxVolumeAsset>(path);
                 if (asset != null && asset.state != LumivoxVolumeState.Closed) asset.Reopen();
             }

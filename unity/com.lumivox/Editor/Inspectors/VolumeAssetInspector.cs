@@ -108,6 +108,7 @@ namespace Lumivox.Editor
                 lines.Insert(0, ReportText.Title(report.chosenSeries));
                 lines.Add(string.Join(", ", new[] { report.format, scan.modality, report.chosenSeries.orientation }.Where(text => !string.IsNullOrEmpty(text))));
             }
+            lines.AddRange(scan.labels.Select(label => $"{label.value}  {label.name}  {ReportText.Number((float)label.milliliters)} ml"));
             lines.AddRange(report.notes.Select(note => "\u2022 " + note));
             facts.text = string.Join("\n", lines);
             state.text = scan.state == LumivoxVolumeState.Failed ? scan.error : scan.state == LumivoxVolumeState.Loading ? "It is being read." : "";

@@ -13,10 +13,13 @@ namespace Lumivox.Editor
     {
         static readonly string[] medium = { "m_Density", "m_Albedo", "m_Anisotropy", "m_MaxBounces", "m_Filter", "m_ExtinctionSpace" };
         static readonly string[] surface = { "m_SurfaceStrength", "m_SurfaceGradient", "m_SurfaceRoughness", "m_SurfaceSpecular" };
+        static readonly string[] parts = { "m_Labels", "m_PeelMm" };
         static readonly string[] clip = { "m_ClipMin", "m_ClipMax" };
 
         readonly ClipHandles handles = new ClipHandles();
         VisualElement warnings, start;
+        Button find, looks;
+        Label finding;
         PresetField preset;
         string shown = "";
 
@@ -37,8 +40,10 @@ namespace Lumivox.Editor
             preset = Presets();
             root.Add(preset);
             root.Add(preset.gallery);
-            foreach (var group in new[] { medium, surface, clip })
+            foreach (var group in new[] { medium, surface, parts })
                 foreach (var name in group) root.Add(new PropertyField(serializedObject.FindProperty(name)));
+            root.Add(Parts());
+            foreach (var name in clip) root.Add(new PropertyField(serializedObject.FindProperty(name)));
             root.TrackSerializedObjectValue(serializedObject, _ => Show());
             // The scan arrives, and the GPU runs short, without a change of any property.
             root.schedule.Execute(Show).Every(500);
@@ -57,6 +62,46 @@ namespace Lumivox.Editor
             row.Add(scan);
             row.Add(phantom);
             return row;
+        }
+
+        /// Ways to labels and to clips.
+        VisualElement Parts()
+        {
+            var all = new VisualElement { name = "parts" };
+            var row = new VisualElement();
+            row.style.flexDirection = FlexDirection.Row;
+            find = new Button(Find) { name = "find", text = "Find Labels", tooltip = "Finds the parts of the scan by itself (of a CT the body, lungs, airways and gas, table and clothes; of an MR the body), and saves them beside it." };
+            looks = new Button(EditLooks) { name = "looks", text = "Edit Looks", tooltip = "The looks of imported labels are made anew with each import: this makes an asset of them that can be edited." };
+            var cut = new Button(AddClip) { name = "add-clip", text = "Add Clip", tooltip = "Adds a plane that cuts the volume open; its object can be moved and turned." };
+            foreach (var button in new[] { find, looks, cut })
+            {
+                button.style.flexGrow = 1;
+                row.Add(button);
+            }
+            finding = new Label { name = "finding" };
+            finding.style.whiteSpace = WhiteSpace.Normal;
+            finding.style.opacity = 0.7f;
+            all.Add(row);
+            all.Add(finding);
+            return all;
+        }
+
+        void Find()
+        {
+            if (LabelActions.IsFinding) LabelActions.Cancel();
+            else LabelActions.Find(Volumes[0], problem => { if (problem != null) Debug.LogWarning($"No labels were found: {problem}"); });
+            Show();
+        }
+
+        void EditLooks()
+        {
+            LabelActions.EditLooks(Volumes);
+            Show();
+        }
+
+        void AddClip()
+        {
+            foreach (var volume in Volumes) VolumeActions.CreateClip(volume.gameObject);
         }
 
         void ImportScan()
@@ -95,7 +140,19 @@ namespace Lumivox.Editor
             if (property.hasMultipleDifferentValues) preset.ShowSeveral();
             else preset.SetValueWithoutNotify(property.stringValue);
             start.style.display = Volumes.All(volume => volume.volume == null || volume.volume.isEmpty) ? DisplayStyle.Flex : DisplayStyle.None;
+            ShowParts();
             ShowWarnings();
+        }
+
+        void ShowParts()
+        {
+            var isOpen = Volumes.Count == 1 && Volumes[0].volume != null && Volumes[0].volume.state == LumivoxVolumeState.Ready;
+            find.text = LabelActions.IsFinding ? "Stop" : "Find Labels";
+            find.SetEnabled(LabelActions.IsFinding || isOpen);
+            looks.style.display = Volumes.Any(volume => LabelActions.AreImported(volume.labels)) ? DisplayStyle.Flex : DisplayStyle.None;
+            var isPeeling = Volumes.Any(volume => volume.peelMm > 0f && volume.volume != null && volume.volume.IsFindingSkin);
+            finding.text = LabelActions.State.Length > 0 ? LabelActions.State : isPeeling ? "The skin is being found." : "";
+            finding.style.display = finding.text.Length > 0 ? DisplayStyle.Flex : DisplayStyle.None;
         }
 
         void ShowWarnings()

@@ -10,7 +10,7 @@ namespace Lumivox.Editor
     [CustomEditor(typeof(LumivoxTransferFunction)), CanEditMultipleObjects]
     sealed class TransferFunctionInspector : UnityEditor.Editor
     {
-        static readonly string[] lists = { "m_OpacityKnots", "m_ColorStops", "m_Shift", "m_WindowScale" };
+        static readonly string[] lists = { "m_OpacityKnots", "m_ColorStops", "m_Shift", "m_WindowScale", "m_Gradients" };
 
         public override VisualElement CreateInspectorGUI()
         {

@@ -11,7 +11,8 @@ namespace Lumivox
     /// <remarks>
     /// Opacity knots and colours are apart: one shapes what is seen, the other how it is painted. Before the first and
     /// after the last point the end's value holds; at two points of the same value the curve jumps. Without knots nothing
-    /// is seen, without colours it is white; points that are not finite are passed over. Every change raises
+    /// is seen, without colours it is white; points that are not finite are passed over. Rows for gradients make it a
+    /// function of value and gradient. Every change raises
     /// <see cref="changed"/>, and what is on screen follows.
     /// </remarks>
     [CreateAssetMenu(menuName = "Lumivox/Transfer Function", fileName = "Transfer Function", order = 310)]
@@ -71,6 +72,50 @@ namespace Lumivox
             }
         }
 
+        /// <summary>What holds where values change steeply: a row of a function of value and gradient.</summary>
+        [Serializable]
+        public struct GradientRow : IEquatable<GradientRow>
+        {
+            /// <summary>How much values change per millimetre there, in their unit (HU for CT); above 0.</summary>
+            [Tooltip("How much values change per millimetre where this holds, in their unit (HU for CT).")]
+            public float perMm;
+            /// <summary>The points of the opacity curve there.</summary>
+            [Tooltip("Points of the opacity curve there.")]
+            public List<OpacityKnot> opacityKnots;
+            /// <summary>The colours there.</summary>
+            [Tooltip("Colours of values there.")]
+            public List<ColorStop> colorStops;
+
+            /// <summary>A row; its points are sorted by value.</summary>
+            public GradientRow(float perMm, IEnumerable<OpacityKnot> knots, IEnumerable<ColorStop> stops)
+            {
+                this.perMm = perMm;
+                opacityKnots = knots != null ? new List<OpacityKnot>(knots) : new List<OpacityKnot>();
+                colorStops = stops != null ? new List<ColorStop>(stops) : new List<ColorStop>();
+            }
+
+            /// <summary>Whether another says the same.</summary>
+            public bool Equals(GradientRow other) => perMm.Equals(other.perMm) && Same(opacityKnots, other.opacityKnots) && Same(colorStops, other.colorStops);
+
+            /// <inheritdoc/>
+            public override bool Equals(object other) => other is GradientRow row && Equals(row);
+
+            /// <inheritdoc/>
+            public override int GetHashCode() => perMm.GetHashCode();
+
+            static bool Same<T>(List<T> a, List<T> b) where T : struct
+            {
+                if (a == null || b == null) return (a?.Count ?? 0) == (b?.Count ?? 0);
+                if (a.Count != b.Count) return false;
+                for (var i = 0; i < a.Count; i++)
+                    if (!EqualityComparer<T>.Default.Equals(a[i], b[i])) return false;
+                return true;
+            }
+        }
+
+        /// <summary>Rows for gradients at most.</summary>
+        public const int MostGradients = 32;
+
         [SerializeField, Tooltip("Points of the opacity curve, kept sorted by value.")]
         List<OpacityKnot> m_OpacityKnots = new List<OpacityKnot>();
         [SerializeField, Tooltip("Colours of values, kept sorted by value.")]
@@ -79,6 +124,8 @@ namespace Lumivox
         float m_Shift;
         [SerializeField, Tooltip("Widens (above 1) or narrows (below 1) the whole function about its centre."), Min(NarrowestWindow)]
         float m_WindowScale = 1f;
+        [SerializeField, Tooltip("What holds where values change steeply, which makes it a function of value and gradient: between rows it goes straight from one to the next, beyond the last that holds. What stands outside of the rows is for where values do not change.")]
+        List<GradientRow> m_Gradients = new List<GradientRow>();
 
         TransferFunctionHandle handle;
 
@@ -90,6 +137,9 @@ namespace Lumivox
 
         /// <summary>The colours, sorted by value.</summary>
         public IReadOnlyList<ColorStop> colorStops => m_ColorStops;
+
+        /// <summary>What holds where values change steeply, by rising gradient; empty for a function of the value alone.</summary>
+        public IReadOnlyList<GradientRow> gradients => m_Gradients;
 
         /// <summary>Moves the whole function along the values, in their unit (HU for CT).</summary>
         public float shift
@@ -136,6 +186,19 @@ namespace Lumivox
             Touch();
         }
 
+        /// <summary>
+        /// Replaces all rows for gradients, at most <see cref="MostGradients"/>; null or none leaves a function of the value
+        /// alone. Rows whose gradient is no number above 0 say nothing.
+        /// </summary>
+        public void SetGradients(IEnumerable<GradientRow> rows)
+        {
+            var list = rows != null ? new List<GradientRow>(rows) : new List<GradientRow>();
+            if (list.Count > MostGradients) throw new LumivoxException($"A transfer function has at most {MostGradients} rows for gradients, not {list.Count}.");
+            m_Gradients = Copies(list);
+            Sort();
+            Touch();
+        }
+
         /// <summary>Takes over what another one is.</summary>
         public void CopyFrom(LumivoxTransferFunction other)
         {
@@ -143,6 +206,7 @@ namespace Lumivox
             MainThread.Need("LumivoxTransferFunction.CopyFrom");
             m_Shift = other.m_Shift;
             m_WindowScale = other.m_WindowScale;
+            m_Gradients = Copies(other.m_Gradients);
             SetPoints(other.m_OpacityKnots, other.m_ColorStops);
         }
 
@@ -241,14 +305,10 @@ namespace Lumivox
         }
 
         /// <summary>For the native library; null where there is none.</summary>
-        internal IntPtr Pointer
-        {
-            get
-            {
-                if (handle == null) handle = Build();
-                return handle.Pointer;
-            }
-        }
+        internal IntPtr Pointer => Handle.Pointer;
+
+        /// <summary>For the native library: another one after each change.</summary>
+        internal TransferFunctionHandle Handle => handle ?? (handle = Build());
 
         /// <summary>Whether there is nothing that gives opacity.</summary>
         internal bool IsWithoutKnots => m_OpacityKnots.Count == 0;
@@ -256,36 +316,82 @@ namespace Lumivox
         static LumivoxTransferFunction Of(TransferFunctionHandle made)
         {
             var function = CreateInstance<LumivoxTransferFunction>();
-            var knots = new Native.OpacityKnot[Library.lumivox_transfer_function_knots(made.Pointer, null, 0)];
-            fixed (Native.OpacityKnot* to = knots) Library.lumivox_transfer_function_knots(made.Pointer, to, (uint)knots.Length);
-            var stops = new Native.ColorStop[Library.lumivox_transfer_function_stops(made.Pointer, null, 0)];
-            fixed (Native.ColorStop* to = stops) Library.lumivox_transfer_function_stops(made.Pointer, to, (uint)stops.Length);
-            foreach (var knot in knots)
-                function.m_OpacityKnots.Add(new OpacityKnot((float)knot.value, (float)knot.opacity, knot.ease == 1 ? Ease.InOut : Ease.Linear));
-            foreach (var stop in stops)
-                function.m_ColorStops.Add(new ColorStop((float)stop.value, new Color((float)stop.red, (float)stop.green, (float)stop.blue, 1f).gamma));
+            Read(made.Pointer, function.m_OpacityKnots, function.m_ColorStops);
+            var rows = Library.lumivox_transfer_function_gradient_count(made.Pointer);
+            for (uint i = 0; i < rows; i++)
+            {
+                double perMm;
+                using (var row = new TransferFunctionHandle(Border.Checked(Library.lumivox_transfer_function_gradient(made.Pointer, i, &perMm))))
+                {
+                    var read = new GradientRow((float)perMm, null, null);
+                    Read(row.Pointer, read.opacityKnots, read.colorStops);
+                    function.m_Gradients.Add(read);
+                }
+            }
             return function;
+        }
+
+        static void Read(IntPtr made, List<OpacityKnot> opacityKnots, List<ColorStop> colorStops)
+        {
+            var knots = new Native.OpacityKnot[Library.lumivox_transfer_function_knots(made, null, 0)];
+            fixed (Native.OpacityKnot* to = knots) Library.lumivox_transfer_function_knots(made, to, (uint)knots.Length);
+            var stops = new Native.ColorStop[Library.lumivox_transfer_function_stops(made, null, 0)];
+            fixed (Native.ColorStop* to = stops) Library.lumivox_transfer_function_stops(made, to, (uint)stops.Length);
+            foreach (var knot in knots)
+                opacityKnots.Add(new OpacityKnot((float)knot.value, (float)knot.opacity, knot.ease == 1 ? Ease.InOut : Ease.Linear));
+            foreach (var stop in stops)
+                colorStops.Add(new ColorStop((float)stop.value, new Color((float)stop.red, (float)stop.green, (float)stop.blue, 1f).gamma));
         }
 
         TransferFunctionHandle Build()
         {
-            var knots = new Native.OpacityKnot[m_OpacityKnots.Count];
+            Native.OpacityKnot[] knots = Knots(m_OpacityKnots);
+            Native.ColorStop[] stops = Stops(m_ColorStops);
+            TransferFunctionHandle made;
+            fixed (Native.OpacityKnot* knot = knots)
+            fixed (Native.ColorStop* stop = stops)
+                made = new TransferFunctionHandle(Border.Checked(Library.lumivox_transfer_function_new(knot, (uint)knots.Length, stop, (uint)stops.Length, m_Shift, m_WindowScale)));
+            foreach (var row in m_Gradients)
+            {
+                // The inspector adds rows that say nothing yet.
+                if (!(row.perMm > 0f && row.perMm < 1e12f)) continue;
+                (knots, stops) = (Knots(row.opacityKnots), Stops(row.colorStops));
+                fixed (Native.OpacityKnot* knot = knots)
+                fixed (Native.ColorStop* stop = stops)
+                    Border.Checked(Library.lumivox_transfer_function_add_gradient(made.Pointer, row.perMm, knot, (uint)knots.Length, stop, (uint)stops.Length));
+            }
+            return made;
+        }
+
+        static Native.OpacityKnot[] Knots(List<OpacityKnot> of)
+        {
+            var knots = new Native.OpacityKnot[of?.Count ?? 0];
             for (var i = 0; i < knots.Length; i++)
             {
-                var knot = m_OpacityKnots[i];
+                var knot = of[i];
                 knots[i] = new Native.OpacityKnot { value = knot.value, opacity = Mathf.Clamp01(knot.opacity), ease = (uint)knot.ease };
                 // The library passes over what is not finite; to clamp must not hide it.
                 if (!Numbers.IsFinite(knot.opacity)) knots[i].opacity = double.NaN;
             }
-            var stops = new Native.ColorStop[m_ColorStops.Count];
+            return knots;
+        }
+
+        static Native.ColorStop[] Stops(List<ColorStop> of)
+        {
+            var stops = new Native.ColorStop[of?.Count ?? 0];
             for (var i = 0; i < stops.Length; i++)
             {
-                var light = Numbers.Linear(m_ColorStops[i].color);
-                stops[i] = new Native.ColorStop { value = m_ColorStops[i].value, red = light.x, green = light.y, blue = light.z };
+                var light = Numbers.Linear(of[i].color);
+                stops[i] = new Native.ColorStop { value = of[i].value, red = light.x, green = light.y, blue = light.z };
             }
-            fixed (Native.OpacityKnot* knot = knots)
-            fixed (Native.ColorStop* stop = stops)
-                return new TransferFunctionHandle(Border.Checked(Library.lumivox_transfer_function_new(knot, (uint)knots.Length, stop, (uint)stops.Length, m_Shift, m_WindowScale)));
+            return stops;
+        }
+
+        static List<GradientRow> Copies(List<GradientRow> rows)
+        {
+            var copies = new List<GradientRow>(rows.Count);
+            foreach (var row in rows) copies.Add(new GradientRow(row.perMm, row.opacityKnots, row.colorStops));
+            return copies;
         }
 
         Vector4 At(float value)
@@ -315,6 +421,12 @@ namespace Lumivox
             // Stable: of two points of the same value the order says which way the curve jumps.
             Sort(m_OpacityKnots, knot => knot.value);
             Sort(m_ColorStops, stop => stop.value);
+            Sort(m_Gradients, row => row.perMm);
+            foreach (var row in m_Gradients)
+            {
+                if (row.opacityKnots != null) Sort(row.opacityKnots, knot => knot.value);
+                if (row.colorStops != null) Sort(row.colorStops, stop => stop.value);
+            }
         }
 
         static void Sort<T>(List<T> points, Func<T, float> value)
@@ -332,6 +444,7 @@ namespace Lumivox
         {
             m_Shift = Numbers.IsFinite(m_Shift) ? m_Shift : 0f;
             m_WindowScale = Numbers.Within(m_WindowScale, NarrowestWindow, WidestWindow, 1f);
+            if (m_Gradients.Count > MostGradients) m_Gradients.RemoveRange(MostGradients, m_Gradients.Count - MostGradients);
             Sort();
             Touch();
         }

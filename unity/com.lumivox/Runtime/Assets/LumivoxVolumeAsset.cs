@@ -126,7 +126,7 @@ namespace Lumivox
             get
             {
                 var series = GetReport().chosenSeries;
-                return series != null && !string.IsNullOrEmpty(series.name) ? series.name : "Scan";
+                return series != null && !string.IsNullOrEmpty(series.name) ? series.name : isLabelMap ? "Labels" : "Scan";
             }
         }
 
@@ -404,6 +404,7 @@ namespace Lumivox
             };
             m_Report = Border.TakeText(Library.lumivox_volume_report(made.Pointer)) ?? "";
             report = null;
+            m_Labels = LabelsOf(made.Pointer);
         }
 
         static string Unit(in VolumeInfo info)
@@ -443,6 +444,7 @@ namespace Lumivox
         {
             opening?.Cancel();
             opening = null;
+            ForgetSkin();
             handle?.Dispose();
             handle = null;
             currentState = LumivoxVolumeState.Closed;

@@ -7,6 +7,17 @@ using UnityEngine;
 
 namespace Lumivox
 {
+    /// <summary>Whether a file is a scan, or a map of labels.</summary>
+    public enum LumivoxLabelMaps
+    {
+        /// <summary>A scan.</summary>
+        No = 0,
+        /// <summary>A map of labels; one that is none is an error.</summary>
+        Yes = 1,
+        /// <summary>What it looks like: nothing says what made it, and its values are few whole numbers, mostly those of their neighbours.</summary>
+        Automatic = 2,
+    }
+
     /// <summary>What to load where there is a choice.</summary>
     public sealed class LumivoxImportOptions
     {
@@ -25,6 +36,8 @@ namespace Lumivox
         /// can be told from the patient for sure, and the report says so.
         /// </summary>
         public bool keepEverything;
+        /// <summary>Whether the file is a label map, which then is a scan whose <see cref="LumivoxVolumeAsset.isLabelMap"/> says so.</summary>
+        public LumivoxLabelMaps labelMaps;
         /// <summary>What a RAW file holds, such as `256x256x108:i16le:spacing=1,1,2`.</summary>
         public string raw;
     }
@@ -131,6 +144,37 @@ namespace Lumivox
             return task.Task;
         }
 
+        /// <summary>Loads a segmentation: a DICOM SEG file or a folder with one, a NIfTI, NRRD or MetaImage file of labels.</summary>
+        /// <exception cref="LumivoxException">It is busy, there are no paths, or, from the task, they cannot be read or hold no labels.</exception>
+        public Task<LumivoxLabels> LoadLabels(IEnumerable<string> paths, LumivoxImportOptions options = null, CancellationToken cancel = default)
+        {
+            var (list, chosen) = Begin(paths, options);
+            var task = new TaskCompletionSource<LumivoxLabels>();
+            Start(list, chosen, isScan: false, (ended, state) => TakeLabels(task, ended, state), cancel, LumivoxLabelMaps.Yes);
+            return task.Task;
+        }
+
+        /// <summary>
+        /// Finds the parts of a scan by itself: of a CT the body, lungs, airways and gas, table and clothes; of an MR the body.
+        /// The report of the map says how sure that is.
+        /// </summary>
+        /// <exception cref="LumivoxException">It is busy, or the scan is not open.</exception>
+        public Task<LumivoxLabels> FindLabels(LumivoxVolumeAsset volume, CancellationToken cancel = default)
+        {
+            MainThread.Need("A LumivoxImporter");
+            if (job != null) throw new LumivoxException("This importer is busy: wait for it, cancel it, or take another.");
+            if (volume == null || volume.Pointer == IntPtr.Zero) throw new LumivoxException("Labels cannot be found in a scan that is not open: open it first.");
+            var task = new TaskCompletionSource<LumivoxLabels>();
+            Follow(Library.lumivox_labels_find(volume.Pointer), (ended, state) => TakeLabels(task, ended, state), cancel);
+            return task.Task;
+        }
+
+        void TakeLabels(TaskCompletionSource<LumivoxLabels> task, Job ended, JobState state)
+        {
+            if (Gave(task, ended, state) || !Took(task, () => LumivoxLabels.Of(LumivoxVolumeAsset.Of(ended.TakeVolume())), out var labels)) return;
+            task.TrySetResult(labels);
+        }
+
         /// <summary>
         /// The middle slice of a series that <see cref="Scan"/> has found, as a grey picture of at most `size` pixels
         /// along a side, 1 to 4096; `series` is its place in the report, from 0. Null if the slice cannot be decoded. A
@@ -186,11 +230,9 @@ namespace Lumivox
             return (list.ToArray(), options ?? new LumivoxImportOptions());
         }
 
-        void Start(string[] paths, LumivoxImportOptions options, bool isScan, Action<Job, JobState> ended, CancellationToken cancel)
+        void Start(string[] paths, LumivoxImportOptions options, bool isScan, Action<Job, JobState> ended, CancellationToken cancel, LumivoxLabelMaps? labelMaps = null)
         {
             picture?.Cancel();
-            // A token may live for ever, and would hold what was loaded.
-            CancellationTokenRegistration registration = default;
             if (study != null && !IsStudied(paths, options)) ForgetStudy();
             if (isScan) ForgetStudy();
             var texts = Array.ConvertAll(paths, Border.Utf8);
@@ -214,16 +256,13 @@ namespace Lumivox
                         fillDamaged = options.fillDamaged ? 1u : 0u,
                         allowOutsideData = options.allowOutsideData ? 1u : 0u,
                         keepEverything = options.keepEverything ? 1u : 0u,
+                        labels = (uint)(labelMaps ?? options.labelMaps),
                         raw = raw,
                     };
                     var pointer = isScan
                         ? Library.lumivox_import_scan((byte**)list, (uint)texts.Length, &native)
                         : Library.lumivox_import_load((byte**)list, (uint)texts.Length, &native, study != null ? study.Pointer : IntPtr.Zero);
-                    job = Jobs.Follow(pointer, (of, state) =>
-                    {
-                        registration.Dispose();
-                        ended(of, state);
-                    });
+                    Follow(pointer, ended, cancel);
                 }
             }
             finally
@@ -231,7 +270,17 @@ namespace Lumivox
                 foreach (var pin in pins)
                     if (pin.IsAllocated) pin.Free();
             }
-            var started = job;
+        }
+
+        void Follow(IntPtr pointer, Action<Job, JobState> ended, CancellationToken cancel)
+        {
+            // A token may live for ever, and would hold what was loaded.
+            CancellationTokenRegistration registration = default;
+            var started = job = Jobs.Follow(pointer, (of, state) =>
+            {
+                registration.Dispose();
+                ended(of, state);
+            });
             started.Progressed += of => progressed?.Invoke(new LumivoxProgress(of.Stage, of.Done, of.Total));
             if (cancel.CanBeCanceled) registration = cancel.Register(() => started.Cancel());
         }

@@ -52,15 +52,53 @@ namespace Lumivox.Native
     }
 
     [StructLayout(LayoutKind.Sequential)]
+    internal struct ClipShape
+    {
+        public Matrix4x4 worldFromShape;
+        public uint kind;
+        public uint inverted;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal struct LabelInfo
+    {
+        public uint value;
+        public Vector3 color;
+        public double milliliters;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    internal struct LabelStyle
+    {
+        public uint value;
+        public uint visible;
+        public uint painted;
+        public uint clipped;
+        public Vector3 color;
+        public float opacity;
+        public float density;
+        public uint hasSurface;
+        public float surfaceStrength;
+        public float surfaceGradient;
+        public float surfaceRoughness;
+        public float surfaceSpecular;
+        public IntPtr transferFunction;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
     internal struct Instance
     {
         public IntPtr volume;
         public IntPtr transferFunction;
+        public IntPtr labelling;
         public Matrix4x4 worldFromObject;
         public Vector3 clipMin;
         public Vector3 clipMax;
         public uint layers;
         public Medium medium;
+        public float peelMm;
+        public uint firstClip;
+        public uint clipCount;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -220,6 +258,8 @@ namespace Lumivox.Native
         public uint fillDamaged;
         public uint allowOutsideData;
         public uint keepEverything;
+        public uint labels;
+        public uint padding;
         public byte* raw;
     }
 

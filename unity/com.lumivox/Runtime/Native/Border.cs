@@ -9,7 +9,7 @@ namespace Lumivox.Native
     internal static unsafe class Border
     {
         /// <summary>Raised with the library's own.</summary>
-        public const uint AbiVersion = 3;
+        public const uint AbiVersion = 4;
 
         static bool isChecked;
         static string fault;
@@ -129,11 +129,12 @@ namespace Lumivox.Native
             var sizes = stackalloc uint[]
             {
                 (uint)sizeof(VolumeInfo), (uint)sizeof(OpacityKnot), (uint)sizeof(ColorStop), (uint)sizeof(Medium),
+                (uint)sizeof(ClipShape), (uint)sizeof(LabelInfo), (uint)sizeof(LabelStyle),
                 (uint)sizeof(Instance), (uint)sizeof(LightSource), (uint)sizeof(Surroundings), (uint)sizeof(DeviceLimits),
                 (uint)sizeof(ViewFrame), (uint)sizeof(ViewStatus), (uint)sizeof(Slice), (uint)sizeof(Step),
                 (uint)sizeof(Progress), (uint)sizeof(ImportOptions), (uint)sizeof(Picture),
             };
-            return Library.lumivox_check_layout(sizes, 15) == 0 ? null : LastError();
+            return Library.lumivox_check_layout(sizes, 18) == 0 ? null : LastError();
         }
 
         static string Another(string which) =>

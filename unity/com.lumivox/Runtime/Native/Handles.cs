@@ -59,6 +59,18 @@ namespace Lumivox.Native
         }
     }
 
+    /// <summary>A label map with the looks of its labels.</summary>
+    internal sealed class LabellingHandle : NativeHandle
+    {
+        public LabellingHandle(IntPtr pointer) : base(pointer) { }
+
+        protected override bool ReleaseHandle()
+        {
+            Library.lumivox_labelling_free(handle);
+            return true;
+        }
+    }
+
     /// <summary>An environment's map.</summary>
     internal sealed class MapHandle : NativeHandle
     {

@@ -33,8 +33,19 @@ namespace Lumivox.Native
         [DllImport(Name)] public static extern IntPtr lumivox_volume_picture(IntPtr volume, byte* preset, uint side);
         [DllImport(Name)] public static extern IntPtr lumivox_volume_open_bytes(void* data, ulong length);
 
+        [DllImport(Name)] public static extern IntPtr lumivox_labels_new(uint* dims, byte* voxels, ulong length, double* patientFromVoxel, LabelInfo* labels, byte** names, uint count);
+        [DllImport(Name)] public static extern int lumivox_labels_count(IntPtr map);
+        [DllImport(Name)] public static extern int lumivox_labels_list(IntPtr map, LabelInfo* labels, uint capacity);
+        [DllImport(Name)] public static extern IntPtr lumivox_labels_name(IntPtr map, uint index);
+        [DllImport(Name)] public static extern double lumivox_labels_share_in(IntPtr map, IntPtr volume);
+        [DllImport(Name)] public static extern IntPtr lumivox_labelling_new(IntPtr map, LabelStyle* styles, uint count);
+        [DllImport(Name)] public static extern void lumivox_labelling_free(IntPtr labelling);
+        [DllImport(Name)] public static extern uint lumivox_volume_skin(IntPtr volume);
+
         [DllImport(Name)] public static extern IntPtr lumivox_import_scan(byte** paths, uint count, ImportOptions* options);
         [DllImport(Name)] public static extern IntPtr lumivox_import_load(byte** paths, uint count, ImportOptions* options, IntPtr known);
+        [DllImport(Name)] public static extern IntPtr lumivox_labels_find(IntPtr volume);
+        [DllImport(Name)] public static extern IntPtr lumivox_skin_find(IntPtr volume);
         [DllImport(Name)] public static extern IntPtr lumivox_study_thumbnail(IntPtr study, uint series, uint side);
         [DllImport(Name)] public static extern IntPtr lumivox_phantom_start(byte* kind, uint size);
         [DllImport(Name)] public static extern JobState lumivox_job_poll(IntPtr job, Progress* progress);
@@ -56,6 +67,9 @@ namespace Lumivox.Native
         [DllImport(Name)] public static extern int lumivox_transfer_function_save(IntPtr function, byte* path);
         [DllImport(Name)] public static extern uint lumivox_transfer_function_knots(IntPtr function, OpacityKnot* knots, uint capacity);
         [DllImport(Name)] public static extern uint lumivox_transfer_function_stops(IntPtr function, ColorStop* stops, uint capacity);
+        [DllImport(Name)] public static extern int lumivox_transfer_function_add_gradient(IntPtr function, double perMm, OpacityKnot* knots, uint knotCount, ColorStop* stops, uint stopCount);
+        [DllImport(Name)] public static extern uint lumivox_transfer_function_gradient_count(IntPtr function);
+        [DllImport(Name)] public static extern IntPtr lumivox_transfer_function_gradient(IntPtr function, uint index, double* perMm);
         [DllImport(Name)] public static extern uint lumivox_preset_count();
         [DllImport(Name)] public static extern IntPtr lumivox_preset_name(uint index);
         [DllImport(Name)] public static extern IntPtr lumivox_preset_description(uint index);
@@ -68,7 +82,7 @@ namespace Lumivox.Native
         [DllImport(Name)] public static extern IntPtr lumivox_stage_new(DeviceLimits* limits);
         [DllImport(Name)] public static extern void lumivox_stage_free(IntPtr stage);
         [DllImport(Name)] public static extern void lumivox_stage_begin_frame(IntPtr stage);
-        [DllImport(Name)] public static extern int lumivox_stage_set_world(IntPtr stage, ulong world, Instance* instances, uint instanceCount, LightSource* lights, uint lightCount, Surroundings* environment);
+        [DllImport(Name)] public static extern int lumivox_stage_set_world(IntPtr stage, ulong world, Instance* instances, uint instanceCount, ClipShape* clips, uint clipCount, LightSource* lights, uint lightCount, Surroundings* environment);
         [DllImport(Name)] public static extern IntPtr lumivox_stage_record_world(IntPtr stage, ulong world, uint atOnce);
         [DllImport(Name)] public static extern IntPtr lumivox_stage_record_view(IntPtr stage, ulong view, ulong world, ViewFrame* frame, ViewStatus* status);
         [DllImport(Name)] public static extern Step* lumivox_recording_steps(IntPtr recording, uint* count);

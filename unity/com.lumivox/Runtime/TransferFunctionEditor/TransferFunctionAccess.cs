@@ -13,7 +13,7 @@ namespace Lumivox
             foreach (var knot in function.opacityKnots) knots.Add(new OpacityPoint(knot.value, knot.opacity, knot.ease == LumivoxTransferFunction.Ease.InOut));
             var stops = new List<ColorPoint>(function.colorStops.Count);
             foreach (var stop in function.colorStops) stops.Add(new ColorPoint(stop.value, stop.color));
-            return new TransferFunctionState(knots, stops, function.shift, function.windowScale);
+            return new TransferFunctionState(knots, stops, function.shift, function.windowScale, function.gradients);
         }
 
         /// <summary>Makes a transfer function what it was, or shall be; only what differs is set.</summary>
@@ -30,6 +30,7 @@ namespace Lumivox
                 foreach (var stop in state.Stops) stops.Add(new LumivoxTransferFunction.ColorStop((float)stop.value, stop.color));
                 function.SetPoints(knots, stops);
             }
+            if (!now.SameGradients(state)) function.SetGradients(state.Gradients);
             if (function.shift != (float)state.Shift) function.shift = (float)state.Shift;
             if (function.windowScale != (float)state.WindowScale) function.windowScale = (float)state.WindowScale;
         }

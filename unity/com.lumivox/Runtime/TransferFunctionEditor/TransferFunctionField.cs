@@ -46,6 +46,7 @@ namespace Lumivox
         readonly TransferFunctionHistory history = new TransferFunctionHistory();
         readonly VisualElement bar = new VisualElement { name = "toolbar" };
         readonly Label hint = new Label { name = "hint" };
+        readonly Label rows = new Label { name = "gradients", tooltip = "Rows of a function of value and gradient, from a file or the numbers of the asset. Edits leave them as they are, and they are saved with it." };
         readonly DoubleField level, width;
         readonly Button presets, undo, redo;
         readonly IVisualElementScheduledItem histogramTimer;
@@ -102,6 +103,9 @@ namespace Lumivox
                 Add(strip);
             }
             Add(points);
+            rows.style.opacity = 0.7f;
+            rows.style.whiteSpace = WhiteSpace.Normal;
+            Add(rows);
             graph.SelectionChanged = OnSelection;
             colors.SelectionChanged = OnSelection;
             graph.ShowAllAsked = axis.ShowAll;
@@ -392,7 +396,19 @@ namespace Lumivox
             ShowTools();
             points.Refresh();
             graph.ShowInvitation();
+            ShowRows();
             foreach (var strip in strips) strip.MarkDirtyRepaint();
+        }
+
+        /// What is edited is for where values do not change; the rest is said to be there.
+        void ShowRows()
+        {
+            var count = model.Gradients.Count;
+            rows.style.display = count > 0 ? DisplayStyle.Flex : DisplayStyle.None;
+            if (count == 0) return;
+            var at = new string[count];
+            for (var i = 0; i < count; i++) at[i] = model.Gradients[i].perMm.ToString("0.###", System.Globalization.CultureInfo.InvariantCulture);
+            rows.text = $"Besides these, {(count == 1 ? "a row" : $"{count} rows")} for gradients of {string.Join(", ", at)} per mm.";
         }
 
         void ShowWindow()

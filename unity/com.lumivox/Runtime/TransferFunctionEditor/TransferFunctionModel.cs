@@ -50,10 +50,16 @@ namespace Lumivox
     {
         readonly OpacityPoint[] knots;
         readonly ColorPoint[] stops;
+        readonly LumivoxTransferFunction.GradientRow[] gradients;
 
-        /// <summary>Points in any order; what is not finite is passed over.</summary>
-        public TransferFunctionState(IEnumerable<OpacityPoint> knots, IEnumerable<ColorPoint> stops, double shift = 0, double windowScale = 1)
+        /// <summary>Points in any order; what is not finite is passed over. Rows for gradients are kept as they are.</summary>
+        public TransferFunctionState(IEnumerable<OpacityPoint> knots, IEnumerable<ColorPoint> stops, double shift = 0, double windowScale = 1, IEnumerable<LumivoxTransferFunction.GradientRow> gradients = null)
         {
+            // The function's own lists may change.
+            var rows = new List<LumivoxTransferFunction.GradientRow>();
+            if (gradients != null)
+                foreach (var row in gradients) rows.Add(new LumivoxTransferFunction.GradientRow(row.perMm, row.opacityKnots, row.colorStops));
+            this.gradients = rows.ToArray();
             this.knots = Sorted(knots, knot => knot.value, knot => IsFinite(knot.value) && IsFinite(knot.opacity));
             this.stops = Sorted(stops, stop => stop.value, stop => IsFinite(stop.value) && IsFinite(stop.color.r + stop.color.g + stop.color.b));
             for (var i = 0; i < this.knots.Length; i++) this.knots[i].opacity = Math.Min(Math.Max(this.knots[i].opacity, 0), 1);
@@ -66,10 +72,21 @@ namespace Lumivox
         public double Shift { get; }
         public double WindowScale { get; }
 
+        /// <summary>What holds where values change steeply: not edited here, and not lost.</summary>
+        public IReadOnlyList<LumivoxTransferFunction.GradientRow> Gradients => gradients;
+
         public bool Equals(TransferFunctionState other) =>
-            other != null && Shift.Equals(other.Shift) && WindowScale.Equals(other.WindowScale) && Same(knots, other.knots) && Same(stops, other.stops);
+            other != null && SameGradients(other) && Shift.Equals(other.Shift) && WindowScale.Equals(other.WindowScale) && Same(knots, other.knots) && Same(stops, other.stops);
         public override bool Equals(object other) => Equals(other as TransferFunctionState);
         public override int GetHashCode() => knots.Length ^ stops.Length << 8 ^ Shift.GetHashCode() ^ WindowScale.GetHashCode();
+
+        internal bool SameGradients(TransferFunctionState other)
+        {
+            if (gradients.Length != other.gradients.Length) return false;
+            for (var i = 0; i < gradients.Length; i++)
+                if (!gradients[i].Equals(other.gradients[i])) return false;
+            return true;
+        }
 
         internal static bool IsFinite(double number) => !double.IsNaN(number) && !double.IsInfinity(number);
 
@@ -115,13 +132,15 @@ namespace Lumivox
         public double Shift { get; private set; }
         /// <summary>Stretches all values about the middle of the points.</summary>
         public double WindowScale { get; private set; } = 1;
+        /// <summary>Rows for gradients, which edits of points leave as they are.</summary>
+        public IReadOnlyList<LumivoxTransferFunction.GradientRow> Gradients { get; private set; } = Array.Empty<LumivoxTransferFunction.GradientRow>();
         /// <summary>Whether there is nothing that gives opacity.</summary>
         public bool IsEmpty => knots.Count == 0;
 
         /// <summary>Everything as it is now, and as it shall be.</summary>
         public TransferFunctionState State
         {
-            get => new TransferFunctionState(knots, stops, Shift, WindowScale);
+            get => new TransferFunctionState(knots, stops, Shift, WindowScale, Gradients);
             set
             {
                 knots.Clear();
@@ -130,6 +149,7 @@ namespace Lumivox
                 stops.AddRange(value.Stops);
                 Shift = value.Shift;
                 WindowScale = value.WindowScale;
+                Gradients = value.Gradients;
             }
         }
 
@@ -221,6 +241,16 @@ namespace Lumivox
             double Moved(double value) => middle + (value - middle) * WindowScale + Shift;
             for (var i = 0; i < knots.Count; i++) knots[i] = new OpacityPoint(Moved(knots[i].value), knots[i].opacity, knots[i].eases);
             for (var i = 0; i < stops.Count; i++) stops[i] = new ColorPoint(Moved(stops[i].value), stops[i].color);
+            // Rows lie under the same window.
+            var rows = new LumivoxTransferFunction.GradientRow[Gradients.Count];
+            for (var i = 0; i < rows.Length; i++)
+            {
+                rows[i] = new LumivoxTransferFunction.GradientRow(Gradients[i].perMm, Gradients[i].opacityKnots, Gradients[i].colorStops);
+                var (knotsThere, stopsThere) = (rows[i].opacityKnots, rows[i].colorStops);
+                for (var k = 0; k < knotsThere.Count; k++) knotsThere[k] = new LumivoxTransferFunction.OpacityKnot((float)Moved(knotsThere[k].value), knotsThere[k].opacity, knotsThere[k].ease);
+                for (var k = 0; k < stopsThere.Count; k++) stopsThere[k] = new LumivoxTransferFunction.ColorStop((float)Moved(stopsThere[k].value), stopsThere[k].color);
+            }
+            Gradients = rows;
             Shift = 0;
             WindowScale = 1;
         }

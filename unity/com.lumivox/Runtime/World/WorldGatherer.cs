@@ -49,8 +49,10 @@ namespace Lumivox
         LightSource[] lights = new LightSource[16], lastLights = new LightSource[16];
         Light[] lightOwners = new Light[16], lastLightOwners = new Light[16];
         Instance[] seen = new Instance[16];
+        /// Those of each instance lie one behind the other.
+        ClipShape[] clips = new ClipShape[16], lastClips = new ClipShape[16];
         LightSource[] shining = new LightSource[16];
-        int instanceCount, lightCount;
+        int instanceCount, lightCount, clipCount;
         uint layers;
         long gathered = -1, gathering;
         int gatheredFor, handlesEnded;
@@ -159,21 +161,22 @@ namespace Lumivox
         /// <summary>Gathers anew. Returns whether that is anything else than before.</summary>
         bool Changed()
         {
-            var (volumesBefore, lightsBefore) = (instanceCount, lightCount);
+            var (volumesBefore, lightsBefore, clipsBefore) = (instanceCount, lightCount, clipCount);
             (instances, lastInstances) = (lastInstances, instances);
             (owners, lastOwners) = (lastOwners, owners);
+            (clips, lastClips) = (lastClips, clips);
             (lights, lastLights) = (lastLights, lights);
             (lightOwners, lastLightOwners) = (lastLightOwners, lightOwners);
             var endedBefore = handlesEnded;
             handlesEnded = NativeHandle.Ended;
             GatherVolumes();
             GatherLights();
-            if (handlesEnded != endedBefore || instanceCount != volumesBefore || lightCount != lightsBefore) return true;
+            if (handlesEnded != endedBefore || instanceCount != volumesBefore || lightCount != lightsBefore || clipCount != clipsBefore) return true;
             for (var i = 0; i < instanceCount; i++)
                 if (!ReferenceEquals(owners[i], lastOwners[i])) return true;
             for (var i = 0; i < lightCount; i++)
                 if (!ReferenceEquals(lightOwners[i], lastLightOwners[i])) return true;
-            return !Bytes(instances, instanceCount).SequenceEqual(Bytes(lastInstances, instanceCount)) || !Bytes(lights, lightCount).SequenceEqual(Bytes(lastLights, lightCount));
+            return !Bytes(instances, instanceCount).SequenceEqual(Bytes(lastInstances, instanceCount)) || !Bytes(clips, clipCount).SequenceEqual(Bytes(lastClips, clipCount)) || !Bytes(lights, lightCount).SequenceEqual(Bytes(lastLights, lightCount));
         }
 
         static ReadOnlySpan<byte> Bytes<T>(T[] of, int count) where T : unmanaged => MemoryMarshal.AsBytes(new ReadOnlySpan<T>(of, 0, count));
@@ -187,11 +190,14 @@ namespace Lumivox
                 Array.Resize(ref owners, all.Count * 2);
             }
             if (seen.Length < instances.Length) Array.Resize(ref seen, instances.Length);
-            instanceCount = 0;
+            instanceCount = clipCount = 0;
             layers = 0;
             foreach (var volume in all)
             {
                 if (!volume.TryGetInstance(ref instances[instanceCount])) continue;
+                instances[instanceCount].firstClip = (uint)clipCount;
+                LumivoxClip.Put(volume.Clips, ref clips, ref clipCount);
+                instances[instanceCount].clipCount = (uint)clipCount - instances[instanceCount].firstClip;
                 layers |= instances[instanceCount].layers;
                 owners[instanceCount++] = volume;
             }
@@ -231,8 +237,9 @@ namespace Lumivox
             if (!world.Key.IsStudio) environment.Read(world.Sky, lit > 0, ref surroundings);
             world.Volumes = count;
             fixed (Instance* volume = seen)
+            fixed (ClipShape* clip = clips)
             fixed (LightSource* light = shining)
-                Border.Checked(Library.lumivox_stage_set_world(stage, world.Number, volume, (uint)count, light, (uint)lit, &surroundings));
+                Border.Checked(Library.lumivox_stage_set_world(stage, world.Number, volume, (uint)count, clip, (uint)clipCount, light, (uint)lit, &surroundings));
         }
     }
 }

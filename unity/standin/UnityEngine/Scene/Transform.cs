@@ -97,7 +97,10 @@ namespace UnityEngine
             }
             Changed();
             StandIn.Lifecycle.Refresh(owner);
-            if (owner.components.Contains(this)) foreach (var component in owner.components.ToArray()) StandIn.Messages.Send(component, "OnTransformParentChanged");
+            // Those below it are told, too: an indirect parent of theirs is another.
+            if (owner.components.Contains(this))
+                foreach (var at in WithChildren().ToArray())
+                    foreach (var component in at.owner.components.ToArray()) StandIn.Messages.Send(component, "OnTransformParentChanged");
         }
         static float Ratio(float a, float b) => b == 0 ? 1 : a / b;
         public int childCount => down.Count;

@@ -1,5 +1,7 @@
 //! The border as C uses it: handles, jobs, and whatever is null, freed or nonsense.
 
+mod labels;
+
 use std::ffi::{CStr, CString, c_char};
 use std::ptr::{null, null_mut};
 use std::time::{Duration, Instant};
@@ -77,6 +79,7 @@ fn instance(volume: *const LumivoxVolume) -> LumivoxInstance {
     LumivoxInstance {
         volume,
         transfer_function: null(),
+        labelling: null(),
         world_from_object: IDENTITY,
         clip_min: [0.0; 3],
         clip_max: [1.0; 3],
@@ -93,6 +96,9 @@ fn instance(volume: *const LumivoxVolume) -> LumivoxInstance {
             surface_roughness: 0.4,
             surface_specular: 0.04,
         },
+        peel_mm: 0.0,
+        first_clip: 0,
+        clip_count: 0,
     }
 }
 
@@ -157,7 +163,10 @@ fn a_frame_goes_through_the_border() {
         let environment = studio();
         lumivox_stage_begin_frame(stage);
         let instances = [instance(volume), instance(null())];
-        assert_eq!(lumivox_stage_set_world(stage, 5, instances.as_ptr(), 2, null(), 0, &environment), 0);
+        assert_eq!(
+            lumivox_stage_set_world(stage, 5, instances.as_ptr(), 2, null(), 0, null(), 0, &environment),
+            0
+        );
         // The stage goes on with a scan whose handle is gone.
         lumivox_volume_free(volume);
         let world = lumivox_stage_record_world(stage, 5, 1);
@@ -267,6 +276,8 @@ fn what_cannot_be_read_is_told() {
             fill_damaged: 0,
             allow_outside_data: 0,
             keep_everything: 0,
+            labels: 0,
+            padding: 0,
             raw: c"256xx".as_ptr(),
         };
         assert!(lumivox_import_load(paths.as_ptr(), 1, &options, null()).is_null());
@@ -298,6 +309,8 @@ fn the_patient_is_imported_alone_unless_everything_is_asked_for() {
                 fill_damaged: 0,
                 allow_outside_data: 0,
                 keep_everything,
+                labels: 0,
+                padding: 0,
                 raw: null(),
             };
             let job = lumivox_import_load(paths.as_ptr(), 1, &options, study);
@@ -346,6 +359,17 @@ fn null_is_an_error_and_never_worse() {
         lumivox_study_free(null_mut());
         lumivox_job_free(null_mut());
         lumivox_job_cancel(null());
+        lumivox_labelling_free(null_mut());
+        assert!(lumivox_labels_new(null(), null(), 0, null(), null(), null(), 0).is_null());
+        assert!(lumivox_labels_find(null()).is_null() && lumivox_skin_find(null()).is_null());
+        assert!(
+            lumivox_labels_name(null(), 0).is_null() && lumivox_labelling_new(null(), null(), 0).is_null()
+        );
+        assert_eq!((lumivox_labels_count(null()), lumivox_labels_list(null(), null_mut(), 0)), (-1, -1));
+        assert_eq!((lumivox_labels_share_in(null(), null()), lumivox_volume_skin(null())), (-1.0, 0));
+        assert_eq!(lumivox_transfer_function_add_gradient(null_mut(), 1.0, null(), 0, null(), 0), -1);
+        assert_eq!(lumivox_transfer_function_gradient_count(null()), 0);
+        assert!(lumivox_transfer_function_gradient(null(), 0, null_mut()).is_null());
         lumivox_set_codec_program(null());
         assert_eq!(text(lumivox_text(null())), "");
         assert!(lumivox_volume_phantom(null(), 16).is_null());
@@ -353,7 +377,7 @@ fn null_is_an_error_and_never_worse() {
         assert!(lumivox_volume_clone(null()).is_null());
         assert_eq!(lumivox_volume_info(null(), null_mut()), -1);
         assert!(lumivox_stage_new(null()).is_null());
-        assert_eq!(lumivox_stage_set_world(null_mut(), 1, null(), 0, null(), 0, null()), -1);
+        assert_eq!(lumivox_stage_set_world(null_mut(), 1, null(), 0, null(), 0, null(), 0, null()), -1);
         assert!(lumivox_stage_record_world(null_mut(), 1, 0).is_null());
         assert!(lumivox_stage_record_view(null_mut(), 1, 1, null(), &mut status).is_null());
         assert_eq!(lumivox_recording_finish(null_mut(), null_mut(), EXECUTED, null()), -1);
@@ -367,7 +391,7 @@ fn null_is_an_error_and_never_worse() {
         assert_eq!(lumivox_job_poll(null_mut(), null_mut()), LumivoxJobState::Failed);
         let (stage, volume) = (stage(), cube());
         // A count without a list, a world that nobody set, a view that nobody recorded.
-        assert_eq!(lumivox_stage_set_world(stage, 1, null(), 3, null(), 0, &studio()), -1);
+        assert_eq!(lumivox_stage_set_world(stage, 1, null(), 3, null(), 0, null(), 0, &studio()), -1);
         assert!(lumivox_stage_record_world(stage, 77, 0).is_null());
         assert_eq!(last_error(), "there is no world 77");
         assert_eq!(lumivox_stage_view_status(stage, 3, &mut status), -1);
@@ -389,7 +413,7 @@ fn null_is_an_error_and_never_worse() {
             inner_half_angle: f32::NAN,
         };
         let environment = LumivoxEnvironment { kind: 3, strength: f32::NAN, ..studio() };
-        assert_eq!(lumivox_stage_set_world(stage, 1, &odd, 1, &light, 1, &environment), 0);
+        assert_eq!(lumivox_stage_set_world(stage, 1, &odd, 1, null(), 0, &light, 1, &environment), 0);
         let world = lumivox_stage_record_world(stage, 1, 1);
         assert!(!world.is_null(), "{}", last_error());
         lumivox_recording_finish(stage, world, EXECUTED, null());
