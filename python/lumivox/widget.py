@@ -112,6 +112,8 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
         self._gradients = look.curve(curve).gradients
         self.set_trait("stops", [[stop.value, list(stop.color)] for stop in curve.color])
         self.set_trait("knots", [list(knot) for knot in curve.opacity])
+        # Points that are the same as before tell nobody, and the rows for gradients may be others.
+        self._on_curve(None)
 
     def close(self) -> None:
         """Ends the view and its thread."""
