@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import difflib
 import inspect
@@ -29,7 +30,12 @@ def words(thing: Any, where: str) -> str:
     text = inspect.getdoc(thing)
     if not text:
         raise SystemExit(f"{where} has no docstring")
-    return re.sub(r":\w+:`~?([^`]+)`", r"`\1`", text).replace("``", "`")
+    return clean(text)
+
+
+def clean(text: str | None) -> str:
+    """Words of a docstring as Markdown."""
+    return re.sub(r":\w+:`~?([^`]+)`", r"`\1`", text or "").replace("``", "`")
 
 
 def attributes(kind: type) -> dict[str, str]:
@@ -76,6 +82,20 @@ def entry(module: ModuleType, name: str) -> list[str]:
     return lines
 
 
+def of_source(path: Path, name: str) -> list[str]:
+    """The reference of a module that needs what is not there, as its source says it: the module's words and a class's."""
+    tree = ast.parse(path.read_text())
+    found = next(node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name)
+    module = f"lumivox.{path.stem}"
+    lines = [f"## {module}", clean(ast.get_docstring(tree)), f"### `{module}.{name}`", clean(ast.get_docstring(found))]
+    for node in found.body:
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_") and node.name.islower():
+            arguments = ast.unparse(node.args)
+            lines += [f"#### `{node.name}({arguments}) -> {ast.unparse(node.returns or ast.Constant(None))}`"]
+            lines += [clean(ast.get_docstring(node))]
+    return lines
+
+
 def reference() -> str:
     """All of it."""
     lines = ["# Lumivox for Python: reference", "Made from the docstrings by `python/reference.py`. " + words(lumivox, "lumivox")]
@@ -85,6 +105,7 @@ def reference() -> str:
             lines.append(words(module, module.__name__))
         for name in names:
             lines += entry(module, name)
+    lines += of_source(Path(lumivox.__file__).with_name("napari.py"), "View")
     return "\n\n".join(lines) + "\n"
 
 

@@ -1,37 +1,61 @@
-// The page's half of lumivox.widget.View: a picture that is turned by dragging and zoomed by the wheel, the presets, and the
-// opacity curve over the histogram, whose knots are dragged; a double click adds one or takes one away.
+// The page's half of lumivox.widget.View: a picture that is turned by dragging (or arrow keys), zoomed by the wheel (or + and -)
+// and put back by a double click (or Home), the presets, and the opacity curve over the histogram, whose knots are dragged; a
+// double click there adds one or takes one away.
 
 const CURVE_HEIGHT = 90;
+const EDGE = 6;
 
 function srgb(c) {
   const x = Math.min(Math.max(c, 0), 1);
   return Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055));
 }
 
+// As the renderer eases between knots.
+function eased(ease, t) {
+  return ease === "in-out" ? (t * t) / (t * t + (1 - t) * (1 - t)) : t;
+}
+
 function render({ model, el }) {
   const width = model.get("width"), height = model.get("height");
-  const root = document.createElement("div");
-  root.style.cssText = `width:${width}px;font:12px system-ui,sans-serif;color:#ccc;background:#14171c;user-select:none`;
-  const picture = document.createElement("img");
-  picture.style.cssText = `width:${width}px;height:${height}px;display:block;cursor:grab;touch-action:none`;
+  const make = (tag, style) => {
+    const made = document.createElement(tag);
+    made.style.cssText = style;
+    return made;
+  };
+  const root = make(
+    "div",
+    `width:${width}px;max-width:100%;font:12px system-ui,sans-serif;color:#c8ced6;background:#14171c;` +
+      "user-select:none;border-radius:4px;overflow:hidden",
+  );
+  const picture = make("img", `width:100%;aspect-ratio:${width}/${height};display:block;cursor:grab;touch-action:none;outline:none`);
   picture.draggable = false;
-  picture.alt = "";
-  const bar = document.createElement("div");
-  bar.style.cssText = "display:flex;gap:8px;align-items:center;padding:4px 6px";
-  const select = document.createElement("select");
+  picture.tabIndex = 0;
+  picture.alt = "The scan. Drag or press arrow keys to turn it, + and - to zoom, Home to put it back.";
+  const bar = make("div", "display:flex;gap:8px;align-items:center;padding:6px 8px");
+  const select = make(
+    "select",
+    "font:inherit;color:inherit;background:#232830;border:1px solid #3a414b;border-radius:3px;padding:2px 4px;color-scheme:dark",
+  );
   select.setAttribute("aria-label", "Preset");
   for (const name of model.get("presets")) select.add(new Option(name, name));
-  const said = document.createElement("span");
+  select.style.minWidth = "0";
+  // On one line whatever it says: the curve must not move below the pointer.
+  const said = make("span", "margin-left:auto;white-space:nowrap;color:#8b95a1;font-variant-numeric:tabular-nums");
   bar.append(select, said);
-  const curve = document.createElement("canvas");
+  const wrong = make("div", "display:none;padding:0 8px 6px;color:#f0a08c");
+  wrong.setAttribute("role", "alert");
+  const curve = make("canvas", `width:100%;height:${CURVE_HEIGHT}px;display:block;touch-action:none;cursor:crosshair`);
+  curve.setAttribute("aria-label", "Opacity by value. Drag knots; double click to add or remove one.");
   const ratio = window.devicePixelRatio || 1;
   curve.width = width * ratio;
   curve.height = CURVE_HEIGHT * ratio;
-  curve.style.cssText = `width:${width}px;height:${CURVE_HEIGHT}px;display:block;touch-action:none`;
-  root.append(picture, bar, curve);
+  root.append(picture, bar, wrong, curve);
   el.append(root);
 
-  let url = null;
+  let url = null, pointed = "";
+  const count = () => {
+    said.textContent = pointed || `${model.get("samples")} of ${model.get("target")} samples`;
+  };
   const show = () => {
     const png = model.get("png");
     if (!png || !png.byteLength) return;
@@ -39,44 +63,80 @@ function render({ model, el }) {
     picture.src = next;
     if (url) URL.revokeObjectURL(url);
     url = next;
-    said.textContent = `${model.get("samples")} samples`;
+    count();
+  };
+  const tell = () => {
+    wrong.textContent = model.get("message");
+    wrong.style.display = wrong.textContent ? "block" : "none";
   };
 
+  const turn = (azimuth, elevation) => {
+    model.set("azimuth", azimuth);
+    model.set("elevation", Math.min(90, Math.max(-90, elevation)));
+    model.save_changes();
+  };
+  const zoomBy = (factor) => {
+    model.set("zoom", Math.min(20, Math.max(0.1, model.get("zoom") * factor)));
+    model.save_changes();
+  };
+  const first = [model.get("azimuth"), model.get("elevation"), model.get("zoom")];
+  const putBack = () => {
+    model.set("zoom", first[2]);
+    turn(first[0], first[1]);
+  };
   let grabbed = null;
   picture.addEventListener("pointerdown", (e) => {
     picture.setPointerCapture(e.pointerId);
+    picture.style.cursor = "grabbing";
     grabbed = [e.clientX, e.clientY, model.get("azimuth"), model.get("elevation")];
   });
   picture.addEventListener("pointermove", (e) => {
     if (!grabbed) return;
     const [x, y, azimuth, elevation] = grabbed;
-    model.set("azimuth", azimuth - ((e.clientX - x) * 180) / width);
-    model.set("elevation", Math.min(90, Math.max(-90, elevation + ((e.clientY - y) * 180) / height)));
-    model.save_changes();
+    const degrees = 180 / picture.clientWidth;
+    turn(azimuth - (e.clientX - x) * degrees, elevation + (e.clientY - y) * degrees);
   });
-  const letGo = () => { grabbed = null; };
+  const letGo = () => {
+    grabbed = null;
+    picture.style.cursor = "grab";
+  };
   picture.addEventListener("pointerup", letGo);
   picture.addEventListener("pointercancel", letGo);
+  picture.addEventListener("dblclick", putBack);
   picture.addEventListener("wheel", (e) => {
     e.preventDefault();
-    model.set("zoom", Math.min(20, Math.max(0.1, model.get("zoom") * Math.exp(-e.deltaY / 600))));
-    model.save_changes();
+    zoomBy(Math.exp(-e.deltaY / 600));
   }, { passive: false });
+  picture.addEventListener("keydown", (e) => {
+    const steps = { ArrowLeft: [5, 0], ArrowRight: [-5, 0], ArrowUp: [0, -5], ArrowDown: [0, 5] };
+    if (steps[e.key]) turn(model.get("azimuth") + steps[e.key][0], model.get("elevation") + steps[e.key][1]);
+    else if (e.key === "+" || e.key === "=") zoomBy(1.1);
+    else if (e.key === "-") zoomBy(1 / 1.1);
+    else if (e.key === "Home") putBack();
+    else return;
+    // The notebook has its own use for these.
+    e.preventDefault();
+    e.stopPropagation();
+  });
   select.addEventListener("change", () => {
     model.set("preset", select.value);
     model.save_changes();
   });
 
+  // Knots beyond the scan's values are shown, and can be grabbed, at its ends.
   const at = (value) => {
     const [low, high] = model.get("value_range");
-    return ((value - low) / (high - low)) * width;
+    return Math.min(Math.max(((value - low) / (high - low)) * width, 0), width);
   };
   const valueAt = (x) => {
     const [low, high] = model.get("value_range");
     return low + (Math.min(Math.max(x, 0), width) / width) * (high - low);
   };
-  const down = (opacity) => 6 + (1 - opacity) * (CURVE_HEIGHT - 12);
-  const opacityAt = (y) => Math.min(1, Math.max(0, 1 - (y - 6) / (CURVE_HEIGHT - 12)));
+  const down = (opacity) => EDGE + (1 - opacity) * (CURVE_HEIGHT - 2 * EDGE);
+  const opacityAt = (y) => Math.min(1, Math.max(0, 1 - (y - EDGE) / (CURVE_HEIGHT - 2 * EDGE)));
+  const number = (value) => (Math.abs(value) >= 10 ? value.toFixed(0) : value.toPrecision(2));
+  const words = (value, opacity) => `${number(value)}${model.get("unit") ? ` ${model.get("unit")}` : ""}: ${opacity.toFixed(2)}`;
+  let dragged = -1, pointedAt = -1;
   const draw = () => {
     select.value = model.get("preset");
     const g = curve.getContext("2d");
@@ -85,28 +145,35 @@ function render({ model, el }) {
     const bars = model.get("histogram");
     g.fillStyle = "#2a3038";
     bars.forEach((bar, i) => {
-      const tall = bar * (CURVE_HEIGHT - 6);
+      const tall = bar * (CURVE_HEIGHT - EDGE);
       g.fillRect((i * width) / bars.length, CURVE_HEIGHT - tall, width / bars.length - 1, tall);
     });
     const knots = model.get("knots");
+    const [low, high] = model.get("value_range");
     g.strokeStyle = "#9fb4c8";
     g.lineWidth = 1.5;
     g.beginPath();
-    knots.forEach(([value, opacity], i) => {
+    knots.forEach(([value, opacity, ease], i) => {
       if (i === 0) g.moveTo(0, down(opacity));
       g.lineTo(at(value), down(opacity));
-      if (i === knots.length - 1) g.lineTo(width, down(opacity));
+      const next = knots[i + 1];
+      if (!next) return g.lineTo(width, down(opacity));
+      for (let step = 1; step < 24; step += 1) {
+        const t = step / 24, reached = value + (next[0] - value) * t;
+        if (reached >= low && reached <= high) g.lineTo(at(reached), down(opacity + (next[1] - opacity) * eased(ease, t)));
+      }
     });
     g.stroke();
     const stops = model.get("stops");
-    for (const [value, opacity] of knots) {
+    knots.forEach(([value, opacity], i) => {
       const stop = stops.reduce((a, b) => (Math.abs(b[0] - value) < Math.abs(a[0] - value) ? b : a), stops[0]);
       g.fillStyle = stop ? `rgb(${stop[1].map(srgb).join(",")})` : "#fff";
+      g.strokeStyle = i === pointedAt || i === dragged ? "#ffffff" : "#9fb4c8";
       g.beginPath();
-      g.arc(at(value), down(opacity), 5, 0, 7);
+      g.arc(at(value), down(opacity), i === pointedAt || i === dragged ? 6 : 5, 0, 7);
       g.fill();
       g.stroke();
-    }
+    });
   };
 
   const place = (e) => {
@@ -126,14 +193,21 @@ function render({ model, el }) {
     model.save_changes();
     draw();
   };
-  let dragged = -1;
   curve.addEventListener("pointerdown", (e) => {
     curve.setPointerCapture(e.pointerId);
     dragged = nearest(...place(e));
+    draw();
   });
   curve.addEventListener("pointermove", (e) => {
-    if (dragged < 0) return;
     const [x, y] = place(e);
+    pointed = words(valueAt(x), opacityAt(y));
+    count();
+    if (dragged < 0) {
+      pointedAt = nearest(x, y);
+      curve.style.cursor = pointedAt < 0 ? "crosshair" : "grab";
+      draw();
+      return;
+    }
     const knots = model.get("knots").map((knot) => knot.slice());
     // A knot stays between its neighbours: it is still the same one while it is dragged.
     const low = dragged > 0 ? knots[dragged - 1][0] : -Infinity;
@@ -142,9 +216,18 @@ function render({ model, el }) {
     knots[dragged][1] = opacityAt(y);
     put(knots);
   });
-  const drop = () => { dragged = -1; };
+  const drop = () => {
+    dragged = -1;
+    draw();
+  };
   curve.addEventListener("pointerup", drop);
   curve.addEventListener("pointercancel", drop);
+  curve.addEventListener("pointerleave", () => {
+    pointed = "";
+    count();
+    pointedAt = -1;
+    draw();
+  });
   curve.addEventListener("dblclick", (e) => {
     const [x, y] = place(e);
     const knots = model.get("knots").map((knot) => knot.slice());
@@ -158,10 +241,17 @@ function render({ model, el }) {
   });
 
   model.on("change:png", show);
+  model.on("change:message", tell);
   for (const name of ["knots", "stops", "preset"]) model.on(`change:${name}`, draw);
   show();
+  tell();
   draw();
-  return () => { if (url) URL.revokeObjectURL(url); };
+  return () => {
+    if (url) URL.revokeObjectURL(url);
+    model.off("change:png", show);
+    model.off("change:message", tell);
+    for (const name of ["knots", "stops", "preset"]) model.off(`change:${name}`, draw);
+  };
 }
 
 export default { render };

@@ -11,18 +11,14 @@ Needs anywidget (``pip install 'lumivox[widget]'``). What was set with the mouse
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from lumivox import look, rendering
+from lumivox import _check, look, rendering
 from lumivox.image import Image
-from lumivox.look import ColorStop, OpacityKnot, TransferFunction
-from lumivox.scene import Camera, Scene
+from lumivox.live import Live, Settings, histogram
+from lumivox.look import ColorStop, GradientFunction, OpacityKnot, TransferFunction
+from lumivox.scene import pixels
 from lumivox.volume import Volume
 
 try:
@@ -30,100 +26,6 @@ try:
     import traitlets
 except ImportError as error:
     raise ImportError("lumivox.widget needs anywidget: pip install 'lumivox[widget]'") from error
-
-COARSE = 4
-"""While something changes, pixels along an axis for one."""
-
-BINS = 64
-"""Bars of the histogram behind the opacity curve."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What a view shows, and from where."""
-
-    azimuth: float = 0.0
-    elevation: float = 0.0
-    zoom: float = 1.0
-    preset: str | None = None
-    transfer_function: TransferFunction | None = None
-
-
-class Live:
-    """Renders a scan on a thread of its own: coarse at once after a change, finer and finer while it rests.
-
-    ``show`` is called there with each image; :meth:`update` may be called on any thread and returns at once.
-    """
-
-    def __init__(self, scan: Volume, size: tuple[int, int], samples: int, show: Callable[[Image], None], **options: Any) -> None:
-        self._scan, self._size, self._samples, self._show, self._options = scan, size, samples, show, options
-        self._changed = threading.Condition()
-        self._settings: Settings | None = None
-        self._ended = False
-        self._scenes: dict[tuple[Any, ...], Scene] = {}
-        self.error: Exception | None = None
-        """What went wrong; the view stays as it was."""
-        self._thread = threading.Thread(target=self._run, name="lumivox-widget", daemon=True)
-        self._thread.start()
-
-    def update(self, settings: Settings) -> None:
-        """Shows something else from now on."""
-        with self._changed:
-            self._settings = settings
-            self._changed.notify_all()
-
-    def end(self) -> None:
-        """Ends the thread."""
-        with self._changed:
-            self._ended = True
-            self._changed.notify_all()
-        self._thread.join()
-
-    def _run(self) -> None:
-        while True:
-            with self._changed:
-                while self._settings is None and not self._ended:
-                    self._changed.wait()
-                if self._ended:
-                    return
-                settings, self._settings = self._settings, None
-            assert settings is not None
-            try:
-                self._render(settings)
-            except Exception as error:
-                self.error = error
-
-    def _wanted(self, *_: object) -> bool:
-        return self._settings is None and not self._ended
-
-    def _render(self, settings: Settings) -> None:
-        scene = self._scene(settings)
-        camera = Camera.framing(scene, settings.azimuth, settings.elevation, settings.zoom, size=self._size)
-        width, height = self._size
-        coarse = (max(1, width // COARSE), max(1, height // COARSE))
-        options: Any = {name: value for name, value in self._options.items() if name not in rendering.LOOK}
-        # Denoised, for it is gone in a moment; what rests is left as it is.
-        self._show(rendering.render(scene, **{**options, "camera": camera, "size": coarse, "samples": 1, "denoise": True}))
-        if not self._wanted():
-            return
-        rest = {**options, "camera": camera, "size": self._size, "samples": self._samples, "progress": self._wanted}
-        for image in rendering.progressive(scene, **rest):
-            if not self._wanted():
-                return
-            self._show(image)
-
-    def _scene(self, settings: Settings) -> Scene:
-        """The scene of a look; the last is kept, for most changes are the camera's."""
-        key = (settings.preset, settings.transfer_function)
-        if key not in self._scenes:
-            looks: Any = {name: value for name, value in self._options.items() if name in rendering.LOOK}
-            scene = Scene.of(self._scan, **{**looks, "preset": settings.preset})
-            if settings.transfer_function is not None:
-                instance = scene.volumes[0]
-                medium = replace(instance.medium, transfer_function=settings.transfer_function)
-                scene = replace(scene, volumes=(replace(instance, medium=medium),))
-            self._scenes = {key: scene}
-        return self._scenes[key]
 
 
 class View(anywidget.AnyWidget):  # type: ignore[misc]
@@ -146,24 +48,49 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
     histogram = traitlets.List(traitlets.Float()).tag(sync=True)
     """Voxels by value, as fractions of the fullest bar, on a logarithmic scale."""
     samples = traitlets.Int(0).tag(sync=True)
+    target = traitlets.Int(0).tag(sync=True)
+    """Samples that it comes to rest with."""
+    unit = traitlets.Unicode("").tag(sync=True)
+    message = traitlets.Unicode("").tag(sync=True)
+    """What went wrong; empty where nothing did."""
     _live: Live | None = None
 
     def __init__(self, scan: Volume, *, size: tuple[int, int] = (512, 512), samples: int = 512, **options: Any) -> None:
+        if not isinstance(scan, Volume):
+            raise TypeError(f"a view shows a lumivox.Volume, not {_check.shown(scan)}")
+        # What is wrong is said where the view is made, not on its thread.
+        width, height = pixels(size)
+        for name in ("camera", "eye", "target"):
+            if name in options:
+                raise TypeError(f"{name} is not for a view: it is turned by azimuth and elevation, and comes closer by zoom")
+        curve = options.pop("transfer_function", None)
+        planned = rendering.plan(
+            scan,
+            {**options, "size": size, "samples": samples, **({} if curve is None else {"transfer_function": curve})},  # type: ignore[typeddict-item]
+        )
         super().__init__()
         self._scan = scan
         self._image: Image | None = None
         self._quiet = False
         self._edited = False
-        self.width, self.height = size
+        self._gradients: tuple[GradientFunction, ...] = ()
+        self.width, self.height = width, height
+        self.target, self.unit = planned.request.samples, scan.unit
         self.presets = [preset.name for preset in look.presets()]
         low, high = scan.value_range
         self.value_range = [low, max(high, low + 1.0)]
-        self.histogram = _histogram(scan)
+        self.histogram = histogram(scan)
         self.azimuth, self.elevation = options.pop("azimuth", 0.0), options.pop("elevation", 0.0)
         self.zoom = options.pop("zoom", 1.0)
-        self.preset = options.pop("preset", None) or look.default_preset(scan)
-        self._live = Live(scan, size, samples, self._shown, **options)
+        self.preset = look.preset_name(options.pop("preset", None) or look.default_preset(scan))
+        if options.get("labels") is not None:
+            # Found or read once, not for each look.
+            options["labels"] = planned.scene.volumes[0].labels
+        self._live = Live(scan, (width, height), planned.request.samples, self._shown, self._failed, **options)
         self._take_preset()
+        if curve is not None:
+            self.transfer_function = planned.scene.volumes[0].medium.transfer_function
+            self._edited = True
         self.observe(self._on_preset, ["preset"])
         self.observe(self._on_curve, ["knots", "stops"])
         self.observe(self._on_change, ["azimuth", "elevation", "zoom"])
@@ -177,12 +104,16 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
     @property
     def transfer_function(self) -> TransferFunction:
         """The look's opacity and colour, as they were edited."""
-        return TransferFunction([OpacityKnot(*knot) for knot in self.knots], [ColorStop(v, tuple(c)) for v, c in self.stops])
+        knots, stops = [OpacityKnot(*knot) for knot in self.knots], [ColorStop(v, tuple(c)) for v, c in self.stops]
+        return TransferFunction(knots, stops, self._gradients)
 
     @transfer_function.setter
     def transfer_function(self, curve: TransferFunction) -> None:
+        self._gradients = look.curve(curve).gradients
         self.set_trait("stops", [[stop.value, list(stop.color)] for stop in curve.color])
         self.set_trait("knots", [list(knot) for knot in curve.opacity])
+        # Points that are the same as before tell nobody, and the rows for gradients may be others.
+        self._on_curve(None)
 
     def close(self) -> None:
         """Ends the view and its thread."""
@@ -209,25 +140,24 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
             self._on_change()
 
     def _on_change(self, _: object = None) -> None:
-        curve = self.transfer_function if self._edited else None
+        try:
+            curve = self.transfer_function if self._edited else None
+        except (TypeError, ValueError) as error:
+            self.message = str(error)
+            return
         # A page may send anything: what makes no sense is brought into its range.
         elevation, zoom = min(max(self.elevation, -90.0), 90.0), min(max(self.zoom, 0.1), 20.0)
         if self._live is not None:
             self._live.update(Settings(self.azimuth, elevation, zoom, self.preset, curve))
 
+    def _failed(self, error: Exception) -> None:
+        self.message = str(error)
+
     def _shown(self, image: Image) -> None:
         self._image = image
+        self.message = ""
         self.samples = image.min_samples
         self.png = image._repr_png_()
 
     def _repr_png_(self) -> bytes | None:
         return self.png or None
-
-
-def _histogram(scan: Volume) -> list[float]:
-    # Some 10 million voxels tell as much as all.
-    step = max(1, round((scan.array.size / 1e7) ** (1 / 3)))
-    values = scan.array[::step, ::step, ::step].astype(np.float64) * scan.slope + scan.intercept
-    counts, _ = np.histogram(values, BINS, scan.value_range)
-    bars = np.log1p(counts)
-    return [float(bar) for bar in bars / max(bars.max(), 1.0)]

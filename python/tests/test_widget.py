@@ -74,3 +74,52 @@ def test_what_makes_no_sense_breaks_nothing(view: widget.View) -> None:
     view.set_state({"elevation": 1e9, "zoom": -4.0})
     view.set_state({"elevation": 0.0, "zoom": 1.0, "azimuth": 45.0})
     wait(rests(view, 45.0))
+
+
+def test_options_of_a_view_are_told_where_it_is_made(head: lumivox.Volume) -> None:
+    for words, options in (
+        ("samples must be a whole number", {"samples": 1.5}),
+        ("size must be width and height in pixels", {"size": 32}),
+        ("there is no option 'azimut'; did you mean 'azimuth'?", {"azimut": 3}),
+        ("there is no preset 'bone'", {"preset": "bone"}),
+        ("eye is not for a view: it is turned by azimuth and elevation", {"eye": (0, 0, 900)}),
+    ):
+        with pytest.raises((TypeError, ValueError)) as told:
+            widget.View(head, **options)  # type: ignore[arg-type]
+        assert words in str(told.value)
+    with pytest.raises(TypeError, match="a view shows a lumivox.Volume, not 'scan.nii'"):
+        widget.View("scan.nii")  # type: ignore[arg-type]
+
+
+def test_a_view_may_begin_with_a_function_labels_and_a_cut(head: lumivox.Volume) -> None:
+    curve = lumivox.TransferFunction([(-500, 0.0), (300, 0.5, "in-out")], [(0, "#e0a080")])
+    options: dict[str, object] = {
+        "labels": "found",
+        "label": {"air outside": "hide"},
+        "clip_shape": lumivox.ClipShape.plane((0, 0, 0), (0, 0, -1)),
+        "transfer_function": curve,
+    }
+    view = widget.View(head, size=(32, 24), samples=4, azimuth=20.0, **options)
+    try:
+        wait(rests(view, 20.0))
+        assert view.transfer_function == curve
+        own = lumivox.render(head, azimuth=20.0, size=(32, 24), samples=4, **options)  # type: ignore[arg-type]
+        assert view.image is not None
+        np.testing.assert_allclose(view.image.radiance, own.radiance, rtol=1e-5, atol=1e-5)
+        # Rows for gradients are kept while the curve is dragged, which shows none of them.
+        steep = lumivox.TransferFunction(curve.opacity, curve.color, [(50.0, curve)])
+        view.transfer_function = steep
+        wait(lambda: view.image is not None and view.image.scene.volumes[0].medium.transfer_function == steep)
+    finally:
+        view.close()
+
+
+def test_what_goes_wrong_is_said_and_forgotten(view: widget.View) -> None:
+    wait(rests(view, 20.0))
+    shown = view.image
+    view.set_state({"knots": []})
+    assert view.message == "a transfer function needs at least one opacity knot"
+    assert view.image is shown
+    view.set_state({"knots": [[0.0, 0.0, "linear"], [500.0, 0.5, "linear"]]})
+    wait(lambda: view.image is not shown and rests(view, 20.0)())
+    assert view.message == ""

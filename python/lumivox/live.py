@@ -1,0 +1,136 @@
+"""A scan that is looked at while it is rendered: what the notebook's widget and napari's share."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lumivox import rendering
+from lumivox.image import Image
+from lumivox.look import TransferFunction
+from lumivox.scene import Camera, Scene
+from lumivox.volume import Volume
+
+COARSE = 4
+"""While something changes, pixels along an axis for one."""
+
+BINS = 64
+"""Bars of a histogram."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a view shows, and from where."""
+
+    azimuth: float = 0.0
+    elevation: float = 0.0
+    zoom: float = 1.0
+    preset: str | None = None
+    transfer_function: TransferFunction | None = None
+
+
+class Live:
+    """Renders a scan on a thread of its own: coarse at once after a change, finer and finer while it rests.
+
+    ``show`` is called there with each image, ``failed`` with what went wrong; :meth:`update` may be called on any thread and
+    returns at once.
+    """
+
+    def __init__(
+        self,
+        scan: Volume,
+        size: tuple[int, int],
+        samples: int,
+        show: Callable[[Image], None],
+        failed: Callable[[Exception], None],
+        **options: Any,
+    ) -> None:
+        self._scan, self._size, self._samples, self._options = scan, size, samples, options
+        self._show, self._failed = show, failed
+        self._changed = threading.Condition()
+        self._settings: Settings | None = None
+        self._ended = False
+        self._scenes: dict[tuple[Any, ...], Scene] = {}
+        self.error: Exception | None = None
+        """What went wrong; the view stays as it was."""
+        self._thread = threading.Thread(target=self._run, name="lumivox-live", daemon=True)
+        self._thread.start()
+
+    def update(self, settings: Settings) -> None:
+        """Shows something else from now on."""
+        with self._changed:
+            self._settings = settings
+            self._changed.notify_all()
+
+    def end(self, wait: bool = True) -> None:
+        """Ends the thread, and waits for it."""
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+        if wait:
+            self._thread.join()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                while self._settings is None and not self._ended:
+                    self._changed.wait()
+                if self._ended:
+                    return
+                settings, self._settings = self._settings, None
+            assert settings is not None
+            try:
+                self._render(settings)
+                self.error = None
+            except Exception as error:
+                self.error = error
+                self._failed(error)
+
+    def _wanted(self, *_: object) -> bool:
+        return self._settings is None and not self._ended
+
+    def _render(self, settings: Settings) -> None:
+        scene = self._scene(settings)
+        fov = self._options.get("fov", 28.0)
+        camera = Camera.framing(scene, settings.azimuth, settings.elevation, settings.zoom, fov, size=self._size)
+        width, height = self._size
+        coarse = (max(1, width // COARSE), max(1, height // COARSE))
+        options: Any = {name: value for name, value in self._options.items() if name not in rendering.LOOK}
+        # Denoised, for it is gone in a moment; what rests is left as it is.
+        first = rendering.render(scene, **{**options, "camera": camera, "size": coarse, "samples": 1, "denoise": True})
+        if not self._ended:
+            self._show(first)
+        if not self._wanted():
+            return
+        rest = {**options, "camera": camera, "size": self._size, "samples": self._samples, "progress": self._wanted}
+        for image in rendering.progressive(scene, **rest):
+            if not self._wanted():
+                return
+            self._show(image)
+
+    def _scene(self, settings: Settings) -> Scene:
+        """The scene of a look; the last is kept, for most changes are the camera's."""
+        key = (settings.preset, settings.transfer_function)
+        if key not in self._scenes:
+            looks: Any = {name: value for name, value in self._options.items() if name in rendering.LOOK}
+            scene = Scene.of(self._scan, **{**looks, "preset": settings.preset})
+            if settings.transfer_function is not None:
+                instance = scene.volumes[0]
+                medium = replace(instance.medium, transfer_function=settings.transfer_function)
+                scene = replace(scene, volumes=(replace(instance, medium=medium),))
+            self._scenes = {key: scene}
+        return self._scenes[key]
+
+
+def histogram(scan: Volume) -> list[float]:
+    """Voxels by value, as fractions of the fullest bar, on a logarithmic scale."""
+    # Some 10 million voxels tell as much as all.
+    step = max(1, round((scan.array.size / 1e7) ** (1 / 3)))
+    values = scan.array[::step, ::step, ::step].astype(np.float64) * scan.slope + scan.intercept
+    counts, _ = np.histogram(values, BINS, scan.value_range)
+    bars = np.log1p(counts)
+    return [float(bar) for bar in bars / max(bars.max(), 1.0)]
