@@ -25,6 +25,7 @@ func _ready() -> void:
 	_tell("preset", _preset())
 	_tell("colors", _colors())
 	_tell("slice", _slice())
+	_tell("aligned", _aligned())
 	_tell("importer", await _import_on_a_thread(all.series))
 	_tell("threads", await _write_on_a_thread())
 	_tell("redraws", await _redraws())
@@ -80,6 +81,34 @@ func _slice() -> bool:
 	var kept := node.volume == slice
 	node.free()
 	return kept
+
+
+## How far places of one patient lie apart in two scans of him, before and after they are aligned: in metres.
+func _aligned() -> Dictionary:
+	var parent := Node3D.new()
+	parent.transform = Transform3D(Basis.from_euler(Vector3(0.3, 0.7, -0.2)) * 2.0, Vector3(1.0, 2.0, -3.0))
+	add_child(parent)
+	var nodes: Array[LumivoxVolume3D] = []
+	for kind: String in ["torso", "head"]:
+		var node := LumivoxVolume3D.new()
+		node.volume = LumivoxVolume.phantom(kind, 16)
+		parent.add_child(node)
+		nodes.append(node)
+	nodes[0].position = Vector3(0.1, 0.2, 0.3)
+	var apart := func() -> float:
+		var farthest := 0.0
+		for point: Vector3 in [Vector3.ZERO, Vector3(100.0, -50.0, 80.0)]:
+			var places := nodes.map(func(node: LumivoxVolume3D) -> Vector3:
+				return node.global_transform * node.get_patient_transform() * point)
+			farthest = maxf(farthest, (places[0] as Vector3).distance_to(places[1] as Vector3))
+		return farthest
+	var told := {"before": apart.call(), "aligned": nodes[1].align_with(nodes[0])}
+	told.after = apart.call()
+	var bare := LumivoxVolume3D.new()
+	told.refused = [nodes[0].align_with(nodes[0]), nodes[0].align_with(null), bare.align_with(nodes[0])]
+	bare.free()
+	parent.queue_free()
+	return told
 
 
 ## Both that begin an import: one importer is held, one is not.

@@ -88,6 +88,14 @@ fn colours_that_are_none_leave_the_others() {
 }
 
 #[test]
+fn scans_of_one_patient_are_aligned() {
+    let told = telling("aligned");
+    println!("aligned: {told}");
+    assert!(told["before"].as_f64().unwrap() > 0.1 && told["after"].as_f64().unwrap() < 1e-5, "{told}");
+    assert_eq!((&told["aligned"], &told["refused"]), (&json!(true), &json!([false, false, false])));
+}
+
+#[test]
 fn filters_and_spaces_have_names() {
     let names = json!({
         "FILTER_NEAREST": 0, "FILTER_TRILINEAR": 1, "FILTER_TRICUBIC": 2, "FILTER_SMOOTH": 3,

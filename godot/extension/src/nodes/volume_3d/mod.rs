@@ -405,6 +405,41 @@ impl LumivoxVolume3D {
         self.with_volume(|volume| convert::transform(placement::node_from_clip(volume))).unwrap_or_default()
     }
 
+    /// From the patient's millimetres, as DICOM has them (x to the left, y to the back, z to the head), to the node's metres.
+    /// The identity without a scan.
+    #[func]
+    pub fn get_patient_transform(&self) -> Transform3D {
+        self.with_volume(|volume| convert::transform(placement::node_from_patient(volume)))
+            .unwrap_or_default()
+    }
+
+    /// Moves the node so that its scan lies in [param other]'s as it does in the patient: a PET in its CT, an MR on a CT.
+    /// Both must be of one frame of reference. A scan's centre is at its node's origin, so that two nodes in one place
+    /// are not aligned yet. Returns whether both have a scan.
+    #[func]
+    pub fn align_with(&mut self, other: Option<Gd<LumivoxVolume3D>>) -> bool {
+        let Some(other) = other.filter(|other| *other != self.to_gd()) else { return false };
+        let theirs = other.bind();
+        if !self.has_scan() || !theirs.has_scan() {
+            return false;
+        }
+        let are_in_tree = self.base().is_inside_tree() && theirs.base().is_inside_tree();
+        // Those that are not are taken for children of one parent.
+        let place = |node: &Gd<VisualInstance3D>| match are_in_tree {
+            true => node.get_global_transform(),
+            false => node.get_transform(),
+        };
+        let from_patient = |node: &Self| convert::affine(node.get_patient_transform());
+        let theirs_from_mine = from_patient(&theirs) * from_patient(self).inverse();
+        let wanted = convert::transform(convert::affine(place(&theirs.base())) * theirs_from_mine);
+        drop(theirs);
+        match are_in_tree {
+            true => self.base_mut().set_global_transform(wanted),
+            false => self.base_mut().set_transform(wanted),
+        }
+        true
+    }
+
     #[func]
     fn _contents_changed(&mut self) {
         self.base_mut().update_gizmos();
