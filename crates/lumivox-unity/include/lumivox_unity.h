@@ -1119,7 +1119,7 @@ struct LumivoxVolume *lumivox_labels_new(const uint32_t *dimensions,
 int32_t lumivox_labels_count(const struct LumivoxVolume *map);
 
 /**
- * The labels of a map by rising value, as many as there is room for. Looks at every voxel.
+ * The labels of a map by rising value, as many as there is room for.
  *
  * # Safety
  * `map` is a live handle, `out` can hold `capacity`.

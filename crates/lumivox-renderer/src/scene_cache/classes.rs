@@ -135,7 +135,8 @@ pub(super) fn pairs(
     begin: usize,
     table: impl Fn(usize) -> usize,
 ) -> Vec<[f32; 2]> {
-    let place = |field: Option<usize>| field.map_or(-1.0, |index| index as f32);
+    // By way of 32 bits, which need no branch: compilers convert before they ask whether there is one, and valgrind objects.
+    let place = |field: Option<usize>| field.map_or(-1.0, |index| index as u32 as f32);
     let flag = |is_on: bool| f32::from(u8::from(is_on));
     let shapes: Vec<_> = instance.clip_shapes.iter().filter(|shape| shape.is_solid()).collect();
     let first_style =
