@@ -301,3 +301,23 @@ def test_what_makes_no_sense_of_labels_and_shapes_is_told(torso: lumivox.Volume)
     with pytest.warns(UserWarning, match="[67][0-9]% of what is labelled lies beyond the scan") as told:
         lumivox.render(torso, labels=shifted, size=(8, 8), samples=1)
     assert told[0].filename == __file__, "at the line that asked"
+
+
+def test_passes_lose_no_light_where_drivers_count_the_turns_of_loops() -> None:
+    # Software Vulkan ends loops without a word; what kernels may take has to leave room for the turns they do not count.
+    border = lumivox.TransferFunction([(-500, 0.2), (300, 0.9)], [(0, (1, 0.5, 0.3))])
+    curve = lumivox.TransferFunction([(-500, 0.0), (300, 0.6)], [(0, (1, 0.8, 0.6))], gradients=[(40.0, border)])
+    at_once, one_by_one = (
+        lumivox.render(
+            lumivox.phantom("head", size=48),
+            size=(32, 24),
+            samples=16,
+            labels="found",
+            label={"air outside": "hide"},
+            transfer_function=curve,
+            pass_samples=passes,
+        )
+        for passes in (16, 1)
+    )
+    np.testing.assert_array_equal(at_once.alpha, one_by_one.alpha)
+    np.testing.assert_allclose(at_once.radiance, one_by_one.radiance, rtol=1e-4, atol=1e-6)
