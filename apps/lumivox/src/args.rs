@@ -150,6 +150,14 @@ pub struct RenderArgs {
     /// File with opacity and colour by value, one for all scans or one for each; UnityVolumeRendering's .tf too
     #[arg(long, value_name = "FILE", help_heading = "Look", conflicts_with = "preset")]
     pub transfer_function: Vec<PathBuf>,
+    /// Move opacity and colour to higher values, in the scan's unit (HU for CT): a window's level
+    #[arg(long, value_name = "VALUE", help_heading = "Look", allow_negative_numbers = true)]
+    #[arg(value_parser = number(-1e9, 1e9), default_value_t = 0.0, hide_default_value = true)]
+    pub shift: f64,
+    /// Widen opacity and colour about their centre, 0.01 to 100: a window's width
+    #[arg(long, value_name = "FACTOR", help_heading = "Look", value_parser = number(0.01, 100.0))]
+    #[arg(default_value_t = 1.0, hide_default_value = true)]
+    pub window_scale: f64,
     /// Factor on the extinction [default: the preset's]
     #[arg(long, value_name = "FACTOR", help_heading = "Look", value_parser = number(0.0, 1e3))]
     pub density: Option<f64>,

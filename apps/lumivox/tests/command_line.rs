@@ -86,6 +86,8 @@ fn wrong_usage_exits_2_and_says_what_is_right() {
     render(&["--albedo", "1.5"], &["must be 0 to 1"]);
     render(&["--anisotropy", "nan"], &["--anisotropy"]);
     render(&["--density", "-1"], &["--density"]);
+    render(&["--window-scale", "0"], &["--window-scale", "0.01 to 100"]);
+    render(&["--shift", "up"], &["--shift", "not a number"]);
     render(&["--tone", "agy"], &["agx"]);
     render(&["--environment", "studoi"], &["studio, uniform, gradient"]);
     render(&["--background", "grey"], &["#202428"]);

@@ -340,6 +340,18 @@ fn a_clip_shape_keeps_its_side_and_inverted_the_other() {
 }
 
 #[test]
+fn a_window_moves_what_is_seen() {
+    let folder = folder_with_scan();
+    let seen = |name, more: &[&str]| seen_in_halves(folder.path(), name, more);
+    let whole = seen("whole.png", &[]);
+    assert!(whole[0] > 0.05, "{whole:?}");
+    assert_eq!(seen("beyond.png", &["--shift", "5000"]), [0.0; 2], "no voxel is so dense");
+    assert_eq!(seen("as-it-was.png", &["--shift", "0", "--window-scale", "1"]), whole);
+    let early = seen("early.png", &["--shift", "-300", "--window-scale", "0.9"]);
+    assert!(early[0] >= whole[0], "{early:?} {whole:?}");
+}
+
+#[test]
 fn labels_hide_and_spare_parts_of_a_scan() {
     let folder = folder_with_scan();
     // Coarser than the scan; what is on the patient's left of its centre has the label 1.

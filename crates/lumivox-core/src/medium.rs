@@ -157,6 +157,21 @@ impl Medium {
         (low.0 + (high.0 - low.0) * t, std::array::from_fn(|i| low.1[i] + (high.1[i] - low.1[i]) * t))
     }
 
+    /// The same medium with its functions widened by `window_scale`, 0.01 to 100, about the centre of that for values that do
+    /// not change, and moved by `shift` in the volume's unit: a window's width and level.
+    #[must_use]
+    pub fn windowed(mut self, shift: f64, window_scale: f64) -> Self {
+        let [low, high] = self.transfer_function.value_range();
+        let centre = low / 2.0 + high / 2.0;
+        let scale = if window_scale.is_finite() { window_scale.clamp(0.01, 100.0) } else { 1.0 };
+        let shift = centre * (1.0 - scale) + if shift.is_finite() { shift.clamp(-1e30, 1e30) } else { 0.0 };
+        self.transfer_function = self.transfer_function.remapped(scale, shift);
+        for row in &mut self.gradients {
+            row.transfer_function = row.transfer_function.remapped(scale, shift);
+        }
+        self
+    }
+
     /// The same medium with every number inside its documented range; what is not a number becomes the default.
     #[must_use]
     pub fn sanitized(mut self) -> Self {
@@ -172,5 +187,30 @@ impl Medium {
         self.gradients.dedup_by_key(|row| row.per_mm as f32);
         self.gradients.truncate(MOST_GRADIENTS);
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_moves_all_functions_alike() {
+        let curve = |from: f64| {
+            TransferFunction::from_points(
+                crate::Ease::Linear,
+                &[(from, 0.0), (from + 200.0, 1.0)],
+                &[(from, [1.0; 3])],
+            )
+            .unwrap()
+        };
+        let mut medium = Medium::new(curve(100.0));
+        medium.gradients = vec![GradientFunction { per_mm: 10.0, transfer_function: curve(150.0) }];
+        // About 200: 100 to 300 become 0 to 400, and then 50 to 450.
+        let wide = medium.clone().windowed(50.0, 2.0);
+        assert_eq!(wide.transfer_function.value_range(), [50.0, 450.0]);
+        assert_eq!(wide.gradients[0].transfer_function.value_range(), [150.0, 550.0]);
+        assert_eq!(wide.transfer_function.opacity(250.0), medium.transfer_function.opacity(200.0));
+        assert_eq!(medium.clone().windowed(f64::NAN, f64::INFINITY), medium);
     }
 }

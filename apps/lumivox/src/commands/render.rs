@@ -369,6 +369,9 @@ fn medium(args: &RenderArgs, volume: &Volume, look: &Look, reporter: Reporter) -
             Medium { transfer_function, gradients, ..Preset::default_for(volume).medium(volume) }
         }
     };
+    if (args.shift, args.window_scale) != (0.0, 1.0) {
+        medium = medium.windowed(args.shift, args.window_scale);
+    }
     medium.density_scale = args.density.unwrap_or(medium.density_scale);
     medium.albedo = args.albedo.unwrap_or(medium.albedo);
     medium.anisotropy = args.anisotropy.unwrap_or(medium.anisotropy);
