@@ -91,6 +91,24 @@ class TransferFunction:
         opacity = np.array([opacity for opacity, _ in found])
         return opacity, np.array([color for _, color in found]).reshape(-1, 3)
 
+    def windowed(self, shift: float = 0.0, window_scale: float = 1.0) -> TransferFunction:
+        """The same, gradients too, widened by ``window_scale`` (0.01 to 100) about its centre and moved by ``shift`` in the
+        scan's unit, as a window's width and level do."""
+        shift = _check.number("shift", shift, -1e9, 1e9)
+        scale = _check.number("window_scale", window_scale, 0.01, 100.0)
+        if (shift, scale) == (0.0, 1.0):
+            return self
+        values = [knot.value for knot in self.opacity] + [stop.value for stop in self.color]
+        centre = min(values) / 2.0 + max(values) / 2.0
+        offset = centre * (1.0 - scale) + shift
+
+        def moved(curve: TransferFunction) -> TransferFunction:
+            knots = [(knot.value * scale + offset, knot.opacity, knot.ease) for knot in curve.opacity]
+            stops = [(stop.value * scale + offset, stop.color) for stop in curve.color]
+            return TransferFunction(knots, stops, [(row.per_mm, moved(row.transfer_function)) for row in curve.gradients])
+
+        return moved(self)
+
     def save(self, path: PathLike, unit: str = "HU") -> None:
         """Writes it, gradients too, as :func:`load_transfer_function`, the command and all other hosts read it."""
         name = _check.file("path", path)

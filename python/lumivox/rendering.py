@@ -54,6 +54,8 @@ class Options(TypedDict, total=False):
 
     preset: str | Sequence[str] | None
     transfer_function: Curve | Sequence[Curve] | None
+    shift: float
+    window_scale: float
     density: float | None
     albedo: float | None
     anisotropy: float | None
@@ -96,6 +98,8 @@ LOOK = frozenset(
     {
         "preset",
         "transfer_function",
+        "shift",
+        "window_scale",
         "density",
         "albedo",
         "anisotropy",
@@ -238,6 +242,8 @@ def render(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) 
 
     - ``preset``: a name. Default: what suits the scan; see :func:`lumivox.presets`.
     - ``transfer_function``: opacity and colour by value (and gradient), in place of the preset's; or a file of it.
+    - ``shift``, ``window_scale``: moves opacity and colour to higher values (HU for CT), and widens them about their centre
+      (0.01 to 100), as a window's level and width do.
     - ``density``: factor on the extinction. ``albedo``: fraction of light that survives a scattering, 0 to 1.
       ``anisotropy``: mean cosine of scattering, -0.99 to 0.99. ``bounces``: most scatterings along a path, 1 to 1000.
       ``surface``: reflection where the value changes quickly. Default of all: the preset's.

@@ -225,6 +225,8 @@ class Scene:
         *,
         preset: str | Sequence[str] | None = None,
         transfer_function: Curve | Sequence[Curve] | None = None,
+        shift: float = 0.0,
+        window_scale: float = 1.0,
         density: float | None = None,
         albedo: float | None = None,
         anisotropy: float | None = None,
@@ -259,6 +261,7 @@ class Scene:
         for name, mm in (("peel", peel), ("peel_mm", peel_mm)):
             if mm is not None:
                 _check.number(name, mm, 0.0, classification.MOST_PEELED_MM)
+        window = _check.number("shift", shift, -1e9, 1e9), _check.number("window_scale", window_scale, 0.01, 100.0)
         _check.called("progress", progress, "(stage, done, total)")
         names = _each("preset", preset, len(given), str | look.Preset)
         for one in names:
@@ -277,6 +280,7 @@ class Scene:
                 medium = replace(medium, transfer_function=_curve(curve, shown))
             medium = replace(
                 medium,
+                transfer_function=medium.transfer_function.windowed(*window),
                 density=medium.density if density is None else density,
                 albedo=medium.albedo if albedo is None else albedo,
                 anisotropy=medium.anisotropy if anisotropy is None else anisotropy,

@@ -321,3 +321,19 @@ def test_passes_lose_no_light_where_drivers_count_the_turns_of_loops() -> None:
     )
     np.testing.assert_array_equal(at_once.alpha, one_by_one.alpha)
     np.testing.assert_allclose(at_once.radiance, one_by_one.radiance, rtol=1e-4, atol=1e-6)
+
+
+def test_a_window_moves_all_functions_alike() -> None:
+    row = lumivox.TransferFunction([(150, 0.0), (350, 1.0, "in-out")], [(150, "#ff0000")])
+    curve = lumivox.TransferFunction([(100, 0.0), (300, 1.0)], [(100, "#ffffff")], gradients=[(10.0, row)])
+    wide = curve.windowed(50.0, 2.0)
+    assert [knot.value for knot in wide.opacity] == [50.0, 450.0]
+    assert [knot.value for knot in wide.gradients[0].transfer_function.opacity] == [150.0, 550.0]
+    assert wide.gradients[0].transfer_function.opacity[1].ease == row.opacity[1].ease
+    assert curve.windowed() is curve
+    head = lumivox.phantom("head", size=32)
+    shown = lumivox.render(head, preset="ct-bone", size=(16, 16), samples=4)
+    assert shown.alpha.max() > 0.5
+    assert lumivox.render(head, preset="ct-bone", size=(16, 16), samples=4, shift=5000).alpha.max() == 0.0
+    with pytest.raises(ValueError, match="window_scale"):
+        lumivox.render(head, window_scale=0, size=(8, 8), samples=1)
