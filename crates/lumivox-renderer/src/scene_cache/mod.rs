@@ -78,12 +78,11 @@ pub struct LoopTurns {
 }
 
 impl LoopTurns {
-    /// Of Mesa's llvmpipe (65,535, `LP_MAX_TGSI_LOOP_ITERATIONS`), for each vector of at most `width` invocations. It counts
-    /// the turns that end loops, too, which kernels do not: where loops are short, as those over clip shapes and rows of
-    /// functions are, there are more than twice as many. And some are left for loops that go on to their ends when there
-    /// are no more: less than 60 turns of each of 16 invocations.
+    /// Of Mesa's llvmpipe (65,535, `LP_MAX_TGSI_LOOP_ITERATIONS`), for each vector of at most `width` invocations. Some
+    /// are left for loops that are short and go on to their ends when there are no more: less than 60 turns of each of
+    /// 16 invocations.
     pub fn of_software(width: u32) -> Self {
-        let alone = 16_000;
+        let alone = 64_000;
         Self { shared: alone / width.clamp(1, constants::TOGETHER), alone }
     }
 }

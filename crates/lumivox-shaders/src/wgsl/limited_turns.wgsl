@@ -2,7 +2,7 @@
 //
 // An invocation counts its turns. When they are spent, what its loops found since the path's last event is worth
 // nothing: the path is put aside as it was at that event, and the next dispatch takes it up there, with the same random
-// numbers. Expects `frame` and `GUIDES`.
+// numbers. Expects `frame`, `GUIDES` and `CLASSES`.
 
 // What is put aside of each pixel, in planes: (origin, random dimension), (direction, pdf), (throughput, bounces),
 // (radiance, depth) and, with GUIDES, (albedo, 0), (normal, 0). As bits: small integers are no floats to be copied.
@@ -12,6 +12,12 @@ var<private> turns_left: i32;
 var<private> remembered: Path;
 var<private> remembered_dimension: u32;
 var<private> turns_at_event: i32;
+
+// The driver counts the turns that end loops, too, which kernels do not: where loops are short, as those over clip shapes and
+// rows of functions are, there are more than twice as many.
+fn turn_limit() -> i32 {
+    return i32(frame.turn_limit) / select(1, 4, CLASSES);
+}
 
 // Counts a turn of a loop. False when there are none left: the loop has to end.
 fn take_turn() -> bool {
@@ -26,7 +32,7 @@ fn turns_are_spent() -> bool {
 // Whether this dispatch is for a pixel in such a state. A starved one waits for a dispatch in which its invocation is
 // the only one of those that the driver runs together, and has the turns of all of them.
 fn has_turn(state: f32, local_index: u32) -> bool {
-    turns_left = i32(frame.turn_limit);
+    turns_left = turn_limit();
     if (frame.lone_invocation == NONE_IS_ALONE) {
         return state < PATH_STARVED;
     }
@@ -82,7 +88,7 @@ fn put_aside(index: u32) -> f32 {
         paths[4u * plane + index] = vec4u(bitcast<vec3u>(remembered.albedo), 0u);
         paths[5u * plane + index] = vec4u(bitcast<vec3u>(remembered.normal), 0u);
     }
-    if (turns_at_event < i32(frame.turn_limit)) {
+    if (turns_at_event < turn_limit()) {
         return PATH_ASIDE;
     }
     return select(PATH_STUCK, PATH_STARVED, frame.lone_invocation == NONE_IS_ALONE);
