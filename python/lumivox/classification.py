@@ -12,7 +12,7 @@ from lumivox.labels import Labels
 from lumivox.look import SurfaceReflection, TransferFunction
 from lumivox.volume import Volume
 
-MOST_CLIP_SHAPES = 64
+MOST_CLIP_SHAPES = 1024
 
 MOST_PEELED_MM = 63.0
 

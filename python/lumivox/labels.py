@@ -150,26 +150,28 @@ class Labels:
         """4 x 4: LPS millimetres from voxel indices (x, y, z)."""
         return np.array([*self.native.patient_from_voxel, [0.0, 0.0, 0.0, 1.0]])
 
+    @property
+    def numbers(self) -> dict[int, list[int]]:
+        """The values in :attr:`array` by the number that labels have in their file, which is another where those do not fit."""
+        found: dict[int, list[int]] = {}
+        for number, value in self.native.numbers:
+            found.setdefault(number, []).append(value)
+        return found
+
     def values_of(self, label: str | int) -> list[int]:
-        """The values of labels with that name, in upper or lower case, or that number; ``"unlabelled"`` is 0, ``"*"`` is all.
+        """The values of labels by a word, as the command takes it: a name, in upper or lower case, ``"unlabelled"``, ``"*"`` for
+        all, else a number of their file, of which ``"#2"`` is always one; or by a value of :attr:`array` itself, an ``int``.
 
         Raises ``ValueError`` where there is none.
         """
-        entries = self.native.entries
-        if label == "*":
-            return [*(value for value, _, _ in entries), 0]
         if isinstance(label, str):
-            found = [value for value, name, _ in entries if name.lower() == label.lower()]
-            if found:
-                return found
-            if label.lower() == "unlabelled":
-                return [0]
-            number: Any = int(label) if label.isdecimal() else None
+            found = self.native.values_of(label)
         else:
-            number = label
-        if _check.is_number(number) and (number == 0 or any(value == number for value, _, _ in entries)):
-            return [int(number)]
-        raise ValueError(f"label {label}: there is no such label; there are {', '.join([*self.names, 'unlabelled'])} and *")
+            known = {0, *(value for value, _, _ in self.native.entries)}
+            found = [int(label)] if _check.is_number(label) and label in known else []
+        if not found:
+            raise ValueError(f"label {label}: there is no such label; there are {', '.join([*self.names, 'unlabelled'])} and *")
+        return found
 
     def mask(self, label: str | int) -> npt.NDArray[np.bool_]:
         """(z, y, x): which voxels have a label, by its name or number."""
@@ -200,13 +202,13 @@ class Labels:
 
     def __reduce__(self) -> tuple[Any, ...]:
         native = self.native
-        return _unpickle, (np.asarray(self.array), native.patient_from_voxel, native.entries, native.sure, native.report)
+        return _unpickle, (np.asarray(self.array), native.patient_from_voxel, native.entries, native.sure, native.report, native.numbers)
 
 
-def _unpickle(array: npt.NDArray[np.uint8], rows: Any, entries: Any, sure: bool, report: str | None) -> Labels:
+def _unpickle(array: npt.NDArray[np.uint8], rows: Any, entries: Any, sure: bool, report: str | None, numbers: Any) -> Labels:
     # What came over a network may lie at odd addresses.
     array = np.require(array, requirements=["C", "A"])
-    return Labels(_native.Labels.from_array(array, rows, entries, sure, report))
+    return Labels(_native.Labels.from_array(array, rows, entries, sure, report, numbers))
 
 
 def _values(array: npt.ArrayLike) -> npt.NDArray[np.uint8]:

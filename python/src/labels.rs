@@ -20,6 +20,8 @@ type Entry = (u8, String, [f64; 3]);
 #[pyclass(frozen, module = "lumivox._native")]
 pub struct Labels {
     labels: Arc<LabelVolume>,
+    /// The numbers by which people know them: those of their file.
+    numbers: Vec<(i128, u8)>,
     report: Option<String>,
     /// Whether they are sure enough to hide anything by.
     sure: bool,
@@ -28,7 +30,7 @@ pub struct Labels {
 impl Labels {
     /// Labels that were found.
     pub fn new(labels: Arc<LabelVolume>, sure: bool) -> Self {
-        Self { labels, report: None, sure }
+        Self { numbers: labels.numbers(), labels, report: None, sure }
     }
 
     /// The labels, shared.
@@ -44,8 +46,11 @@ impl Labels {
 
 #[pymethods]
 impl Labels {
-    /// From values (z, y, x), and what the values mean; those without a colour get one.
+    /// From values (z, y, x), and what the values mean; those without a colour get one. Their numbers are their values, unless
+    /// they are given.
     #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "what labels are, one by one")]
+    #[pyo3(signature = (values, patient_from_voxel, entries, sure, report, numbers=None))]
     fn from_array(
         py: Python<'_>,
         values: PyReadonlyArray3<'_, u8>,
@@ -53,6 +58,7 @@ impl Labels {
         entries: Vec<(u8, String, Option<[f64; 3]>)>,
         sure: bool,
         report: Option<String>,
+        numbers: Option<Vec<(i128, u8)>>,
     ) -> PyResult<Self> {
         let (dims, voxels) = samples(&values)?;
         let table = entries.into_iter().map(|(value, name, color)| Label {
@@ -62,7 +68,8 @@ impl Labels {
         });
         let (table, place) = (table.collect(), affine(patient_from_voxel));
         let labels = py.detach(|| LabelVolume::new(dims, voxels, place, table)).map_err(errors::scan)?;
-        Ok(Self { labels: Arc::new(labels), report, sure })
+        let numbers = numbers.unwrap_or_else(|| labels.numbers());
+        Ok(Self { labels: Arc::new(labels), numbers, report, sure })
     }
 
     /// The value of each voxel (z, y, x): a view that keeps the labels and cannot be written to.
@@ -92,6 +99,17 @@ impl Labels {
     fn entries(&self) -> Vec<Entry> {
         let labels = self.labels.labels().iter();
         labels.map(|label| (label.value, label.name.clone(), label.color)).collect()
+    }
+
+    /// The numbers that labels have in their file, each with its value.
+    #[getter]
+    fn numbers(&self) -> Vec<(i128, u8)> {
+        self.numbers.clone()
+    }
+
+    /// The values that people mean by a word, as the command's `--label` takes it; none where it means nothing.
+    fn values_of(&self, word: &str) -> Vec<u16> {
+        self.labels.values_of(word, &self.numbers).into_iter().map(u16::from).collect()
     }
 
     /// Voxels of each value.
@@ -155,5 +173,5 @@ pub fn load_labels(
     })?;
     let loaded = loaded.map_err(errors::import)?;
     let report = Some(serde_json::to_string(&loaded.report).map_err(errors::scan)?);
-    Ok(Labels { labels: Arc::new(loaded.labels), report, sure: true })
+    Ok(Labels { labels: Arc::new(loaded.labels), numbers: loaded.numbers, report, sure: true })
 }

@@ -275,7 +275,7 @@ def test_what_makes_no_sense_of_labels_and_shapes_is_told(torso: lumivox.Volume)
     fails(
         TypeError, "clip_shape must be a lumivox.ClipShape, or several, not 'plane:0,0,0,1,0,0'", clip_shape="plane:0,0,0,1,0,0"
     )
-    fails(ValueError, "clip_shape is given 65 times, of which 64", clip_shape=[lumivox.ClipShape.sphere((0, 0, 0), 5)] * 65)
+    fails(ValueError, "clip_shape is given 1025 times, of which 1024", clip_shape=[lumivox.ClipShape.sphere((0, 0, 0), 5)] * 1025)
     fails(ValueError, "peel and peel_mm exclude each other", peel=1, peel_mm=2)
     fails(ValueError, "peel_mm must be 0 to 63, not 70", peel_mm=70)
     elsewhere = lumivox.Labels.from_array(np.ones((4, 4, 4), np.uint8), origin=(5000.0, 0.0, 0.0))

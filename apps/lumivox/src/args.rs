@@ -199,8 +199,9 @@ pub struct RenderArgs {
     /// itself
     #[arg(long, value_name = "FILE|found", help_heading = "Look")]
     pub labels: Option<PathBuf>,
-    /// How a label looks, by its name, else its number in the file (#2 where a name is a number), or * for all; in turn. Words, with commas between them: hide, show,
-    /// color (its own), color:#rrggbb, opacity:F, density:F, preset:NAME, matte, uncut (by --clip-shape)
+    /// How a label looks, by its name, else its number in the file (#2 where a name is a number), or * for all; in turn.
+    /// Words, with commas between them: hide, show, color (its own), color:#rrggbb, opacity:F, density:F, preset:NAME, matte,
+    /// uncut (by --clip-shape)
     #[arg(long, value_name = "NAME=WORDS", help_heading = "Look", requires = "labels")]
     pub label: Vec<LabelOption>,
 

@@ -3,7 +3,7 @@
 use std::{str::FromStr, sync::Arc};
 
 use lumivox_core::{
-    ClipShape, LabelStyle, LabelVolume, Labelling, Preset, SurfaceReflection, UNLABELLED, Volume, color,
+    ClipShape, LabelStyle, LabelVolume, Labelling, Preset, SurfaceReflection, Volume, color,
     glam::{DAffine3, DVec3},
 };
 
@@ -86,28 +86,7 @@ pub struct Numbered {
 impl Numbered {
     /// Labels whose numbers are their values.
     pub fn new(labels: LabelVolume) -> Self {
-        let numbers = labels.labels().iter().map(|label| (i128::from(label.value), label.value)).collect();
-        Self { labels: Arc::new(labels), numbers }
-    }
-
-    /// The values of those that a name, a number or `*` means.
-    fn values(&self, labelling: &Labelling, name: &str) -> Vec<u8> {
-        let (only_number, name) = match name.strip_prefix('#') {
-            Some(number) => (true, number),
-            None => (false, name),
-        };
-        let named = if only_number { vec![] } else { labelling.values_of(name) };
-        match (name, name.parse::<i128>()) {
-            ("*", _) if !only_number => {
-                self.labels.labels().iter().map(|label| label.value).chain([UNLABELLED]).collect()
-            }
-            _ if !named.is_empty() => named,
-            (_, Ok(0)) => vec![UNLABELLED],
-            (_, Ok(number)) => {
-                self.numbers.iter().filter(|(own, _)| *own == number).map(|(_, value)| *value).collect()
-            }
-            _ => vec![],
-        }
+        Self { numbers: labels.numbers(), labels: Arc::new(labels) }
     }
 }
 
@@ -122,7 +101,7 @@ pub fn labelling(
 ) -> Result<Labelling, Failure> {
     let mut labelling = Labelling::new(numbered.labels.clone());
     for option in options {
-        let values = numbered.values(&labelling, &option.name);
+        let values = numbered.labels.values_of(&option.name, &numbered.numbers);
         if values.is_empty() {
             let names = labelling.labels.labels().iter().map(|label| label.name.as_str());
             let names: Vec<&str> = names.chain(["unlabelled"]).collect();
@@ -241,24 +220,9 @@ mod tests {
         let unknown = ["liver=hide".parse().unwrap()];
         let error = super::labelling(&numbered, &unknown, &volume).unwrap_err();
         assert!(error.message.contains("left lung, bone, unlabelled"), "{}", error.message);
-        // By the number of the file, and not by the one that it has here.
-        let values = |name: &str| numbered.values(&labelling, name);
-        assert_eq!([values("1024"), values("#2"), values("1")], [vec![1], vec![2], vec![]]);
         for bad in ["bone", "bone=", "bone=color:red", "bone=opacity:2", "bone=opacity", "bone=preset:x"] {
             assert!(bad.parse::<LabelOption>().is_err(), "{bad}");
         }
-    }
-
-    #[test]
-    fn names_go_before_numbers() {
-        let label = |value, name: &str| Label { value, name: name.into(), color: [0.25; 3] };
-        let named = vec![label(1, "2"), label(2, "*"), label(3, "1")];
-        let labels = LabelVolume::new([3, 1, 1], vec![1, 2, 3], DAffine3::IDENTITY, named).unwrap();
-        let numbered = Numbered::new(labels);
-        let values = |name: &str| numbered.values(&Labelling::new(numbered.labels.clone()), name);
-        assert_eq!([values("2"), values("#2"), values("1"), values("#1")], [[1], [2], [3], [1]]);
-        assert_eq!(values("*"), [1, 2, 3, 0], "all, whatever one is called");
-        assert_eq!((values("0"), values("#*"), values("7")), (vec![0], vec![], vec![]));
     }
 
     #[test]

@@ -9,15 +9,16 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use crate::{
-    labels::{LabelVolume, UNLABELLED},
+    labels::LabelVolume,
     medium::{MAX_DENSITY_SCALE, Medium, SurfaceReflection},
     transfer_function::TransferFunction,
     volume::Volume,
 };
 
-/// Clip shapes of a volume at most, in every host: each point of a path asks all of them, and drivers in software end
-/// paths that take long. [`VolumeInstance::clip_shapes`](crate::VolumeInstance::clip_shapes) beyond are left out, and said.
-pub const MOST_CLIP_SHAPES: usize = 64;
+/// Clip shapes of a volume at most, in every host: each point of a path asks all of them. Long before, drivers in software end
+/// paths, which is told as lost samples. [`VolumeInstance::cuts`](crate::VolumeInstance::cuts) leaves out those beyond, and
+/// hosts say so.
+pub const MOST_CLIP_SHAPES: usize = 1024;
 
 /// How the voxels of one label look; what is `None` is as the medium says.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,16 +110,6 @@ impl Labelling {
     pub fn set_style(&mut self, value: u8, style: LabelStyle) {
         self.styles.retain(|(of, _)| *of != value);
         self.styles.push((value, style.sanitized()));
-    }
-
-    /// The values of labels with that name, in upper or lower case; `unlabelled` is what has none.
-    pub fn values_of(&self, name: &str) -> Vec<u8> {
-        let named = self.labels.labels().iter().filter(|label| label.name.eq_ignore_ascii_case(name));
-        let mut values: Vec<u8> = named.map(|label| label.value).collect();
-        if values.is_empty() && name.eq_ignore_ascii_case("unlabelled") {
-            values.push(UNLABELLED);
-        }
-        values
     }
 
     /// Whether another looks the same, by the identity of the labels.
@@ -249,9 +240,6 @@ mod tests {
             vec![label(3, "Liver"), label(5, "bone")],
         );
         let mut labelling = Labelling::new(Arc::new(labels.unwrap()));
-        assert_eq!(labelling.values_of("LIVER"), [3]);
-        assert_eq!(labelling.values_of("unlabelled"), [0]);
-        assert!(labelling.values_of("spleen").is_empty());
         assert_eq!(labelling.style(3), LabelStyle::default());
         labelling.set_style(
             3,

@@ -180,6 +180,38 @@ impl LabelVolume {
         )
     }
 
+    /// The numbers by which people know labels that have none of a file: their values.
+    pub fn numbers(&self) -> Vec<(i128, u8)> {
+        self.labels.iter().map(|label| (i128::from(label.value), label.value)).collect()
+    }
+
+    /// The values that people mean by a word: a label's name, in upper or lower case; `unlabelled`; `*` for all; else one of
+    /// the `numbers` that labels have in their file. `#2` is always a number.
+    pub fn values_of(&self, word: &str, numbers: &[(i128, u8)]) -> Vec<u8> {
+        let (only_number, name) = match word.strip_prefix('#') {
+            Some(number) => (true, number),
+            None => (false, word),
+        };
+        if !only_number {
+            if name == "*" {
+                return self.labels.iter().map(|label| label.value).chain([UNLABELLED]).collect();
+            }
+            let named = self.labels.iter().filter(|label| label.name.eq_ignore_ascii_case(name));
+            let named: Vec<u8> = named.map(|label| label.value).collect();
+            if !named.is_empty() {
+                return named;
+            }
+            if name.eq_ignore_ascii_case("unlabelled") {
+                return vec![UNLABELLED];
+            }
+        }
+        match name.parse::<i128>() {
+            Ok(0) => vec![UNLABELLED],
+            Ok(number) => numbers.iter().filter(|(own, _)| *own == number).map(|(_, value)| *value).collect(),
+            Err(_) => vec![],
+        }
+    }
+
     /// The share of labelled voxels whose centres lie in a volume, of a sample of them where they are many; `None` where none
     /// is labelled.
     pub fn share_within(&self, volume: &Volume) -> Option<f64> {
@@ -247,6 +279,22 @@ mod tests {
         let bright = Label { color: [0.0, f64::NAN, 0.0], ..label(1) };
         assert!(matches!(new([1; 3], vec![0], id, vec![bright]), LabelError::Color { value: 1, .. }));
         assert_eq!(new([1; 3], vec![7], id, vec![label(2)]), LabelError::Unknown(7));
+    }
+
+    #[test]
+    fn names_go_before_numbers() {
+        let label = |value, name: &str| Label { value, name: name.into(), color: [0.25; 3] };
+        let named = vec![label(1, "2"), label(2, "*"), label(3, "Liver")];
+        let labels = LabelVolume::new([3, 1, 1], vec![1, 2, 3], DAffine3::IDENTITY, named).unwrap();
+        let values = |word: &str| labels.values_of(word, &labels.numbers());
+        assert_eq!([values("2"), values("#2"), values("1"), values("LIVER")], [[1], [2], [1], [3]]);
+        assert_eq!(values("*"), [1, 2, 3, 0], "all, whatever one is called");
+        assert_eq!((values("0"), values("unlabelled")), (vec![0], vec![0]));
+        assert_eq!((values("#*"), values("7"), values("spleen")), (vec![], vec![], vec![]));
+        // By the number of the file, and not by the one that it has here.
+        let of_file = [(1024, 1), (7, 3)];
+        assert_eq!([labels.values_of("1024", &of_file), labels.values_of("#7", &of_file)], [[1], [3]]);
+        assert!(labels.values_of("3", &of_file).is_empty());
     }
 
     #[test]

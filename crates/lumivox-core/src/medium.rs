@@ -161,13 +161,10 @@ impl Medium {
     /// not change, and moved by `shift` in the volume's unit: a window's width and level.
     #[must_use]
     pub fn windowed(mut self, shift: f64, window_scale: f64) -> Self {
-        let [low, high] = self.transfer_function.value_range();
-        let centre = low / 2.0 + high / 2.0;
-        let scale = if window_scale.is_finite() { window_scale.clamp(0.01, 100.0) } else { 1.0 };
-        let shift = centre * (1.0 - scale) + if shift.is_finite() { shift.clamp(-1e30, 1e30) } else { 0.0 };
-        self.transfer_function = self.transfer_function.remapped(scale, shift);
+        let [scale, offset] = self.transfer_function.window(shift, window_scale);
+        self.transfer_function = self.transfer_function.remapped(scale, offset);
         for row in &mut self.gradients {
-            row.transfer_function = row.transfer_function.remapped(scale, shift);
+            row.transfer_function = row.transfer_function.remapped(scale, offset);
         }
         self
     }

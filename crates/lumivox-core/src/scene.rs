@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::{
-    classification::{ClipShape, Labelling, Peel},
+    classification::{ClipShape, Labelling, MOST_CLIP_SHAPES, Peel},
     environment::Environment,
     light::Light,
     medium::Medium,
@@ -54,6 +54,11 @@ impl VolumeInstance {
         Self::new(volume, medium, world_from_patient)
     }
 
+    /// The clip shapes that cut it: those that are [solid](ClipShape::is_solid), the first [`MOST_CLIP_SHAPES`].
+    pub fn cuts(&self) -> impl Iterator<Item = &ClipShape> {
+        self.clip_shapes.iter().filter(|shape| shape.is_solid()).take(MOST_CLIP_SHAPES)
+    }
+
     /// Whether another looks the same, see [`Scene::is_same`].
     fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.volume, &other.volume)
@@ -77,8 +82,7 @@ impl VolumeInstance {
         });
         let peel = self.peel.as_ref().filter(|peel| peel.is_active());
         let peel = peel.map(|peel| (peel, voxel_from_patient(&peel.depth)));
-        let solid = self.clip_shapes.iter().filter(|shape| shape.is_solid());
-        let shapes: Vec<_> = solid.map(|shape| (shape, shape.patient_from_shape.inverse())).collect();
+        let shapes: Vec<_> = self.cuts().map(|shape| (shape, shape.patient_from_shape.inverse())).collect();
         move |voxel| {
             let value = self.volume.value(voxel);
             let point = patient_from_voxel.transform_point3(DVec3::from_array(voxel.map(|i| i as f64)));
@@ -173,5 +177,22 @@ mod tests {
         assert_eq!(along(DVec3::NEG_Y), DVec3::Z, "face towards the viewer");
         assert_eq!(along(DVec3::X), DVec3::X, "the patient's left is at the viewer's right");
         assert!(world.matrix3.determinant() > 0.0);
+    }
+
+    #[test]
+    fn shapes_that_are_none_take_no_place() {
+        let volume = crate::Volume::new(
+            [1; 3],
+            crate::Voxels::U8(vec![0]),
+            [1.0, 0.0],
+            DAffine3::IDENTITY,
+            crate::Modality::Other,
+        );
+        let medium = Medium::new(crate::TransferFunction::constant(0.5, [1.0; 3]));
+        let mut instance = VolumeInstance::centered(Arc::new(volume.unwrap()), medium);
+        instance.clip_shapes = vec![ClipShape::sphere(DVec3::ZERO, 0.0); 5];
+        assert_eq!(instance.cuts().count(), 0);
+        instance.clip_shapes.extend(vec![ClipShape::sphere(DVec3::ZERO, 1.0); MOST_CLIP_SHAPES + 5]);
+        assert_eq!(instance.cuts().count(), MOST_CLIP_SHAPES);
     }
 }

@@ -78,6 +78,9 @@ pub struct TransferFunction {
     stops: Vec<ColorStop>,
 }
 
+/// Values beyond this are in no scan, and stay finite when they are moved.
+const MOST: f64 = 1e30;
+
 impl TransferFunction {
     /// A transfer function from points in any order; points of equal value keep theirs.
     ///
@@ -154,8 +157,6 @@ impl TransferFunction {
         shift: f64,
         window_scale: f64,
     ) -> Self {
-        /// Values beyond this are in no scan, and stay finite when they are moved.
-        const MOST: f64 = 1e30;
         let mut knots: Vec<OpacityKnot> = knots
             .into_iter()
             .filter(|knot| knot.value.is_finite() && !knot.opacity.is_nan())
@@ -180,11 +181,18 @@ impl TransferFunction {
             stops.push(ColorStop { value: 0.0, color: [1.0; 3] });
         }
         let curve = Self::new(knots, stops).expect("every number was checked");
-        let [low, high] = curve.value_range();
+        let [scale, offset] = curve.window(shift, window_scale);
+        curve.remapped(scale, offset)
+    }
+
+    /// Where a window sends values, as the scale and the shift of [`remapped`](Self::remapped): it widens this function by
+    /// `window_scale` about its centre, clamped to 0.01..100, and moves it by `shift`. What is not finite does nothing.
+    pub fn window(&self, shift: f64, window_scale: f64) -> [f64; 2] {
+        let [low, high] = self.value_range();
         let centre = low / 2.0 + high / 2.0;
         let scale = if window_scale.is_finite() { window_scale.clamp(0.01, 100.0) } else { 1.0 };
         let shift = if shift.is_finite() { shift.clamp(-MOST, MOST) } else { 0.0 };
-        curve.remapped(scale, centre * (1.0 - scale) + shift)
+        [scale, centre * (1.0 - scale) + shift]
     }
 
     /// The opacity knots, by rising value.

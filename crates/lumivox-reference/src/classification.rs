@@ -33,7 +33,6 @@ impl<'a> Classification<'a> {
         let voxel_from_world = |volume: &Volume| volume.patient_from_voxel().inverse() * patient_from_world;
         let labels = instance.labels.as_ref().map(|l| (l, voxel_from_world(l.labels.volume())));
         let peel = instance.peel.as_ref().filter(|peel| peel.is_active());
-        let solid = instance.clip_shapes.iter().filter(|shape| shape.is_solid());
         Self {
             styles: match &instance.labels {
                 Some(labelling) => (0..=u8::MAX).map(|value| labelling.style(value)).collect(),
@@ -41,7 +40,8 @@ impl<'a> Classification<'a> {
             },
             labels,
             peel: peel.map(|peel| (peel, voxel_from_world(&peel.depth))),
-            shapes: solid
+            shapes: instance
+                .cuts()
                 .map(|shape| (*shape, shape.patient_from_shape.inverse() * patient_from_world))
                 .collect(),
         }

@@ -91,29 +91,21 @@ pub unsafe extern "C" fn lumivox_transfer_function_new(
         let (knots, stops) = unsafe {
             (list(knots, knot_count as usize, "knots")?, list(stops, stop_count as usize, "stops")?)
         };
-        let plain = curve(knots, stops, 0.0, 1.0);
-        let function = curve(knots, stops, shift, window_scale);
-        // Two points say where all go; of one, the shift is all there is.
-        let ([low, high], [new_low, new_high]) = (plain.value_range(), function.value_range());
-        let scale = if high > low { (new_high - new_low) / (high - low) } else { 1.0 };
-        let window = if scale > 0.0 { [scale, new_low - low * scale] } else { [1.0, 0.0] };
+        let plain = curve(knots, stops);
+        let window = plain.window(shift, window_scale);
+        let function = plain.remapped(window[0], window[1]);
         Ok(LumivoxTransferFunction { function, gradients: vec![], window })
     })
 }
 
-fn curve(
-    knots: &[LumivoxOpacityKnot],
-    stops: &[LumivoxColorStop],
-    shift: f64,
-    window_scale: f64,
-) -> TransferFunction {
+fn curve(knots: &[LumivoxOpacityKnot], stops: &[LumivoxColorStop]) -> TransferFunction {
     let knots = knots.iter().map(|knot| OpacityKnot {
         value: knot.value,
         opacity: knot.opacity,
         ease: if knot.ease == 1 { Ease::InOut } else { Ease::Linear },
     });
     let stops = stops.iter().map(|stop| ColorStop { value: stop.value, color: stop.color });
-    TransferFunction::windowed(knots, stops, shift, window_scale)
+    TransferFunction::windowed(knots, stops, 0.0, 1.0)
 }
 
 /// Adds what holds where values change by `per_mm` per millimetre, moved and widened as the function itself is: a row of a
@@ -146,7 +138,7 @@ pub unsafe extern "C" fn lumivox_transfer_function_add_gradient(
             return Err(format!("a transfer function has at most {MOST_GRADIENTS} rows for gradients"));
         }
         let [scale, shift] = to.window;
-        let transfer_function = curve(knots, stops, 0.0, 1.0).remapped(scale, shift);
+        let transfer_function = curve(knots, stops).remapped(scale, shift);
         to.gradients.push(GradientFunction { per_mm, transfer_function });
         Ok(())
     })

@@ -7,7 +7,7 @@ namespace Lumivox
 {
     /// <summary>
     /// Cuts a <see cref="LumivoxVolume"/> open: of the scan, what the shape keeps is seen. It belongs to the nearest volume
-    /// above it; any number may hang from one, moved and turned at will, and what each of them keeps is seen.
+    /// above it; up to <see cref="Most"/> may hang from one, moved and turned at will, and what each of them keeps is seen.
     /// </summary>
     /// <remarks>
     /// The cut shows tissue as it is inside, shaded as a surface. Labels of <see cref="LumivoxVolume.labels"/> can be spared:
@@ -31,6 +31,9 @@ namespace Lumivox
         Shape m_Shape;
         [SerializeField, Tooltip("Whether what the shape would keep is cut away, and the rest kept.")]
         bool m_Inverted;
+
+        /// <summary>Of a volume's shapes, so many cut it.</summary>
+        public const int Most = 1024;
 
         static readonly List<LumivoxClip> all = new List<LumivoxClip>();
 
@@ -69,6 +72,7 @@ namespace Lumivox
         {
             var warnings = new List<string>();
             if (isActiveAndEnabled && volume == null) warnings.Add("It cuts nothing: neither its object nor one above has a Lumivox Volume.");
+            if (volume != null && volume.Clips.IndexOf(this) >= Most) warnings.Add($"It cuts nothing: {Most} shapes cut a volume at most.");
             var size = Mathf.Abs(transform.localToWorldMatrix.determinant);
             if (!(size > 0f) || float.IsInfinity(size)) warnings.Add("The object's scale is 0 along an axis, or not finite: it cuts nothing.");
             return warnings;

@@ -190,6 +190,17 @@ namespace Lumivox.Tests
         }
 
         [Test]
+        public void OfManyShapesTheFirstCutAndTheOthersSaySo()
+        {
+            var clips = Enumerable.Range(0, LumivoxClip.Most + 1).Select(_ => Clip(LumivoxClip.Shape.Sphere)).ToArray();
+            foreach (var clip in clips) clip.transform.localScale = Vector3.one;
+            Assert.IsTrue(clips.Take(LumivoxClip.Most).All(clip => clip.GetWarnings().Count == 0));
+            Assert.IsTrue(clips.Last().GetWarnings().Single().Contains($"{LumivoxClip.Most} shapes cut a volume at most"));
+            clips[0].enabled = false;
+            Assert.AreEqual(0, clips.Last().GetWarnings().Count, "there is room now");
+        }
+
+        [Test]
         public void AClonedVolumeHasItsOwnShapesAndSharesItsLabels()
         {
             Clip(LumivoxClip.Shape.Plane);
@@ -435,23 +446,7 @@ namespace Lumivox.Tests
             volume.maxBounces = 2;
             Settle();
             (effect.frameBudgetMs, effect.resolutionScale) = (1f, 0.25f);
-            var frames = 0;
-            long most = 0, ticks = 0;
-            for (var i = 0; i < 60; i++)
-            {
-                moved.transform.localPosition = new Vector3(0f, -0.006f - 0.0001f * (i % 9), 0f);
-                Callbacks.Reset();
-                Engine.Frame();
-                var bytes = Callbacks.bytes;
-                var before = GC.GetAllocatedBytesForCurrentThread();
-                LumivoxRuntime.Tick();
-                if (i < 20) continue;
-                ticks += GC.GetAllocatedBytesForCurrentThread() - before;
-                most = Math.Max(most, bytes);
-                if (bytes > 0) frames++;
-            }
-            Assert.IsTrue(frames <= 2, $"{frames} of 40 frames left garbage, {most} bytes at most");
-            Assert.AreEqual(0, ticks, "bytes of garbage between frames");
+            Garbage.IsLeftByNone(20, 40, i => moved.transform.localPosition = new Vector3(0f, -0.006f - 0.0001f * (i % 9), 0f), () => { });
             Assert.IsTrue(LumivoxRenderer.GetStatus(camera).isShown);
         }
 

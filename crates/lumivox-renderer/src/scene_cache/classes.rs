@@ -12,7 +12,7 @@ use crate::store::TexelScale;
 pub(super) fn is_classified(instance: &VolumeInstance, medium: &Medium) -> bool {
     instance.labels.is_some()
         || instance.peel.as_ref().is_some_and(|peel| peel.is_active())
-        || instance.clip_shapes.iter().any(|shape| shape.is_solid())
+        || instance.cuts().next().is_some()
         || !medium.gradients.is_empty()
 }
 
@@ -118,7 +118,7 @@ pub(super) struct Fields {
 
 /// Pairs that the classification of an instance takes.
 pub(super) fn pairs_of(instance: &VolumeInstance, looks: &Looks) -> usize {
-    let shapes = instance.clip_shapes.iter().filter(|shape| shape.is_solid()).count();
+    let shapes = instance.cuts().count();
     constants::CLASS_PAIRS as usize
         + shapes * constants::SHAPE_PAIRS as usize
         + looks.styles.len() * constants::STYLE_PAIRS as usize
@@ -138,7 +138,7 @@ pub(super) fn pairs(
     // By way of 32 bits, which need no branch: compilers convert before they ask whether there is one, and valgrind objects.
     let place = |field: Option<usize>| field.map_or(-1.0, |index| index as u32 as f32);
     let flag = |is_on: bool| f32::from(u8::from(is_on));
-    let shapes: Vec<_> = instance.clip_shapes.iter().filter(|shape| shape.is_solid()).collect();
+    let shapes: Vec<_> = instance.cuts().collect();
     let first_style =
         begin + constants::CLASS_PAIRS as usize + shapes.len() * constants::SHAPE_PAIRS as usize;
     let first_place = first_style + looks.styles.len() * constants::STYLE_PAIRS as usize;

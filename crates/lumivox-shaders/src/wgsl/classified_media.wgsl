@@ -78,6 +78,13 @@ fn left_of_peeling(field: u32, peel: vec2f, p: vec3f) -> f32 {
     return clamp((depth - peel.x) * peel.y + 0.5, 0.0, 1.0);
 }
 
+// Counts the turns of a short loop: a turn counts for three of them, see `limited_turns.wgsl`.
+fn take_part_of_turn(i: u32) {
+    if (i % 3u == 0u) {
+        take_turn();
+    }
+}
+
 // How far inside of what a clip shape keeps a point is, in units of the shape's own, and how that grows in voxel space.
 fn clip_level(shape: u32, p: vec3f) -> vec4f {
     let x = vec4f(tables[shape], tables[shape + 1u]);
@@ -103,7 +110,7 @@ fn clip_level(shape: u32, p: vec3f) -> vec4f {
 
 fn is_cut_away(classes: u32, count: u32, p: vec3f) -> bool {
     for (var i = 0u; i < count; i++) {
-        take_turn();
+        take_part_of_turn(i);
         if (clip_level(classes + CLASS_PAIRS + i * SHAPE_PAIRS, p).w < 0.0) {
             return true;
         }
@@ -119,7 +126,7 @@ fn cut_surface(v: u32, p: vec3f, reading: Reading) -> Cut {
     var cut = Cut(0.0, vec3f(0.0));
     if (tables[reading.style + 7u].x > 0.0) {
         for (var i = 0u; i < count; i++) {
-            take_turn();
+            take_part_of_turn(i);
             let level = clip_level(classes + CLASS_PAIRS + i * SHAPE_PAIRS, p);
             let per_mm = length(transform_rows(instances[v].patient_gradient_from_voxel, level.xyz));
             let distance = level.w / max(per_mm, 1e-20);
@@ -137,7 +144,7 @@ fn cut_surface(v: u32, p: vec3f, reading: Reading) -> Cut {
 fn gradient_row(rows: vec2f, gradient: f32) -> vec2f {
     var before = 0.0;
     for (var i = 0u; i < u32(rows.x); i++) {
-        take_turn();
+        take_part_of_turn(i);
         let place = tables[u32(rows.y) + i];
         if (gradient < place.x) {
             return vec2f(f32(i), (gradient - before) * place.y);

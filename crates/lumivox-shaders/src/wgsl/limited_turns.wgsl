@@ -13,15 +13,13 @@ var<private> remembered: Path;
 var<private> remembered_dimension: u32;
 var<private> turns_at_event: i32;
 
-// The driver counts the turns that end loops, too, which kernels do not: where loops are short, as those over clip shapes and
-// rows of functions are, there are more than twice as many.
-fn turn_limit() -> i32 {
-    return i32(frame.turn_limit) / select(1, 4, CLASSES);
-}
+// What a turn counts. The driver counts the turns that end loops, too, which kernels do not: with classified media, whose
+// every point has short loops of its own, there are more than twice as many as those that are taken.
+const TURN: i32 = select(1, 3, CLASSES);
 
 // Counts a turn of a loop. False when there are none left: the loop has to end.
 fn take_turn() -> bool {
-    turns_left -= 1;
+    turns_left -= TURN;
     return turns_left >= 0;
 }
 
@@ -32,7 +30,7 @@ fn turns_are_spent() -> bool {
 // Whether this dispatch is for a pixel in such a state. A starved one waits for a dispatch in which its invocation is
 // the only one of those that the driver runs together, and has the turns of all of them.
 fn has_turn(state: f32, local_index: u32) -> bool {
-    turns_left = turn_limit();
+    turns_left = i32(frame.turn_limit);
     if (frame.lone_invocation == NONE_IS_ALONE) {
         return state < PATH_STARVED;
     }
@@ -74,7 +72,7 @@ fn remember(path: Path, rng: Rng) {
     remembered = path;
     remembered_dimension = rng.dimension;
     turns_at_event = turns_left;
-    turns_left -= 1;
+    turns_left -= TURN;
 }
 
 // Puts the path aside as it was remembered; returns its state.
@@ -88,7 +86,7 @@ fn put_aside(index: u32) -> f32 {
         paths[4u * plane + index] = vec4u(bitcast<vec3u>(remembered.albedo), 0u);
         paths[5u * plane + index] = vec4u(bitcast<vec3u>(remembered.normal), 0u);
     }
-    if (turns_at_event < turn_limit()) {
+    if (turns_at_event < i32(frame.turn_limit)) {
         return PATH_ASIDE;
     }
     return select(PATH_STUCK, PATH_STARVED, frame.lone_invocation == NONE_IS_ALONE);

@@ -339,14 +339,13 @@ impl LumivoxTransferFunction {
             return vec![];
         }
         let own = self.base().instance_id();
-        let [low, high] = self.moved(0.0, 1.0).value_range();
-        let (centre, scale) = (low / 2.0 + high / 2.0, self.window_scale);
+        let [scale, offset] = self.moved(0.0, 1.0).window(self.shift, self.window_scale);
         let all = self.gradient_functions.clone().upcast_any_array();
         let rows = all.iter_shared().zip(self.gradients_per_mm.as_slice());
         rows.filter_map(|(row, &per_mm)| {
             let row = row.try_to::<Gd<Self>>().ok().filter(|row| row.instance_id() != own)?;
             let transfer_function = row.bind().moved(0.0, 1.0);
-            let transfer_function = transfer_function.remapped(scale, centre * (1.0 - scale) + self.shift);
+            let transfer_function = transfer_function.remapped(scale, offset);
             Some(GradientFunction { per_mm: f64::from(per_mm), transfer_function })
         })
         .collect()

@@ -239,7 +239,7 @@ impl Volume {
             let found = lumivox_segmentation::segment(&instance.volume, Progress::SILENT, &never).unwrap();
             let mut labelling = Labelling::new(Arc::new(found.labels));
             for &(name, visible) in &self.shown_labels {
-                for value in labelling.values_of(name) {
+                for value in labelling.labels.values_of(name, &[]) {
                     labelling.set_style(value, LabelStyle { visible, ..Default::default() });
                 }
             }

@@ -186,9 +186,14 @@ func _give(volume: LumivoxVolume, node: LumivoxVolume3D) -> void:
 
 ## Sets a node's scan, as one step of undo.
 static func give_volume(undo: EditorUndoRedoManager, node: LumivoxVolume3D, volume: LumivoxVolume) -> void:
-	undo.create_action("Set Volume", UndoRedo.MERGE_DISABLE, node)
-	undo.add_do_property(node, &"volume", volume)
-	undo.add_undo_property(node, &"volume", node.volume)
+	_give_resource(undo, node, "Set Volume", &"volume", volume)
+
+
+static func _give_resource(undo: EditorUndoRedoManager, node: LumivoxVolume3D, action: String, property: StringName,
+		value: Resource) -> void:
+	undo.create_action(action, UndoRedo.MERGE_DISABLE, node)
+	undo.add_do_property(node, property, value)
+	undo.add_undo_property(node, property, node.get(property))
 	undo.add_do_method(node, &"notify_property_list_changed")
 	undo.add_undo_method(node, &"notify_property_list_changed")
 	undo.commit_action()
@@ -222,21 +227,12 @@ func _find_labels(node: LumivoxVolume3D, button: Button) -> void:
 		if is_instance_valid(button):
 			button.remove_meta(&"task")
 		if labels != null and is_instance_valid(node):
-			_give_labels(node, labels))
+			_give_resource(_undo, node, "Set Labels", &"labels", labels))
 	EditorInterface.get_base_control().add_child(task)
 	if task.start(node.volume):
 		button.set_meta(&"task", task)
 	else:
 		task.queue_free()
-
-
-func _give_labels(node: LumivoxVolume3D, labels: LumivoxLabels) -> void:
-	_undo.create_action("Set Labels", UndoRedo.MERGE_DISABLE, node)
-	_undo.add_do_property(node, &"labels", labels)
-	_undo.add_undo_property(node, &"labels", node.labels)
-	_undo.add_do_method(node, &"notify_property_list_changed")
-	_undo.add_undo_method(node, &"notify_property_list_changed")
-	_undo.commit_action()
 
 
 func _add_series_link(volume: LumivoxVolume, node: LumivoxVolume3D) -> void:

@@ -43,9 +43,8 @@ impl LumivoxVolume3D {
     /// That there are more shapes than can cut.
     pub(super) fn clip_warning(&self) -> Option<String> {
         let count = clip_count(&self.base());
-        (count > MOST_CLIP_SHAPES).then(|| {
-            format!("Of its {count} LumivoxClip3D, only the first {MOST_CLIP_SHAPES} cut: drivers end longer paths.")
-        })
+        (count > MOST_CLIP_SHAPES)
+            .then(|| format!("Of its {count} LumivoxClip3D, only the first {MOST_CLIP_SHAPES} cut."))
     }
 
     /// Voxels of the scan along an axis for one on the GPU, where it has no room for all.
