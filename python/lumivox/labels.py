@@ -202,7 +202,8 @@ class Labels:
 
     def __reduce__(self) -> tuple[Any, ...]:
         native = self.native
-        return _unpickle, (np.asarray(self.array), native.patient_from_voxel, native.entries, native.sure, native.report, native.numbers)
+        table = (native.entries, native.sure, native.report, native.numbers)
+        return _unpickle, (np.asarray(self.array), native.patient_from_voxel, *table)
 
 
 def _unpickle(array: npt.NDArray[np.uint8], rows: Any, entries: Any, sure: bool, report: str | None, numbers: Any) -> Labels:

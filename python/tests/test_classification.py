@@ -149,6 +149,25 @@ def test_labels_of_files_are_the_commands(command: str, torso_folder: Path, tmp_
         lumivox.load_labels(torso_folder / sorted(path.name for path in torso_folder.iterdir())[0])
 
 
+def test_labels_go_by_the_numbers_of_their_file(tmp_path: Path) -> None:
+    values = np.zeros((4, 4, 4), np.uint16)
+    values[0], values[1] = 1000, 2
+    sitk.WriteImage(sitk.GetImageFromArray(values), tmp_path / "atlas.nrrd")
+    (tmp_path / "atlas.txt").write_text("2 vein 30 30 200 255\n1000 aorta 200 30 30 255\n")
+    atlas = lumivox.load_labels(tmp_path / "atlas.nrrd")
+    assert atlas.numbers.keys() == {2, 1000}
+    (vein,), (aorta,) = atlas.numbers[2], atlas.numbers[1000]
+    np.testing.assert_array_equal(np.asarray(atlas.array) == aorta, values == 1000)
+    # A word is a name or a number of the file, an int a value of the array.
+    assert atlas.values_of("2") == [vein] and atlas.values_of("#1000") == atlas.values_of("aorta") == [aorta]
+    assert atlas.values_of(aorta) == [aorta] and sorted(atlas.values_of("*")) == [0, *sorted((vein, aorta))]
+    copy = pickle.loads(pickle.dumps(atlas))
+    assert copy.numbers == atlas.numbers and copy.values_of("#1000") == [aorta]
+    for unknown in (1000, "7", "#aorta", True):
+        with pytest.raises(ValueError, match="there is no such label; there are"):
+            atlas.values_of(unknown)
+
+
 def test_labels_lie_where_they_say_on_any_grid(torso: lumivox.Volume) -> None:
     found = torso.labels
     assert found is not None and found.shape == torso.shape
