@@ -13,7 +13,7 @@
 /**
  * Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
  */
-#define LUMIVOX_ABI_VERSION 4
+#define LUMIVOX_ABI_VERSION 5
 
 /**
  * How far long work is.
@@ -168,6 +168,14 @@ typedef struct LumivoxVolumeInfo {
    * 1 where values are Hounsfield units.
    */
   uint32_t is_hounsfield;
+  /**
+   * 1 where something that lies around the patient was put aside: part 1 of `lumivox_part_find` shows it.
+   */
+  uint32_t has_surroundings;
+  /**
+   * Nothing.
+   */
+  uint32_t padding;
   /**
    * The unit's name in UTF-8, ended by 0: `HU`, `SUV`; empty where it is not known.
    */
@@ -357,8 +365,8 @@ typedef struct LumivoxImportOptions {
    */
   uint32_t allow_outside_data;
   /**
-   * 1: what lies around the patient in a CT stays: the table, clothes, cables. 0: it becomes air, where it can be told
-   * from the patient for sure.
+   * 1: what lies around the patient in a CT is a part of the scan: the table, clothes, cables. 0: it is put aside, where
+   * it can be told from the patient for sure.
    */
   uint32_t keep_everything;
   /**
@@ -537,6 +545,10 @@ typedef struct LumivoxInstance {
    * The scan; an instance without one is passed over.
    */
   const struct LumivoxVolume *volume;
+  /**
+   * What of it is seen in place of the patient, of `lumivox_part_find`; null: the scan as it is.
+   */
+  const struct LumivoxVolume *part;
   /**
    * Opacity and colour of its values; null: those of the preset that suits the scan.
    */
@@ -1057,6 +1069,14 @@ const char *lumivox_preset_description(uint32_t index);
 const char *lumivox_preset_for(const struct LumivoxVolume *volume);
 
 /**
+ * The part of a scan that a preset is for, see `lumivox_part_find`; 0: all that is seen without it.
+ *
+ * # Safety
+ * `name` is a string.
+ */
+uint32_t lumivox_preset_part(const char *name);
+
+/**
  * The look of a preset. `volume` may be null for those of CT; others place themselves by its values. What a preset says
  * nothing of (filter, extinction space) is left as it is in `medium`.
  *
@@ -1211,6 +1231,16 @@ struct LumivoxJob *lumivox_labels_find(const struct LumivoxVolume *volume);
  * `volume` is a live handle.
  */
 struct LumivoxJob *lumivox_skin_find(const struct LumivoxVolume *volume);
+
+/**
+ * What of a scan is seen in place of the patient: 1 all that was scanned, 2 the airways alone, 3 the vessels of the lungs
+ * alone. The job gives a scan for `LumivoxInstance::part`; none where there is no such part, or it is not found for sure.
+ *
+ * # Safety
+ * `volume` is a live handle.
+ */
+struct LumivoxJob *lumivox_part_find(const struct LumivoxVolume *volume,
+                                     uint32_t part);
 
 /**
  * A picture of the middle slice of a series of a study, counted from 0, at most `side` pixels wide and high.

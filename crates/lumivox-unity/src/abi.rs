@@ -6,7 +6,7 @@
 use std::ffi::c_char;
 
 /// Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
-pub const LUMIVOX_ABI_VERSION: u32 = 4;
+pub const LUMIVOX_ABI_VERSION: u32 = 5;
 
 /// What a scan is and how it lies in its object.
 #[repr(C)]
@@ -30,6 +30,10 @@ pub struct LumivoxVolumeInfo {
     pub modality: u32,
     /// 1 where values are Hounsfield units.
     pub is_hounsfield: u32,
+    /// 1 where something that lies around the patient was put aside: part 1 of `lumivox_part_find` shows it.
+    pub has_surroundings: u32,
+    /// Nothing.
+    pub padding: u32,
     /// The unit's name in UTF-8, ended by 0: `HU`, `SUV`; empty where it is not known.
     pub unit: [u8; 16],
 }
@@ -147,6 +151,8 @@ pub struct LumivoxLabelStyle {
 pub struct LumivoxInstance {
     /// The scan; an instance without one is passed over.
     pub volume: *const crate::volume::LumivoxVolume,
+    /// What of it is seen in place of the patient, of `lumivox_part_find`; null: the scan as it is.
+    pub part: *const crate::volume::LumivoxVolume,
     /// Opacity and colour of its values; null: those of the preset that suits the scan.
     pub transfer_function: *const crate::look::LumivoxTransferFunction,
     /// What its parts are and how they look; null: it has none.
@@ -432,8 +438,8 @@ pub struct LumivoxImportOptions {
     pub fill_damaged: u32,
     /// 1: a header may name data files anywhere.
     pub allow_outside_data: u32,
-    /// 1: what lies around the patient in a CT stays: the table, clothes, cables. 0: it becomes air, where it can be told
-    /// from the patient for sure.
+    /// 1: what lies around the patient in a CT is a part of the scan: the table, clothes, cables. 0: it is put aside, where
+    /// it can be told from the patient for sure.
     pub keep_everything: u32,
     /// Whether the file is a label map: 0 no, 1 yes, 2 where it looks like one. The scan that is made has labels then.
     pub labels: u32,

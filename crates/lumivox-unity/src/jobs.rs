@@ -11,6 +11,7 @@ use lumivox_core::{CancelToken, Cancelled, Progress, Stage, looks_like_labels};
 use lumivox_import::{
     ImportError, ImportOptions, ImportReport, Imported, ImportedLabels, LabelOptions, RawDescription, Study,
 };
+use lumivox_segmentation::Surroundings;
 
 use crate::abi::{LumivoxImportOptions, LumivoxJobState, LumivoxPicture, LumivoxProgress};
 use crate::border::{
@@ -19,6 +20,7 @@ use crate::border::{
 };
 use crate::labels::{found, skin};
 use crate::look;
+use crate::parts;
 use crate::picture::Picture;
 use crate::stored;
 use crate::volume::{LumivoxVolume, kept, phantom};
@@ -62,9 +64,9 @@ impl Made {
         }
     }
 
-    fn imported(Imported { volume, report, .. }: Imported) -> Self {
+    fn imported(Imported { volume, report, .. }: Imported, surroundings: Option<Surroundings>) -> Self {
         Self {
-            volume: Some(LumivoxVolume::imported(volume, &report)),
+            volume: Some(LumivoxVolume::with_surroundings(volume, surroundings, kept(&report))),
             report: Some(report),
             ..Self::default()
         }
@@ -161,8 +163,11 @@ pub unsafe extern "C" fn lumivox_import_load(
                     Err(_) => {}
                 }
             }
-            let kept = if keep { Ok(imported) } else { without_things(imported, progress, cancel) };
-            kept.map(Made::imported).map_err(|error| error.to_string())
+            if keep {
+                return Ok(Made::imported(imported, None));
+            }
+            let alone = without_things(imported, progress, cancel).map_err(|error| error.to_string())?;
+            Ok(Made::imported(alone.0, alone.1))
         };
         if let Some(file) = label_file.filter(|_| labels == 1) {
             return start(move |progress, cancel| {
@@ -212,6 +217,24 @@ pub unsafe extern "C" fn lumivox_skin_find(volume: *const LumivoxVolume) -> *mut
         start(move |progress, cancel| {
             volume.keep_skin(skin(&volume, progress, cancel)?);
             Ok(Made::default())
+        })
+    })
+}
+
+/// What of a scan is seen in place of the patient: 1 all that was scanned, 2 the airways alone, 3 the vessels of the lungs
+/// alone. The job gives a scan for `LumivoxInstance::part`; none where there is no such part, or it is not found for sure.
+///
+/// # Safety
+/// `volume` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_part_find(volume: *const LumivoxVolume, part: u32) -> *mut LumivoxJob {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let volume = unsafe { known(volume, "scan") }?.share();
+        let part = parts::Part::from_number(part)?;
+        start(move |progress, cancel| {
+            let found = parts::find(&volume, part, progress, cancel)?;
+            Ok(Made { volume: found, ..Made::default() })
         })
     })
 }
@@ -517,19 +540,19 @@ unsafe fn files(paths: *const *const c_char, count: u32) -> Outcome<Vec<PathBuf>
     }
 }
 
-/// The patient alone: what lies around in a CT becomes air, and the report says so.
+/// The patient alone: what lies around in a CT becomes air, is kept beside it, and the report says so.
 fn without_things(
     mut imported: Imported,
     progress: Progress<'_>,
     cancel: &CancelToken,
-) -> Result<Imported, Cancelled> {
+) -> Result<(Imported, Option<Surroundings>), Cancelled> {
     let alone = lumivox_segmentation::patient_alone(imported.volume, progress, cancel)?;
     if let Some(note) = alone.note() {
-        let more = if alone.changed > 0 { " (import with 'Keep everything' to see it)" } else { "" };
+        let more = if alone.changed > 0 { " ('Keep Everything' shows it)" } else { "" };
         imported.report.notes.push(format!("{note}{more}"));
     }
     imported.volume = alone.volume;
-    Ok(imported)
+    Ok((imported, alone.surroundings))
 }
 
 /// # Safety

@@ -3,7 +3,8 @@
 //! Unity's half gathers what stands in its scenes and replays recordings with its own graphics API; everything else is
 //! here. A frame goes: [`stage`] takes worlds and views and gives recordings, [`steps`] lays them out as flat structs whose
 //! payloads point into the renderer's own memory, and takes what became of them. `volume` and `look` are what worlds
-//! are made of, `labels` and `clips` what parts of a volume are and are left, `jobs` what takes long.
+//! are made of, `labels` and `clips` what parts of a volume are and are left, `parts` what is seen of it in place of the
+//! patient, `jobs` what takes long.
 //!
 //! # The border
 //! - Functions that give a pointer give null, those that give an `int32_t` a negative number where something is wrong;
@@ -22,6 +23,7 @@ mod convert;
 mod jobs;
 mod labels;
 mod look;
+mod parts;
 mod picture;
 pub mod stage;
 pub mod steps;

@@ -12,6 +12,7 @@ use crate::abi::{LumivoxColorStop, LumivoxMedium, LumivoxOpacityKnot};
 use crate::border::{
     Outcome, free, guard, guard_handle, guard_status, known, known_mut, list, needed_text, path,
 };
+use crate::parts::Part;
 use crate::volume::LumivoxVolume;
 
 /// Opacity and colour of values, and of values where they change steeply.
@@ -350,6 +351,20 @@ pub unsafe extern "C" fn lumivox_preset_for(volume: *const LumivoxVolume) -> *co
         Ok(place.map_or(std::ptr::null(), |place| lumivox_preset_name(place as u32)))
     });
     name.unwrap_or(std::ptr::null())
+}
+
+/// The part of a scan that a preset is for, see `lumivox_part_find`; 0: all that is seen without it.
+///
+/// # Safety
+/// `name` is a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_preset_part(name: *const c_char) -> u32 {
+    let part = guard(|| {
+        // SAFETY: as the caller promises.
+        let preset = preset(unsafe { needed_text(name, "name of a preset") }?)?;
+        Ok(preset.organ().map_or(0, |organ| Part::Organ(organ).number()))
+    });
+    part.unwrap_or(0)
 }
 
 /// The look of a preset. `volume` may be null for those of CT; others place themselves by its values. What a preset says

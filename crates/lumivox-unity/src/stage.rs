@@ -171,11 +171,17 @@ unsafe fn volume_instance(
     clips: &[LumivoxClipShape],
 ) -> Result<Option<VolumeInstance>, String> {
     // SAFETY: as the caller promises.
-    let (scan, function, labelling) = unsafe {
-        (instance.volume.as_ref(), instance.transfer_function.as_ref(), instance.labelling.as_ref())
+    let (scan, part, function, labelling) = unsafe {
+        (
+            instance.volume.as_ref(),
+            instance.part.as_ref(),
+            instance.transfer_function.as_ref(),
+            instance.labelling.as_ref(),
+        )
     };
     let Some(scan) = scan else { return Ok(None) };
-    let volume = scan.volume().clone();
+    // Its look and its skin are the scan's whatever is seen of it.
+    let volume = part.unwrap_or(scan).volume().clone();
     // Clip coordinates are mirrored with the object.
     let [a, b] = [instance.clip_min, instance.clip_max].map(convert::wide);
     let [a, b] = [a, b].map(|corner| DVec3::new(corner.x, corner.y, 1.0 - corner.z));

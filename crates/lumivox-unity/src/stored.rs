@@ -1,7 +1,8 @@
 //! A scan as a file that opens at once: what an editor keeps of an import, and a game is shipped with.
 //!
 //! Layout, little-endian: `LUMIVOX1`, the length of the header as u64, the header as JSON, zeros up to a multiple of 16,
-//! then the voxels as they lie in memory, x fastest. Nothing follows them.
+//! then the voxels as they lie in memory, x fastest. Where something was taken out of the scan, what that was follows: the
+//! first voxel and the length of each run, as u64, then the samples of all runs as they lie in memory. Nothing follows.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Write};
@@ -9,6 +10,7 @@ use std::path::Path;
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::{CancelToken, Label, LabelVolume, Modality, Progress, Stage, Volume, Voxels};
+use lumivox_segmentation::Surroundings;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -37,6 +39,16 @@ struct Header {
     /// Of a label map: what its values mean.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     labels: Option<Vec<StoredLabel>>,
+    /// Of what was taken out of the scan; files of before it was kept say nothing of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    surroundings: Option<StoredRuns>,
+}
+
+/// How much was taken out.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct StoredRuns {
+    runs: u64,
+    samples: u64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -61,11 +73,19 @@ pub fn save(scan: &LumivoxVolume, path: &Path, progress: Progress<'_>, cancel: &
     file.write_all(&(header.len() as u64).to_le_bytes()).map_err(failed)?;
     file.write_all(&header).map_err(failed)?;
     file.write_all(&[0; 16][..padding(header.len())]).map_err(failed)?;
-    let bytes = volume.voxels().as_bytes();
-    for (i, piece) in bytes.chunks(PIECE).enumerate() {
+    let around = scan.surroundings();
+    let runs: Vec<u8> = around.map_or(vec![], |around| {
+        let numbers = around.runs().as_flattened().iter();
+        numbers.flat_map(|&number| (number as u64).to_le_bytes()).collect()
+    });
+    let taken = around.map_or(&[][..], |around| around.samples().as_bytes());
+    let parts = [volume.voxels().as_bytes(), &runs, taken];
+    let (mut done, total) = (0, parts.iter().map(|part| part.len() as u64).sum());
+    for piece in parts.iter().flat_map(|part| part.chunks(PIECE)) {
         cancel.check().map_err(|error| error.to_string())?;
-        progress.report(Stage::Writing, (i * PIECE) as u64, bytes.len() as u64);
+        progress.report(Stage::Writing, done, total);
         file.write_all(piece).map_err(failed)?;
+        done += piece.len() as u64;
     }
     file.persist(path).map_err(|error| failed(error.error))?;
     Ok(())
@@ -105,23 +125,36 @@ pub fn read(
     let skipped = padding(header.len());
     from.read_exact(&mut start[..skipped]).map_err(cut)?;
     let header: Header = serde_json::from_slice(&header).map_err(|error| damaged(&error.to_string()))?;
-    let voxels = header
-        .dims
-        .iter()
-        .try_fold(u64::from(header.bytes_per_voxel), |product, &n| product.checked_mul(n as u64));
     let rest = length - (16 + header_length + skipped as u64).min(length);
-    if voxels != Some(rest) {
+    let parts = header
+        .parts()
+        .filter(|parts| parts.iter().try_fold(0u64, |all, &n| all.checked_add(n)) == Some(rest));
+    let Some(parts) = parts else {
         return Err(damaged("it is longer or shorter than its header says"));
-    }
-    let mut bytes = vec![0; rest as usize];
-    for (i, piece) in bytes.chunks_mut(PIECE).enumerate() {
-        cancel.check().map_err(|error| error.to_string())?;
-        progress.report(Stage::Decoding, (i * PIECE) as u64, rest);
-        from.read_exact(piece).map_err(cut)?;
-    }
-    let voxels = match header.bytes_per_voxel {
-        1 => Voxels::U8(bytes),
-        _ => voxels_from_bytes(header.bytes_per_voxel, &bytes).map_err(|why| damaged(&why))?,
+    };
+    let mut done = 0;
+    let mut take = |length: u64| -> Outcome<Vec<u8>> {
+        let mut bytes = vec![0; length as usize];
+        for piece in bytes.chunks_mut(PIECE) {
+            cancel.check().map_err(|error| error.to_string())?;
+            progress.report(Stage::Decoding, done, rest);
+            from.read_exact(piece).map_err(cut)?;
+            done += piece.len() as u64;
+        }
+        Ok(bytes)
+    };
+    let [voxels, runs, taken] = [take(parts[0])?, take(parts[1])?, take(parts[2])?];
+    let samples = |bytes: Vec<u8>| match header.bytes_per_voxel {
+        1 => Ok(Voxels::U8(bytes)),
+        _ => voxels_from_bytes(header.bytes_per_voxel, &bytes).map_err(|why| damaged(&why)),
+    };
+    let voxels = samples(voxels)?;
+    let around = match header.surroundings {
+        Some(_) => {
+            let all = Surroundings::from_parts(runs_of(&runs), samples(taken)?);
+            Some(all.map_err(|error| damaged(&error.to_string()))?)
+        }
+        None => None,
     };
     let place = header.patient_from_voxel.map(f64::from_bits);
     let column = |i: usize| DVec3::new(place[3 * i], place[3 * i + 1], place[3 * i + 2]);
@@ -147,7 +180,29 @@ pub fn read(
     }
     let volume = Volume::new(header.dims, voxels, header.rescale.map(f64::from_bits), place, modality)
         .map_err(|error| damaged(&error.to_string()))?;
-    Ok(LumivoxVolume::new(volume.with_unit(header.unit), header.report))
+    if around.as_ref().is_some_and(|around| !around.fits(&volume)) {
+        return Err(damaged("what was taken out of it is of another scan"));
+    }
+    Ok(LumivoxVolume::with_surroundings(volume.with_unit(header.unit), around, header.report))
+}
+
+impl Header {
+    /// Bytes of the voxels, of the runs that were taken out, and of their samples; `None` where nobody can count so far.
+    fn parts(&self) -> Option<[u64; 3]> {
+        let bytes = u64::from(self.bytes_per_voxel);
+        let voxels = self.dims.iter().try_fold(bytes, |product, &n| product.checked_mul(n as u64))?;
+        let StoredRuns { runs, samples } = self.surroundings.unwrap_or(StoredRuns { runs: 0, samples: 0 });
+        Some([voxels, runs.checked_mul(RUN as u64)?, samples.checked_mul(bytes)?])
+    }
+}
+
+/// Bytes of a run.
+const RUN: usize = 16;
+
+fn runs_of(bytes: &[u8]) -> Vec<[usize; 2]> {
+    let number = |bytes: [u8; 8]| u64::from_le_bytes(bytes) as usize;
+    let numbers: Vec<usize> = bytes.as_chunks().0.iter().copied().map(number).collect();
+    numbers.as_chunks().0.to_vec()
 }
 
 fn header(scan: &LumivoxVolume) -> Header {
@@ -178,6 +233,10 @@ fn header(scan: &LumivoxVolume) -> Header {
             };
             labels.map.labels().iter().map(stored).collect()
         }),
+        surroundings: scan.surroundings().map(|around| StoredRuns {
+            runs: around.runs().len() as u64,
+            samples: around.voxel_count() as u64,
+        }),
     }
 }
 
@@ -195,7 +254,9 @@ mod tests {
         let place = DAffine3::from_mat3_translation(axes, DVec3::new(0.3, -1e-7, 1e9));
         let voxels = Voxels::U16((0..24).map(|i| i * 1000).collect());
         let volume = Volume::new([2, 3, 4], voxels, [0.1, -1024.7], place, Modality::Ct).unwrap();
-        LumivoxVolume::new(volume.with_unit("HU"), serde_json::json!({"notes": ["\u{b5}"]}))
+        let around = Surroundings::from_parts(vec![[0, 2], [5, 1]], Voxels::U16(vec![7, 8, 9])).unwrap();
+        let report = serde_json::json!({"notes": ["\u{b5}"]});
+        LumivoxVolume::with_surroundings(volume.with_unit("HU"), Some(around), report)
     }
 
     fn stored() -> Vec<u8> {
@@ -219,6 +280,40 @@ mod tests {
         assert_eq!((a.slope(), a.intercept(), a.unit()), (b.slope(), b.intercept(), b.unit()));
         assert_eq!(a.modality(), b.modality());
         assert_eq!(before.report(), after.report());
+        assert_eq!(before.surroundings(), after.surroundings());
+    }
+
+    #[test]
+    fn files_of_before_surroundings_were_kept_are_scans() {
+        let scan = scan();
+        let older = LumivoxVolume::new((**scan.volume()).clone(), scan.report().clone());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.lumivox");
+        save(&older, &path, Progress::SILENT, &CancelToken::new()).unwrap();
+        let bytes = std::fs::read(path).unwrap();
+        assert!(!bytes.windows(12).any(|word| word == b"surroundings"));
+        let again = read_bytes(&bytes).unwrap();
+        assert_eq!(again.volume().voxels(), scan.volume().voxels());
+        assert!(again.surroundings().is_none());
+    }
+
+    #[test]
+    fn surroundings_of_another_scan_are_damage() {
+        let runs = |first: u64| {
+            let mut bytes = stored();
+            let at = bytes.len() - 38;
+            bytes[at..at + 8].copy_from_slice(&first.to_le_bytes());
+            read_bytes(&bytes).err().unwrap_or_default()
+        };
+        assert_eq!(runs(1), "");
+        // Overlapping, beyond the scan, beyond all numbers.
+        for first in [4, 5, 24, u64::MAX] {
+            assert!(runs(first).contains("is of another scan"), "{first}: {}", runs(first));
+        }
+        let mut beyond = stored();
+        let at = beyond.len() - 22;
+        beyond[at..at + 8].copy_from_slice(&24u64.to_le_bytes());
+        assert!(read_bytes(&beyond).err().unwrap().contains("is of another scan"));
     }
 
     #[test]
@@ -228,7 +323,7 @@ mod tests {
             let error = read_bytes(&whole[..end]).err().unwrap_or_else(|| panic!("{end} bytes were a scan"));
             assert!(error.starts_with("a.lumivox is not a scan"), "{error}");
         }
-        for at in 0..whole.len() - 48 {
+        for at in 0..whole.len() {
             let mut bytes = whole.clone();
             bytes[at] ^= 0x55;
             if let Err(error) = read_bytes(&bytes) {

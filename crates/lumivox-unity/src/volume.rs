@@ -9,6 +9,7 @@ use lumivox_core::{
 };
 use lumivox_import::ImportReport;
 use lumivox_phantom::{AnatomyOptions, TorsoOptions};
+use lumivox_segmentation::Surroundings;
 use serde_json::{Value, json};
 
 use crate::abi::LumivoxVolumeInfo;
@@ -26,6 +27,8 @@ pub struct LumivoxVolume(Arc<Scan>);
 /// A scan, and what is found out about it once.
 struct Scan {
     volume: Arc<Volume>,
+    /// What was taken out of it: the table, clothes, cables.
+    surroundings: Option<Arc<Surroundings>>,
     /// What is kept of how it was read.
     report: Value,
     histogram: OnceLock<Histogram>,
@@ -44,28 +47,47 @@ pub(crate) struct Labels {
 
 impl LumivoxVolume {
     pub(crate) fn new(volume: Volume, report: Value) -> Self {
-        Self::of(Arc::new(volume), report, None)
+        Self::with_surroundings(volume, None, report)
+    }
+
+    /// One that something was taken out of.
+    pub(crate) fn with_surroundings(
+        volume: Volume,
+        surroundings: Option<Surroundings>,
+        report: Value,
+    ) -> Self {
+        Self::of(Arc::new(volume), surroundings.map(Arc::new), report, None)
     }
 
     /// A label map: a scan whose values are those of its labels.
     pub(crate) fn of_labels(labels: LabelVolume, report: Value) -> Self {
         // Counted here, on the job's thread: whoever asks later may not wait.
         let counts = labels.counts();
-        Self::of(labels.volume().clone(), report, Some(Labels { map: Arc::new(labels), counts }))
+        let volume = labels.volume().clone();
+        Self::of(volume, None, report, Some(Labels { map: Arc::new(labels), counts }))
     }
 
-    fn of(volume: Arc<Volume>, report: Value, labels: Option<Labels>) -> Self {
+    fn of(
+        volume: Arc<Volume>,
+        surroundings: Option<Arc<Surroundings>>,
+        report: Value,
+        labels: Option<Labels>,
+    ) -> Self {
         let (histogram, suited, skin) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        Self(Arc::new(Scan { volume, report, histogram, suited, labels, skin }))
+        Self(Arc::new(Scan { volume, surroundings, report, histogram, suited, labels, skin }))
     }
 
-    /// One that was imported.
-    pub(crate) fn imported(volume: Volume, report: &ImportReport) -> Self {
-        Self::new(volume, kept(report))
+    /// A scan that was computed of another.
+    pub(crate) fn of_another(volume: Arc<Volume>) -> Self {
+        Self::of(volume, None, Value::Null, None)
     }
 
     pub(crate) fn volume(&self) -> &Arc<Volume> {
         &self.0.volume
+    }
+
+    pub(crate) fn surroundings(&self) -> Option<&Arc<Surroundings>> {
+        self.0.surroundings.as_ref()
     }
 
     pub(crate) fn report(&self) -> &Value {
@@ -237,8 +259,11 @@ pub unsafe extern "C" fn lumivox_volume_info(
 ) -> i32 {
     guard_status(|| {
         // SAFETY: as the caller promises.
-        let (volume, out) = unsafe { (known(volume, "scan")?.volume(), known_mut(out, "place for it")?) };
-        *out = info(volume);
+        let (volume, out) = unsafe { (known(volume, "scan")?, known_mut(out, "place for it")?) };
+        *out = LumivoxVolumeInfo {
+            has_surroundings: u32::from(volume.surroundings().is_some()),
+            ..info(volume.volume())
+        };
         Ok(())
     })
 }
@@ -268,6 +293,8 @@ fn info(volume: &Volume) -> LumivoxVolumeInfo {
             Modality::Pet => 3,
         },
         is_hounsfield: u32::from(volume.is_hounsfield()),
+        has_surroundings: 0,
+        padding: 0,
         unit,
     }
 }

@@ -60,11 +60,11 @@ namespace Lumivox
             views != null && camera != null ? views.StatusOf(camera, worlds) : default;
 
         /// <summary>Voxels of a scan along an axis for one on the GPU, where it has no room for all; else 1.</summary>
-        public static int ReductionOf(LumivoxVolumeAsset volume)
+        public static int ReductionOf(IntPtr volume)
         {
-            if (stage == IntPtr.Zero || volume == null || volume.Pointer == IntPtr.Zero) return 1;
+            if (stage == IntPtr.Zero || volume == IntPtr.Zero) return 1;
             uint factor, arriving;
-            if (Library.lumivox_volume_resolution(stage, volume.Pointer, &factor, &arriving) < 0 || arriving != 0) return 1;
+            if (Library.lumivox_volume_resolution(stage, volume, &factor, &arriving) < 0 || arriving != 0) return 1;
             return Math.Max(1, (int)factor);
         }
 

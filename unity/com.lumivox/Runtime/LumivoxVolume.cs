@@ -18,7 +18,7 @@ namespace Lumivox
     /// become the nearest one in it; NaN and infinity are refused with an error, and the property stays as it was.
     /// </remarks>
     [ExecuteAlways, DisallowMultipleComponent, AddComponentMenu("Lumivox/Lumivox Volume"), SelectionBase]
-    public sealed class LumivoxVolume : MonoBehaviour
+    public sealed partial class LumivoxVolume : MonoBehaviour
     {
         /// <summary>Largest <see cref="density"/>.</summary>
         public const float MaxDensity = 1000f;
@@ -55,7 +55,7 @@ namespace Lumivox
         LumivoxVolumeAsset m_Volume;
         [SerializeField, Tooltip("Opacity and colour of the scan's values. Empty: those of the preset that suits the scan. Volumes may share it.")]
         LumivoxTransferFunction m_TransferFunction;
-        [SerializeField, Tooltip("A look that suits a kind of scan at once. Choosing one replaces the transfer function, density, albedo, anisotropy, max bounces and the surface; what is changed afterwards stays changed.")]
+        [SerializeField, Tooltip("A look that suits a kind of scan at once. Choosing one replaces the transfer function, density, albedo, anisotropy, max bounces and the surface; what is changed afterwards stays changed. While it is ct-airways or ct-lung-vessels, that organ of the scan is seen alone.")]
         string m_Preset = "";
         [Header("Medium")]
         [SerializeField, Range(0f, 100f), Tooltip("Multiplies the extinction, which is 1 per millimetre at an opacity of 1: 0 (nothing is seen) to 1000. Low: glass and mist; high: solid.")]
@@ -82,6 +82,8 @@ namespace Lumivox
         [Header("Parts")]
         [SerializeField, Tooltip("What the scan's parts are, and how each looks. Volumes may share it.")]
         LumivoxLabels m_Labels;
+        [SerializeField, Tooltip("Whether what lies around the patient in a CT is seen, too: the table, clothes, cables, where the import has put them aside. They come back within a moment, from another thread. With it, a preset that shows one organ shows all, and Peel Mm takes them off with the skin.")]
+        bool m_KeepEverything;
         [SerializeField, Range(0f, MaxPeelMm), Tooltip("Millimetres below the skin that are taken off. The skin of a CT or MR is found on another thread, which takes a few seconds the first time; where none is found for sure, nothing is taken off.")]
         float m_PeelMm;
         [Header("Clip")]
@@ -133,14 +135,22 @@ namespace Lumivox
             }
         }
 
-        /// <summary>The preset that was applied last. Setting one applies it: see <see cref="ApplyPreset"/>.</summary>
+        /// <summary>
+        /// The preset that was applied last. Setting one applies it: see <see cref="ApplyPreset"/>. While it is `ct-airways` or
+        /// `ct-lung-vessels`, that organ of the scan is seen alone: it is looked for on another thread, and where it is not found
+        /// for sure all is seen, and a warning says so.
+        /// </summary>
         public string preset
         {
             get => m_Preset;
             set
             {
-                if (string.IsNullOrEmpty(value)) m_Preset = "";
-                else ApplyPreset(value);
+                if (!string.IsNullOrEmpty(value)) ApplyPreset(value);
+                else
+                {
+                    m_Preset = "";
+                    Change();
+                }
             }
         }
 
@@ -286,7 +296,7 @@ namespace Lumivox
             AddWarningsOfParts(warnings);
             var error = LumivoxRenderer.LastError;
             if (error.Length > 0) warnings.Add($"Volumes cannot be drawn: {error}");
-            var factor = LumivoxRuntime.ReductionOf(m_Volume);
+            var factor = LumivoxRuntime.ReductionOf(shown != null && shown.Pointer != IntPtr.Zero ? shown.Pointer : m_Volume != null ? m_Volume.Pointer : IntPtr.Zero);
             if (factor > 1) warnings.Add($"The GPU has no room for all voxels of this scan: it is shown at 1/{factor} of its resolution. Free others, or crop it.");
             return warnings;
         }
@@ -299,6 +309,7 @@ namespace Lumivox
                 if (problem != null) warnings.Add(problem);
                 else if (m_Labels.Pointer != IntPtr.Zero && m_Volume != null && m_Volume.Pointer != IntPtr.Zero) AddWarningsOfShare(warnings);
             }
+            AddWarningsOfShown(warnings);
             if (m_PeelMm > 0f && m_Volume != null && m_Volume.SkinProblem.Length > 0) warnings.Add($"Nothing is peeled off the scan: {m_Volume.SkinProblem}");
         }
 
@@ -320,6 +331,7 @@ namespace Lumivox
             if (instance.volume == IntPtr.Zero) return false;
             // What labels hide must not be seen until they are there.
             if (m_Labels != null && m_Labels.IsComing) return false;
+            instance.part = ShownPointer();
             instance.labelling = m_Labels != null ? m_Labels.Pointer : IntPtr.Zero;
             // When the skin was found, that is another instance.
             instance.peelMm = m_PeelMm > 0f && m_Volume.NeedSkin() ? m_PeelMm : 0f;
@@ -374,6 +386,7 @@ namespace Lumivox
             RetainLabels(isActiveAndEnabled ? m_Labels : null);
             var wanted = isActiveAndEnabled ? m_Volume : null;
             if (wanted == retained) return;
+            LeavePart();
             if (retained != null)
             {
                 retained.changed -= Change;
@@ -415,6 +428,7 @@ namespace Lumivox
         {
             all.Remove(this);
             RetainLabels(null);
+            LeavePart();
             if (!ReferenceEquals(retained, null))
             {
                 if (retained != null)

@@ -105,6 +105,38 @@ namespace Lumivox.Tests
             Assert.That(AssetDatabase.GetAssetPath(a.labels), Is.EqualTo(Map));
         }
 
+        [Test]
+        public void WhatWasPutAsideIsShownByASwitchOfTheInspector()
+        {
+            const string patient = "Assets/patient.lumivox", raw = "Assets/patient.bytes";
+            File.WriteAllBytes(EditorProject.Full(raw), RuntimeImportTests.Patient(64));
+            using (var importer = new LumivoxImporter())
+            {
+                var loading = importer.Load(new[] { EditorProject.Full(raw) }, new LumivoxImportOptions { raw = "64x64x64:i16le:spacing=4,4,4:modality=CT" });
+                EditorProject.Until(() => loading.IsCompleted, "the patient is read");
+                ScanSaver.Save(loading.Result, patient, (saved, problem) => Assert.That(problem, Is.Null));
+                EditorProject.Until(() => AssetDatabase.LoadAssetAtPath<LumivoxVolumeAsset>(patient) != null, "the patient is saved");
+                Object.DestroyImmediate(loading.Result);
+            }
+            var scan = AssetDatabase.LoadAssetAtPath<LumivoxVolumeAsset>(patient);
+            Assert.That((scan.state, scan.hasSurroundings), Is.EqualTo((LumivoxVolumeState.Closed, true)), "it is known before the scan is read");
+            var volume = new GameObject("Patient").AddComponent<LumivoxVolume>();
+            volume.volume = scan;
+            EditorProject.Until(() => scan.state == LumivoxVolumeState.Ready, "the scan is read");
+            var (_, panel) = EditorHost.Inspect(volume);
+            panel.visualTree.Query<PropertyField>().ToList().Single(one => one.bindingPath == "m_KeepEverything").Q<Toggle>().value = true;
+            Assert.That(volume.keepEverything);
+            Assert.That(volume.isPreparing);
+            panel.Advance(600);
+            Assert.That(panel.visualTree.Q<Label>("finding").text, Is.EqualTo("What lies around the patient is being put back."));
+            EditorProject.Until(() => !volume.isPreparing, "it is there");
+            panel.Advance(600);
+            Assert.That(panel.visualTree.Q<Label>("finding").text, Is.Empty);
+            Undo.PerformUndo();
+            Assert.That(volume.keepEverything, Is.False);
+            Assert.That(volume.GetWarnings(), Is.Empty);
+        }
+
         static T Field<T>(Panel panel, string label, string property) where T : VisualElement =>
             panel.visualTree.Q("labels").Children().Single(row => row.name == label).Query<PropertyField>().ToList().Single(one => one.bindingPath.EndsWith("." + property)).Q<T>();
 

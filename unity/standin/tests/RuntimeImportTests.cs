@@ -43,7 +43,7 @@ namespace Lumivox.Tests
         }
 
         /// Muscle and fat above a table.
-        static byte[] Patient(int side)
+        internal static byte[] Patient(int side)
         {
             var bytes = new byte[2 * side * side * side];
             for (var i = 0; i < side * side * side; i++)

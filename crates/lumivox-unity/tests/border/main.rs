@@ -1,6 +1,7 @@
 //! The border as C uses it: handles, jobs, and whatever is null, freed or nonsense.
 
 mod labels;
+mod parts;
 
 use std::ffi::{CStr, CString, c_char};
 use std::ptr::{null, null_mut};
@@ -78,6 +79,7 @@ const IDENTITY: [f32; 16] = [1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0.,
 fn instance(volume: *const LumivoxVolume) -> LumivoxInstance {
     LumivoxInstance {
         volume,
+        part: null(),
         transfer_function: null(),
         labelling: null(),
         world_from_object: IDENTITY,
@@ -362,6 +364,8 @@ fn null_is_an_error_and_never_worse() {
         lumivox_labelling_free(null_mut());
         assert!(lumivox_labels_new(null(), null(), 0, null(), null(), null(), 0).is_null());
         assert!(lumivox_labels_find(null()).is_null() && lumivox_skin_find(null()).is_null());
+        assert!(lumivox_part_find(null(), 1).is_null());
+        assert_eq!(lumivox_preset_part(null()), 0);
         assert!(
             lumivox_labels_name(null(), 0).is_null() && lumivox_labelling_new(null(), null(), 0).is_null()
         );

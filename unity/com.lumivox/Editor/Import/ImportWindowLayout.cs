@@ -67,7 +67,7 @@ namespace Lumivox.Editor
             var choices = Row(root, "choices");
             gapsField = Check(choices, "gaps", "Leave gaps", "Slices that are missing stay empty; otherwise a scan that lacks some is not imported.", false);
             damagedField = Check(choices, "damaged", "Fill damaged", "Slices that are damaged are filled in from their neighbours; otherwise they stay empty.", false);
-            everythingField = Check(choices, "everything", "Keep everything", "Of a CT: the table, clothes and cables too, not the patient alone.", false);
+            everythingField = Check(choices, "everything", "Keep everything", "Of a CT: the table, clothes and cables are a part of the scan. Otherwise they are put aside, and Keep Everything of a volume shows them.", false);
             phaseField = new SliderInt("Phase", 1, 1) { name = "phase", showInputField = true, tooltip = "Which of the volumes in the series is imported." };
             phaseField.style.flexGrow = 1;
             phaseField.style.display = DisplayStyle.None;

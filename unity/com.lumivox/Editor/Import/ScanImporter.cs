@@ -18,7 +18,7 @@ namespace Lumivox.Editor
     /// themselves (`.nii.gz`, `.dcm.zip`, `.dicom.zip`) are taken at once. The voxels go from the file straight to a file
     /// of Lumivox' own among the import's results; they are never on the managed heap.
     /// </remarks>
-    [ScriptedImporter(4, new[] { "nii", "nrrd", "nhdr", "mha", "mhd" }, new[] { "gz", "zip", "dcm", "dicom", "ima", "raw" }, AllowCaching = true)]
+    [ScriptedImporter(5, new[] { "nii", "nrrd", "nhdr", "mha", "mhd" }, new[] { "gz", "zip", "dcm", "dicom", "ima", "raw" }, AllowCaching = true)]
     public sealed class ScanImporter : ScriptedImporter
     {
         static readonly string[] known = { ".nii.gz", ".dcm.zip", ".dicom.zip" };
@@ -34,7 +34,7 @@ namespace Lumivox.Editor
         bool m_FillDamaged;
         [SerializeField, Tooltip("Of a header that you trust: its data may be files that lie neither beside it nor below it.")]
         bool m_AllowOutsideData;
-        [SerializeField, Tooltip("Of a CT: the table, clothes and cables too, not the patient alone.")]
+        [SerializeField, Tooltip("Of a CT: the table, clothes and cables are a part of the scan. Otherwise they are put aside, and Keep Everything of a volume shows them.")]
         bool m_KeepEverything;
         [SerializeField, Tooltip("Whether the file is a scan or a map of labels, such as a segmentation. Automatic: what it looks like.")]
         LumivoxLabelMaps m_LabelMap = LumivoxLabelMaps.Automatic;
@@ -131,7 +131,7 @@ namespace Lumivox.Editor
     }
 
     /// <summary>Imports scans that were saved into the project: the file is what is read, so nothing is copied.</summary>
-    [ScriptedImporter(3, "lumivox")]
+    [ScriptedImporter(4, "lumivox")]
     public sealed class StoredScanImporter : ScriptedImporter
     {
         public override void OnImportAsset(AssetImportContext ctx)

@@ -13,7 +13,7 @@ namespace Lumivox.Editor
     {
         static readonly string[] medium = { "m_Density", "m_Albedo", "m_Anisotropy", "m_MaxBounces", "m_Filter", "m_ExtinctionSpace" };
         static readonly string[] surface = { "m_SurfaceStrength", "m_SurfaceGradient", "m_SurfaceRoughness", "m_SurfaceSpecular" };
-        static readonly string[] parts = { "m_Labels", "m_PeelMm" };
+        static readonly string[] parts = { "m_Labels", "m_KeepEverything", "m_PeelMm" };
         static readonly string[] clip = { "m_ClipMin", "m_ClipMax" };
 
         readonly ClipHandles handles = new ClipHandles();
@@ -150,8 +150,7 @@ namespace Lumivox.Editor
             find.text = LabelActions.IsFinding ? "Stop" : "Find Labels";
             find.SetEnabled(LabelActions.IsFinding || isOpen);
             looks.style.display = Volumes.Any(volume => LabelActions.AreImported(volume.labels)) ? DisplayStyle.Flex : DisplayStyle.None;
-            var isPeeling = Volumes.Any(volume => volume.peelMm > 0f && volume.volume != null && volume.volume.IsFindingSkin);
-            finding.text = LabelActions.State.Length > 0 ? LabelActions.State : isPeeling ? "The skin is being found." : "";
+            finding.text = LabelActions.State.Length > 0 ? LabelActions.State : Volumes.Select(volume => volume.Preparing).FirstOrDefault(text => text.Length > 0) ?? "";
             finding.style.display = finding.text.Length > 0 ? DisplayStyle.Flex : DisplayStyle.None;
         }
 

@@ -50,6 +50,7 @@ namespace Lumivox
             public string unit;
             public string modality;
             public bool isHounsfield;
+            public bool hasSurroundings;
         }
 
         [SerializeField, HideInInspector]
@@ -401,6 +402,7 @@ namespace Lumivox
                 unit = Unit(info),
                 modality = info.modality < modalities.Length ? modalities[info.modality] : "",
                 isHounsfield = info.isHounsfield != 0,
+                hasSurroundings = info.hasSurroundings != 0,
             };
             m_Report = Border.TakeText(Library.lumivox_volume_report(made.Pointer)) ?? "";
             report = null;
@@ -445,6 +447,7 @@ namespace Lumivox
             opening?.Cancel();
             opening = null;
             ForgetSkin();
+            ForgetParts();
             handle?.Dispose();
             handle = null;
             currentState = LumivoxVolumeState.Closed;

@@ -32,8 +32,9 @@ namespace Lumivox
         /// <summary>Whether a header such as .mhd may name data files anywhere, not only beside it or below.</summary>
         public bool allowOutsideData;
         /// <summary>
-        /// Whether what lies around the patient in a CT stays: the table, clothes, cables. Otherwise it becomes air, where it
-        /// can be told from the patient for sure, and the report says so.
+        /// Whether what lies around the patient in a CT is a part of the scan: the table, clothes, cables. Otherwise it is put
+        /// aside, where it can be told from the patient for sure, and the report says so:
+        /// <see cref="LumivoxVolume.keepEverything"/> shows it.
         /// </summary>
         public bool keepEverything;
         /// <summary>Whether the file is a label map, which then is a scan whose <see cref="LumivoxVolumeAsset.isLabelMap"/> says so.</summary>

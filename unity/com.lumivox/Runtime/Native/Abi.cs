@@ -17,6 +17,8 @@ namespace Lumivox.Native
         public Matrix4x4 objectFromClip;
         public uint modality;
         public uint isHounsfield;
+        public uint hasSurroundings;
+        public uint padding;
         public fixed byte unit[16];
     }
 
@@ -89,6 +91,7 @@ namespace Lumivox.Native
     internal struct Instance
     {
         public IntPtr volume;
+        public IntPtr part;
         public IntPtr transferFunction;
         public IntPtr labelling;
         public Matrix4x4 worldFromObject;

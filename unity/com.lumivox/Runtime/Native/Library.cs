@@ -46,6 +46,7 @@ namespace Lumivox.Native
         [DllImport(Name)] public static extern IntPtr lumivox_import_load(byte** paths, uint count, ImportOptions* options, IntPtr known);
         [DllImport(Name)] public static extern IntPtr lumivox_labels_find(IntPtr volume);
         [DllImport(Name)] public static extern IntPtr lumivox_skin_find(IntPtr volume);
+        [DllImport(Name)] public static extern IntPtr lumivox_part_find(IntPtr volume, uint part);
         [DllImport(Name)] public static extern IntPtr lumivox_study_thumbnail(IntPtr study, uint series, uint side);
         [DllImport(Name)] public static extern IntPtr lumivox_phantom_start(byte* kind, uint size);
         [DllImport(Name)] public static extern JobState lumivox_job_poll(IntPtr job, Progress* progress);
@@ -74,6 +75,7 @@ namespace Lumivox.Native
         [DllImport(Name)] public static extern IntPtr lumivox_preset_name(uint index);
         [DllImport(Name)] public static extern IntPtr lumivox_preset_description(uint index);
         [DllImport(Name)] public static extern IntPtr lumivox_preset_for(IntPtr volume);
+        [DllImport(Name)] public static extern uint lumivox_preset_part(byte* name);
         [DllImport(Name)] public static extern IntPtr lumivox_preset(byte* name, IntPtr volume, Medium* medium);
         [DllImport(Name)] public static extern IntPtr lumivox_map_new(uint width, uint height, float* rgb);
         [DllImport(Name)] public static extern IntPtr lumivox_map_load(byte* path);

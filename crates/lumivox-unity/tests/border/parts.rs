@@ -1,0 +1,166 @@
+//! What of a scan is seen in place of the patient.
+
+use super::*;
+use lumivox_core::{Organ, Volume};
+
+/// A torso on a table, as the importer gives it: with what it has put aside, or with everything.
+fn imported(folder: &std::path::Path, keep_everything: u32) -> *mut LumivoxVolume {
+    let path = CString::new(folder.to_str().unwrap()).unwrap();
+    let paths = [path.as_ptr()];
+    let options = LumivoxImportOptions {
+        series: null(),
+        phase: 0,
+        leave_gaps: 0,
+        fill_damaged: 0,
+        allow_outside_data: 0,
+        keep_everything,
+        labels: 0,
+        padding: 0,
+        raw: null(),
+    };
+    // SAFETY: all handles are live, and freed once.
+    unsafe {
+        let job = lumivox_import_load(paths.as_ptr(), 1, &options, null());
+        assert_eq!(wait(job), LumivoxJobState::Done);
+        let volume = lumivox_job_take_volume(job);
+        lumivox_job_free(job);
+        assert!(!volume.is_null());
+        volume
+    }
+}
+
+fn torso(folder: &std::path::Path) -> Volume {
+    let (silent, never) = (Progress::SILENT, CancelToken::new());
+    let torso =
+        lumivox_phantom::torso(TorsoOptions { size: 64, ..Default::default() }, silent, &never).unwrap();
+    let series = lumivox_phantom::SeriesDescription::default();
+    lumivox_phantom::write_dicom_series(&torso, folder, &series, silent, &never).unwrap();
+    torso
+}
+
+fn info(volume: *const LumivoxVolume) -> LumivoxVolumeInfo {
+    let mut info = std::mem::MaybeUninit::<LumivoxVolumeInfo>::zeroed();
+    // SAFETY: a live handle; numbers may be zeros.
+    unsafe {
+        assert_eq!(lumivox_volume_info(volume, info.as_mut_ptr()), 0, "{}", last_error());
+        info.assume_init()
+    }
+}
+
+fn counts(volume: *const LumivoxVolume) -> [f32; 256] {
+    let mut counts = [0f32; 256];
+    // SAFETY: a live handle, and room for so many.
+    assert_eq!(unsafe { lumivox_volume_histogram(volume, -1024.0, 3071.0, 256, counts.as_mut_ptr()) }, 0);
+    counts
+}
+
+/// A part of a scan; null where there is none.
+fn part(volume: *const LumivoxVolume, number: u32) -> *mut LumivoxVolume {
+    // SAFETY: all handles are live, and freed once.
+    unsafe {
+        let job = lumivox_part_find(volume, number);
+        assert_eq!(wait(job), LumivoxJobState::Done);
+        let found = lumivox_job_take_volume(job);
+        assert!(last_error().is_empty(), "{}", last_error());
+        lumivox_job_free(job);
+        found
+    }
+}
+
+#[test]
+fn what_was_put_aside_comes_back_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    torso(folder.path());
+    let (alone, all) = (imported(folder.path(), 0), imported(folder.path(), 1));
+    assert_eq!((info(alone).has_surroundings, info(all).has_surroundings), (1, 0));
+    assert!(part(all, 1).is_null(), "there is nothing to put back");
+    // SAFETY: all handles are live, and freed once.
+    unsafe {
+        assert!(lumivox_part_find(alone, 0).is_null() && lumivox_part_find(alone, 4).is_null());
+        assert_eq!(last_error(), "a scan has the parts 1 to 3, not 4");
+        let whole = part(alone, 1);
+        assert!(counts(alone) != counts(all));
+        assert_eq!(counts(whole), counts(all));
+        // Stored and opened, the scan has them still.
+        let file = CString::new(folder.path().join("a.lumivox").to_str().unwrap()).unwrap();
+        let saved = lumivox_volume_save(alone, file.as_ptr());
+        assert_eq!(wait(saved), LumivoxJobState::Done);
+        lumivox_job_free(saved);
+        let opened = lumivox_volume_open(file.as_ptr());
+        assert_eq!(wait(opened), LumivoxJobState::Done);
+        let again = lumivox_job_take_volume(opened);
+        lumivox_job_free(opened);
+        assert_eq!(info(again).has_surroundings, 1);
+        let whole_again = part(again, 1);
+        assert_eq!(counts(whole_again), counts(all));
+        // A world shows the part in place of the scan, and goes on without its handle.
+        let (stage, environment) = (stage(), studio());
+        lumivox_stage_begin_frame(stage);
+        let shown = LumivoxInstance { part: whole, ..instance(alone) };
+        assert_eq!(
+            lumivox_stage_set_world(stage, 1, &shown, 1, null(), 0, null(), 0, &environment),
+            0,
+            "{}",
+            last_error()
+        );
+        let world = lumivox_stage_record_world(stage, 1, 1);
+        assert!(!world.is_null(), "{}", last_error());
+        assert_eq!(lumivox_recording_finish(stage, world, EXECUTED, null()), 0);
+        let factor = |volume| {
+            let (mut factor, mut arriving) = (9, 9);
+            assert_eq!(lumivox_volume_resolution(stage, volume, &mut factor, &mut arriving), 0);
+            factor
+        };
+        assert_eq!((factor(whole), factor(alone)), (1, 0));
+        [alone, all, whole, again, whole_again].into_iter().for_each(|handle| lumivox_volume_free(handle));
+        lumivox_stage_free(stage);
+    }
+}
+
+#[test]
+fn organs_that_presets_are_for_are_found_or_not_there() {
+    let folder = tempfile::tempdir().unwrap();
+    torso(folder.path());
+    let numbers = |names: [&CStr; 4]| {
+        names.map(|name| {
+            // SAFETY: a string.
+            unsafe { lumivox_preset_part(name.as_ptr()) }
+        })
+    };
+    assert_eq!(numbers([c"ct-airways", c"ct-lung-vessels", c"ct-bone", c"ct-nothing"]), [2, 3, 0, 0]);
+    let everything = lumivox_import::load(
+        &[folder.path().to_owned()],
+        &Default::default(),
+        Progress::SILENT,
+        &CancelToken::new(),
+    );
+    let scan = lumivox_segmentation::patient_alone(
+        everything.unwrap().volume,
+        Progress::SILENT,
+        &CancelToken::new(),
+    );
+    let (scan, alone) = (scan.unwrap().volume, imported(folder.path(), 0));
+    // A windpipe is but a few of its voxels wide: it may be too few to be sure of.
+    let mut are_found = 0;
+    for (number, organ) in [(2, Organ::Airways), (3, Organ::LungVessels)] {
+        let found =
+            lumivox_segmentation::find_organ(&scan, organ, Progress::SILENT, &CancelToken::new()).unwrap();
+        let part = part(alone, number);
+        assert_eq!(part.is_null(), found.is_none(), "{organ:?}");
+        let Some(found) = found else { continue };
+        are_found += 1;
+        assert!(counts(part) != counts(alone));
+        let histogram = lumivox_core::Histogram::new(&found).counts(256, [-1024.0, 3071.0]);
+        assert_eq!(counts(part)[..], histogram[..]);
+        // SAFETY: a live handle, freed once.
+        unsafe { lumivox_volume_free(part) };
+    }
+    assert!(are_found > 0);
+    let cube = cube();
+    assert!(part(cube, 2).is_null() && part(cube, 3).is_null(), "a cube has no lungs");
+    // SAFETY: live handles, freed once.
+    unsafe {
+        lumivox_volume_free(alone);
+        lumivox_volume_free(cube);
+    }
+}
