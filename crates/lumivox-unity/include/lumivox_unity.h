@@ -161,6 +161,10 @@ typedef struct LumivoxVolumeInfo {
    */
   float object_from_clip[16];
   /**
+   * From the patient's millimetres (LPS) to the object's metres.
+   */
+  float object_from_patient[16];
+  /**
    * 0 other, 1 CT, 2 MR, 3 PET.
    */
   uint32_t modality;

@@ -26,6 +26,8 @@ pub struct LumivoxVolumeInfo {
     pub bounds_max: [f32; 3],
     /// From clip coordinates, 0 to 1 along each edge of its box, to the object's metres.
     pub object_from_clip: [f32; 16],
+    /// From the patient's millimetres (LPS) to the object's metres.
+    pub object_from_patient: [f32; 16],
     /// 0 other, 1 CT, 2 MR, 3 PET.
     pub modality: u32,
     /// 1 where values are Hounsfield units.

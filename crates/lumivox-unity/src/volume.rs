@@ -286,6 +286,7 @@ fn info(volume: &Volume) -> LumivoxVolumeInfo {
         bounds_min: convert::narrow(low.min(high)),
         bounds_max: convert::narrow(low.max(high)),
         object_from_clip: convert::object_from(placement::node_from_clip(volume) * flip),
+        object_from_patient: convert::object_from(placement::node_from_patient(volume)),
         modality: match volume.modality() {
             Modality::Other => 0,
             Modality::Ct => 1,
@@ -399,6 +400,14 @@ mod tests {
         let corner = map.transform_point3(DVec3::ZERO);
         assert!(close(convert::narrow(corner), info.bounds_min), "{corner}");
         assert!(close(convert::narrow(map.transform_point3(DVec3::ONE)), info.bounds_max));
+        // The patient's left, back and head: +x, +z and +y of an object that faces -z.
+        let map = convert::matrix(&info.object_from_patient);
+        assert!(close(convert::narrow(map.transform_point3(volume.volume().center_mm())), [0.0; 3]));
+        let sides =
+            [(DVec3::X, [1e-3, 0.0, 0.0]), (DVec3::Y, [0.0, 0.0, 1e-3]), (DVec3::Z, [0.0, 1e-3, 0.0])];
+        for (side, way) in sides {
+            assert!(close(convert::narrow(map.transform_vector3(side)), way), "{side}");
+        }
     }
 
     #[test]

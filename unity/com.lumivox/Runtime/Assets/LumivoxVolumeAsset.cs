@@ -47,6 +47,7 @@ namespace Lumivox
             public Vector2 valueRange;
             public Bounds bounds;
             public Matrix4x4 objectFromClip;
+            public Matrix4x4 objectFromPatient;
             public string unit;
             public string modality;
             public bool isHounsfield;
@@ -120,6 +121,15 @@ namespace Lumivox
 
         /// <summary>From clip coordinates, 0 to 1 along each edge of the scan's box, to an object's metres.</summary>
         public Matrix4x4 objectFromClip => dimensions == Vector3Int.zero ? Matrix4x4.identity : m_Summary.objectFromClip;
+
+        /// <summary>
+        /// From the patient's millimetres, as DICOM has them (x to the left, y to the back, z to the head), to an object's metres.
+        /// The identity before the scan was read, where nothing has told it.
+        /// </summary>
+        public Matrix4x4 objectFromPatient => IsPlaceKnown ? m_Summary.objectFromPatient : Matrix4x4.identity;
+
+        /// <summary>Whether it is known where it lies in the patient: phantoms and assets of older versions say so once they were read.</summary>
+        internal bool IsPlaceKnown => m_Summary.objectFromPatient.m33 == 1f;
 
         /// <summary>What the scan may be called, such as `CT series 4`. It names neither files nor the patient.</summary>
         public string scanName
@@ -399,6 +409,7 @@ namespace Lumivox
                 valueRange = new Vector2((float)info.valueRange[0], (float)info.valueRange[1]),
                 bounds = bounds,
                 objectFromClip = info.objectFromClip,
+                objectFromPatient = info.objectFromPatient,
                 unit = Unit(info),
                 modality = info.modality < modalities.Length ? modalities[info.modality] : "",
                 isHounsfield = info.isHounsfield != 0,

@@ -15,6 +15,7 @@ namespace Lumivox.Native
         public Vector3 boundsMin;
         public Vector3 boundsMax;
         public Matrix4x4 objectFromClip;
+        public Matrix4x4 objectFromPatient;
         public uint modality;
         public uint isHounsfield;
         public uint hasSurroundings;
