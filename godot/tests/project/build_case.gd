@@ -150,6 +150,8 @@ static func _environment(case: Dictionary) -> WorldEnvironment:
 	effect.target_samples = int(case.samples)
 	effect.exposure = case.exposure
 	effect.frame_budget_ms = case.budget
+	if case.studio:
+		effect.environment_source = LumivoxEffect.ENVIRONMENT_STUDIO
 	var compositor := Compositor.new()
 	compositor.compositor_effects = [effect]
 	var world := WorldEnvironment.new()
@@ -233,6 +235,8 @@ static func set_volume(node: LumivoxVolume3D, description: Dictionary, known := 
 		node.surface_gradient = description.surface[1]
 		node.surface_roughness = description.surface[2]
 		node.surface_specular = description.surface[3]
+	if differs.call("look") and description.look != "":
+		node.apply_preset(description.look)
 	if differs.call("clip_min"):
 		node.clip_min = vector(description.clip_min)
 	if differs.call("clip_max"):

@@ -72,6 +72,8 @@ pub struct Volume {
     pub keep_everything: bool,
     /// The preset that was chosen before the look was changed, which may show an organ alone.
     pub preset: &'static str,
+    /// A preset whose whole look takes the place of all below but the filter; empty for none.
+    pub look: &'static str,
     /// Voxels along a side.
     pub size: usize,
     pub place: Place,
@@ -107,6 +109,7 @@ impl Volume {
             series: PathBuf::new(),
             keep_everything: false,
             preset: "",
+            look: "",
             size: 24,
             place: Place::at(DVec3::ZERO),
             knots: vec![[-500.0, 0.0, 0.0], [200.0, 0.3, 1.0], [1500.0, 1.0, 0.0]],
@@ -224,6 +227,10 @@ impl Volume {
             "cube" => lumivox_phantom::cube(self.size),
             "table" => self.on_table(),
             _ => scans::head(self.size),
+        };
+        let medium = match Preset::from_name(self.look) {
+            Ok(preset) => Medium { filter: medium.filter, ..preset.medium(&volume) },
+            Err(_) => medium,
         };
         let mut instance = VolumeInstance::centered(Arc::new(volume), medium);
         instance.world_from_patient = self.place.affine() * instance.world_from_patient;
@@ -421,6 +428,8 @@ pub struct Case {
     /// Left, right, bottom and top edge of a view at distance 1, instead of `fov` and the pixels' own shape.
     pub tangents: Option<[f64; 4]>,
     pub light: Light,
+    /// Whether volumes are lit by Lumivox' studio in place of it.
+    pub studio: bool,
     /// In stops.
     pub exposure: f64,
     pub volumes: Vec<Volume>,
@@ -454,6 +463,7 @@ impl Case {
             height: 0.0,
             tangents: None,
             light: Light::Color([0.4, 0.45, 0.5]),
+            studio: false,
             exposure: 0.0,
             volumes: vec![Volume::soft()],
             meshes: vec![],
@@ -471,6 +481,7 @@ impl Case {
 
     pub fn scene(&self) -> Scene {
         let environment = match &self.light {
+            _ if self.studio => Environment::default(),
             &Light::Color(color) => {
                 Environment { source: EnvironmentSource::Uniform(color), ..Environment::default() }
             }

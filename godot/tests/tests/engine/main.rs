@@ -4,6 +4,7 @@
 //! Scans of real patients are not in the repository; where they are absent, that is printed.
 
 mod antialiasing;
+mod beside_unity;
 mod case;
 mod codecs;
 mod demo;
