@@ -178,6 +178,58 @@ namespace Lumivox.Tests
             Save("clip-handles", canvas.ToPicture(), encode: false);
         }
 
+        [Test]
+        public void CutOpen()
+        {
+            var volume = Head("ct-skin", 192);
+            volume.transferFunction = Section();
+            volume.maxBounces = Bounces;
+            Still(0.3f);
+            // A quarter of the head, above the eyes, on the side that is seen.
+            var clip = new GameObject("Clip").AddComponent<LumivoxClip>();
+            clip.transform.SetParent(volume.transform, false);
+            clip.transform.localPosition = new Vector3(0.2f, 0.245f, -0.19f);
+            clip.transform.localScale = Vector3.one * 0.4f;
+            (clip.shape, clip.inverted) = (LumivoxClip.Shape.Box, true);
+            Look(new Vector3(-0.005f, 0.045f, 0f), Quaternion.Euler(24f, -46f, 0f), 0.52f, 36f);
+            Save("cut-open", Shoot());
+        }
+
+        /// Tissues in the colours of an atlas, each as opaque as the others: for sections.
+        LumivoxTransferFunction Section()
+        {
+            var section = Keep(ScriptableObject.CreateInstance<LumivoxTransferFunction>());
+            LumivoxTransferFunction.ColorStop Stop(float value, float r, float g, float b) => new LumivoxTransferFunction.ColorStop(value, new Color(r, g, b));
+            section.SetPoints(
+                new[] { new LumivoxTransferFunction.OpacityKnot(-600f, 0f), new LumivoxTransferFunction.OpacityKnot(-350f, 1f) },
+                new[]
+                {
+                    // Skin where it meets the air, fat, fluid, white and grey matter, muscle, bone.
+                    Stop(-250f, 0.91f, 0.73f, 0.63f), Stop(-110f, 0.96f, 0.85f, 0.6f), Stop(-30f, 0.85f, 0.6f, 0.5f), Stop(-4f, 0.62f, 0.4f, 0.42f),
+                    Stop(18f, 0.98f, 0.9f, 0.82f), Stop(30f, 0.98f, 0.88f, 0.8f), Stop(39f, 0.84f, 0.52f, 0.47f), Stop(50f, 0.82f, 0.48f, 0.43f), Stop(66f, 0.72f, 0.26f, 0.22f), Stop(130f, 0.85f, 0.55f, 0.45f),
+                    Stop(300f, 0.96f, 0.92f, 0.82f), Stop(1500f, 1f, 0.99f, 0.96f),
+                });
+            return section;
+        }
+
+        /// Kernels for parts are slow in software, and more bounces hardly show.
+        const int Bounces = 8;
+
+        /// Before a plain, dark wall.
+        void Still(float exposure)
+        {
+            effect.exposure = exposure;
+            camera.clearFlags = CameraClearFlags.SolidColor;
+            camera.backgroundColor = new Color(0.16f, 0.19f, 0.24f);
+        }
+
+        /// The camera before a point, seen so many degrees high.
+        void Look(Vector3 at, Quaternion turn, float distance, float degrees)
+        {
+            camera.fieldOfView = degrees;
+            camera.transform.SetPositionAndRotation(at + turn * Vector3.back * distance, turn);
+        }
+
         Vector2 Seen(Canvas canvas, Vector3 world)
         {
             var at = camera.WorldToViewportPoint(world);
