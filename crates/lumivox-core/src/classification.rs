@@ -89,8 +89,8 @@ impl LabelStyle {
 pub struct Labelling {
     /// Which voxels are what. Shared by all volumes of a scan.
     pub labels: Arc<LabelVolume>,
-    /// Styles by the label's value, [`UNLABELLED`] included; of those that are not listed, the default. Of two for the same
-    /// value, the later counts.
+    /// Styles by the label's value, [`UNLABELLED`](crate::UNLABELLED) included; of those that are not listed, the default. Of
+    /// two for the same value, the later counts.
     pub styles: Vec<(u8, LabelStyle)>,
 }
 
