@@ -2,15 +2,12 @@
 
 use std::ffi::{CString, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use lumivox_core::{CancelToken, Cancelled, Progress, Stage, looks_like_labels};
-use lumivox_import::{
-    ImportError, ImportOptions, ImportReport, Imported, ImportedLabels, LabelOptions, RawDescription, Study,
-};
+use lumivox_core::{CancelToken, Progress, Stage, looks_like_labels};
+use lumivox_import::{ImportError, ImportReport, Imported, ImportedLabels, Study};
 use lumivox_segmentation::Surroundings;
 
 use crate::abi::{LumivoxImportOptions, LumivoxJobState, LumivoxPicture, LumivoxProgress};
@@ -18,6 +15,7 @@ use crate::border::{
     LumivoxText, Outcome, free, guard, guard_handle, guard_option, guard_status, known, known_mut, list,
     needed_text, panic_message, path, text,
 };
+use crate::import::{files, import_options, keeps_everything, label_map, read_labels, without_things};
 use crate::labels::{found, skin};
 use crate::look;
 use crate::parts;
@@ -524,78 +522,4 @@ pub extern "C" fn lumivox_jobs_stop_all() {
         // Its panics were caught.
         let _ = thread.join();
     }
-}
-
-/// # Safety
-/// `paths` points to `count` strings.
-unsafe fn files(paths: *const *const c_char, count: u32) -> Outcome<Vec<PathBuf>> {
-    // SAFETY: as the caller promises.
-    let paths = unsafe { list(paths, count as usize, "paths") }?;
-    // SAFETY: as the caller promises.
-    let paths: Vec<PathBuf> =
-        paths.iter().map(|file| unsafe { path(*file, "path") }).collect::<Outcome<_>>()?;
-    match paths.is_empty() {
-        true => Err("there is nothing to read: name a file, a folder or an archive".to_owned()),
-        false => Ok(paths),
-    }
-}
-
-/// The patient alone: what lies around in a CT becomes air, is kept beside it, and the report says so.
-fn without_things(
-    mut imported: Imported,
-    progress: Progress<'_>,
-    cancel: &CancelToken,
-) -> Result<(Imported, Option<Surroundings>), Cancelled> {
-    let alone = lumivox_segmentation::patient_alone(imported.volume, progress, cancel)?;
-    if let Some(note) = alone.note() {
-        let more = if alone.changed > 0 { " ('Keep Everything' shows it)" } else { "" };
-        imported.report.notes.push(format!("{note}{more}"));
-    }
-    imported.volume = alone.volume;
-    Ok((imported, alone.surroundings))
-}
-
-/// # Safety
-/// `options` is null or points to options.
-unsafe fn keeps_everything(options: *const LumivoxImportOptions) -> bool {
-    // SAFETY: as the caller promises.
-    unsafe { options.as_ref() }.is_some_and(|options| options.keep_everything != 0)
-}
-
-/// # Safety
-/// `options` is null or points to options.
-unsafe fn label_map(options: *const LumivoxImportOptions) -> u32 {
-    // SAFETY: as the caller promises.
-    unsafe { options.as_ref() }.map_or(0, |options| options.labels)
-}
-
-fn read_labels(
-    file: &std::path::Path,
-    options: &ImportOptions,
-    progress: Progress<'_>,
-    cancel: &CancelToken,
-) -> Result<ImportedLabels, ImportError> {
-    let mut labels = LabelOptions::default();
-    labels.import = options.clone();
-    lumivox_import::load_labels(file, &labels, progress, cancel)
-}
-
-/// # Safety
-/// `options` is null or points to options.
-unsafe fn import_options(options: *const LumivoxImportOptions) -> Outcome<ImportOptions> {
-    let mut all = ImportOptions::default();
-    // SAFETY: as the caller promises.
-    let Some(options) = (unsafe { options.as_ref() }) else { return Ok(all) };
-    // SAFETY: as the caller promises.
-    let (series, raw) = unsafe { (text(options.series, "series")?, text(options.raw, "raw")?) };
-    let said = |text: Option<&str>| text.filter(|text| !text.trim().is_empty()).map(str::to_owned);
-    all.series = said(series);
-    all.phase = (options.phase > 0).then_some(options.phase as usize);
-    all.leave_gaps = options.leave_gaps != 0;
-    all.fill_damaged = options.fill_damaged != 0;
-    all.allow_outside_data = options.allow_outside_data != 0;
-    if let Some(raw) = said(raw) {
-        all.raw = Some(raw.parse::<RawDescription>().map_err(|error| error.to_string())?);
-    }
-    Ok(all)
 }

@@ -4,7 +4,7 @@
 //! here. A frame goes: [`stage`] takes worlds and views and gives recordings, [`steps`] lays them out as flat structs whose
 //! payloads point into the renderer's own memory, and takes what became of them. `volume` and `look` are what worlds
 //! are made of, `labels` and `clips` what parts of a volume are and are left, `parts` what is seen of it in place of the
-//! patient, `jobs` what takes long.
+//! patient, `jobs` what takes long, and `import` what one of those is told.
 //!
 //! # The border
 //! - Functions that give a pointer give null, those that give an `int32_t` a negative number where something is wrong;
@@ -20,6 +20,7 @@ pub mod abi;
 mod border;
 mod clips;
 mod convert;
+mod import;
 mod jobs;
 mod labels;
 mod look;

@@ -184,7 +184,11 @@ namespace Lumivox.Tests
             var volume = Head("ct-skin", 192);
             volume.transferFunction = Section();
             volume.maxBounces = Bounces;
-            Still(0.3f);
+            effect.exposure = 0.3f;
+            effect.targetSamples = Samples / 2;
+            // Before a plain, dark wall.
+            camera.clearFlags = CameraClearFlags.SolidColor;
+            camera.backgroundColor = new Color(0.16f, 0.19f, 0.24f);
             // A quarter of the head, above the eyes, on the side that is seen.
             var clip = new GameObject("Clip").AddComponent<LumivoxClip>();
             clip.transform.SetParent(volume.transform, false);
@@ -215,19 +219,43 @@ namespace Lumivox.Tests
         /// Kernels for parts are slow in software, and more bounces hardly show.
         const int Bounces = 8;
 
-        /// Before a plain, dark wall.
-        void Still(float exposure)
-        {
-            effect.exposure = exposure;
-            camera.clearFlags = CameraClearFlags.SolidColor;
-            camera.backgroundColor = new Color(0.16f, 0.19f, 0.24f);
-        }
-
         /// The camera before a point, seen so many degrees high.
         void Look(Vector3 at, Quaternion turn, float distance, float degrees)
         {
             camera.fieldOfView = degrees;
             camera.transform.SetPositionAndRotation(at + turn * Vector3.back * distance, turn);
+        }
+
+        [Test]
+        public void Labels()
+        {
+            var volume = new GameObject("Torso Phantom").AddComponent<LumivoxVolume>();
+            volume.volume = Keep(LumivoxVolumeAsset.Phantom("torso", 192));
+            EditorProject.Until(() => volume.volume.state == LumivoxVolumeState.Ready, "the phantom is computed");
+            volume.ApplyPreset("ct-bone");
+            var finding = LumivoxLabels.FoundIn(volume.volume);
+            EditorProject.Until(() => finding.IsCompleted, "the labels are found");
+            var labels = Keep(finding.Result);
+            Keep(labels.map);
+            Paint(labels, "lungs", new Color(0.93f, 0.55f, 0.55f), 0.03f);
+            Paint(labels, "airways", new Color(0.3f, 0.7f, 0.98f), 3f);
+            Paint(labels, "gas in the body", new Color(0.98f, 0.8f, 0.35f), 1f);
+            volume.labels = labels;
+            volume.maxBounces = Bounces;
+            effect.exposure = 0.4f;
+            effect.targetSamples = Samples / 2;
+            Look(Vector3.zero, Quaternion.Euler(6f, -28f, 0f), 0.78f, 36f);
+            Save("labels", Shoot());
+        }
+
+        /// Of one colour, whatever its values are.
+        void Paint(LumivoxLabels labels, string name, Color color, float density)
+        {
+            Assert.IsTrue(labels.TryGetLook(name, out var look), name);
+            var solid = Keep(ScriptableObject.CreateInstance<LumivoxTransferFunction>());
+            solid.SetPoints(new[] { new LumivoxTransferFunction.OpacityKnot(-1024f, 1f) }, new[] { new LumivoxTransferFunction.ColorStop(0f, color) });
+            (look.transferFunction, look.density) = (solid, density);
+            labels.SetLook(look);
         }
 
         Vector2 Seen(Canvas canvas, Vector3 world)

@@ -124,17 +124,7 @@ fn labels_are_stored_found_and_read() {
         lumivox_volume_free(map);
 
         let read = |labels, file: &CStr| {
-            let options = LumivoxImportOptions {
-                series: null(),
-                phase: 0,
-                leave_gaps: 0,
-                fill_damaged: 0,
-                allow_outside_data: 0,
-                keep_everything: 0,
-                labels,
-                padding: 0,
-                raw: null(),
-            };
+            let options = LumivoxImportOptions { labels, ..import_options() };
             let (_, volume, error) = done(lumivox_import_load([file.as_ptr()].as_ptr(), 1, &options, null()));
             if volume.is_null() {
                 return Err(error);

@@ -4,6 +4,7 @@ mod labels;
 mod parts;
 
 use std::ffi::{CStr, CString, c_char};
+use std::path::Path;
 use std::ptr::{null, null_mut};
 use std::time::{Duration, Instant};
 
@@ -49,6 +50,29 @@ fn wait(job: *mut LumivoxJob) -> LumivoxJobState {
         assert!(began.elapsed() < Duration::from_secs(900), "the job goes on and on");
         std::thread::sleep(Duration::from_millis(1));
     }
+}
+
+/// Nothing special.
+fn import_options() -> LumivoxImportOptions {
+    LumivoxImportOptions {
+        series: null(),
+        phase: 0,
+        leave_gaps: 0,
+        fill_damaged: 0,
+        allow_outside_data: 0,
+        keep_everything: 0,
+        labels: 0,
+        padding: 0,
+        raw: null(),
+    }
+}
+
+/// A torso on a table, as slices of DICOM. Small: valgrind is slow.
+fn write_torso(folder: &Path, size: usize) {
+    let (silent, never) = (Progress::SILENT, CancelToken::new());
+    let torso = lumivox_phantom::torso(TorsoOptions { size, ..Default::default() }, silent, &never).unwrap();
+    let series = lumivox_phantom::SeriesDescription::default();
+    lumivox_phantom::write_dicom_series(&torso, folder, &series, silent, &never).unwrap();
 }
 
 fn cube() -> *mut LumivoxVolume {
@@ -271,17 +295,7 @@ fn what_cannot_be_read_is_told() {
         lumivox_job_free(job);
         assert!(lumivox_import_load(null(), 0, null(), null()).is_null());
         assert!(last_error().contains("name a file, a folder or an archive"), "{}", last_error());
-        let options = LumivoxImportOptions {
-            series: null(),
-            phase: 0,
-            leave_gaps: 0,
-            fill_damaged: 0,
-            allow_outside_data: 0,
-            keep_everything: 0,
-            labels: 0,
-            padding: 0,
-            raw: c"256xx".as_ptr(),
-        };
+        let options = LumivoxImportOptions { raw: c"256xx".as_ptr(), ..import_options() };
         assert!(lumivox_import_load(paths.as_ptr(), 1, &options, null()).is_null());
         assert!(!last_error().is_empty());
     }
@@ -290,11 +304,7 @@ fn what_cannot_be_read_is_told() {
 #[test]
 fn the_patient_is_imported_alone_unless_everything_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
-    let (silent, never) = (Progress::SILENT, CancelToken::new());
-    let torso =
-        lumivox_phantom::torso(TorsoOptions { size: 64, ..Default::default() }, silent, &never).unwrap();
-    let series = lumivox_phantom::SeriesDescription::default();
-    lumivox_phantom::write_dicom_series(&torso, folder.path(), &series, silent, &never).unwrap();
+    write_torso(folder.path(), 64);
     let path = CString::new(folder.path().to_str().unwrap()).unwrap();
     let paths = [path.as_ptr()];
     // SAFETY: all handles are live, and freed once.
@@ -304,17 +314,7 @@ fn the_patient_is_imported_alone_unless_everything_is_asked_for() {
         let study = lumivox_job_take_study(scanned);
         lumivox_job_free(scanned);
         let load = |keep_everything, study| {
-            let options = LumivoxImportOptions {
-                series: null(),
-                phase: 0,
-                leave_gaps: 0,
-                fill_damaged: 0,
-                allow_outside_data: 0,
-                keep_everything,
-                labels: 0,
-                padding: 0,
-                raw: null(),
-            };
+            let options = LumivoxImportOptions { keep_everything, ..import_options() };
             let job = lumivox_import_load(paths.as_ptr(), 1, &options, study);
             assert_eq!(wait(job), LumivoxJobState::Done);
             let (volume, report) = (lumivox_job_take_volume(job), take_text(lumivox_job_report(job)));

@@ -4,20 +4,10 @@ use super::*;
 use lumivox_core::Organ;
 
 /// A torso on a table, as the importer gives it: with what it has put aside, or with everything.
-fn imported(folder: &std::path::Path, keep_everything: u32) -> *mut LumivoxVolume {
+fn imported(folder: &Path, keep_everything: u32) -> *mut LumivoxVolume {
     let path = CString::new(folder.to_str().unwrap()).unwrap();
     let paths = [path.as_ptr()];
-    let options = LumivoxImportOptions {
-        series: null(),
-        phase: 0,
-        leave_gaps: 0,
-        fill_damaged: 0,
-        allow_outside_data: 0,
-        keep_everything,
-        labels: 0,
-        padding: 0,
-        raw: null(),
-    };
+    let options = LumivoxImportOptions { keep_everything, ..import_options() };
     // SAFETY: all handles are live, and freed once.
     unsafe {
         let job = lumivox_import_load(paths.as_ptr(), 1, &options, null());
@@ -27,14 +17,6 @@ fn imported(folder: &std::path::Path, keep_everything: u32) -> *mut LumivoxVolum
         assert!(!volume.is_null());
         volume
     }
-}
-
-fn write_torso(folder: &std::path::Path) {
-    let (silent, never) = (Progress::SILENT, CancelToken::new());
-    let torso =
-        lumivox_phantom::torso(TorsoOptions { size: 40, ..Default::default() }, silent, &never).unwrap();
-    let series = lumivox_phantom::SeriesDescription::default();
-    lumivox_phantom::write_dicom_series(&torso, folder, &series, silent, &never).unwrap();
 }
 
 fn info(volume: *const LumivoxVolume) -> LumivoxVolumeInfo {
@@ -69,7 +51,7 @@ fn part(volume: *const LumivoxVolume, number: u32) -> *mut LumivoxVolume {
 #[test]
 fn what_was_put_aside_comes_back_as_it_was() {
     let folder = tempfile::tempdir().unwrap();
-    write_torso(folder.path());
+    write_torso(folder.path(), 40);
     let (alone, all) = (imported(folder.path(), 0), imported(folder.path(), 1));
     assert_eq!((info(alone).has_surroundings, info(all).has_surroundings), (1, 0));
     assert!(part(all, 1).is_null(), "there is nothing to put back");
