@@ -35,7 +35,7 @@ static class Program
     }
 
     /// Compiles one assembly by csc's options. An assembly whose inputs are those of the last time is left as it is.
-    public static bool Compile(string[] options)
+    public static bool Compile(string[] options, bool areScripts = false)
     {
         var here = Directory.GetCurrentDirectory();
         var parsed = CSharpCommandLineParser.Default.Parse(options, here, Path.GetDirectoryName(typeof(object).Assembly.Location));
@@ -62,7 +62,9 @@ static class Program
             var result = compilation.Emit(assembly, symbols, options: parsed.EmitOptions.WithDebugInformationFormat(DebugInformationFormat.PortablePdb));
             foreach (var diagnostic in result.Diagnostics)
                 if (diagnostic.Severity >= DiagnosticSeverity.Warning && !diagnostic.IsSuppressed) Console.Error.WriteLine(diagnostic);
-            if (!result.Success)
+            var unsaved = areScripts ? ScriptFiles.Missing(compilation.Assembly).ToList() : new List<string>();
+            foreach (var problem in unsaved) Console.Error.WriteLine(problem);
+            if (!result.Success || unsaved.Count > 0)
             {
                 File.Delete(output);
                 return false;
