@@ -46,7 +46,7 @@ namespace Lumivox.HighDefinition
             // What is bound while commands are recorded is of the camera that was drawn before: the scene view's, say.
             var kept = of.GetPreviousFrameRT((int)HDCameraFrameHistoryType.Exposure);
             var texture = kept != null ? kept.rt : Shader.GetGlobalTexture(exposureTexture);
-            if (texture == null) return exposure.Value;
+            if (texture == null || !Formats.CanBeReadBack(texture.graphicsFormat)) return exposure.Value;
             exposure.IsWaiting = true;
             AsyncGPUReadback.Request(texture, 0, TextureFormat.RGBAFloat, exposure.Callback);
             return exposure.Value;

@@ -32,7 +32,11 @@ namespace Lumivox.HighDefinition
             EnvironmentReader.NumberOfPipelinesSky = NumberOfSky;
             EnvironmentReader.StudioStrength = () => GraphicsSettings.currentRenderPipeline is HDRenderPipelineAsset ? SkyNits : 1f;
             Pass = new LumivoxCustomPass { name = "Lumivox" };
+#if LUMIVOX_HDRP_16
             CustomPassVolume.RegisterGlobalCustomPass(CustomPassInjectionPoint.BeforeTransparent, Pass);
+#else
+            PassOfCameras.Hook();
+#endif
         }
 
         /// <summary>
@@ -99,7 +103,7 @@ namespace Lumivox.HighDefinition
             {
                 var sky = stack.GetComponent<HDRISky>();
                 var cube = sky.hdriSky.value;
-                hash = EnvironmentReader.Mix(hash, cube != null ? cube.GetInstanceID() : 0);
+                hash = EnvironmentReader.Mix(hash, Identity.Of(cube));
                 return EnvironmentReader.Mix(EnvironmentReader.Mix(hash, sky.rotation.value), StrengthOf(sky));
             }
             if (kind == (int)SkyType.Gradient)

@@ -27,7 +27,7 @@ namespace Lumivox.HighDefinition
             var isSinglePass = isStereo && isArray && color.rt.volumeDepth > 1;
             var brightness = exposure.Read(ctx.hdCamera);
             HighDefinitionHost.Stack = ctx.hdCamera.volumeStack;
-            if (isSinglePass) ctx.cmd.SetSinglePassStereo(SinglePassStereoMode.None);
+            if (isSinglePass) SinglePass.Suspend(ctx.cmd);
             var count = isSinglePass ? 2 : 1;
             for (var i = 0; i < count; i++)
             {
@@ -56,7 +56,7 @@ namespace Lumivox.HighDefinition
                 };
                 LumivoxRuntime.Record(ctx.cmd, inputs);
             }
-            if (isSinglePass) ctx.cmd.SetSinglePassStereo(SystemInfo.supportsMultiview ? SinglePassStereoMode.Multiview : SinglePassStereoMode.Instancing);
+            if (isSinglePass) SinglePass.Resume(ctx.cmd, count);
         }
     }
 }

@@ -23,7 +23,7 @@ namespace Lumivox.Universal
         }
 
         /// <inheritdoc/>
-        public override void Create() => pass = new LumivoxPass();
+        public override void Create() => pass = new LumivoxPass(false);
 
         /// <inheritdoc/>
         public override void AddRenderPasses(ScriptableRenderer renderer, ref RenderingData renderingData)
@@ -32,11 +32,7 @@ namespace Lumivox.Universal
             if (!LumivoxRuntime.Draws(camera)) return;
             pass.renderPassEvent = m_RenderPassEvent;
             renderer.EnqueuePass(pass);
+            LumivoxInjector.Yield(camera);
         }
-
-        void OnEnable() => LumivoxInjector.Count(this, true);
-
-        /// <inheritdoc/>
-        protected override void Dispose(bool disposing) => LumivoxInjector.Count(this, false);
     }
 }

@@ -1,23 +1,25 @@
-// Draws volumes where no renderer has the feature, so that a project need set up nothing.
-using System.Collections.Generic;
+// Draws the volumes of cameras whose renderer does not have the feature, so that a project need set up nothing.
 using UnityEngine;
 using UnityEngine.Rendering;
 using UnityEngine.Rendering.Universal;
 
 namespace Lumivox.Universal
 {
+    /// <summary>
+    /// Every camera gets a pass before its renderer is asked for its features' passes: where the feature is among these, the
+    /// pass draws nothing. So it does not matter which renderers there are, nor when URP makes them and their features anew.
+    /// </summary>
     internal static class LumivoxInjector
     {
-        static readonly List<LumivoxFeature> features = new List<LumivoxFeature>();
         static LumivoxPass pass;
+        static Camera yielding;
         static bool isHooked;
 
-        /// <summary>A feature comes, or goes.</summary>
-        public static void Count(LumivoxFeature feature, bool isThere)
-        {
-            features.Remove(feature);
-            if (isThere) features.Add(feature);
-        }
+        /// <summary>Whether the camera's renderer has a feature of its own for this.</summary>
+        public static bool Yields(Camera camera) => ReferenceEquals(yielding, camera);
+
+        /// <summary>A feature draws what this camera sees.</summary>
+        public static void Yield(Camera camera) => yielding = camera;
 
 #if UNITY_EDITOR
         [UnityEditor.InitializeOnLoadMethod]
@@ -32,12 +34,11 @@ namespace Lumivox.Universal
 
         static void BeginCamera(ScriptableRenderContext context, Camera camera)
         {
+            yielding = null;
             if (!(GraphicsSettings.currentRenderPipeline is UniversalRenderPipelineAsset) || !LumivoxRuntime.Draws(camera)) return;
-            foreach (var feature in features)
-                if (feature != null && feature.isActive) return;
             var renderer = camera.GetUniversalAdditionalCameraData().scriptableRenderer;
             if (renderer == null) return;
-            if (pass == null) pass = new LumivoxPass { renderPassEvent = RenderPassEvent.BeforeRenderingTransparents };
+            if (pass == null) pass = new LumivoxPass(true) { renderPassEvent = RenderPassEvent.BeforeRenderingTransparents };
             renderer.EnqueuePass(pass);
         }
     }

@@ -19,8 +19,12 @@ namespace Lumivox.Universal
         readonly Eyes eyes = new Eyes();
 
 #endif
-        public LumivoxPass()
+        readonly bool isInjected;
+
+        /// <param name="isInjected">Whether no feature brings it.</param>
+        public LumivoxPass(bool isInjected)
         {
+            this.isInjected = isInjected;
             profilingSampler = new ProfilingSampler("Lumivox");
             ConfigureInput(ScriptableRenderPassInput.Depth);
 #if LUMIVOX_URP_17
@@ -41,11 +45,13 @@ namespace Lumivox.Universal
             public int PassEye;
         }
 
+        bool Draws(Camera camera) => LumivoxRuntime.Draws(camera) && !(isInjected && LumivoxInjector.Yields(camera));
+
         static void Record(CommandBuffer cmd, in Frame frame)
         {
             // In a headset one texture may have a layer for each eye; else each eye has a pass.
             var isSinglePass = frame.IsStereo && frame.Descriptor.dimension == TextureDimension.Tex2DArray && frame.Descriptor.volumeDepth > 1;
-            if (isSinglePass) cmd.SetSinglePassStereo(SinglePassStereoMode.None);
+            if (isSinglePass) SinglePass.Suspend(cmd);
             var count = isSinglePass ? 2 : 1;
             for (var i = 0; i < count; i++)
             {
@@ -71,7 +77,11 @@ namespace Lumivox.Universal
                 };
                 LumivoxRuntime.Record(cmd, inputs);
             }
-            if (isSinglePass) cmd.SetSinglePassStereo(SystemInfo.supportsMultiview ? SinglePassStereoMode.Multiview : SinglePassStereoMode.Instancing);
+            if (isSinglePass) SinglePass.Resume(cmd, count);
+#if HAS_EXECUTE
+            // Whoever is drawn next without a render graph takes what is bound for the camera's.
+            cmd.SetRenderTarget(frame.Color, frame.Depth, 0, CubemapFace.Unknown, isSinglePass ? RenderTargetIdentifier.AllDepthSlices : 0);
+#endif
         }
 
 #if LUMIVOX_URP_17
@@ -88,7 +98,7 @@ namespace Lumivox.Universal
         {
             var resources = frameData.Get<UniversalResourceData>();
             var cameraData = frameData.Get<UniversalCameraData>();
-            if (resources.isActiveTargetBackBuffer || !LumivoxRuntime.Draws(cameraData.camera)) return;
+            if (resources.isActiveTargetBackBuffer || !Draws(cameraData.camera)) return;
             using (var builder = renderGraph.AddUnsafePass<PassData>("Lumivox", out var data, profilingSampler))
             {
                 data.Pass = this;
@@ -141,7 +151,7 @@ namespace Lumivox.Universal
         public override void Execute(ScriptableRenderContext context, ref RenderingData renderingData)
         {
             ref var camera = ref renderingData.cameraData;
-            if (!LumivoxRuntime.Draws(camera.camera)) return;
+            if (!Draws(camera.camera)) return;
             var renderer = camera.renderer;
             var isStereo = camera.camera.stereoEnabled;
             var isSinglePass = isStereo && camera.cameraTargetDescriptor.volumeDepth > 1;

@@ -202,6 +202,8 @@ namespace Lumivox
             if (SystemInfo.graphicsDeviceType == GraphicsDeviceType.Null) return "there is no graphics device: volumes are not drawn without one.";
             if (!SystemInfo.supportsComputeShaders) return $"{SystemInfo.graphicsDeviceType} runs no compute shaders: choose Direct3D 11 or 12, Vulkan or Metal in Project Settings > Player > Graphics APIs.";
             if (!SystemInfo.supports3DTextures) return $"{SystemInfo.graphicsDeviceType} on this device has no 3D textures.";
+            // What values of 8 and 16 bits are kept in where there are no textures of theirs.
+            if (!Formats.AreWritten(GraphicsFormat.R16_SFloat)) return $"{SystemInfo.graphicsDeviceType} on this device cannot write textures of half floats (R16_SFloat). Update its driver, or choose another graphics API in Project Settings > Player.";
             return null;
         }
 
@@ -215,18 +217,9 @@ namespace Lumivox
                 maxTexture2D = (uint)SystemInfo.maxTextureSize,
                 maxBufferBytes = (ulong)SystemInfo.maxGraphicsBufferSize,
                 voxelBytes = settings != null ? (ulong)settings.voxelMegabytes << 20 : 0,
-                unorm16 = HasUnorm16() ? 1u : 0u,
+                unorm16 = Formats.AreWritten(GraphicsFormat.R16_UNorm) ? 1u : 0u,
                 isSoftware = IsSoftware(device) ? 1u : 0u,
             };
-        }
-
-        static bool HasUnorm16()
-        {
-#if UNITY_2023_2_OR_NEWER
-            return SystemInfo.IsFormatSupported(GraphicsFormat.R16_UNorm, GraphicsFormatUsage.Linear) && SystemInfo.IsFormatSupported(GraphicsFormat.R16_UNorm, GraphicsFormatUsage.LoadStore);
-#else
-            return SystemInfo.IsFormatSupported(GraphicsFormat.R16_UNorm, FormatUsage.Linear) && SystemInfo.IsFormatSupported(GraphicsFormat.R16_UNorm, FormatUsage.LoadStore);
-#endif
         }
 
         static bool IsSoftware(string device)

@@ -58,8 +58,21 @@ namespace UnityEngine.Rendering.HighDefinition
         internal void Run(CustomPassContext ctx) { using (StandIn.Callbacks.Counted()) Execute(ctx); }
     }
 
+    [ExecuteAlways]
     public class CustomPassVolume : MonoBehaviour
     {
+        internal static readonly List<CustomPassVolume> active = new List<CustomPassVolume>();
+        Camera target;
+        public bool isGlobal { get; set; } = true;
+        public float priority;
+        public List<CustomPass> customPasses = new List<CustomPass>();
+        public CustomPassInjectionPoint injectionPoint = CustomPassInjectionPoint.BeforeTransparent;
+        /// The only camera that it is for; null for all.
+        public Camera targetCamera { get => target; set => target = value; }
+        void OnEnable() => active.Add(this);
+        void OnDisable() => active.Remove(this);
+        internal bool IsFor(Camera camera) => target is object ? ReferenceEquals(target, camera) : isGlobal;
+
         internal static readonly Dictionary<CustomPassInjectionPoint, List<CustomPass>> global = new Dictionary<CustomPassInjectionPoint, List<CustomPass>>();
 
         // The pipeline is of scripts, too: a reload forgets what the domain before registered.

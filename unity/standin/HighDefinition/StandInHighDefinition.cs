@@ -130,10 +130,16 @@ namespace UnityEngine.Rendering.HighDefinition
             hdCamera.volumeStack = StandInHighDefinition.stack?.Invoke(camera) ?? VolumeManager.instance.stack;
             // Bound when the commands run: until then, what was bound is of the camera that was drawn before.
             cmd.SetGlobalTexture("_ExposureTexture", Expose(of));
+            if (camera.stereoEnabled) cmd.SetInstanceMultiplier(2);
             foreach (CustomPassInjectionPoint at in System.Enum.GetValues(typeof(CustomPassInjectionPoint)))
-                if (CustomPassVolume.global.TryGetValue(at, out var passes))
-                    foreach (var pass in passes)
-                        if (pass.enabled) pass.Run(new CustomPassContext(context, cmd, hdCamera, new RTHandle(of.color), new RTHandle(of.depth)));
+            {
+                var passes = CustomPassVolume.global.TryGetValue(at, out var global) ? new List<CustomPass>(global) : new List<CustomPass>();
+                foreach (var volume in CustomPassVolume.active)
+                    if (volume.injectionPoint == at && volume.IsFor(camera)) passes.AddRange(volume.customPasses);
+                foreach (var pass in passes)
+                    if (pass.enabled) pass.Run(new CustomPassContext(context, cmd, hdCamera, new RTHandle(of.color), new RTHandle(of.depth)));
+            }
+            if (camera.stereoEnabled) cmd.SetInstanceMultiplier(1);
             for (var layer = 0; layer < of.color.volumeDepth; layer++)
                 cmd.CopyTexture(of.color, layer, 0, 0, 0, width, height, targets.color, layer, 0, 0, 0);
             context.ExecuteCommandBuffer(cmd);

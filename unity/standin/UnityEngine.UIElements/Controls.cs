@@ -274,6 +274,10 @@ namespace UnityEngine.UIElements
         internal void Choose() => itemsChosen?.Invoke(new[] { selectedItem });
     }
 
+#if UNITY_6000_3_OR_NEWER
+    public enum DropdownMenuSizeMode { Auto, Fixed, Content }
+#endif
+
     /// A menu over everything. The last that was opened can be asked for its items.
     public class GenericDropdownMenu
     {
@@ -283,7 +287,14 @@ namespace UnityEngine.UIElements
         public void AddDisabledItem(string itemName, bool isChecked) => items.Add(new Item { name = itemName, isChecked = isChecked });
         public void AddSeparator(string path) { }
         public VisualElement contentContainer { get; } = new VisualElement();
-        public void DropDown(Rect position, VisualElement targetElement = null, bool anchored = false)
+#if UNITY_6000_3_OR_NEWER
+        [Obsolete("Use the one with a DropdownMenuSizeMode.", false)]
+        public void DropDown(Rect position, VisualElement targetElement, bool anchored = false) => Open(targetElement);
+        public void DropDown(Rect position, VisualElement targetElement, DropdownMenuSizeMode dropdownMenuSizeMode = DropdownMenuSizeMode.Auto) => Open(targetElement);
+#else
+        public void DropDown(Rect position, VisualElement targetElement = null, bool anchored = false) => Open(targetElement);
+#endif
+        void Open(VisualElement targetElement)
         {
             if (targetElement == null) throw new ArgumentNullException(nameof(targetElement), "VisualElement Generic Menu needs a target to find a root to attach to.");
             if (targetElement.panel == null) throw new InvalidOperationException("the menu's target is in no panel");

@@ -33,6 +33,13 @@ namespace UnityEngine.Rendering.Universal
             return feature;
         }
 
+        /// What URP does with its renderers when their asset, or the quality level, is another: the features' objects live on.
+        public static void Reload(UniversalRenderPipelineAsset asset)
+        {
+            foreach (var feature in asset.renderer.features) feature.Dispose();
+            foreach (var feature in asset.renderer.features) feature.Create();
+        }
+
         public static void Remove(UniversalRenderPipelineAsset asset, ScriptableRendererFeature feature)
         {
             asset.renderer.features.Remove(feature);
@@ -57,10 +64,23 @@ namespace UnityEngine.Rendering.Universal
             {
                 if (camera == null) continue;
                 var isMultiPass = camera.stereoEnabled && Headset.mode == XR.XRSettings.StereoRenderingMode.MultiPass;
-                BeginCameraRendering(context, camera);
-                for (var eye = 0; eye < (isMultiPass ? 2 : 1); eye++) Render(context, camera, isMultiPass ? eye : -1);
-                EndCameraRendering(context, camera);
+                // Each eye that is drawn by itself begins and ends.
+                for (var eye = 0; eye < (isMultiPass ? 2 : 1); eye++)
+                {
+                    BeginCameraRendering(context, camera);
+                    Render(context, camera, isMultiPass ? eye : -1);
+                    EndCameraRendering(context, camera);
+                }
             }
+        }
+
+        /// As XRPass has the draws of both eyes in one pass.
+        static void Multiply(ScriptableRenderContext context, uint eyes)
+        {
+            var cmd = CommandBufferPool.Get("XR");
+            cmd.SetInstanceMultiplier(eyes);
+            context.ExecuteCommandBuffer(cmd);
+            CommandBufferPool.Release(cmd);
         }
 
         void Render(ScriptableRenderContext context, Camera camera, int eye)
@@ -85,8 +105,7 @@ namespace UnityEngine.Rendering.Universal
                 if (feature.isActive)
                     using (Callbacks.Counted()) feature.AddRenderPasses(renderer, ref data);
             var passes = renderer.queue.OrderBy(pass => pass.renderPassEvent).ToList();
-            // Of a headset that draws its eyes one after the other, what a script enqueued is for both.
-            if (eye != 0) renderer.queue.Clear();
+            renderer.queue.Clear();
 #if UNITY_6000_0_OR_NEWER
             var isForced = camera.forceIntoRenderTexture;
             camera.forceIntoRenderTexture |= passes.Any(pass => pass.requiresIntermediateTexture);
@@ -110,13 +129,16 @@ namespace UnityEngine.Rendering.Universal
 #if !UNITY_6000_3_OR_NEWER
             if (StandInUniversal.usesCompatibilityMode)
             {
+                // Nothing is bound anew for a pass that did not ask for other targets: it draws into what the one before left.
                 StandInUniversal.IsExecuting = true;
                 try
                 {
+                    if (isSinglePass) Multiply(context, 2);
 #pragma warning disable 618
                     foreach (var pass in passes)
                         using (Callbacks.Counted()) pass.Execute(context, ref data);
 #pragma warning restore 618
+                    if (isSinglePass) Multiply(context, 1);
                 }
                 finally { StandInUniversal.IsExecuting = false; }
             }
@@ -144,7 +166,9 @@ namespace UnityEngine.Rendering.Universal
                 foreach (var pass in passes)
                     using (Callbacks.Counted()) pass.RecordRenderGraph(graph, container);
                 var cmd = CommandBufferPool.Get("RenderGraph");
+                if (isSinglePass) cmd.SetInstanceMultiplier(2);
                 graph.Execute(cmd);
+                if (isSinglePass) cmd.SetInstanceMultiplier(1);
                 context.ExecuteCommandBuffer(cmd);
                 CommandBufferPool.Release(cmd);
             }

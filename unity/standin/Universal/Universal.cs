@@ -142,5 +142,8 @@ namespace UnityEngine.Rendering.Universal
         public void SetActive(bool active) => m_Active = active;
         public void Dispose() { Dispose(true); GC.SuppressFinalize(this); }
         protected virtual void Dispose(bool disposing) { }
+        // Of classes that have messages of these names themselves, these are not called.
+        void OnEnable() => Create();
+        void OnValidate() => Create();
     }
 }

@@ -158,6 +158,8 @@ namespace Lumivox.Tests
         [TestCase(200f)]
         public void AnHDRISkyLightsFromWhereItIs(float rotation)
         {
+            // Skies are compressed, and Unity reads back no such texture.
+            Faults.missingReadPixels.Add(UnityEngine.Experimental.Rendering.GraphicsFormat.R16G16B16A16_SFloat);
             camera.GetComponent<LumivoxEffect>().targetSamples = 48;
             // Turned by 90 degrees, what was to the right of the scene is behind it.
             var turn = Quaternion.Euler(0f, rotation, 0f);

@@ -7,8 +7,6 @@ using StandIn;
 using UnityEngine;
 using UnityEngine.Rendering;
 using UnityEngine.Rendering.HighDefinition;
-using UnityEngine.Rendering.Universal;
-using UnityEngine.XR;
 using Object = UnityEngine.Object;
 
 namespace Lumivox.Tests
@@ -83,28 +81,6 @@ namespace Lumivox.Tests
             }
         }
 
-        [Test]
-        public void AFeatureOfARendererTakesThePlaceOfTheInjectedPass()
-        {
-            var asset = ScriptableObject.CreateInstance<UniversalRenderPipelineAsset>();
-            Pipeline.Hook(typeof(Universal.LumivoxFeature).Assembly);
-            GraphicsSettings.defaultRenderPipeline = asset;
-            Engine.Frame();
-            Assert.AreEqual(1, StandInUniversal.passes);
-            var feature = StandInUniversal.Add<Universal.LumivoxFeature>(asset);
-            Engine.Frame();
-            Assert.AreEqual(1, StandInUniversal.passes);
-            feature.SetActive(false);
-            Engine.Frame();
-            Assert.AreEqual(1, StandInUniversal.passes);
-            StandInUniversal.Remove(asset, feature);
-            camera.GetComponent<LumivoxEffect>().enabled = false;
-            Engine.Frame();
-            Assert.AreEqual(0, StandInUniversal.passes);
-            GraphicsSettings.defaultRenderPipeline = null;
-            Object.DestroyImmediate(asset);
-        }
-
         [TestCase("Built-in")]
         [TestCase("graph")]
         [TestCase("HDRP")]
@@ -130,31 +106,6 @@ namespace Lumivox.Tests
             Assert.IsTrue(Light(At(Pictures.Color(camera), 0.5f, 0.5f)) > 0.02f);
             Assert.AreEqual("", LumivoxRenderer.LastError);
             pipeline?.Dispose();
-        }
-
-        [TestCase(XRSettings.StereoRenderingMode.SinglePassInstanced)]
-        [TestCase(XRSettings.StereoRenderingMode.MultiPass)]
-        public void BothEyesSeeTheScanFromTheirPlace(XRSettings.StereoRenderingMode mode)
-        {
-            Headset.mode = mode;
-            Headset.isOn = true;
-            Headset.width = Headset.height = Side;
-            Headset.separation = 0.12f;
-            Settle();
-            float Middle(Camera.StereoscopicEye eye)
-            {
-                var picture = Pictures.Color(camera, eye);
-                float sum = 0f, weighted = 0f;
-                for (var y = 0; y < Side; y++)
-                    for (var x = 0; x < Side; x++)
-                    {
-                        sum += Light(picture.At(x, y));
-                        weighted += x * Light(picture.At(x, y));
-                    }
-                Assert.IsTrue(sum > 1f, $"{eye} sees nothing");
-                return weighted / sum;
-            }
-            Assert.IsTrue(Middle(Camera.StereoscopicEye.Left) > Middle(Camera.StereoscopicEye.Right) + 1f);
         }
 
         [Test]

@@ -1,8 +1,9 @@
 using System.IO;
 using Lumivox.Native;
 using UnityEditor;
-using UnityEditor.PackageManager;
 using UnityEngine;
+// UnityEditor has another type of that name.
+using PackageInfo = UnityEditor.PackageManager.PackageInfo;
 
 namespace Lumivox.Editor
 {

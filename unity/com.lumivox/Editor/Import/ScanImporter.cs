@@ -88,9 +88,7 @@ namespace Lumivox.Editor
                     var options = Options;
                     var report = EditorWork.Wait(importer.Scan(new[] { file }, options), Show);
                     made = EditorWork.Wait(importer.Load(new[] { file }, options), Show);
-                    // Absolute, for the library knows no project.
-                    var stored = StoredScans.ProjectFile(ctx.GetOutputArtifactFilePath(StoredScans.Artifact));
-                    EditorWork.Wait(made.Save(stored), () => EditorUtility.DisplayProgressBar("Import " + Path.GetFileName(ctx.assetPath), "Writing the scan", 1));
+                    StoredScans.Keep(ctx, into => EditorWork.Wait(made.Save(into), () => EditorUtility.DisplayProgressBar("Import " + Path.GetFileName(ctx.assetPath), "Writing the scan", 1)));
                     var asset = LumivoxVolumeAsset.Stored(AssetDatabase.AssetPathToGUID(ctx.assetPath), made.Handle);
                     ScanPictures.Add(ctx, asset, made);
                     Tell(ctx, asset.GetReport(), report);

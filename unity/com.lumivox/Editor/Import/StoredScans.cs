@@ -3,6 +3,7 @@
 using System;
 using System.IO;
 using UnityEditor;
+using UnityEditor.AssetImporters;
 using UnityEditor.Experimental;
 using UnityEngine;
 
@@ -11,7 +12,7 @@ namespace Lumivox.Editor
     static class StoredScans
     {
         /// <summary>What an importer calls its result.</summary>
-        public const string Artifact = "scan" + LumivoxVolumeAsset.FileExtension;
+        const string Artifact = "scan" + LumivoxVolumeAsset.FileExtension;
 
         [InitializeOnLoadMethod]
         static void Hook() => LumivoxVolumeAsset.EditorFile = FileOf;
@@ -25,8 +26,28 @@ namespace Lumivox.Editor
             var artifact = AssetDatabaseExperimental.LookupArtifact(new ArtifactKey(new GUID(id)));
             if (!artifact.isValid || !AssetDatabaseExperimental.GetArtifactPaths(artifact, out var paths)) return null;
             foreach (var path in paths)
-                if (path.EndsWith(Artifact, StringComparison.OrdinalIgnoreCase)) return ProjectFile(path);
+                if (path.EndsWith(LumivoxVolumeAsset.FileExtension, StringComparison.OrdinalIgnoreCase)) return ProjectFile(path);
             return null;
+        }
+
+        /// <summary>Has an importer's scan written where Unity keeps its results.</summary>
+        public static void Keep(AssetImportContext ctx, Action<string> write)
+        {
+            // Absolute, for the library knows no project.
+#if UNITY_6000_5_OR_NEWER
+            var written = ProjectFile(FileUtil.GetUniqueTempPathInProject());
+            try
+            {
+                write(written);
+                ctx.SetOutputArtifactFile(Artifact, written);
+            }
+            finally
+            {
+                File.Delete(written);
+            }
+#else
+            write(ProjectFile(ctx.GetOutputArtifactFilePath(Artifact)));
+#endif
         }
 
         /// <summary>Whether there may be a scan at a path, or a label map, which comes with its labels.</summary>

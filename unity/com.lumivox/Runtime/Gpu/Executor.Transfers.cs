@@ -59,8 +59,9 @@ namespace Lumivox
         {
             var texture = OwnTexture(step.id);
             var isFlat = texture.dimension == TextureDimension.Tex2D;
-            var program = WriterOf(texture, isFlat);
-            var bytesPerTexel = BytesOf(texture);
+            var isWidened = widened.Contains(step.id);
+            var program = isWidened ? kernels.Transfer("LumivoxWriteR8f", "write_r8f", "half_box", false, "texels") : WriterOf(texture, isFlat);
+            var bytesPerTexel = isWidened ? 1u : BytesOf(texture);
             ulong row = (ulong)step.size[0] * bytesPerTexel, slice = row * step.size[1];
             var slicesAtOnce = (uint)Math.Max(1, Math.Min(StagingPool.Largest / Math.Max(slice, 1), step.size[2]));
             var rowsAtOnce = slice <= StagingPool.Largest ? step.size[1] : (uint)Math.Max(1, StagingPool.Largest / row);

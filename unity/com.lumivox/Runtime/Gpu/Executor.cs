@@ -31,6 +31,8 @@ namespace Lumivox
 
         readonly Dictionary<ulong, GraphicsBuffer> buffers = new Dictionary<ulong, GraphicsBuffer>();
         readonly Dictionary<ulong, RenderTexture> textures = new Dictionary<ulong, RenderTexture>();
+        // Textures of bytes that are kept as half floats, where there are none of bytes.
+        readonly HashSet<ulong> widened = new HashSet<ulong>();
         readonly Dictionary<IntPtr, string> labels = new Dictionary<IntPtr, string>();
         readonly List<Freed> freed = new List<Freed>();
         readonly ConstantPool constants = new ConstantPool();
@@ -43,6 +45,8 @@ namespace Lumivox
         // Unity's own arrays have one each; those over the library's memory share this.
         readonly AtomicSafetyHandle safety = AtomicSafetyHandle.Create();
 #endif
+
+        readonly bool hasBytes = Formats.AreWritten(GraphicsFormat.R8_UNorm);
 
         public Executor(IntPtr stage) => readBacks = new ReadBacks(stage);
 
@@ -201,7 +205,9 @@ namespace Lumivox
         {
             var isFlat = step.size[2] == 0;
             var depth = isFlat ? 1 : (int)step.size[2];
-            var descriptor = new RenderTextureDescriptor((int)step.size[0], (int)step.size[1], Format(step.format), 0)
+            var format = Format(step.format);
+            var isWidened = format == GraphicsFormat.R8_UNorm && !hasBytes;
+            var descriptor = new RenderTextureDescriptor((int)step.size[0], (int)step.size[1], isWidened ? GraphicsFormat.R16_SFloat : format, 0)
             {
                 dimension = isFlat ? TextureDimension.Tex2D : TextureDimension.Tex3D,
                 volumeDepth = depth,
@@ -224,6 +230,7 @@ namespace Lumivox
                 throw NoRoom(step.label, bytes >> 20);
             }
             textures[step.id] = texture;
+            if (isWidened) widened.Add(step.id);
         }
 
         void Dispatch(CommandBuffer cmd, ref Step step, in HostTargets host)
@@ -324,6 +331,7 @@ namespace Lumivox
             else if (textures.TryGetValue(id, out var texture))
             {
                 textures.Remove(id);
+                widened.Remove(id);
                 freed.Add(new Freed { Texture = texture, Turn = turn });
             }
         }

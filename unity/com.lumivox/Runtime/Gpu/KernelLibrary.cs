@@ -75,7 +75,7 @@ namespace Lumivox
             throw new LumivoxException($"the package has no kernel '{name}', which its native library asks for: one of the two is of another version. Install the package anew");
         }
 
-        static Program Computed(string name, string file, string entry, string[] uniforms, string[] resources, bool[] isBuffer)
+        internal static Program Computed(string name, string file, string entry, string[] uniforms, string[] resources, bool[] isBuffer)
         {
             var shader = UnityEngine.Resources.Load<ComputeShader>(Folder + file);
             if (shader == null) throw new LumivoxException($"the kernel '{file}' is missing from the package. Install it anew");

@@ -18,7 +18,7 @@ namespace Lumivox
         {
             public ulong Number;
             public Camera Camera;
-            public int CameraId;
+            public ulong CameraId;
             public int Eye;
             public long Frame;
             public ulong World;
@@ -116,7 +116,7 @@ namespace Lumivox
         /// <summary>How far all eyes of a camera are.</summary>
         public LumivoxStatus StatusOf(Camera camera, WorldGatherer worlds)
         {
-            var id = camera.GetInstanceID();
+            var id = Identity.Of(camera);
             int samples = int.MaxValue, target = 0;
             long pixelSamples = 0, lost = 0;
             var isConverged = true;
@@ -142,7 +142,7 @@ namespace Lumivox
 
         View Find(Camera camera, int eye)
         {
-            var id = camera.GetInstanceID();
+            var id = Identity.Of(camera);
             foreach (var view in views)
                 if (view.CameraId == id && view.Eye == eye) return view;
             var made = new View { Number = ++lastNumber, Camera = camera, CameraId = id, Eye = eye, Frame = -1 };

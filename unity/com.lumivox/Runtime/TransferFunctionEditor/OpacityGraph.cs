@@ -231,7 +231,7 @@ namespace Lumivox
             menu.AddSeparator("");
             menu.AddItem("Straight everywhere", false, () => Do("Set Ease", () => model.SetEaseEverywhere(false)));
             menu.AddItem("Ease everywhere", false, () => Do("Set Ease", () => model.SetEaseEverywhere(true)));
-            menu.DropDown(new Rect(this.LocalToWorld(at), Vector2.zero), this, false);
+            DropdownMenus.Open(menu, new Rect(this.LocalToWorld(at), Vector2.zero), this);
         }
     }
 }

@@ -462,7 +462,7 @@ namespace Lumivox
             if (opened != null && !opened.Equals(model.State)) menu.AddItem("As it was when it was opened", false, () => Do("Reset Transfer Function", () => model.State = opened));
             else menu.AddDisabledItem("As it was when it was opened", false);
             var reset = bar.Q<Button>("reset");
-            menu.DropDown(reset.worldBound, reset, false);
+            DropdownMenus.Open(menu, reset.worldBound, reset);
         }
     }
 }

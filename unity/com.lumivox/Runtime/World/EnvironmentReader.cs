@@ -54,13 +54,15 @@ namespace Lumivox
             if (mode == AmbientMode.Trilight) return Mix(Mix(Mix(hash, RenderSettings.ambientSkyColor), RenderSettings.ambientEquatorColor), RenderSettings.ambientGroundColor);
             if (mode == AmbientMode.Flat) return Mix(hash, RenderSettings.ambientLight);
             var skybox = RenderSettings.skybox;
-            return skybox == null ? Mix(hash, RenderSettings.ambientLight) : Mix(Mix(hash, skybox.GetInstanceID()), RenderSettings.ambientIntensity);
+            return skybox == null ? Mix(hash, RenderSettings.ambientLight) : Mix(Mix(hash, Identity.Of(skybox)), RenderSettings.ambientIntensity);
         }
 
         /// <summary>FNV-1a, from here on.</summary>
         internal const ulong FirstHash = 14695981039346656037ul;
 
         internal static ulong Mix(ulong hash, int value) => (hash ^ (uint)value) * 1099511628211ul;
+
+        internal static ulong Mix(ulong hash, ulong value) => Mix(Mix(hash, unchecked((int)value)), unchecked((int)(value >> 32)));
 
         internal static ulong Mix(ulong hash, float value) => Mix(hash, BitConverter.SingleToInt32Bits(value));
 

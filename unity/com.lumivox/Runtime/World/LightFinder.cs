@@ -13,7 +13,7 @@ namespace Lumivox
         const double Patience = 0.1, Interval = 0.5;
 
         static readonly List<Light> known = new List<Light>();
-        static readonly HashSet<int> knownIds = new HashSet<int>();
+        static readonly HashSet<ulong> knownIds = new HashSet<ulong>();
         static readonly List<Light> found = new List<Light>();
         static readonly List<GameObject> roots = new List<GameObject>();
         static readonly Stopwatch watch = new Stopwatch();
@@ -35,7 +35,7 @@ namespace Lumivox
         /// <summary>A light that somebody came across.</summary>
         public static void Add(Light light)
         {
-            if (light != null && knownIds.Add(light.GetInstanceID())) known.Add(light);
+            if (light != null && knownIds.Add(Identity.Of(light))) known.Add(light);
         }
 
         /// <summary>Goes on with the search.</summary>
@@ -75,7 +75,7 @@ namespace Lumivox
                     knownIds.Clear();
                 }
             if (knownIds.Count != known.Count)
-                foreach (var light in known) knownIds.Add(light.GetInstanceID());
+                foreach (var light in known) knownIds.Add(Identity.Of(light));
         }
 
         static void AddRoots(Scene scene)

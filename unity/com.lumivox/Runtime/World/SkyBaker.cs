@@ -23,6 +23,7 @@ namespace Lumivox
         readonly Material material;
         readonly Cubemap cubemap;
         readonly float[] faces = new float[6 * Side * Side * 4];
+        readonly CubeReader reader = new CubeReader(Side);
         readonly Action<AsyncGPUReadbackRequest> came;
         ulong fingerprint;
         ulong mapHash;
@@ -92,8 +93,12 @@ namespace Lumivox
             isDisposed = true;
             map?.Dispose();
             map = null;
-            // What is read back still names it.
-            if (!isReading) Executor.Destroy(cube);
+            // What is read back still names them.
+            if (!isReading)
+            {
+                Executor.Destroy(cube);
+                reader.Dispose();
+            }
             if (camera != null) Disposal.Destroy(camera.gameObject);
             camera = null;
         }
@@ -140,18 +145,18 @@ namespace Lumivox
             if (reflection != null && reflection.dimension == TextureDimension.Cube) Read(reflection);
         }
 
-        int readSide;
-
         void Read(Texture of)
         {
             if (!SystemInfo.supportsAsyncGPUReadback) return;
-            // Finer ones have a level of about the size.
-            var level = 0;
-            while (of.width >> level > Side && level + 1 < of.mipmapCount) level++;
-            readSide = Math.Max(1, of.width >> level);
-            if (readSide > Side) return;
-            isReading = true;
-            AsyncGPUReadback.Request(of, level, TextureFormat.RGBAFloat, came);
+            try
+            {
+                reader.Read(of, came);
+                isReading = true;
+            }
+            catch (LumivoxException error)
+            {
+                Debug.LogError($"Lumivox: the sky does not light the volumes: {error.Message}");
+            }
         }
 
         void Came(AsyncGPUReadbackRequest request)
@@ -160,19 +165,17 @@ namespace Lumivox
             if (isDisposed)
             {
                 Executor.Destroy(cube);
+                reader.Dispose();
                 return;
             }
-            if (request.hasError || request.layerCount < 6)
+            if (request.hasError)
             {
                 isWanted = ++tries <= MostTries;
                 return;
             }
-            var side = readSide;
-            for (var face = 0; face < 6; face++)
-            {
-                var texels = request.GetData<float>(face);
-                for (var i = 0; i < side * side * 4; i++) faces[face * side * side * 4 + i] = texels[i];
-            }
+            var side = reader.Side;
+            var texels = request.GetData<float>();
+            for (var i = 0; i < texels.Length; i++) faces[i] = texels[i];
             converting = Task.Run(() => CubeMap.Panorama(faces, side, Width, Height, 1f));
         }
 

@@ -37,7 +37,7 @@ namespace Lumivox
             /// Which gathering it was told, under which sky, for whom.
             public long Gathering;
             public ulong SkyNumber;
-            public int CameraId;
+            public ulong CameraId;
         }
 
         readonly List<World> worlds = new List<World>();
@@ -55,7 +55,8 @@ namespace Lumivox
         int instanceCount, lightCount, clipCount;
         uint layers;
         long gathered = -1, gathering;
-        int gatheredFor, handlesEnded;
+        ulong gatheredFor;
+        int handlesEnded;
         ulong lastNumber;
 
         public Skies Skies => skies;
@@ -69,7 +70,7 @@ namespace Lumivox
         /// <summary>The world that a camera sees in a frame; null where it sees no volumes.</summary>
         public World Gather(IntPtr stage, Camera camera, bool isStudio, long frame)
         {
-            var id = camera.GetInstanceID();
+            var id = Identity.Of(camera);
             if (gathered != frame || gatheredFor != id)
             {
                 if (Changed() || gathered != frame) gathering++;
@@ -135,7 +136,7 @@ namespace Lumivox
         /// The world of a key under a sky. Cameras under one sky share it; of a sky that changes, the camera that it was told
         /// for keeps it.
         /// </summary>
-        World Find(in WorldKey key, ulong sky, int cameraId, long frame)
+        World Find(in WorldKey key, ulong sky, ulong cameraId, long frame)
         {
             World found = null;
             foreach (var world in worlds)

@@ -129,6 +129,8 @@ namespace StandIn
         public static bool failReadBacks;
         /// `GraphicsFormat`s that the device is said not to have, for reading or for writing by kernels.
         public static readonly HashSet<UnityEngine.Experimental.Rendering.GraphicsFormat> missingFormats = new HashSet<UnityEngine.Experimental.Rendering.GraphicsFormat>();
+        /// Those that render textures cannot have, and those that no read-back takes, as where they are compressed.
+        public static readonly HashSet<UnityEngine.Experimental.Rendering.GraphicsFormat> missingRender = new HashSet<UnityEngine.Experimental.Rendering.GraphicsFormat>(), missingReadPixels = new HashSet<UnityEngine.Experimental.Rendering.GraphicsFormat>();
         public static readonly HashSet<UnityEngine.Experimental.Rendering.GraphicsFormat> missingLoadStore = new HashSet<UnityEngine.Experimental.Rendering.GraphicsFormat>();
         public static bool noComputeShaders, noAsyncReadback;
         public static int maxTexture3DSize, maxTextureSize;
@@ -139,6 +141,8 @@ namespace StandIn
             failReadBacks = noComputeShaders = noAsyncReadback = false;
             missingFormats.Clear();
             missingLoadStore.Clear();
+            missingRender.Clear();
+            missingReadPixels.Clear();
             maxTexture3DSize = maxTextureSize = 0;
             maxGraphicsBufferSize = 0;
         }

@@ -78,6 +78,7 @@ namespace UnityEngine
             var most = described.dimension == TextureDimension.Tex3D ? SystemInfo.maxTexture3DSize : SystemInfo.maxTextureSize;
             if (described.width <= 0 || described.height <= 0 || described.volumeDepth <= 0) throw new ArgumentException("RenderTextureDesc width, height and volumeDepth must be greater than zero.");
             if (described.width > most || described.height > most || described.dimension == TextureDimension.Tex3D && described.volumeDepth > most) throw new ArgumentException($"RenderTextureDesc width, height or volumeDepth is more than {most}.");
+            if (described.graphicsFormat != GraphicsFormat.None && !SystemInfo.Has(described.graphicsFormat, false, true, false)) throw new ArgumentException($"RenderTextureDesc graphicsFormat must be a supported GraphicsFormat. {described.graphicsFormat} is not supported on this platform.", "desc.graphicsFormat");
             if (described.msaaSamples > 1) throw new NotImplementedException("the stand-in's render textures have one sample a pixel");
             if (described.dimension == TextureDimension.Cube && (described.width != described.height || described.volumeDepth != 1)) throw new ArgumentException("A cube render texture is square, and has no volumeDepth.");
             if (described.graphicsFormat == GraphicsFormat.None && described.depthStencilFormat == GraphicsFormat.None) throw new ArgumentException("RenderTextureDesc graphicsFormat and depthStencilFormat cannot both be None.");

@@ -51,8 +51,9 @@ namespace UnityEngine
         public static string deviceModel => "Stand-in";
         public static string processorType => "x86_64";
 
-        static bool Has(GraphicsFormat format, bool linear, bool render, bool loadStore)
+        internal static bool Has(GraphicsFormat format, bool linear, bool render, bool loadStore, bool readPixels = false)
         {
+            if (render && Faults.missingRender.Contains(format) || readPixels && Faults.missingReadPixels.Contains(format)) return false;
             if (Faults.missingFormats.Contains(format)) return false;
             bool depth = GraphicsFormatUtility.IsDepthFormat(format), srgb = GraphicsFormatUtility.IsSRGBFormat(format);
             if (loadStore && (depth || srgb || Faults.missingLoadStore.Contains(format))) return false;
@@ -66,10 +67,10 @@ namespace UnityEngine
             }
         }
 #if UNITY_6000_0_OR_NEWER
-        public static bool IsFormatSupported(GraphicsFormat format, GraphicsFormatUsage usage) => Has(format, (usage & GraphicsFormatUsage.Linear) != 0, (usage & GraphicsFormatUsage.Render) != 0, (usage & GraphicsFormatUsage.LoadStore) != 0);
+        public static bool IsFormatSupported(GraphicsFormat format, GraphicsFormatUsage usage) => Has(format, (usage & GraphicsFormatUsage.Linear) != 0, (usage & GraphicsFormatUsage.Render) != 0, (usage & GraphicsFormatUsage.LoadStore) != 0, (usage & GraphicsFormatUsage.ReadPixels) != 0);
         public static GraphicsFormat GetCompatibleFormat(GraphicsFormat format, GraphicsFormatUsage usage) => IsFormatSupported(format, usage) ? format : GraphicsFormat.None;
 #else
-        public static bool IsFormatSupported(GraphicsFormat format, FormatUsage usage) => Has(format, usage == FormatUsage.Linear, usage == FormatUsage.Render, usage == FormatUsage.LoadStore);
+        public static bool IsFormatSupported(GraphicsFormat format, FormatUsage usage) => Has(format, usage == FormatUsage.Linear, usage == FormatUsage.Render, usage == FormatUsage.LoadStore, usage == FormatUsage.ReadPixels);
         public static GraphicsFormat GetCompatibleFormat(GraphicsFormat format, FormatUsage usage) => IsFormatSupported(format, usage) ? format : GraphicsFormat.None;
 #endif
         public static GraphicsFormat GetGraphicsFormat(DefaultFormat format) => format switch { DefaultFormat.LDR => GraphicsFormat.R8G8B8A8_SRGB, DefaultFormat.HDR => GraphicsFormat.R16G16B16A16_SFloat, DefaultFormat.DepthStencil => GraphicsFormat.D32_SFloat, _ => throw new NotImplementedException(format.ToString()) };

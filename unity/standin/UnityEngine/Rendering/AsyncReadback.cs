@@ -42,7 +42,15 @@ namespace UnityEngine.Rendering
         static readonly Action<AsyncGPUReadbackRequest> nothing = request => { };
         public static AsyncGPUReadbackRequest Request(GraphicsBuffer src, Action<AsyncGPUReadbackRequest> callback = null) => Ask(commands => commands.RequestAsyncReadback(src, callback ?? nothing), callback);
         public static AsyncGPUReadbackRequest Request(GraphicsBuffer src, int size, int offset, Action<AsyncGPUReadbackRequest> callback = null) => Ask(commands => commands.RequestAsyncReadback(src, size, offset, callback ?? nothing), callback);
-        public static AsyncGPUReadbackRequest Request(Texture src, int mipIndex = 0, Action<AsyncGPUReadbackRequest> callback = null) => Ask(commands => commands.RequestAsyncReadback(src, mipIndex, callback ?? nothing), callback);
+        static AsyncGPUReadbackRequest Readable(Texture src, AsyncGPUReadbackRequest request)
+        {
+            if (UnityEngine.SystemInfo.Has(src.m_Format, false, false, false, true)) return request;
+            Debug.LogError($"'{src.m_Format}' doesn't support ReadPixels usage on this platform. Async GPU readback failed.");
+            request.pending.isRefused = true;
+            return request;
+        }
+        public static AsyncGPUReadbackRequest Request(Texture src, int mipIndex = 0, Action<AsyncGPUReadbackRequest> callback = null) => Readable(src, AskTexture(src, mipIndex, callback));
+        static AsyncGPUReadbackRequest AskTexture(Texture src, int mipIndex, Action<AsyncGPUReadbackRequest> callback) => Ask(commands => commands.RequestAsyncReadback(src, mipIndex, callback ?? nothing), callback);
         public static AsyncGPUReadbackRequest Request(Texture src, int mipIndex, TextureFormat dstFormat, Action<AsyncGPUReadbackRequest> callback = null)
         {
             var wanted = UnityEngine.Experimental.Rendering.GraphicsFormatUtility.GetGraphicsFormat(dstFormat, src.isDataSRGB);
@@ -66,7 +74,7 @@ namespace StandIn
             internal Action<UnityEngine.Rendering.AsyncGPUReadbackRequest> callback;
             internal uint ticket;
             internal int bytes, width, height, depth, age;
-            internal bool isDone, hasError, isGone;
+            internal bool isDone, hasError, isGone, isRefused;
             internal NativeArray<byte> data;
             UnityEngine.Experimental.Rendering.GraphicsFormat from, to;
             int raw;
@@ -111,7 +119,7 @@ namespace StandIn
         {
             if (!waiting.Remove(pending)) return;
             pending.data = new NativeArray<byte>(pending.bytes, Allocator.Persistent);
-            pending.hasError = pending.ticket == 0 || !pending.Collect() || Faults.failReadBacks;
+            pending.hasError = pending.ticket == 0 || !pending.Collect() || pending.isRefused || Faults.failReadBacks;
             Gpu.Check("a read-back");
             pending.isDone = true;
             done.Add(pending);

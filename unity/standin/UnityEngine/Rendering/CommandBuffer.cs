@@ -42,7 +42,7 @@ namespace UnityEngine.Rendering
     enum Operation
     {
         SetBufferData, SetComputeProperty, SetComputeTexture, SetGlobal, SetGlobalTexture, Dispatch, Draw, SetTarget, Clear, SetViewport, CopyTexture, CopyBuffer, ReadBuffer, ReadTexture,
-        GetTemporary, ReleaseTemporary, Blit, BeginSample, EndSample, Keyword, InvertCulling, Stereo,
+        GetTemporary, ReleaseTemporary, Blit, BeginSample, EndSample, Keyword, InvertCulling, Stereo, InstanceMultiplier,
     }
 
     /// One recorded command: what it needs of these.
@@ -286,7 +286,9 @@ namespace UnityEngine.Rendering
         public void SetViewport(Rect pixelRect) { ref var command = ref Add(Operation.SetViewport, "SetViewport"); command.vector = new Vector4(pixelRect.x, pixelRect.y, pixelRect.width, pixelRect.height); }
         public void SetViewProjectionMatrices(Matrix4x4 view, Matrix4x4 proj) => throw new NotImplementedException("the stand-in has no view of its own in a command buffer");
         public void SetInvertCulling(bool invertCulling) { ref var command = ref Add(Operation.InvertCulling, "SetInvertCulling"); command.i = invertCulling ? 1 : 0; }
-        /// Decides how meshes are multiplied for eyes. Procedural draws, the only ones here, never are.
+        /// What has every draw repeated for each eye, whatever it draws.
+        public void SetInstanceMultiplier(uint multiplier) => Add(Operation.InstanceMultiplier, "SetInstanceMultiplier").i = checked((int)multiplier);
+        /// The same for the built-in pipeline.
         public void SetSinglePassStereo(SinglePassStereoMode mode)
         {
             if (mode == SinglePassStereoMode.SideBySide || mode == SinglePassStereoMode.Multiview && !SystemInfo.supportsMultiview) throw new NotImplementedException($"the stand-in's headset does no {mode}");

@@ -176,7 +176,7 @@ namespace StandIn
             using (Callbacks.Counted()) Camera.onPreRender?.Invoke(camera);
             Tell(camera, "OnPreRender");
             var targets = TargetsOf(camera);
-            current = new Execution { camera = new BoundTarget { color = targets.color, depth = targets.depth, slice = IsSinglePass(camera) ? -1 : 0 } };
+            current = new Execution { camera = new BoundTarget { color = targets.color, depth = targets.depth, slice = IsSinglePass(camera) ? -1 : 0 }, stereo = IsSinglePass(camera) ? SinglePassStereoMode.Instancing : SinglePassStereoMode.None };
             var execution = current;
             try
             {

@@ -19,6 +19,9 @@ namespace StandIn
         internal BoundTarget camera;
         BoundTarget bound;
         bool hasTarget, invertsCulling;
+        /// How the built-in pipeline draws the eyes of a headset.
+        internal SinglePassStereoMode stereo;
+        int instanceMultiplier = 1;
         Vector4 viewport;
         readonly Dictionary<int, RenderTexture> temporary = new Dictionary<int, RenderTexture>();
         readonly List<uint> transient = new List<uint>();
@@ -108,7 +111,9 @@ namespace StandIn
                     var source = Resolve(new RenderTargetIdentifier((Texture)command.a), "RequestAsyncReadback");
                     if (source != null) ReadBacks.Add((Action<AsyncGPUReadbackRequest>)command.b, Native.sg_read_texture(new Native.Region { texture = source.handle }, (uint)source.m_Width, (uint)source.m_Height, (uint)source.m_Depth), checked((int)source.bytes), source.m_Width, source.m_Height, source.m_Depth);
                     break;
-                case Operation.BeginSample: case Operation.EndSample: case Operation.Stereo: break;
+                case Operation.BeginSample: case Operation.EndSample: break;
+                case Operation.Stereo: stereo = (SinglePassStereoMode)command.i; break;
+                case Operation.InstanceMultiplier: instanceMultiplier = command.i; break;
                 default: throw new NotImplementedException(command.operation.ToString());
             }
         }
@@ -272,7 +277,7 @@ namespace StandIn
             if (invertsCulling && state.cull != 0) state.cull = 3 - state.cull;
             var all = binds.ToArray();
             foreach (var target in Targets(true, true))
-                fixed (Native.Bind* list = all) Native.sg_draw(program, target, state, list, (uint)all.Length, (uint)command.j, (uint)command.k);
+                fixed (Native.Bind* list = all) Native.sg_draw(program, target, state, list, (uint)all.Length, (uint)command.j, (uint)(command.k * instanceMultiplier * (stereo == SinglePassStereoMode.Instancing ? 2 : 1)));
         }
 
         bool HasTarget()
