@@ -1,8 +1,11 @@
 // The built-in pipeline: commands of each camera, before its transparent things, recorded anew in each of its frames.
+// How eyes are drawn is known to a module of its own, which a project may lack; since 6000.5 to that of headsets.
+#if LUMIVOX_VR || UNITY_6000_5_OR_NEWER
+#define HAS_STEREO_MODE
+#endif
 using System.Collections.Generic;
 using UnityEngine;
 using UnityEngine.Rendering;
-using UnityEngine.XR;
 
 namespace Lumivox
 {
@@ -77,7 +80,7 @@ namespace Lumivox
             if (commands == null) return;
             commands.Buffer.Clear();
             // Of a headset, one pass may draw both eyes, or each has its own.
-            if (camera.stereoEnabled && XRSettings.stereoRenderingMode != XRSettings.StereoRenderingMode.MultiPass)
+            if (camera.stereoEnabled && IsSinglePass)
             {
                 commands.Buffer.SetSinglePassStereo(SinglePassStereoMode.None);
                 for (var eye = 0; eye < 2; eye++) Record(commands, eye, 2, eye);
@@ -93,6 +96,12 @@ namespace Lumivox
                 Record(commands, 0, 1, 0);
             }
         }
+
+#if HAS_STEREO_MODE
+        static bool IsSinglePass => UnityEngine.XR.XRSettings.stereoRenderingMode != UnityEngine.XR.XRSettings.StereoRenderingMode.MultiPass;
+#else
+        static bool IsSinglePass => false;
+#endif
 
         static void AfterRendering(Camera camera)
         {
@@ -117,7 +126,7 @@ namespace Lumivox
                 Width = camera.scaledPixelWidth,
                 Height = camera.scaledPixelHeight,
                 HasDepth = true,
-                IsDepthArray = isStereo && XRSettings.stereoRenderingMode != XRSettings.StereoRenderingMode.MultiPass,
+                IsDepthArray = isStereo && IsSinglePass,
                 DepthSlice = slice,
                 Color = BuiltinRenderTextureType.CameraTarget,
                 Depth = BuiltinRenderTextureType.CameraTarget,
