@@ -146,12 +146,12 @@ csc() {
         "-r:$NETSTANDARD/netstandard.dll" "$@"
 }
 
-# Compiles what has assembly definitions in the folders after $2 into the folder $2 as the Unity $1 would: `6000.0` or
-# `2022.3`, with `-player` appended as for a player, with `-framework` against .NET Framework instead of .NET Standard.
+# Compiles what has assembly definitions in the folders after $2 as versions of Unity would, each into a folder of its own in
+# $2. $1 is `all`, or a list such as `6000.0,2022.3-player,6000.0-framework`: for the editor, for players, and against .NET
+# Framework instead of .NET Standard.
 build_unity_assemblies() {
-    local version=$1 out=$2 library=$NETSTANDARD
+    local versions=$1 out=$2
     shift 2
-    case $version in *-framework) library=$MONO_FRAMEWORK ;; esac
     mkdir -p "$out"
-    "$DOTNET" "$UNITY_TOOLS/csc/csc.dll" unity "$version" "$out" "$library" "$NUNIT" "$@"
+    "$DOTNET" "$UNITY_TOOLS/csc/csc.dll" unity "$versions" "$out" "$NETSTANDARD" "$MONO_FRAMEWORK" "$NUNIT" unity/api "$@"
 }

@@ -7,13 +7,23 @@ namespace UnityEngine.Rendering.HighDefinition
 {
     public enum CustomPassInjectionPoint { BeforeRendering = 0, BeforeTransparent = 1, BeforePostProcess = 2, AfterOpaqueDepthAndNormal = 3, BeforePreRefraction = 4, AfterPostProcess = 5, AfterOpaqueAndSky = 6 }
 
-    public class HDRenderPipelineAsset : RenderPipelineAsset { protected override RenderPipeline CreatePipeline() => new HDRenderPipeline(); }
+    public class HDRenderPipelineAsset
+#if UNITY_6000_0_OR_NEWER
+        : RenderPipelineAsset<HDRenderPipeline>
+#else
+        : RenderPipelineAsset
+#endif
+    {
+        HDRenderPipelineAsset() { }
+        protected override RenderPipeline CreatePipeline() => new HDRenderPipeline(this);
+    }
 
-    public enum HDCameraFrameHistoryType { ColorBufferMipChain, Exposure, TemporalAntialiasing, Count }
+    public enum HDCameraFrameHistoryType { ColorBufferMipChain, Exposure, TemporalAntialiasing }
 
     public class HDCamera
     {
         internal readonly RTHandle[] exposures = new RTHandle[2];
+        internal HDCamera() { }
         public Camera camera;
         /// Null where nothing of that kind is kept.
         public RTHandle GetPreviousFrameRT(int id) => id == (int)HDCameraFrameHistoryType.Exposure ? exposures[1] : null;
@@ -104,7 +114,7 @@ namespace UnityEngine.Rendering.HighDefinition
     public enum SkyIntensityMode { Exposure, Lux, Multiplier }
     public sealed class SkyIntensityParameter : VolumeParameter<SkyIntensityMode> { public SkyIntensityParameter(SkyIntensityMode value, bool overrideState = false) => this.value = value; }
 
-    public sealed class VisualEnvironment : VolumeComponent { public IntParameter skyType = new IntParameter(0); }
+    public sealed class VisualEnvironment : VolumeComponent { public NoInterpIntParameter skyType = new NoInterpIntParameter(0); }
 
     public abstract class SkySettings : VolumeComponent
     {
@@ -113,12 +123,12 @@ namespace UnityEngine.Rendering.HighDefinition
         public FloatParameter exposure = new FloatParameter(0);
         public MinFloatParameter multiplier = new MinFloatParameter(1, 0);
         public FloatParameter desiredLuxValue = new FloatParameter(20000);
+        public MinFloatParameter upperHemisphereLuxValue = new MinFloatParameter(1, 0);
     }
 
-    public sealed class HDRISky : SkySettings
+    public class HDRISky : SkySettings
     {
         public CubemapParameter hdriSky = new CubemapParameter(null);
-        public MinFloatParameter upperHemisphereLuxValue = new MinFloatParameter(1, 0);
     }
 
     public class GradientSky : SkySettings
@@ -126,6 +136,6 @@ namespace UnityEngine.Rendering.HighDefinition
         public ColorParameter top = new ColorParameter(Color.blue);
         public ColorParameter middle = new ColorParameter(new Color(0.3f, 0.7f, 1f));
         public ColorParameter bottom = new ColorParameter(Color.white);
-        public FloatParameter gradientDiffusion = new FloatParameter(1);
+        public MinFloatParameter gradientDiffusion = new MinFloatParameter(1, 0);
     }
 }

@@ -17,7 +17,7 @@ namespace UnityEngine.Rendering.HighDefinition
         public static void Reset() => (exposure, keepsExposures, stack) = (null, true, null);
     }
 
-    sealed class HDRenderPipeline : RenderPipeline
+    public class HDRenderPipeline : RenderPipeline
     {
         /// Its textures are as large as the largest camera's, and arrays of a layer for each eye: what is drawn is a part.
         const int Spare = 5;
@@ -35,7 +35,7 @@ namespace UnityEngine.Rendering.HighDefinition
         }
 
         /// Lights are physical: intensities are those of linear light.
-        public HDRenderPipeline()
+        public HDRenderPipeline(HDRenderPipelineAsset asset)
         {
             (hadLinearIntensity, hadColorTemperature) = (GraphicsSettings.lightsUseLinearIntensity, GraphicsSettings.lightsUseColorTemperature);
             GraphicsSettings.lightsUseLinearIntensity = GraphicsSettings.lightsUseColorTemperature = true;

@@ -14,26 +14,7 @@ namespace UnityEditor
 {
     [Flags] public enum ImportAssetOptions { Default = 0, ForceUpdate = 1, ForceSynchronousImport = 8 }
 
-    [Serializable]
-    public struct GUID : IEquatable<GUID>
-    {
-        readonly string hex;
-        public GUID(string hexRepresentation) { hex = hexRepresentation; }
-        public bool Empty() => string.IsNullOrEmpty(hex);
-        public override string ToString() => hex ?? new string('0', 32);
-        public bool Equals(GUID other) => ToString() == other.ToString();
-        public override bool Equals(object obj) => obj is GUID other && Equals(other);
-        public override int GetHashCode() => ToString().GetHashCode();
-        public static bool TryParse(string hex, out GUID result)
-        {
-            result = new GUID(hex);
-            return hex != null && hex.Length == 32;
-        }
-        public static bool operator ==(GUID x, GUID y) => x.Equals(y);
-        public static bool operator !=(GUID x, GUID y) => !x.Equals(y);
-    }
-
-    public static class AssetDatabase
+    public sealed class AssetDatabase
     {
         internal sealed class Entry
         {
@@ -261,24 +242,29 @@ namespace UnityEditor
         public virtual int GetPostprocessOrder() => 0;
     }
 
-    public static class PlayerSettings
+    public sealed class PlayerSettings : Object
     {
-        public static Object[] preloaded = Array.Empty<Object>();
+        PlayerSettings() { }
+        internal static Object[] preloaded = Array.Empty<Object>();
         public static Object[] GetPreloadedAssets() => preloaded;
     }
 
-    public sealed class EditorBuildSettingsScene
+    public class EditorBuildSettingsScene
     {
         public string path { get; set; }
         public bool enabled { get; set; }
         public EditorBuildSettingsScene(string path, bool enabled) { this.path = path; this.enabled = enabled; }
     }
 
-    public static class EditorBuildSettings { public static EditorBuildSettingsScene[] scenes { get; set; } = Array.Empty<EditorBuildSettingsScene>(); }
+    public class EditorBuildSettings : Object { EditorBuildSettings() { } public static EditorBuildSettingsScene[] scenes { get; set; } = Array.Empty<EditorBuildSettingsScene>(); }
 }
 
 namespace UnityEditor.Experimental
 {
+#if UNITY_6000_5_OR_NEWER
+    using ArtifactID = ImportResultID;
+#endif
+
     public struct ArtifactKey
     {
         public GUID guid;
@@ -287,13 +273,18 @@ namespace UnityEditor.Experimental
         public bool isValid => !guid.Empty();
     }
 
+    // It has another name since 6000.5.
+#if UNITY_6000_5_OR_NEWER
+    public struct ImportResultID
+#else
     public struct ArtifactID
+#endif
     {
         internal string guid;
         public bool isValid => guid != null;
     }
 
-    public static class AssetDatabaseExperimental
+    public sealed class AssetDatabaseExperimental
     {
         public static ArtifactID LookupArtifact(ArtifactKey artifactKey)
         {
@@ -318,7 +309,7 @@ namespace UnityEditor.AssetImporters
         public int importQueuePriority { get; }
         public string[] fileExtensions { get; }
         public string[] overrideFileExtensions { get; } = Array.Empty<string>();
-        public bool AllowCaching { get; set; }
+        public bool AllowCaching;
         public ScriptedImporterAttribute(int version, string ext) : this(version, new[] { ext }) { }
         public ScriptedImporterAttribute(int version, string[] exts) : this(version, exts, Array.Empty<string>()) { }
         public ScriptedImporterAttribute(int version, string[] exts, string[] overrideExts) : this(version, exts, overrideExts, 0) { }
@@ -333,13 +324,15 @@ namespace UnityEditor.AssetImporters
 
     public abstract class ScriptedImporter : AssetImporter { public abstract void OnImportAsset(AssetImportContext ctx); }
 
-    public abstract class ScriptedImporterEditor : Editor
+    public class ScriptedImporterEditor : AssetImporterEditor { }
+
+    public abstract class AssetImporterEditor : Editor
     {
         protected void ApplyRevertGUI() { }
         public virtual bool showImportedObject => true;
     }
 
-    public sealed class AssetImportContext
+    public class AssetImportContext
     {
         readonly string guid;
         internal readonly Dictionary<string, Object> Objects = new Dictionary<string, Object>();
@@ -374,6 +367,11 @@ namespace UnityEditor.AssetImporters
         public void DependsOnSourceAsset(string path) => SourceDependencies.Add(path);
         public void LogImportError(string msg, Object obj = null) { Errors.Add(msg); StandIn.Dialogs.ImportErrors.Add(msg); }
         public void LogImportWarning(string msg, Object obj = null) => Warnings.Add(msg);
+        public void SetOutputArtifactFile(string fileName, string filePath)
+        {
+            if (!File.Exists(filePath)) throw new FileNotFoundException($"{filePath} is not there");
+            File.Copy(filePath, AssetDatabase.Full(GetOutputArtifactFilePath(fileName)), true);
+        }
         public string GetOutputArtifactFilePath(string fileName)
         {
             string name;
@@ -383,5 +381,14 @@ namespace UnityEditor.AssetImporters
             if (!Artifacts.Contains(path)) Artifacts.Add(path);
             return path;
         }
+    }
+}
+
+namespace UnityEditor
+{
+    public class FileUtil
+    {
+        /// A name in the project's own folder for what is there for a moment only.
+        public static string GetUniqueTempPathInProject() => $"Temp/UnityTempFile-{Guid.NewGuid():N}";
     }
 }

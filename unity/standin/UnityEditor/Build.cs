@@ -26,10 +26,10 @@ namespace UnityEditor.Build
     public abstract class BuildPlayerProcessor : IOrderedCallback
     {
         public virtual int callbackOrder => 0;
-        public virtual void PrepareForBuild(BuildPlayerContext buildPlayerContext) { }
+        public abstract void PrepareForBuild(BuildPlayerContext buildPlayerContext);
     }
 
-    public class BuildPlayerContext
+    public sealed class BuildPlayerContext
     {
         internal readonly List<(string from, string to)> Added = new List<(string, string)>();
         internal BuildPlayerContext(BuildPlayerOptions options) { BuildPlayerOptions = options; }

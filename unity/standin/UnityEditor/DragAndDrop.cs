@@ -9,7 +9,7 @@ namespace UnityEditor
 {
     public enum DragAndDropVisualMode { None = 0, Copy = 1, Link = 2, Generic = 4, Move = 16, Rejected = 32 }
 
-    public static class DragAndDrop
+    public class DragAndDrop
     {
         public static UnityEngine.Object[] objectReferences { get; set; } = Array.Empty<UnityEngine.Object>();
         public static string[] paths { get; set; } = Array.Empty<string>();

@@ -11,7 +11,7 @@ using Object = UnityEngine.Object;
 namespace UnityEditor
 {
     [AttributeUsage(AttributeTargets.Class)]
-    public sealed class CustomEditor : Attribute
+    public class CustomEditor : Attribute
     {
         internal readonly Type inspectedType;
         public CustomEditor(Type inspectedType) : this(inspectedType, false) { }
@@ -19,8 +19,8 @@ namespace UnityEditor
     }
 
     [AttributeUsage(AttributeTargets.Class)] public sealed class CanEditMultipleObjects : Attribute { }
-    [AttributeUsage(AttributeTargets.Class)] public sealed class InitializeOnLoadAttribute : Attribute { }
-    [AttributeUsage(AttributeTargets.Method)] public sealed class InitializeOnLoadMethodAttribute : Attribute { }
+    [AttributeUsage(AttributeTargets.Class)] public class InitializeOnLoadAttribute : Attribute { }
+    [AttributeUsage(AttributeTargets.Method)] public class InitializeOnLoadMethodAttribute : Attribute { }
 
     [AttributeUsage(AttributeTargets.Method, AllowMultiple = true)]
     public sealed class MenuItem : Attribute
@@ -55,7 +55,7 @@ namespace UnityEditor
     public class Editor : ScriptableObject
     {
         SerializedObject cached;
-        public Object target => targets[0];
+        public Object target { get => targets[0]; set => throw new NotImplementedException("the stand-in's editors keep what they edit"); }
         public Object[] targets { get; internal set; }
         public SerializedObject serializedObject => cached ?? (cached = new SerializedObject(targets));
         public virtual VisualElement CreateInspectorGUI() => null;
@@ -150,7 +150,7 @@ namespace UnityEditor
         }
     }
 
-    public static class Selection
+    public sealed class Selection
     {
         public static Action selectionChanged;
         static Object[] selected = Array.Empty<Object>();
@@ -169,7 +169,7 @@ namespace UnityEditor
         public static bool Contains(Object obj) => selected.Contains(obj);
     }
 
-    public static class EditorApplication
+    public sealed class EditorApplication
     {
         public delegate void CallbackFunction();
         public static CallbackFunction update;
@@ -177,7 +177,11 @@ namespace UnityEditor
         public static event Action<PlayModeStateChange> playModeStateChanged;
         public static event Action quitting;
         public static event Action hierarchyChanged;
-        public static bool isPlaying => Application.isPlaying;
+        public static bool isPlaying
+        {
+            get => Application.isPlaying;
+            set => throw new NotImplementedException("the stand-in plays by StandIn.Domain");
+        }
         public static bool isPlayingOrWillChangePlaymode => isPlaying;
         public static bool isCompiling => false;
         public static bool isUpdating => false;
@@ -215,7 +219,7 @@ namespace UnityEditor
 
     public enum MessageType { None, Info, Warning, Error }
 
-    public static class EditorUtility
+    public class EditorUtility
     {
         static readonly HashSet<Object> dirty = new HashSet<Object>();
         public static void SetDirty(Object target) => dirty.Add(target);
@@ -241,7 +245,7 @@ namespace UnityEditor
         public static void FocusProjectWindow() { }
     }
 
-    public static class EditorGUIUtility
+    public sealed class EditorGUIUtility : GUIUtility
     {
         public static bool isProSkin => true;
         public static float pixelsPerPoint => 1;
@@ -250,7 +254,7 @@ namespace UnityEditor
         public static GUIContent IconContent(string name, string text = null) => new GUIContent(text ?? "");
     }
 
-    public static class EditorGUI
+    public sealed class EditorGUI
     {
         static readonly Stack<bool> changes = new Stack<bool>();
         public static void BeginChangeCheck() => changes.Push(false);
@@ -258,7 +262,7 @@ namespace UnityEditor
         internal static void Change() { if (changes.Count > 0) { changes.Pop(); changes.Push(true); } }
     }
 
-    public static class GameObjectUtility
+    public sealed class GameObjectUtility
     {
         public static void SetParentAndAlign(GameObject child, GameObject parent)
         {
@@ -269,24 +273,26 @@ namespace UnityEditor
         public static void EnsureUniqueNameForSibling(GameObject self) { }
     }
 
-    public static class PrefabUtility
+    public sealed class PrefabUtility
     {
         public static void RecordPrefabInstancePropertyModifications(Object targetObject) { }
     }
 
-    public class SceneView : EditorWindow
+    public class SearchableEditorWindow : EditorWindow { }
+
+    public class SceneView : SearchableEditorWindow
     {
-        public class SceneViewState { public bool fogEnabled { get; set; } = true; }
+        public class SceneViewState { public bool fogEnabled { get; internal set; } = true; }
         public static SceneView currentDrawingSceneView { get; internal set; }
         public static SceneView lastActiveSceneView { get; internal set; }
-        public SceneViewState sceneViewState { get; } = new SceneViewState();
+        public SceneViewState sceneViewState { get; set; } = new SceneViewState();
         public static void RepaintAll() => StandIn.Dialogs.SceneRepaints++;
     }
 
     public class SceneVisibilityManager : ScriptableSingleton<SceneVisibilityManager>
     {
         readonly HashSet<GameObject> hidden = new HashSet<GameObject>();
-        public bool IsHidden(GameObject gameObject) => hidden.Contains(gameObject);
+        public bool IsHidden(GameObject gameObject, bool includeDescendants = false) => hidden.Contains(gameObject);
         public void Hide(GameObject gameObject, bool includeDescendants) => hidden.Add(gameObject);
         public void Show(GameObject gameObject, bool includeDescendants) => hidden.Remove(gameObject);
     }
@@ -294,6 +300,7 @@ namespace UnityEditor
     public class ScriptableSingleton<T> : ScriptableObject where T : ScriptableObject
     {
         static T made;
+        protected ScriptableSingleton() { }
         public static T instance => made != null ? made : made = CreateInstance<T>();
     }
 }

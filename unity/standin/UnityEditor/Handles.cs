@@ -5,8 +5,9 @@ using UnityEngine;
 
 namespace UnityEditor
 {
-    public static class Handles
+    public sealed class Handles
     {
+        public delegate float SizeFunction(Vector3 position);
         public static Matrix4x4 matrix { get; set; } = Matrix4x4.identity;
         public static Color color { get; set; } = Color.white;
         public static void DrawWireCube(Vector3 center, Vector3 size) => StandIn.SceneHands.Boxes.Add((matrix, center, size, color));
@@ -39,7 +40,7 @@ namespace UnityEditor
         }
     }
 
-    public static class HandleUtility
+    public sealed class HandleUtility
     {
         public static float GetHandleSize(Vector3 position) => 1;
     }
@@ -54,26 +55,29 @@ namespace UnityEditor.IMGUI.Controls
         public Vector3 center { get; set; }
         public Color handleColor { get; set; } = Color.white;
         public Color wireframeColor { get; set; } = Color.white;
-        public Func<Vector3, float> midpointHandleSizeFunction { get; set; }
+        public Handles.SizeFunction midpointHandleSizeFunction { get; set; }
         public void SetColor(Color color) { handleColor = wireframeColor = color; }
-        protected Vector3 size;
+        internal Vector3 extent;
+        public PrimitiveBoundsHandle() { }
+        protected Vector3 GetSize() => extent;
+        protected void SetSize(Vector3 size) => extent = size;
         public void DrawHandle()
         {
-            StandIn.SceneHands.Boxes.Add((Handles.matrix, center, size, wireframeColor));
+            StandIn.SceneHands.Boxes.Add((Handles.matrix, center, extent, wireframeColor));
             if (StandIn.SceneHands.Drag == null) return;
-            var low = center - size * 0.5f;
-            var high = center + size * 0.5f;
+            var low = center - extent * 0.5f;
+            var high = center + extent * 0.5f;
             StandIn.SceneHands.Drag(ref low, ref high);
             StandIn.SceneHands.Drag = null;
             center = (low + high) * 0.5f;
-            size = high - low;
+            extent = high - low;
             EditorGUI.Change();
         }
     }
 
     public class BoxBoundsHandle : PrimitiveBoundsHandle
     {
-        public new Vector3 size { get => base.size; set => base.size = value; }
+        public Vector3 size { get => GetSize(); set => SetSize(value); }
     }
 }
 

@@ -4,8 +4,9 @@ using System.Reflection;
 
 namespace UnityEditor.PackageManager
 {
-    public class PackageInfo
+    public sealed class PackageInfo
     {
+        PackageInfo() { }
         public string name { get; internal set; } = "";
         /// Where its files are.
         public string resolvedPath { get; internal set; } = "";

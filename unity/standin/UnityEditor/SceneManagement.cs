@@ -14,7 +14,7 @@ namespace UnityEditor.SceneManagement
     public enum NewSceneSetup { EmptyScene, DefaultGameObjects }
     public enum NewSceneMode { Single, Additive }
 
-    public static class EditorSceneManager
+    public sealed class EditorSceneManager : UnityEngine.SceneManagement.SceneManager
     {
         public static bool SaveCurrentModifiedScenesIfUserWantsTo() => StandIn.Dialogs.Answer("Scene(s) Have Been Modified", "Do you want to save the changes?");
         public static Scene NewScene(NewSceneSetup setup, NewSceneMode mode)
@@ -26,9 +26,12 @@ namespace UnityEditor.SceneManagement
         public static bool MarkSceneDirty(Scene scene) => true;
     }
 
-    public class PrefabStage : ScriptableObject
+    public abstract class Stage : ScriptableObject { public string assetPath { get; internal set; } }
+    public abstract class PreviewSceneStage : Stage { }
+
+    public sealed class PrefabStage : PreviewSceneStage
     {
-        public string assetPath { get; internal set; }
+        internal PrefabStage() { }
         public GameObject prefabContentsRoot { get; internal set; }
     }
 

@@ -80,7 +80,7 @@ namespace UnityEditor
         public string tooltip => Node.Field?.GetCustomAttribute<TooltipAttribute>()?.tooltip ?? "";
         public bool isArray => Node.Elements != null;
         public bool editable => true;
-        public bool prefabOverride => false;
+        public bool prefabOverride { get => false; set => throw new NotImplementedException("the stand-in has no prefabs"); }
         internal Node Node => serializedObject.nodes[0].Find(propertyPath);
         IEnumerable<Node> Nodes => serializedObject.nodes.Select(node => node.Find(propertyPath)).Where(node => node != null);
 
@@ -156,7 +156,7 @@ namespace UnityEditor
         public void Dispose() { }
     }
 
-    public static class ObjectNames
+    public sealed class ObjectNames
     {
         public static string NicifyVariableName(string name)
         {

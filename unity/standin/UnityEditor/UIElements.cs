@@ -28,7 +28,7 @@ namespace UnityEditor.UIElements
     public class ToolbarButton : Button { public ToolbarButton(Action clickEvent) : base(clickEvent) { } }
     public class ToolbarSpacer : VisualElement { }
 
-    public class SerializedPropertyChangeEvent : EventBase<SerializedPropertyChangeEvent> { public SerializedProperty changedProperty { get; internal set; } }
+    public sealed class SerializedPropertyChangeEvent : EventBase<SerializedPropertyChangeEvent> { public SerializedProperty changedProperty { get; set; } }
 
     /// A field for a property; made when it is bound.
     public class PropertyField : VisualElement, IBindable

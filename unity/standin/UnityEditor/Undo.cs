@@ -8,7 +8,7 @@ using Object = UnityEngine.Object;
 
 namespace UnityEditor
 {
-    public static class Undo
+    public class Undo
     {
         sealed class Record
         {

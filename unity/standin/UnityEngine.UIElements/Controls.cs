@@ -84,48 +84,53 @@ namespace UnityEngine.UIElements
         public static readonly string alignedFieldUssClassName = "unity-base-field__aligned";
     }
 
-    public class Toggle : BaseField<bool>
+    public abstract class BaseBoolField : BaseField<bool>
     {
-        public Toggle() : this(null) { }
-        public Toggle(string label) : base(label, null) { }
+        public BaseBoolField(string label) : base(label, null) { }
         public string text { get; set; }
     }
 
-    public abstract class TextInputBaseField<T> : BaseField<T>
+    public class Toggle : BaseBoolField
     {
-        protected TextInputBaseField(string label) : base(label, null) { }
+        public Toggle() : this(null) { }
+        public Toggle(string label) : base(label) { }
+    }
+
+    public abstract class TextInputBaseField<TValueType> : BaseField<TValueType>
+    {
+        internal TextInputBaseField(string label) : base(label, null) { }
         public bool isDelayed { get; set; }
         public bool isReadOnly { get; set; }
-        public bool multiline { get; set; }
     }
 
     public class TextField : TextInputBaseField<string>
     {
         public TextField() : this(null) { }
         public TextField(string label) : base(label) { SetValueWithoutNotify(""); }
+        public bool multiline { get; set; }
         public override void SetValueWithoutNotify(string newValue) => base.SetValueWithoutNotify(newValue ?? "");
     }
 
-    public abstract class TextValueField<T> : TextInputBaseField<T>
+    public abstract class TextValueField<TValueType> : TextInputBaseField<TValueType>
     {
-        protected TextValueField(string label) : base(label) { }
+        internal TextValueField(string label) : base(label) { }
         public string formatString { get; set; }
     }
 
-    public class FloatField : TextValueField<float> { public FloatField() : this(null) { } public FloatField(string label) : base(label) { } }
-    public class DoubleField : TextValueField<double> { public DoubleField() : this(null) { } public DoubleField(string label) : base(label) { } }
-    public class IntegerField : TextValueField<int> { public IntegerField() : this(null) { } public IntegerField(string label) : base(label) { } }
+    public class FloatField : TextValueField<float> { public FloatField() : this(null) { } public FloatField(string label, int maxLength = -1) : base(label) { } }
+    public class DoubleField : TextValueField<double> { public DoubleField() : this(null) { } public DoubleField(string label, int maxLength = -1) : base(label) { } }
+    public class IntegerField : TextValueField<int> { public IntegerField() : this(null) { } public IntegerField(string label, int maxLength = -1) : base(label) { } }
 
     public enum SliderDirection { Horizontal, Vertical }
 
-    public abstract class BaseSlider<T> : BaseField<T> where T : IComparable<T>
+    public abstract class BaseSlider<TValueType> : BaseField<TValueType> where TValueType : IComparable<TValueType>
     {
-        protected BaseSlider(string label, T start, T end) : base(label, null) { lowValue = start; highValue = end; }
-        public T lowValue { get; set; }
-        public T highValue { get; set; }
+        internal BaseSlider(string label, TValueType start, TValueType end) : base(label, null) { lowValue = start; highValue = end; }
+        public TValueType lowValue { get; set; }
+        public TValueType highValue { get; set; }
         public bool showInputField { get; set; }
         public float pageSize { get; set; }
-        public override void SetValueWithoutNotify(T newValue) => base.SetValueWithoutNotify(newValue.CompareTo(lowValue) < 0 ? lowValue : newValue.CompareTo(highValue) > 0 ? highValue : newValue);
+        public override void SetValueWithoutNotify(TValueType newValue) => base.SetValueWithoutNotify(newValue.CompareTo(lowValue) < 0 ? lowValue : newValue.CompareTo(highValue) > 0 ? highValue : newValue);
     }
 
     public class Slider : BaseSlider<float>
@@ -141,21 +146,28 @@ namespace UnityEngine.UIElements
         public SliderInt(string label, int start = 0, int end = 10, SliderDirection direction = SliderDirection.Horizontal, float pageSize = 0) : base(label, start, end) { }
     }
 
-    public class PopupField<T> : BaseField<T>
+    public abstract class BasePopupField<TValueType, TValueChoice> : BaseField<TValueType>
     {
-        public PopupField(string label = null) : base(label, null) { choices = new List<T>(); }
-        public PopupField(string label, List<T> choices, int defaultIndex, Func<T, string> formatSelectedValueCallback = null, Func<T, string> formatListItemCallback = null) : base(label, null)
+        internal BasePopupField(string label) : base(label, null) { }
+        internal abstract string Shown { get; }
+        public List<TValueChoice> choices { get; set; }
+        public string text => Shown;
+    }
+
+    public class PopupField<T> : BasePopupField<T, T>
+    {
+        public PopupField(string label = null) : base(label) { choices = new List<T>(); }
+        public PopupField(string label, List<T> choices, int defaultIndex, Func<T, string> formatSelectedValueCallback = null, Func<T, string> formatListItemCallback = null) : base(label)
         {
             this.choices = choices;
             if (defaultIndex >= 0) SetValueWithoutNotify(choices[defaultIndex]);
             this.formatSelectedValueCallback = formatSelectedValueCallback;
             this.formatListItemCallback = formatListItemCallback;
         }
-        public List<T> choices { get; set; }
         public Func<T, string> formatSelectedValueCallback { get; set; }
         public Func<T, string> formatListItemCallback { get; set; }
         public int index { get => choices.IndexOf(value); set => this.value = value < 0 ? default : choices[value]; }
-        public string text => formatSelectedValueCallback != null ? formatSelectedValueCallback(value) : value?.ToString();
+        internal override string Shown => formatSelectedValueCallback != null ? formatSelectedValueCallback(value) : value?.ToString();
     }
 
     public class DropdownField : PopupField<string>
@@ -222,8 +234,11 @@ namespace UnityEngine.UIElements
         public override VisualElement contentContainer => content;
     }
 
-    public class ProgressBar : BindableElement, INotifyValueChanged<float>
+    public class ProgressBar : AbstractProgressBar { }
+
+    public abstract class AbstractProgressBar : BindableElement, INotifyValueChanged<float>
     {
+        public AbstractProgressBar() { }
         public string title { get; set; }
         public float lowValue { get; set; }
         public float highValue { get; set; } = 100;
@@ -234,14 +249,25 @@ namespace UnityEngine.UIElements
     public enum SelectionType { None, Single, Multiple }
     public enum CollectionVirtualizationMethod { FixedHeight, DynamicHeight }
 
+    public class ListView : BaseListView
+    {
+        public Func<VisualElement> makeItem { get; set; }
+        public Action<VisualElement, int> bindItem { get; set; }
+        internal override VisualElement Make() => makeItem?.Invoke();
+        internal override void Bind(VisualElement row, int index) => bindItem?.Invoke(row, index);
+    }
+
+    public abstract class BaseListView : BaseVerticalCollectionView { public BaseListView() { } }
+
     /// Rows of a list; all of them are made.
-    public class ListView : BindableElement
+    public abstract class BaseVerticalCollectionView : BindableElement
     {
         readonly List<VisualElement> rows = new List<VisualElement>();
         int selected = -1;
+        public BaseVerticalCollectionView() { }
+        internal abstract VisualElement Make();
+        internal abstract void Bind(VisualElement row, int index);
         public IList itemsSource { get; set; }
-        public Func<VisualElement> makeItem { get; set; }
-        public Action<VisualElement, int> bindItem { get; set; }
         public float fixedItemHeight { get; set; } = 30;
         public CollectionVirtualizationMethod virtualizationMethod { get; set; }
         public SelectionType selectionType { get; set; } = SelectionType.Single;
@@ -261,12 +287,11 @@ namespace UnityEngine.UIElements
         {
             foreach (var row in rows) row.RemoveFromHierarchy();
             rows.Clear();
-            for (var i = 0; itemsSource != null && makeItem != null && i < itemsSource.Count; i++)
+            for (var i = 0; itemsSource != null && i < itemsSource.Count && Make() is VisualElement row; i++)
             {
-                var row = makeItem();
                 hierarchy.Add(row);
                 rows.Add(row);
-                bindItem?.Invoke(row, i);
+                Bind(row, i);
             }
         }
         public VisualElement GetRootElementForIndex(int index) => rows[index];
@@ -274,12 +299,14 @@ namespace UnityEngine.UIElements
         internal void Choose() => itemsChosen?.Invoke(new[] { selectedItem });
     }
 
-#if UNITY_6000_3_OR_NEWER
     public enum DropdownMenuSizeMode { Auto, Fixed, Content }
-#endif
+    public abstract class AbstractGenericMenu { }
 
     /// A menu over everything. The last that was opened can be asked for its items.
     public class GenericDropdownMenu
+#if UNITY_6000_3_OR_NEWER
+        : AbstractGenericMenu
+#endif
     {
         internal sealed class Item { public string name; public bool isChecked, isEnabled; public Action action; }
         internal readonly List<Item> items = new List<Item>();
@@ -288,7 +315,6 @@ namespace UnityEngine.UIElements
         public void AddSeparator(string path) { }
         public VisualElement contentContainer { get; } = new VisualElement();
 #if UNITY_6000_3_OR_NEWER
-        [Obsolete("Use the one with a DropdownMenuSizeMode.", false)]
         public void DropDown(Rect position, VisualElement targetElement, bool anchored = false) => Open(targetElement);
         public void DropDown(Rect position, VisualElement targetElement, DropdownMenuSizeMode dropdownMenuSizeMode = DropdownMenuSizeMode.Auto) => Open(targetElement);
 #else
@@ -304,6 +330,7 @@ namespace UnityEngine.UIElements
 
     public sealed class UIDocument : MonoBehaviour
     {
+        internal UIDocument() { }
         [SerializeField] PanelSettings m_PanelSettings;
         [SerializeField] float m_SortingOrder;
         public PanelSettings panelSettings { get => m_PanelSettings; set => m_PanelSettings = value; }
@@ -312,9 +339,11 @@ namespace UnityEngine.UIElements
     }
 
     public enum PanelScaleMode { ConstantPixelSize, ConstantPhysicalSize, ScaleWithScreenSize }
-    public class ThemeStyleSheet : ScriptableObject { }
+    public class StyleSheet : ScriptableObject { }
+    public class ThemeStyleSheet : StyleSheet { }
     public class PanelSettings : ScriptableObject
     {
+        internal PanelSettings() { }
         [SerializeField] ThemeStyleSheet themeUss;
         [SerializeField] PanelScaleMode m_ScaleMode;
         [SerializeField] float m_Scale = 1;

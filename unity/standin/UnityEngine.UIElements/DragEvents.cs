@@ -5,14 +5,16 @@ namespace UnityEngine.UIElements
     {
         public Vector2 mousePosition { get; protected internal set; }
         public EventModifiers modifiers { get; protected internal set; }
+        public bool shiftKey => (modifiers & EventModifiers.Shift) != 0;
+        public bool ctrlKey => (modifiers & EventModifiers.Control) != 0;
         public Vector2 localMousePosition => mousePosition - (((currentTarget ?? target) as VisualElement)?.worldBound.position ?? default);
     }
 
     public abstract class DragAndDropEventBase<T> : MouseEventBase<T> where T : DragAndDropEventBase<T>, new() { }
 
-    public sealed class DragEnterEvent : DragAndDropEventBase<DragEnterEvent> { public DragEnterEvent() { bubbles = false; } }
-    public sealed class DragLeaveEvent : DragAndDropEventBase<DragLeaveEvent> { public DragLeaveEvent() { bubbles = false; } }
-    public sealed class DragUpdatedEvent : DragAndDropEventBase<DragUpdatedEvent> { }
-    public sealed class DragPerformEvent : DragAndDropEventBase<DragPerformEvent> { }
-    public sealed class DragExitedEvent : DragAndDropEventBase<DragExitedEvent> { }
+    public class DragEnterEvent : DragAndDropEventBase<DragEnterEvent> { public DragEnterEvent() { bubbles = false; } }
+    public class DragLeaveEvent : DragAndDropEventBase<DragLeaveEvent> { public DragLeaveEvent() { bubbles = false; } }
+    public class DragUpdatedEvent : DragAndDropEventBase<DragUpdatedEvent> { }
+    public class DragPerformEvent : DragAndDropEventBase<DragPerformEvent> { }
+    public class DragExitedEvent : DragAndDropEventBase<DragExitedEvent> { }
 }

@@ -21,17 +21,15 @@ namespace UnityEngine.UIElements
         public long timestamp { get; internal set; }
         public void StopPropagation() => isPropagationStopped = true;
         public void StopImmediatePropagation() { isPropagationStopped = true; isImmediatePropagationStopped = true; }
-#if UNITY_6000_0_OR_NEWER
-        [Obsolete("Use StopPropagation and/or FocusController.IgnoreEvent instead.")]
-#endif
         public void PreventDefault() => isDefaultPrevented = true;
         internal void Ignore() => isDefaultPrevented = true;
-        public void Dispose() { }
+        public abstract void Dispose();
     }
 
     public abstract class EventBase<T> : EventBase where T : EventBase<T>, new()
     {
         public static T GetPooled() => new T();
+        public override void Dispose() { }
     }
 
     public delegate void EventCallback<in TEventType>(TEventType evt);
@@ -74,13 +72,11 @@ namespace UnityEngine.UIElements
         public bool commandKey => (modifiers & EventModifiers.Command) != 0;
         public bool altKey => (modifiers & EventModifiers.Alt) != 0;
         public bool actionKey => ctrlKey;
+        Vector3 Origin => ((currentTarget ?? target) as VisualElement)?.worldBound.position ?? default;
         public Vector3 localPosition
         {
-            get
-            {
-                var origin = ((currentTarget ?? target) as VisualElement)?.worldBound.position ?? default;
-                return new Vector3(position.x - origin.x, position.y - origin.y, 0);
-            }
+            get => new Vector3(position.x - Origin.x, position.y - Origin.y, 0);
+            protected set => position = new Vector3(value.x + Origin.x, value.y + Origin.y, position.z);
         }
     }
 
@@ -91,17 +87,11 @@ namespace UnityEngine.UIElements
     public sealed class PointerEnterEvent : PointerEventBase<PointerEnterEvent> { public PointerEnterEvent() { bubbles = false; } }
     public sealed class PointerLeaveEvent : PointerEventBase<PointerLeaveEvent> { public PointerLeaveEvent() { bubbles = false; } }
     public sealed class ClickEvent : PointerEventBase<ClickEvent> { }
-    public sealed class PointerCaptureOutEvent : EventBase<PointerCaptureOutEvent> { public int pointerId { get; internal set; } }
+    
+    public abstract class PointerCaptureEventBase<T> : EventBase<T> where T : PointerCaptureEventBase<T>, new() { public int pointerId { get; internal set; } }
+    public class PointerCaptureOutEvent : PointerCaptureEventBase<PointerCaptureOutEvent> { }
 
-    public sealed class WheelEvent : EventBase<WheelEvent>
-    {
-        public Vector3 delta { get; internal set; }
-        public Vector2 mousePosition { get; internal set; }
-        public EventModifiers modifiers { get; internal set; }
-        public bool shiftKey => (modifiers & EventModifiers.Shift) != 0;
-        public bool ctrlKey => (modifiers & EventModifiers.Control) != 0;
-        public Vector2 localMousePosition => mousePosition - (((currentTarget ?? target) as VisualElement)?.worldBound.position ?? default);
-    }
+    public class WheelEvent : MouseEventBase<WheelEvent> { public Vector3 delta { get; internal set; } }
 
     public abstract class KeyboardEventBase<T> : EventBase<T> where T : KeyboardEventBase<T>, new()
     {
@@ -113,50 +103,48 @@ namespace UnityEngine.UIElements
         public bool commandKey => (modifiers & EventModifiers.Command) != 0;
         public bool altKey => (modifiers & EventModifiers.Alt) != 0;
         public bool actionKey => ctrlKey;
+        public static T GetPooled(char c, KeyCode keyCode, EventModifiers modifiers) => new T { character = c, keyCode = keyCode, modifiers = modifiers };
     }
 
-    public sealed class KeyDownEvent : KeyboardEventBase<KeyDownEvent>
-    {
-        public static KeyDownEvent GetPooled(char c, KeyCode keyCode, EventModifiers modifiers) => new KeyDownEvent { character = c, keyCode = keyCode, modifiers = modifiers };
-    }
+    public class KeyDownEvent : KeyboardEventBase<KeyDownEvent> { }
+    public class KeyUpEvent : KeyboardEventBase<KeyUpEvent> { }
 
-    public sealed class KeyUpEvent : KeyboardEventBase<KeyUpEvent> { }
+    public abstract class NavigationEventBase<T> : EventBase<T> where T : NavigationEventBase<T>, new() { }
 
     /// What the arrow keys also are: it moves the focus unless it is ignored.
-    public sealed class NavigationMoveEvent : EventBase<NavigationMoveEvent>
+    public class NavigationMoveEvent : NavigationEventBase<NavigationMoveEvent>
     {
         public enum Direction { None, Left, Up, Right, Down, Next, Previous }
         public Direction direction { get; internal set; }
     }
 
-    public sealed class GeometryChangedEvent : EventBase<GeometryChangedEvent>
+    public class GeometryChangedEvent : EventBase<GeometryChangedEvent>
     {
         public Rect oldRect { get; internal set; }
         public Rect newRect { get; internal set; }
         public GeometryChangedEvent() { bubbles = false; tricklesDown = false; }
     }
 
-    public sealed class AttachToPanelEvent : EventBase<AttachToPanelEvent>
-    {
-        public IPanel destinationPanel { get; internal set; }
-        public AttachToPanelEvent() { bubbles = false; tricklesDown = false; }
-    }
-
-    public sealed class DetachFromPanelEvent : EventBase<DetachFromPanelEvent>
+    public abstract class PanelChangedEventBase<T> : EventBase<T> where T : PanelChangedEventBase<T>, new()
     {
         public IPanel originPanel { get; internal set; }
-        public DetachFromPanelEvent() { bubbles = false; tricklesDown = false; }
+        public IPanel destinationPanel { get; internal set; }
+        protected PanelChangedEventBase() { bubbles = false; tricklesDown = false; }
     }
 
-    public sealed class FocusInEvent : EventBase<FocusInEvent> { }
-    public sealed class FocusOutEvent : EventBase<FocusOutEvent> { }
-    public sealed class FocusEvent : EventBase<FocusEvent> { public FocusEvent() { bubbles = false; } }
-    public sealed class BlurEvent : EventBase<BlurEvent> { public BlurEvent() { bubbles = false; } }
+    public class AttachToPanelEvent : PanelChangedEventBase<AttachToPanelEvent> { }
+    public class DetachFromPanelEvent : PanelChangedEventBase<DetachFromPanelEvent> { }
 
-    public sealed class ChangeEvent<T> : EventBase<ChangeEvent<T>>
+    public abstract class FocusEventBase<T> : EventBase<T> where T : FocusEventBase<T>, new() { }
+    public class FocusInEvent : FocusEventBase<FocusInEvent> { }
+    public class FocusOutEvent : FocusEventBase<FocusOutEvent> { }
+    public class FocusEvent : FocusEventBase<FocusEvent> { public FocusEvent() { bubbles = false; } }
+    public class BlurEvent : FocusEventBase<BlurEvent> { public BlurEvent() { bubbles = false; } }
+
+    public class ChangeEvent<T> : EventBase<ChangeEvent<T>>
     {
-        public T previousValue { get; private set; }
-        public T newValue { get; private set; }
+        public T previousValue { get; protected set; }
+        public T newValue { get; protected set; }
         public static ChangeEvent<T> GetPooled(T previousValue, T newValue) => new ChangeEvent<T> { previousValue = previousValue, newValue = newValue };
     }
 

@@ -18,9 +18,9 @@ namespace UnityEngine
         public GUIContent(string text, string tooltip) { this.text = text; this.tooltip = tooltip; }
     }
 
-    public class GUIStyle { }
+    public sealed class GUIStyle { }
 
-    public static class ColorUtility
+    public class ColorUtility
     {
         static int Byte(float channel) => Math.Max(0, Math.Min(255, (int)Math.Round(channel * 255)));
         public static string ToHtmlStringRGB(Color color) => $"{Byte(color.r):X2}{Byte(color.g):X2}{Byte(color.b):X2}";

@@ -12,12 +12,11 @@ namespace UnityEngine.UIElements
         FocusController focusController { get; }
     }
 
-    public sealed class FocusController
+    public class FocusController
     {
+        internal FocusController() { }
         public Focusable focusedElement { get; internal set; }
-#if UNITY_6000_0_OR_NEWER
         public void IgnoreEvent(EventBase evt) => evt.Ignore();
-#endif
     }
 
     public abstract class Focusable : CallbackEventHandler
@@ -26,8 +25,8 @@ namespace UnityEngine.UIElements
         public int tabIndex { get; set; }
         public abstract FocusController focusController { get; }
         public virtual bool canGrabFocus => focusable;
-        public abstract void Focus();
-        public abstract void Blur();
+        public virtual void Focus() { }
+        public virtual void Blur() { }
     }
 
     public interface IVisualElementScheduledItem
@@ -131,7 +130,11 @@ namespace UnityEngine.UIElements
             }
         }
 
+#if UNITY_6000_0_OR_NEWER
+        public bool enabledSelf { get => isEnabled; set => isEnabled = value; }
+#else
         public bool enabledSelf => isEnabled;
+#endif
         public bool enabledInHierarchy => isEnabled && (physicalParent == null || physicalParent.enabledInHierarchy);
         public void SetEnabled(bool value) => isEnabled = value;
 
@@ -194,21 +197,23 @@ namespace UnityEngine.UIElements
         }
     }
 
-    public struct UQueryBuilder<T> : IEnumerable<T> where T : VisualElement
+    public struct UQueryBuilder<T> where T : VisualElement
     {
         readonly VisualElement root;
         readonly string name, className;
         internal UQueryBuilder(VisualElement root, string name, string className) { this.root = root; this.name = name; this.className = className; }
         static IEnumerable<VisualElement> Below(VisualElement at) => at.hierarchy.Children().SelectMany(child => new[] { child }.Concat(Below(child)));
-        public List<T> ToList() => this.ToList<T>();
-        public T First() => this.FirstOrDefault();
+        public List<T> ToList() => Found.ToList();
+        public T First() => Found.FirstOrDefault();
         public void ForEach(Action<T> funcCall) { foreach (var one in ToList()) funcCall(one); }
-        public IEnumerator<T> GetEnumerator()
+        IEnumerable<T> Found
         {
-            var (name, className) = (this.name, this.className);
-            return new[] { root }.Concat(Below(root)).OfType<T>().Where(e => (name == null || e.name == name) && (className == null || e.ClassListContains(className))).GetEnumerator();
+            get
+            {
+                var (name, className) = (this.name, this.className);
+                return new[] { root }.Concat(Below(root)).OfType<T>().Where(e => (name == null || e.name == name) && (className == null || e.ClassListContains(className)));
+            }
         }
-        IEnumerator IEnumerable.GetEnumerator() => GetEnumerator();
     }
 
     public static class UQueryExtensions
@@ -219,20 +224,19 @@ namespace UnityEngine.UIElements
     }
 
     // For UXML: Unity 6 takes the attribute, 2022.3 the factory.
-#if UNITY_6000_0_OR_NEWER
     [AttributeUsage(AttributeTargets.Class)]
     public class UxmlElementAttribute : Attribute
     {
         public UxmlElementAttribute() { }
         public UxmlElementAttribute(string uxmlName) { }
     }
-#else
-    public abstract class UxmlTraits { }
-    public class UxmlFactory<TCreatedType, TTraits> where TCreatedType : VisualElement, new() where TTraits : UxmlTraits, new() { }
+    public abstract class BaseUxmlTraits { }
+    public abstract class UxmlTraits : BaseUxmlTraits { }
+    public abstract class BaseUxmlFactory<TCreatedType, TTraits> where TCreatedType : VisualElement, new() where TTraits : BaseUxmlTraits, new() { }
+    public class UxmlFactory<TCreatedType, TTraits> : BaseUxmlFactory<TCreatedType, TTraits> where TCreatedType : VisualElement, new() where TTraits : UxmlTraits, new() { }
     public partial class VisualElement
     {
         public class UxmlFactory : UxmlFactory<VisualElement, UxmlTraits> { }
         public class UxmlTraits : UIElements.UxmlTraits { }
     }
-#endif
 }

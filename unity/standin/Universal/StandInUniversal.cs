@@ -48,7 +48,7 @@ namespace UnityEngine.Rendering.Universal
         }
     }
 
-    sealed class UniversalRenderPipeline : RenderPipeline
+    public sealed class UniversalRenderPipeline : RenderPipeline
     {
         readonly UniversalRenderPipelineAsset asset;
 #if UNITY_6000_0_OR_NEWER

@@ -25,6 +25,7 @@ namespace UnityEngine.Rendering.Universal
         internal readonly List<ScriptableRenderPass> queue = new List<ScriptableRenderPass>();
         internal readonly List<ScriptableRendererFeature> features = new List<ScriptableRendererFeature>();
         internal RTHandle color, depth;
+        internal ScriptableRenderer() { }
 #if !UNITY_6000_3_OR_NEWER
         public RTHandle cameraColorTargetHandle => StandInUniversal.IsExecuting ? color : throw new InvalidOperationException("You can only call cameraColorTarget inside the scope of a ScriptableRenderPass.");
         public RTHandle cameraDepthTargetHandle => StandInUniversal.IsExecuting ? depth : throw new InvalidOperationException("You can only call cameraDepthTarget inside the scope of a ScriptableRenderPass.");
@@ -32,9 +33,14 @@ namespace UnityEngine.Rendering.Universal
         public void EnqueuePass(ScriptableRenderPass pass) => queue.Add(pass);
     }
 
-    public sealed class UniversalRenderer : ScriptableRenderer { }
+    public sealed class UniversalRenderer : ScriptableRenderer { internal UniversalRenderer() { } }
 
-    public class UniversalRenderPipelineAsset : RenderPipelineAsset
+    public class UniversalRenderPipelineAsset
+#if UNITY_6000_0_OR_NEWER
+        : RenderPipelineAsset<UniversalRenderPipeline>
+#else
+        : RenderPipelineAsset
+#endif
     {
         internal readonly UniversalRenderer renderer = new UniversalRenderer();
         protected override RenderPipeline CreatePipeline() => new UniversalRenderPipeline(this);
@@ -59,10 +65,17 @@ namespace UnityEngine.Rendering.Universal
     {
         internal Matrix4x4[] views, projections;
         internal bool isFlipped;
+#if UNITY_6000_0_OR_NEWER
+        public Camera camera { get; internal set; }
+        public RenderTextureDescriptor cameraTargetDescriptor { get; internal set; }
+        public ScriptableRenderer renderer { get; internal set; }
+        public AntialiasingMode antialiasing { get; internal set; }
+#else
         public Camera camera;
         public RenderTextureDescriptor cameraTargetDescriptor;
         public ScriptableRenderer renderer;
         public AntialiasingMode antialiasing;
+#endif
         public Matrix4x4 GetViewMatrix(int viewIndex = 0) => views[viewIndex];
         public Matrix4x4 GetProjectionMatrix(int viewIndex = 0) => projections[viewIndex];
 #if !UNITY_6000_3_OR_NEWER
@@ -73,15 +86,6 @@ namespace UnityEngine.Rendering.Universal
     public struct RenderingData { public CameraData cameraData; }
 
 #if UNITY_6000_0_OR_NEWER
-    public class XRPass
-    {
-        internal int views = 1;
-        public bool enabled { get; internal set; }
-        public bool singlePassEnabled => enabled && views > 1;
-        public int viewCount => views;
-        public int multipassId { get; internal set; }
-    }
-
     public class UniversalCameraData : ContextItem
     {
         internal Matrix4x4[] views, projections;
@@ -90,18 +94,20 @@ namespace UnityEngine.Rendering.Universal
         public RenderTextureDescriptor cameraTargetDescriptor;
         public ScriptableRenderer renderer;
         public AntialiasingMode antialiasing;
-        public XRPass xr { get; internal set; } = new XRPass();
+        public Experimental.Rendering.XRPass xr { get; internal set; } = new Experimental.Rendering.XRPass();
         public Matrix4x4 GetViewMatrix(int viewIndex = 0) => views[viewIndex];
         public Matrix4x4 GetProjectionMatrix(int viewIndex = 0) => projections[viewIndex];
         public bool IsRenderTargetProjectionMatrixFlipped(RTHandle color, RTHandle depth = null) => isFlipped;
         public override void Reset() { }
     }
 
-    public class UniversalResourceData : ContextItem
+    public abstract class UniversalResourceDataBase : ContextItem { }
+
+    public class UniversalResourceData : UniversalResourceDataBase
     {
         public TextureHandle activeColorTexture { get; internal set; }
         public TextureHandle activeDepthTexture { get; internal set; }
-        public TextureHandle cameraDepthTexture { get; set; }
+        public TextureHandle cameraDepthTexture { get; internal set; }
         public bool isActiveTargetBackBuffer { get; internal set; }
         public override void Reset() { }
     }
@@ -110,6 +116,7 @@ namespace UnityEngine.Rendering.Universal
     public abstract class ScriptableRenderPass
     {
         internal ScriptableRenderPassInput input;
+        public ScriptableRenderPass() { }
         public RenderPassEvent renderPassEvent { get; set; } = RenderPassEvent.AfterRenderingOpaques;
         protected internal ProfilingSampler profilingSampler { get; set; }
         public void ConfigureInput(ScriptableRenderPassInput passInput) => input = passInput;
@@ -120,9 +127,10 @@ namespace UnityEngine.Rendering.Universal
         // From 6000.3 on only projects that define URP_COMPATIBILITY_MODE have it, and from 6000.4 on none.
 #if !UNITY_6000_3_OR_NEWER
 #if UNITY_6000_0_OR_NEWER
-        [Obsolete("This rendering path is for compatibility mode only (when Render Graph is disabled). Use Render Graph API instead.", false)]
-#endif
         public virtual void Execute(ScriptableRenderContext context, ref RenderingData renderingData) { }
+#else
+        public abstract void Execute(ScriptableRenderContext context, ref RenderingData renderingData);
+#endif
 #endif
     }
 

@@ -11,6 +11,9 @@ sealed class AssemblyDefinition
     public string File, Folder, Name;
     /// Whether it belongs to what stands in for Unity's own assemblies.
     public bool IsStandIn;
+    public bool IsTest => OptionalUnityReferences.Contains("TestAssemblies");
+    /// Whether it is one of Unity's own, as the stand-in has it.
+    public bool PlaysUnity => IsStandIn && !IsTest;
     public List<string> References = new List<string>(), IncludePlatforms = new List<string>(), ExcludePlatforms = new List<string>();
     public List<string> DefineConstraints = new List<string>(), PrecompiledReferences = new List<string>(), OptionalUnityReferences = new List<string>();
     public List<(string name, string expression, string define)> VersionDefines = new List<(string, string, string)>();
@@ -57,7 +60,7 @@ sealed class AssemblyDefinition
         var platform = editor ? "Editor" : "LinuxStandalone64";
         if (IncludePlatforms.Count > 0 && !IncludePlatforms.Contains(platform)) return false;
         if (ExcludePlatforms.Contains(platform)) return false;
-        if (OptionalUnityReferences.Contains("TestAssemblies") && !symbols.Contains("UNITY_INCLUDE_TESTS")) return false;
+        if (IsTest && !symbols.Contains("UNITY_INCLUDE_TESTS")) return false;
         return DefineConstraints.All(constraint => constraint.Split(new[] { "||" }, StringSplitOptions.None).Select(part => part.Trim())
             .Any(part => part.StartsWith("!") ? !symbols.Contains(part.Substring(1).Trim()) : symbols.Contains(part)));
     }

@@ -20,10 +20,13 @@ static class Program
             switch (arguments.FirstOrDefault())
             {
                 case "compile": return Compile(arguments.Skip(1).ToArray()) ? 0 : 1;
-                case "unity" when arguments.Length >= 6:
-                    return new UnityBuild(arguments[1], arguments[2], arguments[3], arguments[4], arguments.Skip(5).ToArray()).Run() ? 0 : 1;
+                case "unity" when arguments.Length >= 8:
+                    return Unity(arguments[1], arguments[2], new ClassLibraries(arguments[3], arguments[4]), arguments[5], arguments[6], arguments.Skip(7).ToArray()) ? 0 : 1;
+                case "api" when arguments.Length >= 6:
+                    ApiLists.Make(arguments[1], arguments[2], new ClassLibraries(arguments[3], arguments[4]), arguments.Skip(5).ToArray());
+                    return 0;
                 default:
-                    Console.Error.WriteLine("usage: csc compile OPTIONS... | csc unity VERSION OUT NETSTANDARD NUNIT FOLDER...");
+                    Console.Error.WriteLine("usage: csc compile OPTIONS... | csc unity VERSION,... OUT NETSTANDARD FRAMEWORK NUNIT API FOLDER... | csc api LISTS API NETSTANDARD FRAMEWORK FOLDER...");
                     return 2;
             }
         }
@@ -32,6 +35,18 @@ static class Program
             Console.Error.WriteLine("error: " + error.Message);
             return 1;
         }
+    }
+
+    /// Compiles folders as versions of Unity do, each into a folder of its own.
+    static bool Unity(string versions, string output, ClassLibraries libraries, string nunit, string api, string[] folders)
+    {
+        var all = true;
+        foreach (var name in versions == "all" ? UnityVersion.All : versions.Split(','))
+        {
+            Console.WriteLine($"==> As Unity {name}");
+            all &= new UnityBuild(new UnityVersion(name), Path.Combine(output, name), libraries, nunit, api, folders).Run();
+        }
+        return all;
     }
 
     /// Compiles one assembly by csc's options. An assembly whose inputs are those of the last time is left as it is.
@@ -48,7 +63,7 @@ static class Program
         if (File.Exists(output) && File.Exists(output + ".stamp") && File.ReadAllText(output + ".stamp") == stamp) return true;
         File.Delete(output + ".stamp");
 
-        var trees = parsed.SourceFiles.Select(file =>
+        var trees = parsed.SourceFiles.AsParallel().AsOrdered().Select(file =>
         {
             using (var stream = File.OpenRead(file.Path))
                 return CSharpSyntaxTree.ParseText(SourceText.From(stream, Encoding.UTF8, canBeEmbedded: false), parsed.ParseOptions, Path.GetRelativePath(here, file.Path));

@@ -7,13 +7,11 @@ using System.Text.RegularExpressions;
 
 sealed class UnityBuild
 {
-    readonly string output, nunit;
-    /// The class library: netstandard 2.1, or .NET Framework's of Mono.
+    readonly string output, nunit, api;
+    /// The class library's files.
     readonly string[] library;
     readonly string[] folders;
-    readonly bool editor;
-    readonly HashSet<string> symbols;
-    readonly Dictionary<string, Version> packages;
+    readonly UnityVersion version;
     readonly Dictionary<string, AssemblyDefinition> known = new Dictionary<string, AssemblyDefinition>();
     readonly Dictionary<string, string> nameOfGuid = new Dictionary<string, string>();
     readonly HashSet<string> failed = new HashSet<string>();
@@ -28,62 +26,53 @@ sealed class UnityBuild
         ("UnityEditor", "UnityEditor", true),
     };
 
-    public UnityBuild(string version, string output, string library, string nunit, string[] folders)
+    /// `output`: a folder of this version's own; `api`: the lists of Unity's API.
+    public UnityBuild(UnityVersion version, string output, ClassLibraries libraries, string nunit, string api, string[] folders)
     {
+        this.version = version;
         this.output = Path.GetFullPath(output);
+        library = libraries.Of(version);
         this.nunit = nunit;
+        this.api = api;
         this.folders = folders;
-        editor = !version.EndsWith("-player");
-        // Whether there is the old input manager is up to the project: both are compiled.
-        var hasOldInput = version != "6000.0-player";
-        // What Project Settings > Player > Api Compatibility Level says; editors' own assemblies are compiled so in any case.
-        var isFramework = version.EndsWith("-framework");
-        this.library = (isFramework ? new[] { "mscorlib", "System", "System.Core", "System.Numerics" } : new[] { "netstandard" }).Select(name => Path.Combine(library, name + ".dll")).ToArray();
-        version = version.Replace("-player", "").Replace("-framework", "");
-        symbols = new HashSet<string> { "UNITY_64", "UNITY_STANDALONE", "UNITY_STANDALONE_LINUX", "CSHARP_7_3_OR_NEWER", "ENABLE_VR", "ENABLE_PROFILER", "ENABLE_MONO", "UNITY_ASSERTIONS", "STAND_IN" };
-        symbols.UnionWith(isFramework ? new[] { "NET_4_6", "NET_UNITY_4_8" } : new[] { "NET_STANDARD_2_1", "NET_STANDARD", "NETSTANDARD", "NETSTANDARD2_1" });
-        if (editor) symbols.UnionWith(new[] { "UNITY_EDITOR", "UNITY_EDITOR_64", "UNITY_EDITOR_LINUX", "ENABLE_UNITY_COLLECTIONS_CHECKS", "DEVELOPMENT_BUILD", "DEBUG", "TRACE" });
-        if (editor && !isFramework) symbols.Add("UNITY_INCLUDE_TESTS");
-        if (hasOldInput) symbols.Add("ENABLE_LEGACY_INPUT_MANAGER");
-        foreach (var older in new[] { "2019_4", "2020_1", "2020_2", "2020_3", "2021_1", "2021_2", "2021_3", "2022_1", "2022_2", "2022_3" }) symbols.Add($"UNITY_{older}_OR_NEWER");
-        string pipelines;
-        switch (version)
-        {
-            case "6000.0":
-            case "6000.3":
-                symbols.UnionWith(new[] { "UNITY_6000", "UNITY_" + version.Replace('.', '_'), "UNITY_2023_1_OR_NEWER", "UNITY_2023_2_OR_NEWER", "UNITY_2023_3_OR_NEWER", "UNITY_6000_0_OR_NEWER" });
-                if (version == "6000.3") symbols.UnionWith(new[] { "UNITY_6000_1_OR_NEWER", "UNITY_6000_2_OR_NEWER", "UNITY_6000_3_OR_NEWER" });
-                pipelines = version == "6000.0" ? "17.0.4" : "17.3.0";
-                break;
-            case "2022.3":
-                symbols.UnionWith(new[] { "UNITY_2022", "UNITY_2022_3" });
-                pipelines = "14.0.12";
-                break;
-            default: throw new BuildException($"Unity {version} is not one that the stand-in stands for: 6000.0, 6000.3 or 2022.3.");
-        }
-        packages = new Dictionary<string, Version>
-        {
-            ["Unity"] = AssemblyDefinition.Parse(version),
-            ["com.unity.render-pipelines.core"] = AssemblyDefinition.Parse(pipelines),
-            ["com.unity.render-pipelines.universal"] = AssemblyDefinition.Parse(pipelines),
-            ["com.unity.render-pipelines.high-definition"] = AssemblyDefinition.Parse(pipelines),
-            ["com.unity.test-framework"] = AssemblyDefinition.Parse("1.4.5"),
-            ["com.unity.modules.vr"] = AssemblyDefinition.Parse("1.0.0"),
-            ["com.unity.modules.xr"] = AssemblyDefinition.Parse("1.0.0"),
-        };
-        // Packages that are not there for this run, for what a project without them compiles.
-        foreach (var missing in (Environment.GetEnvironmentVariable("UNITY_WITHOUT") ?? "").Split(' ')) packages.Remove(missing);
+        foreach (var folder in folders)
+            if (Directory.Exists(folder)) Find(folder, Path.GetFileName(folder.TrimEnd('/')) == "standin");
     }
+
+    /// Where what scripts are compiled against lies: Unity's assemblies without what is in their methods.
+    string SeenFolder => Path.Combine(output, "seen");
 
     public bool Run()
     {
-        foreach (var folder in folders)
-            if (Directory.Exists(folder)) Find(folder, Path.GetFileName(folder.TrimEnd('/')) == "standin");
+        if (!StandIn().Write(api, SeenFolder)) return false;
         var all = true;
         foreach (var definition in known.Values.OrderBy(definition => definition.Name, StringComparer.Ordinal).ToList())
             all &= Build(definition, new List<string>()) || !failed.Contains(definition.Name);
         return all;
     }
+
+    /// Unity's assemblies in this version, as the stand-in has them.
+    public StandInAssemblies StandIn()
+    {
+        var inOrder = new List<AssemblyDefinition>();
+        void Add(AssemblyDefinition definition)
+        {
+            if (!definition.PlaysUnity || inOrder.Contains(definition) || !IsWanted(definition)) return;
+            foreach (var name in ReferencesOf(definition))
+                if (known.TryGetValue(name, out var other)) Add(other);
+            inOrder.Add(definition);
+        }
+        foreach (var definition in known.Values.OrderBy(definition => definition.Name, StringComparer.Ordinal)) Add(definition);
+        return new StandInAssemblies(version, library, inOrder, ReferencesOf, SymbolsOf);
+    }
+
+    /// The namespaces that scripts use, but for those of the stand-in's tests.
+    public IEnumerable<string> Used() =>
+        from definition in known.Values
+        where !definition.IsStandIn
+        from file in definition.Sources
+        from Match match in Regex.Matches(File.ReadAllText(file), @"^\s*using (?:static |\w+ *= *)?([\w.]+);", RegexOptions.Multiline)
+        select match.Groups[1].Value;
 
     void Find(string folder, bool isStandIn)
     {
@@ -129,12 +118,12 @@ sealed class UnityBuild
 
     HashSet<string> SymbolsOf(AssemblyDefinition definition)
     {
-        var own = new HashSet<string>(symbols);
-        own.UnionWith(definition.Defined(packages));
+        var own = new HashSet<string>(version.Symbols);
+        own.UnionWith(definition.Defined(version.Packages));
         return own;
     }
 
-    bool IsWanted(AssemblyDefinition definition) => definition.IsWanted(SymbolsOf(definition), editor);
+    bool IsWanted(AssemblyDefinition definition) => definition.IsWanted(SymbolsOf(definition), version.IsEditor);
 
     bool Build(AssemblyDefinition definition, List<string> above)
     {
@@ -150,34 +139,21 @@ sealed class UnityBuild
             Console.WriteLine($"    {definition.Name}: has no scripts");
             return done[definition.Name] = false;
         }
+        if (definition.IsStandIn && version.Name != UnityVersion.Run) return done[definition.Name] = definition.PlaysUnity;
         above = above.Append(definition.Name).ToList();
-        var references = new HashSet<string>();
-        string missing = null;
-        bool Refer(string name)
+        var references = new List<AssemblyDefinition>();
+        foreach (var name in ReferencesOf(definition))
         {
             if (!known.TryGetValue(name, out var other))
             {
                 // Unity leaves a missing reference out; what uses it then fails to compile.
-                missing = name;
-                return false;
+                if (!definition.IsStandIn) continue;
+                Console.WriteLine($"    {definition.Name}: left out, as there is no {name}");
+                return done[definition.Name] = false;
             }
-            if (Build(other, above)) references.Add(name);
-            return references.Contains(name);
+            if (Build(other, above)) references.Add(other);
+            else if (failed.Contains(name)) return Failed(definition, $"{name} failed");
         }
-        foreach (var reference in definition.References)
-        {
-            var name = reference;
-            if (name.StartsWith("GUID:") && !nameOfGuid.TryGetValue(name.Substring(5), out name)) continue;
-            if (!Refer(name) && known.TryGetValue(name, out var other) && failed.Contains(name)) return Failed(definition, $"{name} failed");
-        }
-        if (missing != null && definition.IsStandIn)
-        {
-            Console.WriteLine($"    {definition.Name}: left out, as there is no {missing}");
-            return done[definition.Name] = false;
-        }
-        if (!definition.NoEngineReferences && !Engine.Any(engine => engine.assembly == definition.Name))
-            foreach (var (_, assembly, editorOnly) in Engine)
-                if ((!editorOnly || editor) && known.TryGetValue(assembly, out var engine) && engine.Sources.Count > 0 && !Refer(assembly)) return Failed(definition, $"{assembly} failed");
 
         Directory.CreateDirectory(output);
         var options = new List<string>
@@ -189,8 +165,8 @@ sealed class UnityBuild
         };
         options.AddRange(library.Select(file => "-r:" + file));
         if (definition.AllowUnsafeCode) options.Add("-unsafe+");
-        foreach (var reference in references.OrderBy(name => name, StringComparer.Ordinal)) options.Add("-r:" + Path.Combine(output, reference + ".dll"));
-        if (definition.PrecompiledReferences.Contains("nunit.framework.dll") || definition.OptionalUnityReferences.Contains("TestAssemblies"))
+        options.AddRange(references.SelectMany(reference => FilesOf(reference, definition)).Distinct().OrderBy(file => file, StringComparer.Ordinal).Select(file => "-r:" + file));
+        if (definition.PrecompiledReferences.Contains("nunit.framework.dll") || definition.IsTest)
         {
             options.Add("-r:" + nunit);
             var beside = Path.Combine(output, Path.GetFileName(nunit));
@@ -203,6 +179,26 @@ sealed class UnityBuild
         if (!Program.Compile(options.ToArray(), areScripts: !definition.IsStandIn && !definition.Name.Contains(".Tests"))) return Failed(definition, "see above");
         Console.WriteLine($"    {definition.Name}: compiled");
         return done[definition.Name] = true;
+    }
+
+    /// The assemblies that one refers to by their names, and those of the engine, which all see.
+    IEnumerable<string> ReferencesOf(AssemblyDefinition definition)
+    {
+        foreach (var reference in definition.References)
+        {
+            var name = reference;
+            if (!name.StartsWith("GUID:") || nameOfGuid.TryGetValue(name.Substring(5), out name)) yield return name;
+        }
+        if (definition.NoEngineReferences || Engine.Any(engine => engine.assembly == definition.Name)) yield break;
+        foreach (var (_, assembly, editorOnly) in Engine)
+            if (!editorOnly || version.IsEditor) yield return assembly;
+    }
+
+    /// What is referred to is the stand-in itself for what belongs to it, and for all others what Unity would let them see.
+    IEnumerable<string> FilesOf(AssemblyDefinition reference, AssemblyDefinition user)
+    {
+        if (!reference.PlaysUnity || user.IsStandIn) return new[] { Path.Combine(output, reference.Name + ".dll") };
+        return new[] { reference.Name, Names.AssemblyOf(UnityVersion.ListOfAssembly(reference.Name)) }.Select(name => Path.Combine(SeenFolder, name + ".dll"));
     }
 
     bool Failed(AssemblyDefinition definition, string why)

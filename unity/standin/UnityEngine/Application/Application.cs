@@ -9,7 +9,7 @@ namespace UnityEngine
     public enum LogOption { None, NoStacktrace }
     public enum SystemLanguage { English = 10, Unknown = 42 }
 
-    public static class Application
+    public class Application
     {
         internal static bool playing;
         public static bool isPlaying => playing;
@@ -45,12 +45,13 @@ namespace UnityEngine
             project ??= Environment.GetEnvironmentVariable("STANDIN_PROJECT") ?? Path.Combine(Path.GetTempPath(), "standin-" + System.Diagnostics.Process.GetCurrentProcess().Id);
             return Directory.CreateDirectory(Path.Combine(project, name)).FullName;
         }
+        public delegate void LowMemoryCallback();
         public delegate void LogCallback(string condition, string stackTrace, LogType type);
         public static event LogCallback logMessageReceived, logMessageReceivedThreaded;
         public static event Action quitting;
         public static event Func<bool> wantsToQuit;
 #pragma warning disable 67 // Nothing here runs low on memory or loses the focus.
-        public static event Action lowMemory;
+        public static event LowMemoryCallback lowMemory;
         public static event Action<bool> focusChanged;
         public static event Action unloading;
 #pragma warning restore 67
@@ -67,7 +68,7 @@ namespace UnityEngine
         internal static void ForgetListeners() { logMessageReceived = null; logMessageReceivedThreaded = null; quitting = null; wantsToQuit = null; onBeforeRender = null; }
     }
 
-    public static class Time
+    public class Time
     {
         internal static int frames;
         internal static double seconds;
@@ -88,7 +89,7 @@ namespace UnityEngine
     }
 
     public interface ILogger { void Log(LogType type, object message); void LogException(Exception exception); }
-    public static class Debug
+    public class Debug
     {
         static void Write(LogType type, object message, string stack = null)
         {
@@ -130,10 +131,11 @@ namespace UnityEngine
     /// Only what goes on with the next frame.
     public class Awaitable
     {
-        public static System.Threading.Tasks.Task NextFrameAsync(System.Threading.CancellationToken cancellationToken = default) => throw new NotImplementedException("the stand-in has no awaitables");
+        Awaitable() { }
+        public static Awaitable NextFrameAsync(System.Threading.CancellationToken cancellationToken = default) => throw new NotImplementedException("the stand-in has no awaitables");
     }
 #endif
-    public static class GUIUtility
+    public class GUIUtility
     {
         public static string systemCopyBuffer { get; set; } = "";
         public static int hotControl { get; set; }
@@ -143,7 +145,7 @@ namespace UnityEngine
     }
     public enum FocusType { Native, Keyboard, Passive }
 
-    public static class Gizmos
+    public sealed class Gizmos
     {
         /// What was drawn since the last frame began: a kind and a matrix each.
         internal static readonly List<(string kind, Matrix4x4 matrix, Color color)> drawn = new List<(string, Matrix4x4, Color)>();
@@ -167,7 +169,7 @@ namespace UnityEngine
         public static void InitState(int seed) => source = new System.Random(seed);
     }
 
-    public static class Screen
+    public sealed class Screen
     {
         public static int width { get; internal set; } = 640;
         public static int height { get; internal set; } = 480;
@@ -179,15 +181,20 @@ namespace UnityEngine.Events
 {
     public delegate void UnityAction();
     public delegate void UnityAction<T0>(T0 arg0);
+    public delegate void UnityAction<T0, T1>(T0 arg0, T1 arg1);
     [Serializable]
-    public abstract class UnityEventBase { }
+    public abstract class UnityEventBase
+    {
+        internal abstract void Clear();
+        public void RemoveAllListeners() => Clear();
+    }
     [Serializable]
     public class UnityEvent : UnityEventBase
     {
         readonly List<UnityAction> calls = new List<UnityAction>();
         public void AddListener(UnityAction call) => calls.Add(call);
         public void RemoveListener(UnityAction call) => calls.Remove(call);
-        public void RemoveAllListeners() => calls.Clear();
+        internal override void Clear() => calls.Clear();
         public void Invoke() { foreach (var call in calls.ToArray()) call(); }
     }
     [Serializable]
@@ -196,16 +203,24 @@ namespace UnityEngine.Events
         readonly List<UnityAction<T0>> calls = new List<UnityAction<T0>>();
         public void AddListener(UnityAction<T0> call) => calls.Add(call);
         public void RemoveListener(UnityAction<T0> call) => calls.Remove(call);
-        public void RemoveAllListeners() => calls.Clear();
+        internal override void Clear() => calls.Clear();
         public void Invoke(T0 arg0) { foreach (var call in calls.ToArray()) call(arg0); }
     }
 }
 
 namespace UnityEngine.Profiling
 {
-    public class CustomSampler { public static CustomSampler Create(string name) => new CustomSampler(); public static CustomSampler Create(string name, bool collectGpuData) => new CustomSampler(); public void Begin() { } public void End() { } }
-    public static class Profiler
+    public class Sampler { internal Sampler() { } }
+    public sealed class CustomSampler : Sampler
     {
+        internal CustomSampler() { }
+        public static CustomSampler Create(string name, bool collectGpuData = false) => new CustomSampler();
+        public void Begin() { }
+        public void End() { }
+    }
+    public sealed class Profiler
+    {
+        Profiler() { }
         public static bool enabled { get; set; }
         public static void BeginSample(string name) => StandIn.Samples.Begin(name);
         public static void EndSample() => StandIn.Samples.End();

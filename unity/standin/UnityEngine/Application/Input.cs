@@ -13,7 +13,7 @@ namespace UnityEngine
     }
 
     /// The old input manager, which projects may have turned off.
-    public static class Input
+    public class Input
     {
         public static bool GetKey(KeyCode key)
         {
@@ -28,9 +28,9 @@ namespace UnityEngine.XR
 {
     public enum XRNode { LeftEye, RightEye, CenterEye, Head, LeftHand, RightHand }
 
-    public readonly struct InputFeatureUsage<T> : IEquatable<InputFeatureUsage<T>>
+    public struct InputFeatureUsage<T> : IEquatable<InputFeatureUsage<T>>
     {
-        public string name { get; }
+        public string name { get; set; }
         public InputFeatureUsage(string usageName) => name = usageName;
         public bool Equals(InputFeatureUsage<T> other) => name == other.name;
         public override bool Equals(object obj) => obj is InputFeatureUsage<T> other && Equals(other);
@@ -73,7 +73,7 @@ namespace UnityEngine.XR
         public static bool operator !=(InputDevice a, InputDevice b) => !a.Equals(b);
     }
 
-    public static class InputDevices
+    public class InputDevices
     {
         public static InputDevice GetDeviceAtXRNode(XRNode node)
         {

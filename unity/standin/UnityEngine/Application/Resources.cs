@@ -6,7 +6,7 @@ using System.Linq;
 namespace UnityEngine
 {
     /// What lies in folders named Resources, of the packages and of the project.
-    public static class Resources
+    public sealed class Resources
     {
         static readonly Dictionary<string, Object> loaded = new Dictionary<string, Object>();
         static IEnumerable<string> Files() => StandIn.Packages.Files("*").Where(file => !file.EndsWith(".meta"));

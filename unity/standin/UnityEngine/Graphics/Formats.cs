@@ -19,7 +19,7 @@ namespace UnityEngine.Experimental.Rendering
 #endif
     public enum DefaultFormat { LDR, HDR, DepthStencil, Shadow, Video }
 
-    public static class GraphicsFormatUtility
+    public class GraphicsFormatUtility
     {
         /// Bytes of a texel.
         public static uint GetBlockSize(GraphicsFormat format)

@@ -5,7 +5,11 @@ using Unity.Collections.LowLevel.Unsafe;
 
 namespace UnityEngine
 {
-    public struct GraphicsBufferHandle { public uint value; }
+    public struct GraphicsBufferHandle
+    {
+        public readonly uint value;
+        internal GraphicsBufferHandle(uint value) => this.value = value;
+    }
 
     public sealed class GraphicsBuffer : IDisposable
     {

@@ -100,10 +100,11 @@ namespace UnityEngine
         public bool useMipMap { get => described.useMipMap; set { Before(0, "mipmap mode"); if (isCreated) return; described.useMipMap = value; Take(); } }
         public bool autoGenerateMips { get => described.autoGenerateMips; set => described.autoGenerateMips = value; }
         public int antiAliasing { get => described.msaaSamples; set { Before(0, "anti-aliasing"); if (isCreated) return; described.msaaSamples = value; Check(); } }
-        public RenderTextureFormat format => FormatOf(described.graphicsFormat, described.depthStencilFormat);
-        public new GraphicsFormat graphicsFormat => described.graphicsFormat;
-        public GraphicsFormat depthStencilFormat => described.depthStencilFormat;
-        public int depth => described.depthBufferBits;
+        public RenderTextureFormat format { get => FormatOf(described.graphicsFormat, described.depthStencilFormat); set => Reformat(() => described.colorFormat = value); }
+        public new GraphicsFormat graphicsFormat { get => described.graphicsFormat; set => Reformat(() => described.graphicsFormat = value); }
+        public GraphicsFormat depthStencilFormat { get => described.depthStencilFormat; set => Reformat(() => described.depthStencilFormat = value); }
+        public int depth { get => described.depthBufferBits; set => Reformat(() => described.depthBufferBits = value); }
+        void Reformat(Action change) { Before(0, "format"); if (isCreated) return; change(); Check(); Take(); }
         public bool sRGB => described.sRGB;
         public VRTextureUsage vrUsage { get => described.vrUsage; set => described.vrUsage = value; }
         public RenderBuffer colorBuffer => new RenderBuffer { of = this };

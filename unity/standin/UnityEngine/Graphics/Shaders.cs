@@ -8,10 +8,9 @@ using UnityEngine.Rendering;
 
 namespace UnityEngine
 {
-    public enum RenderQueue { Background = 1000, Geometry = 2000, AlphaTest = 2450, Transparent = 3000, Overlay = 4000 }
-
     public sealed class Shader : Object
     {
+        internal Shader() { }
         static readonly Dictionary<string, int> ids = new Dictionary<string, int>();
         static readonly List<string> names = new List<string>();
         internal static readonly PropertySheet globals = new PropertySheet();
@@ -191,6 +190,7 @@ namespace UnityEngine
 
     public sealed class ComputeShader : Object
     {
+        internal ComputeShader() { }
         internal sealed class Kernel
         {
             internal string entry, error;

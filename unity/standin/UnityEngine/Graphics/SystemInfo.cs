@@ -5,8 +5,7 @@ using UnityEngine.Rendering;
 
 namespace UnityEngine
 {
-    public enum CopyTextureSupport { None = 0, Basic = 1, Copy3D = 2, DifferentTypes = 4, TextureToRT = 8, RTToTexture = 16 }
-    public static class SystemInfo
+    public sealed class SystemInfo
     {
         public const string unsupportedIdentifier = "n/a";
         public static GraphicsDeviceType graphicsDeviceType => GraphicsDeviceType.Vulkan;

@@ -7,8 +7,9 @@ using UnityEngine.Rendering;
 
 namespace UnityEngine
 {
-    public class Texture : Object
+    public partial class Texture : Object
     {
+        protected Texture() { }
         internal uint handle;
         internal int m_Width, m_Height, m_Depth = 1, m_Levels = 1;
         internal GraphicsFormat m_Format;
@@ -17,7 +18,7 @@ namespace UnityEngine
         public virtual int width { get => m_Width; set => throw new NotImplementedException(); }
         public virtual int height { get => m_Height; set => throw new NotImplementedException(); }
         public virtual TextureDimension dimension { get => m_Dimension; set => throw new NotImplementedException(); }
-        public virtual bool isReadable => true;
+        public virtual bool isReadable => !isMadeUnreadable;
         public GraphicsFormat graphicsFormat => m_Format;
         public int mipmapCount => m_Levels;
         public bool isDataSRGB => GraphicsFormatUtility.IsSRGBFormat(m_Format);
@@ -59,12 +60,11 @@ namespace UnityEngine
         }
     }
 
-    /// A texture whose texels are kept on the CPU, too, and uploaded with `Apply`.
-    public abstract class StandInReadableTexture : Texture
+    // Texels are kept on the CPU, too, and uploaded with `Apply`; but for render textures.
+    public partial class Texture
     {
         private protected byte[] texels;
         bool isMadeUnreadable;
-        public override bool isReadable => !isMadeUnreadable;
         private protected void Begin(int width, int height, int depth, GraphicsFormat format, TextureDimension dimension, bool mipChain)
         {
             StandIn.Threads.Main(GetType().Name + "..ctor");
@@ -104,7 +104,7 @@ namespace UnityEngine
         }
     }
 
-    public sealed class Texture2D : StandInReadableTexture
+    public sealed class Texture2D : Texture
     {
         public Texture2D(int width, int height) : this(width, height, TextureFormat.RGBA32, true) { }
         public Texture2D(int width, int height, TextureFormat textureFormat, bool mipChain) : this(width, height, textureFormat, mipChain, false) { }
@@ -172,7 +172,7 @@ namespace UnityEngine
         }
     }
 
-    public sealed class Texture3D : StandInReadableTexture
+    public sealed class Texture3D : Texture
     {
         public Texture3D(int width, int height, int depth, TextureFormat textureFormat, bool mipChain) : this(width, height, depth, GraphicsFormatUtility.GetGraphicsFormat(textureFormat, false), mipChain ? TextureCreationFlags.MipChain : TextureCreationFlags.None) { }
         public Texture3D(int width, int height, int depth, GraphicsFormat format, TextureCreationFlags flags)
@@ -190,7 +190,7 @@ namespace UnityEngine
         public void Apply(bool updateMipmaps, bool makeNoLongerReadable) => Upload(makeNoLongerReadable);
     }
 
-    public sealed class Texture2DArray : StandInReadableTexture
+    public sealed class Texture2DArray : Texture
     {
         public Texture2DArray(int width, int height, int depth, GraphicsFormat format, TextureCreationFlags flags) => Begin(width, height, depth, format, TextureDimension.Tex2DArray, (flags & TextureCreationFlags.MipChain) != 0);
         public int depth => m_Depth;
@@ -200,7 +200,7 @@ namespace UnityEngine
         public void Apply(bool updateMipmaps, bool makeNoLongerReadable) => Upload(makeNoLongerReadable);
     }
 
-    public sealed class Cubemap : StandInReadableTexture
+    public sealed class Cubemap : Texture
     {
         public Cubemap(int width, TextureFormat textureFormat, bool mipChain) : this(width, GraphicsFormatUtility.GetGraphicsFormat(textureFormat, textureFormat == TextureFormat.RGBA32), mipChain ? TextureCreationFlags.MipChain : TextureCreationFlags.None) { }
         public Cubemap(int width, GraphicsFormat format, TextureCreationFlags flags)

@@ -2,7 +2,7 @@ using System;
 
 namespace UnityEngine
 {
-    public static class Mathf
+    public struct Mathf
     {
         public const float PI = (float)Math.PI;
         public const float Infinity = float.PositiveInfinity;

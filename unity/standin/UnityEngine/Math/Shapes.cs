@@ -53,7 +53,10 @@ namespace UnityEngine
     }
 
     [Serializable]
-    public struct Color32 : IEquatable<Color32>
+    public struct Color32
+#if UNITY_6000_0_OR_NEWER
+        : IEquatable<Color32>
+#endif
     {
         public byte r, g, b, a;
         public Color32(byte r, byte g, byte b, byte a) { this.r = r; this.g = g; this.b = b; this.a = a; }

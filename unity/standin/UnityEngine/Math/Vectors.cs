@@ -156,7 +156,11 @@ namespace UnityEngine
         public Vector2Int(int x, int y) { m_X = x; m_Y = y; }
         public static Vector2Int zero => new Vector2Int(0, 0);
         public static Vector2Int one => new Vector2Int(1, 1);
-        public int this[int index] => index == 0 ? x : index == 1 ? y : throw new IndexOutOfRangeException("Invalid Vector2Int index");
+        public int this[int index]
+        {
+            get => index == 0 ? x : index == 1 ? y : throw new IndexOutOfRangeException("Invalid Vector2Int index");
+            set { if (index == 0) x = value; else if (index == 1) y = value; else throw new IndexOutOfRangeException("Invalid Vector2Int index"); }
+        }
         public static Vector2Int operator +(Vector2Int a, Vector2Int b) => new Vector2Int(a.x + b.x, a.y + b.y);
         public static Vector2Int operator -(Vector2Int a, Vector2Int b) => new Vector2Int(a.x - b.x, a.y - b.y);
         public static Vector2Int operator *(Vector2Int a, int d) => new Vector2Int(a.x * d, a.y * d);

@@ -4,7 +4,7 @@ using System.Linq;
 
 namespace UnityEngine
 {
-    public static class Graphics
+    public class Graphics
     {
         public static void ExecuteCommandBuffer(UnityEngine.Rendering.CommandBuffer buffer)
         {
@@ -31,7 +31,7 @@ namespace UnityEngine
         public static void SetRenderTarget(RenderTexture rt) => RenderTexture.active = rt;
     }
 
-    public static class GL
+    public sealed class GL
     {
         public static bool sRGBWrite { get; set; }
         public static bool invertCulling { get; set; }
@@ -59,10 +59,15 @@ namespace UnityEngine.Rendering
         protected virtual void OnValidate() { }
         protected virtual void OnDisable() { }
     }
+    public abstract class RenderPipelineAsset<TRenderPipeline> : RenderPipelineAsset where TRenderPipeline : RenderPipeline { }
     public abstract class RenderPipeline
     {
         public bool disposed { get; private set; }
+#if UNITY_6000_3_OR_NEWER
+        protected virtual void Render(ScriptableRenderContext context, Camera[] cameras) { }
+#else
         protected abstract void Render(ScriptableRenderContext context, Camera[] cameras);
+#endif
         protected virtual void Render(ScriptableRenderContext context, List<Camera> cameras) => Render(context, cameras.ToArray());
         internal void InternalRender(ScriptableRenderContext context, List<Camera> cameras) => Render(context, cameras);
         internal void Dispose() { Dispose(true); disposed = true; }
@@ -77,7 +82,8 @@ namespace UnityEngine.Rendering
     {
         public static RenderPipeline currentPipeline => StandIn.Engine.pipeline;
         public static event Action<ScriptableRenderContext, List<Camera>> beginContextRendering, endContextRendering;
-        public static event Action<ScriptableRenderContext, Camera[]> beginFrameRendering, endFrameRendering;
+        public static event Action<ScriptableRenderContext, Camera[]> beginFrameRendering;
+        public static event Action<ScriptableRenderContext, Camera[]> endFrameRendering;
         public static event Action<ScriptableRenderContext, Camera> beginCameraRendering, endCameraRendering;
         public static event Action activeRenderPipelineTypeChanged, activeRenderPipelineCreated, activeRenderPipelineDisposed;
         public static event Action<RenderPipelineAsset, RenderPipelineAsset> activeRenderPipelineAssetChanged;
@@ -114,13 +120,13 @@ namespace UnityEngine.Rendering
             foreach (var commands in queued) { Graphics.ExecuteCommandBuffer(commands); commands.Dispose(); }
             queued.Clear();
         }
-        public void SetupCameraProperties(Camera camera) => StandIn.Engine.Setup(camera);
-        public void SetupCameraProperties(Camera camera, bool stereoSetup) => StandIn.Engine.Setup(camera);
+        public void SetupCameraProperties(Camera camera, bool stereoSetup = false) => StandIn.Engine.Setup(camera);
         public void DrawSkybox(Camera camera) => throw new NotImplementedException("the stand-in's context draws no sky");
         public bool Equals(ScriptableRenderContext other) => queued == other.queued;
     }
-    public static class GraphicsSettings
+    public sealed class GraphicsSettings : Object
     {
+        GraphicsSettings() { }
         static RenderPipelineAsset asset;
         public static RenderPipelineAsset defaultRenderPipeline { get => asset; set { var from = currentRenderPipeline; asset = value; StandIn.Engine.PipelineChanged(from, currentRenderPipeline); } }
         public static RenderPipelineAsset renderPipelineAsset { get => defaultRenderPipeline; set => defaultRenderPipeline = value; }
@@ -135,8 +141,9 @@ namespace UnityEngine.Rendering
 
 namespace UnityEngine
 {
-    public static class QualitySettings
+    public sealed class QualitySettings : Object
     {
+        QualitySettings() { }
         static UnityEngine.Rendering.RenderPipelineAsset asset;
         public static UnityEngine.Rendering.RenderPipelineAsset renderPipeline { get => asset; set { var from = UnityEngine.Rendering.GraphicsSettings.currentRenderPipeline; asset = value; StandIn.Engine.PipelineChanged(from, UnityEngine.Rendering.GraphicsSettings.currentRenderPipeline); } }
         public static ColorSpace activeColorSpace { get; internal set; } = ColorSpace.Linear;

@@ -18,7 +18,7 @@ namespace UnityEngine
     [AttributeUsage(AttributeTargets.Field)] public sealed class TextAreaAttribute : PropertyAttribute { public readonly int minLines, maxLines; public TextAreaAttribute() { minLines = maxLines = 3; } public TextAreaAttribute(int minLines, int maxLines) { this.minLines = minLines; this.maxLines = maxLines; } }
     [AttributeUsage(AttributeTargets.Field)] public sealed class MultilineAttribute : PropertyAttribute { public readonly int lines; public MultilineAttribute() => lines = 3; public MultilineAttribute(int lines) => this.lines = lines; }
     [AttributeUsage(AttributeTargets.Field)] public sealed class DelayedAttribute : PropertyAttribute { }
-    [AttributeUsage(AttributeTargets.Field)] public class NonReorderableAttribute : PropertyAttribute { }
+    [AttributeUsage(AttributeTargets.Field)] public sealed class NonReorderableAttribute : PropertyAttribute { }
     [AttributeUsage(AttributeTargets.Field | AttributeTargets.Enum)] public class InspectorNameAttribute : PropertyAttribute { public readonly string displayName; public InspectorNameAttribute(string displayName) => this.displayName = displayName; }
     [AttributeUsage(AttributeTargets.Field)] public class ContextMenuItemAttribute : PropertyAttribute { public readonly string name, function; public ContextMenuItemAttribute(string name, string function) { this.name = name; this.function = function; } }
 
@@ -33,12 +33,12 @@ namespace UnityEngine
         public RequireComponent(Type requiredComponent, Type requiredComponent2, Type requiredComponent3) { m_Type0 = requiredComponent; m_Type1 = requiredComponent2; m_Type2 = requiredComponent3; }
     }
     [AttributeUsage(AttributeTargets.Class)] public sealed class DisallowMultipleComponent : Attribute { }
-    [AttributeUsage(AttributeTargets.Class)] public sealed class SelectionBaseAttribute : Attribute { }
-    [AttributeUsage(AttributeTargets.Class)] public sealed class DefaultExecutionOrder : Attribute { public int order { get; } public DefaultExecutionOrder(int order) => this.order = order; }
+    [AttributeUsage(AttributeTargets.Class)] public class SelectionBaseAttribute : Attribute { }
+    [AttributeUsage(AttributeTargets.Class)] public class DefaultExecutionOrder : Attribute { public int order { get; } public DefaultExecutionOrder(int order) => this.order = order; }
     [AttributeUsage(AttributeTargets.Class)] public sealed class AddComponentMenu : Attribute { public string componentMenu { get; } public int componentOrder { get; } public AddComponentMenu(string menuName) => componentMenu = menuName; public AddComponentMenu(string menuName, int order) { componentMenu = menuName; componentOrder = order; } }
     [AttributeUsage(AttributeTargets.Method, AllowMultiple = true)] public sealed class ContextMenu : Attribute { public readonly string menuItem; public readonly bool validate; public ContextMenu(string itemName) => menuItem = itemName; public ContextMenu(string itemName, bool isValidateFunction) { menuItem = itemName; validate = isValidateFunction; } }
     [AttributeUsage(AttributeTargets.Class)] public sealed class CreateAssetMenuAttribute : Attribute { public string menuName { get; set; } public string fileName { get; set; } public int order { get; set; } }
-    [AttributeUsage(AttributeTargets.Class)] public sealed class HelpURLAttribute : Attribute { public string URL { get; } public HelpURLAttribute(string url) => URL = url; }
+    [AttributeUsage(AttributeTargets.Class)] public class HelpURLAttribute : Attribute { public string URL { get; } public HelpURLAttribute(string url) => URL = url; }
     [AttributeUsage(AttributeTargets.Class)] public class IconAttribute : Attribute { public string path { get; } public IconAttribute(string path) => this.path = path; }
     [AttributeUsage(AttributeTargets.Class)] public sealed class PreferBinarySerialization : Attribute { }
     public enum RuntimeInitializeLoadType { AfterSceneLoad, BeforeSceneLoad, AfterAssembliesLoaded, BeforeSplashScreen, SubsystemRegistration }

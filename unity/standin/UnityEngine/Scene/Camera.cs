@@ -10,7 +10,6 @@ namespace UnityEngine
     [Flags] public enum DepthTextureMode { None = 0, Depth = 1, DepthNormals = 2, MotionVectors = 4 }
     public enum RenderingPath { UsePlayerSettings = -1, VertexLit = 0, Forward = 1, DeferredShading = 3 }
     public enum StereoTargetEyeMask { None, Left, Right, Both }
-    public enum ComputeQueueType { Default, Background, Urgent }
 
     public sealed class Camera : Behaviour, StandIn.IEngineComponent
     {
@@ -177,9 +176,6 @@ namespace UnityEngine
     public enum LightShadows { None, Hard, Soft }
     public enum LightRenderMode { Auto, ForcePixel, ForceVertex }
     public enum LightmapBakeType { Realtime = 4, Baked = 2, Mixed = 1 }
-#if UNITY_6000_0_OR_NEWER
-    public enum LightUnit { Lumen, Candela, Lux, Nits, Ev100 }
-#endif
 
     public sealed class Light : Behaviour, StandIn.IEngineComponent
     {
@@ -202,9 +198,7 @@ namespace UnityEngine
         public Vector2 areaSize { get; set; } = Vector2.one;
         public LightmapBakeType lightmapBakeType { get; set; } = LightmapBakeType.Realtime;
         public float dilatedRange => range;
-#if UNITY_6000_0_OR_NEWER
         public LightUnit lightUnit { get; set; } = LightUnit.Candela;
-#endif
         internal override void OnEngineRefresh() { }
         public void Reset() { }
         void StandIn.IEngineComponent.CopyTo(Component component)
@@ -217,15 +211,15 @@ namespace UnityEngine
 
     public sealed class ReflectionProbe : Behaviour
     {
-        public Texture texture { get; set; }
-        public static Texture defaultTexture { get; set; }
+        public Texture texture { get; internal set; }
+        public static Texture defaultTexture { get; internal set; }
         internal override void OnEngineRefresh() { }
     }
 
     /// A camera's own, in place of the scene's.
     public sealed class Skybox : Behaviour { public Material material { get; set; } }
 
-    public static class LayerMask
+    public struct LayerMask
     {
         public static int NameToLayer(string layerName) => layerName == "Default" ? 0 : layerName == "TransparentFX" ? 1 : layerName == "Ignore Raycast" ? 2 : layerName == "Water" ? 4 : layerName == "UI" ? 5 : -1;
         public static int GetMask(params string[] layerNames) => layerNames.Select(NameToLayer).Where(layer => layer >= 0).Aggregate(0, (mask, layer) => mask | 1 << layer);
@@ -256,7 +250,7 @@ namespace UnityEngine
         public static int defaultReflectionResolution { get; set; } = 128;
         public static float reflectionIntensity { get; set; } = 1;
         public static Texture customReflectionTexture { get; set; }
-        public static Texture customReflection { get => customReflectionTexture; set => customReflectionTexture = value; }
+        public static Cubemap customReflection { get => customReflectionTexture as Cubemap; set => customReflectionTexture = value; }
         internal static void Default()
         {
             ambientMode = AmbientMode.Skybox;
@@ -271,6 +265,10 @@ namespace UnityEngine
 
 namespace UnityEngine.Rendering
 {
+    public enum ComputeQueueType { Default, Background, Urgent }
+    [Flags] public enum CopyTextureSupport { None = 0, Basic = 1, Copy3D = 2, DifferentTypes = 4, TextureToRT = 8, RTToTexture = 16 }
+    public enum RenderQueue { Background = 1000, Geometry = 2000, AlphaTest = 2450, GeometryLast = 2500, Transparent = 3000, Overlay = 4000 }
+    public enum LightUnit { Lumen, Candela, Lux, Nits, Ev100 }
     public enum CameraEvent
     {
         BeforeDepthTexture, AfterDepthTexture, BeforeDepthNormalsTexture, AfterDepthNormalsTexture, BeforeGBuffer, AfterGBuffer, BeforeLighting, AfterLighting, BeforeFinalPass, AfterFinalPass,
@@ -313,7 +311,7 @@ namespace UnityEngine.XR
     public static class XRSettings
     {
         public enum StereoRenderingMode { MultiPass, SinglePass, SinglePassInstanced, SinglePassMultiview }
-        public static bool enabled => StandIn.Headset.isOn;
+        public static bool enabled { get => StandIn.Headset.isOn; set => StandIn.Headset.isOn = value; }
         public static bool isDeviceActive => StandIn.Headset.isOn;
         public static StereoRenderingMode stereoRenderingMode => StandIn.Headset.mode;
         public static int eyeTextureWidth => StandIn.Headset.width;

@@ -124,7 +124,7 @@ namespace UnityEngine
         public GameObject gameObject { get { Alive(); return owner; } }
         public Transform transform { get { Alive(); return owner.transform; } }
         public string tag { get => gameObject.tag; set => gameObject.tag = value; }
-        public new string name { get => gameObject.name; set => gameObject.name = value; }
+        internal override string ownName { get => gameObject.name; set => gameObject.name = value; }
         public bool CompareTag(string tag) => gameObject.CompareTag(tag);
         internal override bool isInScene => owner.isInScene;
         internal override bool isActive => owner.activeInHierarchy;
@@ -192,7 +192,7 @@ namespace UnityEngine
     }
 
     public class YieldInstruction { }
-    public sealed class Coroutine : YieldInstruction { internal MonoBehaviour owner; internal System.Collections.IEnumerator routine; internal bool isDone; }
+    public sealed class Coroutine : YieldInstruction { internal Coroutine() { } internal MonoBehaviour owner; internal System.Collections.IEnumerator routine; internal bool isDone; }
     public sealed class WaitForEndOfFrame : YieldInstruction { }
     public abstract class CustomYieldInstruction : System.Collections.IEnumerator
     {

@@ -27,14 +27,16 @@ namespace UnityEngine
 
         public string name
         {
-            get { StandIn.Threads.Main("get_name"); Alive(); return m_Name; }
-            set { StandIn.Threads.Main("set_name"); Alive(); m_Name = value; }
+            get { StandIn.Threads.Main("get_name"); Alive(); return ownName; }
+            set { StandIn.Threads.Main("set_name"); Alive(); ownName = value; }
         }
         public HideFlags hideFlags
         {
             get { StandIn.Threads.Main("get_hideFlags"); return m_HideFlags; }
             set { StandIn.Threads.Main("set_hideFlags"); m_HideFlags = value; }
         }
+        /// A component is called as its object.
+        internal virtual string ownName { get => m_Name; set => m_Name = value; }
         /// The name, for messages from any thread.
         internal string label => m_Name;
 
@@ -44,6 +46,7 @@ namespace UnityEngine
         }
 
         public int GetInstanceID() => instanceID;
+        public EntityId GetEntityId() => new EntityId(instanceID);
         public override int GetHashCode() => instanceID;
         public override bool Equals(object other) => other is Object item ? this == item : other is null && this == null;
         public override string ToString() => isDestroyed ? "null" : $"{m_Name} ({GetType().FullName})";
@@ -117,13 +120,7 @@ namespace UnityEngine
         public static T FindFirstObjectByType<T>(FindObjectsInactive findObjectsInactive) where T : Object => Find<T>(findObjectsInactive == FindObjectsInactive.Include).FirstOrDefault();
         public static T FindAnyObjectByType<T>() where T : Object => Find<T>(false).FirstOrDefault();
         public static T FindAnyObjectByType<T>(FindObjectsInactive findObjectsInactive) where T : Object => Find<T>(findObjectsInactive == FindObjectsInactive.Include).FirstOrDefault();
-#if UNITY_6000_0_OR_NEWER
-        [Obsolete("Object.FindObjectsOfType has been deprecated. Use Object.FindObjectsByType instead which lets you decide whether you need the results sorted or not.")]
-#endif
         public static T[] FindObjectsOfType<T>() where T : Object => Find<T>(false).ToArray();
-#if UNITY_6000_0_OR_NEWER
-        [Obsolete("Object.FindObjectOfType has been deprecated. Use Object.FindFirstObjectByType instead or if finding any instance is acceptable the faster Object.FindAnyObjectByType")]
-#endif
         public static T FindObjectOfType<T>() where T : Object => Find<T>(false).FirstOrDefault();
     }
 
@@ -175,11 +172,30 @@ namespace UnityEngine
 
 namespace UnityEngine.SceneManagement
 {
+    public struct SceneHandle : IEquatable<SceneHandle>
+    {
+        readonly int scene;
+        internal SceneHandle(int scene) => this.scene = scene;
+        public bool Equals(SceneHandle other) => scene == other.scene;
+        public override bool Equals(object obj) => obj is SceneHandle other && Equals(other);
+        public override int GetHashCode() => scene;
+        public override string ToString() => scene.ToString();
+        public static bool operator ==(SceneHandle lhs, SceneHandle rhs) => lhs.Equals(rhs);
+        public static bool operator !=(SceneHandle lhs, SceneHandle rhs) => !lhs.Equals(rhs);
+    }
     public struct Scene
     {
         internal int handleOf;
+#if UNITY_6000_3_OR_NEWER
+        public SceneHandle handle => new SceneHandle(handleOf);
+#else
         public int handle => handleOf;
-        public string name => handleOf == 0 ? null : handleOf == 2 ? "DontDestroyOnLoad" : "Stand-in";
+#endif
+        public string name
+        {
+            get => handleOf == 0 ? null : handleOf == 2 ? "DontDestroyOnLoad" : "Stand-in";
+            set => throw new InvalidOperationException("The stand-in's scenes keep their names.");
+        }
         public string path => handleOf == 0 ? null : "Assets/Stand-in.unity";
         public bool isLoaded => handleOf != 0;
         public bool IsValid() => handleOf != 0;
@@ -207,15 +223,15 @@ namespace UnityEngine.SceneManagement
         public override int GetHashCode() => handleOf;
     }
     public enum LoadSceneMode { Single, Additive }
-    public static class SceneManager
+    public class SceneManager
     {
         public static int sceneCount => 1;
         public static Scene GetActiveScene() => new Scene { handleOf = 1 };
         public static Scene GetSceneAt(int index) => index == 0 ? GetActiveScene() : throw new IndexOutOfRangeException($"Scene index \"{index}\" is out of range.");
 #pragma warning disable 67 // Scenes are never loaded here.
-        public static event Action<Scene, LoadSceneMode> sceneLoaded;
-        public static event Action<Scene> sceneUnloaded;
-        public static event Action<Scene, Scene> activeSceneChanged;
+        public static event Events.UnityAction<Scene, LoadSceneMode> sceneLoaded;
+        public static event Events.UnityAction<Scene> sceneUnloaded;
+        public static event Events.UnityAction<Scene, Scene> activeSceneChanged;
 #pragma warning restore 67
     }
 }

@@ -48,7 +48,7 @@ namespace UnityEngine
         static Material lit;
     }
 
-    public sealed class MeshRenderer : Renderer { }
+    public class MeshRenderer : Renderer { }
 
     public sealed class MeshFilter : Component { internal PrimitiveType shape; }
 }

@@ -9,6 +9,7 @@ namespace UnityEngine
 
     public class Transform : Component, IEnumerable
     {
+        protected Transform() { }
         /// What it hangs from.
         internal Transform above;
         readonly List<Transform> down = new List<Transform>();

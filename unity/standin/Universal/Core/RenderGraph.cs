@@ -16,8 +16,12 @@ namespace UnityEngine.Rendering
         public void Dispose() => items.Clear();
     }
 
-    public class BaseCommandBuffer { internal CommandBuffer wrapped; }
-    public class UnsafeCommandBuffer : BaseCommandBuffer { }
+    public class BaseCommandBuffer
+    {
+        internal CommandBuffer wrapped;
+        internal BaseCommandBuffer() { }
+    }
+    public class UnsafeCommandBuffer : BaseCommandBuffer { internal UnsafeCommandBuffer() { } }
 
     public struct CommandBufferHelpers
     {
@@ -53,7 +57,7 @@ namespace UnityEngine.Rendering.RenderGraphModule
         public static implicit operator RenderTexture(TextureHandle texture) => texture.IsValid() ? Resolve(texture).rt : null;
     }
 
-    public struct UnsafeGraphContext { public UnsafeCommandBuffer cmd; }
+    public class UnsafeGraphContext { public UnsafeCommandBuffer cmd; }
 
     public interface IBaseRenderGraphBuilder : IDisposable
     {
@@ -128,11 +132,13 @@ namespace UnityEngine.Rendering.RenderGraphModule
         readonly Dictionary<Type, Stack<UnsafePass>> spare = new Dictionary<Type, Stack<UnsafePass>>();
         readonly UnsafeCommandBuffer commands = new UnsafeCommandBuffer();
         internal UnsafePass running;
+        readonly UnsafeGraphContext context = new UnsafeGraphContext();
+        internal RenderGraph() { }
         /// Counts executions: what was imported for one is nothing to the next.
         internal int execution;
         public TextureHandle ImportTexture(RTHandle rt) => new TextureHandle { handle = rt, graph = this, execution = execution };
-        public IUnsafeRenderGraphBuilder AddUnsafePass<PassData>(string passName, out PassData passData, ProfilingSampler sampler) where PassData : class, new() => AddUnsafePass(passName, out passData);
-        public IUnsafeRenderGraphBuilder AddUnsafePass<PassData>(string passName, out PassData passData) where PassData : class, new()
+        public IUnsafeRenderGraphBuilder AddUnsafePass<PassData>(string passName, out PassData passData, ProfilingSampler sampler, [System.Runtime.CompilerServices.CallerFilePath] string file = "", [System.Runtime.CompilerServices.CallerLineNumber] int line = 0) where PassData : class, new() => AddUnsafePass(passName, out passData, file, line);
+        public IUnsafeRenderGraphBuilder AddUnsafePass<PassData>(string passName, out PassData passData, [System.Runtime.CompilerServices.CallerFilePath] string file = "", [System.Runtime.CompilerServices.CallerLineNumber] int line = 0) where PassData : class, new()
         {
             UnsafePass<PassData> pass;
             using (StandIn.Callbacks.Own()) pass = spare.TryGetValue(typeof(UnsafePass<PassData>), out var kept) && kept.Count > 0 ? (UnsafePass<PassData>)kept.Pop() : new UnsafePass<PassData>();
@@ -143,6 +149,7 @@ namespace UnityEngine.Rendering.RenderGraphModule
         internal void Execute(CommandBuffer cmd)
         {
             commands.wrapped = cmd;
+            context.cmd = commands;
             foreach (var pass in passes)
             {
                 if (!spare.TryGetValue(pass.GetType(), out var kept)) spare[pass.GetType()] = kept = new Stack<UnsafePass>();
@@ -150,7 +157,7 @@ namespace UnityEngine.Rendering.RenderGraphModule
                 // It writes nothing that the graph shows.
                 if (pass.isCullable) continue;
                 running = pass;
-                try { using (StandIn.Callbacks.Counted()) pass.Run(new UnsafeGraphContext { cmd = commands }); }
+                try { using (StandIn.Callbacks.Counted()) pass.Run(context); }
                 finally { running = null; }
             }
             passes.Clear();

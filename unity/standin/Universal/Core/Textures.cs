@@ -1,5 +1,17 @@
-// Textures that pipelines share among cameras.
+// Textures that pipelines share among cameras, and how these are drawn for headsets.
 using System;
+
+namespace UnityEngine.Experimental.Rendering
+{
+    public class XRPass
+    {
+        internal int views = 1;
+        public bool enabled { get; internal set; }
+        public bool singlePassEnabled => enabled && views > 1;
+        public int viewCount => views;
+        public int multipassId { get; internal set; }
+    }
+}
 
 namespace UnityEngine.Rendering
 {

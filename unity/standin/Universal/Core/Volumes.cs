@@ -14,6 +14,7 @@ namespace UnityEngine.Rendering
     }
 
     public class IntParameter : VolumeParameter<int> { public IntParameter(int value, bool overrideState = false) : base(value) { } }
+    public class NoInterpIntParameter : VolumeParameter<int> { public NoInterpIntParameter(int value, bool overrideState = false) : base(value) { } }
     public class FloatParameter : VolumeParameter<float> { public FloatParameter(float value, bool overrideState = false) : base(value) { } }
     public class MinFloatParameter : FloatParameter { public MinFloatParameter(float value, float min, bool overrideState = false) : base(value) { } }
     public class ClampedFloatParameter : FloatParameter { public ClampedFloatParameter(float value, float min, float max, bool overrideState = false) : base(value) { } }
@@ -24,6 +25,7 @@ namespace UnityEngine.Rendering
 
     public sealed class VolumeStack
     {
+        internal VolumeStack() { }
         readonly Dictionary<Type, VolumeComponent> components = new Dictionary<Type, VolumeComponent>();
         public T GetComponent<T>() where T : VolumeComponent
         {
@@ -34,6 +36,7 @@ namespace UnityEngine.Rendering
 
     public sealed class VolumeManager
     {
+        VolumeManager() { }
         public static VolumeManager instance { get; } = new VolumeManager();
         public VolumeStack stack { get; set; } = new VolumeStack();
     }
