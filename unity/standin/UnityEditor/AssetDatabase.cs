@@ -23,6 +23,19 @@ namespace UnityEditor
             public AssetImportContext import;
             public readonly List<Object> objects = new List<Object>();
             public Object main;
+            /// What importers call their objects: who is called so stays the same object when the file is imported again.
+            public readonly Dictionary<string, Object> named = new Dictionary<string, Object>();
+        }
+
+        static bool isInImporter;
+        static int depth;
+        /// Whether files are being imported, or told of.
+        internal static bool isImporting => depth > 0;
+
+        /// Importers make nothing but their own results: in a process of its own, where Unity may run them, the rest throws.
+        static void NotInImporter(string member)
+        {
+            if (isInImporter) throw new UnityException($"AssetDatabase.{member}() was called as part of running an import.");
         }
 
         internal static readonly Dictionary<string, Entry> entries = new Dictionary<string, Entry>();
@@ -34,6 +47,7 @@ namespace UnityEditor
 
         public static void CreateAsset(Object asset, string path)
         {
+            NotInImporter("CreateAsset");
             path = Clean(path);
             if (asset == null) throw new ArgumentNullException(nameof(asset));
             if (path == null || !path.StartsWith("Assets/")) throw new UnityException($"Creating asset at path {path} failed: it is not in the project.");
@@ -53,6 +67,7 @@ namespace UnityEditor
 
         public static void AddObjectToAsset(Object objectToAdd, Object assetObject)
         {
+            NotInImporter("AddObjectToAsset");
             objectToAdd.isAsset = true;
             entries[GetAssetPath(assetObject)].objects.Add(objectToAdd);
         }
@@ -63,29 +78,75 @@ namespace UnityEditor
             if (!File.Exists(Full(path))) return;
             entries.TryGetValue(path, out var before);
             if (before != null && before.importer == null && Override(path) == null && !(before.main is TextAsset)) return;
-            // Unity goes by the last extension.
-            var extension = Path.GetExtension(path).TrimStart('.').ToLowerInvariant();
-            var type = StandIn.EditorTypes.Of<ScriptedImporter>().FirstOrDefault(one => one.GetCustomAttribute<ScriptedImporterAttribute>().fileExtensions.Contains(extension));
-            var chosen = StandIn.EditorTypes.Of<ScriptedImporter>().FirstOrDefault(one => one.Name == Override(path) && (one.GetCustomAttribute<ScriptedImporterAttribute>().overrideFileExtensions.Contains(extension)));
-            type = chosen ?? type;
-            if (type == null)
+            var type = ImporterOf(path);
+            depth++;
+            try
             {
-                if (before == null || before.importer != null) entries[path] = new Entry { guid = before?.guid ?? NewGuid(), main = Plain(path) };
+                if (type == null)
+                {
+                    if (before == null || before.importer != null) entries[path] = new Entry { guid = before?.guid ?? NewGuid(), main = Plain(path) };
+                }
+                else entries[path] = Imported(path, type, before);
                 Tell(path);
-                return;
             }
+            finally
+            {
+                depth--;
+            }
+        }
+
+        /// Unity goes by the last extension.
+        static Type ImporterOf(string path)
+        {
+            var extension = Path.GetExtension(path).TrimStart('.').ToLowerInvariant();
+            var all = StandIn.EditorTypes.Of<ScriptedImporter>().Select(type => (type, attribute: type.GetCustomAttribute<ScriptedImporterAttribute>())).ToList();
+            var chosen = all.FirstOrDefault(one => one.type.Name == Override(path) && one.attribute.overrideFileExtensions.Contains(extension)).type;
+            if (chosen != null) return chosen;
+            var claiming = all.Where(one => one.attribute.fileExtensions.Contains(extension)).ToList();
+            if (claiming.Count < 2) return claiming.Select(one => one.type).FirstOrDefault();
+            Debug.LogError($"Multiple scripted importers are targeting the extension '{extension}' and have all been rejected: {string.Join(", ", claiming.Select(one => one.type.Name))}");
+            return null;
+        }
+
+        static Entry Imported(string path, Type type, Entry before)
+        {
             var entry = new Entry { guid = before?.guid ?? NewGuid(), importer = before?.importer?.GetType() == type ? before.importer : (AssetImporter)StandIn.Objects.Make(type) };
             entry.importer.path = path;
+            // Importers may ask for their file's GUID.
             entries[path] = entry;
             entry.import = new AssetImportContext(path, entry.guid);
+            isInImporter = true;
             try { ((ScriptedImporter)entry.importer).OnImportAsset(entry.import); }
             catch (Exception error) { entry.import.LogImportError("Exception: " + error); }
+            finally { isInImporter = false; }
             entry.import.KeepThumbnail();
-            entry.objects.AddRange(entry.import.Objects.Values);
-            entry.main = entry.import.mainObject;
-            foreach (var one in entry.objects) one.isAsset = true;
+            entry.import.KeepArtifacts();
+            Load(entry, before);
             if (entry.main != null) entry.main.name = Path.GetFileNameWithoutExtension(path);
-            Tell(path);
+            return entry;
+        }
+
+        /// What an importer made is written to a file, and ends; what is loaded of it has what is serialised, no more, and
+        /// refers to assets only. What was loaded before is overwritten.
+        static void Load(Entry entry, Entry before)
+        {
+            var map = new Dictionary<Object, Object>();
+            foreach (var pair in entry.import.Objects)
+            {
+                Object loaded = pair.Value;
+                if (pair.Value is ScriptableObject made)
+                    loaded = before != null && before.named.TryGetValue(pair.Key, out var known) && known != null && known.GetType() == made.GetType() ? known : (Object)StandIn.Objects.Make(made.GetType());
+                loaded.name = pair.Value.name;
+                loaded.isAsset = true;
+                map[pair.Value] = entry.named[pair.Key] = loaded;
+                entry.objects.Add(loaded);
+            }
+            if (entry.import.mainObject != null) entry.main = map[entry.import.mainObject];
+            foreach (var pair in map.Where(pair => pair.Key is ScriptableObject)) StandIn.Serializer.Copy(pair.Key, pair.Value, item => map.TryGetValue(item, out var own) ? own : item.isAsset ? item : null);
+            foreach (var made in map.Keys.OfType<ScriptableObject>()) Object.DestroyImmediate(made);
+            foreach (var loaded in entry.objects.OfType<ScriptableObject>())
+                if (loaded.isEnabled) StandIn.Messages.Send(loaded, "OnValidate");
+                else loaded.Begin();
         }
 
         static Object Plain(string path)
@@ -113,6 +174,7 @@ namespace UnityEditor
 
         public static void Refresh(ImportAssetOptions options = ImportAssetOptions.Default)
         {
+            NotInImporter("Refresh");
             foreach (var path in entries.Keys.Where(path => !File.Exists(Full(path))).ToList()) entries.Remove(path);
             foreach (var file in Directory.EnumerateFiles(Full("Assets"), "*", SearchOption.AllDirectories).OrderBy(file => file, StringComparer.Ordinal))
             {
@@ -140,6 +202,7 @@ namespace UnityEditor
         public static bool IsValidFolder(string path) => path != null && (Clean(path) == "Assets" || Clean(path).StartsWith("Assets/")) && Directory.Exists(Full(path));
         public static string CreateFolder(string parentFolder, string newFolderName)
         {
+            NotInImporter("CreateFolder");
             if (!IsValidFolder(parentFolder)) return "";
             Directory.CreateDirectory(Full(parentFolder + "/" + newFolderName));
             return NewGuid();
@@ -154,6 +217,7 @@ namespace UnityEditor
         }
         public static bool DeleteAsset(string path)
         {
+            NotInImporter("DeleteAsset");
             File.Delete(Full(path));
             return entries.Remove(Clean(path));
         }
@@ -187,7 +251,7 @@ namespace UnityEditor
         public static string[] GetAllAssetPaths() => entries.Keys.ToArray();
         public static Object[] LoadAllAssetsAtPath(string assetPath) => entries.TryGetValue(Clean(assetPath), out var entry) ? entry.objects.Where(one => one != null).ToArray() : Array.Empty<Object>();
 
-        public static void SaveAssets() { foreach (var one in entries.Values.SelectMany(entry => entry.objects)) EditorUtility.ClearDirty(one); }
+        public static void SaveAssets() { NotInImporter("SaveAssets"); foreach (var one in entries.Values.SelectMany(entry => entry.objects)) EditorUtility.ClearDirty(one); }
         public static void SaveAssetIfDirty(Object obj) => EditorUtility.ClearDirty(obj);
         public static void StartAssetEditing() { }
         public static void StopAssetEditing() => Refresh();
@@ -198,7 +262,7 @@ namespace UnityEditor
             entries.Clear();
             overrides.Clear();
             dependencies.Clear();
-            foreach (var folder in new[] { "Assets", "Library" })
+            foreach (var folder in new[] { "Assets", "Library", "Temp" })
             {
                 if (Directory.Exists(Full(folder))) Directory.Delete(Full(folder), true);
                 Directory.CreateDirectory(Full(folder));
@@ -211,6 +275,7 @@ namespace UnityEditor
             foreach (var entry in entries.Values)
             {
                 for (var i = 0; i < entry.objects.Count; i++) entry.objects[i] = StandIn.Objects.Find(entry.objects[i].instanceID) ?? entry.objects[i];
+                foreach (var name in entry.named.Keys.ToList()) entry.named[name] = StandIn.Objects.Find(entry.named[name].instanceID) ?? entry.named[name];
                 if (!(entry.main is null)) entry.main = StandIn.Objects.Find(entry.main.instanceID) ?? entry.main;
                 if (!(entry.importer is null)) entry.importer = (AssetImporter)(StandIn.Objects.Find(entry.importer.instanceID) ?? entry.importer);
             }
@@ -221,7 +286,8 @@ namespace UnityEditor
         {
             var none = Array.Empty<string>();
             foreach (var type in StandIn.EditorTypes.Of<AssetPostprocessor>())
-                type.GetMethod("OnPostprocessAllAssets", BindingFlags.Static | BindingFlags.Public | BindingFlags.NonPublic)?.Invoke(null, new object[] { imported, none, none, none });
+                try { type.GetMethod("OnPostprocessAllAssets", BindingFlags.Static | BindingFlags.Public | BindingFlags.NonPublic)?.Invoke(null, new object[] { imported, none, none, none }); }
+                catch (TargetInvocationException error) { Debug.LogException(error.InnerException); }
         }
     }
 
@@ -337,6 +403,7 @@ namespace UnityEditor.AssetImporters
         readonly string guid;
         internal readonly Dictionary<string, Object> Objects = new Dictionary<string, Object>();
         internal readonly List<string> Artifacts = new List<string>(), Errors = new List<string>(), Warnings = new List<string>(), SourceDependencies = new List<string>();
+        readonly List<string> requested = new List<string>();
         internal Texture2D thumbnail;
         internal AssetImportContext(string path, string guid) { assetPath = path; this.guid = guid; }
         public string assetPath { get; }
@@ -372,14 +439,28 @@ namespace UnityEditor.AssetImporters
             if (!File.Exists(filePath)) throw new FileNotFoundException($"{filePath} is not there");
             File.Copy(filePath, AssetDatabase.Full(GetOutputArtifactFilePath(fileName)), true);
         }
+        /// A file for the time of the import; afterwards it lies among the results.
         public string GetOutputArtifactFilePath(string fileName)
         {
-            string name;
-            using (var hash = MD5.Create()) name = BitConverter.ToString(hash.ComputeHash(Encoding.UTF8.GetBytes(guid + assetPath))).Replace("-", "").ToLowerInvariant();
-            var path = $"Library/Artifacts/{name.Substring(0, 2)}/{name}.{fileName}";
+            var path = $"Temp/Artifacts/{Name}.{fileName}";
             Directory.CreateDirectory(Path.GetDirectoryName(AssetDatabase.Full(path)));
-            if (!Artifacts.Contains(path)) Artifacts.Add(path);
+            if (!requested.Contains(path)) requested.Add(path);
             return path;
+        }
+        string Name
+        {
+            get { using (var hash = MD5.Create()) return BitConverter.ToString(hash.ComputeHash(Encoding.UTF8.GetBytes(guid + assetPath))).Replace("-", "").ToLowerInvariant(); }
+        }
+        internal void KeepArtifacts()
+        {
+            foreach (var path in requested.Where(path => File.Exists(AssetDatabase.Full(path))))
+            {
+                var kept = $"Library/Artifacts/{Name.Substring(0, 2)}/{Path.GetFileName(path)}";
+                Directory.CreateDirectory(Path.GetDirectoryName(AssetDatabase.Full(kept)));
+                File.Delete(AssetDatabase.Full(kept));
+                File.Move(AssetDatabase.Full(path), AssetDatabase.Full(kept));
+                Artifacts.Add(kept);
+            }
         }
     }
 }

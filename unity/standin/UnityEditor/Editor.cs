@@ -71,9 +71,10 @@ namespace UnityEditor
             var type = StandIn.EditorTypes.Of<Editor>().FirstOrDefault(one => one.GetCustomAttribute<CustomEditor>()?.inspectedType == targetObjects[0].GetType());
             if (type == null) throw new InvalidOperationException($"there is no custom editor for {targetObjects[0].GetType().Name}");
             if (targetObjects.Length > 1 && type.GetCustomAttribute<CanEditMultipleObjects>() == null) throw new InvalidOperationException("Multi-object editing not supported.");
-            var editor = (Editor)Activator.CreateInstance(type);
+            var editor = (Editor)StandIn.Objects.Make(type);
+            editor.hideFlags = HideFlags.HideAndDontSave;
             editor.targets = targetObjects;
-            StandIn.Node.Send(editor, "OnEnable");
+            editor.Begin();
             return editor;
         }
     }
@@ -97,16 +98,18 @@ namespace UnityEditor
         public static T GetWindow<T>(bool utility, string title = null, bool focus = true) where T : EditorWindow
         {
             var window = open.OfType<T>().FirstOrDefault();
-            if (window != null) return window;
-            window = (T)Activator.CreateInstance(typeof(T));
-            if (title != null) window.titleContent = new GUIContent(title);
-            window.Show();
-            return window;
+            if (window != null)
+            {
+                // It comes to the front, where it gets its contents at last.
+                window.Fill(EditorApplication.isUpdating);
+                return window;
+            }
+            return CreateWindow<T>(title);
         }
         public static T CreateWindow<T>(string title, params Type[] desiredDockNextTo) where T : EditorWindow
         {
-            var window = (T)Activator.CreateInstance(typeof(T));
-            window.titleContent = new GUIContent(title);
+            var window = CreateInstance<T>();
+            window.titleContent = new GUIContent(title ?? typeof(T).FullName);
             window.Show();
             return window;
         }
@@ -116,37 +119,52 @@ namespace UnityEditor
         {
             if (open.Contains(this)) return;
             open.Add(this);
-            isEnabled = true;
-            StandIn.Node.Send(this, "OnEnable");
-            Fill();
-        }
-        void Fill()
-        {
+            hideFlags = HideFlags.DontSave;
             panel = new StandIn.Panel(rootVisualElement, position.width, position.height);
-            StandIn.Node.Send(this, "CreateGUI");
+            Fill(EditorApplication.isUpdating);
+        }
+        bool isFilled;
+        /// Contents are made at once, or with the panel's next turn: while assets are imported, and after scripts were loaded.
+        void Fill(bool isLater)
+        {
+            if (isFilled) return;
+            if (isLater)
+            {
+                rootVisualElement.schedule.Execute(() => Fill(EditorApplication.isUpdating));
+                return;
+            }
+            isFilled = true;
+            StandIn.Messages.Send(this, "CreateGUI");
             panel.Update();
         }
+        internal static void Turn() { foreach (var window in open.ToArray()) window.panel.Advance(0); }
         /// A domain reload leaves windows open, which begin anew.
         internal static void TakeReplaced()
         {
-            open.RemoveAll(window => window == null && StandIn.Objects.Find(window.instanceID) == null);
+            open.RemoveAll(window => StandIn.Objects.Find(window.instanceID) == null);
             for (var i = 0; i < open.Count; i++)
             {
-                open[i] = (EditorWindow)StandIn.Objects.Find(open[i].instanceID);
-                open[i].Fill();
+                var window = open[i] = (EditorWindow)StandIn.Objects.Find(open[i].instanceID);
+                window.panel = new StandIn.Panel(window.rootVisualElement, window.position.width, window.position.height);
+                window.Fill(true);
             }
         }
         public void ShowUtility() => Show();
         public void Focus() { }
         public void Repaint() { }
         public void ShowNotification(GUIContent notification) { }
+        /// It is destroyed, and its elements are in no panel any more.
         public void Close()
         {
+            if (this == null) return;
             open.Remove(this);
-            rootVisualElement.Clear();
-            isEnabled = false;
-            StandIn.Node.Send(this, "OnDisable");
-            StandIn.Node.Send(this, "OnDestroy");
+            panel.Detach(rootVisualElement);
+            DestroyImmediate(this, true);
+        }
+        internal override void OnDestroyed()
+        {
+            open.Remove(this);
+            base.OnDestroyed();
         }
     }
 
@@ -184,7 +202,7 @@ namespace UnityEditor
         }
         public static bool isPlayingOrWillChangePlaymode => isPlaying;
         public static bool isCompiling => false;
-        public static bool isUpdating => false;
+        public static bool isUpdating => AssetDatabase.isImporting;
         public static double timeSinceStartup => Environment.TickCount / 1000.0;
         public static void QueuePlayerLoopUpdate() { }
         public static void RepaintHierarchyWindow() { }
@@ -301,6 +319,12 @@ namespace UnityEditor
     {
         static T made;
         protected ScriptableSingleton() { }
-        public static T instance => made != null ? made : made = CreateInstance<T>();
+        public static T instance => made != null ? made : made = Make();
+        static T Make()
+        {
+            var one = CreateInstance<T>();
+            one.hideFlags = HideFlags.HideAndDontSave;
+            return one;
+        }
     }
 }

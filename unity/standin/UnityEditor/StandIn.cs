@@ -69,10 +69,13 @@ namespace StandIn
                 Selection.selectionChanged = null;
                 Bindings.Clear();
             };
-            Domain.afterReload += () =>
+            Domain.loaded += () =>
             {
                 AssetDatabase.TakeReplaced();
                 foreach (var assembly in Domain.Scripts()) EditorHost.Load(assembly);
+            };
+            Domain.afterReload += () =>
+            {
                 EditorWindow.TakeReplaced();
                 AssemblyReloadEvents.SendAfter();
             };
@@ -87,9 +90,9 @@ namespace StandIn
         /// Runs what waits to run when the editor or its scripts are loaded.
         public static void Load(Assembly assembly)
         {
+            foreach (var type in assembly.GetTypes()) if (type.GetCustomAttribute<InitializeOnLoadAttribute>() != null) type.TypeInitializer?.Invoke(null, null);
             foreach (var type in assembly.GetTypes())
             {
-                if (type.GetCustomAttribute<InitializeOnLoadAttribute>() != null) type.TypeInitializer?.Invoke(null, null);
                 foreach (var method in type.GetMethods(BindingFlags.Static | BindingFlags.Public | BindingFlags.NonPublic))
                     if (method.GetCustomAttribute<InitializeOnLoadMethodAttribute>() != null) method.Invoke(null, null);
             }
@@ -140,6 +143,8 @@ namespace StandIn
             EditorApplication.delayCall = null;
             later?.Invoke();
             EditorApplication.update?.Invoke();
+            (System.Threading.SynchronizationContext.Current as MainContext)?.Run();
+            EditorWindow.Turn();
             Bindings.Refresh();
         }
     }

@@ -406,5 +406,23 @@ namespace Lumivox.Tests
             var error = Assert.Throws<BuildFailedException>(() => { foreach (var type in EditorTypes.Of<BuildPlayerProcessor>()) ((BuildPlayerProcessor)System.Activator.CreateInstance(type)).PrepareForBuild(build); });
             Assert.That(error.Message, Does.Contain("Assets/used.nrrd").And.Contain("reimport"));
         }
+
+        sealed class Teller : AssetPostprocessor
+        {
+            public static System.Action Told;
+            static void OnPostprocessAllAssets(string[] importedAssets, string[] deletedAssets, string[] movedAssets, string[] movedFromAssetPaths) => Told?.Invoke();
+        }
+
+        [Test]
+        public void AWindowThatIsOpenedWhileFilesAreImportedLooksWhenItHasContents()
+        {
+            File.WriteAllBytes(EditorProject.Full("Assets/scan.bin"), EditorProject.Nrrd());
+            ImportWindow window = null;
+            Teller.Told = () => window = ImportWindow.Open(EditorProject.Full("Assets/scan.bin"));
+            try { EditorProject.ImportScan("Assets/other.nrrd"); }
+            finally { Teller.Told = null; }
+            EditorProject.Until(() => window.Now == ImportWindow.Step.Ready, "it has looked", window.panel);
+            window.Close();
+        }
     }
 }

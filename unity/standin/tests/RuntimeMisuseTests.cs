@@ -181,7 +181,7 @@ namespace Lumivox.Tests
         public void NothingOfOursOutlivesPlayMode(bool reloads)
         {
             RenderSettings.ambientMode = UnityEngine.Rendering.AmbientMode.Skybox;
-            RenderSettings.skybox = new Material(Resources.FindObjectsOfTypeAll<Shader>().First());
+            RenderSettings.skybox = new Material(Resources.Load<Shader>("Lumivox/LumivoxDepth"));
             camera.GetComponent<LumivoxEffect>().environmentSource = LumivoxEnvironmentSource.Scene;
             string[] Ours() => Objects.All().Where(item => !item.isDestroyed && (item.name ?? "").StartsWith("Lumivox") && (item is GameObject || item is RenderTexture)).Select(item => $"{item.GetType().Name} {item.name}").ToArray();
             for (var time = 0; time < 2; time++)

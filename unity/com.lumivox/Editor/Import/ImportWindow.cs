@@ -26,6 +26,8 @@ namespace Lumivox.Editor
         string suggested = "";
         /// Which picture is waited for.
         int pictureAsked;
+        /// Whether the path is to be looked at when the window has its contents, which come later while files are imported.
+        [NonSerialized] bool isAwaited;
 
         internal Step Now { get; private set; }
         internal LumivoxReport Report => report;
@@ -48,9 +50,11 @@ namespace Lumivox.Editor
                 AddProblem($"{NameOf(path)} was not opened: one scan at a time. Open it again when this one is done{(Now == Step.Saving ? "" : ", or stopped")}.");
                 return;
             }
-            m_Receiver = receiver;
+            (m_Receiver, m_Path) = (receiver, path ?? "");
+            isAwaited = pathField == null;
+            if (isAwaited) return;
             ShowReceiver();
-            pathField.SetValueWithoutNotify(m_Path = path ?? "");
+            pathField.SetValueWithoutNotify(m_Path);
             rawField.SetValueWithoutNotify("");
             Distrust();
             if (m_Path != "") Scan();

@@ -91,6 +91,7 @@ namespace Lumivox.Editor
             pathField.SetValueWithoutNotify(m_Path);
             ShowReceiver();
             Go(Step.Choose);
+            if (isAwaited) Take(m_Path, m_Receiver);
         }
 
         static VisualElement Row(VisualElement parent, string name)

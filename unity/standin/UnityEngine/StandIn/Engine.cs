@@ -272,6 +272,7 @@ namespace StandIn
         public override void Post(System.Threading.SendOrPostCallback callback, object state) => posted.Enqueue((callback, state));
         public override void Send(System.Threading.SendOrPostCallback callback, object state) => throw new NotImplementedException("the stand-in's context only posts");
         public override System.Threading.SynchronizationContext CreateCopy() => this;
+        internal void Forget() => posted.Clear();
         public void Run()
         {
             for (int left = posted.Count; left > 0 && posted.TryDequeue(out var item); left--)

@@ -58,7 +58,7 @@ namespace StandIn
         static object CopyOf(object value, Type type, Func<Object, Object> map, bool isReload, bool byReference, int depth)
         {
             if (IsPlain(type)) return type == typeof(string) ? value ?? "" : value;
-            if (typeof(Object).IsAssignableFrom(type)) return value is Object item && !item.isDestroyed ? map(item) : null;
+            if (typeof(Object).IsAssignableFrom(type)) return value is Object item && Objects.Find(item.instanceID) is Object now ? map(now) : null;
             if (type.IsArray)
             {
                 var element = type.GetElementType();

@@ -82,10 +82,12 @@ namespace StandIn.Tests
         [Test]
         void Without_ExecuteAlways_scripts_run_in_play_mode_only()
         {
-            var script = new GameObject().AddComponent<OnlyInPlay>();
+            var item = new GameObject();
+            var script = item.AddComponent<OnlyInPlay>();
             Engine.Frame();
             Assert.That(script.awakened, Is.Zero);
             Domain.Play(false);
+            script = item.GetComponent<OnlyInPlay>();
             Engine.Frame();
             Assert.That((script.awakened, script.started), Is.EqualTo((1, 1)));
             Domain.Stop();
@@ -247,6 +249,34 @@ namespace StandIn.Tests
             Assert.That(lasting.scene.name, Is.EqualTo("DontDestroyOnLoad"));
             Domain.Stop();
             Assert.That(lasting == null && !Application.isPlaying);
+        }
+
+        [TestCase(false)]
+        [TestCase(true)]
+        void Scripts_are_other_instances_in_play_mode_and_after_it(bool reloads)
+        {
+            var item = new GameObject("item");
+            var edited = item.AddComponent<Everywhere>();
+            edited.number = 7;
+            edited.hidden = 8;
+            edited.friend = edited;
+            edited.asset = ScriptableObject.CreateInstance<Asset>();
+            edited.asset.value = 5;
+            var hidden = new GameObject("hidden") { hideFlags = HideFlags.HideAndDontSave }.AddComponent<Everywhere>();
+            Domain.Play(reloads);
+            Assert.That(edited == null && edited.heard.Last() == (reloads ? "OnDisable" : "OnDestroy"));
+            Assert.That(hidden == null, Is.EqualTo(reloads), "what is not saved is not loaded anew");
+            var played = item.GetComponent<Everywhere>();
+            Assert.That(played.heard, Is.EqualTo(new[] { "Awake", "OnEnable" }));
+            Assert.That((played.number, played.asset.value, played.hidden, played.friend == played), Is.EqualTo((7, 5, 1, true)), "what is serialised is kept, no more");
+            played.number = 9;
+            played.asset.value = 6;
+            var made = new GameObject("made in play mode");
+            Domain.Stop();
+            Assert.That(made == null && played == null);
+            var after = item.GetComponent<Everywhere>();
+            Assert.That((after.number, after.asset.value, after.friend == after), Is.EqualTo((7, 5, true)), "the scene is what it was");
+            Assert.That(after.heard, Is.EqualTo(new[] { "Awake", "OnEnable" }));
         }
     }
 
