@@ -21,24 +21,14 @@ namespace StandIn
 
         public static Node Of(object target) => new Node { Type = target.GetType(), Fields = FieldsOf(target.GetType()).ToDictionary(field => field.Name, field => Read(field.FieldType, field.GetValue(target), field)) };
 
-        /// Fields that Unity serialises: public or marked, and of a type that it knows.
-        public static IEnumerable<FieldInfo> FieldsOf(Type type)
-        {
-            var above = type.BaseType != null && type.BaseType != typeof(object) && type.BaseType != typeof(ValueType) ? FieldsOf(type.BaseType) : Enumerable.Empty<FieldInfo>();
-            var own = type.GetFields(BindingFlags.Instance | BindingFlags.Public | BindingFlags.NonPublic | BindingFlags.DeclaredOnly)
-                .Where(field => !field.IsInitOnly && !field.IsNotSerialized && (field.IsPublic || field.GetCustomAttribute<SerializeField>() != null) && IsSerialized(field.FieldType));
-            return IsEngines(type) ? Enumerable.Empty<FieldInfo>() : above.Concat(own);
-        }
-
-        static bool IsEngines(Type type) => type.Assembly == typeof(UnityEngine.Object).Assembly && !type.IsValueType;
+        /// Fields that Unity serialises; of the engine's own objects none.
+        public static IEnumerable<FieldInfo> FieldsOf(Type type) => Serializer.FieldsOf(type);
 
         static Type ElementOf(Type type) => type.IsArray ? type.GetElementType() : type.IsGenericType && type.GetGenericTypeDefinition() == typeof(List<>) ? type.GetGenericArguments()[0] : null;
 
         static bool IsLeaf(Type type) => type.IsPrimitive || type.IsEnum || type == typeof(string) || typeof(UnityEngine.Object).IsAssignableFrom(type)
             || type == typeof(Color) || type == typeof(Color32) || type == typeof(Vector2) || type == typeof(Vector3) || type == typeof(Vector4) || type == typeof(Quaternion) || type == typeof(Rect) || type == typeof(Bounds)
             || type.Namespace == "UnityEngine" && type.IsValueType;
-
-        static bool IsSerialized(Type type) => ElementOf(type) != null ? ElementOf(ElementOf(type)) == null && IsSerialized(ElementOf(type)) : IsLeaf(type) || type.IsDefined(typeof(SerializableAttribute), false) && !type.IsAbstract && !typeof(Delegate).IsAssignableFrom(type);
 
         static Node Read(Type type, object value, FieldInfo field)
         {

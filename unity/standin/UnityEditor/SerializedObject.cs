@@ -32,6 +32,7 @@ namespace UnityEditor
 
         public void Update()
         {
+            foreach (var target in targetObjects) if (target == null) throw new NullReferenceException("SerializedObject target has been destroyed.");
             for (var i = 0; i < nodes.Length; i++) nodes[i] = Node.Of(targetObjects[i]);
             known = nodes.Select(node => node.Copy()).ToArray();
         }
@@ -57,7 +58,7 @@ namespace UnityEditor
                 foreach (var field in nodes[i].Fields) if (!field.Value.Same(known[i].Fields[field.Key])) now.Fields[field.Key] = field.Value.Copy();
                 now.WriteTo(targetObjects[i]);
                 EditorUtility.SetDirty(targetObjects[i]);
-                Node.Send(targetObjects[i], "OnValidate");
+                Messages.Send(targetObjects[i], "OnValidate");
             }
             Update();
             if (changed) StandIn.Bindings.Refresh();

@@ -157,7 +157,7 @@ namespace UnityEditor
                 if (record.target == null) continue;
                 moved.records.Add(new Record { target = record.target, state = Node.Of(record.target) });
                 record.state.WriteTo(record.target);
-                Node.Send(record.target, "OnValidate");
+                Messages.Send(record.target, "OnValidate");
             }
             to.Add(moved);
             current++;

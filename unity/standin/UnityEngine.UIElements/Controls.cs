@@ -322,8 +322,8 @@ namespace UnityEngine.UIElements
 #endif
         void Open(VisualElement targetElement)
         {
-            if (targetElement == null) throw new ArgumentNullException(nameof(targetElement), "VisualElement Generic Menu needs a target to find a root to attach to.");
-            if (targetElement.panel == null) throw new InvalidOperationException("the menu's target is in no panel");
+            if (targetElement == null) { Debug.LogError("VisualElement Generic Menu needs a target to find a root to attach to."); return; }
+            if (targetElement.panel == null) { Debug.LogError("Could not find rootVisualContainer..."); return; }
             StandIn.Menus.Last = this;
         }
     }

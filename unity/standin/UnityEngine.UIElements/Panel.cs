@@ -13,7 +13,9 @@ namespace StandIn
         internal readonly List<ScheduledItem> scheduled = new List<ScheduledItem>();
         internal VisualElement captor;
         internal bool needsLayout = true;
-        VisualElement under;
+        readonly Queue<(EventBase, VisualElement)> waiting = new Queue<(EventBase, VisualElement)>();
+        bool isDispatching;
+        VisualElement under, down;
         Vector2 pointer;
         int pressed;
 
@@ -83,6 +85,7 @@ namespace StandIn
             var target = Target(at);
             for (var focus = target; focus != null; focus = focus.hierarchy.parent)
                 if (focus.canGrabFocus) { Focus(focus); break; }
+            down = target;
             Dispatch(new PointerDownEvent { position = at, button = button, pressedButtons = pressed, clickCount = clicks, modifiers = modifiers, pointerType = type }, target);
             Update();
         }
@@ -110,7 +113,10 @@ namespace StandIn
             pressed &= ~(1 << button);
             var target = Target(at);
             Dispatch(new PointerUpEvent { position = at, button = button, pressedButtons = pressed, modifiers = modifiers, pointerType = type }, target);
-            if (button == 0) Dispatch(new ClickEvent { position = at, modifiers = modifiers }, target);
+            // What lies under the pointer then and now is clicked.
+            var clicked = Pick(at);
+            while (clicked != null && clicked != down && !clicked.Contains(down)) clicked = clicked.hierarchy.parent;
+            if (button == 0 && clicked != null) Dispatch(new ClickEvent { position = at, modifiers = modifiers }, clicked);
             Update();
         }
 
@@ -149,8 +155,8 @@ namespace StandIn
             var before = focusController.focusedElement as VisualElement;
             if (before == element) return;
             focusController.focusedElement = element;
-            if (before != null) { Dispatch(new FocusOutEvent(), before); Dispatch(new BlurEvent(), before); }
-            if (element != null) { Dispatch(new FocusInEvent(), element); Dispatch(new FocusEvent(), element); }
+            if (before != null) { Send(new FocusOutEvent(), before); Send(new BlurEvent(), before); }
+            if (element != null) { Send(new FocusInEvent(), element); Send(new FocusEvent(), element); }
         }
 
         /// The topmost element at a place that takes events.
@@ -175,13 +181,39 @@ namespace StandIn
         {
             var before = captor;
             captor = element;
-            if (before != null && before != element) Dispatch(new PointerCaptureOutEvent { pointerId = pointerId }, before);
+            if (before != null && before != element) Send(new PointerCaptureOutEvent { pointerId = pointerId }, before);
         }
 
         /// Takes the pointer away, as another window does.
         public void LoseCapture() => Capture(null, 0);
 
+        /// What is sent while another event is on its way waits for the end of that.
+        internal void Send(EventBase e, VisualElement target)
+        {
+            if (isDispatching) waiting.Enqueue((e, target));
+            else Dispatch(e, target);
+        }
+
         internal void Dispatch(EventBase e, VisualElement target)
+        {
+            var isOuter = !isDispatching;
+            isDispatching = true;
+            try
+            {
+                Deliver(e, target);
+                while (isOuter && waiting.Count > 0)
+                {
+                    var (next, of) = waiting.Dequeue();
+                    Deliver(next, of);
+                }
+            }
+            finally
+            {
+                if (isOuter) isDispatching = false;
+            }
+        }
+
+        void Deliver(EventBase e, VisualElement target)
         {
             // What is disabled hears of nothing that a person does.
             if (!target.enabledInHierarchy && (e is IPointerEvent || e is KeyDownEvent || e is WheelEvent)) return;

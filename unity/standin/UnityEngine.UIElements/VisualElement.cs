@@ -165,8 +165,8 @@ namespace UnityEngine.UIElements
         public void MarkDirtyRepaint() => isDirty = true;
 
         public virtual bool ContainsPoint(Vector2 localPoint) => localPoint.x >= 0 && localPoint.y >= 0 && localPoint.x < layout.width && localPoint.y < layout.height;
-        public override void SendEvent(EventBase e) { if (ownPanel != null) ownPanel.Dispatch(e, this); }
-        public override void Focus() { if (canGrabFocus) ownPanel.Focus(this); }
+        public override void SendEvent(EventBase e) { ownPanel?.Send(e, this); }
+        public override void Focus() => ownPanel?.Focus(canGrabFocus ? this : null);
         public override void Blur() { if (ownPanel != null && ownPanel.focusController.focusedElement == this) ownPanel.Focus(null); }
 
         internal string Path => (physicalParent == null ? "" : physicalParent.Path + "/") + (name != "" ? name : GetType().Name);

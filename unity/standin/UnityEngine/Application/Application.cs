@@ -12,7 +12,7 @@ namespace UnityEngine
     public class Application
     {
         internal static bool playing;
-        public static bool isPlaying => playing;
+        public static bool isPlaying { get { StandIn.Threads.Main("get_isPlaying"); return playing; } }
         public static bool isEditor =>
 #if UNITY_EDITOR
             true;

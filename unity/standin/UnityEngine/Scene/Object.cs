@@ -45,7 +45,11 @@ namespace UnityEngine
             if (isDestroyed) throw new MissingReferenceException($"The object of type '{GetType().Name}' has been destroyed but you are still trying to access it.\nYour script should either check if it is null or you should not destroy the object.");
         }
 
-        public int GetInstanceID() => instanceID;
+        public int GetInstanceID()
+        {
+            if (!StandIn.Threads.isMain) throw new InvalidOperationException("EnsureRunningOnMainThread can only be called from the main thread");
+            return instanceID;
+        }
         public EntityId GetEntityId() => new EntityId(instanceID);
         public override int GetHashCode() => instanceID;
         public override bool Equals(object other) => other is Object item ? this == item : other is null && this == null;
@@ -77,6 +81,7 @@ namespace UnityEngine
         {
             StandIn.Threads.Main("DestroyImmediate");
             if (obj == null) return;
+            if (StandIn.Messages.isValidating) { Debug.LogError($"Destroying {(obj is GameObject ? "GameObjects" : obj is Component ? "components" : "assets")} immediately is not permitted during physics trigger/contact, animation event callbacks, rendering callbacks or OnValidate. You must use Destroy instead."); return; }
             if (obj.isAsset && !allowDestroyingAssets) { Debug.LogError("Destroying assets is not permitted to avoid data loss.\nIf you really want to remove an asset use DestroyImmediate (theObject, true);"); return; }
             if (obj is Transform transform && !transform.gameObject.isDying) { Debug.LogError("Can't destroy Transform component of '" + obj.label + "'. If you want to destroy the game object, please call 'Destroy' on the game object instead. Destroying the transform component is not allowed."); return; }
             StandIn.Objects.DestroyNow(obj);
@@ -110,7 +115,7 @@ namespace UnityEngine
         static IEnumerable<T> Find<T>(bool inactive)
         {
             StandIn.Threads.Main("FindObjectsOfType");
-            return StandIn.Objects.All().Where(item => item is T && item.isInScene && (inactive || item.isActive)).OfType<T>();
+            return StandIn.Objects.All().Where(item => item is T && item.isInScene && (item.hideFlags & HideFlags.DontSave) != HideFlags.DontSave && (inactive || item.isActive)).OfType<T>();
         }
         internal virtual bool isInScene => false;
         internal virtual bool isActive => true;

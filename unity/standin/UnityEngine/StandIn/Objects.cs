@@ -102,13 +102,19 @@ namespace StandIn
             return known[(type, name)] = found;
         }
 
+        /// Whether `OnValidate` runs, in which nothing may be destroyed at once.
+        internal static bool isValidating { get; private set; }
+
         /// A script's exceptions are logged; the engine goes on.
         internal static bool Send(Object to, string name)
         {
             var method = Find(to.GetType(), name);
             if (method == null) return false;
+            var was = isValidating;
+            isValidating = name == "OnValidate";
             try { method.Invoke(to, null); }
             catch (TargetInvocationException error) { Debug.LogException(error.InnerException, to); }
+            finally { isValidating = was; }
             return true;
         }
         internal static Action Bind(MonoBehaviour to, string name)

@@ -20,7 +20,7 @@ namespace StandIn
         {
             if (known.TryGetValue((type, isReload), out var found)) return found;
             var fields = new List<FieldInfo>();
-            for (var at = type; at != null && at != typeof(object) && at != typeof(MonoBehaviour) && at != typeof(ScriptableObject); at = at.BaseType)
+            for (var at = type; at != null && at != typeof(object) && !IsEnginesObject(at); at = at.BaseType)
                 fields.InsertRange(0, at.GetFields(BindingFlags.Instance | BindingFlags.Public | BindingFlags.NonPublic | BindingFlags.DeclaredOnly).Where(field => IsKept(field, isReload)));
             return known[(type, isReload)] = fields.ToArray();
         }
@@ -37,13 +37,26 @@ namespace StandIn
         static bool IsKept(Type type, bool listsToo)
         {
             if (type.IsPrimitive) return type != typeof(IntPtr) && type != typeof(UIntPtr);
-            if (type == typeof(string) || type.IsEnum || typeof(Object).IsAssignableFrom(type)) return true;
+            if (type.IsEnum) return IsSmall(Enum.GetUnderlyingType(type));
+            if (type == typeof(string) || typeof(Object).IsAssignableFrom(type)) return true;
             if (listsToo && type.IsArray && type.GetArrayRank() == 1) return IsKept(type.GetElementType(), false);
             if (listsToo && type.IsGenericType && type.GetGenericTypeDefinition() == typeof(List<>)) return IsKept(type.GetGenericArguments()[0], false);
             if (type.IsPointer || typeof(Delegate).IsAssignableFrom(type) || type.IsInterface || type == typeof(object) || typeof(IDictionary).IsAssignableFrom(type)) return false;
-            if (type.Assembly == typeof(object).Assembly) return false;
+            // Of the class library nothing but lists, whatever else is serialisable there: no dictionaries, dates or tuples.
+            if (type.Namespace != null && (type.Namespace + ".").StartsWith("System.")) return false;
+            if (IsEngines(type) && native.Contains(type.Name)) return true;
             return type.IsSerializable && !type.IsAbstract;
         }
+
+        /// What the engine serialises by itself of its own types; the others say that they are serialisable.
+        static readonly HashSet<string> native = new HashSet<string>
+        {
+            "Vector2", "Vector3", "Vector4", "Vector2Int", "Vector3Int", "Quaternion", "Matrix4x4", "Color", "Color32", "Rect", "RectInt", "Bounds", "BoundsInt",
+            "LayerMask", "AnimationCurve", "Gradient", "RectOffset", "Hash128",
+        };
+        static bool IsSmall(Type number) => number != typeof(long) && number != typeof(ulong);
+        static bool IsEngines(Type type) => type.Assembly == typeof(Object).Assembly;
+        static bool IsEnginesObject(Type type) => IsEngines(type) && typeof(Object).IsAssignableFrom(type);
 
         static bool IsPlain(Type type) => type.IsPrimitive || type == typeof(string) || type.IsEnum;
 
@@ -59,6 +72,7 @@ namespace StandIn
         {
             if (IsPlain(type)) return type == typeof(string) ? value ?? "" : value;
             if (typeof(Object).IsAssignableFrom(type)) return value is Object item && Objects.Find(item.instanceID) is Object now ? map(now) : null;
+            if (type.IsValueType && IsEngines(type)) return value;
             if (type.IsArray)
             {
                 var element = type.GetElementType();
