@@ -4,11 +4,12 @@
 mod ci;
 mod layers;
 mod package;
+mod unity_branch;
 mod unity_kernels;
 mod unity_kernels_hlsl;
 mod unity_metas;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const HELP: &str = "\
@@ -24,8 +25,10 @@ Commands:
   package unity OUT [--from DIR] --library FILE...
                             With those of other systems, too, that were built there: lumivox_unity.dll,
                             liblumivox_unity.dylib, and lumivox-codecs as it is called there
-  unity-kernels             Write the Unity package's kernels, and the table of their names
-  unity-kernels --check     Fail where they are not what would be written
+  package unity OUT [...] --upm BRANCH
+                            Commit what is packed to a branch of its own, too, for installations by a git URL
+  unity-kernels             Write the Unity package's kernels, which git does not hold, and the table and list of them
+  unity-kernels --check     Fail where table and list are not what would be written
   unity-kernels --all DIR   Write every kernel of every view there, for tests
   unity-metas               Give each file of the Unity package its identifier
   unity-metas --check       Fail where one is missing, left over or there twice
@@ -43,7 +46,7 @@ fn main() -> ExitCode {
         ["package", "python", out] => package::python(Path::new(out)),
         ["package", "unity", out, ref options @ ..] if !out.starts_with('-') => {
             match package::options(options) {
-                Some((from, others)) => package::unity(Path::new(out), from, &others),
+                Some(options) => package::unity(Path::new(out), &options),
                 None => {
                     eprintln!("{HELP}");
                     return ExitCode::from(2);
@@ -68,4 +71,11 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// The project's folder, around the one in which this was called.
+fn root() -> Result<PathBuf, String> {
+    let here = std::env::current_dir().map_err(|error| error.to_string())?;
+    let found = here.ancestors().find(|folder| folder.join("xtask/Cargo.toml").exists());
+    found.map(Path::to_owned).ok_or_else(|| format!("{} is in no folder of Lumivox", here.display()))
 }

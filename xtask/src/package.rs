@@ -4,26 +4,38 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::unity_metas;
+use crate::{unity_branch, unity_kernels, unity_metas};
 
-/// Of `--from DIR` and `--library FILE`, the folder and the files; `None` where they are something else.
-pub fn options<'a>(words: &[&'a str]) -> Option<(Option<&'a Path>, Vec<&'a Path>)> {
-    let (mut from, mut others) = (None, vec![]);
+/// What a Unity package is made with.
+#[derive(Debug, Default, PartialEq)]
+pub struct Options<'a> {
+    /// The folder in which this system's library and program lie.
+    from: Option<&'a Path>,
+    /// Those of other systems.
+    others: Vec<&'a Path>,
+    /// The branch that it is committed to.
+    branch: Option<&'a str>,
+}
+
+/// Of `--from DIR`, `--library FILE` and `--upm BRANCH`; `None` where they are something else.
+pub fn options<'a>(words: &[&'a str]) -> Option<Options<'a>> {
+    let mut options = Options::default();
     for pair in words.chunks(2) {
         match *pair {
-            ["--from", folder] if from.is_none() => from = Some(Path::new(folder)),
-            ["--library", file] => others.push(Path::new(file)),
+            ["--from", folder] if options.from.is_none() => options.from = Some(Path::new(folder)),
+            ["--library", file] => options.others.push(Path::new(file)),
+            ["--upm", branch] if options.branch.is_none() => options.branch = Some(branch),
             _ => return None,
         }
     }
-    Some((from, others))
+    Some(options)
 }
 
-/// Makes `com.lumivox-VERSION.tgz` in `out`, as Unity's package manager takes it: the package, with the native library and
-/// the decoders' program of this system in it, and `others`, of other systems. Those of this system are built for people, or
-/// taken `from` a folder.
-pub fn unity(out: &Path, from: Option<&Path>, others: &[&Path]) -> Result<(), String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+/// Makes `com.lumivox-VERSION.tgz` in `out`, as Unity's package manager takes it: the package, with kernels, and the native
+/// library and the decoders' program of this system in it, and those of other systems. Those of this system are built for
+/// people, or taken from a folder.
+pub fn unity(out: &Path, options: &Options<'_>) -> Result<(), String> {
+    let root = crate::root()?;
     let version = env!("CARGO_PKG_VERSION");
     let package = root.join("unity/com.lumivox");
     let manifest = read(&package.join("package.json"))?;
@@ -34,9 +46,10 @@ pub fn unity(out: &Path, from: Option<&Path>, others: &[&Path]) -> Result<(), St
         return Err(format!("unity/com.lumivox/package.json says version {there}, the workspace {version}"));
     }
     unity_metas::check()?;
+    unity_kernels::check()?;
     let others =
-        others.iter().map(|file| Ok((*file, place_of(file)?))).collect::<Result<Vec<_>, String>>()?;
-    let built = match from {
+        options.others.iter().map(|file| Ok((*file, place_of(file)?))).collect::<Result<Vec<_>, String>>()?;
+    let built = match options.from {
         Some(folder) => native_files(folder)?,
         None => build()?,
     };
@@ -52,7 +65,7 @@ pub fn unity(out: &Path, from: Option<&Path>, others: &[&Path]) -> Result<(), St
         let name = file.file_name().ok_or("a program without a name")?;
         let target = folder.join(name);
         fs::copy(file, &target).map_err(|error| format!("{}: {error}", file.display()))?;
-        if from.is_some() {
+        if options.from.is_some() {
             run(Command::new("strip").arg(&target))?;
         }
     }
@@ -65,7 +78,11 @@ pub fn unity(out: &Path, from: Option<&Path>, others: &[&Path]) -> Result<(), St
         fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
         fs::copy(file, &target).map_err(|error| format!("{}: {error}", file.display()))?;
     }
-    unity_metas::complete(&staged)?;
+    unity_kernels::complete(&staged)?;
+    unity_metas::complete(&staged, &staged)?;
+    if let Some(branch) = options.branch {
+        unity_branch::commit(&root, &staged, branch, version)?;
+    }
     let name = format!("com.lumivox-{version}.tgz");
     // The same files give the same archive.
     run(Command::new("tar")
@@ -83,7 +100,7 @@ pub fn unity(out: &Path, from: Option<&Path>, others: &[&Path]) -> Result<(), St
 /// Makes the wheel of the Python package in `out`: one for Python 3.10 and newer, for the oldest manylinux that this system's
 /// libraries suffice for.
 pub fn python(out: &Path) -> Result<(), String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = crate::root()?;
     let out = std::path::absolute(out).map_err(|error| format!("{}: {error}", out.display()))?;
     run(Command::new(root.join("script/python")).arg("--wheel-only").arg(&out))?;
     let version = env!("CARGO_PKG_VERSION");
@@ -267,10 +284,14 @@ mod tests {
 
     #[test]
     fn options_are_a_folder_and_files_in_any_order() {
-        let (from, others) =
-            options(&["--library", "a.dll", "--from", "native", "--library", "b.exe"]).unwrap();
-        assert_eq!((from, others), (Some(Path::new("native")), vec![Path::new("a.dll"), Path::new("b.exe")]));
-        assert_eq!(options(&[]), Some((None, vec![])));
+        let words = ["--library", "a.dll", "--from", "native", "--library", "b.exe", "--upm", "upm"];
+        let all = Options {
+            from: Some(Path::new("native")),
+            others: vec![Path::new("a.dll"), Path::new("b.exe")],
+            branch: Some("upm"),
+        };
+        assert_eq!(options(&words), Some(all));
+        assert_eq!(options(&[]), Some(Options::default()));
         for wrong in [&["--library"][..], &["--from", "a", "--from", "b"], &["--else", "a"], &["a.dll"]] {
             assert_eq!(options(wrong), None, "{wrong:?}");
         }

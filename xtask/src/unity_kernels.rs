@@ -2,25 +2,28 @@
 //! the package finds them by name and every player has them; and the table of what they bind.
 //!
 //! A package has to bring every kernel that a live view of any scene may want, and Unity compiles each for every graphics
-//! API of a player: [`DeviceLimits::few_kernels`] keeps them few. They are committed, as a package is used as it lies in its
-//! folder; [`check`] sees to it that they are what the WGSL says.
+//! API of a player: [`DeviceLimits::few_kernels`] keeps them few. They are tens of thousands of lines: git holds the table and
+//! a list of them, which [`check`] compares with what the WGSL says, and whoever packages or tests the package makes them.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use lumivox_renderer::{DeviceLimits, Features, LoopTurns, ViewKind};
 use lumivox_shaders::{Kernel, Stage};
 
 use crate::unity_kernels_hlsl::{Place, Translated, translate};
+use crate::unity_metas::{self, fnv_1a};
 
-const PACKAGE: &str = "unity/com.lumivox/Runtime";
-const KERNELS: &str = "Kernels/Resources/Lumivox";
-const TABLE: &str = "Gpu/KernelTable.cs";
+/// In the package, and nothing else lies there; git does not see it.
+const KERNELS: &str = "Runtime/Kernels/Generated";
+/// What is committed.
+const TABLE: &str = "unity/com.lumivox/Runtime/Gpu/KernelTable.cs";
+const LIST: &str = "unity/hlsl/kernels.txt";
 
-/// What generated files begin with: others in their folder are somebody's work.
+/// What generated files begin with.
 const MARK: &str = "// Made by `cargo xtask unity-kernels` from crates/lumivox-shaders: do not edit.\n";
 
 /// What chooses kernels of what Unity runs on; the rest does not matter here.
@@ -39,41 +42,34 @@ const LIMITS: DeviceLimits = DeviceLimits {
 /// Kernels by name.
 type Kernels = BTreeMap<String, (Kernel, Translated)>;
 
-/// Writes what is missing or stale, and removes what is made no more.
+/// Writes the package's kernels into its folder, and what is committed of them.
 pub fn write() -> Result<(), String> {
-    let package = root().join(PACKAGE);
-    let files = files(&translated([LIMITS], &[ViewKind::Live])?);
-    for path in superfluous(&package, &files)? {
-        // Unity's own file beside it belongs to it.
-        let mut meta = path.clone().into_os_string();
-        meta.push(".meta");
-        fs::remove_file(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let _ = fs::remove_file(meta);
-        println!("removed {}", path.display());
+    let root = crate::root()?;
+    let kernels = of_package()?;
+    for (path, text) in committed(&kernels) {
+        write_if_changed(&root.join(path), &text)?;
     }
-    let mut written = 0;
-    for (path, text) in &files {
-        written += u32::from(write_if_changed(&package.join(path), text)?);
-    }
-    println!("{} files, {written} of them changed", files.len());
-    Ok(())
+    write_files(&root.join(unity_metas::PACKAGE), &kernels)
 }
 
-/// Compares what is there with what would be written.
+/// Writes them into a copy of the package.
+pub fn complete(package: &Path) -> Result<(), String> {
+    write_files(package, &of_package()?)
+}
+
+/// Compares what is committed with what would be written.
 pub fn check() -> Result<(), String> {
-    let package = root().join(PACKAGE);
-    let files = files(&translated([LIMITS], &[ViewKind::Live])?);
-    let mut stale = superfluous(&package, &files)?;
-    stale.extend(files.iter().map(|(path, text)| (package.join(path), text)).filter_map(|(path, text)| {
-        let is_there = fs::read(&path).is_ok_and(|bytes| bytes == text.as_bytes());
-        (!is_there).then_some(path)
-    }));
-    if stale.is_empty() {
-        println!("{} files are as the kernels say", files.len());
-        return Ok(());
+    let root = crate::root()?;
+    let kernels = of_package()?;
+    for (path, text) in committed(&kernels) {
+        // Git may check files out with other ends of lines.
+        let there = fs::read_to_string(root.join(path)).unwrap_or_default().replace("\r\n", "\n");
+        if there != text {
+            return Err(format!("{path} is stale: run `cargo xtask unity-kernels`"));
+        }
     }
-    let list: String = stale.iter().map(|path| format!("\n  {}", path.display())).collect();
-    Err(format!("run `cargo xtask unity-kernels`, these are stale:{list}"))
+    println!("{} kernels are as listed", kernels.len());
+    Ok(())
 }
 
 /// Writes the kernels of all views, of devices that count turns of loops, too, into `Resources/Lumivox` of a folder, and
@@ -109,8 +105,8 @@ pub fn write_all(folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+fn of_package() -> Result<Kernels, String> {
+    translated([LIMITS], &[ViewKind::Live])
 }
 
 /// Every kernel with which some view of some scene is recorded.
@@ -140,17 +136,49 @@ fn file(kernel: Kernel, translated: &Translated) -> (&'static str, String) {
     }
 }
 
-/// The package's files, by their paths in [`PACKAGE`].
+/// Files by their names.
 fn files(kernels: &Kernels) -> BTreeMap<String, String> {
-    let mut files: BTreeMap<String, String> = kernels
-        .iter()
-        .map(|(name, (kernel, translated))| {
-            let (kind, text) = file(*kernel, translated);
-            (format!("{KERNELS}/{name}.{kind}"), text)
-        })
-        .collect();
-    files.insert(TABLE.into(), table(kernels));
-    files
+    let named = kernels.iter().map(|(name, (kernel, translated))| {
+        let (kind, text) = file(*kernel, translated);
+        (format!("{name}.{kind}"), text)
+    });
+    named.collect()
+}
+
+/// Files by their paths.
+fn committed(kernels: &Kernels) -> [(&'static str, String); 2] {
+    [(TABLE, table(kernels)), (LIST, list(&files(kernels)))]
+}
+
+/// Writes what is missing or stale into a package's folder, and removes what is made no more.
+fn write_files(package: &Path, kernels: &Kernels) -> Result<(), String> {
+    let folder = package.join(KERNELS).join("Resources/Lumivox");
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    let files = files(kernels);
+    fs::create_dir_all(&folder).map_err(failed)?;
+    for entry in fs::read_dir(&folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if !files.contains_key(name.trim_end_matches(".meta")) {
+            fs::remove_file(&path).map_err(failed)?;
+        }
+    }
+    let mut written = 0;
+    for (name, text) in &files {
+        written += u32::from(write_if_changed(&folder.join(name), text)?);
+    }
+    unity_metas::complete(package, &package.join(KERNELS))?;
+    println!("{} kernels, {written} of them changed", files.len());
+    Ok(())
+}
+
+/// What a reviewer sees of the files: a line for each, its name, its lines and a hash of it, which tells whether it changed.
+fn list(files: &BTreeMap<String, String>) -> String {
+    let mut text = String::from("# Made by `cargo xtask unity-kernels`: file, lines, FNV-1a of 128 bits.\n");
+    for (name, content) in files {
+        let _ = writeln!(text, "{name} {} {:032x}", content.lines().count(), fnv_1a(content.bytes()));
+    }
+    text
 }
 
 fn compute(kernel: Kernel, translated: &Translated) -> String {
@@ -243,27 +271,6 @@ fn table(kernels: &Kernels) -> String {
     text + "        };\n    }\n}\n"
 }
 
-/// Generated files in the folder of kernels that are made no more.
-fn superfluous(package: &Path, files: &BTreeMap<String, String>) -> Result<Vec<PathBuf>, String> {
-    let folder = package.join(KERNELS);
-    let entries = match fs::read_dir(&folder) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(vec![]),
-        Err(error) => return Err(format!("{}: {error}", folder.display())),
-    };
-    let mut found = vec![];
-    for entry in entries {
-        let path = entry.map_err(|error| format!("{}: {error}", folder.display()))?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let is_made = files.contains_key(&format!("{KERNELS}/{name}"));
-        if !is_made && fs::read(&path).is_ok_and(|bytes| bytes.starts_with(MARK.as_bytes())) {
-            found.push(path);
-        }
-    }
-    found.sort();
-    Ok(found)
-}
-
 /// Whether it was.
 fn write_if_changed(path: &Path, text: &str) -> Result<bool, String> {
     if fs::read(path).is_ok_and(|bytes| bytes == text.as_bytes()) {
@@ -284,15 +291,44 @@ mod tests {
         let traces = kernels.values().filter(|(kernel, _)| matches!(kernel, Kernel::PathTrace(_))).count();
         assert_eq!((kernels.len(), traces), (30, 20));
         let files = files(&kernels);
-        assert_eq!(files.len(), 31);
         assert!(files.values().all(|text| text.starts_with(MARK)));
-        let depth = &files["Kernels/Resources/Lumivox/composite_depth.shader"];
+        let depth = &files["composite_depth.shader"];
         assert!(depth.contains("ColorMask 0") && depth.contains("ZWrite On") && depth.contains("SV_Depth"));
-        let color = &files["Kernels/Resources/Lumivox/composite_color.shader"];
+        let color = &files["composite_color.shader"];
         assert!(color.contains("Blend One OneMinusSrcAlpha") && color.contains("#pragma vertex fullscreen"));
-        assert!(
-            files["Kernels/Resources/Lumivox/film_count.compute"].contains("#pragma kernel film_count\n")
-        );
-        assert!(files[TABLE].contains("new[] { \"frame_buffer\" }"));
+        assert!(files["film_count.compute"].contains("#pragma kernel film_count\n"));
+        assert!(table(&kernels).contains("new[] { \"frame_buffer\" }"));
+    }
+
+    #[test]
+    fn the_list_tells_which_kernel_changed() {
+        let mut kernels =
+            BTreeMap::from([("a.compute".into(), "x\ny\n".into()), ("b.shader".into(), "z".into())]);
+        let before = list(&kernels);
+        assert!(before.contains("\na.compute 2 ") && before.contains("\nb.shader 1 "), "{before}");
+        kernels.insert("b.shader".into(), "w".into());
+        let after = list(&kernels);
+        let changed = before.lines().zip(after.lines()).filter(|(a, b)| a != b).count();
+        assert_eq!((before.lines().count(), after.lines().count(), changed), (3, 3, 1));
+    }
+
+    #[test]
+    fn a_folder_of_kernels_holds_those_that_are_made_and_no_others() {
+        let package = std::env::temp_dir().join(format!("lumivox-kernels-{}", std::process::id()));
+        let folder = package.join(KERNELS).join("Resources/Lumivox");
+        fs::create_dir_all(&folder).unwrap();
+        for old in ["old.compute", "old.compute.meta"] {
+            fs::write(folder.join(old), "").unwrap();
+        }
+        complete(&package).unwrap();
+        let entries = fs::read_dir(&folder).unwrap().flatten();
+        let mut names: Vec<_> = entries.map(|entry| entry.file_name().into_string().unwrap()).collect();
+        names.sort();
+        let of_kernels = files(&of_package().unwrap()).into_keys();
+        let mut wanted: Vec<_> = of_kernels.flat_map(|name| [format!("{name}.meta"), name]).collect();
+        wanted.sort();
+        assert_eq!(names, wanted);
+        assert!(package.join(format!("{KERNELS}.meta")).exists());
+        fs::remove_dir_all(&package).unwrap();
     }
 }

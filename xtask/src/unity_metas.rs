@@ -1,28 +1,31 @@
 //! The `.meta` files of the Unity package: each file and folder has one with an identifier that scenes and prefabs refer
 //! to, so that it must never change. It is made of the path within the package; a file that moves keeps what it has.
 //!
+//! Kernels, which git does not hold, get theirs when they are made.
+//!
 //! Folders whose names end with `~` are hidden from Unity and have none, nor has what begins with a dot.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const PACKAGE: &str = "unity/com.lumivox";
+/// The package, below the project's root.
+pub const PACKAGE: &str = "unity/com.lumivox";
 
 /// Writes those that are missing, and removes those whose file is gone.
 pub fn write() -> Result<(), String> {
-    let root = root();
+    let root = root()?;
     for path in unmatched(&root)? {
         fs::remove_file(&path).map_err(|error| format!("{}: {error}", path.display()))?;
         println!("removed {}", path.display());
     }
-    complete(&root)?;
+    complete(&root, &root)?;
     check()
 }
 
-/// Writes those that a copy of the package lacks.
-pub fn complete(root: &Path) -> Result<(), String> {
-    for path in assets(root)? {
+/// Writes those that are lacking within a folder of the package or of a copy of it, `root`.
+pub fn complete(root: &Path, folder: &Path) -> Result<(), String> {
+    for path in assets(root)?.into_iter().filter(|path| path.starts_with(folder)) {
         let meta = meta_of(&path);
         if !meta.exists() {
             let text = text(root, &path);
@@ -34,7 +37,7 @@ pub fn complete(root: &Path) -> Result<(), String> {
 
 /// Whether each file has one, none is left over, and no identifier is there twice.
 pub fn check() -> Result<(), String> {
-    let root = root();
+    let root = root()?;
     let remedy = "run `cargo xtask unity-metas`";
     if let Some(path) = unmatched(&root)?.first() {
         return Err(format!("{} belongs to no file: {remedy}", path.display()));
@@ -56,8 +59,8 @@ pub fn check() -> Result<(), String> {
     Ok(())
 }
 
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(PACKAGE)
+fn root() -> Result<PathBuf, String> {
+    Ok(crate::root()?.join(PACKAGE))
 }
 
 fn meta_of(path: &Path) -> PathBuf {
@@ -146,14 +149,15 @@ fn plugin(inside: &str) -> String {
     )
 }
 
-/// 128 bits of a path, as FNV-1a mixes them (G. Fowler, L. C. Noll, K.-P. Vo, "The FNV Non-Cryptographic Hash Algorithm").
 fn identifier(inside: &str) -> String {
+    format!("{:032x}", fnv_1a(format!("{PACKAGE}/{inside}").bytes()))
+}
+
+/// 128 bits of a text (G. Fowler, L. C. Noll, K.-P. Vo, "The FNV Non-Cryptographic Hash Algorithm").
+pub fn fnv_1a(bytes: impl Iterator<Item = u8>) -> u128 {
     const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
-    let hash = format!("{PACKAGE}/{inside}")
-        .bytes()
-        .fold(OFFSET, |hash, byte| (hash ^ u128::from(byte)).wrapping_mul(PRIME));
-    format!("{hash:032x}")
+    bytes.fold(OFFSET, |hash, byte| (hash ^ u128::from(byte)).wrapping_mul(PRIME))
 }
 
 #[cfg(test)]

@@ -160,28 +160,82 @@ fn installed(_: &[String]) -> Counts {
     library[0x3c] = 0x80;
     library.extend(b"PE\0\0\x64\x86lumivox_abi_version");
     fs::write(&elsewhere, library).expect("a file");
+    // What comes of a git URL: committed to a branch, and cloned into an empty place, as Unity does it.
+    let (repository, cloned) = (place.path().join("repository"), place.path().join("cloned"));
+    let mut init = Command::new("git");
+    init.args(["init", "--quiet", "--bare"]).arg(&repository);
     let mut xtask = Command::new(env!("CARGO"));
     xtask.args(["run", "--release", "--quiet", "--package", "xtask", "--", "package", "unity"]);
-    xtask.arg(&out).arg("--from").arg(&native).arg("--library").arg(&elsewhere).current_dir(root());
+    xtask.arg(&out).arg("--from").arg(&native).arg("--library").arg(&elsewhere).args(["--upm", "upm"]);
+    for person in ["AUTHOR", "COMMITTER"] {
+        xtask
+            .env(format!("GIT_{person}_NAME"), "a test")
+            .env(format!("GIT_{person}_EMAIL"), "test@example.org");
+    }
+    xtask.current_dir(root()).env("GIT_DIR", &repository);
+    let mut clone = Command::new("git");
+    clone.args(["clone", "--quiet", "--branch", "upm"]).arg(&repository).arg(&cloned);
     let archive = out.join(format!("com.lumivox-{}.tgz", env!("CARGO_PKG_VERSION")));
-    if !succeeds(&mut xtask)
-        || !succeeds(Command::new("tar").arg("-xzf").arg(&archive).arg("-C").arg(place.path()))
-    {
+    let unpacked = place.path().join("package");
+    let mut unpack = Command::new("tar");
+    unpack.arg("-xzf").arg(&archive).arg("-C").arg(place.path());
+    let mut compare = Command::new("diff");
+    compare.args(["--recursive", "--brief", "--exclude=.git"]).args([&unpacked, &cloned]);
+    if ![&mut init, &mut xtask, &mut unpack, &mut clone, &mut compare].into_iter().all(succeeds) {
         return Counts::FAILED;
     }
-    let unpacked = place.path().join("package");
-    let meta = fs::read_to_string(unpacked.join("Runtime/Plugins/Windows/x86_64/lumivox_unity.dll.meta"))
+    let missing = missing(&cloned);
+    if !missing.is_empty() {
+        println!("the package has not {}", missing.join(", "));
+        return Counts::FAILED;
+    }
+    let meta = fs::read_to_string(cloned.join("Runtime/Plugins/Windows/x86_64/lumivox_unity.dll.meta"))
         .unwrap_or_default();
     if !meta.contains("Standalone: Win64") || meta.contains("Linux") {
         println!("the library of another system is not where Unity looks for it: {meta}");
         return Counts::FAILED;
     }
-    counted(script("unity").arg("--libraries").arg(built()).arg("--installed").arg(&unpacked).args([
+    counted(script("unity").arg("--libraries").arg(built()).arg("--installed").arg(&cloned).args([
         "RuntimeComponentTests",
         "RuntimeWorldTests",
         "TheScanIsSeenInTheMiddle",
         "DecodersThatMayCrash",
     ]))
+}
+
+/// What an installed package lacks: kernels of its table, and identifiers of files.
+fn missing(package: &Path) -> Vec<String> {
+    let mut files = vec![];
+    let mut folders = vec![package.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).expect("a folder").map(|entry| entry.expect("a file").path()) {
+            let name = entry.file_name().and_then(OsStr::to_str).expect("a name");
+            if name.starts_with('.') || name.ends_with('~') {
+                continue;
+            }
+            if entry.is_dir() {
+                folders.push(entry.clone());
+            }
+            files.push(entry);
+        }
+    }
+    let table = fs::read_to_string(package.join("Runtime/Gpu/KernelTable.cs")).unwrap_or_default();
+    let named = table.lines().filter_map(|line| line.trim().strip_prefix("new Entry(\"")?.split('"').next());
+    let kernels: Vec<&str> = named.collect();
+    let is_there = |kernel: &&&str| files.iter().any(|file| file.file_stem() == Some(OsStr::new(**kernel)));
+    let mut missing: Vec<String> =
+        kernels.iter().filter(|kernel| !is_there(kernel)).map(|kernel| (*kernel).to_owned()).collect();
+    if kernels.is_empty() {
+        missing.push("a table of kernels".to_owned());
+    }
+    let is_meta = |file: &&PathBuf| file.extension() == Some(OsStr::new("meta"));
+    for file in files.iter().filter(|file| !is_meta(file)) {
+        let meta = PathBuf::from(format!("{}.meta", file.display()));
+        if !files.contains(&meta) {
+            missing.push(meta.display().to_string());
+        }
+    }
+    missing
 }
 
 /// The tests of the C ABI under valgrind: no byte is read that is not there, none is lost.

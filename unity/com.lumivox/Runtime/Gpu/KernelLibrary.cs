@@ -22,6 +22,8 @@ namespace Lumivox
     internal sealed class KernelLibrary : IDisposable
     {
         const string Folder = "Lumivox/";
+        // A checkout has none until they are made.
+        const string Missing = "is missing from the package. Install it anew; a checkout of its repository makes its kernels with `cargo xtask unity-kernels`";
 
         readonly Program[] programs;
         readonly Dictionary<string, Program> transfers = new Dictionary<string, Program>();
@@ -78,7 +80,7 @@ namespace Lumivox
         internal static Program Computed(string name, string file, string entry, string[] uniforms, string[] resources, bool[] isBuffer)
         {
             var shader = UnityEngine.Resources.Load<ComputeShader>(Folder + file);
-            if (shader == null) throw new LumivoxException($"the kernel '{file}' is missing from the package. Install it anew");
+            if (shader == null) throw new LumivoxException($"the kernel '{file}' {Missing}");
             if (!shader.HasKernel(entry)) throw new LumivoxException($"the kernel '{name}' does not compile on this platform: Unity's console says why");
             var kernel = shader.FindKernel(entry);
             if (!shader.IsSupported(kernel)) throw new LumivoxException($"this graphics device ({SystemInfo.graphicsDeviceType}) cannot run Lumivox' kernel '{name}'. Update its driver, or choose another graphics API");
@@ -88,7 +90,7 @@ namespace Lumivox
         static Program Drawn(string name, string[] uniforms, string[] resources, bool[] isBuffer)
         {
             var shader = UnityEngine.Resources.Load<Shader>(Folder + name);
-            if (shader == null) throw new LumivoxException($"the shader '{name}' is missing from the package. Install it anew");
+            if (shader == null) throw new LumivoxException($"the shader '{name}' {Missing}");
             if (!shader.isSupported) throw new LumivoxException($"this graphics device ({SystemInfo.graphicsDeviceType}) cannot draw Lumivox' shader '{name}'. Update its driver, or choose another graphics API");
             var material = new Material(shader) { hideFlags = HideFlags.HideAndDontSave };
             return new Program { Name = name, Material = material, Uniforms = Ids(uniforms), Resources = Ids(resources), IsBuffer = isBuffer };

@@ -115,7 +115,7 @@ namespace Lumivox.Native
             }
             catch (DllNotFoundException error)
             {
-                return $"Lumivox' native library, {FileName}, is not there, or another that it needs. The package's tarball has it for some systems; an installation from git has none, as its folder cannot be written to. Take it from the tarball's Runtime/Plugins folder, or build it in a checkout with `cargo build --release -p lumivox-unity`; put it into the project's Assets/Plugins folder, and restart Unity. ({FirstLine(error.Message)})";
+                return $"Lumivox' native library, {FileName}, is not there, or another that it needs. The package's tarball and its branch for git have it for some systems. Take it from the tarball's Runtime/Plugins folder, or build it in a checkout with `cargo build --release -p lumivox-unity`; put it into the project's Assets/Plugins folder, and restart Unity. ({FirstLine(error.Message)})";
             }
             catch (EntryPointNotFoundException)
             {
