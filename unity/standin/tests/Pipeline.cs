@@ -36,6 +36,9 @@ namespace Lumivox.Tests
         /// Gives URP's renderer a feature.
         public void Add<T>() where T : ScriptableRendererFeature => feature = StandInUniversal.Add<T>((UniversalRenderPipelineAsset)asset);
 
+        /// What a change of URP's asset, renderer or quality level does.
+        public void Reload() => StandInUniversal.Reload((UniversalRenderPipelineAsset)asset);
+
         public void Dispose()
         {
             if (feature != null) StandInUniversal.Remove((UniversalRenderPipelineAsset)asset, feature);
