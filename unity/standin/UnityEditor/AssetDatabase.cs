@@ -144,6 +144,7 @@ namespace UnityEditor
             if (entry.import.mainObject != null) entry.main = map[entry.import.mainObject];
             foreach (var pair in map.Where(pair => pair.Key is ScriptableObject)) StandIn.Serializer.Copy(pair.Key, pair.Value, item => map.TryGetValue(item, out var own) ? own : item.isAsset ? item : null);
             foreach (var made in map.Keys.OfType<ScriptableObject>()) Object.DestroyImmediate(made);
+            if (before != null) foreach (var gone in before.named.Values.Except(entry.objects).OfType<ScriptableObject>()) Object.DestroyImmediate(gone, true);
             foreach (var loaded in entry.objects.OfType<ScriptableObject>())
                 if (loaded.isEnabled) StandIn.Messages.Send(loaded, "OnValidate");
                 else loaded.Begin();

@@ -41,10 +41,10 @@ namespace Lumivox.Tests
         }
 
         /// A scan of 12 x 10 x 8 voxels, whose values are 0 to 959, with 2 mm between slices.
-        public static byte[] Nrrd(string space = "left-posterior-superior")
+        public static byte[] Nrrd(string space = "left-posterior-superior", int slices = 8)
         {
-            var header = $"NRRD0004\ntype: uint16\ndimension: 3\nspace: {space}\nsizes: 12 10 8\nspace directions: (1,0,0) (0,1,0) (0,0,2)\nspace origin: (0,0,0)\nendian: little\nencoding: raw\n\n";
-            var voxels = Enumerable.Range(0, 12 * 10 * 8).SelectMany(value => new[] { (byte)value, (byte)(value >> 8) });
+            var header = $"NRRD0004\ntype: uint16\ndimension: 3\nspace: {space}\nsizes: 12 10 {slices}\nspace directions: (1,0,0) (0,1,0) (0,0,2)\nspace origin: (0,0,0)\nendian: little\nencoding: raw\n\n";
+            var voxels = Enumerable.Range(0, 12 * 10 * slices).SelectMany(value => new[] { (byte)value, (byte)(value >> 8) });
             return Encoding.ASCII.GetBytes(header).Concat(voxels).ToArray();
         }
 

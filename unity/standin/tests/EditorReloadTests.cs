@@ -46,6 +46,36 @@ namespace Lumivox.Tests
             Assert.That(scan.GetReport().format, Is.EqualTo("NRRD"));
         }
 
+        /// A scan of as many slices.
+        static void Write(string path, int slices) => System.IO.File.WriteAllBytes(EditorProject.Full(path), EditorProject.Nrrd(slices: slices));
+
+        [TestCase(true)]
+        [TestCase(false)]
+        public void AScanIsTheSameWhenItsFileBecomesAnother(bool isShown)
+        {
+            const string path = "Assets/head.nrrd";
+            var scan = EditorProject.ImportScan(path);
+            var volume = new GameObject("Head").AddComponent<LumivoxVolume>();
+            if (isShown)
+            {
+                volume.volume = scan;
+                EditorProject.Until(() => scan.state == LumivoxVolumeState.Ready, "the scan is read");
+            }
+            Assert.That(scan.GetReport().chosenSeries.dims[2], Is.EqualTo(8));
+            var before = scan.Handle;
+            Write(path, 4);
+            AssetDatabase.ImportAsset(path);
+            Assert.That(AssetDatabase.LoadAssetAtPath<LumivoxVolumeAsset>(path), Is.SameAs(scan));
+            Assert.That(scan.GetReport().chosenSeries.dims[2], Is.EqualTo(4));
+            Assert.That(scan.dimensions.z, Is.EqualTo(4));
+            if (isShown) EditorProject.Until(() => scan.state == LumivoxVolumeState.Ready && scan.Handle != before, "its new file is read");
+            // What cannot be imported is gone.
+            System.IO.File.WriteAllText(EditorProject.Full(path), "nothing");
+            AssetDatabase.ImportAsset(path);
+            Assert.That(scan == null && volume.volume == null);
+            EditorHost.Frame();
+        }
+
         [Test]
         public void TheImportWindowStaysAndItsPictureEnds()
         {

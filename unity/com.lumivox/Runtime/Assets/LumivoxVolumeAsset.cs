@@ -75,6 +75,8 @@ namespace Lumivox
         float unusedSince;
         /// A reload of the scripts would make an empty one of none.
         [NonSerialized] LumivoxReport report;
+        /// What it was made of: when the file is imported again, the text is another.
+        [NonSerialized] string reportText;
 
         /// <summary>Where the editor keeps the stored scan of an id; the editor's half of the package sets it.</summary>
         internal static Func<string, string> EditorFile;
@@ -143,7 +145,11 @@ namespace Lumivox
         }
 
         /// <summary>How the scan was loaded; empty for a phantom.</summary>
-        public LumivoxReport GetReport() => report ?? (report = LumivoxReport.OfScan(m_Report));
+        public LumivoxReport GetReport()
+        {
+            if (report == null || reportText != m_Report) (report, reportText) = (LumivoxReport.OfScan(m_Report), m_Report);
+            return report;
+        }
 
         /// <summary>
         /// The number of voxels in each of <paramref name="bins"/> equal parts, 1 to 65536, of the values from x to y of
@@ -418,7 +424,6 @@ namespace Lumivox
                 hasSurroundings = info.hasSurroundings != 0,
             };
             m_Report = Border.TakeText(Library.lumivox_volume_report(made.Pointer)) ?? "";
-            report = null;
             m_Labels = LabelsOf(made.Pointer);
         }
 
