@@ -122,7 +122,7 @@ JSON
 # drives the newer one, which knows C# 9.
 build_csc() {
     local folder=$UNITY_TOOLS/csc source=$PWD/unity/standin/csc stamp
-    stamp=$(cat "$source"/*.cs "$UNITY_TOOLS/pinned" | sha256sum | cut -d' ' -f1)
+    stamp=$(cat "$source"/*.cs "$source"/tests/*.cs "$UNITY_TOOLS/pinned" | sha256sum | cut -d' ' -f1)
     [ "$(cat "$folder/stamp" 2>/dev/null)" != "$stamp" ] || return 0
     rm -rf "$folder"
     mkdir -p "$folder"
@@ -134,7 +134,7 @@ build_csc() {
     write_runtimeconfig "$folder/csc.runtimeconfig.json"
     "$DOTNET" exec --runtimeconfig "$folder/csc.runtimeconfig.json" "$UNITY_TOOLS/first-csc/csc.dll" -nologo \
         -noconfig -nostdlib+ -langversion:8 -warnaserror+ -nowarn:1701,1702 -target:exe "-out:$folder/csc.dll" "${references[@]}" \
-        "-r:$ROSLYN/Microsoft.CodeAnalysis.dll" "-r:$ROSLYN/Microsoft.CodeAnalysis.CSharp.dll" "$source"/*.cs ||
+        "-r:$ROSLYN/Microsoft.CodeAnalysis.dll" "-r:$ROSLYN/Microsoft.CodeAnalysis.CSharp.dll" "$source"/*.cs "$source"/tests/*.cs ||
         die "The compiler's driver, unity/standin/csc, does not compile."
     cp "$ROSLYN"/Microsoft.CodeAnalysis*.dll "$folder/"
     printf '%s\n' "$stamp" >"$folder/stamp"

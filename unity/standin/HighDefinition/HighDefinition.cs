@@ -5,7 +5,7 @@ using System.Collections.Generic;
 
 namespace UnityEngine.Rendering.HighDefinition
 {
-    public enum CustomPassInjectionPoint { BeforeRendering = 0, BeforeTransparent = 1, BeforePostProcess = 2, AfterOpaqueDepthAndNormal = 3, BeforePreRefraction = 4, AfterPostProcess = 5, AfterOpaqueAndSky = 6 }
+    public enum CustomPassInjectionPoint { BeforeRendering = 0, BeforeTransparent = 1, BeforePostProcess = 2, AfterPostProcess = 3, BeforePreRefraction = 4, AfterOpaqueDepthAndNormal = 5, AfterOpaqueAndSky = 6 }
 
     public class HDRenderPipelineAsset
 #if UNITY_6000_0_OR_NEWER

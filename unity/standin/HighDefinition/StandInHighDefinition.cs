@@ -41,14 +41,14 @@ namespace UnityEngine.Rendering.HighDefinition
             GraphicsSettings.lightsUseLinearIntensity = GraphicsSettings.lightsUseColorTemperature = true;
         }
 
-        protected override void Render(ScriptableRenderContext context, Camera[] cameras)
+        protected override void Render(ScriptableRenderContext renderContext, Camera[] cameras)
         {
             foreach (var camera in cameras)
             {
                 if (camera == null) continue;
-                BeginCameraRendering(context, camera);
-                Render(context, camera);
-                EndCameraRendering(context, camera);
+                BeginCameraRendering(renderContext, camera);
+                Render(renderContext, camera);
+                EndCameraRendering(renderContext, camera);
             }
         }
 

@@ -72,7 +72,8 @@ namespace UnityEditor
             entries[GetAssetPath(assetObject)].objects.Add(objectToAdd);
         }
 
-        public static void ImportAsset(string path, ImportAssetOptions options = ImportAssetOptions.Default)
+        public static void ImportAsset(string path) => ImportAsset(path, ImportAssetOptions.Default);
+        public static void ImportAsset(string path, ImportAssetOptions options)
         {
             path = Clean(path);
             if (!File.Exists(Full(path))) return;
@@ -160,7 +161,7 @@ namespace UnityEditor
 
         static readonly Dictionary<string, string> overrides = new Dictionary<string, string>();
         static string Override(string path) => overrides.TryGetValue(path, out var type) ? type : null;
-        public static void SetImporterOverride<T>(string path) where T : ScriptedImporter
+        public static void SetImporterOverride<T>(string path) where T : AssetImporter
         {
             if (!typeof(T).GetCustomAttribute<ScriptedImporterAttribute>().overrideFileExtensions.Contains(Path.GetExtension(path).TrimStart('.').ToLowerInvariant())) throw new InvalidOperationException($"{typeof(T).Name} does not import {path}");
             overrides[Clean(path)] = typeof(T).Name;
@@ -173,7 +174,8 @@ namespace UnityEditor
         }
         public static Type GetImporterOverride(string path) => StandIn.EditorTypes.Of<ScriptedImporter>().FirstOrDefault(one => one.Name == Override(Clean(path)));
 
-        public static void Refresh(ImportAssetOptions options = ImportAssetOptions.Default)
+        public static void Refresh() => Refresh(ImportAssetOptions.Default);
+        public static void Refresh(ImportAssetOptions options)
         {
             NotInImporter("Refresh");
             foreach (var path in entries.Keys.Where(path => !File.Exists(Full(path))).ToList()) entries.Remove(path);
@@ -186,7 +188,7 @@ namespace UnityEditor
 
         public static T LoadAssetAtPath<T>(string assetPath) where T : Object => entries.TryGetValue(Clean(assetPath), out var entry) ? entry.objects.Prepend(entry.main).OfType<T>().FirstOrDefault() : null;
         public static Object LoadMainAssetAtPath(string assetPath) => LoadAssetAtPath<Object>(assetPath);
-        public static Type GetMainAssetTypeAtPath(string path) => LoadMainAssetAtPath(path)?.GetType();
+        public static Type GetMainAssetTypeAtPath(string assetPath) => LoadMainAssetAtPath(assetPath)?.GetType();
         public static string GetAssetPath(Object assetObject) => entries.FirstOrDefault(pair => pair.Value.objects.Contains(assetObject) || pair.Value.main == assetObject).Key ?? "";
         public static bool Contains(Object obj) => GetAssetPath(obj) != "";
         public static bool IsMainAsset(Object obj) => entries.Values.Any(entry => entry.main == obj);
@@ -336,7 +338,11 @@ namespace UnityEditor.Experimental
     {
         public GUID guid;
         public Type importerType;
+#if UNITY_6000_5_OR_NEWER
+        public ArtifactKey(GUID guid) { this.guid = guid; importerType = null; }
+#else
         public ArtifactKey(GUID g) { guid = g; importerType = null; }
+#endif
         public bool isValid => !guid.Empty();
     }
 
@@ -435,10 +441,10 @@ namespace UnityEditor.AssetImporters
         public void DependsOnSourceAsset(string path) => SourceDependencies.Add(path);
         public void LogImportError(string msg, Object obj = null) { Errors.Add(msg); StandIn.Dialogs.ImportErrors.Add(msg); }
         public void LogImportWarning(string msg, Object obj = null) => Warnings.Add(msg);
-        public void SetOutputArtifactFile(string fileName, string filePath)
+        public void SetOutputArtifactFile(string extension, string path)
         {
-            if (!File.Exists(filePath)) throw new FileNotFoundException($"{filePath} is not there");
-            File.Copy(filePath, AssetDatabase.Full(GetOutputArtifactFilePath(fileName)), true);
+            if (!File.Exists(path)) throw new FileNotFoundException($"{path} is not there");
+            File.Copy(path, AssetDatabase.Full(GetOutputArtifactFilePath(extension)), true);
         }
         /// A file for the time of the import; afterwards it lies among the results.
         public string GetOutputArtifactFilePath(string fileName)

@@ -95,7 +95,9 @@ namespace UnityEditor
 
         public static T GetWindow<T>() where T : EditorWindow => GetWindow<T>(null);
         public static T GetWindow<T>(string title) where T : EditorWindow => GetWindow<T>(false, title);
-        public static T GetWindow<T>(bool utility, string title = null, bool focus = true) where T : EditorWindow
+        public static T GetWindow<T>(bool utility) where T : EditorWindow => GetWindow<T>(utility, null);
+        public static T GetWindow<T>(bool utility, string title) where T : EditorWindow => GetWindow<T>(utility, title, true);
+        public static T GetWindow<T>(bool utility, string title, bool focus) where T : EditorWindow
         {
             var window = open.OfType<T>().FirstOrDefault();
             if (window != null)
@@ -250,7 +252,8 @@ namespace UnityEditor
             return StandIn.Dialogs.CancelsProgress;
         }
         public static void ClearProgressBar() => StandIn.Dialogs.ProgressBars.Add((null, null, 0));
-        public static bool DisplayDialog(string title, string message, string ok, string cancel = "") => StandIn.Dialogs.Answer(title, message);
+        public static bool DisplayDialog(string title, string message, string ok) => DisplayDialog(title, message, ok, "");
+        public static bool DisplayDialog(string title, string message, string ok, string cancel) => StandIn.Dialogs.Answer(title, message);
         public static string OpenFolderPanel(string title, string folder, string defaultName) => StandIn.Dialogs.Path(title);
         public static string OpenFilePanel(string title, string directory, string extension) => StandIn.Dialogs.Path(title);
         public static string OpenFilePanelWithFilters(string title, string directory, string[] filters) => StandIn.Dialogs.Path(title);
@@ -269,7 +272,8 @@ namespace UnityEditor
         public static float pixelsPerPoint => 1;
         public static float singleLineHeight => 18;
         public static void PingObject(Object obj) { }
-        public static GUIContent IconContent(string name, string text = null) => new GUIContent(text ?? "");
+        public static GUIContent IconContent(string name) => IconContent(name, null);
+        public static GUIContent IconContent(string name, string text) => new GUIContent(text ?? "");
     }
 
     public sealed class EditorGUI

@@ -15,7 +15,7 @@ namespace UnityEditor
         public GUID(string hexRepresentation) { hex = hexRepresentation; }
         public bool Empty() => string.IsNullOrEmpty(hex);
         public override string ToString() => hex ?? new string('0', 32);
-        public bool Equals(GUID other) => ToString() == other.ToString();
+        public bool Equals(GUID obj) => ToString() == obj.ToString();
         public override bool Equals(object obj) => obj is GUID other && Equals(other);
         public override int GetHashCode() => ToString().GetHashCode();
         public static bool TryParse(string hex, out GUID result)

@@ -6,9 +6,9 @@ namespace UnityEditor.SceneManagement
 {
     public static class SceneCullingMasks
     {
-        public const ulong DefaultSceneCullingMask = 1UL << 63;
+        public const ulong DefaultSceneCullingMask = 1UL << 61 | 1UL << 62 | 1UL << 63;
         public const ulong GameViewObjects = 1UL << 63;
-        public const ulong MainStageSceneViewObjects = 1UL << 62 | 1UL << 63;
+        public const ulong MainStageSceneViewObjects = 1UL << 61 | 1UL << 62;
     }
 
     public enum NewSceneSetup { EmptyScene, DefaultGameObjects }

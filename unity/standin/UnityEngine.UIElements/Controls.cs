@@ -117,9 +117,9 @@ namespace UnityEngine.UIElements
         public string formatString { get; set; }
     }
 
-    public class FloatField : TextValueField<float> { public FloatField() : this(null) { } public FloatField(string label, int maxLength = -1) : base(label) { } }
-    public class DoubleField : TextValueField<double> { public DoubleField() : this(null) { } public DoubleField(string label, int maxLength = -1) : base(label) { } }
-    public class IntegerField : TextValueField<int> { public IntegerField() : this(null) { } public IntegerField(string label, int maxLength = -1) : base(label) { } }
+    public class FloatField : TextValueField<float> { public FloatField() : this(null) { } public FloatField(string label, int maxLength = 1000) : base(label) { } }
+    public class DoubleField : TextValueField<double> { public DoubleField() : this(null) { } public DoubleField(string label, int maxLength = 1000) : base(label) { } }
+    public class IntegerField : TextValueField<int> { public IntegerField() : this(null) { } public IntegerField(string label, int maxLength = 1000) : base(label) { } }
 
     public enum SliderDirection { Horizontal, Vertical }
 

@@ -5,7 +5,7 @@ using System.Collections.Generic;
 namespace UnityEngine.UIElements
 {
     public enum TrickleDown { NoTrickleDown, TrickleDown }
-    public enum PropagationPhase { None, TrickleDown, BubbleUp, AtTarget }
+    public enum PropagationPhase { None, TrickleDown, BubbleUp = 3, AtTarget = 2 }
     public interface IEventHandler { void SendEvent(EventBase e); }
 
     public abstract class EventBase : IDisposable

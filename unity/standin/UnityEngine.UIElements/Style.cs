@@ -31,14 +31,14 @@ namespace UnityEngine.UIElements
     {
         public Length value { get; set; }
         public StyleKeyword keyword { get; set; }
-        public StyleLength(float value) : this(new Length(value)) { }
-        public StyleLength(Length value) { this.value = value; keyword = StyleKeyword.Undefined; IsSet = true; }
+        public StyleLength(float v) : this(new Length(v)) { }
+        public StyleLength(Length v) { this.value = v; keyword = StyleKeyword.Undefined; IsSet = true; }
         public StyleLength(StyleKeyword keyword) { value = default; this.keyword = keyword; IsSet = true; }
         internal bool IsSet { get; }
         internal bool IsPixels => IsSet && keyword == StyleKeyword.Undefined && value.unit == LengthUnit.Pixel;
         internal bool IsPercent => IsSet && keyword == StyleKeyword.Undefined && value.unit == LengthUnit.Percent;
-        public static implicit operator StyleLength(float value) => new StyleLength(value);
-        public static implicit operator StyleLength(Length value) => new StyleLength(value);
+        public static implicit operator StyleLength(float v) => new StyleLength(v);
+        public static implicit operator StyleLength(Length v) => new StyleLength(v);
         public static implicit operator StyleLength(StyleKeyword keyword) => new StyleLength(keyword);
     }
 
@@ -46,9 +46,9 @@ namespace UnityEngine.UIElements
     {
         public float value { get; set; }
         public StyleKeyword keyword { get; set; }
-        public StyleFloat(float value) { this.value = value; keyword = StyleKeyword.Undefined; }
+        public StyleFloat(float v) { this.value = v; keyword = StyleKeyword.Undefined; }
         public StyleFloat(StyleKeyword keyword) { value = 0; this.keyword = keyword; }
-        public static implicit operator StyleFloat(float value) => new StyleFloat(value);
+        public static implicit operator StyleFloat(float v) => new StyleFloat(v);
         public static implicit operator StyleFloat(StyleKeyword keyword) => new StyleFloat(keyword);
     }
 
@@ -56,9 +56,9 @@ namespace UnityEngine.UIElements
     {
         public Color value { get; set; }
         public StyleKeyword keyword { get; set; }
-        public StyleColor(Color value) { this.value = value; keyword = StyleKeyword.Undefined; }
+        public StyleColor(Color v) { this.value = v; keyword = StyleKeyword.Undefined; }
         public StyleColor(StyleKeyword keyword) { value = default; this.keyword = keyword; }
-        public static implicit operator StyleColor(Color value) => new StyleColor(value);
+        public static implicit operator StyleColor(Color v) => new StyleColor(v);
         public static implicit operator StyleColor(StyleKeyword keyword) => new StyleColor(keyword);
     }
 
@@ -66,9 +66,9 @@ namespace UnityEngine.UIElements
     {
         public T value { get; set; }
         public StyleKeyword keyword { get; set; }
-        public StyleEnum(T value) { this.value = value; keyword = StyleKeyword.Undefined; }
+        public StyleEnum(T v) { this.value = v; keyword = StyleKeyword.Undefined; }
         public StyleEnum(StyleKeyword keyword) { value = default; this.keyword = keyword; }
-        public static implicit operator StyleEnum<T>(T value) => new StyleEnum<T>(value);
+        public static implicit operator StyleEnum<T>(T v) => new StyleEnum<T>(v);
         public static implicit operator StyleEnum<T>(StyleKeyword keyword) => new StyleEnum<T>(keyword);
         public static bool operator ==(StyleEnum<T> lhs, StyleEnum<T> rhs) => lhs.Equals(rhs);
         public static bool operator !=(StyleEnum<T> lhs, StyleEnum<T> rhs) => !lhs.Equals(rhs);
@@ -80,14 +80,14 @@ namespace UnityEngine.UIElements
     public struct Background
     {
         public Texture2D texture { get; set; }
-        public static Background FromTexture2D(Texture2D texture) => new Background { texture = texture };
+        public static Background FromTexture2D(Texture2D t) => new Background { texture = t };
     }
 
     public struct StyleBackground
     {
         public Background value { get; set; }
-        public StyleBackground(Texture2D texture) { value = Background.FromTexture2D(texture); }
-        public static implicit operator StyleBackground(Texture2D texture) => new StyleBackground(texture);
+        public StyleBackground(Texture2D v) { value = Background.FromTexture2D(v); }
+        public static implicit operator StyleBackground(Texture2D v) => new StyleBackground(v);
     }
 
     public interface IStyle

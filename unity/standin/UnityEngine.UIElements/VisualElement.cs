@@ -232,7 +232,7 @@ namespace UnityEngine.UIElements
     }
     public abstract class BaseUxmlTraits { }
     public abstract class UxmlTraits : BaseUxmlTraits { }
-    public abstract class BaseUxmlFactory<TCreatedType, TTraits> where TCreatedType : VisualElement, new() where TTraits : BaseUxmlTraits, new() { }
+    public abstract class BaseUxmlFactory<TCreatedType, TTraits> where TCreatedType : new() where TTraits : BaseUxmlTraits, new() { }
     public class UxmlFactory<TCreatedType, TTraits> : BaseUxmlFactory<TCreatedType, TTraits> where TCreatedType : VisualElement, new() where TTraits : UxmlTraits, new() { }
     public partial class VisualElement
     {

@@ -57,7 +57,7 @@ namespace UnityEngine.Rendering.Universal
 
         public UniversalRenderPipeline(UniversalRenderPipelineAsset asset) => this.asset = asset;
 
-        protected override void Render(ScriptableRenderContext context, Camera[] cameras)
+        protected override void Render(ScriptableRenderContext renderContext, Camera[] cameras)
         {
             StandInUniversal.passes = 0;
             foreach (var camera in cameras)
@@ -67,9 +67,9 @@ namespace UnityEngine.Rendering.Universal
                 // Each eye that is drawn by itself begins and ends.
                 for (var eye = 0; eye < (isMultiPass ? 2 : 1); eye++)
                 {
-                    BeginCameraRendering(context, camera);
-                    Render(context, camera, isMultiPass ? eye : -1);
-                    EndCameraRendering(context, camera);
+                    BeginCameraRendering(renderContext, camera);
+                    Render(renderContext, camera, isMultiPass ? eye : -1);
+                    EndCameraRendering(renderContext, camera);
                 }
             }
         }

@@ -8,7 +8,7 @@ static class ApiLists
 {
     const string Heading = "Names and signatures of Unity's public API, by version; script/unity-api makes this file. The first column tells how the\n"
         + "versions below have a type or member: + there, - not, w obsolete with a warning, e with an error. Of the namespaces all\n"
-        + "types are told, of what the stand-in declares all else.";
+        + "types are told, of what the stand-in declares all else: after a bar parameters, or the value.";
 
     /// Of the lists, what scripts and the stand-in in the folders use.
     public static void Make(string lists, string api, ClassLibraries libraries, string[] folders)
@@ -22,6 +22,14 @@ static class ApiLists
             declared.UnionWith(build.StandIn().Declared().Select(one => Surface.Id(one.symbol)));
         }
         foreach (var name in UnityVersion.Lists) Make(name, lists, declared, used).Write(Path.Combine(api, name + ".txt"), Heading);
+    }
+
+    /// Fails where scripts import a namespace of Unity's whose types are not told, but for those of its test framework.
+    public static void RequireAllOf(IEnumerable<string> used, string api)
+    {
+        var told = new HashSet<string>(UnityVersion.Lists.SelectMany(name => ApiList.Read(Path.Combine(api, name + ".txt")).Namespaces));
+        foreach (var space in used.Where(space => space.StartsWith("Unity") && !space.Contains(".TestTools") && !told.Contains(space)))
+            throw new BuildException($"unity/api does not tell the types of {space}, which a script imports: make it anew by script/unity-api.");
     }
 
     static ApiList Make(string name, string lists, ISet<string> declared, ISet<string> used)

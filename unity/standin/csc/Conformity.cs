@@ -58,10 +58,17 @@ sealed class Conformity
             return;
         }
         var here = Surface.What(symbol);
-        // Whether Unity overrides, or inherits, is nothing that scripts see.
-        if (here.Replace(" override", "") != there.Replace(" override", "")) Fault(symbol, $"it is '{here}', and '{there}' in Unity");
+        if (!IsSame(here, there)) Fault(symbol, $"it is '{here}', and '{there}' in Unity");
         Count++;
         if (state != ApiState.There) Change(symbol, state);
+    }
+
+    static bool IsSame(string here, string there)
+    {
+        // A list may tell no parameters' names and no values.
+        if (!there.Contains(Surface.Rest)) here = here.Split(new[] { Surface.Rest }, StringSplitOptions.None)[0];
+        // Whether Unity overrides, or inherits, is nothing that scripts see.
+        return here.Replace(" override", "") == there.Replace(" override", "");
     }
 
     void Fault(ISymbol symbol, string what)

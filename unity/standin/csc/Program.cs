@@ -25,8 +25,9 @@ static class Program
                 case "api" when arguments.Length >= 6:
                     ApiLists.Make(arguments[1], arguments[2], new ClassLibraries(arguments[3], arguments[4]), arguments.Skip(5).ToArray());
                     return 0;
+                case "test" when arguments.Length == 2: return ConformityTests.Run(arguments[1]) ? 0 : 1;
                 default:
-                    Console.Error.WriteLine("usage: csc compile OPTIONS... | csc unity VERSION,... OUT NETSTANDARD FRAMEWORK NUNIT API FOLDER... | csc api LISTS API NETSTANDARD FRAMEWORK FOLDER...");
+                    Console.Error.WriteLine("usage: csc compile OPTIONS... | csc test NETSTANDARD | csc unity VERSION,... OUT NETSTANDARD FRAMEWORK NUNIT API FOLDER... | csc api LISTS API NETSTANDARD FRAMEWORK FOLDER...");
                     return 2;
             }
         }
@@ -44,7 +45,9 @@ static class Program
         foreach (var name in versions == "all" ? UnityVersion.All : versions.Split(','))
         {
             Console.WriteLine($"==> As Unity {name}");
-            all &= new UnityBuild(new UnityVersion(name), Path.Combine(output, name), libraries, nunit, api, folders).Run();
+            var build = new UnityBuild(new UnityVersion(name), Path.Combine(output, name), libraries, nunit, api, folders);
+            ApiLists.RequireAllOf(build.Used(), api);
+            all &= build.Run();
         }
         return all;
     }

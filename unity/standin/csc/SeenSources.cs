@@ -32,7 +32,7 @@ sealed class SeenSources : CSharpSyntaxRewriter
     public override SyntaxNode VisitEqualsValueClause(EqualsValueClauseSyntax node) => node;
 
     public override SyntaxNode VisitAttributeList(AttributeListSyntax node) =>
-        node.Attributes.Any(attribute => attribute.Name.ToString() == "InternalsVisibleTo") ? null : node;
+        node.Attributes.Any(attribute => attribute.Name.ToString().Split('.').Last() == "InternalsVisibleTo") ? null : node;
 
     public override SyntaxNode VisitEnumDeclaration(EnumDeclarationSyntax node)
     {

@@ -12,7 +12,7 @@ using Microsoft.CodeAnalysis.Text;
 
 sealed class StandInAssemblies
 {
-    static readonly CSharpCompilationOptions Options = new CSharpCompilationOptions(OutputKind.DynamicallyLinkedLibrary, allowUnsafe: true, deterministic: true);
+    public static readonly CSharpCompilationOptions Options = new CSharpCompilationOptions(OutputKind.DynamicallyLinkedLibrary, allowUnsafe: true, deterministic: true);
 
     readonly UnityVersion version;
     readonly MetadataReference[] library;
@@ -102,9 +102,14 @@ sealed class StandInAssemblies
     {
         using (var assembly = new MemoryStream())
         {
-            var result = compilation.Emit(assembly, options: new EmitOptions(metadataOnly: true, includePrivateMembers: false));
-            if (result.Success) Program.Replace(Path.Combine(folder, compilation.AssemblyName + ".dll"), assembly.ToArray());
-            return result.Diagnostics.Where(diagnostic => diagnostic.Severity == DiagnosticSeverity.Error).Select(diagnostic => diagnostic.ToString());
+            var faults = Emit(compilation, assembly);
+            if (faults.Count == 0) Program.Replace(Path.Combine(folder, compilation.AssemblyName + ".dll"), assembly.ToArray());
+            return faults;
         }
     }
+
+    /// An assembly without what is in its methods, and without what is internal. Returns what is wrong with it.
+    public static List<string> Emit(CSharpCompilation compilation, Stream assembly) =>
+        compilation.Emit(assembly, options: new EmitOptions(metadataOnly: true, includePrivateMembers: false)).Diagnostics
+            .Where(diagnostic => diagnostic.Severity == DiagnosticSeverity.Error).Select(diagnostic => diagnostic.ToString()).ToList();
 }

@@ -2,6 +2,7 @@
 using System.Collections.Generic;
 using System.Linq;
 using Microsoft.CodeAnalysis;
+using Microsoft.CodeAnalysis.CSharp;
 
 static class Surface
 {
@@ -42,10 +43,28 @@ static class Surface
 
     public static string Id(ISymbol symbol) => symbol.GetDocumentationCommentId();
 
+    /// Between what a member is and the rest: names and defaults of its parameters, or its value.
+    public const string Rest = " | ";
+
     /// Kind and base of a type; of a member whether it is static, its type, its accessors, and whether it may be overridden.
     public static string What(ISymbol symbol)
     {
         if (symbol is INamedTypeSymbol type) return What(type);
+        switch (symbol)
+        {
+            case IFieldSymbol field when field.HasConstantValue: return Plain(symbol) + Rest + SymbolDisplay.FormatPrimitive(field.ConstantValue, quoteStrings: true, useHexadecimalNumbers: false);
+            case IMethodSymbol method when method.Parameters.Length > 0: return Plain(symbol) + Rest + Parameters(method.Parameters, method.IsExtensionMethod);
+            case IPropertySymbol property when property.Parameters.Length > 0: return Plain(symbol) + Rest + Parameters(property.Parameters, false);
+            default: return Plain(symbol);
+        }
+    }
+
+    static string Parameters(IEnumerable<IParameterSymbol> parameters, bool isExtension) => (isExtension ? "this " : "") + string.Join(", ", parameters.Select(one =>
+        (one.IsParams ? "params " : one.RefKind == RefKind.None ? "" : one.RefKind.ToString().ToLowerInvariant() + " ") + one.Name
+        + (one.HasExplicitDefaultValue ? " = " + SymbolDisplay.FormatPrimitive(one.ExplicitDefaultValue, quoteStrings: true, useHexadecimalNumbers: false) : "")));
+
+    static string Plain(ISymbol symbol)
+    {
         if (symbol is IFieldSymbol && symbol.ContainingType.TypeKind == TypeKind.Enum) return Enumerator;
         return (symbol.IsStatic ? "static " : "") + (symbol.DeclaredAccessibility == Accessibility.Public ? "" : "protected ") + Member(symbol);
     }

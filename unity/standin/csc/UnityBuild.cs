@@ -26,7 +26,7 @@ sealed class UnityBuild
         ("UnityEditor", "UnityEditor", true),
     };
 
-    /// `output`: a folder of this version's own; `api`: the lists of Unity's API.
+    /// `output`: a folder of this version's own, in one of what is compiled with it; `api`: the lists of Unity's API.
     public UnityBuild(UnityVersion version, string output, ClassLibraries libraries, string nunit, string api, string[] folders)
     {
         this.version = version;
@@ -39,8 +39,9 @@ sealed class UnityBuild
             if (Directory.Exists(folder)) Find(folder, Path.GetFileName(folder.TrimEnd('/')) == "standin");
     }
 
-    /// Where what scripts are compiled against lies: Unity's assemblies without what is in their methods.
-    string SeenFolder => Path.Combine(output, "seen");
+    /// Where what scripts are compiled against lies, the same for all that is compiled: Unity's assemblies without what is in
+    /// their methods.
+    string SeenFolder => Path.GetFullPath(Path.Combine(output, "../../seen", version.Name));
 
     public bool Run()
     {
@@ -66,12 +67,12 @@ sealed class UnityBuild
         return new StandInAssemblies(version, library, inOrder, ReferencesOf, SymbolsOf);
     }
 
-    /// The namespaces that scripts use, but for those of the stand-in's tests.
+    /// The namespaces that scripts import, but for those of the stand-in's tests.
     public IEnumerable<string> Used() =>
         from definition in known.Values
         where !definition.IsStandIn
         from file in definition.Sources
-        from Match match in Regex.Matches(File.ReadAllText(file), @"^\s*using (?:static |\w+ *= *)?([\w.]+);", RegexOptions.Multiline)
+        from Match match in Regex.Matches(File.ReadAllText(file), @"^\s*using ([\w.]+);", RegexOptions.Multiline)
         select match.Groups[1].Value;
 
     void Find(string folder, bool isStandIn)

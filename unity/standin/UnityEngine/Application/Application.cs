@@ -7,7 +7,7 @@ namespace UnityEngine
     public enum RuntimePlatform { OSXEditor = 0, OSXPlayer = 1, WindowsPlayer = 2, WindowsEditor = 7, IPhonePlayer = 8, Android = 11, LinuxPlayer = 13, LinuxEditor = 16, WebGLPlayer = 17 }
     public enum LogType { Error, Assert, Warning, Log, Exception }
     public enum LogOption { None, NoStacktrace }
-    public enum SystemLanguage { English = 10, Unknown = 42 }
+    public enum SystemLanguage { English = 10, Unknown = 43 }
 
     public class Application
     {
@@ -88,7 +88,7 @@ namespace UnityEngine
         public static double realtimeSinceStartupAsDouble => watch.Elapsed.TotalSeconds;
     }
 
-    public interface ILogger { void Log(LogType type, object message); void LogException(Exception exception); }
+    public interface ILogger { void Log(LogType logType, object message); void LogException(Exception exception); }
     public class Debug
     {
         static void Write(LogType type, object message, string stack = null)
@@ -141,7 +141,7 @@ namespace UnityEngine
         public static int hotControl { get; set; }
         public static int keyboardControl { get; set; }
         public static int GetControlID(FocusType focus) => throw new NotImplementedException("the stand-in has no immediate-mode user interface");
-        public static Vector2 GUIToScreenPoint(Vector2 point) => point;
+        public static Vector2 GUIToScreenPoint(Vector2 guiPoint) => guiPoint;
     }
     public enum FocusType { Native, Keyboard, Passive }
 
@@ -164,8 +164,8 @@ namespace UnityEngine
     {
         static System.Random source = new System.Random(1);
         public static float value => (float)source.NextDouble();
-        public static float Range(float min, float max) => min + (max - min) * value;
-        public static int Range(int min, int max) => max <= min ? min : source.Next(min, max);
+        public static float Range(float minInclusive, float maxInclusive) => minInclusive + (maxInclusive - minInclusive) * value;
+        public static int Range(int minInclusive, int maxExclusive) => maxExclusive <= minInclusive ? minInclusive : source.Next(minInclusive, maxExclusive);
         public static void InitState(int seed) => source = new System.Random(seed);
     }
 
@@ -256,9 +256,12 @@ namespace UnityEngine.Assertions
 {
     public static class Assert
     {
-        public static void IsTrue(bool condition, string message = "Assertion failure. Value was False") => Debug.Assert(condition, message);
-        public static void IsFalse(bool condition, string message = "Assertion failure. Value was True") => Debug.Assert(!condition, message);
-        public static void IsNotNull<T>(T value, string message = "Assertion failure. Value was Null") where T : class => Debug.Assert(value != null, message);
+        public static void IsTrue(bool condition) => IsTrue(condition, "Assertion failure. Value was False");
+        public static void IsTrue(bool condition, string message) => Debug.Assert(condition, message);
+        public static void IsFalse(bool condition) => IsFalse(condition, "Assertion failure. Value was True");
+        public static void IsFalse(bool condition, string message) => Debug.Assert(!condition, message);
+        public static void IsNotNull<T>(T value) where T : class => IsNotNull(value, "Assertion failure. Value was Null");
+        public static void IsNotNull<T>(T value, string message) where T : class => Debug.Assert(value != null, message);
         public static void AreEqual<T>(T expected, T actual) => Debug.Assert(EqualityComparer<T>.Default.Equals(expected, actual), $"Assertion failure. Values are not equal.\nExpected: {expected} == {actual}");
     }
 }

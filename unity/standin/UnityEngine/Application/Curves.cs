@@ -46,7 +46,7 @@ namespace UnityEngine
         }
     }
 
-    [Serializable] public struct GradientColorKey { public Color color; public float time; public GradientColorKey(Color color, float time) { this.color = color; this.time = time; } }
+    [Serializable] public struct GradientColorKey { public Color color; public float time; public GradientColorKey(Color col, float time) { this.color = col; this.time = time; } }
     [Serializable] public struct GradientAlphaKey { public float alpha, time; public GradientAlphaKey(float alpha, float time) { this.alpha = alpha; this.time = time; } }
     public enum GradientMode { Blend, Fixed, PerceptualBlend }
     public enum ColorSpace { Uninitialized = -1, Gamma = 0, Linear = 1 }

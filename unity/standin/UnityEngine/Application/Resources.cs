@@ -44,7 +44,7 @@ namespace UnityEngine
         }
         public static ResourceRequest LoadAsync<T>(string path) where T : Object { var request = new ResourceRequest { asset = Load<T>(path) }; request.Finish(); return request; }
         public static T[] LoadAll<T>(string path) where T : Object => throw new NotImplementedException("the stand-in loads one resource at a time");
-        public static T[] FindObjectsOfTypeAll<T>() { StandIn.Threads.Main("FindObjectsOfTypeAll"); return StandIn.Objects.All().OfType<T>().ToArray(); }
+        public static T[] FindObjectsOfTypeAll<T>() where T : Object { StandIn.Threads.Main("FindObjectsOfTypeAll"); return StandIn.Objects.All().OfType<T>().ToArray(); }
         public static void UnloadAsset(Object assetToUnload) { }
         public static AsyncOperation UnloadUnusedAssets() { var done = new AsyncOperation(); done.Finish(); return done; }
         public static T GetBuiltinResource<T>(string path) where T : Object => throw new NotImplementedException($"the stand-in has no {path}");

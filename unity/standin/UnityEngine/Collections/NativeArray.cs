@@ -108,10 +108,10 @@ namespace Unity.Collections
         }
         public NativeArray<U> Reinterpret<U>() where U : struct => UnsafeUtility.SizeOf<T>() == UnsafeUtility.SizeOf<U>() ? Reinterpret<U>(UnsafeUtility.SizeOf<T>()) : throw new InvalidOperationException($"Types {typeof(T)} and {typeof(U)} are different sizes - direct reinterpretation is not possible.");
         public bool Equals(NativeArray<T> other) => m_Buffer == other.m_Buffer && m_Length == other.m_Length;
-        public override bool Equals(object other) => other is NativeArray<T> array && Equals(array);
+        public override bool Equals(object obj) => obj is NativeArray<T> array && Equals(array);
         public override int GetHashCode() => (int)(long)m_Buffer * 397 ^ m_Length;
-        public static bool operator ==(NativeArray<T> a, NativeArray<T> b) => a.Equals(b);
-        public static bool operator !=(NativeArray<T> a, NativeArray<T> b) => !a.Equals(b);
+        public static bool operator ==(NativeArray<T> left, NativeArray<T> right) => left.Equals(right);
+        public static bool operator !=(NativeArray<T> left, NativeArray<T> right) => !left.Equals(right);
         public Enumerator GetEnumerator() => new Enumerator { array = this, index = -1 };
         IEnumerator<T> IEnumerable<T>.GetEnumerator() => GetEnumerator();
         IEnumerator IEnumerable.GetEnumerator() => GetEnumerator();
@@ -167,7 +167,7 @@ namespace Unity.Collections.LowLevel.Unsafe
         public static void MemMove(void* destination, void* source, long size) => Buffer.MemoryCopy(source, destination, size, size);
         public static void MemSet(void* destination, byte value, long size) { for (long at = 0; at < size; at += 1 << 30) new Span<byte>((byte*)destination + at, (int)Math.Min(1 << 30, size - at)).Fill(value); }
         public static void MemClear(void* destination, long size) => MemSet(destination, 0, size);
-        public static int MemCmp(void* a, void* b, long size) => new ReadOnlySpan<byte>(a, checked((int)size)).SequenceCompareTo(new ReadOnlySpan<byte>(b, (int)size));
+        public static int MemCmp(void* ptr1, void* ptr2, long size) => new ReadOnlySpan<byte>(ptr1, checked((int)size)).SequenceCompareTo(new ReadOnlySpan<byte>(ptr2, (int)size));
         public static bool IsBlittable<T>() where T : struct { try { return SizeOf<T>() > 0; } catch (TypeInitializationException) { return false; } }
         public static T ReadArrayElement<T>(void* source, int index) where T : struct => new Span<T>(source, index + 1)[index];
         public static void WriteArrayElement<T>(void* destination, int index, T value) where T : struct => new Span<T>(destination, index + 1)[index] = value;

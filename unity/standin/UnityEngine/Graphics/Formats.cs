@@ -84,7 +84,7 @@ namespace UnityEngine.Experimental.Rendering
                 default: throw new NotImplementedException($"the stand-in has no render textures of RenderTextureFormat.{format}");
             }
         }
-        public static GraphicsFormat GetDepthStencilFormat(int minimumDepthBits) => minimumDepthBits <= 0 ? GraphicsFormat.None : GraphicsFormat.D32_SFloat;
+        public static GraphicsFormat GetDepthStencilFormat(int depthBits) => depthBits <= 0 ? GraphicsFormat.None : GraphicsFormat.D32_SFloat;
     }
 }
 
@@ -109,7 +109,7 @@ namespace UnityEngine.Rendering
     public enum BlendMode { Zero, One, DstColor, SrcColor, OneMinusDstColor, SrcAlpha, OneMinusSrcColor, DstAlpha, OneMinusDstAlpha, SrcAlphaSaturate, OneMinusSrcAlpha }
     public enum BlendOp { Add, Subtract, ReverseSubtract, Min, Max }
     [Flags] public enum ColorWriteMask { Alpha = 1, Blue = 2, Green = 4, Red = 8, All = 15 }
-    public enum GraphicsDeviceType { Direct3D11 = 2, Null = 4, OpenGLES3 = 11, Metal = 16, OpenGLCore = 17, Direct3D12 = 18, Vulkan = 21, WebGPU = 27 }
+    public enum GraphicsDeviceType { Direct3D11 = 2, Null = 4, OpenGLES3 = 11, Metal = 16, OpenGLCore = 17, Direct3D12 = 18, Vulkan = 21, WebGPU = 28 }
     public enum RenderBufferLoadAction { Load, Clear, DontCare }
     public enum RenderBufferStoreAction { Store, Resolve, StoreAndResolve, DontCare }
     public enum ShadowSamplingMode { CompareDepths, RawDepth, None }

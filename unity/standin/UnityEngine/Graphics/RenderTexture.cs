@@ -158,7 +158,9 @@ namespace UnityEngine
             StandIn.Live.Add(found);
             return found;
         }
-        public static RenderTexture GetTemporary(int width, int height, int depthBuffer = 0, RenderTextureFormat format = RenderTextureFormat.Default) => GetTemporary(new RenderTextureDescriptor(width, height, format, depthBuffer));
+        public static RenderTexture GetTemporary(int width, int height) => GetTemporary(width, height, 0);
+        public static RenderTexture GetTemporary(int width, int height, int depthBuffer) => GetTemporary(width, height, depthBuffer, RenderTextureFormat.Default);
+        public static RenderTexture GetTemporary(int width, int height, int depthBuffer, RenderTextureFormat format) => GetTemporary(new RenderTextureDescriptor(width, height, format, depthBuffer));
         public static void ReleaseTemporary(RenderTexture temp) { if (temp == null) return; if (temporary.Contains(temp)) throw new InvalidOperationException("a temporary render texture is released twice"); temporary.Add(temp); StandIn.Live.Remove(temp); }
     }
 }

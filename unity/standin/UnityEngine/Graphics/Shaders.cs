@@ -49,7 +49,7 @@ namespace UnityEngine
         public int renderQueue => 2000;
         public int GetPropertyCount() => properties.Count;
         public int FindPropertyIndex(string propertyName) => properties.Keys.ToList().IndexOf(propertyName);
-        public string GetPropertyName(int index) => properties.Keys.ElementAt(index);
+        public string GetPropertyName(int propertyIndex) => properties.Keys.ElementAt(propertyIndex);
         public static void SetGlobalTexture(int nameID, Texture value) { Threads.Main("SetGlobalTexture"); globals.Set(nameID, value); }
         public static void SetGlobalTexture(string name, Texture value) => SetGlobalTexture(PropertyToID(name), value);
         public static void SetGlobalBuffer(int nameID, GraphicsBuffer value) => globals.Set(nameID, value);
@@ -151,7 +151,8 @@ namespace UnityEngine
         public Texture GetTexture(string name) => GetTexture(Shader.PropertyToID(name));
         public Texture mainTexture { get => GetTexture("_MainTex"); set => SetTexture("_MainTex", value); }
         public Color color { get => GetColor("_Color"); set => SetColor("_Color", value); }
-        public string GetTag(string tag, bool searchFallbacks, string defaultValue = "") => shader.passes.Count > 0 && shader.passes[0].tags.TryGetValue(tag, out var value) ? value : defaultValue;
+        public string GetTag(string tag, bool searchFallbacks) => GetTag(tag, searchFallbacks, "");
+        public string GetTag(string tag, bool searchFallbacks, string defaultValue) => shader.passes.Count > 0 && shader.passes[0].tags.TryGetValue(tag, out var value) ? value : defaultValue;
         /// Another one where the shader, a keyword or a property is.
         public int ComputeCRC()
         {
@@ -271,13 +272,13 @@ namespace UnityEngine
         public void SetTexture(int kernelIndex, string name, Texture texture) => SetTexture(kernelIndex, Shader.PropertyToID(name), texture);
         public void SetConstantBuffer(int nameID, GraphicsBuffer buffer, int offset, int size) { Main("SetConstantBuffer"); sheet.SetConstant(nameID, buffer, offset, size); }
         public void SetConstantBuffer(string name, GraphicsBuffer buffer, int offset, int size) => SetConstantBuffer(Shader.PropertyToID(name), buffer, offset, size);
-        public void SetInt(int nameID, int value) { Main("SetInt"); sheet.Set(nameID, value); }
-        public void SetInt(string name, int value) => SetInt(Shader.PropertyToID(name), value);
-        public void SetFloat(int nameID, float value) { Main("SetFloat"); sheet.Set(nameID, value); }
-        public void SetFloat(string name, float value) => SetFloat(Shader.PropertyToID(name), value);
-        public void SetVector(int nameID, Vector4 value) { Main("SetVector"); sheet.Set(nameID, value); }
-        public void SetVector(string name, Vector4 value) => SetVector(Shader.PropertyToID(name), value);
-        public void SetMatrix(int nameID, Matrix4x4 value) { Main("SetMatrix"); sheet.Set(nameID, value); }
+        public void SetInt(int nameID, int val) { Main("SetInt"); sheet.Set(nameID, val); }
+        public void SetInt(string name, int val) => SetInt(Shader.PropertyToID(name), val);
+        public void SetFloat(int nameID, float val) { Main("SetFloat"); sheet.Set(nameID, val); }
+        public void SetFloat(string name, float val) => SetFloat(Shader.PropertyToID(name), val);
+        public void SetVector(int nameID, Vector4 val) { Main("SetVector"); sheet.Set(nameID, val); }
+        public void SetVector(string name, Vector4 val) => SetVector(Shader.PropertyToID(name), val);
+        public void SetMatrix(int nameID, Matrix4x4 val) { Main("SetMatrix"); sheet.Set(nameID, val); }
         public void Dispatch(int kernelIndex, int threadGroupsX, int threadGroupsY, int threadGroupsZ)
         {
             Main("Dispatch");

@@ -8,7 +8,7 @@ namespace UnityEngine
         public const float Infinity = float.PositiveInfinity;
         public const float NegativeInfinity = float.NegativeInfinity;
         public const float Deg2Rad = PI / 180;
-        public const float Rad2Deg = 180 / PI;
+        public const float Rad2Deg = 57.29578f;
         public static readonly float Epsilon = float.Epsilon;
         public static float Sin(float f) => (float)Math.Sin(f);
         public static float Cos(float f) => (float)Math.Cos(f);
@@ -47,7 +47,7 @@ namespace UnityEngine
         public static float LerpUnclamped(float a, float b, float t) => a + (b - a) * t;
         public static float InverseLerp(float a, float b, float value) => a != b ? Clamp01((value - a) / (b - a)) : 0;
         public static float SmoothStep(float from, float to, float t) { t = Clamp01(t); t = -2 * t * t * t + 3 * t * t; return to * t + from * (1 - t); }
-        public static float MoveTowards(float current, float target, float by) => Abs(target - current) <= by ? target : current + Sign(target - current) * by;
+        public static float MoveTowards(float current, float target, float maxDelta) => Abs(target - current) <= maxDelta ? target : current + Sign(target - current) * maxDelta;
         public static float Repeat(float t, float length) => Clamp(t - Floor(t / length) * length, 0, length);
         public static float DeltaAngle(float current, float target) { var delta = Repeat(target - current, 360); return delta > 180 ? delta - 360 : delta; }
         public static bool Approximately(float a, float b) => Abs(b - a) < Max(1e-6f * Max(Abs(a), Abs(b)), Epsilon * 8);
@@ -55,8 +55,8 @@ namespace UnityEngine
         public static bool IsPowerOfTwo(int value) => (value & value - 1) == 0;
         public static float GammaToLinearSpace(float value) => value <= .04045f ? value / 12.92f : value < 1 ? Pow((value + .055f) / 1.055f, 2.4f) : Pow(value, 2.2f);
         public static float LinearToGammaSpace(float value) => value <= 0 ? 0 : value <= .0031308f ? 12.92f * value : value < 1 ? 1.055f * Pow(value, .4166667f) - .055f : Pow(value, .45454545f);
-        public static ushort FloatToHalf(float value) => StandIn.Half.FromSingle(value);
-        public static float HalfToFloat(ushort value) => StandIn.Half.ToSingle(value);
+        public static ushort FloatToHalf(float val) => StandIn.Half.FromSingle(val);
+        public static float HalfToFloat(ushort val) => StandIn.Half.ToSingle(val);
 
         /// The approximation after Krystek that lights with a temperature are known to use, as a linear colour.
         public static Color CorrelatedColorTemperatureToRGB(float kelvin)

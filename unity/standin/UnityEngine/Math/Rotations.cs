@@ -13,7 +13,7 @@ namespace UnityEngine
         public void Normalize() => this = normalized;
         public static Quaternion Normalize(Quaternion q) => q.normalized;
         public static float Dot(Quaternion a, Quaternion b) => a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w;
-        public static Quaternion Inverse(Quaternion q) => new Quaternion(-q.x, -q.y, -q.z, q.w);
+        public static Quaternion Inverse(Quaternion rotation) => new Quaternion(-rotation.x, -rotation.y, -rotation.z, rotation.w);
         public static Quaternion AngleAxis(float angle, Vector3 axis)
         {
             axis = axis.normalized;
@@ -22,7 +22,7 @@ namespace UnityEngine
         }
         /// Z, then x, then y, in degrees.
         public static Quaternion Euler(float x, float y, float z) => AngleAxis(y, Vector3.up) * AngleAxis(x, Vector3.right) * AngleAxis(z, Vector3.forward);
-        public static Quaternion Euler(Vector3 angles) => Euler(angles.x, angles.y, angles.z);
+        public static Quaternion Euler(Vector3 euler) => Euler(euler.x, euler.y, euler.z);
         public Vector3 eulerAngles
         {
             get
@@ -47,13 +47,13 @@ namespace UnityEngine
             m.SetColumn(0, x); m.SetColumn(1, y); m.SetColumn(2, z);
             return m.rotation;
         }
-        public static Quaternion FromToRotation(Vector3 from, Vector3 to)
+        public static Quaternion FromToRotation(Vector3 fromDirection, Vector3 toDirection)
         {
-            from = from.normalized; to = to.normalized;
-            var cosine = Vector3.Dot(from, to);
+            fromDirection = fromDirection.normalized; toDirection = toDirection.normalized;
+            var cosine = Vector3.Dot(fromDirection, toDirection);
             if (cosine > .999999f) return identity;
-            if (cosine < -.999999f) { var axis = Vector3.Cross(from, Mathf.Abs(from.x) < .9f ? Vector3.right : Vector3.up); return AngleAxis(180, axis); }
-            return AngleAxis(Mathf.Acos(cosine) * Mathf.Rad2Deg, Vector3.Cross(from, to));
+            if (cosine < -.999999f) { var axis = Vector3.Cross(fromDirection, Mathf.Abs(fromDirection.x) < .9f ? Vector3.right : Vector3.up); return AngleAxis(180, axis); }
+            return AngleAxis(Mathf.Acos(cosine) * Mathf.Rad2Deg, Vector3.Cross(fromDirection, toDirection));
         }
         public static float Angle(Quaternion a, Quaternion b) { var dot = Mathf.Min(Mathf.Abs(Dot(a, b)), 1); return dot > 1 - 1e-6f ? 0 : Mathf.Acos(dot) * 2 * Mathf.Rad2Deg; }
         public static Quaternion Slerp(Quaternion a, Quaternion b, float t)
@@ -66,17 +66,17 @@ namespace UnityEngine
             return new Quaternion(a.x * p + b.x * q, a.y * p + b.y * q, a.z * p + b.z * q, a.w * p + b.w * q).normalized;
         }
         public static Quaternion Lerp(Quaternion a, Quaternion b, float t) => Slerp(a, b, t);
-        public static Quaternion operator *(Quaternion a, Quaternion b) => new Quaternion(
-            a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y + a.y * b.w + a.z * b.x - a.x * b.z,
-            a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z);
-        public static Vector3 operator *(Quaternion q, Vector3 v)
+        public static Quaternion operator *(Quaternion lhs, Quaternion rhs) => new Quaternion(
+            lhs.w * rhs.x + lhs.x * rhs.w + lhs.y * rhs.z - lhs.z * rhs.y, lhs.w * rhs.y + lhs.y * rhs.w + lhs.z * rhs.x - lhs.x * rhs.z,
+            lhs.w * rhs.z + lhs.z * rhs.w + lhs.x * rhs.y - lhs.y * rhs.x, lhs.w * rhs.w - lhs.x * rhs.x - lhs.y * rhs.y - lhs.z * rhs.z);
+        public static Vector3 operator *(Quaternion rotation, Vector3 point)
         {
-            var axis = new Vector3(q.x, q.y, q.z);
-            var t = 2 * Vector3.Cross(axis, v);
-            return v + q.w * t + Vector3.Cross(axis, t);
+            var axis = new Vector3(rotation.x, rotation.y, rotation.z);
+            var t = 2 * Vector3.Cross(axis, point);
+            return point + rotation.w * t + Vector3.Cross(axis, t);
         }
-        public static bool operator ==(Quaternion a, Quaternion b) => Dot(a, b) > .999999f;
-        public static bool operator !=(Quaternion a, Quaternion b) => !(a == b);
+        public static bool operator ==(Quaternion lhs, Quaternion rhs) => Dot(lhs, rhs) > .999999f;
+        public static bool operator !=(Quaternion lhs, Quaternion rhs) => !(lhs == rhs);
         public bool Equals(Quaternion other) => x.Equals(other.x) && y.Equals(other.y) && z.Equals(other.z) && w.Equals(other.w);
         public override bool Equals(object other) => other is Quaternion quaternion && Equals(quaternion);
         public override int GetHashCode() => x.GetHashCode() ^ y.GetHashCode() << 2 ^ z.GetHashCode() >> 2 ^ w.GetHashCode() >> 1;
@@ -97,26 +97,26 @@ namespace UnityEngine
             get { if ((uint)index > 15) throw new IndexOutOfRangeException("Invalid matrix index!"); fixed (float* p = &m00) return p[index]; }
             set { if ((uint)index > 15) throw new IndexOutOfRangeException("Invalid matrix index!"); fixed (float* p = &m00) p[index] = value; }
         }
-        public Vector4 GetColumn(int i) => new Vector4(this[0, i], this[1, i], this[2, i], this[3, i]);
-        public Vector4 GetRow(int i) => new Vector4(this[i, 0], this[i, 1], this[i, 2], this[i, 3]);
+        public Vector4 GetColumn(int index) => new Vector4(this[0, index], this[1, index], this[2, index], this[3, index]);
+        public Vector4 GetRow(int index) => new Vector4(this[index, 0], this[index, 1], this[index, 2], this[index, 3]);
         public Vector3 GetPosition() => new Vector3(m03, m13, m23);
-        public void SetColumn(int i, Vector4 v) { for (int r = 0; r < 4; r++) this[r, i] = v[r]; }
-        public void SetRow(int i, Vector4 v) { for (int c = 0; c < 4; c++) this[i, c] = v[c]; }
-        public void SetTRS(Vector3 position, Quaternion rotation, Vector3 scale) => this = TRS(position, rotation, scale);
+        public void SetColumn(int index, Vector4 column) { for (int r = 0; r < 4; r++) this[r, index] = column[r]; }
+        public void SetRow(int index, Vector4 row) { for (int c = 0; c < 4; c++) this[index, c] = row[c]; }
+        public void SetTRS(Vector3 pos, Quaternion q, Vector3 s) => this = TRS(pos, q, s);
         public bool isIdentity => this == identity;
-        public static Matrix4x4 Translate(Vector3 v) { var m = identity; m.SetColumn(3, new Vector4(v.x, v.y, v.z, 1)); return m; }
-        public static Matrix4x4 Scale(Vector3 v) { var m = identity; m.m00 = v.x; m.m11 = v.y; m.m22 = v.z; return m; }
+        public static Matrix4x4 Translate(Vector3 vector) { var m = identity; m.SetColumn(3, new Vector4(vector.x, vector.y, vector.z, 1)); return m; }
+        public static Matrix4x4 Scale(Vector3 vector) { var m = identity; m.m00 = vector.x; m.m11 = vector.y; m.m22 = vector.z; return m; }
         public static Matrix4x4 Rotate(Quaternion q)
         {
             var m = identity;
             m.SetColumn(0, q * Vector3.right); m.SetColumn(1, q * Vector3.up); m.SetColumn(2, q * Vector3.forward);
             return m;
         }
-        public static Matrix4x4 TRS(Vector3 position, Quaternion rotation, Vector3 scale)
+        public static Matrix4x4 TRS(Vector3 pos, Quaternion q, Vector3 s)
         {
             var m = identity;
-            m.SetColumn(0, rotation * Vector3.right * scale.x); m.SetColumn(1, rotation * Vector3.up * scale.y); m.SetColumn(2, rotation * Vector3.forward * scale.z);
-            m.SetColumn(3, new Vector4(position.x, position.y, position.z, 1));
+            m.SetColumn(0, q * Vector3.right * s.x); m.SetColumn(1, q * Vector3.up * s.y); m.SetColumn(2, q * Vector3.forward * s.z);
+            m.SetColumn(3, new Vector4(pos.x, pos.y, pos.z, 1));
             return m;
         }
         /// As OpenGL has it: looks along -z, depth from -1 to 1.
@@ -203,18 +203,18 @@ namespace UnityEngine
                 { float s = Mathf.Sqrt(1 + z.z - x.x - y.y) * 2; return new Quaternion((z.x + x.z) / s, (z.y + y.z) / s, s / 4, (x.y - y.x) / s).normalized; }
             }
         }
-        public Vector3 MultiplyPoint3x4(Vector3 p) => new Vector3(m00 * p.x + m01 * p.y + m02 * p.z + m03, m10 * p.x + m11 * p.y + m12 * p.z + m13, m20 * p.x + m21 * p.y + m22 * p.z + m23);
-        public Vector3 MultiplyPoint(Vector3 p) => MultiplyPoint3x4(p) / (m30 * p.x + m31 * p.y + m32 * p.z + m33);
-        public Vector3 MultiplyVector(Vector3 v) => new Vector3(m00 * v.x + m01 * v.y + m02 * v.z, m10 * v.x + m11 * v.y + m12 * v.z, m20 * v.x + m21 * v.y + m22 * v.z);
-        public static Matrix4x4 operator *(Matrix4x4 a, Matrix4x4 b)
+        public Vector3 MultiplyPoint3x4(Vector3 point) => new Vector3(m00 * point.x + m01 * point.y + m02 * point.z + m03, m10 * point.x + m11 * point.y + m12 * point.z + m13, m20 * point.x + m21 * point.y + m22 * point.z + m23);
+        public Vector3 MultiplyPoint(Vector3 point) => MultiplyPoint3x4(point) / (m30 * point.x + m31 * point.y + m32 * point.z + m33);
+        public Vector3 MultiplyVector(Vector3 vector) => new Vector3(m00 * vector.x + m01 * vector.y + m02 * vector.z, m10 * vector.x + m11 * vector.y + m12 * vector.z, m20 * vector.x + m21 * vector.y + m22 * vector.z);
+        public static Matrix4x4 operator *(Matrix4x4 lhs, Matrix4x4 rhs)
         {
             var m = new Matrix4x4();
-            for (int r = 0; r < 4; r++) for (int c = 0; c < 4; c++) m[r, c] = a[r, 0] * b[0, c] + a[r, 1] * b[1, c] + a[r, 2] * b[2, c] + a[r, 3] * b[3, c];
+            for (int r = 0; r < 4; r++) for (int c = 0; c < 4; c++) m[r, c] = lhs[r, 0] * rhs[0, c] + lhs[r, 1] * rhs[1, c] + lhs[r, 2] * rhs[2, c] + lhs[r, 3] * rhs[3, c];
             return m;
         }
-        public static Vector4 operator *(Matrix4x4 m, Vector4 v) => new Vector4(Vector4.Dot(m.GetRow(0), v), Vector4.Dot(m.GetRow(1), v), Vector4.Dot(m.GetRow(2), v), Vector4.Dot(m.GetRow(3), v));
-        public static bool operator ==(Matrix4x4 a, Matrix4x4 b) => a.GetColumn(0) == b.GetColumn(0) && a.GetColumn(1) == b.GetColumn(1) && a.GetColumn(2) == b.GetColumn(2) && a.GetColumn(3) == b.GetColumn(3);
-        public static bool operator !=(Matrix4x4 a, Matrix4x4 b) => !(a == b);
+        public static Vector4 operator *(Matrix4x4 lhs, Vector4 vector) => new Vector4(Vector4.Dot(lhs.GetRow(0), vector), Vector4.Dot(lhs.GetRow(1), vector), Vector4.Dot(lhs.GetRow(2), vector), Vector4.Dot(lhs.GetRow(3), vector));
+        public static bool operator ==(Matrix4x4 lhs, Matrix4x4 rhs) => lhs.GetColumn(0) == rhs.GetColumn(0) && lhs.GetColumn(1) == rhs.GetColumn(1) && lhs.GetColumn(2) == rhs.GetColumn(2) && lhs.GetColumn(3) == rhs.GetColumn(3);
+        public static bool operator !=(Matrix4x4 lhs, Matrix4x4 rhs) => !(lhs == rhs);
         public bool Equals(Matrix4x4 other) { for (int i = 0; i < 16; i++) if (!this[i].Equals(other[i])) return false; return true; }
         public override bool Equals(object other) => other is Matrix4x4 matrix && Equals(matrix);
         public override int GetHashCode() => GetColumn(0).GetHashCode() ^ GetColumn(1).GetHashCode() << 2 ^ GetColumn(2).GetHashCode() >> 2 ^ GetColumn(3).GetHashCode() >> 1;

@@ -29,21 +29,21 @@ namespace UnityEngine
         public float maxColorComponent => Mathf.Max(Mathf.Max(r, g), b);
         public Color linear => new Color(Mathf.GammaToLinearSpace(r), Mathf.GammaToLinearSpace(g), Mathf.GammaToLinearSpace(b), a);
         public Color gamma => new Color(Mathf.LinearToGammaSpace(r), Mathf.LinearToGammaSpace(g), Mathf.LinearToGammaSpace(b), a);
-        public static Color Lerp(Color from, Color to, float t) => LerpUnclamped(from, to, Mathf.Clamp01(t));
-        public static Color LerpUnclamped(Color from, Color to, float t) => new Color(from.r + (to.r - from.r) * t, from.g + (to.g - from.g) * t, from.b + (to.b - from.b) * t, from.a + (to.a - from.a) * t);
-        public static Color HSVToRGB(float hue, float saturation, float value)
+        public static Color Lerp(Color a, Color b, float t) => LerpUnclamped(a, b, Mathf.Clamp01(t));
+        public static Color LerpUnclamped(Color a, Color b, float t) => new Color(a.r + (b.r - a.r) * t, a.g + (b.g - a.g) * t, a.b + (b.b - a.b) * t, a.a + (b.a - a.a) * t);
+        public static Color HSVToRGB(float H, float S, float V)
         {
-            float Channel(float n) { var k = (n + hue * 6) % 6; return value - value * saturation * Mathf.Max(0, Mathf.Min(Mathf.Min(k, 4 - k), 1)); }
+            float Channel(float n) { var k = (n + H * 6) % 6; return V - V * S * Mathf.Max(0, Mathf.Min(Mathf.Min(k, 4 - k), 1)); }
             return new Color(Channel(5), Channel(3), Channel(1));
         }
-        public static Color operator +(Color x, Color y) => new Color(x.r + y.r, x.g + y.g, x.b + y.b, x.a + y.a);
-        public static Color operator -(Color x, Color y) => new Color(x.r - y.r, x.g - y.g, x.b - y.b, x.a - y.a);
-        public static Color operator *(Color x, Color y) => new Color(x.r * y.r, x.g * y.g, x.b * y.b, x.a * y.a);
-        public static Color operator *(Color x, float d) => new Color(x.r * d, x.g * d, x.b * d, x.a * d);
-        public static Color operator *(float d, Color x) => x * d;
-        public static Color operator /(Color x, float d) => new Color(x.r / d, x.g / d, x.b / d, x.a / d);
-        public static bool operator ==(Color x, Color y) => (Vector4)x == (Vector4)y;
-        public static bool operator !=(Color x, Color y) => !(x == y);
+        public static Color operator +(Color a, Color b) => new Color(a.r + b.r, a.g + b.g, a.b + b.b, a.a + b.a);
+        public static Color operator -(Color a, Color b) => new Color(a.r - b.r, a.g - b.g, a.b - b.b, a.a - b.a);
+        public static Color operator *(Color a, Color b) => new Color(a.r * b.r, a.g * b.g, a.b * b.b, a.a * b.a);
+        public static Color operator *(Color a, float b) => new Color(a.r * b, a.g * b, a.b * b, a.a * b);
+        public static Color operator *(float b, Color a) => a * b;
+        public static Color operator /(Color a, float b) => new Color(a.r / b, a.g / b, a.b / b, a.a / b);
+        public static bool operator ==(Color lhs, Color rhs) => (Vector4)lhs == (Vector4)rhs;
+        public static bool operator !=(Color lhs, Color rhs) => !(lhs == rhs);
         public static implicit operator Vector4(Color c) => new Vector4(c.r, c.g, c.b, c.a);
         public static implicit operator Color(Vector4 v) => new Color(v.x, v.y, v.z, v.w);
         public bool Equals(Color other) => r.Equals(other.r) && g.Equals(other.g) && b.Equals(other.b) && a.Equals(other.a);
@@ -83,11 +83,11 @@ namespace UnityEngine
         public void Encapsulate(Vector3 point) => SetMinMax(Vector3.Min(min, point), Vector3.Max(max, point));
         public void Encapsulate(Bounds bounds) { Encapsulate(bounds.min); Encapsulate(bounds.max); }
         public void Expand(float amount) => m_Extent += Vector3.one * (amount * .5f);
-        public bool Contains(Vector3 p) { var d = p - m_Center; return Mathf.Abs(d.x) <= m_Extent.x && Mathf.Abs(d.y) <= m_Extent.y && Mathf.Abs(d.z) <= m_Extent.z; }
-        public bool Intersects(Bounds b) { Vector3 l = min, h = max, m = b.min, n = b.max; return l.x <= n.x && h.x >= m.x && l.y <= n.y && h.y >= m.y && l.z <= n.z && h.z >= m.z; }
-        public Vector3 ClosestPoint(Vector3 p) => Vector3.Max(min, Vector3.Min(max, p));
-        public static bool operator ==(Bounds a, Bounds b) => a.m_Center == b.m_Center && a.m_Extent == b.m_Extent;
-        public static bool operator !=(Bounds a, Bounds b) => !(a == b);
+        public bool Contains(Vector3 point) { var d = point - m_Center; return Mathf.Abs(d.x) <= m_Extent.x && Mathf.Abs(d.y) <= m_Extent.y && Mathf.Abs(d.z) <= m_Extent.z; }
+        public bool Intersects(Bounds bounds) { Vector3 l = min, h = max, m = bounds.min, n = bounds.max; return l.x <= n.x && h.x >= m.x && l.y <= n.y && h.y >= m.y && l.z <= n.z && h.z >= m.z; }
+        public Vector3 ClosestPoint(Vector3 point) => Vector3.Max(min, Vector3.Min(max, point));
+        public static bool operator ==(Bounds lhs, Bounds rhs) => lhs.m_Center == rhs.m_Center && lhs.m_Extent == rhs.m_Extent;
+        public static bool operator !=(Bounds lhs, Bounds rhs) => !(lhs == rhs);
         public bool Equals(Bounds other) => m_Center.Equals(other.m_Center) && m_Extent.Equals(other.m_Extent);
         public override bool Equals(object other) => other is Bounds bounds && Equals(bounds);
         public override int GetHashCode() => m_Center.GetHashCode() ^ m_Extent.GetHashCode() << 2;
@@ -115,11 +115,11 @@ namespace UnityEngine
         public Vector2 center { get => position + size / 2; set => position = value - size / 2; }
         public Vector2 min { get => position; set { xMin = value.x; yMin = value.y; } }
         public Vector2 max { get => new Vector2(xMax, yMax); set { xMax = value.x; yMax = value.y; } }
-        public bool Contains(Vector2 p) => p.x >= xMin && p.x < xMax && p.y >= yMin && p.y < yMax;
-        public bool Contains(Vector3 p) => Contains((Vector2)p);
+        public bool Contains(Vector2 point) => point.x >= xMin && point.x < xMax && point.y >= yMin && point.y < yMax;
+        public bool Contains(Vector3 point) => Contains((Vector2)point);
         public bool Overlaps(Rect other) => other.xMax > xMin && other.xMin < xMax && other.yMax > yMin && other.yMin < yMax;
-        public static bool operator ==(Rect a, Rect b) => a.Equals(b);
-        public static bool operator !=(Rect a, Rect b) => !a.Equals(b);
+        public static bool operator ==(Rect lhs, Rect rhs) => lhs.Equals(rhs);
+        public static bool operator !=(Rect lhs, Rect rhs) => !lhs.Equals(rhs);
         public bool Equals(Rect other) => x == other.x && y == other.y && width == other.width && height == other.height;
         public override bool Equals(object other) => other is Rect rect && Equals(rect);
         public override int GetHashCode() => x.GetHashCode() ^ width.GetHashCode() << 2 ^ y.GetHashCode() >> 2 ^ height.GetHashCode() >> 1;
@@ -130,7 +130,7 @@ namespace UnityEngine
     public struct RectInt
     {
         [SerializeField] int m_XMin, m_YMin, m_Width, m_Height;
-        public RectInt(int x, int y, int width, int height) { m_XMin = x; m_YMin = y; m_Width = width; m_Height = height; }
+        public RectInt(int xMin, int yMin, int width, int height) { m_XMin = xMin; m_YMin = yMin; m_Width = width; m_Height = height; }
         public int x { get => m_XMin; set => m_XMin = value; }
         public int y { get => m_YMin; set => m_YMin = value; }
         public int width { get => m_Width; set => m_Width = value; }
@@ -148,8 +148,8 @@ namespace UnityEngine
 
     public struct Plane
     {
-        public Plane(Vector3 normal, Vector3 point) { this.normal = normal.normalized; distance = -Vector3.Dot(this.normal, point); }
-        public Plane(Vector3 normal, float d) { this.normal = normal.normalized; distance = d; }
+        public Plane(Vector3 inNormal, Vector3 inPoint) { this.normal = inNormal.normalized; distance = -Vector3.Dot(this.normal, inPoint); }
+        public Plane(Vector3 inNormal, float d) { this.normal = inNormal.normalized; distance = d; }
         public Vector3 normal { get; set; }
         public float distance { get; set; }
         public float GetDistanceToPoint(Vector3 point) => Vector3.Dot(normal, point) + distance;

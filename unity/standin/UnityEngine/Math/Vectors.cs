@@ -24,12 +24,12 @@ namespace UnityEngine
         public Vector2 normalized { get { var length = magnitude; return length > 1e-5f ? this / length : zero; } }
         public void Normalize() => this = normalized;
         public void Set(float newX, float newY) { x = newX; y = newY; }
-        public static float Dot(Vector2 a, Vector2 b) => a.x * b.x + a.y * b.y;
+        public static float Dot(Vector2 lhs, Vector2 rhs) => lhs.x * rhs.x + lhs.y * rhs.y;
         public static float Distance(Vector2 a, Vector2 b) => (a - b).magnitude;
         public static Vector2 Lerp(Vector2 a, Vector2 b, float t) => a + (b - a) * Mathf.Clamp01(t);
         public static Vector2 LerpUnclamped(Vector2 a, Vector2 b, float t) => a + (b - a) * t;
-        public static Vector2 Min(Vector2 a, Vector2 b) => new Vector2(Mathf.Min(a.x, b.x), Mathf.Min(a.y, b.y));
-        public static Vector2 Max(Vector2 a, Vector2 b) => new Vector2(Mathf.Max(a.x, b.x), Mathf.Max(a.y, b.y));
+        public static Vector2 Min(Vector2 lhs, Vector2 rhs) => new Vector2(Mathf.Min(lhs.x, rhs.x), Mathf.Min(lhs.y, rhs.y));
+        public static Vector2 Max(Vector2 lhs, Vector2 rhs) => new Vector2(Mathf.Max(lhs.x, rhs.x), Mathf.Max(lhs.y, rhs.y));
         public static Vector2 Scale(Vector2 a, Vector2 b) => new Vector2(a.x * b.x, a.y * b.y);
         public static float SqrMagnitude(Vector2 a) => a.sqrMagnitude;
         public static Vector2 operator +(Vector2 a, Vector2 b) => new Vector2(a.x + b.x, a.y + b.y);
@@ -40,8 +40,8 @@ namespace UnityEngine
         public static Vector2 operator *(Vector2 a, float d) => new Vector2(a.x * d, a.y * d);
         public static Vector2 operator *(float d, Vector2 a) => a * d;
         public static Vector2 operator /(Vector2 a, float d) => new Vector2(a.x / d, a.y / d);
-        public static bool operator ==(Vector2 a, Vector2 b) => (a - b).sqrMagnitude < 9.99999944e-11f;
-        public static bool operator !=(Vector2 a, Vector2 b) => !(a == b);
+        public static bool operator ==(Vector2 lhs, Vector2 rhs) => (lhs - rhs).sqrMagnitude < 9.99999944e-11f;
+        public static bool operator !=(Vector2 lhs, Vector2 rhs) => !(lhs == rhs);
         public static implicit operator Vector2(Vector3 v) => new Vector2(v.x, v.y);
         public static implicit operator Vector3(Vector2 v) => new Vector3(v.x, v.y, 0);
         public bool Equals(Vector2 other) => x.Equals(other.x) && y.Equals(other.y);
@@ -77,31 +77,31 @@ namespace UnityEngine
         public Vector3 normalized { get { var length = magnitude; return length > 1e-5f ? this / length : zero; } }
         public void Normalize() => this = normalized;
         public void Set(float newX, float newY, float newZ) { x = newX; y = newY; z = newZ; }
-        public void Scale(Vector3 by) => this = Scale(this, by);
-        public static float Dot(Vector3 a, Vector3 b) => a.x * b.x + a.y * b.y + a.z * b.z;
-        public static Vector3 Cross(Vector3 a, Vector3 b) => new Vector3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+        public void Scale(Vector3 scale) => this = Scale(this, scale);
+        public static float Dot(Vector3 lhs, Vector3 rhs) => lhs.x * rhs.x + lhs.y * rhs.y + lhs.z * rhs.z;
+        public static Vector3 Cross(Vector3 lhs, Vector3 rhs) => new Vector3(lhs.y * rhs.z - lhs.z * rhs.y, lhs.z * rhs.x - lhs.x * rhs.z, lhs.x * rhs.y - lhs.y * rhs.x);
         public static float Distance(Vector3 a, Vector3 b) => (a - b).magnitude;
-        public static float Magnitude(Vector3 a) => a.magnitude;
-        public static float SqrMagnitude(Vector3 a) => a.sqrMagnitude;
-        public static Vector3 Normalize(Vector3 a) => a.normalized;
-        public static float Angle(Vector3 a, Vector3 b) => Mathf.Acos(Mathf.Clamp(Dot(a.normalized, b.normalized), -1, 1)) * Mathf.Rad2Deg;
+        public static float Magnitude(Vector3 vector) => vector.magnitude;
+        public static float SqrMagnitude(Vector3 vector) => vector.sqrMagnitude;
+        public static Vector3 Normalize(Vector3 value) => value.normalized;
+        public static float Angle(Vector3 from, Vector3 to) => Mathf.Acos(Mathf.Clamp(Dot(from.normalized, to.normalized), -1, 1)) * Mathf.Rad2Deg;
         public static Vector3 Lerp(Vector3 a, Vector3 b, float t) => a + (b - a) * Mathf.Clamp01(t);
         public static Vector3 LerpUnclamped(Vector3 a, Vector3 b, float t) => a + (b - a) * t;
-        public static Vector3 Min(Vector3 a, Vector3 b) => new Vector3(Mathf.Min(a.x, b.x), Mathf.Min(a.y, b.y), Mathf.Min(a.z, b.z));
-        public static Vector3 Max(Vector3 a, Vector3 b) => new Vector3(Mathf.Max(a.x, b.x), Mathf.Max(a.y, b.y), Mathf.Max(a.z, b.z));
+        public static Vector3 Min(Vector3 lhs, Vector3 rhs) => new Vector3(Mathf.Min(lhs.x, rhs.x), Mathf.Min(lhs.y, rhs.y), Mathf.Min(lhs.z, rhs.z));
+        public static Vector3 Max(Vector3 lhs, Vector3 rhs) => new Vector3(Mathf.Max(lhs.x, rhs.x), Mathf.Max(lhs.y, rhs.y), Mathf.Max(lhs.z, rhs.z));
         public static Vector3 Scale(Vector3 a, Vector3 b) => new Vector3(a.x * b.x, a.y * b.y, a.z * b.z);
-        public static Vector3 Project(Vector3 a, Vector3 onto) => onto.sqrMagnitude < 1e-15f ? zero : onto * (Dot(a, onto) / onto.sqrMagnitude);
-        public static Vector3 ProjectOnPlane(Vector3 a, Vector3 normal) => a - Project(a, normal);
-        public static Vector3 Reflect(Vector3 a, Vector3 normal) => a - 2 * Dot(a, normal) * normal;
-        public static Vector3 MoveTowards(Vector3 a, Vector3 b, float by) { var way = b - a; return way.magnitude <= by ? b : a + way.normalized * by; }
+        public static Vector3 Project(Vector3 vector, Vector3 onNormal) => onNormal.sqrMagnitude < 1e-15f ? zero : onNormal * (Dot(vector, onNormal) / onNormal.sqrMagnitude);
+        public static Vector3 ProjectOnPlane(Vector3 vector, Vector3 planeNormal) => vector - Project(vector, planeNormal);
+        public static Vector3 Reflect(Vector3 inDirection, Vector3 inNormal) => inDirection - 2 * Dot(inDirection, inNormal) * inNormal;
+        public static Vector3 MoveTowards(Vector3 current, Vector3 target, float maxDistanceDelta) { var way = target - current; return way.magnitude <= maxDistanceDelta ? target : current + way.normalized * maxDistanceDelta; }
         public static Vector3 operator +(Vector3 a, Vector3 b) => new Vector3(a.x + b.x, a.y + b.y, a.z + b.z);
         public static Vector3 operator -(Vector3 a, Vector3 b) => new Vector3(a.x - b.x, a.y - b.y, a.z - b.z);
         public static Vector3 operator -(Vector3 a) => new Vector3(-a.x, -a.y, -a.z);
         public static Vector3 operator *(Vector3 a, float d) => new Vector3(a.x * d, a.y * d, a.z * d);
         public static Vector3 operator *(float d, Vector3 a) => a * d;
         public static Vector3 operator /(Vector3 a, float d) => new Vector3(a.x / d, a.y / d, a.z / d);
-        public static bool operator ==(Vector3 a, Vector3 b) => (a - b).sqrMagnitude < 9.99999944e-11f;
-        public static bool operator !=(Vector3 a, Vector3 b) => !(a == b);
+        public static bool operator ==(Vector3 lhs, Vector3 rhs) => (lhs - rhs).sqrMagnitude < 9.99999944e-11f;
+        public static bool operator !=(Vector3 lhs, Vector3 rhs) => !(lhs == rhs);
         public bool Equals(Vector3 other) => x.Equals(other.x) && y.Equals(other.y) && z.Equals(other.z);
         public override bool Equals(object other) => other is Vector3 vector && Equals(vector);
         public override int GetHashCode() => x.GetHashCode() ^ y.GetHashCode() << 2 ^ z.GetHashCode() >> 2;
@@ -135,8 +135,8 @@ namespace UnityEngine
         public static Vector4 operator *(Vector4 a, float d) => new Vector4(a.x * d, a.y * d, a.z * d, a.w * d);
         public static Vector4 operator *(float d, Vector4 a) => a * d;
         public static Vector4 operator /(Vector4 a, float d) => new Vector4(a.x / d, a.y / d, a.z / d, a.w / d);
-        public static bool operator ==(Vector4 a, Vector4 b) => (a - b).sqrMagnitude < 9.99999944e-11f;
-        public static bool operator !=(Vector4 a, Vector4 b) => !(a == b);
+        public static bool operator ==(Vector4 lhs, Vector4 rhs) => (lhs - rhs).sqrMagnitude < 9.99999944e-11f;
+        public static bool operator !=(Vector4 lhs, Vector4 rhs) => !(lhs == rhs);
         public static implicit operator Vector4(Vector3 v) => new Vector4(v.x, v.y, v.z, 0);
         public static implicit operator Vector3(Vector4 v) => new Vector3(v.x, v.y, v.z);
         public static implicit operator Vector4(Vector2 v) => new Vector4(v.x, v.y, 0, 0);
@@ -163,9 +163,9 @@ namespace UnityEngine
         }
         public static Vector2Int operator +(Vector2Int a, Vector2Int b) => new Vector2Int(a.x + b.x, a.y + b.y);
         public static Vector2Int operator -(Vector2Int a, Vector2Int b) => new Vector2Int(a.x - b.x, a.y - b.y);
-        public static Vector2Int operator *(Vector2Int a, int d) => new Vector2Int(a.x * d, a.y * d);
-        public static bool operator ==(Vector2Int a, Vector2Int b) => a.x == b.x && a.y == b.y;
-        public static bool operator !=(Vector2Int a, Vector2Int b) => !(a == b);
+        public static Vector2Int operator *(Vector2Int a, int b) => new Vector2Int(a.x * b, a.y * b);
+        public static bool operator ==(Vector2Int lhs, Vector2Int rhs) => lhs.x == rhs.x && lhs.y == rhs.y;
+        public static bool operator !=(Vector2Int lhs, Vector2Int rhs) => !(lhs == rhs);
         public static implicit operator Vector2(Vector2Int v) => new Vector2(v.x, v.y);
         public bool Equals(Vector2Int other) => this == other;
         public override bool Equals(object other) => other is Vector2Int vector && Equals(vector);
@@ -188,13 +188,13 @@ namespace UnityEngine
             get => index switch { 0 => x, 1 => y, 2 => z, _ => throw new IndexOutOfRangeException("Invalid Vector3Int index") };
             set { if (index == 0) x = value; else if (index == 1) y = value; else if (index == 2) z = value; else throw new IndexOutOfRangeException("Invalid Vector3Int index"); }
         }
-        public static Vector3Int Min(Vector3Int a, Vector3Int b) => new Vector3Int(Math.Min(a.x, b.x), Math.Min(a.y, b.y), Math.Min(a.z, b.z));
-        public static Vector3Int Max(Vector3Int a, Vector3Int b) => new Vector3Int(Math.Max(a.x, b.x), Math.Max(a.y, b.y), Math.Max(a.z, b.z));
+        public static Vector3Int Min(Vector3Int lhs, Vector3Int rhs) => new Vector3Int(Math.Min(lhs.x, rhs.x), Math.Min(lhs.y, rhs.y), Math.Min(lhs.z, rhs.z));
+        public static Vector3Int Max(Vector3Int lhs, Vector3Int rhs) => new Vector3Int(Math.Max(lhs.x, rhs.x), Math.Max(lhs.y, rhs.y), Math.Max(lhs.z, rhs.z));
         public static Vector3Int operator +(Vector3Int a, Vector3Int b) => new Vector3Int(a.x + b.x, a.y + b.y, a.z + b.z);
         public static Vector3Int operator -(Vector3Int a, Vector3Int b) => new Vector3Int(a.x - b.x, a.y - b.y, a.z - b.z);
-        public static Vector3Int operator *(Vector3Int a, int d) => new Vector3Int(a.x * d, a.y * d, a.z * d);
-        public static bool operator ==(Vector3Int a, Vector3Int b) => a.x == b.x && a.y == b.y && a.z == b.z;
-        public static bool operator !=(Vector3Int a, Vector3Int b) => !(a == b);
+        public static Vector3Int operator *(Vector3Int a, int b) => new Vector3Int(a.x * b, a.y * b, a.z * b);
+        public static bool operator ==(Vector3Int lhs, Vector3Int rhs) => lhs.x == rhs.x && lhs.y == rhs.y && lhs.z == rhs.z;
+        public static bool operator !=(Vector3Int lhs, Vector3Int rhs) => !(lhs == rhs);
         public static implicit operator Vector3(Vector3Int v) => new Vector3(v.x, v.y, v.z);
         public bool Equals(Vector3Int other) => this == other;
         public override bool Equals(object other) => other is Vector3Int vector && Equals(vector);

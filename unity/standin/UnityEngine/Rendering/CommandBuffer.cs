@@ -31,11 +31,11 @@ namespace UnityEngine.Rendering
         public static implicit operator RenderTargetIdentifier(int nameID) => new RenderTargetIdentifier(nameID);
         public static implicit operator RenderTargetIdentifier(Texture tex) => new RenderTargetIdentifier(tex);
         public static implicit operator RenderTargetIdentifier(RenderBuffer buf) => new RenderTargetIdentifier(buf);
-        public bool Equals(RenderTargetIdentifier other) => type == other.type && nameID == other.nameID && texture == other.texture && level == other.level && slice == other.slice && isDepthBuffer == other.isDepthBuffer;
-        public override bool Equals(object other) => other is RenderTargetIdentifier identifier && Equals(identifier);
+        public bool Equals(RenderTargetIdentifier rhs) => type == rhs.type && nameID == rhs.nameID && texture == rhs.texture && level == rhs.level && slice == rhs.slice && isDepthBuffer == rhs.isDepthBuffer;
+        public override bool Equals(object obj) => obj is RenderTargetIdentifier identifier && Equals(identifier);
         public override int GetHashCode() => (int)type ^ nameID << 4 ^ (texture is null ? 0 : texture.instanceID) ^ slice << 20;
-        public static bool operator ==(RenderTargetIdentifier a, RenderTargetIdentifier b) => a.Equals(b);
-        public static bool operator !=(RenderTargetIdentifier a, RenderTargetIdentifier b) => !a.Equals(b);
+        public static bool operator ==(RenderTargetIdentifier lhs, RenderTargetIdentifier rhs) => lhs.Equals(rhs);
+        public static bool operator !=(RenderTargetIdentifier lhs, RenderTargetIdentifier rhs) => !lhs.Equals(rhs);
         public override string ToString() => type == BuiltinRenderTextureType.PropertyName ? Shader.NameOf(nameID) : texture is null ? type.ToString() : texture.label;
     }
 
@@ -282,7 +282,11 @@ namespace UnityEngine.Rendering
             command.vector = backgroundColor;
             command.property.value.m00 = depth;
         }
+#if UNITY_6000_0_OR_NEWER
+        public void ClearRenderTarget(RTClearFlags clearFlags, Color backgroundColor, float depth = 1, uint stencil = 0) => ClearRenderTarget((clearFlags & RTClearFlags.Depth) != 0, (clearFlags & RTClearFlags.Color) != 0, backgroundColor, depth);
+#else
         public void ClearRenderTarget(RTClearFlags clearFlags, Color backgroundColor, float depth, uint stencil) => ClearRenderTarget((clearFlags & RTClearFlags.Depth) != 0, (clearFlags & RTClearFlags.Color) != 0, backgroundColor, depth);
+#endif
         public void SetViewport(Rect pixelRect) { ref var command = ref Add(Operation.SetViewport, "SetViewport"); command.vector = new Vector4(pixelRect.x, pixelRect.y, pixelRect.width, pixelRect.height); }
         public void SetViewProjectionMatrices(Matrix4x4 view, Matrix4x4 proj) => throw new NotImplementedException("the stand-in has no view of its own in a command buffer");
         public void SetInvertCulling(bool invertCulling) { ref var command = ref Add(Operation.InvertCulling, "SetInvertCulling"); command.i = invertCulling ? 1 : 0; }
@@ -298,7 +302,8 @@ namespace UnityEngine.Rendering
         public void Blit(RenderTargetIdentifier source, RenderTargetIdentifier dest) { ref var command = ref Add(Operation.Blit, "Blit"); command.from = source; command.to = dest; }
         public void Blit(RenderTargetIdentifier source, RenderTargetIdentifier dest, Material mat) => throw new NotImplementedException("the stand-in blits without materials; DrawProcedural draws with them");
         public void Blit(RenderTargetIdentifier source, RenderTargetIdentifier dest, Material mat, int pass) => throw new NotImplementedException("the stand-in blits without materials; DrawProcedural draws with them");
-        public void DrawMesh(Mesh mesh, Matrix4x4 matrix, Material material, int submeshIndex = 0, int shaderPass = -1, MaterialPropertyBlock properties = null) => throw new NotImplementedException("the stand-in draws no meshes");
+        public void DrawMesh(Mesh mesh, Matrix4x4 matrix, Material material) => DrawMesh(mesh, matrix, material, 0, -1, null);
+        public void DrawMesh(Mesh mesh, Matrix4x4 matrix, Material material, int submeshIndex, int shaderPass, MaterialPropertyBlock properties) => throw new NotImplementedException("the stand-in draws no meshes");
 
         // Textures.
         public void CopyTexture(RenderTargetIdentifier src, RenderTargetIdentifier dst) { ref var command = ref Add(Operation.CopyTexture, "CopyTexture"); command.from = src; command.to = dst; command.i = command.j = -1; }

@@ -132,7 +132,8 @@ namespace UnityEngine
             StandIn.Props.DrawCube(this, cubemap, faceMask);
             return true;
         }
-        public bool RenderToCubemap(RenderTexture cubemap, int faceMask = 63)
+        public bool RenderToCubemap(RenderTexture cubemap) => RenderToCubemap(cubemap, 63);
+        public bool RenderToCubemap(RenderTexture cubemap, int faceMask)
         {
             StandIn.Threads.Main("RenderToCubemap");
             Alive();
@@ -301,8 +302,8 @@ namespace UnityEngine.Rendering
         public bool Equals(SphericalHarmonicsL2 other) { for (int i = 0; i < 27; i++) if (!values[i].Equals(other.values[i])) return false; return true; }
         public override bool Equals(object other) => other is SphericalHarmonicsL2 probe && Equals(probe);
         public override int GetHashCode() => values[0].GetHashCode();
-        public static bool operator ==(SphericalHarmonicsL2 a, SphericalHarmonicsL2 b) => a.Equals(b);
-        public static bool operator !=(SphericalHarmonicsL2 a, SphericalHarmonicsL2 b) => !a.Equals(b);
+        public static bool operator ==(SphericalHarmonicsL2 lhs, SphericalHarmonicsL2 rhs) => lhs.Equals(rhs);
+        public static bool operator !=(SphericalHarmonicsL2 lhs, SphericalHarmonicsL2 rhs) => !lhs.Equals(rhs);
     }
 }
 

@@ -45,22 +45,22 @@ namespace UnityEngine
         }
 
         public T AddComponent<T>() where T : Component => (T)AddComponent(typeof(T));
-        public Component AddComponent(Type type)
+        public Component AddComponent(Type componentType)
         {
             StandIn.Threads.Main("AddComponent");
             Alive();
-            if (!typeof(Component).IsAssignableFrom(type) || type.IsAbstract) { Debug.LogError($"Can't add component '{type.Name}' to {label} because it is no component that can be made."); return null; }
-            if (type == typeof(Transform)) { Debug.LogError("Can't add component 'Transform' to " + label + " because such a component is already added to the game object!"); return null; }
-            for (var at = type; at != null && at != typeof(Component); at = at.BaseType)
+            if (!typeof(Component).IsAssignableFrom(componentType) || componentType.IsAbstract) { Debug.LogError($"Can't add component '{componentType.Name}' to {label} because it is no component that can be made."); return null; }
+            if (componentType == typeof(Transform)) { Debug.LogError("Can't add component 'Transform' to " + label + " because such a component is already added to the game object!"); return null; }
+            for (var at = componentType; at != null && at != typeof(Component); at = at.BaseType)
                 if (Attribute.IsDefined(at, typeof(DisallowMultipleComponent), false) && components.Any(at.IsInstanceOfType))
                 {
-                    Debug.LogError($"Can't add component '{type.Name}' to {label} because a '{at.Name}' is already added to the game object!\nA GameObject can only contain one '{at.Name}' component.");
+                    Debug.LogError($"Can't add component '{componentType.Name}' to {label} because a '{at.Name}' is already added to the game object!\nA GameObject can only contain one '{at.Name}' component.");
                     return null;
                 }
-            foreach (RequireComponent required in type.GetCustomAttributes(typeof(RequireComponent), true))
+            foreach (RequireComponent required in componentType.GetCustomAttributes(typeof(RequireComponent), true))
                 foreach (var other in new[] { required.m_Type0, required.m_Type1, required.m_Type2 })
                     if (other != null && !components.Any(other.IsInstanceOfType)) AddComponent(other);
-            var made = Add(type);
+            var made = Add(componentType);
             StandIn.Lifecycle.Added(made);
             return made;
         }
@@ -93,7 +93,8 @@ namespace UnityEngine
         public ulong sceneCullingMask => isPrefab ? 0 : 0xe000000000000000ul;
         public T GetComponentInParent<T>() => GetComponentInParent<T>(false);
         public T GetComponentInParent<T>(bool includeInactive) { for (var at = transform; !(at is null); at = at.above) if (includeInactive || at.gameObject.activeInHierarchy) foreach (var item in at.gameObject.components) if (item is T found) return found; return default; }
-        public T[] GetComponentsInParent<T>(bool includeInactive = false) { var found = new List<T>(); for (var at = transform; !(at is null); at = at.above) if (includeInactive || at.gameObject.activeInHierarchy) found.AddRange(at.gameObject.components.OfType<T>()); return found.ToArray(); }
+        public T[] GetComponentsInParent<T>() => GetComponentsInParent<T>(false);
+        public T[] GetComponentsInParent<T>(bool includeInactive) { var found = new List<T>(); for (var at = transform; !(at is null); at = at.above) if (includeInactive || at.gameObject.activeInHierarchy) found.AddRange(at.gameObject.components.OfType<T>()); return found.ToArray(); }
         public static GameObject Find(string name) => StandIn.Objects.All().OfType<GameObject>().FirstOrDefault(item => item.activeInHierarchy && item.label == name);
         /// A metre wide, in the pipeline's own material.
         public static GameObject CreatePrimitive(PrimitiveType type)
@@ -138,7 +139,8 @@ namespace UnityEngine
         public T[] GetComponentsInChildren<T>() => gameObject.GetComponentsInChildren<T>();
         public T[] GetComponentsInChildren<T>(bool includeInactive) => gameObject.GetComponentsInChildren<T>(includeInactive);
         public T GetComponentInParent<T>() => gameObject.GetComponentInParent<T>();
-        public T[] GetComponentsInParent<T>(bool includeInactive = false) => gameObject.GetComponentsInParent<T>(includeInactive);
+        public T[] GetComponentsInParent<T>() => gameObject.GetComponentsInParent<T>();
+        public T[] GetComponentsInParent<T>(bool includeInactive) => gameObject.GetComponentsInParent<T>(includeInactive);
         public override string ToString() => isDestroyed ? "null" : $"{owner.label} ({GetType().FullName})";
         internal override void OnDestroyed() => owner.components.Remove(this);
     }

@@ -55,12 +55,12 @@ namespace UnityEngine
         public override bool Equals(object other) => other is Object item ? this == item : other is null && this == null;
         public override string ToString() => isDestroyed ? "null" : $"{m_Name} ({GetType().FullName})";
         public static implicit operator bool(Object exists) => exists != null;
-        public static bool operator ==(Object a, Object b)
+        public static bool operator ==(Object x, Object y)
         {
-            bool noA = a is null || a.isDestroyed, noB = b is null || b.isDestroyed;
-            return noA || noB ? noA && noB : a.instanceID == b.instanceID;
+            bool noA = x is null || x.isDestroyed, noB = y is null || y.isDestroyed;
+            return noA || noB ? noA && noB : x.instanceID == y.instanceID;
         }
-        public static bool operator !=(Object a, Object b) => !(a == b);
+        public static bool operator !=(Object x, Object y) => !(x == y);
 
         /// What happens to it when it is destroyed; once.
         internal virtual void OnDestroyed() { }
@@ -185,8 +185,8 @@ namespace UnityEngine.SceneManagement
         public override bool Equals(object obj) => obj is SceneHandle other && Equals(other);
         public override int GetHashCode() => scene;
         public override string ToString() => scene.ToString();
-        public static bool operator ==(SceneHandle lhs, SceneHandle rhs) => lhs.Equals(rhs);
-        public static bool operator !=(SceneHandle lhs, SceneHandle rhs) => !lhs.Equals(rhs);
+        public static bool operator ==(SceneHandle left, SceneHandle right) => left.Equals(right);
+        public static bool operator !=(SceneHandle left, SceneHandle right) => !left.Equals(right);
     }
     public struct Scene
     {
@@ -222,8 +222,8 @@ namespace UnityEngine.SceneManagement
             rootGameObjects.Clear();
             StandIn.Objects.Roots(this, rootGameObjects);
         }
-        public static bool operator ==(Scene a, Scene b) => a.handleOf == b.handleOf;
-        public static bool operator !=(Scene a, Scene b) => a.handleOf != b.handleOf;
+        public static bool operator ==(Scene lhs, Scene rhs) => lhs.handleOf == rhs.handleOf;
+        public static bool operator !=(Scene lhs, Scene rhs) => lhs.handleOf != rhs.handleOf;
         public override bool Equals(object other) => other is Scene scene && this == scene;
         public override int GetHashCode() => handleOf;
     }

@@ -58,26 +58,26 @@ namespace UnityEngine
         }
         public Matrix4x4 worldToLocalMatrix => localToWorldMatrix.inverse;
         public void SetPositionAndRotation(Vector3 position, Quaternion rotation) { this.position = position; this.rotation = rotation; }
-        public void SetLocalPositionAndRotation(Vector3 position, Quaternion rotation) { localPosition = position; localRotation = rotation; }
-        public Vector3 TransformPoint(Vector3 p) => localToWorldMatrix.MultiplyPoint3x4(p);
-        public Vector3 InverseTransformPoint(Vector3 p) => worldToLocalMatrix.MultiplyPoint3x4(p);
-        public Vector3 TransformVector(Vector3 v) => localToWorldMatrix.MultiplyVector(v);
-        public Vector3 InverseTransformVector(Vector3 v) => worldToLocalMatrix.MultiplyVector(v);
-        public Vector3 TransformDirection(Vector3 d) => rotation * d;
-        public Vector3 InverseTransformDirection(Vector3 d) => Quaternion.Inverse(rotation) * d;
-        public void Translate(Vector3 by) => Translate(by, Space.Self);
-        public void Translate(Vector3 by, Space relativeTo) => position += relativeTo == Space.World ? by : TransformDirection(by);
+        public void SetLocalPositionAndRotation(Vector3 localPosition, Quaternion localRotation) { this.localPosition = localPosition; this.localRotation = localRotation; }
+        public Vector3 TransformPoint(Vector3 position) => localToWorldMatrix.MultiplyPoint3x4(position);
+        public Vector3 InverseTransformPoint(Vector3 position) => worldToLocalMatrix.MultiplyPoint3x4(position);
+        public Vector3 TransformVector(Vector3 vector) => localToWorldMatrix.MultiplyVector(vector);
+        public Vector3 InverseTransformVector(Vector3 vector) => worldToLocalMatrix.MultiplyVector(vector);
+        public Vector3 TransformDirection(Vector3 direction) => rotation * direction;
+        public Vector3 InverseTransformDirection(Vector3 direction) => Quaternion.Inverse(rotation) * direction;
+        public void Translate(Vector3 translation) => Translate(translation, Space.Self);
+        public void Translate(Vector3 translation, Space relativeTo) => position += relativeTo == Space.World ? translation : TransformDirection(translation);
         public void Rotate(Vector3 eulers) => localRotation *= Quaternion.Euler(eulers);
-        public void Rotate(float x, float y, float z) => Rotate(new Vector3(x, y, z));
+        public void Rotate(float xAngle, float yAngle, float zAngle) => Rotate(new Vector3(xAngle, yAngle, zAngle));
         public void Rotate(Vector3 axis, float angle) => localRotation *= Quaternion.AngleAxis(angle, axis);
         public void RotateAround(Vector3 point, Vector3 axis, float angle) { var by = Quaternion.AngleAxis(angle, axis); position = point + by * (position - point); rotation = by * rotation; }
-        public void LookAt(Vector3 point) => LookAt(point, Vector3.up);
-        public void LookAt(Vector3 point, Vector3 worldUp) => rotation = Quaternion.LookRotation(point - position, worldUp);
+        public void LookAt(Vector3 worldPosition) => LookAt(worldPosition, Vector3.up);
+        public void LookAt(Vector3 worldPosition, Vector3 worldUp) => rotation = Quaternion.LookRotation(worldPosition - position, worldUp);
         public void LookAt(Transform target) => LookAt(target.position);
 
         public Transform parent { get { Main("get_parent"); return above; } set => SetParent(value, true); }
         public Transform root { get { var at = this; while (!(at.above is null)) at = at.above; return at; } }
-        public void SetParent(Transform parent) => SetParent(parent, true);
+        public void SetParent(Transform p) => SetParent(p, true);
         public void SetParent(Transform parent, bool worldPositionStays)
         {
             Main("SetParent");
@@ -110,10 +110,10 @@ namespace UnityEngine
         public void SetSiblingIndex(int index) { if (above is null) return; above.down.Remove(this); above.down.Insert(Mathf.Clamp(index, 0, above.down.Count), this); }
         public void DetachChildren() { foreach (var child in Children()) child.SetParent(null); }
         public bool IsChildOf(Transform parent) { for (var at = this; !(at is null); at = at.above) if (at == parent) return true; return false; }
-        public Transform Find(string path)
+        public Transform Find(string n)
         {
             var at = this;
-            foreach (var part in path.Split('/')) { at = at.down.FirstOrDefault(child => child.owner.label == part); if (at is null) return null; }
+            foreach (var part in n.Split('/')) { at = at.down.FirstOrDefault(child => child.owner.label == part); if (at is null) return null; }
             return at;
         }
         public IEnumerator GetEnumerator() => down.GetEnumerator();
