@@ -1,3 +1,4 @@
 using System.Runtime.CompilerServices;
 
 [assembly: InternalsVisibleTo("Lumivox.Tests")]
+[assembly: InternalsVisibleTo("Lumivox.EditMode.Tests")]

@@ -41,6 +41,8 @@ namespace Lumivox.HighDefinition
         /// <summary>As known now, and asks again.</summary>
         public float Read(HDCamera of)
         {
+            // Without exposure nothing is kept, and what is bound is of the camera that was drawn before.
+            if (!of.frameSettings.IsEnabled(FrameSettingsField.ExposureControl)) return 1f;
             var exposure = Find(of.camera);
             if (exposure.IsWaiting || !SystemInfo.supportsAsyncGPUReadback) return exposure.Value;
             // What is bound while commands are recorded is of the camera that was drawn before: the scene view's, say.

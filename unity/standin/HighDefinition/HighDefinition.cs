@@ -15,8 +15,23 @@ namespace UnityEngine.Rendering.HighDefinition
 #endif
     {
         HDRenderPipelineAsset() { }
+        public RenderPipelineSettings currentPlatformRenderPipelineSettings { get; set; } = new RenderPipelineSettings { supportCustomPass = true };
         protected override RenderPipeline CreatePipeline() => new HDRenderPipeline(this);
     }
+
+    public struct RenderPipelineSettings { public bool supportCustomPass; }
+
+    public enum FrameSettingsField { None = -1, Postprocess = 15, CustomPass = 6, ExposureControl = 32, AtmosphericScattering = 27 }
+
+    public struct FrameSettings
+    {
+        /// All is on until it is turned off.
+        ulong off;
+        public bool IsEnabled(FrameSettingsField field) => (off >> (int)field & 1) == 0;
+        public void SetEnabled(FrameSettingsField field, bool value) => off = value ? off & ~(1ul << (int)field) : off | 1ul << (int)field;
+    }
+
+    public struct FrameSettingsOverrideMask { public BitArray128 mask; }
 
     public enum HDCameraFrameHistoryType { ColorBufferMipChain, Exposure, TemporalAntialiasing }
 
@@ -29,6 +44,8 @@ namespace UnityEngine.Rendering.HighDefinition
         public RTHandle GetPreviousFrameRT(int id) => id == (int)HDCameraFrameHistoryType.Exposure ? exposures[1] : null;
         /// What the volumes set where this camera is, for the layers that it minds.
         public VolumeStack volumeStack { get; internal set; }
+        /// As the camera overrides them.
+        public FrameSettings frameSettings { get; internal set; }
         public int actualWidth { get; internal set; }
         public int actualHeight { get; internal set; }
         internal HDAdditionalCameraData.AntialiasingMode antialiasing { get; set; }
@@ -38,6 +55,21 @@ namespace UnityEngine.Rendering.HighDefinition
     {
         public enum AntialiasingMode { None, FastApproximateAntialiasing, TemporalAntialiasing, SubpixelMorphologicalAntiAliasing }
         public AntialiasingMode antialiasing;
+        public enum ClearColorMode { Sky, Color, None }
+        public ClearColorMode clearColorMode;
+        public Color backgroundColorHDR = new Color(.025f, .07f, .19f, 0);
+        public bool customRenderingSettings;
+        FrameSettings own;
+        public ref FrameSettings renderingPathCustomFrameSettings => ref own;
+        public FrameSettingsOverrideMask renderingPathCustomFrameSettingsOverrideMask;
+        internal FrameSettings Overridden()
+        {
+            var result = new FrameSettings();
+            if (!customRenderingSettings) return result;
+            foreach (FrameSettingsField field in Enum.GetValues(typeof(FrameSettingsField)))
+                if (field != FrameSettingsField.None && renderingPathCustomFrameSettingsOverrideMask.mask[(uint)field]) result.SetEnabled(field, own.IsEnabled(field));
+            return result;
+        }
     }
 
     public struct CustomPassContext

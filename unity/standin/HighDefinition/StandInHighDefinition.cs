@@ -92,10 +92,11 @@ namespace UnityEngine.Rendering.HighDefinition
                 Live.Remove(texture);
             }
             var pixel = stackalloc float[5];
-            pixel[0] = StandInHighDefinition.exposure?.Invoke(of.camera.camera) ?? 1;
+            var isExposed = of.camera.frameSettings.IsEnabled(FrameSettingsField.ExposureControl);
+            pixel[0] = isExposed ? StandInHighDefinition.exposure?.Invoke(of.camera.camera) ?? 1 : 1;
             Native.sg_fill(new Native.Target { color = texture.handle }, 1, pixel, 5 * sizeof(float));
             Gpu.Submit("an exposure");
-            for (var i = 0; i < 2; i++) of.camera.exposures[i] = StandInHighDefinition.keepsExposures && of.exposures[i] != null ? RTHandles.Alloc(of.exposures[i]) : null;
+            for (var i = 0; i < 2; i++) of.camera.exposures[i] = isExposed && StandInHighDefinition.keepsExposures && of.exposures[i] != null ? RTHandles.Alloc(of.exposures[i]) : null;
             return texture;
         }
 
@@ -123,6 +124,7 @@ namespace UnityEngine.Rendering.HighDefinition
                 Props.Draw(camera, view, projection, layer, of.color, of.depth, true);
                 Props.Draw(camera, view, projection, layer, null, of.depthTexture, true);
             }
+            of.camera.frameSettings = camera.TryGetComponent<HDAdditionalCameraData>(out var data) ? data.Overridden() : default;
             var cmd = CommandBufferPool.Get("HDRP");
             Shader.SetGlobalTexture("_CameraDepthTexture", of.depthTexture);
             var hdCamera = of.camera;
@@ -137,7 +139,7 @@ namespace UnityEngine.Rendering.HighDefinition
                 foreach (var volume in CustomPassVolume.active)
                     if (volume.injectionPoint == at && volume.IsFor(camera)) passes.AddRange(volume.customPasses);
                 foreach (var pass in passes)
-                    if (pass.enabled) pass.Run(new CustomPassContext(context, cmd, hdCamera, new RTHandle(of.color), new RTHandle(of.depth)));
+                    if (pass.enabled && hdCamera.frameSettings.IsEnabled(FrameSettingsField.CustomPass)) pass.Run(new CustomPassContext(context, cmd, hdCamera, new RTHandle(of.color), new RTHandle(of.depth)));
             }
             if (camera.stereoEnabled) cmd.SetInstanceMultiplier(1);
             for (var layer = 0; layer < of.color.volumeDepth; layer++)

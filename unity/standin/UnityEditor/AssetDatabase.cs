@@ -221,8 +221,15 @@ namespace UnityEditor
         public static bool DeleteAsset(string path)
         {
             NotInImporter("DeleteAsset");
-            File.Delete(Full(path));
-            return entries.Remove(Clean(path));
+            path = Clean(path);
+            if (!Directory.Exists(Full(path)))
+            {
+                File.Delete(Full(path));
+                return entries.Remove(path);
+            }
+            Directory.Delete(Full(path), true);
+            foreach (var inside in entries.Keys.Where(one => one.StartsWith(path + "/")).ToList()) entries.Remove(inside);
+            return true;
         }
         public static string[] FindAssets(string filter) => FindAssets(filter, null);
         public static string[] FindAssets(string filter, string[] searchInFolders)

@@ -207,6 +207,7 @@ namespace UnityEditor
         public static bool isUpdating => AssetDatabase.isImporting;
         public static double timeSinceStartup => Environment.TickCount / 1000.0;
         public static void QueuePlayerLoopUpdate() { }
+        public static void Exit(int returnValue) => StandIn.EditorHost.ExitCode = returnValue;
         public static void RepaintHierarchyWindow() { }
         internal static void Send(PlayModeStateChange change) => playModeStateChanged?.Invoke(change);
         internal static void Quit() => quitting?.Invoke();

@@ -1,4 +1,7 @@
 // Prefabs that are edited on a stage of their own, and which scenes cameras see.
+using System.Collections.Generic;
+using System.Linq;
+using System.Reflection;
 using UnityEngine;
 using UnityEngine.SceneManagement;
 
@@ -22,7 +25,9 @@ namespace UnityEditor.SceneManagement
             foreach (var root in SceneManager.GetActiveScene().GetRootGameObjects()) Object.DestroyImmediate(root);
             return SceneManager.GetActiveScene();
         }
-        public static ulong GetSceneCullingMask(Scene scene) => SceneCullingMasks.DefaultSceneCullingMask;
+        public static ulong GetSceneCullingMask(Scene scene) => StandIn.PreviewScenes.MaskOf(scene) ?? SceneCullingMasks.DefaultSceneCullingMask;
+        public static Scene NewPreviewScene() => StandIn.PreviewScenes.Open();
+        public static bool ClosePreviewScene(Scene scene) => StandIn.PreviewScenes.Close(scene);
         public static bool MarkSceneDirty(Scene scene) => true;
     }
 
@@ -41,5 +46,37 @@ namespace UnityEditor.SceneManagement
         internal static PrefabStage current;
         public static PrefabStage GetCurrentPrefabStage() => current;
         public static PrefabStage GetPrefabStage(GameObject gameObject) => current != null && gameObject.transform.IsChildOf(current.prefabContentsRoot.transform) ? current : null;
+    }
+}
+
+namespace UnityEditor
+{
+    /// Lighting settings of another scene than the active one, while something is drawn.
+    public static class Unsupported
+    {
+        static readonly Dictionary<int, Dictionary<PropertyInfo, object>> settings = new Dictionary<int, Dictionary<PropertyInfo, object>>();
+        static Dictionary<PropertyInfo, object> active;
+        static int current;
+
+        static Dictionary<PropertyInfo, object> Now() => typeof(RenderSettings).GetProperties(BindingFlags.Static | BindingFlags.Public).Where(one => one.CanWrite).ToDictionary(one => one, one => one.GetValue(null));
+        static void Put(Dictionary<PropertyInfo, object> values) { foreach (var pair in values) pair.Key.SetValue(null, pair.Value); }
+
+        public static bool SetOverrideLightingSettings(Scene scene)
+        {
+            if (!scene.IsValid()) return false;
+            RestoreOverrideLightingSettings();
+            active = Now();
+            current = scene.handle;
+            if (settings.TryGetValue(current, out var known)) Put(known); else RenderSettings.Default();
+            return true;
+        }
+
+        public static void RestoreOverrideLightingSettings()
+        {
+            if (active == null) return;
+            settings[current] = Now();
+            Put(active);
+            active = null;
+        }
     }
 }

@@ -98,6 +98,9 @@ namespace StandIn
             }
         }
 
+        /// What the editor was asked to end with, if it was.
+        public static int? ExitCode;
+
         /// Chooses from the menus. A disabled item cannot be chosen.
         public static void Menu(string item, UnityEngine.Object context = null)
         {

@@ -31,6 +31,8 @@ sealed class AssemblyDefinition
         bool Flag(string key) => root.TryGetProperty(key, out var flag) && flag.GetBoolean();
         if (!root.TryGetProperty("name", out var name)) throw new BuildException($"{file} has no \"name\".");
         definition.Name = name.GetString();
+        // The Test Framework is a package of scripts, compiled as such; there are no lists of it.
+        definition.IsStandIn &= definition.Name != "UnityEngine.TestRunner";
         definition.References = Strings("references");
         definition.IncludePlatforms = Strings("includePlatforms");
         definition.ExcludePlatforms = Strings("excludePlatforms");

@@ -81,6 +81,7 @@ sealed class UnityVersion
             ["com.unity.render-pipelines.universal"] = AssemblyDefinition.Parse(pipelines),
             ["com.unity.render-pipelines.high-definition"] = AssemblyDefinition.Parse(pipelines),
             ["com.unity.test-framework"] = AssemblyDefinition.Parse("1.4.5"),
+            ["com.unity.modules.imageconversion"] = AssemblyDefinition.Parse("1.0.0"),
             ["com.unity.modules.xr"] = AssemblyDefinition.Parse("1.0.0"),
         };
         if (version != "6000.5") Packages["com.unity.modules.vr"] = AssemblyDefinition.Parse("1.0.0");

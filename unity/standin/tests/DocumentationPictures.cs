@@ -399,6 +399,24 @@ namespace Lumivox.Tests
             window.Close();
         }
 
+        /// What the self-check expects to see: the same scenes, with hardly any noise.
+        [TestCase("cube-at-distances")]
+        [TestCase("occlusion")]
+        [TestCase("several-volumes")]
+        [TestCase("lights")]
+        public void Expected(string name)
+        {
+            Object.DestroyImmediate(camera.gameObject);
+            // The meshes shine by themselves.
+            Props.isShaded = false;
+            var file = Path.Combine(Folder, "../../SelfCheck/Expected~", name + ".png");
+            var drawing = SelfChecks.CheckScene.All.Single(one => one.Name == name).Draw(true, ExpectedSamples, picture => picture.Save(file));
+            while (drawing.MoveNext()) EditorHost.Frame();
+            Console.WriteLine($"  {name}.png: {new FileInfo(file).Length / 1024} KB");
+        }
+
+        const int ExpectedSamples = 256;
+
         [Test]
         public void CubeAtDistances()
         {

@@ -140,6 +140,12 @@ namespace Lumivox.Tests
             Assert.That(EditorProject.ImportScan("Assets/head.nrrd"), Is.Null);
             Says(Dialogs.ImportErrors.Single(), words);
             Assert.That(Dialogs.ImportErrors.Single(), Does.EndWith("Then choose 'Reimport'."));
+            // The self-check says it first, and goes through to its end.
+            var checks = SelfCheckList.All();
+            using (var run = new SelfCheckRun(checks))
+                EditorProject.Until(() => !run.Step(), "the checks end");
+            Says(checks[0].Faults.Single().What, words);
+            Says(SelfCheckReport.Of(checks), new[] { "FAILED   Native library", "See 'Native library'", "cannot be used" });
             // Whoever loads scripts anew is told again.
             Log.Expect(LogType.Error, words[0]);
             Domain.Reload();

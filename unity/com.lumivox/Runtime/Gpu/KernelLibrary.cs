@@ -64,7 +64,9 @@ namespace Lumivox
             transfers.Clear();
         }
 
-        static Program Load(string name)
+        /// <summary>The kernel of a name.</summary>
+        /// <exception cref="LumivoxException">The package does not have it, or this machine cannot run it.</exception>
+        public static Program Load(string name)
         {
             foreach (var entry in KernelTable.Entries)
             {

@@ -62,6 +62,14 @@ namespace UnityEngine
             for (int i = 0; i < colors.Length; i++) picture.pixels[i] = colors[i];
             return picture.ToPng(false);
         }
-        public static bool LoadImage(this Texture2D tex, byte[] data) => throw new NotImplementedException("the stand-in decodes no images");
+        /// Becomes as large as the picture; false where it is none.
+        public static bool LoadImage(this Texture2D tex, byte[] data)
+        {
+            if (!StandIn.Png.TryRead(data, out var width, out var height, out var pixels)) return false;
+            tex.Resize(width, height);
+            tex.SetPixels32(pixels);
+            tex.Apply();
+            return true;
+        }
     }
 }

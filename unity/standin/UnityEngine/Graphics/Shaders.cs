@@ -42,7 +42,24 @@ namespace UnityEngine
         public static Shader Find(string name)
         {
             Threads.Main("Shader.Find");
-            return Resources.Shaders().FirstOrDefault(shader => shader.label == name);
+            return Resources.Shaders().FirstOrDefault(shader => shader.label == name) ?? Engines(name);
+        }
+        static readonly Dictionary<string, Shader> engines = new Dictionary<string, Shader>();
+        /// The pipelines' own that packages ask for.
+        static Shader Engines(string name)
+        {
+            if (engines.TryGetValue(name, out var found)) return found;
+            var properties = name switch
+            {
+                "Standard" => new[] { "_Color", "_EmissionColor", "_Glossiness", "_SpecularHighlights", "_GlossyReflections" },
+                "Universal Render Pipeline/Unlit" => new[] { "_BaseColor" },
+                "HDRP/Unlit" => new[] { "_UnlitColor" },
+                _ => null,
+            };
+            if (properties == null) return null;
+            var made = new Shader { name = name, isAsset = true };
+            foreach (var property in properties) made.properties[property] = Vector4.one;
+            return engines[name] = made;
         }
         public bool isSupported => !hasFailed && !Faults.noComputeShaders;
         public int passCount => passes.Count;

@@ -116,6 +116,11 @@ namespace UnityEngine
             CheckSide(height, SystemInfo.maxTextureSize, "a height");
             Begin(width, height, 1, format, TextureDimension.Tex2D, mipChain);
         }
+        internal void Resize(int width, int height)
+        {
+            ReleaseFromDevice();
+            Make(width, height, m_Format, m_Levels > 1);
+        }
         static Texture2D white, black;
         static Texture2D Plain(ref Texture2D texture, Color color)
         {

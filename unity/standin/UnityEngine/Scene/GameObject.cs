@@ -30,7 +30,10 @@ namespace UnityEngine
         public string tag { get; set; } = "Untagged";
         public bool isStatic { get; set; }
         public bool CompareTag(string tag) => this.tag == tag;
-        public UnityEngine.SceneManagement.Scene scene => isPrefab ? default : new UnityEngine.SceneManagement.Scene { handleOf = isLasting ? 2 : 1 };
+        public UnityEngine.SceneManagement.Scene scene => isPrefab ? default : new UnityEngine.SceneManagement.Scene { handleOf = isLasting ? 2 : Root.apart > 0 ? Root.apart : 1 };
+        /// The preview scene that it was moved to, if any.
+        internal int apart;
+        GameObject Root { get { var at = (Transform)components[0]; while (!(at.above is null)) at = at.above; return at.owner; } }
         public bool activeSelf { get { Alive(); return self; } }
         public bool activeInHierarchy { get { Alive(); for (var at = transform; !(at is null); at = at.above) if (!at.gameObject.self) return false; return !isPrefab; } }
         internal override bool isInScene => !isPrefab;
@@ -90,7 +93,7 @@ namespace UnityEngine
             for (int i = 0; i < at.childCount; i++) Collect(at.GetChild(i), includeInactive, results);
         }
         /// In which scenes' views it is drawn: the editor's scenes have a bit each.
-        public ulong sceneCullingMask => isPrefab ? 0 : 0xe000000000000000ul;
+        public ulong sceneCullingMask => isPrefab ? 0 : StandIn.PreviewScenes.MaskOf(scene) ?? 0xe000000000000000ul;
         public T GetComponentInParent<T>() => GetComponentInParent<T>(false);
         public T GetComponentInParent<T>(bool includeInactive) { for (var at = transform; !(at is null); at = at.above) if (includeInactive || at.gameObject.activeInHierarchy) foreach (var item in at.gameObject.components) if (item is T found) return found; return default; }
         public T[] GetComponentsInParent<T>() => GetComponentsInParent<T>(false);

@@ -198,12 +198,12 @@ namespace UnityEngine.SceneManagement
 #endif
         public string name
         {
-            get => handleOf == 0 ? null : handleOf == 2 ? "DontDestroyOnLoad" : "Stand-in";
+            get => handleOf == 0 ? null : handleOf == 2 ? "DontDestroyOnLoad" : handleOf > 2 ? "" : "Stand-in";
             set => throw new InvalidOperationException("The stand-in's scenes keep their names.");
         }
-        public string path => handleOf == 0 ? null : "Assets/Stand-in.unity";
+        public string path => handleOf == 0 ? null : handleOf > 2 ? "" : "Assets/Stand-in.unity";
         public bool isLoaded => handleOf != 0;
-        public bool IsValid() => handleOf != 0;
+        public bool IsValid() => handleOf == 1 || handleOf == 2 || StandIn.PreviewScenes.IsOpen(this);
         static readonly List<GameObject> counted = new List<GameObject>();
         public int rootCount
         {
@@ -231,6 +231,12 @@ namespace UnityEngine.SceneManagement
     public class SceneManager
     {
         public static int sceneCount => 1;
+        public static void MoveGameObjectToScene(GameObject go, Scene scene)
+        {
+            if (!scene.IsValid()) throw new ArgumentException("SceneManager.MoveGameObjectToScene failed; the scene is not valid.");
+            if (go.transform.parent != null) throw new ArgumentException("Gameobject is not a root in a scene");
+            go.apart = scene.handleOf > 2 ? scene.handleOf : 0;
+        }
         public static Scene GetActiveScene() => new Scene { handleOf = 1 };
         public static Scene GetSceneAt(int index) => index == 0 ? GetActiveScene() : throw new IndexOutOfRangeException($"Scene index \"{index}\" is out of range.");
 #pragma warning disable 67 // Scenes are never loaded here.

@@ -63,20 +63,29 @@ namespace StandIn
         static readonly List<Shape> seen = new List<Shape>();
 
         /// Looks where they are, once for each picture.
-        internal static void Gather()
+        internal static void Gather(ulong scenes)
         {
             seen.Clear();
             foreach (var renderer in UnityEngine.Renderer.All)
             {
-                if (!renderer.enabled || !renderer.owner.activeInHierarchy || !renderer.TryGetComponent<UnityEngine.MeshFilter>(out var filter) || renderer.sharedMaterial == null) continue;
+                if (!renderer.enabled || !renderer.owner.activeInHierarchy || (renderer.owner.sceneCullingMask & scenes) == 0 || !renderer.TryGetComponent<UnityEngine.MeshFilter>(out var filter) || renderer.sharedMaterial == null) continue;
                 seen.Add(new Shape
                 {
                     inverse = renderer.transform.localToWorldMatrix.inverse,
                     isSphere = filter.shape == UnityEngine.PrimitiveType.Sphere,
-                    color = renderer.sharedMaterial.color.linear,
+                    color = ColorOf(renderer.sharedMaterial).linear,
                     layer = renderer.owner.layer,
                 });
             }
+        }
+
+        /// What a surface shines with by itself, or its plain colour.
+        static UnityEngine.Color ColorOf(UnityEngine.Material material)
+        {
+            if (material.IsKeywordEnabled("_EMISSION")) return material.GetColor("_EmissionColor");
+            foreach (var name in new[] { "_BaseColor", "_UnlitColor" })
+                if (material.HasProperty(name)) return material.GetColor(name);
+            return material.color;
         }
 
         /// Puts the nearest that a ray meets before what was met.

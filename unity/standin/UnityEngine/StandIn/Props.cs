@@ -8,7 +8,9 @@ namespace StandIn
     public static class Props
     {
         struct Shape { internal bool isSphere; internal Vector3 at, normal; internal float radius; internal Color color; internal int layer; }
-        static readonly List<Shape> all = new List<Shape>();
+        static readonly List<Shape> all = new List<Shape>(), none = new List<Shape>();
+        /// Whether what is drawn is a preview scene, in which none of them stands.
+        static bool isApart;
         /// The sky's colour by direction, where a camera clears to it; black without.
         public static Func<Vector3, Color> sky;
         /// Those of materials that do not show it, whether scenes or cameras have them.
@@ -43,7 +45,7 @@ namespace StandIn
         {
             nearest = float.MaxValue;
             color = default;
-            foreach (var shape in all)
+            foreach (var shape in isApart ? none : all)
             {
                 if ((mask >> shape.layer & 1) == 0) continue;
                 float t;
@@ -67,6 +69,12 @@ namespace StandIn
             }
             Primitives.Hit(from, way, mask, ref nearest, ref color);
             return nearest <= 1;
+        }
+
+        static void Gather(Camera camera)
+        {
+            isApart = camera.scene.IsValid() && PreviewScenes.IsOpen(camera.scene);
+            Primitives.Gather(PreviewScenes.SeenBy(camera));
         }
 
         static Color Background(Camera camera, Vector3 way)
@@ -102,7 +110,7 @@ namespace StandIn
             var pixels = new float[width * height * 5];
             var inverse = (projection * view).inverse;
             var clip = GL.GetGPUProjectionMatrix(projection, isFlipped) * view;
-            Primitives.Gather();
+            Gather(camera);
             for (int y = 0; y < height; y++)
                 for (int x = 0; x < width; x++)
                 {
@@ -131,7 +139,7 @@ namespace StandIn
 
         internal static void DrawCube(Camera camera, Cubemap cube, int faces)
         {
-            Primitives.Gather();
+            Gather(camera);
             for (int face = 0; face < 6; face++)
             {
                 if ((faces >> face & 1) == 0) continue;
@@ -147,7 +155,7 @@ namespace StandIn
         {
             int side = cube.width;
             var pixels = new float[side * side * 5];
-            Primitives.Gather();
+            Gather(camera);
             for (int y = 0; y < side; y++)
                 for (int x = 0; x < side; x++)
                 {

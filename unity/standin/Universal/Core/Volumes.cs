@@ -40,4 +40,19 @@ namespace UnityEngine.Rendering
         public static VolumeManager instance { get; } = new VolumeManager();
         public VolumeStack stack { get; set; } = new VolumeStack();
     }
+
+    /// Switches by number.
+    public struct BitArray128
+    {
+        ulong low, high;
+        public bool this[uint index]
+        {
+            get => ((index < 64 ? low : high) >> (int)(index & 63) & 1) != 0;
+            set
+            {
+                var bit = 1ul << (int)(index & 63);
+                if (index < 64) low = value ? low | bit : low & ~bit; else high = value ? high | bit : high & ~bit;
+            }
+        }
+    }
 }

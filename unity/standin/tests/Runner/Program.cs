@@ -21,6 +21,9 @@ namespace StandIn.Tests
     {
         sealed class Case { internal MethodInfo method; internal object[] arguments; internal string name; }
 
+        /// Unity's Test Framework goes by the platforms of a test's assembly definition; here its name says it.
+        static bool IsOfPlayMode(MethodInfo method) => method.DeclaringType.Assembly.GetName().Name.Contains("PlayMode");
+
         static bool IsExplicit(MethodInfo method) => method.IsDefined(typeof(ExplicitAttribute)) || method.DeclaringType.IsDefined(typeof(ExplicitAttribute));
 
         static int Main(string[] arguments)
@@ -42,6 +45,8 @@ namespace StandIn.Tests
             if (chosen.Count == 0) { Console.Error.WriteLine($"error: no test's name contains {string.Join(" or ", filters)}"); return 2; }
             if (arguments.Contains("--list")) { foreach (var one in chosen) Console.WriteLine(one.name); return 0; }
 
+            // As when the editor has compiled them.
+            foreach (var assembly in Domain.Scripts()) EditorHost.Load(assembly);
             int passed = 0, failed = 0;
             foreach (var one in chosen)
             {
@@ -91,6 +96,7 @@ namespace StandIn.Tests
             object instance = null;
             try
             {
+                if (IsOfPlayMode(one.method)) Domain.Play();
                 if (!one.method.IsStatic) instance = Activator.CreateInstance(one.method.DeclaringType, true);
                 Call<SetUpAttribute>(one, instance);
                 Finish(one.method.Invoke(instance, one.arguments));
@@ -118,7 +124,7 @@ namespace StandIn.Tests
         static (string what, int count)[] Alive() => new[]
         {
             ("GraphicsBuffers", Live.buffers), ("RenderTextures", Live.renderTextures), ("textures", Live.textures), ("CommandBuffers", Live.commandBuffers),
-            ("native allocations", Live.allocations), ("safety handles", Live.safetyHandles),
+            ("preview scenes", PreviewScenes.count), ("native allocations", Live.allocations), ("safety handles", Live.safetyHandles),
         };
 
         static void Call<T>(Case one, object instance) where T : Attribute
@@ -130,7 +136,14 @@ namespace StandIn.Tests
 
         static void Finish(object result)
         {
-            if (result is IEnumerator steps) { while (steps.MoveNext()) Engine.Frame(); }
+            if (result is IEnumerator steps)
+            {
+                while (steps.MoveNext())
+                {
+                    Engine.Frame();
+                    EditorHost.Frame();
+                }
+            }
             else if (result is Task task)
             {
                 for (int frames = 0; !task.IsCompleted; frames++)

@@ -1,0 +1,111 @@
+// What a project and a machine must have before anything is drawn.
+using System.Collections;
+using System.Collections.Generic;
+using Lumivox.Native;
+using UnityEditor;
+using UnityEditor.Rendering;
+using UnityEngine;
+using UnityEngine.Experimental.Rendering;
+using UnityEngine.Rendering;
+
+namespace Lumivox.Editor
+{
+    internal static class MachineChecks
+    {
+        public static void Library(Check check)
+        {
+            if (Border.Fault != null) check.Fail(Border.Fault);
+            else check.Note($"version {LumivoxRenderer.Version}, border {Border.AbiVersion}");
+        }
+
+        /// <summary>Why nothing can be drawn on this machine; null where it can.</summary>
+        public static string DeviceFault()
+        {
+            if (SystemInfo.graphicsDeviceType == GraphicsDeviceType.Null) return "there is no graphics device";
+            if (!SystemInfo.supportsComputeShaders) return $"{SystemInfo.graphicsDeviceType} runs no compute shaders here";
+            if (!SystemInfo.supports3DTextures) return $"{SystemInfo.graphicsDeviceType} has no 3D textures here";
+            return null;
+        }
+
+        public static void Device(Check check)
+        {
+            var fault = DeviceFault();
+            if (fault != null)
+            {
+                check.Fail(fault, SystemInfo.graphicsDeviceType == GraphicsDeviceType.Null
+                    ? "Start Unity without -nographics; a machine without a display needs a virtual one, such as Xvfb."
+                    : "Choose Direct3D 11 or 12, Vulkan or Metal in Project Settings > Player > Graphics APIs, or update the driver.");
+                return;
+            }
+            check.Note($"3D textures up to {SystemInfo.maxTexture3DSize}, buffers up to {EditorUtility.FormatBytes(SystemInfo.maxGraphicsBufferSize)}, {(SystemInfo.supportsAsyncGPUReadback ? "" : "no ")}asynchronous read-backs");
+            foreach (var format in needed)
+                if (!IsWritten(format)) check.Fail($"kernels cannot write textures of {format} here", "Update the driver, or choose another graphics API.");
+            check.Note(IsWritten(GraphicsFormat.R16_UNorm) ? "voxels keep 16 bits" : "voxels are halves: R16_UNorm cannot be written");
+        }
+
+        /// What voxels and maps are kept in; R16_UNorm where there is that, else half floats.
+        static readonly GraphicsFormat[] needed = { GraphicsFormat.R8_UNorm, GraphicsFormat.R16_SFloat, GraphicsFormat.R32G32B32A32_SFloat };
+
+        static bool IsWritten(GraphicsFormat format)
+        {
+#if UNITY_2023_2_OR_NEWER
+            return SystemInfo.IsFormatSupported(format, GraphicsFormatUsage.LoadStore);
+#else
+            return SystemInfo.IsFormatSupported(format, FormatUsage.LoadStore);
+#endif
+        }
+
+        public static void Project(Check check)
+        {
+            if (QualitySettings.activeColorSpace != ColorSpace.Linear)
+                check.Fail("the project's colour space is Gamma: volumes are too dark in it", "Set Project Settings > Player > Other Settings > Color Space to Linear.");
+            var host = PipelineHost.Current;
+            if (host == null)
+            {
+                check.Fail($"volumes are not drawn in {GraphicsSettings.currentRenderPipeline.GetType().FullName}", "Use the Built-in, the Universal (14 or later) or the High Definition pipeline (14 or later).");
+                return;
+            }
+            check.Note($"volumes are drawn {host.Way}");
+            if (host.Problem is string problem) check.Fail(problem);
+        }
+
+        public static IEnumerator Kernels(Check check)
+        {
+            if (DeviceFault() is string fault)
+            {
+                check.Fail(fault, "See 'Graphics device'.");
+                yield break;
+            }
+            foreach (var entry in KernelTable.Entries)
+            {
+                Load(check, entry.Name);
+                yield return null;
+            }
+            if (check.Faults.Count == 0) check.Note($"all {KernelTable.Entries.Length} are there and run on {SystemInfo.graphicsDeviceType}");
+        }
+
+        static void Load(Check check, string name)
+        {
+            Program program;
+            try
+            {
+                program = KernelLibrary.Load(name);
+            }
+            catch (LumivoxException error)
+            {
+                check.Fail(error.Message);
+                return;
+            }
+            if (program.Material != null) Object.DestroyImmediate(program.Material);
+            if (program.Shader == null) return;
+            foreach (var message in Errors(program.Shader)) check.Fail($"{name}: {message}", "Attach this report to an issue.");
+        }
+
+        /// What the compiler said, for any graphics API of the project.
+        static IEnumerable<string> Errors(ComputeShader shader)
+        {
+            foreach (var message in ShaderUtil.GetComputeShaderMessages(shader))
+                if (message.severity == ShaderCompilerMessageSeverity.Error) yield return message.message;
+        }
+    }
+}

@@ -1,0 +1,27 @@
+// What compilers said of shaders.
+using System.Linq;
+using UnityEditor.Rendering;
+using UnityEngine;
+
+namespace UnityEditor.Rendering
+{
+    public enum ShaderCompilerMessageSeverity { Error, Warning }
+}
+
+namespace UnityEditor
+{
+    public struct ShaderMessage
+    {
+        public string message { get; }
+        public string file { get; }
+        public int line { get; }
+        public ShaderCompilerMessageSeverity severity { get; }
+        public ShaderMessage(string msg, ShaderCompilerMessageSeverity sev = ShaderCompilerMessageSeverity.Error) { message = msg; file = ""; line = 0; severity = sev; }
+    }
+
+    public sealed class ShaderUtil
+    {
+        public static ShaderMessage[] GetComputeShaderMessages(ComputeShader s) =>
+            s.kernels.Where(kernel => kernel.error != null).Select(kernel => new ShaderMessage(kernel.error)).ToArray();
+    }
+}
