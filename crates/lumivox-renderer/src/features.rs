@@ -106,9 +106,9 @@ impl Features {
             EmptySpace,
             FilmCount,
         ];
-        if alone.most_sharers() > 1 {
+        if alone.most_sharers() > 1 && !alone.shared {
             // Of small images, and coarse ones.
-            kernels.push(PathTrace(PathTraceVariant { shared: true, ..alone }));
+            kernels.push(PathTrace(alone.for_sharers(alone.most_sharers())));
         }
         kernels.extend(more);
         kernels
@@ -117,18 +117,24 @@ impl Features {
     pub(crate) fn variant(self, guides: bool, live: bool, limits: DeviceLimits) -> PathTraceVariant {
         // What is rare can do everything.
         let can_more = limits.few_kernels && self.classes;
-        PathTraceVariant {
+        let variant = PathTraceVariant {
             environment_sampling: self.environment || can_more,
             surface: self.surface || limits.few_kernels,
             guides,
             mixed_filters: self.filters || can_more,
             live,
             lights: self.lights || limits.few_kernels,
-            many_volumes: self.many_volumes,
+            many_volumes: self.has_hierarchy(limits),
             classes: self.classes,
             one_pool: limits.one_pool,
             limited_turns: limits.loop_turns.is_some(),
             shared: false,
-        }
+        };
+        PathTraceVariant { shared: limits.few_kernels && variant.most_sharers() > 1, ..variant }
+    }
+
+    /// Whether rays look for volumes in a hierarchy.
+    pub(crate) fn has_hierarchy(self, limits: DeviceLimits) -> bool {
+        self.many_volumes || limits.few_kernels && self.classes
     }
 }

@@ -3,8 +3,8 @@
 use std::num::NonZeroU32;
 
 use lumivox_core::PerspectiveCamera;
+use lumivox_shaders::Kernel;
 use lumivox_shaders::layout::{self, FilmCount};
-use lumivox_shaders::{Kernel, PathTraceVariant};
 
 use crate::display::DisplaySettings;
 use crate::error::RenderError;
@@ -266,7 +266,7 @@ impl View {
     ) {
         let frame = self.frame(cache, camera);
         let sharers = 1 << sharers.clamp(1, self.most_sharers(cache)).ilog2();
-        let variant = PathTraceVariant { shared: sharers > 1, ..cache.variant(self.settings.guides, false) };
+        let variant = cache.variant(self.settings.guides, false).for_sharers(sharers);
         let kernel = Kernel::PathTrace(variant);
         let frame =
             layout::Frame { samples: sample_limit, sample_limit, sharers, row_begin, row_end, ..frame };

@@ -62,7 +62,7 @@ pub struct PathTraceVariant {
     /// The driver ends invocations after so many turns of their loops: paths are put aside in time, and taken up by the
     /// next dispatch.
     pub limited_turns: bool,
-    /// Several invocations share the samples of a pixel. Not with guides, nor where paths are put aside: those belong to a
+    /// Several invocations may share the samples of a pixel, as many as each dispatch says. Not with guides, nor where paths are put aside: those belong to a
     /// pixel.
     pub shared: bool,
 }
@@ -84,6 +84,11 @@ impl PathTraceVariant {
             classes: bits & 1024 != 0,
         });
         all.filter(|variant| !variant.shared || variant.most_sharers() > 1)
+    }
+
+    /// The kernel where so many invocations share a pixel: one of its own, or the same.
+    pub fn for_sharers(self, sharers: u32) -> Self {
+        Self { shared: self.shared || sharers > 1, ..self }
     }
 
     /// Invocations that may share a pixel where the kernel is the one for that; 1 where there is no such kernel.

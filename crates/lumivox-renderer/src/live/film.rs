@@ -1,6 +1,6 @@
 //! A film of a live view, where its primary rays end, and what the denoiser makes of it.
 
-use lumivox_shaders::{Kernel, PathTraceVariant, layout};
+use lumivox_shaders::{Kernel, layout};
 
 use super::{HostDepth, Key};
 use crate::error::RenderError;
@@ -161,7 +161,7 @@ impl LiveFilm {
         dispatches: impl Iterator<Item = layout::Frame>,
         recording: &mut Recording,
     ) {
-        let variant = PathTraceVariant { shared: common.sharers > 1, ..cache.variant(false, true) };
+        let variant = cache.variant(false, true).for_sharers(common.sharers);
         let kernel = Kernel::PathTrace(variant);
         let mut resources = cache.path_trace_resources();
         resources.push(self.film);

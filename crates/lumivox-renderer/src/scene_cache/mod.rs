@@ -324,7 +324,7 @@ impl SceneCache {
         self.traced = placed.len();
         let bounds: Vec<Bounds> = placed.iter().map(|p| Bounds::of(p.instance, origin)).collect();
         let instances_changed = self.instances.update("instances", instances, recording);
-        let nodes = if self.features.many_volumes { hierarchy::build(&bounds) } else { vec![] };
+        let nodes = if self.features.has_hierarchy(self.limits) { hierarchy::build(&bounds) } else { vec![] };
         let nodes_changed = self.nodes.update("hierarchy", nodes, recording);
         let moved = std::mem::replace(&mut self.origin, origin) != origin;
         instances_changed | nodes_changed | moved

@@ -60,13 +60,14 @@ fn path_trace(
     let plane = frame.film_size.x * frame.film_size.y;
     let index = pixel.y * frame.film_size.x + pixel.x;
     var sums = Sums();
-    if (row_is_wanted && all(pixel < frame.film_size)) {
+    let is_of_film = row_is_wanted && all(pixel < frame.film_size);
+    if (is_of_film) {
         let counts = film[plane + index].zw;
         if (is_wanted(counts.x) && has_turn(counts.y, local_index)) {
             sums = trace(pixel, sharer);
         }
     }
-    sums = gather(sums, local_index);
+    sums = gather(sums, sharer, index, is_of_film);
     if (all(sums.moments.zw == vec2f(0.0)) || sharer > 0u) {
         return;
     }

@@ -4,6 +4,6 @@ fn sharers() -> u32 {
     return 1u;
 }
 
-fn gather(own: Sums, local_index: u32) -> Sums {
+fn gather(own: Sums, sharer: u32, index: u32, is_of_film: bool) -> Sums {
     return own;
 }

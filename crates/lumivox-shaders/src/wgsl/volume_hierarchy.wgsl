@@ -22,7 +22,8 @@ fn search_begin(origin: vec3f, direction: vec3f) -> Search {
     // A component of exactly 0 would turn into 0 * infinity.
     s.inverse = 1.0 / choose(direction, vec3f(1e-20), abs(direction) < vec3f(1e-20));
     s.depth = 1u;
-    search_indices[0] = 0u;
+    // The root, or the one volume that there is.
+    search_indices[0] = select(0u, IS_VOLUME, frame.volume_count == 1u);
     search_entries[0] = 0.0;
     return s;
 }
