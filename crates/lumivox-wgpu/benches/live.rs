@@ -1,4 +1,6 @@
-//! What a live view costs in an engine's frame: `cargo bench -p lumivox-wgpu --bench live [WIDTH HEIGHT]`.
+//! What a live view costs in an engine's frame: `cargo bench -p lumivox-wgpu --bench live [WIDTH HEIGHT] [few]`.
+//!
+//! With `few`, by the kernels that Unity's package brings, which can do more than a scene needs.
 //!
 //! Every line is the time of a frame, its recording and its submission included, waited for on the CPU; the median of
 //! many. The host is a colour and a depth texture without anything in them.
@@ -10,8 +12,8 @@ use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::{CancelToken, Preset, Progress, Scene, VolumeInstance, framing};
 use lumivox_phantom::{AnatomyOptions, anatomy};
 use lumivox_renderer::{
-    HostDepth, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, View, ViewSettings,
-    VoxelStore,
+    DeviceLimits, HostDepth, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, View,
+    ViewSettings, VoxelStore,
 };
 use lumivox_wgpu::{Gpu, wgpu};
 
@@ -91,7 +93,9 @@ fn bench(gpu: &mut Gpu, name: &str, scene: &Scene, [width, height]: [u32; 2]) {
         fog: None,
     };
     let pixels = u64::from(width) * u64::from(height);
-    let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
+    let few_kernels = std::env::args().any(|word| word == "few");
+    let limits = DeviceLimits { few_kernels, ..gpu.executor.limits() };
+    let mut cache = SceneCache::new(&VoxelStore::new(limits));
     let mut recording = Recording::new();
     let begin = Instant::now();
     cache.update(scene, &mut recording).expect("it fits");
