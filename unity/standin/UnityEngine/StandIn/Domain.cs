@@ -109,17 +109,24 @@ namespace StandIn
             public int GetHashCode(Object item) => System.Runtime.CompilerServices.RuntimeHelpers.GetHashCode(item);
         }
 
-        /// Statics begin anew: zeros, then what initialisers say. What compiled code has taken for constant (readonly
-        /// fields, after it was optimised) it may go on using.
-        static void ClearStatics()
+        /// What initialisers gave to statics. The runtime runs them once only.
+        static readonly Dictionary<FieldInfo, object> initial = new Dictionary<FieldInfo, object>();
+
+        /// Before any script runs.
+        public static void Remember()
         {
             foreach (var type in Scripts().SelectMany(assembly => assembly.GetTypes()).Where(type => !type.ContainsGenericParameters))
             {
+                System.Runtime.CompilerServices.RuntimeHelpers.RunClassConstructor(type.TypeHandle);
                 foreach (var field in type.GetFields(BindingFlags.Static | BindingFlags.Public | BindingFlags.NonPublic | BindingFlags.DeclaredOnly))
-                    if (!field.IsLiteral && !field.IsInitOnly && !field.FieldType.IsPointer)
-                        field.SetValue(null, field.FieldType.IsValueType ? Activator.CreateInstance(field.FieldType) : null);
-                type.TypeInitializer?.Invoke(null, null);
+                    if (!field.IsLiteral && !field.IsInitOnly && !field.FieldType.IsPointer) initial[field] = field.GetValue(null);
             }
+        }
+
+        /// Statics begin anew, as initialisers say; readonly ones stay.
+        static void ClearStatics()
+        {
+            foreach (var pair in initial) pair.Key.SetValue(null, pair.Value);
         }
 
         static void RuntimeInitialize(params RuntimeInitializeLoadType[] when)

@@ -517,6 +517,7 @@ ENDHLSL
             Headset.isOn = true;
             var camera = new GameObject("Camera").AddComponent<Camera>();
             Props.Sphere(new Vector3(0, 0, 2), .2f, Color.white);
+            commands.SetSinglePassStereo(SinglePassStereoMode.None);
             commands.SetRenderTarget(new RenderTargetIdentifier(BuiltinRenderTextureType.CameraTarget, 0, CubemapFace.Unknown, 1));
             Draw(0);
             camera.AddCommandBuffer(CameraEvent.AfterEverything, commands);

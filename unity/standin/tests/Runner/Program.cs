@@ -45,6 +45,7 @@ namespace StandIn.Tests
             if (chosen.Count == 0) { Console.Error.WriteLine($"error: no test's name contains {string.Join(" or ", filters)}"); return 2; }
             if (arguments.Contains("--list")) { foreach (var one in chosen) Console.WriteLine(one.name); return 0; }
 
+            Domain.Remember();
             // As when the editor has compiled them.
             foreach (var assembly in Domain.Scripts()) EditorHost.Load(assembly);
             int passed = 0, failed = 0;
