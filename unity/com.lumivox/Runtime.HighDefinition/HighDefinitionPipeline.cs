@@ -34,7 +34,8 @@ namespace Lumivox.HighDefinition
         {
             if (!camera.TryGetComponent<HDAdditionalCameraData>(out var data)) data = camera.gameObject.AddComponent<HDAdditionalCameraData>();
             data.clearColorMode = HDAdditionalCameraData.ClearColorMode.Color;
-            data.backgroundColorHDR = camera.backgroundColor;
+            // HDRP takes it as linear light.
+            data.backgroundColorHDR = camera.backgroundColor.linear;
             data.customRenderingSettings = true;
             foreach (var field in changing)
             {

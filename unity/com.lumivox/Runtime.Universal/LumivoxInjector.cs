@@ -35,8 +35,10 @@ namespace Lumivox.Universal
         static void BeginCamera(ScriptableRenderContext context, Camera camera)
         {
             yielding = null;
-            if (!(GraphicsSettings.currentRenderPipeline is UniversalRenderPipelineAsset) || !LumivoxRuntime.Draws(camera)) return;
-            var renderer = camera.GetUniversalAdditionalCameraData().scriptableRenderer;
+            if (!(GraphicsSettings.currentRenderPipeline is UniversalRenderPipelineAsset asset) || !LumivoxRuntime.Draws(camera)) return;
+            // As URP chooses: asking for the camera's data by its extension would add a component to the user's camera.
+            var isOfAsset = camera.cameraType == CameraType.SceneView || !camera.TryGetComponent<UniversalAdditionalCameraData>(out _);
+            var renderer = isOfAsset ? asset.scriptableRenderer : camera.GetUniversalAdditionalCameraData().scriptableRenderer;
             if (renderer == null) return;
             if (pass == null) pass = new LumivoxPass(true) { renderPassEvent = RenderPassEvent.BeforeRenderingTransparents };
             renderer.EnqueuePass(pass);

@@ -11,8 +11,8 @@ namespace Lumivox.SelfChecks
         /// <summary>Samples of a pixel: noise is far below the limits then, see <see cref="CheckPicture"/>.</summary>
         public const int Samples = 32;
 
-        /// <summary>Seconds after which a picture is not waited for any longer.</summary>
-        const double Patience = 300;
+        /// <summary>Seconds after which a picture is not waited for any longer, and a pipeline that has not called Lumivox by then.</summary>
+        const double Patience = 150, PatienceToBeCalled = 60;
 
         const int HeadSize = 80;
 
@@ -43,10 +43,8 @@ namespace Lumivox.SelfChecks
                 {
                     if (!string.IsNullOrEmpty(LumivoxRenderer.LastError)) throw new LumivoxException(LumivoxRenderer.LastError);
                     var status = stage.Status;
-                    if (watch.Elapsed.TotalSeconds > Patience)
-                        throw new LumivoxException(status.isShown
-                            ? $"the picture is not at rest after {Patience} seconds: {status.samples} of {status.target} samples"
-                            : $"no volume was drawn within {Patience} seconds: the pipeline does not call Lumivox for the camera");
+                    if (watch.Elapsed.TotalSeconds > Patience) throw new LumivoxException($"the picture is not at rest after {Patience} seconds: {status.samples} of {status.target} samples");
+                    if (!status.isShown && watch.Elapsed.TotalSeconds > PatienceToBeCalled) throw new LumivoxException($"no volume was drawn within {PatienceToBeCalled} seconds: the pipeline does not call Lumivox for the camera");
                     yield return null;
                 }
                 seen(stage.Read());

@@ -37,27 +37,35 @@ namespace Lumivox.SelfChecks
 #if UNITY_EDITOR
             if (isApart) scene = UnityEditor.SceneManagement.EditorSceneManager.NewPreviewScene();
 #endif
-            target = Keep(new RenderTexture(new RenderTextureDescriptor(Side, Side, GraphicsFormat.R16G16B16A16_SFloat, 32)) { name = "Lumivox Self-Check", hideFlags = HideFlags.HideAndDontSave });
-            Camera = Make("Camera").AddComponent<Camera>();
-            // It is drawn by Draw alone.
-            Camera.enabled = false;
-            if (isApart) Camera.scene = scene;
-            Camera.targetTexture = target;
-            Camera.allowHDR = true;
-            Camera.allowMSAA = false;
-            Camera.nearClipPlane = 0.02f;
-            Camera.farClipPlane = 20f;
-            Camera.fieldOfView = 36f;
-            Camera.clearFlags = CameraClearFlags.SolidColor;
-            Camera.backgroundColor = background;
-            host.ShowLightAsItIs(Camera);
-            // Whatever lights the project's scenes, a studio lights this one: as bright in physical units as elsewhere.
-            effect = Camera.gameObject.AddComponent<LumivoxEffect>();
-            effect.environmentSource = LumivoxEnvironmentSource.Studio;
-            effect.exposure = -Mathf.Log(EnvironmentReader.Studio.strength, 2f);
-            effect.targetSamples = samples;
-            effect.frameBudgetMs = BudgetMs;
-            lighting = new Lighting(scene);
+            try
+            {
+                target = Keep(new RenderTexture(new RenderTextureDescriptor(Side, Side, GraphicsFormat.R16G16B16A16_SFloat, 32)) { name = "Lumivox Self-Check", hideFlags = HideFlags.HideAndDontSave });
+                Camera = Make("Camera").AddComponent<Camera>();
+                // It is drawn by Draw alone.
+                Camera.enabled = false;
+                if (isApart) Camera.scene = scene;
+                Camera.targetTexture = target;
+                Camera.allowHDR = true;
+                Camera.allowMSAA = false;
+                Camera.nearClipPlane = 0.02f;
+                Camera.farClipPlane = 20f;
+                Camera.fieldOfView = 36f;
+                Camera.clearFlags = CameraClearFlags.SolidColor;
+                Camera.backgroundColor = background;
+                host.ShowLightAsItIs(Camera);
+                // Whatever lights the project's scenes, a studio lights this one: as bright in physical units as elsewhere.
+                effect = Camera.gameObject.AddComponent<LumivoxEffect>();
+                effect.environmentSource = LumivoxEnvironmentSource.Studio;
+                effect.exposure = -Mathf.Log(EnvironmentReader.Studio.strength, 2f);
+                effect.targetSamples = samples;
+                effect.frameBudgetMs = BudgetMs;
+                lighting = new Lighting(scene);
+            }
+            catch
+            {
+                Dispose();
+                throw;
+            }
         }
 
         /// <summary>Something that goes when the stage does.</summary>
@@ -69,7 +77,12 @@ namespace Lumivox.SelfChecks
 
         public GameObject Make(string name)
         {
+#if UNITY_EDITOR
+            // The scene that is open does not take notice of what is hidden from its beginning.
+            var thing = Keep(UnityEditor.EditorUtility.CreateGameObjectWithHideFlags(name, HideFlags.HideAndDontSave));
+#else
             var thing = Keep(new GameObject(name) { hideFlags = HideFlags.HideAndDontSave });
+#endif
             if (scene.IsValid()) SceneManager.MoveGameObjectToScene(thing, scene);
             return thing;
         }
@@ -160,7 +173,8 @@ namespace Lumivox.SelfChecks
             public void Begin()
             {
 #if UNITY_EDITOR
-                if (scene.IsValid()) UnityEditor.Unsupported.SetOverrideLightingSettings(scene);
+                if (scene.IsValid() && !UnityEditor.Unsupported.SetOverrideLightingSettings(scene))
+                    throw new LumivoxException("the editor does not let the check have lighting of its own now");
 #endif
                 (fog, mode, ambient) = (RenderSettings.fog, RenderSettings.ambientMode, RenderSettings.ambientLight);
                 RenderSettings.fog = false;

@@ -116,6 +116,7 @@ namespace UnityEngine.Rendering.HighDefinition
             Engine.Setup(camera);
             var of = Of(camera);
             var targets = Engine.TargetsOf(camera);
+            Props.cleared = camera.TryGetComponent<HDAdditionalCameraData>(out var extra) && extra.clearColorMode == HDAdditionalCameraData.ClearColorMode.Color ? extra.backgroundColorHDR : (Color?)null;
             for (var layer = 0; layer < of.color.volumeDepth; layer++)
             {
                 var eye = (Camera.StereoscopicEye)layer;
@@ -125,6 +126,7 @@ namespace UnityEngine.Rendering.HighDefinition
                 Props.Draw(camera, view, projection, layer, null, of.depthTexture, true);
             }
             of.camera.frameSettings = camera.TryGetComponent<HDAdditionalCameraData>(out var data) ? data.Overridden() : default;
+            Props.cleared = null;
             var cmd = CommandBufferPool.Get("HDRP");
             Shader.SetGlobalTexture("_CameraDepthTexture", of.depthTexture);
             var hdCamera = of.camera;

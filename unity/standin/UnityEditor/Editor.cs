@@ -243,6 +243,11 @@ namespace UnityEditor
     public class EditorUtility
     {
         static readonly HashSet<Object> dirty = new HashSet<Object>();
+        public static GameObject CreateGameObjectWithHideFlags(string name, HideFlags flags, params Type[] components)
+        {
+            var made = new GameObject(name, components) { hideFlags = flags };
+            return made;
+        }
         public static void SetDirty(Object target) => dirty.Add(target);
         public static bool IsDirty(Object target) => dirty.Contains(target);
         public static void ClearDirty(Object target) => dirty.Remove(target);

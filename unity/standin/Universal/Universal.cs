@@ -43,6 +43,7 @@ namespace UnityEngine.Rendering.Universal
 #endif
     {
         internal readonly UniversalRenderer renderer = new UniversalRenderer();
+        public ScriptableRenderer scriptableRenderer => renderer;
         protected override RenderPipeline CreatePipeline() => new UniversalRenderPipeline(this);
     }
 

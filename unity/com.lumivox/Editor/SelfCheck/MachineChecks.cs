@@ -39,21 +39,13 @@ namespace Lumivox.Editor
             }
             check.Note($"3D textures up to {SystemInfo.maxTexture3DSize}, buffers up to {EditorUtility.FormatBytes(SystemInfo.maxGraphicsBufferSize)}, {(SystemInfo.supportsAsyncGPUReadback ? "" : "no ")}asynchronous read-backs");
             foreach (var format in needed)
-                if (!IsWritten(format)) check.Fail($"kernels cannot write textures of {format} here", "Update the driver, or choose another graphics API.");
-            check.Note(IsWritten(GraphicsFormat.R16_UNorm) ? "voxels keep 16 bits" : "voxels are halves: R16_UNorm cannot be written");
+                if (!Formats.AreWritten(format)) check.Fail($"kernels cannot write textures of {format} here", "Update the driver, or choose another graphics API.");
+            foreach (var format in narrow)
+                check.Note(Formats.AreWritten(format) ? $"{format}: voxels are kept as they are" : $"{format} cannot be written here: voxels are kept in half floats");
         }
 
-        /// What voxels and maps are kept in; R16_UNorm where there is that, else half floats.
-        static readonly GraphicsFormat[] needed = { GraphicsFormat.R8_UNorm, GraphicsFormat.R16_SFloat, GraphicsFormat.R32G32B32A32_SFloat };
-
-        static bool IsWritten(GraphicsFormat format)
-        {
-#if UNITY_2023_2_OR_NEWER
-            return SystemInfo.IsFormatSupported(format, GraphicsFormatUsage.LoadStore);
-#else
-            return SystemInfo.IsFormatSupported(format, FormatUsage.LoadStore);
-#endif
-        }
+        /// What voxels are kept in where nothing else is left, and what they are kept in where there is that.
+        static readonly GraphicsFormat[] needed = { GraphicsFormat.R16_SFloat }, narrow = { GraphicsFormat.R8_UNorm, GraphicsFormat.R16_UNorm };
 
         public static void Project(Check check)
         {

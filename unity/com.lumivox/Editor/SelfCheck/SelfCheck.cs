@@ -23,9 +23,18 @@ namespace Lumivox.Editor
             {
                 if (run.Step()) return;
                 EditorApplication.update -= Turn;
-                run.Dispose();
-                Debug.Log(run.Report);
-                EditorApplication.Exit(run.HasFailed ? 1 : 0);
+                var hasFailed = true;
+                try
+                {
+                    run.Dispose();
+                    Debug.Log(run.Report);
+                    hasFailed = run.HasFailed;
+                }
+                finally
+                {
+                    // Whatever happens: nobody would end the editor otherwise.
+                    EditorApplication.Exit(hasFailed ? 1 : 0);
+                }
             }
             EditorApplication.update += Turn;
         }

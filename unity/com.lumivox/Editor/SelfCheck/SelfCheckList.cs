@@ -40,8 +40,13 @@ namespace Lumivox.Editor
                 check.Fail("nothing is drawn without the native library", "See 'Native library'.");
                 yield break;
             }
+            if (UnityEngine.Application.isPlaying)
+            {
+                check.Fail("pictures are drawn in edit mode only: what plays would be seen in them", "Leave play mode and run it again.");
+                yield break;
+            }
             CheckPicture seen = null;
-            var drawing = scene.Draw(!UnityEngine.Application.isPlaying, CheckScene.Samples, picture => seen = picture);
+            var drawing = scene.Draw(true, CheckScene.Samples, picture => seen = picture);
             try
             {
                 while (drawing.MoveNext()) yield return null;

@@ -22,8 +22,19 @@ namespace Lumivox.Editor
             text.AppendLine();
             foreach (var check in checks) Add(text, check);
             text.AppendLine();
-            text.Append("Pictures and this report: ").AppendLine(SelfCheckRun.Folder);
-            return text.ToString();
+            text.Append("Pictures and this report: ").AppendLine(SelfCheckRun.ProjectFolder);
+            return WithoutPaths(text.ToString());
+        }
+
+        /// What others say may name the folders of the project and of the person.
+        static string WithoutPaths(string text)
+        {
+            foreach (var (folder, name) in new[] { (StoredScans.ProjectFile("."), "PROJECT"), (Environment.GetFolderPath(Environment.SpecialFolder.UserProfile), "~") })
+            {
+                var path = folder.TrimEnd('/', '\\');
+                if (path.Length > 1) text = text.Replace(path, name).Replace(path.Replace('\\', '/'), name);
+            }
+            return text;
         }
 
         /// <summary>In one line.</summary>

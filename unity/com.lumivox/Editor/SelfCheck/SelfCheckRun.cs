@@ -27,7 +27,10 @@ namespace Lumivox.Editor
         }
 
         /// <summary>Where reports and pictures are kept, beside the project's assets.</summary>
-        public static string Folder => StoredScans.ProjectFile("Library/Lumivox/SelfCheck");
+        public static string Folder => StoredScans.ProjectFile(ProjectFolder);
+
+        /// <summary>The same, from the project's folder on.</summary>
+        public const string ProjectFolder = "Library/Lumivox/SelfCheck";
 
         public static string ReportFile => Path.Combine(Folder, "report.txt");
 
@@ -116,7 +119,8 @@ namespace Lumivox.Editor
             check.Now = check.Faults.Count == 0 ? Check.State.Passed : Check.State.Failed;
             current++;
             if (!IsOver) return;
-            File.WriteAllText(ReportFile, Report);
+            // A single one is a test's: the report of all stays.
+            if (Checks.Count > 1) File.WriteAllText(ReportFile, Report);
             Release();
         }
 

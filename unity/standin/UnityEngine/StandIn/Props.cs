@@ -77,8 +77,12 @@ namespace StandIn
             Primitives.Gather(PreviewScenes.SeenBy(camera));
         }
 
+        /// What a pipeline clears with, in linear light; null: the camera's own.
+        internal static Color? cleared;
+
         static Color Background(Camera camera, Vector3 way)
         {
+            if (cleared is Color color) return color;
             if (camera.clearFlags != CameraClearFlags.Skybox) return camera.backgroundColor.linear;
             var material = camera.TryGetComponent<Skybox>(out var own) && own.material != null ? own.material : RenderSettings.skybox;
             var shown = material != null && skies.TryGetValue(material, out var special) ? special : sky;
