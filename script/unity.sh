@@ -21,6 +21,8 @@ need_unity_packages() {
     local missing=
     python3 -m pip --version >/dev/null 2>&1 </dev/null || missing="$missing python3-pip"
     command -v npm >/dev/null 2>&1 || missing="$missing npm"
+    # The branch that a git URL installs is made and tested by it.
+    command -v git >/dev/null 2>&1 || missing="$missing git"
     command -v valgrind >/dev/null 2>&1 || missing="$missing valgrind"
     [ -e "$MONO_FRAMEWORK/System.Core.dll" ] || missing="$missing libmono-system-core4.0-cil"
     [ -e "$MONO_FRAMEWORK/System.Numerics.dll" ] || missing="$missing libmono-system-numerics4.0-cil"

@@ -88,6 +88,8 @@ mod tests {
         fs::create_dir_all(package.join("made")).unwrap();
         let run = |words: &[&str]| git(&root, words).unwrap();
         run(&["init", "--quiet", "--initial-branch=main"]);
+        run(&["config", "commit.gpgsign", "false"]);
+        run(&["config", "core.hooksPath", "none"]);
         run(&["config", "user.name", "a test"]);
         run(&["config", "user.email", "test@example.org"]);
         fs::write(root.join(".gitignore"), "made\n").unwrap();

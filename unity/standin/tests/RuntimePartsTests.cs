@@ -18,7 +18,7 @@ namespace Lumivox.Tests
 
         protected override float Scale => 8f;
 
-        /// Pictures are traced whole: coarse ones have kernels of their own, which a driver in software compiles for seconds.
+        /// Pictures are traced whole, not coarse first.
         [SetUp]
         public void BeginParts() => LumivoxRenderer.RenderAtOnce = true;
 

@@ -135,7 +135,7 @@ fn kernels(_: &[String]) -> Counts {
     Counts::one(succeeds(&mut script("hlsl")))
 }
 
-/// All C# compiles as in either Unity, in the editor and for players, and the tests pass in the newest editor.
+/// All C# compiles as in every Unity, in the editor and for players, and the tests pass in the newest editor.
 fn package(filters: &[String]) -> Counts {
     counted(script("unity").arg("--libraries").arg(built()).args(filters))
 }

@@ -52,7 +52,7 @@ impl Bounds {
 const NOWHERE: f32 = 3e38;
 
 /// The nodes over volumes with these bounds, the root first: one fewer than volumes, at least one. Of a scene of at least
-/// [`MANY`] volumes few may be there yet.
+/// [`MANY`] volumes few may be there yet, and where few kernels should do all that is classified goes through one.
 ///
 /// Every node halves its volumes at the median of their centres along the axis on which those lie farthest apart, so the
 /// depth is the logarithm of their number, whatever their places.

@@ -128,6 +128,25 @@ fn an_image_does_not_depend_on_how_many_kernels_there_are() {
     }
 }
 
+/// Several invocations trace a pixel where an image is small. Their sums go through the film.
+#[test]
+fn the_sums_of_sharers_are_those_of_one() {
+    let few = DeviceLimits { loop_turns: None, few_kernels: true, ..gpu().executor.limits() };
+    // A width that leaves a part of the last workgroups outside. Passes of 8 samples have one invocation a pixel.
+    let film = |most| {
+        let limits = DeviceLimits { max_samples_per_dispatch: most, ..few };
+        film_within(limits, &scenes::homogeneous_cube(), 21, 64, 21, u64::MAX).unwrap()
+    };
+    let (one, four) = (film(1), film(64));
+    assert!((0..21 * 21).filter(|&pixel| one.alpha(pixel) > 0.0).count() > 21, "there is nothing to see");
+    for pixel in 0..21 * 21 {
+        let (a, b) = (one.radiance(pixel), four.radiance(pixel));
+        // Added up in another order.
+        assert!((0..3).all(|i| (a[i] - b[i]).abs() <= 1e-4 * a[i].abs()), "pixel {pixel}: {a:?} {b:?}");
+        assert!((one.alpha(pixel) - four.alpha(pixel)).abs() < 1e-6, "pixel {pixel}");
+    }
+}
+
 /// What clusters build on: parts of an image, traced by whoever, are those of the whole to the last bit.
 #[test]
 fn parts_of_fixed_passes_add_up_to_the_whole_to_the_last_bit() {
