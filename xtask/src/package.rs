@@ -24,7 +24,9 @@ pub fn options<'a>(words: &[&'a str]) -> Option<Options<'a>> {
         match *pair {
             ["--from", folder] if options.from.is_none() => options.from = Some(Path::new(folder)),
             ["--library", file] => options.others.push(Path::new(file)),
-            ["--upm", branch] if options.branch.is_none() => options.branch = Some(branch),
+            ["--upm", branch] if options.branch.is_none() && !branch.starts_with('-') => {
+                options.branch = Some(branch)
+            }
             _ => return None,
         }
     }
@@ -47,6 +49,10 @@ pub fn unity(out: &Path, options: &Options<'_>) -> Result<(), String> {
     }
     unity_metas::check()?;
     unity_kernels::check()?;
+    // Before minutes of building.
+    if let Some(branch) = options.branch {
+        unity_branch::check(&root, branch)?;
+    }
     let others =
         options.others.iter().map(|file| Ok((*file, place_of(file)?))).collect::<Result<Vec<_>, String>>()?;
     let built = match options.from {
@@ -80,9 +86,6 @@ pub fn unity(out: &Path, options: &Options<'_>) -> Result<(), String> {
     }
     unity_kernels::complete(&staged)?;
     unity_metas::complete(&staged, &staged)?;
-    if let Some(branch) = options.branch {
-        unity_branch::commit(&root, &staged, branch, version)?;
-    }
     let name = format!("com.lumivox-{version}.tgz");
     // The same files give the same archive.
     run(Command::new("tar")
@@ -91,6 +94,9 @@ pub fn unity(out: &Path, options: &Options<'_>) -> Result<(), String> {
         .arg("-C")
         .arg(out)
         .arg("package"))?;
+    if let Some(branch) = options.branch {
+        unity_branch::commit(&root, &staged, branch, version)?;
+    }
     fs::remove_dir_all(&staged).map_err(|error| format!("{}: {error}", staged.display()))?;
     let size = fs::metadata(out.join(&name)).map_err(|error| error.to_string())?.len();
     println!("{}: {:.1} MB", out.join(&name).display(), size as f64 * 1e-6);
@@ -292,7 +298,13 @@ mod tests {
         };
         assert_eq!(options(&words), Some(all));
         assert_eq!(options(&[]), Some(Options::default()));
-        for wrong in [&["--library"][..], &["--from", "a", "--from", "b"], &["--else", "a"], &["a.dll"]] {
+        for wrong in [
+            &["--library"][..],
+            &["--from", "a", "--from", "b"],
+            &["--else", "a"],
+            &["a.dll"],
+            &["--upm", "--from"],
+        ] {
             assert_eq!(options(wrong), None, "{wrong:?}");
         }
     }

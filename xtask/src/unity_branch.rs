@@ -6,8 +6,8 @@
 use std::path::Path;
 use std::process::Command;
 
-/// Commits the folder to the branch, on top of what was made before.
-pub fn commit(root: &Path, package: &Path, branch: &str, version: &str) -> Result<(), String> {
+/// Fails where packages cannot be committed to the branch; else says which commit it is at, where it is there.
+pub fn check(root: &Path, branch: &str) -> Result<Option<String>, String> {
     let name = format!("refs/heads/{branch}");
     git(root, &["check-ref-format", &name])?;
     let before = git(root, &["rev-parse", "--verify", "--quiet", &name]).ok();
@@ -21,6 +21,13 @@ pub fn commit(root: &Path, package: &Path, branch: &str, version: &str) -> Resul
     if git(root, &["worktree", "list", "--porcelain"])?.lines().any(|line| line == format!("branch {name}")) {
         return Err(format!("the branch {branch} is checked out: choose another name"));
     }
+    Ok(before)
+}
+
+/// Commits the folder to the branch, on top of what was made before.
+pub fn commit(root: &Path, package: &Path, branch: &str, version: &str) -> Result<(), String> {
+    let before = check(root, branch)?;
+    let name = format!("refs/heads/{branch}");
     let package = std::path::absolute(package).map_err(|error| format!("{}: {error}", package.display()))?;
     let tree = tree(root, &package)?;
     if let Some(before) = &before

@@ -62,8 +62,8 @@ pub struct PathTraceVariant {
     /// The driver ends invocations after so many turns of their loops: paths are put aside in time, and taken up by the
     /// next dispatch.
     pub limited_turns: bool,
-    /// Several invocations may share the samples of a pixel, as many as each dispatch says. Not with guides, nor where paths are put aside: those belong to a
-    /// pixel.
+    /// Several invocations may share the samples of a pixel, as many as each dispatch says. Not with guides, nor where paths
+    /// are put aside: those belong to a pixel.
     pub shared: bool,
 }
 

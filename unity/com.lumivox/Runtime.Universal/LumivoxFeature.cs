@@ -32,7 +32,7 @@ namespace Lumivox.Universal
             if (!LumivoxRuntime.Draws(camera)) return;
             pass.renderPassEvent = m_RenderPassEvent;
             renderer.EnqueuePass(pass);
-            LumivoxInjector.Yield(camera);
+            LumivoxInjector.Yield();
         }
     }
 }

@@ -12,14 +12,21 @@ namespace Lumivox.Universal
     internal static class LumivoxInjector
     {
         static LumivoxPass pass;
-        static Camera yielding;
+        /// Whose volumes the pass has yet to draw.
+        static Camera awaited;
         static bool isHooked;
 
-        /// <summary>Whether the camera's renderer has a feature of its own for this.</summary>
-        public static bool Yields(Camera camera) => ReferenceEquals(yielding, camera);
+        /// <summary>Whether the pass is to draw for this camera: once, and only where no feature does.</summary>
+        public static bool Takes(Camera camera)
+        {
+            // URP may give a camera up after it has begun; its pass is then met again with the next one's.
+            if (!ReferenceEquals(awaited, camera)) return false;
+            awaited = null;
+            return true;
+        }
 
-        /// <summary>A feature draws what this camera sees.</summary>
-        public static void Yield(Camera camera) => yielding = camera;
+        /// <summary>A feature draws what is seen by the camera that has begun.</summary>
+        public static void Yield() => awaited = null;
 
 #if UNITY_EDITOR
         [UnityEditor.InitializeOnLoadMethod]
@@ -34,7 +41,7 @@ namespace Lumivox.Universal
 
         static void BeginCamera(ScriptableRenderContext context, Camera camera)
         {
-            yielding = null;
+            awaited = null;
             if (!(GraphicsSettings.currentRenderPipeline is UniversalRenderPipelineAsset asset) || !LumivoxRuntime.Draws(camera)) return;
             // As URP chooses: asking for the camera's data by its extension would add a component to the user's camera.
             var isOfAsset = camera.cameraType == CameraType.SceneView || !camera.TryGetComponent<UniversalAdditionalCameraData>(out _);
@@ -42,6 +49,7 @@ namespace Lumivox.Universal
             if (renderer == null) return;
             if (pass == null) pass = new LumivoxPass(true) { renderPassEvent = RenderPassEvent.BeforeRenderingTransparents };
             renderer.EnqueuePass(pass);
+            awaited = camera;
         }
     }
 }

@@ -45,7 +45,7 @@ namespace Lumivox.Universal
             public int PassEye;
         }
 
-        bool Draws(Camera camera) => LumivoxRuntime.Draws(camera) && !(isInjected && LumivoxInjector.Yields(camera));
+        bool Draws(Camera camera) => LumivoxRuntime.Draws(camera) && (!isInjected || LumivoxInjector.Takes(camera));
 
         static void Record(CommandBuffer cmd, in Frame frame)
         {

@@ -197,7 +197,8 @@ namespace Lumivox
             return true;
         }
 
-        static string DeviceFault()
+        /// <summary>Why nothing can be drawn on this machine; null where it can.</summary>
+        internal static string DeviceFault()
         {
             if (SystemInfo.graphicsDeviceType == GraphicsDeviceType.Null) return "there is no graphics device: volumes are not drawn without one.";
             if (!SystemInfo.supportsComputeShaders) return $"{SystemInfo.graphicsDeviceType} runs no compute shaders: choose Direct3D 11 or 12, Vulkan or Metal in Project Settings > Player > Graphics APIs.";

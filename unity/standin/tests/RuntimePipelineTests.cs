@@ -50,6 +50,11 @@ namespace Lumivox.Tests
             GraphicsSettings.defaultRenderPipeline = asset;
             void Check(string when) => Assert.IsTrue(Worst(Settled(), expected) < 0.01f, $"{when}: off by {Worst(Pictures.Color(camera), expected)}");
             Check("without a feature");
+            // URP begins a camera, and gives it up: what was enqueued for it stays.
+            Settle();
+            RenderPipelineManager.BeginCamera(default, camera);
+            Engine.Frame();
+            Assert.IsTrue(Worst(Pictures.Color(camera), expected) < 0.01f, $"after a frame that was given up: off by {Worst(Pictures.Color(camera), expected)}");
             var feature = StandInUniversal.Add<Universal.LumivoxFeature>(asset);
             Check("with a feature");
             // As when a value of the asset, the renderer or the quality level is changed.

@@ -18,34 +18,23 @@ namespace Lumivox.Editor
             else check.Note($"version {LumivoxRenderer.Version}, border {Border.AbiVersion}");
         }
 
-        /// <summary>Why nothing can be drawn on this machine; null where it can.</summary>
-        public static string DeviceFault()
-        {
-            if (SystemInfo.graphicsDeviceType == GraphicsDeviceType.Null) return "there is no graphics device";
-            if (!SystemInfo.supportsComputeShaders) return $"{SystemInfo.graphicsDeviceType} runs no compute shaders here";
-            if (!SystemInfo.supports3DTextures) return $"{SystemInfo.graphicsDeviceType} has no 3D textures here";
-            return null;
-        }
-
         public static void Device(Check check)
         {
-            var fault = DeviceFault();
+            var fault = LumivoxRuntime.DeviceFault();
             if (fault != null)
             {
                 check.Fail(fault, SystemInfo.graphicsDeviceType == GraphicsDeviceType.Null
                     ? "Start Unity without -nographics; a machine without a display needs a virtual one, such as Xvfb."
-                    : "Choose Direct3D 11 or 12, Vulkan or Metal in Project Settings > Player > Graphics APIs, or update the driver.");
+                    : "Update the driver, or choose another graphics API in Project Settings > Player.");
                 return;
             }
             check.Note($"3D textures up to {SystemInfo.maxTexture3DSize}, buffers up to {EditorUtility.FormatBytes(SystemInfo.maxGraphicsBufferSize)}, {(SystemInfo.supportsAsyncGPUReadback ? "" : "no ")}asynchronous read-backs");
-            foreach (var format in needed)
-                if (!Formats.AreWritten(format)) check.Fail($"kernels cannot write textures of {format} here", "Update the driver, or choose another graphics API.");
             foreach (var format in narrow)
                 check.Note(Formats.AreWritten(format) ? $"{format}: voxels are kept as they are" : $"{format} cannot be written here: voxels are kept in half floats");
         }
 
-        /// What voxels are kept in where nothing else is left, and what they are kept in where there is that.
-        static readonly GraphicsFormat[] needed = { GraphicsFormat.R16_SFloat }, narrow = { GraphicsFormat.R8_UNorm, GraphicsFormat.R16_UNorm };
+        /// What voxels are kept in where there is that.
+        static readonly GraphicsFormat[] narrow = { GraphicsFormat.R8_UNorm, GraphicsFormat.R16_UNorm };
 
         public static void Project(Check check)
         {
@@ -63,7 +52,7 @@ namespace Lumivox.Editor
 
         public static IEnumerator Kernels(Check check)
         {
-            if (DeviceFault() is string fault)
+            if (LumivoxRuntime.DeviceFault() is string fault)
             {
                 check.Fail(fault, "See 'Graphics device'.");
                 yield break;

@@ -30,7 +30,7 @@ namespace Lumivox.Editor
         static IEnumerator Picture(Check check, CheckScene scene)
         {
             check.Note(scene.About);
-            if (MachineChecks.DeviceFault() is string fault)
+            if (LumivoxRuntime.DeviceFault() is string fault)
             {
                 check.Fail(fault, "See 'Graphics device'.");
                 yield break;
