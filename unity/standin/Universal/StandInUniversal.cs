@@ -19,6 +19,9 @@ namespace UnityEngine.Rendering.Universal
             true;
 #endif
 
+        /// What post-processing makes of a colour, for each camera that has it; null: nothing.
+        public static System.Func<Color, Color> post;
+
         /// Passes of the frame that was drawn last.
         public static int passes;
 
@@ -61,16 +64,84 @@ namespace UnityEngine.Rendering.Universal
         {
             StandInUniversal.passes = 0;
             foreach (var camera in cameras)
+                // Overlays are drawn with the stack that they are in, or not at all.
+                if (camera != null && !IsOverlay(camera)) RenderStack(renderContext, camera);
+        }
+
+        static bool IsOverlay(Camera camera) => camera.TryGetComponent<UniversalAdditionalCameraData>(out var data) && data.renderType == CameraRenderType.Overlay;
+
+        static List<Camera> OverlaysOf(Camera camera)
+        {
+            var overlays = new List<Camera>();
+            if (!camera.TryGetComponent<UniversalAdditionalCameraData>(out var data)) return overlays;
+            data.cameraStack.RemoveAll(one => one == null);
+            foreach (var one in data.cameraStack)
+                if (!one.isActiveAndEnabled) continue;
+                else if (IsOverlay(one)) overlays.Add(one);
+                else Debug.LogWarning($"Stack can only contain Overlay cameras. The camera: {one.name} has a type Base that is not supported. Will skip rendering.");
+            return overlays;
+        }
+
+        /// A camera and its overlays, one after the other into the same targets.
+        void RenderStack(ScriptableRenderContext context, Camera camera)
+        {
+            var overlays = OverlaysOf(camera);
+            var isMultiPass = camera.stereoEnabled && Headset.mode == XR.XRSettings.StereoRenderingMode.MultiPass;
+            // Each eye that is drawn by itself begins and ends.
+            for (var eye = 0; eye < (isMultiPass ? 2 : 1); eye++)
             {
-                if (camera == null) continue;
-                var isMultiPass = camera.stereoEnabled && Headset.mode == XR.XRSettings.StereoRenderingMode.MultiPass;
-                // Each eye that is drawn by itself begins and ends.
-                for (var eye = 0; eye < (isMultiPass ? 2 : 1); eye++)
+                BeginCameraRendering(context, camera);
+                var stack = new Stack { camera = camera, hasOverlays = overlays.Count > 0 };
+                Render(context, camera, stack, isMultiPass ? eye : -1);
+                EndCameraRendering(context, camera);
+                foreach (var overlay in overlays)
                 {
-                    BeginCameraRendering(renderContext, camera);
-                    Render(renderContext, camera, isMultiPass ? eye : -1);
-                    EndCameraRendering(renderContext, camera);
+                    BeginCameraRendering(context, overlay);
+                    Render(context, overlay, stack, isMultiPass ? eye : -1);
+                    EndCameraRendering(context, overlay);
                 }
+                stack.Resolve();
+                if (isMultiPass) Pictures.KeepEye(camera, (Camera.StereoscopicEye)eye);
+            }
+        }
+
+        /// What the cameras of a stack draw to: the first one's targets, or others of another scale that are spread over them.
+        sealed class Stack
+        {
+            internal Camera camera;
+            internal bool hasOverlays;
+            internal RenderTexture color, depth, depthTexture;
+            internal bool isFlipped;
+            CameraTargets whole;
+
+            /// As URP: the scene view is never scaled, nor is what differs by little.
+            internal static float ScaleOf(Camera camera, float scale) => camera.cameraType == CameraType.SceneView || Mathf.Abs(1f - scale) < .05f ? 1f : scale;
+
+            internal void Begin(float renderScale)
+            {
+                whole = Engine.TargetsOf(camera);
+                isFlipped = whole.isFlipped;
+                (color, depth) = (whole.color, whole.depth);
+                var scale = ScaleOf(camera, renderScale);
+                if (scale == 1f) return;
+                int width = Mathf.Max(1, (int)(color.width * scale)), height = Mathf.Max(1, (int)(color.height * scale));
+                color = CameraTargets.Make(width, height, color.volumeDepth, color.graphicsFormat, Experimental.Rendering.GraphicsFormat.None, "Scaled color");
+                depth = CameraTargets.Make(width, height, color.volumeDepth, Experimental.Rendering.GraphicsFormat.None, Experimental.Rendering.GraphicsFormat.D32_SFloat, "Scaled depth");
+            }
+
+            internal RenderTexture DepthTexture()
+            {
+                if (color == whole.color) return whole.DepthTexture();
+                if (depthTexture == null) depthTexture = CameraTargets.Make(color.width, color.height, color.volumeDepth, Experimental.Rendering.GraphicsFormat.None, Experimental.Rendering.GraphicsFormat.D32_SFloat, "Scaled depth texture");
+                return depthTexture;
+            }
+
+            internal void Resolve()
+            {
+                if (color == whole.color) return;
+                for (var layer = 0; layer < color.volumeDepth; layer++) Pictures.Spread(Pictures.Read(color, layer), whole.color, layer);
+                foreach (var one in new[] { color, depth, depthTexture })
+                    if (one != null) Object.DestroyImmediate(one);
             }
         }
 
@@ -83,8 +154,9 @@ namespace UnityEngine.Rendering.Universal
             CommandBufferPool.Release(cmd);
         }
 
-        void Render(ScriptableRenderContext context, Camera camera, int eye)
+        void Render(ScriptableRenderContext context, Camera camera, Stack stack, int eye)
         {
+            var isOverlay = camera != stack.camera;
             var renderer = asset.renderer;
             var isSinglePass = camera.stereoEnabled && eye < 0;
             Matrix4x4[] views, projections;
@@ -106,25 +178,29 @@ namespace UnityEngine.Rendering.Universal
                     using (Callbacks.Counted()) feature.AddRenderPasses(renderer, ref data);
             var passes = renderer.queue.OrderBy(pass => pass.renderPassEvent).ToList();
             renderer.queue.Clear();
+            if (!isOverlay)
+            {
+                var isForced = camera.forceIntoRenderTexture;
+                camera.forceIntoRenderTexture |= stack.hasOverlays || Stack.ScaleOf(camera, asset.renderScale) != 1f;
 #if UNITY_6000_0_OR_NEWER
-            var isForced = camera.forceIntoRenderTexture;
-            camera.forceIntoRenderTexture |= passes.Any(pass => pass.requiresIntermediateTexture);
+                camera.forceIntoRenderTexture |= passes.Any(pass => pass.requiresIntermediateTexture);
 #endif
-            Engine.Setup(camera);
-            var targets = Engine.TargetsOf(camera);
-#if UNITY_6000_0_OR_NEWER
-            camera.forceIntoRenderTexture = isForced;
-#endif
-            renderer.color = new RTHandle(targets.color);
-            renderer.depth = new RTHandle(targets.depth);
+                stack.Begin(asset.renderScale);
+                camera.forceIntoRenderTexture = isForced;
+            }
+            Engine.Setup(stack.color, stack.depth);
+            renderer.color = new RTHandle(stack.color);
+            renderer.depth = new RTHandle(stack.depth);
             var which = eye < 0 ? (Camera.StereoscopicEye?)null : (Camera.StereoscopicEye)eye;
-            Props.Draw(camera, which, targets.color, targets.depth, targets.isFlipped);
+            // Overlays leave the colours that they do not draw over, and the depth if they are told to.
+            var under = !isOverlay ? null : Under.Of(stack.color, stack.depth, extra.clearDepth);
+            Props.Draw(camera, which, stack.color, stack.depth, stack.isFlipped, under);
             // Only where a pass asks for it is there a copy.
             var hasDepth = passes.Any(pass => (pass.input & ScriptableRenderPassInput.Depth) != 0);
-            if (hasDepth) Props.Draw(camera, which, null, targets.DepthTexture(), targets.isFlipped);
-            Shader.SetGlobalTexture("_CameraDepthTexture", hasDepth ? targets.DepthTexture() : null);
-            data.cameraData.cameraTargetDescriptor = targets.color.descriptor;
-            data.cameraData.isFlipped = targets.isFlipped;
+            if (hasDepth) Props.Draw(camera, which, null, stack.DepthTexture(), stack.isFlipped, under);
+            Shader.SetGlobalTexture("_CameraDepthTexture", hasDepth ? stack.DepthTexture() : null);
+            data.cameraData.cameraTargetDescriptor = stack.color.descriptor;
+            data.cameraData.isFlipped = stack.isFlipped;
             StandInUniversal.passes += passes.Count;
 #if !UNITY_6000_3_OR_NEWER
             if (StandInUniversal.usesCompatibilityMode)
@@ -150,16 +226,16 @@ namespace UnityEngine.Rendering.Universal
                 var resources = container.Create<UniversalResourceData>();
                 resources.activeColorTexture = graph.ImportTexture(renderer.color);
                 resources.activeDepthTexture = graph.ImportTexture(renderer.depth);
-                resources.isActiveTargetBackBuffer = !targets.isFlipped;
-                if (hasDepth) resources.cameraDepthTexture = graph.ImportTexture(new RTHandle(targets.DepthTexture()));
+                resources.isActiveTargetBackBuffer = !stack.isFlipped;
+                if (hasDepth) resources.cameraDepthTexture = graph.ImportTexture(new RTHandle(stack.DepthTexture()));
                 var frame = container.Create<UniversalCameraData>();
                 frame.camera = camera;
-                frame.cameraTargetDescriptor = targets.color.descriptor;
+                frame.cameraTargetDescriptor = stack.color.descriptor;
                 frame.renderer = renderer;
                 frame.antialiasing = antialiasing;
                 frame.views = views;
                 frame.projections = projections;
-                frame.isFlipped = targets.isFlipped;
+                frame.isFlipped = stack.isFlipped;
                 frame.xr.enabled = camera.stereoEnabled;
                 frame.xr.views = views.Length;
                 frame.xr.multipassId = Mathf.Max(0, eye);
@@ -174,7 +250,8 @@ namespace UnityEngine.Rendering.Universal
             }
 #endif
             context.Submit();
-            if (eye >= 0) Pictures.KeepEye(camera, (Camera.StereoscopicEye)eye);
+            if (extra != null && extra.renderPostProcessing && StandInUniversal.post != null)
+                for (var layer = 0; layer < stack.color.volumeDepth; layer++) Pictures.Change(stack.color, layer, StandInUniversal.post);
         }
     }
 }

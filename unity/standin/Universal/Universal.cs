@@ -18,6 +18,8 @@ namespace UnityEngine.Rendering.Universal
     [Flags]
     public enum ScriptableRenderPassInput { None = 0, Depth = 1, Normal = 2, Color = 4, Motion = 8 }
 
+    public enum CameraRenderType { Base, Overlay }
+
     public enum AntialiasingMode { None, FastApproximateAntialiasing, SubpixelMorphologicalAntiAliasing, TemporalAntiAliasing }
 
     public abstract class ScriptableRenderer
@@ -43,7 +45,9 @@ namespace UnityEngine.Rendering.Universal
 #endif
     {
         internal readonly UniversalRenderer renderer = new UniversalRenderer();
+        float scale = 1f;
         public ScriptableRenderer scriptableRenderer => renderer;
+        public float renderScale { get => scale; set => scale = Mathf.Clamp(value, .1f, 2f); }
         protected override RenderPipeline CreatePipeline() => new UniversalRenderPipeline(this);
     }
 
@@ -51,6 +55,21 @@ namespace UnityEngine.Rendering.Universal
     {
         public ScriptableRenderer scriptableRenderer => (GraphicsSettings.currentRenderPipeline as UniversalRenderPipelineAsset)?.renderer;
         public AntialiasingMode antialiasing { get; set; }
+        public bool renderPostProcessing { get; set; }
+
+        readonly List<Camera> stack = new List<Camera>();
+        [SerializeField] bool m_ClearDepth = true;
+        public CameraRenderType renderType { get; set; }
+        public bool clearDepth => m_ClearDepth;
+        public List<Camera> cameraStack
+        {
+            get
+            {
+                if (renderType == CameraRenderType.Base) return stack;
+                Debug.LogWarning($"{name}: This camera is of {renderType} type. Only Base cameras can have a camera stack.");
+                return null;
+            }
+        }
     }
 
     public static class CameraExtensions

@@ -34,7 +34,19 @@ namespace Lumivox.Tests
         }
 
         /// Gives URP's renderer a feature.
-        public void Add<T>() where T : ScriptableRendererFeature => feature = StandInUniversal.Add<T>((UniversalRenderPipelineAsset)asset);
+        public T Add<T>() where T : ScriptableRendererFeature
+        {
+            var added = StandInUniversal.Add<T>((UniversalRenderPipelineAsset)asset);
+            feature = added;
+            return added;
+        }
+
+        /// Of URP's asset.
+        public float RenderScale
+        {
+            get => ((UniversalRenderPipelineAsset)asset).renderScale;
+            set => ((UniversalRenderPipelineAsset)asset).renderScale = value;
+        }
 
         /// What a change of URP's asset, renderer or quality level does.
         public void Reload() => StandInUniversal.Reload((UniversalRenderPipelineAsset)asset);
@@ -44,6 +56,7 @@ namespace Lumivox.Tests
             if (feature != null) StandInUniversal.Remove((UniversalRenderPipelineAsset)asset, feature);
             GraphicsSettings.defaultRenderPipeline = null;
             StandInHighDefinition.Reset();
+            StandInUniversal.post = null;
             VolumeManager.instance.stack = new VolumeStack();
             if (asset != null) Object.DestroyImmediate(asset);
         }

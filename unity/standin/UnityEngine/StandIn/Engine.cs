@@ -143,10 +143,11 @@ namespace StandIn
         public static RenderTexture ColorOf(Camera camera) => TargetsOf(camera).color;
         public static RenderTexture DepthOf(Camera camera) => TargetsOf(camera).depth;
         public static bool IsFlipped(Camera camera) => TargetsOf(camera).isFlipped;
-        internal static void Setup(Camera camera)
+        internal static void Setup(Camera camera) => Setup(TargetsOf(camera).color, TargetsOf(camera).depth);
+        /// What commands that name the camera's target draw to.
+        internal static void Setup(RenderTexture color, RenderTexture depth)
         {
-            var targets = TargetsOf(camera);
-            current.camera = new BoundTarget { color = targets.color, depth = targets.depth };
+            current.camera = new BoundTarget { color = color, depth = depth };
             current.Bind(current.camera);
         }
 

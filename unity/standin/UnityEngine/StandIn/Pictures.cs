@@ -97,6 +97,24 @@ namespace StandIn
             for (int i = 0; i < picture.pixels.Length; i++) picture.pixels[i] = Decode(bytes, i * size, format);
             return picture;
         }
+        /// Makes other colours of a layer's.
+        internal static void Change(RenderTexture texture, int layer, Func<Color, Color> change)
+        {
+            var picture = Read(texture, layer);
+            for (int i = 0; i < picture.pixels.Length; i++) picture.pixels[i] = change(picture.pixels[i]);
+            Spread(picture, texture, layer);
+        }
+        /// Fills a layer with a picture of any size, whose rows lie as the texture's.
+        internal static void Spread(Picture picture, RenderTexture texture, int layer)
+        {
+            int width = texture.m_Width, height = texture.m_Height;
+            var pixels = new float[width * height * 5];
+            for (int y = 0; y < height; y++)
+                for (int x = 0; x < width; x++)
+                    for (int c = 0; c < 4; c++) pixels[(y * width + x) * 5 + c] = picture.At(x * picture.width / width, y * picture.height / height)[c];
+            fixed (float* data = pixels) Native.sg_fill(new Native.Target { color = texture.handle, colorLayer = (uint)layer }, (uint)width, data, (ulong)pixels.Length * 4);
+            Gpu.Submit("a picture");
+        }
         public static byte[] Read(GraphicsBuffer buffer, int offset, int bytes) => Collect(Native.sg_read_buffer(buffer.handle, (ulong)offset, (ulong)bytes), bytes);
         /// A layer of a texture, byte by byte.
         public static byte[] Bytes(Texture texture, int layer = 0)

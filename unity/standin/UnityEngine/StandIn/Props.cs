@@ -5,6 +5,21 @@ using UnityEngine;
 
 namespace StandIn
 {
+    /// What was drawn before into a layer of a target that is drawn over, its rows as they lie.
+    sealed class Under
+    {
+        internal Picture color, depth;
+
+        /// That of all layers.
+        internal static Under[] Of(RenderTexture color, RenderTexture depth, bool clearsDepth)
+        {
+            var layers = new Under[color.volumeDepth];
+            for (int layer = 0; layer < layers.Length; layer++)
+                layers[layer] = new Under { color = Pictures.Read(color, layer), depth = clearsDepth ? new Picture(color.width, color.height) : Pictures.ReadDepth(depth, layer) };
+            return layers;
+        }
+    }
+
     public static class Props
     {
         struct Shape { internal bool isSphere; internal Vector3 at, normal; internal float radius; internal Color color; internal int layer; }
@@ -90,7 +105,7 @@ namespace StandIn
         }
 
         /// Draws what a camera sees, background included, into a target; in stereo into both layers.
-        internal static unsafe void Draw(Camera camera, Camera.StereoscopicEye? eye, RenderTexture colorTarget, RenderTexture depthTarget, bool isFlipped)
+        internal static void Draw(Camera camera, Camera.StereoscopicEye? eye, RenderTexture colorTarget, RenderTexture depthTarget, bool isFlipped, Under[] under = null)
         {
             var any = colorTarget ?? depthTarget;
             for (int layer = 0; layer < any.volumeDepth; layer++)
@@ -102,12 +117,15 @@ namespace StandIn
                     view = camera.GetStereoViewMatrix(which);
                     projection = camera.GetStereoProjectionMatrix(which);
                 }
-                Draw(camera, view, projection, layer, colorTarget, depthTarget, isFlipped);
+                Draw(camera, view, projection, layer, colorTarget, depthTarget, isFlipped, under?[layer]);
             }
         }
 
         /// As above, for pipelines that know their matrices.
-        public static unsafe void Draw(Camera camera, Matrix4x4 view, Matrix4x4 projection, int layer, RenderTexture colorTarget, RenderTexture depthTarget, bool isFlipped)
+        public static void Draw(Camera camera, Matrix4x4 view, Matrix4x4 projection, int layer, RenderTexture colorTarget, RenderTexture depthTarget, bool isFlipped) =>
+            Draw(camera, view, projection, layer, colorTarget, depthTarget, isFlipped, null);
+
+        static unsafe void Draw(Camera camera, Matrix4x4 view, Matrix4x4 projection, int layer, RenderTexture colorTarget, RenderTexture depthTarget, bool isFlipped, Under under)
         {
             var any = colorTarget != null ? colorTarget : depthTarget;
             int width = any.width, height = any.height;
@@ -123,16 +141,18 @@ namespace StandIn
                     if (isFlipped) v = -v;
                     Vector3 near = inverse.MultiplyPoint(new Vector3(u, v, -1)), far = inverse.MultiplyPoint(new Vector3(u, v, 1));
                     var way = far - near;
-                    Color color;
-                    float depth = 0;
-                    if (Hit(near, way, camera.cullingMask, out var t, out color))
+                    var color = under != null ? under.color.At(x, y) : Background(camera, way.normalized);
+                    var depth = under != null ? under.depth.At(x, y).r : 0;
+                    if (Hit(near, way, camera.cullingMask, out var t, out var hit))
                     {
                         Vector3 p = near + way * t;
                         var q = clip * new Vector4(p.x, p.y, p.z, 1);
-                        depth = q.z / q.w;
-                        if (isShaded) color = Shaded(color, near, way, t, camera.cullingMask);
+                        if (q.z / q.w >= depth)
+                        {
+                            depth = q.z / q.w;
+                            color = isShaded ? Shaded(hit, near, way, t, camera.cullingMask) : hit;
+                        }
                     }
-                    else color = Background(camera, way.normalized);
                     int at = (y * width + x) * 5;
                     pixels[at] = color.r; pixels[at + 1] = color.g; pixels[at + 2] = color.b; pixels[at + 3] = color.a; pixels[at + 4] = depth;
                 }
