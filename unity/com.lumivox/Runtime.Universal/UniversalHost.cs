@@ -1,3 +1,4 @@
+using System.Collections.Generic;
 using UnityEngine;
 using UnityEngine.Rendering;
 using UnityEngine.Rendering.Universal;
@@ -13,11 +14,39 @@ namespace Lumivox.Universal
         [RuntimeInitializeOnLoadMethod(RuntimeInitializeLoadType.BeforeSceneLoad)]
         static void Hook() => Add(new UniversalHost());
 
-        protected override bool IsInForce => GraphicsSettings.currentRenderPipeline is UniversalRenderPipelineAsset;
+        static UniversalRenderPipelineAsset Asset => GraphicsSettings.currentRenderPipeline as UniversalRenderPipelineAsset;
+
+        protected override bool IsInForce => Asset != null;
 
         public override string Name => "Universal";
 
         public override string Way => "by the Lumivox feature of the camera's renderer, or by themselves where it has none";
+
+        /// <inheritdoc/>
+        /// <remarks>The asset's Render Scale and what other features add are out of force meanwhile.</remarks>
+        public override void Draw(Camera camera)
+        {
+            var asset = Asset;
+            var scale = asset.renderScale;
+            var others = new List<ScriptableRendererFeature>();
+            try
+            {
+                // Assigning it has the asset check it, also where it is the same.
+                if (scale != 1f) asset.renderScale = 1f;
+                foreach (var feature in Resources.FindObjectsOfTypeAll<ScriptableRendererFeature>())
+                {
+                    if (!feature.isActive || feature is LumivoxFeature) continue;
+                    feature.SetActive(false);
+                    others.Add(feature);
+                }
+                camera.Render();
+            }
+            finally
+            {
+                foreach (var feature in others) feature.SetActive(true);
+                if (scale != 1f) asset.renderScale = scale;
+            }
+        }
 
         public override Material Shining(Color color)
         {

@@ -19,6 +19,7 @@ namespace Lumivox
         static ViewRenderer views;
         static string error = "";
         static string frameError = "";
+        static string untoldFault;
         static bool cannotStart;
         static bool wantsFrames;
         /// Since when there has been no volume; 0 where there is one.
@@ -96,10 +97,19 @@ namespace Lumivox
             frameError = "";
         }
 
+        /// <summary>What could not be drawn since this was asked last; null: nothing. Cameras that are drawn in between alone can be the cause.</summary>
+        public static string TakeFault()
+        {
+            var fault = untoldFault;
+            untoldFault = null;
+            return fault;
+        }
+
         /// <summary>Something cannot be drawn. It is said once.</summary>
         public static void Report(string why)
         {
             frameError = why;
+            untoldFault = why;
             if (error == why) return;
             error = why;
             if (why != Border.Fault) Debug.LogError($"Lumivox cannot draw the volumes: {why}");

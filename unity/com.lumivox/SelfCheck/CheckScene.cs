@@ -41,10 +41,13 @@ namespace Lumivox.SelfChecks
                 var watch = Stopwatch.StartNew();
                 while (!stage.Draw())
                 {
-                    if (!string.IsNullOrEmpty(LumivoxRenderer.LastError)) throw new LumivoxException(LumivoxRenderer.LastError);
                     var status = stage.Status;
                     if (watch.Elapsed.TotalSeconds > Patience) throw new LumivoxException($"the picture is not at rest after {Patience} seconds: {status.samples} of {status.target} samples");
-                    if (!status.isShown && watch.Elapsed.TotalSeconds > PatienceToBeCalled) throw new LumivoxException($"no volume was drawn within {PatienceToBeCalled} seconds: the pipeline does not call Lumivox for the camera");
+                    if (!status.isShown && watch.Elapsed.TotalSeconds > PatienceToBeCalled)
+                    {
+                        var why = string.IsNullOrEmpty(LumivoxRenderer.LastError) ? "the pipeline does not call Lumivox for the camera" : LumivoxRenderer.LastError;
+                        throw new LumivoxException($"no volume was drawn within {PatienceToBeCalled} seconds: {why}");
+                    }
                     yield return null;
                 }
                 seen(stage.Read());
@@ -72,10 +75,10 @@ namespace Lumivox.SelfChecks
             head.density = 0.06f;
             head.surfaceStrength = 0.25f;
             // Each overlaps the head as the camera sees it, so that one tells which of the two hides the other.
-            stage.Shape(PrimitiveType.Sphere, new Vector3(-0.03f, -0.05f, -0.17f), Vector3.one * 0.07f, new Color(0.9f, 0.35f, 0.2f));
-            stage.Shape(PrimitiveType.Sphere, new Vector3(0.05f, 0.01f, 0.21f), Vector3.one * 0.14f, new Color(0.25f, 0.5f, 0.9f));
-            stage.Shape(PrimitiveType.Sphere, new Vector3(0f, 0.085f, 0.01f), Vector3.one * 0.07f, new Color(0.3f, 0.75f, 0.35f));
-            stage.Shape(PrimitiveType.Cube, new Vector3(0f, -0.15f, 0f), new Vector3(0.5f, 0.02f, 0.5f), new Color(0.93f, 0.91f, 0.86f));
+            stage.Shape(CheckStage.Sphere, new Vector3(-0.03f, -0.05f, -0.17f), Vector3.one * 0.07f, new Color(0.9f, 0.35f, 0.2f));
+            stage.Shape(CheckStage.Sphere, new Vector3(0.05f, 0.01f, 0.21f), Vector3.one * 0.14f, new Color(0.25f, 0.5f, 0.9f));
+            stage.Shape(CheckStage.Sphere, new Vector3(0f, 0.085f, 0.01f), Vector3.one * 0.07f, new Color(0.3f, 0.75f, 0.35f));
+            stage.Shape(CheckStage.Cube, new Vector3(0f, -0.15f, 0f), new Vector3(0.5f, 0.02f, 0.5f), new Color(0.93f, 0.91f, 0.86f));
         }
 
         static void SeveralVolumes(CheckStage stage)

@@ -104,15 +104,18 @@ namespace Lumivox.SelfChecks
             return scan;
         }
 
-        /// <summary>A sphere or cube that shines by itself in one colour, whatever lights it: pipelines shade each in their own way.</summary>
-        public void Shape(PrimitiveType type, Vector3 position, Vector3 size, Color color)
+        /// <summary>Unity's own meshes, of a metre.</summary>
+        public const string Sphere = "New-Sphere.fbx", Cube = "Cube.fbx";
+
+        /// <summary>A mesh of Unity's that shines by itself in one colour, whatever lights it: pipelines shade each in their own way.</summary>
+        public void Shape(string mesh, Vector3 position, Vector3 size, Color color)
         {
-            var shape = Keep(GameObject.CreatePrimitive(type));
-            shape.hideFlags = HideFlags.HideAndDontSave;
-            if (scene.IsValid()) SceneManager.MoveGameObjectToScene(shape, scene);
+            // Not a primitive of Unity's: those have colliders, and begin in the scene that is open.
+            var shape = Make(mesh);
+            shape.AddComponent<MeshFilter>().sharedMesh = Resources.GetBuiltinResource<Mesh>(mesh);
+            shape.AddComponent<MeshRenderer>().sharedMaterial = Keep(host.Shining(color));
             shape.transform.localPosition = position;
             shape.transform.localScale = size;
-            shape.GetComponent<Renderer>().sharedMaterial = Keep(host.Shining(color));
         }
 
         /// <summary>A sun, as bright beside the studio in each pipeline.</summary>
@@ -128,19 +131,31 @@ namespace Lumivox.SelfChecks
         }
 
         /// <summary>Draws once. Returns whether there is nothing more to trace.</summary>
+        /// <exception cref="LumivoxException">Its volumes cannot be drawn.</exception>
         public bool Draw()
         {
             lighting.Begin();
+#if UNITY_EDITOR
+            // What is not compiled yet would be drawn with something else in its place.
+            var isAsynchronous = UnityEditor.ShaderUtil.allowAsyncCompilation;
+            UnityEditor.ShaderUtil.allowAsyncCompilation = false;
+#endif
             try
             {
-                Camera.Render();
+                // Of other cameras, which are drawn between the check's steps.
+                LumivoxRuntime.TakeFault();
+                host.Draw(Camera);
                 // What the GPU tells of it would come with a later frame, and an editor at rest has none.
                 if (SystemInfo.supportsAsyncGPUReadback) AsyncGPUReadback.WaitAllRequests();
             }
             finally
             {
+#if UNITY_EDITOR
+                UnityEditor.ShaderUtil.allowAsyncCompilation = isAsynchronous;
+#endif
                 lighting.End();
             }
+            if (LumivoxRuntime.TakeFault() is string fault) throw new LumivoxException(fault);
             return Status.isShown && Status.isConverged;
         }
 

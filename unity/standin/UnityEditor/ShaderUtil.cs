@@ -21,6 +21,9 @@ namespace UnityEditor
 
     public sealed class ShaderUtil
     {
+        /// The stand-in compiles at once; whoever asks for pictures of it should not rely on that.
+        public static bool allowAsyncCompilation { get; set; } = true;
+        public static ShaderMessage[] GetShaderMessages(Shader s) => s.error == null ? new ShaderMessage[0] : new[] { new ShaderMessage(s.error) };
         public static ShaderMessage[] GetComputeShaderMessages(ComputeShader s) =>
             s.kernels.Where(kernel => kernel.error != null).Select(kernel => new ShaderMessage(kernel.error)).ToArray();
     }

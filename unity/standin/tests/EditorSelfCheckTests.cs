@@ -9,7 +9,10 @@ using NUnit.Framework;
 using StandIn;
 using UnityEditor;
 using UnityEngine;
+using UnityEngine.Rendering;
 using UnityEngine.Rendering.HighDefinition;
+using UnityEngine.Rendering.RenderGraphModule;
+using UnityEngine.Rendering.Universal;
 using UnityEngine.UIElements;
 using Object = UnityEngine.Object;
 
@@ -160,7 +163,8 @@ namespace Lumivox.Tests
             Resources.placed["Lumivox/" + computed[0].Name] = null;
             Resources.placed["Lumivox/" + computed[1].Name] = ComputeShader.FromText("broken", $"#pragma kernel {computed[1].EntryPoint}\n[numthreads(1,1,1)] void {computed[1].EntryPoint}() {{ nonsense; }}\n");
             Log.Expect(LogType.Error, "nonsense");
-            Fails("Kernels", $"the kernel '{computed[0].Name}' is missing from the package", $"cannot run Lumivox' kernel '{computed[1].Name}'", "Update its driver");
+            Resources.placed["Lumivox/LumivoxCubeFaces"] = null;
+            Fails("Kernels", $"the kernel '{computed[0].Name}' is missing from the package", "the kernel 'LumivoxCubeFaces' is missing from the package", $"cannot run Lumivox' kernel '{computed[1].Name}'", "Update its driver");
         }
 
         [Test]
@@ -185,6 +189,113 @@ namespace Lumivox.Tests
         {
             Engine.SetColorSpace(ColorSpace.Gamma);
             Fails("Project settings", "colour space is Gamma", "Set Project Settings > Player");
+        }
+
+        /// A renderer feature of the project's own, which paints over all that is drawn.
+        sealed class Paint : ScriptableRendererFeature
+        {
+            sealed class Pass : ScriptableRenderPass
+            {
+                public Pass() => renderPassEvent = RenderPassEvent.AfterRenderingTransparents;
+
+                public override void RecordRenderGraph(RenderGraph renderGraph, ContextContainer frameData)
+                {
+                    var color = frameData.Get<UniversalResourceData>().activeColorTexture;
+                    using (var builder = renderGraph.AddUnsafePass<Pass>("Paint", out var data))
+                    {
+                        builder.UseTexture(color, AccessFlags.Write);
+                        builder.AllowPassCulling(false);
+                        builder.SetRenderFunc((Pass pass, UnsafeGraphContext context) =>
+                        {
+                            var cmd = CommandBufferHelpers.GetNativeCommandBuffer(context.cmd);
+                            cmd.SetRenderTarget(((RTHandle)color).nameID);
+                            cmd.ClearRenderTarget(false, true, Color.red);
+                        });
+                    }
+                }
+            }
+
+            public override void Create() { }
+
+            public override void AddRenderPasses(ScriptableRenderer renderer, ref RenderingData renderingData) => renderer.EnqueuePass(new Pass());
+        }
+
+        [Test]
+        public void WhatAProjectDoesToAllPicturesOfUrpIsOutOfForce()
+        {
+            using (var pipeline = new Pipeline("graph"))
+            {
+                pipeline.RenderScale = 0.5f;
+                var paint = pipeline.Add<Paint>();
+                Passes("lights");
+                Assert.AreEqual(0.5f, pipeline.RenderScale);
+                Assert.IsTrue(paint.isActive);
+            }
+        }
+
+        [Test]
+        public void WhatIsWrongWithAnotherCameraIsNoFaultOfTheCheck()
+        {
+            var scan = LumivoxVolumeAsset.Phantom("cube", 64);
+            var camera = PlainCamera.Make(16);
+            new GameObject("Volume").AddComponent<LumivoxVolume>().volume = scan;
+            EditorProject.Until(() => scan.state == LumivoxVolumeState.Ready, "the phantom is computed");
+            // The scene that is open is drawn between the check's steps, and something is wrong there.
+            void DrawOther()
+            {
+                camera.Render();
+                LumivoxRuntime.Report("there is no room");
+            }
+            Log.Expect(LogType.Error, "Lumivox cannot draw the volumes: ");
+            var check = SelfCheckList.All().Single(one => one.Name.EndsWith("lights"));
+            using (var run = new SelfCheckRun(new[] { check }))
+                EditorProject.Until(() =>
+                {
+                    var goesOn = run.Step();
+                    if (goesOn) DrawOther();
+                    return !goesOn;
+                }, "the check ends");
+            Assert.AreEqual(Check.State.Passed, check.Now, SelfCheckReport.Of(new[] { check }));
+            Object.DestroyImmediate(scan);
+        }
+
+        [Test]
+        public void PicturesDoNotShowWhatIsDrawnWhileShadersAreCompiled()
+        {
+            Assert.IsTrue(ShaderUtil.allowAsyncCompilation);
+            bool? wasOn = null;
+            void Look(Camera drawn) => wasOn = ShaderUtil.allowAsyncCompilation;
+            Camera.onPreRender += Look;
+            try
+            {
+                using (var stage = new CheckStage(true, 1))
+                {
+                    stage.Shape(CheckStage.Cube, Vector3.forward, Vector3.one, Color.red);
+                    stage.Draw();
+                }
+            }
+            finally
+            {
+                Camera.onPreRender -= Look;
+            }
+            Assert.AreEqual(false, wasOn);
+            Assert.IsTrue(ShaderUtil.allowAsyncCompilation);
+        }
+
+        [Test]
+        public void EachStepIsATurnOfTheEditor()
+        {
+            var steps = 0;
+            System.Collections.IEnumerator Work(Check check)
+            {
+                for (; steps < 3; steps++) yield return null;
+            }
+            using (var run = new SelfCheckRun(new[] { new Check("Steps", Work) }))
+                for (var i = 0; i < 3; i++)
+                {
+                    Assert.IsTrue(run.Step());
+                    Assert.AreEqual(i, steps);
+                }
         }
 
         /// Whatever the open scene has: fog, volumes, lights, light around it.

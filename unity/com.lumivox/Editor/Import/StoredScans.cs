@@ -35,16 +35,11 @@ namespace Lumivox.Editor
         {
             // Absolute, for the library knows no project.
 #if UNITY_6000_5_OR_NEWER
+            // Unity does not say when it copies the file: it stays until the import is over, in a folder that goes with the editor.
             var written = ProjectFile(FileUtil.GetUniqueTempPathInProject());
-            try
-            {
-                write(written);
-                ctx.SetOutputArtifactFile(Artifact, written);
-            }
-            finally
-            {
-                File.Delete(written);
-            }
+            EditorApplication.delayCall += () => File.Delete(written);
+            write(written);
+            ctx.SetOutputArtifactFile(Artifact, written);
 #else
             write(ProjectFile(ctx.GetOutputArtifactFilePath(Artifact)));
 #endif

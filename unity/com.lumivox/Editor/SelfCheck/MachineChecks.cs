@@ -1,4 +1,5 @@
 // What a project and a machine must have before anything is drawn.
+using System;
 using System.Collections;
 using System.Collections.Generic;
 using Lumivox.Native;
@@ -7,6 +8,7 @@ using UnityEditor.Rendering;
 using UnityEngine;
 using UnityEngine.Experimental.Rendering;
 using UnityEngine.Rendering;
+using Object = UnityEngine.Object;
 
 namespace Lumivox.Editor
 {
@@ -59,18 +61,24 @@ namespace Lumivox.Editor
             }
             foreach (var entry in KernelTable.Entries)
             {
-                Load(check, entry.Name);
+                Load(check, entry.Name, () => KernelLibrary.Load(entry.Name));
                 yield return null;
             }
-            if (check.Faults.Count == 0) check.Note($"all {KernelTable.Entries.Length} are there and run on {SystemInfo.graphicsDeviceType}");
+            foreach (var kernel in OwnKernels.All)
+            {
+                if (kernel.Format != GraphicsFormat.None && !Formats.AreWritten(kernel.Format)) continue;
+                Load(check, kernel.File, () => KernelLibrary.Load(kernel));
+                yield return null;
+            }
+            if (check.Faults.Count == 0) check.Note($"all {KernelTable.Entries.Length} of the library's and {OwnKernels.All.Length} others are there and run on {SystemInfo.graphicsDeviceType}");
         }
 
-        static void Load(Check check, string name)
+        static void Load(Check check, string name, Func<Program> load)
         {
             Program program;
             try
             {
-                program = KernelLibrary.Load(name);
+                program = load();
             }
             catch (LumivoxException error)
             {
@@ -78,14 +86,14 @@ namespace Lumivox.Editor
                 return;
             }
             if (program.Material != null) Object.DestroyImmediate(program.Material);
-            if (program.Shader == null) return;
-            foreach (var message in Errors(program.Shader)) check.Fail($"{name}: {message}", "Attach this report to an issue.");
+            var messages = program.Shader != null ? ShaderUtil.GetComputeShaderMessages(program.Shader) : ShaderUtil.GetShaderMessages(program.Drawn);
+            foreach (var message in Errors(messages)) check.Fail($"{name}: {message}", "Attach this report to an issue.");
         }
 
         /// What the compiler said, for any graphics API of the project.
-        static IEnumerable<string> Errors(ComputeShader shader)
+        static IEnumerable<string> Errors(ShaderMessage[] messages)
         {
-            foreach (var message in ShaderUtil.GetComputeShaderMessages(shader))
+            foreach (var message in messages)
                 if (message.severity == ShaderCompilerMessageSeverity.Error) yield return message.message;
         }
     }

@@ -11,9 +11,6 @@ namespace Lumivox.Editor
     /// <summary>A run of checks, one after the other, that goes on a little in each step. What ends early leaves nothing behind.</summary>
     internal sealed class SelfCheckRun : IDisposable
     {
-        /// <summary>Milliseconds that a step may take before the editor has its turn again.</summary>
-        const double StepMs = 30;
-
         readonly Stopwatch watch = new Stopwatch();
         IEnumerator steps;
         int current;
@@ -51,11 +48,10 @@ namespace Lumivox.Editor
         /// <summary>What is known now, for an issue.</summary>
         public string Report => SelfCheckReport.Of(Checks);
 
-        /// <summary>Goes on for a few milliseconds. Returns whether there is more to do.</summary>
+        /// <summary>Goes on to where the check wants the editor to have its turn. Returns whether there is more to do.</summary>
         public bool Step()
         {
-            var until = Stopwatch.StartNew();
-            while (!IsOver && until.Elapsed.TotalMilliseconds < StepMs) Advance();
+            if (!IsOver) Advance();
             // An editor at rest takes no turns.
             if (!IsOver && !Application.isPlaying) EditorApplication.QueuePlayerLoopUpdate();
             return !IsOver;

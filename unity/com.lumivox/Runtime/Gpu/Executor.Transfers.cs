@@ -49,7 +49,7 @@ namespace Lumivox
             const uint group = 1024, row = 65535u * group;
             var bytes = checked((uint)((ulong)buffer.count * 4));
             var parameters = new TransferParams { sizeX = bytes, sizeY = row };
-            var program = kernels.Transfer("LumivoxClearBuffer", "clear_buffer", "cleared", true);
+            var program = kernels[OwnKernels.ClearBuffer];
             Transfer(cmd, program, ref parameters);
             cmd.SetComputeBufferParam(program.Shader, program.Kernel, program.Resources[0], buffer);
             cmd.DispatchCompute(program.Shader, program.Kernel, (int)(Math.Min(bytes, row) + group - 1) / (int)group, (int)((bytes - 1) / row) + 1, 1);
@@ -60,7 +60,7 @@ namespace Lumivox
             var texture = OwnTexture(step.id);
             var isFlat = texture.dimension == TextureDimension.Tex2D;
             var isWidened = widened.Contains(step.id);
-            var program = isWidened ? kernels.Transfer("LumivoxWriteR8f", "write_r8f", "half_box", false, "texels") : WriterOf(texture, isFlat);
+            var program = isWidened ? kernels[OwnKernels.WriteR8f] : WriterOf(texture, isFlat);
             var bytesPerTexel = isWidened ? 1u : BytesOf(texture);
             ulong row = (ulong)step.size[0] * bytesPerTexel, slice = row * step.size[1];
             var slicesAtOnce = (uint)Math.Max(1, Math.Min(StagingPool.Largest / Math.Max(slice, 1), step.size[2]));
@@ -90,7 +90,7 @@ namespace Lumivox
         {
             RenderTexture from = OwnTexture(step.from), to = OwnTexture(step.id);
             var isHalf = to.graphicsFormat == GraphicsFormat.R16_SFloat;
-            var program = isHalf ? kernels.Transfer("LumivoxCopyHalf", "copy_half", "half_box", false, "copied") : kernels.Transfer("LumivoxCopyNorm", "copy_norm", "norm_box", false, "copied");
+            var program = kernels[isHalf ? OwnKernels.CopyHalf : OwnKernels.CopyNorm];
             var parameters = new TransferParams
             {
                 originX = step.origin[0],
@@ -135,11 +135,11 @@ namespace Lumivox
         {
             switch (texture.graphicsFormat)
             {
-                case GraphicsFormat.R8_UNorm when !isFlat: return kernels.Transfer("LumivoxWriteR8", "write_r8", "norm_box", false, "texels");
-                case GraphicsFormat.R16_UNorm when !isFlat: return kernels.Transfer("LumivoxWriteR16", "write_r16", "norm_box", false, "texels");
-                case GraphicsFormat.R16_SFloat when !isFlat: return kernels.Transfer("LumivoxWriteR16f", "write_r16f", "half_box", false, "texels");
-                case GraphicsFormat.R32G32B32A32_SFloat when isFlat: return kernels.Transfer("LumivoxWriteRgba32fFlat", "write_rgba32f_flat", "float_flat", false, "texels");
-                case GraphicsFormat.R32G32B32A32_SFloat: return kernels.Transfer("LumivoxWriteRgba32f", "write_rgba32f", "float_box", false, "texels");
+                case GraphicsFormat.R8_UNorm when !isFlat: return kernels[OwnKernels.WriteR8];
+                case GraphicsFormat.R16_UNorm when !isFlat: return kernels[OwnKernels.WriteR16];
+                case GraphicsFormat.R16_SFloat when !isFlat: return kernels[OwnKernels.WriteR16f];
+                case GraphicsFormat.R32G32B32A32_SFloat when isFlat: return kernels[OwnKernels.WriteRgba32fFlat];
+                case GraphicsFormat.R32G32B32A32_SFloat: return kernels[OwnKernels.WriteRgba32f];
                 default: throw new LumivoxException($"a fault in Lumivox: nothing writes {texture.graphicsFormat} textures that are {(isFlat ? "flat" : "solid")}");
             }
         }

@@ -276,7 +276,7 @@ namespace Lumivox
         /// <summary>Draws the host's depth into a texture of the view's own.</summary>
         public void CopyDepth(CommandBuffer cmd, RenderTexture to, bool fromArray, int slice, Texture explicitly)
         {
-            var program = fromArray ? kernels.Shader("LumivoxDepthArray", ParamsOnly) : kernels.Shader("LumivoxDepth", Array.Empty<string>());
+            var program = kernels[fromArray ? OwnKernels.DepthArray : OwnKernels.Depth];
             block.Clear();
             if (fromArray)
             {
@@ -290,7 +290,6 @@ namespace Lumivox
             cmd.DrawProcedural(Matrix4x4.identity, program.Material, 0, MeshTopology.Triangles, 3, 1, block);
         }
 
-        static readonly string[] ParamsOnly = { "params_buffer" };
         static readonly int CameraDepthTexture = UnityEngine.Shader.PropertyToID("_CameraDepthTexture");
 
         /// <summary>A constant buffer of these bytes, for what is recorded next.</summary>

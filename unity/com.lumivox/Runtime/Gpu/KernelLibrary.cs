@@ -12,6 +12,8 @@ namespace Lumivox
         public string Name;
         public ComputeShader Shader;
         public int Kernel;
+        /// <summary>What is drawn instead of run.</summary>
+        public Shader Drawn;
         public Material Material;
         public int[] Uniforms;
         public int[] Resources;
@@ -26,7 +28,7 @@ namespace Lumivox
         const string Missing = "is missing from the package. Install it anew; a checkout of its repository makes its kernels with `cargo xtask unity-kernels`";
 
         readonly Program[] programs;
-        readonly Dictionary<string, Program> transfers = new Dictionary<string, Program>();
+        readonly Dictionary<OwnKernel, Program> own = new Dictionary<OwnKernel, Program>();
 
         public KernelLibrary() => programs = new Program[Library.lumivox_kernel_count()];
 
@@ -41,27 +43,15 @@ namespace Lumivox
             }
         }
 
-        /// <summary>One of the package's own compute kernels: what it writes, and what it takes that from, if from anything.</summary>
-        public Program Transfer(string file, string name, string written, bool isBuffer, string source = null)
-        {
-            if (transfers.TryGetValue(name, out var known)) return known;
-            var resources = source == null ? new[] { written } : new[] { written, source };
-            return transfers[name] = Computed(name, file, name, new[] { "params_buffer" }, resources, new[] { isBuffer, source == "texels" });
-        }
-
-        /// <summary>One of the package's own shaders.</summary>
-        public Program Shader(string name, string[] uniforms)
-        {
-            if (transfers.TryGetValue(name, out var known)) return known;
-            return transfers[name] = Drawn(name, uniforms, Array.Empty<string>(), Array.Empty<bool>());
-        }
+        /// <summary>One of the package's own.</summary>
+        public Program this[OwnKernel kernel] => own.TryGetValue(kernel, out var known) ? known : own[kernel] = Load(kernel);
 
         public void Dispose()
         {
             foreach (var program in programs) Disposal.Destroy(program?.Material);
-            foreach (var program in transfers.Values) Disposal.Destroy(program?.Material);
+            foreach (var program in own.Values) Disposal.Destroy(program?.Material);
             Array.Clear(programs, 0, programs.Length);
-            transfers.Clear();
+            own.Clear();
         }
 
         /// <summary>The kernel of a name.</summary>
@@ -79,7 +69,13 @@ namespace Lumivox
             throw new LumivoxException($"the package has no kernel '{name}', which its native library asks for: one of the two is of another version. Install the package anew");
         }
 
-        internal static Program Computed(string name, string file, string entry, string[] uniforms, string[] resources, bool[] isBuffer)
+        /// <summary>One of the package's own.</summary>
+        /// <exception cref="LumivoxException">The package does not have it, or this machine cannot run it.</exception>
+        public static Program Load(OwnKernel kernel) => kernel.IsDrawn
+            ? Drawn(kernel.File, kernel.Uniforms, kernel.Resources, kernel.IsBuffer)
+            : Computed(kernel.Entry, kernel.File, kernel.Entry, kernel.Uniforms, kernel.Resources, kernel.IsBuffer);
+
+        static Program Computed(string name, string file, string entry, string[] uniforms, string[] resources, bool[] isBuffer)
         {
             var shader = UnityEngine.Resources.Load<ComputeShader>(Folder + file);
             if (shader == null) throw new LumivoxException($"the kernel '{file}' {Missing}");
@@ -95,7 +91,7 @@ namespace Lumivox
             if (shader == null) throw new LumivoxException($"the shader '{name}' {Missing}");
             if (!shader.isSupported) throw new LumivoxException($"this graphics device ({SystemInfo.graphicsDeviceType}) cannot draw Lumivox' shader '{name}'. Update its driver, or choose another graphics API");
             var material = new Material(shader) { hideFlags = HideFlags.HideAndDontSave };
-            return new Program { Name = name, Material = material, Uniforms = Ids(uniforms), Resources = Ids(resources), IsBuffer = isBuffer };
+            return new Program { Name = name, Drawn = shader, Material = material, Uniforms = Ids(uniforms), Resources = Ids(resources), IsBuffer = isBuffer };
         }
 
         static int[] Ids(string[] names) => Array.ConvertAll(names, UnityEngine.Shader.PropertyToID);

@@ -48,6 +48,9 @@ namespace Lumivox
         {
         }
 
+        /// <summary>Draws a camera at once, without what the project's settings for all cameras make of a picture.</summary>
+        public virtual void Draw(Camera camera) => camera.Render();
+
         /// <summary>A material that shines by itself in one colour, whatever lights it, and leaves its depth.</summary>
         public virtual Material Shining(Color color)
         {

@@ -11,8 +11,6 @@ namespace Lumivox
         // Threads along a side of a group.
         const int Group = 8;
 
-        static readonly string[] resources = { "faces", "cube" };
-        static readonly bool[] areBuffers = { true, false };
         static readonly int side = Shader.PropertyToID("side"), texels = Shader.PropertyToID("texels"), level = Shader.PropertyToID("level");
 
         readonly int most;
@@ -31,7 +29,7 @@ namespace Lumivox
         /// <exception cref="LumivoxException">This machine cannot run the kernel.</exception>
         public void Read(Texture of, Action<AsyncGPUReadbackRequest> came)
         {
-            program ??= KernelLibrary.Computed("cube_faces", "LumivoxCubeFaces", "cube_faces", Array.Empty<string>(), resources, areBuffers);
+            program ??= KernelLibrary.Load(OwnKernels.CubeFaces);
             // Finer ones have a level of about the size, or several texels become one.
             var mip = 0;
             while (of.width >> mip > most && mip + 1 < of.mipmapCount) mip++;

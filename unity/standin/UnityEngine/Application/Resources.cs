@@ -47,7 +47,7 @@ namespace UnityEngine
         public static T[] FindObjectsOfTypeAll<T>() where T : Object { StandIn.Threads.Main("FindObjectsOfTypeAll"); return StandIn.Objects.All().OfType<T>().ToArray(); }
         public static void UnloadAsset(Object assetToUnload) { }
         public static AsyncOperation UnloadUnusedAssets() { var done = new AsyncOperation(); done.Finish(); return done; }
-        public static T GetBuiltinResource<T>(string path) where T : Object => throw new NotImplementedException($"the stand-in has no {path}");
+        public static T GetBuiltinResource<T>(string path) where T : Object => Mesh.own.TryGetValue(path, out var mesh) && mesh is T found ? found : throw new NotImplementedException($"the stand-in has no {path}");
         /// A player holds what is in Resources; the editor, all.
         internal static IEnumerable<Shader> Shaders() => StandIn.Packages.Files("*.shader").Select(file => (Shader)LoadFile(file)).Concat(placed.Values.OfType<Shader>());
     }

@@ -18,7 +18,8 @@ namespace UnityEngine
         internal readonly List<ShaderPass> passes = new List<ShaderPass>();
         internal readonly Dictionary<string, object> properties = new Dictionary<string, object>();
         internal string file;
-        internal bool hasFailed;
+        /// Why the program that was asked for last does not compile.
+        internal string error;
 
         internal static Shader Load(string file)
         {
@@ -61,7 +62,7 @@ namespace UnityEngine
             foreach (var property in properties) made.properties[property] = Vector4.one;
             return engines[name] = made;
         }
-        public bool isSupported => !hasFailed && !Faults.noComputeShaders;
+        public bool isSupported => error == null && !Faults.noComputeShaders;
         public int passCount => passes.Count;
         public int renderQueue => 2000;
         public int GetPropertyCount() => properties.Count;
@@ -100,7 +101,7 @@ namespace UnityEngine
                 fixed (byte* v = vertex, f = fragment) program = Native.sg_create_program(v, (ulong)vertex.Length / 4, f, (ulong)fragment.Length / 4);
                 Gpu.Check($"Shader '{label}'");
             }
-            catch (Exception error) when (!(error is NotImplementedException)) { Debug.LogError(error.Message); hasFailed = true; }
+            catch (Exception error) when (!(error is NotImplementedException)) { Debug.LogError(error.Message); this.error = error.Message; }
             if (program != 0) pass.variables[program] = new[] { Variable.Read(Gpu.Describe(program, 0), out _), Variable.Read(Gpu.Describe(program, 1), out _) };
             return pass.programs[key] = program;
         }

@@ -363,8 +363,3 @@ namespace UnityEngine.Rendering
     public enum RenderTextureSubElement { Color, Depth, Stencil, Default }
     public enum SinglePassStereoMode { None, SideBySide, Instancing, Multiview }
 }
-
-namespace UnityEngine
-{
-    public sealed class Mesh : Object { public Mesh() => throw new NotImplementedException("the stand-in has no meshes"); }
-}

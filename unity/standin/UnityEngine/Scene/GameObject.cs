@@ -104,7 +104,7 @@ namespace UnityEngine
         {
             if (type != PrimitiveType.Sphere && type != PrimitiveType.Cube) throw new NotImplementedException($"the stand-in draws no {type}");
             var made = new GameObject(type.ToString(), typeof(MeshFilter), typeof(MeshRenderer));
-            made.GetComponent<MeshFilter>().shape = type;
+            made.GetComponent<MeshFilter>().sharedMesh = Mesh.own.Values.First(mesh => mesh.shape == type);
             made.GetComponent<MeshRenderer>().sharedMaterial = Renderer.Default;
             return made;
         }

@@ -50,7 +50,20 @@ namespace UnityEngine
 
     public class MeshRenderer : Renderer { }
 
-    public sealed class MeshFilter : Component { internal PrimitiveType shape; }
+    public sealed class MeshFilter : Component { public Mesh sharedMesh { get; set; } }
+
+    public sealed class Mesh : Object
+    {
+        /// Those that the engine has.
+        internal static readonly Dictionary<string, Mesh> own = new Dictionary<string, Mesh>
+        {
+            ["New-Sphere.fbx"] = new Mesh(PrimitiveType.Sphere),
+            ["Cube.fbx"] = new Mesh(PrimitiveType.Cube),
+        };
+        internal readonly PrimitiveType shape;
+        public Mesh() => throw new NotImplementedException("the stand-in has no meshes but the engine's own");
+        Mesh(PrimitiveType shape) { this.shape = shape; name = shape.ToString(); isAsset = true; }
+    }
 }
 
 namespace StandIn
@@ -68,11 +81,11 @@ namespace StandIn
             seen.Clear();
             foreach (var renderer in UnityEngine.Renderer.All)
             {
-                if (!renderer.enabled || !renderer.owner.activeInHierarchy || (renderer.owner.sceneCullingMask & scenes) == 0 || !renderer.TryGetComponent<UnityEngine.MeshFilter>(out var filter) || renderer.sharedMaterial == null) continue;
+                if (!renderer.enabled || !renderer.owner.activeInHierarchy || (renderer.owner.sceneCullingMask & scenes) == 0 || !renderer.TryGetComponent<UnityEngine.MeshFilter>(out var filter) || filter.sharedMesh == null || renderer.sharedMaterial == null) continue;
                 seen.Add(new Shape
                 {
                     inverse = renderer.transform.localToWorldMatrix.inverse,
-                    isSphere = filter.shape == UnityEngine.PrimitiveType.Sphere,
+                    isSphere = filter.sharedMesh.shape == UnityEngine.PrimitiveType.Sphere,
                     color = ColorOf(renderer.sharedMaterial).linear,
                     layer = renderer.owner.layer,
                 });
