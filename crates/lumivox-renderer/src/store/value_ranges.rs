@@ -97,8 +97,9 @@ impl Ranges {
         } else if brick_layers == 0 {
             0
         } else {
-            // A brick holds the first voxel beyond it, which is on the last face of its last cell.
-            (brick_layers * BRICK_SIZE - self.key.reach()) / self.values.cell_size + 1
+            // Those whose last voxel, which lies `reach` beyond the cell's last face, is in these layers. The kernel reads
+            // each voxel in the brick that it belongs to, not in the neighbour that holds it, too.
+            (brick_layers * BRICK_SIZE - 1 - self.key.reach()) / self.values.cell_size + 1
         };
         x * y * layers
     }

@@ -12,22 +12,28 @@ use lumivox_reference::medium::PlacedMedium;
 use lumivox_reference::rng::Rng;
 use lumivox_renderer::{CellSize, Recording, SceneCache, Step, VoxelStore};
 use lumivox_testing::scenes::{TestScene, noise_volume};
-use lumivox_wgpu::RenderRequest;
+use lumivox_wgpu::{Gpu, RenderRequest};
 
 use crate::{film, gpu};
 
-/// Majorants of a scene with one volume, as the GPU makes them, x fastest.
+/// Majorants of a scene, as the GPU makes them of an update at once, volume by volume, x fastest.
 fn majorants(scene: &Scene, cell_size: usize) -> Vec<f32> {
     let mut gpu = gpu();
     let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
     cache.set_cell_size(CellSize::Of(cell_size));
     let mut recording = Recording::new();
     cache.update(scene, &mut recording).unwrap();
+    read_majorants(&mut gpu, &cache, recording)
+}
+
+/// Those that a cache holds after a recording.
+fn read_majorants(gpu: &mut Gpu, cache: &SceneCache, mut recording: Recording) -> Vec<f32> {
     let (id, cells) = cache.majorants();
     recording.push(Step::ReadBuffer { id, range: 0..cells as u64 * 8 });
     let bytes = gpu.executor.execute(&recording).unwrap().remove(0).wait().unwrap();
-    // Each beside its page; in place of a 0, how far the next one is that is none.
-    let majorant = |cell: &[u8]| bytemuck::pod_read_unaligned::<f32>(&cell[..4]);
+    // The upper half of a word, beside its page; in place of a 0, how far the next one is that is none.
+    let word = |cell: &[u8]| bytemuck::pod_read_unaligned::<u32>(&cell[..4]);
+    let majorant = |cell: &[u8]| f32::from_bits(word(cell) & 0xffff_0000);
     bytes.chunks_exact(8).map(|cell| Some(majorant(cell)).filter(|m| m.is_normal()).unwrap_or(0.0)).collect()
 }
 
@@ -133,4 +139,57 @@ fn walks_stay_within_their_volumes_majorants() {
     );
     let other = pixels.filter(|&i| beside_opaque.alpha(i) != beside_empty.alpha(i)).count();
     assert_eq!(other, 0, "pixels that saw other volumes' majorants");
+}
+
+/// A volume that is too large to come in one piece, several bricks deep: some few voxels of a cell decide its range.
+fn deep_volume(rng: &mut Rng) -> Arc<Volume> {
+    let dims = [70, 66, 500];
+    let mut sample = || match rng.uniform() {
+        spike if spike < 0.005 => (spike / 0.005 * 40_000.0) as u16,
+        _ => 20_000,
+    };
+    let samples = (0..dims.iter().product()).map(|_| sample()).collect();
+    let volume = Volume::new(dims, Voxels::U16(samples), [1.0, 0.0], DAffine3::IDENTITY, Modality::Other);
+    Arc::new(volume.unwrap())
+}
+
+#[test]
+fn majorants_of_volumes_that_arrive_are_those_of_volumes_that_came_at_once() {
+    let mut rng = Rng::new(12, 0, 0);
+    let volumes = [deep_volume(&mut rng), deep_volume(&mut rng)];
+    // One falls and one rises, so that the smallest value of each cell counts as well as the largest.
+    let looks = [[1.0, 0.0], [0.0, 1.0]].map(|[low, high]| {
+        TransferFunction::from_points(Ease::Linear, &[(0.0, low), (4e4, high)], &[(0.0, [1.0; 3])]).unwrap()
+    });
+    for (filter, cell_size, budget) in [
+        (Filter::Trilinear, 8, 1 << 20),
+        (Filter::Trilinear, 4, 200 << 10),
+        (Filter::Trilinear, 16, 3 << 20),
+        (Filter::Tricubic, 2, 1 << 20),
+        (Filter::Smooth, 8, 700 << 10),
+    ] {
+        let place = |(volume, look): (&Arc<Volume>, &TransferFunction)| {
+            VolumeInstance::centered(volume.clone(), Medium { filter, ..Medium::new(look.clone()) })
+        };
+        let volumes = volumes.iter().zip(&looks).map(place).collect();
+        let scene = Scene { volumes, environment: Environment::uniform(1.0), lights: vec![] };
+        let mut gpu = gpu();
+        let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
+        cache.set_cell_size(CellSize::Of(cell_size));
+        let mut updates = 0;
+        while !cache.is_settled() {
+            let mut recording = Recording::new();
+            cache.update_within(&scene, &mut { budget }, &mut recording).unwrap();
+            gpu.executor.execute(&recording).unwrap();
+            updates += 1;
+        }
+        assert!(updates > 3, "they arrive");
+        let arrived = read_majorants(&mut gpu, &cache, Recording::new());
+        // One test has the GPU at a time.
+        drop(gpu);
+        let at_once = majorants(&scene, cell_size);
+        assert_eq!(arrived.len(), at_once.len());
+        let other = arrived.iter().zip(&at_once).filter(|(a, b)| a != b).count();
+        assert_eq!(other, 0, "of {}, {filter:?}, cells of {cell_size}, {updates} updates", at_once.len());
+    }
 }

@@ -85,17 +85,15 @@ fn film_at_once(gpu: &mut Gpu, limits: DeviceLimits, scene: &Scene) -> Vec<[f32;
     film
 }
 
-/// Asserts that two films are of one image. Voxels at another place are read with another rounding, which now and then
-/// sends a path elsewhere: some pixels may differ, but not the mean.
+/// Asserts that two films are of one image. Voxels at another place are read with another rounding, which sends a path
+/// elsewhere once in thousands.
 fn assert_same(film: &[[f32; 4]], expected: &[[f32; 4]], what: &str) {
     let lit = expected.iter().filter(|pixel| pixel[3] > 0.0).count();
     assert!(lit > expected.len() / 8, "{what}: there is nothing to see");
     let differs =
         |(a, b): &(&[f32; 4], &[f32; 4])| (0..4).any(|i| (a[i] - b[i]).abs() > 1e-3 * a[i].max(0.1));
-    let off = film.iter().zip(expected).filter(differs).count() as f64 / lit as f64;
-    assert!(off < 0.15, "{what}: {off} of the pixels differ");
-    let (mean, wanted) = (alpha(film), alpha(expected));
-    assert!((mean - wanted).abs() < 0.005 * wanted, "{what}: {mean} instead of {wanted}");
+    let off = film.iter().zip(expected).filter(differs).count();
+    assert!(off <= lit / 50, "{what}: {off} of {lit} pixels differ");
 }
 
 /// Means of alpha over all pixels.
