@@ -70,12 +70,10 @@ impl LabelStyle {
         self
     }
 
-    /// By how much more than the medium's transfer function or its own says, the label takes up light.
-    pub fn factor(&self, medium: &Medium) -> f64 {
-        let density = match self.density_scale {
-            Some(own) if medium.density_scale > 0.0 => own / medium.density_scale,
-            _ => 1.0,
-        };
+    /// What the opacity of its transfer function is multiplied by, in place of the medium's [`density_scale`](Medium::density_scale):
+    /// its own density or the medium's, thinned by its opacity; 0 of what is not there.
+    pub fn density(&self, medium: &Medium) -> f64 {
+        let density = self.density_scale.unwrap_or(medium.density_scale);
         if self.visible { self.opacity * density } else { 0.0 }
     }
 }
@@ -271,9 +269,11 @@ mod tests {
     #[test]
     fn a_labels_density_takes_the_place_of_the_mediums() {
         let medium = Medium { density_scale: 4.0, ..Medium::new(TransferFunction::constant(1.0, [1.0; 3])) };
-        assert_eq!(LabelStyle::default().factor(&medium), 1.0);
-        assert_eq!(LabelStyle::hidden().factor(&medium), 0.0);
+        assert_eq!(LabelStyle::default().density(&medium), 4.0);
+        assert_eq!(LabelStyle::hidden().density(&medium), 0.0);
         let thin = LabelStyle { density_scale: Some(1.0), opacity: 0.5, ..LabelStyle::default() };
-        assert_eq!(thin.factor(&medium), 0.125);
+        assert_eq!(thin.density(&medium), 0.5);
+        let nothing = Medium { density_scale: 0.0, ..medium };
+        assert_eq!([LabelStyle::default().density(&nothing), thin.density(&nothing)], [0.0, 0.5]);
     }
 }

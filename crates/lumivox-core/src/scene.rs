@@ -105,7 +105,7 @@ impl VolumeInstance {
             let own = style.and_then(|style| style.transfer_function.as_ref());
             let function = own.unwrap_or(&self.medium.transfer_function);
             // What is thin is seen, too.
-            let is_there = style.is_none_or(|style| style.factor(&self.medium) > 0.0);
+            let is_there = style.is_none_or(|style| style.density(&self.medium) > 0.0);
             if is_there { left * function.opacity(value) } else { 0.0 }
         }
     }

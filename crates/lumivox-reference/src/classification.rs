@@ -2,6 +2,7 @@
 //! below the skin, clip shapes.
 
 use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::medium::SIGMA_UNIT_PER_MM;
 use lumivox_core::{
     ClipKind, ClipShape, LabelStyle, Labelling, Medium, Peel, TransferFunction, Volume, VolumeInstance,
 };
@@ -118,12 +119,24 @@ impl<'a> Classification<'a> {
     }
 }
 
-/// The largest opacity that a label can have over a range of values, times its factor.
-pub(crate) fn largest_opacity(medium: &Medium, style: &LabelStyle, range: [f64; 2]) -> f64 {
+/// Extinction in 1/mm of a label where its transfer function is opaque. A density of its own takes the place of the medium's.
+pub(crate) fn sigma_per_opacity(style: &LabelStyle, medium: &Medium) -> f64 {
+    if !style.visible {
+        return 0.0;
+    }
+    let density = match style.density_scale {
+        Some(own) => own,
+        None => medium.density_scale,
+    };
+    density * style.opacity * SIGMA_UNIT_PER_MM
+}
+
+/// The largest extinction in 1/mm that a label can have over a range of values.
+pub(crate) fn largest_sigma_t_per_mm(medium: &Medium, style: &LabelStyle, range: [f64; 2]) -> f64 {
     let own = style.transfer_function.as_ref();
     let rows = medium.gradients.iter().map(|row| &row.transfer_function).filter(|_| own.is_none());
     let curves = std::iter::once(own.unwrap_or(&medium.transfer_function)).chain(rows);
-    curves.map(|curve| largest(curve, range)).fold(0.0, f64::max) * style.factor(medium)
+    curves.map(|curve| largest(curve, range)).fold(0.0, f64::max) * sigma_per_opacity(style, medium)
 }
 
 /// Between two knots the curve is monotone, so the largest lies at a knot or an end.

@@ -4,10 +4,9 @@
 //! return is what the words in `lumivox-core` mean.
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
-use lumivox_core::medium::SIGMA_UNIT_PER_MM;
 use lumivox_core::{ExtinctionSpace, Filter, Medium, Ray, Scene, SurfaceReflection, Volume, VolumeInstance};
 
-use crate::classification::{Classification, largest_opacity};
+use crate::classification::{Classification, largest_sigma_t_per_mm, sigma_per_opacity};
 
 /// A volume, its medium, and the transforms that its place implies.
 #[derive(Clone, Debug)]
@@ -54,10 +53,8 @@ impl<'a> PlacedMedium<'a> {
         let medium = instance.medium.clone().sanitized();
         let patient_from_world = instance.world_from_patient.inverse();
         let classification = Classification::new(instance, patient_from_world);
-        let most = |style| largest_opacity(&medium, style, volume.value_range());
-        let sigma_maj_per_mm = classification.styles.iter().map(most).fold(0.0, f64::max)
-            * medium.density_scale
-            * SIGMA_UNIT_PER_MM;
+        let most = |style| largest_sigma_t_per_mm(&medium, style, volume.value_range());
+        let sigma_maj_per_mm = classification.styles.iter().map(most).fold(0.0, f64::max);
         Some(Self {
             voxel_from_world: volume.patient_from_voxel().inverse() * patient_from_world,
             box_from_world: instance.world_from_box().inverse(),
@@ -113,9 +110,8 @@ impl<'a> PlacedMedium<'a> {
             };
             let cut = cut.filter(|_| style.clipped);
             let kept = if cut.is_some_and(|cut| cut.distance_mm < 0.0) { 0.0 } else { left };
-            let scale = self.medium.density_scale * SIGMA_UNIT_PER_MM;
             Part {
-                sigma_t_per_mm: share * kept * opacity * style.factor(&self.medium) * scale,
+                sigma_t_per_mm: share * kept * opacity * sigma_per_opacity(style, &self.medium),
                 color: style.color.unwrap_or(color),
                 surface: style.surface.unwrap_or(self.medium.surface),
                 gradient_per_mm,

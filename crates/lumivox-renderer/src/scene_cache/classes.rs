@@ -23,6 +23,8 @@ pub(super) struct Looks {
     pub functions: Vec<Vec<TransferFunction>>,
     /// Where rows after the first lie, per mm.
     places: Vec<f64>,
+    /// The density that factors are of: the medium's, or where that is nothing the largest of a label.
+    pub density: f64,
     /// By label, or the only one.
     pub styles: Vec<Style>,
 }
@@ -32,7 +34,7 @@ pub(super) struct Looks {
 pub(super) struct Style {
     /// Its function among those of the instance.
     pub function: usize,
-    /// Of the opacity.
+    /// Of the opacity, beside the density of the instance.
     pub factor: f64,
     color: Option<[f64; 3]>,
     surface: SurfaceReflection,
@@ -43,20 +45,26 @@ impl Looks {
     pub fn new(instance: &VolumeInstance, medium: &Medium) -> Self {
         let rows = medium.gradients.iter().map(|row| row.transfer_function.clone());
         let own = std::iter::once(medium.transfer_function.clone()).chain(rows).collect();
-        let mut looks = Self {
-            functions: vec![own],
-            places: medium.gradients.iter().map(|row| row.per_mm).collect(),
-            styles: vec![],
-        };
         let styles = match &instance.labels {
             Some(labelling) => (0..=u8::MAX).map(|value| labelling.style(value)).collect(),
             None => vec![LabelStyle::default()],
+        };
+        let densities = styles.iter().map(|style| style.density(medium));
+        let density = match medium.density_scale {
+            0.0 => densities.fold(0.0, f64::max),
+            density => density,
+        };
+        let mut looks = Self {
+            functions: vec![own],
+            places: medium.gradients.iter().map(|row| row.per_mm).collect(),
+            density,
+            styles: vec![],
         };
         for style in styles {
             let function = style.transfer_function.as_ref().map_or(0, |own| looks.function(own));
             looks.styles.push(Style {
                 function,
-                factor: style.factor(medium),
+                factor: if density > 0.0 { style.density(medium) / density } else { 0.0 },
                 color: style.color,
                 surface: style.surface.unwrap_or(medium.surface),
                 clipped: style.clipped,

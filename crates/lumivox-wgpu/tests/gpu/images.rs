@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
-    Ease, Environment, Filter, Medium, Modality, PerspectiveCamera, Scene, SurfaceReflection,
+    Ease, Environment, Filter, LabelStyle, Medium, Modality, PerspectiveCamera, Scene, SurfaceReflection,
     TransferFunction, Volume, VolumeInstance, Voxels,
 };
 use lumivox_renderer::recording::Payload;
@@ -113,7 +113,7 @@ fn an_image_does_not_depend_on_how_many_turns_loops_may_take() {
 fn an_image_does_not_depend_on_how_many_kernels_there_are() {
     let limits = gpu().executor.limits();
     let few = DeviceLimits { few_kernels: true, ..limits };
-    for test in [scenes::noise(), scenes::peaky_environment(), scenes::crowd()] {
+    for test in [scenes::noise(), scenes::peaky_environment(), scenes::crowd(), scenes::labels()] {
         let film = |limits| film_within(limits, &test, 24, 16, 24, u64::MAX).unwrap();
         let (own, common) = (film(limits), film(few));
         let lit = (0..24 * 24).filter(|&pixel| own.alpha(pixel) > 0.0).count();
@@ -373,6 +373,26 @@ fn many_volumes_are_the_sum_of_few() {
 
 /// The same voxels within one brick, and in the middle of a volume whose bricks meet there: the walk and all that it reads
 /// are the same but for rounding, which now and then sends a path elsewhere.
+/// A label's own density counts where the medium has none.
+#[test]
+fn densities_of_labels_need_none_of_the_medium() {
+    let with = |of_medium: f64| {
+        let mut test = scenes::labels();
+        let instance = &mut test.scene.volumes[0];
+        let before = std::mem::replace(&mut instance.medium.density_scale, of_medium);
+        let labelling = instance.labels.as_mut().expect("labels");
+        for value in 0..=9 {
+            let own = if value == 5 { 0.5 * before } else { before };
+            labelling.set_style(value, LabelStyle { density_scale: Some(own), ..labelling.style(value) });
+        }
+        (film(&test, &RenderRequest::new(24, 24, 4)), before)
+    };
+    let (film, of_medium) = with(0.0);
+    let (expected, _) = with(of_medium);
+    assert!((0..24 * 24).any(|pixel| expected.alpha(pixel) > 0.5), "there is something to see");
+    assert_eq!(film, expected);
+}
+
 #[test]
 fn filters_read_across_bricks_as_within_one() {
     const INNER: usize = 24;
