@@ -6,7 +6,7 @@ use lumivox_shaders::constants;
 use lumivox_shaders::layout::Instance;
 
 use super::{Placed, affine_rows, voxel_from_patient};
-use crate::store::{Acquired, BrickGrid, GridKey, MAX_CELL_SIZE, Source, TexelScale, grid};
+use crate::store::{Acquired, GridKey, MAX_CELL_SIZE, Source, TexelScale};
 
 /// What a field holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,12 +51,6 @@ impl Field {
     /// Its grid: large cells, for they only say where voxels are.
     pub fn grid_key() -> GridKey {
         GridKey::new(lumivox_core::Filter::Trilinear, Some(MAX_CELL_SIZE))
-    }
-
-    /// Cells of its grid.
-    pub fn cells(&self) -> usize {
-        let dims = BrickGrid::new(self.source.volume.dims(), 1).dims;
-        grid(dims, Field::grid_key().cell_size).0.iter().map(|&n| n as usize).product()
     }
 
     /// As kernels read it: `voxel_from_world` maps from the voxel space of the instance, and `table_scale` and

@@ -42,7 +42,7 @@ use crate::error::RenderError;
 use crate::features::{Features, ViewKind};
 use crate::ids;
 use crate::recording::{Recording, ResourceId};
-use crate::store::{Acquired, BrickGrid, GridKey, Source, TexelScale, VoxelStore, grid};
+use crate::store::{Acquired, GridKey, Source, TexelScale, VoxelStore};
 
 /// What the host's GPU can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -219,8 +219,9 @@ impl SceneCache {
     /// [reduced](VoxelStore::resolution).
     ///
     /// # Errors
-    /// [`RenderError`] when the scene does not fit the device; then nothing is recorded or changed. But for
-    /// [`RenderError::NoRoom`]: that room was made is recorded, and the cache is good for nothing but another update.
+    /// [`RenderError`] when the scene does not fit the device; then nothing is recorded or changed. But where its volumes do
+    /// not, however coarse or with however large cells: that room was made is recorded, and the cache is good for nothing
+    /// but another update.
     pub fn update(&mut self, scene: &Scene, recording: &mut Recording) -> Result<(), RenderError> {
         self.update_within(scene, &mut { u64::MAX }, recording)
     }
@@ -238,17 +239,10 @@ impl SceneCache {
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
         let placed = place(scene);
-        let wanted = distinct(&placed, self.cell_size);
-        let of_fields = Field::all(&placed).iter().map(Field::cells).sum::<usize>();
-        let cells = placed.iter().map(|p| {
-            let dims = BrickGrid::new(p.instance.volume.dims(), 1).dims;
-            let (_, key) =
-                wanted.iter().find(|(source, _)| *source == p.source()).expect("of these instances");
-            grid(dims, key.cell_size).0.iter().map(|&n| n as usize).product::<usize>()
-        });
-        let cells = cells.sum::<usize>() + of_fields;
+        let (mut wanted, uses) = distinct(&placed, self.cell_size);
+        cell_size::widen(&mut wanted, &uses, tables::most_cells(&self.limits));
         let features = Features::of_placed(scene, &placed, false);
-        tables::check(&placed, features.classes, cells, self.limits.max_storage_binding)?;
+        tables::check(&placed, features.classes, self.limits.max_storage_binding)?;
         environment::check(&scene.environment, &self.limits)?;
         let lights = lights::effective(&scene.lights, &placed);
         lights::check(&lights, self.limits.max_storage_binding)?;
@@ -276,6 +270,7 @@ impl SceneCache {
         let placed: Vec<Placed<'_>> = placed.into_iter().filter(is_there).collect();
         let fields = Field::all(&placed);
         let classified = self.features.classes;
+        tables::check_cells(&placed, &fields, &self.volumes, &self.limits)?;
         let tables_changed = self.tables.update(&placed, &fields, classified, &self.volumes, recording);
         let instances_changed = self.update_instances(&placed, &fields, recording);
         let environment_changed =
@@ -293,6 +288,12 @@ impl SceneCache {
         self.tables.buffers.is_some()
             && !self.lacks_volumes
             && self.volumes.iter().all(|(source, acquired)| self.store.is_settled(source, &acquired.resident))
+    }
+
+    /// Whether all that it shows is still there. What the device [refused](VoxelStore::refused) of another scene may have taken
+    /// voxels along that both showed: nothing can be drawn of it until it is made anew.
+    pub fn is_intact(&self) -> bool {
+        self.volumes.iter().all(|(_, acquired)| !acquired.resident.is_lost())
     }
 
     /// The device's voxels.
@@ -331,7 +332,7 @@ impl SceneCache {
     }
 
     fn instance(&self, index: usize, placed: &Placed<'_>, origin: DVec3) -> Instance {
-        let Placed { instance, medium, patient_from_world, .. } = placed;
+        let Placed { instance, medium, looks, patient_from_world } = placed;
         let volume = &*instance.volume;
         let Acquired { resident, ranges } = self.acquired(&placed.source());
         let TableOf { function, table_offset, classes, grid_offset } = self.tables.get(index);
@@ -351,7 +352,7 @@ impl SceneCache {
             // A gradient is a covector: it maps with the transposed inverse of the points' map.
             patient_gradient_from_voxel: linear_rows(voxel_from_patient.matrix3.transpose()),
             clip_low: clip_low.as_vec3().to_array(),
-            density: (medium.density_scale * SIGMA_UNIT_PER_MM) as f32,
+            density: (looks.density * SIGMA_UNIT_PER_MM) as f32,
             clip_high: clip_high.as_vec3().to_array(),
             albedo: medium.albedo as f32,
             bricks: resident.bricks.counts,
@@ -486,25 +487,34 @@ impl SceneCache {
 }
 
 /// Each volume once, in the order of its first instance, and the grid that its filters need and its first look wants; then
-/// the fields.
-fn distinct(instances: &[Placed<'_>], cell_size: CellSize) -> Vec<(Source, GridKey)> {
+/// the fields. And how many instances or fields each is of.
+fn distinct(instances: &[Placed<'_>], cell_size: CellSize) -> (Vec<(Source, GridKey)>, Vec<usize>) {
     let mut volumes: Vec<(Source, GridKey)> = vec![];
+    let mut uses: Vec<usize> = vec![];
     for placed in instances {
         let source = placed.source();
-        match volumes.iter_mut().find(|(known, _)| *known == source) {
-            Some((_, key)) => key.wide |= GridKey::new(placed.medium.filter, None).wide,
+        match volumes.iter().position(|(known, _)| *known == source) {
+            Some(known) => {
+                volumes[known].1.wide |= GridKey::new(placed.medium.filter, None).wide;
+                uses[known] += 1;
+            }
             None => {
                 let cell_size = cell_size.voxels(&placed.instance.volume, &placed.medium);
                 volumes.push((source, GridKey::new(placed.medium.filter, cell_size)));
+                uses.push(1);
             }
         }
     }
     for field in Field::all(instances) {
-        if !volumes.iter().any(|(known, _)| *known == field.source) {
-            volumes.push((field.source, Field::grid_key()));
+        match volumes.iter().position(|(known, _)| *known == field.source) {
+            Some(known) => uses[known] += 1,
+            None => {
+                volumes.push((field.source, Field::grid_key()));
+                uses.push(1);
+            }
         }
     }
-    volumes
+    (volumes, uses)
 }
 
 /// Drops volumes, and those that nobody else holds on another thread: to give back the memory of a large one takes longer

@@ -8,7 +8,7 @@ use super::fields::{Field, FieldKind};
 use super::label_sets::{self, CellLabels};
 use super::majorants;
 pub use super::transfer_table::Function;
-use super::{Placed, acquired, check_binding, voxel_from_patient};
+use super::{DeviceLimits, Placed, acquired, check_binding, voxel_from_patient};
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step};
 use crate::store::{Acquired, Source, ValueRanges};
@@ -74,13 +74,8 @@ fn pairs(placed: &Placed<'_>, looks: &Looks, classified: bool) -> usize {
     looks.rows() * TABLE_PAIRS + classes
 }
 
-/// Whether the device has room for the tables of instances and for so many cells.
-pub(super) fn check(
-    instances: &[Placed<'_>],
-    classified: bool,
-    cells: usize,
-    limit: u64,
-) -> Result<(), RenderError> {
+/// Whether the device has room for the tables of instances.
+pub(super) fn check(instances: &[Placed<'_>], classified: bool, limit: u64) -> Result<(), RenderError> {
     let pairs = instances.iter().map(|placed| pairs(placed, &placed.looks, classified) as u64).sum::<u64>();
     let most = if classified { limit.min(MOST_PAIRS * PAIR_BYTES) } else { limit };
     check_binding(
@@ -88,8 +83,29 @@ pub(super) fn check(
         pairs * PAIR_BYTES,
         most,
         "Leave some volumes or labels' own functions out",
-    )?;
-    check_binding("majorant grid", cells as u64 * CELL_BYTES, limit, "Leave some volumes out")
+    )
+}
+
+/// Cells that a device binds.
+pub(super) fn most_cells(limits: &DeviceLimits) -> usize {
+    usize::try_from(limits.max_storage_binding / CELL_BYTES).unwrap_or(usize::MAX)
+}
+
+/// Whether the device has room for the cells of what there is of instances and fields.
+pub(super) fn check_cells(
+    instances: &[Placed<'_>],
+    fields: &[Field],
+    volumes: &[(Source, Acquired)],
+    limits: &DeviceLimits,
+) -> Result<(), RenderError> {
+    let bytes = cells(instances, fields, volumes) as u64 * CELL_BYTES;
+    check_binding("majorant grid", bytes, limits.max_storage_binding, "Leave some volumes out")
+}
+
+fn cells(instances: &[Placed<'_>], fields: &[Field], volumes: &[(Source, Acquired)]) -> usize {
+    let read = fields.iter().map(|field| field.source.clone());
+    let sources = instances.iter().map(Placed::source).chain(read);
+    sources.map(|source| acquired(volumes, &source).ranges.cells()).sum()
 }
 
 impl CachedTables {
@@ -104,8 +120,7 @@ impl CachedTables {
     ) -> bool {
         let of = |placed: &Placed<'_>| acquired(volumes, &placed.source());
         let of_field = |field: &Field| acquired(volumes, &field.source);
-        let cells: usize =
-            instances.iter().map(of).chain(fields.iter().map(of_field)).map(|a| a.ranges.cells()).sum();
+        let cells = cells(instances, fields, volumes);
         let sizes: Vec<usize> =
             instances.iter().map(|placed| pairs(placed, &placed.looks, classified)).collect();
         let needed = [sizes.iter().sum(), cells];

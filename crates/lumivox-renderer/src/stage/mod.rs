@@ -431,6 +431,7 @@ impl<W: Key, V: Key> Stage<W, V> {
                     Err(refusal) => {
                         let may_come_reduced = self.store.refused(&recording);
                         self.forget_world(world);
+                        self.forget_broken_worlds();
                         if matches!(refusal, Refusal::Memory(_)) && may_come_reduced {
                             return Ok(());
                         }
@@ -522,6 +523,15 @@ impl<W: Key, V: Key> Stage<W, V> {
         let mut frees = Recording::new();
         place.forget(&self.store).free(&mut frees);
         self.left_over.extend(frees.steps);
+    }
+
+    /// Those that showed what a refused recording took along are made anew before they are drawn.
+    fn forget_broken_worlds(&mut self) {
+        let is_broken = |(_, place): &(&W, &World)| !place.cache.is_intact();
+        let broken: Vec<W> = self.worlds.iter().filter(is_broken).map(|(world, _)| *world).collect();
+        for world in broken {
+            self.forget_world(world);
+        }
     }
 
     fn begin_recording(&mut self) -> Recording {

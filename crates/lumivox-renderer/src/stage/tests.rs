@@ -6,7 +6,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use lumivox_core::glam::{DAffine3, DVec3};
-use lumivox_core::{Environment, Medium, Modality, Orbit, Scene, TransferFunction, Volume, Voxels};
+use lumivox_core::{Environment, Filter, Medium, Modality, Orbit, Scene, TransferFunction, Volume, Voxels};
 
 use super::*;
 use crate::scene_cache::LoopTurns;
@@ -218,6 +218,23 @@ fn a_view_that_the_device_refuses_starts_over() {
     let why = Refusal::Other("no".to_owned());
     assert_eq!(stage.executed(refused, Err(why)), Err("no".to_owned()));
     assert!(stage.view_progress(VIEW, WORLD).is_none());
+    assert!(draw(&mut stage, &mut device).is_some());
+}
+
+#[test]
+fn what_a_refusal_takes_from_another_world_is_made_anew_before_it_is_drawn() {
+    const OTHER: u64 = WORLD + 1;
+    let (mut stage, mut device) = (Stage::new(limits()), Device::default());
+    let shown = scene(0.5);
+    update(&mut stage, &mut device, &shown, 1, true);
+    assert!(draw(&mut stage, &mut device).is_some());
+    // The same voxels with value ranges of its own.
+    let mut other = shown.clone();
+    other.volumes[0].medium.filter = Filter::Tricubic;
+    let refused = stage.update(OTHER, &other, 2, true, &NothingAhead).unwrap().expect("value ranges");
+    assert!(stage.executed(refused, Err(Refusal::Other("no".to_owned()))).is_err());
+    assert!(stage.shown(VIEW, WORLD, |_| true).is_none(), "its bricks are given to others");
+    update(&mut stage, &mut device, &shown, 1, true);
     assert!(draw(&mut stage, &mut device).is_some());
 }
 

@@ -1,6 +1,7 @@
 //! How volumes come: room for them first, then their bricks, as many as a budget allows.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::arrival::Arrival;
 use super::bricks::{self, BrickGrid};
@@ -146,7 +147,14 @@ impl Store {
         entry.tried = *releases;
         for (factor, pages) in copies.into_iter().rev() {
             let bricks = BrickGrid::new(volume.dims(), factor);
-            let resident = Resident { source: entry.id, factor, bricks, pages, lender: None };
+            let resident = Resident {
+                source: entry.id,
+                factor,
+                bricks,
+                pages,
+                lender: None,
+                is_lost: AtomicBool::new(false),
+            };
             // No finer than what there is: it stays.
             let better = entry.shown.as_ref().is_none_or(|shown| {
                 let before = &shown.resident;

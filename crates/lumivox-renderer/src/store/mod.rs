@@ -19,6 +19,7 @@ mod texels;
 mod value_ranges;
 
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use lumivox_core::Volume;
@@ -78,6 +79,8 @@ pub(crate) struct Resident {
     pub pages: Vec<u32>,
     /// The copy for another filter whose bricks these are, where it stands in for one that is not there yet.
     lender: Option<Arc<Resident>>,
+    /// Whether the device refused what wrote it: its bricks are given to others by now.
+    is_lost: AtomicBool,
 }
 
 /// What a scene gets of a volume.
@@ -189,7 +192,8 @@ impl VoxelStore {
     }
 
     /// Learns that the device refused a recording for want of memory. What the recording made or wrote is gone; volumes
-    /// that were in it arrive anew, reduced to what there is room for. Scenes that show them have to be made anew, too.
+    /// that were in it arrive anew, reduced to what there is room for. Scenes that show them are not
+    /// [intact](crate::SceneCache::is_intact) any more and have to be made anew, too.
     /// Returns whether that may help: there is something that can take less.
     pub fn refused(&self, recording: &Recording) -> bool {
         let mut store = self.lock();
@@ -226,6 +230,7 @@ impl VoxelStore {
                 gone.push(copy);
             }
             for copy in gone {
+                copy.resident.is_lost.store(true, Ordering::Relaxed);
                 orphans.extend(copy.ranges.iter().map(|ranges| ranges.values().buffer));
                 pools.release(copy.resident.pages.iter().copied());
             }
@@ -237,6 +242,7 @@ impl VoxelStore {
         let is_lost = |resident: &Resident| resident.pages.iter().any(|p| lost.contains(&pools::pool(*p)));
         for entry in &mut *entries {
             if let Some(copy) = entry.shown.take_if(|shown| is_lost(&shown.resident)) {
+                copy.resident.is_lost.store(true, Ordering::Relaxed);
                 orphans.extend(copy.ranges.iter().map(|ranges| ranges.values().buffer));
                 let is_left = |page: &u32| !lost.contains(&pools::pool(*page));
                 pools.release(copy.resident.pages.iter().copied().filter(is_left));
@@ -447,6 +453,13 @@ impl Store {
             recording.push(Step::Free { id: pages });
         }
         Some(Acquired { resident: shown.resident.clone(), ranges: shown.ranges[ranges].values() })
+    }
+}
+
+impl Resident {
+    pub fn is_lost(&self) -> bool {
+        let is_lost = |copy: &Self| copy.is_lost.load(Ordering::Relaxed);
+        is_lost(self) || self.lender.as_deref().is_some_and(is_lost)
     }
 }
 

@@ -2,6 +2,7 @@
 //! that is whole.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::coarse::{coarse_factor, needs_coarse_copy};
 use super::{Acquired, Entry, GridKey, Resident, Source, Store};
@@ -90,7 +91,9 @@ impl Entry {
         }
         let Resident { factor, bricks, .. } = *lender;
         let pages = lender.pages.clone();
-        let borrowed = Arc::new(Resident { source: self.id, factor, bricks, pages, lender: Some(lender) });
+        let is_lost = AtomicBool::new(false);
+        let borrowed =
+            Arc::new(Resident { source: self.id, factor, bricks, pages, lender: Some(lender), is_lost });
         self.borrowed = Arc::downgrade(&borrowed);
         borrowed
     }

@@ -103,6 +103,20 @@ fn value_ranges_are_computed_a_share_with_every_frame() {
 }
 
 #[test]
+fn cells_are_larger_where_a_device_binds_few() {
+    let bytes = |limit: u64| {
+        let mut cache =
+            SceneCache::new(&VoxelStore::new(DeviceLimits { max_storage_binding: limit, ..LIMITS }));
+        cache.update(&scene(&[volume(220), volume(100)]), &mut Recording::new()).unwrap();
+        cache.majorants().1 * 8
+    };
+    let usual = bytes(LIMITS.max_storage_binding);
+    assert_eq!(usual, 8 * (56 * 56 * 56 + 26 * 26 * 26));
+    // Those of the larger one, of 8 voxels instead of 4.
+    assert_eq!(bytes(1 << 20), 8 * (29 * 29 * 29 + 26 * 26 * 26));
+}
+
+#[test]
 fn a_texture_that_another_thread_makes_is_waited_for() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     let shown = scene(&[volume(220)]);
