@@ -232,6 +232,10 @@ pub struct HostDepthParams {
     pub film_size: [u32; 2],
     pub clear: f32,
     pub jittered: u32,
+    pub farthest: f32,
+    pub padding_x: u32,
+    pub padding_y: u32,
+    pub padding_z: u32,
 }
 
 /// Twin of `DenoiseParams`.
@@ -273,7 +277,7 @@ pub struct LivePictureParams {
     pub fog_kind: u32,
     pub fog_distance: [f32; 4],
     pub fog_color: [f32; 3],
-    pub padding: u32,
+    pub farthest: f32,
     pub camera_edges: [f32; 4],
     pub world_height: [f32; 4],
     pub fog_height: [f32; 2],

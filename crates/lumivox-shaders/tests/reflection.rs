@@ -159,7 +159,19 @@ fn twins_have_the_shaders_layout() {
     );
     assert_twin!(Kernel::FilmCount, FilmCountParams { pixels, invocations, target_samples, padding });
     assert_twin!(Kernel::FilmCount, FilmCount { samples, short, aside, starved, stuck });
-    assert_twin!(Kernel::HostDepth, HostDepthParams { view_depth_from_ndc, film_size, clear, jittered });
+    assert_twin!(
+        Kernel::HostDepth,
+        HostDepthParams {
+            view_depth_from_ndc,
+            film_size,
+            clear,
+            jittered,
+            farthest,
+            padding_x,
+            padding_y,
+            padding_z,
+        }
+    );
     assert_twin!(Kernel::DenoisePrepare, DenoiseParams { film_size, step, bounded });
     assert_twin!(Kernel::DenoiseWavelet, DenoiseParams { film_size, step, bounded });
     for kernel in [Kernel::CompositeColor, Kernel::CompositeDepth] {
@@ -181,7 +193,7 @@ fn twins_have_the_shaders_layout() {
             fog_kind,
             fog_distance,
             fog_color,
-            padding,
+            farthest,
             camera_edges,
             world_height,
             fog_height,

@@ -60,12 +60,21 @@ impl LiveFilm {
     }
 
     /// Ends primary rays at the host's surfaces; pixels where those changed start over, and are counted.
-    pub fn record_host_depth(&mut self, depth: &HostDepth, restarts: ResourceId, recording: &mut Recording) {
+    /// None counts that is farther than `farthest`.
+    pub fn record_host_depth(
+        &mut self,
+        depth: &HostDepth,
+        farthest: f64,
+        restarts: ResourceId,
+        recording: &mut Recording,
+    ) {
         let params = layout::HostDepthParams {
             view_depth_from_ndc: depth.view_depth_from_ndc.map(|x| x as f32),
             film_size: self.size,
             clear: depth.clear as f32,
             jittered: u32::from(depth.jittered),
+            farthest: farthest as f32,
+            ..Default::default()
         };
         let resources = vec![depth.texture, self.film, restarts];
         self.dispatch(Kernel::HostDepth, &params, resources, recording);

@@ -154,7 +154,7 @@ impl LiveView {
         } else {
             self.begin_finer(budget, cache, recording)?;
         }
-        self.record_host_depth(host, recording);
+        self.record_host_depth(host, cache.farthest(camera), recording);
         self.pixel_samples = if restarted && self.schedule.factor() > 1 {
             let plan = self.schedule.answer(budget);
             self.record_plan(&plan, key, cache, recording);
@@ -323,13 +323,13 @@ impl LiveView {
         self.coarse.as_ref().filter(|_| self.schedule.factor() > 1)
     }
 
-    fn record_host_depth(&mut self, host: &HostFrame, recording: &mut Recording) {
+    fn record_host_depth(&mut self, host: &HostFrame, farthest: f64, recording: &mut Recording) {
         recording.push(Step::ClearBuffer { id: self.restarts });
         // Without depth no ray ends, nor does any of an empty film; whether there is any is part of the key.
         let Some(depth) = host.depth else { return };
         let restarts = self.restarts;
         for film in self.live_films() {
-            film.record_host_depth(&depth, restarts, recording);
+            film.record_host_depth(&depth, farthest, restarts, recording);
         }
         recording.push(Step::ReadBuffer { id: self.restarts, range: 0..4 });
         self.awaited += 1;

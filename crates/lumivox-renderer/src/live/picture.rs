@@ -96,6 +96,7 @@ impl Picture {
             exposure: settings.exposure as f32,
             clear: host.depth.map_or(0.0, |h| h.clear as f32),
             has_host_depth: u32::from(host.depth.is_some()),
+            farthest: cache.farthest(camera) as f32,
             denoised: u32::from(settings.denoise),
             coarse_alone: u32::from(matches!(films, Films::Coarse(_))),
             ..Default::default()

@@ -33,14 +33,21 @@ impl Bounds {
         Self { low: low - slack, high: high + slack }
     }
 
+    pub const NOTHING: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
     /// From a point to the nearest in it; 0 inside.
     pub fn distance(&self, point: DVec3) -> f64 {
         point.distance(point.clamp(self.low, self.high))
     }
 
-    fn around(list: impl Iterator<Item = Self>) -> Self {
-        let nothing = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
-        list.fold(nothing, |a, b| Self { low: a.low.min(b.low), high: a.high.max(b.high) })
+    /// The greatest distance of a point in it from `origin` along `axis`, a unit vector; negative infinity of none.
+    pub fn farthest_along(&self, origin: DVec3, axis: DVec3) -> f64 {
+        let (a, b) = ((self.low - origin) * axis, (self.high - origin) * axis);
+        if self.low.x > self.high.x { f64::NEG_INFINITY } else { a.max(b).element_sum() }
+    }
+
+    pub fn around(list: impl Iterator<Item = Self>) -> Self {
+        list.fold(Self::NOTHING, |a, b| Self { low: a.low.min(b.low), high: a.high.max(b.high) })
     }
 
     fn child(self, index: u32) -> Child {

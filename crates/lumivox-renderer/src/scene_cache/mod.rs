@@ -24,7 +24,7 @@ use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
-use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, Volume, VolumeInstance};
+use lumivox_core::{Camera, ExtinctionSpace, Filter, Medium, Scene, Volume, VolumeInstance};
 use lumivox_shaders::layout::{Frame, Instance, Light, Node};
 use lumivox_shaders::{Kernel, PathTraceVariant, constants};
 
@@ -160,6 +160,8 @@ pub struct SceneCache {
     traced: usize,
     /// The hierarchy over many volumes.
     nodes: Mirror<Node>,
+    /// All that rays meet.
+    around: Bounds,
     features: Features,
     unprepared: u64,
     /// Subtracted from world positions before they are rounded to 32 bits: scenes far from the world's origin keep
@@ -184,6 +186,7 @@ impl SceneCache {
             instances: Mirror::default(),
             traced: 0,
             nodes: Mirror::default(),
+            around: Bounds::NOTHING,
             features: Features::default(),
             unprepared: 0,
             origin: DVec3::ZERO,
@@ -324,6 +327,7 @@ impl SceneCache {
         let instances = traced.chain(read).collect();
         self.traced = placed.len();
         let bounds: Vec<Bounds> = placed.iter().map(|p| Bounds::of(p.instance, origin)).collect();
+        self.around = Bounds::around(bounds.iter().copied());
         let instances_changed = self.instances.update("instances", instances, recording);
         let nodes = if self.features.has_hierarchy(self.limits) { hierarchy::build(&bounds) } else { vec![] };
         let nodes_changed = self.nodes.update("hierarchy", nodes, recording);
@@ -416,6 +420,12 @@ impl SceneCache {
     /// The point of the world that is the GPU's origin.
     pub(crate) fn origin(&self) -> DVec3 {
         self.origin
+    }
+
+    /// The greatest view depth, in metres, at which a ray meets anything; negative infinity where it never does.
+    pub(crate) fn farthest(&self, camera: &Camera) -> f64 {
+        let axis = -camera.world_from_camera.matrix3.z_axis;
+        self.around.farthest_along(camera.world_from_camera.translation - self.origin, axis)
     }
 
     /// Fills in the scene's part of a frame's parameters.

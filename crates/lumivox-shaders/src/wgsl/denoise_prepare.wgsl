@@ -90,5 +90,6 @@ fn denoise_prepare(@builtin(global_invocation_id) id: vec3u) {
     pixels[index] = vec4f(centre.light.rgb * scale, centre.light.a);
     let plane = params.film_size.x * params.film_size.y;
     let limit = film[ray_limit_entry(plane, index)][index % 4u];
-    pixels[plane + index] = vec4f(variance, limit, centre.samples, 0.0);
+    let depth = film[plane + index].x / max(film[index].a, 1.0);
+    pixels[plane + index] = vec4f(variance, limit, centre.samples, depth);
 }

@@ -16,12 +16,24 @@ fn load(at: vec2u) -> Pixel {
     let index = at.y * params.film_size.x + at.x;
     let light = before[index];
     let rest = before[params.film_size.x * params.film_size.y + index];
-    return Pixel(light.rgb, light.a, rest.x, rest.y, rest.z);
+    return Pixel(light.rgb, light.a, rest.x, rest.y, rest.z, rest.w);
 }
 
 // The B3 spline's taps from the middle.
 fn spline(i: i32) -> f32 {
     return select(select(0.0625, 0.25, abs(i) == 1), 0.375, i == 0);
+}
+
+// How alike what two pixels see can be, with what the host has behind it: what a volume hides from both counts for
+// nothing.
+fn alike(a: Pixel, b: Pixel) -> f32 {
+    let a_is_nearer = a.limit > 0.0 && (b.limit == 0.0 || a.limit < b.limit);
+    var opacity = min(a.alpha, b.alpha);
+    if (a_is_nearer && b.depth > a.limit || !a_is_nearer && b.limit > 0.0 && a.depth > b.limit) {
+        // The nearer surface hides it.
+        opacity = 0.0;
+    }
+    return mix(likeness(a.limit, b.limit), 1.0, hidden(opacity));
 }
 
 @compute @workgroup_size(8, 8)
@@ -54,7 +66,7 @@ fn denoise_wavelet(@builtin(global_invocation_id) id: vec3u) {
             + abs(tap.alpha - centre.alpha) / alpha_noise;
         var w = spline(offset.x) * spline(offset.y);
         if (centre.samples > 0.0) {
-            w *= exp(-differs) * likeness(tap.limit, centre.limit);
+            w *= exp(-differs) * alike(tap, centre);
         }
         light += w * vec4f(tap.light, tap.alpha);
         variance += w * w * tap.variance;
@@ -64,5 +76,5 @@ fn denoise_wavelet(@builtin(global_invocation_id) id: vec3u) {
     let w = max(weights, 1e-12);
     pixels[index] = light / w;
     pixels[params.film_size.x * params.film_size.y + index] =
-        vec4f(variance / (w * w), centre.limit, centre.samples, 0.0);
+        vec4f(variance / (w * w), centre.limit, centre.samples, centre.depth);
 }

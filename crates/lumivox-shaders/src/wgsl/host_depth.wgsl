@@ -9,6 +9,11 @@ struct HostDepthParams {
     clear: f32,
     // Whether the host's camera jitters by subpixels, so that depth flickers at edges though nothing moves.
     jittered: u32,
+    // View depth of the farthest point of all volumes.
+    farthest: f32,
+    padding_x: u32,
+    padding_y: u32,
+    padding_z: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: HostDepthParams;
@@ -24,7 +29,8 @@ const TOLERANCE: f32 = 1e-4;
 fn view_depth(at: vec2i) -> f32 {
     let last = vec2i(textureDimensions(host_depth_map)) - 1;
     return view_depth_from_ndc(
-        textureLoad(host_depth_map, clamp(at, vec2i(0), last), 0).r, params.view_depth_from_ndc, params.clear);
+        textureLoad(host_depth_map, clamp(at, vec2i(0), last), 0).r, params.view_depth_from_ndc, params.clear,
+        params.farthest);
 }
 
 fn unchanged(before: f32, now: f32, at: vec2i) -> bool {

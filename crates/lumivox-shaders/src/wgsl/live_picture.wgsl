@@ -3,7 +3,7 @@
 // Two films make the picture. A coarse one answers at once while something moves; a fine one takes over as its samples
 // come in. The coarse one is always denoised, and interpolated by a spline, whose slopes have no breaks. Both may be
 // smaller than the picture: taps that lie behind another surface of the host do not leak over its edges, in the manner
-// of joint bilateral upsampling (Kopf et al., SIGGRAPH 2007).
+// of joint bilateral upsampling (Kopf et al., SIGGRAPH 2007). Surfaces that an opaque volume hides have no such edges.
 
 struct LivePictureParams {
     // View depth is (x * ndc + y) / (z * ndc + w), and the other way round.
@@ -26,7 +26,8 @@ struct LivePictureParams {
     fog_kind: u32,
     fog_distance: vec4f,
     fog_color: vec3f,
-    padding: u32,
+    // View depth of the farthest point of all volumes.
+    farthest: f32,
     // The camera's left, right, bottom and top edge, in metres: at depth 1 unless parallel.
     camera_edges: vec4f,
     // World y of a point in the camera's frame: (x, y, z) * point + w.
@@ -70,8 +71,30 @@ struct Estimate {
     depth: f32,
     hits: f32,
     samples: f32,
-    // How alike the ends of its rays and the pixel's are, at best.
+    // How alike the ends of its rays and the pixel's are at best, where they count.
     alike: f32,
+}
+
+// Sums over pixels, weighted.
+struct Weighted {
+    light: vec3f,
+    alpha: f32,
+    depth: f32,
+    hits: f32,
+    samples: f32,
+    // At best.
+    alike: f32,
+    weights: f32,
+}
+
+fn add(sums: ptr<function, Weighted>, e: Estimate, w: f32, alike: f32) {
+    (*sums).light += w * e.light;
+    (*sums).alpha += w * e.alpha;
+    (*sums).depth += w * e.hits * e.depth;
+    (*sums).hits += w * e.hits;
+    (*sums).samples += w * e.samples;
+    (*sums).alike = max((*sums).alike, alike);
+    (*sums).weights += w;
 }
 
 // The first film may be the coarse one, the second always is.
@@ -153,8 +176,9 @@ fn film_at(second: bool, uv: vec2f, limit: f32) -> Estimate {
         along_x = vec3f(0.5 * (1.0 - f.x) * (1.0 - f.x), 0.75 - (f.x - 0.5) * (f.x - 0.5), 0.5 * f.x * f.x);
         along_y = vec3f(0.5 * (1.0 - f.y) * (1.0 - f.y), 0.75 - (f.y - 0.5) * (f.y - 0.5), 0.5 * f.y * f.y);
     }
-    var mean: Estimate;
-    var weights = 0.0;
+    var mean: Weighted;
+    // What counts as far as a volume hides the pixel's surface.
+    var through: Weighted;
     for (var i = 0; i < taps * taps; i++) {
         let tap = vec2i(i % taps, i / taps);
         let at = vec2u(clamp(base + tap, vec2i(0), last));
@@ -167,24 +191,26 @@ fn film_at(second: bool, uv: vec2f, limit: f32) -> Estimate {
                 e.alpha = 0.0;
                 e.hits = 0.0;
             }
-            mean.alike = max(mean.alike, alike);
-            let w = (along_x[tap.x] * along_y[tap.y] + 1e-4) * alike;
-            mean.light += w * e.light;
-            mean.alpha += w * e.alpha;
-            mean.depth += w * e.hits * e.depth;
-            mean.samples += w * e.samples;
-            mean.hits += w * e.hits;
-            weights += w;
+            let w = along_x[tap.x] * along_y[tap.y] + 1e-4;
+            add(&mean, e, w * alike, alike);
+            let unlike = (1.0 - alike) * hidden(e.alpha);
+            add(&through, e, w * unlike, unlike);
         }
     }
-    if (weights > 0.0) {
-        mean.light /= weights;
-        mean.alpha /= weights;
-        mean.samples /= weights;
-        mean.depth /= max(mean.hits, 1e-9);
-        mean.hits /= weights;
+    if (mean.weights == 0.0) {
+        return Estimate();
     }
-    return mean;
+    let behind = hidden(mean.alpha / mean.weights);
+    let hits = mean.hits + behind * through.hits;
+    let weights = mean.weights + behind * through.weights;
+    var e: Estimate;
+    e.light = (mean.light + behind * through.light) / weights;
+    e.alpha = (mean.alpha + behind * through.alpha) / weights;
+    e.samples = (mean.samples + behind * through.samples) / weights;
+    e.depth = (mean.depth + behind * through.depth) / max(hits, 1e-9);
+    e.hits = hits / weights;
+    e.alike = max(mean.alike, behind * through.alike);
+    return e;
 }
 
 fn both_films_at(uv: vec2f, limit: f32) -> Estimate {
@@ -218,7 +244,7 @@ fn live_picture(@builtin(global_invocation_id) id: vec3u) {
     var limit = 0.0;
     if (params.has_host_depth != 0u) {
         let ndc = textureLoad(host_depth_map, vec2i(id.xy), 0).r;
-        limit = view_depth_from_ndc(ndc, params.view_depth_from_ndc, params.clear);
+        limit = view_depth_from_ndc(ndc, params.view_depth_from_ndc, params.clear, params.farthest);
     }
     let uv = (vec2f(id.xy) + 0.5) / vec2f(params.picture_size);
     let e = both_films_at(uv, limit);

@@ -8,11 +8,13 @@ struct DenoiseParams {
     bounded: u32,
 }
 
-// Two planes: (mean light, alpha), (variance of its luminance, end of its primary rays, samples, 0).
+// Two planes: (mean light, alpha), (variance of its luminance, end of its primary rays, samples, mean view depth of the
+// first hits).
 struct Pixel {
     light: vec3f,
     alpha: f32,
     variance: f32,
     limit: f32,
     samples: f32,
+    depth: f32,
 }

@@ -26,7 +26,7 @@ const BAR: Range<u32> = 100..112;
 const BESIDE_BAR: RangeInclusive<usize> = 97..=115;
 
 /// A head beside a small bright bulb.
-fn head() -> TestScene {
+pub fn head() -> TestScene {
     let options = AnatomyOptions { size: 96, ..Default::default() };
     let volume = Arc::new(anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap());
     let mut scene = Scene::with_volume(volume.clone(), Preset::CtMuscle.medium(&volume));

@@ -1,5 +1,6 @@
 //! Live views: the same film as without a host, ended by its depth, blended over its colour.
 
+mod behind;
 mod depth;
 mod films;
 mod picture;
