@@ -195,10 +195,10 @@ pub struct RenderArgs {
     /// Once for each
     #[arg(long, value_name = "[!]SHAPE:NUMBERS", help_heading = "Look", allow_hyphen_values = true)]
     pub clip_shape: Vec<ClipOption>,
-    /// Labels of the scan's voxels: a DICOM SEG, NIfTI, NRRD or MetaImage file, or 'found' for what is found in a CT by
-    /// itself
+    /// Labels of the scan's voxels: a DICOM SEG, NIfTI, NRRD or MetaImage file, or a folder with a mask for each organ; or
+    /// 'found' for what is found in a CT by itself. Given several times, all files are one label map
     #[arg(long, value_name = "FILE|found", help_heading = "Look")]
-    pub labels: Option<PathBuf>,
+    pub labels: Vec<PathBuf>,
     /// How a label looks, by its name, else its number in the file (#2 where a name is a number), or * for all; in turn.
     /// Words, with commas between them: hide, show, color (its own), color:#rrggbb, opacity:F, density:F, preset:NAME, matte,
     /// uncut (by --clip-shape)

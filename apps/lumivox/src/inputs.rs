@@ -8,7 +8,7 @@ use std::{
 
 use lumivox_core::{CancelToken, LabelVolume, Organ, Progress, Volume};
 use lumivox_import::{
-    ImportError, ImportOptions, Imported, ImportedLabels, LabelOptions, Study, load_labels,
+    ImportError, ImportOptions, Imported, ImportedLabels, LabelOptions, Study, load_label_files, load_labels,
 };
 use lumivox_segmentation::PatientAlone;
 
@@ -75,24 +75,25 @@ pub fn segment(volume: &Volume, reporter: Reporter, cancel: &CancelToken) -> Res
     Ok(reporter.stages(|progress| lumivox_segmentation::segment(volume, progress, cancel))?.labels)
 }
 
-/// Loads a file of labels.
-pub fn label_file(
+/// Loads files of labels as one label map.
+pub fn label_files(
     args: &InputArgs,
-    file: &Path,
+    files: &[PathBuf],
     reporter: Reporter,
     cancel: &CancelToken,
 ) -> Result<Numbered, Failure> {
     // What the options say of a scan's series and layout is not about its labels.
     let mut options = LabelOptions::default();
     options.import.allow_outside_data = args.allow_outside_data;
-    let loaded = reporter.stages(|progress| load_labels(file, &options, progress, cancel))?;
+    let loaded = reporter.stages(|progress| load_label_files(files, &options, progress, cancel))?;
     let names: Vec<&str> = loaded.labels.labels().iter().map(|label| label.name.as_str()).collect();
     let list = match names.len() {
         0 => "no labels".to_owned(),
         1 => format!("1 label: {}", names[0]),
         count => format!("{count} labels: {}", names.join(", ")),
     };
-    reporter.say(&format!("{}: {list}", file.display()));
+    let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    reporter.say(&format!("{}: {list}", names.join(", ")));
     loaded.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
     Ok(Numbered { labels: Arc::new(loaded.labels), numbers: loaded.numbers })
 }

@@ -196,7 +196,12 @@ impl LabelVolume {
             if name == "*" {
                 return self.labels.iter().map(|label| label.value).chain([UNLABELLED]).collect();
             }
-            let named = self.labels.iter().filter(|label| label.name.eq_ignore_ascii_case(name));
+            // Files and programs write `kidney_right` for what is called `kidney right`.
+            let is_it = |own: &str| {
+                let own = own.bytes().map(|byte| if byte == b'_' { b' ' } else { byte.to_ascii_lowercase() });
+                own.eq(name.bytes().map(|byte| if byte == b'_' { b' ' } else { byte.to_ascii_lowercase() }))
+            };
+            let named = self.labels.iter().filter(|label| is_it(&label.name));
             let named: Vec<u8> = named.map(|label| label.value).collect();
             if !named.is_empty() {
                 return named;

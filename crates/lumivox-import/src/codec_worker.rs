@@ -101,8 +101,8 @@ pub fn serve_codecs(input: impl Read, output: impl Write) -> io::Result<()> {
         if (&mut input).take(length).read_to_end(&mut stream)? as u64 != length {
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
-        let shape =
-            FrameShape { encoding, columns: columns as usize, rows: rows as usize, bytes: bytes as usize };
+        let [columns, rows, bytes] = [columns, rows, bytes].map(|word| word as usize);
+        let shape = FrameShape { encoding, columns, rows, bytes, single_bits: false };
         match codec::decode(&stream, &shape) {
             Ok(Decoded { samples, bytes }) => {
                 write_words(&mut output, [SAMPLES, bytes as u64, samples.len() as u64])?;
@@ -383,7 +383,8 @@ mod tests {
     fn a_worker_that_dies_at_once_has_crashed() {
         let mut codecs = Codecs::new(1, &CancelToken::new());
         codecs.worker = Some(CodecWorker::new("false", [""; 0]));
-        let shape = FrameShape { encoding: Encoding::JpegLs, columns: 1, rows: 1, bytes: 1 };
+        let shape =
+            FrameShape { encoding: Encoding::JpegLs, columns: 1, rows: 1, bytes: 1, single_bits: false };
         for _ in 0..100 {
             let Err(CodecFault::Damaged(message)) = codecs.decode(&[0; 70_000], &shape) else {
                 panic!("it decodes nothing");

@@ -7,6 +7,7 @@
 
 mod axes;
 mod broken_pipe;
+mod claims;
 mod codec_worker;
 mod dicom;
 mod environment_file;
@@ -31,7 +32,7 @@ pub use axes::{PatientAxes, UnknownAxes};
 pub use codec_worker::{CodecWorker, serve_codecs, set_codec_worker};
 pub use environment_file::load_environment;
 pub use error::ImportError;
-pub use labels::{ImportedLabels, LabelOptions, default_label_color, load_labels};
+pub use labels::{ImportedLabels, LabelOptions, default_label_color, load_label_files, load_labels};
 use lumivox_core::Volume;
 pub use raw::{RawDescription, RawDescriptionError, load_raw};
 pub use report::{ImportReport, SeriesSummary, SkippedFile, Thumbnail};

@@ -15,7 +15,7 @@ use crate::{
     payload::{ByteSkip, Encoding, Payload},
     sample::SampleType,
     single::{Single, is_placement},
-    text_header::{Field, Fields, HeaderLines, UnknownTail},
+    text_header::{Field, Fields, HeaderLines, UnknownTail, parse_list},
 };
 
 /// Keys that a MetaImage header begins with.
@@ -75,7 +75,8 @@ pub(crate) fn open(path: &Path, allow_outside_data: bool) -> Result<Single, Impo
         return Err(fields.bad(field, "a number of axes"));
     }
     let field = fields.require(&["DimSize"])?;
-    let sizes: Vec<usize> = fields.numbers(field, rank, "sizes, one for each axis")?;
+    let mut sizes: Vec<usize> = first_numbers(fields, field, rank, "sizes, one for each axis")?;
+    sizes.truncate(rank);
     if sizes.contains(&0) {
         return Err(fields.bad(field, "numbers of voxels"));
     }
@@ -140,12 +141,24 @@ fn read_header(path: &Path, allow_outside_data: bool) -> Result<Header<'_>, Impo
     Ok(Header { fields, list, end: lines.offset })
 }
 
+/// The numbers of a field, `count` of which are needed: some writers give those of three axes to an image of two, and ITK
+/// reads as many as there are axes.
+fn first_numbers<T: std::str::FromStr>(
+    fields: &Fields,
+    field: &Field,
+    count: usize,
+    what: &str,
+) -> Result<Vec<T>, ImportError> {
+    let numbers = parse_list(&field.value).filter(|numbers: &Vec<T>| numbers.len() >= count);
+    numbers.ok_or_else(|| fields.bad(field, &format!("{count} {what}")))
+}
+
 /// LPS millimetres from voxel indices.
 fn placement(fields: &Fields, rank: usize, notes: &mut Vec<String>) -> Result<DAffine3, ImportError> {
     // Everything is cut or filled to three axes.
     let vector = |names: &[&str], default: f64| -> Result<DVec3, ImportError> {
         let Some(field) = fields.get(names) else { return Ok(DVec3::splat(default)) };
-        let numbers: Vec<f64> = fields.numbers(field, rank, "numbers, one for each axis")?;
+        let numbers: Vec<f64> = first_numbers(fields, field, rank, "numbers, one for each axis")?;
         Ok(DVec3::from_array(std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(default))))
     };
     let spacing_names = ["ElementSpacing", "ElementSize"];
@@ -380,5 +393,23 @@ mod tests {
                 let _ = load_bytes(&bytes);
             }
         }
+    }
+
+    #[test]
+    fn an_image_of_two_axes_may_have_the_numbers_of_three() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let header = "ObjectType = Image\nNDims = 2\nDimSize = 2 1\nOffset = 5 6 7\nElementSpacing = 1 2 3\n\
+                      ElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
+        std::fs::write(file.path(), [header.as_bytes(), &[3, 4]].concat()).unwrap();
+        let volume = open(file.path(), false)
+            .unwrap()
+            .load(None, lumivox_core::Progress::SILENT, &lumivox_core::CancelToken::new())
+            .unwrap()
+            .volume;
+        assert_eq!((volume.dims(), volume.spacing_mm()), ([2, 1, 1], DVec3::new(1.0, 2.0, 3.0)));
+        assert_eq!(volume.patient_from_voxel().translation, DVec3::new(5.0, 6.0, 7.0));
+        std::fs::write(file.path(), header.replace("1 2 3", "1")).unwrap();
+        let error = open(file.path(), false).err().unwrap().to_string();
+        assert!(error.contains("ElementSpacing (line 5) is '1', not 2 numbers"), "{error}");
     }
 }

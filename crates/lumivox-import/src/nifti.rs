@@ -202,6 +202,40 @@ pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
     .checked()
 }
 
+/// The contents of a header's extensions, in which programs leave what NIfTI has no field for.
+///
+/// # Errors
+/// [`ImportError`] where the file cannot be read; what is no extension is none.
+pub(crate) fn extensions(path: &Path) -> Result<Vec<Vec<u8>>, ImportError> {
+    /// None is longer.
+    const LONGEST: u64 = 4 << 20;
+    let (header, deflated) = read_header(path)?;
+    let size = if header.version == Version::One { 348 } else { 540 };
+    let end = match (header.detached, header.version) {
+        (true, _) => LONGEST,
+        (false, Version::One) => header.float(108, 0, 0) as u64,
+        (false, Version::Two) => i64::from_le_bytes(header.at(0, 168)) as u64,
+    };
+    let file = BufReader::new(File::open(path).map_err(ImportError::io(path))?);
+    let input: Box<dyn Read> =
+        if deflated { inflate(file).map_err(ImportError::io(path))? } else { Box::new(file) };
+    let mut bytes = Vec::new();
+    // A file that breaks off is complained about where its samples are read.
+    let _ = input.take(end.min(LONGEST)).read_to_end(&mut bytes);
+    let mut found = Vec::new();
+    let has_any = bytes.get(size).is_some_and(|flag| *flag != 0);
+    let mut rest = bytes.get(size + 4..).filter(|_| has_any).unwrap_or_default();
+    while let Some((length, _)) = rest.split_first_chunk::<4>() {
+        let length =
+            if header.big_endian { i32::from_be_bytes(*length) } else { i32::from_le_bytes(*length) };
+        let length = usize::try_from(length).ok().filter(|length| *length > 8);
+        let Some(content) = length.and_then(|length| rest.get(8..length)) else { break };
+        found.push(content.to_vec());
+        rest = &rest[content.len() + 8..];
+    }
+    Ok(found)
+}
+
 /// The header, and whether its file is compressed.
 fn read_header(path: &Path) -> Result<(RawHeader, bool), ImportError> {
     let mut file = BufReader::new(File::open(path).map_err(ImportError::io(path))?);

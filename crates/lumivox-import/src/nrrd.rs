@@ -20,6 +20,9 @@ use crate::{
 /// What every NRRD file begins with, before its version.
 pub(crate) const MAGIC: &[u8] = b"NRRD000";
 
+/// What people call it.
+pub(crate) const NAME: &str = "NRRD";
+
 /// The newest version that has been published.
 const NEWEST: char = '5';
 
@@ -55,7 +58,7 @@ pub(crate) fn open(path: &Path, allow_outside_data: bool) -> Result<Single, Impo
     let patient_from_voxel = placement(fields, &axes, &mut notes)?;
     Single {
         path: path.to_owned(),
-        format: "NRRD",
+        format: NAME,
         dims: axes.dims,
         phases: axes.phases,
         payload,
@@ -236,11 +239,34 @@ fn placement(fields: &Fields, axes: &Axes, notes: &mut Vec<String>) -> Result<DA
     };
     let space_from_voxel =
         DAffine3::from_mat3_translation(DMat3::from_cols(columns[0], columns[1], columns[2]), origin);
-    let patient_from_voxel = patient_from_space(fields, notes)? * space_from_voxel;
+    let patient_from_voxel = match old_segmentation_start(fields, axes)? {
+        Some(start) => lps_from_ras() * space_from_voxel * DAffine3::from_translation(start),
+        None => patient_from_space(fields, notes)? * space_from_voxel,
+    };
     if !is_placement(patient_from_voxel) {
         return Err(fields.bad(directions, "three independent directions with a finite space origin"));
     }
     Ok(patient_from_voxel)
+}
+
+/// Where the samples of a segmentation begin that 3D Slicer wrote before 4.7, in voxels: its space, of four axes, is RAS, the
+/// origin is that of the scan's first voxel, and the samples are those of an extent. `None` for any other header.
+fn old_segmentation_start(fields: &Fields, axes: &Axes) -> Result<Option<DVec3>, ImportError> {
+    let is_old = fields.get(&["space"]).is_none()
+        && fields.get(&["space dimension"]).is_some_and(|field| field.value.trim() == "4");
+    let Some(field) = fields.get(&["Segmentation_Extent", "Segment0_Extent"]).filter(|_| is_old) else {
+        return Ok(None);
+    };
+    let ends: Vec<i64> = fields.numbers(field, 6, "first and last voxels along three axes")?;
+    let fits = |axis: usize| {
+        let side = ends[2 * axis + 1].checked_sub(ends[2 * axis]).and_then(|side| side.checked_add(1));
+        side == i64::try_from(axes.dims[axis]).ok()
+    };
+    if !(0..3).all(fits) {
+        let problem = "is not the extent of the samples, so that their place is not known";
+        return Err(fields.complain(field, problem, "Open it in 3D Slicer and save it again"));
+    }
+    Ok(Some(DVec3::new(ends[0] as f64, ends[2] as f64, ends[4] as f64)))
 }
 
 /// LPS millimetres from the header's space.
@@ -338,7 +364,7 @@ fn payload(header: &Header, notes: &mut Vec<String>) -> Result<Payload, ImportEr
     };
     let line_skip =
         fields.get(&["line skip", "lineskip"]).map_or(Ok(0), |f| fields.number(f, "a number of lines"))?;
-    let byte_skip = fields.byte_skip(&["byte skip", "byteskip"], encoding, UnknownTail::IsRefused)?;
+    let byte_skip = fields.byte_skip(&["byte skip", "byteskip"], encoding, UnknownTail::IsCounted)?;
     let (files, start) = match fields.get(&["data file", "datafile"]) {
         Some(field) => (fields.data_files(field, &header.list)?, 0),
         None => (vec![fields.path.to_owned()], header.end),

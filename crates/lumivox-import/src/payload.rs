@@ -43,7 +43,7 @@ pub(crate) enum Encoding {
 pub(crate) enum ByteSkip {
     /// So many bytes, counted after inflating.
     Bytes(u64),
-    /// Whatever leaves the samples at the end of the file.
+    /// Whatever leaves the samples at the end of the file, or of what is inflated of it.
     Tail,
 }
 
@@ -157,7 +157,7 @@ impl Payload {
                 continue;
             }
             let start = self.start_in(header, file, per_file)?;
-            let mut input = self.open(file, start, before, cancel)?;
+            let mut input = self.open(file, start, (before, per_file), cancel)?;
             let mut left = (per_file - before).min(wanted - done);
             let to_its_end = before + left == per_file;
             let mut read = before;
@@ -213,7 +213,7 @@ impl Payload {
         if unpacked_size(file).map_err(ImportError::io(file))? == skip.saturating_add(expected) as u32 {
             return Ok(None);
         }
-        let mut input = self.open(file, self.start_in(header, file, expected)?, 0, cancel)?;
+        let mut input = self.open(file, self.start_in(header, file, expected)?, (0, expected), cancel)?;
         let mut there = 0;
         let mut buffer = vec![0; CHUNK.min(expected as usize)];
         while there < expected {
@@ -313,17 +313,18 @@ impl Payload {
             _ => {}
         }
         Ok(match self.byte_skip {
+            ByteSkip::Tail if self.encoding == Encoding::Deflate => self.start,
             ByteSkip::Tail => metadata.len().saturating_sub(bytes).max(self.start),
             ByteSkip::Bytes(_) => self.start,
         })
     }
 
-    /// Opens a data file `before` bytes behind its first sample.
+    /// Opens a data file, which holds `per_file` bytes of samples, `before` bytes behind the first of them.
     fn open(
         &self,
         path: &Path,
         start: u64,
-        before: u64,
+        (before, per_file): (u64, u64),
         cancel: &CancelToken,
     ) -> Result<Box<dyn Read>, ImportError> {
         let mut file = BufReader::with_capacity(1 << 16, File::open(path).map_err(ImportError::io(path))?);
@@ -333,9 +334,13 @@ impl Payload {
                 break;
             }
         }
-        let skip = match self.byte_skip {
-            ByteSkip::Bytes(skip) => skip,
-            ByteSkip::Tail => 0,
+        let skip = match (self.byte_skip, self.encoding) {
+            (ByteSkip::Bytes(skip), _) => skip,
+            (ByteSkip::Tail, Encoding::Deflate) => {
+                let at = file.stream_position().map_err(ImportError::io(path))?;
+                self.inflated_bytes(path, at, cancel)?.saturating_sub(per_file)
+            }
+            (ByteSkip::Tail, _) => 0,
         };
         let mut left = skip.saturating_add(before);
         let mut input: Box<dyn Read> = match self.encoding {
@@ -359,6 +364,22 @@ impl Payload {
             }
         }
         Ok(input)
+    }
+
+    /// How long deflated data are that begin at `start` of a file: it shows at their end only.
+    fn inflated_bytes(&self, path: &Path, start: u64, cancel: &CancelToken) -> Result<u64, ImportError> {
+        let mut file = BufReader::new(File::open(path).map_err(ImportError::io(path))?);
+        file.seek(SeekFrom::Start(start)).map_err(ImportError::io(path))?;
+        let mut input = inflate(file).map_err(ImportError::io(path))?;
+        let mut buffer = vec![0; 1 << 16];
+        let mut length = 0;
+        loop {
+            cancel.check()?;
+            match fill(&mut *input, &mut buffer).map_err(|e| self.damaged(path, e))? {
+                0 => return Ok(length),
+                read => length += read as u64,
+            }
+        }
     }
 
     /// What a failed read means: the system's trouble, or damaged data.
@@ -523,6 +544,12 @@ mod tests {
         assert!(read(&lines, [3, 1, 1], 1).unwrap_err().to_string().contains("cannot share"));
         let tail = Payload { byte_skip: ByteSkip::Tail, ..payload(a.path(), Encoding::Raw) };
         assert_eq!(read(&tail, [2, 1, 1], 1).unwrap(), [1.0, 2.0]);
+        // Of what is inflated, too.
+        let gz = file(&gzip(&[9, 9, 9, 5, 6]));
+        let tail = Payload { byte_skip: ByteSkip::Tail, ..payload(gz.path(), Encoding::Deflate) };
+        assert_eq!(read(&tail, [2, 1, 1], 1).unwrap(), [5.0, 6.0]);
+        assert_eq!(read(&tail, [5, 1, 1], 1).unwrap(), [9.0, 9.0, 9.0, 5.0, 6.0]);
+        assert!(read(&tail, [6, 1, 1], 1).is_err());
     }
 
     #[test]

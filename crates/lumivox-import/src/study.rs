@@ -8,6 +8,10 @@ use crate::{
     ImportOptions, ImportReport, Imported, Thumbnail, dicom,
     error::ImportError,
     format::{self, Format},
+    labels::{
+        self,
+        segments::{self, Segment},
+    },
     metaimage, nifti, nrrd, raw,
     single::Single,
 };
@@ -38,6 +42,8 @@ enum Content {
     Dicom(Box<dicom::Study>),
     /// A file of another format, which holds one scan.
     Single(Box<Single>),
+    /// A segmentation whose segments lie in several layers.
+    Layers(Box<Single>, Vec<Segment>),
 }
 
 impl Study {
@@ -73,7 +79,16 @@ impl Study {
             }?;
             let mut report = single.report();
             report.notes.extend(unused(options, &report.format));
-            Ok(Self { content: Content::Single(Box::new(single)), report })
+            let segments = match single.format {
+                nrrd::NAME if single.phases > 1 => segments::read(file, options.allow_outside_data)?,
+                _ => Vec::new(),
+            };
+            if segments.is_empty() {
+                return Ok(Self { content: Content::Single(Box::new(single)), report });
+            }
+            // All its layers are one picture.
+            report.series.iter_mut().for_each(|series| series.phases = 1);
+            Ok(Self { content: Content::Layers(Box::new(single), segments), report })
         };
         match paths {
             [folder] if folder.is_dir() => {
@@ -110,7 +125,7 @@ impl Study {
         assert!(place < self.report.series.len(), "there is no series {place}");
         match &self.content {
             Content::Dicom(study) => study.thumbnail(place, side, cancel),
-            Content::Single(single) => single.thumbnail(side, cancel),
+            Content::Single(single) | Content::Layers(single, _) => single.thumbnail(side, cancel),
         }
     }
 
@@ -126,7 +141,13 @@ impl Study {
     ) -> Result<Imported, ImportError> {
         let mut imported = match &mut self.content {
             Content::Dicom(study) => study.load(options, progress, cancel)?,
-            Content::Single(single) => single.load(options.phase, progress, cancel)?,
+            Content::Layers(single, segments) if options.phase.is_none() => {
+                // It has told of unused options by itself.
+                return labels::load_layers(single, segments, options, progress, cancel);
+            }
+            Content::Single(single) | Content::Layers(single, _) => {
+                single.load(options.phase, progress, cancel)?
+            }
         };
         imported.report.notes.extend(unused(options, &imported.report.format));
         Ok(imported)
@@ -193,15 +214,37 @@ pub(crate) fn only_volume_in(
     options: &ImportOptions,
     cancel: &CancelToken,
 ) -> Result<PathBuf, ImportError> {
+    let mut volumes = volumes_in(folder, options, cancel)?;
+    match volumes.len() {
+        1 => Ok(volumes.remove(0)),
+        several => Err(ImportError::Unsupported {
+            path: folder.to_owned(),
+            what: format!("it holds {several} volumes"),
+            remedy: "Open one of its files".to_owned(),
+        }),
+    }
+}
+
+/// The files of a folder without DICOM that are volumes, by their names; if there is none, the one that
+/// [`ImportOptions::raw`] can only mean.
+///
+/// # Errors
+/// Where there is none.
+pub(crate) fn volumes_in(
+    folder: &Path,
+    options: &ImportOptions,
+    cancel: &CancelToken,
+) -> Result<Vec<PathBuf>, ImportError> {
     let all = dicom::files_below(folder, cancel)?.files;
     let mut volumes = Vec::new();
     for file in &all {
         cancel.check()?;
-        volumes.extend(format::recognise(file).is_ok().then_some(file));
+        volumes.extend(format::recognise(file).is_ok().then(|| file.clone()));
     }
+    volumes.sort();
     match (&volumes[..], &all[..]) {
-        ([only], _) => Ok(only.to_path_buf()),
-        ([], [only]) if options.raw.is_some() => Ok(only.clone()),
+        ([_, ..], _) => Ok(volumes),
+        ([], [only]) if options.raw.is_some() => Ok(vec![only.clone()]),
         ([], _) => Err(ImportError::NoSeries {
             path: folder.to_owned(),
             files: all.len(),
@@ -211,11 +254,6 @@ pub(crate) fn only_volume_in(
                 None => "None is of a format that Lumivox reads",
             }
             .to_owned(),
-        }),
-        (several, _) => Err(ImportError::Unsupported {
-            path: folder.to_owned(),
-            what: format!("it holds {} volumes", several.len()),
-            remedy: "Open one of its files".to_owned(),
         }),
     }
 }

@@ -130,8 +130,9 @@ impl Fields<'_> {
 pub(crate) enum UnknownTail {
     /// No byte is skipped: MetaIO, which looks at its HeaderSize for raw samples only, writes and reads it so.
     IsNothing,
-    /// It is refused: the definition of NRRD allows it for raw samples only.
-    IsRefused,
+    /// Samples of compressed data lie at their end, as pynrrd reads it, though the definition of NRRD allows it for raw ones
+    /// only. Of text it is refused.
+    IsCounted,
 }
 
 /// Where the samples are.
@@ -147,10 +148,14 @@ impl Fields<'_> {
         tail: UnknownTail,
     ) -> Result<ByteSkip, ImportError> {
         let Some(field) = self.get(names) else { return Ok(ByteSkip::Bytes(0)) };
-        let expected = "a number of bytes, or -1";
+        let expected = match (encoding, tail) {
+            (Encoding::Text | Encoding::Hex, UnknownTail::IsCounted) => "a number of bytes",
+            _ => "a number of bytes, or -1",
+        };
         match self.number::<i64>(field, expected)? {
             -1 if encoding == Encoding::Raw => Ok(ByteSkip::Tail),
             -1 if tail == UnknownTail::IsNothing => Ok(ByteSkip::Bytes(0)),
+            -1 if encoding == Encoding::Deflate => Ok(ByteSkip::Tail),
             skip => u64::try_from(skip).map(ByteSkip::Bytes).map_err(|_| self.bad(field, expected)),
         }
     }
@@ -274,7 +279,7 @@ mod tests {
             let fields = Fields { path: Path::new("scan"), fields: vec![field], allow_outside_data: false };
             fields.byte_skip(&["skip"], encoding, tail).map_err(|error| error.to_string())
         };
-        for tail in [UnknownTail::IsNothing, UnknownTail::IsRefused] {
+        for tail in [UnknownTail::IsNothing, UnknownTail::IsCounted] {
             assert_eq!(skip("12", Encoding::Deflate, tail), Ok(ByteSkip::Bytes(12)));
             assert_eq!(skip("-1", Encoding::Raw, tail), Ok(ByteSkip::Tail));
             let error = skip("-2", Encoding::Raw, tail).unwrap_err();
@@ -282,8 +287,10 @@ mod tests {
         }
         for encoding in [Encoding::Deflate, Encoding::Text] {
             assert_eq!(skip("-1", encoding, UnknownTail::IsNothing), Ok(ByteSkip::Bytes(0)));
-            assert!(skip("-1", encoding, UnknownTail::IsRefused).is_err());
         }
+        assert_eq!(skip("-1", Encoding::Deflate, UnknownTail::IsCounted), Ok(ByteSkip::Tail));
+        let error = skip("-1", Encoding::Text, UnknownTail::IsCounted).unwrap_err();
+        assert!(error.contains("'-1', not a number of bytes.") && !error.contains("or -1"), "{error}");
     }
 
     #[test]

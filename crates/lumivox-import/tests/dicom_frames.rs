@@ -202,9 +202,11 @@ fn spect_lies_where_its_detector_says_and_is_not_mirrored() {
         let notes = &imported.report.notes;
         assert!(!notes.iter().any(|note| note.contains("not given")), "{notes:?}");
     }
-    // Only nuclear medicine knows a sign (PS3.3 C.7.6.2).
+    // Only nuclear medicine knows a sign (PS3.3 C.7.6.2); of others nothing else can be meant, and it is told.
     let other = frames("OT", 3).decimals(SPACING_BETWEEN_SLICES, &[-4.0]);
-    assert_eq!(firsts(&load_one(&other).unwrap().volume), [1.0, 11.0, 21.0]);
+    let imported = load_one(&other).unwrap();
+    assert_eq!(firsts(&imported.volume), [21.0, 11.0, 1.0]);
+    assert!(imported.report.notes.iter().any(|note| note.contains("against the normal")));
 }
 
 #[test]

@@ -294,7 +294,7 @@ fn fractions_stay_fractions_where_there_is_one_segment() {
         &[(1, 0.0, [0, 50, 100, 200, 0, 0, 0, 0]), (2, 0.0, [99, 150, 120, 0, 0, 0, 0, 0])],
     );
     assert_eq!(values(&load_one(&two).unwrap().volume)[..4], [0.0, 2.0, 2.0, 1.0]);
-    // As of binary ones the highest number is kept where several fill at least half.
+    // As of binary ones the smallest is kept where several fill at least half; of equal ones the highest number.
     let overlapping = segmentation(
         "FRACTIONAL",
         &[(1, 0.0, [0, 200, 100, 200, 0, 0, 0, 0]), (2, 0.0, [99, 150, 100, 99, 0, 0, 0, 0])],

@@ -188,7 +188,7 @@ fn segments_of_3d_slicer_have_their_names_and_colors() {
 }
 
 #[test]
-fn segments_in_layers_are_told_apart_and_the_later_wins() {
+fn segments_in_layers_are_told_apart_and_the_smallest_wins() {
     let folder = Folder::new();
     let segment = |n: usize, value: u8, layer: usize, name: &str| {
         format!("Segment{n}_LabelValue:={value}\nSegment{n}_Layer:={layer}\nSegment{n}_Name:={name}\n")
@@ -207,7 +207,7 @@ fn segments_in_layers_are_told_apart_and_the_later_wins() {
         let imported = folder.load("b.seg.nrrd", [header.as_bytes(), &data].concat()).unwrap();
         assert_eq!(names(&imported), [(1, "bone"), (2, "tumour"), (3, "fat"), (4, "label 7")], "{header}");
         assert_eq!(imported.labels.voxels(), [1, 2, 3, 4]);
-        is_told(&imported, "1 voxels belong to several segments; the later one is kept");
+        is_told(&imported, "1 voxels belong to several segments; the smallest of these is kept");
         is_told(&imported, "segments in 2 layers");
         // One layer alone.
         let mut options = LabelOptions::default();
@@ -261,7 +261,7 @@ fn segment(number: u16, label: &str, lab: Option<[u16; 3]>) -> Elements {
 }
 
 #[test]
-fn dicom_segments_have_their_names_and_colors_and_the_later_wins() {
+fn dicom_segments_have_their_names_and_colors_and_the_smallest_wins() {
     let folder = Folder::new();
     // sRGB (221, 130, 101).
     let segments = vec![segment(1, "Liver", Some([41984, 41604, 40995])), segment(2, "Tumour", None)];
@@ -278,7 +278,7 @@ fn dicom_segments_have_their_names_and_colors_and_the_later_wins() {
         );
         assert_eq!(names(&imported), [(1, "Liver"), (2, "Tumour")]);
         is_color(&imported.labels.labels()[0], [221.0, 130.0, 101.0]);
-        is_told(&imported, "1 voxels belong to several segments; the one with the highest number is kept");
+        is_told(&imported, "1 voxels belong to several segments; the smallest of these is kept");
         assert_eq!(imported.labels.patient_from_voxel().translation, DVec3::new(3.0, 4.0, 0.0));
     }
 }

@@ -63,8 +63,11 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         )));
     }
     inputs::check(&args.input)?;
-    let label_file = args.labels.as_deref().filter(|file| !is_found(file));
-    if let Some(file) = label_file {
+    let label_files: Vec<PathBuf> = args.labels.iter().filter(|file| !is_found(file)).cloned().collect();
+    if !label_files.is_empty() && label_files.len() < args.labels.len() {
+        return Err(Failure::usage("--labels found finds labels by itself; it goes with no file of labels"));
+    }
+    for file in &label_files {
         inputs::check_file(file)?;
     }
     let environment = environment(args)?;
@@ -120,8 +123,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         reporter.say("note: the scans lie apart: are they of one patient, and of one place?");
     }
     let mut volumes = Vec::with_capacity(scans.len());
-    let from_file =
-        label_file.map(|file| inputs::label_file(&args.input, file, reporter, &cancel)).transpose()?;
+    let from_file = (!label_files.is_empty())
+        .then(|| inputs::label_files(&args.input, &label_files, reporter, &cancel))
+        .transpose()?;
     for scan in scans {
         reporter.say(&format!("{}: {}", scan.report.format, inputs::describe(&scan.volume)));
         scan.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
@@ -132,7 +136,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         }
         let look = &looks[volumes.len()];
         let (volume, found) = shown(args, scan.volume, look, reporter, &cancel)?;
-        if let (Some(numbered), Some(file)) = (&from_file, label_file) {
+        if let (Some(numbered), Some(file)) = (&from_file, label_files.first()) {
             match numbered.labels.share_within(&volume) {
                 Some(0.0) if looks.len() == 1 => {
                     return Err(Failure::input(format!(
@@ -151,7 +155,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         }
         let labels = match &from_file {
             Some(labels) => Some(labels.clone()),
-            None => found.filter(|_| args.labels.is_some()).map(Numbered::new),
+            None => found.filter(|_| !args.labels.is_empty()).map(Numbered::new),
         };
         volumes.push((Arc::new(volume), labels));
     }
@@ -244,7 +248,7 @@ fn shown(
     reporter: Reporter,
     cancel: &CancelToken,
 ) -> Result<(Volume, Option<LabelVolume>), Failure> {
-    let wants_labels = args.labels.as_deref().is_some_and(is_found);
+    let wants_labels = args.labels.iter().any(|labels| is_found(labels));
     if args.keep == Keep::Everything {
         let found = wants_labels.then(|| inputs::segment(&scan, reporter, cancel)).transpose()?;
         return Ok((scan, found));

@@ -44,6 +44,7 @@ macro_rules! attributes {
 attributes! { VALUES:
     FILE_META_INFORMATION_GROUP_LENGTH = "FileMetaInformationGroupLength" 0x0002_0000;
     TRANSFER_SYNTAX_UID = "TransferSyntaxUID" 0x0002_0010;
+    SPECIFIC_CHARACTER_SET = "SpecificCharacterSet" 0x0008_0005;
     IMAGE_TYPE = "ImageType" 0x0008_0008;
     SOP_CLASS_UID = "SOPClassUID" 0x0008_0016;
     SOP_INSTANCE_UID = "SOPInstanceUID" 0x0008_0018;
@@ -100,6 +101,8 @@ attributes! { VALUES:
     INSTANCE_NUMBER = "InstanceNumber" 0x0020_0013;
     IMAGE_POSITION_PATIENT = "ImagePositionPatient" 0x0020_0032;
     IMAGE_ORIENTATION_PATIENT = "ImageOrientationPatient" 0x0020_0037;
+    IMAGE_POSITION_VOLUME = "ImagePositionVolume" 0x0020_9301;
+    IMAGE_ORIENTATION_VOLUME = "ImageOrientationVolume" 0x0020_9302;
     FRAME_OF_REFERENCE_UID = "FrameOfReferenceUID" 0x0020_0052;
     TEMPORAL_POSITION_IDENTIFIER = "TemporalPositionIdentifier" 0x0020_0100;
     IN_STACK_POSITION_NUMBER = "InStackPositionNumber" 0x0020_9057;
@@ -119,13 +122,21 @@ attributes! { VALUES:
     BITS_STORED = "BitsStored" 0x0028_0101;
     HIGH_BIT = "HighBit" 0x0028_0102;
     PIXEL_REPRESENTATION = "PixelRepresentation" 0x0028_0103;
+    SMALLEST_IMAGE_PIXEL_VALUE = "SmallestImagePixelValue" 0x0028_0106;
     PIXEL_PADDING_VALUE = "PixelPaddingValue" 0x0028_0120;
     PIXEL_PADDING_RANGE_LIMIT = "PixelPaddingRangeLimit" 0x0028_0121;
     FLOAT_PIXEL_PADDING_VALUE = "FloatPixelPaddingValue" 0x0028_0122;
     DOUBLE_FLOAT_PIXEL_PADDING_VALUE = "DoubleFloatPixelPaddingValue" 0x0028_0123;
+    WINDOW_CENTER = "WindowCenter" 0x0028_1050;
     RESCALE_INTERCEPT = "RescaleIntercept" 0x0028_1052;
     RESCALE_SLOPE = "RescaleSlope" 0x0028_1053;
     RESCALE_TYPE = "RescaleType" 0x0028_1054;
+    RED_PALETTE_DESCRIPTOR = "RedPaletteColorLookupTableDescriptor" 0x0028_1101;
+    GREEN_PALETTE_DESCRIPTOR = "GreenPaletteColorLookupTableDescriptor" 0x0028_1102;
+    BLUE_PALETTE_DESCRIPTOR = "BluePaletteColorLookupTableDescriptor" 0x0028_1103;
+    RED_PALETTE_DATA = "RedPaletteColorLookupTableData" 0x0028_1201;
+    GREEN_PALETTE_DATA = "GreenPaletteColorLookupTableData" 0x0028_1202;
+    BLUE_PALETTE_DATA = "BluePaletteColorLookupTableData" 0x0028_1203;
     LUT_DESCRIPTOR = "LUTDescriptor" 0x0028_3002;
     MODALITY_LUT_TYPE = "ModalityLUTType" 0x0028_3004;
     LUT_DATA = "LUTData" 0x0028_3006;
@@ -155,6 +166,7 @@ attributes! { VALUES:
     DOSE_UNITS = "DoseUnits" 0x3004_0002;
     GRID_FRAME_OFFSET_VECTOR = "GridFrameOffsetVector" 0x3004_000C;
     DOSE_GRID_SCALING = "DoseGridScaling" 0x3004_000E;
+    OVERLAY_BIT_POSITION = "OverlayBitPosition" 0x6000_0102;
     EXTENDED_OFFSET_TABLE = "ExtendedOffsetTable" 0x7FE0_0001;
 }
 
@@ -169,6 +181,8 @@ attributes! { SEQUENCES:
     FRAME_CONTENT_SEQUENCE = "FrameContentSequence" 0x0020_9111;
     PLANE_POSITION_SEQUENCE = "PlanePositionSequence" 0x0020_9113;
     PLANE_ORIENTATION_SEQUENCE = "PlaneOrientationSequence" 0x0020_9116;
+    PLANE_POSITION_VOLUME_SEQUENCE = "PlanePositionVolumeSequence" 0x0020_930E;
+    PLANE_ORIENTATION_VOLUME_SEQUENCE = "PlaneOrientationVolumeSequence" 0x0020_930F;
     MODALITY_LUT_SEQUENCE = "ModalityLUTSequence" 0x0028_3000;
     MEASUREMENT_UNITS_CODE_SEQUENCE = "MeasurementUnitsCodeSequence" 0x0040_08EA;
     REAL_WORLD_VALUE_MAPPING_SEQUENCE = "RealWorldValueMappingSequence" 0x0040_9096;
@@ -193,6 +207,12 @@ pub(crate) const SIEMENS_CSA_HEADER: Private =
 /// Four numbers, of which the first is the b-value, sometimes with 1,000,000,000 added.
 pub(crate) const GE_B_VALUE: Private =
     Private { group: 0x0043, element: 0x39, creator: "GEMS_PARM_01", keyword: "B_value" };
+/// What an image is a part of: 0 magnitude, 1 phase, 2 real, 3 imaginary.
+pub(crate) const GE_IMAGE_PART: Private =
+    Private { group: 0x0043, element: 0x2F, creator: "GEMS_PARM_01", keyword: "RawDataTypeImageType" };
+/// 2 for magnitudes beside maps and flow, 3 to 5 for directions.
+pub(crate) const GE_VAS_COLLAPSE: Private =
+    Private { group: 0x0043, element: 0x30, creator: "GEMS_PARM_01", keyword: "VasCollapseFlag" };
 pub(crate) const PHILIPS_B_VALUE: Private =
     Private { group: 0x2001, element: 0x03, creator: "Philips Imaging DD 001", keyword: "DiffusionBFactor" };
 /// The protocol of a whole series, as text between binary data.
@@ -221,11 +241,13 @@ pub(crate) const UIH_SLICES: Private = Private {
 /// An item for each of them.
 pub(crate) const UIH_FRAME_SEQUENCE: Private =
     Private { group: 0x0065, element: 0x51, creator: "Image Private Header", keyword: "MRVFrameSequence" };
-const PRIVATE: [Private; 9] = [
+const PRIVATE: [Private; 11] = [
     SIEMENS_B_VALUE,
     SIEMENS_CSA_HEADER,
     SIEMENS_CSA_SERIES_HEADER,
     GE_B_VALUE,
+    GE_IMAGE_PART,
+    GE_VAS_COLLAPSE,
     GE_SCAN_DATE_TIME,
     PHILIPS_B_VALUE,
     PHILIPS_SUV_SCALE,

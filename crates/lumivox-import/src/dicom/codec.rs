@@ -194,6 +194,30 @@ pub(crate) struct FrameShape {
     pub(crate) rows: usize,
     /// Bytes of a sample in the file's own words.
     pub(crate) bytes: usize,
+    /// Whether samples are single bits, of which eight make a byte.
+    pub(crate) single_bits: bool,
+}
+
+impl FrameShape {
+    fn samples(&self) -> usize {
+        self.columns * self.rows
+    }
+
+    /// Bytes of a frame that is not compressed by more than its bits are packed.
+    fn packed_bytes(&self) -> usize {
+        if self.single_bits { self.samples().div_ceil(8) } else { self.samples() * self.bytes }
+    }
+
+    /// The samples of a frame in the file's own words.
+    fn own_words(&self, words: Vec<u8>) -> Decoded {
+        // Some writers compress a byte for each bit.
+        if !self.single_bits || words.len() >= self.samples() {
+            return Decoded { samples: words, bytes: self.bytes };
+        }
+        // The first sample is in the lowest bit (PS3.5 8.1.1).
+        let bits = words.iter().flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1));
+        Decoded { samples: bits.take(self.samples()).collect(), bytes: 1 }
+    }
 }
 
 /// Samples of a frame as a codec gives them: little endian, with bytes of their own number.
@@ -231,33 +255,48 @@ impl From<&str> for CodecFault {
 pub(crate) fn decode(stream: &[u8], format: &FrameShape) -> Result<Decoded, CodecFault> {
     // No decoder is known to panic on what passes the checks; if one does, it costs a slice and not the program.
     let decoded = catch_unwind(AssertUnwindSafe(|| match format.encoding {
-        Encoding::Native | Encoding::Raw => Ok(Decoded { samples: stream.to_vec(), bytes: format.bytes }),
-        Encoding::Deflate => Ok(inflate(stream, format)?),
-        Encoding::Rle => {
-            let samples = rle::decode(stream, format.columns * format.rows, format.bytes)?;
-            Ok(Decoded { samples, bytes: format.bytes })
+        Encoding::Native | Encoding::Raw => Ok(format.own_words(stream.to_vec())),
+        Encoding::Deflate => Ok(format.own_words(inflate(stream, format)?)),
+        Encoding::Rle if format.single_bits => {
+            let packed = rle::decode(stream, format.samples(), 1);
+            let words = packed.or_else(|_| rle::decode(stream, format.packed_bytes(), 1))?;
+            Ok(format.own_words(words))
         }
+        Encoding::Rle => Ok(format.own_words(rle::decode(stream, format.samples(), format.bytes)?)),
         Encoding::Jpeg => jpeg(stream, format),
         Encoding::JpegLs => Ok(jpeg_ls(stream, format)?),
         Encoding::Jpeg2000 => Ok(jpeg_2000(stream, format)?),
         Encoding::JpegXl => jpeg_xl(stream, format),
     }))
     .unwrap_or_else(|_| Err("has a compressed frame that its decoder gave up on".into()))?;
-    let expected = format.columns * format.rows * decoded.bytes;
+    let expected = format.samples() * decoded.bytes;
     if decoded.samples.len() < expected {
         return Err(format!("holds {} bytes of samples instead of {expected}", decoded.samples.len()).into());
     }
     Ok(decoded)
 }
 
-fn inflate(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
+/// The bits of a sample by the codestream's own word, and whether they have a sign; `None` where the samples are the file's
+/// own bytes.
+pub(crate) fn precision(stream: &[u8], encoding: Encoding) -> Option<(u32, bool)> {
+    let of = |info: StreamInfo| (info.precision as u32, info.signed);
+    match encoding {
+        Encoding::Native | Encoding::Raw | Encoding::Deflate | Encoding::Rle => None,
+        Encoding::Jpeg | Encoding::JpegLs => jpeg_info(stream).map(of),
+        Encoding::Jpeg2000 => jpeg_2000_info(stream).ok().map(of),
+        // As wide as they may be, and no wider than they come.
+        Encoding::JpegXl => Some((16, false)),
+    }
+}
+
+fn inflate(stream: &[u8], format: &FrameShape) -> Result<Vec<u8>, String> {
     use std::io::Read;
-    let mut samples = Vec::new();
+    let mut words = Vec::new();
     flate2::read::DeflateDecoder::new(stream)
-        .take((format.columns * format.rows * format.bytes) as u64)
-        .read_to_end(&mut samples)
+        .take((format.samples() * format.bytes) as u64)
+        .read_to_end(&mut words)
         .map_err(|e| format!("has damaged deflated frames ({e})"))?;
-    Ok(Decoded { samples, bytes: format.bytes })
+    Ok(words)
 }
 
 /// What a codestream's own header says.
@@ -266,7 +305,10 @@ struct StreamInfo {
     marker: usize,
     columns: usize,
     rows: usize,
+    /// Bits of a sample.
     precision: usize,
+    /// Whether samples have a sign, which those of JPEG and JPEG-LS never have.
+    signed: bool,
     components: usize,
 }
 
@@ -302,6 +344,7 @@ fn jpeg_info(stream: &[u8]) -> Option<StreamInfo> {
                 return Some(StreamInfo {
                     marker,
                     precision: (*stream.get(at + 4)?).into(),
+                    signed: false,
                     rows: word(at + 5)?,
                     columns: word(at + 7)?,
                     components: (*stream.get(at + 9)?).into(),
@@ -365,7 +408,8 @@ fn jpeg_ls(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
     }
 }
 
-fn jpeg_2000(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
+/// What the SIZ segment of a JPEG 2000 stream says.
+fn jpeg_2000_info(stream: &[u8]) -> Result<StreamInfo, String> {
     // The codestream begins with SOC and SIZ, by itself or within the boxes of a JP2 file.
     const BEGIN: [u8; 4] = [0xFF, 0x4F, 0xFF, 0x51];
     const SEARCHED: usize = 4096;
@@ -374,16 +418,21 @@ fn jpeg_2000(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
         .windows(4)
         .position(|window| window == BEGIN)
         .ok_or("has no JPEG 2000 stream where one belongs")?;
-    let siz = stream.get(start + 8..start + 42).ok_or("has a JPEG 2000 stream that is cut short")?;
+    let siz = stream.get(start + 8..start + 43).ok_or("has a JPEG 2000 stream that is cut short")?;
     let long = |at: usize| u32::from_be_bytes([siz[at], siz[at + 1], siz[at + 2], siz[at + 3]]);
-    StreamInfo {
+    Ok(StreamInfo {
         marker: 0,
         columns: long(0).saturating_sub(long(8)) as usize,
         rows: long(4).saturating_sub(long(12)) as usize,
         components: u16::from_be_bytes([siz[32], siz[33]]).into(),
-        precision: 0,
-    }
-    .check(format)?;
+        // Of the first component: one less, and whether it has a sign.
+        precision: usize::from(siz[34] & 0x7F) + 1,
+        signed: siz[34] & 0x80 != 0,
+    })
+}
+
+fn jpeg_2000(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
+    jpeg_2000_info(stream)?.check(format)?;
     // Strict: a stream that is cut short is an error, not a blurred slice.
     let parameters = jpeg2k::DecodeParameters::new().strict(true);
     let image = jpeg2k::Image::from_bytes_with(stream, parameters)
@@ -424,7 +473,8 @@ fn jpeg_xl(stream: &[u8], format: &FrameShape) -> Result<Decoded, CodecFault> {
         return Err("has no JPEG XL stream where one belongs".into());
     }
     let (columns, rows) = jpeg_xl_size(&codestream).ok_or_else(cut)?;
-    StreamInfo { marker: 0, columns, rows, precision: 0, components: 1 }.check(format)?;
+    let info = StreamInfo { marker: 0, columns, rows, precision: 0, signed: false, components: 1 };
+    info.check(format)?;
     let pixels = format.columns * format.rows;
     // Wide buffers: exact even where a stream says wrongly that 16 bits with a sign suffice.
     let mut decoder = JxlImage::builder()
@@ -439,8 +489,7 @@ fn jpeg_xl(stream: &[u8], format: &FrameShape) -> Result<Decoded, CodecFault> {
     };
     let metadata = &image.image_header().metadata;
     let colours = if metadata.grayscale() { 1 } else { 3 };
-    StreamInfo { marker: 0, columns, rows, precision: 0, components: colours + metadata.ec_info.len() }
-        .check(format)?;
+    StreamInfo { components: colours + metadata.ec_info.len(), ..info }.check(format)?;
     let bits = match metadata.bit_depth {
         BitDepth::IntegerSample { bits_per_sample: bits @ 1..=16 } => bits,
         BitDepth::IntegerSample { bits_per_sample } => {

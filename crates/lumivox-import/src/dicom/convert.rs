@@ -2,7 +2,7 @@
 
 use lumivox_core::Modality;
 
-use super::{frames::Frame, header::PixelFormat, quantity::ModalityLut};
+use super::{frames::Frame, header::PixelFormat, overshoot::Overshoot, quantity::ModalityLut};
 
 /// A sample of a volume.
 pub(crate) trait Sample: bytemuck::Pod + Default + Send + Sync {
@@ -84,6 +84,8 @@ pub(crate) struct Conversion<'a> {
     padding: Option<[i64; 2]>,
     /// A raw sample that is padding although it has more bits than are stored.
     raw_padding: Option<u32>,
+    /// What becomes of samples that a codec gives more bits than are stored.
+    overshoot: Option<Overshoot>,
 }
 
 impl<'a> Conversion<'a> {
@@ -105,6 +107,7 @@ impl<'a> Conversion<'a> {
             float_padding: format.float_padding,
             padding: None,
             raw_padding: None,
+            overshoot: None,
         };
         if let Some(raw) = format.padding {
             let values = raw.map(|raw| conversion.wide(raw << shift));
@@ -120,9 +123,17 @@ impl<'a> Conversion<'a> {
         conversion
     }
 
+    /// Takes raw samples for numbers that may lie beyond what is stored, and not for bits.
+    pub(crate) fn clamped(self, overshoot: Option<Overshoot>) -> Self {
+        Self { overshoot, ..self }
+    }
+
     /// The stored value of a raw sample.
     #[inline]
     fn wide(&self, raw: u32) -> i64 {
+        if let Some(overshoot) = self.overshoot {
+            return overshoot.clamp(raw);
+        }
         let bits = (raw >> self.shift) & self.mask;
         i64::from(bits ^ self.sign) - i64::from(self.sign)
     }
@@ -133,8 +144,13 @@ impl<'a> Conversion<'a> {
         if let Some(lut) = self.lut {
             return i32::from(lut.get(self.wide(raw))).wrapping_add(self.offset);
         }
-        let bits = (raw >> self.shift) & self.mask;
-        let value = ((bits ^ self.sign) as i32).wrapping_sub(self.sign as i32);
+        let value = match self.overshoot {
+            Some(overshoot) => overshoot.clamp(raw) as i32,
+            None => {
+                let bits = (raw >> self.shift) & self.mask;
+                ((bits ^ self.sign) as i32).wrapping_sub(self.sign as i32)
+            }
+        };
         let value = self.mirror.map_or(value, |sum| sum.wrapping_sub(value));
         value.wrapping_add(self.offset)
     }

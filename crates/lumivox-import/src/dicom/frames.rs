@@ -14,7 +14,7 @@ use super::{
     attributes::{self as attr, Attribute},
     elements::DataSet,
     header::{PixelFormat, Refusal, SampleKind},
-    multi_frame, segmentation,
+    kinds, multi_frame, segmentation,
     units::{self, Unit},
     values::FieldFault,
 };
@@ -22,6 +22,8 @@ use crate::single::SPACING_MM;
 
 /// Added to b-values by some of GE's programs.
 const GE_B_VALUE_OFFSET: f64 = 1e9;
+/// Its planes lie in a volume's space, not the patient's.
+const ENHANCED_ULTRASOUND: &str = "1.2.840.10008.5.1.4.1.1.6.2";
 /// Mappings to real world values that are looked at in a frame.
 const MOST_MAPPINGS: usize = 16;
 
@@ -91,6 +93,10 @@ pub(crate) struct Frame {
     pub(crate) real_world: Option<RealWorld>,
     /// What it shows, in words beyond its series': images of different kinds never make one volume.
     pub(crate) kind: String,
+    /// What parts kinds of one place that no word tells apart ([`kinds::ge_collapse`]).
+    pub(crate) collapse: i16,
+    /// Whether it is a map of numbers around 0 beside the pictures of an MR.
+    pub(crate) is_signed_map: bool,
     /// AcquisitionContrast of an enhanced MR image.
     pub(crate) contrast: Option<String>,
     pub(crate) phase: PhaseKey,
@@ -109,7 +115,7 @@ pub(crate) struct FrameScope<'a> {
 
 impl<'a> FrameScope<'a> {
     /// The macro `sequence` of this frame, or the data set, where `attribute` is.
-    fn find(&self, sequence: Attribute, attribute: Attribute) -> &'a DataSet {
+    pub(crate) fn find(&self, sequence: Attribute, attribute: Attribute) -> &'a DataSet {
         [self.own, self.shared]
             .into_iter()
             .flatten()
@@ -141,6 +147,10 @@ pub(crate) fn frames(
         [] => multi_frame::detectors(data, format.frames)?,
         _ => vec![data.items(attr::DETECTOR_INFORMATION_SEQUENCE).first(); format.frames],
     };
+    if data.text(attr::SOP_CLASS_UID).as_deref() == Some(ENHANCED_ULTRASOUND) {
+        notes
+            .push("it lies in a space of its own, which does not say where the patient's left is".to_owned());
+    }
     let contrast_agent = contrast_agent(data);
     let mut frames = Vec::with_capacity(format.frames);
     for (index, detector) in detectors.into_iter().enumerate() {
@@ -167,10 +177,7 @@ fn frame(
     format: &PixelFormat,
     notes: &mut Vec<String>,
 ) -> Result<Frame, FieldFault> {
-    let position = scope
-        .find(attr::PLANE_POSITION_SEQUENCE, attr::IMAGE_POSITION_PATIENT)
-        .decimals::<3>(attr::IMAGE_POSITION_PATIENT)?
-        .map(DVec3::from_array);
+    let position = position(scope)?;
     if let Some(position) = position
         && position.abs().max_element() > 1e6
     {
@@ -196,16 +203,19 @@ fn frame(
     let thickness_mm = length(attr::SPACING_BETWEEN_SLICES)
         .or_else(|| length(attr::SLICE_THICKNESS))
         .unwrap_or(spacing_mm.max_element());
+    let (kind, rescale) = (kinds::frame_kind(scope), rescale(scope)?);
     Ok(Frame {
         position,
         row_direction,
         column_direction,
         spacing_mm,
         thickness_mm,
-        rescale: rescale(scope)?,
+        rescale,
         rescale_type: rescale_type(scope),
         real_world: real_world(scope, format, notes),
-        kind: frame_kind(scope),
+        collapse: kinds::ge_collapse(scope.data),
+        is_signed_map: kinds::is_signed_map(scope.data, &kind, rescale, format.signed),
+        kind,
         contrast: {
             let sequence = attr::MR_IMAGE_FRAME_TYPE_SEQUENCE;
             scope.find(sequence, attr::ACQUISITION_CONTRAST).text(attr::ACQUISITION_CONTRAST)
@@ -215,9 +225,31 @@ fn frame(
     })
 }
 
+/// The place in the patient; of enhanced ultrasound, that in the volume's own space (PS3.3 C.7.6.16.2.21).
+fn position(scope: &FrameScope<'_>) -> Result<Option<DVec3>, FieldFault> {
+    const PATIENT: Attribute = attr::IMAGE_POSITION_PATIENT;
+    let of_patient = scope.find(attr::PLANE_POSITION_SEQUENCE, PATIENT).decimals::<3>(PATIENT)?;
+    let in_volume = || {
+        let item = scope.find(attr::PLANE_POSITION_VOLUME_SEQUENCE, attr::IMAGE_POSITION_VOLUME);
+        item.floats::<3>(attr::IMAGE_POSITION_VOLUME)
+    };
+    Ok(match of_patient {
+        Some(position) => Some(position),
+        None => in_volume()?,
+    }
+    .map(DVec3::from_array))
+}
+
 fn orientation(scope: &FrameScope<'_>) -> Result<[DVec3; 2], FieldFault> {
     const ORIENTATION: Attribute = attr::IMAGE_ORIENTATION_PATIENT;
-    let values = scope.find(attr::PLANE_ORIENTATION_SEQUENCE, ORIENTATION).decimals::<6>(ORIENTATION)?;
+    let of_patient = scope.find(attr::PLANE_ORIENTATION_SEQUENCE, ORIENTATION).decimals::<6>(ORIENTATION)?;
+    let values = match of_patient {
+        Some(values) => Some(values),
+        None => {
+            let item = scope.find(attr::PLANE_ORIENTATION_VOLUME_SEQUENCE, attr::IMAGE_ORIENTATION_VOLUME);
+            item.floats::<6>(attr::IMAGE_ORIENTATION_VOLUME)?
+        }
+    };
     let Some([a, b, c, d, e, f]) = values else { return Ok([DVec3::X, DVec3::Y]) };
     let directions = [DVec3::new(a, b, c), DVec3::new(d, e, f)].map(DVec3::try_normalize);
     let [Some(row), Some(column)] = directions else {
@@ -361,56 +393,6 @@ fn stored_values(format: &PixelFormat) -> [f64; 2] {
         (SampleKind::Integer, false) => [0.0, count - 1.0],
         (SampleKind::Integer, true) => [-count / 2.0, count / 2.0 - 1.0],
     }
-}
-
-/// What keeps frames of one series apart: derived images, and the parts of complex ones.
-fn frame_kind(scope: &FrameScope<'_>) -> String {
-    for sequence in [
-        attr::MR_IMAGE_FRAME_TYPE_SEQUENCE,
-        attr::CT_IMAGE_FRAME_TYPE_SEQUENCE,
-        attr::PET_FRAME_TYPE_SEQUENCE,
-    ] {
-        let item = scope.find(sequence, attr::FRAME_TYPE);
-        if item.bytes(attr::FRAME_TYPE).is_some() {
-            let part =
-                scope.find(sequence, attr::COMPLEX_IMAGE_COMPONENT).text(attr::COMPLEX_IMAGE_COMPONENT);
-            let mut words: Vec<String> = item.texts(attr::FRAME_TYPE).into_iter().chain(part).collect();
-            words.retain(|word| !["ORIGINAL", "PRIMARY", "NONE", ""].contains(&word.as_str()));
-            // It is told: nothing that no coded word can be (PS3.5 6.2), which may be a patient's name in a damaged file.
-            let is_coded =
-                |byte: u8| byte.is_ascii_uppercase() || byte.is_ascii_digit() || b" _".contains(&byte);
-            words.retain(|word| word.len() <= 16 && word.bytes().all(is_coded));
-            // One part of a complex image is said twice, by a letter too; the magnitude is what an image is anyway.
-            let whole_word = |word: String| match word.as_str() {
-                "M" | "MAGNITUDE" => String::new(),
-                "P" => "PHASE".to_owned(),
-                "R" => "REAL".to_owned(),
-                "I" => "IMAGINARY".to_owned(),
-                _ => word,
-            };
-            let mut told: Vec<String> = Vec::new();
-            for word in words.into_iter().map(whole_word).filter(|word| !word.is_empty()) {
-                if !told.contains(&word) {
-                    told.push(word);
-                }
-            }
-            return told.join(" ").to_lowercase();
-        }
-    }
-    let values = scope.data.texts(attr::IMAGE_TYPE);
-    let has = |names: &[&str]| values.iter().skip(2).any(|value| names.contains(&value.as_str()));
-    let part = if has(&["P", "PHASE", "PHASE MAP"]) {
-        "phase"
-    } else if has(&["R", "REAL"]) {
-        "real"
-    } else if has(&["I", "IMAGINARY"]) {
-        "imaginary"
-    } else {
-        ""
-    };
-    let origin = if values[0] == "DERIVED" { "derived " } else { "" };
-    let localizer = if has(&["LOCALIZER"]) { "localizer " } else { "" };
-    format!("{origin}{localizer}{part}").trim_end().to_owned()
 }
 
 fn phase_key(scope: &FrameScope<'_>) -> PhaseKey {

@@ -65,12 +65,16 @@ pub(crate) struct PixelFormat {
     pub(crate) bytes: usize,
     /// Bits of a sample (1 or 12) where they follow each other, frame after frame without a gap.
     pub(crate) packed: Option<usize>,
+    /// Whether samples are single bits.
+    pub(crate) single_bits: bool,
     pub(crate) bits_stored: u32,
     pub(crate) high_bit: u32,
     pub(crate) signed: bool,
     /// MONOCHROME1: the lowest value is shown white.
     pub(crate) inverted: bool,
     pub(crate) big_endian: bool,
+    /// Whether bits beside the stored ones hold an overlay (retired in 2004), and no part of a number.
+    pub(crate) has_overlay: bool,
     /// Samples of less than 16 bits in big endian 16-bit words, pairwise swapped.
     pub(crate) swapped_pairs: bool,
     pub(crate) encoding: Encoding,
@@ -111,7 +115,13 @@ impl PixelFormat {
     /// What a codec has to know of a frame.
     pub(crate) fn shape(&self) -> FrameShape {
         let [columns, rows] = self.picture();
-        FrameShape { encoding: self.encoding, columns, rows, bytes: self.bytes }
+        FrameShape {
+            encoding: self.encoding,
+            columns,
+            rows,
+            bytes: self.bytes,
+            single_bits: self.single_bits,
+        }
     }
 
     /// Slices in one frame.
@@ -383,22 +393,27 @@ fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat
     let pixels = grey_pixels(header)?;
     let (rows, columns) = (side(data, attr::ROWS)?, side(data, attr::COLUMNS)?);
     let Bits { allocated, stored, high } = Bits::of(data, pixels.attribute)?;
-    let encoding = encoding(header, &pixels, allocated)?;
+    let encoding = encoding(header, &pixels)?;
     let (frames, there) = frame_counts(data, &pixels, [columns, rows, allocated as usize], encoding)?;
     notes.extend(wrong_length(&pixels, encoding, there));
     notes.extend(missing_frames(frames, there));
+    if frames > 1 && data.bytes(attr::NUMBER_OF_FRAMES).is_none() {
+        notes.push(format!("NumberOfFrames is not given; the file describes {frames}"));
+    }
     let format = PixelFormat {
         columns,
         rows,
         kind: if pixels.attribute == attr::PIXEL_DATA { SampleKind::Integer } else { SampleKind::Float },
         bytes: allocated.div_ceil(8) as usize,
         packed: (encoding == Encoding::Native && [1, 12].contains(&allocated)).then_some(allocated as usize),
+        single_bits: allocated == 1,
         mosaic: None,
         bits_stored: stored,
         high_bit: high,
         signed: data.unsigned(attr::PIXEL_REPRESENTATION) == Some(1),
         inverted: photometric(data) == "MONOCHROME1",
         big_endian: data.big_endian || header.transfer_syntax == GE_PRIVATE,
+        has_overlay: data.unsigned(attr::OVERLAY_BIT_POSITION).is_some_and(|bit| bit > 0),
         swapped_pairs: data.big_endian && allocated < 16 && pixels.words,
         encoding,
         frames,
@@ -430,7 +445,8 @@ fn grey_pixels(header: &Header) -> Result<PixelElement, Refusal> {
     let Some(pixels) = header.pixels else {
         return unsupported(without_pixels(data), OTHER_FILES);
     };
-    if photometric(data) == "PALETTE COLOR" {
+    // Of labels a palette says how they are best shown.
+    if photometric(data) == "PALETTE COLOR" && !segmentation::is_segmentation(data) {
         return unsupported("a colour image (by a palette), which has no physical values", OTHER_FILES);
     }
     if data.unsigned(attr::SAMPLES_PER_PIXEL).unwrap_or(1) != 1 {
@@ -489,16 +505,12 @@ impl Bits {
 }
 
 /// How frames are compressed, if they are, in a way that is known.
-fn encoding(header: &Header, pixels: &PixelElement, allocated: u32) -> Result<Encoding, Refusal> {
+fn encoding(header: &Header, pixels: &PixelElement) -> Result<Encoding, Refusal> {
     if pixels.length.is_some() {
         return Ok(Encoding::Native);
     }
-    let encoding = Encoding::of_transfer_syntax(&header.transfer_syntax)
-        .map_err(|name| Refusal::Unsupported(format!("it is compressed as {name}"), DECOMPRESS))?;
-    if allocated == 1 && encoding != Encoding::Native {
-        return Err(Refusal::Unsupported("it is made of single bits, and compressed".to_owned(), DECOMPRESS));
-    }
-    Ok(encoding)
+    Encoding::of_transfer_syntax(&header.transfer_syntax)
+        .map_err(|name| Refusal::Unsupported(format!("it is compressed as {name}"), DECOMPRESS))
 }
 
 /// What to tell of a declared length that reaches beyond the end of the file, where all frames that count are there.
@@ -553,18 +565,30 @@ fn frame_counts(
     [columns, rows, bits]: [usize; 3],
     encoding: Encoding,
 ) -> Result<(usize, FramesThere), Refusal> {
-    let frames = match data.integer_text(attr::NUMBER_OF_FRAMES)?.unwrap_or(1) {
-        // Written so by some that mean a single image.
-        0 => 1,
+    // Bits of a frame, and so many bytes when unpacked.
+    let frame_bits = columns as u64 * rows as u64 * bits as u64;
+    let frame_bytes = columns as u64 * rows as u64 * bits.div_ceil(8) as u64;
+    let available = match (pixels.length, pixels.available) {
+        (declared, Some(there)) => declared.unwrap_or(there).min(there),
+        // The length of an inflated data set is known at its end only, but it has a limit.
+        (declared, None) => declared.unwrap_or(0).min(super::source::inflation_limit(u64::from(u32::MAX))),
+    };
+    // Written as 0 by some that mean a single image, and left out of files that describe each frame, be it there or not.
+    let described = data.items(attr::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE).len() as u64;
+    let there = if encoding == Encoding::Native {
+        available.saturating_mul(8) / frame_bits.max(1)
+    } else {
+        described
+    };
+    let described = described.min(there).max(1) as i64;
+    let frames = match data.integer_text(attr::NUMBER_OF_FRAMES)?.unwrap_or(0) {
+        0 if described <= MOST_FRAMES => described as usize,
         n @ 1..=MOST_FRAMES => n as usize,
         n => {
             let problem = format!("is {n}, not a number from 1 to {MOST_FRAMES}");
             return Err(FieldFault::new(attr::NUMBER_OF_FRAMES, problem).into());
         }
     };
-    // Bits of a frame, and so many bytes when unpacked.
-    let frame_bits = columns as u64 * rows as u64 * bits as u64;
-    let frame_bytes = columns as u64 * rows as u64 * bits.div_ceil(8) as u64;
     if frame_bytes > isize::MAX as u64 {
         return Err(FieldFault::new(
             attr::ROWS,
@@ -572,11 +596,6 @@ fn frame_counts(
         )
         .into());
     }
-    let available = match (pixels.length, pixels.available) {
-        (declared, Some(there)) => declared.unwrap_or(there).min(there),
-        // The length of an inflated data set is known at its end only, but it has a limit.
-        (declared, None) => declared.unwrap_or(0).min(super::source::inflation_limit(u64::from(u32::MAX))),
-    };
     if encoding == Encoding::Native {
         let complete = (available.saturating_mul(8) / frame_bits).min(frames as u64) as usize;
         if complete == 0 {

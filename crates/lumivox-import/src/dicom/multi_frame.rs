@@ -138,16 +138,19 @@ fn offsets(frames: &[Frame], data: &DataSet, notes: &mut Vec<String>) -> Result<
         }
     }
     let mut step = frames[0].thickness_mm;
-    // A negative one leads against the normal, in nuclear medicine (PS3.3 C.8.4.15).
+    // A negative one leads against the normal. Only of nuclear medicine is that defined (PS3.3 C.8.4.15), but nothing else
+    // can be meant.
     let spacing = data.decimal(attr::SPACING_BETWEEN_SLICES).ok().flatten();
-    if is_nuclear_medicine(data) && spacing.is_some_and(|spacing| spacing < 0.0) {
+    let is_negative = spacing.is_some_and(|spacing| spacing < 0.0);
+    if is_negative {
         step = -step;
     }
     if let Some(slices) = vector(data, attr::SLICE_VECTOR, frames.len())? {
         return Ok(slices.iter().map(|&slice| (f64::from(slice) - 1.0) * step).collect());
     }
     let n = frames.len();
-    notes.push(format!("the places of the {n} frames are not given; stacked {} mm apart", step.abs()));
+    let how = if is_negative { ", against the normal (SpacingBetweenSlices is negative)" } else { "" };
+    notes.push(format!("the places of the {n} frames are not given; stacked {} mm apart{how}", step.abs()));
     Ok((0..n).map(|k| k as f64 * step).collect())
 }
 

@@ -14,6 +14,7 @@ use super::{
     convert::{Conversion, Outcome, Sample, convert, convert_bytes, convert_floats, join, of_lowest_value},
     frames::Frame,
     header::{ImageFile, PixelFormat, SampleKind},
+    overshoot::Overshoot,
     series::Slice,
     source::Input,
     stored::{self, NativeFrames},
@@ -153,6 +154,15 @@ struct Target<'a, T> {
     out: &'a mut [T],
 }
 
+/// The samples of a frame.
+struct Raw<'a> {
+    samples: &'a [u8],
+    /// Of each.
+    bytes: usize,
+    big_endian: bool,
+    overshoot: Option<Overshoot>,
+}
+
 /// A slice, by position in the list, and why it could not be decoded.
 pub(crate) type Failure = (usize, ImportError);
 type SliceResult = (usize, Result<Outcome, ImportError>);
@@ -235,14 +245,19 @@ impl Context<'_> {
         let decode = |targets: Vec<Target<'_, T>>| {
             let frame = targets[0].frame / in_frame;
             let decoded = match streams.get(frame) {
-                Some(stream) => self.codecs.decode(stream, &shape),
+                Some(stream) => self.codecs.decode(stream, &shape).map(|decoded| {
+                    let overshoot = Overshoot::of(&file.format, stream, &decoded);
+                    (decoded, overshoot)
+                }),
                 None => Err(codec::cut_off()),
             };
             self.cancel.check()?;
             let results = match decoded {
-                Ok(decoded) => {
+                Ok((decoded, overshoot)) => {
                     // All codecs give little endian samples; encapsulated data are never big endian.
-                    self.distribute(file, targets, &decoded.samples, decoded.bytes, false)
+                    let raw =
+                        Raw { samples: &decoded.samples, bytes: decoded.bytes, big_endian: false, overshoot };
+                    self.distribute(file, targets, raw)
                 }
                 Err(fault) => targets
                     .into_iter()
@@ -262,14 +277,13 @@ impl Context<'_> {
         &self,
         file: &ImageFile,
         targets: Vec<Target<'_, T>>,
-        raw: &[u8],
-        bytes: usize,
-        big_endian: bool,
+        raw: Raw<'_>,
     ) -> Vec<SliceResult> {
         let format = &file.format;
+        let Raw { samples: raw, bytes, big_endian, overshoot } = raw;
         let mut tile = Vec::new();
         let fill = |target: Target<'_, T>| {
-            let conversion = self.conversion(file, &target);
+            let conversion = self.conversion(file, &target).clamped(overshoot);
             let raw = match format.mosaic {
                 None => raw,
                 Some(mosaic) => {
@@ -352,9 +366,10 @@ impl Context<'_> {
                         vec![(target.slice, Ok(outcome))]
                     })
                 }
-                _ => frames
-                    .read(frame)
-                    .map(|raw| self.distribute(file, targets, raw, format.bytes, format.big_endian)),
+                _ => frames.read(frame).map(|samples| {
+                    let (bytes, big_endian) = (format.bytes, format.big_endian);
+                    self.distribute(file, targets, Raw { samples, bytes, big_endian, overshoot: None })
+                }),
             };
             results.extend(of_frame.unwrap_or_else(|fault| {
                 slices.iter().map(|&slice| (slice, Err(stored::reading(file, &fault)))).collect()

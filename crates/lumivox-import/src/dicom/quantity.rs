@@ -76,7 +76,7 @@ pub(crate) fn quantity(
 /// The unit that a file tells: of its table or rescale, else of the mapping to real world values that all frames have
 /// and that then takes the place of their rescale.
 fn scale(data: &DataSet, frames: &mut [Frame]) -> Option<Unit> {
-    let lut = data.items(attr::MODALITY_LUT_SEQUENCE).first();
+    let lut = modality_lut(data);
     let told = match lut.and_then(|lut| lut.text(attr::MODALITY_LUT_TYPE)) {
         Some(text) => units::unit(&text),
         None => frames.first().and_then(|frame| frame.rescale_type.known()),
@@ -146,6 +146,13 @@ fn hounsfield_or_nothing(data: &DataSet, frames: &[Frame]) -> Quantity {
     }
 }
 
+/// The item of ModalityLUTSequence, unless nothing is in it: some writers leave an empty one behind, beside a rescale.
+fn modality_lut(data: &DataSet) -> Option<&DataSet> {
+    let has = |item: &DataSet, attribute| item.bytes(attribute).is_some_and(|bytes| !bytes.is_empty());
+    let item = data.items(attr::MODALITY_LUT_SEQUENCE).first()?;
+    (has(item, attr::LUT_DESCRIPTOR) || has(item, attr::LUT_DATA)).then_some(item)
+}
+
 /// A table from stored values to those of the modality (PS3.3 C.11.1.1).
 #[derive(Debug, PartialEq)]
 pub(crate) struct ModalityLut {
@@ -161,7 +168,7 @@ impl ModalityLut {
     /// # Errors
     /// Where the table is not what its descriptor says.
     pub(crate) fn of(data: &DataSet, signed: bool) -> Result<Option<Self>, FieldFault> {
-        let Some(item) = data.items(attr::MODALITY_LUT_SEQUENCE).first() else { return Ok(None) };
+        let Some(item) = modality_lut(data) else { return Ok(None) };
         let Some([count, first, bits]) =
             item.words(attr::LUT_DESCRIPTOR).and_then(|words| <[u16; 3]>::try_from(words).ok())
         else {

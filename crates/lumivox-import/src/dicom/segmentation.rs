@@ -7,19 +7,21 @@ use lumivox_core::{CancelToken, Progress, Stage, Voxels, glam::DVec3};
 
 use super::{
     attributes as attr,
+    charset::Charset,
     codec::{self, Encoding},
     elements::DataSet,
     frames::Frame,
     geometry::{self, EVEN, Gaps, Grid, Plane, Spread},
     header::{ImageFile, Refusal},
+    names::PatientNames,
+    palette,
     pixels::{Decoded, Failure, allocate},
     scan::Rejected,
     series::Stack,
     stored::{self, NativeFrames},
     values::FieldFault,
-    words,
 };
-use crate::{ImportError, codec_worker::Codecs};
+use crate::{ImportError, claims::Claims, codec_worker::Codecs, labels::colors};
 
 /// Bytes of a label.
 pub(crate) const SAMPLE_BYTES: usize = 2;
@@ -73,28 +75,28 @@ pub(crate) struct Segment {
     pub(crate) number: u32,
     /// Empty where none may be told.
     pub(crate) name: String,
-    /// As it is best shown: L*, a* and b* as DICOM has them.
-    pub(crate) cielab: Option<[u16; 3]>,
+    /// As it is best shown, by its own word or the palette's; linear, sRGB primaries.
+    pub(crate) color: Option<[f64; 3]>,
 }
 
 impl Segmentation {
     /// The description in a data set. Nothing is required: segments without a name have numbers.
     pub(crate) fn of(data: &DataSet, has_places: bool) -> Self {
+        let names = PatientNames::of(data);
         let label = |item: &DataSet| {
             let number = item.unsigned(attr::SEGMENT_NUMBER)?;
             // No longer than it may be, and of one piece: a damaged one may reach into what is said of the patient.
-            let label =
-                item.text(attr::SEGMENT_LABEL).filter(|label| label.len() <= 64 && !label.contains('\0'));
+            let label = Charset::of(item, data).text(item, attr::SEGMENT_LABEL);
+            let label = label.filter(|label| label.chars().count() <= 64 && !label.contains('\0'));
             let cielab = item.words(attr::RECOMMENDED_DISPLAY_CIELAB_VALUE);
-            let cielab = cielab.and_then(|words| words.try_into().ok());
-            Some(Segment { number, name: label.unwrap_or_default(), cielab })
+            let cielab: Option<[u16; 3]> = cielab.and_then(|words| words.try_into().ok());
+            let color = cielab.map(colors::from_dicom_lab);
+            let color = color.or_else(|| palette::color(data, number).map(colors::from_srgb));
+            Some(Segment { number, name: names.without(&label.unwrap_or_default()), color })
         };
-        let mut segments: Vec<Segment> =
-            data.items(attr::SEGMENT_SEQUENCE).iter().filter_map(label).collect();
-        let labels: Vec<String> = segments.iter().map(|segment| segment.name.clone()).collect();
-        for (segment, told) in segments.iter_mut().zip(words::segment_labels(data, &labels)) {
-            segment.name = told;
-        }
+        // A label map may describe what belongs to no segment, too.
+        let segments = data.items(attr::SEGMENT_SEQUENCE).iter().filter_map(label);
+        let segments: Vec<Segment> = segments.filter(|segment| segment.number != 0).collect();
         let series = data.items(attr::REFERENCED_SERIES_SEQUENCE).first();
         Self {
             kind: Kind::of(data),
@@ -318,8 +320,7 @@ pub(crate) fn decode(
     let lost = read_frames(file, progress, cancel, |frame, raw, bytes| canvas.paint(frame, raw, bytes))?;
     let mut notes = Vec::new();
     let failed = canvas.lost_slices(lost, &mut notes)?;
-    notes.extend(canvas.overlap_note());
-    Ok((canvas.finish(failed), notes))
+    Ok((canvas.finish(failed, &mut notes), notes))
 }
 
 /// Frames that could not be read, and why the first of them could not.
@@ -397,9 +398,15 @@ struct Canvas<'a> {
     /// Of the slices, and where they lie along it, rising.
     normal: DVec3,
     depths: Vec<f64>,
-    labels: Vec<u16>,
-    /// Voxels that belong to several segments.
-    overlaps: u64,
+    paint: Paint,
+}
+
+/// What frames leave on a canvas.
+enum Paint {
+    /// Their own samples: numbers of segments, or fractions of one.
+    Samples(Vec<u16>),
+    /// Which segments they show.
+    Segments(Claims),
 }
 
 impl<'a> Canvas<'a> {
@@ -407,10 +414,15 @@ impl<'a> Canvas<'a> {
         let segmentation = file.segmentation.as_ref().expect("the caller has seen that it is one");
         let places = &stack.phases[0].places;
         let slice_len = file.format.columns * file.format.rows;
-        let labels = allocate::<u16>(slice_len, places.len(), file)?;
+        let samples = allocate::<u16>(slice_len, places.len(), file)?;
+        let paint = match segmentation.kind {
+            Kind::Labels => Paint::Samples(samples),
+            Kind::Fractional(_) if segmentation.is_one_fraction() => Paint::Samples(samples),
+            Kind::Fractional(_) | Kind::Binary => Paint::Segments(Claims::on(samples)),
+        };
         let normal = stack.plane.normal();
         let depths = places.iter().map(|place| place.dot(normal)).collect();
-        Ok(Self { file, segmentation, slice_len, normal, depths, labels, overlaps: 0 })
+        Ok(Self { file, segmentation, slice_len, normal, depths, paint })
     }
 
     /// The slice that a frame belongs to: the nearest one.
@@ -426,27 +438,29 @@ impl<'a> Canvas<'a> {
     fn paint(&mut self, frame: usize, raw: &[u8], bytes: usize) {
         let Some(slice) = self.slice_of(frame) else { return };
         let (len, big_endian) = (self.slice_len, self.file.format.big_endian);
-        let out = &mut self.labels[slice * len..][..len];
         let value = |i: usize| match (bytes, big_endian) {
             (2, false) => u16::from_le_bytes([raw[2 * i], raw[2 * i + 1]]),
             (2, true) => u16::from_be_bytes([raw[2 * i], raw[2 * i + 1]]),
             (bytes, _) => raw[i * bytes].into(),
         };
-        let segment = self.file.frames[frame].segment.unwrap_or(1);
-        match self.segmentation.kind {
-            Kind::Labels => (0..len).for_each(|i| out[i] = value(i)),
-            Kind::Fractional(_) if self.segmentation.is_one_fraction() => {
-                (0..len).for_each(|i| out[i] = value(i));
+        let kind = self.segmentation.kind;
+        match &mut self.paint {
+            Paint::Samples(samples) => {
+                // What stands for no segment may be another number than 0.
+                let nothing = self.file.format.padding.map(|[value, _]| value).filter(|value| {
+                    kind == Kind::Labels && self.segmentation.segments.iter().all(|own| own.number != *value)
+                });
+                for (i, out) in samples[slice * len..][..len].iter_mut().enumerate() {
+                    *out = Some(value(i)).filter(|value| Some(u32::from(*value)) != nothing).unwrap_or(0);
+                }
             }
-            Kind::Fractional(_) | Kind::Binary => {
-                let is_in = |i: &usize| match self.segmentation.kind {
+            Paint::Segments(claims) => {
+                let segment = self.file.frames[frame].segment.unwrap_or(1);
+                let is_in = |i: &usize| match kind {
                     Kind::Fractional(max) => 2 * u32::from(value(*i)) >= max,
                     _ => value(*i) != 0,
                 };
-                for i in (0..len).filter(is_in) {
-                    self.overlaps += u64::from(out[i] != 0 && out[i] != segment);
-                    out[i] = out[i].max(segment);
-                }
+                (0..len).filter(is_in).for_each(|i| claims.add(slice * len + i, segment));
             }
         }
     }
@@ -479,19 +493,26 @@ impl<'a> Canvas<'a> {
         Ok((0..counts.len()).filter(|&k| counts[k][0] == counts[k][1]).map(|k| (k, fault())).collect())
     }
 
-    fn overlap_note(&self) -> Option<String> {
-        let overlaps = self.overlaps;
-        (overlaps > 0).then(|| {
-            format!("{overlaps} voxels belong to several segments; the one with the highest number is kept")
-        })
-    }
-
-    /// The labels, or the fractions of the only segment.
-    fn finish(self, failed: Vec<Failure>) -> Decoded {
+    /// The labels, or the fractions of the only segment; what to tell of them goes to `notes`.
+    fn finish(self, failed: Vec<Failure>, notes: &mut Vec<String>) -> Decoded {
+        let labels = match self.paint {
+            Paint::Samples(samples) => samples,
+            Paint::Segments(claims) => {
+                let settled = claims.settle();
+                let name = |number: u16| {
+                    let own = self.segmentation.segments.iter().find(|own| own.number == u32::from(number));
+                    own.map(|own| own.name.clone())
+                        .filter(|name| !name.is_empty())
+                        .unwrap_or(format!("segment {number}"))
+                };
+                notes.extend(settled.notes(name));
+                settled.voxels
+            }
+        };
         let rescale = match self.segmentation.kind {
             Kind::Fractional(max) if self.segmentation.is_one_fraction() => [1.0 / f64::from(max), 0.0],
             _ => [1.0, 0.0],
         };
-        Decoded { voxels: Voxels::U16(self.labels), rescale, failed }
+        Decoded { voxels: Voxels::U16(labels), rescale, failed }
     }
 }

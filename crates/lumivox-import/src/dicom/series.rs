@@ -74,6 +74,12 @@ impl Stack {
         self.phases[0].slices.len().saturating_mul(format.rows * format.columns)
     }
 
+    /// Whether it is a map of numbers around 0, of which a picture is not one of the body.
+    fn is_signed_map(&self, files: &[ImageFile]) -> bool {
+        let slices = &self.phases[0].slices;
+        slices.iter().any(|slice| files[slice.file].frames[slice.frame].is_signed_map)
+    }
+
     /// What decides which is the best; the greatest is.
     fn rank(&self, files: &[ImageFile]) -> Rank {
         let first = self.first(files);
@@ -82,6 +88,7 @@ impl Stack {
             is_no_localizer: !first.is_localizer,
             has_depth: self.phases[0].slices.len() > 1,
             is_scan: first.modality != Modality::Other && first.segmentation.is_none(),
+            is_picture: !self.is_signed_map(files),
             voxels: self.voxels(files),
             is_original: !is_derived,
         }
@@ -95,6 +102,7 @@ impl Stack {
             () if own.has_depth != best.has_depth => "a single image",
             () if own.is_scan != best.is_scan && self.first(files).segmentation.is_some() => "a segmentation",
             () if own.is_scan != best.is_scan => "not CT, MR or PET",
+            () if own.is_picture != best.is_picture => "a map of values around 0",
             () if own.voxels < best.voxels => "fewer voxels",
             () if own.is_original != best.is_original => "derived",
             () => "equal to the first, and found later",
@@ -201,6 +209,7 @@ struct Rank {
     is_no_localizer: bool,
     has_depth: bool,
     is_scan: bool,
+    is_picture: bool,
     voxels: usize,
     is_original: bool,
 }
@@ -314,7 +323,10 @@ fn groups(files: &[ImageFile], left_out: &[bool]) -> Vec<Vec<Slice>> {
 }
 
 fn alike(a: &Frame, b: &Frame) -> bool {
+    // Directions of diffusion have numbers, too.
+    let is_weighted = a.phase.b_value != 0 || b.phase.b_value != 0;
     a.kind == b.kind
+        && (a.collapse == b.collapse || is_weighted)
         && a.position.is_some() == b.position.is_some()
         && a.row_direction.distance(b.row_direction) < SAME_DIRECTION
         && a.column_direction.distance(b.column_direction) < SAME_DIRECTION

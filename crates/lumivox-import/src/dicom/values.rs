@@ -86,6 +86,25 @@ impl DataSet {
         value.is_finite().then_some(value)
     }
 
+    /// Exactly `N` binary floating-point numbers (FD), every one finite.
+    pub(crate) fn floats<const N: usize>(
+        &self,
+        attribute: Attribute,
+    ) -> Result<Option<[f64; N]>, FieldFault> {
+        let Some(bytes) = self.bytes(attribute) else { return Ok(None) };
+        let number = |eight: &[u8; 8]| {
+            if self.big_endian { f64::from_be_bytes(*eight) } else { f64::from_le_bytes(*eight) }
+        };
+        let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(number).collect();
+        match <[f64; N]>::try_from(numbers) {
+            Ok(numbers) if numbers.iter().all(|number| number.is_finite()) => Ok(Some(numbers)),
+            Ok(_) => Err(FieldFault::new(attribute, "is not made of finite numbers")),
+            Err(_) => {
+                Err(FieldFault::new(attribute, format!("has {} bytes where {} belong", bytes.len(), 8 * N)))
+            }
+        }
+    }
+
     /// A time of day (TM), or that part of a date and time (DT), in seconds.
     pub(crate) fn seconds_of_day(&self, attribute: Attribute) -> Option<f64> {
         let text = self.text(attribute)?;

@@ -1,6 +1,6 @@
 //! Words that tell series apart: of DICOM's free texts those that are terms of the field, since any other may be a name.
 
-use super::{attributes as attr, elements::DataSet};
+use super::{attributes as attr, elements::DataSet, names::PatientNames};
 
 /// Terms that descriptions of series and kernels are made of, in lower case.
 const TERMS: &[&str] = &[
@@ -215,9 +215,9 @@ const TERMS: &[&str] = &[
 
 /// Whether a word names nothing but a thing of the field: a term, or a short code with a digit (`T2`, `B30f`, `1.0`).
 /// Nothing of it is one of `names`.
-fn is_told(word: &str, names: &[String]) -> bool {
+fn is_told(word: &str, names: &PatientNames) -> bool {
     let lower = word.to_ascii_lowercase();
-    if is_named(&lower, names) {
+    if names.is_named(&lower) {
         return false;
     }
     let (digits, letters) = word.bytes().fold((0, 0), |(digits, letters), byte| {
@@ -228,61 +228,13 @@ fn is_told(word: &str, names: &[String]) -> bool {
     is_code || TERMS.contains(&&*lower)
 }
 
-/// Whether a word in lower case, or a part of it, is one of `names`.
-fn is_named(word: &str, names: &[String]) -> bool {
-    let is_name = |part: &str| names.iter().any(|name| name == part);
-    let bare: String = word.chars().filter(char::is_ascii_alphanumeric).collect();
-    is_name(word) || is_name(&bare) || runs(word).any(is_name)
-}
-
-/// The runs of letters and of digits in a text.
-fn runs(text: &str) -> impl Iterator<Item = &str> {
-    let kind = |byte: &u8| (byte.is_ascii_alphabetic(), byte.is_ascii_digit());
-    let runs = text.as_bytes().chunk_by(move |a, b| kind(a) == kind(b));
-    let runs = runs.filter(|run| run[0].is_ascii_alphanumeric());
-    runs.filter_map(|run| std::str::from_utf8(run).ok())
-}
-
-/// The patient's name and number in lower case, without what parts them and in parts, of which a letter or digit by itself
-/// is none: they are told nowhere, even where they are terms.
-fn names(data: &DataSet) -> Vec<String> {
-    let mut names = Vec::new();
-    for text in [attr::PATIENT_NAME, attr::PATIENT_ID].into_iter().filter_map(|name| data.text(name)) {
-        let text = text.to_ascii_lowercase();
-        names.push(text.chars().filter(char::is_ascii_alphanumeric).collect());
-        let parts = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty());
-        names.extend(parts.map(str::to_owned));
-        names.extend(runs(&text).filter(|run| run.len() > 1).map(str::to_owned));
-    }
-    names
-}
-
 /// The words of SeriesDescription that may be told; empty where none may.
 pub(crate) fn series_label(data: &DataSet) -> String {
-    told_words(&data.text(attr::SERIES_DESCRIPTION).unwrap_or_default(), &names(data))
-}
-
-/// SegmentLabels without words that `data` has in the patient's name or number. They name parts of the body in any language,
-/// so that all else is told.
-pub(crate) fn segment_labels(data: &DataSet, labels: &[String]) -> Vec<String> {
-    let names = names(data);
-    let texts: Vec<String> = [attr::PATIENT_NAME, attr::PATIENT_ID]
-        .into_iter()
-        .filter_map(|name| Some(data.text(name)?.to_lowercase()))
-        .collect();
-    // Of a script without spaces, or whose letters are no ASCII.
-    let is_within = |word: &str| word.chars().count() > 1 && texts.iter().any(|text| text.contains(word));
-    let is_told = |word: &&str| {
-        let lower = word.to_lowercase();
-        let bare = lower.trim_matches(|c: char| !c.is_alphanumeric());
-        !is_named(&lower, &names) && (lower.is_ascii() || !is_within(bare))
-    };
-    let told = |label: &String| label.split_whitespace().filter(is_told).collect::<Vec<_>>().join(" ");
-    labels.iter().map(told).collect()
+    told_words(&data.text(attr::SERIES_DESCRIPTION).unwrap_or_default(), &PatientNames::of(data))
 }
 
 /// The words of a text that are terms or codes, and nothing of `names`.
-fn told_words(text: &str, names: &[String]) -> String {
+fn told_words(text: &str, names: &PatientNames) -> String {
     let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || ".+-".contains(c)));
     let told = |word: &str| -> Option<String> {
         // `T1-weighted` is two words.
@@ -300,13 +252,13 @@ const MOST_WORDS: usize = 6;
 /// ConvolutionKernel as it may be told: `B30f`, `STANDARD`, `Br40d`.
 pub(crate) fn kernel_label(data: &DataSet) -> String {
     let kernel = data.texts(attr::CONVOLUTION_KERNEL).swap_remove(0);
-    if is_told_kernel(&kernel, &names(data)) { kernel } else { String::new() }
+    if is_told_kernel(&kernel, &PatientNames::of(data)) { kernel } else { String::new() }
 }
 
-fn is_told_kernel(kernel: &str, names: &[String]) -> bool {
+fn is_told_kernel(kernel: &str, names: &PatientNames) -> bool {
     // Philips and Canon have kernels of one letter or two.
     let is_short = kernel.len() <= 2 && kernel.bytes().all(|b| b.is_ascii_alphanumeric());
-    is_told(kernel, names) || is_short && !names.contains(&kernel.to_ascii_lowercase())
+    is_told(kernel, names) || is_short && !names.has(&kernel.to_ascii_lowercase())
 }
 
 /// When a series was made, as `10:31:05`; empty where that is not given.
@@ -368,15 +320,16 @@ mod tests {
 
     #[test]
     fn terms_and_codes_are_told_and_names_are_not() {
+        let nobody = PatientNames::default();
         for word in ["Thorax", "T2", "B30f", "1.0", "0.625", "b1000", "mprage"] {
-            assert!(is_told(word, &[]), "{word}");
+            assert!(is_told(word, &nobody), "{word}");
         }
         for word in ["Miller", "JANE", "19500312", "AB123456", "P1234567", "Dr", ""] {
-            assert!(!is_told(word, &[]), "{word}");
+            assert!(!is_told(word, &nobody), "{word}");
         }
-        assert!(!is_told("Brain", &["brain".to_owned()]), "somebody is called so");
+        assert!(!is_told("Brain", &PatientNames::called("Brain")), "somebody is called so");
         for (kernel, is_told) in [("Br40d", true), ("YA", true), ("Jane Doe", false)] {
-            assert_eq!(is_told_kernel(kernel, &[]), is_told, "{kernel}");
+            assert_eq!(is_told_kernel(kernel, &nobody), is_told, "{kernel}");
         }
     }
 }

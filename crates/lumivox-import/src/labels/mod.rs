@@ -4,8 +4,10 @@
 //! Labels are numbers: they are never interpolated, and read exactly. A [`LabelVolume`] tells 255 apart; numbers beyond
 //! that range are numbered anew, by rising number.
 
-mod colors;
-mod segments;
+pub(crate) mod colors;
+mod extension;
+mod files;
+pub(crate) mod segments;
 mod table;
 mod values;
 
@@ -14,12 +16,12 @@ use std::path::{Path, PathBuf};
 use lumivox_core::{CancelToken, Label, LabelVolume, Progress, glam::DAffine3};
 
 use crate::{
-    ImportOptions, ImportReport, SampleType, dicom,
+    ImportOptions, ImportReport, Imported, SampleType, dicom,
     error::ImportError,
     format::Format,
     metaimage, nifti, nrrd, payload, raw,
     single::Single,
-    study::{format_of, only_volume_in, unused},
+    study::{format_of, unused},
 };
 use segments::Segment;
 use table::{Entry, Table};
@@ -60,12 +62,14 @@ pub fn default_label_color(value: u8) -> [f64; 3] {
     colors::default_color(value)
 }
 
-/// Loads a label map: one file of any format, or a folder or archive with a DICOM segmentation.
+/// Loads a label map: one file of any format, a folder or archive with a DICOM segmentation, or a folder of files that hold
+/// a mask or a label map each, which become one.
 ///
 /// Labels keep their numbers where these are 1 to 255, and are numbered anew by rising number where not; a label
 /// without a name is then called by the number it had (`label 1024`). 0 and what is no number have no label. Of voxels
-/// that several segments claim, the later segment has them, and the report says how many. Fractions of a single
-/// segment count from a half.
+/// that several segments claim, the smallest segment has them, and the report says how many. Fractions of a single
+/// segment count from a half. Of several files the labels are numbered in their order, and one without a name is called
+/// as its file is.
 ///
 /// # Errors
 /// [`ImportError`] names the file, what is wrong and what to do: also where values have fractions, or where there are
@@ -76,39 +80,90 @@ pub fn load_labels(
     progress: Progress<'_>,
     cancel: &CancelToken,
 ) -> Result<ImportedLabels, ImportError> {
+    load_label_files(&[path.to_owned()], options, progress, cancel)
+}
+
+/// Loads one label map of several files or folders, each as [`load_labels`] takes it. Their grids may be parts of one, as
+/// those of masks are that were cut to what they hold.
+///
+/// # Errors
+/// As [`load_labels`]; where grids do not fit together, and where there are more than 255 labels in all.
+pub fn load_label_files(
+    paths: &[PathBuf],
+    options: &LabelOptions,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<ImportedLabels, ImportError> {
     let given = options.table.as_deref().map(table::read).transpose()?;
-    let import = &options.import;
-    let mut only = None;
-    if path.is_dir() {
-        let study = dicom::Study::open(&[path.to_owned()], progress, cancel)?;
-        if study.is_dicom() {
-            return of_dicom(study, path, import, &given.unwrap_or_default(), progress, cancel);
-        }
-        // As with scans, it may hold one file of another format.
-        only = Some(only_volume_in(path, import, cancel)?);
+    files::load(paths, &options.import, given, progress, cancel)
+}
+
+/// What a file says of its labels before a voxel is read.
+struct LabelFile {
+    single: Single,
+    segments: Vec<Segment>,
+    /// The names that it has itself.
+    table: Table,
+}
+
+impl LabelFile {
+    /// Reads the header of a file; `None` for DICOM.
+    fn open(path: &Path, import: &ImportOptions) -> Result<Option<Self>, ImportError> {
+        let outside = import.allow_outside_data;
+        let plain = |single: Single| Self { single, segments: Vec::new(), table: Table::new() };
+        Ok(Some(match (format_of(path, import)?, &import.raw) {
+            (Format::Dicom | Format::Zip, _) => return Ok(None),
+            (Format::Nifti, _) => Self { table: extension::table(path)?, ..plain(nifti::open(path)?) },
+            (Format::Nrrd, _) => {
+                Self { segments: segments::read(path, outside)?, ..plain(nrrd::open(path, outside)?) }
+            }
+            (Format::MetaImage, _) => plain(metaimage::open(path, outside)?),
+            (Format::Raw, Some(description)) => plain(raw::open_as(path, description)?),
+            (Format::Raw, None) => plain(raw::open(path)?),
+        }))
     }
-    let path = only.as_deref().unwrap_or(path);
-    let format = format_of(path, import)?;
-    let (single, segments) = match (format, &import.raw) {
-        (Format::Dicom | Format::Zip, _) => {
-            let study = dicom::Study::open(&[path.to_owned()], progress, cancel)?;
-            return of_dicom(study, path, import, &given.unwrap_or_default(), progress, cancel);
-        }
-        (Format::Nifti, _) => (nifti::open(path)?, Vec::new()),
-        (Format::Nrrd, _) => {
-            (nrrd::open(path, import.allow_outside_data)?, segments::read(path, import.allow_outside_data)?)
-        }
-        (Format::MetaImage, _) => (metaimage::open(path, import.allow_outside_data)?, Vec::new()),
-        (Format::Raw, Some(description)) => (raw::open_as(path, description)?, Vec::new()),
-        (Format::Raw, None) => (raw::open(path)?, Vec::new()),
+
+    fn has_names(&self) -> bool {
+        !self.segments.is_empty() || !self.table.is_empty()
+    }
+}
+
+/// Loads the labels of one file, or of a folder or archive of DICOM. `given` names them, before all else.
+fn load_one(
+    path: &Path,
+    import: &ImportOptions,
+    given: Option<&Table>,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<ImportedLabels, ImportError> {
+    let file = if path.is_dir() { None } else { LabelFile::open(path, import)? };
+    let Some(file) = file else {
+        let study = dicom::Study::open(&[path.to_owned()], progress, cancel)?;
+        return of_dicom(study, path, import, given.unwrap_or(&Table::new()), progress, cancel);
     };
     let mut notes = Vec::new();
     let table = match given {
-        Some(table) => table,
-        None if segments.is_empty() => table_beside(path, &mut notes),
-        None => Table::new(),
+        Some(table) => table.clone(),
+        None if !file.has_names() => table_beside(path, &mut notes),
+        None => file.table,
     };
-    of_single(&single, import, &segments, &table, notes, progress, cancel)
+    of_single(&file.single, import, &file.segments, &table, notes, progress, cancel)
+}
+
+/// The scan that a segmentation of several layers is by itself: the numbers of its labels.
+///
+/// # Errors
+/// As [`load_labels`].
+pub(crate) fn load_layers(
+    single: &Single,
+    segments: &[Segment],
+    import: &ImportOptions,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<Imported, ImportError> {
+    let mut loaded = of_single(single, import, segments, &Table::new(), Vec::new(), progress, cancel)?;
+    loaded.report.series.iter_mut().for_each(|series| series.phases = 1);
+    Ok(Imported { volume: loaded.labels.volume().as_ref().clone(), report: loaded.report })
 }
 
 /// The table beside a label map, if it is one; says so.
@@ -168,10 +223,6 @@ fn of_single(
     } else if single.phases > 1 {
         report.notes.push(format!("phase {phase} of {} is taken", single.phases));
     }
-    if collected.overlaps > 0 {
-        let n = collected.overlaps;
-        report.notes.push(format!("{n} voxels belong to several segments; the later one is kept"));
-    }
     if collected.not_finite {
         report.notes.push("voxels whose value is no number have no label".to_owned());
     }
@@ -198,6 +249,15 @@ fn of_single(
             color: listed.and_then(|entry| entry.color).or(own_color),
         }
     };
+    if let Some(settled) = &collected.settled {
+        let name = |label: u16| {
+            let number = collected.numbers[usize::from(label) - 1];
+            Some(entry(number).name)
+                .filter(|name| !name.is_empty())
+                .unwrap_or(format!("label {}", number.value))
+        };
+        report.notes.extend(settled.notes(name));
+    }
     // Segments of several layers may have the same number: their order tells them apart.
     let order = |number: Number| match own(number) {
         _ if layers == 1 => (0, number),
@@ -255,9 +315,7 @@ fn of_dicom(
         let own_name = own.map(|own| table::clean(&own.name));
         Entry {
             name: listed.map(|entry| entry.name.clone()).or(own_name).unwrap_or_default(),
-            color: listed
-                .and_then(|entry| entry.color)
-                .or(own.and_then(|own| own.cielab).map(colors::from_dicom_lab)),
+            color: listed.and_then(|entry| entry.color).or(own.and_then(|own| own.color)),
         }
     };
     let place = volume.patient_from_voxel();
@@ -324,24 +382,35 @@ fn finish(
     if labels.is_empty() {
         report.notes.push("no voxel has a label: every value is 0".to_owned());
     }
+    let labels = finish_volume(path, dims, patient_from_voxel, voxels, labels, &mut report)?;
+    Ok(ImportedLabels { labels, numbers, report })
+}
+
+/// The label volume of `voxels`, whose memory the report tells.
+fn finish_volume(
+    path: &Path,
+    dims: [usize; 3],
+    patient_from_voxel: DAffine3,
+    voxels: Vec<u8>,
+    labels: Vec<Label>,
+    report: &mut ImportReport,
+) -> Result<LabelVolume, ImportError> {
     let bytes = voxels.len() as u64;
-    let labels = LabelVolume::new(dims, voxels, patient_from_voxel, labels).map_err(|fault| {
-        ImportError::Unsupported {
-            path: path.to_owned(),
-            what: format!("labels that do not fit together: {fault}"),
-            remedy: "Correct the header, or export the label map again".to_owned(),
-        }
-    })?;
     if let Some(series) = report.series.get_mut(report.chosen) {
         series.bytes = bytes;
     }
-    Ok(ImportedLabels { labels, numbers, report })
+    LabelVolume::new(dims, voxels, patient_from_voxel, labels).map_err(|fault| ImportError::Unsupported {
+        path: path.to_owned(),
+        what: format!("labels that do not fit together: {fault}"),
+        remedy: "Correct the header, or export the label map again".to_owned(),
+    })
 }
 
 /// Why numbers are no labels, about a file.
 fn no_labels(path: &Path, fault: NoLabels) -> ImportError {
     let what = match fault {
         NoLabels::Fraction(value) => format!("no label map: it holds {value}, and labels are whole numbers"),
+        NoLabels::None => "files of which none is a label map".to_owned(),
         NoLabels::TooMany => format!("no label map: it holds more than {MOST_LABELS} different values"),
     };
     let remedy = "Open it as a scan, or export labels as whole numbers, at most 255 different ones beside 0";

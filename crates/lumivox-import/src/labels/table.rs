@@ -19,6 +19,10 @@ const LONGEST_NAME: usize = 64;
 /// Endings of tables beside a label map, the surest first.
 const BESIDE: [&str; 6] = ["label", "ctbl", "lut", "txt", "tsv", "csv"];
 
+/// Endings of label maps, longer ones first.
+pub(crate) const ENDINGS: [&str; 10] =
+    [".nii.gz", ".nii", ".img.gz", ".hdr", ".img", ".seg.nrrd", ".nrrd", ".nhdr", ".mha", ".mhd"];
+
 /// What a table says of a number.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Entry {
@@ -68,9 +72,7 @@ const TABLES: &str = "Give a table of ITK-SNAP, FreeSurfer, 3D Slicer or FSLeyes
 pub(crate) fn beside(map: &Path) -> Option<PathBuf> {
     let name = map.file_name()?.to_str()?;
     let lower = name.to_ascii_lowercase();
-    let endings =
-        [".nii.gz", ".nii", ".img.gz", ".hdr", ".img", ".seg.nrrd", ".nrrd", ".nhdr", ".mha", ".mhd"];
-    let stem = endings.iter().find(|ending| lower.ends_with(**ending)).map_or_else(
+    let stem = ENDINGS.iter().find(|ending| lower.ends_with(**ending)).map_or_else(
         || map.file_stem().and_then(|stem| stem.to_str()).unwrap_or(name),
         |ending| &name[..name.len() - ending.len()],
     );

@@ -2,7 +2,10 @@
 
 use std::{collections::HashMap, collections::TryReserveError};
 
-use crate::sample::SampleType;
+use crate::{
+    claims::{Claims, Settled},
+    sample::SampleType,
+};
 
 /// Labels that one byte tells apart, beside [`UNLABELLED`](lumivox_core::UNLABELLED).
 pub(crate) const MOST_LABELS: usize = 255;
@@ -24,6 +27,8 @@ pub(crate) enum NoLabels {
     Fraction(f64),
     /// There are more than [`MOST_LABELS`].
     TooMany,
+    /// No file holds any.
+    None,
 }
 
 /// A grid of labels whose numbers come one after the other, in one layer or several.
@@ -31,7 +36,8 @@ pub(crate) struct Collector {
     sample: SampleType,
     big_endian: bool,
     rescale: [f64; 2],
-    voxels: Vec<u8>,
+    count: usize,
+    voxels: Store,
     layers: usize,
     /// Whether the numbers of all layers of a voxel come before those of the next.
     interleaved: bool,
@@ -43,13 +49,18 @@ pub(crate) struct Collector {
     known: Vec<HashMap<u64, u8>>,
     numbers: Vec<Number>,
     last: (usize, u64, u8),
-    /// Voxels that have labels in several layers.
-    overlaps: u64,
     not_finite: bool,
     /// Voxels with a label, and those of them that follow one with another label.
     labelled: u64,
     changes: u64,
     before: u8,
+}
+
+/// For each voxel the place of its label in [`Collector::numbers`] and one, or 0.
+enum Store {
+    One(Vec<u8>),
+    /// Of several layers, which may have labels at the same voxel.
+    Several(Claims),
 }
 
 /// What was collected.
@@ -58,8 +69,8 @@ pub(crate) struct Collected {
     pub voxels: Vec<u8>,
     /// In the order in which they came.
     pub numbers: Vec<Number>,
-    /// Voxels that have labels in several layers, of which the last counts.
-    pub overlaps: u64,
+    /// Of several layers, what became of voxels that have labels in more than one: places in `numbers` and one.
+    pub settled: Option<Settled>,
     /// Whether there were samples that are no number.
     pub not_finite: bool,
     /// Whether hardly a voxel has the label of its neighbour, as the values of a scan are.
@@ -74,15 +85,21 @@ impl Collector {
         count: usize,
         (layers, interleaved): (usize, bool),
     ) -> Result<Self, TryReserveError> {
-        let mut voxels = Vec::new();
-        voxels.try_reserve_exact(count)?;
-        voxels.resize(count, 0);
+        let voxels = if layers > 1 {
+            Store::Several(Claims::new(count)?)
+        } else {
+            let mut voxels = Vec::new();
+            voxels.try_reserve_exact(count)?;
+            voxels.resize(count, 0);
+            Store::One(voxels)
+        };
         let known = vec![HashMap::new(); layers];
         let last = (usize::MAX, 0, 0);
         Ok(Self {
             sample,
             big_endian,
             rescale,
+            count,
             voxels,
             layers,
             interleaved,
@@ -91,7 +108,6 @@ impl Collector {
             known,
             numbers: Vec::new(),
             last,
-            overlaps: 0,
             not_finite: false,
             labelled: 0,
             changes: 0,
@@ -119,7 +135,7 @@ impl Collector {
             let (layer, voxel) = if self.interleaved {
                 (self.taken % self.layers, self.taken / self.layers)
             } else {
-                (self.taken / self.voxels.len(), self.taken % self.voxels.len())
+                (self.taken / self.count, self.taken % self.count)
             };
             self.taken += 1;
             if self.only.is_some_and(|only| only != layer) {
@@ -132,8 +148,10 @@ impl Collector {
             if label != 0 {
                 self.labelled += 1;
                 self.changes += u64::from(self.before != 0 && self.before != label);
-                self.overlaps += u64::from(self.voxels[voxel] != 0);
-                self.voxels[voxel] = label;
+                match &mut self.voxels {
+                    Store::One(voxels) => voxels[voxel] = label,
+                    Store::Several(claims) => claims.add(voxel, label.into()),
+                }
             }
             self.before = label;
         }
@@ -198,8 +216,18 @@ impl Collector {
         /// Fewer labels may lie however they like.
         const MANY: usize = 32;
         let is_scattered = self.numbers.len() >= MANY && self.changes > self.labelled / 2;
-        let Self { voxels, numbers, overlaps, not_finite, .. } = self;
-        Collected { voxels, numbers, overlaps, not_finite, is_scattered }
+        let Self { voxels, numbers, not_finite, .. } = self;
+        let (voxels, settled) = match voxels {
+            Store::One(voxels) => (voxels, None),
+            Store::Several(claims) => {
+                let mut settled = claims.settle();
+                // Labels have places of a byte.
+                let voxels =
+                    std::mem::take(&mut settled.voxels).into_iter().map(|label| label as u8).collect();
+                (voxels, Some(settled))
+            }
+        };
+        Collected { voxels, numbers, settled, not_finite, is_scattered }
     }
 }
 
@@ -263,17 +291,17 @@ mod tests {
     }
 
     #[test]
-    fn the_last_layer_counts_in_either_order_of_samples() {
-        for (interleaved, bytes) in [(true, [1, 0, 1, 1, 0, 2]), (false, [1, 1, 0, 0, 1, 2])] {
+    fn the_smaller_label_counts_in_either_order_of_samples() {
+        for (interleaved, bytes) in [(true, [1, 0, 1, 1, 0, 0, 1, 2]), (false, [1, 1, 0, 1, 0, 1, 0, 2])] {
             let mut collector =
-                Collector::new((SampleType::U8, false), [1.0, 0.0], 3, (2, interleaved)).unwrap();
+                Collector::new((SampleType::U8, false), [1.0, 0.0], 4, (2, interleaved)).unwrap();
             collector.push(&bytes).unwrap();
             let collected = collector.finish();
             let number = |voxel: usize| collected.numbers[usize::from(collected.voxels[voxel]) - 1];
             assert_eq!(number(0), Number { layer: 0, value: 1 });
             assert_eq!(number(1), Number { layer: 1, value: 1 });
-            assert_eq!(number(2), Number { layer: 1, value: 2 });
-            assert_eq!(collected.overlaps, 1);
+            assert_eq!(number(3), Number { layer: 1, value: 2 });
+            assert_eq!(collected.settled.unwrap().shared, 2);
         }
     }
 }

@@ -14,6 +14,8 @@ pub enum Syntax {
     Rle,
     JpegXl,
     JpegLs,
+    /// Of each frame.
+    DeflatedFrames,
 }
 
 impl Syntax {
@@ -27,6 +29,7 @@ impl Syntax {
             Syntax::Rle => "1.2.840.10008.1.2.5",
             Syntax::JpegXl => "1.2.840.10008.1.2.4.110",
             Syntax::JpegLs => "1.2.840.10008.1.2.4.80",
+            Syntax::DeflatedFrames => "1.2.840.10008.1.2.8.1",
         }
     }
 }
