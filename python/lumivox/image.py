@@ -52,7 +52,7 @@ class Image:
     camera: Camera = field(repr=False)
     display: Display = field(default_factory=Display)
     complete: bool = True
-    """Whether it has all the samples that were asked for."""
+    """Whether it has all the samples that were asked for; with a ``time`` alone, as many as that allowed."""
     seconds: float = 0.0
     """Time spent tracing."""
     notes: tuple[str, ...] = ()

@@ -149,6 +149,11 @@ class Plan:
     unbounded: bool
     """Whether nobody said how long it may take."""
 
+    @property
+    def as_many_as_time_allows(self) -> bool:
+        """Whether a time was asked for, and no number of samples."""
+        return self.request.time is not None and self.request.samples == MOST_SAMPLES
+
 
 @dataclass(frozen=True)
 class Gpu:
@@ -199,18 +204,27 @@ class Renderer:
         film, outcome, _, trace, unfinished, reductions, self.uploaded = self.native.render(
             planned.scene, planned.camera, request, _teller(progress)
         )
-        if outcome not in ("complete", "stopped"):
+        if outcome not in ("complete", "time", "stopped"):
             # What there is of it was kept for those who wait at a screen; a program wants to know.
             raise _native.GpuError(outcome)
-        notes = []
-        if unfinished > 0:
-            notes.append(f"{unfinished} pixels are darker than they should be: their longest paths had not ended")
-        coarsest = max(reductions, default=1)
-        if coarsest > 1:
-            notes.append(f"the GPU has no room for all voxels: the scan was rendered at 1/{coarsest} of its resolution")
-        done = outcome == "complete"
+        notes = _notes(unfinished, reductions)
+        if outcome == "time" and not planned.as_many_as_time_allows:
+            notes.append(f"the time was over at {film.min_samples} of the {request.samples} samples per pixel")
+        # Who asked for what there is time for, and for no number of samples, has it.
+        done = outcome == "complete" or (outcome == "time" and planned.as_many_as_time_allows)
         image = Image(film, planned.scene, planned.camera, planned.display, done, trace, tuple(notes))
         return image.denoised() if planned.denoise else image
+
+
+def _notes(unfinished: int, reductions: Sequence[int]) -> list[str]:
+    """What is worth knowing about an image."""
+    notes = []
+    if unfinished > 0:
+        notes.append(f"{unfinished} pixels are darker than they should be: their longest paths had not ended")
+    coarsest = max(reductions, default=1)
+    if coarsest > 1:
+        notes.append(f"the GPU has no room for all voxels: the scan was rendered at 1/{coarsest} of its resolution")
+    return notes
 
 
 def _which(gpu: Any) -> int | str | None:

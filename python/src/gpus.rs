@@ -67,19 +67,25 @@ pub struct Renderer {
     description: GpuDescription,
 }
 
-/// What a render brought: the film, how it ended ("complete", "stopped" or a failure's words), seconds of preparation and
+/// What a render brought: the film, how it ended ("complete", "time", "stopped" or a failure's words), seconds of preparation and
 /// tracing, pixels with unfinished paths, reductions of the volumes, and bytes brought to the GPU.
 type Brought = (Film, String, f64, f64, u32, Vec<u32>, u64);
 
 fn brought(rendered: Rendered) -> Brought {
-    let outcome = match &rendered.outcome {
-        Outcome::Complete => "complete".to_owned(),
-        Outcome::Stopped => "stopped".to_owned(),
-        Outcome::Failed(error) => error.to_string(),
-    };
+    let outcome = ended(&rendered.outcome);
     let [prepare, trace] = [rendered.prepare, rendered.trace].map(|time| time.as_secs_f64());
     let Rendered { film, unfinished, reductions, uploaded, .. } = rendered;
     (Film(film), outcome, prepare, trace, unfinished, reductions, uploaded)
+}
+
+/// How a render ended, in a word, or in a failure's words.
+fn ended(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Complete => "complete".to_owned(),
+        Outcome::TimeUp => "time".to_owned(),
+        Outcome::Stopped => "stopped".to_owned(),
+        Outcome::Failed(error) => error.to_string(),
+    }
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -209,8 +215,7 @@ impl Still {
         match wait::wait(py, &cancel, work, hear(progress, &cancel))? {
             None => Err(errors::value("the image was ended")),
             Some((_, Outcome::Failed(error), _)) => Err(errors::gpu(error)),
-            Some((film, Outcome::Complete, time)) => Ok((Film(film), "complete".into(), seconds(time))),
-            Some((film, Outcome::Stopped, time)) => Ok((Film(film), "stopped".into(), seconds(time))),
+            Some((film, outcome, time)) => Ok((Film(film), ended(&outcome), seconds(time))),
         }
     }
 

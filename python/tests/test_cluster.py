@@ -313,7 +313,7 @@ def test_the_command_renders_on_a_cluster(
     local: cluster.Local, head_folder: Path, command: str, python: str, tmp_path: Path
 ) -> None:
     # `-P` and not the folder beside the tests, which is no package that is installed.
-    environment = {**os.environ, "LUMIVOX_PYTHON": python, "PYTHONSAFEPATH": "1"}
+    environment = {**os.environ, **keys(local), "LUMIVOX_PYTHON": python, "PYTHONSAFEPATH": "1"}
     address = local.client.scheduler.address
 
     def run(name: str, *more: str, samples: int = 4, **other: str) -> subprocess.CompletedProcess[str]:
@@ -345,9 +345,16 @@ def test_the_command_renders_on_a_cluster(
     assert bare.returncode == 1 and "pip install 'lumivox[cluster]'" in bare.stderr and "No module named" in bare.stderr
     silent = run("a.png", "--cluster", "tcp://127.0.0.1:9")
     assert silent.returncode == 1 and "no Dask scheduler answers at tcp://127.0.0.1:9" in silent.stderr
+    stranger = run("a.png", "--cluster", address, LUMIVOX_CREDENTIALS="")
+    assert stranger.returncode == 1 and "LUMIVOX_CREDENTIALS names the folder of its key" in stranger.stderr
     both = run("a.png", "--cluster", address, "--gpu", "x")
     assert both.returncode == 2
     assert not (tmp_path / "a.png").exists()
+
+
+def keys(local: cluster.Local) -> dict[str, str]:
+    """What lets a program of its own in."""
+    return {"LUMIVOX_CREDENTIALS": str(local.credentials)}
 
 
 def bare_python(folder: Path) -> str:
@@ -361,7 +368,7 @@ def bare_python(folder: Path) -> str:
 def test_ctrl_c_keeps_what_the_cluster_has(
     local: cluster.Local, head_folder: Path, command: str, python: str, tmp_path: Path
 ) -> None:
-    environment = {**os.environ, "LUMIVOX_PYTHON": python, "PYTHONSAFEPATH": "1"}
+    environment = {**os.environ, **keys(local), "LUMIVOX_PYTHON": python, "PYTHONSAFEPATH": "1"}
     arguments = ["--size", "64x200", "--samples", "2000", "-o", "part.png", "--cluster", local.client.scheduler.address]
     process = subprocess.Popen(
         [command, "render", str(head_folder), *arguments], env=environment, cwd=tmp_path, stderr=subprocess.PIPE, text=True

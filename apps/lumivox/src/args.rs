@@ -270,7 +270,7 @@ pub struct RenderArgs {
     /// Take the GPU whose name contains this [default: the fastest kind]
     #[arg(long, value_name = "NAME", help_heading = "Running")]
     pub gpu: Option<String>,
-    /// Render on the workers of a Dask scheduler, through Python's lumivox.cluster: tcp://HOST:8786
+    /// Render on the workers of a Dask scheduler, through Python's lumivox.cluster: tls://HOST:8786
     #[arg(long, value_name = "ADDRESS", help_heading = "Running", conflicts_with_all = ["gpu", "time"])]
     pub cluster: Option<String>,
     /// Say nothing but errors

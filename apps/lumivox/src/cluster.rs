@@ -148,6 +148,10 @@ fn hear(child: &mut Child, reporter: Reporter) -> io::Result<Answer> {
             let kind = said["kind"].as_str().unwrap_or_default();
             return Ok(Answer::Failure(kind.to_owned(), words.to_owned()));
         }
+        if let Some(words) = said["note"].as_str() {
+            reporter.say(&format!("note: {words}"));
+            continue;
+        }
         if let Some([planes, height, width]) = said["film"].as_array().map(Vec::as_slice) {
             let [planes, height, width] = [planes, height, width].map(|n| n.as_u64().unwrap_or(0) as usize);
             let mut film = vec![];

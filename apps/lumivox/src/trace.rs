@@ -23,6 +23,8 @@ pub struct Traced {
     pub samples: u32,
     /// The fraction of the pixels that have any.
     pub begun: f64,
+    /// Whether its time was over before it had all samples.
+    pub time_up: bool,
     /// Why it is not finished, if it is not.
     pub cut_short: Option<Failure>,
 }
@@ -89,8 +91,9 @@ pub fn trace(
     line.finish();
 
     let samples = rendered.film.min_samples();
+    let time_up = matches!(rendered.outcome, Outcome::TimeUp);
     let cut_short = match rendered.outcome {
-        Outcome::Complete => None,
+        Outcome::Complete | Outcome::TimeUp => None,
         Outcome::Stopped => Some(Failure::new(Exit::Interrupted, "Stopped early.")),
         Outcome::Failed(error) => Some(gpu_failure(error)),
     };
@@ -101,7 +104,7 @@ pub fn trace(
         }
         cut_short => {
             let (film, trace) = (rendered.film, rendered.trace);
-            let traced = Traced { film, samples, begun, cut_short };
+            let traced = Traced { film, samples, begun, time_up, cut_short };
             reporter.say(&summary(&traced, rendered.prepare, trace));
             if samples == 1 && request.time.is_some_and(|limit| trace > limit + Duration::from_millis(500)) {
                 reporter.say(&format!("note: needed {} for one sample per pixel", human_duration(trace)));
@@ -137,7 +140,7 @@ pub fn traced_elsewhere(film: Film, complete: bool) -> Result<Traced, Failure> {
         Some(failure) if begun == 0.0 => {
             Err(Failure { message: format!("{} Nothing was rendered yet.", failure.message), ..failure })
         }
-        cut_short => Ok(Traced { film, samples, begun, cut_short }),
+        cut_short => Ok(Traced { film, samples, begun, time_up: false, cut_short }),
     }
 }
 

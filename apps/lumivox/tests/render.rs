@@ -111,6 +111,16 @@ fn time_limits_end_a_render() {
     let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(stdout.starts_with("Wrote a.png (16 x 16, "), "{stdout}");
     assert!(stderr(&output).contains("ms per sample"), "{}", stderr(&output));
+    assert!(
+        !stderr(&output).contains("the time was over"),
+        "as many as there is time for: {}",
+        stderr(&output)
+    );
+
+    let both = ["render", "scan", "-o", "a.png", "--size", "16x16", "--time", "0.1", "--samples", "1000000"];
+    let output = run(folder.path(), &both);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).contains("of the 1000000 samples per pixel"), "{}", stderr(&output));
 }
 
 /// A render of `scan` to `a.png` that traces and would go on for ten minutes, and what it says from then on.

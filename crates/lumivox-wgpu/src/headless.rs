@@ -32,7 +32,7 @@ pub struct RenderRequest {
     pub pass_samples: Option<NonZeroU32>,
     /// The part of the image that is rendered: its top left pixel, and its size. The film has that size.
     pub window: Option<[[u32; 2]; 2]>,
-    /// The image is complete, too, when so much time has gone into it and every pixel has a sample.
+    /// It ends, too, when so much time has gone into it and every pixel has a sample: [`Outcome::TimeUp`].
     pub time: Option<Duration>,
     /// Chooses the random numbers.
     pub seed: u32,
@@ -89,8 +89,10 @@ pub struct RenderProgress {
 /// How a render ended.
 #[derive(Clone, Debug)]
 pub enum Outcome {
-    /// As asked for.
+    /// Every pixel has all samples that were asked for.
     Complete,
+    /// [`RenderRequest::time`] was over before that.
+    TimeUp,
     /// The progress callback stopped it.
     Stopped,
     /// The GPU failed; the film is the last that came back.

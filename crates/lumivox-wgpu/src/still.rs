@@ -99,6 +99,10 @@ impl Still {
                 }
             }
         }
+        if self.unfinished > 0 && matches!(outcome, Outcome::Complete) {
+            // All samples were begun, and somebody stopped it before their paths had ended.
+            outcome = Outcome::Stopped;
+        }
         // Even after a failure: the device may still be there, only its memory full.
         if let Err(error) = read_film(gpu, views, request, film)
             && !matches!(outcome, Outcome::Failed(_))
@@ -213,7 +217,8 @@ impl Tracing {
             // An image of which parts were never traced is none: the first sample is always finished.
             let begun = views.iter().all(|v| v.samples() > request.first_sample);
             if begun && request.time.is_some_and(|limit| self.begin.elapsed() >= limit) {
-                return Ok(Outcome::Complete);
+                let whole = views.iter().all(|view| view.samples() >= target);
+                return Ok(if whole { Outcome::Complete } else { Outcome::TimeUp });
             }
             if self.last_look.elapsed() >= LOOK_EVERY.max(self.look_took * LOOK_SHARE) {
                 let looked = Instant::now();

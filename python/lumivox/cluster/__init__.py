@@ -4,9 +4,13 @@
 
     image = cluster.render(scan, preset="ct-bone", samples=4096)
 
-``cluster=`` takes the address of a Dask scheduler (``"tcp://head:8786"``), a ``distributed.Client``, or anything that a
+``cluster=`` takes the address of a Dask scheduler (``"tls://head:8786"``), a ``distributed.Client``, or anything that a
 client connects to (dask-jobqueue on SLURM, dask-kubernetes, Coiled). Workers need ``pip install lumivox[cluster]``, and one
 thread each; each takes a GPU of its machine that no other has, or the one that ``LUMIVOX_GPU`` names.
+
+A worker runs what it is sent. This machine's cluster listens to this process alone; another one should ask for a key
+(:func:`make_credentials`): ``tls://`` addresses are spoken to with the folder that ``LUMIVOX_CREDENTIALS`` names, or as Dask's
+configuration says. Of a ``tcp://`` address beyond this machine a warning says that it asks for none.
 """
 
 from __future__ import annotations
@@ -27,9 +31,11 @@ except ImportError as error:
 from lumivox import _check
 from lumivox._check import PathLike
 from lumivox.cluster import parts as splitting
-from lumivox.cluster import worker
+from lumivox.cluster import security
 from lumivox.cluster.job import Cancelled, Figures, Images, Job
 from lumivox.cluster.local import Local, default
+from lumivox.cluster.roster import Roster, look
+from lumivox.cluster.security import credentials, make_credentials
 from lumivox.image import Image
 from lumivox.rendering import Options, Plan, RenderProgress, plan
 from lumivox.scene import Camera, Scene
@@ -38,7 +44,20 @@ from lumivox.volume import Volume
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-__all__ = ["Cancelled", "Figures", "Images", "Job", "Local", "film", "render", "study", "submit", "workers"]
+__all__ = [
+    "Cancelled",
+    "Figures",
+    "Images",
+    "Job",
+    "Local",
+    "credentials",
+    "film",
+    "make_credentials",
+    "render",
+    "study",
+    "submit",
+    "workers",
+]
 
 Target = Any
 """``None`` or ``"local"``, an address, a ``distributed.Client``, a :class:`Local`, or a Dask cluster."""
@@ -59,8 +78,9 @@ def client_of(cluster: Target) -> Any:
     if isinstance(cluster, distributed.Client):
         if cluster.status != "running":
             raise ConnectionError(f"the cluster's client is {cluster.status}: make another")
+        security.say_if_open(cluster.scheduler.address)
         return cluster
-    how = "the address of a Dask scheduler, such as tcp://HOST:8786, a distributed.Client, or 'local' for this machine"
+    how = "the address of a Dask scheduler, such as tls://HOST:8786, a distributed.Client, or 'local' for this machine"
     if isinstance(cluster, str):
         if not re.search(r"://.|.:\d+$", cluster):
             raise ValueError(f"cluster {cluster!r} is not {how}")
@@ -80,20 +100,27 @@ def _kept(clients: Any, cluster: Any) -> Any:
 
 def _connect(cluster: Any) -> Any:
     try:
-        if isinstance(cluster, str):
-            _answers(cluster)
-        return distributed.Client(cluster, set_as_default=False, timeout=CONNECT)
-    except (OSError, ValueError, RuntimeError) as error:
-        raise ConnectionError(f"no Dask scheduler answers at {cluster}: {error}") from error
+        if not isinstance(cluster, str):
+            client = distributed.Client(cluster, set_as_default=False, timeout=CONNECT)
+        else:
+            keys = security.for_address(cluster)
+            _answers(cluster, keys)
+            client = distributed.Client(cluster, set_as_default=False, timeout=CONNECT, security=keys)
+    except FileNotFoundError:
+        raise
+    except (OSError, ValueError, RuntimeError, TypeError) as error:
+        key = "" if not str(cluster).startswith("tls://") else f" ({security.FOLDER_VARIABLE} names the folder of its key)"
+        raise ConnectionError(f"no Dask scheduler answers at {cluster}{key}: {error}") from error
+    security.say_if_open(client.scheduler.address)
+    return client
 
 
-def _answers(address: str) -> None:
+def _answers(address: str, keys: Any) -> None:
     """Raises where nobody answers. A client that finds nobody leaves a thread behind, so none is made before."""
     from distributed.comm import connect
-    from distributed.security import Security
 
     async def ask() -> None:
-        comm = await connect(address, timeout=CONNECT, **Security().get_connection_args("client"))
+        comm = await connect(address, timeout=CONNECT, **keys.get_connection_args("client"))
         await comm.close()
 
     # In a thread of its own: notebooks have a loop running in this one.
@@ -102,11 +129,11 @@ def _answers(address: str) -> None:
 
 
 def workers(cluster: Target = None) -> dict[str, dict[str, Any]]:
-    """The workers there are, by address: the GPU of each, whether it is in software, its process."""
-    found: dict[str, dict[str, Any]] = client_of(cluster).run(worker.describe)
-    if not found:
-        raise ConnectionError("the cluster has no workers")
-    return found
+    """The workers that can render, by address: the GPU of each, whether it is in software, its process, its version.
+
+    Others get nothing to do: those without a GPU, without Lumivox or with another version. Images say which in their notes.
+    """
+    return look(client_of(cluster)).usable
 
 
 def submit(
@@ -134,7 +161,7 @@ def render(
     """Renders one image on a cluster; options are those of :func:`lumivox.render`, but for ``time`` and ``gpu``.
 
     - ``tiles``: bands of rows that it is split into. Default: large ones first, small ones at the end, so that none is
-      waited for; of 65,536 pixels at least on a GPU.
+      waited for; of 1,048,576 pixels at least on a GPU.
     - ``ranges``: ranges of samples. Default: 1, or more where there are too few tiles for all workers. More of them show
       the whole image earlier (:meth:`Job.partial`), and take a film's bytes each.
     - ``pass_samples``: samples of a pixel that are added up before its film is. Default: 64, in software 4.
@@ -214,8 +241,8 @@ class _Saved(Images):
 
     pattern: str = ""
 
-    def __iter__(self) -> Any:
-        for number, png in super().__iter__():
+    def _each(self) -> Any:
+        for number, png in super()._each():
             path = self.pattern.format(number)
             with open(path, "wb") as file:
                 file.write(png)
@@ -223,9 +250,10 @@ class _Saved(Images):
 
 
 def _images(client: Any, plans: list[Plan], save: str | PathLike | None) -> Images:
-    plans = [_with_pass(client, one) for one in plans]
+    there = look(client)
+    plans = [_with_pass(one, there) for one in plans]
     if save is None:
-        return Images(client, plans, False)
+        return Images(client, plans, False, there)
     pattern = _check.file("save", save)
     needed = f"{pattern}: a name for each frame is needed, such as frame-{{:04d}}.png"
     try:
@@ -235,7 +263,7 @@ def _images(client: Any, plans: list[Plan], save: str | PathLike | None) -> Imag
     if not pattern.lower().endswith(".png") or first == second:
         raise ValueError(needed)
     _check.writable(first)
-    saved = _Saved(client, plans, True)
+    saved = _Saved(client, plans, True, there)
     saved.pattern = pattern
     return saved
 
@@ -252,32 +280,28 @@ def _planned(planned: Plan) -> Plan:
     return replace(planned, unbounded=False)
 
 
-def _in_software(client: Any) -> bool:
-    """Whether some worker has no GPU but software."""
-    return any(one["software"] for one in workers(client).values())
-
-
-def _with_pass(client: Any, planned: Plan) -> Plan:
+def _with_pass(planned: Plan, workers: Roster) -> Plan:
     """A plan with passes that suit the slowest of the workers: all must have the same."""
     if planned.request.pass_samples is not None:
         return planned
-    samples = splitting.PASS_OF_SOFTWARE if _in_software(client) else splitting.PASS_OF_GPU
+    samples = splitting.PASS_OF_SOFTWARE if workers.software else splitting.PASS_OF_GPU
     return replace(planned, request=replace(planned.request, pass_samples=samples))
 
 
 def _submit(client: Any, planned: Plan, tiles: int | None, ranges: int | None) -> Job:
-    planned = _with_pass(client, planned)
+    there = look(client)
+    planned = _with_pass(planned, there)
     request = planned.request
     assert request.pass_samples is not None
     for name, value in (("tiles", tiles), ("ranges", ranges)):
         if value is not None:
             _check.whole(name, value, 1, 1 << 24)
-    count = len(client.scheduler_info(n_workers=-1)["workers"])
+    count = len(there.usable)
     if tiles is None:
-        heights = splitting.usual_tiles(request.size, count, _in_software(client))
+        heights = splitting.usual_tiles(request.size, count, there.software)
     else:
         heights = splitting.equal_tiles(request.size, tiles)
     if ranges is None:
         ranges = splitting.usual_ranges(len(heights), count)
     split = splitting.split(request.size, request.samples, heights, ranges, request.pass_samples)
-    return Job(client, planned, split)
+    return Job(client, planned, split, there)

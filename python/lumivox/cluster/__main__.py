@@ -10,6 +10,7 @@ import json
 import signal
 import sys
 import threading
+import warnings
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -129,7 +130,11 @@ def main() -> int:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         address, planned = read(sys.stdin.buffer)
-        job = cluster._submit(cluster.client_of(address), planned, None, None)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always", UserWarning)
+            job = cluster._submit(cluster.client_of(address), planned, None, None)
+        for note in told:
+            say(note=str(note.message))
         threading.Thread(target=watch, args=(job,), daemon=True).start()
         while not job.wait(LOOK):
             told = job.progress
@@ -156,6 +161,10 @@ if __name__ == "__main__":
     # Not by returning: a thread that still reads our input would be waited for.
     import os
 
+    from lumivox.cluster import local
+
     code = main()
     sys.stdout.flush()
+    # Which what is registered for the end would have done.
+    local.end()
     os._exit(code)

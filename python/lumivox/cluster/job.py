@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 import uuid
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from lumivox import _native
-from lumivox.cluster import worker
+from lumivox.cluster import roster, worker
 from lumivox.cluster.merge import Merge
 from lumivox.cluster.parts import Part
 from lumivox.cluster.shipping import MOST_RESIDENT, Shared, detach
@@ -24,6 +25,14 @@ from lumivox.rendering import Plan, Progress
 RETRIES = 5
 """How often a part is tried again whose worker or GPU fails."""
 
+STRIKES = 2
+"""Failures after which a worker gets nothing more of a job."""
+
+LOOK = 0.01
+"""Seconds between two looks for results."""
+
+LOOK_AFTER = 5.0
+"""Seconds between two looks whether those are there who may work, where not all may."""
 
 _sent: weakref.WeakKeyDictionary[Any, OrderedDict[str, Any]] = weakref.WeakKeyDictionary()
 """Of each client, the volumes and maps that its workers have, the last used."""
@@ -61,8 +70,11 @@ class Figures:
 class Tasks:
     """Tasks on a cluster, each with its number; results come as they are done, lost ones are made again."""
 
-    def __init__(self, client: Any, shared: Sequence[Shared], figures: Figures) -> None:
+    def __init__(self, client: Any, shared: Sequence[Shared], figures: Figures, workers: roster.Roster) -> None:
         self.client = client
+        self._roster = workers
+        self._strikes: dict[str, int] = {}
+        self._looked = time.monotonic()
         self.job = uuid.uuid4().hex
         self.figures = figures
         self._shared = list(shared)
@@ -77,7 +89,7 @@ class Tasks:
         missing = [one for one in self._shared if one.key not in known or known[one.key].status != "finished"]
         if missing:
             # To each worker at once, from one to the next; who comes later gets it from them with its first part.
-            futures = self.client.scatter(missing, broadcast=True, hash=True)
+            futures = self.client.scatter(missing, broadcast=True, hash=True, workers=self._allowed())
             known.update(zip((one.key for one in missing), futures, strict=True))
         self._data = [known[one.key] for one in self._shared]
         for one in self._shared:
@@ -91,7 +103,15 @@ class Tasks:
         """Gives a task out."""
         key = f"lumivox-{self.job}-{number}-{self._attempts.get(number, 0)}"
         future = self.client.submit(
-            run, self.job, *arguments, *self._data, key=key, pure=False, priority=priority, retries=RETRIES
+            worker.run,
+            run,
+            self.job,
+            *arguments,
+            *self._data,
+            key=key,
+            pure=False,
+            priority=priority,
+            workers=self._allowed(),
         )
         self._futures[future] = (number, run, arguments, priority)
         return future
@@ -102,24 +122,71 @@ class Tasks:
         from distributed.scheduler import KilledWorker
 
         waiting = as_completed(list(self._futures), loop=self.client.loop)
-        for future in waiting:
+        while waiting.count():
+            if not waiting.has_ready():
+                time.sleep(LOOK)
+                self._look_after()
+                continue
+            future = next(waiting)
             number, run, arguments, priority = self._futures.pop(future)
             try:
                 result = future.result()
+                why = result.why if isinstance(result, worker.Failed) else None
+            except (_native.RenderError, ValueError, TypeError):
+                # The scene's fault, which it has everywhere.
+                raise
             except (CancelledError, KilledWorker) as error:
                 if self._stopped.is_set():
                     raise Cancelled("cancelled") from None
                 # The last worker that held the volumes is gone, or one part met several that died.
-                attempts = self._attempts[number] = self._attempts.get(number, 0) + 1
-                if attempts > RETRIES:
-                    raise _native.GpuError(f"part {number} was given out {attempts} times and lost each time") from error
-                self.figures.retried += 1
-                self._send()
-                waiting.add(self.give(number, priority, run, *arguments))
-                continue
+                result, why = None, f"its worker was lost ({error})"
+            except Exception as error:
+                # It did not even begin: a worker came that has no Lumivox, or another one.
+                result, why = None, str(error) or type(error).__name__
             finally:
                 future.release()
-            yield result
+            if why is None:
+                yield result
+                continue
+            if isinstance(result, worker.Failed):
+                self._strikes[result.worker] = self._strikes.get(result.worker, 0) + 1
+            attempts = self._attempts[number] = self._attempts.get(number, 0) + 1
+            if attempts > RETRIES:
+                raise _native.GpuError(f"part {number} was given out {attempts} times and failed each time: {why}")
+            self.figures.retried += 1
+            self._look()
+            self._send()
+            waiting.add(self.give(number, priority, run, *arguments))
+
+    @property
+    def notes(self) -> list[str]:
+        """Which workers were left out, and why."""
+        return self._roster.notes
+
+    def _allowed(self) -> list[str] | None:
+        """Who may work on this job; ``None`` where everybody may."""
+        failed = {address for address, strikes in self._strikes.items() if strikes >= STRIKES}
+        return self._roster.without(failed)
+
+    def _look(self) -> None:
+        """Looks who is there, and who of them can work. Where nobody is just now, those of before may be back soon."""
+        with contextlib.suppress(_native.LumivoxError, OSError):
+            self._roster = roster.look(self.client)
+
+    def _look_after(self) -> None:
+        """Gives out anew what only those may do who are gone: one that was started again has another address."""
+        if time.monotonic() - self._looked < LOOK_AFTER:
+            return
+        self._looked = time.monotonic()
+        allowed = self._allowed()
+        if allowed is None or self._stopped.is_set():
+            return
+        there = self.client.scheduler_info(n_workers=-1)["workers"]
+        if there and not any(address in there for address in allowed):
+            self._look()
+            if self._allowed() != allowed:
+                # Each comes back as cancelled, and is given out again.
+                self.client.cancel(list(self._futures), force=True)
 
     def cancel(self) -> None:
         """Takes back what is not begun, and stops what is."""
@@ -138,7 +205,7 @@ class Tasks:
 class Job:
     """An image that a cluster renders."""
 
-    def __init__(self, client: Any, plan: Plan, parts: list[Part]) -> None:
+    def __init__(self, client: Any, plan: Plan, parts: list[Part], workers: roster.Roster) -> None:
         self._plan, self._parts = plan, parts
         self.figures = Figures(parts=len(parts))
         self._merge = Merge(plan.request.size, 4 if plan.request.guides else 2, parts)
@@ -146,7 +213,7 @@ class Job:
         self._notes: dict[str, None] = {}
         self._error: BaseException | None = None
         light, shared = detach(plan)
-        self._tasks = Tasks(client, shared, self.figures)
+        self._tasks = Tasks(client, shared, self.figures, workers)
         self._traced = 0
         self._given = time.perf_counter()
         for part in parts:
@@ -224,14 +291,15 @@ class Job:
     def _image(self, sums: Any, complete: bool) -> Image:
         plan = self._plan
         film = _native.Film(sums)
-        image = Image(film, plan.scene, plan.camera, plan.display, complete, self.figures.trace, tuple(self._notes))
+        notes = (*self._tasks.notes, *self._notes)
+        image = Image(film, plan.scene, plan.camera, plan.display, complete, self.figures.trace, notes)
         return image.denoised() if plan.denoise else image
 
 
 class Images:
-    """Many images that a cluster renders, one task each: iterate over ``(number, image)`` as they come."""
+    """Many images that a cluster renders, one task each: iterate once over ``(number, image)`` as they come."""
 
-    def __init__(self, client: Any, plans: Sequence[Plan], as_png: bool) -> None:
+    def __init__(self, client: Any, plans: Sequence[Plan], as_png: bool, workers: roster.Roster) -> None:
         self._plans = list(plans)
         self.figures = Figures(parts=len(self._plans))
         light, shared = [], {}
@@ -239,14 +307,21 @@ class Images:
             detached, heavy = detach(plan)
             light.append(detached)
             shared.update({one.key: one for one in heavy})
-        self._tasks = Tasks(client, list(shared.values()), self.figures)
+        self._tasks = Tasks(client, list(shared.values()), self.figures, workers)
         self._begin = time.perf_counter()
         self._as_png = as_png
+        self._begun = False
         for number, plan in enumerate(light):
             self._tasks.give(number, -number, worker.run_image, replace(plan, unbounded=False), number, as_png)
 
     def __iter__(self) -> Iterator[tuple[int, Any]]:
         """Images, or the bytes of their PNG files, with their numbers, each once and as they come."""
+        if self._begun:
+            raise RuntimeError("these images were iterated over already, and are not kept: dict(images) keeps them")
+        self._begun = True
+        return self._each()
+
+    def _each(self) -> Iterator[tuple[int, Any]]:
         seen = set()
         try:
             for made in self._tasks.results():
@@ -272,7 +347,8 @@ class Images:
         self.figures.film_bytes += made.sums.nbytes
         plan = self._plans[made.index]
         film = _native.Film(np.require(made.sums, requirements=["C", "A"]))
-        return Image(film, plan.scene, plan.camera, plan.display, made.complete, made.trace, made.notes)
+        notes = (*self._tasks.notes, *made.notes)
+        return Image(film, plan.scene, plan.camera, plan.display, made.complete, made.trace, notes)
 
     def cancel(self) -> None:
         """Stops it."""

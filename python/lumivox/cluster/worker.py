@@ -7,6 +7,7 @@ import platform
 import tempfile
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any
@@ -38,6 +39,15 @@ class Traced:
     """Seconds in the worker, scene and film included."""
     worker: str
     """Process and device, for people."""
+
+
+@dataclass(frozen=True)
+class Failed:
+    """What this worker could not do, and another may: its GPU was lost, its memory or its disk is full."""
+
+    worker: str
+    """Its address."""
+    why: str
 
 
 @dataclass(frozen=True)
@@ -80,7 +90,11 @@ class Claim:
         except ImportError:
             return False
         path = Path(tempfile.gettempdir()) / f"lumivox-{os.getuid()}-gpu-{index}.lock"
-        file = path.open("wb")
+        try:
+            # Everybody writes to that folder: what lies there under this name may be somebody else's, or a link to a file.
+            file = open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600), "r+b")
+        except OSError:
+            return False
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
@@ -110,12 +124,25 @@ def describe() -> dict[str, Any]:
     """What this worker renders on."""
     gpu = renderer().gpu
     index = _claim.gpu if _claim else None
-    return {"index": index, "name": gpu.name, "software": gpu.software, "pid": os.getpid()}
+    said = {"index": index, "name": gpu.name, "software": gpu.software, "pid": os.getpid()}
+    return {**said, "version": _native.__version__}
 
 
 def cancel(job: str) -> None:
     """Stops what is rendered of a job here."""
     _cancelled.add(job)
+
+
+def run(task: Callable[..., Any], job: str, *arguments: Any) -> Any:
+    """Does a task. What is wrong with a scene is raised, for it is wrong everywhere; what is wrong here is told."""
+    try:
+        return task(job, *arguments)
+    except (_native.RenderError, ValueError, TypeError):
+        raise
+    except Exception as error:
+        from distributed import get_worker
+
+        return Failed(get_worker().address, str(error) or type(error).__name__)
 
 
 def run_part(job: str, plan: Plan, part: Part, *shared: Shared) -> Traced:

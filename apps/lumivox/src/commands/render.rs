@@ -181,6 +181,10 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             trace::traced_elsewhere(film, complete)?
         }
     };
+    if traced.time_up && samples < MOST_SAMPLES {
+        let reached = traced.samples;
+        reporter.say(&format!("note: the time was over at {reached} of the {samples} samples per pixel"));
+    }
     if args.denoise {
         reporter.say("denoising");
         traced.denoise();

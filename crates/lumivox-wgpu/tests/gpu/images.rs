@@ -274,7 +274,7 @@ fn a_render_out_of_time_gives_all_pixels_of_a_row_as_much() {
     let request = RenderRequest { time, ..RenderRequest::new(32, 32, 100_000) };
     let rendered =
         render(&mut gpu(), &test.scene, &test.camera, &request, &mut |_| ControlFlow::Continue(())).unwrap();
-    assert!(matches!(rendered.outcome, Outcome::Complete), "{:?}", rendered.outcome);
+    assert!(matches!(rendered.outcome, Outcome::TimeUp), "{:?}", rendered.outcome);
     assert!(rendered.film.min_samples() > 0 && rendered.unfinished == 0);
     for row in 0..32 {
         let samples: Vec<f32> = (0..32).map(|x| rendered.film.samples(row * 32 + x)).collect();
