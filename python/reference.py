@@ -47,7 +47,8 @@ def attributes(kind: type) -> dict[str, str]:
 def signature(thing: Any) -> str:
     """Its arguments, without where types live."""
     try:
-        text = str(inspect.signature(thing))
+        # Options are listed once, in words.
+        text = str(getattr(thing, "plain_signature", None) or inspect.signature(thing))
     except (TypeError, ValueError):
         return ""
     # Of a default that is an object, where it lies in memory says nothing.

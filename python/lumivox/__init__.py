@@ -12,9 +12,14 @@ LPS: x to the patient's left, y to the back, z to the head. Scene space has x to
 the viewer, from the first scan's centre.
 """
 
+import importlib as _importlib
+from typing import Any as _Any
+
 from lumivox import _codecs as _codecs_module
+from lumivox import labels as _labels_module
 from lumivox._native import GpuError, LumivoxError, RenderError, ScanError, __version__
 from lumivox.classification import ClipShape, LabelStyle, Peel
+from lumivox.errors import FileError, MissingFileError
 from lumivox.image import Image
 from lumivox.labels import Label, Labels, load_labels
 from lumivox.look import (
@@ -42,6 +47,16 @@ from lumivox.scene import (
 from lumivox.volume import Volume, load, phantom, scan, write_dicom_series
 
 _codecs_module.install()
+# Each knows the other: for those who ask what types a signature has.
+_labels_module.Volume = Volume  # type: ignore[attr-defined]
+
+
+def __getattr__(name: str) -> _Any:
+    """Modules that need more than numpy, when they are asked for: ``lumivox.cluster`` without an import of its own."""
+    if name in ("cluster", "interop", "napari", "widget"):
+        return _importlib.import_module(f"lumivox.{name}")
+    raise AttributeError(f"module 'lumivox' has no attribute '{name}'")
+
 
 __all__ = [
     "Camera",
@@ -49,6 +64,7 @@ __all__ = [
     "ColorStop",
     "Environment",
     "EnvironmentMap",
+    "FileError",
     "Gpu",
     "GpuError",
     "GradientFunction",
@@ -58,6 +74,7 @@ __all__ = [
     "Labels",
     "LumivoxError",
     "Medium",
+    "MissingFileError",
     "OpacityKnot",
     "Peel",
     "PointLight",

@@ -6,6 +6,8 @@ import math
 import numbers
 import os
 import re
+import sys
+import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -14,6 +16,10 @@ import numpy.typing as npt
 
 Rgb = tuple[float, float, float]
 PathLike = str | os.PathLike[str]
+Vector = Sequence[float] | npt.NDArray[Any]
+"""Numbers along axes, such as x, y and z: a tuple, a list or an array."""
+Matrix = Sequence[Sequence[float]] | npt.NDArray[Any]
+"""Rows of numbers."""
 
 FURTHEST_MM = 1e6
 """Further from a scan is nothing: 1 km."""
@@ -158,6 +164,16 @@ def rows(name: str, value: Any) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in matrix[:3].tolist())
 
 
+def pose(name: str, value: Any) -> tuple[tuple[float, ...], ...]:
+    """A rotation and a place in mm, as 3 rows of 4; 4 x 4 does, too."""
+    made = rows(name, value)
+    turned = np.array(made)[:, :3]
+    if not np.allclose(turned.T @ turned, np.eye(3), atol=1e-4) or np.linalg.det(turned) < 0.0:
+        said = "its columns have lengths other than 1, or are no right angles to each other, or mirror"
+        raise ValueError(f"{name} must be a rotation and a place in mm: {said}")
+    return made
+
+
 def place(spacing: Any, origin: Any, orientation: Any) -> npt.NDArray[np.float64]:
     """3 x 4: LPS millimetres from voxel indices x, y, z."""
     millimetres = np.asarray(spacing, dtype=np.float64) if _is_numbers(spacing) else np.empty(0)
@@ -180,3 +196,11 @@ def _is_numbers(value: Any) -> bool:
         return np.asarray(value).dtype.kind in "iuf"
     except ValueError:
         return False
+
+
+def warn(note: str) -> None:
+    """Says what is worth knowing, at the line that asked."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "lumivox":
+        frame, level = frame.f_back, level + 1
+    warnings.warn(note, stacklevel=level)

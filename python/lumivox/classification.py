@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from lumivox import _check, _native, look
-from lumivox._check import FURTHEST_MM, Rgb
+from lumivox._check import FURTHEST_MM, Matrix, Vector
 from lumivox.labels import Labels
 from lumivox.look import SurfaceReflection, TransferFunction
 from lumivox.volume import Volume
@@ -23,7 +23,7 @@ class LabelStyle:
 
     visible: bool = True
     """Whether they are there at all."""
-    color: Rgb | str | None = None
+    color: Vector | str | None = None
     """Their colour in place of the transfer function's: linear RGB, ``"#rrggbb"`` (sRGB), or ``"own"``, the label's."""
     opacity: float = 1.0
     """Multiplies their opacity, 0 to 1."""
@@ -39,7 +39,7 @@ class LabelStyle:
     def __post_init__(self) -> None:
         _check.flag("visible", self.visible)
         _check.flag("clipped", self.clipped)
-        if self.color is not None and self.color != "own":
+        if self.color is not None and not (isinstance(self.color, str) and self.color == "own"):
             object.__setattr__(self, "color", _check.color("color", self.color))
         object.__setattr__(self, "opacity", _check.number("opacity", self.opacity, 0.0, 1.0))
         if self.density is not None:
@@ -66,8 +66,11 @@ Style = LabelStyle | str
 """A style, or the command's words for one: ``"hide"``, ``"show"``, ``"color"`` (its own), ``"color:#rrggbb"``,
 ``"opacity:F"``, ``"density:F"``, ``"preset:NAME"``, ``"matte"``, ``"uncut"`` (by clip shapes); several with commas between."""
 
+Labelled = Mapping[str, Style] | Mapping[int, Style] | Mapping[str | int, Style]
+"""Styles of labels by name or number."""
 
-def styles(labels: Labels, volume: Volume, given: Mapping[str | int, Style]) -> tuple[tuple[int, LabelStyle], ...]:
+
+def styles(labels: Labels, volume: Volume, given: Mapping[Any, Style]) -> tuple[tuple[int, LabelStyle], ...]:
     """Styles by value, of styles by name, number or ``"*"`` for all; in turn: words change what was said before of a label."""
     if not isinstance(given, Mapping):
         example = '{"lungs": "hide", "bone": lumivox.LabelStyle(opacity=0.5)}'
@@ -85,7 +88,7 @@ def styles(labels: Labels, volume: Volume, given: Mapping[str | int, Style]) -> 
             else:
                 words = "a lumivox.LabelStyle, or words such as 'hide'"
                 raise TypeError(f"the style of label {name} must be {words}, not {_check.shown(style)}")
-            if changed.color == "own":
+            if isinstance(changed.color, str) and changed.color == "own":
                 # What has no label has no colour of its own.
                 changed = replace(changed, color=own.get(value))
             made[value] = changed
@@ -138,7 +141,7 @@ class ClipShape:
 
     kind: Literal["plane", "box", "sphere"]
     """In its own space a plane keeps z > 0, a box -1 to 1 along each axis, a sphere what is within 1 of the origin."""
-    from_shape: Sequence[Sequence[float]]
+    from_shape: Matrix
     """3 x 4: millimetres from its own space; it may turn and shear."""
     inverted: bool = False
     """Whether what it would keep is cut away, and the rest kept."""
@@ -154,7 +157,7 @@ class ClipShape:
             raise ValueError(f"the {self.kind} has no inside")
 
     @classmethod
-    def plane(cls, point: Sequence[float], normal: Sequence[float], *, space: Literal["scene", "patient"] = "scene") -> ClipShape:
+    def plane(cls, point: Vector, normal: Vector, *, space: Literal["scene", "patient"] = "scene") -> ClipShape:
         """Keeps the side of the plane through ``point`` that ``normal`` points to."""
         at, along = _check.vector("point", point, most=FURTHEST_MM), _check.vector("normal", normal)
         if sum(part * part for part in along) < 1e-24:
@@ -162,13 +165,13 @@ class ClipShape:
         return cls("plane", _native.clip_shape("plane", at, along), space=space)
 
     @classmethod
-    def box(cls, low: Sequence[float], high: Sequence[float], *, space: Literal["scene", "patient"] = "scene") -> ClipShape:
+    def box(cls, low: Vector, high: Vector, *, space: Literal["scene", "patient"] = "scene") -> ClipShape:
         """Keeps what lies between two corners."""
         a, b = _check.vector("low", low, most=FURTHEST_MM), _check.vector("high", high, most=FURTHEST_MM)
         return cls("box", _native.clip_shape("box", a, b), space=space)
 
     @classmethod
-    def sphere(cls, centre: Sequence[float], radius: float, *, space: Literal["scene", "patient"] = "scene") -> ClipShape:
+    def sphere(cls, centre: Vector, radius: float, *, space: Literal["scene", "patient"] = "scene") -> ClipShape:
         """Keeps what lies within ``radius`` of ``centre``."""
         at = _check.vector("centre", centre, most=FURTHEST_MM)
         if _check.is_number(radius) and not radius > 0.0:

@@ -57,6 +57,25 @@ class Image:
     """Time spent tracing."""
     notes: tuple[str, ...] = ()
     """What is worth knowing about it, as sentences."""
+    smoothed: bool = False
+    """Whether noise was smoothed out, so that what is left of it is not known."""
+
+    def __repr__(self) -> str:
+        width, height = self.size
+        count = "1 sample" if self.min_samples == 1 else f"{self.min_samples} samples"
+        parts = [f"{width} x {height} pixels", count, f"{self.seconds:.3g} s"]
+        noise = self.noise
+        parts += [] if noise is None else [f"noise {100.0 * noise:.2g}%"]
+        parts += ["denoised"] if self.smoothed else []
+        parts += [] if self.complete else ["not complete"]
+        return f"<lumivox.Image: {', '.join(parts)}>"
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        """:attr:`pixels`, for numpy and Pillow."""
+        if copy is False:
+            raise ValueError("pixels are made when they are asked for")
+        pixels = self.pixels
+        return pixels if dtype is None else pixels.astype(dtype, copy=False)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -80,8 +99,23 @@ class Image:
         return self.film.depth() * np.float32(MM_PER_METRE)
 
     @property
+    def positions(self) -> Array:
+        """Where rays met something first, averaged (rows, columns, 3): LPS millimetres of the first scan's patient.
+
+        Infinite where they met nothing.
+        """
+        width, height = self.size
+        columns, rows = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+        depth = self.depth.astype(np.float64)
+        with np.errstate(invalid="ignore"):
+            places = self.camera.unproject(np.stack([columns, rows, depth], axis=-1), self.size)
+            from_scene = np.linalg.inv(np.vstack([self.scene.scene_from_patient(), [0.0, 0.0, 0.0, 1.0]]))
+            places = places @ from_scene[:3, :3].T + from_scene[:3, 3]
+        return np.where(np.isfinite(depth)[..., None], places, np.inf).astype(np.float32)
+
+    @property
     def variance(self) -> Array:
-        """Variance of the mean luminance (rows, columns), infinite before a second sample."""
+        """Variance of the mean luminance (rows, columns), infinite before a second sample; that before it was denoised."""
         return self.film.variance()
 
     @property
@@ -104,8 +138,11 @@ class Image:
 
     @property
     def noise(self) -> float | None:
-        """The noise left, as a fraction of the brightness; ``None`` before a second sample, or where nothing is seen."""
-        return self.film.noise
+        """The noise left, as a fraction of the brightness.
+
+        ``None`` before a second sample, where nothing is seen, and of a denoised image: what is left then is not known.
+        """
+        return None if self.smoothed else self.film.noise
 
     @property
     def min_samples(self) -> int:
@@ -121,7 +158,7 @@ class Image:
 
     def denoised(self) -> Image:
         """The same image with less noise, for a little bias; better of one rendered with ``layers=True``."""
-        return replace(self, film=self.film.denoised())
+        return self if self.smoothed else replace(self, film=self.film.denoised(), smoothed=True)
 
     @property
     def pixels(self) -> npt.NDArray[np.uint8]:
@@ -175,7 +212,7 @@ class Image:
         return _native.encode_png(self.pixels)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        parts = (self.film.sums(), self.scene, self.camera, self.display, self.complete, self.seconds, self.notes)
+        parts = (self.film.sums(), self.scene, self.camera, self.display, self.complete, self.seconds, self.notes, self.smoothed)
         return _unpickle, parts
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lumivox import _check, _native
-from lumivox._check import PathLike, Rgb
+from lumivox._check import PathLike, Rgb, Vector
 
 if TYPE_CHECKING:
     from lumivox.volume import Volume
@@ -51,8 +51,8 @@ class Labels:
     def from_array(
         cls,
         array: npt.ArrayLike,
-        spacing: Sequence[float] | None = None,
-        origin: Sequence[float] | None = None,
+        spacing: Vector | None = None,
+        origin: Vector | None = None,
         orientation: npt.ArrayLike | None = None,
         *,
         like: Volume | None = None,
@@ -88,7 +88,7 @@ class Labels:
                 raise ValueError(f"labels of shape {values.shape} are not on the grid of a volume of shape {like.shape}")
             matrix = like.patient_from_voxel[:3]
         named, painted = _table("names", names), _table("colors", colors)
-        there = {int(value) for value in np.unique(values)} | named.keys() | painted.keys()
+        there = set(numbers_in(values)) | named.keys() | painted.keys()
         entries = []
         for value in sorted(there - {0}):
             name = named.get(value, f"label {value}")
@@ -200,6 +200,33 @@ class Labels:
         count = "1 label" if len(names) == 1 else f"{len(names)} labels"
         return f"<lumivox.Labels: {x} x {y} x {z} voxels, {count}: {told}>"
 
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        """:attr:`array`, for numpy."""
+        array = self.array
+        kept = array if dtype is None else array.astype(dtype, copy=False)
+        return kept.copy() if copy else kept
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both are the same labels of the same voxels."""
+        if not isinstance(other, Labels):
+            return NotImplemented
+        same = self.native is other.native
+        return same or (self._known() == other._known() and np.array_equal(self.array, other.array))
+
+    def __hash__(self) -> int:
+        return hash(self._known())
+
+    def _known(self) -> tuple[Any, ...]:
+        """All but the voxels."""
+        return self.shape, tuple(tuple(row) for row in self.native.patient_from_voxel), self.labels, self.sure
+
+    def __copy__(self) -> Labels:
+        # They never change: one is as good as two.
+        return self
+
+    def __deepcopy__(self, _: Any) -> Labels:
+        return self
+
     def __reduce__(self) -> tuple[Any, ...]:
         native = self.native
         table = (native.entries, native.sure, native.report, native.numbers)
@@ -231,6 +258,17 @@ def _values(array: npt.ArrayLike) -> npt.NDArray[np.uint8]:
                 "np.unique(array, return_inverse=True) numbers them anew"
             )
     return np.ascontiguousarray(given, dtype=np.uint8)
+
+
+def numbers_in(array: npt.NDArray[Any]) -> list[int]:
+    """The whole numbers that an array has, rising: without sorting all of them, where they are not too large."""
+    low, high = (int(array.min()), int(array.max())) if array.size else (0, 0)
+    if not 0 <= low <= high < 1 << 24 or array.dtype.kind not in "iu":
+        return [int(number) for number in np.unique(array)]
+    there = np.zeros(high + 1, np.bool_)
+    for part in array:
+        there[part] = True
+    return [int(number) for number in np.flatnonzero(there)] if array.size else []
 
 
 def _table(name: str, given: Mapping[int, Any] | None) -> dict[int, Any]:

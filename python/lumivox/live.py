@@ -18,6 +18,9 @@ from lumivox.volume import Volume
 COARSE = 4
 """While something changes, pixels along an axis for one."""
 
+REST = 2.0
+"""Seconds without a change after which the thread ends."""
+
 BINS = 64
 """Bars of a histogram."""
 
@@ -34,7 +37,7 @@ class Settings:
 
 
 class Live:
-    """Renders a scan on a thread of its own: coarse at once after a change, finer and finer while it rests.
+    """Renders a scan on a thread of its own: coarse at once after a change, finer and finer while it rests; then that ends.
 
     ``show`` is called there with each image, ``failed`` with what went wrong; :meth:`update` may be called on any thread and
     returns at once.
@@ -57,29 +60,34 @@ class Live:
         self._scenes: dict[tuple[Any, ...], Scene] = {}
         self.error: Exception | None = None
         """What went wrong; the view stays as it was."""
-        self._thread = threading.Thread(target=self._run, name="lumivox-live", daemon=True)
-        self._thread.start()
+        self._thread: threading.Thread | None = None
 
     def update(self, settings: Settings) -> None:
         """Shows something else from now on."""
         with self._changed:
             self._settings = settings
             self._changed.notify_all()
+            if self._thread is None and not self._ended:
+                self._thread = threading.Thread(target=self._run, name="lumivox-live", daemon=True)
+                self._thread.start()
 
     def end(self, wait: bool = True) -> None:
         """Ends the thread, and waits for it."""
         with self._changed:
             self._ended = True
             self._changed.notify_all()
-        if wait:
-            self._thread.join()
+            thread = self._thread
+        if wait and thread is not None:
+            thread.join()
 
     def _run(self) -> None:
         while True:
             with self._changed:
-                while self._settings is None and not self._ended:
-                    self._changed.wait()
-                if self._ended:
+                if self._settings is None and not self._ended:
+                    self._changed.wait(REST)
+                if self._ended or self._settings is None:
+                    # A view that nobody closed leaves no thread behind; the next change begins another.
+                    self._thread = None
                     return
                 settings, self._settings = self._settings, None
             assert settings is not None

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lumivox import _check, _native
-from lumivox._check import PathLike, Rgb
+from lumivox._check import PathLike, Rgb, Vector
 from lumivox.volume import Volume
 
 Filter = Literal["nearest", "trilinear", "tricubic", "smooth"]
@@ -66,7 +66,7 @@ class TransferFunction:
     def __init__(
         self,
         opacity: Iterable[tuple[float, float] | tuple[float, float, str]],
-        color: Iterable[tuple[float, Sequence[float]]],
+        color: Iterable[tuple[float, Vector | str]],
         gradients: Iterable[tuple[float, TransferFunction]] = (),
     ) -> None:
         knots = tuple(sorted((_knot(knot) for knot in _points("opacity", opacity)), key=lambda knot: knot.value))
@@ -121,7 +121,7 @@ class TransferFunction:
             raise OSError(f"{name} cannot be written{str(error).removeprefix(name)}") from None
 
 
-def load_transfer_function(path: PathLike, value_range: tuple[float, float] = (-1024.0, 3071.0)) -> TransferFunction:
+def load_transfer_function(path: PathLike, value_range: Vector = (-1024.0, 3071.0)) -> TransferFunction:
     """Reads a transfer function, of Lumivox's (with ``gradients``, too) or of UnityVolumeRendering's making.
 
     Old ``.tf`` files are relative to the smallest and largest value of the scan that they are for.

@@ -7,6 +7,8 @@ in three dimensions colours it. ``metadata["modality"]`` (``"CT"`` or ``"MR"``) 
 
 from __future__ import annotations
 
+import threading
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,7 @@ import numpy as np
 from lumivox import _check, look
 from lumivox._check import Rgb
 from lumivox.image import Image
-from lumivox.labels import MOST, Labels
+from lumivox.labels import MOST, Labels, numbers_in
 from lumivox.live import Live, Settings
 from lumivox.look import TransferFunction
 from lumivox.volume import Volume
@@ -79,8 +81,7 @@ def volume_of(layer: Any, step: tuple[int, ...] = ()) -> Volume:
 def labels_of(layer: Any, step: tuple[int, ...] = ()) -> Labels:
     """A labels layer as labels, with its colours; numbers beyond 255 are numbered anew, and names keep what they were."""
     array, matrix = _voxels(layer, step), patient_from_voxel(layer)
-    numbers = np.unique(array)
-    numbers = numbers[numbers > 0][:MOST]
+    numbers = np.array([number for number in numbers_in(array) if number > 0][:MOST], dtype=np.int64)
     values = {int(number): int(number) for number in numbers}
     if numbers.size and numbers[-1] > MOST:
         values = {int(number): place + 1 for place, number in enumerate(numbers)}
@@ -198,7 +199,35 @@ class Relay(QObject):  # type: ignore[misc]
     """Brings images to Qt's thread. It has no parent: a thread that ends late finds it alive, the view gone or not."""
 
     came = Signal(object)
+    taken = Signal(object)
     went_wrong = Signal(str)
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What was taken of layers, or why nothing was."""
+
+    layer: Any
+    scan: Volume | None = None
+    suited: str = ""
+    """The preset that suits it."""
+    options: dict[str, Any] = field(default_factory=dict)
+    """Those of a render, for its labels."""
+    failure: str = ""
+
+
+def _gather(relay: Relay, layer: Any, painted: Any, step: tuple[int, ...]) -> None:
+    """Takes the voxels of layers, on a thread of its own, and tells Qt's."""
+    try:
+        scan = volume_of(layer, step)
+        options: dict[str, Any] = {}
+        if painted is not None:
+            labels = labels_of(painted, step)
+            style = f"color,opacity:{painted.opacity:.3f}"
+            options = {"labels": labels, "label": dict.fromkeys(labels.names, style)} if labels.names else {}
+        relay.taken.emit(Taken(layer, scan, look.default_preset(scan), options))
+    except Exception as error:
+        relay.taken.emit(Taken(layer, failure=str(error)))
 
 
 class View(QWidget):  # type: ignore[misc]
@@ -212,6 +241,8 @@ class View(QWidget):  # type: ignore[misc]
         self.settings = Settings()
         self._live: Live | None = None
         self._watched: list[Any] = []
+        self._taking = False
+        self._again = False
         self.picture = Picture()
         self.looks = QComboBox()
         self.looks.addItems([COLORMAP, *(preset.name for preset in look.presets())])
@@ -230,6 +261,7 @@ class View(QWidget):  # type: ignore[misc]
         self._timer.timeout.connect(self._take)
         self._relay = Relay()
         self._relay.came.connect(self._show)
+        self._relay.taken.connect(self._taken)
         self._relay.went_wrong.connect(self._say)
         self.picture.turned.connect(self._turn)
         self.picture.zoomed.connect(self._zoom)
@@ -294,33 +326,43 @@ class View(QWidget):  # type: ignore[misc]
             self._end()
             self._say("Open an image of three dimensions: a scan, a stack.")
             return
+        if self._taking:
+            # One at a time: what has changed meanwhile is taken after it.
+            self._again = True
+            return
+        self._taking = True
         step = tuple(self.viewer.dims.current_step)
-        try:
-            scan = volume_of(chosen, step)
-            options: dict[str, Any] = {}
-            if painted:
-                labels = labels_of(painted[-1], step)
-                style = f"color,opacity:{painted[-1].opacity:.3f}"
-                options = {"labels": labels, "label": dict.fromkeys(labels.names, style)} if labels.names else {}
-        except Exception as error:
-            self.layer = chosen
+        # Seconds for large ones, in which napari goes on.
+        arguments = (self._relay, chosen, painted[-1] if painted else None, step)
+        threading.Thread(target=_gather, args=arguments, name="lumivox-take", daemon=True).start()
+
+    def _taken(self, taken: Taken) -> None:
+        """Shows what was taken."""
+        self._taking = False
+        if self._again:
+            self._again = False
+            self._take()
+            return
+        if taken.layer not in self.viewer.layers:
+            return
+        if taken.scan is None:
+            self.layer = taken.layer
             self._end()
-            self._say(str(error))
+            self._say(taken.failure)
             return
         # Not "is": a plugin gets another proxy of a layer each time it asks.
-        if chosen != self.layer:
-            self.layer = chosen
+        if taken.layer != self.layer:
+            self.layer = taken.layer
             # What suits a scan, where it is known what it is or looks like a CT; else what napari shows.
-            suited = look.default_preset(scan)
-            known = scan.modality or suited.startswith("ct-")
-            self.looks.setCurrentText(suited if known else COLORMAP)
+            known = taken.scan.modality or taken.suited.startswith("ct-")
+            self.looks.setCurrentText(taken.suited if known else COLORMAP)
         self._end()
         relay = self._relay
 
         def failed(error: Exception) -> None:
             relay.went_wrong.emit(str(error))
 
-        self._live = Live(scan, SIZE, SAMPLES, relay.came.emit, failed, **options)
+        self._live = Live(taken.scan, SIZE, SAMPLES, relay.came.emit, failed, **taken.options)
         self._update(**self._look_of(self.looks.currentText()))
 
     def _watch(self, layers: list[Any]) -> None:

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import inspect
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, TypedDict
+from typing import Any, Literal, TypedDict, TypeVar
 
 from lumivox import _check, _native
-from lumivox._check import PathLike
-from lumivox.classification import ClipShape, Style
+from lumivox._check import PathLike, Vector
+from lumivox.classification import ClipShape, Labelled
 from lumivox.image import Display, Image
 from lumivox.labels import Labels
 from lumivox.look import Filter, SurfaceReflection
 from lumivox.scene import Camera, Curve, Environment, EnvironmentMap, Light, Scene, pixels
 from lumivox.volume import Volume
 
-if TYPE_CHECKING:
+if sys.version_info >= (3, 11):
+    from typing import Unpack
+else:
     from typing_extensions import Unpack
 
 DEFAULT_SAMPLES = 512
@@ -64,23 +69,25 @@ class Options(TypedDict, total=False):
     filter: Filter
     peel: float | None
     peel_mm: float | None
-    clip: tuple[Sequence[float], Sequence[float]] | None
+    clip: tuple[Vector, Vector] | None
     clip_shape: ClipShape | Sequence[ClipShape]
     labels: Labels | Literal["found"] | PathLike | None
-    label: Mapping[str | int, Style] | None
+    label: Labelled | None
     camera: Camera | None
     azimuth: float
     elevation: float
     zoom: float
     fov: float
-    eye: Sequence[float] | None
-    target: Sequence[float] | None
+    eye: Vector | None
+    target: Vector | None
     environment: str | Environment | EnvironmentMap
     environment_strength: float
     environment_rotation: float
     light: Light | Sequence[Light]
-    size: tuple[int, int]
+    size: tuple[int, int] | Sequence[int]
     samples: int | None
+    first_sample: int
+    window: tuple[int, int, int, int] | None
     time: float | None
     seed: int
     layers: bool
@@ -92,6 +99,22 @@ class Options(TypedDict, total=False):
     gpu: int | str | None
     pass_samples: int | None
     progress: RenderProgress | None
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def with_options(function: Function) -> Function:
+    """Spells out the options of a function that takes them by name, so that editors and notebooks complete them."""
+    kept = inspect.signature(function)
+    given = [one for one in kept.parameters.values() if one.kind is not inspect.Parameter.VAR_KEYWORD]
+    options = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=..., annotation=kind)
+        for name, kind in Options.__annotations__.items()
+    ]
+    vars(function)["plain_signature"] = kept
+    vars(function)["__signature__"] = kept.replace(parameters=[*given, *options])
+    return function
 
 
 LOOK = frozenset(
@@ -190,6 +213,7 @@ class Renderer:
         """What it renders on; its index is not known."""
         return Gpu(-1, *self.native.device)
 
+    @with_options
     def render(self, scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) -> Image:
         """As :func:`lumivox.render`, on this GPU."""
         if options.get("gpu") is not None:
@@ -207,16 +231,20 @@ class Renderer:
         if outcome not in ("complete", "time", "stopped"):
             # What there is of it was kept for those who wait at a screen; a program wants to know.
             raise _native.GpuError(outcome)
-        notes = _notes(unfinished, reductions)
+        notes = _notes(film, unfinished, reductions)
         if outcome == "time" and not planned.as_many_as_time_allows:
-            notes.append(f"the time was over at {film.min_samples} of the {request.samples} samples per pixel")
+            notes.append(_late(film, request))
         # Who asked for what there is time for, and for no number of samples, has it.
         done = outcome == "complete" or (outcome == "time" and planned.as_many_as_time_allows)
         image = Image(film, planned.scene, planned.camera, planned.display, done, trace, tuple(notes))
         return image.denoised() if planned.denoise else image
 
 
-def _notes(unfinished: int, reductions: Sequence[int]) -> list[str]:
+def _late(film: _native.Film, request: Request) -> str:
+    return f"the time was over at {film.min_samples} of the {request.samples - request.first_sample} samples per pixel"
+
+
+def _notes(film: _native.Film, unfinished: int, reductions: Sequence[int]) -> list[str]:
     """What is worth knowing about an image."""
     notes = []
     if unfinished > 0:
@@ -224,6 +252,8 @@ def _notes(unfinished: int, reductions: Sequence[int]) -> list[str]:
     coarsest = max(reductions, default=1)
     if coarsest > 1:
         notes.append(f"the GPU has no room for all voxels: the scan was rendered at 1/{coarsest} of its resolution")
+    if film.min_samples > 0 and not film.alpha().any():
+        notes.append("no ray met the scan: check eye, camera, clip, clip_shape, label, the transfer function")
     return notes
 
 
@@ -249,6 +279,7 @@ def renderer(gpu: int | str | None = None) -> Renderer:
     return _renderers[gpu]
 
 
+@with_options
 def render(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) -> Image:
     """Renders a scan, several in the patient space they share, or a scene. Options and defaults are the command's.
 
@@ -285,6 +316,8 @@ def render(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) 
     - ``size``: width and height in pixels (768, 768).
     - ``samples``: paths per pixel (512, or as many as ``time`` allows; without a GPU, as many as two minutes allow).
       ``time``: seconds of tracing after which it ends. ``seed``: another seed gives other noise.
+      ``first_sample``: begins with that one, so that the sums of several ranges (``image.film.sums()``) add up to the whole.
+    - ``window``: the part of the image that is rendered: left column, top row, width and height. Default: all of it.
     - ``layers``: keeps albedo and normal, too. ``denoise``: smooths out the noise that is left, slightly biased.
     - ``exposure`` (stops), ``tone`` (``"agx"``), ``gamma`` (1), ``background`` (``"#14171c"``).
 
@@ -302,29 +335,46 @@ def render(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) 
     return renderer(options.get("gpu")).run(planned, options.get("progress"))
 
 
+def _forget() -> None:
+    """In a process that was forked: what the parent has open is the parent's."""
+    _renderers.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)
+
+
+@with_options
 def progressive(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) -> Iterator[Image]:
     """The images of a render under way: of 1, 2, 4, 8 ... samples, until it is complete. Options are those of :func:`render`.
 
-    Leaving the loop stops it and frees the GPU.
+    What is wrong with options is raised at once. Leaving the loop stops it and frees the GPU.
     """
     planned = plan(scan, options)
-    chosen = renderer(options.get("gpu"))
+    return _progressive(planned, renderer(options.get("gpu")), _teller(options.get("progress")))
+
+
+def _progressive(planned: Plan, chosen: Renderer, told: Callable[..., object] | None) -> Iterator[Image]:
     limit = planned.request.time
     if planned.unbounded and chosen.gpu.software:
         limit = DEFAULT_SOFTWARE_TIME
     # The limit is looked at here, between images.
     request = replace(planned.request, time=None)
     still = chosen.native.begin(planned.scene, planned.camera, request)
-    told = _teller(options.get("progress"))
     try:
-        samples = 1
+        samples = request.first_sample + 1
         while True:
             samples = min(samples, request.samples)
-            film, outcome, seconds = still.trace_to(samples, told)
-            done = samples == request.samples or (limit is not None and seconds >= limit)
-            image = Image(film, planned.scene, planned.camera, planned.display, done, seconds)
+            film, outcome, seconds, unfinished, reductions = still.trace_to(samples, told)
+            whole = outcome == "complete" and samples == request.samples
+            late = not whole and limit is not None and seconds >= limit
+            notes = _notes(film, unfinished, reductions)
+            if late and not planned.as_many_as_time_allows:
+                notes.append(_late(film, request))
+            done = whole or (late and planned.as_many_as_time_allows)
+            image = Image(film, planned.scene, planned.camera, planned.display, done, seconds, tuple(notes))
             yield image.denoised() if planned.denoise else image
-            if done or outcome == "stopped":
+            if whole or late or outcome == "stopped":
                 return
             samples *= 2
     finally:
@@ -351,6 +401,8 @@ def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
     pass_samples = given.get("pass_samples")
     if pass_samples is not None:
         pass_samples = _check.whole("pass_samples", pass_samples, 1, MOST_SAMPLES)
+    first = _check.whole("first_sample", given.get("first_sample", 0), 0, samples - 1)
+    window = _window(given.get("window"), size)
     looks = {name: given[name] for name in LOOK if name in given}
     if isinstance(scan, Scene):
         if looks:
@@ -359,8 +411,20 @@ def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
     else:
         scene = Scene.of(scan, **looks)
     camera = _camera(scene, given, size, fov)
-    request = Request(size, samples, time, seed, layers or denoise, pass_samples=pass_samples)
+    request = Request(size, samples, time, seed, layers or denoise, first, pass_samples, window)
     return Plan(scene, camera, request, display, denoise, unbounded)
+
+
+def _window(given: Any, size: tuple[int, int]) -> tuple[int, int, int, int] | None:
+    """A part of an image, if it is one."""
+    if given is None:
+        return None
+    made = tuple(given) if isinstance(given, Sequence) and not isinstance(given, str) else ()
+    if len(made) != 4:
+        raise TypeError(f"window must be left column, top row, width and height, not {_check.shown(given)}")
+    left, top = (_check.whole("window", value, 0, most - 1) for value, most in zip(made[:2], size, strict=True))
+    width, height = (_check.whole("window", made[2], 1, size[0] - left), _check.whole("window", made[3], 1, size[1] - top))
+    return left, top, width, height
 
 
 def _extent(samples: Any, time: Any) -> tuple[int, float | None, bool]:

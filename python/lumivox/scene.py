@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import sys
-import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -13,17 +11,19 @@ import numpy as np
 import numpy.typing as npt
 
 from lumivox import _check, _native, classification, look
-from lumivox._check import PathLike, Rgb
-from lumivox.classification import ClipShape, LabelStyle, Peel, Style
+from lumivox._check import Matrix, PathLike, Vector
+from lumivox.classification import ClipShape, Labelled, LabelStyle, Peel
 from lumivox.labels import Labels, load_labels
 from lumivox.look import Filter, Medium, SurfaceReflection, TransferFunction
 from lumivox.volume import StageProgress, Volume
 
 Vec3 = tuple[float, float, float]
-Rows = Sequence[Sequence[float]]
 Curve = TransferFunction | str | os.PathLike[str]
 """A transfer function, or a file of one."""
 
+
+ALL_LAYERS = (1 << 32) - 1
+"""The bits of all layers."""
 
 SOURCES = ("studio", "uniform", "gradient")
 """Light that needs no map."""
@@ -59,6 +59,20 @@ class EnvironmentMap:
         """Radiance (rows, columns, 3): a copy."""
         return self.native.array()
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, EnvironmentMap):
+            return NotImplemented
+        return self.native is other.native or np.array_equal(self.array, other.array)
+
+    def __hash__(self) -> int:
+        return hash(self.array.tobytes())
+
+    def __copy__(self) -> EnvironmentMap:
+        return self
+
+    def __deepcopy__(self, _: Any) -> EnvironmentMap:
+        return self
+
     def __reduce__(self) -> tuple[Any, ...]:
         return EnvironmentMap, (self.array,)
 
@@ -73,13 +87,13 @@ class Environment:
     """Factor on the light."""
     rotation: float = 0.0
     """Degrees it turns around the vertical, as ``azimuth`` turns the camera."""
-    color: Rgb = (1.0, 1.0, 1.0)
+    color: Vector = (1.0, 1.0, 1.0)
     """Radiance of a uniform one."""
-    zenith: Rgb = (1.5, 1.6, 1.8)
+    zenith: Vector = (1.5, 1.6, 1.8)
     """Radiance of a gradient from straight up."""
-    horizon: Rgb = (1.0, 1.0, 1.0)
+    horizon: Vector = (1.0, 1.0, 1.0)
     """Radiance of a gradient from the horizon."""
-    nadir: Rgb = (0.16, 0.15, 0.14)
+    nadir: Vector = (0.16, 0.15, 0.14)
     """Radiance of a gradient from straight down."""
 
     def __post_init__(self) -> None:
@@ -106,8 +120,11 @@ class Sun:
     strength: float = 1.0
     degrees: float = 0.27
     """Its radius in the sky."""
+    layers: int = ALL_LAYERS
+    """Bits: it reaches volumes that share one of them."""
 
     def __post_init__(self) -> None:
+        _check.whole("layers", self.layers, 0, ALL_LAYERS)
         _check.number("azimuth", self.azimuth)
         _check.number("elevation", self.elevation, -90.0, 90.0)
         _check.number("strength", self.strength, 0.0, 1e6)
@@ -118,12 +135,14 @@ class Sun:
 class PointLight:
     """A bulb: it shines on volumes and is not seen itself."""
 
-    position: Vec3
+    position: Vector
     """Millimetres in the scene's space."""
-    intensity: Rgb = (1.0, 1.0, 1.0)
+    intensity: Vector = (1.0, 1.0, 1.0)
     """Irradiance at 1 m."""
     radius: float = 0.0
     """Millimetres; larger ones have softer shadows."""
+    layers: int = ALL_LAYERS
+    """Bits: it reaches volumes that share one of them."""
 
     def __post_init__(self) -> None:
         _lamp(self)
@@ -133,16 +152,18 @@ class PointLight:
 class SpotLight:
     """A bulb that shines into a cone."""
 
-    position: Vec3
+    position: Vector
     """Millimetres in the scene's space."""
-    target: Vec3
+    target: Vector
     """The point that its axis goes through."""
     half_angle: float = 30.0
     """Degrees from the axis to the edge of the cone."""
-    intensity: Rgb = (1.0, 1.0, 1.0)
+    intensity: Vector = (1.0, 1.0, 1.0)
     """Irradiance at 1 m, on the axis."""
     radius: float = 0.0
     """Millimetres; larger ones have softer shadows."""
+    layers: int = ALL_LAYERS
+    """Bits: it reaches volumes that share one of them."""
 
     def __post_init__(self) -> None:
         _lamp(self)
@@ -161,15 +182,15 @@ class VolumeInstance:
 
     volume: Volume
     medium: Medium
-    clip: tuple[Vec3, Vec3] = ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    clip: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
     """What is kept, as opposite corners; fractions along the voxel axes x, y, z."""
-    world_from_patient: Rows | None = None
-    """3 x 4: metres of the scene's space from LPS millimetres. Default: upright, the first volume's centre at the origin."""
+    world_from_patient: Matrix | None = None
+    """3 x 4: the scene's millimetres from LPS millimetres. Default: upright, the first volume's centre at the origin."""
     layers: int = 1
-    """Bits that it shares with the lights that reach it."""
+    """Bits: lights reach it whose ``layers`` share one of them."""
     labels: Labels | None = None
     """Which of its parts are what."""
-    label_styles: Mapping[str | int, Style] | Sequence[tuple[int, LabelStyle]] = ()
+    label_styles: Labelled | Sequence[tuple[int, LabelStyle]] = ()
     """How these look: a dict by name, number or ``"*"``, of styles or the command's words for them; kept by value."""
     clip_shapes: ClipShape | Sequence[ClipShape] = ()
     """What is kept of it besides, by each of them."""
@@ -185,13 +206,20 @@ class VolumeInstance:
         object.__setattr__(self, "clip", _clip(self.clip))
         if self.world_from_patient is not None:
             object.__setattr__(self, "world_from_patient", _check.rows("world_from_patient", self.world_from_patient))
-        _check.whole("layers", self.layers, 0, (1 << 32) - 1)
+            self._say_if_tiny()
+        _check.whole("layers", self.layers, 0, ALL_LAYERS)
         if self.labels is not None and not isinstance(self.labels, Labels):
             raise TypeError(f"labels must be lumivox.Labels, not {_check.shown(self.labels)}")
         object.__setattr__(self, "label_styles", self._styles())
         object.__setattr__(self, "clip_shapes", classification.clip_shapes("clip_shapes", self.clip_shapes))
         if self.peel is not None and not isinstance(self.peel, Peel):
             raise TypeError(f"peel must be a lumivox.Peel, not {_check.shown(self.peel)}")
+
+    def _say_if_tiny(self) -> None:
+        """Metres in place of millimetres make it a thousandth as large, and nothing of it is seen."""
+        scale = abs(float(np.linalg.det(np.array(self.world_from_patient)[:, :3]))) ** (1 / 3)
+        if scale < 0.005:
+            _check.warn(f"world_from_patient makes the volume {scale:.2g} times as large: it is of millimetres, not metres")
 
     def _styles(self) -> tuple[tuple[int, LabelStyle], ...]:
         given: Any = self.label_styles
@@ -218,6 +246,14 @@ class Scene:
             raise TypeError(f"environment must be a lumivox.Environment, not {_check.shown(self.environment)}")
         object.__setattr__(self, "lights", _lights("lights", self.lights))
 
+    def scene_from_patient(self) -> npt.NDArray[np.float64]:
+        """3 x 4: the scene's millimetres from LPS millimetres of the first volume's patient."""
+        first = self.volumes[0]
+        if first.world_from_patient is not None:
+            return np.array(first.world_from_patient)
+        upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+        return np.column_stack([upright, -upright @ np.array(first.volume.center)])
+
     @classmethod
     def of(
         cls,
@@ -235,10 +271,10 @@ class Scene:
         filter: Filter = "smooth",
         peel: float | None = None,
         peel_mm: float | None = None,
-        clip: tuple[Sequence[float], Sequence[float]] | None = None,
+        clip: tuple[Vector, Vector] | None = None,
         clip_shape: ClipShape | Sequence[ClipShape] = (),
         labels: Labels | Literal["found"] | PathLike | None = None,
-        label: Mapping[str | int, Style] | None = None,
+        label: Labelled | None = None,
         environment: str | Environment | EnvironmentMap = "studio",
         environment_strength: float = 1.0,
         environment_rotation: float = 0.0,
@@ -303,6 +339,7 @@ class Scene:
                     peel=_peel(volume, peel_mm, progress),
                 )
             )
+        _say_if_apart(given)
         _check.number("environment_strength", environment_strength, 0.0, 1e6)
         _check.number("environment_rotation", environment_rotation)
         strength = light_from.strength * environment_strength
@@ -314,19 +351,17 @@ class Scene:
 class Camera:
     """Where a scene is seen from."""
 
-    world_from_camera: Rows
-    """3 x 4: metres of the scene's space from the camera's, which looks along -z, with y upwards."""
+    world_from_camera: Matrix
+    """3 x 4: the scene's millimetres from the camera's, which looks along -z, with y upwards; a rotation and a place."""
     fov: float = 28.0
     """Degrees between the bottom and the top of the image."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "world_from_camera", _check.rows("world_from_camera", self.world_from_camera))
+        object.__setattr__(self, "world_from_camera", _check.pose("world_from_camera", self.world_from_camera))
         _check.number("fov", self.fov)
 
     @classmethod
-    def look_at(
-        cls, eye: Sequence[float], target: Sequence[float], up: Sequence[float] = (0.0, 1.0, 0.0), fov: float = 28.0
-    ) -> Camera:
+    def look_at(cls, eye: Vector, target: Vector, up: Vector = (0.0, 1.0, 0.0), fov: float = 28.0) -> Camera:
         """A camera at ``eye`` that looks at ``target``.
 
         Both are millimetres from the first scan's centre: x to the patient's left, y to the head, z to the viewer.
@@ -344,7 +379,7 @@ class Camera:
         fov: float = 28.0,
         *,
         size: tuple[int, int] = (768, 768),
-        target: Sequence[float] | None = None,
+        target: Vector | None = None,
     ) -> Camera:
         """A camera around all that is seen of a scene, for images of ``size`` (width, height).
 
@@ -364,6 +399,30 @@ class Camera:
         around = None if target is None else _check.vector("target", target)
         rows, _ = _native.frame(scene, azimuth, elevation, zoom, fov, width / height, around)
         return cls(rows, fov)
+
+    def project(self, points: npt.ArrayLike, size: tuple[int, int]) -> npt.NDArray[np.float64]:
+        """Where points of the scene (..., 3), in its millimetres, are in an image of ``size`` (width, height).
+
+        (..., 3): the column and the row, whole numbers at the borders of pixels, (0, 0) top left; and the depth in mm, which is
+        negative behind the camera.
+        """
+        (width, height), matrix = pixels(size), np.array(self.world_from_camera)
+        at = (_points("points", points) - matrix[:, 3]) @ matrix[:, :3]
+        depth = -at[..., 2]
+        scale = height / (2.0 * np.tan(np.radians(self.fov) / 2.0))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            columns, rows = width / 2.0 + scale * at[..., 0] / depth, height / 2.0 - scale * at[..., 1] / depth
+        return np.stack([columns, rows, depth], axis=-1)
+
+    def unproject(self, places: npt.ArrayLike, size: tuple[int, int]) -> npt.NDArray[np.float64]:
+        """The points of the scene (..., 3), in mm, that :meth:`project` puts there: of columns, rows and depths (..., 3)."""
+        (width, height), matrix = pixels(size), np.array(self.world_from_camera)
+        given = _points("places", places)
+        depth = given[..., 2]
+        scale = 2.0 * np.tan(np.radians(self.fov) / 2.0) / height
+        x, y = (given[..., 0] - width / 2.0) * scale * depth, (height / 2.0 - given[..., 1]) * scale * depth
+        made: npt.NDArray[np.float64] = np.stack([x, y, -depth], axis=-1) @ matrix[:, :3].T + matrix[:, 3]
+        return made
 
 
 LARGEST_SIDE = 32_768
@@ -386,10 +445,19 @@ def pixels(size: Any) -> tuple[int, int]:
     return width, height
 
 
+def _points(name: str, given: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Triples of numbers."""
+    made = np.asarray(given, dtype=np.float64)
+    if made.ndim == 0 or made.shape[-1] != 3:
+        raise ValueError(f"{name} must be three numbers, or an array of such (..., 3), not {_check.shown(given)}")
+    return made
+
+
 def _lamp(lamp: PointLight | SpotLight) -> None:
     object.__setattr__(lamp, "position", _check.vector("position", lamp.position))
     object.__setattr__(lamp, "intensity", _check.light("intensity", lamp.intensity))
     _check.number("radius", lamp.radius, 0.0, _check.FURTHEST_MM)
+    _check.whole("layers", lamp.layers, 0, ALL_LAYERS)
 
 
 def _instances(given: Any) -> tuple[VolumeInstance, ...]:
@@ -444,9 +512,20 @@ def _look_at_place(labels: Labels, volume: Volume, only: bool) -> None:
         remedy = "they are of another patient, or of another place; take the labels of this scan"
         raise ValueError(f"none of the labels lies in the scan: {remedy}")
     if share is None:
-        _warn("nothing is labelled")
+        _check.warn("nothing is labelled")
     elif 0.0 < share < 0.5:
-        _warn(f"{100.0 * (1.0 - share):.0f}% of what is labelled lies beyond the scan: are they of the same patient?")
+        _check.warn(f"{100.0 * (1.0 - share):.0f}% of what is labelled lies beyond the scan: are they of the same patient?")
+
+
+def _say_if_apart(volumes: list[Volume]) -> None:
+    """Says where a scan lies so far from the first that they can hardly be of one patient in one place."""
+    boxes = [volume.bounds for volume in volumes]
+    for number, (low, high) in enumerate(boxes[1:], 2):
+        first_low, first_high = boxes[0]
+        gap = np.maximum(0.0, np.maximum(np.subtract(low, first_high), np.subtract(first_low, high)))
+        apart, largest = float(np.linalg.norm(gap)), max(np.linalg.norm(np.subtract(b, a)) for a, b in (boxes[0], (low, high)))
+        if apart > largest:
+            _check.warn(f"scan {number} lies {apart:.0f} mm from the first: are they of one patient, in the same space?")
 
 
 def _shown(volume: Volume, preset: str | None, own: bool, peel: float | None, progress: StageProgress | None) -> Volume:
@@ -454,7 +533,7 @@ def _shown(volume: Volume, preset: str | None, own: bool, peel: float | None, pr
     by_look = None if own else preset or look.default_preset(volume)
     shown, note = volume.native.shown(by_look, peel, progress)
     if note is not None:
-        _warn(note)
+        _check.warn(note)
     return Volume(shown)
 
 
@@ -464,21 +543,13 @@ def _peel(volume: Volume, mm: float | None, progress: StageProgress | None) -> P
     depth = volume.skin_depth(progress)
     if depth is None:
         if mm > 0.0:
-            _warn("nothing is peeled: no skin was found, as in all that is no CT of a body")
+            _check.warn("nothing is peeled: no skin was found, as in all that is no CT of a body")
         return None
     return Peel(depth, mm)
 
 
 def _curve(given: Any, volume: Volume) -> TransferFunction:
     return given if isinstance(given, TransferFunction) else look.load_transfer_function(given, volume.value_range)
-
-
-def _warn(note: str) -> None:
-    """Says what is worth knowing, at the line that asked."""
-    frame, level = sys._getframe(1), 2
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "lumivox":
-        frame, level = frame.f_back, level + 1
-    warnings.warn(note, stacklevel=level)
 
 
 def _volumes(volumes: Volume | Sequence[Volume]) -> list[Volume]:

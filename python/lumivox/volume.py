@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
@@ -10,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lumivox import _check, _native
-from lumivox._check import PathLike
+from lumivox._check import PathLike, Vector
 from lumivox.labels import Labels
 
 StageProgress = Callable[[str, int, int], object]
@@ -35,8 +36,8 @@ class Volume:
     def from_array(
         cls,
         array: npt.ArrayLike,
-        spacing: Sequence[float] = (1.0, 1.0, 1.0),
-        origin: Sequence[float] = (0.0, 0.0, 0.0),
+        spacing: Vector = (1.0, 1.0, 1.0),
+        origin: Vector = (0.0, 0.0, 0.0),
         orientation: npt.ArrayLike | None = None,
         modality: str = "",
         *,
@@ -53,8 +54,9 @@ class Volume:
         - ``unit``: what values are measured in, where it is not the modality's.
         - ``slope``, ``intercept``: ``value = array * slope + intercept``.
 
-        Integers of 8 and 16 bits stay as they are, signed ones with an offset in :attr:`intercept`; other integers become
-        16 bits where they fit, and all else 32-bit floats. The array is copied.
+        Integers of 8 and 16 bits stay as they are, signed ones with an offset in :attr:`intercept`; whole numbers of more bits
+        become 16 where they fit, and all else 32-bit floats. NaN and what 32 bits cannot hold become the smallest of the other
+        values, infinity the largest, as in files; a warning says how many. The array is copied.
 
         Raises :class:`ScanError` where the parts make no volume, ``ValueError`` where one of them is none.
         """
@@ -66,8 +68,32 @@ class Volume:
             raise TypeError(f"modality must be 'CT', 'MR', 'PT' or '', not {_check.shown(modality)}")
         if unit is not None and not isinstance(unit, str):
             raise TypeError(f"unit must be a word, such as 'HU', not {_check.shown(unit)}")
-        stored, offset = _stored(_samples(array))
-        return cls._from_stored(stored, slope, intercept + offset * slope, matrix, modality, unit)
+        return cls._of(_samples(array), slope, intercept, matrix, modality, unit, "array")
+
+    @classmethod
+    def _of(
+        cls,
+        array: npt.NDArray[Any],
+        slope: float,
+        intercept: float,
+        patient_from_voxel: npt.NDArray[np.float64],
+        modality: str | None,
+        unit: str | None,
+        library: str,
+    ) -> Volume:
+        """A volume of any array, with the repairs that files have; ``None`` guesses the modality, as of a file."""
+        stored, offset = _stored(array)
+        z, y, x = stored.shape
+        kind, swapped = stored.dtype.newbyteorder("="), not stored.dtype.isnative
+        place = patient_from_voxel[:3].tolist()
+        rescale = [slope, intercept + offset * slope]
+        samples = stored.reshape(-1).view(np.uint8)
+        native, repairs = _native.volume_of_samples(
+            samples, [x, y, z], kind.name, swapped == (sys.byteorder == "little"), rescale, place, modality, unit, library
+        )
+        for note in repairs:
+            _check.warn(note)
+        return cls(native)
 
     @classmethod
     def _from_stored(
@@ -95,8 +121,53 @@ class Volume:
     @property
     def values(self) -> npt.NDArray[np.float32]:
         """Physical values (z, y, x), HU for CT: a copy."""
-        # In 64 bits, as all else computes it: 16-bit samples come out exact.
-        return (self.array.astype(np.float64) * self.slope + self.intercept).astype(np.float32)
+        made = np.empty(self.shape, np.float32)
+        # In 64 bits, as all else computes it: 16-bit samples come out exact. A slice at a time, for all are eight times as many.
+        for stored, values in zip(self.array, made, strict=True):
+            values[...] = stored * np.float64(self.slope) + np.float64(self.intercept)
+        return made
+
+    @property
+    def integers(self) -> npt.NDArray[np.int16] | None:
+        """Physical values (z, y, x) as 16-bit integers, where all are: a copy, half as large as :attr:`values`; else ``None``."""
+        if self.array.dtype.kind != "u" or self.slope % 1.0 or self.intercept % 1.0:
+            return None
+        low, high = self.value_range
+        if low < -(1 << 15) or high >= 1 << 15:
+            return None
+        made = np.empty(self.shape, np.int16)
+        for stored, values in zip(self.array, made, strict=True):
+            values[...] = stored * np.float64(self.slope) + np.float64(self.intercept)
+        return made
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        """:attr:`values`, for numpy."""
+        if copy is False:
+            raise ValueError("values are a copy; volume.array is a view of what is stored")
+        values = self.values
+        return values if dtype is None else values.astype(dtype, copy=False)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both are the same scan: all voxels, and where they lie."""
+        if not isinstance(other, Volume):
+            return NotImplemented
+        return self.native.is_same(other.native) or (self._known() == other._known() and np.array_equal(self.array, other.array))
+
+    def __hash__(self) -> int:
+        return hash(self._known())
+
+    def _known(self) -> tuple[Any, ...]:
+        """All but the voxels."""
+        place = tuple(tuple(row) for row in self.native.patient_from_voxel)
+        kind = (self.shape, self.array.dtype.str, self.slope, self.intercept, self.value_range)
+        return (*kind, place, self.modality, self.unit)
+
+    def __copy__(self) -> Volume:
+        # It never changes: one is as good as two.
+        return self
+
+    def __deepcopy__(self, _: Any) -> Volume:
+        return self
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -125,6 +196,21 @@ class Volume:
         """The centre of voxel (0, 0, 0) in LPS millimetres."""
         x, y, z = (row[3] for row in self.native.patient_from_voxel)
         return x, y, z
+
+    @property
+    def center(self) -> tuple[float, float, float]:
+        """The middle of it in LPS millimetres."""
+        x, y, z = self.native.center_mm
+        return x, y, z
+
+    @property
+    def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """The box around it in LPS millimetres, as two corners; voxels have their full size."""
+        sides = [(-0.5, count - 0.5) for count in self.native.dims]
+        corners = np.array(np.meshgrid(*sides)).reshape(3, 8)
+        places = self.patient_from_voxel[:3] @ np.vstack([corners, np.ones(8)])
+        (a, b, c), (d, e, f) = places.min(axis=1).tolist(), places.max(axis=1).tolist()
+        return (a, b, c), (d, e, f)
 
     @property
     def orientation(self) -> npt.NDArray[np.float64]:
@@ -252,7 +338,8 @@ class Volume:
         low, high = self.value_range
         kind = f"{self.modality}, " if self.modality else ""
         unit = f" {self.unit}" if self.unit else ""
-        return f"<lumivox.Volume: {kind}{x} x {y} x {z} voxels of {sx:.2f} x {sy:.2f} x {sz:.2f} mm, {low:g} to {high:g}{unit}>"
+        spacing = f"{sx:.4g} x {sy:.4g} x {sz:.4g} mm"
+        return f"<lumivox.Volume: {kind}{x} x {y} x {z} voxels of {spacing}, {low:g} to {high:g}{unit}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _unpickle, (
@@ -264,6 +351,7 @@ class Volume:
             self.unit,
             self.labels,
             self.note,
+            self.native.report,
         )
 
 
@@ -276,9 +364,12 @@ def _unpickle(
     unit: str,
     labels: Labels | None,
     note: str | None,
+    report: str | None,
 ) -> Volume:
-    volume = Volume._from_stored(stored, slope, intercept, matrix, modality, unit)
-    return volume if labels is None else Volume(volume.native.with_labels(labels.native, note))
+    native = Volume._from_stored(stored, slope, intercept, matrix, modality, unit).native
+    if labels is not None:
+        native = native.with_labels(labels.native, note)
+    return Volume(native if report is None else native.with_report(report))
 
 
 def _samples(array: Any) -> npt.NDArray[Any]:
@@ -292,25 +383,24 @@ def _samples(array: Any) -> npt.NDArray[Any]:
 
 
 def _stored(array: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], float]:
-    """An array's samples as volumes store them, and the value of a stored 0."""
+    """An array's samples in a type that files have, in order, and the value of a stored 0."""
     if array.ndim != 3:
         raise ValueError(f"an array with the axes z, y, x is needed, not one of shape {array.shape}")
     if array.dtype == np.bool_:
-        return np.ascontiguousarray(array, dtype=np.uint8), 0.0
-    if array.dtype in (np.uint8, np.uint16, np.float32):
-        return np.ascontiguousarray(array.astype(array.dtype.newbyteorder("="), copy=False)), 0.0
-    if array.dtype == np.int8:
-        return np.ascontiguousarray(array.astype(np.int16) + 128).astype(np.uint8), -128.0
-    if np.issubdtype(array.dtype, np.integer) and array.size:
-        low, high = int(array.min()), int(array.max())
-        if array.dtype == np.int16:
-            low = -(1 << 15)
-        if high - low < 1 << 16:
-            return (np.ascontiguousarray(array).astype(np.int64) - low).astype(np.uint16), float(low)
+        return np.ascontiguousarray(array).view(np.uint8), 0.0
     if np.issubdtype(array.dtype, np.complexfloating) or not np.issubdtype(array.dtype, np.number):
         raise ValueError(f"an array of real numbers is needed, not of {array.dtype}")
-    with np.errstate(over="ignore"):
-        return np.ascontiguousarray(array, dtype=np.float32), 0.0
+    if array.dtype.kind in "iu" and array.itemsize > 2 and array.size:
+        low, high = int(array.min()), int(array.max())
+        if high - low < 1 << 16:
+            # Here, for a float of 32 bits would round large ones.
+            made = np.empty(array.shape, np.uint16)
+            for given, stored in zip(array, made, strict=True):
+                stored[...] = given - array.dtype.type(low)
+            return made, float(low)
+    if array.dtype.kind == "f" and array.itemsize not in (4, 8):
+        array = array.astype(np.float32 if array.itemsize < 4 else np.float64)
+    return np.ascontiguousarray(array), 0.0
 
 
 def _paths(path: PathLike | Sequence[PathLike]) -> list[str]:

@@ -82,7 +82,7 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
         self.histogram = histogram(scan)
         self.azimuth, self.elevation = options.pop("azimuth", 0.0), options.pop("elevation", 0.0)
         self.zoom = options.pop("zoom", 1.0)
-        self.preset = look.preset_name(options.pop("preset", None) or look.default_preset(scan))
+        self.preset, _ = look.preset_medium(options.pop("preset", None) or look.default_preset(scan), scan)
         if options.get("labels") is not None:
             # Found or read once, not for each look.
             options["labels"] = planned.scene.volumes[0].labels
@@ -95,6 +95,13 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
         self.observe(self._on_curve, ["knots", "stops"])
         self.observe(self._on_change, ["azimuth", "elevation", "zoom"])
         self._on_change()
+
+    @traitlets.validate("preset")  # type: ignore[untyped-decorator]
+    def _known_preset(self, proposal: Any) -> str:
+        name = str(proposal["value"])
+        if self.presets and name not in self.presets:
+            raise traitlets.TraitError(f"preset {name!r} is not one of {', '.join(self.presets)}")
+        return name
 
     @property
     def image(self) -> Image | None:

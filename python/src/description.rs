@@ -17,6 +17,7 @@ use pyo3::prelude::*;
 
 use crate::classification::{ClipShape, Named, Peel, Style, labelling};
 use crate::errors;
+use crate::fork;
 use crate::looks;
 use crate::volume::{Rows, Volume, affine, rows};
 
@@ -161,7 +162,7 @@ struct Instance {
 impl Instance {
     fn build(&self, usual: DAffine3) -> PyResult<VolumeInstance> {
         let (low, high) = self.clip;
-        let world_from_patient = self.world_from_patient.map_or(usual, affine);
+        let world_from_patient = self.world_from_patient.map_or(usual, |rows| in_metres() * affine(rows));
         if self.clip_shapes.len() > MOST_CLIP_SHAPES {
             let given = self.clip_shapes.len();
             return Err(errors::value(format!(
@@ -237,6 +238,7 @@ enum AnyLight {
 
 #[derive(FromPyObject)]
 struct Sun {
+    layers: u32,
     azimuth: f64,
     elevation: f64,
     strength: f64,
@@ -245,6 +247,7 @@ struct Sun {
 
 #[derive(FromPyObject)]
 struct Point {
+    layers: u32,
     position: [f64; 3],
     intensity: [f64; 3],
     radius: f64,
@@ -252,6 +255,7 @@ struct Point {
 
 #[derive(FromPyObject)]
 struct Spot {
+    layers: u32,
     position: [f64; 3],
     intensity: [f64; 3],
     radius: f64,
@@ -265,24 +269,27 @@ impl AnyLight {
             radius: radius * METRES_PER_MM,
             ..Lamp::new(DVec3::from_array(position) * METRES_PER_MM, intensity)
         };
-        match self {
+        let (light, layers) = match self {
             Self::Sun(sun) => {
                 let (sin_a, cos_a) = sun.azimuth.to_radians().sin_cos();
                 let (sin_e, cos_e) = sun.elevation.to_radians().sin_cos();
-                LightKind::Directional {
+                let kind = LightKind::Directional {
                     direction: -DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e),
                     irradiance: [sun.strength * PI; 3],
                     angular_radius: sun.degrees.to_radians(),
-                }
-                .into()
+                };
+                (kind.into(), sun.layers)
             }
-            Self::Point(point) => Light::point(lamp(point.position, point.intensity, point.radius)),
+            Self::Point(point) => {
+                (Light::point(lamp(point.position, point.intensity, point.radius)), point.layers)
+            }
             Self::Spot(spot) => {
                 let direction = DVec3::from_array(spot.target) - DVec3::from_array(spot.position);
                 let lamp = lamp(spot.position, spot.intensity, spot.radius);
-                Light::spot(lamp, direction, spot.half_angle.to_radians())
+                (Light::spot(lamp, direction, spot.half_angle.to_radians()), spot.layers)
             }
-        }
+        };
+        Light { layers, ..light }
     }
 }
 
@@ -328,12 +335,26 @@ pub struct Camera {
 impl Camera {
     /// The camera described.
     pub fn build(&self) -> PerspectiveCamera {
-        let world_from_camera = affine(self.world_from_camera);
+        // Its own space is of metres, too: only where it stands is scaled.
+        let mut world_from_camera = affine(self.world_from_camera);
+        world_from_camera.translation *= METRES_PER_MM;
         PerspectiveCamera { world_from_camera, vertical_fov: self.fov.to_radians() }
     }
 }
 
-/// A camera around what a scene shows, as rows in metres, and the point that it looks at, in mm.
+/// World metres from the scene's mm.
+fn in_metres() -> DAffine3 {
+    DAffine3::from_scale(DVec3::splat(METRES_PER_MM))
+}
+
+/// A camera's place as rows in mm.
+fn rows_of(camera: &PerspectiveCamera) -> Rows {
+    let mut world_from_camera = camera.world_from_camera;
+    world_from_camera.translation /= METRES_PER_MM;
+    rows(world_from_camera)
+}
+
+/// A camera around what a scene shows, as rows in mm, and the point that it looks at, in mm.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "what the command asks for, one by one")]
 pub fn frame(
@@ -348,15 +369,15 @@ pub fn frame(
 ) -> PyResult<(Rows, [f64; 3])> {
     let scene = scene.build()?;
     let [azimuth, elevation, fov] = [azimuth, elevation, fov].map(f64::to_radians);
-    let mut orbit = py.detach(|| framing::frame(&scene, azimuth, elevation, fov, aspect));
+    let mut orbit = fork::detach(py, || framing::frame(&scene, azimuth, elevation, fov, aspect));
     if let Some(target) = target {
         orbit.target = DVec3::from_array(target) * METRES_PER_MM;
     }
     orbit.distance /= zoom;
-    Ok((rows(orbit.camera().world_from_camera), (orbit.target / METRES_PER_MM).to_array()))
+    Ok((rows_of(&orbit.camera()), (orbit.target / METRES_PER_MM).to_array()))
 }
 
-/// A camera at a place in mm that looks at another, as rows in metres.
+/// A camera at a place in mm that looks at another, as rows in mm.
 #[pyfunction]
 pub fn look_at(eye: [f64; 3], target: [f64; 3], up: [f64; 3], fov: f64) -> PyResult<Rows> {
     let [eye, target, up] = [eye, target, up].map(DVec3::from_array);
@@ -365,7 +386,7 @@ pub fn look_at(eye: [f64; 3], target: [f64; 3], up: [f64; 3], fov: f64) -> PyRes
     }
     let camera =
         PerspectiveCamera::look_at(eye * METRES_PER_MM, target * METRES_PER_MM, up, fov.to_radians());
-    Ok(rows(camera.world_from_camera))
+    Ok(rows_of(&camera))
 }
 
 /// `lumivox.rendering.Request`.

@@ -1,10 +1,13 @@
 //! Errors as exceptions: a class for each kind, with the words that all hosts have.
 
 use std::fmt::Display;
+use std::io;
+use std::path::Path;
 
 use lumivox_import::ImportError;
 use lumivox_wgpu::HeadlessError;
 use pyo3::exceptions::{PyException, PyKeyboardInterrupt, PyValueError};
+use pyo3::prelude::*;
 use pyo3::{PyErr, create_exception};
 
 create_exception!(lumivox, LumivoxError, PyException, "What goes wrong in Lumivox.");
@@ -26,8 +29,23 @@ pub fn scan(error: impl Display) -> PyErr {
 pub fn import(error: ImportError) -> PyErr {
     match error {
         ImportError::Cancelled(_) => cancelled(),
+        ImportError::Io { ref path, ref source } => file(path, source, &error.to_string()),
         error => scan(error),
     }
+}
+
+/// A file that cannot be read: the package's own class, which is the system's, too.
+fn file(path: &Path, error: &io::Error, words: &str) -> PyErr {
+    let class = match error.kind() {
+        io::ErrorKind::NotFound => "MissingFileError",
+        _ => "FileError",
+    };
+    Python::attach(|py| {
+        let made = py.import("lumivox.errors").and_then(|module| module.getattr(class));
+        made.and_then(|class| class.call1((words, path, error.raw_os_error())))
+            // The program that decodes has the native half alone.
+            .map_or_else(|_| scan(words), PyErr::from_value)
+    })
 }
 
 /// Somebody stopped it who was not a signal; a signal's own exception wins over this.
@@ -39,8 +57,20 @@ pub fn cancelled() -> PyErr {
 pub fn gpu(error: lumivox_wgpu::GpuError) -> PyErr {
     match error {
         lumivox_wgpu::GpuError::Samples(error) => RenderError::new_err(error.to_string()),
+        error @ (lumivox_wgpu::GpuError::NoAdapter | lumivox_wgpu::GpuError::Unsuitable { .. }) => {
+            GpuError::new_err(format!("{error}. 'python -m lumivox doctor' says what to install"))
+        }
         error => GpuError::new_err(error.to_string()),
     }
+}
+
+/// A GPU in a process that was forked from one that used it.
+pub fn forked() -> PyErr {
+    GpuError::new_err(
+        "this process was forked from one that had asked for its GPUs, which do not come along. Have processes started, not \
+         forked: multiprocessing.set_start_method('spawn') or a ProcessPoolExecutor(mp_context=get_context('spawn')); or ask \
+         for GPUs in the child alone",
+    )
 }
 
 /// An image that could not be begun.

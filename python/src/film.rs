@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 
 use crate::description::{Camera, Lit};
 use crate::errors;
+use crate::fork;
 
 /// What samples add up to, and nothing else: see the renderer's `Film`.
 #[pyclass(frozen, module = "lumivox._native")]
@@ -29,14 +30,14 @@ impl Film {
 
     /// One number for each pixel.
     fn plane<'py>(&self, py: Python<'py>, of: impl Fn(usize) -> f64 + Sync + Send) -> Plane<'py> {
-        let values: Vec<f32> = py.detach(|| (0..self.count()).map(|pixel| of(pixel) as f32).collect());
+        let values: Vec<f32> = fork::detach(py, || (0..self.count()).map(|pixel| of(pixel) as f32).collect());
         PyArray1::from_vec(py, values).reshape(self.shape())
     }
 
     /// Three numbers for each pixel.
     fn layer<'py>(&self, py: Python<'py>, of: impl Fn(usize) -> [f64; 3] + Sync + Send) -> Layer<'py> {
         let values: Vec<f32> =
-            py.detach(|| (0..self.count()).flat_map(|pixel| of(pixel).map(|x| x as f32)).collect());
+            fork::detach(py, || (0..self.count()).flat_map(|pixel| of(pixel).map(|x| x as f32)).collect());
         let [height, width] = self.shape();
         PyArray1::from_vec(py, values).reshape([height, width, 3])
     }
@@ -52,7 +53,7 @@ impl Film {
         };
         let flat = sums.as_slice().map_err(|_| errors::value("the array is not contiguous"))?;
         let pixels = height * width;
-        let planes: Vec<Vec<[f32; 4]>> = py.detach(|| {
+        let planes: Vec<Vec<[f32; 4]>> = fork::detach(py, || {
             (0..planes)
                 .map(|plane| bytemuck::cast_slice(&flat[plane * pixels * 4..][..pixels * 4]).to_vec())
                 .collect()
@@ -64,7 +65,7 @@ impl Film {
     /// The sums (planes, rows, columns, 4): radiance and alpha; depth, squared luminance, samples, 0; albedo; normal.
     fn sums<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray4<f32>>> {
         let planes = self.0.planes();
-        let flat: Vec<f32> = py.detach(|| planes.concat().into_flattened());
+        let flat: Vec<f32> = fork::detach(py, || planes.concat().into_flattened());
         let [height, width] = self.shape();
         PyArray1::from_vec(py, flat).reshape([planes.len(), height, width, 4])
     }
@@ -123,7 +124,7 @@ impl Film {
 
     /// The film with less noise, for a little bias.
     fn denoised(&self, py: Python<'_>) -> Self {
-        Self(py.detach(|| self.0.denoised()))
+        Self(fork::detach(py, || self.0.denoised()))
     }
 
     /// Displayable pixels (rows, columns, 4): red, green, blue and straight alpha, 8 bits each.
@@ -147,7 +148,7 @@ impl Film {
         };
         let settings = DisplaySettings { background: kind, exposure_ev: exposure, tone_map, gamma };
         let (environment, camera): (_, PerspectiveCamera) = (scene.build()?, camera.build());
-        let rgba = py.detach(|| {
+        let rgba = fork::detach(py, || {
             let mut rgba = settings.pixels(&self.0, &environment, &camera).into_flattened();
             if let Some(color) = color {
                 put_on(&mut rgba, color);

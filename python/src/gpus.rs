@@ -1,5 +1,6 @@
 //! The way to the GPU: devices, and what renders on one.
 
+use std::mem::ManuallyDrop;
 use std::ops::ControlFlow;
 use std::sync::mpsc::Sender;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -12,6 +13,7 @@ use pyo3::prelude::*;
 use crate::description::{Camera, Request, Scene};
 use crate::errors;
 use crate::film::Film;
+use crate::fork;
 use crate::wait;
 
 /// Mesa's device-select layer asks the Wayland server which GPU is the desktop's, and complains on stderr where there
@@ -32,8 +34,9 @@ fn device(gpu: GpuDescription) -> Device {
 
 /// Every device, the most capable first.
 #[pyfunction]
-pub fn gpus(py: Python<'_>) -> Vec<Device> {
-    py.detach(Gpu::list).into_iter().map(device).collect()
+pub fn gpus(py: Python<'_>) -> PyResult<Vec<Device>> {
+    fork::use_gpus()?;
+    Ok(py.detach(Gpu::list).into_iter().map(device).collect())
 }
 
 /// Which device: by place in the list, or by a part of its name.
@@ -48,15 +51,25 @@ type Told = (f64, u32, f64, f64, Option<f64>);
 
 /// A GPU, and what stays on it between images.
 struct Opened {
-    gpu: Gpu,
+    gpu: ManuallyDrop<Gpu>,
     renderer: Option<HeadlessRenderer>,
+    /// The process that opened it.
+    process: u32,
 }
 
 impl Drop for Opened {
     fn drop(&mut self) {
-        if let Some(renderer) = self.renderer.take() {
+        let renderer = self.renderer.take();
+        if self.process != fork::process() {
+            // A child's copy of what its parent uses: nothing of it may be freed here.
+            std::mem::forget(renderer);
+            return;
+        }
+        if let Some(renderer) = renderer {
             renderer.free(&mut self.gpu);
         }
+        // SAFETY: it is used no more.
+        unsafe { ManuallyDrop::drop(&mut self.gpu) };
     }
 }
 
@@ -70,6 +83,10 @@ pub struct Renderer {
 /// What a render brought: the film, how it ended ("complete", "time", "stopped" or a failure's words), seconds of preparation and
 /// tracing, pixels with unfinished paths, reductions of the volumes, and bytes brought to the GPU.
 type Brought = (Film, String, f64, f64, u32, Vec<u32>, u64);
+
+/// What there is of an image under way: the film, how it ended, seconds of tracing, pixels with unfinished paths, and
+/// reductions of the volumes.
+type Traced = (Film, String, f64, u32, Vec<u32>);
 
 fn brought(rendered: Rendered) -> Brought {
     let outcome = ended(&rendered.outcome);
@@ -128,6 +145,7 @@ impl Renderer {
     /// Opens a GPU: by index, by a part of its name, or the most capable.
     #[new]
     fn new(py: Python<'_>, gpu: Option<Which>) -> PyResult<Self> {
+        fork::use_gpus()?;
         let opened = py.detach(|| match &gpu {
             Some(Which::Index(index)) => Gpu::open_at(*index),
             Some(Which::Name(name)) => Gpu::open(Some(name)),
@@ -135,7 +153,9 @@ impl Renderer {
         });
         let gpu = opened.map_err(errors::gpu)?;
         let renderer = Some(HeadlessRenderer::new(&gpu));
-        Ok(Self { description: gpu.description.clone(), opened: Mutex::new(Opened { gpu, renderer }) })
+        let description = gpu.description.clone();
+        let opened = Opened { gpu: ManuallyDrop::new(gpu), renderer, process: fork::process() };
+        Ok(Self { description, opened: Mutex::new(opened) })
     }
 
     /// What it is.
@@ -153,11 +173,12 @@ impl Renderer {
         request: Request,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Brought> {
+        fork::use_gpus()?;
         let (scene, camera, request) = (scene.build()?, camera.build(), request.build()?);
         let cancel = CancelToken::new();
         let work = |sender: Sender<Told>| {
             let mut opened = lock(&self.opened);
-            let Opened { gpu, renderer } = &mut *opened;
+            let Opened { gpu, renderer, .. } = &mut *opened;
             let renderer = renderer.as_mut().expect("it is there until it is dropped");
             renderer.render(gpu, &scene, &camera, &request, &mut watcher(&sender, &cancel))
         };
@@ -173,6 +194,7 @@ impl Renderer {
         camera: Camera,
         request: Request,
     ) -> PyResult<Still> {
+        fork::use_gpus()?;
         let (scene, camera, request) = (scene.build()?, camera.build(), request.build()?);
         let began = py.detach(|| {
             let mut opened = lock(&slf.get().opened);
@@ -197,12 +219,8 @@ pub struct Still {
 #[pymethods]
 impl Still {
     /// Traces until every pixel has so many samples; returns what there is.
-    fn trace_to(
-        &self,
-        py: Python<'_>,
-        samples: u32,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<(Film, String, f64)> {
+    fn trace_to(&self, py: Python<'_>, samples: u32, progress: Option<Py<PyAny>>) -> PyResult<Traced> {
+        fork::use_gpus()?;
         let cancel = CancelToken::new();
         let work = |sender: Sender<Told>| {
             let mut opened = lock(&self.renderer.get().opened);
@@ -210,17 +228,23 @@ impl Still {
             let (renderer, still) = under_way.as_mut()?;
             let outcome =
                 still.trace_to(&mut opened.gpu, renderer, samples, &mut watcher(&sender, &cancel)).clone();
-            Some((still.film().clone(), outcome, still.trace_time()))
+            let (film, reductions) = (Film(still.film().clone()), still.reductions().to_vec());
+            Some((film, outcome, seconds(still.trace_time()), still.unfinished(), reductions))
         };
         match wait::wait(py, &cancel, work, hear(progress, &cancel))? {
             None => Err(errors::value("the image was ended")),
-            Some((_, Outcome::Failed(error), _)) => Err(errors::gpu(error)),
-            Some((film, outcome, time)) => Ok((Film(film), ended(&outcome), seconds(time))),
+            Some((_, Outcome::Failed(error), ..)) => Err(errors::gpu(error)),
+            Some((film, outcome, time, unfinished, reductions)) => {
+                Ok((film, ended(&outcome), time, unfinished, reductions))
+            }
         }
     }
 
     /// Frees what it has on the GPU.
     fn end(&self, py: Python<'_>) {
+        if fork::use_gpus().is_err() {
+            return;
+        }
         py.detach(|| {
             let Some((renderer, still)) = lock(&self.under_way).take() else { return };
             let mut opened = lock(&self.renderer.get().opened);

@@ -10,6 +10,7 @@ use numpy::PyReadonlyArray3;
 use pyo3::prelude::*;
 
 use crate::errors;
+use crate::fork;
 use crate::volume::{Rows, Volume, affine, import_options, rows, samples, view};
 use crate::wait;
 
@@ -67,7 +68,8 @@ impl Labels {
             color: color.unwrap_or_else(|| default_label_color(value)),
         });
         let (table, place) = (table.collect(), affine(patient_from_voxel));
-        let labels = py.detach(|| LabelVolume::new(dims, voxels, place, table)).map_err(errors::scan)?;
+        let labels =
+            fork::detach(py, || LabelVolume::new(dims, voxels, place, table)).map_err(errors::scan)?;
         let numbers = numbers.unwrap_or_else(|| labels.numbers());
         Ok(Self { labels: Arc::new(labels), numbers, report, sure })
     }
@@ -114,7 +116,7 @@ impl Labels {
 
     /// Voxels of each value.
     fn counts(&self, py: Python<'_>) -> Vec<u64> {
-        py.detach(|| self.labels.counts()).to_vec()
+        fork::detach(py, || self.labels.counts()).to_vec()
     }
 
     #[getter]
@@ -132,7 +134,7 @@ impl Labels {
     /// `None` where there are none.
     fn bounds(&self, py: Python<'_>, values: Vec<u8>) -> Option<[[f64; 3]; 2]> {
         let [nx, ny, _] = self.labels.dims();
-        let (low, high) = py.detach(|| {
+        let (low, high) = fork::detach(py, || {
             let (mut low, mut high) = (DVec3::MAX, DVec3::MIN);
             for (i, value) in self.labels.voxels().iter().enumerate() {
                 if values.contains(value) {
@@ -148,7 +150,7 @@ impl Labels {
     /// The share of labelled voxels that lie in a volume; `None` where none is labelled.
     fn share_within(&self, py: Python<'_>, volume: &Volume) -> Option<f64> {
         let volume = volume.shared();
-        py.detach(|| self.labels.share_within(&volume))
+        fork::detach(py, || self.labels.share_within(&volume))
     }
 }
 

@@ -8,9 +8,11 @@ mod classification;
 mod description;
 mod errors;
 mod film;
+mod fork;
 mod gpus;
 mod labels;
 mod looks;
+mod memory;
 mod phantoms;
 mod pictures;
 mod volume;
@@ -38,6 +40,8 @@ mod _native {
         save_transfer_function, transfer_function_at,
     };
     #[pymodule_export]
+    use crate::memory::volume_of_samples;
+    #[pymodule_export]
     use crate::phantoms::{phantom, write_dicom_series};
     #[pymodule_export]
     use crate::pictures::{encode_exr, encode_png};
@@ -54,6 +58,7 @@ mod _native {
     #[pymodule_init]
     fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
         crate::gpus::quiet_mesa();
+        crate::fork::imported();
         Ok(())
     }
 }

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 
 use crate::description::{TransferFunction, environment_map};
 use crate::errors;
+use crate::fork;
 use crate::volume::Volume;
 
 /// Opacity knots `(value, opacity, ease)` and colour stops `(value, linear RGB)`.
@@ -59,8 +60,9 @@ pub fn presets() -> Vec<(&'static str, &'static str)> {
 
 /// The name of the preset that suits a volume when nobody chose one.
 #[pyfunction]
-pub fn default_preset(volume: &Volume) -> &'static str {
-    Preset::default_for(&volume.shared()).name()
+pub fn default_preset(py: Python<'_>, volume: &Volume) -> &'static str {
+    let volume = volume.shared();
+    fork::detach(py, || Preset::default_for(&volume)).name()
 }
 
 /// A preset's name, its right spelling, and its medium, placed for a volume.
@@ -68,8 +70,8 @@ pub fn default_preset(volume: &Volume) -> &'static str {
 pub fn preset_medium(py: Python<'_>, name: &str, volume: &Volume) -> PyResult<(&'static str, MediumParts)> {
     let preset = Preset::from_name(name).map_err(errors::value)?;
     let volume = volume.shared();
-    // Some look at all voxels.
-    let medium = py.detach(|| preset.medium(&volume));
+    // Some look at all voxels. Where all are equal, the gradients of surfaces are none, which nothing may have.
+    let medium = fork::detach(py, || preset.medium(&volume)).sanitized();
     let surface = medium.surface;
     let filter = match medium.filter {
         Filter::Nearest => "nearest",
@@ -123,6 +125,6 @@ pub fn save_transfer_function(path: PathBuf, curve: TransferFunction, unit: &str
 /// An equirectangular `.hdr` or `.exr` file.
 #[pyfunction]
 pub fn load_environment(py: Python<'_>, path: PathBuf) -> PyResult<Map> {
-    let map = py.detach(|| lumivox_import::load_environment(&path)).map_err(errors::import)?;
+    let map = fork::detach(py, || lumivox_import::load_environment(&path)).map_err(errors::import)?;
     Ok(Map(Arc::new(map)))
 }

@@ -12,6 +12,7 @@ use numpy::{Element, PyArray3, PyReadonlyArray3};
 use pyo3::prelude::*;
 
 use crate::errors;
+use crate::fork;
 use crate::labels::Labels;
 use crate::wait;
 
@@ -75,6 +76,11 @@ impl Volume {
         self.volume.clone()
     }
 
+    /// The same with how it was read, as JSON.
+    pub fn reported(self, report: Option<String>) -> Self {
+        Self { report, ..self }
+    }
+
     fn of(volume: Arc<core::Volume>) -> Self {
         Self { volume, report: None, found: None, part: Mutex::new(None), depth: Mutex::new(None) }
     }
@@ -106,7 +112,7 @@ impl Volume {
             return Err(errors::value("an array of uint8, uint16 or float32 with axes z, y, x is needed"));
         };
         let (modality, place) = (modality_of(modality)?, affine(patient_from_voxel));
-        let made = py.detach(|| core::Volume::new(dims, voxels, [slope, intercept], place, modality));
+        let made = fork::detach(py, || core::Volume::new(dims, voxels, [slope, intercept], place, modality));
         let volume = made.map_err(errors::scan)?;
         Ok(match unit {
             Some(unit) => volume.with_unit(unit),
@@ -226,6 +232,11 @@ impl Volume {
         Ok(Self { report: self.report.clone(), found, ..Self::of(self.volume.clone()) })
     }
 
+    /// The same volume with how it was read, as JSON.
+    fn with_report(&self, report: Option<String>) -> Self {
+        Self { report, found: self.found.clone(), ..Self::of(self.volume.clone()) }
+    }
+
     /// The voxels alone, without what is known of them.
     fn bare(&self) -> Self {
         Self::of(self.volume.clone())
@@ -245,7 +256,7 @@ impl Volume {
         let found = self.found.as_ref().filter(|found| found.sure);
         let part = if let Some(organ) = preset.and_then(Preset::organ) {
             match found {
-                Some(found) if py.detach(|| has_organ(&found.labels, organ)) => Part::Organ(organ),
+                Some(found) if fork::detach(py, || has_organ(&found.labels, organ)) => Part::Organ(organ),
                 _ => return all(Some("no lungs with airways were found: all is shown")),
             }
         } else {
@@ -262,7 +273,7 @@ impl Volume {
         };
         let (volume, labels) = (&self.volume, &found.labels);
         if let Part::WithoutSkin(mm) = part
-            && (mm <= 0.0 || !py.detach(|| skin_is_dense(volume, labels)))
+            && (mm <= 0.0 || !fork::detach(py, || skin_is_dense(volume, labels)))
         {
             return all(None);
         }
@@ -321,7 +332,7 @@ fn find(py: Python<'_>, volume: core::Volume, progress: Option<Py<PyAny>>) -> Py
 }
 
 /// DICOM's word for what made a scan.
-fn modality_of(word: &str) -> PyResult<Modality> {
+pub fn modality_of(word: &str) -> PyResult<Modality> {
     match word {
         "CT" => Ok(Modality::Ct),
         "MR" => Ok(Modality::Mr),

@@ -7,6 +7,8 @@ use std::time::Duration;
 use lumivox_core::{CancelToken, Progress};
 use pyo3::prelude::*;
 
+use crate::fork;
+
 /// How often signals are looked for.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -21,7 +23,7 @@ pub fn wait<M: Send, T: Send>(
     let (result, raised) = py.detach(move || {
         thread::scope(|scope| {
             let (sender, receiver) = channel();
-            let worker = scope.spawn(move || work(sender));
+            let worker = scope.spawn(move || fork::on_all_cores(|| work(sender)));
             let raised = listen(&receiver, cancel, &hear);
             // A panic goes on here, and becomes Python's.
             (worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), raised)

@@ -139,8 +139,8 @@ def test_what_is_no_cluster_is_told_and_leaves_nothing_open(monkeypatch: pytest.
     monkeypatch.setattr(cluster, "CONNECT", 1.0)
     before = set(threading.enumerate())
     for given, kind, words in (
-        (5, TypeError, "cluster must be the address of a Dask scheduler, such as tcp://HOST:8786"),
-        ("nonsense", ValueError, "cluster 'nonsense' is not the address of a Dask scheduler, such as tcp://HOST:8786"),
+        (5, TypeError, "cluster must be the address of a Dask scheduler, such as tls://HOST:8786"),
+        ("nonsense", ValueError, "cluster 'nonsense' is not the address of a Dask scheduler, such as tls://HOST:8786"),
         ("tcp://127.0.0.1:9", ConnectionError, "no Dask scheduler answers at tcp://127.0.0.1:9"),
         ("http://127.0.0.1:9", ConnectionError, "no Dask scheduler answers at http://127.0.0.1:9: unknown address scheme"),
     ):

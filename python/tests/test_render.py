@@ -152,6 +152,37 @@ def test_progressive_images_converge_to_the_whole(head: lumivox.Volume) -> None:
     assert not image.complete
 
 
+def test_an_image_out_of_time_is_not_complete(head: lumivox.Volume) -> None:
+    size = (16, 16)
+    image = lumivox.render(head, size=size, samples=1 << 22, time=0.2)
+    assert not image.complete and 1 <= image.min_samples < 1 << 22
+    assert image.notes == (f"the time was over at {image.min_samples} of the {1 << 22} samples per pixel",)
+    *_, last = lumivox.progressive(head, size=size, samples=1 << 22, time=0.2)
+    assert not last.complete and "the time was over" in last.notes[0]
+    # What there is time for was asked for, and no number.
+    image = lumivox.render(head, size=size, time=0.2)
+    assert image.complete and not image.notes
+    assert lumivox.render(head, size=size, samples=2, time=60.0).complete
+
+
+def test_where_nothing_is_seen_it_is_said(head: lumivox.Volume) -> None:
+    away = lumivox.Camera.look_at((0, 0, 500), (0, 0, 900))
+    assert "no ray met the scan" in lumivox.render(head, camera=away, size=(8, 8), samples=1).notes[0]
+    assert "no ray met the scan" in next(iter(lumivox.progressive(head, camera=away, size=(8, 8)))).notes[0]
+
+
+def test_what_is_wrong_with_a_progressive_image_is_said_at_once(head: lumivox.Volume) -> None:
+    with pytest.raises(TypeError, match="there is no option 'azimut'"):
+        lumivox.progressive(head, azimut=3)  # type: ignore[call-arg]
+
+
+@pytest.mark.parametrize("modality", ["CT", "MR", "PT", ""])
+def test_a_volume_of_one_value_has_a_look(modality: str) -> None:
+    flat = lumivox.Volume.from_array(np.zeros((8, 8, 8), np.uint8), modality=modality)
+    for preset in (None, *(one.name for one in lumivox.presets())):
+        lumivox.Scene.of(flat, preset=preset)
+
+
 def test_other_threads_run_meanwhile(head: lumivox.Volume) -> None:
     turns, done = 0, threading.Event()
 
@@ -246,7 +277,9 @@ def test_images_are_shown_otherwise_without_rendering_again(head: lumivox.Volume
     np.testing.assert_array_equal(brighter.radiance, image.radiance)
     copy = pickle.loads(pickle.dumps(image))
     np.testing.assert_array_equal(copy.pixels, image.pixels)
-    assert image.denoised().noise is not None
+    denoised = image.denoised()
+    assert denoised.noise is None and denoised.smoothed, "what is left is not known"
+    assert denoised.denoised() is denoised
 
 
 def test_several_scans_share_the_patients_space(head: lumivox.Volume) -> None:

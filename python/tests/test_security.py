@@ -144,7 +144,13 @@ def test_an_open_cluster_beyond_this_machine_is_warned_of_once() -> None:
         security.say_if_open("tcp://192.0.2.7:8786")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for address in ("tcp://192.0.2.7:8786", "tls://192.0.2.8:8786", "tcp://127.0.0.1:8786", "tcp://[::1]:8786", "inproc://a/b"):
+        for address in (
+            "tcp://192.0.2.7:8786",
+            "tls://192.0.2.8:8786",
+            "tcp://127.0.0.1:8786",
+            "tcp://[::1]:8786",
+            "inproc://a/b",
+        ):
             security.say_if_open(address)
 
 

@@ -18,7 +18,8 @@ use std::{
 use lumivox_core::{
     CancelToken, ClipKind, ClipShape, Cone, Ease, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Filter,
     LabelStyle, LabelVolume, Labelling, Light, LightKind, Medium, PerspectiveCamera, Scene,
-    SurfaceReflection, TransferFunction, VolumeInstance, Voxels, glam::DAffine3,
+    SurfaceReflection, TransferFunction, VolumeInstance, Voxels,
+    glam::{DAffine3, DVec3},
 };
 use lumivox_renderer::Film;
 use lumivox_wgpu::{RenderProgress, RenderRequest};
@@ -32,6 +33,9 @@ use crate::{
 
 /// Names another interpreter than `python3`.
 const INTERPRETER: &str = "LUMIVOX_PYTHON";
+
+/// Python has millimetres.
+const MM_PER_METRE: f64 = 1e3;
 
 /// How often it is asked whether the picture is still wanted.
 const LOOK: Duration = Duration::from_millis(50);
@@ -195,7 +199,10 @@ fn header(
         "volumes": scene.volumes.iter().map(|instance| volume(instance, scene)).collect::<Vec<_>>(),
         "environment": environment(scene),
         "lights": lights,
-        "camera": rows(camera.world_from_camera),
+        "camera": rows(DAffine3 {
+            translation: camera.world_from_camera.translation * MM_PER_METRE,
+            ..camera.world_from_camera
+        }),
         "fov": camera.vertical_fov.to_degrees(),
         "size": [request.width, request.height],
         "samples": request.samples,
@@ -274,7 +281,7 @@ fn volume(instance: &VolumeInstance, scene: &Scene) -> Value {
         "unit": volume.unit(),
         "medium": medium(&instance.medium),
         "clip": instance.clip_box.map(|corner| corner.to_array()),
-        "world_from_patient": rows(instance.world_from_patient),
+        "world_from_patient": rows(DAffine3::from_scale(DVec3::splat(MM_PER_METRE)) * instance.world_from_patient),
         "layers": instance.layers,
         "labels": instance.labels.as_ref().map(|labels| labelling(labels, scene)),
         "clip_shapes": instance.clip_shapes.iter().map(clip_shape).collect::<Vec<_>>(),

@@ -16,6 +16,7 @@ use crate::{
     error::ImportError,
     payload::Payload,
     report::{ImportReport, SeriesSummary, Thumbnail, orientation_words},
+    sample::Decoded,
 };
 
 /// Distances between voxels that are believed, in mm: from atoms to a kilometre.
@@ -124,7 +125,6 @@ impl Single {
         let decoded = decoded.ok_or_else(|| self.no_number())?;
 
         let mut notes = self.notes.clone();
-        notes.extend(decoded.notes);
         if self.phases > 1 {
             notes.push(format!("phase {wanted} of {} is taken", self.phases));
             if let Some(there) = self.payload.phases_of_cut(path, self.dims, self.phases, cancel)? {
@@ -133,6 +133,16 @@ impl Single {
                 notes.push(format!("the file is cut short: {there} of {phases} phases {verb} there"));
             }
         }
+        self.finish(decoded, notes)
+    }
+
+    /// The scan of samples that were read, and what there is to tell of it after `notes`.
+    ///
+    /// # Errors
+    /// When they make no volume.
+    pub fn finish(&self, decoded: Decoded, mut notes: Vec<String>) -> Result<Imported, ImportError> {
+        let path = &self.path;
+        notes.extend(decoded.notes);
         let [slope, intercept] = self.rescale;
         let [own_slope, own_intercept] = decoded.rescale;
         let rescale = [slope * own_slope, slope * own_intercept + intercept];
@@ -181,7 +191,7 @@ impl Single {
         Ok(Thumbnail::new(&values, [columns, rows], spacing, None, side))
     }
 
-    fn no_number(&self) -> ImportError {
+    pub fn no_number(&self) -> ImportError {
         ImportError::Field {
             path: self.path.clone(),
             field: "the image data".to_owned(),

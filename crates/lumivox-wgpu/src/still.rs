@@ -118,6 +118,16 @@ impl Still {
         &self.film
     }
 
+    /// See [`Rendered::unfinished`].
+    pub fn unfinished(&self) -> u32 {
+        self.unfinished
+    }
+
+    /// See [`Rendered::reductions`].
+    pub fn reductions(&self) -> &[u32] {
+        &self.reductions
+    }
+
     /// Time spent tracing, read-backs left out.
     pub fn trace_time(&self) -> Duration {
         self.tracing.trace

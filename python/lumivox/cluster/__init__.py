@@ -16,12 +16,14 @@ configuration says. Of a ``tcp://`` address beyond this machine a warning says t
 from __future__ import annotations
 
 import asyncio
+import os
 import re
+import sys
 import weakref
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 try:
     import distributed
@@ -30,6 +32,7 @@ except ImportError as error:
 
 from lumivox import _check
 from lumivox._check import PathLike
+from lumivox.cluster import local as local_module
 from lumivox.cluster import parts as splitting
 from lumivox.cluster import security
 from lumivox.cluster.job import Cancelled, Figures, Images, Job
@@ -37,11 +40,13 @@ from lumivox.cluster.local import Local, default
 from lumivox.cluster.roster import Roster, look
 from lumivox.cluster.security import credentials, make_credentials
 from lumivox.image import Image
-from lumivox.rendering import Options, Plan, RenderProgress, plan
+from lumivox.rendering import Options, Plan, RenderProgress, plan, with_options
 from lumivox.scene import Camera, Scene
 from lumivox.volume import Volume
 
-if TYPE_CHECKING:
+if sys.version_info >= (3, 11):
+    from typing import Unpack
+else:
     from typing_extensions import Unpack
 
 __all__ = [
@@ -67,6 +72,21 @@ CONNECT = 10.0
 
 _clients: dict[str, Any] = {}
 _of_clusters: weakref.WeakKeyDictionary[Any, Any] = weakref.WeakKeyDictionary()
+
+
+_of_the_parent: list[Any] = []
+"""What a process that was forked must not even let go of: to close it would wait for threads that are not there."""
+
+
+def _forget() -> None:
+    """In a process that was forked: clients are the parent's."""
+    global _clients, _of_clusters
+    _of_the_parent.append((_clients, _of_clusters, local_module.forget()))
+    _clients, _of_clusters = {}, weakref.WeakKeyDictionary()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)
 
 
 def client_of(cluster: Target) -> Any:
@@ -136,6 +156,7 @@ def workers(cluster: Target = None) -> dict[str, dict[str, Any]]:
     return look(client_of(cluster)).usable
 
 
+@with_options
 def submit(
     scan: Scene | Volume | Sequence[Volume],
     *,
@@ -150,6 +171,7 @@ def submit(
     return _submit(client, _planned(plan(scan, options)), tiles, ranges)
 
 
+@with_options
 def render(
     scan: Scene | Volume | Sequence[Volume],
     *,
@@ -188,6 +210,7 @@ def watched(job: Job, progress: RenderProgress | None) -> Image:
     return job.result()
 
 
+@with_options
 def film(
     scan: Scene | Volume | Sequence[Volume],
     cameras: Iterable[Camera],
@@ -217,6 +240,7 @@ def film(
     return _images(client, plans, save)
 
 
+@with_options
 def study(
     scenes: Iterable[Scene | Plan],
     *,
@@ -272,6 +296,9 @@ def _own(options: Options) -> None:
     """Options that are for one machine are told."""
     if options.get("gpu") is not None:
         raise ValueError("gpu is for one machine; workers take their own, or the one that LUMIVOX_GPU names")
+    for name in ("window", "first_sample"):
+        if options.get(name):
+            raise ValueError(f"{name} is for one machine; a cluster splits images by itself")
 
 
 def _planned(planned: Plan) -> Plan:

@@ -137,9 +137,9 @@ def main() -> int:
             say(note=str(note.message))
         threading.Thread(target=watch, args=(job,), daemon=True).start()
         while not job.wait(LOOK):
-            told = job.progress
+            at = job.progress
             # JSON has no infinity.
-            say(samples=told.samples, target=told.target, elapsed=told.elapsed, left=min(told.left, 1e9))
+            say(samples=at.samples, target=at.target, elapsed=at.elapsed, left=min(at.left, 1e9))
         try:
             image, complete = job.result(), True
         except cluster.Cancelled:

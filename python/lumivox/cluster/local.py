@@ -203,6 +203,13 @@ def default() -> Local:
         return _default
 
 
+def forget() -> Local | None:
+    """In a process that was forked: the cluster is the parent's, and no lock is held by a thread that is not here."""
+    global _default, _making
+    parents, _default, _making = _default, None, threading.Lock()
+    return parents
+
+
 def end() -> None:
     """Ends this machine's cluster."""
     global _default

@@ -9,7 +9,6 @@ from typing import Any
 from lumivox import _native
 from lumivox.cluster import worker
 
-
 NOT_THERE = re.compile(r"\b(ModuleNotFoundError|ImportError|AttributeError)\b")
 """What a worker says that does not know what it is asked: Dask hands on some errors as words alone."""
 
@@ -62,7 +61,9 @@ def look(client: Any) -> Roster:
 def _unfit(said: Any) -> str | None:
     """Why a worker cannot work, if it cannot."""
     if isinstance(said, BaseException) and NOT_THERE.search(repr(said)):
-        return f"it has no Lumivox of this version ({said}); install it there: pip install 'lumivox[cluster]=={_native.__version__}'"
+        return (
+            f"it has no Lumivox of this version ({said}); install it there: pip install 'lumivox[cluster]=={_native.__version__}'"
+        )
     if isinstance(said, BaseException):
         return str(said) or type(said).__name__
     if (there := said.get("version", "an older one")) != _native.__version__:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ipaddress
 import os
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -67,8 +66,7 @@ def say_if_open(address: str) -> None:
         return
     _told.add(address)
     note = f"the cluster at {address} asks nobody for a key: whoever reaches it can run programs on it, and read the scans"
-    # At the line that asked, which is not in this package.
-    warnings.warn(f"{note}. Use tls:// ({PAGE} says how), or a network that only you reach", stacklevel=6)
+    _check.warn(f"{note}. Use tls:// ({PAGE} says how), or a network that only you reach")
 
 
 def _is_here(address: str) -> bool:

@@ -92,7 +92,7 @@ class Claim:
         path = Path(tempfile.gettempdir()) / f"lumivox-{os.getuid()}-gpu-{index}.lock"
         try:
             # Everybody writes to that folder: what lies there under this name may be somebody else's, or a link to a file.
-            file = open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600), "r+b")
+            file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600), "r+b")
         except OSError:
             return False
         try:
