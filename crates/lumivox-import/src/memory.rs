@@ -54,8 +54,8 @@ pub fn load_memory(scan: &MemoryScan<'_>) -> Result<MemoryImport, ImportError> {
     // That there are none is said by the volume, not by what looks for numbers.
     let sample = if scan.bytes.is_empty() { SampleType::U8 } else { scan.sample };
     let voxels = scan.bytes.len() / sample.bytes();
-    let mut builder = VoxelBuilder::new(sample, scan.big_endian, voxels)
-        .map_err(|_| too_many_voxels(&path, scan.dims))?;
+    let mut builder =
+        VoxelBuilder::new(sample, scan.big_endian, voxels).map_err(|_| too_many_voxels(&path, scan.dims))?;
     builder.push(scan.bytes);
     let single = Single {
         payload: Payload::in_file(&path, scan.sample, scan.big_endian, 0),
