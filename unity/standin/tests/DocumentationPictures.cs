@@ -16,7 +16,7 @@ using Picture = StandIn.Picture;
 namespace Lumivox.Tests
 {
     [Explicit]
-    public sealed class DocumentationPictures
+    public sealed partial class DocumentationPictures
     {
         const int Width = 480, Height = 320;
         /// Of those that show what is small.
@@ -146,30 +146,6 @@ namespace Lumivox.Tests
             Shape(PrimitiveType.Cube, new Vector3(0.07f, -0.05f, -0.13f), 0.05f, new Color(0.8f, 0.45f, 0.2f)).transform.rotation = Quaternion.Euler(20f, 35f, 0f);
             Shape(PrimitiveType.Cube, Vector3.zero, 0.1f, new Color(0.2f, 0.45f, 0.8f));
             Save("bone-and-cube", Shoot());
-        }
-
-        /// URP in one pass for both eyes, with its feature, after the pipeline was made anew.
-        [Test]
-        public void HeadsetEyes()
-        {
-            using (var pipeline = new Pipeline("feature"))
-            {
-                pipeline.Add<Universal.LumivoxFeature>();
-                Headset.mode = UnityEngine.XR.XRSettings.StereoRenderingMode.SinglePassInstanced;
-                (Headset.isOn, Headset.width, Headset.height, Headset.separation) = (true, Height, Height, 0.064f);
-                var volume = Head("ct-skin");
-                volume.density = 0.4f;
-                Shape(PrimitiveType.Cube, new Vector3(0.09f, -0.07f, -0.12f), 0.06f, new Color(0.8f, 0.45f, 0.2f)).transform.rotation = Quaternion.Euler(20f, 35f, 0f);
-                Shoot();
-                pipeline.Reload();
-                Shoot();
-                Picture left = Pictures.Color(camera, Camera.StereoscopicEye.Left), right = Pictures.Color(camera, Camera.StereoscopicEye.Right);
-                var both = new Picture(2 * Height, Height);
-                for (var y = 0; y < Height; y++)
-                    for (var x = 0; x < 2 * Height; x++) both.pixels[y * 2 * Height + x] = x < Height ? left.At(x, y) : right.At(x - Height, y);
-                Headset.isOn = false;
-                Save("headset-eyes", both);
-            }
         }
 
         [Test]
