@@ -28,6 +28,7 @@ Commands:
   package unity OUT [...] --upm BRANCH
                             Commit what is packed to a branch of its own, too, for installations by a git URL
   unity-kernels             Write the Unity package's kernels, which git does not hold, and the table and list of them
+  unity-kernels --listed    Write the kernels alone, or fail where table and list are not theirs
   unity-kernels --check     Fail where table and list are not what would be written
   unity-kernels --all DIR   Write every kernel of every view there, for tests
   unity-metas               Give each file of the Unity package its identifier
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         ["ci"] => ci::run(),
         ["layers"] => layers::run(),
         ["unity-kernels"] => unity_kernels::write(),
+        ["unity-kernels", "--listed"] => unity_kernels::write_listed(),
         ["unity-kernels", "--check"] => unity_kernels::check(),
         ["unity-kernels", "--all", folder] => unity_kernels::write_all(Path::new(folder)),
         ["package", "python", out] => package::python(Path::new(out)),

@@ -3,8 +3,9 @@
 //! A branch that shares no history with the project's: its tree is the package, kernels and libraries in it, and each commit is
 //! one that was made. Nothing is checked out, and no index but one of its own is written.
 
+use std::io::Write;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// Fails where packages cannot be committed to the branch; else says which commit it is at, where it is there.
 pub fn check(root: &Path, branch: &str) -> Result<Option<String>, String> {
@@ -51,21 +52,56 @@ pub fn commit(root: &Path, package: &Path, branch: &str, version: &str) -> Resul
     Ok(())
 }
 
-/// The tree of a folder, byte for byte and with all that it holds, whatever is ignored elsewhere.
+/// The tree of a folder, byte for byte and with all that it holds: whatever a person's git ignores, filters, converts, checks out
+/// in part, or takes for a program.
 fn tree(root: &Path, folder: &Path) -> Result<String, String> {
     let repository = git(root, &["rev-parse", "--absolute-git-dir"])?;
     let index = folder.with_extension("index");
     // Of a run that was cut short.
     let _ = std::fs::remove_file(&index);
-    let in_folder = |words: &[&str]| {
+    let in_folder = |words: &[&str], input: &str| {
         let mut command = Command::new("git");
-        command.args(["-c", "core.autocrlf=false"]).args(words).current_dir(folder);
+        command.args(words).current_dir(folder);
         command.env("GIT_DIR", &repository).env("GIT_WORK_TREE", folder).env("GIT_INDEX_FILE", &index);
-        output(&mut command)
+        told(&mut command, input)
     };
-    let tree = in_folder(&["add", "--all", "--force", "."]).and_then(|_| in_folder(&["write-tree"]));
+    let mut files = vec![];
+    list(folder, "", &mut files)?;
+    let made = || {
+        let paths: String = files.iter().map(|(path, _)| format!("{path}\n")).collect();
+        let hashes = in_folder(&["hash-object", "-w", "--no-filters", "--stdin-paths"], &paths)?;
+        let entries = hashes.lines().zip(&files);
+        let entries: String =
+            entries.map(|(hash, (path, mode))| format!("{mode} {hash}\t{path}\n")).collect();
+        in_folder(&["update-index", "--add", "--index-info"], &entries)?;
+        in_folder(&["write-tree"], "")
+    };
+    let tree = made();
     let _ = std::fs::remove_file(&index);
     tree
+}
+
+/// All files of a folder, by their paths in it, with git's mode.
+fn list(folder: &Path, within: &str, files: &mut Vec<(String, &'static str)>) -> Result<(), String> {
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    for entry in std::fs::read_dir(folder.join(within)).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        let name = entry.file_name().into_string().map_err(|name| format!("{name:?} is no name for git"))?;
+        let path = if within.is_empty() { name } else { format!("{within}/{name}") };
+        let kind = entry.file_type().map_err(failed)?;
+        if kind.is_dir() {
+            list(folder, &path, files)?;
+        } else if !kind.is_file() || path.contains(['\n', '"']) {
+            return Err(format!("{path} is nothing that a package has"));
+        } else {
+            let is_program = path
+                .rsplit('/')
+                .next()
+                .is_some_and(|name| name.starts_with("lumivox-codecs") && !name.ends_with(".meta"));
+            files.push((path, if is_program { "100755" } else { "100644" }));
+        }
+    }
+    Ok(())
 }
 
 /// Git in the project's repository, wherever it works.
@@ -73,9 +109,21 @@ fn git(root: &Path, words: &[&str]) -> Result<String, String> {
     output(Command::new("git").args(words).current_dir(root))
 }
 
-/// What it says, without the last end of line.
 fn output(command: &mut Command) -> Result<String, String> {
-    let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
+    told(command, "")
+}
+
+/// What it says to some input, without the last end of line.
+fn told(command: &mut Command, input: &str) -> Result<String, String> {
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let failed = |error: std::io::Error| format!("git: {error}");
+    let mut child = command.spawn().map_err(failed)?;
+    let mut stdin = child.stdin.take().ok_or("git takes no input")?;
+    // It answers while it is told.
+    let output = std::thread::scope(|scope| {
+        scope.spawn(move || stdin.write_all(input.as_bytes()));
+        child.wait_with_output().map_err(failed)
+    })?;
     if output.status.success() {
         return Ok(String::from_utf8_lossy(&output.stdout).trim_end().to_owned());
     }
@@ -102,22 +150,41 @@ mod tests {
         fs::write(root.join(".gitignore"), "made\n").unwrap();
         run(&["add", "."]);
         run(&["commit", "--quiet", "-m", "the project"]);
+        // What a person may have set, none of which is about packages.
+        for (key, value) in [
+            ("core.autocrlf", "input"),
+            ("core.fileMode", "false"),
+            ("core.sparseCheckout", "true"),
+            ("filter.lost.clean", "tr a-z A-Z"),
+        ] {
+            run(&["config", key, value]);
+        }
+        fs::create_dir_all(root.join(".git/info")).unwrap();
+        fs::write(root.join(".git/info/attributes"), "* filter=lost text eol=crlf\n").unwrap();
+        fs::write(root.join(".git/info/sparse-checkout"), "/nothing\n").unwrap();
         fs::write(package.join("package.json"), "{ \"name\": \"com.lumivox\" }\n").unwrap();
+        fs::write(package.join("lumivox-codecs"), "a program").unwrap();
         // Ignored in the project, and ends of lines stay.
         fs::write(package.join("made/kernel"), "a\r\nb\n").unwrap();
         fs::write(root.join("work"), "that is not committed").unwrap();
 
+        let before = run(&["status", "--porcelain"]);
         commit(&root, &package, "upm", "1.0.0").unwrap();
-        assert_eq!(run(&["ls-tree", "-r", "--name-only", "upm"]), "made/kernel\npackage.json");
-        assert_eq!(run(&["cat-file", "-s", "upm:made/kernel"]), "5");
+        assert_eq!(
+            run(&["ls-tree", "-r", "--name-only", "upm"]),
+            "lumivox-codecs\nmade/kernel\npackage.json"
+        );
+        assert_eq!(run(&["cat-file", "-p", "upm:made/kernel"]), "a\r\nb");
+        assert!(run(&["ls-tree", "upm", "lumivox-codecs"]).starts_with("100755 "));
+        assert!(run(&["ls-tree", "upm", "package.json"]).starts_with("100644 "));
         assert!(run(&["log", "--format=%s", "upm"]).starts_with("com.lumivox 1.0.0, made of "));
         commit(&root, &package, "upm", "1.0.0").unwrap();
         assert_eq!(run(&["rev-list", "--count", "upm"]), "1");
         fs::remove_file(package.join("made/kernel")).unwrap();
         commit(&root, &package, "upm", "1.1.0").unwrap();
-        assert_eq!(run(&["ls-tree", "-r", "--name-only", "upm"]), "package.json");
+        assert_eq!(run(&["ls-tree", "-r", "--name-only", "upm"]), "lumivox-codecs\npackage.json");
         assert_eq!(run(&["rev-list", "--count", "upm"]), "2");
-        assert_eq!(run(&["status", "--porcelain"]), "?? work");
+        assert_eq!(run(&["status", "--porcelain"]), before);
 
         run(&["branch", "other"]);
         let refused = |branch: &str, why: &str| {

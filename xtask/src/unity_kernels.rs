@@ -52,6 +52,14 @@ pub fn write() -> Result<(), String> {
     write_files(&root.join(unity_metas::PACKAGE), &kernels)
 }
 
+/// Writes the package's kernels into its folder, where what is committed of them is as they are.
+pub fn write_listed() -> Result<(), String> {
+    let root = crate::root()?;
+    let kernels = of_package()?;
+    compare(&root, &kernels)?;
+    write_files(&root.join(unity_metas::PACKAGE), &kernels)
+}
+
 /// Writes them into a copy of the package.
 pub fn complete(package: &Path) -> Result<(), String> {
     write_files(package, &of_package()?)
@@ -59,16 +67,22 @@ pub fn complete(package: &Path) -> Result<(), String> {
 
 /// Compares what is committed with what would be written.
 pub fn check() -> Result<(), String> {
-    let root = crate::root()?;
     let kernels = of_package()?;
-    for (path, text) in committed(&kernels) {
+    compare(&crate::root()?, &kernels)?;
+    println!("{} kernels are as listed", kernels.len());
+    Ok(())
+}
+
+fn compare(root: &Path, kernels: &Kernels) -> Result<(), String> {
+    for (path, text) in committed(kernels) {
         // Git may check files out with other ends of lines.
         let there = fs::read_to_string(root.join(path)).unwrap_or_default().replace("\r\n", "\n");
         if there != text {
-            return Err(format!("{path} is stale: run `cargo xtask unity-kernels`"));
+            return Err(format!(
+                "{path} is stale: run `cargo xtask unity-kernels`, and commit what it writes"
+            ));
         }
     }
-    println!("{} kernels are as listed", kernels.len());
     Ok(())
 }
 
@@ -271,13 +285,22 @@ fn table(kernels: &Kernels) -> String {
     text + "        };\n    }\n}\n"
 }
 
-/// Whether it was.
+/// Whether it was. Whoever reads the file meanwhile, such as an editor that imports it, finds the old one or the new one whole.
 fn write_if_changed(path: &Path, text: &str) -> Result<bool, String> {
     if fs::read(path).is_ok_and(|bytes| bytes == text.as_bytes()) {
         return Ok(false);
     }
-    let write = |folder: &Path| fs::create_dir_all(folder).and_then(|()| fs::write(path, text));
-    write(path.parent().unwrap_or(Path::new("."))).map_err(|error| format!("{}: {error}", path.display()))?;
+    let failed = |error: std::io::Error| format!("{}: {error}", path.display());
+    let folder = path.parent().unwrap_or(Path::new("."));
+    fs::create_dir_all(folder).map_err(failed)?;
+    // Unity sees nothing that begins with a dot.
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let written = folder.join(format!(".{name}.{}", std::process::id()));
+    let moved = fs::write(&written, text).and_then(|()| fs::rename(&written, path));
+    moved.map_err(|error| {
+        let _ = fs::remove_file(&written);
+        failed(error)
+    })?;
     Ok(true)
 }
 

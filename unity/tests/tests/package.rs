@@ -203,8 +203,22 @@ fn installed(_: &[String]) -> Counts {
     ]))
 }
 
-/// What an installed package lacks: kernels of its table, and identifiers of files.
+/// What an installed package lacks: files of the tree, kernels of its table, and identifiers of files.
 fn missing(package: &Path) -> Vec<String> {
+    // Those that Unity does not see, too: the manual, samples, what the self-check expects.
+    let tree = root().join("unity/com.lumivox");
+    let mut missing: Vec<String> = vec![];
+    let mut places = vec![PathBuf::new()];
+    while let Some(place) = places.pop() {
+        for entry in fs::read_dir(tree.join(&place)).expect("a folder").map(|entry| entry.expect("a file")) {
+            let within = place.join(entry.file_name());
+            if entry.path().is_dir() {
+                places.push(within);
+            } else if !package.join(&within).is_file() {
+                missing.push(within.display().to_string());
+            }
+        }
+    }
     let mut files = vec![];
     let mut folders = vec![package.to_owned()];
     while let Some(folder) = folders.pop() {
@@ -223,8 +237,7 @@ fn missing(package: &Path) -> Vec<String> {
     let named = table.lines().filter_map(|line| line.trim().strip_prefix("new Entry(\"")?.split('"').next());
     let kernels: Vec<&str> = named.collect();
     let is_there = |kernel: &&&str| files.iter().any(|file| file.file_stem() == Some(OsStr::new(**kernel)));
-    let mut missing: Vec<String> =
-        kernels.iter().filter(|kernel| !is_there(kernel)).map(|kernel| (*kernel).to_owned()).collect();
+    missing.extend(kernels.iter().filter(|kernel| !is_there(kernel)).map(|kernel| (*kernel).to_owned()));
     if kernels.is_empty() {
         missing.push("a table of kernels".to_owned());
     }
