@@ -56,16 +56,19 @@ sealed class AssemblyDefinition
         where packages.TryGetValue(define.name, out var version) && Matches(define.expression, version)
         select define.define;
 
-    /// Whether it is compiled with these symbols; a constraint is a symbol, `!symbol`, or several with `||`.
-    public bool IsWanted(ISet<string> symbols, bool editor)
+    /// Whether it is compiled with these symbols.
+    public bool IsWanted(ISet<string> symbols, bool editor) => IsOfPlatform(editor) && !Unmet(symbols).Any();
+
+    public bool IsOfPlatform(bool editor)
     {
         var platform = editor ? "Editor" : "LinuxStandalone64";
-        if (IncludePlatforms.Count > 0 && !IncludePlatforms.Contains(platform)) return false;
-        if (ExcludePlatforms.Contains(platform)) return false;
-        if (IsTest && !symbols.Contains("UNITY_INCLUDE_TESTS")) return false;
-        return DefineConstraints.All(constraint => constraint.Split(new[] { "||" }, StringSplitOptions.None).Select(part => part.Trim())
-            .Any(part => part.StartsWith("!") ? !symbols.Contains(part.Substring(1).Trim()) : symbols.Contains(part)));
+        return (IncludePlatforms.Count == 0 || IncludePlatforms.Contains(platform)) && !ExcludePlatforms.Contains(platform);
     }
+
+    /// Constraints that these symbols do not meet; one is a symbol, `!symbol`, or several with `||`.
+    public IEnumerable<string> Unmet(ISet<string> symbols) =>
+        (IsTest ? DefineConstraints.Prepend("UNITY_INCLUDE_TESTS") : DefineConstraints).Where(constraint => !constraint.Split(new[] { "||" }, StringSplitOptions.None)
+            .Select(part => part.Trim()).Any(part => part.StartsWith("!") ? !symbols.Contains(part.Substring(1).Trim()) : symbols.Contains(part)));
 
     /// `1.2` is at least that, `[1.2]` just that, `[1.0,2.0)` a range with or without its ends, and none is any version.
     public static bool Matches(string expression, Version version)

@@ -26,9 +26,12 @@ sealed class StandInAssemblies
         this.version = version;
         this.library = library.Select(file => (MetadataReference)MetadataReference.CreateFromFile(file)).ToArray();
         var stamped = new StringBuilder(version.Name);
+        foreach (var file in library) stamped.Append(file).Append(new FileInfo(file).Length);
         foreach (var definition in inOrder)
         {
-            var parse = new CSharpParseOptions(LanguageVersion.CSharp9, DocumentationMode.None, SourceCodeKind.Regular, symbolsOf(definition));
+            var symbols = symbolsOf(definition).OrderBy(symbol => symbol, StringComparer.Ordinal).ToList();
+            stamped.Append(definition.Name).Append(string.Join(";", symbols));
+            var parse = new CSharpParseOptions(LanguageVersion.CSharp9, DocumentationMode.None, SourceCodeKind.Regular, symbols);
             var trees = definition.Sources.AsParallel().AsOrdered().Select(file => Parse(file, parse)).ToList();
             foreach (var tree in trees) stamped.Append(tree.FilePath).Append(tree.GetText());
             var references = from name in referencesOf(definition)

@@ -132,6 +132,9 @@ sealed class UnityBuild
         if (above.Contains(definition.Name)) throw new BuildException($"Assemblies refer to each other: {string.Join(" -> ", above)} -> {definition.Name}");
         if (!IsWanted(definition))
         {
+            // Constraints are about packages and tests, which are there: whatever they leave out nobody would ever miss.
+            if (version.HasAll && definition.IsOfPlatform(version.IsEditor))
+                throw new BuildException($"{definition.File} leaves {definition.Name} out of Unity {version.Name}: there is no {string.Join(", no ", definition.Unmet(SymbolsOf(definition)))}.");
             Console.WriteLine($"    {definition.Name}: left out, by its platforms or constraints");
             return done[definition.Name] = false;
         }

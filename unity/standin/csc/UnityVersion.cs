@@ -44,6 +44,8 @@ sealed class UnityVersion
     public readonly bool IsFramework;
     public readonly HashSet<string> Symbols;
     public readonly Dictionary<string, Version> Packages;
+    /// Whether all packages are there that anything is constrained to, and tests.
+    public readonly bool HasAll;
     readonly string[] engine, universal, highDefinition;
 
     /// `6000.0` or `2022.3`, with `-player` appended as for a player, with `-framework` against .NET Framework instead of .NET Standard.
@@ -86,7 +88,9 @@ sealed class UnityVersion
         };
         if (version != "6000.5") Packages["com.unity.modules.vr"] = AssemblyDefinition.Parse("1.0.0");
         // Packages that are not there for this run, for what a project without them compiles.
-        foreach (var missing in (Environment.GetEnvironmentVariable("UNITY_WITHOUT") ?? "").Split(' ')) Packages.Remove(missing);
+        var without = Environment.GetEnvironmentVariable("UNITY_WITHOUT") ?? "";
+        foreach (var missing in without.Split(' ')) Packages.Remove(missing);
+        HasAll = without == "" && Symbols.Contains("UNITY_INCLUDE_TESTS");
     }
 
     public string[] VersionsOf(string list) =>
