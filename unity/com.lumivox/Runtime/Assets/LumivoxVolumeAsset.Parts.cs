@@ -49,8 +49,10 @@ namespace Lumivox
         internal bool NeedSkin()
         {
             if (handle == null) return false;
+            // The library may know it a moment before its work is over and told: until then nothing is peeled, nor said of it.
+            if (IsFindingSkin) return false;
             var known = Library.lumivox_volume_skin(handle.Pointer);
-            if (known != 0 || findingSkin != null || skinError.Length > 0) return known == 1;
+            if (known != 0 || skinError.Length > 0) return known == 1;
             findingSkin = Jobs.Follow(Library.lumivox_skin_find(handle.Pointer), (job, state) =>
             {
                 if (job != findingSkin) return;
@@ -69,12 +71,12 @@ namespace Lumivox
             get
             {
                 if (skinError.Length > 0) return $"Its skin cannot be found: {skinError}.";
-                return handle != null && Library.lumivox_volume_skin(handle.Pointer) == 2 ? "No skin was found in it for sure." : "";
+                return !IsFindingSkin && handle != null && Library.lumivox_volume_skin(handle.Pointer) == 2 ? "No skin was found in it for sure." : "";
             }
         }
 
         /// <summary>Whether its skin is being looked for.</summary>
-        internal bool IsFindingSkin => findingSkin != null;
+        internal bool IsFindingSkin => findingSkin != null && !findingSkin.Handle.IsClosed;
 
         void ForgetSkin()
         {
