@@ -10,7 +10,6 @@ using Object = UnityEngine.Object;
 
 namespace UnityEditor
 {
-    [AttributeUsage(AttributeTargets.Class)]
     public class CustomEditor : Attribute
     {
         internal readonly Type inspectedType;
@@ -18,7 +17,7 @@ namespace UnityEditor
         public CustomEditor(Type inspectedType, bool editorForChildClasses) { this.inspectedType = inspectedType; }
     }
 
-    [AttributeUsage(AttributeTargets.Class)] public sealed class CanEditMultipleObjects : Attribute { }
+    public sealed class CanEditMultipleObjects : Attribute { }
     [AttributeUsage(AttributeTargets.Class)] public class InitializeOnLoadAttribute : Attribute { }
     [AttributeUsage(AttributeTargets.Method)] public class InitializeOnLoadMethodAttribute : Attribute { }
 
@@ -43,7 +42,6 @@ namespace UnityEditor
 
     [Flags] public enum GizmoType { Pickable = 1, NotInSelectionHierarchy = 2, NonSelected = 32, Selected = 4, Active = 8, InSelectionHierarchy = 16 }
 
-    [AttributeUsage(AttributeTargets.Method)]
     public sealed class DrawGizmo : Attribute
     {
         public GizmoType drawOptions;

@@ -33,12 +33,14 @@ namespace UnityEditor.UIElements
     /// A field for a property; made when it is bound.
     public class PropertyField : VisualElement, IBindable
     {
-        public PropertyField() : this(null, null) { }
+        public PropertyField() { }
         public PropertyField(SerializedProperty property) : this(property, null) { }
         public PropertyField(SerializedProperty property, string label)
         {
+            // Unity's stays empty and says nothing: whoever misspells a name would not see it.
+            if (property == null) throw new ArgumentNullException(nameof(property), "a field of a property that is not there shows nothing");
             this.label = label;
-            bindingPath = property?.propertyPath;
+            bindingPath = property.propertyPath;
         }
         public string bindingPath { get; set; }
         public string label { get; set; }

@@ -224,7 +224,7 @@ namespace UnityEngine.UIElements
     }
 
     // For UXML: Unity 6 takes the attribute, 2022.3 the factory.
-    [AttributeUsage(AttributeTargets.Class)]
+    [AttributeUsage(AttributeTargets.Class, Inherited = false)]
     public class UxmlElementAttribute : Attribute
     {
         public UxmlElementAttribute() { }

@@ -44,6 +44,13 @@ sealed class ApiList
         return found;
     }
 
+    /// Whether of a version more is told than types and accessors: an older list has neither parameters' names nor values.
+    public bool TellsRest(string version)
+    {
+        var column = Versions.IndexOf(version);
+        return lines.Values.Any(all => all.Any(one => one.states[column] != ApiState.Absent && one.what.Contains(Surface.Rest)));
+    }
+
     /// Lists of the same versions as one.
     public static ApiList Read(params string[] files)
     {

@@ -48,7 +48,7 @@ static class ApiLists
                 var what = line[1];
                 if (what == $"static {space} const") what = Surface.Enumerator;
                 // Of a type that is but a name its base is of no use.
-                if (isName && !declared.Contains(line[0])) what = what.Split(" : ")[0];
+                if (isName && !declared.Contains(line[0])) what = what.Split(Surface.Rest)[0].Split(" : ")[0];
                 if (isName || declared.Contains(line[0])) made.Add(line[0], what, version, State(line.ElementAtOrDefault(2)));
             }
         }

@@ -10,6 +10,7 @@ sealed class Conformity
 {
     readonly ApiList list;
     readonly string[] versions;
+    readonly bool tellsRest;
     readonly HashSet<ISymbol> hidden = new HashSet<ISymbol>(SymbolEqualityComparer.Default);
 
     /// What is not as in Unity, with where it is declared.
@@ -25,6 +26,7 @@ sealed class Conformity
     {
         this.list = list;
         this.versions = versions;
+        tellsRest = versions.All(list.TellsRest);
     }
 
     public void Check(CSharpCompilation compilation)
@@ -63,10 +65,9 @@ sealed class Conformity
         if (state != ApiState.There) Change(symbol, state);
     }
 
-    static bool IsSame(string here, string there)
+    bool IsSame(string here, string there)
     {
-        // A list may tell no parameters' names and no values.
-        if (!there.Contains(Surface.Rest)) here = here.Split(new[] { Surface.Rest }, StringSplitOptions.None)[0];
+        if (!tellsRest) (here, there) = (here.Split(new[] { Surface.Rest }, StringSplitOptions.None)[0], there.Split(new[] { Surface.Rest }, StringSplitOptions.None)[0]);
         // Whether Unity overrides, or inherits, is nothing that scripts see.
         return here.Replace(" override", "") == there.Replace(" override", "");
     }

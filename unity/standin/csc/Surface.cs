@@ -43,20 +43,64 @@ static class Surface
 
     public static string Id(ISymbol symbol) => symbol.GetDocumentationCommentId();
 
-    /// Between what a member is and the rest: names and defaults of its parameters, or its value.
+    /// Between what something is and the rest: names and defaults of a member's parameters, or its value; of a type whether it
+    /// is of flags, and what it may be an attribute of; what types of both have to be.
     public const string Rest = " | ";
 
     /// Kind and base of a type; of a member whether it is static, its type, its accessors, and whether it may be overridden.
     public static string What(ISymbol symbol)
     {
-        if (symbol is INamedTypeSymbol type) return What(type);
+        var parts = Parts(symbol).Where(part => part != "").ToList();
+        var plain = symbol is INamedTypeSymbol type ? What(type) : Plain(symbol);
+        return parts.Count == 0 ? plain : plain + Rest + string.Join(" ", parts);
+    }
+
+    static IEnumerable<string> Parts(ISymbol symbol)
+    {
         switch (symbol)
         {
-            case IFieldSymbol field when field.HasConstantValue: return Plain(symbol) + Rest + SymbolDisplay.FormatPrimitive(field.ConstantValue, quoteStrings: true, useHexadecimalNumbers: false);
-            case IMethodSymbol method when method.Parameters.Length > 0: return Plain(symbol) + Rest + Parameters(method.Parameters, method.IsExtensionMethod);
-            case IPropertySymbol property when property.Parameters.Length > 0: return Plain(symbol) + Rest + Parameters(property.Parameters, false);
-            default: return Plain(symbol);
+            case IFieldSymbol field when field.HasConstantValue:
+                yield return SymbolDisplay.FormatPrimitive(field.ConstantValue, quoteStrings: true, useHexadecimalNumbers: false);
+                break;
+            case IMethodSymbol method:
+                yield return Parameters(method.Parameters, method.IsExtensionMethod);
+                // What overrides has its constraints from there.
+                if (!method.IsOverride) yield return Constraints(method.TypeParameters);
+                break;
+            case IPropertySymbol property:
+                yield return Parameters(property.Parameters, false);
+                break;
+            case INamedTypeSymbol type:
+                if (type.TypeKind == TypeKind.Enum && type.GetAttributes().Any(one => one.AttributeClass?.Name == "FlagsAttribute")) yield return "flags";
+                yield return Usage(type);
+                yield return Constraints(type.TypeParameters);
+                break;
         }
+    }
+
+    /// What a class may be an attribute of: its own word, or that of the nearest above it that says any.
+    static string Usage(INamedTypeSymbol type)
+    {
+        for (var at = type; at != null && at.ToDisplayString() != "System.Attribute"; at = at.BaseType)
+            foreach (var said in at.GetAttributes().Where(one => one.AttributeClass?.Name == "AttributeUsageAttribute" && one.ConstructorArguments.Length == 1))
+            {
+                bool Named(string name, bool otherwise) => said.NamedArguments.FirstOrDefault(one => one.Key == name).Value.Value as bool? ?? otherwise;
+                return $"usage {said.ConstructorArguments[0].Value}{(Named("AllowMultiple", false) ? " multiple" : "")}{(Named("Inherited", true) ? "" : " alone")}";
+            }
+        return "";
+    }
+
+    static string Constraints(IEnumerable<ITypeParameterSymbol> types) => string.Join(" ", types.Select(Constraint).Where(one => one != ""));
+
+    static string Constraint(ITypeParameterSymbol type)
+    {
+        var all = new List<string>();
+        if (type.HasReferenceTypeConstraint) all.Add("class");
+        if (type.HasUnmanagedTypeConstraint) all.Add("unmanaged");
+        else if (type.HasValueTypeConstraint) all.Add("struct");
+        all.AddRange(type.ConstraintTypes.Select(one => one.ToDisplayString()).OrderBy(one => one, System.StringComparer.Ordinal));
+        if (type.HasConstructorConstraint) all.Add("new()");
+        return all.Count == 0 ? "" : $"where {type.Name}: {string.Join(", ", all)}";
     }
 
     static string Parameters(IEnumerable<IParameterSymbol> parameters, bool isExtension) => (isExtension ? "this " : "") + string.Join(", ", parameters.Select(one =>

@@ -8,8 +8,8 @@ namespace Unity.Collections
 {
     public enum Allocator { Invalid, None, Temp, TempJob, Persistent, AudioKernel, FirstUserIndex = 64 }
     public enum NativeArrayOptions { UninitializedMemory, ClearMemory }
-    [AttributeUsage(AttributeTargets.Field | AttributeTargets.Parameter)] public sealed class ReadOnlyAttribute : Attribute { }
-    [AttributeUsage(AttributeTargets.Field | AttributeTargets.Parameter)] public sealed class WriteOnlyAttribute : Attribute { }
+    [AttributeUsage(AttributeTargets.Field | AttributeTargets.Parameter | AttributeTargets.ReturnValue)] public sealed class ReadOnlyAttribute : Attribute { }
+    [AttributeUsage(AttributeTargets.Field | AttributeTargets.Parameter | AttributeTargets.ReturnValue)] public sealed class WriteOnlyAttribute : Attribute { }
 
     public unsafe struct NativeArray<T> : IDisposable, IEnumerable<T>, IEquatable<NativeArray<T>> where T : struct
     {
@@ -169,8 +169,8 @@ namespace Unity.Collections.LowLevel.Unsafe
         public static void MemClear(void* destination, long size) => MemSet(destination, 0, size);
         public static int MemCmp(void* ptr1, void* ptr2, long size) => new ReadOnlySpan<byte>(ptr1, checked((int)size)).SequenceCompareTo(new ReadOnlySpan<byte>(ptr2, (int)size));
         public static bool IsBlittable<T>() where T : struct { try { return SizeOf<T>() > 0; } catch (TypeInitializationException) { return false; } }
-        public static T ReadArrayElement<T>(void* source, int index) where T : struct => new Span<T>(source, index + 1)[index];
-        public static void WriteArrayElement<T>(void* destination, int index, T value) where T : struct => new Span<T>(destination, index + 1)[index] = value;
+        public static T ReadArrayElement<T>(void* source, int index) => new Span<T>(source, index + 1)[index];
+        public static void WriteArrayElement<T>(void* destination, int index, T value) => new Span<T>(destination, index + 1)[index] = value;
         public static void* PinGCArrayAndGetDataAddress(Array target, out ulong gcHandle) { var handle = GCHandle.Alloc(target, GCHandleType.Pinned); gcHandle = (ulong)(long)GCHandle.ToIntPtr(handle); return (void*)handle.AddrOfPinnedObject(); }
         public static void ReleaseGCObject(ulong gcHandle) => GCHandle.FromIntPtr((IntPtr)(long)gcHandle).Free();
     }

@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.Runtime.InteropServices;
 using Unity.Collections;
 using Unity.Collections.LowLevel.Unsafe;
 using UnityEngine.Experimental.Rendering;
@@ -92,6 +93,21 @@ namespace UnityEngine
             if ((long)data.Length * UnsafeUtility.SizeOf<T>() < length) throw new UnityException("SetPixelData: not enough data provided (will result in overread).");
             fixed (byte* to = texels) UnsafeUtility.MemCpy(to + at, data.GetUnsafeReadOnlyPtr(), length);
         }
+        /// What an array holds from an element on; of what is no plain data Unity says so when it runs.
+        private protected static NativeArray<byte> BytesOf<T>(T[] data, int from)
+        {
+            GCHandle pinned;
+            try { pinned = GCHandle.Alloc(data, GCHandleType.Pinned); }
+            catch (ArgumentException) { throw new ArgumentException($"{typeof(T)} type used in SetPixelData() must be blittable"); }
+            try
+            {
+                var size = data.Length == 0 ? 0 : Marshal.SizeOf(data[0]);
+                var bytes = new byte[Math.Max(0, data.Length - from) * size];
+                Marshal.Copy(pinned.AddrOfPinnedObject() + from * size, bytes, 0, bytes.Length);
+                return new NativeArray<byte>(bytes, Allocator.Temp);
+            }
+            finally { pinned.Free(); }
+        }
         private protected Color Get(long texel)
         {
             Readable();
@@ -149,7 +165,7 @@ namespace UnityEngine
         public void SetPixel(int x, int y, Color color) => Put(y * m_Width + x, color);
         public void SetPixels(Color[] colors) { if (colors.Length != m_Width * m_Height) throw new UnityException("Array size must be at least width*height"); for (int i = 0; i < colors.Length; i++) Put(i, colors[i]); }
         public void SetPixels32(Color32[] colors) => SetPixels(Array.ConvertAll(colors, color => (Color)color));
-        public void SetPixelData<T>(T[] data, int mipLevel, int sourceDataStartIndex = 0) where T : struct { using (var copy = new NativeArray<T>(data, Allocator.Temp)) SetPixelData(copy, mipLevel, sourceDataStartIndex); }
+        public void SetPixelData<T>(T[] data, int mipLevel, int sourceDataStartIndex = 0) { using (var copy = BytesOf(data, sourceDataStartIndex)) SetPixelData(copy, mipLevel); }
         public void SetPixelData<T>(NativeArray<T> data, int mipLevel, int sourceDataStartIndex = 0) where T : struct
         {
             if (mipLevel != 0) throw new NotImplementedException("the stand-in keeps the first level only");
@@ -186,7 +202,7 @@ namespace UnityEngine
             Begin(width, height, depth, format, TextureDimension.Tex3D, (flags & TextureCreationFlags.MipChain) != 0);
         }
         public int depth => m_Depth;
-        public void SetPixelData<T>(T[] data, int mipLevel, int sourceDataStartIndex = 0) where T : struct { using (var copy = new NativeArray<T>(data, Allocator.Temp)) SetPixelData(copy, mipLevel, sourceDataStartIndex); }
+        public void SetPixelData<T>(T[] data, int mipLevel, int sourceDataStartIndex = 0) { using (var copy = BytesOf(data, sourceDataStartIndex)) SetPixelData(copy, mipLevel); }
         public void SetPixelData<T>(NativeArray<T> data, int mipLevel, int sourceDataStartIndex = 0) where T : struct => Set(data.GetSubArray(sourceDataStartIndex, data.Length - sourceDataStartIndex), 0, texels.Length);
         public Color GetPixel(int x, int y, int z) => Get(((long)z * m_Height + y) * m_Width + x);
         public void SetPixel(int x, int y, int z, Color color) => Put(((long)z * m_Height + y) * m_Width + x, color);
@@ -199,7 +215,7 @@ namespace UnityEngine
     {
         public Texture2DArray(int width, int height, int depth, GraphicsFormat format, TextureCreationFlags flags) => Begin(width, height, depth, format, TextureDimension.Tex2DArray, (flags & TextureCreationFlags.MipChain) != 0);
         public int depth => m_Depth;
-        public void SetPixelData<T>(T[] data, int mipLevel, int element, int sourceDataStartIndex = 0) where T : struct { using (var copy = new NativeArray<T>(data, Allocator.Temp)) Set(copy.GetSubArray(sourceDataStartIndex, data.Length - sourceDataStartIndex), element * (texels.Length / m_Depth), texels.Length / m_Depth); }
+        public void SetPixelData<T>(T[] data, int mipLevel, int element, int sourceDataStartIndex = 0) { using (var copy = BytesOf(data, sourceDataStartIndex)) Set(copy, element * (texels.Length / m_Depth), texels.Length / m_Depth); }
         public void Apply() => Upload(false);
         public void Apply(bool updateMipmaps) => Upload(false);
         public void Apply(bool updateMipmaps, bool makeNoLongerReadable) => Upload(makeNoLongerReadable);
@@ -219,7 +235,7 @@ namespace UnityEngine
         public Color[] GetPixels(CubemapFace face) => GetPixels(face, 0);
         public Color[] GetPixels(CubemapFace face, int miplevel) { if (miplevel != 0) throw new NotImplementedException("the stand-in keeps the first level only"); var all = new Color[m_Width * m_Height]; for (int i = 0; i < all.Length; i++) all[i] = Get(At(face, 0, 0) + i); return all; }
         public void SetPixels(Color[] colors, CubemapFace face) { for (int i = 0; i < colors.Length; i++) Put(At(face, 0, 0) + i, colors[i]); }
-        public void SetPixelData<T>(T[] data, int mipLevel, CubemapFace face, int sourceDataStartIndex = 0) where T : struct { using (var copy = new NativeArray<T>(data, Allocator.Temp)) Set(copy.GetSubArray(sourceDataStartIndex, data.Length - sourceDataStartIndex), (int)face * (texels.Length / 6), texels.Length / 6); }
+        public void SetPixelData<T>(T[] data, int mipLevel, CubemapFace face, int sourceDataStartIndex = 0) { using (var copy = BytesOf(data, sourceDataStartIndex)) Set(copy, (int)face * (texels.Length / 6), texels.Length / 6); }
         public void Apply() => Upload(false);
         public void Apply(bool updateMipmaps) => Upload(false);
         public void Apply(bool updateMipmaps, bool makeNoLongerReadable) => Upload(makeNoLongerReadable);

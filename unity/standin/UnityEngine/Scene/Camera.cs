@@ -5,7 +5,7 @@ using UnityEngine.Rendering;
 
 namespace UnityEngine
 {
-    public enum CameraType { Game = 1, SceneView = 2, Preview = 4, VR = 8, Reflection = 16 }
+    [System.Flags] public enum CameraType { Game = 1, SceneView = 2, Preview = 4, VR = 8, Reflection = 16 }
     public enum CameraClearFlags { Skybox = 1, Color = 2, SolidColor = 2, Depth = 3, Nothing = 4 }
     [Flags] public enum DepthTextureMode { None = 0, Depth = 1, DepthNormals = 2, MotionVectors = 4 }
     public enum RenderingPath { UsePlayerSettings = -1, VertexLit = 0, Forward = 1, DeferredShading = 3 }
@@ -176,7 +176,7 @@ namespace UnityEngine
     public enum LightType { Spot, Directional, Point, Rectangle, Disc, Pyramid, Box, Tube }
     public enum LightShadows { None, Hard, Soft }
     public enum LightRenderMode { Auto, ForcePixel, ForceVertex }
-    public enum LightmapBakeType { Realtime = 4, Baked = 2, Mixed = 1 }
+    [System.Flags] public enum LightmapBakeType { Realtime = 4, Baked = 2, Mixed = 1 }
 
     public sealed class Light : Behaviour, StandIn.IEngineComponent
     {

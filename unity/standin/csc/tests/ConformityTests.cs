@@ -23,7 +23,9 @@ namespace Other
 ++ M:Space.Thing.#ctor(System.Int32) void | size = 7
 +e M:Space.Thing.Forbidden void
 ++ M:Space.Thing.Free static void
-+- M:Space.Thing.Lost(Space.Old) void
+++ M:Space.Mark.#ctor void
+++ M:Space.Thing.Find``1 T | where T: Space.Base
++- M:Space.Thing.Lost(Space.Old) void | old
 ++ M:Space.Thing.Move(System.Single@) bool virtual | ref by
 ++ M:Space.Thing.Own protected void
 +w M:Space.Thing.Warned void
@@ -33,7 +35,8 @@ namespace Other
 ++ T:Other.Clash struct
 ++ T:Space.Base class abstract
 ++ T:Space.Clash class
-++ T:Space.Kind enum
+++ T:Space.Kind enum | flags
+++ T:Space.Mark class : System.Attribute | usage 4 multiple
 +- T:Space.Old class
 ++ T:Space.Thing class : Space.Base
 ";
@@ -45,7 +48,8 @@ namespace Space
 {
     public abstract class Base { public override string ToString() => """"; }
     public class Old { }
-    public enum Kind { Gone, Left }
+    [Flags] public enum Kind { Gone, Left }
+    [AttributeUsage(AttributeTargets.Class, AllowMultiple = true)] public class Mark : Attribute { }
     public class Thing : Base
     {
         public const int Most = 3;
@@ -57,6 +61,7 @@ namespace Space
         public static void Free() { }
         public virtual bool Move(ref float by) => true;
         public void Lost(Old old) { }
+        public T Find<T>() where T : Base => null;
         public void Warned() { }
         public void Forbidden() => Warned();
         protected void Own() { }
@@ -72,7 +77,7 @@ public static class StandInMore { }
     public static bool Run(string netstandardFolder)
     {
         netstandard = Path.Combine(netstandardFolder, "netstandard.dll");
-        var tests = new Action[] { WhatIsAsInUnityHasNoFault, WhatDiffersIsAFault, WhatAVersionLacksIsNotSeen, WhatIsObsoleteIsSaid, ANameOfTwoThingsIsAmbiguous, WhatTestsSteerWithIsNotSeen, EnumeratorsKeepTheirValues, AListIsReadAsItIsWritten };
+        var tests = new Action[] { WhatIsAsInUnityHasNoFault, WhatDiffersIsAFault, AnOlderListIsComparedInWhatItTells, WhatAVersionLacksIsNotSeen, WhatIsObsoleteIsSaid, ANameOfTwoThingsIsAmbiguous, WhatTestsSteerWithIsNotSeen, EnumeratorsKeepTheirValues, AListIsReadAsItIsWritten };
         foreach (var test in tests) test();
         Console.WriteLine($"    {tests.Length} tests of conformity passed");
         return true;
@@ -103,8 +108,12 @@ public static class StandInMore { }
             ("public virtual bool Move(ref float by) => true;", "public virtual bool Move(in float by) => true;", "M:Space.Thing.Move(System.Single@)"),
             ("public const int Most = 3;", "public const int Most = 4;", "F:Space.Thing.Most"),
             ("public enum Kind { Gone, Left }", "public enum Kind { Left, Gone }", "F:Space.Kind.Left"),
-            // The list tells no names here.
-            ("public void Lost(Old old)", "public void Lost(Old it)", ""),
+            ("[Flags] public enum", "public enum", "T:Space.Kind"),
+            ("class Mark", "sealed class Mark", "T:Space.Mark"),
+            ("AllowMultiple = true", "AllowMultiple = false", "T:Space.Mark"),
+            ("AttributeTargets.Class,", "AttributeTargets.All,", "T:Space.Mark"),
+            ("where T : Base => null", "=> default", "M:Space.Thing.Find``1"),
+            ("where T : Base => null", "where T : Base, new() => null", "M:Space.Thing.Find``1"),
             ("public static void Free() { }", "public void Free() { }", "M:Space.Thing.Free"),
             ("public static void Free() { }", "public static void Free(int of) { }", "M:Space.Thing.Free(System.Int32)"),
             ("public static void Free() { }", "public static int Free() => 0;", "M:Space.Thing.Free"),
@@ -123,6 +132,15 @@ public static class StandInMore { }
             var faults = Check(Source.Replace(from, to), "1").conformity.Faults;
             if (id == "" ? faults.Count > 0 : !faults.Any(fault => fault.Contains($": {id} (1): "))) throw new BuildException($"'{to}': a fault of '{id}' was to be seen, not '{string.Join("; ", faults)}'");
         }
+    }
+
+    /// One without parameters' names, values and the like.
+    static void AnOlderListIsComparedInWhatItTells()
+    {
+        var older = string.Join("\n", Api.Split('\n').Select(line => line.Split(" | ")[0]));
+        var source = Source.Replace("[Flags] ", "").Replace("Lost(Old old)", "Lost(Old it)");
+        Same(string.Join("\n", Check(source, "1", older).conformity.Faults), "", "what an older list does not tell");
+        if (Check(source.Replace("static void Free", "void Free"), "1", older).conformity.Faults.Count != 1) throw new BuildException("what an older list tells is not compared");
     }
 
     static void WhatAVersionLacksIsNotSeen()
@@ -172,12 +190,12 @@ public static class StandInMore { }
         finally { File.Delete(file); }
     }
 
-    static ApiList List()
+    static ApiList List(string api = Api)
     {
         var file = Path.GetTempFileName();
         try
         {
-            File.WriteAllText(file, Api);
+            File.WriteAllText(file, api);
             return ApiList.Read(file);
         }
         finally { File.Delete(file); }
@@ -187,10 +205,10 @@ public static class StandInMore { }
         new[] { CSharpSyntaxTree.ParseText(source, new CSharpParseOptions(LanguageVersion.CSharp9), "Source.cs") },
         references.Append(MetadataReference.CreateFromFile(netstandard)), StandInAssemblies.Options);
 
-    static (CSharpCompilation compilation, Conformity conformity) Check(string source, string version)
+    static (CSharpCompilation compilation, Conformity conformity) Check(string source, string version, string api = Api)
     {
         var compilation = Compile("Engine", source, Enumerable.Empty<MetadataReference>());
-        var conformity = new Conformity(List(), new[] { version });
+        var conformity = new Conformity(List(api), new[] { version });
         conformity.Check(compilation);
         return (compilation, conformity);
     }
