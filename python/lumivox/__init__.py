@@ -22,6 +22,7 @@ from lumivox.classification import ClipShape, LabelStyle, Peel
 from lumivox.errors import FileError, MissingFileError
 from lumivox.image import Image
 from lumivox.labels import Label, Labels, load_labels
+from lumivox.light import Environment, EnvironmentMap, PointLight, SpotLight, Sun
 from lumivox.look import (
     ColorStop,
     GradientFunction,
@@ -34,16 +35,7 @@ from lumivox.look import (
     presets,
 )
 from lumivox.rendering import Gpu, Progress, Renderer, gpus, progressive, render
-from lumivox.scene import (
-    Camera,
-    Environment,
-    EnvironmentMap,
-    PointLight,
-    Scene,
-    SpotLight,
-    Sun,
-    VolumeInstance,
-)
+from lumivox.scene import Camera, Scene, VolumeInstance
 from lumivox.volume import Volume, load, phantom, scan, write_dicom_series
 
 _codecs_module.install()

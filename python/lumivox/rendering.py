@@ -15,8 +15,9 @@ from lumivox._check import PathLike, Vector
 from lumivox.classification import ClipShape, Labelled
 from lumivox.image import Display, Image
 from lumivox.labels import Labels
+from lumivox.light import Environment, EnvironmentMap, Light
 from lumivox.look import Filter, SurfaceReflection
-from lumivox.scene import Camera, Curve, Environment, EnvironmentMap, Light, Scene, pixels
+from lumivox.scene import Camera, Curve, Scene, pixels
 from lumivox.volume import Volume
 
 if sys.version_info >= (3, 11):

@@ -14,166 +14,13 @@ from lumivox import _check, _native, classification, look
 from lumivox._check import Matrix, PathLike, Vector
 from lumivox.classification import ClipShape, Labelled, LabelStyle, Peel
 from lumivox.labels import Labels, load_labels
+from lumivox.light import ALL_LAYERS, Environment, EnvironmentMap, Light, environment_of, lights_of
 from lumivox.look import Filter, Medium, SurfaceReflection, TransferFunction
 from lumivox.volume import StageProgress, Volume
 
 Vec3 = tuple[float, float, float]
 Curve = TransferFunction | str | os.PathLike[str]
 """A transfer function, or a file of one."""
-
-
-ALL_LAYERS = (1 << 32) - 1
-"""The bits of all layers."""
-
-SOURCES = ("studio", "uniform", "gradient")
-"""Light that needs no map."""
-
-
-class EnvironmentMap:
-    """Light from all directions: an equirectangular map of radiance, linear RGB.
-
-    Row 0 is straight up, the last row straight down; the centre column is what a viewer of the face has ahead.
-    """
-
-    __slots__ = ("native",)
-
-    def __init__(self, texels: npt.ArrayLike) -> None:
-        """Of radiance (rows, columns, 3)."""
-        try:
-            shape = np.shape(texels)
-        except ValueError:
-            shape = ()
-        if len(shape) != 3 or shape[2] != 3 or np.asarray(texels).dtype.kind not in "biuf":
-            raise ValueError(f"an environment map must be numbers of (rows, columns, 3), not {_check.shown(texels)}")
-        self.native = _native.EnvironmentMap(np.require(texels, np.float32, ["C", "A"]))
-
-    @classmethod
-    def load(cls, path: PathLike) -> EnvironmentMap:
-        """Reads an equirectangular ``.hdr`` or ``.exr`` file."""
-        made = cls.__new__(cls)
-        made.native = _native.load_environment(_check.file("path", path))
-        return made
-
-    @property
-    def array(self) -> npt.NDArray[np.float32]:
-        """Radiance (rows, columns, 3): a copy."""
-        return self.native.array()
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, EnvironmentMap):
-            return NotImplemented
-        return self.native is other.native or np.array_equal(self.array, other.array)
-
-    def __hash__(self) -> int:
-        return hash(self.array.tobytes())
-
-    def __copy__(self) -> EnvironmentMap:
-        return self
-
-    def __deepcopy__(self, _: Any) -> EnvironmentMap:
-        return self
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return EnvironmentMap, (self.array,)
-
-
-@dataclass(frozen=True)
-class Environment:
-    """The light around a scene."""
-
-    source: str | EnvironmentMap = "studio"
-    """``"studio"``, ``"uniform"``, ``"gradient"``, or a map."""
-    strength: float = 1.0
-    """Factor on the light."""
-    rotation: float = 0.0
-    """Degrees it turns around the vertical, as ``azimuth`` turns the camera."""
-    color: Vector = (1.0, 1.0, 1.0)
-    """Radiance of a uniform one."""
-    zenith: Vector = (1.5, 1.6, 1.8)
-    """Radiance of a gradient from straight up."""
-    horizon: Vector = (1.0, 1.0, 1.0)
-    """Radiance of a gradient from the horizon."""
-    nadir: Vector = (0.16, 0.15, 0.14)
-    """Radiance of a gradient from straight down."""
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.source, str | EnvironmentMap):
-            known = "'studio', 'uniform', 'gradient' or a lumivox.EnvironmentMap"
-            raise TypeError(f"source must be {known}, not {_check.shown(self.source)}")
-        if isinstance(self.source, str) and self.source not in SOURCES:
-            raise ValueError(f"environment '{self.source}' is not 'studio', 'uniform', 'gradient' or a map")
-        _check.number("strength", self.strength, 0.0, 1e6)
-        _check.number("rotation", self.rotation)
-        for name in ("color", "zenith", "horizon", "nadir"):
-            object.__setattr__(self, name, _check.light(name, getattr(self, name)))
-
-
-@dataclass(frozen=True)
-class Sun:
-    """Distant light, from where ``azimuth`` and ``elevation`` would put the camera, in degrees.
-
-    At strength 1 a white surface that faces it is as bright as under a uniform environment.
-    """
-
-    azimuth: float
-    elevation: float
-    strength: float = 1.0
-    degrees: float = 0.27
-    """Its radius in the sky."""
-    layers: int = ALL_LAYERS
-    """Bits: it reaches volumes that share one of them."""
-
-    def __post_init__(self) -> None:
-        _check.whole("layers", self.layers, 0, ALL_LAYERS)
-        _check.number("azimuth", self.azimuth)
-        _check.number("elevation", self.elevation, -90.0, 90.0)
-        _check.number("strength", self.strength, 0.0, 1e6)
-        _check.number("degrees", self.degrees, 0.0, 90.0)
-
-
-@dataclass(frozen=True)
-class PointLight:
-    """A bulb: it shines on volumes and is not seen itself."""
-
-    position: Vector
-    """Millimetres in the scene's space."""
-    intensity: Vector = (1.0, 1.0, 1.0)
-    """Irradiance at 1 m."""
-    radius: float = 0.0
-    """Millimetres; larger ones have softer shadows."""
-    layers: int = ALL_LAYERS
-    """Bits: it reaches volumes that share one of them."""
-
-    def __post_init__(self) -> None:
-        _lamp(self)
-
-
-@dataclass(frozen=True)
-class SpotLight:
-    """A bulb that shines into a cone."""
-
-    position: Vector
-    """Millimetres in the scene's space."""
-    target: Vector
-    """The point that its axis goes through."""
-    half_angle: float = 30.0
-    """Degrees from the axis to the edge of the cone."""
-    intensity: Vector = (1.0, 1.0, 1.0)
-    """Irradiance at 1 m, on the axis."""
-    radius: float = 0.0
-    """Millimetres; larger ones have softer shadows."""
-    layers: int = ALL_LAYERS
-    """Bits: it reaches volumes that share one of them."""
-
-    def __post_init__(self) -> None:
-        _lamp(self)
-        object.__setattr__(self, "target", _check.vector("target", self.target))
-        _check.number("half_angle", self.half_angle, 0.0, 90.0)
-        if self.target == self.position:
-            raise ValueError("target is the light's position; move one of them")
-
-
-Light = Sun | PointLight | SpotLight
 
 
 @dataclass(frozen=True)
@@ -244,7 +91,7 @@ class Scene:
         object.__setattr__(self, "volumes", _instances(self.volumes))
         if not isinstance(self.environment, Environment):
             raise TypeError(f"environment must be a lumivox.Environment, not {_check.shown(self.environment)}")
-        object.__setattr__(self, "lights", _lights("lights", self.lights))
+        object.__setattr__(self, "lights", lights_of("lights", self.lights))
 
     def scene_from_patient(self) -> npt.NDArray[np.float64]:
         """3 x 4: the scene's millimetres from LPS millimetres of the first volume's patient."""
@@ -305,7 +152,7 @@ class Scene:
                 look.preset_name(one)
         curves = _each("transfer_function", transfer_function, len(given), TransferFunction | str | os.PathLike)
         shapes = classification.clip_shapes("clip_shape", clip_shape)
-        kept, light_from, lights = _clip(clip), _environment(environment), _lights("light", light)
+        kept, light_from, lights = _clip(clip), environment_of(environment), lights_of("light", light)
         from_file = _labels(labels)
         placed = []
         for volume, name, curve in zip(given, names, curves, strict=True):
@@ -453,13 +300,6 @@ def _points(name: str, given: npt.ArrayLike) -> npt.NDArray[np.float64]:
     return made
 
 
-def _lamp(lamp: PointLight | SpotLight) -> None:
-    object.__setattr__(lamp, "position", _check.vector("position", lamp.position))
-    object.__setattr__(lamp, "intensity", _check.light("intensity", lamp.intensity))
-    _check.number("radius", lamp.radius, 0.0, _check.FURTHEST_MM)
-    _check.whole("layers", lamp.layers, 0, ALL_LAYERS)
-
-
 def _instances(given: Any) -> tuple[VolumeInstance, ...]:
     """What is in a scene, if it can be."""
     made = (given,) if isinstance(given, VolumeInstance | Volume) or not isinstance(given, Sequence) else tuple(given)
@@ -468,31 +308,6 @@ def _instances(given: Any) -> tuple[VolumeInstance, ...]:
             made_by = "lumivox.Scene.of(volume, preset=...) makes a scene of a volume"
             raise TypeError(f"a scene's volumes are lumivox.VolumeInstance, not {_check.shown(one)}; {made_by}")
     return made
-
-
-def _lights(name: str, given: Any) -> tuple[Light, ...]:
-    """Lights that are some."""
-    made = tuple(given) if isinstance(given, list | tuple) else (given,)
-    for one in made:
-        if not isinstance(one, Sun | PointLight | SpotLight):
-            example = "such as lumivox.Sun(40, 30)"
-            raise TypeError(f"{name} must be a lumivox.Sun, PointLight or SpotLight, {example}, not {_check.shown(one)}")
-    return made
-
-
-def _environment(given: Any) -> Environment:
-    """Light of a name, a file or a map."""
-    if isinstance(given, Environment):
-        return given
-    if isinstance(given, EnvironmentMap) or (isinstance(given, str) and given in SOURCES):
-        return Environment(given)
-    if isinstance(given, str | os.PathLike):
-        name = _check.file("environment", given)
-        if not os.path.exists(name):
-            raise ValueError(f"environment {_check.shown(given)} is not {_check.listed(SOURCES)}, nor a file")
-        return Environment(EnvironmentMap.load(name))
-    known = "'studio', 'uniform', 'gradient', an .hdr or .exr file, or a lumivox.Environment or EnvironmentMap"
-    raise TypeError(f"environment must be {known}, not {_check.shown(given)}")
 
 
 def _labels(given: Any) -> Labels | None:

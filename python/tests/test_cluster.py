@@ -68,6 +68,10 @@ def test_tiles_get_smaller_and_keep_workers_busy(size: tuple[int, int], workers:
         assert parts >= 3 * workers or workers == 1
 
 
+def test_what_is_said_of_tiles_is_so() -> None:
+    assert f"of {LEAST_TILE:,} pixels at least" in (cluster.render.__doc__ or "")
+
+
 def test_the_order_of_parts_changes_nothing_and_none_counts_twice() -> None:
     parts = split((4, 6), 12, [3, 1, 2], 3, 4)
     random = np.random.default_rng(1)

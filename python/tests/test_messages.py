@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -156,3 +158,18 @@ def test_what_is_no_cluster_is_told_and_leaves_nothing_open(monkeypatch: pytest.
     ):
         with pytest.raises((TypeError, ValueError), match=words):
             call()
+
+
+def test_without_a_gpu_it_is_said_what_to_install(python: str, tmp_path: Path) -> None:
+    environment = {**os.environ, "VK_DRIVER_FILES": str(tmp_path / "none.json"), "PYTHONSAFEPATH": "1"}
+
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([python, *arguments], env=environment, capture_output=True, text=True, timeout=60, check=False)
+
+    failed = run("-c", "import lumivox; lumivox.render(lumivox.phantom('cube', 8))")
+    assert "GpuError: no GPU and no software Vulkan was found. 'python -m lumivox doctor' says what to install" in failed.stderr
+    doctor = run("-m", "lumivox", "doctor")
+    assert doctor.returncode == 1 and "VK_DRIVER_FILES is set" in doctor.stderr and lumivox.__version__ in doctor.stdout
+    del environment["VK_DRIVER_FILES"]
+    doctor = run("-m", "lumivox", "doctor")
+    assert doctor.returncode == 0 and lumivox.gpus()[0].name in doctor.stdout

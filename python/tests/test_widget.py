@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
+import traitlets
 
 import lumivox
-from lumivox import widget
+from lumivox import live, widget
 
 
 @pytest.fixture
@@ -123,3 +125,28 @@ def test_what_goes_wrong_is_said_and_forgotten(view: widget.View) -> None:
     view.set_state({"knots": [[0.0, 0.0, "linear"], [500.0, 0.5, "linear"]]})
     wait(lambda: view.image is not shown and rests(view, 20.0)())
     assert view.message == ""
+
+
+def test_a_preset_that_there_is_not_is_refused_and_blocks_nothing(view: widget.View) -> None:
+    with pytest.raises(traitlets.TraitError, match="preset 'nonsense' is not one of"):
+        view.preset = "nonsense"
+    assert view.preset == "ct-bone"
+    view.preset = "ct-skin"
+    wait(rests(view, 20.0))
+    assert view.message == ""
+
+
+def test_a_view_at_rest_has_no_thread(head: lumivox.Volume, monkeypatch: pytest.MonkeyPatch) -> None:
+    def threads() -> set[threading.Thread]:
+        return {thread for thread in threading.enumerate() if thread.name == "lumivox-live"}
+
+    monkeypatch.setattr(live, "REST", 0.1)
+    before = threads()
+    view = widget.View(head, size=(32, 24), samples=4, azimuth=20.0)
+    wait(rests(view, 20.0))
+    wait(lambda: not threads() - before)
+    # And the next change is shown.
+    view.azimuth = 50.0
+    wait(rests(view, 50.0))
+    view.close()
+    assert not threads() - before

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from lumivox.labels import Labels
+from lumivox.light import EnvironmentMap
 from lumivox.rendering import Plan
-from lumivox.scene import EnvironmentMap
 from lumivox.volume import Volume
 
 MOST_RESIDENT = 16
