@@ -7,7 +7,7 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use lumivox_core::Preset;
-use lumivox_import::RawDescription;
+use lumivox_import::{ArrayLayout, PatientAxes, RawDescription, parse_spacing};
 
 pub use phantom::{ArmsArg, MetalArg, PhantomArgs, PhantomKind, TorsoArgs};
 pub use values::{
@@ -108,10 +108,12 @@ pub enum Command {
 /// Which scans, shared by the commands that read any.
 #[derive(Args, Debug)]
 pub struct InputArgs {
-    /// Scans: a DICOM folder or its files, .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, .raw, or a .zip of DICOM files
+    /// Scans: a DICOM folder or its files, .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, .mgh, .mgz, .npy, .raw, a .zip of DICOM
+    /// files, a TIFF stack, a folder of TIFF or PNG slices, or an OME-Zarr
     #[arg(required = true, value_name = "SCAN")]
     pub inputs: Vec<PathBuf>,
-    /// DICOM series to take: its place in the list of 'lumivox info', its UID, or a number that no other has
+    /// DICOM series to take: its place in the list of 'lumivox info', its UID, or a number that no other has; of TIFF and
+    /// OME-Zarr the channel
     /// [default: the first of the list]
     #[arg(long, value_name = "SERIES")]
     pub series: Option<String>,
@@ -132,6 +134,17 @@ pub struct InputArgs {
     /// [default: from a file beside it, or its name]
     #[arg(long, value_name = "LAYOUT")]
     pub raw: Option<RawDescription>,
+    /// Distances between voxels along x, y and z in mm, for arrays, stacks of pictures and OME-Zarr [default: the file's, else
+    /// 1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_spacing)]
+    pub spacing: Option<[f64; 3]>,
+    /// Where x, y and z of such files grow to in the patient: LPS, RAS, ... [default: LPS]
+    #[arg(long, value_name = "AXES")]
+    pub axes: Option<PatientAxes>,
+    /// Axes of an array, as its shape lists them: x, y, z, t for moments, c for colours [default: zyx, or tzyx where there are
+    /// four]
+    #[arg(long, value_name = "LETTERS")]
+    pub layout: Option<ArrayLayout>,
 }
 
 /// `lumivox render`.

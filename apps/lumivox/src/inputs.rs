@@ -143,6 +143,9 @@ pub fn options(args: &InputArgs) -> ImportOptions {
     options.fill_damaged = args.fill_damaged;
     options.allow_outside_data = args.allow_outside_data;
     options.raw.clone_from(&args.raw);
+    options.spacing_mm = args.spacing;
+    options.axes = args.axes;
+    options.layout.clone_from(&args.layout);
     options
 }
 
@@ -178,7 +181,8 @@ pub fn scans(inputs: &[PathBuf]) -> Vec<Vec<PathBuf>> {
 }
 
 fn may_be_a_slice(path: &Path) -> bool {
-    const WHOLE_SCANS: [&str; 8] = ["nii", "gz", "nrrd", "nhdr", "mha", "mhd", "raw", "zip"];
+    const WHOLE_SCANS: [&str; 11] =
+        ["nii", "gz", "nrrd", "nhdr", "mha", "mhd", "mgh", "mgz", "npy", "raw", "zip"];
     let name = path.file_name().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
     let extension = Path::new(&name).extension().and_then(OsStr::to_str).unwrap_or("");
     path.is_file() && (!WHOLE_SCANS.contains(&extension) || name.ends_with(".dcm.gz"))

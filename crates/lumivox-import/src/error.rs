@@ -18,7 +18,7 @@ pub enum ImportError {
         source: std::io::Error,
     },
     /// No reader knows this content.
-    #[error("{path}: {found}. Lumivox reads DICOM, NIfTI, NRRD, MetaImage and RAW with a description", path = path.display())]
+    #[error("{path}: {found}. Lumivox reads DICOM, NIfTI, NRRD, MetaImage, MGH, NumPy's arrays, stacks of TIFF and PNG, OME-Zarr, and RAW with a description", path = path.display())]
     UnknownFormat {
         /// The file or folder.
         path: PathBuf,

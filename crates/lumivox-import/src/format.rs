@@ -8,9 +8,9 @@ use std::{
 
 use crate::{
     error::ImportError,
-    metaimage, nifti, nrrd,
+    metaimage, mgh, nifti, npy, nrrd,
     payload::{GZIP_MAGIC, fill, inflate},
-    raw,
+    pictures, raw,
 };
 
 /// A format that Lumivox reads.
@@ -22,6 +22,11 @@ pub(crate) enum Format {
     Nifti,
     Nrrd,
     MetaImage,
+    Mgh,
+    /// An array of NumPy.
+    Npy,
+    /// Pages, which may be the slices of a volume.
+    Tiff,
     /// Samples without a header that something describes.
     Raw,
 }
@@ -58,7 +63,7 @@ pub(crate) fn recognise(path: &Path) -> Result<Format, ImportError> {
     head.truncate(filled);
 
     match (sniff(&head), gzip) {
-        (Some(Format::Nifti), _) => return Ok(Format::Nifti),
+        (Some(format @ (Format::Nifti | Format::Mgh)), _) => return Ok(format),
         (Some(format), false) => return Ok(format),
         (Some(format), true) => {
             return Err(unknown(&format!("it is a gzip archive of one {} file; unpack it", format.name())));
@@ -102,6 +107,9 @@ impl Format {
             Format::Nifti => "NIfTI",
             Format::Nrrd => "NRRD",
             Format::MetaImage => "MetaImage",
+            Format::Mgh => "MGH",
+            Format::Npy => "NPY",
+            Format::Tiff => "TIFF",
             Format::Raw => "RAW",
         }
     }
@@ -117,8 +125,14 @@ pub(crate) fn sniff(head: &[u8]) -> Option<Format> {
         Some(Format::Dicom)
     } else if head.starts_with(b"PK\x03\x04") || head.starts_with(b"PK\x05\x06") {
         Some(Format::Zip)
+    } else if head.starts_with(npy::MAGIC) {
+        Some(Format::Npy)
+    } else if pictures::is_tiff(head) {
+        Some(Format::Tiff)
     } else if metaimage::is_metaimage(head) {
         Some(Format::MetaImage)
+    } else if mgh::is_mgh(head) {
+        Some(Format::Mgh)
     } else {
         None
     }
@@ -164,12 +178,10 @@ fn header_beside(path: &Path) -> Option<String> {
 }
 
 /// Beginnings of files that people mistake for scans, and what those are.
-const OTHERS: [(&[u8], &str); 28] = [
-    (b"\x89PNG", "this is a PNG image"),
+const OTHERS: [(&[u8], &str); 26] = [
+    (b"\x89PNG", "this is a PNG image; a folder of slices, with nothing else in it, is read as a stack"),
     (b"\xff\xd8\xff", "this is a JPEG image"),
     (b"GIF8", "this is a GIF image"),
-    (b"II*\0", "this is a TIFF image"),
-    (b"MM\0*", "this is a TIFF image"),
     (b"RIFF", "this is a WebP image or a film"),
     (b"\0\0\0\x0cjP", "this is a JPEG 2000 image"),
     (b"%PDF", "this is a PDF document"),
@@ -182,7 +194,7 @@ const OTHERS: [(&[u8], &str); 28] = [
     (b"CDF", "this is a NetCDF file, perhaps MINC 1; convert it to NIfTI"),
     (b"# vtk DataFile", "this is a VTK file; save it as MetaImage or NRRD"),
     (b"MATLAB", "this is a MATLAB file; save it as NIfTI"),
-    (b"\x93NUMPY", "this is a NumPy array; save it as NRRD or NIfTI"),
+    (b"mrtrix image", "this is an image of MRtrix (MIF); convert it with 'mrconvert image.mif image.nii.gz'"),
     (b"solid ", "this is an STL surface, not a volume"),
     (b"glTF", "this is a glTF scene, not a volume"),
     (b"ply\n", "this is a PLY surface, not a volume"),
@@ -205,6 +217,9 @@ fn describe(head: &[u8]) -> String {
     }
     if let Some((_, what)) = OTHERS.iter().find(|(magic, _)| head.starts_with(magic)) {
         return (*what).to_owned();
+    }
+    if let Some(what) = describe_text(head) {
+        return what.to_owned();
     }
     if nifti::is_analyze(head) {
         return "this is an Analyze 7.5 header, which does not tell left from right; convert it to NIfTI"
@@ -230,6 +245,21 @@ fn describe(head: &[u8]) -> String {
     } else {
         NO_KIND.to_owned()
     }
+}
+
+/// What a header of text is, by its words: of formats that other programs turn into ones that are read.
+fn describe_text(head: &[u8]) -> Option<&'static str> {
+    let text = String::from_utf8_lossy(head);
+    let start = text.trim_start();
+    if start.starts_with("type = string-attribute")
+        || start.starts_with("type = integer-attribute")
+        || start.starts_with("type = float-attribute")
+    {
+        return Some("this is the header of an AFNI dataset (HEAD, BRIK); convert it with '3dAFNItoNIFTI'");
+    }
+    let is_par = start.starts_with("# === DATA DESCRIPTION FILE")
+        || start.starts_with("#") && text.contains("CLINICAL TRYOUT");
+    is_par.then_some("this is the header of a Philips PAR/REC export; convert it with 'dcm2niix'")
 }
 
 #[cfg(test)]
@@ -264,7 +294,13 @@ mod tests {
     fn what_is_not_a_scan_is_called_by_its_name() {
         let of = |content: &[u8]| recognised("scan.dcm", content).unwrap_err();
         assert!(of(b"").contains("it is empty"));
-        assert!(of(b"\x89PNG\r\n\x1a\n").contains("this is a PNG image"));
+        assert!(of(b"\x89PNG\r\n\x1a\n").contains("this is a PNG image; a folder of slices"));
+        assert!(of(b"mrtrix image\ndim: 2,2,2\n").contains("mrconvert"));
+        assert!(of(b"\ntype = string-attribute\nname = TYPESTRING\n").contains("3dAFNItoNIFTI"));
+        assert!(
+            of(b"# === DATA DESCRIPTION FILE ====\n#\n# CAUTION - Investigational device\n")
+                .contains("dcm2niix")
+        );
         assert!(of(b"<!DOCTYPE html>").contains("this is an HTML page"));
         assert!(of(b"hello, doctor").contains("this is a text file"));
         assert!(of(&[0; 500]).contains("nothing but zeros"));

@@ -1,4 +1,5 @@
-//! Files to volumes: DICOM, NIfTI, NRRD, MetaImage and RAW, with progress, cancel and a report.
+//! Files to volumes: DICOM, NIfTI, NRRD, MetaImage, MGH, RAW, arrays of NumPy, stacks of pictures and OME-Zarr, with progress,
+//! cancel and a report.
 //!
 //! [`load`] recognises a format from the content of what it is given, never from the name alone. It is the second
 //! stop of the walk: files -> [`load`] -> [`Volume`].
@@ -14,26 +15,35 @@ mod environment_file;
 mod error;
 mod format;
 mod labels;
+mod layout;
+mod lengths;
+mod luminance;
 mod memory;
 mod metaimage;
+mod mgh;
 mod nifti;
+mod npy;
 mod nrrd;
 mod payload;
+mod pictures;
 mod radiance;
 mod raw;
 mod report;
 mod sample;
+mod samples;
 mod single;
 mod study;
 mod text_header;
 mod transfer_function_file;
 mod written_samples;
+mod zarr;
 
 pub use axes::{PatientAxes, UnknownAxes};
 pub use codec_worker::{CodecWorker, serve_codecs, set_codec_worker};
 pub use environment_file::load_environment;
 pub use error::ImportError;
 pub use labels::{ImportedLabels, LabelOptions, default_label_color, load_label_files, load_labels};
+pub use layout::{ArrayLayout, UnknownLayout, UnknownSpacing, parse_spacing};
 use lumivox_core::Volume;
 pub use memory::{MemoryImport, MemoryScan, load_memory};
 pub use raw::{RawDescription, RawDescriptionError, load_raw};
@@ -64,6 +74,13 @@ pub struct ImportOptions {
     pub allow_outside_data: bool,
     /// What the bytes of a file mean that no other reader knows.
     pub raw: Option<RawDescription>,
+    /// Distances between voxels along x, y and z in mm, for files that do not say or say it wrongly: arrays of NumPy, stacks
+    /// of pictures, OME-Zarr. By default those of the file, else 1 mm.
+    pub spacing_mm: Option<[f64; 3]>,
+    /// Where x, y and z of such files grow to in the patient; LPS by default, which is told.
+    pub axes: Option<PatientAxes>,
+    /// What the axes of an array are, as its shape lists them; by default `zyx`, or `tzyx` where there are four.
+    pub layout: Option<ArrayLayout>,
 }
 
 /// A scan and what became of its files.

@@ -58,7 +58,7 @@ pub fn load_memory(scan: &MemoryScan<'_>) -> Result<MemoryImport, ImportError> {
         VoxelBuilder::new(sample, scan.big_endian, voxels).map_err(|_| too_many_voxels(&path, scan.dims))?;
     builder.push(scan.bytes);
     let single = Single {
-        payload: Payload::in_file(&path, scan.sample, scan.big_endian, 0),
+        payload: Payload::in_file(&path, scan.sample, scan.big_endian, 0).into(),
         path,
         format: scan.format,
         dims: scan.dims,

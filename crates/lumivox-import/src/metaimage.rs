@@ -80,16 +80,22 @@ pub(crate) fn open(path: &Path, allow_outside_data: bool) -> Result<Single, Impo
     if sizes.contains(&0) {
         return Err(fields.bad(field, "numbers of voxels"));
     }
-    if let Some(channels) = fields.get(&["ElementNumberOfChannels"]).filter(|f| f.value.trim() != "1") {
+    let channels: usize = match fields.get(&["ElementNumberOfChannels"]) {
+        Some(field) => fields.number(field, "a number of values for each voxel")?,
+        None => 1,
+    };
+    let payload = Payload { channels, ..payload(&header)? };
+    // Of bytes three or four are a colour; of other numbers they may be a direction.
+    let are_colours = matches!((channels, payload.sample), (3 | 4, SampleType::U8));
+    if channels != 1 && !are_colours {
         let remedy = "Export one component as a scan of its own";
-        let what = format!("{} values for each voxel (a colour or vector image)", channels.value);
+        let what = format!("{channels} values for each voxel (a vector image)");
         return Err(ImportError::Unsupported { path: path.to_owned(), what, remedy: remedy.to_owned() });
     }
     let size = |i: usize| sizes.get(i).copied().unwrap_or(1);
     let dims = [size(0), size(1), size(2)];
     let phases = sizes.iter().skip(3).try_fold(1usize, |n, size| n.checked_mul(*size));
     let phases = phases.ok_or_else(|| fields.bad(field, "sizes that any file can have"))?;
-    let payload = payload(&header)?;
     let patient_from_voxel = placement(fields, rank, &mut notes)?;
     let rescale = rescale(fields)?;
     Single {
@@ -97,7 +103,7 @@ pub(crate) fn open(path: &Path, allow_outside_data: bool) -> Result<Single, Impo
         format: "MetaImage",
         dims,
         phases,
-        payload,
+        payload: payload.into(),
         rescale,
         patient_from_voxel,
         modality: modality(fields),
@@ -236,7 +242,17 @@ fn payload(header: &Header) -> Result<Payload, ImportError> {
         _ => (fields.data_files(data_file, &header.list)?, 0, header_size),
     };
     let big_endian = flag(&["BinaryDataByteOrderMSB", "ElementByteOrderMSB"], false)?;
-    Ok(Payload { files, start, line_skip: 0, byte_skip, encoding, sample, big_endian, interleaved: false })
+    Ok(Payload {
+        files,
+        start,
+        line_skip: 0,
+        byte_skip,
+        encoding,
+        sample,
+        big_endian,
+        interleaved: false,
+        channels: 1,
+    })
 }
 
 /// MetaIO's names of types. Its `LONG` has 32 bits on every machine.
@@ -360,7 +376,8 @@ mod tests {
             error("ElementType = MET_UCHAR\nElementSpacing = 1 1e-9 1")
                 .contains("1 x 0.000000001 x 1 mm, not")
         );
-        assert!(error("ElementNumberOfChannels = 3").contains("3 values for each voxel"));
+        let vectors = "ElementType = MET_FLOAT\nElementNumberOfChannels = 3";
+        assert!(error(vectors).contains("3 values for each voxel"));
         assert!(
             error("ElementType = MET_UCHAR\nTransformMatrix = 1 0 0 1 0 0 0 0 1").contains("independent")
         );

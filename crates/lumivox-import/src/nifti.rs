@@ -157,7 +157,7 @@ pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
         });
     }
 
-    let sample = sample_type(header.datatype()).map_err(|what| ImportError::Unsupported {
+    let (sample, channels) = sample_type(header.datatype()).map_err(|what| ImportError::Unsupported {
         path: path.to_owned(),
         what,
         remedy: "Convert it to a scan with one real number for each voxel".to_owned(),
@@ -183,6 +183,7 @@ pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
     let payload = Payload {
         encoding: if deflated { Encoding::Deflate } else { Encoding::Raw },
         byte_skip: ByteSkip::Bytes(offset as u64),
+        channels,
         ..Payload::in_file(&data, sample, header.big_endian, 0)
     };
     let dims = [dim[1], dim[2], dim[3]];
@@ -193,7 +194,7 @@ pub(crate) fn open(path: &Path) -> Result<Single, ImportError> {
         format: "NIfTI",
         dims,
         phases: dim[4],
-        payload,
+        payload: payload.into(),
         rescale,
         patient_from_voxel,
         modality: None,
@@ -278,8 +279,11 @@ fn data_file(header: &Path) -> Result<(PathBuf, bool), ImportError> {
 }
 
 /// The sample type of a NIfTI `datatype` code, or what it is instead.
-fn sample_type(code: i16) -> Result<SampleType, String> {
-    Ok(match code {
+/// With the samples of a voxel, which are several where it has a colour.
+fn sample_type(code: i16) -> Result<(SampleType, usize), String> {
+    let sample = match code {
+        128 => return Ok((SampleType::U8, 3)),
+        2304 => return Ok((SampleType::U8, 4)),
         2 => SampleType::U8,
         4 => SampleType::I16,
         8 => SampleType::I32,
@@ -292,10 +296,10 @@ fn sample_type(code: i16) -> Result<SampleType, String> {
         1280 => SampleType::U64,
         1 => return Err("samples of one bit (datatype 1)".to_owned()),
         32 | 1792 | 2048 => return Err(format!("complex numbers (datatype {code})")),
-        128 | 2304 => return Err(format!("colours instead of values (datatype {code})")),
         1536 => return Err("128-bit floats (datatype 1536)".to_owned()),
         _ => return Err(format!("samples of an unknown type (datatype {code})")),
-    })
+    };
+    Ok((sample, 1))
 }
 
 /// `scl_slope` and `scl_inter`; a slope of 0 means that there are none.

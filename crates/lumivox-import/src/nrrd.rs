@@ -43,6 +43,8 @@ struct Axes {
     phases: usize,
     /// Whether the axis of phases is the fastest, as in sequences of 3D Slicer.
     interleaved: bool,
+    /// Samples of each voxel: more than one are a colour.
+    channels: usize,
 }
 
 /// Reads the header of a NRRD scan.
@@ -54,14 +56,15 @@ pub(crate) fn open(path: &Path, allow_outside_data: bool) -> Result<Single, Impo
     let fields = &header.fields;
     let mut notes = Vec::new();
     let axes = axes(fields)?;
-    let payload = Payload { interleaved: axes.interleaved, ..payload(&header, &mut notes)? };
+    let payload =
+        Payload { interleaved: axes.interleaved, channels: axes.channels, ..payload(&header, &mut notes)? };
     let patient_from_voxel = placement(fields, &axes, &mut notes)?;
     Single {
         path: path.to_owned(),
         format: NAME,
         dims: axes.dims,
         phases: axes.phases,
-        payload,
+        payload: payload.into(),
         rescale: [1.0, 0.0],
         patient_from_voxel,
         modality: modality(fields),
@@ -163,6 +166,14 @@ fn axes(fields: &Fields) -> Result<Axes, ImportError> {
     let interleaved = other.iter().any(|axis| sizes[*axis] > 1 && spatial.iter().any(|s| s > axis));
     // A list is one of volumes; vectors, colours and the like are parts of one.
     let is_list = other == [0] && kinds.first().is_some_and(|kind| ["list", "time"].contains(kind));
+    let colours = other == [0]
+        && kinds.first().is_some_and(|kind| ["RGB-color", "RGBA-color"].contains(kind))
+        && [3, 4].contains(&sizes[0]);
+    if !spatial.is_empty() && colours {
+        let size = |i: usize| spatial.get(i).map_or(1, |axis| sizes[*axis]);
+        let dims = [size(0), size(1), size(2)];
+        return Ok(Axes { dims, spatial, phases: 1, interleaved: false, channels: sizes[0] });
+    }
     if spatial.is_empty() || interleaved && !is_list {
         let what = format!(
             "{} values for each voxel (sizes {}, kinds {})",
@@ -180,7 +191,7 @@ fn axes(fields: &Fields) -> Result<Axes, ImportError> {
     let product = other.iter().try_fold(1usize, |n, axis| n.checked_mul(sizes[*axis]));
     let phases = product.ok_or_else(|| fields.bad(field, "sizes that any file can have"))?;
     let size = |i: usize| spatial.get(i).map_or(1, |axis| sizes[*axis]);
-    Ok(Axes { dims: [size(0), size(1), size(2)], spatial, phases, interleaved })
+    Ok(Axes { dims: [size(0), size(1), size(2)], spatial, phases, interleaved, channels: 1 })
 }
 
 /// The vectors of a field; `none` where an axis is not in space.
@@ -369,7 +380,17 @@ fn payload(header: &Header, notes: &mut Vec<String>) -> Result<Payload, ImportEr
         Some(field) => (fields.data_files(field, &header.list)?, 0),
         None => (vec![fields.path.to_owned()], header.end),
     };
-    Ok(Payload { files, start, line_skip, byte_skip, encoding, sample, big_endian, interleaved: false })
+    Ok(Payload {
+        files,
+        start,
+        line_skip,
+        byte_skip,
+        encoding,
+        sample,
+        big_endian,
+        interleaved: false,
+        channels: 1,
+    })
 }
 
 /// The modality, where a program such as 3D Slicer left it.
@@ -498,7 +519,9 @@ mod tests {
         }
         let colours =
             "type: uchar\ndimension: 3\nsizes: 3 2 2\nkinds: RGB-color domain domain\nencoding: raw";
-        assert!(with(colours, &[0; 12]).unwrap_err().to_string().contains("3 values for each voxel"));
+        let grey = with(colours, &[[255; 3], [0, 255, 0], [0; 3], [10; 3]].concat()).unwrap();
+        assert_eq!((grey.volume.dims(), values(&grey)), ([2, 2, 1], vec![255.0, 182.0, 0.0, 10.0]));
+        assert!(grey.report.notes.iter().any(|note| note.contains("luminance")));
     }
 
     #[test]

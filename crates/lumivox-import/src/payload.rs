@@ -15,7 +15,7 @@ use lumivox_core::{CancelToken, Progress, Stage};
 
 use crate::{
     error::ImportError,
-    sample::{Decoded, SampleType, VoxelBuilder},
+    sample::SampleType,
     written_samples::{HexBytes, TextSamples},
 };
 
@@ -63,6 +63,8 @@ pub(crate) struct Payload {
     pub big_endian: bool,
     /// Whether the first voxel of every phase comes before the second of any; else phases follow each other.
     pub interleaved: bool,
+    /// Samples of each voxel: more than one are a colour.
+    pub channels: usize,
 }
 
 impl Payload {
@@ -77,6 +79,7 @@ impl Payload {
             sample,
             big_endian,
             interleaved: false,
+            channels: 1,
         }
     }
 
@@ -90,48 +93,8 @@ impl Payload {
         self.files.iter().try_for_each(|file| self.start_in(header, file, per_file).map(|_| ()))
     }
 
-    /// Reads some voxels of phase `phase`, counted from 0, of `phases` grids of `dims` voxels; `None` when not one is a
-    /// number. `header` is the file that promised them.
-    ///
-    /// # Errors
-    /// As [`Payload::check`]; when data are damaged, on cancel, and where memory does not suffice.
-    pub fn read(
-        &self,
-        header: &Path,
-        dims: [usize; 3],
-        phases: usize,
-        (phase, voxels): (usize, Range<usize>),
-        progress: Progress<'_>,
-        cancel: &CancelToken,
-    ) -> Result<Option<Decoded>, ImportError> {
-        let bytes = self.sample.bytes();
-        // Samples that are read, and of how many of them each one is taken.
-        let (part, every) = if self.interleaved {
-            (voxels.start * phases..voxels.end * phases, phases)
-        } else {
-            let first = phase * dims.into_iter().product::<usize>();
-            (first + voxels.start..first + voxels.end, 1)
-        };
-        let mut builder = VoxelBuilder::new(self.sample, self.big_endian, voxels.len())
-            .map_err(|_| too_many_voxels(header, dims))?;
-        let mut done = 0;
-        let take = |chunk: &[u8]| {
-            if every == 1 {
-                builder.push(chunk);
-                return Ok(());
-            }
-            let samples = chunk.chunks_exact(bytes).enumerate();
-            let of_phase = samples.filter(|(k, _)| (done + k) % every == phase);
-            of_phase.for_each(|(_, sample)| builder.push(sample));
-            done += chunk.len() / bytes;
-            Ok(())
-        };
-        self.read_samples(header, dims, phases, part, progress, cancel, take)?;
-        Ok(builder.finish())
-    }
-
-    /// Reads a part of the samples of `phases` grids of `dims` voxels, in the order in which the files have them, and
-    /// gives their bytes to `take`, whole samples at a time. `header` is the file that promised them.
+    /// Reads a part of the voxels of `phases` grids of `dims` voxels, in the order in which the files have them, and
+    /// gives their bytes to `take`, whole voxels at a time. `header` is the file that promised them.
     ///
     /// # Errors
     /// As [`Payload::check`]; when data are damaged, on cancel, and those of `take`.
@@ -147,10 +110,12 @@ impl Payload {
         mut take: impl FnMut(&[u8]) -> Result<(), ImportError>,
     ) -> Result<(), ImportError> {
         let per_file = self.bytes_per_file(header, dims, phases)?;
-        let wanted = (part.len() * self.sample.bytes()) as u64;
-        let mut before = (part.start * self.sample.bytes()) as u64;
+        let voxel = self.sample.bytes() * self.channels;
+        let wanted = (part.len() * voxel) as u64;
+        let mut before = (part.start * voxel) as u64;
         let mut done = 0;
-        let mut buffer = vec![0; CHUNK.min(wanted as usize)];
+        let chunk = CHUNK / voxel * voxel;
+        let mut buffer = vec![0; chunk.min(wanted as usize)];
         for file in &self.files {
             if before >= per_file {
                 before -= per_file;
@@ -165,7 +130,7 @@ impl Payload {
             while left > 0 {
                 cancel.check()?;
                 progress.report(Stage::Decoding, done, wanted);
-                let chunk = &mut buffer[..(CHUNK as u64).min(left) as usize];
+                let chunk = &mut buffer[..(chunk as u64).min(left) as usize];
                 let got = fill(&mut *input, chunk).map_err(|e| self.damaged(file, e))?;
                 read += got as u64;
                 if got < chunk.len() {
@@ -238,6 +203,7 @@ impl Payload {
         let total = dims
             .into_iter()
             .try_fold(phases, usize::checked_mul)
+            .and_then(|n| n.checked_mul(self.channels))
             .filter(|n| n.checked_mul(self.sample.bytes()).is_some_and(|bytes| bytes <= isize::MAX as usize))
             .ok_or_else(|| {
                 let size = format!("{x} x {y} x {z} x {phases}");
@@ -463,8 +429,10 @@ mod tests {
     use flate2::{Compression, write::GzEncoder, write::ZlibEncoder};
 
     use super::*;
+    use crate::samples::Samples;
 
     fn read(payload: &Payload, dims: [usize; 3], phases: usize) -> Result<Vec<f64>, ImportError> {
+        let payload = Samples::from(payload.clone());
         let header = Path::new("scan.hdr");
         let part = (0, 0..dims.into_iter().fold(1, usize::wrapping_mul));
         payload.check(header, dims, phases)?;
@@ -576,7 +544,7 @@ mod tests {
         let data = file(&[0; 10]);
         let cancel = CancelToken::new();
         cancel.cancel();
-        let result = payload(data.path(), Encoding::Raw).read(
+        let result = Samples::from(payload(data.path(), Encoding::Raw)).read(
             data.path(),
             [10, 1, 1],
             1,

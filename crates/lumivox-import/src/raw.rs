@@ -306,7 +306,7 @@ fn open_described(path: &Path, description: &RawDescription, source: &str) -> Re
         format: "RAW",
         dims,
         phases: 1,
-        payload: Payload::in_file(path, sample, big_endian, header_bytes),
+        payload: Payload::in_file(path, sample, big_endian, header_bytes).into(),
         rescale: [slope, intercept],
         patient_from_voxel: description.axes.unwrap_or(PatientAxes::LPS).placement(description.spacing_mm),
         modality: description.modality,

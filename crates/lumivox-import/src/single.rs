@@ -14,9 +14,9 @@ use lumivox_core::{
 use crate::{
     Imported,
     error::ImportError,
-    payload::Payload,
     report::{ImportReport, SeriesSummary, Thumbnail, orientation_words},
     sample::Decoded,
+    samples::Samples,
 };
 
 /// Distances between voxels that are believed, in mm: from atoms to a kilometre.
@@ -33,7 +33,7 @@ pub(crate) struct Single {
     pub dims: [usize; 3],
     /// Grids of that size, one after the other.
     pub phases: usize,
-    pub payload: Payload,
+    pub payload: Samples,
     /// The header's slope and intercept.
     pub rescale: [f64; 2],
     pub patient_from_voxel: DAffine3,
@@ -60,7 +60,7 @@ impl Single {
             notes.push(format!("{} phases", self.phases));
         }
         // Wider samples are kept in 16 bits where that loses nothing, which shows when they are read.
-        let bytes = self.payload.sample.bytes().min(4) * self.dims.iter().product::<usize>();
+        let bytes = self.payload.sample().bytes().min(4) * self.dims.iter().product::<usize>();
         self.report_of(self.modality.unwrap_or_default(), bytes as u64, notes)
     }
 
@@ -73,18 +73,18 @@ impl Single {
             Modality::Other => "",
         };
         let prefix = if code.is_empty() { String::new() } else { format!("{code}, ") };
-        let sample = self.payload.sample;
+        let sample = self.payload.sample();
         let kind = if sample.is_integer() { "" } else { " float" };
         let phases = if self.phases > 1 { format!(", {} phases", self.phases) } else { String::new() };
         let matrix = self.patient_from_voxel.matrix3;
-        let detached = self.payload.files[0] != self.path;
+        let detached = !self.payload.files().contains(&self.path) && self.path.is_file();
         let summary = SeriesSummary {
             id: self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned(),
             name: if code.is_empty() { format!("{} scan", self.format) } else { code.to_owned() },
             uid: None,
             number: None,
             description: format!("{prefix}{x} x {y} x {z}, {}-bit{kind}{phases}", 8 * sample.bytes()),
-            files: self.payload.files.len() + usize::from(detached),
+            files: self.payload.files().len() + usize::from(detached),
             modality: code.to_owned(),
             dims: self.dims,
             spacing_mm: [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length),

@@ -5,15 +5,16 @@ use std::path::{Path, PathBuf};
 use lumivox_core::{CancelToken, Progress};
 
 use crate::{
-    ImportOptions, ImportReport, Imported, Thumbnail, dicom,
+    ImportOptions, ImportReport, Imported, SeriesSummary, Thumbnail, dicom,
     error::ImportError,
     format::{self, Format},
     labels::{
         self,
         segments::{self, Segment},
     },
-    metaimage, nifti, nrrd, raw,
+    metaimage, mgh, nifti, npy, nrrd, pictures, raw,
     single::Single,
+    zarr,
 };
 
 /// Files whose headers were read: what can be loaded from them, and why others cannot.
@@ -42,6 +43,8 @@ enum Content {
     Dicom(Box<dicom::Study>),
     /// A file of another format, which holds one scan.
     Single(Box<Single>),
+    /// The channels of an image, at least one.
+    Channels(Vec<Single>),
     /// A segmentation whose segments lie in several layers.
     Layers(Box<Single>, Vec<Segment>),
 }
@@ -67,13 +70,20 @@ impl Study {
             Ok(Self { content: Content::Dicom(Box::new(study)), report })
         };
         let single = |file: &Path| {
-            let single = match (format_of(file, options)?, &options.raw) {
+            let format = format_of(file, options)?;
+            if format == Format::Tiff {
+                return Self::of_channels(pictures::open_tiff(file, options, cancel)?, options);
+            }
+            let single = match (format, &options.raw) {
                 (Format::Dicom | Format::Zip, _) => {
                     return dicom(dicom::Study::open(&[file.to_owned()], progress, cancel)?);
                 }
                 (Format::Nifti, _) => nifti::open(file),
                 (Format::Nrrd, _) => nrrd::open(file, options.allow_outside_data),
                 (Format::MetaImage, _) => metaimage::open(file, options.allow_outside_data),
+                (Format::Mgh, _) => mgh::open(file),
+                (Format::Npy, _) => npy::open(file, options),
+                (Format::Tiff, _) => unreachable!("it has channels"),
                 (Format::Raw, Some(description)) => raw::open_as(file, description),
                 (Format::Raw, None) => raw::open(file),
             }?;
@@ -91,16 +101,66 @@ impl Study {
             Ok(Self { content: Content::Layers(Box::new(single), segments), report })
         };
         match paths {
+            [folder] if folder.is_dir() && zarr::is_zarr(folder) => {
+                Self::of_channels(zarr::open(folder, options, cancel)?, options)
+            }
             [folder] if folder.is_dir() => {
                 let study = dicom::Study::open(paths, progress, cancel)?;
                 if study.is_dicom() {
                     return dicom(study);
                 }
-                single(&only_volume_in(folder, options, cancel)?)
+                match only_volume_in(folder, options, cancel) {
+                    Ok(file) => single(&file),
+                    Err(error @ ImportError::NoSeries { .. }) => {
+                        let files = dicom::files_below(folder, cancel)?.files;
+                        Self::of_pictures(&files, options, cancel)?.ok_or(error)
+                    }
+                    Err(error) => Err(error),
+                }
             }
             [file] => single(file),
-            _ => dicom(dicom::Study::open(paths, progress, cancel)?),
+            _ => match Self::of_pictures(paths, options, cancel)? {
+                Some(study) => Ok(study),
+                None => dicom(dicom::Study::open(paths, progress, cancel)?),
+            },
         }
+    }
+
+    /// A stack of pictures, if files are that and nothing else.
+    fn of_pictures(
+        files: &[PathBuf],
+        options: &ImportOptions,
+        cancel: &CancelToken,
+    ) -> Result<Option<Self>, ImportError> {
+        if let [only] = files {
+            return match format::recognise(only) {
+                Ok(Format::Tiff) => {
+                    Self::of_channels(pictures::open_tiff(only, options, cancel)?, options).map(Some)
+                }
+                _ => Ok(None),
+            };
+        }
+        let single = pictures::open_slices(files, options, cancel)?;
+        single.map(|single| Self::of_channels(vec![single], options)).transpose()
+    }
+
+    /// An image of one channel or several, each of which is a series.
+    fn of_channels(channels: Vec<Single>, options: &ImportOptions) -> Result<Self, ImportError> {
+        let chosen = channel(&channels, options)?;
+        let mut report = channels[chosen].report();
+        if channels.len() > 1 {
+            let n = channels.len();
+            let of = |(k, channel): (usize, &Single)| {
+                let mut series = channel.report().series.remove(0);
+                series.description = format!("{}, channel {} of {n}", series.description, k + 1);
+                series.reason =
+                    if k == 0 { String::new() } else { "another channel of the same image".to_owned() };
+                series
+            };
+            report.series = channels.iter().enumerate().map(of).collect();
+            report.chosen = chosen;
+        }
+        Ok(Self { content: Content::Channels(channels), report })
     }
 
     /// What was found; [`ImportReport::chosen`] and [`ImportReport::notes`] are of the series that the options of
@@ -125,6 +185,7 @@ impl Study {
         assert!(place < self.report.series.len(), "there is no series {place}");
         match &self.content {
             Content::Dicom(study) => study.thumbnail(place, side, cancel),
+            Content::Channels(channels) => channels[place].thumbnail(side, cancel),
             Content::Single(single) | Content::Layers(single, _) => single.thumbnail(side, cancel),
         }
     }
@@ -147,6 +208,18 @@ impl Study {
             }
             Content::Single(single) | Content::Layers(single, _) => {
                 single.load(options.phase, progress, cancel)?
+            }
+            Content::Channels(channels) => {
+                let chosen = channel(channels, options)?;
+                let mut imported = channels[chosen].load(options.phase, progress, cancel)?;
+                if channels.len() > 1 {
+                    let own = imported.report.series.remove(0);
+                    imported.report.series.clone_from(&self.report.series);
+                    let described = imported.report.series[chosen].description.clone();
+                    imported.report.series[chosen] = SeriesSummary { description: described, ..own };
+                    imported.report.chosen = chosen;
+                }
+                imported
             }
         };
         imported.report.notes.extend(unused(options, &imported.report.format));
@@ -184,10 +257,31 @@ pub fn load(
     Study::open(paths, options, progress, cancel)?.load(options, progress, cancel)
 }
 
+/// The channel that options name, as a series, counted from 1.
+pub(crate) fn channel(channels: &[Single], options: &ImportOptions) -> Result<usize, ImportError> {
+    let Some(wanted) = &options.series else { return Ok(0) };
+    let number = wanted.trim().parse::<usize>().ok().and_then(|number| number.checked_sub(1));
+    number.filter(|number| *number < channels.len()).ok_or_else(|| ImportError::NoSuchSeries {
+        path: channels[0].path.clone(),
+        wanted: wanted.clone(),
+        available: format!("channels 1 to {}", channels.len()),
+    })
+}
+
 /// Notes on options that a file of this format has no use for.
 pub(crate) fn unused(options: &ImportOptions, format: &str) -> Vec<String> {
     let mut notes = Vec::new();
-    if options.series.is_some() && format != "DICOM" {
+    let has_channels = ["TIFF", "PNG", zarr::NAME].contains(&format);
+    let is_array = has_channels || format == "NPY";
+    let told = [
+        (options.spacing_mm.is_some(), "spacing"),
+        (options.axes.is_some(), "orientation"),
+        (options.layout.is_some() && !has_channels, "layout"),
+    ];
+    for (_, what) in told.iter().filter(|(is_told, _)| *is_told && !is_array) {
+        notes.push(format!("the {what} that was given was not used: {format} tells its own"));
+    }
+    if options.series.is_some() && format != "DICOM" && !has_channels {
         notes.push(format!("no series was looked for: a {format} file holds one image"));
     }
     if options.raw.is_some() && format != "RAW" {
@@ -235,11 +329,13 @@ pub(crate) fn volumes_in(
     options: &ImportOptions,
     cancel: &CancelToken,
 ) -> Result<Vec<PathBuf>, ImportError> {
-    let all = dicom::files_below(folder, cancel)?.files;
+    let dicom::Found { files: all, closed } = dicom::files_below(folder, cancel)?;
     let mut volumes = Vec::new();
     for file in &all {
         cancel.check()?;
-        volumes.extend(format::recognise(file).is_ok().then(|| file.clone()));
+        // Pages of pictures are slices of one volume, mostly.
+        volumes
+            .extend(format::recognise(file).is_ok_and(|format| format != Format::Tiff).then(|| file.clone()));
     }
     volumes.sort();
     match (&volumes[..], &all[..]) {
@@ -249,11 +345,17 @@ pub(crate) fn volumes_in(
             path: folder.to_owned(),
             files: all.len(),
             detail: match &options.raw {
-                _ if all.is_empty() => crate::error::CHOOSE_FOLDER,
-                Some(_) => "Open the one that is described",
-                None => "None is of a format that Lumivox reads",
-            }
-            .to_owned(),
+                _ if !closed.is_empty() => {
+                    format!(
+                        "'{}' was left out: {}. Open it by itself",
+                        closed[0].path.display(),
+                        closed[0].reason()
+                    )
+                }
+                _ if all.is_empty() => crate::error::CHOOSE_FOLDER.to_owned(),
+                Some(_) => "Open the one that is described".to_owned(),
+                None => "None is of a format that Lumivox reads".to_owned(),
+            },
         }),
     }
 }

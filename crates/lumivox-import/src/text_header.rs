@@ -202,7 +202,7 @@ const OUTSIDE: &str = "Put both into one folder; of a header that you trust, all
 
 /// Whether a header in `folder` may name a file: nothing that leads out of it, be it by a link. A header comes from
 /// strangers; it must not choose which of the user's files are read, nor have another computer asked for one.
-fn is_below(folder: &Path, name: &Path) -> bool {
+pub(crate) fn is_below(folder: &Path, name: &Path) -> bool {
     // Of another system's ways to say where, too.
     let text = name.to_string_lossy();
     let is_plain = text.as_bytes().get(1) != Some(&b':')

@@ -343,6 +343,63 @@ fn frames_are_counted_by_their_groups_where_nothing_else_does() {
 }
 
 #[test]
+fn images_that_are_series_by_themselves_are_put_together() {
+    let write = |folder: &Path, heights: &[f64]| {
+        for (k, z) in heights.iter().enumerate() {
+            image("CT", 2, 1, vec![k as u16, 5])
+                .text(SERIES_INSTANCE_UID, "UI", &format!("1.2.{k}"))
+                .decimals(IMAGE_POSITION_PATIENT, &[0.0, 0.0, *z])
+                .write(&folder.join(k.to_string()), Syntax::Explicit);
+        }
+    };
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &[4.0, 0.0, 6.0, 2.0, 8.0, 10.0]);
+    let imported = load(folder.path()).unwrap();
+    assert_eq!((imported.report.series.len(), imported.report.series[0].files), (1, 6));
+    assert_eq!(
+        values(&imported.volume).iter().step_by(2).copied().collect::<Vec<_>>(),
+        [1.0, 3.0, 0.0, 2.0, 4.0, 5.0]
+    );
+    assert!(
+        imported.report.notes.iter().any(|note| note.starts_with("6 series of one image each lie evenly"))
+    );
+    // Unevenly they may be anything.
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &[0.0, 2.0, 5.0, 11.0]);
+    assert_eq!(load(folder.path()).unwrap().report.series.len(), 4);
+}
+
+/// Retired, and read all the same; of 12 bits the words name a program that reads it.
+#[test]
+fn progressive_jpeg_is_read() {
+    // Grey from 0 to 189 in steps of 3, 8 x 8 pixels: tables of ones, and four scans, one for the means and three for the
+    // frequencies by bands.
+    const FRAME: [u8; 13] = [255, 194, 0, 11, 8, 0, 8, 0, 8, 1, 0, 17, 0];
+    const SCANS: [u8; 107] = [
+        255, 196, 0, 20, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 9, 255, 196, 0, 28, 16, 0, 1, 3,
+        5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6, 9, 38, 51, 68, 82, 99, 113, 255, 218, 0, 8, 1, 0, 0, 0,
+        0, 0, 60, 255, 0, 255, 218, 0, 8, 1, 0, 0, 1, 20, 0, 68, 50, 85, 24, 142, 54, 63, 255, 218, 0, 8, 1,
+        0, 0, 21, 41, 0, 230, 179, 255, 218, 0, 8, 1, 0, 0, 42, 63, 0, 63, 255, 217,
+    ];
+    let samples: Vec<u8> = (0..64).map(|k| k * 3).collect();
+    let table = [&[255, 219, 0, 67, 0][..], &[1; 64]].concat();
+    let mut stream = [&[255, 216][..], &FRAME, &table, &SCANS].concat();
+    let mut image =
+        image("OT", 8, 8, vec![]).short(BITS_ALLOCATED, 8).short(BITS_STORED, 8).short(HIGH_BIT, 7);
+    image.set(PIXEL_DATA, "OB", Value::Fragments(vec![stream.clone()]));
+    for syntax in [Syntax::JpegSpectral, Syntax::JpegProgressive] {
+        let found = values(&load_written(|path| image.write(path, syntax)).unwrap().volume);
+        assert!(found.iter().zip(&samples).all(|(a, b)| (a - f64::from(*b)).abs() <= 2.0), "{found:?}");
+    }
+    // The frame header says 12 bits.
+    let at = stream.windows(2).position(|pair| pair == [0xFF, 0xC2]).unwrap();
+    stream[at + 4] = 12;
+    image.set(PIXEL_DATA, "OB", Value::Fragments(vec![stream]));
+    let error = load_written(|path| image.write(path, Syntax::JpegProgressive)).unwrap_err().to_string();
+    assert!(error.contains("dcmdjpeg"), "{error}");
+}
+
+#[test]
 fn other_formats_have_their_oddities_too() {
     let Some(cases) = shared("cases/import") else { return };
     let ball = load(&cases.join("nrrd_byteskip/BallBinary30x30x30_gz_byteskip_minus_one.nrrd")).unwrap();

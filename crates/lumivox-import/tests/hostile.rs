@@ -117,6 +117,21 @@ fn a_folder_whose_listing_breaks_off_is_named() {
 }
 
 #[test]
+fn a_tree_that_is_too_deep_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let deep: std::path::PathBuf = (0..35).map(|k| format!("d{k}")).collect();
+    write_slices(&folder.path().join(&deep), 3);
+    // All of it lies there: the error says where to look.
+    let error = load(folder.path()).unwrap_err().to_string();
+    assert!(error.contains("more than 32 folders deep") && error.contains("Open it by itself"), "{error}");
+    assert_eq!(load(&folder.path().join("d0/d1/d2/d3/d4")).unwrap().volume.dims(), [2, 1, 3]);
+    write_slices(folder.path(), 4);
+    let imported = load(folder.path()).unwrap();
+    assert_eq!(imported.volume.dims(), [2, 1, 4]);
+    assert!(imported.report.skipped.iter().any(|file| file.reason.contains("32 folders deep")));
+}
+
+#[test]
 fn archives_are_read_whatever_their_names_say() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.zip");

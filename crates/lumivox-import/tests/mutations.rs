@@ -265,6 +265,11 @@ fn seeds() -> Vec<(String, Vec<u8>)> {
         ("nrrd".to_owned(), b"NRRD0004\ntype: int16\ndimension: 3\nsizes: 2 2 2\nspace: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\nendian: little\n\n0123456789abcdef".to_vec()),
         ("metaimage".to_owned(), b"ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_SHORT\nElementSpacing = 1 1 1\nElementDataFile = LOCAL\n0123456789abcdef".to_vec()),
     ];
+    seeds.push(("npy".to_owned(), npy()));
+    seeds.push(("mgh".to_owned(), mgh()));
+    seeds.push(("mgz".to_owned(), gzip(&mgh())));
+    seeds.push(("tiff".to_owned(), tiff()));
+    seeds.push(("nifti_names".to_owned(), nifti_names()));
     for syntax in [Syntax::Explicit, Syntax::Implicit, Syntax::BigEndian, Syntax::Deflated] {
         seeds.push((format!("grey {syntax:?}"), grey.file(syntax)));
         seeds.push((format!("enhanced {syntax:?}"), enhanced().file(syntax)));
@@ -331,6 +336,58 @@ fn nifti() -> Vec<u8> {
     bytes[344..348].copy_from_slice(b"n+1\0");
     bytes.extend(0..16);
     bytes
+}
+
+/// A label table in the header, of which label 7 is set.
+fn nifti_names() -> Vec<u8> {
+    let table = "<CaretExtension><LabelTable><Label Key=\"7\" Red=\"1\" Green=\"0\" Blue=\"0\"><![CDATA[left_kidney]]></Label>\
+                 </LabelTable></CaretExtension>";
+    let mut bytes = nifti();
+    let samples = bytes.split_off(352);
+    bytes[348] = 1;
+    let size = (table.len() + 8).next_multiple_of(16);
+    bytes.extend((size as i32).to_le_bytes());
+    bytes.extend(0i32.to_le_bytes());
+    bytes.extend(table.as_bytes());
+    bytes.resize(352 + size, 0);
+    bytes[108..112].copy_from_slice(&((352 + size) as f32).to_le_bytes());
+    bytes.extend(samples);
+    bytes
+}
+
+fn npy() -> Vec<u8> {
+    let text = "{'descr': '<i2', 'fortran_order': False, 'shape': (2, 2, 2), }\n";
+    let head = [&b"\x93NUMPY\x01\0"[..], &(text.len() as u16).to_le_bytes(), text.as_bytes()].concat();
+    [head, (0..16).collect()].concat()
+}
+
+fn mgh() -> Vec<u8> {
+    let mut bytes: Vec<u8> = [1, 2, 2, 2, 1, 4, 0].iter().flat_map(|n: &i32| n.to_be_bytes()).collect();
+    bytes.extend([0, 1]);
+    let floats = [1.0f32, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+    bytes.extend(floats.iter().flat_map(|f| f.to_be_bytes()));
+    bytes.resize(284, 0);
+    bytes.extend(0..16);
+    bytes
+}
+
+/// Two pages, deflated, with OME's words.
+fn tiff() -> Vec<u8> {
+    use tiff::{
+        encoder::{Compression, TiffEncoder, colortype::Gray16},
+        tags::Tag,
+    };
+    let ome = "<OME><Image><Pixels DimensionOrder=\"XYZCT\" SizeX=\"2\" SizeY=\"2\" SizeZ=\"2\" SizeC=\"1\" SizeT=\"1\" \
+               PhysicalSizeX=\"1\" PhysicalSizeY=\"1\" PhysicalSizeZ=\"2\" PhysicalSizeZUnit=\"mm\"/></Image></OME>";
+    let mut file = std::io::Cursor::new(Vec::new());
+    let mut encoder =
+        TiffEncoder::new(&mut file).unwrap().with_compression(Compression::Deflate(Default::default()));
+    for page in [[1u16, 2, 3, 4], [5, 6, 7, 8]] {
+        let mut image = encoder.new_image::<Gray16>(2, 2).unwrap();
+        image.encoder().write_tag(Tag::ImageDescription, ome).unwrap();
+        image.write_data(&page).unwrap();
+    }
+    file.into_inner()
 }
 
 /// Changes a file in one of the ways that hurt readers.

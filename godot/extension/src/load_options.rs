@@ -2,7 +2,7 @@
 
 use godot::prelude::*;
 use lumivox_core::{CancelToken, Cancelled, Progress};
-use lumivox_import::{ImportOptions, Imported, RawDescription};
+use lumivox_import::{ImportOptions, Imported, RawDescription, UnknownAxes, UnknownLayout, parse_spacing};
 use lumivox_segmentation::{Surroundings, patient_alone};
 
 /// Options of an import.
@@ -47,13 +47,27 @@ impl LoadOptions {
                 }
                 "allow_outside_data" => options.allow_outside_data = flag()?,
                 "keep_everything" => all.keep_everything = flag()?,
+                "spacing" => {
+                    let wrong = |error| format!("The import option 'spacing' is '{text}': {error}.");
+                    options.spacing_mm = Some(parse_spacing(&text).map_err(wrong)?);
+                }
+                "axes" => {
+                    let wrong =
+                        |error: UnknownAxes| format!("The import option 'axes' is '{text}': {error}.");
+                    options.axes = Some(text.parse().map_err(wrong)?);
+                }
+                "layout" => {
+                    let wrong =
+                        |error: UnknownLayout| format!("The import option 'layout' is '{text}': {error}.");
+                    options.layout = Some(text.parse().map_err(wrong)?);
+                }
                 "raw" => {
                     options.raw = Some(RawDescription::parse(&text).map_err(|error| error.to_string())?);
                 }
                 other => {
                     return Err(format!(
                         "There is no import option '{other}'. There are 'series', 'phase', 'raw', \
-                         'allow_outside_data' and 'keep_everything'."
+                         'spacing', 'axes', 'layout', 'allow_outside_data' and 'keep_everything'."
                     ));
                 }
             }

@@ -14,6 +14,7 @@ use super::{
     attributes::{self as attr, Attribute},
     codec::{Encoding, FrameShape},
     elements::{DataSet, Fault, Header, PixelElement, read_header},
+    frame_counts::{FramesThere, frame_counts, missing_frames},
     frames::{Frame, frames},
     mosaic::{Layout, Mosaic, is_mosaic},
     multi_frame,
@@ -28,12 +29,6 @@ use super::{
 };
 use crate::ImportError;
 
-/// More frames than any scan has; each costs memory before a pixel is read.
-const MOST_FRAMES: i64 = 100_000;
-/// A compressed frame may always grow to this size, and beyond it to [`LARGEST_RATIO`] times its own.
-const COMPRESSED_AT_LEAST: u64 = 64 << 20;
-const LARGEST_RATIO: u64 = 256;
-
 /// Frames that are cut off may always take so many bytes, and beyond it up to [`LOST_RATIO`] times those that are there.
 const LOST_AT_LEAST: usize = 64 << 20;
 const LOST_RATIO: usize = 8;
@@ -41,7 +36,7 @@ const LOST_RATIO: usize = 8;
 /// GE's own transfer syntax: implicit little endian, but samples of the pixels are big endian.
 const GE_PRIVATE: &str = "1.2.840.113619.5.2";
 
-const DECOMPRESS: &str = "Lumivox cannot decode that: convert it to an uncompressed transfer syntax, for example with 'gdcmconv --raw'";
+const DECOMPRESS: &str = "Lumivox cannot decode that: convert it to an uncompressed transfer syntax, for example with DCMTK's 'dcmdjpeg' or with 'gdcmconv --raw'";
 
 /// What a sample is before any rescale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -384,9 +379,6 @@ fn modality_code(text: Option<&str>) -> &'static str {
     }
 }
 
-/// How many frames are there.
-type FramesThere = Result<usize, Truncated>;
-
 /// The pixel format, and how many of its frames are there.
 fn pixel_format(header: &Header, notes: &mut Vec<String>) -> Result<(PixelFormat, FramesThere), Refusal> {
     let data = &header.data;
@@ -526,12 +518,6 @@ fn wrong_length(pixels: &PixelElement, encoding: Encoding, frames: FramesThere) 
     })
 }
 
-/// What to tell of frames that are cut off, where one at least is there.
-fn missing_frames(frames: usize, there: FramesThere) -> Option<String> {
-    let complete = there.ok().filter(|complete| *complete < frames)?;
-    Some(format!("the file is cut short: {complete} of {frames} frames are there"))
-}
-
 /// What a DICOM file without pixels is.
 fn without_pixels(data: &DataSet) -> &'static str {
     let sop_class = data.text(attr::SOP_CLASS_UID).unwrap_or_default();
@@ -555,64 +541,4 @@ fn frame_offsets(data: &DataSet) -> Vec<u64> {
         .chunks_exact(8)
         .map(|b| u64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]))
         .collect()
-}
-
-/// How many frames the file declares, and how many it can hold: what is declared is checked against the bytes that are
-/// there before memory is taken for it.
-fn frame_counts(
-    data: &DataSet,
-    pixels: &PixelElement,
-    [columns, rows, bits]: [usize; 3],
-    encoding: Encoding,
-) -> Result<(usize, FramesThere), Refusal> {
-    // Bits of a frame, and so many bytes when unpacked.
-    let frame_bits = columns as u64 * rows as u64 * bits as u64;
-    let frame_bytes = columns as u64 * rows as u64 * bits.div_ceil(8) as u64;
-    let available = match (pixels.length, pixels.available) {
-        (declared, Some(there)) => declared.unwrap_or(there).min(there),
-        // The length of an inflated data set is known at its end only, but it has a limit.
-        (declared, None) => declared.unwrap_or(0).min(super::source::inflation_limit(u64::from(u32::MAX))),
-    };
-    // Written as 0 by some that mean a single image, and left out of files that describe each frame, be it there or not.
-    let described = data.items(attr::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE).len() as u64;
-    let there = if encoding == Encoding::Native {
-        available.saturating_mul(8) / frame_bits.max(1)
-    } else {
-        described
-    };
-    let described = described.min(there).max(1) as i64;
-    let frames = match data.integer_text(attr::NUMBER_OF_FRAMES)?.unwrap_or(0) {
-        0 if described <= MOST_FRAMES => described as usize,
-        n @ 1..=MOST_FRAMES => n as usize,
-        n => {
-            let problem = format!("is {n}, not a number from 1 to {MOST_FRAMES}");
-            return Err(FieldFault::new(attr::NUMBER_OF_FRAMES, problem).into());
-        }
-    };
-    if frame_bytes > isize::MAX as u64 {
-        return Err(FieldFault::new(
-            attr::ROWS,
-            format!("is {rows}, with {columns} columns more than memory"),
-        )
-        .into());
-    }
-    if encoding == Encoding::Native {
-        let complete = (available.saturating_mul(8) / frame_bits).min(frames as u64) as usize;
-        if complete == 0 {
-            let expected = (frame_bits / 8).max(1).saturating_mul(frames as u64);
-            // One frame marks its place; memory is not taken for others.
-            return Ok((1, Err(Truncated { expected, actual: available })));
-        }
-        return Ok((frames, Ok(complete)));
-    }
-    // Every frame has at least one fragment with a head of 8 bytes.
-    if frames as u64 > available / 8 {
-        let problem = format!("is {frames}, more than {available} bytes of pixel data can hold");
-        return Err(FieldFault::new(attr::NUMBER_OF_FRAMES, problem).into());
-    }
-    if frame_bytes > COMPRESSED_AT_LEAST.max(available.saturating_mul(LARGEST_RATIO)) {
-        let problem = format!("is {rows}, with {columns} columns more than {available} bytes can hold");
-        return Err(FieldFault::new(attr::ROWS, problem).into());
-    }
-    Ok((frames, Ok(frames)))
 }

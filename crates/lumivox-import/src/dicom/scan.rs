@@ -220,6 +220,7 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, 
         let error = ImportError::Io { path: folder.clone(), source };
         closed.push(Rejected::new(folder, error));
     };
+    let mut too_deep = Vec::new();
     while let Some((folder, depth)) = folders.pop() {
         let entries = match fs::read_dir(&folder) {
             // A folder within that is closed to the user is no reason to give up on the rest.
@@ -246,7 +247,18 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, 
             let kind = entry.file_type().map_err(ImportError::io(&path))?;
             if kind.is_dir() || (kind.is_symlink() && path.is_dir()) {
                 let Ok(real) = fs::canonicalize(&path) else { continue };
-                if depth < DEEPEST_FOLDER && !root.starts_with(&real) && seen.insert(real) {
+                if depth >= DEEPEST_FOLDER {
+                    let error = ImportError::Unsupported {
+                        path: path.clone(),
+                        what: format!(
+                            "a folder more than {DEEPEST_FOLDER} folders deep, in which nothing was looked for"
+                        ),
+                        remedy: "Open it by itself".to_owned(),
+                    };
+                    too_deep.push(Rejected::new(path, error));
+                    continue;
+                }
+                if !root.starts_with(&real) && seen.insert(real) {
                     folders.push((path, depth + 1));
                 }
             } else if kind.is_file() || path.is_file() {
@@ -255,5 +267,6 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, 
         }
     }
     files.sort();
+    closed.append(&mut too_deep);
     Ok(Found { files, closed })
 }

@@ -14,7 +14,7 @@ use super::{
     gaps::Gaps,
     geometry::{self, Grid, Plane, sort_into_runs},
     header::ImageFile,
-    multi_frame,
+    lone_images, multi_frame,
     phases::{phases_of_run, strong_classes},
     pixels, segmentation,
 };
@@ -251,6 +251,7 @@ pub(crate) fn stacks(files: &[ImageFile]) -> (Vec<Stack>, Vec<SkippedFile>) {
     for group in groups(files, &copies) {
         stack_group(files, group, &mut stacks, &mut skipped);
     }
+    let mut stacks = lone_images::join(files, stacks);
     // Stable: where nothing else decides, the order of the files does.
     stacks.sort_by_key(|stack| std::cmp::Reverse(stack.rank(files)));
     (stacks, skipped)
@@ -322,7 +323,7 @@ fn groups(files: &[ImageFile], left_out: &[bool]) -> Vec<Vec<Slice>> {
     groups
 }
 
-fn alike(a: &Frame, b: &Frame) -> bool {
+pub(super) fn alike(a: &Frame, b: &Frame) -> bool {
     // Directions of diffusion have numbers, too.
     let is_weighted = a.phase.b_value != 0 || b.phase.b_value != 0;
     a.kind == b.kind

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     ImportOptions, ImportReport, claims::Claims, dicom, error::ImportError, payload::too_many_voxels,
-    study::volumes_in,
+    study::volumes_in, zarr,
 };
 
 /// How far from a whole number of voxels grids may lie beside each other: headers round.
@@ -54,6 +54,7 @@ pub(super) fn load(
     let mut files = Vec::new();
     for path in paths {
         let is_study = !path.is_dir()
+            || zarr::is_zarr(path)
             || dicom::Study::open(std::slice::from_ref(path), Progress::SILENT, cancel)?.is_dicom();
         if is_study {
             files.push(path.clone());
@@ -109,8 +110,7 @@ fn join(
 
 /// What a file says of its grid.
 fn part(path: &Path, import: &ImportOptions, cancel: &CancelToken) -> Result<Part, ImportError> {
-    let header = if path.is_dir() { None } else { LabelFile::open(path, import)? };
-    let (grid, loaded) = match header {
+    let (grid, loaded) = match LabelFile::open(path, import)? {
         Some(file) => {
             let LabelFile { single, .. } = file;
             (Grid { dims: single.dims, patient_from_voxel: single.patient_from_voxel }, None)

@@ -19,9 +19,10 @@ use crate::{
     ImportOptions, ImportReport, Imported, SampleType, dicom,
     error::ImportError,
     format::Format,
-    metaimage, nifti, nrrd, payload, raw,
+    metaimage, mgh, nifti, npy, nrrd, payload, pictures, raw,
     single::Single,
-    study::{format_of, unused},
+    study::{channel, format_of, unused},
+    zarr,
 };
 use segments::Segment;
 use table::{Entry, Table};
@@ -107,10 +108,17 @@ struct LabelFile {
 }
 
 impl LabelFile {
-    /// Reads the header of a file; `None` for DICOM.
+    /// Reads the header of a file, or of a folder of OME-Zarr; `None` for DICOM.
     fn open(path: &Path, import: &ImportOptions) -> Result<Option<Self>, ImportError> {
         let outside = import.allow_outside_data;
         let plain = |single: Single| Self { single, segments: Vec::new(), table: Table::new() };
+        let one_of = |mut channels: Vec<Single>| {
+            channel(&channels, import).map(|chosen| plain(channels.swap_remove(chosen)))
+        };
+        if path.is_dir() {
+            let is_zarr = zarr::is_zarr(path);
+            return is_zarr.then(|| one_of(zarr::open(path, import, &CancelToken::new())?)).transpose();
+        }
         Ok(Some(match (format_of(path, import)?, &import.raw) {
             (Format::Dicom | Format::Zip, _) => return Ok(None),
             (Format::Nifti, _) => Self { table: extension::table(path)?, ..plain(nifti::open(path)?) },
@@ -118,6 +126,9 @@ impl LabelFile {
                 Self { segments: segments::read(path, outside)?, ..plain(nrrd::open(path, outside)?) }
             }
             (Format::MetaImage, _) => plain(metaimage::open(path, outside)?),
+            (Format::Mgh, _) => plain(mgh::open(path)?),
+            (Format::Npy, _) => plain(npy::open(path, import)?),
+            (Format::Tiff, _) => one_of(pictures::open_tiff(path, import, &CancelToken::new())?)?,
             (Format::Raw, Some(description)) => plain(raw::open_as(path, description)?),
             (Format::Raw, None) => plain(raw::open(path)?),
         }))
@@ -136,8 +147,7 @@ fn load_one(
     progress: Progress<'_>,
     cancel: &CancelToken,
 ) -> Result<ImportedLabels, ImportError> {
-    let file = if path.is_dir() { None } else { LabelFile::open(path, import)? };
-    let Some(file) = file else {
+    let Some(file) = LabelFile::open(path, import)? else {
         let study = dicom::Study::open(&[path.to_owned()], progress, cancel)?;
         return of_dicom(study, path, import, given.unwrap_or(&Table::new()), progress, cancel);
     };
@@ -194,19 +204,22 @@ fn of_single(
     cancel: &CancelToken,
 ) -> Result<ImportedLabels, ImportError> {
     let (path, payload) = (&single.path, &single.payload);
+    if payload.channels() > 1 {
+        return Err(no_labels(path, NoLabels::Colors));
+    }
     let voxels = single.dims.iter().product::<usize>();
     // The layers of a segmentation are read together; of anything else, one phase is.
     let all_layers = !segments.is_empty() && import.phase.is_none();
-    let layers = if all_layers || payload.interleaved { single.phases } else { 1 };
+    let layers = if all_layers || payload.interleaved() { single.phases } else { 1 };
     let phase = import.phase.unwrap_or(1);
     if !(1..=single.phases).contains(&phase) {
         return Err(ImportError::NoSuchPhase { path: path.clone(), wanted: phase, phases: single.phases });
     }
     let first = if layers == single.phases { 0 } else { (phase - 1) * voxels };
-    let sample = (payload.sample, payload.big_endian);
-    let mut collector = Collector::new(sample, single.rescale, voxels, (layers, payload.interleaved))
+    let sample = (payload.sample(), payload.big_endian());
+    let mut collector = Collector::new(sample, single.rescale, voxels, (layers, payload.interleaved()))
         .map_err(|_| payload::too_many_voxels(path, single.dims))?;
-    if !all_layers && payload.interleaved {
+    if !all_layers && payload.interleaved() {
         collector.take_only(phase - 1);
     }
     let part = first..first + layers * voxels;
@@ -410,6 +423,7 @@ fn finish_volume(
 fn no_labels(path: &Path, fault: NoLabels) -> ImportError {
     let what = match fault {
         NoLabels::Fraction(value) => format!("no label map: it holds {value}, and labels are whole numbers"),
+        NoLabels::Colors => "no label map: it holds colours, and labels are numbers".to_owned(),
         NoLabels::None => "files of which none is a label map".to_owned(),
         NoLabels::TooMany => format!("no label map: it holds more than {MOST_LABELS} different values"),
     };

@@ -27,6 +27,8 @@ pub(crate) enum NoLabels {
     Fraction(f64),
     /// There are more than [`MOST_LABELS`].
     TooMany,
+    /// Voxels have colours.
+    Colors,
     /// No file holds any.
     None,
 }

@@ -219,8 +219,8 @@ fn pairs_of_hdr_and_img() {
 #[test]
 fn what_is_no_scan_of_numbers_is_refused() {
     let error = |file: &Builder| load_bytes(&file.bytes()).unwrap_err().to_string();
-    let rgb = Builder::new(Version::One, false, &[1, 1, 1], 128);
-    assert!(error(&rgb).contains("colours instead of values (datatype 128)"));
+    let complex = Builder::new(Version::One, false, &[1, 1, 1], 32);
+    assert!(error(&complex).contains("complex numbers (datatype 32)"));
     let vectors = Builder::new(Version::One, false, &[1, 1, 1, 1, 3], 16);
     assert!(error(&vectors).contains("several values for each voxel"));
     let negative = Builder::new(Version::One, false, &[1, -5, 1], 2);
@@ -255,5 +255,21 @@ fn no_byte_of_a_header_can_do_harm() {
                 let _ = load_bytes(&bytes);
             }
         }
+    }
+}
+
+#[test]
+fn colours_become_their_luminance() {
+    for (datatype, data) in
+        [(128, &[255, 255, 255, 0, 255, 0][..]), (2304, &[255, 255, 255, 0, 0, 255, 0, 9])]
+    {
+        let file = Builder::new(Version::One, false, &[2, 1, 1], datatype);
+        let bytes = [&file.bytes()[..], data].concat();
+        let imported = load_bytes(&bytes).unwrap();
+        assert_eq!(imported.volume.value([0, 0, 0]), 255.0);
+        assert_eq!(imported.volume.value([1, 0, 0]), 182.0);
+        assert!(imported.report.notes.iter().any(|note| note.contains("luminance")));
+        let short = [&file.bytes()[..], &data[1..]].concat();
+        assert!(matches!(load_bytes(&short), Err(ImportError::Truncated { .. })));
     }
 }

@@ -16,6 +16,9 @@ pub enum Syntax {
     JpegLs,
     /// Of each frame.
     DeflatedFrames,
+    /// Retired processes of JPEG.
+    JpegSpectral,
+    JpegProgressive,
 }
 
 impl Syntax {
@@ -30,6 +33,8 @@ impl Syntax {
             Syntax::JpegXl => "1.2.840.10008.1.2.4.110",
             Syntax::JpegLs => "1.2.840.10008.1.2.4.80",
             Syntax::DeflatedFrames => "1.2.840.10008.1.2.8.1",
+            Syntax::JpegSpectral => "1.2.840.10008.1.2.4.53",
+            Syntax::JpegProgressive => "1.2.840.10008.1.2.4.55",
         }
     }
 }

@@ -18,7 +18,7 @@ func _get_visible_name() -> String:
 
 func _get_recognized_extensions() -> PackedStringArray:
 	# Godot compares ends of names: nii.gz is not every gz.
-	return ["nii", "nii.gz", "nrrd", "nhdr", "mha", "mhd"]
+	return ["nii", "nii.gz", "nrrd", "nhdr", "mha", "mhd", "mgh", "mgz", "npy"]
 
 
 func _get_save_extension() -> String:
