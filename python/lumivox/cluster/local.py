@@ -73,6 +73,8 @@ def _try_lock(file: IO[bytes]) -> bool:
 
 def _sweep() -> None:
     """Takes folders away whose processes are gone."""
+    if not hasattr(os, "getuid"):
+        return
     for place in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         lock = place / "lock"
         # A link, or a folder of another user's, is none of ours.
