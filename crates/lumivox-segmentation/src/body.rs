@@ -8,6 +8,7 @@ use lumivox_core::{CancelToken, Cancelled};
 use rayon::prelude::*;
 
 use crate::{
+    cast,
     class::Class,
     components::{Components, boxes, reach},
     distance::distances,
@@ -34,6 +35,9 @@ const NEAR_MM: f32 = 20.0;
 /// Thin things at a table with values above this are of the table, in HU: bone lies deep in the body.
 pub const HARD_HU: f32 = 200.0;
 
+/// How far the inside of a prosthesis lies from that of the body, in mm.
+const WORN_MM: f32 = 30.0;
+
 /// The smallest thing that is one, in ml. Smaller ones are noise.
 const LEAST_THING_ML: f64 = 0.5;
 
@@ -56,7 +60,7 @@ pub fn solids(grid: &Grid, means: &[f32], cancel: &CancelToken) -> Result<Option
     let depth = distances(grid, &|i| !full(i), DEEPEST_MM, cancel)?;
     // What nothing airy is near of lies deepest of all.
     let core = Components::new(grid, |i| full(i) && depth[i] > OPENING_MM, cancel)?;
-    let Some(kinds) = judge_cores(grid, means, &depth, &core) else { return Ok(None) };
+    let Some(kinds) = judge_cores(grid, means, &depth, &core, cancel)? else { return Ok(None) };
     let is_core = |i: usize, kind: Class| kinds[core.of[i] as usize] == Some(kind);
     let margin = OPENING_MM + grid.cell_mm[0].max(grid.cell_mm[1]);
     let to_body = distances(grid, &|i| is_core(i, Class::Body), margin, cancel)?;
@@ -72,6 +76,13 @@ pub fn solids(grid: &Grid, means: &[f32], cancel: &CancelToken) -> Result<Option
     });
     let thin: Vec<bool> =
         class.par_iter().zip(&solid).map(|(&class, &solid)| solid && class != Class::Body.value()).collect();
+    let cast = cast::casts(grid, means, &thin, |i| class[i] == Class::Body.value(), cancel)?;
+    class
+        .iter_mut()
+        .zip(&cast)
+        .filter(|&(_, &cast)| cast)
+        .for_each(|(class, _)| *class = Class::Body.value());
+    let thin: Vec<bool> = thin.iter().zip(&cast).map(|(&thin, &cast)| thin && !cast).collect();
     let shell = table::shells(grid, means, &thin, &depth, cancel)?;
     for (class, _) in class.iter_mut().zip(&shell).filter(|&(_, &shell)| shell) {
         *class = Class::Table.value();
@@ -106,7 +117,13 @@ fn enclosed_lungs(
 
 /// Body or table, for each thick component; `None` where it is too small for a judgement. Nothing at all when none is a
 /// body.
-fn judge_cores(grid: &Grid, means: &[f32], depth: &[f32], core: &Components) -> Option<Vec<Option<Class>>> {
+fn judge_cores(
+    grid: &Grid,
+    means: &[f32],
+    depth: &[f32],
+    core: &Components,
+    cancel: &CancelToken,
+) -> Result<Option<Vec<Option<Class>>>, Cancelled> {
     let least = (LEAST_CORE_ML / grid.cell_ml()).ceil() as usize;
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); core.sizes.len()];
     for (i, &number) in core.of.iter().enumerate() {
@@ -118,14 +135,31 @@ fn judge_cores(grid: &Grid, means: &[f32], depth: &[f32], core: &Components) -> 
         .par_iter()
         .map(|members| (!members.is_empty()).then(|| Shape::new(grid, means, depth, members)))
         .collect();
-    let kinds: Vec<Option<Class>> = shapes
+    let mut kinds: Vec<Option<Class>> = shapes
         .iter()
         .map(|shape| {
             let shape = shape.as_ref()?;
             Some(if shape.is_slab() || shape.tissue < 0.2 { Class::Table } else { Class::Body })
         })
         .collect();
-    kinds.contains(&Some(Class::Body)).then_some(kinds)
+    if !kinds.contains(&Some(Class::Body)) {
+        return Ok(None);
+    }
+    // What is of metal and close to the body is a part of it by now.
+    let scan_mm = grid.dims[2] as f32 * grid.cell_mm[2];
+    let is_metal =
+        |number: usize| shapes[number].as_ref().is_some_and(|shape| shape.may_be_prosthesis(scan_mm));
+    let metal: Vec<usize> = (0..kinds.len()).filter(|&number| is_metal(number)).collect();
+    if !metal.is_empty() {
+        let is_body = |i: usize| kinds[core.of[i] as usize] == Some(Class::Body);
+        let to_body = distances(grid, &is_body, WORN_MM, cancel)?;
+        for number in metal {
+            let is_worn = members[number].iter().any(|&i| to_body[i] <= WORN_MM);
+            // Elsewhere it is judged as all that is thin: by what it touches.
+            kinds[number] = is_worn.then_some(Class::Body);
+        }
+    }
+    Ok(Some(kinds))
 }
 
 /// Judges the solid cells without a class: connected sets of them, by size and by what they touch.

@@ -23,6 +23,7 @@
 mod airways;
 mod alone;
 mod body;
+mod cast;
 mod class;
 mod components;
 mod ct;

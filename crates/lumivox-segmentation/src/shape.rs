@@ -19,6 +19,8 @@ pub struct Shape {
     pub muscle: f64,
     /// Share of cells with values of anything in a body, bone included.
     pub tissue: f64,
+    /// Share of cells with values of metal.
+    pub metal: f64,
     /// Largest distance from its surface, in mm.
     pub deep_mm: f32,
     /// Its extent along x, y, z, in mm.
@@ -54,6 +56,7 @@ impl Shape {
             fat: share(-150.0, -30.0),
             muscle: share(0.0, 110.0),
             tissue: share(-250.0, 1300.0),
+            metal: share(1300.0, f32::INFINITY),
             deep_mm,
             size_mm,
             constant: full as f64 / members.len().max(1) as f64,
@@ -63,6 +66,12 @@ impl Shape {
     /// Whether it is a mixture as only bodies are.
     pub fn is_mixed(&self) -> bool {
         self.fat >= 0.05 && self.muscle >= 0.05
+    }
+
+    /// Whether it is made of metal, as what is worn or implanted: nothing of a body, and no rail that is the same all along.
+    pub fn may_be_prosthesis(&self, scan_mm: f32) -> bool {
+        let is_rail = self.constant >= 0.8 && self.size_mm[2] >= 0.9 * scan_mm;
+        self.tissue < 0.2 && self.metal >= 0.5 && !is_rail
     }
 
     /// Whether it looks like a table: wide and flat, and either nothing of a body or the same all along.
