@@ -12,10 +12,13 @@
 //! - Transforms are named `a_from_b`: they take coordinates in `b` and give coordinates in `a`.
 //! - Colours are linear, with sRGB primaries.
 
+pub mod background;
+pub mod calibration;
 pub mod camera;
 pub mod classification;
 pub mod color;
 pub mod environment;
+pub mod fill;
 pub mod framing;
 mod histogram;
 pub mod labels;
@@ -32,6 +35,8 @@ pub mod volume;
 
 pub use glam;
 
+pub use background::Background;
+pub use calibration::CtPeaks;
 pub use camera::{Camera, HostCamera, Orbit, PerspectiveCamera, Projection, Ray};
 pub use classification::{ClipKind, ClipShape, LabelStyle, Labelling, MOST_CLIP_SHAPES, Peel};
 pub use environment::{Environment, EnvironmentMap, EnvironmentSource};

@@ -4,14 +4,18 @@
 //! `sigma_t = opacity(value) * density_scale * SIGMA_UNIT_PER_MM` in 1/mm **of the volume's own space**, so that
 //! scaling an object in a scene never changes its look. `sigma_s = sigma_t * albedo * color(value)`.
 
-use crate::transfer_function::TransferFunction;
+use crate::{transfer_function::TransferFunction, volume::Volume};
 
 /// Extinction in 1/mm of an opacity of 1 at a density scale of 1.
 pub const SIGMA_UNIT_PER_MM: f64 = 1.0;
 
-/// Largest [`Medium::density_scale`]: a mean free path of a micrometre. Shorter ones vanish in the rounding of a 32-bit
-/// ray parameter, and a ray would never move on.
-pub const MAX_DENSITY_SCALE: f64 = 1e3;
+/// Largest [`Medium::density_scale`], which what is seen by an electron microscope needs. Of a volume as large as a body less
+/// is taken: see [`MOST_FREE_PATHS`].
+pub const MAX_DENSITY_SCALE: f64 = 1e9;
+
+/// Mean free paths along the longest edge of a volume at most. Shorter ones vanish in the rounding of a 32-bit ray parameter,
+/// and a ray would never move on: in a metre, a micrometre.
+pub const MOST_FREE_PATHS: f64 = 1e6;
 
 /// How a value between voxel centres is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -139,6 +143,12 @@ impl Medium {
         }
     }
 
+    /// The density scale as `volume` takes it: no more than makes [`MOST_FREE_PATHS`] of it.
+    pub fn density_scale_in(&self, volume: &Volume) -> f64 {
+        let most = MOST_FREE_PATHS / (SIGMA_UNIT_PER_MM * volume.size_mm().max_element());
+        self.density_scale.min(most.max(1.0))
+    }
+
     /// Extinction in 1/mm at a physical value where it does not change.
     pub fn sigma_t_per_mm(&self, value: f64) -> f64 {
         self.transfer_function.opacity(value) * self.density_scale * SIGMA_UNIT_PER_MM
@@ -162,6 +172,24 @@ impl Medium {
     #[must_use]
     pub fn windowed(mut self, shift: f64, window_scale: f64) -> Self {
         let [scale, offset] = self.transfer_function.window(shift, window_scale);
+        self.transfer_function = self.transfer_function.remapped(scale, offset);
+        for row in &mut self.gradients {
+            row.transfer_function = row.transfer_function.remapped(scale, offset);
+        }
+        self
+    }
+
+    /// The same medium with its functions stretched over `width` of the volume's units around `level`, as radiologists give a
+    /// window: the function for values that do not change begins and ends there, and others go along.
+    #[must_use]
+    pub fn in_window(mut self, level: f64, width: f64) -> Self {
+        let [low, high] = self.transfer_function.value_range();
+        let is_window = level.is_finite() && width.is_finite() && width > 0.0;
+        if !is_window || high <= low {
+            return self;
+        }
+        let scale = width / (high - low);
+        let offset = level - scale * (low + high) / 2.0;
         self.transfer_function = self.transfer_function.remapped(scale, offset);
         for row in &mut self.gradients {
             row.transfer_function = row.transfer_function.remapped(scale, offset);
@@ -209,5 +237,10 @@ mod tests {
         assert_eq!(wide.gradients[0].transfer_function.value_range(), [150.0, 550.0]);
         assert_eq!(wide.transfer_function.opacity(250.0), medium.transfer_function.opacity(200.0));
         assert_eq!(medium.clone().windowed(f64::NAN, f64::INFINITY), medium);
+        // Level 40, width 400.
+        let window = medium.clone().in_window(40.0, 400.0);
+        assert_eq!(window.transfer_function.value_range(), [-160.0, 240.0]);
+        assert_eq!(window.gradients[0].transfer_function.value_range(), [-60.0, 340.0]);
+        assert_eq!(medium.clone().in_window(40.0, 0.0), medium);
     }
 }

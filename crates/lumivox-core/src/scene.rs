@@ -8,7 +8,7 @@ use crate::{
     classification::{ClipShape, Labelling, MOST_CLIP_SHAPES, Peel},
     environment::Environment,
     light::Light,
-    medium::Medium,
+    medium::{Medium, SIGMA_UNIT_PER_MM},
     volume::Volume,
 };
 
@@ -71,9 +71,9 @@ impl VolumeInstance {
             && same(&self.peel, &other.peel, Peel::is_same)
     }
 
-    /// Opacities of voxels that labels, peeling and clip shapes leave; of steep places as if they were flat, of labels as the
-    /// nearest voxel says, and as dense as if no label were thinned.
-    pub(crate) fn opacities(&self) -> impl Fn([usize; 3]) -> f64 + Sync + use<'_> {
+    /// Extinctions of voxels, per mm, that labels, peeling and clip shapes leave; of steep places as if they were flat, of
+    /// labels as the nearest voxel says.
+    pub(crate) fn extinctions(&self) -> impl Fn([usize; 3]) -> f64 + Sync + use<'_> {
         let patient_from_voxel = self.volume.patient_from_voxel();
         let voxel_from_patient = |volume: &Volume| volume.patient_from_voxel().inverse();
         let labels = self.labels.as_ref().map(|labelling| {
@@ -104,9 +104,8 @@ impl VolumeInstance {
             });
             let own = style.and_then(|style| style.transfer_function.as_ref());
             let function = own.unwrap_or(&self.medium.transfer_function);
-            // What is thin is seen, too.
-            let is_there = style.is_none_or(|style| style.density(&self.medium) > 0.0);
-            if is_there { left * function.opacity(value) } else { 0.0 }
+            let density = style.map_or(self.medium.density_scale, |style| style.density(&self.medium));
+            left * function.opacity(value) * density * SIGMA_UNIT_PER_MM
         }
     }
 

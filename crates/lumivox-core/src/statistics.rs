@@ -50,17 +50,24 @@ pub struct ValueStatistics {
 impl ValueStatistics {
     /// Counts every voxel of `volume` into `bins` bins.
     pub fn new(volume: &Volume, bins: usize) -> Self {
+        Self::within(volume, volume.value_range(), bins)
+    }
+
+    /// Counts the voxels of `volume` whose values lie in a range into `bins` bins of it.
+    pub fn within(volume: &Volume, range: [f64; 2], bins: usize) -> Self {
         let bins = bins.max(1);
-        let range = volume.value_range();
         let scale = if range[1] > range[0] { bins as f64 / (range[1] - range[0]) } else { 0.0 };
         let bin = |stored: f64| {
             let value = stored * volume.slope() + volume.intercept();
-            (((value - range[0]) * scale) as usize).min(bins - 1)
+            let is_within = (range[0]..=range[1]).contains(&value);
+            is_within.then(|| (((value - range[0]) * scale) as usize).min(bins - 1))
         };
         let count = |indices: std::ops::Range<usize>| {
             let mut counts = vec![0u64; bins];
             for i in indices {
-                counts[bin(volume.voxels().get(i))] += 1;
+                if let Some(bin) = bin(volume.voxels().get(i)) {
+                    counts[bin] += 1;
+                }
             }
             counts
         };
@@ -78,11 +85,39 @@ impl ValueStatistics {
         Self { range, histogram }
     }
 
+    /// As [`Self::new`], of a number of bins that suits: one for each step of integers, if these are not too many.
+    pub fn fine(volume: &Volume) -> Self {
+        const BINS: usize = 4096;
+        let [low, high] = volume.value_range();
+        let is_float = matches!(volume.voxels(), Voxels::F32(_));
+        let steps = ((high - low) / volume.slope().abs()).round();
+        Self::new(volume, if !is_float && steps < BINS as f64 { steps as usize + 1 } else { BINS })
+    }
+
+    /// The width of a bin; 0 where all values are the same.
+    pub fn bin_width(&self) -> f64 {
+        (self.range[1] - self.range[0]) / self.histogram.len() as f64
+    }
+
+    /// The value in the middle of each bin, and how many voxels have it.
+    pub fn bins(&self) -> impl Iterator<Item = (f64, u64)> {
+        let width = self.bin_width();
+        let value = move |i: usize| self.range[0] + (i as f64 + 0.5) * width;
+        self.histogram.iter().enumerate().map(move |(i, &count)| (value(i), count))
+    }
+
+    /// The fraction of the voxels, 0 to 1, whose values lie within these, to within a bin.
+    pub fn share(&self, [low, high]: [f64; 2]) -> f64 {
+        let total: u64 = self.histogram.iter().sum();
+        let within: u64 = self.bins().filter(|(value, _)| (low..=high).contains(value)).map(|(_, n)| n).sum();
+        within as f64 / total.max(1) as f64
+    }
+
     /// The value below which a fraction `p` (0 to 1) of the voxels lies, to within a bin.
     pub fn percentile(&self, p: f64) -> f64 {
         let total: u64 = self.histogram.iter().sum();
         let target = p.clamp(0.0, 1.0) * total as f64;
-        let width = (self.range[1] - self.range[0]) / self.histogram.len() as f64;
+        let width = self.bin_width();
         let mut below = 0.0;
         for (i, &count) in self.histogram.iter().enumerate() {
             let count = count as f64;
@@ -116,8 +151,7 @@ impl ValueStatistics {
                 best_bins[1] = i;
             }
         }
-        let width = (self.range[1] - self.range[0]) / self.histogram.len() as f64;
-        self.range[0] + width * ((best_bins[0] + best_bins[1]) as f64 / 2.0 + 1.0)
+        self.range[0] + self.bin_width() * ((best_bins[0] + best_bins[1]) as f64 / 2.0 + 1.0)
     }
 }
 

@@ -2,11 +2,14 @@
 //!
 //! The first stop of the walk: an importer or a phantom makes a [`Volume`], and everything after it reads one.
 
-use std::borrow::Cow;
+use std::{
+    borrow::Cow,
+    sync::{Arc, OnceLock},
+};
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::subject::Subject;
+use crate::{background::Background, statistics::ValueStatistics, subject::Subject};
 
 /// The stored samples of a [`Volume`], x fastest, then y, then z.
 ///
@@ -140,6 +143,8 @@ pub struct Volume {
     unit: Cow<'static, str>,
     stored_range: [f64; 2],
     subject: Subject,
+    /// Counted when somebody asks.
+    statistics: OnceLock<Arc<ValueStatistics>>,
 }
 
 impl Volume {
@@ -185,6 +190,7 @@ impl Volume {
             unit,
             stored_range,
             subject: Subject::default(),
+            statistics: OnceLock::new(),
         };
         if !volume.fits_single_precision() {
             return Err(VolumeError::Rescale { slope, intercept });
@@ -290,10 +296,27 @@ impl Volume {
     }
 
     /// Whether a scan of which nothing says what it is, as formats without a modality leave it, has the range of
-    /// Hounsfield units.
+    /// Hounsfield units, and not about a background that is neither air nor tissue.
     pub fn may_be_hounsfield(&self) -> bool {
+        /// A map that goes so far below 0 has few such values.
+        const AIR: [f64; 2] = [-1150.0, -850.0];
+        const LEAST_AIR: f64 = 0.01;
         let [min, max] = self.value_range();
-        self.modality == Modality::Other && self.unit.is_empty() && min <= -500.0 && max >= 300.0
+        let has_range =
+            self.modality == Modality::Other && self.unit.is_empty() && min <= -500.0 && max >= 300.0;
+        has_range && (self.statistics().share(AIR) >= LEAST_AIR || !self.is_signed_map())
+    }
+
+    /// How many voxels have which values; counted once.
+    pub fn statistics(&self) -> &ValueStatistics {
+        self.statistics.get_or_init(|| Arc::new(ValueStatistics::fine(self)))
+    }
+
+    /// Whether it shows what lies below its commonest value, alone or besides what lies above: a map around 0, of statistics,
+    /// differences, susceptibility or deformation; or dark vessels.
+    pub fn is_signed_map(&self) -> bool {
+        let statistics = self.statistics();
+        Background::of(statistics).is_within(statistics)
     }
 
     /// Smallest and largest stored sample.

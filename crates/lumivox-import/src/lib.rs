@@ -35,6 +35,7 @@ mod single;
 mod study;
 mod text_header;
 mod transfer_function_file;
+mod values;
 mod written_samples;
 mod zarr;
 
@@ -44,7 +45,7 @@ pub use environment_file::load_environment;
 pub use error::ImportError;
 pub use labels::{ImportedLabels, LabelOptions, default_label_color, load_label_files, load_labels};
 pub use layout::{ArrayLayout, UnknownLayout, UnknownSpacing, parse_spacing};
-use lumivox_core::Volume;
+use lumivox_core::{Modality, Volume};
 pub use memory::{MemoryImport, MemoryScan, load_memory};
 pub use raw::{RawDescription, RawDescriptionError, load_raw};
 pub use report::{ImportReport, SeriesSummary, SkippedFile, Thumbnail};
@@ -53,6 +54,7 @@ pub use study::{Study, load, scan};
 pub use transfer_function_file::{
     load_transfer_function, load_transfer_function_2d, save_transfer_function, save_transfer_function_2d,
 };
+pub use values::modality_of_word;
 
 /// What to load when there is a choice.
 #[derive(Clone, Debug, Default)]
@@ -81,6 +83,14 @@ pub struct ImportOptions {
     pub axes: Option<PatientAxes>,
     /// What the axes of an array are, as its shape lists them; by default `zyx`, or `tzyx` where there are four.
     pub layout: Option<ArrayLayout>,
+    /// Physical units per stored unit, in place of what the file says; not 0.
+    pub slope: Option<f64>,
+    /// The physical value of a stored 0, in place of what the file says.
+    pub intercept: Option<f64>,
+    /// What made the scan, in place of what the file says.
+    pub modality: Option<Modality>,
+    /// What values are measured in, in place of what the file says; `HU` for a CT whose values are Hounsfield units.
+    pub unit: Option<String>,
 }
 
 /// A scan and what became of its files.

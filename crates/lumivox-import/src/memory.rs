@@ -11,6 +11,7 @@ use crate::{
     payload::{Payload, too_many_voxels},
     sample::{SampleType, VoxelBuilder},
     single::Single,
+    values::Told,
 };
 
 /// Samples, and what is known of them.
@@ -70,7 +71,7 @@ pub fn load_memory(scan: &MemoryScan<'_>) -> Result<MemoryImport, ImportError> {
     };
     let decoded = builder.finish().ok_or_else(|| single.no_number())?;
     let repairs = decoded.notes.clone();
-    let imported = single.finish(decoded, vec![])?;
+    let imported = single.finish(decoded, &Told::default(), vec![])?;
     Ok(MemoryImport { imported, repairs })
 }
 

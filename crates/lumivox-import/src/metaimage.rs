@@ -290,10 +290,10 @@ mod tests {
     use lumivox_core::{CancelToken, Progress};
 
     use super::*;
-    use crate::Imported;
+    use crate::{Imported, values::Told};
 
     fn load(path: &Path) -> Result<Imported, ImportError> {
-        open(path, false)?.load(None, Progress::SILENT, &CancelToken::new())
+        open(path, false)?.load(None, &Told::default(), Progress::SILENT, &CancelToken::new())
     }
 
     const GRID: &str = "ObjectType = Image\nNDims = 3\nDimSize = 2 1 2\n";
@@ -420,7 +420,12 @@ mod tests {
         std::fs::write(file.path(), [header.as_bytes(), &[3, 4]].concat()).unwrap();
         let volume = open(file.path(), false)
             .unwrap()
-            .load(None, lumivox_core::Progress::SILENT, &lumivox_core::CancelToken::new())
+            .load(
+                None,
+                &crate::values::Told::default(),
+                lumivox_core::Progress::SILENT,
+                &lumivox_core::CancelToken::new(),
+            )
             .unwrap()
             .volume;
         assert_eq!((volume.dims(), volume.spacing_mm()), ([2, 1, 1], DVec3::new(1.0, 2.0, 3.0)));

@@ -302,27 +302,63 @@ fn patient_from_space(fields: &Fields, notes: &mut Vec<String>) -> Result<DAffin
         }
     };
     let mm = match fields.get(&["space units"]) {
-        None => 1.0,
-        Some(units) => match units.value.split('"').map(str::trim).find(|u| !u.is_empty()).unwrap_or("mm") {
-            "m" | "meter" | "meters" => 1000.0,
-            "cm" => 10.0,
-            "um" | "µm" | "micron" | "microns" => 0.001,
-            "nm" => 1e-6,
-            _ => 1.0,
-        },
+        None => DVec3::ONE,
+        Some(units) => {
+            let lengths = mm_per_unit(fields, units)?;
+            DVec3::from_array(
+                [0, 1, 2].map(|axis| lengths.get(axis).or(lengths.first()).copied().unwrap_or(1.0)),
+            )
+        }
     };
-    Ok(DAffine3::from_scale(DVec3::splat(mm)) * flips)
+    Ok(DAffine3::from_scale(mm) * flips)
+}
+
+/// Millimetres in each of the units of a field, which are in quotes; an empty one says nothing.
+fn mm_per_unit(fields: &Fields, field: &Field) -> Result<Vec<f64>, ImportError> {
+    // What is between the first and the second quote, the third and the fourth, and so on; of a writer without any, words.
+    let names: Vec<&str> = if field.value.contains('"') {
+        field.value.split('"').skip(1).step_by(2).collect()
+    } else {
+        field.value.split_whitespace().collect()
+    };
+    let length = |name: &&str| {
+        mm_in(name.trim())
+            .ok_or_else(|| fields.bad(field, "lengths such as \"mm\", \"um\", \"m\" or \"inch\""))
+    };
+    names.iter().map(length).collect()
+}
+
+/// Millimetres in a unit of length; 1 where there is none to speak of.
+fn mm_in(unit: &str) -> Option<f64> {
+    Some(match unit.to_lowercase().as_str() {
+        "" | "???" | "none" | "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => 1.0,
+        "km" | "kilometer" | "kilometers" | "kilometre" | "kilometres" => 1e6,
+        "m" | "meter" | "meters" | "metre" | "metres" => 1e3,
+        "dm" | "decimeter" | "decimeters" | "decimetre" | "decimetres" => 100.0,
+        "cm" | "centimeter" | "centimeters" | "centimetre" | "centimetres" => 10.0,
+        "um" | "\u{b5}m" | "\u{3bc}m" | "micron" | "microns" | "micrometer" | "micrometers"
+        | "micrometre" | "micrometres" => 1e-3,
+        "nm" | "nanometer" | "nanometers" | "nanometre" | "nanometres" => 1e-6,
+        "a" | "\u{e5}" | "\u{c5}" | "angstrom" | "angstroms" | "\u{e5}ngstr\u{f6}m" => 1e-7,
+        "pm" | "picometer" | "picometers" | "picometre" | "picometres" => 1e-9,
+        "in" | "inch" | "inches" => 25.4,
+        "ft" | "foot" | "feet" => 304.8,
+        "mi" | "mile" | "miles" => 1_609_344.0,
+        _ => return None,
+    })
 }
 
 /// Distances between voxels where there are no directions; an axis with a negative one counts the other way.
 fn spacings(fields: &Fields, axes: &Axes, notes: &mut Vec<String>) -> Result<[f64; 3], ImportError> {
     let mut spacing = [1.0; 3];
     let Some(field) = fields.get(&["spacings"]) else { return Ok(spacing) };
+    // Without a space, each axis has a unit of its own.
+    let units = fields.get(&["units"]).map_or(Ok(Vec::new()), |units| mm_per_unit(fields, units))?;
     let all: Vec<f64> =
         parse_list(&field.value).ok_or_else(|| fields.bad(field, "one length for each axis"))?;
     for (mm, axis) in spacing.iter_mut().zip(&axes.spatial) {
         match all.get(*axis) {
-            Some(length) if length.is_normal() => *mm = *length,
+            Some(length) if length.is_normal() => *mm = *length * units.get(*axis).unwrap_or(&1.0),
             // NRRD writes NaN for what is not known.
             Some(length) if length.is_nan() => {
                 notes.push(format!("the spacing of axis {} is not given (nan): taken as 1 mm", axis + 1));
@@ -413,10 +449,10 @@ mod tests {
     use lumivox_core::{CancelToken, Progress};
 
     use super::*;
-    use crate::Imported;
+    use crate::{Imported, values::Told};
 
     fn load(path: &Path) -> Result<Imported, ImportError> {
-        open(path, false)?.load(None, Progress::SILENT, &CancelToken::new())
+        open(path, false)?.load(None, &Told::default(), Progress::SILENT, &CancelToken::new())
     }
 
     fn load_bytes(bytes: &[u8]) -> Result<Imported, ImportError> {
@@ -498,6 +534,40 @@ mod tests {
         // A negative one counts the other way.
         let place = with_spacings("-0.5 1 -2").volume.patient_from_voxel();
         assert_eq!(place.transform_vector3(DVec3::ONE), DVec3::new(-0.5, 1.0, -2.0));
+    }
+
+    #[test]
+    fn units_of_length_are_converted_or_refused() {
+        let spaced = |units: &str| {
+            let header = format!(
+                "type: uchar\n{GRID}\nencoding: raw\nspace: LPS\nspace directions: (2,0,0) (0,2,0) (0,0,2)\n\
+                 space units: {units}"
+            );
+            with(&header, &[1, 2, 3, 4]).map(|imported| imported.volume.spacing_mm().to_array())
+        };
+        for (unit, mm) in [
+            ("mm", 1.0),
+            ("um", 1e-3),
+            ("\u{b5}m", 1e-3),
+            ("m", 1e3),
+            ("inch", 25.4),
+            ("cm", 10.0),
+            ("", 1.0),
+        ] {
+            let found = spaced(&format!("\"{unit}\" \"{unit}\" \"{unit}\"")).unwrap();
+            assert!(found.iter().all(|length| (length / (2.0 * mm) - 1.0).abs() < 1e-9), "{unit}: {found:?}");
+        }
+        // Kilometres are read as such: too far for a scan, which is said, and not as millimetres.
+        assert_eq!(
+            spaced("\"km\" \"km\" \"km\"").unwrap_err().to_string().contains("distance between voxels"),
+            true
+        );
+        assert_eq!(spaced("\"mm\" \"mm\" \"cm\"").unwrap(), [2.0, 2.0, 20.0]);
+        let error = spaced("\"furlong\" \"furlong\" \"furlong\"").unwrap_err().to_string();
+        assert!(error.contains("space units (line 9)") && error.contains("furlong"), "{error}");
+        let own = format!("type: uchar\n{GRID}\nencoding: raw\nspacings: 5 5 7\nunits: \"um\" \"um\" \"um\"");
+        let found = with(&own, &[1, 2, 3, 4]).unwrap().volume.spacing_mm();
+        assert!((found - DVec3::new(5e-3, 5e-3, 7e-3)).length() < 1e-12, "{found}");
     }
 
     #[test]

@@ -38,6 +38,7 @@ use crate::{
     sample::SampleType,
     single::Single,
     text_header::{Field, Fields, parse_list},
+    values::{Told, modality_of_word},
 };
 
 /// What a description may hold after the size and the type.
@@ -168,13 +169,7 @@ impl RawDescription {
             }
             "intercept" => self.intercept = number(value)?,
             "modality" => {
-                self.modality = Some(match value.to_ascii_uppercase().as_str() {
-                    "CT" => Modality::Ct,
-                    "MR" | "MRI" => Modality::Mr,
-                    "PET" | "PT" => Modality::Pet,
-                    "OTHER" => Modality::Other,
-                    _ => return Err("one of CT, MR, PET and other"),
-                });
+                self.modality = Some(modality_of_word(value).ok_or("one of CT, MR, PET and other")?);
             }
             _ => return Ok(false),
         }
@@ -231,7 +226,7 @@ pub fn load_raw(
     progress: Progress<'_>,
     cancel: &CancelToken,
 ) -> Result<Imported, ImportError> {
-    open_described(path, description, "as described")?.load(None, progress, cancel)
+    open_described(path, description, "as described")?.load(None, &Told::default(), progress, cancel)
 }
 
 /// A RAW scan that the user describes.
@@ -489,7 +484,7 @@ mod tests {
     }
 
     fn load_raw_file(path: &Path) -> Result<Imported, ImportError> {
-        open(path)?.load(None, Progress::SILENT, &CancelToken::new())
+        open(path)?.load(None, &Told::default(), Progress::SILENT, &CancelToken::new())
     }
 
     #[test]

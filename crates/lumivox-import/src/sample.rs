@@ -5,7 +5,7 @@
 
 use std::{collections::TryReserveError, fmt, str::FromStr};
 
-use lumivox_core::Voxels;
+use lumivox_core::{Voxels, fill};
 
 /// The type of one stored sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -184,8 +184,10 @@ impl VoxelBuilder {
 
     /// The samples, or `None` when not one is a number.
     pub fn finish(self) -> Option<Decoded> {
-        let narrow =
-            |voxels, offset| Decoded { voxels, rescale: [1.0, offset], integral: true, notes: Vec::new() };
+        let narrow = |mut voxels: Voxels, offset| {
+            let notes = replace_fill(&mut voxels, offset);
+            Decoded { voxels, rescale: [1.0, offset], integral: true, notes }
+        };
         Some(match (self.store, self.sample) {
             (Store::U8(samples), SampleType::I8) => narrow(Voxels::U8(samples), -128.0),
             (Store::U8(samples), _) => narrow(Voxels::U8(samples), 0.0),
@@ -195,6 +197,16 @@ impl VoxelBuilder {
         })
     }
 }
+
+/// Replaces fill values of samples whose own number is `offset` more; says so.
+fn replace_fill(voxels: &mut Voxels, offset: f64) -> Vec<String> {
+    let count = voxels.len();
+    fill::replace(voxels, [1.0, offset], None).iter().map(|fill| fill.note(count)).collect()
+}
+
+/// One of so many samples that are infinite is enough to be a fill value, but for a few.
+const FREQUENT: usize = 1000;
+const LEAST_FREQUENT: usize = 8;
 
 impl Wide {
     fn push<const N: usize>(&mut self, bytes: &[u8], big_endian: bool, read: impl Fn([u8; N]) -> f64) {
@@ -218,19 +230,31 @@ impl Wide {
     }
 
     fn finish(mut self, sample: SampleType) -> Option<Decoded> {
-        let [min, max] = self.range;
-        if min > max {
+        if self.range[0] > self.range[1] {
             return None;
         }
-        let mut notes = Vec::new();
+        // Before the range is known, which says what 16 bits can hold.
+        let mut voxels = Voxels::F32(self.samples);
+        let mut notes = replace_fill(&mut voxels, 0.0);
+        let Voxels::F32(mut samples) = voxels else { unreachable!("they stay what they are") };
+        let finite = || samples.iter().copied().filter(|sample| sample.is_finite());
+        let [min, max] = if notes.is_empty() {
+            self.range
+        } else {
+            self.integral = finite().all(|sample| sample.fract() == 0.0);
+            finite().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], s| [low.min(s), high.max(s)])
+        };
         if self.not_finite > 0 {
-            let fix = |s: f32| if s == f32::INFINITY { max } else { min };
-            self.samples.iter_mut().filter(|s| !s.is_finite()).for_each(|s| *s = fix(*s));
+            let infinite = samples.iter().filter(|sample| **sample == f32::INFINITY).count();
+            // A few are off the scale, many stand for nothing.
+            let is_fill = infinite >= LEAST_FREQUENT && infinite * FREQUENT > samples.len();
+            let fix = |s: f32| if s == f32::INFINITY && !is_fill { max } else { min };
+            samples.iter_mut().filter(|s| !s.is_finite()).for_each(|s| *s = fix(*s));
+            let largest = if infinite > 0 && !is_fill { " (infinity: the largest)" } else { "" };
             notes.push(format!(
-                "{} of {} samples are NaN, infinite or too large and became the smallest (infinity: the largest) \
-                 of the others",
+                "{} of {} samples are NaN, infinite or too large and became the smallest{largest} of the others",
                 self.not_finite,
-                self.samples.len()
+                samples.len()
             ));
         }
         if self.rounded > 0 && sample.is_integer() {
@@ -238,7 +262,7 @@ impl Wide {
         }
         let integral = self.integral || sample.is_integer();
         if self.integral && (max as f64 - min as f64) <= u16::MAX as f64 {
-            let voxels = self.samples.iter().map(|s| (s - min) as u16).collect();
+            let voxels = samples.iter().map(|s| (s - min) as u16).collect();
             return Some(Decoded {
                 voxels: Voxels::U16(voxels),
                 rescale: [1.0, min as f64],
@@ -246,7 +270,7 @@ impl Wide {
                 notes,
             });
         }
-        Some(Decoded { voxels: Voxels::F32(self.samples), rescale: [1.0, 0.0], integral, notes })
+        Some(Decoded { voxels: Voxels::F32(samples), rescale: [1.0, 0.0], integral, notes })
     }
 }
 
@@ -312,6 +336,29 @@ mod tests {
         let mut builder = VoxelBuilder::new(SampleType::F32, false, 1).unwrap();
         builder.push(&f32::NAN.to_le_bytes());
         assert!(builder.finish().is_none());
+    }
+
+    #[test]
+    fn fill_values_do_not_stretch_the_range() {
+        let decode = |sample: SampleType, bytes: Vec<u8>| {
+            let mut builder = VoxelBuilder::new(sample, false, bytes.len() / sample.bytes()).unwrap();
+            builder.push(&bytes);
+            builder.finish().unwrap()
+        };
+        let value = |i: usize| (i * 37 % 900) as f64;
+        let is_fill = |i: usize| i % 9 == 0;
+        let lowest = (0..3000).filter(|i| !is_fill(*i)).map(value).fold(f64::INFINITY, f64::min);
+        for fill in [f64::MIN, -3.4e38, -1e20, -9999.0, f64::INFINITY] {
+            let bytes = (0..3000).flat_map(|i| if is_fill(i) { fill } else { value(i) }.to_le_bytes());
+            let decoded = decode(SampleType::F64, bytes.collect());
+            assert!(matches!(decoded.voxels, Voxels::U16(_)), "{fill} of integers in 16 bits");
+            assert_eq!((decoded.rescale, decoded.voxels.get(0)), ([1.0, lowest], 0.0), "{fill}");
+            assert_eq!(decoded.notes.len(), 1, "{fill}: {:?}", decoded.notes);
+        }
+        let bytes = (0..3000).flat_map(|i| if is_fill(i) { -9999 } else { value(i) as i16 }.to_le_bytes());
+        let decoded = decode(SampleType::I16, bytes.collect());
+        assert_eq!(decoded.voxels.get(0) + decoded.rescale[1], lowest);
+        assert!(decoded.notes[0].contains("the fill value -9999"), "{:?}", decoded.notes);
     }
 
     #[test]

@@ -17,6 +17,7 @@ use crate::{
     report::{ImportReport, SeriesSummary, Thumbnail, orientation_words},
     sample::Decoded,
     samples::Samples,
+    values::{Told, judged, looks_like_hounsfield},
 };
 
 /// Distances between voxels that are believed, in mm: from atoms to a kilometre.
@@ -105,13 +106,15 @@ impl Single {
         }
     }
 
-    /// Reads the samples of a phase, counted from 1; by default of the first.
+    /// Reads the samples of a phase, counted from 1; by default of the first. What the user `told` of its values goes before
+    /// what the file says.
     ///
     /// # Errors
     /// When there is no such phase, when data are missing or damaged, and on cancel.
     pub fn load(
         &self,
         phase: Option<usize>,
+        told: &Told,
         progress: Progress<'_>,
         cancel: &CancelToken,
     ) -> Result<Imported, ImportError> {
@@ -133,27 +136,35 @@ impl Single {
                 notes.push(format!("the file is cut short: {there} of {phases} phases {verb} there"));
             }
         }
-        self.finish(decoded, notes)
+        self.finish(decoded, told, notes)
     }
 
     /// The scan of samples that were read, and what there is to tell of it after `notes`.
     ///
     /// # Errors
     /// When they make no volume.
-    pub fn finish(&self, decoded: Decoded, mut notes: Vec<String>) -> Result<Imported, ImportError> {
+    pub fn finish(
+        &self,
+        decoded: Decoded,
+        told: &Told,
+        mut notes: Vec<String>,
+    ) -> Result<Imported, ImportError> {
         let path = &self.path;
         notes.extend(decoded.notes);
-        let [slope, intercept] = self.rescale;
+        let [slope, intercept] = told.rescale(self.rescale);
         let [own_slope, own_intercept] = decoded.rescale;
         let rescale = [slope * own_slope, slope * own_intercept + intercept];
         let modality = self.modality.unwrap_or_default();
         let mut volume = Volume::new(self.dims, decoded.voxels, rescale, self.patient_from_voxel, modality)
             .map_err(|source| ImportError::Volume { path: path.clone(), source })?;
-        if self.modality.is_none() && decoded.integral && looks_like_hounsfield(volume.value_range()) {
+        let is_known = self.modality.is_some() || told.modality.is_some() || told.unit.is_some();
+        volume = told.apply(volume);
+        if !is_known && decoded.integral && looks_like_hounsfield(&volume) {
             volume = volume.with_modality(Modality::Ct);
             let [min, max] = volume.value_range();
             notes.push(format!("values from {min} to {max} look like Hounsfield units: taken for CT"));
         }
+        volume = judged(volume, told, &mut notes);
         notes.extend(remarks(&volume));
         let report = self.report_of(volume.modality(), volume.voxels().as_bytes().len() as u64, notes);
         Ok(Imported { volume, report })
@@ -200,11 +211,6 @@ impl Single {
         }
     }
 }
-/// Air at -1000 and bone above 300 in one scan of integers are hardly ever anything but CT.
-fn looks_like_hounsfield([min, max]: [f64; 2]) -> bool {
-    (-10_000.0..=-900.0).contains(&min) && (300.0..=70_000.0).contains(&max)
-}
-
 /// LPS from RAS: NIfTI's and 3D Slicer's axes point the other way in x and y.
 pub(crate) fn lps_from_ras() -> DAffine3 {
     DAffine3::from_scale(DVec3::new(-1.0, -1.0, 1.0))

@@ -14,6 +14,7 @@ use crate::{
     },
     metaimage, mgh, nifti, npy, nrrd, pictures, raw,
     single::Single,
+    values::Told,
     zarr,
 };
 
@@ -207,11 +208,11 @@ impl Study {
                 return labels::load_layers(single, segments, options, progress, cancel);
             }
             Content::Single(single) | Content::Layers(single, _) => {
-                single.load(options.phase, progress, cancel)?
+                single.load(options.phase, &Told::by(options), progress, cancel)?
             }
             Content::Channels(channels) => {
                 let chosen = channel(channels, options)?;
-                let mut imported = channels[chosen].load(options.phase, progress, cancel)?;
+                let mut imported = channels[chosen].load(options.phase, &Told::by(options), progress, cancel)?;
                 if channels.len() > 1 {
                     let own = imported.report.series.remove(0);
                     imported.report.series.clone_from(&self.report.series);

@@ -50,7 +50,8 @@ impl<'a> PlacedMedium<'a> {
             return None;
         }
         let volume = &*instance.volume;
-        let medium = instance.medium.clone().sanitized();
+        let mut medium = instance.medium.clone().sanitized();
+        medium.density_scale = medium.density_scale_in(volume);
         let patient_from_world = instance.world_from_patient.inverse();
         let classification = Classification::new(instance, patient_from_world);
         let most = |style| largest_sigma_t_per_mm(&medium, style, volume.value_range());

@@ -5,6 +5,8 @@
 
 mod ct;
 mod scale;
+mod signed;
+mod size;
 mod statistical;
 mod suggest;
 
@@ -16,6 +18,7 @@ use crate::{
     volume::{Modality, Volume, Voxels},
 };
 use scale::HounsfieldScale;
+pub use size::size_factor;
 
 /// A named look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -63,6 +66,8 @@ pub enum Preset {
     MrAngiography,
     /// Fluid, bright in T2, in translucent tissue.
     MrT2,
+    /// Both sides of a map around its commonest value, which is clear.
+    SignedMap,
     /// Uptake, glowing from dark red to white.
     PetHot,
     /// A body as of grey glass, for a PET in its place.
@@ -99,7 +104,7 @@ impl UnknownPreset {
 
 impl Preset {
     /// Every preset.
-    pub const ALL: [Preset; 24] = [
+    pub const ALL: [Preset; 25] = [
         Preset::CtBone,
         Preset::CtBoneTranslucent,
         Preset::CtSkin,
@@ -121,6 +126,7 @@ impl Preset {
         Preset::MrBrain,
         Preset::MrAngiography,
         Preset::MrT2,
+        Preset::SignedMap,
         Preset::PetHot,
         Preset::Fusion,
         Preset::Plain,
@@ -150,20 +156,25 @@ impl Preset {
             Preset::MrBrain => "mr-brain",
             Preset::MrAngiography => "mr-angiography",
             Preset::MrT2 => "mr-t2",
+            Preset::SignedMap => "signed-map",
             Preset::PetHot => "pet-hot",
             Preset::Fusion => "fusion",
             Preset::Plain => "plain",
         }
     }
 
-    /// The presets that suit several scans of one place at once, in their order: a PET glows in a CT or else an MR. `None`
-    /// where they are no such pair.
+    /// The presets that suit several scans of one place at once, in their order: a PET glows in a CT or else an MR, and of a
+    /// signed map its peaks alone are seen in the anatomy. `None` where they are no such pair.
     pub fn fusion_of(volumes: &[&Volume]) -> Option<Vec<Self>> {
         let [a, b] = volumes else { return None };
         match (a.modality(), b.modality()) {
             (Modality::Ct | Modality::Mr, Modality::Pet) => Some(vec![Self::Fusion, Self::PetHot]),
             (Modality::Pet, Modality::Ct | Modality::Mr) => Some(vec![Self::PetHot, Self::Fusion]),
-            _ => None,
+            _ => match [a, b].map(|volume| Self::default_for(volume) == Self::SignedMap) {
+                [false, true] => Some(vec![Self::Fusion, Self::SignedMap]),
+                [true, false] => Some(vec![Self::SignedMap, Self::Fusion]),
+                _ => None,
+            },
         }
     }
 
@@ -210,6 +221,9 @@ impl Preset {
             Preset::MrBrain => "grey and white matter, where nothing lies before them",
             Preset::MrAngiography => "what is brightest in an MR: vessels of an angiogram",
             Preset::MrT2 => "fluid in translucent tissue, as T2 shows it",
+            Preset::SignedMap => {
+                "what lies far above (red) and below (blue) a map's commonest value, which is clear"
+            }
             Preset::PetHot => "uptake, from dark red to white",
             Preset::Fusion => "a CT or MR as of grey glass, for a PET (pet-hot) that is seen in it",
             Preset::Plain => "brighter values denser and lighter, whatever the scan",
@@ -254,11 +268,20 @@ impl Preset {
         any.ok().filter(|_| ct::look(self).is_some()).map(|any| self.medium(&any))
     }
 
-    /// The look, placed for `volume`.
+    /// The look, placed for `volume`; its extinction, where that is no body by its size, by [`size_factor`].
     pub fn medium(self, volume: &Volume) -> Medium {
-        match ct::look(self) {
-            Some(look) => HounsfieldScale::of(volume).medium(&look),
-            None => statistical::medium(self, volume),
+        let mut medium = self.body_sized(volume);
+        let factor = size_factor(volume);
+        medium.density_scale *= factor;
+        medium.surface.gradient_per_mm *= factor;
+        medium
+    }
+
+    fn body_sized(self, volume: &Volume) -> Medium {
+        match (ct::look(self), self) {
+            (Some(look), _) => HounsfieldScale::of(volume).medium(&look),
+            (None, Self::SignedMap) => signed::medium(volume),
+            (None, _) => statistical::medium(self, volume),
         }
     }
 }
@@ -298,7 +321,7 @@ fn edit_distance(a: &str, b: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::Voxels;
+    use crate::{subject::Subject, volume::Voxels};
     use glam::DAffine3;
 
     #[test]
@@ -321,17 +344,21 @@ mod tests {
         let samples = Voxels::U16([0, 3000].repeat(32));
         let ct = Volume::new([4; 3], samples, [1.0, -1000.0], id, Modality::Ct).unwrap();
         assert_eq!(Preset::default_for(&ct), Preset::CtMuscle);
+        let is_other = Subject { is_other: true, ..Subject::default() };
         for unit in ["mg/ml", ""] {
-            let map = ct.clone().with_unit(unit);
+            let map = ct.clone().with_unit(unit).with_subject(is_other);
             assert_eq!((Preset::default_for(&map), map.unit()), (Preset::Plain, unit));
         }
+        // One that is no map has lost its scale, and is placed by its air and tissue.
+        assert_ne!(Preset::default_for(&ct.with_unit("")), Preset::Plain);
     }
 
     #[test]
     fn what_is_no_scan_of_a_body_gets_no_look_of_a_head() {
         let new = |dims: [usize; 3], modality| {
             let samples = Voxels::U8((0..dims.iter().product::<usize>()).map(|i| i as u8).collect());
-            Volume::new(dims, samples, [1.0, 0.0], DAffine3::IDENTITY, modality).unwrap()
+            let place = DAffine3::from_scale(glam::DVec3::splat(25.0));
+            Volume::new(dims, samples, [1.0, 0.0], place, modality).unwrap()
         };
         assert_eq!(Preset::default_for(&new([8; 3], Modality::Mr)), Preset::MrHead);
         assert_eq!(Preset::default_for(&new([8; 3], Modality::Pet)), Preset::PetHot);

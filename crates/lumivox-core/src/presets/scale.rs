@@ -1,8 +1,8 @@
 //! Where the values of a CT lie that is not in Hounsfield units: eight bits of one, or one whose rescale was lost.
 
 use crate::{
+    calibration::CtPeaks,
     medium::{Medium, SurfaceReflection},
-    statistics::ValueStatistics,
     volume::Volume,
 };
 
@@ -15,10 +15,6 @@ pub(super) struct HounsfieldScale {
     intercept: f64,
 }
 
-/// Soft tissue, which most of a body is.
-const TISSUE: f64 = 40.0;
-const AIR: f64 = -1000.0;
-
 impl HounsfieldScale {
     const IDENTITY: Self = Self { slope: 1.0, intercept: 0.0 };
 
@@ -27,22 +23,15 @@ impl HounsfieldScale {
         if volume.is_hounsfield() || volume.may_be_hounsfield() {
             return Self::IDENTITY;
         }
-        let statistics = ValueStatistics::new(volume, 1024);
-        let [low, high] = statistics.range;
-        let width = (high - low) / statistics.histogram.len() as f64;
-        let border = ((statistics.otsu_threshold() - low) / width) as usize;
-        let (below, above) = statistics.histogram.split_at(border.min(statistics.histogram.len()));
-        let peak = |counts: &[u64], first: usize| {
-            let (place, _) = counts.iter().enumerate().max_by_key(|(_, count)| **count)?;
-            Some(low + ((first + place) as f64 + 0.5) * width)
-        };
-        match (peak(below, 0), peak(above, below.len())) {
-            (Some(air), Some(tissue)) if tissue > air => {
-                let slope = (tissue - air) / (TISSUE - AIR);
-                Self { slope, intercept: air - AIR * slope }
-            }
-            _ => Self::IDENTITY,
-        }
+        CtPeaks::of(volume.statistics()).map_or(Self::IDENTITY, |peaks| {
+            let [slope, intercept] = peaks.values_from_hounsfield();
+            Self { slope, intercept }
+        })
+    }
+
+    /// A value of the volume's in Hounsfield units.
+    pub fn hounsfield(self, value: f64) -> f64 {
+        (value - self.intercept) / self.slope
     }
 
     /// A look in Hounsfield units, over the volume's values.
@@ -61,7 +50,10 @@ mod tests {
     use glam::DAffine3;
 
     use super::*;
-    use crate::volume::{Modality, Voxels};
+    use crate::{
+        calibration::{AIR_HU, TISSUE_HU},
+        volume::{Modality, Voxels},
+    };
 
     fn ct(samples: Vec<u8>) -> Volume {
         let dims = [samples.len(), 1, 1];
@@ -76,7 +68,7 @@ mod tests {
         let samples = [vec![10; 500], vec![114; 300], vec![200; 20], vec![255], vec![0]].concat();
         let scale = HounsfieldScale::of(&ct(samples));
         let value = |hu: f64| hu * scale.slope + scale.intercept;
-        assert!((value(AIR) - 10.0).abs() < 0.5 && (value(TISSUE) - 114.0).abs() < 0.5);
+        assert!((value(AIR_HU) - 10.0).abs() < 1.0 && (value(TISSUE_HU) - 114.0).abs() < 1.0);
     }
 
     #[test]

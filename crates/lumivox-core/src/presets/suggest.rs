@@ -5,9 +5,9 @@ use std::ops::RangeInclusive;
 
 use glam::DVec3;
 
-use super::Preset;
+use super::{Preset, scale::HounsfieldScale};
 use crate::{
-    statistics::{ValueStatistics, looks_like_labels},
+    statistics::looks_like_labels,
     subject::{BodyPart, Focus},
     volume::{Modality, Volume},
 };
@@ -28,8 +28,10 @@ pub(super) fn suggest(volume: &Volume) -> Preset {
     }
     match volume.modality() {
         _ if volume.is_hounsfield() || volume.may_be_hounsfield() => ct(volume),
-        // Maps of iodine, perfusion or dose have a scale of their own.
         Modality::Pet => Preset::PetHot,
+        _ if volume.is_signed_map() => Preset::SignedMap,
+        // A CT that lost its scale has air and tissue all the same; maps of iodine, perfusion or dose have one of their own.
+        Modality::Ct if volume.unit().is_empty() && !volume.subject().is_other => ct(volume),
         Modality::Ct => Preset::Plain,
         // So has what its file says is something else.
         _ if !volume.unit().is_empty() || volume.subject().is_other => Preset::Plain,
@@ -39,7 +41,7 @@ pub(super) fn suggest(volume: &Volume) -> Preset {
 
 fn ct(volume: &Volume) -> Preset {
     let subject = volume.subject();
-    let content = CtContent::of(volume);
+    let content = CtContent::of(volume, HounsfieldScale::of(volume));
     if subject.focus == Some(Focus::Teeth) {
         return Preset::CtTeeth;
     }
@@ -73,18 +75,15 @@ fn mr(volume: &Volume) -> Preset {
     const SPARSE: f64 = 0.06;
     const THICK: f64 = 0.5;
     let subject = volume.subject();
-    let statistics = ValueStatistics::new(volume, 1024);
+    let statistics = volume.statistics();
     let border = statistics.otsu_threshold();
-    let [low, high] = statistics.range;
-    let bin = (high - low) / statistics.histogram.len() as f64;
-    let first = ((border - low) / bin) as usize;
-    let above: u64 = statistics.histogram.iter().skip(first).sum();
-    let share = above as f64 / volume.voxel_count() as f64;
+    let share = statistics.share([border, f64::INFINITY]);
     match (subject.part, subject.focus) {
         (_, Some(Focus::Vessels)) => Preset::MrAngiography,
         // Nothing but vessels is so little of what was scanned.
         _ if share < SPARSE && Places::of(volume).thick_share(border) < THICK => Preset::MrAngiography,
         (_, Some(Focus::BrainAlone)) => Preset::MrBrain,
+        _ if !may_be_head(volume, border) => Preset::Plain,
         // Of a coarse scan a skull leaves nothing: only its file could tell that it is stripped.
         (None | Some(BodyPart::Head | BodyPart::Neck), _) if Rim::is_too_coarse(volume) => Preset::MrHead,
         (None | Some(BodyPart::Head | BodyPart::Neck), _) => {
@@ -93,6 +92,15 @@ fn mr(volume: &Volume) -> Preset {
         }
         _ => Preset::Plain,
     }
+}
+
+/// Whether a scan is as large as one of a head. What nothing says to be an MR has to be as round, too: microscopes,
+/// ultrasound, fossils and weather make volumes as well.
+fn may_be_head(volume: &Volume, border: f64) -> bool {
+    /// Of what is scanned for a head, or with one, in mm.
+    const SCANNED_MM: RangeInclusive<f64> = 70.0..=700.0;
+    SCANNED_MM.contains(&volume.size_mm().max_element())
+        && (volume.modality() == Modality::Mr || Rim::of(volume, border).is_of_head())
 }
 
 /// A grid of places in a volume, some [`STEP_MM`] apart.
@@ -175,18 +183,19 @@ impl CtContent {
     /// A head is narrower.
     const HEAD_MM: f64 = 290.0;
 
-    fn of(volume: &Volume) -> Self {
+    fn of(volume: &Volume, scale: HounsfieldScale) -> Self {
         let places = Places::of(volume);
+        let hounsfield = |at: [usize; 3]| scale.hounsfield(places.value(at));
         let (dims, ml) = (places.dims, places.ml());
         let mut content = Self::default();
         let (mut low, mut high) = ([usize::MAX; 3], [0; 3]);
         for at in places.all() {
-            let value = places.value(at);
+            let value = hounsfield(at);
             let is_inside = (0..3).all(|axis| at[axis] > 0 && at[axis] + 1 < dims[axis]);
             let beside = |axis: usize, up: bool| {
                 let mut beside = at;
                 beside[axis] = if up { at[axis] + 1 } else { at[axis] - 1 };
-                places.value(beside)
+                hounsfield(beside)
             };
             let all_beside = |test: &dyn Fn(f64) -> bool| {
                 is_inside && (0..3).all(|axis| test(beside(axis, false)) && test(beside(axis, true)))
@@ -312,6 +321,12 @@ impl Rim {
         rim
     }
 
+    /// Whether it has the size of a head, or of a brain, on most sides.
+    fn is_of_head(&self) -> bool {
+        const RADIUS_MM: RangeInclusive<f64> = 40.0..=140.0;
+        RADIUS_MM.contains(&self.radius_mm) && self.rays >= Self::LEAST
+    }
+
     fn is_bare_brain(&self) -> bool {
         let is_of_size = Self::RADIUS_MM.contains(&self.radius_mm);
         is_of_size && self.rays >= Self::LEAST && f64::from(self.with_skull) < 0.3 * f64::from(self.rays)
@@ -372,7 +387,10 @@ mod tests {
     #[test]
     fn lungs_and_blood_are_found_in_a_ct() {
         assert_eq!(suggest(&chest(40.0)), Preset::CtMuscle);
-        assert_eq!(CtContent::of(&chest(40.0)).part(), Some(BodyPart::Chest));
+        assert_eq!(
+            CtContent::of(&chest(40.0), HounsfieldScale::of(&chest(40.0))).part(),
+            Some(BodyPart::Chest)
+        );
         // Contrast agent alone does not ask for the heart.
         assert_eq!(suggest(&chest(350.0)), Preset::CtMuscle);
         assert_eq!(suggest(&chest(350.0).with_subject(subject("heart"))), Preset::CtCardiac);
@@ -389,7 +407,7 @@ mod tests {
     #[test]
     fn heads_and_bones_are_found_in_a_ct() {
         let ct = head([-1000.0, 40.0, 1000.0, 40.0], Modality::Ct);
-        assert_eq!(CtContent::of(&ct).part(), Some(BodyPart::Head));
+        assert_eq!(CtContent::of(&ct, HounsfieldScale::of(&ct)).part(), Some(BodyPart::Head));
         assert_eq!(suggest(&ct), Preset::CtMuscle);
         for (words, preset) in [
             ("CTA head", Preset::CtAngiography),
@@ -417,6 +435,26 @@ mod tests {
         let head = head([5.0, 400.0, 20.0, 800.0], Modality::Mr);
         assert_eq!(suggest(&head.clone().with_subject(subject("TOF"))), Preset::MrAngiography);
         assert_eq!(suggest(&head.with_subject(subject("knee"))), Preset::Plain, "no head");
+    }
+
+    #[test]
+    fn not_all_that_is_scanned_is_a_head() {
+        let noise = |at: DVec3| (at.x * 3.0 + at.y * 5.0 + at.z * 7.0).abs() % 16.0;
+        let ball = |at: DVec3| noise(at) + if at.length() < 80.0 { 400.0 } else { 0.0 };
+        let of_size = |mm: f64| {
+            let scan = scan([100, 100, 100], Modality::Other, ball).with_unit("");
+            let place = DAffine3::from_scale(DVec3::splat(mm));
+            Volume::new(scan.dims(), scan.voxels().clone(), [1.0, -1024.0], place, Modality::Other).unwrap()
+        };
+        assert_eq!(suggest(&of_size(2.0)), Preset::MrBrain);
+        // A cell, a fossil, weather.
+        for mm in [1e-3, 0.05, 1e4] {
+            assert_eq!(suggest(&of_size(mm)), Preset::Plain, "voxels of {mm} mm");
+            assert_eq!(suggest(&of_size(mm).with_modality(Modality::Mr)), Preset::Plain, "voxels of {mm} mm");
+        }
+        // A sector of ultrasound reaches to the edge of its box; a sheet of rock is not round.
+        let sheet = |at: DVec3| noise(at) + if at.y.abs() < 12.0 { 400.0 } else { 0.0 };
+        assert_eq!(suggest(&scan([100, 100, 100], Modality::Other, sheet)), Preset::Plain);
     }
 
     #[test]

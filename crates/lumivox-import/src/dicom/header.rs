@@ -327,7 +327,9 @@ fn interpret(source: &Source, header: &Header, cancel: &CancelToken) -> Result<I
         kernel: data.text(attr::CONVOLUTION_KERNEL),
         subject: {
             let mut subject = subject(data);
-            subject.is_other = modality == Modality::Other;
+            // A map that a CT was made of is none, though no unit says so.
+            let is_map = modality == Modality::Ct && quantity.unit.is_empty();
+            subject.is_other = modality == Modality::Other || is_map;
             subject
         },
         unit: if segmentation.is_some() { "".into() } else { quantity.unit },

@@ -54,7 +54,7 @@ use alignment::Alignment;
 use assembly::Slices;
 use gaps::Gaps;
 use header::ImageFile;
-use lumivox_core::{CancelToken, Modality, Progress, Subject, Volume, Voxels};
+use lumivox_core::{CancelToken, Modality, Progress, Subject, Volume, Voxels, fill};
 use pixels::Failure;
 use scan::Rejected;
 pub(crate) use scan::{Found, files_below};
@@ -63,6 +63,7 @@ use series::{Phase, Stack};
 
 use crate::{
     ImportError, ImportOptions, ImportReport, Imported, SeriesSummary, SkippedFile, Thumbnail, single,
+    values::{Told, judged},
 };
 
 /// What the headers of DICOM files say, before any pixel is read.
@@ -206,6 +207,8 @@ impl Study {
         cancel: &CancelToken,
     ) -> Result<Imported, ImportError> {
         let chosen = self.choose(options)?;
+        let told = Told::by(options);
+        self.rescale(chosen, &told);
         let (files, stack) = (&self.files, &self.stacks[chosen]);
         let number = phase_number(stack, files, options, &self.path)?;
         let phase = &stack.phases[number];
@@ -224,19 +227,39 @@ impl Study {
         let sources = on_grid.sources(self.gaps(stack, phase, options), &mut notes);
         let empty_slices = on_grid.empty_slices(&sources);
         let (dims, patient_from_voxel) = (on_grid.dims(), on_grid.patient_from_voxel());
-        let (voxels, rescale) = on_grid.filled(&sources, cancel)?;
+        let (mut voxels, rescale) = on_grid.filled(&sources, cancel)?;
+        if !is_labels {
+            let empty = first.is_hounsfield().then_some(pixels::AIR_HU);
+            let found = fill::replace(&mut voxels, rescale, empty);
+            notes.extend(found.iter().map(|fill| fill.note(voxels.len())));
+        }
 
         single::check_spacing(&self.path, patient_from_voxel)?;
         cancel.check()?;
         let modality = if is_labels { Modality::Other } else { first.modality };
-        let volume = Volume::new(dims, voxels, rescale, patient_from_voxel, modality)
+        let mut volume = Volume::new(dims, voxels, rescale, patient_from_voxel, modality)
             .map_err(|source| ImportError::Volume { path: self.path.clone(), source })?
             .with_unit(first.unit.clone())
             .with_subject(if is_labels { Subject::default() } else { first.subject });
+        if !is_labels {
+            volume = judged(told.apply(volume), &told, &mut notes);
+        }
         notes.extend(single::remarks(&volume));
         let series = self.summaries(options);
         let report = ImportReport { format: FORMAT.to_owned(), series, chosen, notes, empty_slices, skipped };
         Ok(Imported { volume, report })
+    }
+
+    /// Gives the images of a series the slope and intercept that the user told, in place of their own.
+    fn rescale(&mut self, series: usize, told: &Told) {
+        let slices = self.stacks[series].phases.iter().flat_map(|phase| &phase.slices);
+        for slice in slices {
+            let file = &mut self.files[slice.file];
+            let is_image = file.segmentation.is_none() && file.format.lut.is_none();
+            if is_image && let Some(frame) = file.frames.get_mut(slice.frame) {
+                frame.rescale = told.rescale(frame.rescale);
+            }
+        }
     }
 
     /// Loads the segmentation that `options` name, by default the first in the list, and says what its segments are.

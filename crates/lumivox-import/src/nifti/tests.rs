@@ -5,9 +5,10 @@ use lumivox_core::{CancelToken, Modality, Progress};
 
 use super::*;
 use crate::Imported;
+use crate::values::Told;
 
 fn load(path: &Path) -> Result<Imported, ImportError> {
-    open(path)?.load(None, Progress::SILENT, &CancelToken::new())
+    open(path)?.load(None, &Told::default(), Progress::SILENT, &CancelToken::new())
 }
 
 /// A header under construction, in either version and byte order.

@@ -556,7 +556,8 @@ pub(crate) fn place(scene: &Scene) -> Vec<Placed<'_>> {
         .iter()
         .filter(|instance| is_finite_on_gpu(instance.world_from_patient))
         .map(|instance| {
-            let medium = instance.medium.clone().sanitized();
+            let mut medium = instance.medium.clone().sanitized();
+            medium.density_scale = medium.density_scale_in(&instance.volume);
             let looks = Looks::new(instance, &medium);
             let patient_from_world = instance.world_from_patient.inverse();
             Placed { instance, medium, looks, patient_from_world }
