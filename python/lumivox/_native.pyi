@@ -168,6 +168,7 @@ def load(
     fill_damaged: bool,
     allow_outside_data: bool,
     raw: str | None,
+    values: tuple[float | None, float | None, str | None, str | None],
     patient_alone: bool,
     progress: _Stages,
 ) -> Volume: ...

@@ -28,7 +28,7 @@ class LabelStyle:
     opacity: float = 1.0
     """Multiplies their opacity, 0 to 1."""
     density: float | None = None
-    """Factor on their extinction, 0 to 1000, in place of the medium's."""
+    """Factor on their extinction, 0 to 1e9, in place of the medium's."""
     transfer_function: TransferFunction | None = None
     """Their transfer function, without gradients."""
     surface: SurfaceReflection | None = None
@@ -43,7 +43,7 @@ class LabelStyle:
             object.__setattr__(self, "color", _check.color("color", self.color))
         object.__setattr__(self, "opacity", _check.number("opacity", self.opacity, 0.0, 1.0))
         if self.density is not None:
-            object.__setattr__(self, "density", _check.number("density", self.density, 0.0, 1e3))
+            object.__setattr__(self, "density", _check.number("density", self.density, 0.0, 1e9))
         curve = self.transfer_function
         if curve is not None:
             if not isinstance(curve, TransferFunction):
@@ -104,7 +104,7 @@ def _with_word(style: LabelStyle, text: str, volume: Volume) -> LabelStyle:
         except ValueError:
             number = -1.0
         if not 0.0 <= number <= high:
-            raise ValueError(f"'{word}' wants a number from 0 to {high:g}, as in {word}:0.5")
+            raise ValueError(f"'{word}' wants a number from 0 to {high:.10g}, as in {word}:0.5")
         return number
 
     match word, colon:
@@ -123,7 +123,7 @@ def _with_word(style: LabelStyle, text: str, volume: Volume) -> LabelStyle:
         case "opacity", _:
             return replace(style, opacity=fraction(1.0))
         case "density", _:
-            return replace(style, density=fraction(1e3))
+            return replace(style, density=fraction(1e9))
         case "preset", ":":
             _, medium = look.preset_medium(value, volume)
             return replace(style, transfer_function=medium.transfer_function, density=medium.density, surface=medium.surface)

@@ -102,12 +102,25 @@ class TransferFunction:
         centre = min(values) / 2.0 + max(values) / 2.0
         offset = centre * (1.0 - scale) + shift
 
-        def moved(curve: TransferFunction) -> TransferFunction:
-            knots = [(knot.value * scale + offset, knot.opacity, knot.ease) for knot in curve.opacity]
-            stops = [(stop.value * scale + offset, stop.color) for stop in curve.color]
-            return TransferFunction(knots, stops, [(row.per_mm, moved(row.transfer_function)) for row in curve.gradients])
+        return self._remapped(scale, offset)
 
-        return moved(self)
+    def in_window(self, level: float, width: float) -> TransferFunction:
+        """The same, gradients too, stretched over ``width`` of the scan's units around ``level``, as radiologists give a
+        window."""
+        level = _check.number("level", level, -1e9, 1e9)
+        width = _check.number("width", width, 1e-9, 1e9)
+        values = [knot.value for knot in self.opacity] + [stop.value for stop in self.color]
+        low, high = min(values), max(values)
+        if high <= low:
+            return self
+        scale = width / (high - low)
+        return self._remapped(scale, level - scale * (low + high) / 2.0)
+
+    def _remapped(self, scale: float, offset: float) -> TransferFunction:
+        knots = [(knot.value * scale + offset, knot.opacity, knot.ease) for knot in self.opacity]
+        stops = [(stop.value * scale + offset, stop.color) for stop in self.color]
+        rows = [(row.per_mm, row.transfer_function._remapped(scale, offset)) for row in self.gradients]
+        return TransferFunction(knots, stops, rows)
 
     def save(self, path: PathLike, unit: str = "HU") -> None:
         """Writes it, gradients too, as :func:`load_transfer_function`, the command and all other hosts read it."""
@@ -164,7 +177,7 @@ class Medium:
 
     transfer_function: TransferFunction
     density: float = 1.0
-    """Factor on the extinction, 0 to 1000."""
+    """Factor on the extinction, 0 to 1e9: a microscope's scans need large ones."""
     albedo: float = 1.0
     """Fraction of light that survives a scattering, 0 to 1."""
     anisotropy: float = 0.0
@@ -180,7 +193,7 @@ class Medium:
 
     def __post_init__(self) -> None:
         curve(self.transfer_function)
-        _check.number("density", self.density, 0.0, 1e3)
+        _check.number("density", self.density, 0.0, 1e9)
         _check.number("albedo", self.albedo, 0.0, 1.0)
         _check.number("anisotropy", self.anisotropy, -0.99, 0.99)
         object.__setattr__(self, "bounces", _check.whole("bounces", self.bounces, 1, 1000))

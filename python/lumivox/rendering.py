@@ -60,9 +60,10 @@ class Options(TypedDict, total=False):
 
     preset: str | Sequence[str] | None
     transfer_function: Curve | Sequence[Curve] | None
-    shift: float
-    window_scale: float
-    density: float | None
+    shift: float | Sequence[float]
+    window_scale: float | Sequence[float]
+    window: tuple[float, float] | Sequence[tuple[float, float] | None] | None
+    density: float | Sequence[float | None] | None
     albedo: float | None
     anisotropy: float | None
     bounces: int | None
@@ -124,6 +125,7 @@ LOOK = frozenset(
         "transfer_function",
         "shift",
         "window_scale",
+        "window",
         "density",
         "albedo",
         "anisotropy",
@@ -289,8 +291,9 @@ def render(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) 
     - ``preset``: a name. Default: what suits the scan; see :func:`lumivox.presets`.
     - ``transfer_function``: opacity and colour by value (and gradient), in place of the preset's; or a file of it.
     - ``shift``, ``window_scale``: moves opacity and colour to higher values (HU for CT), and widens them about their centre
-      (0.01 to 100), as a window's level and width do.
-    - ``density``: factor on the extinction. ``albedo``: fraction of light that survives a scattering, 0 to 1.
+      (0.01 to 100), as a window's level and width do. ``window``, in their place:
+      stretches them over a level and a width in the scan's unit: ``(40, 400)``.
+    - ``density``: factor on the extinction, per millimetre however large the scan is. ``albedo``: fraction of light that survives a scattering, 0 to 1.
       ``anisotropy``: mean cosine of scattering, -0.99 to 0.99. ``bounces``: most scatterings along a path, 1 to 1000.
       ``surface``: reflection where the value changes quickly. Default of all: the preset's.
     - ``filter``: ``"smooth"`` (default), ``"trilinear"``, ``"tricubic"`` or ``"nearest"``.

@@ -108,9 +108,10 @@ class Scene:
         *,
         preset: str | Sequence[str] | None = None,
         transfer_function: Curve | Sequence[Curve] | None = None,
-        shift: float = 0.0,
-        window_scale: float = 1.0,
-        density: float | None = None,
+        shift: float | Sequence[float] = 0.0,
+        window_scale: float | Sequence[float] = 1.0,
+        window: tuple[float, float] | Sequence[tuple[float, float] | None] | None = None,
+        density: float | Sequence[float | None] | None = None,
         albedo: float | None = None,
         anisotropy: float | None = None,
         bounces: int | None = None,
@@ -135,8 +136,6 @@ class Scene:
         given = _volumes(volumes)
         if not given:
             raise ValueError("a scene needs at least one volume")
-        if preset is not None and transfer_function is not None:
-            raise ValueError("preset and transfer_function exclude each other")
         if peel is not None and peel_mm is not None:
             raise ValueError("peel and peel_mm exclude each other")
         if label is not None and labels is None:
@@ -144,27 +143,37 @@ class Scene:
         for name, mm in (("peel", peel), ("peel_mm", peel_mm)):
             if mm is not None:
                 _check.number(name, mm, 0.0, classification.MOST_PEELED_MM)
-        window = _check.number("shift", shift, -1e9, 1e9), _check.number("window_scale", window_scale, 0.01, 100.0)
+        shifts = _numbers("shift", shift, len(given), -1e9, 1e9)
+        scales = _numbers("window_scale", window_scale, len(given), 0.01, 100.0)
+        windows = _windows(window, len(given))
+        if window is not None and (set(shifts), set(scales)) != ({0.0}, {1.0}):
+            raise ValueError("window says all that shift and window_scale do; give it or them")
+        densities = _numbers("density", density, len(given), 0.0, 1e9)
         _check.called("progress", progress, "(stage, done, total)")
         names = _each("preset", preset, len(given), str | look.Preset)
         for one in names:
             if one is not None:
                 look.preset_name(one)
         curves = _each("transfer_function", transfer_function, len(given), TransferFunction | str | os.PathLike)
+        if any(name is not None and curve is not None for name, curve in zip(names, curves, strict=True)):
+            raise ValueError("preset and transfer_function exclude each other")
         shapes = classification.clip_shapes("clip_shape", clip_shape)
         kept, light_from, lights = _clip(clip), environment_of(environment), lights_of("light", light)
         from_file = _labels(labels)
         placed = []
-        for volume, name, curve in zip(given, names, curves, strict=True):
+        for place, (volume, name, curve) in enumerate(zip(given, names, curves, strict=True)):
             look_of = None if name is None else look.preset_name(name)
             shown = _shown(volume, look_of, curve is not None, 0.0 if peel_mm is not None else peel, progress)
             _, medium = look.preset_medium(look_of or look.default_preset(shown), shown)
             if curve is not None:
                 medium = replace(medium, transfer_function=_curve(curve, shown))
+            asked = windows[place]
+            function = medium.transfer_function
+            dense = densities[place]
             medium = replace(
                 medium,
-                transfer_function=medium.transfer_function.windowed(*window),
-                density=medium.density if density is None else density,
+                transfer_function=function.in_window(*asked) if asked else function.windowed(shifts[place], scales[place]),
+                density=medium.density if dense is None else dense,
                 albedo=medium.albedo if albedo is None else albedo,
                 anisotropy=medium.anisotropy if anisotropy is None else anisotropy,
                 bounces=medium.bounces if bounces is None else bounces,
@@ -391,6 +400,31 @@ def _each(name: str, given: Any, count: int, kind: Any) -> list[Any]:
         times, what = len(several), "scan" if count == 1 else "scans"
         raise ValueError(f"{name} is given {times} times for {count} {what}; give it once for all, or once for each")
     return several * count if len(several) == 1 else several
+
+
+def _numbers(name: str, given: Any, count: int, low: float, high: float) -> list[Any]:
+    """Numbers that were given once for all, or once for each."""
+    several = list(given) if isinstance(given, list | tuple) else [given]
+    if len(several) not in (1, count):
+        times, what = len(several), "scan" if count == 1 else "scans"
+        raise ValueError(f"{name} is given {times} times for {count} {what}; give it once for all, or once for each")
+    checked = [None if one is None else _check.number(name, one, low, high) for one in several]
+    return checked * count if len(checked) == 1 else checked
+
+
+def _windows(given: Any, count: int) -> list[tuple[float, float] | None]:
+    """Levels and widths that were given once for all, or once for each."""
+    several = [given] if given is None or len(given) == 2 and all(_check.is_number(one) for one in given) else list(given)
+    if len(several) not in (1, count):
+        raise ValueError(f"window is given {len(several)} times for {count} scans; give it once for all, or once for each")
+    for one in several:
+        if one is not None and (len(one) != 2 or not all(_check.is_number(part) for part in one)):
+            raise TypeError(f"window must be a level and a width, such as (40, 400), not {_check.shown(one)}")
+    made = [
+        None if one is None else (_check.number("window", one[0], -1e9, 1e9), _check.number("window", one[1], 1e-9, 1e9))
+        for one in several
+    ]
+    return made * count if len(made) == 1 else made
 
 
 def _clip(clip: Any) -> tuple[Vec3, Vec3]:

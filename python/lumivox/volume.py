@@ -422,6 +422,10 @@ def load(
     fill_damaged: bool = False,
     allow_outside_data: bool = False,
     raw: str | None = None,
+    slope: float | None = None,
+    intercept: float | None = None,
+    modality: Literal["CT", "MR", "PET", "other"] | None = None,
+    unit: str | None = None,
 ) -> Volume:
     """Loads a scan: a DICOM folder, archive or files, NIfTI, NRRD, MetaImage or RAW, told by content.
 
@@ -433,6 +437,8 @@ def load(
     - ``fill_damaged``: fills in slices that are there but damaged, too.
     - ``allow_outside_data``: lets a header name data files anywhere, not only beside it or below.
     - ``raw``: layout of a RAW scan: ``"256x256x108:i16le:spacing=0.9,0.9,1.5"``.
+    - ``slope``, ``intercept``, ``modality``, ``unit``: what values mean, in place of what the file says:
+      ``intercept=-1024`` where a CT's was lost, ``unit="HU"`` where a CT's are Hounsfield units after all.
 
     Ctrl-C stops it. Raises :class:`ScanError`, which names the file, what is wrong and what to do.
     """
@@ -442,9 +448,20 @@ def load(
     chosen = None if series is None else str(series)
     phase = None if phase is None else _check.whole("phase", phase, 1, 1 << 31)
     raw = layout(raw)
+    slope = None if slope is None else _check.number("slope", slope, -1e9, 1e9)
+    if slope == 0.0:
+        raise ValueError("slope must not be 0")
+    intercept = None if intercept is None else _check.number("intercept", intercept, -1e9, 1e9)
+    if modality is not None:
+        _check.choice("modality", modality, ("CT", "MR", "PET", "other"))
+    if unit is not None and not isinstance(unit, str):
+        raise TypeError(f"unit must be a text, not {_check.shown(unit)}")
+    values = (slope, intercept, modality, unit)
     _check.called("progress", progress, "(stage, done, total)")
     alone = keep == "patient"
-    native = _native.load(_paths(path), chosen, phase, leave_gaps, fill_damaged, allow_outside_data, raw, alone, progress)
+    native = _native.load(
+        _paths(path), chosen, phase, leave_gaps, fill_damaged, allow_outside_data, raw, values, alone, progress
+    )
     return Volume(native)
 
 

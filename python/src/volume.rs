@@ -375,10 +375,14 @@ pub fn load(
     fill_damaged: bool,
     allow_outside_data: bool,
     raw: Option<&str>,
+    values: (Option<f64>, Option<f64>, Option<String>, Option<String>),
     patient_alone: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Volume> {
-    let options = import_options(series, phase, leave_gaps, fill_damaged, allow_outside_data, raw)?;
+    let mut options = import_options(series, phase, leave_gaps, fill_damaged, allow_outside_data, raw)?;
+    let (slope, intercept, modality, unit) = values;
+    (options.slope, options.intercept, options.unit) = (slope, intercept, unit);
+    options.modality = modality.as_deref().and_then(lumivox_import::modality_of_word);
     let told = progress.as_ref().map(|told| told.clone_ref(py));
     let loaded =
         wait::stages(py, told, |progress, cancel| lumivox_import::load(&paths, &options, progress, cancel))?;

@@ -1,20 +1,22 @@
 //! The command line: what can be asked for. `values.rs`: what single options take, and what makes no sense.
 
+mod look;
 mod phantom;
 mod values;
 
 use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use lumivox_core::Preset;
+use lumivox_core::Modality;
 use lumivox_import::{ArrayLayout, PatientAxes, RawDescription, parse_spacing};
 
+pub use look::{LookName, LookNames, TuningArgs};
 pub use phantom::{ArmsArg, MetalArg, PhantomArgs, PhantomKind, TorsoArgs};
 pub use values::{
-    Background, Clip, EnvironmentName, FURTHEST, FilterName, Point, Size, Sun, Switch, Tone, hex_color,
-    numbers,
+    Background, Clip, EnvironmentName, FURTHEST, FilterName, Point, Size, Sun, Switch, Tone, Window,
+    hex_color, numbers,
 };
-use values::{number, seconds};
+use values::{modality, number, seconds, slope};
 
 use crate::classification::{ClipOption, LabelOption};
 
@@ -69,6 +71,9 @@ Examples:
   lumivox render FOLDER --labels liver.seg.nrrd --label '*=opacity:0.1' --label liver=show,color,opacity:1 -o liver.png
   lumivox render FOLDER --size 1920x1080 --time 60 --background transparent -o hd.png
   lumivox render ct.nrrd pet.nrrd --preset fusion --preset pet-hot -o both.png
+  lumivox render brain.nii.gz zmap.nii.gz -o activity.png
+  lumivox render FOLDER --preset ct-soft-tissue --window 60,400 -o liver.png
+  lumivox render cbct.nii.gz --modality CT --intercept -1024 -o skull.png
   lumivox render head.raw --raw 256x256x108:i16le:spacing=1,1,1.5 -o raw.png
 
 ";
@@ -145,6 +150,18 @@ pub struct InputArgs {
     /// four]
     #[arg(long, value_name = "LETTERS")]
     pub layout: Option<ArrayLayout>,
+    /// Units of a scan's values per stored one, in place of what its file says
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, value_parser = slope)]
+    pub slope: Option<f64>,
+    /// Value of a stored 0, in place of what the file says: -1024 where a CT's was lost
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true, value_parser = number(-1e9, 1e9))]
+    pub intercept: Option<f64>,
+    /// What made the scan, in place of what its file says: CT, MR, PET or other
+    #[arg(long, value_name = "MODALITY", value_parser = modality)]
+    pub modality: Option<Modality>,
+    /// What values are measured in, in place of what the file says; HU where a CT's are Hounsfield units
+    #[arg(long, value_name = "UNIT")]
+    pub unit: Option<String>,
 }
 
 /// `lumivox render`.
@@ -157,23 +174,12 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE.png")]
     pub output: PathBuf,
 
-    /// Named look, one for all scans or one for each [default: what suits the scan; see 'lumivox presets']
-    #[arg(long, value_name = "NAME", help_heading = "Look", value_parser = Preset::from_name)]
-    pub preset: Vec<Preset>,
-    /// File with opacity and colour by value, one for all scans or one for each; UnityVolumeRendering's .tf too
-    #[arg(long, value_name = "FILE", help_heading = "Look", conflicts_with = "preset")]
-    pub transfer_function: Vec<PathBuf>,
-    /// Move opacity and colour to higher values, in the scan's unit (HU for CT): a window's level
-    #[arg(long, value_name = "VALUE", help_heading = "Look", allow_negative_numbers = true)]
-    #[arg(value_parser = number(-1e9, 1e9), default_value_t = 0.0, hide_default_value = true)]
-    pub shift: f64,
-    /// Widen opacity and colour about their centre, 0.01 to 100: a window's width
-    #[arg(long, value_name = "FACTOR", help_heading = "Look", value_parser = number(0.01, 100.0))]
-    #[arg(default_value_t = 1.0, hide_default_value = true)]
-    pub window_scale: f64,
-    /// Factor on the extinction [default: the preset's]
-    #[arg(long, value_name = "FACTOR", help_heading = "Look", value_parser = number(0.0, 1e3))]
-    pub density: Option<f64>,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub looks: LookNames,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub tuning: TuningArgs,
     /// Fraction of light that survives a scattering, 0 to 1 [default: the preset's]
     #[arg(long, value_name = "FRACTION", help_heading = "Look", value_parser = number(0.0, 1.0))]
     pub albedo: Option<f64>,
@@ -218,12 +224,13 @@ pub struct RenderArgs {
     #[arg(long, value_name = "NAME=WORDS", help_heading = "Look", requires = "labels")]
     pub label: Vec<LabelOption>,
 
-    /// Degrees the camera turns around the patient; 0 sees the face, 90 the patient's left
-    #[arg(long, value_name = "DEGREES", help_heading = "Camera", default_value = "0", value_parser = number(-3600.0, 3600.0))]
-    pub azimuth: f64,
-    /// Degrees the camera rises, -90 to 90
-    #[arg(long, value_name = "DEGREES", help_heading = "Camera", default_value = "0", value_parser = number(-90.0, 90.0))]
-    pub elevation: f64,
+    /// Degrees the camera turns around the patient; 0 sees the face, 90 the patient's left [default: 0; a single slice is
+    /// seen from its front]
+    #[arg(long, value_name = "DEGREES", help_heading = "Camera", value_parser = number(-3600.0, 3600.0))]
+    pub azimuth: Option<f64>,
+    /// Degrees the camera rises, -90 to 90 [default: 0, as of --azimuth]
+    #[arg(long, value_name = "DEGREES", help_heading = "Camera", value_parser = number(-90.0, 90.0))]
+    pub elevation: Option<f64>,
     /// How many times closer than where everything fits
     #[arg(long, value_name = "FACTOR", help_heading = "Camera", default_value = "1", value_parser = number(1e-3, 1e3))]
     pub zoom: f64,
@@ -258,7 +265,7 @@ pub struct RenderArgs {
     /// without a GPU, as many as two minutes allow]
     #[arg(long, value_name = "N", help_heading = "Image", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub samples: Option<u32>,
-    /// Seconds of tracing after which it ends; every pixel gets at least one sample, however long that takes
+    /// Seconds of tracing after which it ends; every pixel gets at least one sample, if that takes no more than twice as long
     #[arg(long, value_name = "SECONDS", help_heading = "Image", value_parser = seconds)]
     pub time: Option<Duration>,
     /// Another seed gives other noise; the same gives the same image

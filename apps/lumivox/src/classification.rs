@@ -64,7 +64,7 @@ impl FromStr for Word {
                 Ok(Self::Color(rgb.map(|c| color::linear_from_srgb(f64::from(c) / 255.0))))
             }
             ("opacity", _) => number(1.0).map(Self::Opacity),
-            ("density", _) => number(1e3).map(Self::Density),
+            ("density", _) => number(1e9).map(Self::Density),
             ("preset", Some(name)) => Preset::from_name(name).map(Self::Preset).map_err(|e| e.to_string()),
             _ => Err(format!(
                 "'{text}' is none of hide, show, color, color:#rrggbb, opacity:F, density:F, preset:NAME, matte, \

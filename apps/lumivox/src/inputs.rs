@@ -146,6 +146,10 @@ pub fn options(args: &InputArgs) -> ImportOptions {
     options.spacing_mm = args.spacing;
     options.axes = args.axes;
     options.layout.clone_from(&args.layout);
+    options.slope = args.slope;
+    options.intercept = args.intercept;
+    options.modality = args.modality;
+    options.unit.clone_from(&args.unit);
     options
 }
 
@@ -191,13 +195,10 @@ fn may_be_a_slice(path: &Path) -> bool {
 /// `CT, 512 x 512 x 275 voxels of 0.78 x 0.78 x 1.00 mm, -1000 to 3071 HU`.
 pub fn describe(volume: &Volume) -> String {
     let [x, y, z] = volume.dims();
-    let spacing = volume.spacing_mm();
     let [low, high] = volume.value_range();
     let line = format!(
-        "{modality}{x} x {y} x {z} voxels of {:.2} x {:.2} x {:.2} mm, {} to {} {unit}",
-        spacing.x,
-        spacing.y,
-        spacing.z,
+        "{modality}{x} x {y} x {z} voxels of {}, {} to {} {unit}",
+        lengths(volume.spacing_mm().to_array(), 2),
         number(low),
         number(high),
         modality = modality(volume).map(|name| format!("{name}, ")).unwrap_or_default(),
@@ -215,6 +216,17 @@ pub fn modality(volume: &Volume) -> Option<&'static str> {
         Pet => Some("PT"),
         Other => None,
     }
+}
+
+/// Lengths in mm with so many digits behind the point, in the unit that fits the longest: `0.78 x 0.78 x 1.00 mm`.
+pub fn lengths<const N: usize>(mm: [f64; N], digits: usize) -> String {
+    /// Units, in mm, and from how many mm on they fit.
+    const UNITS: [(&str, f64, f64); 5] =
+        [("km", 1e6, 1e6), ("m", 1e3, 1e4), ("mm", 1.0, 0.1), ("\u{b5}m", 1e-3, 1e-4), ("nm", 1e-6, 0.0)];
+    let longest = mm.iter().copied().fold(0.0, f64::max);
+    let (unit, in_mm, _) = UNITS.into_iter().find(|(_, _, least)| longest >= *least).unwrap_or(UNITS[2]);
+    let numbers = mm.map(|length| format!("{:.digits$}", length / in_mm));
+    format!("{} {unit}", numbers.join(" x "))
 }
 
 /// A value with as many digits as people want to read.
@@ -242,6 +254,16 @@ mod tests {
         assert_eq!(counts, [3, 1, 1]);
         let folders = [folder.path().to_owned(), folder.path().to_owned()];
         assert_eq!(scans(&folders).len(), 2, "folders are scans of their own");
+    }
+
+    #[test]
+    fn lengths_have_the_unit_that_fits() {
+        assert_eq!(lengths([0.78125, 0.78125, 1.0], 2), "0.78 x 0.78 x 1.00 mm");
+        assert_eq!(lengths([0.005, 0.005, 0.03], 2), "5.00 x 5.00 x 30.00 \u{b5}m");
+        assert_eq!(lengths([4e-6; 3], 1), "4.0 x 4.0 x 4.0 nm");
+        assert_eq!(lengths([500.0], 1), "500.0 mm");
+        assert_eq!(lengths([64_000.0], 1), "64.0 m");
+        assert_eq!(lengths([3e6], 1), "3.0 km");
     }
 
     #[test]

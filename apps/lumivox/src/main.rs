@@ -6,6 +6,7 @@ mod cluster;
 mod commands;
 mod exit;
 mod inputs;
+mod looks;
 mod output;
 mod progress;
 mod trace;

@@ -2,7 +2,7 @@
 
 use std::{
     ops::{ControlFlow, Range},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use lumivox_core::{CancelToken, PerspectiveCamera, Scene};
@@ -14,6 +14,10 @@ use crate::{
     output::Picture,
     progress::{Reporter, human_duration},
 };
+
+/// How many times the time limit a first sample of every pixel may take, and a little more.
+const LATE: u32 = 2;
+const GRACE: Duration = Duration::from_secs(1);
 
 /// What came out, finished or as far as it came.
 #[derive(Debug)]
@@ -80,9 +84,14 @@ pub fn trace(
 ) -> Result<Traced, Failure> {
     reporter.say(&format!("tracing on {}", describe(&gpu.description)));
     let mut line = reporter.tracing();
+    // A first sample of every pixel may take longer than there is time, but not for ever.
+    let mut begin = None;
+    let mut is_late = false;
     let rendered = lumivox_wgpu::render(gpu, scene, camera, request, &mut |progress| {
         line.update(progress);
-        if cancel.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        let elapsed = begin.get_or_insert_with(Instant::now).elapsed();
+        is_late |= request.time.is_some_and(|limit| elapsed > LATE * limit + GRACE);
+        if is_late || cancel.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })
     .map_err(|error| match error {
         HeadlessError::Gpu(error) => gpu_failure(error),
@@ -94,6 +103,11 @@ pub fn trace(
     let time_up = matches!(rendered.outcome, Outcome::TimeUp);
     let cut_short = match rendered.outcome {
         Outcome::Complete | Outcome::TimeUp => None,
+        Outcome::Stopped if is_late && samples > 0 => None,
+        Outcome::Stopped if is_late && !cancel.is_cancelled() => Some(Failure::other(
+            "The time was over before every pixel had a sample. A smaller --size, fewer --bounces, a lower --density or more \
+             --time help.",
+        )),
         Outcome::Stopped => Some(Failure::new(Exit::Interrupted, "Stopped early.")),
         Outcome::Failed(error) => Some(gpu_failure(error)),
     };

@@ -123,6 +123,26 @@ fn time_limits_end_a_render() {
     assert!(stderr(&output).contains("of the 1000000 samples per pixel"), "{}", stderr(&output));
 }
 
+/// A scene whose first sample takes far longer than there is time: what there is of it is kept, and it is said.
+#[test]
+fn time_limits_hold_before_the_first_sample() {
+    let folder = folder_with_scan();
+    let size = ["--size", "1024x1024", "--preset", "ct-xray", "--density", "1000", "--time", "0.2"];
+    let begin = std::time::Instant::now();
+    let output = run(folder.path(), &[&["render", "scan", "-o", "a.png"][..], &size].concat());
+    // On a GPU it may be quick enough.
+    if output.status.code() != Some(0) {
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert!(
+            stderr(&output).contains("The time was over before every pixel had a sample"),
+            "{}",
+            stderr(&output)
+        );
+    }
+    assert!(folder.path().join("a.png").is_file());
+    assert!(begin.elapsed() < Duration::from_secs(60), "{:?}", begin.elapsed());
+}
+
 /// A render of `scan` to `a.png` that traces and would go on for ten minutes, and what it says from then on.
 #[cfg(unix)]
 fn tracing(folder: &Path) -> (Child, Lines<BufReader<ChildStderr>>) {

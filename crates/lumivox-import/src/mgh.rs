@@ -138,7 +138,7 @@ mod tests {
     fn load(bytes: &[u8]) -> Result<crate::Imported, ImportError> {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(bytes).unwrap();
-        open(file.path())?.load(None, Progress::SILENT, &CancelToken::new())
+        open(file.path())?.load(None, &crate::values::Told::default(), Progress::SILENT, &CancelToken::new())
     }
 
     #[test]

@@ -212,7 +212,8 @@ impl Study {
             }
             Content::Channels(channels) => {
                 let chosen = channel(channels, options)?;
-                let mut imported = channels[chosen].load(options.phase, &Told::by(options), progress, cancel)?;
+                let mut imported =
+                    channels[chosen].load(options.phase, &Told::by(options), progress, cancel)?;
                 if channels.len() > 1 {
                     let own = imported.report.series.remove(0);
                     imported.report.series.clone_from(&self.report.series);

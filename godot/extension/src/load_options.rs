@@ -2,7 +2,9 @@
 
 use godot::prelude::*;
 use lumivox_core::{CancelToken, Cancelled, Progress};
-use lumivox_import::{ImportOptions, Imported, RawDescription, UnknownAxes, UnknownLayout, parse_spacing};
+use lumivox_import::{
+    ImportOptions, Imported, RawDescription, UnknownAxes, UnknownLayout, modality_of_word, parse_spacing,
+};
 use lumivox_segmentation::{Surroundings, patient_alone};
 
 /// Options of an import.
@@ -37,6 +39,9 @@ impl LoadOptions {
                 let wrong = |_| format!("The import option '{key}' is true or false, and not '{text}'.");
                 text.parse().map_err(wrong)
             };
+            let number = || text.parse::<f64>().ok().filter(|number| number.is_finite());
+            let no_number =
+                || format!("The import option '{key}' is a number, the slope not 0, and not '{text}'.");
             match key.as_str() {
                 _ if text.is_empty() => {}
                 "series" => options.series = Some(text),
@@ -61,13 +66,23 @@ impl LoadOptions {
                         |error: UnknownLayout| format!("The import option 'layout' is '{text}': {error}.");
                     options.layout = Some(text.parse().map_err(wrong)?);
                 }
+                "slope" => {
+                    options.slope = Some(number().filter(|slope| slope.is_normal()).ok_or_else(no_number)?)
+                }
+                "intercept" => options.intercept = Some(number().ok_or_else(no_number)?),
+                "modality" => {
+                    let wrong =
+                        || format!("The import option 'modality' is CT, MR, PET or other, and not '{text}'.");
+                    options.modality = Some(modality_of_word(&text).ok_or_else(wrong)?);
+                }
+                "unit" => options.unit = Some(text),
                 "raw" => {
                     options.raw = Some(RawDescription::parse(&text).map_err(|error| error.to_string())?);
                 }
                 other => {
                     return Err(format!(
-                        "There is no import option '{other}'. There are 'series', 'phase', 'raw', \
-                         'spacing', 'axes', 'layout', 'allow_outside_data' and 'keep_everything'."
+                        "There is no import option '{other}'. There are 'series', 'phase', 'raw', 'slope', 'intercept', \
+                         'modality', 'unit', 'spacing', 'axes', 'layout', 'allow_outside_data' and 'keep_everything'."
                     ));
                 }
             }

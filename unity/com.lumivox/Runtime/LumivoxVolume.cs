@@ -21,7 +21,7 @@ namespace Lumivox
     public sealed partial class LumivoxVolume : MonoBehaviour
     {
         /// <summary>Largest <see cref="density"/>.</summary>
-        public const float MaxDensity = 1000f;
+        public const float MaxDensity = 1e9f;
 
         /// <summary>Largest <see cref="peelMm"/>: what depths are told apart to.</summary>
         public const float MaxPeelMm = 60f;
@@ -58,7 +58,7 @@ namespace Lumivox
         [SerializeField, Tooltip("A look that suits a kind of scan at once. Choosing one replaces the transfer function, density, albedo, anisotropy, max bounces and the surface; what is changed afterwards stays changed. While it is ct-airways or ct-lung-vessels, that organ of the scan is seen alone.")]
         string m_Preset = "";
         [Header("Medium")]
-        [SerializeField, Range(0f, 100f), Tooltip("Multiplies the extinction, which is 1 per millimetre at an opacity of 1: 0 (nothing is seen) to 1000. Low: glass and mist; high: solid.")]
+        [SerializeField, Range(0f, 100f), Tooltip("Multiplies the extinction, which is 1 per millimetre at an opacity of 1: 0 (nothing is seen) to 1e9. Low: glass and mist; high: solid.")]
         float m_Density = 2f;
         [SerializeField, Range(0f, 1f), Tooltip("Fraction of the light that survives each scattering.")]
         float m_Albedo = 1f;
@@ -154,7 +154,7 @@ namespace Lumivox
             }
         }
 
-        /// <summary>Multiplies the extinction, which is 1 per millimetre at an opacity of 1: 0 (nothing is seen) to 1000.</summary>
+        /// <summary>Multiplies the extinction, which is 1 per millimetre at an opacity of 1: 0 (nothing is seen) to 1e9.</summary>
         public float density { get => m_Density; set => Put("density", ref m_Density, value, 0f, MaxDensity); }
 
         /// <summary>Fraction of the light that survives each scattering, 0 to 1.</summary>

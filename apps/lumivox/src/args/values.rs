@@ -3,7 +3,7 @@
 use std::{path::PathBuf, str::FromStr, time::Duration};
 
 use clap::ValueEnum;
-use lumivox_core::{Filter, Light, LightKind, glam::DVec3};
+use lumivox_core::{Filter, Light, LightKind, Modality, glam::DVec3};
 use lumivox_renderer::ToneMap;
 
 /// On or off.
@@ -61,6 +61,38 @@ pub fn number(low: f64, high: f64) -> impl Fn(&str) -> Result<f64, String> + Clo
 
 pub fn seconds(text: &str) -> Result<Duration, String> {
     number(0.01, 1e7)(text.trim_end_matches('s')).map(Duration::from_secs_f64)
+}
+
+/// A parser of slopes.
+pub fn slope(text: &str) -> Result<f64, String> {
+    number(-1e9, 1e9)(text)
+        .and_then(|slope| if slope.is_normal() { Ok(slope) } else { Err("must not be 0".into()) })
+}
+
+/// A parser of modalities.
+pub fn modality(text: &str) -> Result<Modality, String> {
+    lumivox_import::modality_of_word(text).ok_or_else(|| "must be CT, MR, PET or other".into())
+}
+
+/// Over which values a look is stretched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// Its centre.
+    pub level: f64,
+    /// From its lowest value to its highest.
+    pub width: f64,
+}
+
+impl FromStr for Window {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let [level, width] = numbers(text).map_err(|_| "must be LEVEL,WIDTH, such as 40,400")?;
+        if level.abs() > 1e9 || !(1e-9..=1e9).contains(&width) {
+            return Err("WIDTH must be above 0, and both below 1e9".into());
+        }
+        Ok(Self { level, width })
+    }
 }
 
 /// `n` finite numbers between commas.
@@ -252,6 +284,12 @@ mod tests {
         for bad in ["", "100", "0x5", "5x0", "99999x1", "32768x32768", "1x2x3", "-1x5"] {
             assert!(bad.parse::<Size>().is_err(), "{bad}");
         }
+        assert_eq!("-40,400".parse(), Ok(Window { level: -40.0, width: 400.0 }));
+        for bad in ["40", "40,0", "40,-5", "40,400,1", "a,b"] {
+            assert!(bad.parse::<Window>().is_err(), "{bad}");
+        }
+        assert!(slope("0").is_err() && slope("-2") == Ok(-2.0));
+        assert!(modality("pt") == Ok(Modality::Pet) && modality("US").is_err());
         assert_eq!("1, -2.5,3".parse(), Ok(Point(DVec3::new(1.0, -2.5, 3.0))));
         for bad in ["1,2", "1,2,3,4", "1e7,0,0", "a,b,c", "nan,0,0", "inf,0,0"] {
             assert!(bad.parse::<Point>().is_err(), "{bad}");

@@ -158,8 +158,7 @@ fn to_text(report: &ImportReport, root: Option<&Path>) -> String {
 /// `512 x 512 x 275 voxels of 0.781 x 0.781 x 1.000 mm, axial, HU, 144.2 MB, 275 files`.
 fn geometry(series: &SeriesSummary) -> String {
     let [x, y, z] = series.dims;
-    let [dx, dy, dz] = series.spacing_mm;
-    let mut words = vec![format!("{x} x {y} x {z} voxels of {dx:.3} x {dy:.3} x {dz:.3} mm")];
+    let mut words = vec![format!("{x} x {y} x {z} voxels of {}", inputs::lengths(series.spacing_mm, 3))];
     words.extend([&series.orientation, &series.unit].into_iter().filter(|word| !word.is_empty()).cloned());
     words.push(format!("{:.1} MB", series.bytes as f64 / 1e6));
     words.push(if series.files == 1 { "1 file".to_owned() } else { format!("{} files", series.files) });

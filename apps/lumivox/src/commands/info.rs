@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::{
     args::InfoArgs,
     exit::{self, Failure},
-    inputs::{self, modality, number},
+    inputs::{self, lengths, modality, number},
     output,
     progress::Reporter,
 };
@@ -106,14 +106,8 @@ fn to_text(scan: &Known) -> String {
     rows.push(("format", report.format.clone()));
     rows.push(("modality", modality(volume).unwrap_or("not known").to_owned()));
     rows.push(("voxels", three(volume.dims().map(|n| n.to_string()), " x ")));
-    rows.push((
-        "spacing",
-        format!("{} mm", three(volume.spacing_mm().to_array().map(|s| format!("{s:.4}")), " x ")),
-    ));
-    rows.push((
-        "size",
-        format!("{} mm", three(volume.size_mm().to_array().map(|s| format!("{s:.1}")), " x ")),
-    ));
+    rows.push(("spacing", lengths(volume.spacing_mm().to_array(), 4)));
+    rows.push(("size", lengths(volume.size_mm().to_array(), 1)));
     rows.push(("axes run to", format!("{}  (L left, P posterior, H head)", three(axes(volume), ", "))));
     rows.push((
         "centre",

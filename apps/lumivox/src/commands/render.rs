@@ -7,8 +7,8 @@ use std::{
 };
 
 use lumivox_core::{
-    CancelToken, Environment, EnvironmentSource, LabelVolume, MOST_CLIP_SHAPES, Medium, Modality,
-    PerspectiveCamera, Preset, Scene, SurfaceReflection, Volume, VolumeInstance, framing,
+    CancelToken, Environment, EnvironmentSource, LabelVolume, MOST_CLIP_SHAPES, PerspectiveCamera, Preset,
+    Scene, Volume, VolumeInstance, framing,
     glam::{DAffine3, DVec3},
     world_from_patient,
 };
@@ -17,11 +17,12 @@ use lumivox_segmentation::{SegmentationReport, has_organ, skin_is_dense};
 use lumivox_wgpu::RenderRequest;
 
 use crate::{
-    args::{self, EnvironmentName, Fusion, Keep, RenderArgs, Switch},
+    args::{self, EnvironmentName, Fusion, Keep, RenderArgs},
     classification::{self, Numbered},
     cluster,
     exit::{self, Failure},
     inputs::{self, Peel},
+    looks::{Look, LookKind, looks},
     output,
     output::PngOutput,
     progress::{Reporter, human_duration},
@@ -72,8 +73,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     let environment = environment(args)?;
     let count = inputs::count(&args.input);
-    let is_chosen =
-        !args.preset.is_empty() || !args.transfer_function.is_empty() || args.input.series.is_some();
+    let is_chosen = !args.looks.0.is_empty() || args.input.series.is_some();
     let fuses = match args.fusion {
         Fusion::Auto => count == 1 && !is_chosen,
         Fusion::On if count > 1 => {
@@ -109,12 +109,13 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             "{} of one place are shown at once ('--fusion off' shows one)",
             names.join(" and ")
         ));
-        looks.resize_with(scans.len(), || Look::Automatic);
+        let one = looks[0].automatic();
+        looks.resize(scans.len(), one);
     }
     if args.fusion != Fusion::Off && !is_chosen {
         let volumes: Vec<&Volume> = scans.iter().map(|scan| &scan.volume).collect();
         if let Some(presets) = Preset::fusion_of(&volumes) {
-            looks = presets.into_iter().map(Look::Preset).collect();
+            looks.iter_mut().zip(presets).for_each(|(look, preset)| look.kind = LookKind::Preset(preset));
         }
     }
     if let [a, b] = &scans[..]
@@ -267,10 +268,10 @@ fn shown(
         reporter.say(&format!("  note: {note}{more}"));
     }
     let sure = alone.report.as_ref().is_some_and(SegmentationReport::is_sure);
-    let preset = match look {
-        Look::Preset(preset) => Some(*preset),
-        Look::Automatic => Some(Preset::default_for(&alone.volume)),
-        Look::File(_) => None,
+    let preset = match look.kind {
+        LookKind::Preset(preset) => Some(preset),
+        LookKind::Automatic => Some(Preset::default_for(&alone.volume)),
+        LookKind::File(_) => None,
     };
     if let Some(organ) = preset.and_then(Preset::organ) {
         return match &alone.labels {
@@ -318,81 +319,6 @@ fn display(args: &RenderArgs) -> DisplaySettings {
     }
 }
 
-/// How one scan is to look.
-enum Look {
-    Automatic,
-    Preset(Preset),
-    File(PathBuf),
-}
-
-/// One look per scan, from options given once for all or once for each.
-fn looks(args: &RenderArgs, scans: usize) -> Result<Vec<Look>, Failure> {
-    let (option, given): (_, Vec<Look>) = if args.transfer_function.is_empty() {
-        ("--preset", args.preset.iter().map(|&preset| Look::Preset(preset)).collect())
-    } else {
-        // Read again once the scan is known: here only to find faults early.
-        for path in &args.transfer_function {
-            lumivox_import::load_transfer_function_2d(path, [0.0, 1.0])?;
-        }
-        ("--transfer-function", args.transfer_function.iter().cloned().map(Look::File).collect())
-    };
-    match given.len() {
-        0 => Ok((0..scans).map(|_| Look::Automatic).collect()),
-        1 => Ok((0..scans)
-            .map(|_| match &given[0] {
-                Look::Preset(preset) => Look::Preset(*preset),
-                Look::File(path) => Look::File(path.clone()),
-                Look::Automatic => Look::Automatic,
-            })
-            .collect()),
-        n if n == scans => Ok(given),
-        n => Err(Failure::usage(format!(
-            "{option} is given {n} times for {scans} scans; give it once for all, or once for each"
-        ))),
-    }
-}
-
-fn medium(args: &RenderArgs, volume: &Volume, look: &Look, reporter: Reporter) -> Result<Medium, Failure> {
-    let mut medium = match look {
-        Look::Preset(preset) => {
-            let name = preset.name();
-            let is_ct =
-                volume.is_hounsfield() || volume.may_be_hounsfield() || volume.modality() == Modality::Ct;
-            if name.starts_with("ct-") && !is_ct {
-                reporter.say(&format!(
-                    "  note: {name} is a look of CT, placed here by where air and soft tissue seem to lie"
-                ));
-            }
-            preset.medium(volume)
-        }
-        Look::Automatic => {
-            let preset = Preset::default_for(volume);
-            reporter.say(&format!("  preset {} ({})", preset.name(), preset.description()));
-            preset.medium(volume)
-        }
-        // The rest of the look comes from the preset that suits the scan.
-        Look::File(path) => {
-            let loaded = lumivox_import::load_transfer_function_2d(path, volume.value_range())?;
-            let (transfer_function, gradients) = loaded;
-            Medium { transfer_function, gradients, ..Preset::default_for(volume).medium(volume) }
-        }
-    };
-    if (args.shift, args.window_scale) != (0.0, 1.0) {
-        medium = medium.windowed(args.shift, args.window_scale);
-    }
-    medium.density_scale = args.density.unwrap_or(medium.density_scale);
-    medium.albedo = args.albedo.unwrap_or(medium.albedo);
-    medium.anisotropy = args.anisotropy.unwrap_or(medium.anisotropy);
-    medium.max_bounces = args.bounces.unwrap_or(medium.max_bounces);
-    medium.filter = args.filter.into();
-    match args.surface {
-        Some(Switch::Off) => medium.surface = SurfaceReflection::OFF,
-        Some(Switch::On) if medium.surface.strength == 0.0 => medium.surface.strength = 1.0,
-        Some(Switch::On) | None => {}
-    }
-    Ok(medium.sanitized())
-}
-
 /// All scans in the patient space they share, around the centre of the first.
 fn scene(
     args: &RenderArgs,
@@ -408,7 +334,7 @@ fn scene(
         .into_iter()
         .zip(looks)
         .map(|((volume, labels), look)| {
-            let medium = medium(args, &volume, look, reporter)?;
+            let medium = look.medium(args, &volume, reporter)?;
             let labelling = |labels: &Numbered| classification::labelling(labels, &args.label, &volume);
             let labels = labels.as_ref().map(labelling).transpose()?;
             let clip_shapes = args.clip_shape.iter().map(|clip| clip.shape(world_from_patient)).collect();
@@ -426,7 +352,7 @@ fn files_read(args: &RenderArgs) -> impl Iterator<Item = &Path> {
         EnvironmentName::File(path) => Some(path),
         _ => None,
     };
-    let files = args.input.inputs.iter().chain(&args.transfer_function).chain(&args.labels).chain(map);
+    let files = args.input.inputs.iter().chain(args.looks.files()).chain(&args.labels).chain(map);
     files.map(PathBuf::as_path)
 }
 
@@ -441,8 +367,14 @@ fn check_view(eye: DVec3, target: DVec3) -> Result<(), Failure> {
 fn camera(args: &RenderArgs, scene: &Scene) -> Result<PerspectiveCamera, Failure> {
     let aspect = f64::from(args.size.width) / f64::from(args.size.height);
     let fov = args.fov.to_radians();
-    let mut orbit =
-        framing::frame(scene, args.azimuth.to_radians(), args.elevation.to_radians(), fov, aspect);
+    let front = scene
+        .volumes
+        .first()
+        .and_then(framing::front)
+        .filter(|_| (args.azimuth, args.elevation) == (None, None));
+    let [azimuth, elevation] =
+        front.unwrap_or([args.azimuth, args.elevation].map(|angle| angle.unwrap_or(0.0).to_radians()));
+    let mut orbit = framing::frame(scene, azimuth, elevation, fov, aspect);
     if let Some(target) = args.target {
         orbit.target = target.0 * METRES_PER_MM;
     }

@@ -284,7 +284,7 @@ mod tests {
     use crate::Imported;
 
     fn load(single: Single) -> Imported {
-        single.load(None, Progress::SILENT, &CancelToken::new()).unwrap()
+        single.load(None, &crate::values::Told::default(), Progress::SILENT, &CancelToken::new()).unwrap()
     }
 
     fn values(imported: &Imported) -> Vec<f64> {
@@ -415,7 +415,8 @@ mod tests {
         for end in 0..whole.len() {
             std::fs::write(&paths[1], &whole[..end]).unwrap();
             if let Ok(Some(single)) = slices(&paths, &options) {
-                let _ = single.load(None, Progress::SILENT, &CancelToken::new());
+                let _ =
+                    single.load(None, &crate::values::Told::default(), Progress::SILENT, &CancelToken::new());
             }
         }
     }

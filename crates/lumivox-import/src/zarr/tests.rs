@@ -223,7 +223,12 @@ fn damaged_images_are_read_or_refused() {
         }
         fs::write(path, &bytes).unwrap();
         if let Ok(channels) = open_default(folder.path()) {
-            let _ = channels[0].load(None, Progress::SILENT, &CancelToken::new());
+            let _ = channels[0].load(
+                None,
+                &crate::values::Told::default(),
+                Progress::SILENT,
+                &CancelToken::new(),
+            );
         }
         fs::write(path, whole).unwrap();
     }

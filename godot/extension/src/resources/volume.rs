@@ -87,7 +87,10 @@ impl LumivoxVolume {
     /// several, counted from 1), [code]raw[/code] (what a RAW file holds, such as
     /// [code]256x256x108:i16le:spacing=1,1,2[/code]), [code]spacing[/code], [code]axes[/code] and [code]layout[/code] (of
     /// arrays, stacks of pictures and OME-Zarr: mm between voxels, such as [code]0.5,0.5,2[/code]; where x, y and z grow to,
-    /// such as [code]LPS[/code]; an array's axes, such as [code]zyx[/code]), [code]allow_outside_data[/code] (whether a header such as
+    /// such as [code]LPS[/code]; an array's axes, such as [code]zyx[/code]),
+    /// [code]slope[/code], [code]intercept[/code], [code]modality[/code]
+    /// ([code]CT[/code], [code]MR[/code], [code]PET[/code], [code]other[/code]) and [code]unit[/code] (what its values mean, in
+    /// place of what the file says), [code]allow_outside_data[/code] (whether a header such as
     /// [code].mhd[/code] may name data files anywhere, not only beside it or below) and [code]keep_everything[/code]
     /// (whether what lies around the patient in a CT is a part of the scan: the table, clothes, cables; by default it is
     /// looked for and put aside, where it can be told from the patient for sure, and the notes of [method get_report]

@@ -35,8 +35,8 @@ namespace Lumivox
             /// <summary>Multiplies its opacity, 0 to 1.</summary>
             [Tooltip("Multiplies its opacity."), Range(0f, 1f)]
             public float opacity;
-            /// <summary>Its density in place of the volume's, 0 to 1000; -1: that.</summary>
-            [Tooltip("Its density in place of the volume's, 0 to 1000; -1: that."), Min(-1f)]
+            /// <summary>Its density in place of the volume's, 0 to 1e9; -1: that.</summary>
+            [Tooltip("Its density in place of the volume's, 0 to 1e9; -1: that."), Min(-1f)]
             public float density;
             /// <summary>Whether <see cref="color"/> takes the place of the transfer function's.</summary>
             [Tooltip("Whether Color takes the place of the transfer function's.")]
