@@ -73,6 +73,8 @@ pub fn uncalibrated(volume: &Volume) -> Option<CtPeaks> {
     const FAT: [f64; 2] = [-160.0, -40.0];
     /// Fat and muscle, or tissue and bone, are no farther apart.
     const FAR: f64 = 400.0;
+    /// Air that a scanner shows at less is a little off, and no other unit.
+    const OFF_AIR: f64 = -700.0;
     /// How far apart air and tissue lie where only an offset was lost.
     const APART_HU: std::ops::RangeInclusive<f64> = 940.0..=1140.0;
     if !volume.is_hounsfield() || volume.voxel_count() < LEAST_VOXELS {
@@ -95,7 +97,7 @@ pub fn uncalibrated(volume: &Volume) -> Option<CtPeaks> {
     let is_inside = (peaks.air - TISSUE_HU).abs() < 60.0
         && statistics.share(FAT) >= SOME
         && !(APART_HU.contains(&apart) && around(peaks.tissue) >= 0.1);
-    let is_shifted = !has_air && peaks.air > AIR[1] && apart >= FAR && !is_inside;
+    let is_shifted = !has_air && peaks.air > OFF_AIR && apart >= FAR && !is_inside;
     // No scan of a body is without noise, or fat, below water.
     let is_positive = low >= 0.0 && high <= 255.0 && apart >= 20.0;
     let is_stretched = peaks.air < 1.5 * AIR[0] && !(has_air && has_soft);
@@ -163,6 +165,7 @@ mod tests {
         // Windowed for a network, without air around; air that is a little off; what is no CT.
         assert_eq!(uncalibrated(&body(60, |hu| hu.clamp(-160.0, 240.0))), None);
         assert_eq!(uncalibrated(&body(60, |hu| hu.max(-1024.0) + 30.0)), None);
+        assert_eq!(uncalibrated(&body(60, |hu| if hu < -500.0 { hu + 180.0 } else { hu })), None);
         assert_eq!(uncalibrated(&body(60, |hu| hu + 1024.0).with_modality(Modality::Mr)), None);
         assert_eq!(uncalibrated(&body(60, |hu| hu + 1024.0).with_unit("mg/ml")), None);
     }

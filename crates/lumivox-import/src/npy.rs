@@ -172,7 +172,12 @@ mod tests {
     fn load(bytes: &[u8], options: &ImportOptions) -> Result<crate::Imported, ImportError> {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), bytes).unwrap();
-        open(file.path(), options)?.load(options.phase, Progress::SILENT, &CancelToken::new())
+        open(file.path(), options)?.load(
+            options.phase,
+            &crate::values::Told::by(options),
+            Progress::SILENT,
+            &CancelToken::new(),
+        )
     }
 
     fn values(imported: &crate::Imported) -> Vec<f64> {

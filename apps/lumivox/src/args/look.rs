@@ -102,3 +102,51 @@ pub struct TuningArgs {
     #[arg(long, value_name = "FACTOR", help_heading = HEADING, value_parser = number(0.0, 1e9))]
     pub density: Vec<f64>,
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::args::{Cli, Command, RenderArgs};
+
+    fn render(options: &[&str]) -> Result<Box<RenderArgs>, clap::Error> {
+        let all = [&["lumivox", "render", "a.nii", "b.nii", "-o", "c.png"][..], options].concat();
+        Cli::try_parse_from(all).map(|cli| match cli.command {
+            Command::Render(args) => args,
+            other => panic!("{other:?}"),
+        })
+    }
+
+    #[test]
+    fn looks_keep_the_order_in_which_they_were_given() {
+        let bone = LookName::Preset(Preset::CtBone);
+        let file = LookName::File("a.tf".into());
+        let names = |options: &[&str]| render(options).unwrap().looks;
+        let mixed = names(&["--transfer-function", "a.tf", "--preset", "ct-bone"]);
+        assert_eq!(mixed.0, [file.clone(), bone.clone()]);
+        assert_eq!(mixed.options(), "--preset and --transfer-function");
+        let other = names(&["--preset", "ct-bone", "--transfer-function", "a.tf"]);
+        assert_eq!(
+            (other.0, other.options()),
+            (vec![bone.clone(), file], "--preset and --transfer-function")
+        );
+        let twice = names(&["--preset", "ct-bone", "--preset", "CT_bone"]);
+        assert_eq!((twice.0.len(), twice.options()), (2, "--preset"));
+        assert!(names(&[]).0.is_empty());
+        let error = render(&["--preset", "ct-bome"]).unwrap_err().to_string();
+        assert!(error.contains("did you mean 'ct-bone'"), "{error}");
+    }
+
+    #[test]
+    fn what_is_altered_may_differ_from_scan_to_scan() {
+        let tuning = render(&["--shift", "-20", "--shift", "30", "--density", "2"]).unwrap().tuning;
+        assert_eq!((tuning.shift, tuning.density), (vec![-20.0, 30.0], vec![2.0]));
+        let tuning = render(&["--window", "-600,1500", "--window", "40,400"]).unwrap().tuning;
+        assert_eq!(tuning.window[0], Window { level: -600.0, width: 1500.0 });
+        assert!(
+            render(&["--window", "40,400", "--shift", "5"]).is_err(),
+            "a window says all that a shift does"
+        );
+    }
+}

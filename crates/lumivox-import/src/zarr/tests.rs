@@ -6,7 +6,7 @@ use super::*;
 use crate::Imported;
 
 fn load(single: &Single, phase: usize) -> Imported {
-    single.load(Some(phase), Progress::SILENT, &CancelToken::new()).unwrap()
+    single.load(Some(phase), &crate::values::Told::default(), Progress::SILENT, &CancelToken::new()).unwrap()
 }
 
 fn values(imported: &Imported) -> Vec<f64> {
@@ -196,7 +196,10 @@ fn strangers_numbers_cost_nothing() {
     let bytes = fs::read(&chunk).unwrap();
     fs::write(&chunk, &bytes[..bytes.len() - 1]).unwrap();
     let channels = open_default(folder.path()).unwrap();
-    let error = channels[0].load(Some(1), Progress::SILENT, &CancelToken::new()).unwrap_err().to_string();
+    let error = channels[0]
+        .load(Some(1), &crate::values::Told::default(), Progress::SILENT, &CancelToken::new())
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("holds 15 bytes where 16 belong"), "{error}");
 }
 
