@@ -80,8 +80,9 @@ impl LabelStyle {
 
 /// The labels of a scan, and how each looks.
 ///
-/// Labels may lie on any grid: another resolution, orientation or extent than the scan's. Beyond it, there is no label.
-/// Between their voxels' centres a point is of each label to the share that a cubic B-spline gives it, so that borders are
+/// Labels may lie on any grid: another resolution, orientation or extent than the scan's. Its outer voxels end half a voxel
+/// beyond their centres, and there with their labels: where the grid is the scan's, all of the scan has one. Beyond the
+/// grid there is none. Between their voxels' centres a point is of each label to the share that a cubic B-spline gives it, so that borders are
 /// smooth and not stairs: the medium is the mixture of those of all labels, each in its share.
 #[derive(Clone, Debug)]
 pub struct Labelling {

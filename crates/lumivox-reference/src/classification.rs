@@ -58,15 +58,17 @@ impl<'a> Classification<'a> {
         let Some((labelling, voxel_from_world)) = &self.labels else { return vec![(0, 1.0)] };
         let labels = &labelling.labels;
         let p = voxel_from_world.transform_point3(point);
+        let last = DVec3::from_array(labels.dims().map(|n| n as f64)) - 1.0;
+        if p.cmplt(DVec3::splat(-0.5)).any() || p.cmpge(last + 0.5).any() {
+            return vec![(0, 1.0)];
+        }
         let base = p.floor();
         let weights = (p - base).to_array().map(cubic_b_spline);
         let mut shares = [0.0; 256];
         for tap in 0..64 {
             let [i, j, k] = [tap % 4, tap / 4 % 4, tap / 16];
             let at = base + DVec3::new(i as f64, j as f64, k as f64) - 1.0;
-            let dims = DVec3::from_array(labels.dims().map(|n| n as f64));
-            let is_inside = at.cmpge(DVec3::ZERO).all() && at.cmplt(dims).all();
-            let value = if is_inside { labels.value(at.to_array().map(|x| x as usize)) } else { 0 };
+            let value = labels.value(at.clamp(DVec3::ZERO, last).to_array().map(|x| x as usize));
             shares[usize::from(value)] += weights[0][i] * weights[1][j] * weights[2][k];
         }
         (0..=u8::MAX).zip(shares).filter(|(_, share)| *share > 0.0).collect()

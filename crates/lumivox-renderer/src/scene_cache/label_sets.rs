@@ -224,11 +224,11 @@ mod tests {
             for _ in 0..20000 {
                 let p = DVec3::new(uniform(), uniform(), uniform()) * 20.0;
                 let cell = ((p + 3.5) / 4.0).floor().to_array().map(|c| c as usize);
-                let moved = labels_from_voxel.transform_point3(p)
-                    + DVec3::new(uniform(), uniform(), uniform()) * 3.0
-                    - 1.5;
+                let here = labels_from_voxel.transform_point3(p);
                 let copied = DVec3::from_array(dims.map(|n| n.div_ceil(factor as usize) as f64));
-                let is_inside = moved.cmpge(DVec3::ZERO).all() && moved.cmplt(copied).all();
+                let is_inside = here.cmpge(DVec3::ZERO).all() && here.cmplt(copied).all();
+                let moved = here + DVec3::new(uniform(), uniform(), uniform()) * 3.0 - 1.5;
+                let moved = moved.clamp(DVec3::ZERO, copied - 0.5);
                 let label = if is_inside {
                     let at = |axis: usize| crate::store::picked(moved[axis] as usize, factor, dims[axis]);
                     labels.value([at(0), at(1), at(2)])

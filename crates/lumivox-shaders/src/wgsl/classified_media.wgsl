@@ -51,17 +51,19 @@ fn read_medium(v: u32, p: vec3f, cell: Cell, rng: ptr<function, Rng>) -> Reading
 }
 
 // A label by the shares that a cubic B-spline gives those around: the nearest voxel to a point that is moved by the sum of
-// three uniform numbers along each axis. Each number has eight bits.
+// three uniform numbers along each axis. Each number has eight bits. The outer voxels go on beyond the grid for what is in it.
 fn style_at(p: vec3f, labels: f32, styles: u32, rng: ptr<function, Rng>) -> u32 {
     if (labels < 0.0) {
         return styles;
     }
     let field = u32(labels);
     let moved = three_bytes(rng) + three_bytes(rng) + three_bytes(rng);
-    let at = voxel_from_world(field, p) + vec3f(moved) / 256.0 + (1.5 / 256.0 - 1.5);
-    if (any(at < vec3f(0.0)) || any(at >= instances[field].dims)) {
+    let here = voxel_from_world(field, p);
+    let dims = instances[field].dims;
+    if (any(here < vec3f(0.0)) || any(here >= dims)) {
         return styles;
     }
+    let at = clamp(here + vec3f(moved) / 256.0 + (1.5 / 256.0 - 1.5), vec3f(0.0), dims - 0.5);
     let texel = load_brick(cell_at(field, vec3u(at)), at);
     let label = u32(texel * instances[field].table_scale + instances[field].table_bias + 0.5);
     return styles + min(label, 255u) * STYLE_PAIRS;
