@@ -76,10 +76,13 @@ pub struct HostFrame {
 }
 
 /// How far a live view is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LiveStatus {
     /// Samples that every pixel has.
     pub samples: u32,
+    /// The part of the image's samples that is traced, 0 to 1: it grows with every row, also while some pixel has none. What
+    /// starts over because the host's depth changed does not count against it, so that it is no promise.
+    pub progress: f32,
     /// Whether there is nothing more to trace unless something changes, as far as is known.
     pub converged: bool,
     /// Whether a frame's read-back was not handed to [`LiveView::feedback`](super::LiveView::feedback) yet. A host that draws on demand must not

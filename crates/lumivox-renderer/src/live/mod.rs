@@ -139,7 +139,10 @@ impl LiveView {
         let key = Key {
             camera: *camera,
             scene_version: cache.version(),
-            ambient: settings.ambient.map(|c| if c.is_finite() { c.max(0.0) as f32 } else { 0.0 }),
+            // What is shown of it is scaled with the scene's light.
+            ambient: settings
+                .ambient
+                .map(|c| if c.is_finite() { (c.max(0.0) / cache.light_scale()) as f32 } else { 0.0 }),
             seed: settings.seed,
             roulette_start: settings.roulette_start,
             has_depth: host.depth.is_some(),
@@ -174,6 +177,7 @@ impl LiveView {
     pub fn status(&self) -> LiveStatus {
         LiveStatus {
             samples: self.schedule.complete(),
+            progress: self.schedule.progress(),
             converged: self.schedule.is_done() && self.is_whole() && self.schedule.factor() == 1,
             awaits_feedback: self.awaited > 0,
             pixel_samples: self.pixel_samples,

@@ -93,7 +93,7 @@ impl Picture {
             picture_size: self.size,
             first_size: first.size,
             second_size,
-            exposure: settings.exposure as f32,
+            exposure: (settings.exposure * cache.light_scale()) as f32,
             clear: host.depth.map_or(0.0, |h| h.clear as f32),
             has_host_depth: u32::from(host.depth.is_some()),
             farthest: cache.farthest(camera) as f32,

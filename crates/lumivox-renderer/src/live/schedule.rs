@@ -165,6 +165,13 @@ impl Schedule {
         self.complete.min(self.target)
     }
 
+    /// The part of the samples that is traced of pixels that never started over, 0 to 1.
+    pub fn progress(&self) -> f32 {
+        let of_pass = self.next_row as f32 / padded_height(self.size) as f32;
+        let traced = self.common as f32 + self.pass_samples as f32 * of_pass;
+        if self.is_done() { 1.0 } else { (traced / self.target.max(1) as f32).min(0.99) }
+    }
+
     /// Whether every pixel has its samples, as far as is known.
     pub fn is_done(&self) -> bool {
         self.complete >= self.target

@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
-use lumivox_core::VolumeInstance;
 use lumivox_core::glam::DVec3;
+use lumivox_core::{Camera, VolumeInstance};
 use lumivox_shaders::constants::IS_VOLUME;
 use lumivox_shaders::layout::{Child, Node};
+
+use super::SceneCache;
 
 /// Volumes from which on a hierarchy is worth its walk.
 pub(crate) const MANY: usize = 4;
@@ -52,6 +54,14 @@ impl Bounds {
 
     fn child(self, index: u32) -> Child {
         Child { low: self.low.as_vec3().to_array(), index, high: self.high.as_vec3().to_array(), padding: 0 }
+    }
+}
+
+impl SceneCache {
+    /// The greatest view depth, in metres, at which a ray meets anything; negative infinity where it never does.
+    pub(crate) fn farthest(&self, camera: &Camera) -> f64 {
+        let axis = -camera.world_from_camera.matrix3.z_axis;
+        self.around.farthest_along(camera.world_from_camera.translation - self.origin, axis)
     }
 }
 

@@ -13,6 +13,7 @@ mod fields;
 mod hierarchy;
 mod importance;
 mod label_sets;
+mod light_scale;
 mod lights;
 mod majorants;
 mod mirror;
@@ -24,7 +25,7 @@ use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
-use lumivox_core::{Camera, ExtinctionSpace, Filter, Medium, Scene, Volume, VolumeInstance};
+use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, Volume, VolumeInstance};
 use lumivox_shaders::layout::{Frame, Instance, Light, Node};
 use lumivox_shaders::{Kernel, PathTraceVariant, constants};
 
@@ -154,6 +155,8 @@ pub struct SceneCache {
     environment: CachedEnvironment,
     /// Those that shine on something.
     lights: Mirror<Light>,
+    follows_light: bool,
+    light_scale: f64,
     /// Volumes that rays meet, then the fields that those read.
     instances: Mirror<Instance>,
     /// How many of them rays meet.
@@ -183,6 +186,8 @@ impl SceneCache {
             tables: CachedTables::default(),
             environment: CachedEnvironment::default(),
             lights: Mirror::default(),
+            follows_light: false,
+            light_scale: 1.0,
             instances: Mirror::default(),
             traced: 0,
             nodes: Mirror::default(),
@@ -276,10 +281,8 @@ impl SceneCache {
         tables::check_cells(&placed, &fields, &self.volumes, &self.limits)?;
         let tables_changed = self.tables.update(&placed, &fields, classified, &self.volumes, recording);
         let instances_changed = self.update_instances(&placed, &fields, recording);
-        let environment_changed =
-            self.environment.update(&scene.environment, &mut self.unprepared, recording);
-        let lights_changed = self.lights.update("lights", lights::twins(&lights, self.origin), recording);
-        if features_changed || tables_changed || instances_changed || environment_changed || lights_changed {
+        let light_changed = self.update_light(&scene.environment, &lights, recording);
+        if features_changed || tables_changed || instances_changed || light_changed {
             self.version = ids::next().0;
         }
         Ok(())
@@ -420,12 +423,6 @@ impl SceneCache {
     /// The point of the world that is the GPU's origin.
     pub(crate) fn origin(&self) -> DVec3 {
         self.origin
-    }
-
-    /// The greatest view depth, in metres, at which a ray meets anything; negative infinity where it never does.
-    pub(crate) fn farthest(&self, camera: &Camera) -> f64 {
-        let axis = -camera.world_from_camera.matrix3.z_axis;
-        self.around.farthest_along(camera.world_from_camera.translation - self.origin, axis)
     }
 
     /// Fills in the scene's part of a frame's parameters.

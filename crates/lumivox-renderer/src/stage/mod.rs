@@ -403,7 +403,10 @@ impl<W: Key, V: Key> Stage<W, V> {
         let progress = self.progress(wanted);
         if eye.world != wanted || !matches!(progress, Progress::Done | Progress::Arriving) {
             // An image of the world before counts for nothing.
-            return Some(ViewProgress { live: LiveStatus { samples: 0, ..live }, is_converged: false });
+            return Some(ViewProgress {
+                live: LiveStatus { samples: 0, progress: 0.0, ..live },
+                is_converged: false,
+            });
         }
         Some(ViewProgress { live, is_converged: live.converged && progress == Progress::Done })
     }

@@ -41,9 +41,8 @@ pub enum Missing {
 
 impl World {
     pub fn new(store: &VoxelStore) -> Self {
-        let cache = SceneCache::new(store);
         Self {
-            cache,
+            cache: new_cache(store),
             version: 0,
             error: None,
             is_whole: false,
@@ -83,7 +82,7 @@ impl World {
     pub fn forget(&mut self, store: &VoxelStore) -> SceneCache {
         (self.version, self.error, self.is_whole) = (0, None, false);
         self.progress = Progress::Nothing;
-        std::mem::replace(&mut self.cache, SceneCache::new(store))
+        std::mem::replace(&mut self.cache, new_cache(store))
     }
 
     /// An update was replayed, or came to nothing.
@@ -97,4 +96,11 @@ impl World {
         };
         self.error = error;
     }
+}
+
+/// An empty one; all that is shown of it are live views.
+fn new_cache(store: &VoxelStore) -> SceneCache {
+    let mut cache = SceneCache::new(store);
+    cache.follow_light();
+    cache
 }

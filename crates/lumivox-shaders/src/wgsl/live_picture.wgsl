@@ -57,6 +57,10 @@ const COARSE_WEIGHT: f32 = 8.0;
 // Samples of a fine pixel up to which it does not outshine the coarse film, and how many times at first.
 const BOUNDED_UNTIL: f32 = 8.0;
 const BRIGHTEST_OVER_COARSE: f32 = 4.0;
+// Variances of a fine pixel, by its samples, by which the coarse film may differ in square and still be taken for the same.
+const SAME_VARIANCES: f32 = 4.0;
+// Samples of a fine pixel from which they tell their variance.
+const TELLING_SAMPLES: f32 = 4.0;
 // What is more transparent than this has no depth: what lies behind it is seen better than it is itself.
 const LEAST_ALPHA: f32 = 0.5;
 // A tap whose ray ends less alike than this saw another surface of the host than the pixel shows.
@@ -73,6 +77,8 @@ struct Estimate {
     samples: f32,
     // How alike the ends of its rays and the pixel's are at best, where they count.
     alike: f32,
+    // Of the light's luminance.
+    variance: f32,
 }
 
 // Sums over pixels, weighted.
@@ -84,6 +90,7 @@ struct Weighted {
     samples: f32,
     // At best.
     alike: f32,
+    variance: f32,
     weights: f32,
 }
 
@@ -93,6 +100,7 @@ fn add(sums: ptr<function, Weighted>, e: Estimate, w: f32, alike: f32) {
     (*sums).depth += w * e.hits * e.depth;
     (*sums).hits += w * e.hits;
     (*sums).samples += w * e.samples;
+    (*sums).variance += w * e.variance;
     (*sums).alike = max((*sums).alike, alike);
     (*sums).weights += w;
 }
@@ -124,6 +132,8 @@ fn film_pixel(second: bool, at: vec2u) -> Estimate {
     e.alpha = sum.a / e.samples;
     e.hits = e.alpha;
     e.depth = moments.x / max(sum.a, 1.0);
+    let mean = luminance(e.light);
+    e.variance = max(moments.y / e.samples - mean * mean, 0.0) / max(e.samples - 1.0, 1.0);
     if (is_coarse(second) || (params.denoised != 0u && e.samples < DENOISED_UNTIL)) {
         var filtered: vec4f;
         // Variance, limit and samples as they were then.
@@ -207,10 +217,27 @@ fn film_at(second: bool, uv: vec2f, limit: f32) -> Estimate {
     e.light = (mean.light + behind * through.light) / weights;
     e.alpha = (mean.alpha + behind * through.alpha) / weights;
     e.samples = (mean.samples + behind * through.samples) / weights;
+    e.variance = (mean.variance + behind * through.variance) / weights;
     e.depth = (mean.depth + behind * through.depth) / max(hits, 1e-9);
     e.hits = hits / weights;
     e.alike = max(mean.alike, behind * through.alike);
     return e;
+}
+
+// How much of the coarse film's blur can be the fine one's noise: the share that is best mixed in where a difference is
+// what both amount to (James and Stein 1961). A socket that a cut has opened is dark as soon as its samples say so.
+fn agreement(fine: Estimate, coarse: Estimate) -> f32 {
+    if (fine.samples < TELLING_SAMPLES) {
+        return 1.0;
+    }
+    let of_light = luminance(fine.light) - luminance(coarse.light);
+    let of_alpha = fine.alpha - coarse.alpha;
+    // With a hit and a miss more than there were, see `denoise_wavelet`.
+    let a = (fine.alpha * fine.samples + 1.0) / (fine.samples + 2.0);
+    let alpha_variance = a * (1.0 - a) / (fine.samples + 2.0);
+    return min(
+        min(SAME_VARIANCES * fine.variance / max(of_light * of_light, 1e-12), 1.0),
+        min(SAME_VARIANCES * alpha_variance / max(of_alpha * of_alpha, 1e-12), 1.0));
 }
 
 fn both_films_at(uv: vec2f, limit: f32) -> Estimate {
@@ -222,7 +249,7 @@ fn both_films_at(uv: vec2f, limit: f32) -> Estimate {
     if (coarse.samples == 0.0 || (coarse.alike < ALIKE && fine.samples > 0.0)) {
         return fine;
     }
-    let fade = 1.0 - fine.samples / f32(FINE_ALONE);
+    let fade = (1.0 - fine.samples / f32(FINE_ALONE)) * agreement(fine, coarse);
     let w = fine.samples / (fine.samples + COARSE_WEIGHT * fade);
     fine.depth = mix(coarse.hits * coarse.depth, fine.hits * fine.depth, w)
         / max(mix(coarse.hits, fine.hits, w), 1e-9);

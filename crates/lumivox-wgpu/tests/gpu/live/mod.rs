@@ -1,13 +1,14 @@
 //! Live views: the same film as without a host, ended by its depth, blended over its colour.
 
 mod behind;
+mod changes;
 mod depth;
 mod films;
 mod picture;
 
 use half::f16;
-use lumivox_core::Camera;
 use lumivox_core::glam::DVec3;
+use lumivox_core::{Camera, Scene};
 use lumivox_renderer::{
     DeviceLimits, Film, Fog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId,
     SceneCache, VoxelStore,
@@ -69,6 +70,7 @@ impl Host {
             gpu.executor.lend_texture(*name, texture);
         }
         let mut cache = SceneCache::new(&VoxelStore::new(limits));
+        cache.follow_light();
         let mut recording = Recording::new();
         cache.update(&test.scene, &mut recording).unwrap();
         let live = LiveView::new(&settings, &cache, &mut recording).unwrap();
@@ -85,6 +87,13 @@ impl Host {
             gives_depth: true,
             jittered: false,
         }
+    }
+
+    /// Shows another scene from the next frame on.
+    pub fn set_scene(&mut self, gpu: &mut Gpu, scene: &Scene) {
+        let mut recording = Recording::new();
+        self.cache.update(scene, &mut recording).unwrap();
+        gpu.executor.execute(&recording).unwrap();
     }
 
     /// Draws "meshes": view depths of all pixels, 0 where there is none.

@@ -1,0 +1,129 @@
+//! What is shown after the scene changed is of the new scene alone.
+
+use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::{Camera, ClipKind, ClipShape, LightKind, Scene};
+use lumivox_renderer::LiveSettings;
+use lumivox_testing::scenes::{self, TestScene};
+use lumivox_wgpu::Gpu;
+
+use super::Host;
+use crate::{first_pictures, gpu};
+
+/// A head, whole and with its front cut away, and a camera that looks into it.
+fn heads() -> (Scene, TestScene, Camera) {
+    let mut test = first_pictures::head();
+    let camera = test.camera.with_aspect(1.0);
+    let whole = test.scene.clone();
+    let middle = test.scene.volumes[0].volume.center_mm();
+    test.scene.volumes[0].clip_shapes = vec![ClipShape {
+        kind: ClipKind::Plane,
+        patient_from_shape: DAffine3::from_translation(middle - DVec3::Y * 30.0)
+            * DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2),
+        inverted: false,
+    }];
+    (whole, test, camera)
+}
+
+/// Of a head that was done, by frames of whatever budget.
+#[test]
+fn a_cut_shows_nothing_of_what_was_before() {
+    const SIZE: u32 = 64;
+    let (whole, test, camera) = heads();
+    let mut gpu = gpu();
+    for (denoise, budget) in [(false, 600), (true, 6000)] {
+        let settings = LiveSettings { target_samples: 32, denoise, ..LiveSettings::new(SIZE, SIZE) };
+        let mut before = Host::new(&mut gpu, &TestScene { scene: whole.clone(), ..test.clone() }, settings);
+        before.converge(&mut gpu, &camera, 200_000);
+        before.set_scene(&mut gpu, &test.scene);
+        let mut fresh = Host::new(&mut gpu, &test, settings);
+        for frame in 0..4 {
+            let [a, b] = [&mut before, &mut fresh].map(|host| {
+                host.set_color(&gpu, |_| [0.0, 0.0, 0.0, 1.0]);
+                host.frame(&mut gpu, &camera, budget);
+                host.read_color(&gpu)
+            });
+            let far = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(far < 1e-6, "denoise {denoise}, budget {budget}, frame {frame}: differs by {far}");
+        }
+    }
+}
+
+/// Where the coarse picture is another than the fine one's samples say, it goes long before these are enough for a picture of
+/// their own: an opened socket is not seen through a blur of what is around it.
+#[test]
+fn a_coarse_picture_goes_where_fine_samples_contradict_it() {
+    const SIZE: u32 = 64;
+    const SAMPLES: u32 = 8;
+    let (_, test, camera) = heads();
+    let mut gpu = gpu();
+    let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(SIZE, SIZE) };
+    let mut shown = |budget: u64, samples: u32| {
+        let mut host = Host::new(&mut gpu, &test, settings);
+        while host.frame(&mut gpu, &camera, budget).samples < samples {}
+        host.set_color(&gpu, |_| [0.0, 0.0, 0.0, 1.0]);
+        host.frame(&mut gpu, &camera, 1);
+        host.read_color(&gpu)
+    };
+    let truth = shown(u64::MAX, 48);
+    // After a coarse picture, and after none.
+    let [with, without] = [u64::from(SIZE * SIZE) / 4, u64::from(SIZE * SIZE) * 2].map(|budget| {
+        let picture = shown(budget, SAMPLES);
+        // Of pixels that are dark in truth: what makes them bright is the blur of their neighbours.
+        let light = |picture: &[f32], at: usize| (0..3).map(|i| f64::from(picture[4 * at + i])).sum::<f64>();
+        let dark: Vec<usize> = (0..(SIZE * SIZE) as usize).filter(|&at| light(&truth, at) < 0.15).collect();
+        let excess = |&at: &usize| light(&picture, at) - light(&truth, at);
+        dark.iter().map(excess).sum::<f64>() / dark.len() as f64
+    });
+    println!("dark pixels are too bright by {with:.4} with a coarse film, by {without:.4} without");
+    assert!(with < 0.01, "{with} and {without}");
+}
+
+/// A scene whose lamps and environment shine `of_lamps` and `of_environment` times as bright.
+fn lit(test: &TestScene, of_lamps: f64, of_environment: f64) -> Scene {
+    let mut scene = test.scene.clone();
+    scene.environment.strength *= of_environment;
+    for light in &mut scene.lights {
+        match &mut light.kind {
+            LightKind::Directional { irradiance, .. } => *irradiance = irradiance.map(|c| c * of_lamps),
+            LightKind::Point(lamp) | LightKind::Spot { lamp, .. } => {
+                lamp.intensity = lamp.intensity.map(|c| c * of_lamps);
+            }
+        }
+    }
+    scene
+}
+
+/// The film goes on, and what is shown of it is what a film of the brighter light shows.
+#[test]
+fn light_that_changes_by_a_factor_alone_starts_nothing_over() {
+    const SIZE: u32 = 32;
+    let test = scenes::bulbs();
+    let camera = test.camera.with_aspect(1.0);
+    let mut gpu = gpu();
+    let settings = LiveSettings { target_samples: 8, ..LiveSettings::new(SIZE, SIZE) };
+    let mut host = Host::new(&mut gpu, &test, settings);
+    // A torch in every frame, from the first one on.
+    for frame in 0..60 {
+        let factor = 1.0 + 0.3 * (f64::from(frame) * 0.7).sin();
+        host.set_scene(&mut gpu, &lit(&test, factor, factor));
+        host.frame(&mut gpu, &camera, 400);
+    }
+    let status = host.live.status();
+    assert!(status.converged, "the torch keeps the film at {status:?}");
+    let picture = |host: &mut Host, gpu: &mut Gpu, scene: &Scene| {
+        host.set_scene(gpu, scene);
+        let traced = host.converge(gpu, &camera, u64::MAX);
+        host.set_color(gpu, |_| [0.0, 0.0, 0.0, 1.0]);
+        host.frame(gpu, &camera, u64::MAX);
+        (host.read_color(gpu), traced)
+    };
+    for (of_lamps, of_environment, goes_on) in [(1.3, 1.3, true), (1.3, 1.0, false), (1.0, 0.5, false)] {
+        let scene = lit(&test, of_lamps, of_environment);
+        let (shown, traced) = picture(&mut host, &mut gpu, &scene);
+        assert_eq!(traced == 0, goes_on, "{of_lamps} {of_environment}");
+        let mut fresh = Host::new(&mut gpu, &TestScene { scene: scene.clone(), ..test.clone() }, settings);
+        let (wanted, _) = picture(&mut fresh, &mut gpu, &scene);
+        let far = shown.iter().zip(&wanted).map(|(a, b)| (a - b).abs() / (b.abs() + 0.1)).fold(0.0, f32::max);
+        assert!(far < 5e-3, "{of_lamps} {of_environment}: differs by {far}");
+    }
+}
