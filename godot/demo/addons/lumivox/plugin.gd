@@ -6,6 +6,7 @@ const VolumeImporter := preload("editor/import_plugin.gd")
 const DicomImporter := preload("editor/dicom_import_plugin.gd")
 const DicomFolders := preload("editor/dicom_folders.gd")
 const FormerImports := preload("editor/former_imports.gd")
+const MissedFiles := preload("editor/missed_files.gd")
 const ImportMenu := preload("editor/import_menu.gd")
 const ImportDialog := preload("editor/import_dialog.gd")
 const VolumeGizmo := preload("editor/volume_gizmo.gd")
@@ -49,6 +50,7 @@ func _enter_tree() -> void:
 	get_window().files_dropped.connect(_on_files_dropped)
 	add_child(DicomFolders.new())
 	add_child(FormerImports.new())
+	add_child(MissedFiles.new())
 	EditorInterface.get_selection().selection_changed.connect(_on_selection_changed)
 
 

@@ -137,30 +137,8 @@ fn write_files(folder: &Path) {
     );
     fs::write(folder.join("scan.nrrd"), [header.as_bytes(), &bytes].concat()).unwrap();
     fs::write(folder.join("short.nrrd"), [header.as_bytes(), &bytes[..1000]].concat()).unwrap();
-    fs::write(folder.join("scan.nii"), [nifti_header(dims), bytes].concat()).unwrap();
-}
-
-/// A header of NIfTI-1 for 16-bit samples that count twice, less 10.
-fn nifti_header(dims: [usize; 3]) -> Vec<u8> {
-    let mut header = vec![0u8; 352];
-    let mut put = |at: usize, bytes: &[u8]| header[at..at + bytes.len()].copy_from_slice(bytes);
-    put(0, &348i32.to_le_bytes());
-    for (i, n) in [3, dims[0] as i16, dims[1] as i16, dims[2] as i16, 1, 1, 1, 1].into_iter().enumerate() {
-        put(40 + 2 * i, &n.to_le_bytes());
-    }
-    put(70, &4i16.to_le_bytes());
-    put(72, &16i16.to_le_bytes());
-    for (i, mm) in [1.0f32, 0.5, 0.75, 2.0].into_iter().enumerate() {
-        put(76 + 4 * i, &mm.to_le_bytes());
-    }
-    put(108, &352f32.to_le_bytes());
-    put(112, &2f32.to_le_bytes());
-    put(116, &(-10f32).to_le_bytes());
-    // Millimetres; a placement by quaternion.
-    put(123, &[2]);
-    put(252, &1i16.to_le_bytes());
-    put(344, b"n+1\0");
-    header
+    fs::write(folder.join("scan.nii"), [scans::nifti_header(dims, [0.5, 0.75, 2.0]), bytes].concat())
+        .unwrap();
 }
 
 /// What the library makes of the files that a script imports by default.

@@ -6,6 +6,8 @@ extends EditorImportPlugin
 ## before stay volumes: `former_imports.gd`.
 
 const SAVE_EXTENSION := "res"
+## Those with a dot in them.
+const COMPOUND_EXTENSIONS: Array[String] = ["nii.gz"]
 
 
 func _get_importer_name() -> String:
@@ -18,7 +20,7 @@ func _get_visible_name() -> String:
 
 func _get_recognized_extensions() -> PackedStringArray:
 	# Godot compares ends of names: nii.gz is not every gz.
-	return ["nii", "nii.gz", "nrrd", "nhdr", "mha", "mhd", "mgh", "mgz", "npy"]
+	return PackedStringArray(["nii", "nrrd", "nhdr", "mha", "mhd", "mgh", "mgz", "npy"] + COMPOUND_EXTENSIONS)
 
 
 func _get_save_extension() -> String:
