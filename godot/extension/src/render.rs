@@ -6,7 +6,7 @@ use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
 use godot::prelude::*;
-use lumivox_renderer::recording::{Kernel, TextureOrder};
+use lumivox_renderer::recording::{Kernel, Step, TextureOrder};
 use lumivox_renderer::stage::{self, Progress, Recorded, Refusal, Shown, ViewRecorded, Workbench};
 use lumivox_renderer::{LiveStatus, RenderError};
 
@@ -16,6 +16,10 @@ use crate::shared::{self, Status, Target, WorldKey};
 
 /// Begins the names of captured times.
 const TIMED: &str = "lumivox";
+
+/// Milliseconds of the GPU's time after which a picture that is traced in one frame waits for the device: drivers end what
+/// takes seconds.
+const WHOLE_STEP_MILLISECONDS: f64 = 100.0;
 
 /// What an effect asks for, with what the camera adds.
 #[derive(Clone, Copy, Debug)]
@@ -134,6 +138,7 @@ pub fn settle() {
         let eyes = (0..).map_while(|view| stage.view_progress((target, view), key));
         let all = eyes.map(|eye| eye.live).reduce(|all, eye| LiveStatus {
             samples: all.samples.min(eye.samples),
+            progress: all.progress.min(eye.progress),
             converged: all.converged && eye.converged,
             ..all
         });
@@ -144,6 +149,7 @@ pub fn settle() {
     for (target, live) in statuses {
         let Some(status) = shared.statuses.get_mut(&target) else { continue };
         (status.samples, status.converged, status.awaits_feedback) = (live.samples, live.converged, false);
+        status.progress = live.progress;
         shared.wants_frame |= !live.converged;
     }
 }
@@ -208,13 +214,17 @@ impl Renderer {
         let views = buffers.get_view_count();
         let budget_milliseconds = target.settings.budget_milliseconds / f64::from(views);
         let settings = Settings { budget_milliseconds, ..target.settings };
-        let mut status = Status { converged: true, samples: u32::MAX, ..Status::default() };
+        let mut status = Status { converged: true, samples: u32::MAX, progress: 1.0, ..Status::default() };
         for view in 0..views {
             let key = (buffers.get_render_target(), view);
             let Some(host) = HostView::new(device, buffers, scene_data, view) else { return Ok(None) };
+            if target.at_once {
+                self.trace_whole(device, &settings, target, shown, &host, key)?;
+            }
             let eye = self.draw_eye(device, &settings, target, shown, &host, key)?;
             status.samples = status.samples.min(eye.samples);
             status.converged &= eye.converged;
+            status.progress = status.progress.min(eye.progress);
             status.awaits_feedback |= eye.awaits_feedback;
             status.pixel_samples += eye.pixel_samples;
             // The picture stays: it is the best there is.
@@ -225,7 +235,8 @@ impl Renderer {
             status.milliseconds += self.stage(device).view_milliseconds(key);
         }
         status.target = settings.target_samples;
-        status.converged &= progress == Progress::Done;
+        status.arrived = progress == Progress::Done;
+        status.converged &= status.arrived;
         // An image of the scene before counts for nothing.
         Ok(Some(if matches!(progress, Progress::Done | Progress::Arriving) { status } else { pending }))
     }
@@ -239,6 +250,36 @@ impl Renderer {
         let updated =
             stage.update(snapshot.key, &snapshot.scene, snapshot.version, target.at_once, &Ahead)?;
         updated.map_or(Ok(()), |recorded| self.replay(device, recorded))
+    }
+
+    /// Traces one eye's picture until it is done, however long that takes: no other frame will. Nothing of it is drawn.
+    fn trace_whole(
+        &mut self,
+        device: &mut Gd<RenderingDevice>,
+        settings: &Settings,
+        target: &Target,
+        shown: Shown<WorldKey>,
+        host: &HostView,
+        key: EyeKey,
+    ) -> Result<(), String> {
+        let budget_milliseconds = settings.budget_milliseconds.max(WHOLE_STEP_MILLISECONDS);
+        let settings = Settings { budget_milliseconds, ..*settings };
+        let mut idle = 0;
+        // What comes back may open pixels again, or find some that are short: done is what stays so.
+        while idle < 2 {
+            let frame = |lent| host.view_frame(lent, &settings, target.fog);
+            let ViewRecorded { mut recorded, status, lent } =
+                self.stage(device).record_view(key, shown, frame)?;
+            recorded.recording.steps.retain(|step| !matches!(step, Step::Draw { .. }));
+            host.lend(&mut self.executor, lent);
+            self.replay(device, recorded)?;
+            self.executor.finish(device);
+            self.take_read_backs();
+            let done = self.stage(device).view_progress(key, target.snapshot.key);
+            let is_done = done.is_some_and(|done| done.live.converged && !done.live.awaits_feedback);
+            idle = if is_done || status.pixel_samples == 0 { idle + 1 } else { 0 };
+        }
+        Ok(())
     }
 
     /// Draws the volumes of what is `shown` into one eye's picture.

@@ -10,7 +10,7 @@ use lumivox_renderer::{DeviceLimits, Features, ViewKind};
 
 use crate::executor::{self, Executor, workshop};
 use crate::nodes::LumivoxVolume3D;
-use crate::shared::Target;
+use crate::shared::{Status, Target};
 use crate::world::{Gatherer, Nodes, render_target};
 use crate::{render, shared, warm_up};
 
@@ -20,6 +20,8 @@ thread_local! {
     /// The error that nodes show in the editor, and how many of them have a scan that is shown reduced.
     static WARNED_OF: RefCell<(Option<String>, usize)> = const { RefCell::new((None, 0)) };
     static CALLBACKS: RefCell<Option<Callbacks>> = const { RefCell::new(None) };
+    /// What was announced.
+    static REACHED: RefCell<Reached> = RefCell::default();
     /// Whether a frame was drawn since the main loop last came by.
     static DRAWN: Cell<bool> = const { Cell::new(false) };
 }
@@ -33,8 +35,9 @@ pub struct Lumivox {
 
 #[godot_api]
 impl Lumivox {
-    /// How far the image of [param viewport] is: [code]samples[/code] per pixel of [code]target[/code],
-    /// [code]converged[/code], [code]ms_per_frame[/code] (the GPU's time that tracing took in a recent frame; 0
+    /// How far the image of [param viewport] is: [code]samples[/code] that every pixel has of [code]target[/code],
+    /// [code]progress[/code] (0 to 1: the part of its samples that is traced, for progress bars; it moves also while some pixel
+    /// has none), [code]arrived[/code] (whether its scans are there as finely as they will be), [code]converged[/code], [code]ms_per_frame[/code] (the GPU's time that tracing took in a recent frame; 0
     /// where the driver does not tell) and [code]pixel_samples[/code] traced in the last frame. Empty if it shows no
     /// volume, be it because its [LumivoxEffect] is disabled.
     ///
@@ -53,6 +56,8 @@ impl Lumivox {
             vdict! {
                 "samples" => i64::from(status.samples),
                 "target" => i64::from(status.target),
+                "progress" => f64::from(status.progress),
+                "arrived" => status.arrived,
                 "converged" => status.converged,
                 "ms_per_frame" => status.milliseconds,
                 "pixel_samples" => status.pixel_samples as i64,
@@ -84,6 +89,14 @@ impl Lumivox {
             None => !shared.targets.contains_key(&target),
         }
     }
+
+    /// The image of a viewport is done: [method is_converged] has become true of it.
+    #[signal]
+    fn converged(viewport: Gd<Viewport>);
+
+    /// The scans that a viewport shows are there as finely as they will be: large ones are coarse at first.
+    #[signal]
+    fn arrived(viewport: Gd<Viewport>);
 
     /// Why volumes cannot be drawn, or an empty string.
     #[func]
@@ -289,10 +302,55 @@ fn before_frame() {
     }
 }
 
+/// Which viewports show an image that is done, and which one whose scans are there.
+#[derive(Default)]
+struct Reached {
+    converged: HashSet<Rid>,
+    arrived: HashSet<Rid>,
+}
+
+impl Reached {
+    fn now() -> Self {
+        let shared = shared::lock();
+        let of = |is: fn(&Status) -> bool| {
+            let reached = shared.statuses.iter().filter(|(_, status)| is(status)).map(|(target, _)| *target);
+            reached.collect::<HashSet<Rid>>()
+        };
+        let is_prepared = |target: &Rid| shared.targets.get(target).is_some_and(|target| !target.preparing);
+        let mut converged = of(|status| status.converged);
+        converged.retain(is_prepared);
+        Self { converged, arrived: of(|status| status.arrived) }
+    }
+}
+
+/// Tells scripts which images are done that were not.
+fn announce() {
+    let now = Reached::now();
+    let before = REACHED.with_borrow(|before| {
+        now.converged.is_subset(&before.converged) && now.arrived.is_subset(&before.arrived)
+    });
+    if before {
+        REACHED.set(now);
+        return;
+    }
+    let viewports = NODES.with_borrow_mut(Nodes::viewports);
+    let lumivox = Lumivox::singleton();
+    let new = |now: &HashSet<Rid>, before: &HashSet<Rid>| -> Vec<Gd<Viewport>> {
+        let is_new = |target: Rid| now.contains(&target) && !before.contains(&target);
+        viewports.iter().filter(|viewport| is_new(render_target(viewport))).cloned().collect()
+    };
+    let [arrived, converged] = REACHED
+        .with_borrow(|before| [new(&now.arrived, &before.arrived), new(&now.converged, &before.converged)]);
+    REACHED.set(now);
+    arrived.iter().for_each(|viewport| lumivox.signals().arrived().emit(viewport));
+    converged.iter().for_each(|viewport| lumivox.signals().converged().emit(viewport));
+}
+
 /// Tells what went wrong, and has an engine that idles draw again while an image is not done.
 fn after_frame() {
     DRAWN.set(true);
     request_wanted_frame();
+    announce();
     let mut shared = shared::lock();
     let error = shared.error.clone();
     let news = shared.take_news();
@@ -325,6 +383,7 @@ pub fn settle_if_idle() {
     if awaits_feedback {
         on_render_thread(render::settle);
     }
+    announce();
     request_wanted_frame();
 }
 

@@ -64,6 +64,10 @@ pub struct Status {
     pub samples: u32,
     /// Samples after which it is done.
     pub target: u32,
+    /// The part of them that is traced, 0 to 1.
+    pub progress: f32,
+    /// Whether all voxels are there that the GPU has room for.
+    pub arrived: bool,
     /// Whether it is.
     pub converged: bool,
     /// Whether that may turn out to be wrong.

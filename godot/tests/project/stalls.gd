@@ -83,7 +83,7 @@ func _draw_once(case: Dictionary, environment: Environment = null) -> Dictionary
 	add_child(viewport)
 	for frame in 4:
 		await RenderingServer.frame_post_draw
-	var told := {"filled": _filled(viewport)}
+	var told := {"filled": _filled(viewport), "samples": Lumivox.get_status(viewport).get("samples", 0)}
 	viewport.queue_free()
 	await get_tree().process_frame
 	return told

@@ -17,10 +17,18 @@ func _ready() -> void:
 	var arguments := Shower.arguments_by_name()
 	var all: Dictionary = JSON.parse_string(FileAccess.get_file_as_string(arguments["cases"]))
 	_viewport = LumivoxCase.viewport(all.case)
+	var heard := {"converged": 0, "arrived": 0, "other": 0}
+	for what: String in ["converged", "arrived"]:
+		Lumivox.connect(what, func(viewport: Viewport) -> void: heard[what if viewport == _viewport else "other"] += 1)
 	add_child(_viewport)
 	_node = _viewport.get_child(0).get_node("volumes0")
 	if not await Shower.until_converged(_viewport):
 		push_error("the volume is not shown")
+	heard.progress = Lumivox.get_status(_viewport).progress
+	_tell("signals", heard)
+	_tell("prepared", await _prepared())
+	_tell("labels", _labels())
+	_tell("phantoms", _phantoms())
 	_tell("constants", _constants())
 	_tell("preset", _preset())
 	_tell("colors", _colors())
@@ -36,6 +44,56 @@ func _ready() -> void:
 
 func _tell(what: String, told: Variant) -> void:
 	print("TELL %s %s" % [what, JSON.stringify(told)])
+
+
+## What a node says when what it had computed is there, or cannot be.
+func _prepared() -> Dictionary:
+	var told := {"prepared": 0, "failed": ""}
+	var node := LumivoxVolume3D.new()
+	node.volume = LumivoxVolume.phantom("cube", 16)
+	node.prepared.connect(func() -> void: told.prepared += 1)
+	node.prepare_failed.connect(func(why: String) -> void: told.failed = why)
+	node.apply_preset("ct-airways")
+	print("EXPECT a warning of airways")
+	_viewport.get_child(0).add_child(node)
+	for frame in 600:
+		await RenderingServer.frame_post_draw
+		if told.prepared > 0 or told.failed != "":
+			break
+	node.queue_free()
+	await get_tree().process_frame
+	return told
+
+
+## Looks of labels, and what is said of names that there are not.
+func _labels() -> Dictionary:
+	var labels := LumivoxLabels.found_in(LumivoxVolume.phantom("torso", 48))
+	var told := {"names": labels.get_names(), "set": labels.set_label("lungs", "opacity", 0.25)}
+	told.opacity = [labels.get("labels/lungs/opacity"), labels.get_label("lungs", "opacity")]
+	print("EXPECT an error of a label")
+	told.lung = labels.set_label("Lung", "visible", false)
+	print("EXPECT an error of a label")
+	labels.set("labels/Nope/visible", false)
+	print("EXPECT an error of a field")
+	told.field = labels.set_label("lungs", "opactiy", 0.5)
+	print("EXPECT an error of a value")
+	told.value = labels.set_label("lungs", "opacity", "much")
+	return told
+
+
+## Every phantom of the command, and one with options.
+func _phantoms() -> Dictionary:
+	var told := {}
+	for kind: String in ["head", "torso", "torso-pet", "mr-head", "mr-brain", "cube", "slab", "sphere"]:
+		var volume := LumivoxVolume.phantom(kind, 16)
+		told[kind] = volume != null and not volume.is_empty()
+	var metal := LumivoxVolume.phantom("torso", 64, {"metal": "rod", "shift": Vector3(0, 60, -40), "seed": 3})
+	told.metal = metal.get_value_range().y > LumivoxVolume.phantom("torso", 64).get_value_range().y
+	print("EXPECT an error of an option")
+	told.unknown = LumivoxVolume.phantom("torso", 16, {"arm": "raised"}) == null
+	print("EXPECT an error of an option")
+	told.misplaced = LumivoxVolume.phantom("head", 16, {"table": true}) == null
+	return told
 
 
 func _constants() -> Dictionary:

@@ -43,8 +43,40 @@ impl LumivoxClip3D {
     #[func]
     fn set_shape(&mut self, shape: i64) {
         self.shape = shape.clamp(Self::SHAPE_PLANE, Self::SHAPE_SPHERE);
+        let is_untouched = self.base().get_transform() == Transform3D::IDENTITY;
+        if is_untouched && self.base().is_inside_tree() && Engine::singleton().is_editor_hint() {
+            self.fit_to_volume();
+        }
         self.base_mut().update_gizmos();
         self.changed();
+    }
+
+    /// Places and scales the node so that a box or sphere is as large as what is kept of the volume above it; a plane goes
+    /// through its middle. In the editor new ones are. Returns whether the parent is a [LumivoxVolume3D] with a scan.
+    #[func]
+    fn fit_to_volume(&mut self) -> bool {
+        let Some(volume) = self.parent_volume() else { return false };
+        let volume = volume.bind();
+        let (low, high) = (volume.clip_corner(false), volume.clip_corner(true));
+        let place =
+            volume.get_clip_transform() * Transform3D::new(Basis::from_scale(high - low), (low + high) / 2.0);
+        let has_scan = volume.get_local_box().has_volume();
+        drop(volume);
+        if has_scan {
+            let place = match self.shape {
+                Self::SHAPE_PLANE => Transform3D::new(Basis::IDENTITY, place.origin),
+                Self::SHAPE_BOX => place,
+                _ => {
+                    let size = place.basis.get_scale();
+                    Transform3D::new(
+                        Basis::from_scale(Vector3::splat(size.x.max(size.y).max(size.z))),
+                        place.origin,
+                    )
+                }
+            };
+            self.base_mut().set_transform(place);
+        }
+        has_scan
     }
 
     #[func]

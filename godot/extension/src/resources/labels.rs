@@ -18,7 +18,8 @@ const GROUP: &str = "labels/";
 ///
 /// Load a segmentation (DICOM SEG, NIfTI, NRRD, MetaImage) with [method load_file], or have the parts of a CT found with
 /// [method found_in]. Each label has properties of its own, which the inspector shows and scripts set as
-/// [code]labels.set("labels/liver/opacity", 0.3)[/code]: [code]visible[/code], [code]opacity[/code] (a factor, 0 to 1),
+/// [code]labels.set_label("liver", "opacity", 0.3)[/code] (or [code]labels.set("labels/liver/opacity", 0.3)[/code], for
+/// animations): [code]visible[/code], [code]opacity[/code] (a factor, 0 to 1),
 /// [code]density[/code] (in place of the volume's; -1 is that), [code]painted[/code] and [code]color[/code] (whether
 /// [code]color[/code] takes the place of the transfer function's), [code]transfer_function[/code] (of its own) and
 /// [code]clipped[/code] (whether a [LumivoxClip3D] cuts it). What has no label is called [code]unlabelled[/code].
@@ -148,6 +149,27 @@ impl LumivoxLabels {
         self.looks.iter().map(|look| GString::from(&look.name)).collect()
     }
 
+    /// Sets how a label looks: [code]set_label("liver", "visible", false)[/code]. Returns whether it could; if not, an error in
+    /// the output names the nearest label or field that there is, and nothing changes.
+    #[func]
+    fn set_label(&mut self, name: GString, field: GString, value: Variant) -> bool {
+        self.set_field(&name.to_string(), &field.to_string(), &value)
+    }
+
+    /// How a label looks, by the names of [method set_label]; [code]null[/code] and an error where there is no such label or
+    /// field.
+    #[func]
+    fn get_label(&self, name: GString, field: GString) -> Variant {
+        let (name, field) = (name.to_string(), field.to_string());
+        let found = self.look(&name).and_then(|look| {
+            look.get(&field).ok_or_else(|| format!("A label has no '{field}'{}", nearest(&field, FIELDS)))
+        });
+        found.unwrap_or_else(|why| {
+            godot_error!("LumivoxLabels: {why}");
+            Variant::nil()
+        })
+    }
+
     #[func]
     fn _get_stored(&self) -> VarDictionary {
         let Some(labels) = &self.labels else { return VarDictionary::new() };
@@ -215,12 +237,9 @@ impl IResource for LumivoxLabels {
         let Some((name, field)) = property.strip_prefix(GROUP).and_then(|rest| rest.rsplit_once('/')) else {
             return false;
         };
-        let Some(look) = self.looks.iter_mut().find(|look| look.name == name) else { return false };
-        let is_set = look.set(field, &value);
-        if is_set {
-            self.base_mut().emit_changed();
-        }
-        is_set
+        // What is refused was said: the engine itself would say nothing.
+        self.set_field(name, field, &value);
+        true
     }
 }
 
@@ -231,6 +250,32 @@ impl LumivoxLabels {
         resource.bind_mut().put(labels);
         resource.bind_mut().notes = notes;
         resource
+    }
+
+    fn look(&self, name: &str) -> Result<&Look, String> {
+        let names = || self.looks.iter().map(|look| look.name.as_str());
+        let found = self.looks.iter().find(|look| look.name == name);
+        found.ok_or_else(|| format!("there is no label '{name}'{}", nearest(name, names())))
+    }
+
+    /// Sets a field of a label's look; returns whether it could, or says why not.
+    fn set_field(&mut self, name: &str, field: &str, value: &Variant) -> bool {
+        let refused = match self.look(name) {
+            Err(why) => Some(why),
+            Ok(_) if !FIELDS.contains(&field) => {
+                Some(format!("a label has no '{field}'{}", nearest(field, FIELDS)))
+            }
+            Ok(_) => {
+                let look = self.looks.iter_mut().find(|look| look.name == name);
+                let is_set = look.is_some_and(|look| look.set(field, value));
+                (!is_set).then(|| format!("'{field}' of the label '{name}' cannot be {value}"))
+            }
+        };
+        match &refused {
+            None => self.base_mut().emit_changed(),
+            Some(why) => godot_error!("LumivoxLabels: {why}."),
+        }
+        refused.is_none()
     }
 
     fn put(&mut self, labels: LabelVolume) {
@@ -248,6 +293,32 @@ impl LumivoxLabels {
         let styles = styles.filter(|(_, style)| *style != LabelStyle::default()).collect();
         Some(Labelling { labels, styles })
     }
+}
+
+/// Words that name what is spelt most alike, and all there are where they are few.
+fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    let distance = |name: &str| spelling_distance(&wanted.to_lowercase(), &name.to_lowercase());
+    match known.iter().min_by_key(|name| distance(name)) {
+        None => ": it has no labels yet".to_owned(),
+        Some(name) if known.len() > 12 => format!("; the nearest is '{name}'"),
+        Some(name) => format!("; the nearest is '{name}', there are '{}'", known.join("', '")),
+    }
+}
+
+/// Letters to insert, to leave out or to exchange to make one word of another (Levenshtein).
+fn spelling_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, y) in b.iter().enumerate() {
+            let exchanged = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = exchanged.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
 }
 
 fn hint(hint: PropertyHint, text: &str) -> PropertyHintInfo {

@@ -4,6 +4,7 @@ mod arguments;
 mod derived;
 mod labels;
 mod numbers;
+mod phantom;
 mod stored;
 mod transfer_function;
 mod volume;

@@ -7,19 +7,13 @@ use godot::classes::{IResource, Image, Resource};
 use godot::prelude::*;
 use lumivox_core::{CancelToken, Histogram, Medium, Preset, Progress, Volume};
 use lumivox_import::ImportReport;
-use lumivox_phantom::{AnatomyOptions, TorsoOptions};
 use lumivox_segmentation::Surroundings;
 
 use super::derived::{Derived, Part, Parts};
+use super::phantom;
 use super::{Options, stored};
 use crate::load_options::{LoadOptions, Loaded};
 use crate::{codecs, convert};
-
-/// Voxels along a side of a phantom whose size nobody gave.
-const DEFAULT_PHANTOM_SIZE: usize = 128;
-
-/// Most voxels along a side of a phantom.
-const MAX_PHANTOM_SIZE: usize = 1024;
 
 /// A CT or MR scan: voxels in physical units (Hounsfield units for CT) at their true size and place in the patient.
 ///
@@ -48,37 +42,29 @@ pub struct LumivoxVolume {
 
 #[godot_api]
 impl LumivoxVolume {
-    /// A scan that is computed: [code]"head"[/code] is an anatomical CT of a head, [code]"torso"[/code] one of a torso
-    /// (without a table), [code]"cube"[/code] a test body whose values rise from its corners to its centre. [param size] is the number of voxels along a side, 8 to 1024;
-    /// 0 stands for 128. [code]null[/code] and an error in the output for another kind or size. A large one takes
-    /// seconds: compute it on another thread.
+    /// A scan that is computed, of a kind that the command [code]lumivox phantom[/code] knows: [code]"head"[/code] is an
+    /// anatomical CT of a head, [code]"torso"[/code] one of a torso, [code]"torso-pet"[/code] a PET of that,
+    /// [code]"mr-head"[/code] and [code]"mr-brain"[/code] are MRs, [code]"cube"[/code] is a test body whose values rise from its
+    /// corners to its centre, [code]"slab"[/code] and [code]"sphere"[/code] are homogeneous. [param size] is the number of voxels
+    /// along the longest side, 8 to 1024; 0 stands for 128. [param options] may hold [code]seed[/code], and of a torso
+    /// [code]table[/code], [code]blanket[/code], [code]breasts[/code], [code]padding[/code] (whether there are),
+    /// [code]arms[/code] ([code]"raised"[/code] or [code]"sides"[/code]), [code]metal[/code] ([code]"sternal-wires"[/code],
+    /// [code]"pacemaker"[/code] or [code]"rod"[/code]), [code]field_of_view[/code] (mm), [code]shift[/code] (a [Vector3] of mm in
+    /// the patient) and [code]tilt[/code] (degrees). [code]null[/code] and an error in the output for anything else. A large one
+    /// takes seconds: compute it on another thread.
     #[func]
-    pub fn phantom(kind: GString, #[opt(default = 0)] size: i64) -> Option<Gd<Self>> {
-        let size = match usize::try_from(size) {
-            Ok(0) => DEFAULT_PHANTOM_SIZE,
-            Ok(size) if (8..=MAX_PHANTOM_SIZE).contains(&size) => size,
-            _ => {
-                godot_error!("A phantom has 8 to {MAX_PHANTOM_SIZE} voxels along a side, not {size}.");
-                return None;
+    pub fn phantom(
+        kind: GString,
+        #[opt(default = 0)] size: i64,
+        #[opt(default = &Options::none())] options: Options,
+    ) -> Option<Gd<Self>> {
+        match phantom::compute(&kind.to_string(), size, &options.0) {
+            Ok(volume) => Some(Self::of(volume, VarDictionary::new())),
+            Err(why) => {
+                godot_error!("{why}");
+                None
             }
-        };
-        let kind = kind.to_string();
-        let volume = match kind.as_str() {
-            "head" => {
-                let options = AnatomyOptions { size, ..AnatomyOptions::default() };
-                lumivox_phantom::anatomy(options, Progress::SILENT, &CancelToken::new()).ok()?
-            }
-            "torso" => {
-                let options = TorsoOptions { size, table: false, ..TorsoOptions::default() };
-                lumivox_phantom::torso(options, Progress::SILENT, &CancelToken::new()).ok()?
-            }
-            "cube" => lumivox_phantom::cube(size),
-            _ => {
-                godot_error!("There is no phantom '{kind}'. There are \"head\", \"torso\" and \"cube\".");
-                return None;
-            }
-        };
-        Some(Self::of(volume, VarDictionary::new()))
+        }
     }
 
     /// Loads a scan and waits for it: a file of any format (DICOM, NIfTI, NRRD, MetaImage, RAW), a folder of DICOM

@@ -13,6 +13,8 @@ mod effects;
 mod engine;
 mod expected;
 mod export;
+mod film;
+mod first_import;
 mod folders;
 mod functions;
 mod interpolation;

@@ -26,6 +26,47 @@ fn telling(name: &str) -> Value {
 }
 
 #[test]
+fn scripts_hear_when_an_image_is_done() {
+    let told = telling("signals");
+    assert_eq!(told, json!({ "converged": 1, "arrived": 1, "other": 0, "progress": 1.0 }));
+}
+
+#[test]
+fn scripts_hear_what_became_of_a_preparation() {
+    let told = telling("prepared");
+    assert_eq!(told["prepared"], 0, "{told}");
+    assert!(told["failed"].as_str().unwrap().starts_with("No airways were found"), "{told}");
+}
+
+#[test]
+fn a_label_that_there_is_not_is_an_error_that_names_the_nearest() {
+    let told = telling("labels");
+    println!("labels: {told}");
+    assert_eq!(told["set"], true, "{told}");
+    assert_eq!(told["opacity"], json!([0.25, 0.25]), "{told}");
+    assert_eq!(
+        (&told["lung"], &told["field"], &told["value"]),
+        (&json!(false), &json!(false), &json!(false))
+    );
+    for said in [
+        "there is no label 'Lung'; the nearest is 'lungs'",
+        "there is no label 'Nope'",
+        "a label has no 'opactiy'; the nearest is 'opacity'",
+        "'opacity' of the label 'lungs' cannot be much",
+    ] {
+        assert!(run().log.contains(said), "the log does not say: {said}");
+    }
+}
+
+#[test]
+fn scripts_have_every_phantom_of_the_command() {
+    let told = telling("phantoms");
+    let lacking: Vec<_> = told.as_object().unwrap().iter().filter(|(_, is)| **is != true).collect();
+    assert!(lacking.is_empty(), "{lacking:?}");
+    assert_eq!(told.as_object().unwrap().len(), 11);
+}
+
+#[test]
 fn an_importer_that_a_worker_thread_starts_signals_on_the_main_thread() {
     assert_eq!(telling("importer"), json!({ "finished": true, "on_main": true, "running": false }));
 }

@@ -64,6 +64,7 @@ fn what_is_drawn_once_is_whole_in_its_only_frame() {
         let told = telling(name);
         println!("{name}: {told}");
         assert!(told["filled"].as_f64().unwrap() > 0.05, "{name}: {told}");
+        assert_eq!(told["samples"], scenes()[0].samples, "{name}: {told}");
     }
 }
 

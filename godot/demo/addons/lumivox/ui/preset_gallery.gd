@@ -56,7 +56,20 @@ func open_at(anchor: Rect2) -> void:
 			_buttons[preset].icon = _gradient(preset)
 		_start_pictures()
 	reset_size()
-	popup(Rect2i(Vector2i(int(anchor.position.x), int(anchor.end.y)), Vector2i.ZERO))
+	popup(on_screen(Rect2i(Vector2i(int(anchor.position.x), int(anchor.end.y)), size), int(anchor.size.y)))
+
+
+## Where a popup below a control of such a height is wholly on its screen, or window: above the control where there is more room.
+func on_screen(wanted: Rect2i, above: int) -> Rect2i:
+	var window := get_parent().get_window()
+	var room := Rect2i(Vector2i.ZERO, window.size) if window.gui_embed_subwindows \
+			else DisplayServer.screen_get_usable_rect(window.current_screen)
+	var below := room.end.y - wanted.position.y
+	if wanted.size.y > below and wanted.position.y - above - room.position.y > below:
+		wanted.position.y -= above + mini(wanted.size.y, wanted.position.y - above - room.position.y)
+	wanted.size = Vector2i(mini(wanted.size.x, room.size.x), mini(wanted.size.y, room.size.y))
+	wanted.position = wanted.position.clamp(room.position, (room.end - wanted.size).max(room.position))
+	return wanted
 
 
 ## The preset that suits a scan when nobody chose one.

@@ -382,6 +382,23 @@ impl LumivoxVolume3D {
         self.shown().is_some_and(|shown| shown.is_coming) || is_depth_coming()
     }
 
+    /// What another thread computed for this node is there, and shown from now on: [method is_preparing] has become false.
+    #[signal]
+    fn prepared();
+
+    /// What another thread was to compute for this node is not there, and [param why] says it: no such organ or skin was found
+    /// in the scan for sure, and all of it is seen.
+    #[signal]
+    fn prepare_failed(why: GString);
+
+    #[func]
+    fn _tell_prepared(&mut self) {
+        match self.preparation_failure() {
+            Some(why) => self.signals().prepare_failed().emit(&GString::from(&why)),
+            None => self.signals().prepared().emit(),
+        }
+    }
+
     /// The names of all presets, for [member preset] and [method apply_preset].
     #[func]
     pub fn preset_names() -> PackedStringArray {
@@ -497,6 +514,12 @@ impl LumivoxVolume3D {
             clip_shapes: clip_shapes_of(&self.base(), world_from_patient),
             volume,
         })
+    }
+
+    /// A corner of what is kept, in clip coordinates.
+    pub fn clip_corner(&self, largest: bool) -> Vector3 {
+        let (a, b) = (self.clip_min, self.clip_max);
+        if largest { a.coord_max(b) } else { a.coord_min(b) }
     }
 
     /// What is taken off, once the skin was found; and whether it is still looked for.

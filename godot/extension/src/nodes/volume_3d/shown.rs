@@ -76,8 +76,16 @@ impl LumivoxVolume3D {
             }
             // Not now: its contents are being looked at.
             self.to_gd().call_deferred("_contents_changed", &[]);
+            self.to_gd().call_deferred("_tell_prepared", &[]);
         }
         self.is_waiting.set(is_coming);
+    }
+
+    /// Why what was computed is not what was asked for.
+    pub(super) fn preparation_failure(&self) -> Option<String> {
+        let has_no_depth = || self.peel_mm > 0.0 && self.has_scan() && matches!(self.peel(), (None, false));
+        let no_skin = "No skin was found in the scan for sure: nothing is peeled off.";
+        self.part_warning().or_else(|| has_no_depth().then(|| no_skin.to_owned()))
     }
 
     /// Why something else is seen than was asked for.
