@@ -54,12 +54,15 @@ impl Single {
         Ok(self)
     }
 
+    /// What to tell of several phases.
+    pub fn phases_note(&self) -> Option<String> {
+        (self.phases > 1).then(|| format!("{} phases", self.phases))
+    }
+
     /// What the header tells.
     pub fn report(&self) -> ImportReport {
         let mut notes = self.notes.clone();
-        if self.phases > 1 {
-            notes.push(format!("{} phases", self.phases));
-        }
+        notes.extend(self.phases_note());
         // Wider samples are kept in 16 bits where that loses nothing, which shows when they are read.
         let bytes = self.payload.sample().bytes().min(4) * self.dims.iter().product::<usize>();
         self.report_of(self.modality.unwrap_or_default(), bytes as u64, notes)

@@ -374,6 +374,9 @@ mod tests {
             let medium = preset.medium(&flat);
             assert!(!medium.transfer_function.is_transparent(), "{}", preset.name());
             assert_eq!(medium.clone().sanitized(), medium, "{} is within its ranges", preset.name());
+            // A mask in which nothing is set hides nothing.
+            let is_placed = ct::look(preset).is_none();
+            assert!(!is_placed || medium.transfer_function.opacity(5.0) == 0.0, "{}", preset.name());
         }
     }
 }

@@ -232,6 +232,7 @@ fn of_single(
     report.notes.extend(unused(import, &report.format));
     report.notes.extend(told);
     if single.phases > 1 && all_layers {
+        report.notes.retain(|note| Some(note) != single.phases_note().as_ref());
         report.notes.push(format!("segments in {} layers", single.phases));
     } else if single.phases > 1 {
         report.notes.push(format!("phase {phase} of {} is taken", single.phases));
