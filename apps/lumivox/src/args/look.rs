@@ -128,7 +128,7 @@ mod tests {
         assert_eq!(mixed.options(), "--preset and --transfer-function");
         let other = names(&["--preset", "ct-bone", "--transfer-function", "a.tf"]);
         assert_eq!(
-            (other.0, other.options()),
+            (other.0.clone(), other.options()),
             (vec![bone.clone(), file], "--preset and --transfer-function")
         );
         let twice = names(&["--preset", "ct-bone", "--preset", "CT_bone"]);
