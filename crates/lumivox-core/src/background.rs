@@ -153,14 +153,18 @@ mod tests {
     #[test]
     fn maps_around_their_background_are_told_from_scans_in_air() {
         // Statistics within a mask, a normalised brain in zeros, log-Jacobians, determinants about 1.
-        assert!(is_signed(|i| if i % 20 == 0 { 2.0 * noise(i) } else { 0.0 }));
-        assert!(is_signed(|i| if i % 2 == 0 { noise(i) } else { 0.0 }));
-        assert!(is_signed(|i| if i % 4 == 0 { (0.2 * noise(i)).exp() } else { 1.0 }));
+        assert!(is_signed(|i| if i.is_multiple_of(20) { 2.0 * noise(i) } else { 0.0 }));
+        assert!(is_signed(|i| if i.is_multiple_of(2) { noise(i) } else { 0.0 }));
+        assert!(is_signed(|i| if i.is_multiple_of(4) { (0.2 * noise(i)).exp() } else { 1.0 }));
         // Dark vessels in a noisy background that is not 0.
-        assert!(is_signed(|i| if i % 50 == 0 { 40.0 } else { 128.0 + 4.0 * noise(i) }));
+        assert!(is_signed(|i| if i.is_multiple_of(50) { 40.0 } else { 128.0 + 4.0 * noise(i) }));
         // A cube in noise around 0; a scan whose air is as noisy; ringing of a filter.
-        assert!(!is_signed(|i| if i % 10 == 0 { 1.0 } else { 0.05 * noise(i) }));
-        assert!(!is_signed(|i| if i % 3 == 0 { 400.0 + 90.0 * noise(i) } else { (9.0 * noise(i)).abs() }));
+        assert!(!is_signed(|i| if i.is_multiple_of(10) { 1.0 } else { 0.05 * noise(i) }));
+        assert!(!is_signed(|i| if i.is_multiple_of(3) {
+            400.0 + 90.0 * noise(i)
+        } else {
+            (9.0 * noise(i)).abs()
+        }));
         assert!(!is_signed(|i| match i % 100 {
             0 => -20.0,
             1..50 => 300.0 + 50.0 * noise(i),
@@ -172,8 +176,9 @@ mod tests {
 
     #[test]
     fn the_noise_of_a_background_is_measured() {
-        let statistics =
-            statistics((0..40_000).map(|i| if i % 10 == 0 { 50.0 } else { noise(i) } as f32).collect());
+        let statistics = statistics(
+            (0..40_000usize).map(|i| if i.is_multiple_of(10) { 50.0 } else { noise(i) } as f32).collect(),
+        );
         let background = Background::of(&statistics);
         assert!(background.value.abs() < 0.5, "{background:?}");
         assert!((2.5..6.0).contains(&background.noise), "{background:?}");

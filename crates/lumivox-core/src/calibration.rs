@@ -117,8 +117,8 @@ mod tests {
             let noise = (i * 7919 % 41) as f64 - 20.0;
             match i * 31 % 100 {
                 part if part < share_of_air => -1000.0 + noise,
-                part if part % 5 == 0 => -100.0 + noise,
-                part if part % 7 == 0 => 700.0 + 10.0 * noise,
+                part if part.is_multiple_of(5) => -100.0 + noise,
+                part if part.is_multiple_of(7) => 700.0 + 10.0 * noise,
                 _ => 50.0 + noise,
             }
         };
@@ -150,7 +150,9 @@ mod tests {
         // A cone beam, around whose field of view there is nothing but zeros.
         let inside = body(40, |hu| 180.0 + 0.5 * (hu + 1000.0));
         let voxels = Voxels::F32(
-            (0..20_000).map(|i| if i % 2 == 0 { 0.0 } else { inside.voxels().get(i) as f32 }).collect(),
+            (0..20_000usize)
+                .map(|i| if i.is_multiple_of(2) { 0.0 } else { inside.voxels().get(i) as f32 })
+                .collect(),
         );
         let whole = Volume::new(inside.dims(), voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Ct).unwrap();
         let peaks = uncalibrated(&whole).unwrap();

@@ -216,7 +216,7 @@ mod tests {
 
     /// Every tenth voxel is `fill`, the others are `value`s.
     fn filled(fill: f64, value: impl Fn(usize) -> f64) -> Vec<f64> {
-        (0..2000).map(|i| if i % 10 == 0 { fill } else { value(i) }).collect()
+        (0..2000usize).map(|i| if i.is_multiple_of(10) { fill } else { value(i) }).collect()
     }
 
     fn floats(values: &[f64]) -> (Vec<Fill>, Vec<f64>) {
@@ -227,7 +227,7 @@ mod tests {
 
     #[test]
     fn fill_values_of_any_program_are_found() {
-        let lowest = (0..2000).filter(|i| i % 10 != 0).map(mr).fold(1e9, f64::min);
+        let lowest = (0..2000usize).filter(|i| !i.is_multiple_of(10)).map(mr).fold(1e9, f64::min);
         for fill in [-9999.0, -32768.0, f64::from(f32::MIN), 65535.0, -1e20, 1e20, -1234.0, 1e37] {
             let (found, values) = floats(&filled(fill, mr));
             assert_eq!(found.len(), 1, "{fill}");
@@ -245,7 +245,7 @@ mod tests {
     #[test]
     fn what_becomes_of_them_is_nothing() {
         let ct = |i: usize| (i * 37 % 3000) as f64 - 1000.0;
-        let air = (0..2000).filter(|i| i % 10 != 0).map(ct).fold(0.0, f64::min);
+        let air = (0..2000usize).filter(|i| !i.is_multiple_of(10)).map(ct).fold(0.0, f64::min);
         let map = |i: usize| (i * 37 % 900) as f64 / 100.0 - 4.5;
         assert_eq!(floats(&filled(-32768.0, ct)).0[0].became, air, "air");
         assert_eq!(floats(&filled(-9999.0, map)).0[0].became, 0.0, "between both sides");
@@ -266,7 +266,10 @@ mod tests {
         assert!(kept((0..20_000).map(|i| if i < 10 { -9999.0 } else { mr(i) }).collect()), "rare");
         assert!(kept(filled(9999.0, |i| (i % 7) as f64)), "labels");
         assert!(kept(vec![5.0; 2000]));
-        assert!(kept((0..2000).map(|i| if i % 2 == 0 { 65535.0 } else { 0.0 }).collect()), "a mask");
+        assert!(
+            kept((0..2000usize).map(|i| if i.is_multiple_of(2) { 65535.0 } else { 0.0 }).collect()),
+            "a mask"
+        );
         assert_eq!(replace(&mut Voxels::U8(vec![255; 3000]), [1.0, 0.0], None), []);
     }
 }

@@ -346,7 +346,7 @@ mod tests {
             builder.finish().unwrap()
         };
         let value = |i: usize| (i * 37 % 900) as f64;
-        let is_fill = |i: usize| i % 9 == 0;
+        let is_fill = |i: usize| i.is_multiple_of(9);
         let lowest = (0..3000).filter(|i| !is_fill(*i)).map(value).fold(f64::INFINITY, f64::min);
         for fill in [f64::MIN, -3.4e38, -1e20, -9999.0, f64::INFINITY] {
             let bytes = (0..3000).flat_map(|i| if is_fill(i) { fill } else { value(i) }.to_le_bytes());

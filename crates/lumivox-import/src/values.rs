@@ -98,7 +98,7 @@ fn wrapped([columns, ..]: [usize; 3], voxels: &Voxels) -> Option<String> {
     /// More voxels with such values are no exception.
     const PART: usize = 100;
     let Voxels::U16(samples) = voxels else { return None };
-    let is_extreme = |sample: u16| sample < u16::MAX - JUMP || sample > JUMP;
+    let is_extreme = |sample: u16| !(u16::MAX - JUMP..=JUMP).contains(&sample);
     let of_row = |row: &[u16]| {
         let jumps = row.windows(2).filter(|pair| pair[0].abs_diff(pair[1]) >= JUMP).count();
         (jumps, row.iter().filter(|sample| is_extreme(**sample)).count())
@@ -127,7 +127,7 @@ mod tests {
     fn metal_that_wrapped_is_told() {
         // A body with a rod of metal, whose brightest voxels came out as the lowest.
         let sample = |i: usize| match i {
-            4000..4040 if i % 2 == 0 => 65_500u16,
+            4000..4040 if i.is_multiple_of(2) => 65_500u16,
             4000..4040 => 40,
             _ => 31_800 + (i * 37 % 1800) as u16,
         };
@@ -136,13 +136,15 @@ mod tests {
         let judged = judged(ct, &Told::default(), &mut notes);
         assert!(judged.is_hounsfield());
         assert!(notes[0].contains("have wrapped around"), "{notes:?}");
-        let mask = Voxels::U16((0..20_000).map(|i| if i % 3 == 0 { u16::MAX } else { 0 }).collect());
+        let mask =
+            Voxels::U16((0..20_000usize).map(|i| if i.is_multiple_of(3) { u16::MAX } else { 0 }).collect());
         assert_eq!(wrapped([20, 1000, 1], &mask), None);
     }
 
     #[test]
     fn what_the_user_says_goes_first() {
-        let voxels = || Voxels::U16((0..8000).map(|i| if i % 3 == 0 { 24 } else { 1064 }).collect());
+        let voxels =
+            || Voxels::U16((0..8000usize).map(|i| if i.is_multiple_of(3) { 24 } else { 1064 }).collect());
         let mut notes = Vec::new();
         let ct = volume(voxels(), [1.0, 0.0], Modality::Ct);
         let told = Told { modality: Some(Modality::Ct), ..Told::default() };

@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn over_its_anatomy_a_map_shows_its_peaks_alone() {
-        let signed = map(|i| if i % 50 == 0 { (i % 13) as f32 - 6.0 } else { 0.0 });
+        let signed = map(|i| if i.is_multiple_of(50) { (i % 13) as f32 - 6.0 } else { 0.0 });
         let brain = map(|i| if i % 9 < 4 { 300.0 + (i % 90) as f32 } else { (i % 5) as f32 });
         let pair = |a: &Volume, b: &Volume| Preset::fusion_of(&[a, b]);
         assert_eq!(pair(&brain, &signed), Some(vec![Preset::Fusion, Preset::SignedMap]));
