@@ -3,7 +3,6 @@
 use std::fs;
 
 use lumivox_testing::png_io::SrgbImage;
-use serde_json::Value;
 
 use crate::case::{Case, Light, Volume};
 use crate::engine::engine;
