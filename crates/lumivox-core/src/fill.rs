@@ -37,12 +37,19 @@ pub struct Fill {
 impl Fill {
     /// A sentence for people, of a scan with so many voxels.
     pub fn note(&self, voxels: usize) -> String {
-        let Self { value, count, became } = self;
+        let count = self.count;
+        let [value, became] = [self.value, self.became].map(brief);
         format!(
             "{count} of {voxels} voxels have the fill value {value}, far from all others: nothing was measured there, and \
              they became {became}"
         )
     }
+}
+
+/// A value with the digits that a scan's samples have.
+fn brief(value: f64) -> String {
+    let value = value as f32;
+    if value.abs() < 1e9 { value.to_string() } else { format!("{value:e}") }
 }
 
 /// Replaces the fill values at both ends of samples, of which a physical value is `stored * slope + intercept`: one exact value

@@ -75,12 +75,18 @@ impl ArrayGrid {
 }
 
 impl ArrayLayout {
-    /// What arrays of so many axes mostly are.
-    pub(crate) fn usual(axes: usize) -> Option<Self> {
-        let text = match axes {
-            2 => "yx",
-            3 => "zyx",
-            4 => "tzyx",
+    /// What arrays of such a shape mostly are: three or four small whole numbers beside each other, last and among longer axes,
+    /// are a colour.
+    pub(crate) fn usual(shape: &[usize], are_small_whole_numbers: bool) -> Option<Self> {
+        let around = shape.split_last().filter(|(last, _)| (3..=4).contains(*last)).map(|(_, around)| around);
+        let is_long = |size: &usize| *size > 4 || *size == 1;
+        let are_colours = are_small_whole_numbers && around.is_some_and(|around| around.iter().all(is_long));
+        let text = match (shape.len(), are_colours) {
+            (2, _) => "yx",
+            (3, false) => "zyx",
+            (3, true) => "yxc",
+            (4, false) => "tzyx",
+            (4, true) => "zyxc",
             _ => return None,
         };
         Some(Self(text.to_owned()))
@@ -160,6 +166,18 @@ mod tests {
         for wrong in ["", "1,1", "1,1,1,1", "1,1,0", "1,1,nan", "1,1,-1", "a,b,c"] {
             assert_eq!(parse_spacing(wrong), Err(UnknownSpacing), "{wrong}");
         }
+    }
+
+    #[test]
+    fn colours_are_told_from_moments() {
+        let usual = |shape: &[usize], small| ArrayLayout::usual(shape, small).map(|layout| layout.0);
+        assert_eq!(usual(&[40, 50, 60, 3], true).as_deref(), Some("zyxc"));
+        assert_eq!(usual(&[50, 60, 4], true).as_deref(), Some("yxc"));
+        // A field of vectors, and volumes with few voxels along x.
+        assert_eq!(usual(&[40, 50, 60, 3], false).as_deref(), Some("tzyx"));
+        assert_eq!(usual(&[2, 50, 60, 3], true).as_deref(), Some("tzyx"));
+        assert_eq!(usual(&[50, 60, 5], true).as_deref(), Some("zyx"));
+        assert_eq!(usual(&[5; 5], true), None);
     }
 
     #[test]

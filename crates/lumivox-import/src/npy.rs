@@ -53,21 +53,23 @@ pub(crate) fn open(path: &Path, options: &ImportOptions) -> Result<Single, Impor
         what: "an array of what are no real numbers".to_owned(),
         remedy: "Save it as numbers: numpy.save(path, array.astype('float32'))".to_owned(),
     })?;
+    // Colours of a voxel follow each other.
+    let may_be_colours = !header.fortran_order && matches!(sample, SampleType::U8 | SampleType::U16);
+    let layout = match &options.layout {
+        Some(layout) => layout.clone(),
+        None => ArrayLayout::usual(&header.shape, may_be_colours).ok_or_else(|| {
+            field(
+                "shape",
+                format!("has {} axes", header.shape.len()),
+                "Give one with two to four axes, or a layout (--layout)",
+            )
+        })?,
+    };
     // From the fastest axis on.
     let mut sizes = header.shape;
     if !header.fortran_order {
         sizes.reverse();
     }
-    let layout = match &options.layout {
-        Some(layout) => layout.clone(),
-        None => ArrayLayout::usual(sizes.len()).ok_or_else(|| {
-            field(
-                "shape",
-                format!("has {} axes", sizes.len()),
-                "Give one with two to four axes, or a layout (--layout)",
-            )
-        })?,
-    };
     let letters = layout.letters_by_speed(header.fortran_order);
     if letters.len() != sizes.len() {
         let problem = format!("has {} axes where the layout {layout} names {}", sizes.len(), letters.len());

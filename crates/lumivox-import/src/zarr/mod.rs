@@ -131,7 +131,7 @@ fn plain_array(folder: &Path, options: &ImportOptions) -> Result<Vec<Single>, Im
         Some(layout) => Some(layout.to_string()),
         None => match array.shape.len() {
             5 => Some("tczyx".to_owned()),
-            axes => ArrayLayout::usual(axes).map(|layout| layout.to_string()),
+            _ => ArrayLayout::usual(&array.shape, false).map(|layout| layout.to_string()),
         },
     };
     let layout = match &around {
