@@ -396,7 +396,8 @@ fn labels_hide_and_spare_parts_of_a_scan() {
     assert!(whole[0] > 0.1 && whole[1] > 0.1, "{whole:?}");
     let cut = ["--clip-shape", "sphere:0,0,900,10", "--label", "1=uncut"];
     let spared = seen("spared.png", &cut);
-    assert!(spared[0] < 0.5 * spared[1] && spared[1] > 0.1, "what is labelled is not cut: {spared:?}");
+    // Borders of labels are smooth: a column of pixels beyond them shows something, too.
+    assert!(spared[0] < 0.6 * spared[1] && spared[1] > 0.1, "what is labelled is not cut: {spared:?}");
     let hidden = seen("hidden.png", &["--label", "*=hide"]);
     assert_eq!(hidden, [0.0; 2]);
     let wrong = run(
