@@ -3,7 +3,7 @@
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
 use lumivox_core::{ExtinctionSpace, Medium, Volume};
 
-use crate::store::{BrickGrid, GridKey, MAX_CELL_SIZE, Source, grid};
+use crate::store::MAX_CELL_SIZE;
 
 /// Voxels along a side of a majorant cell. Small cells bound tighter, and there are more of them to walk through.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,26 +59,6 @@ fn depth_of_cell(volume: &Volume, medium: &Medium) -> f64 {
     }
     let mean = sum / f64::from(seen.max(1));
     mean * medium.density_scale * SIGMA_UNIT_PER_MM * volume.spacing_mm().min_element() * USUAL
-}
-
-/// Enlarges the cells of the largest grids while all have more of them than `most`: rays take longer then, but no voxel is
-/// lost. `uses` counts the grids that are made of each volume.
-pub(super) fn widen(wanted: &mut [(Source, GridKey)], uses: &[usize], most: usize) {
-    let grid_of = |(source, key): &(Source, GridKey)| {
-        let (cells, size) = grid(BrickGrid::new(source.volume.dims(), 1).dims, key.cell_size);
-        (cells.iter().map(|&n| n as usize).product::<usize>(), size)
-    };
-    loop {
-        let cells: Vec<usize> = wanted.iter().zip(uses).map(|(of, uses)| grid_of(of).0 * uses).collect();
-        if cells.iter().sum::<usize>() <= most {
-            return;
-        }
-        let can_widen = |&index: &usize| grid_of(&wanted[index]).1 < MAX_CELL_SIZE;
-        let Some(largest) = (0..wanted.len()).filter(can_widen).max_by_key(|&index| cells[index]) else {
-            return;
-        };
-        wanted[largest].1.cell_size = Some(2 * grid_of(&wanted[largest]).1);
-    }
 }
 
 #[cfg(test)]

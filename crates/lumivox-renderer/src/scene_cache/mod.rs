@@ -20,6 +20,7 @@ mod mirror;
 mod preparation;
 mod tables;
 mod transfer_table;
+mod wanted;
 
 use std::sync::Arc;
 
@@ -43,7 +44,7 @@ use crate::error::RenderError;
 use crate::features::{Features, ViewKind};
 use crate::ids;
 use crate::recording::{Recording, ResourceId};
-use crate::store::{Acquired, GridKey, Source, TexelScale, VoxelStore};
+use crate::store::{Acquired, Source, TexelScale, VoxelStore};
 
 /// What the host's GPU can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -247,8 +248,8 @@ impl SceneCache {
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
         let placed = place(scene);
-        let (mut wanted, uses) = distinct(&placed, self.cell_size);
-        cell_size::widen(&mut wanted, &uses, tables::most_cells(&self.limits));
+        let (mut wanted, uses) = wanted::distinct(&placed, self.cell_size);
+        wanted::widen(&mut wanted, &uses, tables::most_cells(&self.limits));
         let features = Features::of_placed(scene, &placed, false);
         tables::check(&placed, features.classes, self.limits.max_storage_binding)?;
         environment::check(&scene.environment, &self.limits)?;
@@ -491,37 +492,6 @@ impl SceneCache {
         self.instances.free(recording);
         self.nodes.free(recording);
     }
-}
-
-/// Each volume once, in the order of its first instance, and the grid that its filters need and its first look wants; then
-/// the fields. And how many instances or fields each is of.
-fn distinct(instances: &[Placed<'_>], cell_size: CellSize) -> (Vec<(Source, GridKey)>, Vec<usize>) {
-    let mut volumes: Vec<(Source, GridKey)> = vec![];
-    let mut uses: Vec<usize> = vec![];
-    for placed in instances {
-        let source = placed.source();
-        match volumes.iter().position(|(known, _)| *known == source) {
-            Some(known) => {
-                volumes[known].1.wide |= GridKey::new(placed.medium.filter, None).wide;
-                uses[known] += 1;
-            }
-            None => {
-                let cell_size = cell_size.voxels(&placed.instance.volume, &placed.medium);
-                volumes.push((source, GridKey::new(placed.medium.filter, cell_size)));
-                uses.push(1);
-            }
-        }
-    }
-    for field in Field::all(instances) {
-        match volumes.iter().position(|(known, _)| *known == field.source) {
-            Some(known) => uses[known] += 1,
-            None => {
-                volumes.push((field.source, Field::grid_key()));
-                uses.push(1);
-            }
-        }
-    }
-    (volumes, uses)
 }
 
 /// Drops volumes, and those that nobody else holds on another thread: to give back the memory of a large one takes longer
