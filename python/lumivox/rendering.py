@@ -89,7 +89,7 @@ class Options(TypedDict, total=False):
     size: tuple[int, int] | Sequence[int]
     samples: int | None
     first_sample: int
-    window: tuple[int, int, int, int] | None
+    region: tuple[int, int, int, int] | None
     time: float | None
     seed: int
     layers: bool
@@ -291,10 +291,10 @@ def render(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) 
     - ``preset``: a name. Default: what suits the scan; see :func:`lumivox.presets`.
     - ``transfer_function``: opacity and colour by value (and gradient), in place of the preset's; or a file of it.
     - ``shift``, ``window_scale``: moves opacity and colour to higher values (HU for CT), and widens them about their centre
-      (0.01 to 100), as a window's level and width do. ``window``, in their place:
-      stretches them over a level and a width in the scan's unit: ``(40, 400)``.
-    - ``density``: factor on the extinction, per millimetre however large the scan is. ``albedo``: fraction of light that survives a scattering, 0 to 1.
-      ``anisotropy``: mean cosine of scattering, -0.99 to 0.99. ``bounces``: most scatterings along a path, 1 to 1000.
+      (0.01 to 100), as a window's level and width do. ``window``, in their place: stretches them over a level and a width
+      in the scan's unit: ``(40, 400)``.
+    - ``density``: factor on the extinction, per millimetre however large the scan is. ``albedo``: fraction of light that
+      survives a scattering, 0 to 1. ``anisotropy``: mean cosine of scattering, -0.99 to 0.99. ``bounces``: most scatterings along a path, 1 to 1000.
       ``surface``: reflection where the value changes quickly. Default of all: the preset's.
     - ``filter``: ``"smooth"`` (default), ``"trilinear"``, ``"tricubic"`` or ``"nearest"``.
     - ``peel``: millimetres below the skin that are taken off a CT, up to 63. Default: the preset's.
@@ -321,7 +321,7 @@ def render(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) 
     - ``samples``: paths per pixel (512, or as many as ``time`` allows; without a GPU, as many as two minutes allow).
       ``time``: seconds of tracing after which it ends. ``seed``: another seed gives other noise.
       ``first_sample``: begins with that one, so that the sums of several ranges (``image.film.sums()``) add up to the whole.
-    - ``window``: the part of the image that is rendered: left column, top row, width and height. Default: all of it.
+    - ``region``: the part of the image that is rendered: left column, top row, width and height. Default: all of it.
     - ``layers``: keeps albedo and normal, too. ``denoise``: smooths out the noise that is left, slightly biased.
     - ``exposure`` (stops), ``tone`` (``"agx"``), ``gamma`` (1), ``background`` (``"#14171c"``).
 
@@ -406,7 +406,7 @@ def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
     if pass_samples is not None:
         pass_samples = _check.whole("pass_samples", pass_samples, 1, MOST_SAMPLES)
     first = _check.whole("first_sample", given.get("first_sample", 0), 0, samples - 1)
-    window = _window(given.get("window"), size)
+    region = _region(given.get("region"), size)
     looks = {name: given[name] for name in LOOK if name in given}
     if isinstance(scan, Scene):
         if looks:
@@ -415,19 +415,19 @@ def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
     else:
         scene = Scene.of(scan, **looks)
     camera = _camera(scene, given, size, fov)
-    request = Request(size, samples, time, seed, layers or denoise, first, pass_samples, window)
+    request = Request(size, samples, time, seed, layers or denoise, first, pass_samples, region)
     return Plan(scene, camera, request, display, denoise, unbounded)
 
 
-def _window(given: Any, size: tuple[int, int]) -> tuple[int, int, int, int] | None:
+def _region(given: Any, size: tuple[int, int]) -> tuple[int, int, int, int] | None:
     """A part of an image, if it is one."""
     if given is None:
         return None
     made = tuple(given) if isinstance(given, Sequence) and not isinstance(given, str) else ()
     if len(made) != 4:
-        raise TypeError(f"window must be left column, top row, width and height, not {_check.shown(given)}")
-    left, top = (_check.whole("window", value, 0, most - 1) for value, most in zip(made[:2], size, strict=True))
-    width, height = (_check.whole("window", made[2], 1, size[0] - left), _check.whole("window", made[3], 1, size[1] - top))
+        raise TypeError(f"region must be left column, top row, width and height, not {_check.shown(given)}")
+    left, top = (_check.whole("region", value, 0, most - 1) for value, most in zip(made[:2], size, strict=True))
+    width, height = (_check.whole("region", made[2], 1, size[0] - left), _check.whole("region", made[3], 1, size[1] - top))
     return left, top, width, height
 
 

@@ -66,17 +66,17 @@ def test_positions_are_the_patients() -> None:
     assert np.corrcoef(columns, places[met][:, 0])[0, 1] > 0.99 and np.corrcoef(rows, places[met][:, 2])[0, 1] < -0.99
 
 
-def test_windows_and_first_samples_are_options(head: lumivox.Volume) -> None:
+def test_regions_and_first_samples_are_options(head: lumivox.Volume) -> None:
     options = {"preset": "ct-bone", "size": (24, 20), "pass_samples": 2}
     whole = lumivox.render(head, samples=4, **options).film.sums()
-    part = lumivox.render(head, samples=4, window=(3, 4, 10, 8), **options)
+    part = lumivox.render(head, samples=4, region=(3, 4, 10, 8), **options)
     np.testing.assert_array_equal(part.film.sums(), whole[:, 4:12, 3:13])
     more = lumivox.render(head, samples=4, first_sample=2, **options).film.sums()
     np.testing.assert_allclose(lumivox.render(head, samples=2, **options).film.sums() + more, whole, rtol=1e-6)
     with pytest.raises(ValueError, match="first_sample must be 0 to 3"):
         lumivox.render(head, samples=4, first_sample=4, **options)
-    with pytest.raises(ValueError, match="window must be 1 to 21"):
-        lumivox.render(head, samples=4, window=(3, 4, 22, 8), **options)
+    with pytest.raises(ValueError, match="region must be 1 to 21"):
+        lumivox.render(head, samples=4, region=(3, 4, 22, 8), **options)
 
 
 def test_scans_far_apart_are_warned_of(head: lumivox.Volume) -> None:

@@ -39,7 +39,7 @@ shape = ClipShape.plane(vector, vector)
 scene = Scene.of(scan, clip=(vector * 0, vector), label=words, labels=labels, light=[Sun(40, 30), lamp, spot], clip_shape=shape)
 image = lumivox.render(scan, transfer_function=curve, eye=vector, target=vector, label=styles, labels=labels, size=(8, 8))
 image = lumivox.render([scan, scan], preset=["ct-bone", "ct-skin"], environment=Environment("uniform", color=vector))
-for part in lumivox.progressive(scene, camera=camera, window=(0, 0, 4, 4)):
+for part in lumivox.progressive(scene, camera=camera, region=(0, 0, 4, 4)):
     picture: np.ndarray = np.asarray(part)
 """
 

@@ -296,7 +296,7 @@ def _own(options: Options) -> None:
     """Options that are for one machine are told."""
     if options.get("gpu") is not None:
         raise ValueError("gpu is for one machine; workers take their own, or the one that LUMIVOX_GPU names")
-    for name in ("window", "first_sample"):
+    for name in ("region", "first_sample"):
         if options.get(name):
             raise ValueError(f"{name} is for one machine; a cluster splits images by itself")
 
