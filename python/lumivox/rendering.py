@@ -294,8 +294,8 @@ def render(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) 
       (0.01 to 100), as a window's level and width do. ``window``, in their place: stretches them over a level and a width
       in the scan's unit: ``(40, 400)``.
     - ``density``: factor on the extinction, per millimetre however large the scan is. ``albedo``: fraction of light that
-      survives a scattering, 0 to 1. ``anisotropy``: mean cosine of scattering, -0.99 to 0.99. ``bounces``: most scatterings along a path, 1 to 1000.
-      ``surface``: reflection where the value changes quickly. Default of all: the preset's.
+      survives a scattering, 0 to 1. ``anisotropy``: mean cosine of scattering, -0.99 to 0.99. ``bounces``: most scatterings
+      along a path, 1 to 1000. ``surface``: reflection where the value changes quickly. Default of all: the preset's.
     - ``filter``: ``"smooth"`` (default), ``"trilinear"``, ``"tricubic"`` or ``"nearest"``.
     - ``peel``: millimetres below the skin that are taken off a CT, up to 63. Default: the preset's.
       ``peel_mm``, in its place: the same while it is looked at: other amounts cost nothing more.

@@ -414,7 +414,7 @@ def _numbers(name: str, given: Any, count: int, low: float, high: float) -> list
 
 def _windows(given: Any, count: int) -> list[tuple[float, float] | None]:
     """Levels and widths that were given once for all, or once for each."""
-    several = [given] if given is None or len(given) == 2 and all(_check.is_number(one) for one in given) else list(given)
+    several = [given] if given is None or (len(given) == 2 and all(_check.is_number(one) for one in given)) else list(given)
     if len(several) not in (1, count):
         raise ValueError(f"window is given {len(several)} times for {count} scans; give it once for all, or once for each")
     for one in several:

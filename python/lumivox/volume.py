@@ -459,9 +459,7 @@ def load(
     values = (slope, intercept, modality, unit)
     _check.called("progress", progress, "(stage, done, total)")
     alone = keep == "patient"
-    native = _native.load(
-        _paths(path), chosen, phase, leave_gaps, fill_damaged, allow_outside_data, raw, values, alone, progress
-    )
+    native = _native.load(_paths(path), chosen, phase, leave_gaps, fill_damaged, allow_outside_data, raw, values, alone, progress)
     return Volume(native)
 
 
