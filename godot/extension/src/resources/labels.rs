@@ -5,6 +5,7 @@ use std::sync::Arc;
 use godot::classes::{IResource, Resource};
 use godot::prelude::*;
 use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
+use lumivox_core::medium::MAX_DENSITY_SCALE;
 use lumivox_core::{CancelToken, LabelStyle, LabelVolume, Labelling, Progress, Volume};
 use lumivox_import::{LabelOptions, load_labels};
 
@@ -101,7 +102,7 @@ impl Look {
             "color" => value.try_to().map(|color| self.color = color).is_ok(),
             "transfer_function" => value.try_to().map(|function| self.transfer_function = function).is_ok(),
             "opacity" => number().map(|x| self.opacity = x.clamp(0.0, 1.0)).is_some(),
-            "density" => number().map(|x| self.density = x.clamp(-1.0, 1000.0)).is_some(),
+            "density" => number().map(|x| self.density = x.clamp(-1.0, MAX_DENSITY_SCALE)).is_some(),
             _ => false,
         }
     }

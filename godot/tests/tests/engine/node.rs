@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use lumivox_core::medium::MAX_DENSITY_SCALE;
 use lumivox_core::{CancelToken, Progress};
 use lumivox_phantom::{SeriesDescription, cube, write_dicom_series};
 use serde_json::{Value, json};
@@ -104,7 +105,7 @@ fn numbers_stay_in_the_range_that_the_inspector_shows() {
             (hint[0].parse().unwrap(), hint[1].parse().unwrap())
         };
         let most = match name.as_str() {
-            "density" => 1e3,
+            "density" => MAX_DENSITY_SCALE,
             "surface_gradient" => 1e12,
             _ => most,
         };
