@@ -265,7 +265,8 @@ impl Preset {
     /// The look where there is no scan yet; `None` for those that place themselves by a scan's values.
     pub fn medium_without_scan(self) -> Option<Medium> {
         let any = Volume::new([1; 3], Voxels::U8(vec![0]), [1.0, 0.0], DAffine3::IDENTITY, Modality::Ct);
-        any.ok().filter(|_| ct::look(self).is_some()).map(|any| self.medium(&any))
+        // It is no body by its size, but what comes will be one.
+        any.ok().filter(|_| ct::look(self).is_some()).map(|any| self.body_sized(&any))
     }
 
     /// The look, placed for `volume`; its extinction, where that is no body by its size, by [`size_factor`].
@@ -351,6 +352,18 @@ mod tests {
         }
         // One that is no map has lost its scale, and is placed by its air and tissue.
         assert_ne!(Preset::default_for(&ct.with_unit("")), Preset::Plain);
+    }
+
+    #[test]
+    fn looks_without_a_scan_are_those_of_a_body() {
+        let place = DAffine3::from_scale(glam::DVec3::splat(50.0));
+        let body = Voxels::U16([0, 1040, 2000, 500].repeat(16));
+        let body = Volume::new([4; 3], body, [1.0, -1000.0], place, Modality::Ct).unwrap();
+        for preset in Preset::ALL {
+            let without = preset.medium_without_scan();
+            assert_eq!(without.is_some(), ct::look(preset).is_some(), "{}", preset.name());
+            assert!(without.is_none_or(|medium| medium == preset.medium(&body)), "{}", preset.name());
+        }
     }
 
     #[test]
