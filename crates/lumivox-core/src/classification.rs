@@ -10,7 +10,7 @@ use glam::DAffine3;
 
 use crate::{
     labels::LabelVolume,
-    medium::{MAX_DENSITY_SCALE, Medium, SurfaceReflection},
+    medium::{MAX_DENSITY_SCALE, Medium, SurfaceReflection, most_density_scale},
     transfer_function::TransferFunction,
     volume::Volume,
 };
@@ -71,9 +71,10 @@ impl LabelStyle {
     }
 
     /// What the opacity of its transfer function is multiplied by, in place of the medium's [`density_scale`](Medium::density_scale):
-    /// its own density or the medium's, thinned by its opacity; 0 of what is not there.
-    pub fn density(&self, medium: &Medium) -> f64 {
-        let density = self.density_scale.unwrap_or(medium.density_scale);
+    /// its own density or the medium's, [as much as the volume takes](most_density_scale), thinned by its opacity; 0 of what is
+    /// not there.
+    pub fn density(&self, medium: &Medium, volume: &Volume) -> f64 {
+        let density = self.density_scale.unwrap_or(medium.density_scale).min(most_density_scale(volume));
         if self.visible { self.opacity * density } else { 0.0 }
     }
 }
@@ -226,8 +227,13 @@ impl ClipShape {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
-    use crate::labels::Label;
+    use crate::{
+        labels::Label,
+        volume::{Modality, Voxels},
+    };
 
     #[test]
     fn styles_are_found_by_value_and_values_by_name() {
@@ -270,11 +276,17 @@ mod tests {
     #[test]
     fn a_labels_density_takes_the_place_of_the_mediums() {
         let medium = Medium { density_scale: 4.0, ..Medium::new(TransferFunction::constant(1.0, [1.0; 3])) };
-        assert_eq!(LabelStyle::default().density(&medium), 4.0);
-        assert_eq!(LabelStyle::hidden().density(&medium), 0.0);
+        let place = DAffine3::from_scale(DVec3::splat(500.0));
+        let body = Volume::new([2; 3], Voxels::U8(vec![0; 8]), [1.0, 0.0], place, Modality::Ct).unwrap();
+        assert_eq!(LabelStyle::default().density(&medium, &body), 4.0);
+        assert_eq!(LabelStyle::hidden().density(&medium, &body), 0.0);
         let thin = LabelStyle { density_scale: Some(1.0), opacity: 0.5, ..LabelStyle::default() };
-        assert_eq!(thin.density(&medium), 0.5);
+        assert_eq!(thin.density(&medium, &body), 0.5);
         let nothing = Medium { density_scale: 0.0, ..medium };
-        assert_eq!([LabelStyle::default().density(&nothing), thin.density(&nothing)], [0.0, 0.5]);
+        let of = |style: &LabelStyle| style.density(&nothing, &body);
+        assert_eq!([LabelStyle::default(), thin].map(|style| of(&style)), [0.0, 0.5]);
+        // In a metre, a micrometre is the shortest free path.
+        let most = LabelStyle { density_scale: Some(MAX_DENSITY_SCALE), ..LabelStyle::default() };
+        assert_eq!(of(&most), 1e3);
     }
 }

@@ -17,6 +17,11 @@ pub const MAX_DENSITY_SCALE: f64 = 1e9;
 /// and a ray would never move on: in a metre, a micrometre.
 pub const MOST_FREE_PATHS: f64 = 1e6;
 
+/// The largest density scale that a volume takes: no more than makes [`MOST_FREE_PATHS`] of it.
+pub fn most_density_scale(volume: &Volume) -> f64 {
+    (MOST_FREE_PATHS / (SIGMA_UNIT_PER_MM * volume.size_mm().max_element())).max(1.0)
+}
+
 /// How a value between voxel centres is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Filter {
@@ -143,10 +148,9 @@ impl Medium {
         }
     }
 
-    /// The density scale as `volume` takes it: no more than makes [`MOST_FREE_PATHS`] of it.
+    /// The density scale as `volume` takes it, see [`most_density_scale`].
     pub fn density_scale_in(&self, volume: &Volume) -> f64 {
-        let most = MOST_FREE_PATHS / (SIGMA_UNIT_PER_MM * volume.size_mm().max_element());
-        self.density_scale.min(most.max(1.0))
+        self.density_scale.min(most_density_scale(volume))
     }
 
     /// Extinction in 1/mm at a physical value where it does not change.

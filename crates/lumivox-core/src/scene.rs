@@ -104,7 +104,10 @@ impl VolumeInstance {
             });
             let own = style.and_then(|style| style.transfer_function.as_ref());
             let function = own.unwrap_or(&self.medium.transfer_function);
-            let density = style.map_or(self.medium.density_scale, |style| style.density(&self.medium));
+            let density = style.map_or_else(
+                || self.medium.density_scale_in(&self.volume),
+                |style| style.density(&self.medium, &self.volume),
+            );
             left * function.opacity(value) * density * SIGMA_UNIT_PER_MM
         }
     }

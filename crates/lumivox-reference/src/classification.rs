@@ -2,7 +2,7 @@
 //! below the skin, clip shapes.
 
 use lumivox_core::glam::{DAffine3, DVec3};
-use lumivox_core::medium::SIGMA_UNIT_PER_MM;
+use lumivox_core::medium::{SIGMA_UNIT_PER_MM, most_density_scale};
 use lumivox_core::{
     ClipKind, ClipShape, LabelStyle, Labelling, Medium, Peel, TransferFunction, Volume, VolumeInstance,
 };
@@ -34,9 +34,15 @@ impl<'a> Classification<'a> {
         let voxel_from_world = |volume: &Volume| volume.patient_from_voxel().inverse() * patient_from_world;
         let labels = instance.labels.as_ref().map(|l| (l, voxel_from_world(l.labels.volume())));
         let peel = instance.peel.as_ref().filter(|peel| peel.is_active());
+        // As the medium's own.
+        let most = most_density_scale(&instance.volume);
+        let styled = |mut style: LabelStyle| {
+            style.density_scale = style.density_scale.map(|own| own.min(most));
+            style
+        };
         Self {
             styles: match &instance.labels {
-                Some(labelling) => (0..=u8::MAX).map(|value| labelling.style(value)).collect(),
+                Some(labelling) => (0..=u8::MAX).map(|value| styled(labelling.style(value))).collect(),
                 None => vec![LabelStyle::default()],
             },
             labels,

@@ -294,7 +294,8 @@ pub fn cubic_b_spline_slopes(t: f64) -> [f64; 4] {
 mod tests {
     use super::*;
     use crate::rng::Rng;
-    use lumivox_core::{Ease, Modality, TransferFunction, Voxels};
+    use lumivox_core::medium::{MAX_DENSITY_SCALE, SIGMA_UNIT_PER_MM, most_density_scale};
+    use lumivox_core::{Ease, LabelStyle, Modality, TransferFunction, Voxels};
     use lumivox_testing::scenes;
     use std::sync::Arc;
 
@@ -400,6 +401,22 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn neither_a_medium_nor_a_label_is_denser_than_a_volume_takes() {
+        let mut test = scenes::labels();
+        let instance = &mut test.scene.volumes[0];
+        let most = most_density_scale(&instance.volume) * SIGMA_UNIT_PER_MM;
+        instance.medium.transfer_function = TransferFunction::constant(1.0, [1.0; 3]);
+        let sigma_maj = |instance: &VolumeInstance| PlacedMedium::new(instance).unwrap().sigma_maj_per_mm();
+        let labelling = instance.labels.as_mut().unwrap();
+        let dense = LabelStyle { density_scale: Some(MAX_DENSITY_SCALE), ..labelling.style(5) };
+        labelling.set_style(5, dense);
+        assert_eq!(sigma_maj(instance), most);
+        instance.labels = None;
+        instance.medium.density_scale = MAX_DENSITY_SCALE;
+        assert_eq!(sigma_maj(instance), most);
     }
 
     #[test]

@@ -49,9 +49,9 @@ impl Looks {
             Some(labelling) => (0..=u8::MAX).map(|value| labelling.style(value)).collect(),
             None => vec![LabelStyle::default()],
         };
-        let densities = styles.iter().map(|style| style.density(medium));
+        let density_of = |style: &LabelStyle| style.density(medium, &instance.volume);
         let density = match medium.density_scale {
-            0.0 => densities.fold(0.0, f64::max),
+            0.0 => styles.iter().map(density_of).fold(0.0, f64::max),
             density => density,
         };
         let mut looks = Self {
@@ -64,7 +64,7 @@ impl Looks {
             let function = style.transfer_function.as_ref().map_or(0, |own| looks.function(own));
             looks.styles.push(Style {
                 function,
-                factor: if density > 0.0 { style.density(medium) / density } else { 0.0 },
+                factor: if density > 0.0 { density_of(&style) / density } else { 0.0 },
                 color: style.color,
                 surface: style.surface.unwrap_or(medium.surface),
                 clipped: style.clipped,
