@@ -11,6 +11,7 @@ use lumivox_core::{
 
 use crate::{
     error::ImportError,
+    lengths,
     payload::{Encoding, Payload},
     sample::SampleType,
     single::{Single, axis_aligned, is_placement, lps_from_ras},
@@ -330,22 +331,8 @@ fn mm_per_unit(fields: &Fields, field: &Field) -> Result<Vec<f64>, ImportError> 
 
 /// Millimetres in a unit of length; 1 where there is none to speak of.
 fn mm_in(unit: &str) -> Option<f64> {
-    Some(match unit.to_lowercase().as_str() {
-        "" | "???" | "none" | "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => 1.0,
-        "km" | "kilometer" | "kilometers" | "kilometre" | "kilometres" => 1e6,
-        "m" | "meter" | "meters" | "metre" | "metres" => 1e3,
-        "dm" | "decimeter" | "decimeters" | "decimetre" | "decimetres" => 100.0,
-        "cm" | "centimeter" | "centimeters" | "centimetre" | "centimetres" => 10.0,
-        "um" | "\u{b5}m" | "\u{3bc}m" | "micron" | "microns" | "micrometer" | "micrometers"
-        | "micrometre" | "micrometres" => 1e-3,
-        "nm" | "nanometer" | "nanometers" | "nanometre" | "nanometres" => 1e-6,
-        "a" | "\u{e5}" | "\u{c5}" | "angstrom" | "angstroms" | "\u{e5}ngstr\u{f6}m" => 1e-7,
-        "pm" | "picometer" | "picometers" | "picometre" | "picometres" => 1e-9,
-        "in" | "inch" | "inches" => 25.4,
-        "ft" | "foot" | "feet" => 304.8,
-        "mi" | "mile" | "miles" => 1_609_344.0,
-        _ => return None,
-    })
+    let is_none = matches!(unit.to_lowercase().as_str(), "" | "???" | "none");
+    if is_none { Some(1.0) } else { lengths::mm_per_unit(unit) }
 }
 
 /// Distances between voxels where there are no directions; an axis with a negative one counts the other way.
