@@ -42,6 +42,15 @@ pub(super) struct Array {
     separator: char,
 }
 
+/// How the samples of a chunk are written, and how chunks are named; see [`Array`].
+struct Coding {
+    sample: SampleType,
+    big_endian: bool,
+    compression: Compression,
+    prefix: &'static str,
+    separator: char,
+}
+
 impl Array {
     /// Reads the description of the array in a folder.
     pub(super) fn open(folder: &Path) -> Result<Self, ImportError> {
@@ -86,22 +95,8 @@ impl Array {
             "/" => '/',
             _ => return Err(bad("has a dimension_separator that is neither . nor /")),
         };
-        let shape = sizes(&json["shape"]).ok_or_else(|| bad("has no shape"))?;
-        let chunk = sizes(&json["chunks"]).ok_or_else(|| bad("has no size of chunks"))?;
-        let fill = fill(&json["fill_value"], sample);
-        Self {
-            folder: folder.to_owned(),
-            description,
-            shape,
-            chunk,
-            sample,
-            big_endian,
-            compression,
-            fill,
-            prefix: "",
-            separator,
-        }
-        .checked()
+        let coding = Coding { sample, big_endian, compression, prefix: "", separator };
+        Self::new(folder, description, json, &json["chunks"], coding)
     }
 
     fn of_three(folder: &Path, description: PathBuf, json: &Value) -> Result<Self, ImportError> {
@@ -133,24 +128,26 @@ impl Array {
             "/" => '/',
             _ => return Err(bad("has names of chunks that are parted by neither . nor /")),
         };
-        let shape = sizes(&json["shape"]).ok_or_else(|| bad("has no shape"))?;
-        let chunk = sizes(&json["chunk_grid"]["configuration"]["chunk_shape"])
-            .ok_or_else(|| bad("has no size of chunks"))?;
-        let fill = fill(&json["fill_value"], sample);
         let prefix = if is_plain { "" } else { "c" };
-        Self {
-            folder: folder.to_owned(),
-            description,
-            shape,
-            chunk,
-            sample,
-            big_endian,
-            compression,
-            fill,
-            prefix,
-            separator,
-        }
-        .checked()
+        let coding = Coding { sample, big_endian, compression, prefix, separator };
+        Self::new(folder, description, json, &json["chunk_grid"]["configuration"]["chunk_shape"], coding)
+    }
+
+    /// What all versions say alike; `chunk` is where this one says how large chunks are.
+    fn new(
+        folder: &Path,
+        description: PathBuf,
+        json: &Value,
+        chunk: &Value,
+        coding: Coding,
+    ) -> Result<Self, ImportError> {
+        let shape = sizes(&json["shape"]).ok_or_else(|| damaged(&description, "has no shape"))?;
+        let chunk = sizes(chunk).ok_or_else(|| damaged(&description, "has no size of chunks"))?;
+        let Coding { sample, big_endian, compression, prefix, separator } = coding;
+        let fill = fill(&json["fill_value"], sample);
+        let folder = folder.to_owned();
+        Self { folder, description, shape, chunk, sample, big_endian, compression, fill, prefix, separator }
+            .checked()
     }
 
     fn checked(self) -> Result<Self, ImportError> {
