@@ -124,29 +124,10 @@ namespace Lumivox.Tests
         }
 
 #if !UNITY_6000_3_OR_NEWER
-        /// As URP's own transparents without a render graph: into what is bound, which should be the camera's.
-        sealed class Paint : ScriptableRenderPass
-        {
-            public Paint() => renderPassEvent = RenderPassEvent.AfterRenderingTransparents;
-
-#if UNITY_6000_0_OR_NEWER
-            public override void RecordRenderGraph(UnityEngine.Rendering.RenderGraphModule.RenderGraph renderGraph, ContextContainer frameData) { }
-#endif
-#pragma warning disable 618, 672
-            public override void Execute(ScriptableRenderContext context, ref RenderingData renderingData)
-            {
-                var cmd = CommandBufferPool.Get("Paint");
-                cmd.ClearRenderTarget(false, true, Color.green);
-                context.ExecuteCommandBuffer(cmd);
-                CommandBufferPool.Release(cmd);
-            }
-#pragma warning restore 618, 672
-        }
-
         [Test]
         public void WhatIsDrawnNextIsDrawnToTheCameraWhetherAScanIsThereYetOrNot()
         {
-            var paint = new Paint();
+            var paint = new PaintPass(Color.green);
             var another = LumivoxVolumeAsset.Phantom("cube", 48);
             void Enqueue(ScriptableRenderContext context, Camera drawn) => drawn.GetUniversalAdditionalCameraData().scriptableRenderer.EnqueuePass(paint);
             using (new Pipeline("compatibility"))

@@ -146,30 +146,11 @@ namespace Lumivox.Tests
         }
 
 #if !UNITY_6000_3_OR_NEWER
-        /// As URP's own transparents without a render graph: into what is bound, which should be the camera's.
-        sealed class Paint : ScriptableRenderPass
-        {
-            public Paint() => renderPassEvent = RenderPassEvent.AfterRenderingTransparents;
-
-#if UNITY_6000_0_OR_NEWER
-            public override void RecordRenderGraph(UnityEngine.Rendering.RenderGraphModule.RenderGraph renderGraph, ContextContainer frameData) { }
-#endif
-#pragma warning disable 618, 672
-            public override void Execute(ScriptableRenderContext context, ref RenderingData renderingData)
-            {
-                var cmd = CommandBufferPool.Get("Paint");
-                cmd.ClearRenderTarget(false, true, Color.blue);
-                context.ExecuteCommandBuffer(cmd);
-                CommandBufferPool.Release(cmd);
-            }
-#pragma warning restore 618, 672
-        }
-
         [TestCase(false)]
         [TestCase(true)]
         public void TransparentsOfAStackAreSeenWhileAScanLoads(bool isOverlays)
         {
-            var paint = new Paint();
+            var paint = new PaintPass(Color.blue);
             var another = LumivoxVolumeAsset.Phantom("cube", 48);
             using (new Pipeline("compatibility"))
             {
