@@ -54,8 +54,8 @@ namespace Lumivox.Tests
             var volume = Volume();
             volume.density = -1f;
             Assert.AreEqual(0f, volume.density);
-            volume.density = 5000f;
-            Assert.AreEqual(1000f, volume.density);
+            volume.density = 5e9f;
+            Assert.AreEqual(LumivoxVolume.MaxDensity, volume.density);
             volume.anisotropy = -3f;
             Assert.AreEqual(-0.99f, volume.anisotropy);
             volume.maxBounces = 0;

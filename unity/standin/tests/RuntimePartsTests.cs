@@ -90,10 +90,10 @@ namespace Lumivox.Tests
             Assert.AreEqual((true, 1f, -1f, false, true, false), (look.visible, look.opacity, look.density, look.painted, look.clipped, look.ownSurface));
             Assert.AreEqual((1f, 0f, 0.4f, 0.04f), (look.surfaceStrength, look.surfaceGradient, look.surfaceRoughness, look.surfaceSpecular));
             Assert.AreEqual(2.048, labels.map.labels.Single().milliliters, 1e-9);
-            (look.opacity, look.density, look.surfaceStrength, look.name) = (7f, 1e9f, float.NaN, "another");
+            (look.opacity, look.density, look.surfaceStrength, look.name) = (7f, 1e10f, float.NaN, "another");
             labels.SetLook(look);
             Assert.IsTrue(labels.TryGetLook("left", out look), "what it is called is its map's to say");
-            Assert.AreEqual((1f, 1000f, 1f), (look.opacity, look.density, look.surfaceStrength));
+            Assert.AreEqual((1f, LumivoxVolume.MaxDensity, 1f), (look.opacity, look.density, look.surfaceStrength));
             volume.peelMm = 100f;
             Assert.AreEqual(60f, volume.peelMm);
             Log.Expect(LogType.Error, "LumivoxVolume.peelMm takes neither NaN nor infinity");
