@@ -396,6 +396,11 @@ def _each(name: str, given: Any, count: int, kind: Any) -> list[Any]:
             what = "a name, such as 'ct-bone'" if name == "preset" else "a lumivox.TransferFunction or a file of one"
             more = "; lumivox.presets() lists them" if name == "preset" else ""
             raise TypeError(f"{name} must be {what}, not {_check.shown(one)}{more}")
+    return _spread(name, several, count)
+
+
+def _spread(name: str, several: list[Any], count: int) -> list[Any]:
+    """What was given once for all scans, for each."""
     if len(several) not in (1, count):
         times, what = len(several), "scan" if count == 1 else "scans"
         raise ValueError(f"{name} is given {times} times for {count} {what}; give it once for all, or once for each")
@@ -403,28 +408,23 @@ def _each(name: str, given: Any, count: int, kind: Any) -> list[Any]:
 
 
 def _numbers(name: str, given: Any, count: int, low: float, high: float) -> list[Any]:
-    """Numbers that were given once for all, or once for each."""
+    """Numbers, for each scan."""
     several = list(given) if isinstance(given, list | tuple) else [given]
-    if len(several) not in (1, count):
-        times, what = len(several), "scan" if count == 1 else "scans"
-        raise ValueError(f"{name} is given {times} times for {count} {what}; give it once for all, or once for each")
-    checked = [None if one is None else _check.number(name, one, low, high) for one in several]
-    return checked * count if len(checked) == 1 else checked
+    return [None if one is None else _check.number(name, one, low, high) for one in _spread(name, several, count)]
 
 
 def _windows(given: Any, count: int) -> list[tuple[float, float] | None]:
-    """Levels and widths that were given once for all, or once for each."""
-    several = [given] if given is None or (len(given) == 2 and all(_check.is_number(one) for one in given)) else list(given)
-    if len(several) not in (1, count):
-        raise ValueError(f"window is given {len(several)} times for {count} scans; give it once for all, or once for each")
-    for one in several:
-        if one is not None and (len(one) != 2 or not all(_check.is_number(part) for part in one)):
+    """Levels and widths, for each scan."""
+
+    def window(one: Any) -> tuple[float, float] | None:
+        if one is None:
+            return None
+        if not isinstance(one, list | tuple) or len(one) != 2 or not all(_check.is_number(part) for part in one):
             raise TypeError(f"window must be a level and a width, such as (40, 400), not {_check.shown(one)}")
-    made = [
-        None if one is None else (_check.number("window", one[0], -1e9, 1e9), _check.number("window", one[1], 1e-9, 1e9))
-        for one in several
-    ]
-    return made * count if len(made) == 1 else made
+        return _check.number("window", one[0], -1e9, 1e9), _check.number("window", one[1], 1e-9, 1e9)
+
+    is_one = not isinstance(given, list | tuple) or (len(given) == 2 and all(_check.is_number(one) for one in given))
+    return [window(one) for one in _spread("window", [given] if is_one else list(given), count)]
 
 
 def _clip(clip: Any) -> tuple[Vec3, Vec3]:

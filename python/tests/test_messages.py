@@ -41,6 +41,8 @@ OPTIONS: list[tuple[type[Exception], str, dict[str, Any]]] = [
     (ValueError, "pass_samples must be 1 to 16777216, not 0", {"pass_samples": 0}),
     (TypeError, "layers must be True or False, not 'albedo'", {"layers": "albedo"}),
     (TypeError, "density must be a number, 0 to 1000000000, not 'thick'", {"density": "thick"}),
+    (TypeError, "window must be a level and a width, such as (40, 400), not 5", {"window": 5}),
+    (ValueError, "window is given 3 times for 1 scan", {"window": [None, (40, 400), None]}),
     (ValueError, "bounces must be a whole number, 1 to 1000, not 1.5", {"bounces": 1.5}),
     (TypeError, "surface must be True, False or a lumivox.SurfaceReflection, not 'off'", {"surface": "off"}),
     (ValueError, "filter 'cubic' is not 'nearest', 'trilinear', 'tricubic' or 'smooth'", {"filter": "cubic"}),
