@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Optical depth from which on something is seen: a tenth of the light behind it is taken away.
-const SEEN_DEPTH: f64 = 0.105;
+pub(crate) const SEEN_DEPTH: f64 = 0.105;
 
 /// Of a voxel's extinction, the part of the largest in its volume below which it is nothing.
 const NOTHING: f64 = 1e-4;

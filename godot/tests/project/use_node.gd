@@ -28,6 +28,7 @@ func _ready() -> void:
 	_tell("signals", heard)
 	_tell("prepared", await _prepared())
 	_tell("labels", _labels())
+	await _paint()
 	_tell("phantoms", _phantoms())
 	_tell("constants", _constants())
 	_tell("preset", _preset())
@@ -63,6 +64,20 @@ func _prepared() -> Dictionary:
 	node.queue_free()
 	await get_tree().process_frame
 	return told
+
+
+## Paints labels of which the look shows one and hides the other.
+func _paint() -> void:
+	var node := LumivoxVolume3D.new()
+	node.volume = LumivoxVolume.phantom("torso", 48)
+	node.apply_preset("ct-bone")
+	node.labels = LumivoxLabels.found_in(node.volume)
+	node.labels.set_label("body", "painted", true)
+	print("EXPECT a warning of paint")
+	node.labels.set_label("lungs", "painted", true)
+	await get_tree().process_frame
+	await get_tree().process_frame
+	node.free()
 
 
 ## Looks of labels, and what is said of names that there are not.

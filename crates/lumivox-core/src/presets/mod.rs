@@ -14,6 +14,7 @@ use glam::DAffine3;
 
 use crate::{
     medium::{Medium, SurfaceReflection},
+    spelling::edit_distance,
     transfer_function::{Ease, TransferFunction},
     volume::{Modality, Volume, Voxels},
 };
@@ -302,21 +303,6 @@ const fn surface(gradient_per_mm: f64, roughness: f64, specular: f64) -> Surface
 
 fn tf(opacity: &[(f64, f64)], color: &[(f64, [f64; 3])]) -> TransferFunction {
     TransferFunction::from_points(Ease::InOut, opacity, color).expect("presets are valid")
-}
-
-/// Levenshtein's distance.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, &cb) in b.iter().enumerate() {
-            let replace = diagonal + usize::from(ca != cb);
-            diagonal = row[j + 1];
-            row[j + 1] = replace.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

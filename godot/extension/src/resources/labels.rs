@@ -6,6 +6,7 @@ use godot::classes::{IResource, Resource};
 use godot::prelude::*;
 use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
 use lumivox_core::medium::MAX_DENSITY_SCALE;
+use lumivox_core::spelling::edit_distance;
 use lumivox_core::{CancelToken, LabelStyle, LabelVolume, Labelling, Progress, Volume};
 use lumivox_import::{LabelOptions, load_labels};
 
@@ -22,8 +23,8 @@ const GROUP: &str = "labels/";
 /// [code]labels.set_label("liver", "opacity", 0.3)[/code] (or [code]labels.set("labels/liver/opacity", 0.3)[/code], for
 /// animations): [code]visible[/code], [code]opacity[/code] (a factor, 0 to 1),
 /// [code]density[/code] (in place of the volume's; -1 is that), [code]painted[/code] and [code]color[/code] (whether
-/// [code]color[/code] takes the place of the transfer function's), [code]transfer_function[/code] (of its own) and
-/// [code]clipped[/code] (whether a [LumivoxClip3D] cuts it). What has no label is called [code]unlabelled[/code].
+/// [code]color[/code] takes the place of the transfer function's; what that makes clear stays clear, and the volume's node warns
+/// of it), [code]transfer_function[/code] (of its own) and [code]clipped[/code] (whether a [LumivoxClip3D] cuts it). What has no label is called [code]unlabelled[/code].
 ///
 /// Labels may have another resolution than the scan; borders between them are smooth. Save them as a binary resource
 /// ([code].res[/code]).
@@ -287,6 +288,18 @@ impl LumivoxLabels {
         self.base_mut().emit_changed();
     }
 
+    /// What the labels are.
+    pub fn labels(&self) -> Option<&Arc<LabelVolume>> {
+        self.labels.as_ref()
+    }
+
+    /// Value, name and style of each label that is painted and would be seen by its own settings.
+    pub fn painted(&self) -> impl Iterator<Item = (u8, &str, LabelStyle)> {
+        let is_meant =
+            |look: &&Look| look.painted && look.visible && look.opacity > 0.0 && look.density != 0.0;
+        self.looks.iter().filter(is_meant).map(|look| (look.value, look.name.as_str(), look.style()))
+    }
+
     /// The labels and their looks; `None` without any.
     pub fn labelling(&self) -> Option<Labelling> {
         let labels = self.labels.clone()?;
@@ -299,27 +312,12 @@ impl LumivoxLabels {
 /// Words that name what is spelt most alike, and all there are where they are few.
 fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let known: Vec<&str> = known.into_iter().collect();
-    let distance = |name: &str| spelling_distance(&wanted.to_lowercase(), &name.to_lowercase());
+    let distance = |name: &str| edit_distance(&wanted.to_lowercase(), &name.to_lowercase());
     match known.iter().min_by_key(|name| distance(name)) {
         None => ": it has no labels yet".to_owned(),
         Some(name) if known.len() > 12 => format!("; the nearest is '{name}'"),
         Some(name) => format!("; the nearest is '{name}', there are '{}'", known.join("', '")),
     }
-}
-
-/// Letters to insert, to leave out or to exchange to make one word of another (Levenshtein).
-fn spelling_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, y) in b.iter().enumerate() {
-            let exchanged = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = exchanged.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
 
 fn hint(hint: PropertyHint, text: &str) -> PropertyHintInfo {

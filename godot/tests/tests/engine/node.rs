@@ -60,6 +60,15 @@ fn a_label_that_there_is_not_is_an_error_that_names_the_nearest() {
 }
 
 #[test]
+fn a_game_is_told_of_paint_that_the_look_hides_and_of_no_other() {
+    let log = &run().log;
+    let said = "LumivoxVolume3D: 'lungs' is painted, but the look hides it";
+    assert_eq!(log.matches(said).count(), 1, "{log}");
+    // Of the body it shows the bones.
+    assert_eq!(log.matches("but the look hides").count(), 1, "{log}");
+}
+
+#[test]
 fn scripts_have_every_phantom_of_the_command() {
     let told = telling("phantoms");
     let lacking: Vec<_> = told.as_object().unwrap().iter().filter(|(_, is)| **is != true).collect();

@@ -38,8 +38,8 @@ namespace Lumivox
             /// <summary>Its density in place of the volume's, 0 to 1e9; -1: that.</summary>
             [Tooltip("Its density in place of the volume's, 0 to 1e9; -1: that."), Min(-1f)]
             public float density;
-            /// <summary>Whether <see cref="color"/> takes the place of the transfer function's.</summary>
-            [Tooltip("Whether Color takes the place of the transfer function's.")]
+            /// <summary>Whether <see cref="color"/> takes the place of the transfer function's; what that makes clear stays clear.</summary>
+            [Tooltip("Whether Color takes the place of the transfer function's; what that makes clear stays clear.")]
             public bool painted;
             /// <summary>Its colour where it is painted; alpha is not used.</summary>
             [Tooltip("Its colour where it is painted."), ColorUsage(false)]

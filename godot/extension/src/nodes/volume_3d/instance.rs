@@ -42,7 +42,7 @@ impl LumivoxVolume3D {
         (depth.map(|depth| Peel { depth, mm: self.peel_mm }), is_coming)
     }
 
-    fn medium(&self, suited: &Medium) -> Medium {
+    pub(super) fn medium(&self, suited: &Medium) -> Medium {
         let (transfer_function, gradients) = match &self.transfer_function {
             Some(chosen) => (chosen.bind().curve(), chosen.bind().gradients()),
             None => (suited.transfer_function.clone(), vec![]),

@@ -1,5 +1,7 @@
-//! The node that shows a scan. `shown.rs`: what of the scan; `warnings.rs`: why it is not what one may expect.
+//! The node that shows a scan. `shown.rs`: what of the scan; `warnings.rs` and `hidden_paint.rs`: why it is not what one may
+//! expect.
 
+mod hidden_paint;
 mod instance;
 mod shown;
 mod warnings;
@@ -15,6 +17,7 @@ use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
 use lumivox_core::medium::MAX_DENSITY_SCALE;
 use lumivox_core::{Preset, placement};
 
+use self::hidden_paint::Compared;
 use self::shown::ShownPart;
 use self::warnings::whole_scan;
 use crate::convert;
@@ -147,6 +150,10 @@ pub struct LumivoxVolume3D {
     part: RefCell<Option<ShownPart>>,
     /// Whether something was still computed when a frame was last drawn.
     is_waiting: Cell<bool>,
+    /// What its look is asked about its labels with.
+    compared: RefCell<Option<Compared>>,
+    /// The labels that were painted when a game was last told of hidden ones.
+    painted: RefCell<Vec<u8>>,
     base: Base<VisualInstance3D>,
 }
 
@@ -304,6 +311,8 @@ impl LumivoxVolume3D {
         self.watch(self.labels.clone().map(Gd::upcast), labels.clone().map(Gd::upcast));
         self.labels = labels;
         self.changed();
+        // Not now: its look may be set next.
+        self.base_mut().call_deferred("_contents_changed", &[]);
     }
 
     #[func]
@@ -459,6 +468,9 @@ impl LumivoxVolume3D {
     fn _contents_changed(&mut self) {
         self.base_mut().update_gizmos();
         self.changed();
+        if !Engine::singleton().is_editor_hint() {
+            self.tell_hidden_paint();
+        }
     }
 }
 

@@ -24,6 +24,7 @@ impl LumivoxVolume3D {
         }
         warnings.extend(self.scan_warning().as_ref().map(GString::from));
         warnings.extend(self.look_warnings().into_iter().map(GString::from));
+        warnings.extend(self.hidden_paint().as_ref().map(GString::from));
         warnings.extend(self.part_warning().as_ref().map(GString::from));
         warnings.extend(self.clip_warning().as_ref().map(GString::from));
         if RenderingServer::singleton().get_rendering_device().is_none() {
