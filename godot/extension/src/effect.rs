@@ -20,8 +20,8 @@ use crate::server::Lumivox;
 /// Volumes follow the exposure of the scene's [CameraAttributes] as its lights and sky do, and [member exposure] besides.
 ///
 /// They are drawn after opaque things and the sky, and before all that is transparent or looks at what is behind it:
-/// refraction, and shaders with [code]hint_screen_texture[/code] or [code]hint_depth_texture[/code], see volumes; with
-/// MSAA, the depth that shaders read has none, for the engine resolves it before and lends nothing to write to.
+/// refraction, and shaders with [code]hint_screen_texture[/code] or [code]hint_depth_texture[/code], see volumes. (With MSAA
+/// in the Mobile renderer, the depth that shaders read has none: that renderer lends nothing to write it to.)
 /// [member CompositorEffect.effect_callback_type] says so, and may be set to a later stage. Once a material with
 /// subsurface scattering is loaded, they are drawn after its scattering, which would take them for skin; that is too late
 /// for refraction. The Mobile renderer knows no such stage and draws them at the next, where refraction sees them.

@@ -5,7 +5,7 @@ use godot::classes::{RenderSceneBuffersRd, RenderSceneData, RenderingDevice};
 use godot::prelude::*;
 use lumivox_core::{Camera, HostCamera};
 use lumivox_renderer::stage::{Lent, ViewFrame};
-use lumivox_renderer::{Fog, HostDepth, HostFrame, LiveSettings, Recording, Step};
+use lumivox_renderer::{Fog, HostDepth, HostFrame, LiveSettings, Recording, ResourceId, Step};
 
 use crate::convert;
 use crate::executor::Executor;
@@ -115,13 +115,28 @@ impl HostView {
 
     /// Repeats what was drawn into a multisampled colour in what it is resolved to. The engine resolves before this, and
     /// copies the outcome for materials that look at what is behind them. Blending and averaging samples are both linear:
-    /// it is what resolving once more would give. A resolved depth cannot be drawn to.
+    /// it is what resolving once more would give. A resolved depth cannot be drawn to: see
+    /// [`depth_to_store`](Self::depth_to_store).
     pub fn draw_resolved_too(&self, lent: Lent, recording: &mut Recording) {
         if self.resolved_color.is_none() {
             return;
         }
         let again: Vec<Step> = recording.steps.iter().filter_map(|step| resolved(lent, step)).collect();
         recording.steps.extend(again);
+    }
+
+    /// The depth that is drawn into a multisampled one, and that the resolved one is to have, too.
+    pub fn depth_to_store(&self, lent: Lent, recording: &Recording) -> Option<ResourceId> {
+        self.resolved_color?;
+        recording.steps.iter().find_map(|step| drawn_depth(lent, step))
+    }
+}
+
+/// What is drawn into a multisampled depth: one for each pixel.
+fn drawn_depth(lent: Lent, step: &Step) -> Option<ResourceId> {
+    match step {
+        Step::Draw { resources, target, .. } if *target == lent.written_depth => resources.first().copied(),
+        _ => None,
     }
 }
 

@@ -296,8 +296,13 @@ impl Renderer {
         let ViewRecorded { mut recorded, status, lent } =
             self.stage(device).record_view(key, shown, frame)?;
         host.draw_resolved_too(lent, &mut recorded.recording);
+        let depth = host.depth_to_store(lent, &recorded.recording);
         host.lend(&mut self.executor, lent);
         self.replay(device, recorded)?;
+        if let Some(depth) = depth {
+            let stored = self.executor.store_resolved_depth(device, depth, lent.depth);
+            stored.map_err(|error| error.to_string())?;
+        }
         Ok(status)
     }
 

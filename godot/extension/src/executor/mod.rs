@@ -3,6 +3,7 @@
 
 mod packed;
 mod pipelines;
+mod resolved_depth;
 mod spirv;
 
 use std::collections::HashMap;
@@ -23,6 +24,7 @@ use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step};
 
 pub use self::pipelines::workshop;
 use self::pipelines::{Pipelines, is_software};
+use self::resolved_depth::ResolvedDepth;
 
 /// Uniform sets that are kept; more are made anew.
 const MAX_UNIFORM_SETS: usize = 512;
@@ -76,6 +78,7 @@ pub struct Executor {
     /// Uniform buffers by size, and how many of each the recording under way has used.
     uniforms: HashMap<u32, (Vec<Rid>, usize)>,
     sets: HashMap<(Kernel, Vec<Rid>), Rid>,
+    resolved_depth: ResolvedDepth,
 }
 
 /// Textures that are made and that no recording has met yet.
@@ -176,6 +179,22 @@ impl Executor {
         Ok(read_backs)
     }
 
+    /// Stores the depth in a buffer, one for each pixel, in a lent texture that the host has resolved a depth to, where that
+    /// can be stored to.
+    ///
+    /// # Errors
+    /// [`ExecuteError`] when the driver does not.
+    pub fn store_resolved_depth(
+        &mut self,
+        device: &mut Gd<RenderingDevice>,
+        picture: ResourceId,
+        target: ResourceId,
+    ) -> Result<(), ExecuteError> {
+        let ((picture, _), target) = (self.buffer(picture)?, self.texture(device, target)?);
+        let stored = self.resolved_depth.store(device, picture, target);
+        stored.map_err(|(kernel, why)| ExecuteError::Kernel { kernel, why })
+    }
+
     /// Waits until everything that was handed over is done and every read-back has come.
     pub fn finish(&self, device: &mut Gd<RenderingDevice>) {
         let buffer = self.resources.values().find_map(|resource| match resource {
@@ -215,6 +234,7 @@ impl Executor {
             device.free_rid(texture);
         }
         self.pipelines.free(device);
+        self.resolved_depth.free(device);
         packed::free();
     }
 

@@ -1,9 +1,10 @@
 //! Kernels as the SPIR-V that Godot's RenderingDevice takes.
 
 use lumivox_renderer::recording::{Kernel, Stage};
+use naga::ShaderStage;
 use naga::back::spv;
 use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
-use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 /// The name of every entry point.
 const MAIN: &str = "main";
@@ -22,40 +23,62 @@ pub enum Binary {
 /// # Errors
 /// What naga says, should the kernel be beyond it.
 pub fn compile(kernel: Kernel, wgsl: &str) -> Result<Binary, String> {
-    let mut module = naga::front::wgsl::parse_str(wgsl).map_err(|error| error.emit_to_string(wgsl))?;
-    let info = Validator::new(ValidationFlags::all(), Capabilities::default())
-        .validate(&module)
-        .map_err(|error| error.emit_to_string(wgsl))?;
-    // The only name that Godot looks for.
-    module.entry_points.iter_mut().for_each(|entry| entry.name = MAIN.to_owned());
-    let options = spv::Options {
-        lang_version: (1, 3),
-        // A check of a buffer's bounds asks for its length (OpArrayLength), which Godot 4.6's SPIR-V optimiser cannot
-        // take: kernels keep within their buffers by themselves.
-        bounds_check_policies: BoundsCheckPolicies {
-            index: BoundsCheckPolicy::Restrict,
-            buffer: BoundsCheckPolicy::Unchecked,
-            image_load: BoundsCheckPolicy::Restrict,
-            binding_array: BoundsCheckPolicy::Unchecked,
-        },
-        // All loops end: the documentation of `lumivox_shaders` says why.
-        force_loop_bounding: false,
-        // Kernels write what they read.
-        zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::None,
-        ..Default::default()
-    };
-    let stage = |shader_stage| {
-        let pipeline = spv::PipelineOptions { shader_stage, entry_point: MAIN.to_owned() };
-        spv::write_vec(&module, &info, &options, Some(&pipeline))
-            .map(|words| words.into_iter().flat_map(u32::to_le_bytes).collect())
-            .map_err(|error| error.to_string())
-    };
+    let text = Text::new(wgsl)?;
     Ok(match kernel.stage() {
-        Stage::Compute => Binary::Compute(stage(naga::ShaderStage::Compute)?),
+        Stage::Compute => Binary::Compute(text.stage(ShaderStage::Compute)?),
         Stage::DrawColor | Stage::DrawDepth => {
-            Binary::Draw([stage(naga::ShaderStage::Vertex)?, stage(naga::ShaderStage::Fragment)?])
+            Binary::Draw([text.stage(ShaderStage::Vertex)?, text.stage(ShaderStage::Fragment)?])
         }
     })
+}
+
+/// Compiles a compute shader that is no kernel of the renderer's.
+///
+/// # Errors
+/// What naga says of it.
+pub fn compile_compute(wgsl: &str) -> Result<Vec<u8>, String> {
+    Text::new(wgsl)?.stage(ShaderStage::Compute)
+}
+
+/// WGSL that was understood.
+struct Text {
+    module: naga::Module,
+    info: ModuleInfo,
+}
+
+impl Text {
+    fn new(wgsl: &str) -> Result<Self, String> {
+        let mut module = naga::front::wgsl::parse_str(wgsl).map_err(|error| error.emit_to_string(wgsl))?;
+        let info = Validator::new(ValidationFlags::all(), Capabilities::default())
+            .validate(&module)
+            .map_err(|error| error.emit_to_string(wgsl))?;
+        // The only name that Godot looks for.
+        module.entry_points.iter_mut().for_each(|entry| entry.name = MAIN.to_owned());
+        Ok(Self { module, info })
+    }
+
+    fn stage(&self, shader_stage: ShaderStage) -> Result<Vec<u8>, String> {
+        let options = spv::Options {
+            lang_version: (1, 3),
+            // A check of a buffer's bounds asks for its length (OpArrayLength), which Godot 4.6's SPIR-V optimiser cannot
+            // take: kernels keep within their buffers by themselves.
+            bounds_check_policies: BoundsCheckPolicies {
+                index: BoundsCheckPolicy::Restrict,
+                buffer: BoundsCheckPolicy::Unchecked,
+                image_load: BoundsCheckPolicy::Restrict,
+                binding_array: BoundsCheckPolicy::Unchecked,
+            },
+            // All loops end: the documentation of `lumivox_shaders` says why.
+            force_loop_bounding: false,
+            // Kernels write what they read.
+            zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::None,
+            ..Default::default()
+        };
+        let pipeline = spv::PipelineOptions { shader_stage, entry_point: MAIN.to_owned() };
+        spv::write_vec(&self.module, &self.info, &options, Some(&pipeline))
+            .map(|words| words.into_iter().flat_map(u32::to_le_bytes).collect())
+            .map_err(|error| error.to_string())
+    }
 }
 
 #[cfg(test)]

@@ -53,6 +53,7 @@ fn cases() -> Vec<Case> {
         refracting("refracted"),
         multisampled(refracting("refracted_msaa")),
         reading("depth_read"),
+        multisampled(reading("depth_read_msaa")),
         with_skin("skin"),
         multisampled(with_skin("skin_msaa")),
     ]
@@ -91,7 +92,9 @@ fn refraction_shows_the_volume_behind() {
 
 #[test]
 fn a_shader_reads_the_depth_of_the_volume_behind() {
-    assert_depth_is_read(&SHOWN.screenshot("depth_read", ""), &SHOWN.case("depth_read"));
+    for name in ["depth_read", "depth_read_msaa"] {
+        assert_depth_is_read(&SHOWN.screenshot(name, ""), &SHOWN.case(name));
+    }
 }
 
 #[test]
