@@ -1,5 +1,5 @@
 @tool
-extends "res://tests/editor/hands.gd"
+extends "res://tests/editor/controls.gd"
 ## Uses the addon as somebody at the editor does, and tells what happens in lines `TELL NAME JSON`.
 
 const CLASSES: PackedStringArray = [
@@ -35,7 +35,11 @@ func _run() -> void:
 	await _screenshot("dock")
 	_tell("raised", await _raise_dock())
 	_tell("several", await _edit_several())
+	_tell("icons", _icons())
+	_tell("galleries", await _open_galleries())
 	_tell("gizmo", await _drag_handle())
+	_tell("handles", await _look_at_handles())
+	_tell("fits", _fit_clips())
 	_tell("clip", await _add_clip())
 	_tell("parts", await _find_parts())
 	_tell("dialog", await _use_dialog())
@@ -268,9 +272,8 @@ func _edit_several() -> Dictionary:
 	var told := {"inspector": {}, "dock": {}}
 	var property := _find_script("res://addons/lumivox/editor/preset_property.gd")
 	if property != null:
-		var button := _find_all(property, func(node: Node) -> bool: return node is OptionButton)[0] as OptionButton
-		told.inspector = _apply_to(both, "ct-bone", func() -> void: button.item_selected.emit(
-				1 + LumivoxVolume3D.preset_names().find("ct-bone")))
+		var gallery := property.get("_gallery") as Object
+		told.inspector = _apply_to(both, "ct-bone", func() -> void: gallery.emit_signal("chosen", "ct-bone"))
 	var dock := _find_script("res://addons/lumivox/editor/transfer_function_dock.gd")
 	var editor := dock.get("_editor") as LumivoxTransferFunctionEditor
 	told.dock = _apply_to(both, "ct-skin", func() -> void: editor.preset_chosen.emit("ct-skin"))
@@ -453,14 +456,12 @@ func _begin_with_nothing() -> Dictionary:
 
 ## Drags a face of the clip box.
 func _drag_handle() -> Dictionary:
-	var gizmo: EditorNode3DGizmo
-	for one in _node.get_gizmos():
-		var own := one as EditorNode3DGizmo
-		if own != null and own.get_plugin() != null and own.get_plugin().get_script() != null:
-			gizmo = own
+	var gizmo := _gizmo()
 	if gizmo == null:
 		return {"found": false}
-	var camera := EditorInterface.get_editor_viewport_3d(0).get_camera_3d()
+	var viewport := _watch_gizmos()
+	var camera := viewport.get_camera_3d()
+	_place(camera, 300.0)
 	var place := _node.global_transform * _node.get_clip_transform()
 	var before := _node.clip_max
 	gizmo.get_plugin().call("_set_handle", gizmo, 1, false, camera, camera.unproject_position(place * Vector3(0.7, 0.5, 0.5)))
@@ -468,6 +469,7 @@ func _drag_handle() -> Dictionary:
 	gizmo.get_plugin().call("_commit_handle", gizmo, 1, false, before, false)
 	await _screenshot("clipped")
 	_history().undo()
+	viewport.queue_free()
 	return {"found": true, "dragged": dragged, "undone": _node.clip_max == before}
 
 
@@ -516,6 +518,16 @@ func _find_parts() -> Dictionary:
 		told.path = _node.labels.resource_path
 		told.file = FileAccess.file_exists(_node.labels.resource_path)
 		told.names = Array(_node.labels.get_names())
+		var shown := _node.transfer_function
+		var clear := LumivoxTransferFunction.new()
+		clear.opacity_knots = [Vector2(8000.0, 0.0), Vector2(9000.0, 1.0)]
+		var warned := func() -> bool: return "'body' is painted, but the look hides it" in _warnings_of(_node)
+		_node.labels.set_label("body", "painted", true)
+		_node.transfer_function = clear
+		told.painted = await _until(warned)
+		_node.transfer_function = shown
+		told.content = await _until(func() -> bool: return not warned.call())
+		_node.labels.set_label("body", "painted", false)
 	_history().undo()
 	told.undone = _node.labels == null
 	return told

@@ -64,7 +64,7 @@ fn edited() -> &'static (Run, PathBuf) {
     })
 }
 
-fn telling(name: &str) -> Value {
+pub fn telling(name: &str) -> Value {
     told(&edited().0, name)
 }
 

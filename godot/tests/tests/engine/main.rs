@@ -9,6 +9,7 @@ mod case;
 mod codecs;
 mod demo;
 mod editor;
+mod editor_controls;
 mod effects;
 mod engine;
 mod expected;

@@ -24,7 +24,14 @@ const CLIP_NAMES: PackedStringArray = [
 	"Clip right", "Clip left", "Clip feet", "Clip head", "Clip back", "Clip front",
 ]
 
+## Pixels of a box's diagonal on the screen below which it is too small to be clipped by hand: handles would cover it.
+const LEAST_DIAGONAL := 40.0
+## Size of a handle as a part of that diagonal, up to the size of the editor's other handles.
+const HANDLE_PART := 0.12
+
 var _undo: EditorUndoRedoManager
+## Handles as large as their box allows in whichever viewport; the engine's own are so many pixels, however small the box is.
+var _handle_shader := preload("volume_handles.gdshader")
 
 
 func _init(undo: EditorUndoRedoManager = null) -> void:
@@ -34,7 +41,6 @@ func _init(undo: EditorUndoRedoManager = null) -> void:
 	create_material("x", Color(0.96, 0.33, 0.36))
 	create_material("y", Color(0.55, 0.84, 0.20))
 	create_material("z", Color(0.30, 0.58, 0.98))
-	create_handle_material("handles")
 
 
 func _get_gizmo_name() -> String:
@@ -69,7 +75,7 @@ func _redraw(gizmo: EditorNode3DGizmo) -> void:
 	for face in 6:
 		handles.append(place * _face_center(_clip_box(node), face))
 		ids.append(face)
-	gizmo.add_handles(handles, get_material("handles", gizmo), ids)
+	gizmo.add_handles(handles, _handle_material(box), ids)
 	for letter in LETTERS:
 		_add_letter(gizmo, box, letter)
 
@@ -85,6 +91,9 @@ func _get_handle_value(gizmo: EditorNode3DGizmo, handle_id: int, _secondary: boo
 
 func _set_handle(gizmo: EditorNode3DGizmo, handle_id: int, _secondary: bool, camera: Camera3D, at: Vector2) -> void:
 	var node := gizmo.get_node_3d() as LumivoxVolume3D
+	if diagonal_on_screen(node, camera) < LEAST_DIAGONAL:
+		# No handle is seen there, but the engine takes hold of them all the same.
+		return
 	var axis := handle_id >> 1
 	var to_clip := (node.global_transform * node.get_clip_transform()).affine_inverse()
 	var origin := to_clip * camera.project_ray_origin(at)
@@ -120,6 +129,32 @@ func _commit_handle(gizmo: EditorNode3DGizmo, handle_id: int, _secondary: bool, 
 	_undo.add_do_method(node, &"update_gizmos")
 	_undo.add_undo_method(node, &"update_gizmos")
 	_undo.commit_action()
+
+
+## Pixels from one corner of a node's box to the opposite one in a camera's picture, however it is turned. As
+## [code]volume_handles.gdshader[/code] has it.
+static func diagonal_on_screen(node: LumivoxVolume3D, camera: Camera3D) -> float:
+	var box := node.get_local_box()
+	var view := camera.get_camera_transform().affine_inverse() * node.global_transform
+	var center := view * box.get_center()
+	var projection := camera.get_camera_projection()
+	var w := (projection * Vector4(center.x, center.y, center.z, 1.0)).w
+	var height := camera.get_viewport().get_visible_rect().size.y
+	return (view.basis * box.size).length() * projection.y.y * height / (2.0 * maxf(w, 1e-6))
+
+
+func _handle_material(box: AABB) -> ShaderMaterial:
+	var icon := EditorInterface.get_editor_theme().get_icon(&"EditorHandle", &"EditorIcons")
+	var material := ShaderMaterial.new()
+	material.shader = _handle_shader
+	material.render_priority = Material.RENDER_PRIORITY_MAX
+	material.set_shader_parameter(&"icon", icon)
+	material.set_shader_parameter(&"most", float(icon.get_width()))
+	material.set_shader_parameter(&"center", box.get_center())
+	material.set_shader_parameter(&"extent", box.size)
+	material.set_shader_parameter(&"part", HANDLE_PART)
+	material.set_shader_parameter(&"least_diagonal", LEAST_DIAGONAL)
+	return material
 
 
 ## In clip coordinates, 0 to 1.

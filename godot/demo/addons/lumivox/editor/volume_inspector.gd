@@ -49,20 +49,28 @@ func _parse_property(
 		usage: int, wide: bool) -> bool:
 	if _is_asking:
 		return false
+	if name == "preset" and (object is LumivoxVolume3D or _is_several(object)):
+		_add_presets(name, object as LumivoxVolume3D)
+		return true
 	if (object is LumivoxVolume3D or object is LumivoxEffect) and _is_own(object, name):
 		var added := _add_with_room(object, type, name, hint_type, hint_string, usage, wide)
 		var node := object as LumivoxVolume3D
 		if name == "labels" and node.labels == null and node.volume != null and not node.volume.is_empty():
 			_add_label_finder(node)
 		return added
-	if name != "preset" or not _is_several(object):
-		return false
-	var editor := PresetProperty.new()
-	editor.chosen.connect(func(preset: String) -> void:
-		apply_preset(_undo, selected_volumes(), preset)
+	return false
+
+
+## The gallery of presets, for one volume or for all that are selected.
+func _add_presets(name: String, node: LumivoxVolume3D) -> void:
+	var volumes := selected_volumes()
+	if node != null:
+		volumes = [node]
+	var editor := PresetProperty.new(volumes)
+	editor.chosen_for_all.connect(func(preset: String) -> void:
+		apply_preset(_undo, volumes, preset)
 		editor.update_property())
 	add_property_editor(name, editor)
-	return true
 
 
 static func _is_own(object: Object, name: String) -> bool:

@@ -6,7 +6,10 @@ extends PopupPanel
 signal chosen(preset: String)
 
 const PresetThumbnail := preload("preset_thumbnail.gd")
+## As wide as it is high, about.
+const COLUMNS := 5
 
+var _scroll := ScrollContainer.new()
 var _grid := GridContainer.new()
 var _buttons: Dictionary[String, Button] = {}
 var _volume: LumivoxVolume
@@ -16,8 +19,9 @@ var _stale := true
 
 
 func _init() -> void:
-	_grid.columns = 3
-	add_child(_grid)
+	_grid.columns = COLUMNS
+	_scroll.add_child(_grid)
+	add_child(_scroll)
 	set_process(false)
 
 
@@ -55,21 +59,40 @@ func open_at(anchor: Rect2) -> void:
 			_buttons[preset].disabled = not is_available(preset, _volume)
 			_buttons[preset].icon = _gradient(preset)
 		_start_pictures()
-	reset_size()
+	_fit_to_screen()
 	popup(on_screen(Rect2i(Vector2i(int(anchor.position.x), int(anchor.end.y)), size), int(anchor.size.y)))
 
 
 ## Where a popup below a control of such a height is wholly on its screen, or window: above the control where there is more room.
 func on_screen(wanted: Rect2i, above: int) -> Rect2i:
-	var window := get_parent().get_window()
-	var room := Rect2i(Vector2i.ZERO, window.size) if window.gui_embed_subwindows \
-			else DisplayServer.screen_get_usable_rect(window.current_screen)
+	var room := _room()
 	var below := room.end.y - wanted.position.y
 	if wanted.size.y > below and wanted.position.y - above - room.position.y > below:
 		wanted.position.y -= above + mini(wanted.size.y, wanted.position.y - above - room.position.y)
 	wanted.size = Vector2i(mini(wanted.size.x, room.size.x), mini(wanted.size.y, room.size.y))
 	wanted.position = wanted.position.clamp(room.position, (room.end - wanted.size).max(room.position))
 	return wanted
+
+
+## The screen, or the window where popups stay in it.
+func _room() -> Rect2i:
+	var window := get_parent().get_window()
+	return Rect2i(Vector2i.ZERO, window.size) if window.gui_embed_subwindows \
+			else DisplayServer.screen_get_usable_rect(window.current_screen)
+
+
+## As large as the pictures, or as there is room for: no popup is smaller than what it holds, and then that scrolls.
+func _fit_to_screen() -> void:
+	var wanted := _grid.get_combined_minimum_size()
+	_scroll.custom_minimum_size = wanted
+	reset_size()
+	var room := Vector2(_room().size)
+	# Beside them there is the panel's frame.
+	var most := room - (Vector2(size) - wanted).max(Vector2.ZERO)
+	if wanted.y > most.y:
+		wanted.x += _scroll.get_v_scroll_bar().get_combined_minimum_size().x
+	_scroll.custom_minimum_size = wanted.min(most)
+	reset_size()
 
 
 ## The preset that suits a scan when nobody chose one.
