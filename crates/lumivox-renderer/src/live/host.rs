@@ -83,7 +83,8 @@ pub struct LiveStatus {
     /// The part of the image's samples that is traced, 0 to 1: it grows with every row, also while some pixel has none. What
     /// starts over because the host's depth changed does not count against it, so that it is no promise.
     pub progress: f32,
-    /// Whether there is nothing more to trace unless something changes, as far as is known.
+    /// Whether there is nothing more to trace unless something changes, as far as is known. Where dispatches may leave
+    /// paths behind, that is known when the film was counted, frames after it was traced.
     pub converged: bool,
     /// Whether a frame's read-back was not handed to [`LiveView::feedback`](super::LiveView::feedback) yet. A host that draws on demand must not
     /// rest before it did that and asked [`LiveView::status`](super::LiveView::status) again: nobody but the GPU knows which pixels started over

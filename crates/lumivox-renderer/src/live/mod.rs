@@ -178,7 +178,7 @@ impl LiveView {
         LiveStatus {
             samples: self.schedule.complete(),
             progress: self.schedule.progress(),
-            converged: self.schedule.is_done() && self.is_whole() && self.schedule.factor() == 1,
+            converged: self.schedule.is_done() && self.is_counted_whole() && self.schedule.factor() == 1,
             awaits_feedback: self.awaited > 0,
             pixel_samples: self.pixel_samples,
             lost_pixels: self.count.lost,
@@ -186,10 +186,17 @@ impl LiveView {
     }
 
     /// Whether the fine film, where it should be whole, is so by its last count. Until that comes the host must not
-    /// rest; where paths of the scene are put aside, pixels may have fewer samples than were traced by then, even none.
-    fn is_whole(&self) -> bool {
-        let none_lags = self.paths.are_known && !self.paths.lag || !self.fine.unfinished.puts_aside();
+    /// rest, nor take its picture for done; where paths of the scene are put aside, pixels may have fewer samples than
+    /// were traced by then, even none. What is known of other images counts for nothing here.
+    fn is_counted_whole(&self) -> bool {
+        let none_lags = !self.fine.unfinished.puts_aside();
         self.count.confirmed || none_lags && self.fine.unfinished.missing() == 0
+    }
+
+    /// Whether it most likely is: by what is known of the image before, too. Where meshes move, no count comes in time.
+    fn seems_whole(&self) -> bool {
+        let none_lags = self.paths.are_known && !self.paths.lag;
+        self.is_counted_whole() || none_lags && self.fine.unfinished.missing() == 0
     }
 
     /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there, or a count
@@ -353,7 +360,7 @@ impl LiveView {
             true => self.record_confirmation(key, cache, recording),
             false => 0,
         };
-        if self.is_whole() {
+        if self.seems_whole() {
             self.schedule.retire_coarse();
         }
         self.fine.stale |= plan.pixel_samples > 0 || missing > 0;

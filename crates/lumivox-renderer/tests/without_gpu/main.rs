@@ -2,6 +2,7 @@
 
 mod arrivals;
 mod changes;
+mod counts;
 mod recordings;
 mod scenes;
 mod switches;
