@@ -25,6 +25,15 @@ or, without rustup, with
     $install"
 }
 
+# The project's chores, by the program that does some already where there is one.
+xtask() {
+    if [ -n "${LUMIVOX_XTASK:-}" ]; then
+        "$LUMIVOX_XTASK" "$@" </dev/null
+    else
+        "${CARGO:-cargo}" run --release --quiet --package xtask -- "$@" </dev/null
+    fi
+}
+
 # Whether the loader finds the library $1.
 has_library() {
     # Not grep -q: it stops reading, and pipefail would take ldconfig's broken pipe for an answer.

@@ -17,6 +17,7 @@ Usage: cargo xtask <COMMAND>
 
 Commands:
   ci      Format check, clippy, import rules, tests, documentation, licences: what CI runs
+  ci --all                  The same, and the slow tests
   layers  Check that imports between the crates go one way
   package python OUT        Make the Python wheel in the folder OUT
   package unity OUT         Make the Unity package, with this system's library in it, in the folder OUT
@@ -39,7 +40,8 @@ Exit codes: 0 all is well, 1 a check failed, 2 wrong usage";
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let result = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["ci"] => ci::run(),
+        ["ci"] => ci::run(ci::Scope::Usual),
+        ["ci", "--all"] => ci::run(ci::Scope::All),
         ["layers"] => layers::run(),
         ["unity-kernels"] => unity_kernels::write(),
         ["unity-kernels", "--listed"] => unity_kernels::write_listed(),

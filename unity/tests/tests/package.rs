@@ -77,6 +77,16 @@ fn script(name: &str) -> Command {
     command
 }
 
+/// The project's chores, by the program that runs these tests where it is one of them.
+fn xtask() -> Command {
+    if let Some(program) = std::env::var_os("LUMIVOX_XTASK") {
+        return Command::new(program);
+    }
+    let mut command = Command::new(env!("CARGO"));
+    command.args(["run", "--release", "--quiet", "--package", "xtask", "--"]);
+    command
+}
+
 /// Runs a program whose last line counts its tests, and shows all that it says.
 fn counted(command: &mut Command) -> Counts {
     let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().expect("bash");
@@ -164,9 +174,15 @@ fn installed(_: &[String]) -> Counts {
     let (repository, cloned) = (place.path().join("repository"), place.path().join("cloned"));
     let mut init = Command::new("git");
     init.args(["init", "--quiet", "--bare"]).arg(&repository);
-    let mut xtask = Command::new(env!("CARGO"));
-    xtask.args(["run", "--release", "--quiet", "--package", "xtask", "--", "package", "unity"]);
-    xtask.arg(&out).arg("--from").arg(&native).arg("--library").arg(&elsewhere).args(["--upm", "upm"]);
+    let mut xtask = xtask();
+    xtask
+        .args(["package", "unity"])
+        .arg(&out)
+        .arg("--from")
+        .arg(&native)
+        .arg("--library")
+        .arg(&elsewhere)
+        .args(["--upm", "upm"]);
     for person in ["AUTHOR", "COMMITTER"] {
         xtask
             .env(format!("GIT_{person}_NAME"), "a test")

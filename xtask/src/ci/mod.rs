@@ -1,0 +1,234 @@
+//! What CI runs, in the order that fails soonest.
+
+mod lanes;
+mod suites;
+mod summary;
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+use self::lanes::{Done, Job, capture};
+use self::summary::{Counts, Summary};
+use crate::{layers, unity_kernels, unity_metas};
+
+/// Jobs that take minutes, the longest first: begun last, one of them would go on when nothing else does. Python's first
+/// needs Cargo, which the package's wants, too, when it is compiled.
+const LONGEST_FIRST: [&str; 6] = ["Python", "package", "engine", "border under valgrind", "gpu", "physics"];
+
+/// Which tests are run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scope {
+    /// Of slow ones, none: what they test has quick tests, too, of less.
+    Usual,
+    /// Every one.
+    All,
+}
+
+/// Runs every check; stops at the first that fails, but for the tests, which all run.
+pub fn run(scope: Scope) -> Result<(), String> {
+    let programs = Programs::new()?;
+    step("format", || cargo(&["fmt", "--all", "--check"]))?;
+    step("import rules", layers::run)?;
+    step("Unity's kernels", unity_kernels::check)?;
+    step("Unity's identifiers", unity_metas::check)?;
+    step("clippy", || {
+        cargo(&["clippy", "--workspace", "--all-targets", "--release", "--quiet", "--", "-D", "warnings"])
+    })?;
+    let mut jobs = step("compiling", || {
+        let jobs = suites::build(scope, &programs.xtask)?;
+        cargo(&["build", "--workspace", "--release", "--quiet", "--bins", "--examples"])?;
+        Ok(jobs)
+    })?;
+    jobs.extend([python(&programs, scope), Job::of("documentation", documentation())]);
+    jobs.extend(examples(&programs));
+    let place = |job: &Job| LONGEST_FIRST.iter().position(|name| *name == job.name);
+    jobs.sort_by_key(|job| place(job).unwrap_or(LONGEST_FIRST.len()));
+    let summaries = step("tests, examples and documentation", || run_all(jobs))?;
+    step("packages", packages)?;
+    step("licences and sources", deny)?;
+
+    println!("\n== results of the test runners");
+    for Summary { suite, result } in &summaries {
+        println!("{result}  [{suite}]");
+    }
+    let counts = Counts::parse_all(&summaries);
+    println!("all suites: {} passed; {} failed; {} ignored", counts.passed, counts.failed, counts.ignored);
+    match scope {
+        Scope::Usual => {
+            println!("Slow tests are among the ignored ones: `script/test --all` runs them, too.")
+        }
+        Scope::All => println!("Slow tests ran, too."),
+    }
+    Ok(())
+}
+
+/// Runs the jobs, and gathers what their runners say.
+fn run_all(jobs: Vec<Job>) -> Result<Vec<Summary>, String> {
+    let done = lanes::run(jobs);
+    let summaries: Vec<_> = done.iter().flat_map(|done| summary::find(&done.name, &done.output)).collect();
+    let failed: Vec<&Done> = done.iter().filter(|done| done.failure.is_some()).collect();
+    if !failed.is_empty() {
+        let line = |done: &&Done| {
+            let results = summary::find(&done.name, &done.output);
+            let last = results.last().map_or("", |summary| &summary.result);
+            format!("\n  {}: {}  {last}", done.name, done.failure.as_deref().unwrap_or_default())
+        };
+        return Err(format!("{} failed:{}", failed.len(), failed.iter().map(line).collect::<String>()));
+    }
+    if Counts::parse_all(&summaries).passed == 0 {
+        return Err("no test ran".into());
+    }
+    Ok(summaries)
+}
+
+fn step<T>(name: &str, work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    println!("\n== {name}");
+    let start = Instant::now();
+    let result = work().map_err(|error| format!("{name}: {error}"));
+    println!("== {name}: {} in {:.0?}", if result.is_ok() { "ok" } else { "FAILED" }, start.elapsed());
+    result
+}
+
+fn cargo_command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.args(arguments);
+    command
+}
+
+fn finish(command: &mut Command) -> Result<(), String> {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{command:?}: {status}")),
+        Err(error) => Err(format!("{command:?}: {error}")),
+    }
+}
+
+fn cargo(arguments: &[&str]) -> Result<(), String> {
+    finish(&mut cargo_command(arguments))
+}
+
+/// Where programs are by now, or will be.
+struct Programs {
+    /// This one, for scripts that would build it.
+    xtask: PathBuf,
+    /// The folder of the others.
+    built: PathBuf,
+}
+
+impl Programs {
+    fn new() -> Result<Self, String> {
+        let error = |error: std::io::Error| error.to_string();
+        let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+        let built = std::path::absolute(Path::new(&target).join("release")).map_err(error)?;
+        Ok(Self { xtask: std::env::current_exe().map_err(error)?, built })
+    }
+}
+
+/// The examples, which are the manual. The window is small, and on a display that nobody sees where there is a program
+/// for that.
+fn examples(programs: &Programs) -> Vec<Job> {
+    let example = |name| {
+        let program = programs.built.join("examples").join(name);
+        Job::of(format!("example {name}"), Command::new(program))
+    };
+    let program = programs.built.join("lumivox-window");
+    let window = Job::new("example window", move |output| {
+        let screenshot = std::env::temp_dir().join("lumivox_window.png");
+        // One of another run tells nothing.
+        let _ = std::fs::remove_file(&screenshot);
+        let has_xvfb = Command::new("xvfb-run").arg("--help").output().is_ok();
+        let mut command = if has_xvfb { Command::new("xvfb-run") } else { Command::new(&program) };
+        if has_xvfb {
+            command.args(["--auto-servernum", "--server-args=-screen 0 640x480x24"]).arg(&program);
+        }
+        command.args(["--size", "320x240", "--frames", "4", "--screenshot"]).arg(&screenshot);
+        capture(&mut command, output)?;
+        match screenshot.metadata() {
+            Ok(file) if file.len() > 0 => Ok(()),
+            _ => Err(format!("{} was not written", screenshot.display())),
+        }
+    });
+    vec![example("hello_volume"), example("fake_device"), window]
+}
+
+/// Public documentation with warnings as errors: a link that leads nowhere fails.
+fn documentation() -> Command {
+    let mut flags = std::env::var_os("RUSTDOCFLAGS").unwrap_or_default();
+    flags.push(OsString::from(" -D warnings"));
+    let mut command = cargo_command(&["doc", "--workspace", "--no-deps", "--release", "--quiet"]);
+    command.env("RUSTDOCFLAGS", flags);
+    command
+}
+
+/// The libraries as crates.io would take them, together. Not built again from there.
+fn packages() -> Result<(), String> {
+    let mut command = cargo_command(&["package", "--quiet", "--no-verify", "--allow-dirty", "--offline"]);
+    finish(command.args(layers::LIBRARIES.iter().flat_map(|name| ["--package", name])))
+}
+
+/// `cargo deny`, where it is installed. Without advisories: those change with the calendar, not with the code, and
+/// need the network.
+fn deny() -> Result<(), String> {
+    let installed = cargo_command(&["deny", "--version"]).output().is_ok_and(|out| out.status.success());
+    if !installed {
+        println!("NOT RUN: cargo-deny is not installed (cargo install --locked cargo-deny)");
+        return Ok(());
+    }
+    cargo(&["deny", "--workspace", "check", "bans", "licenses", "sources"])
+}
+
+/// The Python package in environments of its own. Its tests compare with the command.
+fn python(programs: &Programs, scope: Scope) -> Job {
+    let mut command = Command::new("script/python");
+    command.env("LUMIVOX_COMMAND", programs.built.join("lumivox"));
+    if scope == Scope::All {
+        command.arg("--all");
+    }
+    Job::new("Python", move |output| {
+        if cfg!(windows) {
+            output.push_str("NOT RUN: script/python needs a shell\n");
+            return Ok(());
+        }
+        capture(&mut command, output)?;
+        let summaries = summary::find("Python", output);
+        if Counts::parse_all(&summaries).passed == 0 { Err("no Python test ran".into()) } else { Ok(()) }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// Packages of other people and their features, as a selection of the workspace's own has them.
+    fn features(selection: &[&str]) -> BTreeSet<String> {
+        let mut command = cargo_command(&["tree", "--offline", "--prefix", "none", "--format", "{p}|{f}"]);
+        let output = command.args(selection).output().expect("cargo");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        // Our own have a path, and packages that were listed before a star.
+        let lines = text.lines().map(|line| line.trim_end_matches(" (*)"));
+        lines.filter(|line| !line.is_empty() && !line.contains('/')).map(str::to_owned).collect()
+    }
+
+    /// Else hundreds of crates would be compiled again: for programs without tests, documentation, and the wheel.
+    #[test]
+    fn what_is_compiled_for_tests_serves_for_all_else() {
+        let tested = features(&["--workspace", "--edges", "all"]);
+        assert!(tested.len() > 100, "{tested:?}");
+        let wheel =
+            ["--package", "lumivox-python", "--features", "like-the-workspace", "--edges", "normal,build"];
+        for selection in [&["--workspace", "--edges", "normal,build"][..], &wheel] {
+            let others = features(selection);
+            let again: Vec<_> = others.difference(&tested).collect();
+            assert!(
+                again.is_empty(),
+                "{selection:?} asks for fewer features: ask for those of the tests in \
+                 crates/lumivox-testing/Cargo.toml and python/Cargo.toml, as others there: {again:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The programs of the workspace with tests in them: built at once, run beside each other.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use super::lanes::Job;
+use super::{Scope, cargo_command};
+
+/// A program that Cargo built for tests.
+#[derive(Debug, PartialEq)]
+struct Suite {
+    /// As its target is called: `lumivox_core`, `physics`.
+    name: String,
+    program: PathBuf,
+    /// The folder of its package, in which Cargo runs tests.
+    folder: PathBuf,
+}
+
+/// Builds all tests, and says how to run them: each program a job, and one for the tests in the documentation. What wants
+/// chores done takes `xtask`, and builds none.
+pub fn build(scope: Scope, xtask: &Path) -> Result<Vec<Job>, String> {
+    let mut command = cargo_command(&["test", "--workspace", "--release", "--no-run"]);
+    command.arg("--message-format=json-render-diagnostics").stdin(Stdio::null()).stdout(Stdio::piped());
+    let mut child = command.spawn().map_err(|error| format!("{command:?}: {error}"))?;
+    let mut suites = vec![];
+    for line in BufReader::new(child.stdout.take().expect("a pipe")).lines() {
+        suites.extend(suite(&line.map_err(|error| error.to_string())?));
+    }
+    let status = child.wait().map_err(|error| error.to_string())?;
+    if !status.success() {
+        return Err(format!("{command:?}: {status}"));
+    }
+    if suites.is_empty() {
+        return Err("no program with tests was built".into());
+    }
+    let mut jobs: Vec<Job> = suites.iter().flat_map(|suite| jobs(suite, scope, xtask)).collect();
+    // One program for all tests of it is linked for each crate.
+    let documentation = cargo_command(&["test", "--workspace", "--release", "--no-fail-fast", "--doc"]);
+    jobs.push(Job::of("documentation tests", documentation));
+    Ok(jobs)
+}
+
+/// What a line of Cargo's tells of a program with tests.
+fn suite(line: &str) -> Option<Suite> {
+    let message: serde_json::Value = serde_json::from_str(line).ok()?;
+    let is_test = message["reason"] == "compiler-artifact" && message["profile"]["test"] == true;
+    let program = message["executable"].as_str().filter(|_| is_test)?;
+    Some(Suite {
+        name: message["target"]["name"].as_str()?.to_owned(),
+        program: program.into(),
+        folder: Path::new(message["manifest_path"].as_str()?).parent()?.to_owned(),
+    })
+}
+
+fn jobs(suite: &Suite, scope: Scope, xtask: &Path) -> Vec<Job> {
+    let job = |name: &str, words: &[&str]| {
+        let mut command = Command::new(&suite.program);
+        command.args(words).current_dir(&suite.folder).env("CARGO_MANIFEST_DIR", &suite.folder);
+        command.env("LUMIVOX_XTASK", xtask);
+        if scope == Scope::All {
+            command.arg("--include-ignored");
+        }
+        Job::of(name, command)
+    };
+    // The border under valgrind has one core and minutes: a lane of its own.
+    if suite.name == "package" {
+        let others = job("package", &["documentation", "kernels", "package", "installed"]);
+        vec![others, job("border under valgrind", &["border"])]
+    } else {
+        vec![job(&suite.name, &[])]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn programs_with_tests_are_found_in_what_cargo_says() {
+        let line = r#"{"reason":"compiler-artifact","manifest_path":"/x/crates/a/Cargo.toml",
+            "target":{"kind":["test"],"name":"physics"},"profile":{"test":true},"executable":"/x/deps/physics-1"}"#;
+        let found = suite(line).unwrap();
+        let wanted = Suite {
+            name: "physics".into(),
+            program: "/x/deps/physics-1".into(),
+            folder: "/x/crates/a".into(),
+        };
+        assert_eq!(found, wanted);
+        for other in [
+            r#"{"reason":"build-finished","success":true}"#,
+            &line.replace("true", "false"),
+            &line.replace(r#""/x/deps/physics-1""#, "null"),
+            "   Compiling lumivox-core",
+        ] {
+            assert_eq!(suite(other), None, "{other}");
+        }
+    }
+}
