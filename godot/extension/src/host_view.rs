@@ -77,6 +77,7 @@ impl HostView {
         LiveSettings {
             resolution_scale: settings.resolution_scale,
             target_samples: settings.target_samples,
+            target_noise: settings.target_noise,
             exposure: settings.exposure * self.light_per_color,
             ambient: settings.ambient,
             denoise: settings.denoise,

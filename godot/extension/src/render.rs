@@ -30,6 +30,8 @@ pub struct Settings {
     pub ambient: [f64; 3],
     /// Samples per pixel after which an image is done.
     pub target_samples: u32,
+    /// Noise at which it is done before; 0: by its samples alone.
+    pub target_noise: f64,
     /// Milliseconds of the GPU's time in a frame.
     pub budget_milliseconds: f64,
     /// Pixels traced per pixel of the viewport along a side.

@@ -93,6 +93,7 @@ func limits() -> void:
 	var told := {}
 	var tries := {
 		"exposure": [100.0, -100.0, 3.5], "target_samples": [0, 1 << 20, 77], "frame_budget_ms": [0.0, 1e9, 5.0],
+		"target_noise": [-1.0, 7.0, 0.25],
 		"resolution_scale": [0.0, 7.0, 0.25], "environment_source": [-3, 9, 0],
 	}
 	var effect := LumivoxEffect.new()
@@ -102,7 +103,7 @@ func limits() -> void:
 			effect.set(property, value)
 			kept.append(effect.get(property))
 		told[property] = kept
-	for property: String in ["exposure", "frame_budget_ms", "resolution_scale"]:
+	for property: String in ["exposure", "target_noise", "frame_budget_ms", "resolution_scale"]:
 		var before: float = effect.get(property)
 		var stays := true
 		for value: float in [NAN, INF, -INF]:
@@ -279,7 +280,7 @@ func redraws() -> void:
 	var told := {}
 	var changes := {
 		"exposure": 1.0, "target_samples": 12, "frame_budget_ms": 40.0, "resolution_scale": 0.5, "write_depth": false,
-		"denoise": true, "environment_source": 1,
+		"denoise": true, "environment_source": 1, "target_noise": 0.2,
 	}
 	for property: String in changes:
 		var idle := await until_idle()

@@ -9,6 +9,8 @@ func _ready() -> void:
 	var arguments := Shower.arguments_by_name()
 	var case: Dictionary = JSON.parse_string(FileAccess.get_file_as_string(arguments["cases"]))
 	var scene := LumivoxCase.build(case)
+	var world := scene.get_node("World") as WorldEnvironment
+	(world.compositor.compositor_effects[0] as LumivoxEffect).target_noise = float(arguments.get("noise", 0.0))
 	add_child(scene)
 	var samples := []
 	for frame in FRAMES:

@@ -222,8 +222,12 @@ impl LiveFilm {
     }
 
     pub fn record_read(&self, recording: &mut Recording) {
-        let range = 0..pixels(self.size) * bytes_per_pixel(false);
-        recording.push(Step::ReadBuffer { id: self.film, range });
+        recording.push(Step::ReadBuffer { id: self.film, range: 0..self.read_bytes() });
+    }
+
+    /// Bytes that come back then.
+    pub fn read_bytes(&self) -> u64 {
+        pixels(self.size) * bytes_per_pixel(false)
     }
 
     pub fn free(mut self, recording: &mut Recording) {

@@ -12,6 +12,10 @@ pub struct LiveSettings {
     pub resolution_scale: f64,
     /// Samples per pixel after which the image is done.
     pub target_samples: u32,
+    /// Noise at which it is done before, as [`Film::noise`](crate::Film::noise) measures it: a fraction of the brightness. 0:
+    /// by its samples alone. The film is looked at after 16 samples, and again when it should be as clean; that it comes
+    /// back costs a moment.
+    pub target_noise: f64,
     /// Multiplies the light.
     pub exposure: f64,
     /// Linear RGB radiance from everywhere besides the scene's environment, as the volumes receive it: for light that
@@ -33,6 +37,7 @@ impl LiveSettings {
             size: [width, height],
             resolution_scale: 1.0,
             target_samples: 512,
+            target_noise: 0.0,
             exposure: 1.0,
             ambient: [0.0; 3],
             seed: 0,

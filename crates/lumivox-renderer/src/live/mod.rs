@@ -11,6 +11,7 @@ mod counts;
 mod film;
 mod fog;
 mod host;
+mod noise;
 mod picture;
 mod schedule;
 
@@ -21,9 +22,11 @@ use self::counts::{CountOfWhole, PathsOfScene};
 use self::film::{LiveFilm, padded_height, pixels};
 pub use self::fog::{DistanceFog, Fog, HeightFog};
 pub use self::host::{HostDepth, HostFrame, LiveSettings, LiveStatus};
+use self::noise::NoiseEnd;
 use self::picture::Picture;
 use self::schedule::{Plan, Schedule, Which, Work};
 use crate::error::RenderError;
+use crate::film::Film;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::SceneCache;
 
@@ -47,7 +50,10 @@ pub struct LiveView {
     count: CountOfWhole,
     /// What counts of the scene's films said.
     paths: PathsOfScene,
-    /// Samples after which the last frame is done, and those that it traces.
+    /// Samples after which the image is done at the latest, and whether its noise ends it before.
+    most_samples: u32,
+    noise: NoiseEnd,
+    /// Samples of the last frame's film, and those that it traces.
     target_samples: u32,
     pixel_samples: u64,
 }
@@ -91,6 +97,8 @@ impl LiveView {
             awaited: 0,
             count: CountOfWhole::default(),
             paths: PathsOfScene::default(),
+            most_samples: settings.target_samples,
+            noise: NoiseEnd::default(),
             target_samples: settings.target_samples,
             pixel_samples: 0,
         })
@@ -101,7 +109,7 @@ impl LiveView {
     /// changed, or the host begins or ceases to give depth; makes new films if the size changed.
     ///
     /// The recording holds a [`Step::ReadBuffer`] where the host's depth is given, and another where the film should be
-    /// whole and is counted. The bytes of each go to [`feedback`](Self::feedback) in their order, as soon as they are
+    /// whole and is counted, and one where it is looked at for its [noise](LiveSettings::target_noise). The bytes of each go to [`feedback`](Self::feedback) in their order, as soon as they are
     /// there: frames later if the host likes, but before it [rests](LiveStatus::awaits_feedback).
     ///
     /// # Errors
@@ -134,8 +142,6 @@ impl LiveView {
             let picture = Picture::new(settings.size, recording);
             std::mem::replace(&mut self.picture, picture).free(recording);
         }
-        self.target_samples = settings.target_samples;
-        self.schedule.set_target(settings.target_samples);
         let key = Key {
             camera: *camera,
             scene_version: cache.version(),
@@ -148,6 +154,13 @@ impl LiveView {
             has_depth: host.depth.is_some(),
         };
         let restarted = self.key != Some(key);
+        self.noise.set_target(settings.target_noise);
+        if restarted {
+            self.noise.restart();
+        }
+        self.most_samples = settings.target_samples;
+        self.target_samples = self.noise.samples(self.most_samples);
+        self.schedule.set_target(self.target_samples);
         if restarted {
             if self.key.is_none_or(|shown| shown.scene_version != key.scene_version) {
                 self.paths.are_of_this_scene = false;
@@ -177,12 +190,26 @@ impl LiveView {
     pub fn status(&self) -> LiveStatus {
         LiveStatus {
             samples: self.schedule.complete(),
-            progress: self.schedule.progress(),
-            converged: self.schedule.is_done() && self.is_counted_whole() && self.schedule.factor() == 1,
+            progress: self.progress(),
+            converged: !self.is_open()
+                && self.schedule.is_done()
+                && self.is_counted_whole()
+                && self.schedule.factor() == 1,
             awaits_feedback: self.awaited > 0,
             pixel_samples: self.pixel_samples,
             lost_pixels: self.count.lost,
         }
+    }
+
+    /// Of all samples that may follow, as far as is known.
+    fn progress(&self) -> f32 {
+        let share = self.target_samples as f32 / self.most_samples.max(1) as f32;
+        self.schedule.progress() * if self.is_open() { share } else { 1.0 }
+    }
+
+    /// Whether more samples may follow, for the sake of noise.
+    fn is_open(&self) -> bool {
+        self.noise.is_open(self.most_samples)
     }
 
     /// Whether the fine film, where it should be whole, is so by its last count. Until that comes the host must not
@@ -199,14 +226,22 @@ impl LiveView {
         self.is_counted_whole() || none_lags && self.fine.unfinished.missing() == 0
     }
 
-    /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there, or a count
-    /// of the film. None, if it got lost.
+    /// Takes the bytes of a read-back: how many pixels started over because the host's depth changed there, a count of the
+    /// film, or the film. None, if it got lost.
     pub fn feedback(&mut self, bytes: &[u8]) {
         self.awaited = self.awaited.saturating_sub(1);
         if bytes.is_empty() {
             // Any pixel may have started over.
             self.start_over(pixels(self.fine.size));
             self.count.outdated = 0;
+            self.noise.lost();
+            return;
+        }
+        if bytes.len() as u64 == self.fine.read_bytes() {
+            let [width, height] = self.fine.size;
+            let mut film = Film::new(width, height, false);
+            film.insert([0, 0], self.fine.size, bytes);
+            self.noise.look(&film);
             return;
         }
         if bytes.len() == size_of::<layout::FilmCount>() {
@@ -360,8 +395,13 @@ impl LiveView {
             true => self.record_confirmation(key, cache, recording),
             false => 0,
         };
+        let is_still = self.schedule.is_done() && plan.pixel_samples + missing == 0;
+        if is_still && self.is_counted_whole() && self.noise.begin_look(self.most_samples) {
+            self.fine.record_read(recording);
+            self.awaited += 1;
+        }
         if self.seems_whole() {
-            self.schedule.retire_coarse();
+            self.schedule.retire_coarse(self.is_open());
         }
         self.fine.stale |= plan.pixel_samples > 0 || missing > 0;
         plan.pixel_samples + missing

@@ -198,9 +198,10 @@ impl Schedule {
     }
 
     /// The fine film is as good as the coarse one can make it: a finished picture must not depend on what was shown
-    /// before it.
-    pub fn retire_coarse(&mut self) {
-        if self.complete >= FINE_ALONE.min(self.target) {
+    /// before it. Where more samples may follow those of the target, it shows through until there are many.
+    pub fn retire_coarse(&mut self, more_may_follow: bool) {
+        let enough = if more_may_follow { FINE_ALONE } else { FINE_ALONE.min(self.target) };
+        if self.complete >= enough {
             self.factor = 1;
         }
     }

@@ -102,7 +102,7 @@ fn nodes_freed_at_once_hold_nothing_up() {
 fn settings_draw_a_frame_of_an_engine_that_idles() {
     let told = telling("redraws");
     let told = told.as_object().unwrap();
-    assert_eq!(told.len(), 7);
+    assert_eq!(told.len(), 8);
     for (property, what) in told {
         assert_eq!(what["idle"], true, "before {property}: {told:?}");
         assert!(what["frames"].as_u64().unwrap() > 0, "{property}: {told:?}");
@@ -133,6 +133,7 @@ fn settings_keep_to_their_ranges() {
     let wanted = json!({
         "exposure": [64.0, -64.0, 3.5],
         "target_samples": [1.0, 65536.0, 77.0],
+        "target_noise": [0.0, 1.0, 0.25],
         "frame_budget_ms": [0.5, 10_000.0, 5.0],
         "resolution_scale": [0.1, 1.0, 0.25],
         "environment_source": [0.0, 1.0, 0.0],
@@ -141,7 +142,7 @@ fn settings_keep_to_their_ranges() {
         let kept = told[property].as_array().unwrap().iter().map(Value::as_f64);
         assert!(kept.eq(values.as_array().unwrap().iter().map(Value::as_f64)), "{property}: {told}");
     }
-    for property in ["exposure", "frame_budget_ms", "resolution_scale"] {
+    for property in ["exposure", "target_noise", "frame_budget_ms", "resolution_scale"] {
         assert_eq!(told[format!("{property} stays")], true, "{property} took what is no number");
         let named = format!("LumivoxEffect.{property}");
         assert_eq!(shown().1.log.matches(&named).count(), 3, "an error names {named}");

@@ -4,6 +4,7 @@ mod behind;
 mod changes;
 mod depth;
 mod films;
+mod noise;
 mod picture;
 
 use half::f16;
