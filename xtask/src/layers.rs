@@ -36,6 +36,7 @@ pub const LIBRARIES: &[&str] = &[
     "lumivox-import",
     "lumivox-phantom",
     "lumivox-segmentation",
+    "lumivox-scene",
     "lumivox-reference",
     "lumivox-shaders",
     "lumivox-renderer",
@@ -48,6 +49,7 @@ const RULES: &[Rule] = &[
     Rule { name: "lumivox-import",    kind: Kind::Portable, imports: &["lumivox-core"] },
     Rule { name: "lumivox-phantom",   kind: Kind::Portable, imports: &["lumivox-core"] },
     Rule { name: "lumivox-segmentation", kind: Kind::Portable, imports: &["lumivox-core"] },
+    Rule { name: "lumivox-scene",     kind: Kind::Portable, imports: &["lumivox-core", "lumivox-import", "lumivox-segmentation"] },
     // The evidence must not share a line with what it judges.
     Rule { name: "lumivox-reference", kind: Kind::Portable, imports: &["lumivox-core"] },
     Rule { name: "lumivox-shaders",   kind: Kind::Portable, imports: &["lumivox-core"] },
@@ -57,10 +59,10 @@ const RULES: &[Rule] = &[
     Rule { name: "lumivox",           kind: Kind::App,      imports: LIBRARIES },
     Rule { name: "lumivox-window",    kind: Kind::App,      imports: LIBRARIES },
     // Its tests depend on it, so that it is built with them; nobody else does.
-    Rule { name: "lumivox-godot",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-segmentation", "lumivox-shaders", "lumivox-renderer"] },
+    Rule { name: "lumivox-godot",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-scene", "lumivox-segmentation", "lumivox-shaders", "lumivox-renderer"] },
     // The program of the import crate is built with them, too.
     Rule { name: "lumivox-godot-tests", kind: Kind::App,    imports: &["lumivox-import"] },
-    Rule { name: "lumivox-unity",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-segmentation", "lumivox-shaders", "lumivox-renderer"] },
+    Rule { name: "lumivox-unity",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-scene", "lumivox-segmentation", "lumivox-shaders", "lumivox-renderer"] },
     // What the Unity package's tests have in place of an engine's GPU; knows nothing of ours.
     Rule { name: "standin-gpu",       kind: Kind::TestOnly, imports: &[] },
     // What its pictures are compared with: test scenes, and the wgpu host.

@@ -151,6 +151,9 @@ impl Peel {
 
 /// A kind of [`ClipShape`], in a space of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
 pub enum ClipKind {
     /// Keeps what lies above z = 0.
     #[default]

@@ -10,6 +10,14 @@ pub fn linear_from_srgb(code: f64) -> f64 {
     if code <= 0.040_45 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
 }
 
+/// The sRGB codes of `#rrggbb`.
+pub fn srgb_from_hex(text: &str) -> Option<[u8; 3]> {
+    text.strip_prefix('#')
+        .filter(|hex| hex.len() == 6 && hex.bytes().all(|b| b.is_ascii_hexdigit()))
+        .and_then(|hex| u32::from_str_radix(hex, 16).ok())
+        .map(|rgb| [(rgb >> 16) as u8, (rgb >> 8) as u8, rgb as u8])
+}
+
 /// Relative luminance (ITU-R BT.709).
 pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b

@@ -20,6 +20,7 @@ pub struct EnvironmentMap {
     pub height: usize,
     /// `width * height` texels, rows from the top.
     pub texels: Vec<[f32; 3]>,
+    file: Option<Arc<str>>,
 }
 
 impl EnvironmentMap {
@@ -37,7 +38,7 @@ impl EnvironmentMap {
         if let Some(i) = texels.iter().position(|t| t.iter().any(|c| !c.is_finite() || *c < 0.0)) {
             return Err(format!("texel ({}, {}) is {:?}, not a radiance", i % width, i / width, texels[i]));
         }
-        Ok(Self { width, height, texels })
+        Ok(Self { width, height, texels, file: None })
     }
 
     /// A map that samples `radiance(direction)` at texel centres; what is no radiance becomes 0.
@@ -49,7 +50,19 @@ impl EnvironmentMap {
                 radiance(direction_from_uv(uv)).map(|c| if c.is_finite() { c.max(0.0) as f32 } else { 0.0 })
             })
             .collect();
-        Self { width, height, texels }
+        Self { width, height, texels, file: None }
+    }
+
+    /// The file that it was read from, if that is known.
+    pub fn file(&self) -> Option<&str> {
+        self.file.as_deref()
+    }
+
+    /// The same map, said to be read from a file.
+    #[must_use]
+    pub fn with_file(mut self, file: &str) -> Self {
+        self.file = Some(file.into());
+        self
     }
 
     /// Bilinear radiance from a unit direction.

@@ -70,6 +70,20 @@ pub struct LabelVolume {
     /// Of 8-bit samples, which are values.
     volume: Arc<Volume>,
     labels: Vec<Label>,
+    source: Option<Arc<LabelSource>>,
+}
+
+/// Where labels come from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LabelSource {
+    /// Their files; none where they were found in the scan itself.
+    pub files: Vec<String>,
+    /// The file that names them, besides their own.
+    pub table: Option<String>,
+    /// What was read, as a scene document says it.
+    pub content: Option<String>,
+    /// The numbers that labels have in their files, and their values here.
+    pub numbers: Vec<(i128, u8)>,
 }
 
 impl PartialEq for LabelVolume {
@@ -113,7 +127,7 @@ impl LabelVolume {
         if let Some(label) = labels.iter().find(|label| !possible(label.color)) {
             return Err(LabelError::Color { value: label.value, color: label.color });
         }
-        let labels = Self { volume: Arc::new(volume), labels };
+        let labels = Self { volume: Arc::new(volume), labels, source: None };
         let counts = labels.counts();
         let known = |value: u8| value == UNLABELLED || labels.label(value).is_some();
         match (0..=u8::MAX).find(|&value| counts[usize::from(value)] > 0 && !known(value)) {
@@ -145,6 +159,18 @@ impl LabelVolume {
     /// What the values mean, by rising value.
     pub fn labels(&self) -> &[Label] {
         &self.labels
+    }
+
+    /// Where they come from, if that is known.
+    pub fn source(&self) -> Option<&LabelSource> {
+        self.source.as_deref()
+    }
+
+    /// The same labels, said to come from somewhere.
+    #[must_use]
+    pub fn with_source(mut self, source: LabelSource) -> Self {
+        self.source = Some(Arc::new(source));
+        self
     }
 
     /// What a voxel's value means; `None` for [`UNLABELLED`] and for values that no voxel has.

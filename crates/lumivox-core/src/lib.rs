@@ -17,6 +17,7 @@ pub mod calibration;
 pub mod camera;
 pub mod classification;
 pub mod color;
+pub mod document;
 pub mod environment;
 pub mod fill;
 pub mod framing;

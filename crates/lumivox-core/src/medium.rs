@@ -24,6 +24,9 @@ pub fn most_density_scale(volume: &Volume) -> f64 {
 
 /// How a value between voxel centres is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
 pub enum Filter {
     /// The nearest voxel's value.
     Nearest,
@@ -45,6 +48,9 @@ pub enum Filter {
 
 /// In which space a millimetre of extinction is measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
 pub enum ExtinctionSpace {
     /// In the volume's own space: the look does not depend on the object's scale.
     #[default]
@@ -62,6 +68,9 @@ pub enum ExtinctionSpace {
 /// so no energy is made or lost. The gradient is that of the filter where it has one, the cubic one; of others, differences
 /// over one voxel to each side.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default)]
 pub struct SurfaceReflection {
     /// Largest probability of a surface event, 0 (off) to 1.
     pub strength: f64,
@@ -71,6 +80,12 @@ pub struct SurfaceReflection {
     pub roughness: f64,
     /// Reflectance seen head-on, 0 to 1; skin and bone have about 0.04.
     pub specular: f64,
+}
+
+impl Default for SurfaceReflection {
+    fn default() -> Self {
+        Self::OFF
+    }
 }
 
 impl SurfaceReflection {
@@ -96,6 +111,9 @@ impl SurfaceReflection {
 
 /// A transfer function for points where the value changes so much.
 #[derive(Clone, Debug, PartialEq)]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
 pub struct GradientFunction {
     /// Gradient, in value units per mm.
     pub per_mm: f64,

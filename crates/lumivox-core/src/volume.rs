@@ -9,7 +9,7 @@ use std::{
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::{background::Background, statistics::ValueStatistics, subject::Subject};
+use crate::{background::Background, document::Scan, statistics::ValueStatistics, subject::Subject};
 
 /// The stored samples of a [`Volume`], x fastest, then y, then z.
 ///
@@ -74,14 +74,20 @@ const HOUNSFIELD: &str = "HU";
 
 /// What made the scan; mostly this says what its values mean, see [`Volume::unit`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Modality {
     /// Computed tomography: values are Hounsfield units (air -1000, water 0), unless the volume's unit says otherwise.
+    #[serde(rename = "CT")]
     Ct,
     /// Magnetic resonance: values have no fixed scale.
+    #[serde(rename = "MR")]
     Mr,
     /// Positron emission tomography.
+    #[serde(rename = "PET")]
     Pet,
     /// Anything else, or not known.
+    #[serde(rename = "other")]
     #[default]
     Other,
 }
@@ -143,6 +149,7 @@ pub struct Volume {
     unit: Cow<'static, str>,
     stored_range: [f64; 2],
     subject: Subject,
+    source: Option<Arc<Scan>>,
     /// Counted when somebody asks.
     statistics: OnceLock<Arc<ValueStatistics>>,
 }
@@ -190,6 +197,7 @@ impl Volume {
             unit,
             stored_range,
             subject: Subject::default(),
+            source: None,
             statistics: OnceLock::new(),
         };
         if !volume.fits_single_precision() {
@@ -271,11 +279,36 @@ impl Volume {
     /// # Errors
     /// [`VolumeError`] as of [`Self::new`].
     pub fn edit(self, change: impl FnOnce(&mut Voxels)) -> Result<Self, VolumeError> {
-        let Self { dims, mut voxels, slope, intercept, patient_from_voxel, modality, unit, subject, .. } =
-            self;
+        let Self {
+            dims, mut voxels, slope, intercept, patient_from_voxel, modality, unit, subject, source, ..
+        } = self;
         change(&mut voxels);
         let changed = Self::new(dims, voxels, [slope, intercept], patient_from_voxel, modality)?;
-        Ok(changed.with_unit(unit).with_subject(subject))
+        Ok(Self { source, ..changed.with_unit(unit).with_subject(subject) })
+    }
+
+    /// The files that it is of, and what was done to it, where that is known: what a scene document says of it.
+    pub fn source(&self) -> Option<&Scan> {
+        self.source.as_deref()
+    }
+
+    /// The same volume, said to be of files.
+    #[must_use]
+    pub fn with_source(mut self, source: Scan) -> Self {
+        self.source = Some(Arc::new(source));
+        self
+    }
+
+    /// The same volume, to which more was done; where its files are not known, nothing is said.
+    #[must_use]
+    pub fn with_source_changed(self, change: impl FnOnce(&mut Scan)) -> Self {
+        match self.source.as_deref().cloned() {
+            None => self,
+            Some(mut source) => {
+                change(&mut source);
+                self.with_source(source)
+            }
+        }
     }
 
     /// What the scan is of, as far as its file says.

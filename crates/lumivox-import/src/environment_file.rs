@@ -12,7 +12,7 @@ use std::{
 
 use lumivox_core::EnvironmentMap;
 
-use crate::{error::ImportError, payload::fill, radiance};
+use crate::{error::ImportError, payload::fill, radiance, source};
 
 /// Wider panoramas are refused: they are damaged, or of no more use than smaller ones.
 const WIDEST: usize = 16384;
@@ -39,6 +39,7 @@ pub fn load_environment(path: &Path) -> Result<EnvironmentMap, ImportError> {
     };
     sanitize(path, width, &mut texels)?;
     EnvironmentMap::new(width, height, texels)
+        .map(|map| map.with_file(&source::written(path)))
         .map_err(|problem| damaged(path, "the texels", format!("are wrong: {problem}")))
 }
 

@@ -32,6 +32,7 @@ mod report;
 mod sample;
 mod samples;
 mod single;
+mod source;
 mod study;
 mod text_header;
 mod transfer_function_file;
@@ -50,6 +51,7 @@ pub use memory::{MemoryImport, MemoryScan, load_memory};
 pub use raw::{RawDescription, RawDescriptionError, load_raw};
 pub use report::{ImportReport, SeriesSummary, SkippedFile, Thumbnail};
 pub use sample::{SampleType, UnknownSampleType};
+pub use source::WrongScan;
 pub use study::{Study, load, scan};
 pub use transfer_function_file::{
     load_transfer_function, load_transfer_function_2d, save_transfer_function, save_transfer_function_2d,

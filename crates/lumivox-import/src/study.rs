@@ -14,6 +14,7 @@ use crate::{
     },
     metaimage, mgh, nifti, npy, nrrd, pictures, raw,
     single::Single,
+    source,
     values::Told,
     zarr,
 };
@@ -38,6 +39,7 @@ use crate::{
 pub struct Study {
     content: Content,
     report: ImportReport,
+    paths: Vec<PathBuf>,
 }
 
 enum Content {
@@ -65,10 +67,20 @@ impl Study {
         progress: Progress<'_>,
         cancel: &CancelToken,
     ) -> Result<Self, ImportError> {
+        let study = Self::read_headers(paths, options, progress, cancel)?;
+        Ok(Self { paths: paths.to_vec(), ..study })
+    }
+
+    fn read_headers(
+        paths: &[PathBuf],
+        options: &ImportOptions,
+        progress: Progress<'_>,
+        cancel: &CancelToken,
+    ) -> Result<Self, ImportError> {
         let dicom = |mut study: dicom::Study| {
             let mut report = study.report(options)?;
             report.notes.extend(unused(options, &report.format));
-            Ok(Self { content: Content::Dicom(Box::new(study)), report })
+            Ok(Self { content: Content::Dicom(Box::new(study)), report, paths: vec![] })
         };
         let single = |file: &Path| {
             let format = format_of(file, options)?;
@@ -95,11 +107,11 @@ impl Study {
                 _ => Vec::new(),
             };
             if segments.is_empty() {
-                return Ok(Self { content: Content::Single(Box::new(single)), report });
+                return Ok(Self { content: Content::Single(Box::new(single)), report, paths: vec![] });
             }
             // All its layers are one picture.
             report.series.iter_mut().for_each(|series| series.phases = 1);
-            Ok(Self { content: Content::Layers(Box::new(single), segments), report })
+            Ok(Self { content: Content::Layers(Box::new(single), segments), report, paths: vec![] })
         };
         match paths {
             [folder] if folder.is_dir() && zarr::is_zarr(folder) => {
@@ -161,7 +173,7 @@ impl Study {
             report.series = channels.iter().enumerate().map(of).collect();
             report.chosen = chosen;
         }
-        Ok(Self { content: Content::Channels(channels), report })
+        Ok(Self { content: Content::Channels(channels), report, paths: vec![] })
     }
 
     /// What was found; [`ImportReport::chosen`] and [`ImportReport::notes`] are of the series that the options of
@@ -196,6 +208,17 @@ impl Study {
     /// # Errors
     /// [`ImportError`] names the file, what is wrong and what to do.
     pub fn load(
+        &mut self,
+        options: &ImportOptions,
+        progress: Progress<'_>,
+        cancel: &CancelToken,
+    ) -> Result<Imported, ImportError> {
+        let imported = self.load_content(options, progress, cancel)?;
+        let source = source::scan(&self.paths, options, &imported.report);
+        Ok(Imported { volume: imported.volume.with_source(source), ..imported })
+    }
+
+    fn load_content(
         &mut self,
         options: &ImportOptions,
         progress: Progress<'_>,

@@ -1,6 +1,6 @@
 //! The patient alone: what a scan shows besides the patient becomes air.
 
-use lumivox_core::{CancelToken, Cancelled, LabelVolume, Progress, Volume, Voxels};
+use lumivox_core::{CancelToken, Cancelled, LabelVolume, Progress, Volume, Voxels, document::Keep};
 use rayon::prelude::*;
 
 use crate::{
@@ -74,6 +74,7 @@ pub fn patient_alone(
     cancel: &CancelToken,
 ) -> Result<PatientAlone, Cancelled> {
     if !volume.is_hounsfield() && !volume.may_be_hounsfield() {
+        let volume = volume.with_source_changed(|scan| scan.keep = Keep::Patient);
         return Ok(PatientAlone { volume, report: None, labels: None, changed: 0, surroundings: None });
     }
     let steps = Steps::first(progress, FINDING);
@@ -85,6 +86,7 @@ pub fn patient_alone(
         (volume, None)
     };
     steps.report_rest(1.0);
+    let volume = volume.with_source_changed(|scan| scan.keep = Keep::Patient);
     let changed = surroundings.as_ref().map_or(0, Surroundings::voxel_count);
     Ok(PatientAlone { volume, report: Some(report), labels: Some(labels), changed, surroundings })
 }

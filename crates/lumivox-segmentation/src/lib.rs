@@ -44,7 +44,7 @@ mod surroundings;
 mod table;
 mod thickness;
 
-use lumivox_core::{CancelToken, Cancelled, LabelVolume, Modality, Progress, Volume};
+use lumivox_core::{CancelToken, Cancelled, LabelVolume, Modality, Progress, Volume, labels::LabelSource};
 
 pub use alone::{PatientAlone, patient_alone};
 pub use class::Class;
@@ -159,6 +159,9 @@ fn labels_of(
     let table = Class::ALL.map(Class::label).to_vec();
     let labels = LabelVolume::new(volume.dims(), labels, volume.patient_from_voxel(), table)
         .expect("a label for each voxel of a volume");
+    // Of no file: found again wherever the scan is.
+    let source = LabelSource { numbers: labels.numbers(), ..LabelSource::default() };
+    let labels = labels.with_source(source);
     let (counts, voxel_mm3) = (labels.counts(), labels.voxel_mm3());
     let findings = Class::ALL
         .into_iter()

@@ -1,6 +1,6 @@
 //! One organ alone: what looks at the airways and at the vessels of the lungs need, whose values the body has elsewhere, too.
 
-use lumivox_core::{CancelToken, Cancelled, LabelVolume, Organ, Progress, Volume, Voxels};
+use lumivox_core::{CancelToken, Cancelled, LabelVolume, Organ, Progress, Volume, Voxels, document::TakenOff};
 use rayon::prelude::*;
 
 use crate::{class::Class, progress::Steps};
@@ -147,7 +147,8 @@ fn alone(
         }
     });
     done(1.0);
-    Ok(volume.expect("values within those of a volume make one"))
+    let volume = volume.expect("values within those of a volume make one");
+    Ok(volume.with_source_changed(|scan| scan.taken_off = Some(TakenOff::AllBut(organ))))
 }
 
 fn inverted(mut mask: Vec<u8>) -> Vec<u8> {

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use lumivox_core::{CancelToken, Cancelled, LabelVolume, Progress, Volume, Voxels};
+use lumivox_core::{CancelToken, Cancelled, LabelVolume, Progress, Volume, Voxels, document::TakenOff};
 use rayon::prelude::*;
 
 use crate::{
@@ -149,7 +149,8 @@ fn peel_to(
         .expect("values between those of a volume make one");
     result?;
     steps.report_rest(1.0);
-    Ok(volume)
+    let taken = if spares_thin { TakenOff::Skin(mm) } else { TakenOff::Depth(mm) };
+    Ok(volume.with_source_changed(|scan| scan.taken_off = Some(taken)))
 }
 
 /// A scan that is peeled.

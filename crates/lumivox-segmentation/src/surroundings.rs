@@ -1,7 +1,7 @@
 //! What was taken out of a scan, so that it can be brought back: the voxels that [`patient_alone`](crate::patient_alone)
 //! changed, as they were. A table is a small part of a scan, and a second scan need not be kept for it.
 
-use lumivox_core::{Volume, Voxels};
+use lumivox_core::{Volume, Voxels, document::Keep};
 
 /// Voxels of a scan, and what they were, as runs along its rows.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,7 +104,8 @@ impl Surroundings {
             (Voxels::F32(all), Voxels::F32(were)) => self.copy(all, were),
             _ => unreachable!("samples of one type"),
         });
-        whole.map_err(|_| WrongSurroundings)
+        let whole = whole.map_err(|_| WrongSurroundings)?;
+        Ok(whole.with_source_changed(|scan| scan.keep = Keep::Everything))
     }
 
     fn copy<T: Copy>(&self, all: &mut [T], were: &[T]) {

@@ -80,6 +80,9 @@ pub enum Preset {
 /// An organ that a look can show alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
 pub enum Organ {
     /// Windpipe and bronchi.
     Airways,

@@ -13,7 +13,7 @@ mod values;
 
 use std::path::{Path, PathBuf};
 
-use lumivox_core::{CancelToken, Label, LabelVolume, Progress, glam::DAffine3};
+use lumivox_core::{CancelToken, Label, LabelVolume, Progress, glam::DAffine3, labels::LabelSource};
 
 use crate::{
     ImportOptions, ImportReport, Imported, SampleType, dicom,
@@ -21,6 +21,7 @@ use crate::{
     format::Format,
     metaimage, mgh, nifti, npy, nrrd, payload, pictures, raw,
     single::Single,
+    source,
     study::{channel, format_of, unused},
     zarr,
 };
@@ -96,7 +97,14 @@ pub fn load_label_files(
     cancel: &CancelToken,
 ) -> Result<ImportedLabels, ImportError> {
     let given = options.table.as_deref().map(table::read).transpose()?;
-    files::load(paths, &options.import, given, progress, cancel)
+    let loaded = files::load(paths, &options.import, given, progress, cancel)?;
+    let source = LabelSource {
+        files: paths.iter().map(|path| source::written(path)).collect(),
+        table: options.table.as_deref().map(source::written),
+        content: None,
+        numbers: loaded.numbers.clone(),
+    };
+    Ok(ImportedLabels { labels: loaded.labels.with_source(source), ..loaded })
 }
 
 /// What a file says of its labels before a voxel is read.

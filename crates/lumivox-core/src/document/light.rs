@@ -1,0 +1,363 @@
+//! The light of a document, and its way to and from that of a scene.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::numbers::{Faults, FURTHEST_MM};
+use crate::{
+    environment::{Environment, EnvironmentMap, EnvironmentSource},
+    light::{self, Cone, Lamp, Light, LightKind},
+};
+
+const METRES_PER_MM: f64 = 1e-3;
+
+/// The light around a scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct Surroundings {
+    /// `studio`, `uniform`, `gradient`, or an equirectangular `.hdr` or `.exr` file.
+    pub source: String,
+    /// Which of the maps that were handed over beside the document, in place of a source. A saved scene has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub given: Option<usize>,
+    /// Factor on the light.
+    pub strength: f64,
+    /// Degrees that it turns around the vertical, as the camera's azimuth does.
+    pub rotation: f64,
+    /// Radiance from everywhere, if uniform.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub color: Option<[f64; 3]>,
+    /// Radiance from straight up, if a gradient.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub zenith: Option<[f64; 3]>,
+    /// Radiance from the horizon, if a gradient.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub horizon: Option<[f64; 3]>,
+    /// Radiance from straight down, if a gradient.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nadir: Option<[f64; 3]>,
+}
+
+impl Default for Surroundings {
+    fn default() -> Self {
+        Self {
+            source: STUDIO.into(),
+            given: None,
+            strength: 1.0,
+            rotation: 0.0,
+            color: None,
+            zenith: None,
+            horizon: None,
+            nadir: None,
+        }
+    }
+}
+
+const STUDIO: &str = "studio";
+const UNIFORM: &str = "uniform";
+const GRADIENT: &str = "gradient";
+
+impl Surroundings {
+    /// The radiances of a gradient where none are given: an overcast sky over dim ground; zenith, horizon, nadir.
+    pub const OVERCAST: [[f64; 3]; 3] = [[1.5, 1.6, 1.8], [1.0, 1.0, 1.0], [0.16, 0.15, 0.14]];
+
+    /// The file of its map, if that is what it is.
+    pub fn file(&self) -> Option<&str> {
+        let is_word = [STUDIO, UNIFORM, GRADIENT].contains(&self.source.as_str());
+        (self.given.is_none() && !is_word).then_some(self.source.as_str())
+    }
+
+    /// The environment; `map` is what was read of [`Self::file`] or handed over.
+    pub fn environment(&self, map: Option<Arc<EnvironmentMap>>) -> Environment {
+        let source = match (self.source.as_str(), map) {
+            (_, Some(map)) => EnvironmentSource::Map(map),
+            (UNIFORM, None) => EnvironmentSource::Uniform(self.color.unwrap_or([1.0; 3])),
+            (GRADIENT, None) => {
+                let [zenith, horizon, nadir] = Self::OVERCAST;
+                EnvironmentSource::Gradient {
+                    zenith: self.zenith.unwrap_or(zenith),
+                    horizon: self.horizon.unwrap_or(horizon),
+                    nadir: self.nadir.unwrap_or(nadir),
+                }
+            }
+            (_, None) => EnvironmentSource::Studio,
+        };
+        Environment { source, rotation: self.rotation.to_radians(), strength: self.strength }
+    }
+
+    /// What an environment is; `None` of a map that no file is known of.
+    pub fn of(environment: &Environment) -> Option<Self> {
+        let common =
+            Self { strength: environment.strength, rotation: environment.rotation.to_degrees(), ..Self::default() };
+        Some(match &environment.source {
+            EnvironmentSource::Studio => common,
+            EnvironmentSource::Uniform(color) => Self { source: UNIFORM.into(), color: Some(*color), ..common },
+            EnvironmentSource::Gradient { zenith, horizon, nadir } => Self {
+                source: GRADIENT.into(),
+                zenith: Some(*zenith),
+                horizon: Some(*horizon),
+                nadir: Some(*nadir),
+                ..common
+            },
+            EnvironmentSource::Map(map) => Self { source: map.file()?.to_owned(), ..common },
+        })
+    }
+
+    pub(super) fn check(&self, faults: &mut Faults) {
+        let is_word = [STUDIO, UNIFORM, GRADIENT].contains(&self.source.as_str());
+        // A bare word is a typing error rather than a file.
+        let may_be_file = self.source.contains(['.', '/']);
+        faults.unless(is_word || may_be_file || self.given.is_some(), "source", || {
+            format!("the light '{}' is not studio, uniform, gradient or an .hdr or .exr file", self.source)
+        });
+        faults.number("strength", Some(self.strength), 0.0, 1e6);
+        faults.number("rotation", Some(self.rotation), -1e6, 1e6);
+        faults.numbers("color", self.color, 0.0, 1e9);
+        faults.numbers("zenith", self.zenith, 0.0, 1e9);
+        faults.numbers("horizon", self.horizon, 0.0, 1e9);
+        faults.numbers("nadir", self.nadir, 0.0, 1e9);
+    }
+}
+
+/// A light besides the environment.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub enum Lighting {
+    /// From afar.
+    Sun {
+        /// Where the light travels to, in the world.
+        direction: [f64; 3],
+        /// Linear RGB; pi lights a white surface that faces it as an environment of radiance 1 does.
+        irradiance: [f64; 3],
+        /// Its radius in the sky, in degrees.
+        #[serde(default)]
+        degrees: f64,
+        /// The volumes that share a bit with it are lit.
+        #[serde(default = "all_layers")]
+        layers: u32,
+    },
+    /// From a place in all directions.
+    Point {
+        /// Its centre in the world, in mm.
+        position: [f64; 3],
+        /// Linear RGB: irradiance at 1 m, where the falloff is physical.
+        intensity: [f64; 3],
+        /// In mm.
+        #[serde(default)]
+        radius: f64,
+        /// How it gets weaker with the distance.
+        #[serde(default)]
+        falloff: Falloff,
+        /// The volumes that share a bit with it are lit.
+        #[serde(default = "all_layers")]
+        layers: u32,
+    },
+    /// From a place into a cone.
+    Spot {
+        /// Its centre in the world, in mm.
+        position: [f64; 3],
+        /// Linear RGB: irradiance at 1 m on its axis, where the falloff is physical.
+        intensity: [f64; 3],
+        /// In mm.
+        #[serde(default)]
+        radius: f64,
+        /// How it gets weaker with the distance.
+        #[serde(default)]
+        falloff: Falloff,
+        /// Where the light travels to, in the world.
+        direction: [f64; 3],
+        /// Degrees from the axis to the edge of the cone.
+        half_angle: f64,
+        /// How it falls off towards the edge.
+        #[serde(default)]
+        cone: SpotCone,
+        /// The volumes that share a bit with it are lit.
+        #[serde(default = "all_layers")]
+        layers: u32,
+    },
+}
+
+fn all_layers() -> u32 {
+    u32::MAX
+}
+
+/// How a lamp's light gets weaker with the distance; by default by its square, without an end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Falloff {
+    /// A power of the distance, faded out before an end.
+    Power {
+        /// Distance in mm from where on there is no light; none is without an end.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        range: Option<f64>,
+        /// Exponent of the distance; 2 is physical.
+        decay: f64,
+    },
+    /// Of the distance relative to an end, as the lights of Unity's built-in pipeline have it.
+    Relative {
+        /// Distance in mm from where on there is no light.
+        range: f64,
+    },
+}
+
+impl Default for Falloff {
+    fn default() -> Self {
+        Self::Power { range: None, decay: 2.0 }
+    }
+}
+
+/// How a spot falls off from its axis to its edge.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum SpotCone {
+    /// By a power of the distance to the edge, as Godot's.
+    Attenuation(f64),
+    /// From an inner cone, whose degrees to the axis these are, to the edge, as Unity's.
+    InnerHalfAngle(f64),
+}
+
+impl Default for SpotCone {
+    fn default() -> Self {
+        Self::Attenuation(1.0)
+    }
+}
+
+impl Falloff {
+    fn of(falloff: light::Falloff) -> Self {
+        match falloff {
+            light::Falloff::Power { range, decay } => {
+                Self::Power { range: range.is_finite().then(|| range / METRES_PER_MM), decay }
+            }
+            light::Falloff::Relative { range } => Self::Relative { range: range / METRES_PER_MM },
+        }
+    }
+
+    fn falloff(self) -> light::Falloff {
+        match self {
+            Self::Power { range, decay } => {
+                light::Falloff::Power { range: range.map_or(f64::INFINITY, |mm| mm * METRES_PER_MM), decay }
+            }
+            Self::Relative { range } => light::Falloff::Relative { range: range * METRES_PER_MM },
+        }
+    }
+
+    fn check(self, faults: &mut Faults) {
+        let (Self::Power { range: Some(range), .. } | Self::Relative { range }) = self else { return };
+        faults.number("falloff", Some(range), 1e-9, FURTHEST_MM);
+    }
+}
+
+impl Lighting {
+    /// A light of a scene.
+    pub fn of(light: &Light) -> Self {
+        let layers = light.layers;
+        let parts = |lamp: Lamp| {
+            ((lamp.position / METRES_PER_MM).to_array(), lamp.radius / METRES_PER_MM, Falloff::of(lamp.falloff))
+        };
+        match light.kind {
+            LightKind::Directional { direction, irradiance, angular_radius } => Self::Sun {
+                direction: direction.to_array(),
+                irradiance,
+                degrees: angular_radius.to_degrees(),
+                layers,
+            },
+            LightKind::Point(lamp) => {
+                let (position, radius, falloff) = parts(lamp);
+                Self::Point { position, intensity: lamp.intensity, radius, falloff, layers }
+            }
+            LightKind::Spot { lamp, direction, half_angle, cone } => {
+                let (position, radius, falloff) = parts(lamp);
+                Self::Spot {
+                    position,
+                    intensity: lamp.intensity,
+                    radius,
+                    falloff,
+                    direction: direction.to_array(),
+                    half_angle: half_angle.to_degrees(),
+                    cone: match cone {
+                        Cone::Power { attenuation } => SpotCone::Attenuation(attenuation),
+                        Cone::Between { inner_half_angle } => {
+                            SpotCone::InnerHalfAngle(inner_half_angle.to_degrees())
+                        }
+                    },
+                    layers,
+                }
+            }
+        }
+    }
+
+    /// The light in a scene.
+    pub fn light(&self) -> Light {
+        let lamp = |position: [f64; 3], intensity, radius: f64, falloff: Falloff| Lamp {
+            position: DVec3::from_array(position) * METRES_PER_MM,
+            intensity,
+            radius: radius * METRES_PER_MM,
+            falloff: falloff.falloff(),
+        };
+        let (kind, layers) = match *self {
+            Self::Sun { direction, irradiance, degrees, layers } => {
+                let direction = DVec3::from_array(direction);
+                (
+                    LightKind::Directional { direction, irradiance, angular_radius: degrees.to_radians() },
+                    layers,
+                )
+            }
+            Self::Point { position, intensity, radius, falloff, layers } => {
+                (LightKind::Point(lamp(position, intensity, radius, falloff)), layers)
+            }
+            Self::Spot { position, intensity, radius, falloff, direction, half_angle, cone, layers } => {
+                let cone = match cone {
+                    SpotCone::Attenuation(attenuation) => Cone::Power { attenuation },
+                    SpotCone::InnerHalfAngle(degrees) => Cone::Between { inner_half_angle: degrees.to_radians() },
+                };
+                let kind = LightKind::Spot {
+                    lamp: lamp(position, intensity, radius, falloff),
+                    direction: DVec3::from_array(direction),
+                    half_angle: half_angle.to_radians(),
+                    cone,
+                };
+                (kind, layers)
+            }
+        };
+        Light { kind, layers }
+    }
+
+    pub(super) fn check(&self, faults: &mut Faults) {
+        let aim = |faults: &mut Faults, direction: [f64; 3]| {
+            let is_one = DVec3::from_array(direction).try_normalize().is_some();
+            faults.unless(is_one, "direction", || "the light travels nowhere: direction is zero".into());
+        };
+        match *self {
+            Self::Sun { direction, irradiance, degrees, .. } => {
+                aim(faults, direction);
+                faults.numbers("irradiance", Some(irradiance), 0.0, 1e9);
+                faults.number("degrees", Some(degrees), 0.0, 180.0);
+            }
+            Self::Point { position, intensity, radius, falloff, .. } => {
+                lamp(faults, position, intensity, radius, falloff);
+            }
+            Self::Spot { position, intensity, radius, falloff, direction, half_angle, cone, .. } => {
+                lamp(faults, position, intensity, radius, falloff);
+                aim(faults, direction);
+                faults.number("half_angle", Some(half_angle), 0.06, 180.0);
+                match cone {
+                    SpotCone::Attenuation(power) => faults.number("cone", Some(power), 0.0, 1e3),
+                    SpotCone::InnerHalfAngle(degrees) => faults.number("cone", Some(degrees), 0.0, half_angle),
+                }
+            }
+        }
+    }
+}
+
+fn lamp(faults: &mut Faults, position: [f64; 3], intensity: [f64; 3], radius: f64, falloff: Falloff) {
+    faults.numbers("position", Some(position), -FURTHEST_MM, FURTHEST_MM);
+    faults.numbers("intensity", Some(intensity), 0.0, 1e9);
+    faults.number("radius", Some(radius), 0.0, FURTHEST_MM);
+    falloff.check(faults);
+}

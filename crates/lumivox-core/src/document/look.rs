@@ -1,0 +1,178 @@
+//! How a scan looks: a preset by its name, what is altered of it, or all of it.
+
+use serde::{Deserialize, Serialize};
+
+use super::numbers::Faults;
+use crate::{
+    medium::{ExtinctionSpace, Filter, GradientFunction, MAX_DENSITY_SCALE, MOST_GRADIENTS, Medium, SurfaceReflection},
+    presets::Preset,
+    transfer_function::TransferFunction,
+    volume::Volume,
+};
+
+/// How a scan looks. What is not said is as the preset has it, and without a preset as the one has it that suits the scan.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Look {
+    /// What it begins with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<Preset>,
+    /// Opacity and colour of values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transfer_function: Option<TransferFunction>,
+    /// Opacity and colour where values change quickly; goes with a transfer function.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gradients: Vec<GradientFunction>,
+    /// Moves opacity and colour to higher values, in the scan's unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shift: Option<f64>,
+    /// Widens opacity and colour about their centre.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window_scale: Option<f64>,
+    /// Stretches opacity and colour over so many units around a level: level, width.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window: Option<[f64; 2]>,
+    /// Factor on the extinction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+    /// Fraction of light that survives a scattering.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub albedo: Option<f64>,
+    /// Henyey-Greenstein mean cosine g.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub anisotropy: Option<f64>,
+    /// Most scatterings along a path.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bounces: Option<u32>,
+    /// How values between voxels are found; smooth where nothing is said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filter: Option<Filter>,
+    /// Reflection where values change quickly.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<Surface>,
+    /// In which space a millimetre of extinction is measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extinction_space: Option<ExtinctionSpace>,
+}
+
+/// Reflection: on or off, or what it is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged, expecting = "surface is true, false, or strength, gradient_per_mm, roughness and specular")]
+pub enum Surface {
+    /// Off, or as the preset has it; of full strength where that has none.
+    Switched(bool),
+    /// What it is.
+    Is(SurfaceReflection),
+}
+
+impl Look {
+    /// A preset's look.
+    pub fn of_preset(preset: Preset) -> Self {
+        Self { preset: Some(preset), ..Self::default() }
+    }
+
+    /// A medium, written out: nothing of it depends on the scan.
+    pub fn of_medium(medium: &Medium) -> Self {
+        Self {
+            preset: None,
+            transfer_function: Some(medium.transfer_function.clone()),
+            gradients: medium.gradients.clone(),
+            shift: None,
+            window_scale: None,
+            window: None,
+            density: Some(medium.density_scale),
+            albedo: Some(medium.albedo),
+            anisotropy: Some(medium.anisotropy),
+            bounces: Some(medium.max_bounces),
+            filter: Some(medium.filter),
+            surface: Some(Surface::Is(medium.surface)),
+            extinction_space: Some(medium.extinction_space),
+        }
+    }
+
+    /// What it begins with for a scan.
+    pub fn base(&self, volume: &Volume) -> Preset {
+        self.preset.unwrap_or_else(|| Preset::default_for(volume))
+    }
+
+    /// Whether nothing of a preset is left.
+    fn is_written_out(&self) -> bool {
+        self.transfer_function.is_some()
+            && [self.density, self.albedo, self.anisotropy].iter().all(Option::is_some)
+            && self.bounces.is_some()
+            && matches!(self.surface, Some(Surface::Is(_) | Surface::Switched(false)))
+    }
+
+    /// The look, placed for a scan.
+    pub fn medium(&self, volume: &Volume) -> Medium {
+        // Which preset suits a scan is found by all its voxels.
+        let mut medium = match &self.transfer_function {
+            Some(function) if self.is_written_out() => Medium::new(function.clone()),
+            _ => self.base(volume).medium(volume),
+        };
+        if let Some(function) = &self.transfer_function {
+            medium.transfer_function = function.clone();
+            medium.gradients.clone_from(&self.gradients);
+        }
+        if let Some([level, width]) = self.window {
+            medium = medium.in_window(level, width);
+        } else if self.shift.is_some() || self.window_scale.is_some() {
+            medium = medium.windowed(self.shift.unwrap_or(0.0), self.window_scale.unwrap_or(1.0));
+        }
+        medium.density_scale = self.density.unwrap_or(medium.density_scale);
+        medium.albedo = self.albedo.unwrap_or(medium.albedo);
+        medium.anisotropy = self.anisotropy.unwrap_or(medium.anisotropy);
+        medium.max_bounces = self.bounces.unwrap_or(medium.max_bounces);
+        medium.filter = self.filter.unwrap_or(Filter::Smooth);
+        match self.surface {
+            Some(Surface::Is(surface)) => medium.surface = surface,
+            Some(Surface::Switched(false)) => medium.surface = SurfaceReflection::OFF,
+            Some(Surface::Switched(true)) if medium.surface.strength == 0.0 => medium.surface.strength = 1.0,
+            Some(Surface::Switched(true)) | None => {}
+        }
+        medium.extinction_space = self.extinction_space.unwrap_or(medium.extinction_space);
+        medium.sanitized()
+    }
+
+    pub(super) fn check(&self, faults: &mut Faults) {
+        faults.number("shift", self.shift, -1e9, 1e9);
+        faults.number("window_scale", self.window_scale, 0.01, 100.0);
+        if let Some([level, width]) = self.window {
+            let is_window = level.abs() <= 1e9 && (1e-9..=1e9).contains(&width);
+            faults.unless(is_window, "window", || "a window is a level and a width above 0".into());
+        }
+        faults.unless(self.window.is_none() || (self.shift, self.window_scale) == (None, None), "window", || {
+            "a window says all that shift and window_scale do: leave those out".into()
+        });
+        faults.unless(self.gradients.is_empty() || self.transfer_function.is_some(), "gradients", || {
+            "gradients go with a transfer_function".into()
+        });
+        faults.unless(self.gradients.len() <= MOST_GRADIENTS, "gradients", || {
+            format!("there are {} gradients, of which {MOST_GRADIENTS} can be told apart", self.gradients.len())
+        });
+        for (index, row) in self.gradients.iter().enumerate() {
+            faults.within(&["gradients".into(), index.into()], |faults| {
+                faults.number("per_mm", Some(row.per_mm), 1e-12, 1e12);
+            });
+        }
+        faults.number("density", self.density, 0.0, MAX_DENSITY_SCALE);
+        faults.number("albedo", self.albedo, 0.0, 1.0);
+        faults.number("anisotropy", self.anisotropy, -0.99, 0.99);
+        faults.number("bounces", self.bounces.map(f64::from), 1.0, 1000.0);
+        if let Some(Surface::Is(reflection)) = self.surface {
+            surface(faults, reflection);
+        }
+    }
+}
+
+/// Reflection that is within its ranges.
+pub(super) fn surface(faults: &mut Faults, surface: SurfaceReflection) {
+    faults.within(&["surface".into()], |faults| {
+        faults.number("strength", Some(surface.strength), 0.0, 1.0);
+        faults.number("gradient_per_mm", Some(surface.gradient_per_mm), 1e-9, 1e12);
+        faults.number("roughness", Some(surface.roughness), 0.0, 1.0);
+        faults.number("specular", Some(surface.specular), 0.0, 1.0);
+    });
+}

@@ -1,0 +1,27 @@
+//! What tells one scan from another.
+
+use lumivox_core::{Volume, Voxels, document};
+use sha2::{Digest, Sha256};
+
+/// The hash of a scan's grid, place and values, as documents say it: `sha256:` and hexadecimal digits. Of scans as they were
+/// read, before anything was taken out of them.
+pub fn content_of(volume: &Volume) -> String {
+    let mut hash = Sha256::new();
+    volume.dims().iter().for_each(|n| hash.update((*n as u64).to_le_bytes()));
+    let place = document::rows(volume.patient_from_voxel());
+    let numbers = place.as_flattened().iter().chain([volume.slope(), volume.intercept()].iter()).copied().collect::<Vec<_>>();
+    numbers.iter().for_each(|number| hash.update(number.to_bits().to_le_bytes()));
+    hash.update([volume.voxels().bytes_per_sample() as u8]);
+    match volume.voxels() {
+        Voxels::U8(all) => hash.update(all),
+        // As little-endian machines have them, in pieces that stay in the cache.
+        Voxels::U16(all) => all.chunks(1 << 14).for_each(|piece| {
+            hash.update(piece.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>());
+        }),
+        Voxels::F32(all) => all.chunks(1 << 14).for_each(|piece| {
+            hash.update(piece.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>());
+        }),
+    }
+    let digits: String = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    format!("sha256:{digits}")
+}

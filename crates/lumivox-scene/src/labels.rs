@@ -1,0 +1,90 @@
+//! Labels of a document: their files, and how each label looks.
+
+use std::{path::{Path, PathBuf}, sync::Arc};
+
+use lumivox_core::{
+    CancelToken, LabelVolume, Labelling, Volume,
+    document::{Labels, Style},
+};
+use lumivox_import::{LabelOptions, load_label_files};
+
+use crate::{Audience, Note, OpenErrorKind, Opening, content::content_of, load::path};
+
+/// Loads the files of a label map.
+///
+/// # Errors
+/// A file that is missing or holds no labels.
+pub fn load_labels(
+    labels: &Labels,
+    folder: &Path,
+    opening: &Opening,
+    audience: &impl Audience,
+    cancel: &CancelToken,
+) -> Result<Arc<LabelVolume>, OpenErrorKind> {
+    let mut options = LabelOptions::default();
+    options.import.allow_outside_data = opening.allow_outside_data;
+    options.table = labels.table.as_deref().map(|table| path(folder, table));
+    let files: Vec<PathBuf> = labels.files.iter().map(|file| path(folder, file)).collect();
+    let loaded = audience.watch(|progress| load_label_files(&files, &options, progress, cancel))?;
+    let names: Vec<&str> = loaded.labels.labels().iter().map(|label| label.name.as_str()).collect();
+    let list = match names.len() {
+        0 => "no labels".to_owned(),
+        1 => format!("1 label: {}", names[0]),
+        count => format!("{count} labels: {}", names.join(", ")),
+    };
+    let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    audience.say(&format!("{}: {list}", files.join(", ")));
+    loaded.report.notes.iter().for_each(|note| audience.note(Note::new(note)));
+    if let Some(expected) = &labels.content
+        && *expected != content_of(loaded.labels.volume())
+    {
+        audience.note(Note::new("these are not the labels that the scene was saved with: look whether the picture is right"));
+    }
+    Ok(Arc::new(loaded.labels))
+}
+
+/// Labels with the looks that styles give them in a scan, in turn.
+///
+/// # Errors
+/// A label that there is not, with those that there are.
+pub fn labelling(labels: Arc<LabelVolume>, styles: &[Style], volume: &Volume) -> Result<Labelling, String> {
+    let numbers = labels.source().map_or_else(|| labels.numbers(), |source| source.numbers.clone());
+    let mut labelling = Labelling::new(labels);
+    for style in styles {
+        let values = labelling.labels.values_of(&style.label, &numbers);
+        if values.is_empty() {
+            let names = labelling.labels.labels().iter().map(|label| label.name.as_str());
+            let names: Vec<&str> = names.chain(["unlabelled"]).collect();
+            return Err(format!(
+                "label {}: there is no such label; there are {} and *",
+                style.label,
+                names.join(", ")
+            ));
+        }
+        for value in values {
+            let own = labelling.labels.label(value).map(|label| label.color);
+            let mut changed = labelling.style(value);
+            style.apply(own, volume, &mut changed);
+            labelling.set_style(value, changed);
+        }
+    }
+    Ok(labelling)
+}
+
+/// Whether labels lie in a scan, and what is to be said where many do not.
+///
+/// # Errors
+/// When none of them does.
+pub fn lie_within(labels: &LabelVolume, volume: &Volume) -> Result<Option<Note>, String> {
+    match labels.share_within(volume) {
+        Some(0.0) => Err("none of its labels lies in the scan: they are of another patient, or of another place; take the \
+                          labels of this scan"
+            .into()),
+        Some(share) if share < 0.5 => Ok(Some(Note::new(format!(
+            "{:.0}% of what is labelled lies beyond the scan: are they of the same patient?",
+            100.0 * (1.0 - share)
+        )))),
+        // That there are none was said when they were read.
+        None | Some(_) => Ok(None),
+    }
+}

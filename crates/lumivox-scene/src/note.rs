@@ -1,0 +1,62 @@
+//! What is told while a scene is opened.
+
+use lumivox_core::Progress;
+
+/// Something worth telling about a scan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Note {
+    /// A sentence.
+    pub text: String,
+    /// What would change it, which each host has its own words for.
+    pub remedy: Option<Remedy>,
+}
+
+/// What would change what a note tells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Remedy {
+    /// To keep everything that was scanned.
+    KeepEverything,
+    /// A density.
+    Density(f64),
+}
+
+impl Note {
+    /// A sentence.
+    pub fn new(text: impl Into<String>) -> Self {
+        Self { text: text.into(), remedy: None }
+    }
+
+    /// With what would change it.
+    #[must_use]
+    pub fn with(mut self, remedy: Remedy) -> Self {
+        self.remedy = Some(remedy);
+        self
+    }
+}
+
+/// Who waits for a scene.
+pub trait Audience {
+    /// Hears something worth telling.
+    fn note(&self, note: Note);
+
+    /// Hears what is done, which changes nothing.
+    fn say(&self, line: &str);
+
+    /// Watches work that takes long.
+    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T;
+}
+
+/// Nobody listens.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Audience for Silent {
+    fn note(&self, _: Note) {}
+
+    fn say(&self, _: &str) {}
+
+    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
+        work(Progress::SILENT)
+    }
+}

@@ -1,0 +1,91 @@
+//! Scans as they are shown, with their looks, at their places.
+
+use std::sync::Arc;
+
+use lumivox_core::{
+    Environment, LabelVolume, Light, Medium, Modality, Peel, Scene, Volume, VolumeInstance,
+    document::{Entry, Look, affine},
+    glam::{DAffine3, DVec3},
+    presets, world_from_patient,
+};
+
+use crate::{Audience, Note, OpenError, OpenErrorKind, Remedy, Shown, labelling};
+
+const METRES_PER_MM: f64 = 1e-3;
+
+/// What becomes a volume of a scene.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Its voxels.
+    pub volume: Arc<Volume>,
+    /// Its labels.
+    pub labels: Option<Arc<LabelVolume>>,
+    /// What is not seen of it though it is there.
+    pub peel: Option<Peel>,
+}
+
+impl Part {
+    /// A scan as it is shown, with the labels of its files or those that were found in it.
+    pub fn new(shown: Shown, labels: Option<Arc<LabelVolume>>) -> Self {
+        Self { volume: Arc::new(shown.volume), labels: labels.or(shown.found.map(Arc::new)), peel: shown.peel }
+    }
+}
+
+/// The scene of a document's entries. Those without a place share the first one's patient space, its centre at the origin.
+///
+/// # Errors
+/// [`OpenError`] for styles of labels that there are not.
+pub fn place(
+    entries: &[Entry],
+    parts: Vec<Part>,
+    lights: Vec<Light>,
+    environment: Environment,
+    audience: &impl Audience,
+) -> Result<Scene, OpenError> {
+    let center = parts.first().map(|part| part.volume.center_mm()).unwrap_or_default();
+    let usual = world_from_patient() * DAffine3::from_translation(-center);
+    let instance = |(index, (entry, part)): (usize, (&Entry, Part))| {
+        let world_from_patient = entry
+            .world_from_patient
+            .map_or(usual, |rows| DAffine3::from_scale(DVec3::splat(METRES_PER_MM)) * affine(rows));
+        let medium = look(&entry.look, &part.volume, audience);
+        let styles = entry.labels.as_ref().map_or(&[][..], |labels| &labels.styles);
+        let labels = part.labels.map(|labels| labelling(labels, styles, &part.volume)).transpose();
+        let labels = labels.map_err(|why| OpenError::of(index, &["labels", "styles"], OpenErrorKind::Wrong(why)))?;
+        let [low, high] = entry.clip.unwrap_or([[0.0; 3], [1.0; 3]]);
+        Ok(VolumeInstance {
+            clip_box: [DVec3::from_array(low), DVec3::from_array(high)],
+            layers: entry.layers,
+            labels,
+            peel: part.peel,
+            clip_shapes: entry.clip_shapes.iter().map(|shape| shape.placed(world_from_patient)).collect(),
+            ..VolumeInstance::new(part.volume, medium, world_from_patient)
+        })
+    };
+    let volumes = entries.iter().zip(parts).enumerate().map(instance).collect::<Result<_, OpenError>>()?;
+    Ok(Scene { volumes, environment, lights })
+}
+
+/// A look, placed for a scan, and what is worth saying of it.
+pub fn look(look: &Look, volume: &Volume, audience: &impl Audience) -> Medium {
+    let is_ct = volume.is_hounsfield() || volume.may_be_hounsfield() || volume.modality() == Modality::Ct;
+    match look.preset {
+        Some(preset) if preset.name().starts_with("ct-") && !is_ct => audience.note(Note::new(format!(
+            "{} is a look of CT, placed here by where air and soft tissue seem to lie",
+            preset.name()
+        ))),
+        None if look.transfer_function.is_none() => {
+            let preset = look.base(volume);
+            audience.say(&format!("  preset {} ({})", preset.name(), preset.description()));
+        }
+        _ => {}
+    }
+    let medium = look.medium(volume);
+    let factor = presets::size_factor(volume);
+    if factor != 1.0 && look.density.is_none() {
+        let size = volume.size_mm().max_element();
+        let text = format!("{size} mm across is no body's size: extinction follows it, {factor} times that of a body");
+        audience.note(Note::new(text).with(Remedy::Density(medium.density_scale / factor)));
+    }
+    medium
+}
