@@ -7,14 +7,13 @@ mod values;
 use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use lumivox_core::Modality;
+use lumivox_core::{Modality, document::Backdrop};
 use lumivox_import::{ArrayLayout, PatientAxes, RawDescription, parse_spacing};
 
 pub use look::{LookName, LookNames, TuningArgs};
 pub use phantom::{ArmsArg, MetalArg, PhantomArgs, PhantomKind, TorsoArgs};
 pub use values::{
-    Background, Clip, EnvironmentName, FURTHEST, FilterName, Point, Size, Sun, Switch, Tone, Window,
-    hex_color, numbers,
+    Clip, EnvironmentName, FURTHEST, FilterName, Point, Size, Sun, Switch, Tone, Window, numbers,
 };
 use values::{modality, number, seconds, slope};
 
@@ -48,6 +47,15 @@ const PRESETS_EXAMPLES: &str = "\
 Example:
   lumivox render FOLDER --preset ct-bone -o bone.png";
 
+const SAVE_EXAMPLES: &str = "\
+Examples:
+  lumivox scene save head.json FOLDER --preset ct-bone --azimuth 35
+  lumivox render head.json -o head.png                               the same picture
+  lumivox render head.json --preset ct-skin -o skin.png              options win over what the scene says
+  lumivox scene save skin.json head.json --preset ct-skin            and can be saved
+
+";
+
 const EXAMPLES: &str = "\
 Examples:
   lumivox phantom head --out phantom          make a scan to try things on
@@ -74,6 +82,7 @@ Examples:
   lumivox render brain.nii.gz zmap.nii.gz -o activity.png
   lumivox render FOLDER --preset ct-soft-tissue --window 60,400 -o liver.png
   lumivox render cbct.nii.gz --modality CT --intercept -1024 -o skull.png
+  lumivox render head.json --azimuth 90 -o left.png
   lumivox render head.raw --raw 256x256x108:i16le:spacing=1,1,1.5 -o raw.png
 
 ";
@@ -93,6 +102,9 @@ pub enum Command {
     /// Render scans to a PNG
     #[command(after_help = [RENDER_EXAMPLES, EXIT_CODES].concat(), allow_negative_numbers = true)]
     Render(Box<RenderArgs>),
+    /// Save a scene to one file, or check one
+    #[command(subcommand)]
+    Scene(SceneCommand),
     /// Say what a scan holds: geometry, values, a suggested preset; never the patient's name
     #[command(after_help = [INFO_EXAMPLES, EXIT_CODES].concat())]
     Info(InfoArgs),
@@ -114,7 +126,7 @@ pub enum Command {
 #[derive(Args, Debug)]
 pub struct InputArgs {
     /// Scans: a DICOM folder or its files, .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, .mgh, .mgz, .npy, .raw, a .zip of DICOM
-    /// files, a TIFF stack, a folder of TIFF or PNG slices, or an OME-Zarr
+    /// files, a TIFF stack, a folder of TIFF or PNG slices, or an OME-Zarr; to render, a scene of 'lumivox scene save', too
     #[arg(required = true, value_name = "SCAN")]
     pub inputs: Vec<PathBuf>,
     /// DICOM series to take: its place in the list of 'lumivox info', its UID, or a number that no other has; of TIFF and
@@ -169,11 +181,66 @@ pub struct InputArgs {
 pub struct RenderArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
-    pub input: InputArgs,
+    pub scene: SceneArgs,
     /// The PNG to write; an existing file is replaced
     #[arg(short, long, value_name = "FILE.png")]
     pub output: PathBuf,
+    /// Seconds of tracing after which it ends; every pixel gets at least one sample, if that takes no more than twice as long
+    #[arg(long, value_name = "SECONDS", help_heading = "Image", value_parser = seconds)]
+    pub time: Option<Duration>,
+    /// Take the GPU whose name contains this [default: the fastest kind]
+    #[arg(long, value_name = "NAME", help_heading = "Running")]
+    pub gpu: Option<String>,
+    /// Render on the workers of a Dask scheduler, through Python's lumivox.cluster: tls://HOST:8786
+    #[arg(long, value_name = "ADDRESS", help_heading = "Running", conflicts_with_all = ["gpu", "time"])]
+    pub cluster: Option<String>,
+    /// Say nothing but errors
+    #[arg(short, long, help_heading = "Running")]
+    pub quiet: bool,
+}
 
+/// `lumivox scene`.
+#[derive(Debug, Subcommand)]
+pub enum SceneCommand {
+    /// Write scans, look, light and camera to one file, which every host opens
+    #[command(after_help = [SAVE_EXAMPLES, EXIT_CODES].concat(), allow_negative_numbers = true)]
+    Save(Box<SaveArgs>),
+    /// Say whether a scene can be opened, and what is wrong with it, by line
+    #[command(after_help = EXIT_CODES)]
+    Check(CheckArgs),
+}
+
+/// `lumivox scene save`.
+#[derive(Args, Debug)]
+pub struct SaveArgs {
+    /// The scene to write; an existing file is replaced
+    #[arg(value_name = "SCENE.json")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub scene: SceneArgs,
+    /// Say nothing but errors
+    #[arg(short, long, help_heading = "Running")]
+    pub quiet: bool,
+}
+
+/// `lumivox scene check`.
+#[derive(Args, Debug)]
+pub struct CheckArgs {
+    /// The scene
+    #[arg(value_name = "SCENE.json")]
+    pub file: PathBuf,
+    /// Let headers (.mhd, .nhdr) name data files anywhere [default: only beside them or below]
+    #[arg(long)]
+    pub allow_outside_data: bool,
+}
+
+/// What is seen, how, and from where. What is not given is as the scene says, and where there is none, as help says.
+#[derive(Args, Debug)]
+pub struct SceneArgs {
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub input: InputArgs,
     #[command(flatten)]
     #[allow(missing_docs)]
     pub looks: LookNames,
@@ -194,11 +261,13 @@ pub struct RenderArgs {
     pub surface: Option<Switch>,
     /// How values between voxels are found: smooth averages neighbours first, so that surfaces have hardly any
     /// terraces; trilinear is a little sharper, tricubic about as sharp, and takes several times as long
-    #[arg(long, help_heading = "Look", default_value = "smooth")]
-    pub filter: FilterName,
+    /// [default: smooth]
+    #[arg(long, help_heading = "Look")]
+    pub filter: Option<FilterName>,
     /// What of a CT to show: the patient alone, or the table, clothes and cables too, as it was scanned
-    #[arg(long, value_name = "WHAT", help_heading = "Look", default_value = "patient")]
-    pub keep: Keep,
+    /// [default: patient]
+    #[arg(long, value_name = "WHAT", help_heading = "Look")]
+    pub keep: Option<Keep>,
     /// Millimetres below the skin that are taken off a CT, up to 63 [default: the preset's]
     #[arg(long, value_name = "MM", help_heading = "Look", value_parser = number(0.0, 63.0))]
     pub peel: Option<f64>,
@@ -221,7 +290,7 @@ pub struct RenderArgs {
     /// How a label looks, by its name, else its number in the file (#2 where a name is a number), or * for all; in turn.
     /// Words, with commas between them: hide, show, color (its own), color:#rrggbb, opacity:F, density:F, preset:NAME, matte,
     /// uncut (by --clip-shape)
-    #[arg(long, value_name = "NAME=WORDS", help_heading = "Look", requires = "labels")]
+    #[arg(long, value_name = "NAME=WORDS", help_heading = "Look")]
     pub label: Vec<LabelOption>,
 
     /// Degrees the camera turns around the patient; 0 sees the face, 90 the patient's left [default: 0; a single slice is
@@ -231,12 +300,12 @@ pub struct RenderArgs {
     /// Degrees the camera rises, -90 to 90 [default: 0, as of --azimuth]
     #[arg(long, value_name = "DEGREES", help_heading = "Camera", value_parser = number(-90.0, 90.0))]
     pub elevation: Option<f64>,
-    /// How many times closer than where everything fits
-    #[arg(long, value_name = "FACTOR", help_heading = "Camera", default_value = "1", value_parser = number(1e-3, 1e3))]
-    pub zoom: f64,
-    /// Degrees between the bottom and the top of the image
-    #[arg(long, value_name = "DEGREES", help_heading = "Camera", default_value = "28", value_parser = number(0.1, 170.0))]
-    pub fov: f64,
+    /// How many times closer than where everything fits [default: 1]
+    #[arg(long, value_name = "FACTOR", help_heading = "Camera", value_parser = number(1e-3, 1e3))]
+    pub zoom: Option<f64>,
+    /// Degrees between the bottom and the top of the image [default: 28]
+    #[arg(long, value_name = "DEGREES", help_heading = "Camera", value_parser = number(0.1, 170.0))]
+    pub fov: Option<f64>,
     /// Camera position in mm from the first scan's centre: x to the patient's left, y to the head, z to the viewer
     #[arg(long, value_name = "X,Y,Z", help_heading = "Camera", allow_hyphen_values = true, conflicts_with_all = ["azimuth", "elevation", "zoom"])]
     pub eye: Option<Point>,
@@ -244,58 +313,45 @@ pub struct RenderArgs {
     #[arg(long, value_name = "X,Y,Z", help_heading = "Camera", allow_hyphen_values = true)]
     pub target: Option<Point>,
 
-    /// Light: studio, uniform, gradient, or an equirectangular .hdr or .exr file
-    #[arg(long, value_name = "LIGHT", help_heading = "Light", default_value = "studio")]
-    pub environment: EnvironmentName,
-    /// Factor on the light
-    #[arg(long, value_name = "FACTOR", help_heading = "Light", default_value = "1", value_parser = number(0.0, 1e6))]
-    pub environment_strength: f64,
-    /// Degrees the light turns around the vertical, as --azimuth turns the camera
-    #[arg(long, value_name = "DEGREES", help_heading = "Light", default_value = "0", value_parser = number(-3600.0, 3600.0))]
-    pub environment_rotation: f64,
+    /// Light: studio, uniform, gradient, or an equirectangular .hdr or .exr file [default: studio]
+    #[arg(long, value_name = "LIGHT", help_heading = "Light")]
+    pub environment: Option<EnvironmentName>,
+    /// Factor on the light [default: 1]
+    #[arg(long, value_name = "FACTOR", help_heading = "Light", value_parser = number(0.0, 1e6))]
+    pub environment_strength: Option<f64>,
+    /// Degrees the light turns around the vertical, as --azimuth turns the camera [default: 0]
+    #[arg(long, value_name = "DEGREES", help_heading = "Light", value_parser = number(-3600.0, 3600.0))]
+    pub environment_rotation: Option<f64>,
     /// A sun besides, where --azimuth and --elevation would put the camera; once for each. At STRENGTH 1 (the default) a
     /// white surface that faces it is as bright as under a uniform environment; it is DEGREES in radius (default: 0.27)
     #[arg(long, value_name = "sun:AZIMUTH,ELEVATION[,STRENGTH[,DEGREES]]", help_heading = "Light")]
     pub light: Vec<Sun>,
 
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", help_heading = "Image", default_value = "768x768")]
-    pub size: Size,
+    /// Width and height in pixels [default: 768x768]
+    #[arg(long, value_name = "WxH", help_heading = "Image")]
+    pub size: Option<Size>,
     /// Paths per pixel: four times as many halve the noise [default: 512, or as many as --time allows;
     /// without a GPU, as many as two minutes allow]
     #[arg(long, value_name = "N", help_heading = "Image", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub samples: Option<u32>,
-    /// Seconds of tracing after which it ends; every pixel gets at least one sample, if that takes no more than twice as long
-    #[arg(long, value_name = "SECONDS", help_heading = "Image", value_parser = seconds)]
-    pub time: Option<Duration>,
-    /// Another seed gives other noise; the same gives the same image
-    #[arg(long, value_name = "N", help_heading = "Image", default_value = "0")]
-    pub seed: u32,
+    /// Another seed gives other noise; the same gives the same image [default: 0]
+    #[arg(long, value_name = "N", help_heading = "Image")]
+    pub seed: Option<u32>,
     /// Smooth out the noise that is left: clean after few samples, but slightly biased
     #[arg(long, help_heading = "Image")]
     pub denoise: bool,
-    /// Stops brighter (or darker, if negative)
-    #[arg(long, value_name = "EV", help_heading = "Image", default_value = "0", value_parser = number(-32.0, 32.0))]
-    pub exposure: f64,
-    /// How light becomes pixels: agx and aces are filmic, plain clips
-    #[arg(long, help_heading = "Image", default_value = "agx")]
-    pub tone: Tone,
-    /// Exponent 1/GAMMA on the pixels after the tone map
-    #[arg(long, value_name = "GAMMA", help_heading = "Image", default_value = "1", value_parser = number(0.1, 10.0))]
-    pub gamma: f64,
-    /// What stands behind: transparent, environment, or a colour as #rrggbb
-    #[arg(long, value_name = "WHAT", help_heading = "Image", default_value = "#14171c")]
-    pub background: Background,
-
-    /// Take the GPU whose name contains this [default: the fastest kind]
-    #[arg(long, value_name = "NAME", help_heading = "Running")]
-    pub gpu: Option<String>,
-    /// Render on the workers of a Dask scheduler, through Python's lumivox.cluster: tls://HOST:8786
-    #[arg(long, value_name = "ADDRESS", help_heading = "Running", conflicts_with_all = ["gpu", "time"])]
-    pub cluster: Option<String>,
-    /// Say nothing but errors
-    #[arg(short, long, help_heading = "Running")]
-    pub quiet: bool,
+    /// Stops brighter (or darker, if negative) [default: 0]
+    #[arg(long, value_name = "EV", help_heading = "Image", value_parser = number(-32.0, 32.0))]
+    pub exposure: Option<f64>,
+    /// How light becomes pixels: agx and aces are filmic, plain clips [default: agx]
+    #[arg(long, help_heading = "Image")]
+    pub tone: Option<Tone>,
+    /// Exponent 1/GAMMA on the pixels after the tone map [default: 1]
+    #[arg(long, value_name = "GAMMA", help_heading = "Image", value_parser = number(0.1, 10.0))]
+    pub gamma: Option<f64>,
+    /// What stands behind: transparent, environment, or a colour as #rrggbb [default: #14171c]
+    #[arg(long, value_name = "WHAT", help_heading = "Image")]
+    pub background: Option<Backdrop>,
 }
 
 /// What of a scan is shown.
@@ -353,5 +409,31 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         super::Cli::command().debug_assert();
+    }
+
+    /// Help says what happens where nothing is said: what documents have by default.
+    #[test]
+    fn help_tells_the_defaults_of_scenes() {
+        use lumivox_core::document::{Display, Film, View};
+        let (film, display, view) = (Film::default(), Display::default(), View::default());
+        let mut command = super::Cli::command();
+        let render = command.find_subcommand_mut("render").unwrap();
+        let defaults = [
+            ("size", format!("{}x{}", film.size[0], film.size[1])),
+            ("seed", film.seed.to_string()),
+            ("background", display.background.to_string()),
+            ("exposure", display.exposure.to_string()),
+            ("gamma", display.gamma.to_string()),
+            ("tone", "agx".to_owned()),
+            ("fov", view.fov.to_string()),
+            ("filter", "smooth".to_owned()),
+            ("keep", "patient".to_owned()),
+            ("environment", "studio".to_owned()),
+        ];
+        for (option, default) in defaults {
+            let argument = render.get_arguments().find(|argument| argument.get_id() == option).unwrap();
+            let help = argument.get_help().unwrap().to_string();
+            assert!(help.ends_with(&format!("[default: {default}]")), "--{option}: {help}");
+        }
     }
 }

@@ -1,150 +1,65 @@
-//! What the options say of labels and clip shapes.
+//! What the options say of labels and clip shapes, as documents have it.
 
-use std::{str::FromStr, sync::Arc};
+use std::str::FromStr;
 
 use lumivox_core::{
-    ClipShape, LabelStyle, LabelVolume, Labelling, Preset, SurfaceReflection, Volume, color,
-    glam::{DAffine3, DVec3},
+    ClipShape, Preset, color,
+    document::{Color, Shape, Space, Style, Surface, rows},
+    glam::DVec3,
 };
-
-use crate::exit::Failure;
 
 /// `--label NAME=WORDS`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LabelOption {
-    /// The label's name, its number, or `*` for all. A name goes before a number; `#2` is the number.
-    name: String,
-    words: Vec<Word>,
-}
-
-/// One word of a label's look.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Word {
-    Hide,
-    Show,
-    OwnColor,
-    Color([f64; 3]),
-    Opacity(f64),
-    Density(f64),
-    Preset(Preset),
-    Matte,
-    Uncut,
-}
+pub struct LabelOption(pub Style);
 
 impl FromStr for LabelOption {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, words) = text.rsplit_once('=').ok_or("must be NAME=WORD, as in lungs=hide")?;
-        let words = words.split(',').map(|word| word.trim().parse()).collect::<Result<_, _>>()?;
-        Ok(Self { name: name.trim().to_owned(), words })
+        let mut style = Style { label: name.trim().to_owned(), ..Style::default() };
+        words.split(',').try_for_each(|word| add(word.trim(), &mut style))?;
+        Ok(Self(style))
     }
 }
 
-impl FromStr for Word {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (word, value) = text.split_once(':').map_or((text, None), |(word, value)| (word, Some(value)));
-        let number = |high: f64| {
-            let number = value.and_then(|value| value.trim().parse().ok());
-            number
-                .filter(|x| (0.0..=high).contains(x))
-                .ok_or_else(|| format!("'{word}' wants a number from 0 to {high}, as in {word}:0.5"))
-        };
-        match (word, value) {
-            ("hide", None) => Ok(Self::Hide),
-            ("show", None) => Ok(Self::Show),
-            ("matte", None) => Ok(Self::Matte),
-            ("uncut", None) => Ok(Self::Uncut),
-            ("color", None) => Ok(Self::OwnColor),
-            ("color", Some(value)) => {
-                let rgb = crate::args::hex_color(value)
-                    .ok_or_else(|| format!("'{value}' is no colour; write it as color:#c04030"))?;
-                Ok(Self::Color(rgb.map(|c| color::linear_from_srgb(f64::from(c) / 255.0))))
-            }
-            ("opacity", _) => number(1.0).map(Self::Opacity),
-            ("density", _) => number(1e9).map(Self::Density),
-            ("preset", Some(name)) => Preset::from_name(name).map(Self::Preset).map_err(|e| e.to_string()),
-            _ => Err(format!(
+/// One word of a label's look.
+fn add(text: &str, style: &mut Style) -> Result<(), String> {
+    let (word, value) = text.split_once(':').map_or((text, None), |(word, value)| (word, Some(value)));
+    let number = |high: f64| {
+        let number = value.and_then(|value| value.trim().parse().ok());
+        number
+            .filter(|x| (0.0..=high).contains(x))
+            .ok_or_else(|| format!("'{word}' wants a number from 0 to {high}, as in {word}:0.5"))
+    };
+    match (word, value) {
+        ("hide", None) => style.visible = Some(false),
+        ("show", None) => style.visible = Some(true),
+        ("matte", None) => style.surface = Some(Surface::Switched(false)),
+        ("uncut", None) => style.clipped = Some(false),
+        ("color", None) => style.color = Some(Color::Own(true)),
+        ("color", Some(value)) => {
+            let rgb = color::srgb_from_hex(value)
+                .ok_or_else(|| format!("'{value}' is no colour; write it as color:#c04030"))?;
+            let linear = rgb.map(|c| color::linear_from_srgb(f64::from(c) / 255.0));
+            style.color = Some(Color::Rgb(linear));
+        }
+        ("opacity", _) => style.opacity = Some(number(1.0)?),
+        ("density", _) => style.density = Some(number(1e9)?),
+        ("preset", Some(name)) => style.preset = Some(Preset::from_name(name).map_err(|e| e.to_string())?),
+        _ => {
+            return Err(format!(
                 "'{text}' is none of hide, show, color, color:#rrggbb, opacity:F, density:F, preset:NAME, matte, \
                  uncut"
-            )),
+            ));
         }
     }
-}
-
-/// Labels, and the numbers by which people know them.
-#[derive(Clone)]
-pub struct Numbered {
-    /// The labels.
-    pub labels: Arc<LabelVolume>,
-    /// The numbers that they have in their file, which may be others than their values.
-    pub numbers: Vec<(i128, u8)>,
-}
-
-impl Numbered {
-    /// Labels whose numbers are their values.
-    pub fn new(labels: LabelVolume) -> Self {
-        Self { numbers: labels.numbers(), labels: Arc::new(labels) }
-    }
-}
-
-/// Labels with the looks that the options give them, in their order.
-///
-/// # Errors
-/// A label that there is not.
-pub fn labelling(
-    numbered: &Numbered,
-    options: &[LabelOption],
-    volume: &Volume,
-) -> Result<Labelling, Failure> {
-    let mut labelling = Labelling::new(numbered.labels.clone());
-    for option in options {
-        let values = numbered.labels.values_of(&option.name, &numbered.numbers);
-        if values.is_empty() {
-            let names = labelling.labels.labels().iter().map(|label| label.name.as_str());
-            let names: Vec<&str> = names.chain(["unlabelled"]).collect();
-            return Err(Failure::usage(format!(
-                "--label {}: there is no such label; there are {} and *",
-                option.name,
-                names.join(", ")
-            )));
-        }
-        for value in values {
-            let own = labelling.labels.label(value).map(|label| label.color);
-            let mut style = labelling.style(value);
-            for word in &option.words {
-                apply(*word, own, volume, &mut style);
-            }
-            labelling.set_style(value, style);
-        }
-    }
-    Ok(labelling)
-}
-
-fn apply(word: Word, own_color: Option<[f64; 3]>, volume: &Volume, style: &mut LabelStyle) {
-    match word {
-        Word::Hide => style.visible = false,
-        Word::Show => style.visible = true,
-        Word::OwnColor => style.color = own_color,
-        Word::Color(color) => style.color = Some(color),
-        Word::Opacity(opacity) => style.opacity = opacity,
-        Word::Density(density) => style.density_scale = Some(density),
-        Word::Preset(preset) => {
-            let medium = preset.medium(volume);
-            style.transfer_function = Some(medium.transfer_function);
-            style.density_scale = Some(medium.density_scale);
-            style.surface = Some(medium.surface);
-        }
-        Word::Matte => style.surface = Some(SurfaceReflection::OFF),
-        Word::Uncut => style.clipped = false,
-    }
+    Ok(())
 }
 
 /// `--clip-shape`: a shape in mm from the first scan's centre, x to the patient's left, y to the head, z to the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClipOption(ClipShape);
+pub struct ClipOption(pub Shape);
 
 impl FromStr for ClipOption {
     type Err = String;
@@ -184,42 +99,28 @@ impl FromStr for ClipOption {
         if !shape.is_solid() {
             return Err(format!("the {kind} has no inside"));
         }
-        Ok(Self(if inverted { shape.invert() } else { shape }))
-    }
-}
-
-impl ClipOption {
-    /// The shape for a volume that is placed so; world metres.
-    pub fn shape(self, world_from_patient: DAffine3) -> ClipShape {
-        let world_from_mm = DAffine3::from_scale(DVec3::splat(1e-3));
-        let patient_from_shape = world_from_patient.inverse() * world_from_mm * self.0.patient_from_shape;
-        ClipShape { patient_from_shape, ..self.0 }
+        // Here it is made as if the world were a patient.
+        let from_shape = rows(shape.patient_from_shape);
+        Ok(Self(Shape { kind: shape.kind, from_shape, space: Space::World, inverted }))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lumivox_core::{Label, Modality, Voxels};
 
     #[test]
-    fn words_make_styles_in_their_order() {
-        let label = |value, name: &str| Label { value, name: name.into(), color: [0.25; 3] };
-        let named = vec![label(1, "left lung"), label(2, "bone")];
-        let labels = LabelVolume::new([2, 1, 1], vec![1, 2], DAffine3::IDENTITY, named).unwrap();
-        let volume = Volume::new([1; 3], Voxels::U8(vec![0]), [1.0, 0.0], DAffine3::IDENTITY, Modality::Ct);
-        let volume = volume.unwrap();
-        let options = ["*=hide", "bone=show,color,opacity:0.5,uncut", "0=color:#ffffff,matte"];
-        let options: Vec<LabelOption> = options.iter().map(|text| text.parse().unwrap()).collect();
-        let numbered = Numbered { numbers: vec![(1024, 1), (2, 2)], ..Numbered::new(labels) };
-        let labelling = labelling(&numbered, &options, &volume).unwrap();
-        assert!(!labelling.style(1).visible && !labelling.style(0).visible);
-        let bone = labelling.style(2);
-        assert!(bone.visible && !bone.clipped && bone.color == Some([0.25; 3]) && bone.opacity == 0.5);
-        assert_eq!(labelling.style(0).color, Some([1.0; 3]));
-        let unknown = ["liver=hide".parse().unwrap()];
-        let error = super::labelling(&numbered, &unknown, &volume).unwrap_err();
-        assert!(error.message.contains("left lung, bone, unlabelled"), "{}", error.message);
+    fn words_make_styles() {
+        let style = |text: &str| text.parse::<LabelOption>().unwrap().0;
+        let bone = style("bone=show,color,opacity:0.5,uncut");
+        let own = Some(Color::Own(true));
+        assert_eq!((bone.label.as_str(), bone.visible, bone.color), ("bone", Some(true), own));
+        assert_eq!((bone.opacity, bone.clipped, bone.surface), (Some(0.5), Some(false), None));
+        let white = style("0=color:#ffffff,matte");
+        assert_eq!(
+            (white.color, white.surface),
+            (Some(Color::Rgb([1.0; 3])), Some(Surface::Switched(false)))
+        );
         for bad in ["bone", "bone=", "bone=color:red", "bone=opacity:2", "bone=opacity", "bone=preset:x"] {
             assert!(bad.parse::<LabelOption>().is_err(), "{bad}");
         }
@@ -227,10 +128,8 @@ mod tests {
 
     #[test]
     fn shapes_are_placed_as_the_camera_is() {
-        let ClipOption(plane) = "plane:0,10,0,0,1,0".parse().unwrap();
-        assert!(!plane.inverted);
         let world_from_patient = lumivox_core::world_from_patient();
-        let shape = "!plane:0,10,0,0,1,0".parse::<ClipOption>().unwrap().shape(world_from_patient);
+        let shape = "!plane:0,10,0,0,1,0".parse::<ClipOption>().unwrap().0.placed(world_from_patient);
         // 10 mm towards the head is z in the patient.
         let point = shape.patient_from_shape.transform_point3(DVec3::ZERO);
         assert!(point.distance(DVec3::Z * 10.0) < 1e-9 && shape.inverted);

@@ -3,16 +3,17 @@
 use std::{
     ffi::OsStr,
     path::{Path, PathBuf},
-    sync::Arc,
 };
 
-use lumivox_core::{CancelToken, LabelVolume, Organ, Progress, Volume};
+use lumivox_core::{
+    CancelToken, Volume,
+    words::{lengths, number},
+};
 use lumivox_import::{
-    ImportError, ImportOptions, Imported, ImportedLabels, LabelOptions, Study, load_label_files, load_labels,
+    ImportError, ImportOptions, Imported, ImportedLabels, LabelOptions, Study, load_labels,
 };
-use lumivox_segmentation::PatientAlone;
 
-use crate::{args::InputArgs, classification::Numbered, exit::Failure, progress::Reporter};
+use crate::{args::InputArgs, exit::Failure, progress::Reporter};
 
 /// Loads every scan, in the order given.
 pub fn load(args: &InputArgs, reporter: Reporter, cancel: &CancelToken) -> Result<Vec<Imported>, Failure> {
@@ -59,79 +60,6 @@ pub fn labels(
         Err(error @ ImportError::Cancelled(_)) => Err(error.into()),
         Err(_) => Ok(None),
     }
-}
-
-/// Finds the patient in a CT, and takes what lies around out of it.
-pub fn patient_alone(
-    volume: Volume,
-    reporter: Reporter,
-    cancel: &CancelToken,
-) -> Result<PatientAlone, Failure> {
-    Ok(reporter.stages(|progress| lumivox_segmentation::patient_alone(volume, progress, cancel))?)
-}
-
-/// Finds what belongs to what in a CT.
-pub fn segment(volume: &Volume, reporter: Reporter, cancel: &CancelToken) -> Result<LabelVolume, Failure> {
-    Ok(reporter.stages(|progress| lumivox_segmentation::segment(volume, progress, cancel))?.labels)
-}
-
-/// Loads files of labels as one label map.
-pub fn label_files(
-    args: &InputArgs,
-    files: &[PathBuf],
-    reporter: Reporter,
-    cancel: &CancelToken,
-) -> Result<Numbered, Failure> {
-    // What the options say of a scan's series and layout is not about its labels.
-    let mut options = LabelOptions::default();
-    options.import.allow_outside_data = args.allow_outside_data;
-    let loaded = reporter.stages(|progress| load_label_files(files, &options, progress, cancel))?;
-    let names: Vec<&str> = loaded.labels.labels().iter().map(|label| label.name.as_str()).collect();
-    let list = match names.len() {
-        0 => "no labels".to_owned(),
-        1 => format!("1 label: {}", names[0]),
-        count => format!("{count} labels: {}", names.join(", ")),
-    };
-    let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
-    reporter.say(&format!("{}: {list}", names.join(", ")));
-    loaded.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
-    Ok(Numbered { labels: Arc::new(loaded.labels), numbers: loaded.numbers })
-}
-
-/// What is taken off a scan.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Peel {
-    /// So many millimetres of skin; ears stay.
-    Skin(f64),
-    /// All that lies less than so many millimetres deep.
-    Depth(f64),
-}
-
-/// Takes what lies below the skin off a scan.
-pub fn peel(
-    volume: Volume,
-    labels: &LabelVolume,
-    peel: Peel,
-    reporter: Reporter,
-    cancel: &CancelToken,
-) -> Result<Volume, Failure> {
-    Ok(reporter.stages(|progress| match peel {
-        Peel::Skin(mm) => lumivox_segmentation::peel_skin(volume, labels, mm, progress, cancel),
-        Peel::Depth(mm) => lumivox_segmentation::peel(volume, labels, mm, progress, cancel),
-    })?)
-}
-
-/// Leaves one organ of a scan alone.
-pub fn organ_alone(
-    volume: Volume,
-    labels: &LabelVolume,
-    organ: Organ,
-    reporter: Reporter,
-    cancel: &CancelToken,
-) -> Result<Volume, Failure> {
-    let alone =
-        |progress: Progress<'_>| lumivox_segmentation::organ_alone(volume, labels, organ, progress, cancel);
-    Ok(reporter.stages(alone)?)
 }
 
 /// What the importer is asked for.
@@ -218,27 +146,6 @@ pub fn modality(volume: &Volume) -> Option<&'static str> {
     }
 }
 
-/// Lengths in mm with so many digits behind the point, in the unit that fits the longest: `0.78 x 0.78 x 1.00 mm`.
-pub fn lengths<const N: usize>(mm: [f64; N], digits: usize) -> String {
-    /// Units, in mm, and from how many mm on they fit.
-    const UNITS: [(&str, f64, f64); 5] =
-        [("km", 1e6, 1e6), ("m", 1e3, 1e4), ("mm", 1.0, 0.1), ("\u{b5}m", 1e-3, 1e-4), ("nm", 1e-6, 0.0)];
-    let longest = mm.iter().copied().fold(0.0, f64::max);
-    let (unit, in_mm, _) = UNITS.into_iter().find(|(_, _, least)| longest >= *least).unwrap_or(UNITS[2]);
-    let numbers = mm.map(|length| format!("{:.digits$}", length / in_mm));
-    format!("{} {unit}", numbers.join(" x "))
-}
-
-/// A value with as many digits as people want to read.
-pub fn number(value: f64) -> String {
-    if value == 0.0 || (0.01..1e7).contains(&value.abs()) {
-        let digits = if value.abs() >= 100.0 || value.fract() == 0.0 { 0 } else { 2 };
-        format!("{value:.digits$}")
-    } else {
-        format!("{value:.3e}")
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -254,23 +161,5 @@ mod tests {
         assert_eq!(counts, [3, 1, 1]);
         let folders = [folder.path().to_owned(), folder.path().to_owned()];
         assert_eq!(scans(&folders).len(), 2, "folders are scans of their own");
-    }
-
-    #[test]
-    fn lengths_have_the_unit_that_fits() {
-        assert_eq!(lengths([0.78125, 0.78125, 1.0], 2), "0.78 x 0.78 x 1.00 mm");
-        assert_eq!(lengths([0.005, 0.005, 0.03], 2), "5.00 x 5.00 x 30.00 \u{b5}m");
-        assert_eq!(lengths([4e-6; 3], 1), "4.0 x 4.0 x 4.0 nm");
-        assert_eq!(lengths([500.0], 1), "500.0 mm");
-        assert_eq!(lengths([64_000.0], 1), "64.0 m");
-        assert_eq!(lengths([3e6], 1), "3.0 km");
-    }
-
-    #[test]
-    fn numbers_read_well() {
-        assert_eq!(
-            [-1000.0, 0.0, 12.5, 0.001, 3e9].map(number),
-            ["-1000", "0", "12.50", "1.000e-3", "3.000e9"]
-        );
     }
 }

@@ -2,37 +2,17 @@
 
 use std::path::PathBuf;
 
-use lumivox_core::{Medium, Modality, Preset, SurfaceReflection, Volume, presets};
+use lumivox_core::document::{Look, Surface};
 
 use crate::{
-    args::{LookName, LookNames, RenderArgs, Switch, Window},
+    args::{LookName, LookNames, SceneArgs, Switch, Window},
     exit::Failure,
-    inputs,
-    progress::Reporter,
 };
 
-/// How one scan is to look.
+/// What the options say of one scan's look.
 #[derive(Clone, Debug)]
-pub struct Look {
-    /// What it begins with.
-    pub kind: LookKind,
-    tuning: Tuning,
-}
-
-/// What a look begins with.
-#[derive(Clone, Debug)]
-pub enum LookKind {
-    /// What suits the scan.
-    Automatic,
-    /// What was asked for.
-    Preset(Preset),
-    /// Opacity and colour of a file, the rest from what suits the scan.
-    File(PathBuf),
-}
-
-/// What is altered of it.
-#[derive(Clone, Copy, Debug, Default)]
-struct Tuning {
+pub struct LookOptions {
+    name: Option<LookName>,
     shift: Option<f64>,
     window_scale: Option<f64>,
     window: Option<Window>,
@@ -54,11 +34,11 @@ fn per_scan<T: Clone>(option: &str, given: &[T], scans: usize) -> Result<Vec<Opt
     }
 }
 
-/// One look per scan.
+/// What the options say of each scan's look.
 ///
 /// # Errors
 /// Options that were given for another number of scans, and files that cannot be read.
-pub fn looks(args: &RenderArgs, scans: usize) -> Result<Vec<Look>, Failure> {
+pub fn looks(args: &SceneArgs, scans: usize) -> Result<Vec<LookOptions>, Failure> {
     // Read again once the scan is known: here only to find faults early.
     for path in args.looks.files() {
         lumivox_import::load_transfer_function_2d(path, [0.0, 1.0])?;
@@ -70,84 +50,51 @@ pub fn looks(args: &RenderArgs, scans: usize) -> Result<Vec<Look>, Failure> {
     let scales = per_scan("--window-scale", &tuning.window_scale, scans)?;
     let windows = per_scan("--window", &tuning.window, scans)?;
     let densities = per_scan("--density", &tuning.density, scans)?;
-    let look = |(scan, name): (usize, Option<LookName>)| Look {
-        kind: match name {
-            None => LookKind::Automatic,
-            Some(LookName::Preset(preset)) => LookKind::Preset(preset),
-            Some(LookName::File(path)) => LookKind::File(path),
-        },
-        tuning: Tuning {
-            shift: shifts[scan],
-            window_scale: scales[scan],
-            window: windows[scan],
-            density: densities[scan],
-        },
+    let look = |(scan, name): (usize, Option<LookName>)| LookOptions {
+        name,
+        shift: shifts[scan],
+        window_scale: scales[scan],
+        window: windows[scan],
+        density: densities[scan],
     };
     Ok(names.into_iter().enumerate().map(look).collect())
 }
 
-impl Look {
-    /// The same for a scan that none was asked for.
-    pub fn automatic(&self) -> Self {
-        Self { kind: LookKind::Automatic, ..self.clone() }
+impl LookOptions {
+    /// The same for a scan for which none was named.
+    pub fn unnamed(&self) -> Self {
+        Self { name: None, ..self.clone() }
     }
 
-    /// What the scan looks like, and what is worth saying of it.
-    ///
-    /// # Errors
-    /// A file that cannot be read.
-    pub fn medium(&self, args: &RenderArgs, volume: &Volume, reporter: Reporter) -> Result<Medium, Failure> {
-        let mut medium = match &self.kind {
-            LookKind::Preset(preset) => {
-                let name = preset.name();
-                let is_ct =
-                    volume.is_hounsfield() || volume.may_be_hounsfield() || volume.modality() == Modality::Ct;
-                if name.starts_with("ct-") && !is_ct {
-                    reporter.say(&format!(
-                        "  note: {name} is a look of CT, placed here by where air and soft tissue seem to lie"
-                    ));
-                }
-                preset.medium(volume)
-            }
-            LookKind::Automatic => {
-                let preset = Preset::default_for(volume);
-                reporter.say(&format!("  preset {} ({})", preset.name(), preset.description()));
-                preset.medium(volume)
-            }
-            // The rest of the look comes from the preset that suits the scan.
-            LookKind::File(path) => {
-                let loaded = lumivox_import::load_transfer_function_2d(path, volume.value_range())?;
-                let (transfer_function, gradients) = loaded;
-                Medium { transfer_function, gradients, ..Preset::default_for(volume).medium(volume) }
-            }
-        };
-        let Tuning { shift, window_scale, window, density } = self.tuning;
-        if let Some(Window { level, width }) = window {
-            medium = medium.in_window(level, width);
-        } else if shift.is_some() || window_scale.is_some() {
-            medium = medium.windowed(shift.unwrap_or(0.0), window_scale.unwrap_or(1.0));
+    /// The file that has the scan's transfer function, if it is one's.
+    pub fn file(&self) -> Option<&PathBuf> {
+        match &self.name {
+            Some(LookName::File(path)) => Some(path),
+            Some(LookName::Preset(_)) | None => None,
         }
-        let factor = presets::size_factor(volume);
-        if factor != 1.0 && density.is_none() {
-            let size = volume.size_mm().max_element();
-            reporter.say(&format!(
-                "  note: {} across is no body's size: extinction follows it, {} times that of a body; --density {} is a \
-                 body's",
-                inputs::lengths([size], 1),
-                inputs::number(factor),
-                inputs::number(medium.density_scale / factor),
-            ));
+    }
+
+    /// Changes a look; a transfer function that is in a file is told by the scan's values, later.
+    pub fn apply(&self, args: &SceneArgs, look: &mut Look) {
+        match &self.name {
+            Some(LookName::Preset(preset)) => {
+                *look = Look { filter: look.filter, ..Look::of_preset(*preset) }
+            }
+            Some(LookName::File(_)) => *look = Look { preset: None, ..look.clone() },
+            None => {}
         }
-        medium.density_scale = density.unwrap_or(medium.density_scale);
-        medium.albedo = args.albedo.unwrap_or(medium.albedo);
-        medium.anisotropy = args.anisotropy.unwrap_or(medium.anisotropy);
-        medium.max_bounces = args.bounces.unwrap_or(medium.max_bounces);
-        medium.filter = args.filter.into();
-        match args.surface {
-            Some(Switch::Off) => medium.surface = SurfaceReflection::OFF,
-            Some(Switch::On) if medium.surface.strength == 0.0 => medium.surface.strength = 1.0,
-            Some(Switch::On) | None => {}
+        if let Some(Window { level, width }) = self.window {
+            *look = Look { window: Some([level, width]), shift: None, window_scale: None, ..look.clone() };
+        } else if self.shift.is_some() || self.window_scale.is_some() {
+            look.window = None;
+            look.shift = self.shift.or(look.shift);
+            look.window_scale = self.window_scale.or(look.window_scale);
         }
-        Ok(medium.sanitized())
+        look.density = self.density.or(look.density);
+        look.albedo = args.albedo.or(look.albedo);
+        look.anisotropy = args.anisotropy.or(look.anisotropy);
+        look.bounces = args.bounces.or(look.bounces);
+        look.filter = args.filter.map(Into::into).or(look.filter);
+        look.surface = args.surface.map(|switch| Surface::Switched(switch == Switch::On)).or(look.surface);
     }
 }

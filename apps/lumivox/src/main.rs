@@ -7,6 +7,7 @@ mod commands;
 mod exit;
 mod inputs;
 mod looks;
+mod opening;
 mod output;
 mod progress;
 mod trace;
@@ -73,6 +74,7 @@ fn run() -> Result<(), Failure> {
     // clap ends the process itself on wrong usage (2) and for --help and --version (0).
     match Cli::parse().command {
         Command::Render(args) => commands::render::run(&args),
+        Command::Scene(command) => commands::scene::run(&command),
         Command::Info(args) => commands::info::run(&args),
         Command::Import(args) => commands::import::run(&args),
         Command::Phantom(args) => commands::phantom::run(&args),

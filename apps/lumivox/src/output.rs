@@ -49,37 +49,8 @@ pub struct PngOutput {
 impl PngOutput {
     /// Checks, before any work is done, that `path` can be written, and is none of the files that will be read.
     pub fn prepare<'a>(path: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> Result<Self, Failure> {
-        let shown = path.display();
-        if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-            return Err(Failure::usage(format!("{shown}: the output must end in .png")));
-        }
-        // A link is followed: what it points at is replaced, not the link.
-        let real = fs::canonicalize(path);
-        if let Ok(real) = &real
-            && inputs.into_iter().any(|input| fs::canonicalize(input).is_ok_and(|input| input == *real))
-        {
-            return Err(Failure::usage(format!("{shown}: the output is one of the inputs")));
-        }
-        let path = real.unwrap_or_else(|_| path.to_owned());
-        let folder = folder_of(&path);
-        if !folder.is_dir() {
-            return Err(Failure::other(format!(
-                "cannot write {shown}: there is no folder {}; make it first",
-                folder.display()
-            )));
-        }
-        if path.exists() && !path.is_file() {
-            return Err(Failure::other(format!("cannot write {shown}: it exists and is not a file")));
-        }
-        if fs::metadata(&path).is_ok_and(|file| file.permissions().readonly()) {
-            return Err(Failure::other(format!("cannot write {shown}: it is read-only")));
-        }
-        let partial = folder.join(format!(".lumivox-{}.partial", std::process::id()));
-        let output = Self { path, partial };
-        let probe = File::create(&output.partial);
-        let _ = fs::remove_file(&output.partial);
-        probe.map_err(|error| Failure::other(format!("cannot write {shown}: {error}")))?;
-        Ok(output)
+        let path = writable(path, "png", inputs)?;
+        Ok(Self { partial: partial(&path), path })
     }
 
     /// For a picture of which parts are missing: where there is an earlier one, `NAME.partial.png` beside it.
@@ -114,6 +85,54 @@ impl PngOutput {
             }
         }
     }
+}
+
+/// What a file is called while it is written.
+fn partial(path: &Path) -> PathBuf {
+    folder_of(path).join(format!(".lumivox-{}.partial", std::process::id()))
+}
+
+/// Checks, before any work is done, that a file of that extension can be written, and is none of those that will be read; the
+/// file that it really is.
+pub fn writable<'a>(
+    path: &Path,
+    extension: &str,
+    inputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<PathBuf, Failure> {
+    let shown = path.display();
+    if !path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension)) {
+        return Err(Failure::usage(format!("{shown}: the output must end in .{extension}")));
+    }
+    check_is_none_of(path, inputs)?;
+    // A link is followed: what it points at is replaced, not the link.
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let folder = folder_of(&path);
+    if !folder.is_dir() {
+        return Err(Failure::other(format!(
+            "cannot write {shown}: there is no folder {}; make it first",
+            folder.display()
+        )));
+    }
+    if path.exists() && !path.is_file() {
+        return Err(Failure::other(format!("cannot write {shown}: it exists and is not a file")));
+    }
+    if fs::metadata(&path).is_ok_and(|file| file.permissions().readonly()) {
+        return Err(Failure::other(format!("cannot write {shown}: it is read-only")));
+    }
+    let partial = partial(&path);
+    let probe = File::create(&partial);
+    let _ = fs::remove_file(&partial);
+    probe.map_err(|error| Failure::other(format!("cannot write {shown}: {error}")))?;
+    Ok(path)
+}
+
+/// Refuses to write a file that will be read.
+pub fn check_is_none_of<'a>(path: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
+    let Ok(real) = fs::canonicalize(path) else { return Ok(()) };
+    if inputs.into_iter().any(|input| fs::canonicalize(input).is_ok_and(|input| input == real)) {
+        return Err(Failure::usage(format!("{}: the output is one of the inputs", path.display())));
+    }
+    Ok(())
 }
 
 fn folder_of(path: &Path) -> &Path {

@@ -139,6 +139,14 @@ impl Environment {
         Self { source: EnvironmentSource::Uniform([1.0; 3]), rotation: 0.0, strength }
     }
 
+    /// The file of its map, where that is known.
+    pub fn file(&self) -> Option<&str> {
+        match &self.source {
+            EnvironmentSource::Map(map) => map.file(),
+            _ => None,
+        }
+    }
+
     /// Whether another is the same, maps by their identity.
     pub fn is_same(&self, other: &Self) -> bool {
         let same_source = match (&self.source, &other.source) {

@@ -35,6 +35,7 @@ pub mod subject;
 pub mod task;
 pub mod transfer_function;
 pub mod volume;
+pub mod words;
 
 pub use glam;
 

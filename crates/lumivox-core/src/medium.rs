@@ -23,9 +23,8 @@ pub fn most_density_scale(volume: &Volume) -> f64 {
 }
 
 /// How a value between voxel centres is found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[derive(serde::Serialize, serde::Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Filter {
     /// The nearest voxel's value.
@@ -47,9 +46,8 @@ pub enum Filter {
 }
 
 /// In which space a millimetre of extinction is measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[derive(serde::Serialize, serde::Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum ExtinctionSpace {
     /// In the volume's own space: the look does not depend on the object's scale.
@@ -67,9 +65,8 @@ pub enum ExtinctionSpace {
 /// fraction (Schlick) into a lobe around the mirror direction and the rest diffusely (Lambert); both are normalised,
 /// so no energy is made or lost. The gradient is that of the filter where it has one, the cubic one; of others, differences
 /// over one voxel to each side.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[derive(serde::Serialize, serde::Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SurfaceReflection {
     /// Largest probability of a surface event, 0 (off) to 1.
@@ -110,9 +107,8 @@ impl SurfaceReflection {
 }
 
 /// A transfer function for points where the value changes so much.
-#[derive(Clone, Debug, PartialEq)]
-#[derive(serde::Serialize, serde::Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct GradientFunction {
     /// Gradient, in value units per mm.

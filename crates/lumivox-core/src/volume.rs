@@ -73,9 +73,8 @@ impl Voxels {
 const HOUNSFIELD: &str = "HU";
 
 /// What made the scan; mostly this says what its values mean, see [`Volume::unit`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[derive(serde::Serialize, serde::Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum Modality {
     /// Computed tomography: values are Hounsfield units (air -1000, water 0), unless the volume's unit says otherwise.
     #[serde(rename = "CT")]
@@ -280,7 +279,16 @@ impl Volume {
     /// [`VolumeError`] as of [`Self::new`].
     pub fn edit(self, change: impl FnOnce(&mut Voxels)) -> Result<Self, VolumeError> {
         let Self {
-            dims, mut voxels, slope, intercept, patient_from_voxel, modality, unit, subject, source, ..
+            dims,
+            mut voxels,
+            slope,
+            intercept,
+            patient_from_voxel,
+            modality,
+            unit,
+            subject,
+            source,
+            ..
         } = self;
         change(&mut voxels);
         let changed = Self::new(dims, voxels, [slope, intercept], patient_from_voxel, modality)?;

@@ -2,7 +2,7 @@
 //! hosts that keep the image after their GPU is gone, and the test of the GPU's.
 
 use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
-use lumivox_core::{Environment, PerspectiveCamera};
+use lumivox_core::{Environment, PerspectiveCamera, document};
 use lumivox_shaders::constants;
 use lumivox_shaders::layout::DisplayParams;
 use rayon::prelude::*;
@@ -48,6 +48,31 @@ pub struct DisplaySettings {
 impl Default for DisplaySettings {
     fn default() -> Self {
         Self { background: Background::Color([0.0; 3]), exposure_ev: 0.0, tone_map: ToneMap::Agx, gamma: 1.0 }
+    }
+}
+
+impl From<document::Tone> for ToneMap {
+    fn from(tone: document::Tone) -> Self {
+        match tone {
+            document::Tone::Plain => Self::Plain,
+            document::Tone::Agx => Self::Agx,
+            document::Tone::Aces => Self::Aces,
+        }
+    }
+}
+
+/// Of a document's colour nothing is left: it is what the screen is to show, not a light, and is [put behind](put_on) the pixels.
+impl From<&document::Display> for DisplaySettings {
+    fn from(display: &document::Display) -> Self {
+        Self {
+            background: match display.background {
+                document::Backdrop::Environment => Background::Environment,
+                document::Backdrop::Transparent | document::Backdrop::Color(_) => Background::Transparent,
+            },
+            exposure_ev: display.exposure,
+            tone_map: display.tone.into(),
+            gamma: display.gamma,
+        }
     }
 }
 

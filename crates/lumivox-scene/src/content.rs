@@ -9,7 +9,12 @@ pub fn content_of(volume: &Volume) -> String {
     let mut hash = Sha256::new();
     volume.dims().iter().for_each(|n| hash.update((*n as u64).to_le_bytes()));
     let place = document::rows(volume.patient_from_voxel());
-    let numbers = place.as_flattened().iter().chain([volume.slope(), volume.intercept()].iter()).copied().collect::<Vec<_>>();
+    let numbers = place
+        .as_flattened()
+        .iter()
+        .chain([volume.slope(), volume.intercept()].iter())
+        .copied()
+        .collect::<Vec<_>>();
     numbers.iter().for_each(|number| hash.update(number.to_bits().to_le_bytes()));
     hash.update([volume.voxels().bytes_per_sample() as u8]);
     match volume.voxels() {

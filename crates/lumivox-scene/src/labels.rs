@@ -1,6 +1,9 @@
 //! Labels of a document: their files, and how each label looks.
 
-use std::{path::{Path, PathBuf}, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use lumivox_core::{
     CancelToken, LabelVolume, Labelling, Volume,
@@ -38,7 +41,9 @@ pub fn load_labels(
     if let Some(expected) = &labels.content
         && *expected != content_of(loaded.labels.volume())
     {
-        audience.note(Note::new("these are not the labels that the scene was saved with: look whether the picture is right"));
+        audience.note(Note::new(
+            "these are not the labels that the scene was saved with: look whether the picture is right",
+        ));
     }
     Ok(Arc::new(loaded.labels))
 }

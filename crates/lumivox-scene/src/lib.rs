@@ -75,6 +75,13 @@ impl OpenError {
         Self { volume: Some(volume), keys, kind: kind.into() }
     }
 
+    /// Of a volume's scan that was not loaded.
+    pub fn of_scan(volume: usize, kind: OpenErrorKind) -> Self {
+        let keys: &[&str] =
+            if matches!(kind, OpenErrorKind::Wrong(_)) { &["scan"] } else { &["scan", "files"] };
+        Self { volume: Some(volume), keys, kind }
+    }
+
     /// Of a part of the document.
     pub fn whole(keys: &'static [&'static str], kind: impl Into<OpenErrorKind>) -> Self {
         Self { volume: None, keys, kind: kind.into() }
@@ -96,7 +103,7 @@ pub fn open(
     let mut parts = Vec::with_capacity(document.volumes.len());
     for (index, entry) in document.volumes.iter().enumerate() {
         let loaded = load_scan(&entry.scan, folder, opening, audience, cancel)
-            .map_err(|kind| OpenError::of(index, &["scan"], kind))?;
+            .map_err(|kind| OpenError::of_scan(index, kind))?;
         let from_files = match &entry.labels {
             Some(labels) if !labels.files.is_empty() => {
                 let loaded = load_labels(labels, folder, opening, audience, cancel);
@@ -108,9 +115,18 @@ pub fn open(
         let shown = show(entry, loaded.volume, audience, cancel).map_err(cancelled)?;
         parts.push(Part::new(shown, from_files));
     }
-    let scene = place(&document.volumes, parts, document.lights.iter().map(|light| light.light()).collect(), environment, audience)?;
+    let scene = place(
+        &document.volumes,
+        parts,
+        document.lights.iter().map(|light| light.light()).collect(),
+        environment,
+        audience,
+    )?;
     let camera = document.camera.camera(&scene, document.film.aspect()).ok_or_else(|| {
-        OpenError::whole(&["camera"], OpenErrorKind::Wrong("the camera is the point looked at; move it, or give another target".into()))
+        OpenError::whole(
+            &["camera"],
+            OpenErrorKind::Wrong("the camera is the point looked at; move it, or give another target".into()),
+        )
     })?;
     Ok(Opened { scene, camera })
 }

@@ -30,9 +30,12 @@ pub fn load_scan(
     cancel: &CancelToken,
 ) -> Result<Imported, OpenErrorKind> {
     if scan.files.is_empty() {
-        return Err(OpenErrorKind::Wrong("the scan was handed over beside the document, and has no files".into()));
+        return Err(OpenErrorKind::Wrong(
+            "the scan was handed over beside the document, and has no files".into(),
+        ));
     }
-    let mut options = ImportOptions::of_scan(scan).map_err(|wrong| OpenErrorKind::Wrong(format!("{}: {wrong}", wrong.key)))?;
+    let mut options = ImportOptions::of_scan(scan)
+        .map_err(|wrong| OpenErrorKind::Wrong(format!("{}: {wrong}", wrong.key)))?;
     options.allow_outside_data = opening.allow_outside_data;
     let files: Vec<PathBuf> = scan.files.iter().map(|file| path(folder, file)).collect();
     let mut imported = audience.watch(|progress| lumivox_import::load(&files, &options, progress, cancel))?;
@@ -54,6 +57,7 @@ pub fn load_scan(
 /// # Errors
 /// A file that is missing or no panorama.
 pub fn load_environment(surroundings: &Surroundings, folder: &Path) -> Result<Environment, ImportError> {
-    let map = surroundings.file().map(|file| lumivox_import::load_environment(&path(folder, file))).transpose()?;
+    let map =
+        surroundings.file().map(|file| lumivox_import::load_environment(&path(folder, file))).transpose()?;
     Ok(surroundings.environment(map.map(Arc::new)))
 }

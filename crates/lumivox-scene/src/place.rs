@@ -6,7 +6,9 @@ use lumivox_core::{
     Environment, LabelVolume, Light, Medium, Modality, Peel, Scene, Volume, VolumeInstance,
     document::{Entry, Look, affine},
     glam::{DAffine3, DVec3},
-    presets, world_from_patient,
+    presets,
+    words::{lengths, number},
+    world_from_patient,
 };
 
 use crate::{Audience, Note, OpenError, OpenErrorKind, Remedy, Shown, labelling};
@@ -27,7 +29,11 @@ pub struct Part {
 impl Part {
     /// A scan as it is shown, with the labels of its files or those that were found in it.
     pub fn new(shown: Shown, labels: Option<Arc<LabelVolume>>) -> Self {
-        Self { volume: Arc::new(shown.volume), labels: labels.or(shown.found.map(Arc::new)), peel: shown.peel }
+        Self {
+            volume: Arc::new(shown.volume),
+            labels: labels.or(shown.found.map(Arc::new)),
+            peel: shown.peel,
+        }
     }
 }
 
@@ -51,7 +57,8 @@ pub fn place(
         let medium = look(&entry.look, &part.volume, audience);
         let styles = entry.labels.as_ref().map_or(&[][..], |labels| &labels.styles);
         let labels = part.labels.map(|labels| labelling(labels, styles, &part.volume)).transpose();
-        let labels = labels.map_err(|why| OpenError::of(index, &["labels", "styles"], OpenErrorKind::Wrong(why)))?;
+        let labels =
+            labels.map_err(|why| OpenError::of(index, &["labels", "styles"], OpenErrorKind::Wrong(why)))?;
         let [low, high] = entry.clip.unwrap_or([[0.0; 3], [1.0; 3]]);
         Ok(VolumeInstance {
             clip_box: [DVec3::from_array(low), DVec3::from_array(high)],
@@ -84,7 +91,11 @@ pub fn look(look: &Look, volume: &Volume, audience: &impl Audience) -> Medium {
     let factor = presets::size_factor(volume);
     if factor != 1.0 && look.density.is_none() {
         let size = volume.size_mm().max_element();
-        let text = format!("{size} mm across is no body's size: extinction follows it, {factor} times that of a body");
+        let text = format!(
+            "{} across is no body's size: extinction follows it, {} times that of a body",
+            lengths([size], 1),
+            number(factor)
+        );
         audience.note(Note::new(text).with(Remedy::Density(medium.density_scale / factor)));
     }
     medium

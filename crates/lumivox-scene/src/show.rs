@@ -3,8 +3,12 @@
 use lumivox_core::{
     CancelToken, Cancelled, LabelVolume, Peel, Preset, Volume,
     document::{Entry, Keep, TakenOff},
+    words::number,
 };
-use lumivox_segmentation::{SegmentationReport, has_organ, organ_alone, patient_alone, peel, peel_skin, segment, skin_depth, skin_is_dense};
+use lumivox_segmentation::{
+    SegmentationReport, has_organ, organ_alone, patient_alone, peel, peel_skin, segment, skin_depth,
+    skin_is_dense,
+};
 use std::sync::Arc;
 
 use crate::{Audience, Note, Remedy};
@@ -30,7 +34,8 @@ pub fn show(
     audience: &impl Audience,
     cancel: &CancelToken,
 ) -> Result<Shown, Cancelled> {
-    let wants_labels = entry.labels.as_ref().is_some_and(|labels| labels.files.is_empty() && labels.given.is_none());
+    let wants_labels =
+        entry.labels.as_ref().is_some_and(|labels| labels.files.is_empty() && labels.given.is_none());
     let wants_peel = entry.peel.filter(|mm| *mm > 0.0);
     let find = |volume: &Volume| audience.watch(|progress| segment(volume, progress, cancel));
     if entry.scan.keep == Keep::Everything && wants_peel.is_none() {
@@ -98,7 +103,7 @@ fn taken_off(
         None => TakenOff::Skin(preset.map_or(0.0, Preset::peel_mm)),
     };
     let is_asked = entry.scan.taken_off.is_some();
-    let said = |mm: f64, what: &str| audience.say(&format!("  {mm} mm {what} taken off"));
+    let said = |mm: f64, what: &str| audience.say(&format!("  {} mm {what} taken off", number(mm)));
     match (entry.scan.taken_off.unwrap_or_else(by_look), labels) {
         (TakenOff::AllBut(organ), Some(labels)) if has_organ(labels, organ) => {
             audience.watch(|progress| organ_alone(volume, labels, organ, progress, cancel))

@@ -1,6 +1,8 @@
 //! One organ alone: what looks at the airways and at the vessels of the lungs need, whose values the body has elsewhere, too.
 
-use lumivox_core::{CancelToken, Cancelled, LabelVolume, Organ, Progress, Volume, Voxels, document::TakenOff};
+use lumivox_core::{
+    CancelToken, Cancelled, LabelVolume, Organ, Progress, Volume, Voxels, document::TakenOff,
+};
 use rayon::prelude::*;
 
 use crate::{class::Class, progress::Steps};

@@ -122,7 +122,7 @@ mod tests {
     fn looks_keep_the_order_in_which_they_were_given() {
         let bone = LookName::Preset(Preset::CtBone);
         let file = LookName::File("a.tf".into());
-        let names = |options: &[&str]| render(options).unwrap().looks;
+        let names = |options: &[&str]| render(options).unwrap().scene.looks;
         let mixed = names(&["--transfer-function", "a.tf", "--preset", "ct-bone"]);
         assert_eq!(mixed.0, [file.clone(), bone.clone()]);
         assert_eq!(mixed.options(), "--preset and --transfer-function");
@@ -140,9 +140,9 @@ mod tests {
 
     #[test]
     fn what_is_altered_may_differ_from_scan_to_scan() {
-        let tuning = render(&["--shift", "-20", "--shift", "30", "--density", "2"]).unwrap().tuning;
+        let tuning = render(&["--shift", "-20", "--shift", "30", "--density", "2"]).unwrap().scene.tuning;
         assert_eq!((tuning.shift, tuning.density), (vec![-20.0, 30.0], vec![2.0]));
-        let tuning = render(&["--window", "-600,1500", "--window", "40,400"]).unwrap().tuning;
+        let tuning = render(&["--window", "-600,1500", "--window", "40,400"]).unwrap().scene.tuning;
         assert_eq!(tuning.window[0], Window { level: -600.0, width: 1500.0 });
         assert!(
             render(&["--window", "40,400", "--shift", "5"]).is_err(),

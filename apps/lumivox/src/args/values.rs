@@ -3,8 +3,7 @@
 use std::{path::PathBuf, str::FromStr, time::Duration};
 
 use clap::ValueEnum;
-use lumivox_core::{Filter, Light, LightKind, Modality, glam::DVec3};
-use lumivox_renderer::ToneMap;
+use lumivox_core::{Filter, Light, LightKind, Modality, document, glam::DVec3};
 
 /// On or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -30,12 +29,12 @@ pub enum FilterName {
     Smooth,
 }
 
-impl From<Tone> for ToneMap {
+impl From<Tone> for document::Tone {
     fn from(tone: Tone) -> Self {
         match tone {
-            Tone::Plain => ToneMap::Plain,
-            Tone::Agx => ToneMap::Agx,
-            Tone::Aces => ToneMap::Aces,
+            Tone::Plain => Self::Plain,
+            Tone::Agx => Self::Agx,
+            Tone::Aces => Self::Aces,
         }
     }
 }
@@ -181,40 +180,6 @@ impl FromStr for Clip {
     }
 }
 
-/// A colour as `#rrggbb`.
-pub fn hex_color(text: &str) -> Option<[u8; 3]> {
-    text.strip_prefix('#')
-        .filter(|hex| hex.len() == 6 && hex.bytes().all(|b| b.is_ascii_hexdigit()))
-        .and_then(|hex| u32::from_str_radix(hex, 16).ok())
-        .map(|rgb| [(rgb >> 16) as u8, (rgb >> 8) as u8, rgb as u8])
-}
-
-/// What stands behind the volumes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Background {
-    /// Nothing: the PNG has an alpha channel.
-    Transparent,
-    /// The light.
-    Environment,
-    /// A colour, as the screen shows it (sRGB).
-    Color([u8; 3]),
-}
-
-impl FromStr for Background {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "transparent" => return Ok(Self::Transparent),
-            "environment" => return Ok(Self::Environment),
-            _ => {}
-        }
-        hex_color(text)
-            .map(Self::Color)
-            .ok_or_else(|| "must be transparent, environment or a colour such as #202428".into())
-    }
-}
-
 /// Where light comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum EnvironmentName {
@@ -277,6 +242,7 @@ impl FromStr for Sun {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lumivox_core::document::Backdrop;
 
     #[test]
     fn values_are_read_or_refused() {
@@ -298,9 +264,9 @@ mod tests {
         for bad in ["0,0,0,1,1,0", "0,0,0,1,1,2", "-1,0,0,1,1,1", "0,0,0"] {
             assert!(bad.parse::<Clip>().is_err(), "{bad}");
         }
-        assert_eq!("#0a0B0c".parse(), Ok(Background::Color([10, 11, 12])));
+        assert_eq!("#0a0B0c".parse(), Ok(Backdrop::Color([10, 11, 12])));
         for bad in ["#12345", "#12345g", "red", "#+12345"] {
-            assert!(bad.parse::<Background>().is_err(), "{bad}");
+            assert!(bad.parse::<Backdrop>().is_err(), "{bad}");
         }
         assert_eq!("sky.hdr".parse(), Ok(EnvironmentName::File("sky.hdr".into())));
         assert!("studoi".parse::<EnvironmentName>().is_err());

@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use lumivox_core::{CancelToken, Progress};
+use lumivox_core::{CancelToken, Progress, words::lengths};
 use lumivox_import::{ImportError, ImportReport, SeriesSummary, Study, Thumbnail};
 use serde_json::{Value, json};
 
@@ -158,7 +158,7 @@ fn to_text(report: &ImportReport, root: Option<&Path>) -> String {
 /// `512 x 512 x 275 voxels of 0.781 x 0.781 x 1.000 mm, axial, HU, 144.2 MB, 275 files`.
 fn geometry(series: &SeriesSummary) -> String {
     let [x, y, z] = series.dims;
-    let mut words = vec![format!("{x} x {y} x {z} voxels of {}", inputs::lengths(series.spacing_mm, 3))];
+    let mut words = vec![format!("{x} x {y} x {z} voxels of {}", lengths(series.spacing_mm, 3))];
     words.extend([&series.orientation, &series.unit].into_iter().filter(|word| !word.is_empty()).cloned());
     words.push(format!("{:.1} MB", series.bytes as f64 / 1e6));
     words.push(if series.files == 1 { "1 file".to_owned() } else { format!("{} files", series.files) });

@@ -3,17 +3,20 @@
 use std::{collections::BTreeMap, fmt::Write, path::PathBuf};
 
 use lumivox_core::{
-    Label, LabelVolume, Preset, ValueStatistics, Volume, color::srgb_from_linear, glam::DVec3,
+    Label, LabelVolume, Preset, ValueStatistics, Volume,
+    color::srgb_from_linear,
+    glam::DVec3,
     looks_like_labels,
+    words::{lengths, number},
 };
 use lumivox_import::{ImportReport, Imported, ImportedLabels};
-use lumivox_segmentation::{Finding, PatientAlone};
+use lumivox_segmentation::{Finding, PatientAlone, patient_alone};
 use serde_json::{Value, json};
 
 use crate::{
     args::InfoArgs,
     exit::{self, Failure},
-    inputs::{self, lengths, modality, number},
+    inputs::{self, modality},
     output,
     progress::Reporter,
 };
@@ -45,7 +48,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
             }
             _ => None,
         };
-        let alone = inputs::patient_alone(scan.volume, reporter, &cancel)?;
+        let alone = reporter.stages(|progress| patient_alone(scan.volume, progress, &cancel))?;
         Ok(Known { statistics, alone, labels, report: scan.report })
     };
     let scans = scans.into_iter().zip(paths).map(look).collect::<Result<Vec<_>, Failure>>()?;

@@ -6,3 +6,4 @@ pub mod info;
 pub mod phantom;
 pub mod presets;
 pub mod render;
+pub mod scene;

@@ -9,8 +9,8 @@ use crate::{
 
 /// `{"opacity": [[-50, 0], [150, 0.8, "in-out"]], "color": [[0, [1, 0.9, 0.8]]]}`.
 #[derive(Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "schema", schemars(rename = "TransferFunction"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(rename = "TransferFunction"))]
 #[serde(deny_unknown_fields)]
 struct Curve {
     /// Points of the opacity: a value, the opacity there from 0 to 1, and how it goes on, which is `linear` where nothing is said.
@@ -20,7 +20,7 @@ struct Curve {
 }
 
 #[derive(Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "a point of the opacity is [value, opacity] or [value, opacity, \"in-out\"]")]
 enum Knot {
     Linear(f64, f64),
@@ -67,7 +67,7 @@ impl<'de> Deserialize<'de> for Preset {
     }
 }
 
-#[cfg(feature = "schema")]
+#[cfg(test)]
 mod schema {
     use std::borrow::Cow;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::numbers::{Faults, FURTHEST_MM};
+use super::numbers::{FURTHEST_MM, Faults};
 use crate::{
     environment::{Environment, EnvironmentMap, EnvironmentSource},
     light::{self, Cone, Lamp, Light, LightKind},
@@ -15,7 +15,7 @@ const METRES_PER_MM: f64 = 1e-3;
 
 /// The light around a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Surroundings {
     /// `studio`, `uniform`, `gradient`, or an equirectangular `.hdr` or `.exr` file.
@@ -90,11 +90,16 @@ impl Surroundings {
 
     /// What an environment is; `None` of a map that no file is known of.
     pub fn of(environment: &Environment) -> Option<Self> {
-        let common =
-            Self { strength: environment.strength, rotation: environment.rotation.to_degrees(), ..Self::default() };
+        let common = Self {
+            strength: environment.strength,
+            rotation: environment.rotation.to_degrees(),
+            ..Self::default()
+        };
         Some(match &environment.source {
             EnvironmentSource::Studio => common,
-            EnvironmentSource::Uniform(color) => Self { source: UNIFORM.into(), color: Some(*color), ..common },
+            EnvironmentSource::Uniform(color) => {
+                Self { source: UNIFORM.into(), color: Some(*color), ..common }
+            }
             EnvironmentSource::Gradient { zenith, horizon, nadir } => Self {
                 source: GRADIENT.into(),
                 zenith: Some(*zenith),
@@ -124,7 +129,7 @@ impl Surroundings {
 
 /// A light besides the environment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum Lighting {
     /// From afar.
@@ -187,7 +192,7 @@ fn all_layers() -> u32 {
 
 /// How a lamp's light gets weaker with the distance; by default by its square, without an end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Falloff {
     /// A power of the distance, faded out before an end.
@@ -213,7 +218,7 @@ impl Default for Falloff {
 
 /// How a spot falls off from its axis to its edge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum SpotCone {
     /// By a power of the distance to the edge, as Godot's.
@@ -258,7 +263,11 @@ impl Lighting {
     pub fn of(light: &Light) -> Self {
         let layers = light.layers;
         let parts = |lamp: Lamp| {
-            ((lamp.position / METRES_PER_MM).to_array(), lamp.radius / METRES_PER_MM, Falloff::of(lamp.falloff))
+            (
+                (lamp.position / METRES_PER_MM).to_array(),
+                lamp.radius / METRES_PER_MM,
+                Falloff::of(lamp.falloff),
+            )
         };
         match light.kind {
             LightKind::Directional { direction, irradiance, angular_radius } => Self::Sun {
@@ -314,7 +323,9 @@ impl Lighting {
             Self::Spot { position, intensity, radius, falloff, direction, half_angle, cone, layers } => {
                 let cone = match cone {
                     SpotCone::Attenuation(attenuation) => Cone::Power { attenuation },
-                    SpotCone::InnerHalfAngle(degrees) => Cone::Between { inner_half_angle: degrees.to_radians() },
+                    SpotCone::InnerHalfAngle(degrees) => {
+                        Cone::Between { inner_half_angle: degrees.to_radians() }
+                    }
                 };
                 let kind = LightKind::Spot {
                     lamp: lamp(position, intensity, radius, falloff),
@@ -348,7 +359,9 @@ impl Lighting {
                 faults.number("half_angle", Some(half_angle), 0.06, 180.0);
                 match cone {
                     SpotCone::Attenuation(power) => faults.number("cone", Some(power), 0.0, 1e3),
-                    SpotCone::InnerHalfAngle(degrees) => faults.number("cone", Some(degrees), 0.0, half_angle),
+                    SpotCone::InnerHalfAngle(degrees) => {
+                        faults.number("cone", Some(degrees), 0.0, half_angle)
+                    }
                 }
             }
         }

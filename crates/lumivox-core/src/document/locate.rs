@@ -53,9 +53,10 @@ impl Written {
         self.file.parent().unwrap_or(Path::new(""))
     }
 
-    /// `scene.json, line 12`: where a volume's part stands, such as `&["scan", "files"]`.
-    pub fn place(&self, volume: usize, keys: &[&'static str]) -> String {
-        let mut path = vec![Step::from("volumes"), volume.into()];
+    /// `scene.json, line 12`: where a part stands that keys lead to, in the document or in one of its volumes.
+    pub fn place(&self, volume: Option<usize>, keys: &[&'static str]) -> String {
+        let mut path: Vec<Step> =
+            volume.map_or_else(Vec::new, |volume| vec![Step::from("volumes"), volume.into()]);
         path.extend(keys.iter().copied().map(Step::from));
         format!("{}, line {}", self.file.display(), line(&self.text, &path))
     }

@@ -4,7 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::numbers::Faults;
 use crate::{
-    medium::{ExtinctionSpace, Filter, GradientFunction, MAX_DENSITY_SCALE, MOST_GRADIENTS, Medium, SurfaceReflection},
+    medium::{
+        ExtinctionSpace, Filter, GradientFunction, MAX_DENSITY_SCALE, MOST_GRADIENTS, Medium,
+        SurfaceReflection,
+    },
     presets::Preset,
     transfer_function::TransferFunction,
     volume::Volume,
@@ -12,7 +15,7 @@ use crate::{
 
 /// How a scan looks. What is not said is as the preset has it, and without a preset as the one has it that suits the scan.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Look {
     /// What it begins with.
@@ -58,7 +61,7 @@ pub struct Look {
 
 /// Reflection: on or off, or what it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "surface is true, false, or strength, gradient_per_mm, roughness and specular")]
 pub enum Surface {
     /// Off, or as the preset has it; of full strength where that has none.
@@ -143,14 +146,19 @@ impl Look {
             let is_window = level.abs() <= 1e9 && (1e-9..=1e9).contains(&width);
             faults.unless(is_window, "window", || "a window is a level and a width above 0".into());
         }
-        faults.unless(self.window.is_none() || (self.shift, self.window_scale) == (None, None), "window", || {
-            "a window says all that shift and window_scale do: leave those out".into()
-        });
+        faults.unless(
+            self.window.is_none() || (self.shift, self.window_scale) == (None, None),
+            "window",
+            || "a window says all that shift and window_scale do: leave those out".into(),
+        );
         faults.unless(self.gradients.is_empty() || self.transfer_function.is_some(), "gradients", || {
             "gradients go with a transfer_function".into()
         });
         faults.unless(self.gradients.len() <= MOST_GRADIENTS, "gradients", || {
-            format!("there are {} gradients, of which {MOST_GRADIENTS} can be told apart", self.gradients.len())
+            format!(
+                "there are {} gradients, of which {MOST_GRADIENTS} can be told apart",
+                self.gradients.len()
+            )
         });
         for (index, row) in self.gradients.iter().enumerate() {
             faults.within(&["gradients".into(), index.into()], |faults| {

@@ -36,7 +36,7 @@ pub const VERSION: u32 = 1;
 
 /// A scene as a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneDocument {
     /// What tells such a document from other JSON, and its version: 1.
@@ -77,7 +77,7 @@ impl Default for SceneDocument {
 
 /// A scan in a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
     /// Where its voxels are.
@@ -136,7 +136,8 @@ impl SceneDocument {
     /// Whether a file may be a scene document, by how it begins; any part of its beginning will do.
     pub fn is_one(beginning: &[u8]) -> bool {
         let text = String::from_utf8_lossy(beginning);
-        text.trim_start_matches('\u{feff}').trim_start().starts_with('{') && text.contains("\"lumivox_scene\"")
+        text.trim_start_matches('\u{feff}').trim_start().starts_with('{')
+            && text.contains("\"lumivox_scene\"")
     }
 
     /// Reads a document.
@@ -149,7 +150,9 @@ impl SceneDocument {
         let at = |why: String| DocumentError { line: locate::line(text, &["lumivox_scene".into()]), why };
         match head.lumivox_scene.map(|version| version.as_u64().ok_or(version)) {
             None => {
-                let why = format!("this is no scene of Lumivox's: it does not begin with \"lumivox_scene\": {VERSION}");
+                let why = format!(
+                    "this is no scene of Lumivox's: it does not begin with \"lumivox_scene\": {VERSION}"
+                );
                 return Err(DocumentError { line: 1, why });
             }
             Some(Ok(version)) if version == u64::from(VERSION) => {}
@@ -158,8 +161,10 @@ impl SceneDocument {
                     "the scene has version {version}, and this program reads version {VERSION}; a newer Lumivox opens it"
                 )));
             }
-            Some(Ok(version) ) => return Err(at(format!("there is no version {version} of scenes"))),
-            Some(Err(version)) => return Err(at(format!("the version is {version}, and not a number such as {VERSION}"))),
+            Some(Ok(version)) => return Err(at(format!("there is no version {version} of scenes"))),
+            Some(Err(version)) => {
+                return Err(at(format!("the version is {version}, and not a number such as {VERSION}")));
+            }
         }
         let document: Self = serde_json::from_str(text).map_err(|error| DocumentError::of(&error))?;
         match document.fault() {
@@ -208,7 +213,11 @@ impl Entry {
             faults.within(&["clip_shapes".into(), index.into()], |faults| shape.check(faults));
         }
         faults.unless(self.clip_shapes.len() <= crate::MOST_CLIP_SHAPES, "clip_shapes", || {
-            format!("there are {} shapes, of which {} are possible", self.clip_shapes.len(), crate::MOST_CLIP_SHAPES)
+            format!(
+                "there are {} shapes, of which {} are possible",
+                self.clip_shapes.len(),
+                crate::MOST_CLIP_SHAPES
+            )
         });
         if let Some(labels) = &self.labels {
             faults.within(&["labels".into()], |faults| labels.check(faults));

@@ -69,7 +69,9 @@ impl Faults {
         let Some(rows) = rows else { return };
         let is_there = affine(*rows).matrix3.determinant().is_normal()
             && rows.iter().flatten().all(|x| x.abs() <= FURTHEST_MM);
-        self.unless(is_there, key, || format!("{key} is no place: three rows of four numbers, that can be turned back"));
+        self.unless(is_there, key, || {
+            format!("{key} is no place: three rows of four numbers, that can be turned back")
+        });
     }
 }
 

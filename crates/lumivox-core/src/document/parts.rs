@@ -19,7 +19,7 @@ const METRES_PER_MM: f64 = 1e-3;
 
 /// A shape that cuts a scan open.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Shape {
     /// A plane keeps where its z is 0 and more, a box from -1 to 1 along its axes, a sphere within 1.
@@ -36,7 +36,7 @@ pub struct Shape {
 
 /// A space that shapes lie in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Space {
     /// The patient's: LPS.
@@ -72,7 +72,7 @@ impl Shape {
 
 /// Which of a scan's voxels are what, and how each looks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Labels {
     /// A DICOM SEG, NIfTI, NRRD or MetaImage file, or several that are one map; without any, what is found in the scan itself.
@@ -94,7 +94,7 @@ pub struct Labels {
 
 /// How a label looks; what is not said is as it was.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Style {
     /// The label's name, else its number in the file (`#2` where a name is a number), or `*` for all.
@@ -127,7 +127,7 @@ pub struct Style {
 
 /// A label's colour: linear RGB, or its own, which its file gives it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "a colour is three numbers from 0 to 1, or true for the label's own")]
 pub enum Color {
     /// Its own, or with `false` the transfer function's.
@@ -184,7 +184,8 @@ impl Style {
 
 impl Labels {
     pub(super) fn check(&self, faults: &mut Faults) {
-        faults.unless(self.files.iter().all(|file| !file.is_empty()), "files", || "a file has no name".into());
+        faults
+            .unless(self.files.iter().all(|file| !file.is_empty()), "files", || "a file has no name".into());
         for (index, style) in self.styles.iter().enumerate() {
             faults.within(&["styles".into(), index.into()], |faults| {
                 faults.number("density", style.density, 0.0, MAX_DENSITY_SCALE);

@@ -1,6 +1,6 @@
 //! The way back: from a scene to its document.
 
-use super::{Entry, Labels, Look, Lighting, SceneDocument, Shape, Style, Surroundings, numbers::rows};
+use super::{Entry, Labels, Lighting, Look, SceneDocument, Shape, Style, Surroundings, numbers::rows};
 use crate::{
     classification::Labelling,
     labels::{LabelVolume, UNLABELLED},
@@ -19,7 +19,9 @@ pub enum Unsaved {
     #[error("the labels of scan {} were made in memory: write them to a file, and load that, before the scene is saved", .0 + 1)]
     Labels(usize),
     /// The map of the light.
-    #[error("the light's map was made in memory: write it to a file, and load that, before the scene is saved")]
+    #[error(
+        "the light's map was made in memory: write it to a file, and load that, before the scene is saved"
+    )]
     Map,
 }
 
@@ -60,7 +62,8 @@ impl Entry {
 
 fn labels_of(labelling: &Labelling, index: usize) -> Result<Labels, Unsaved> {
     let source = labelling.labels.source().ok_or(Unsaved::Labels(index))?;
-    let style = |(value, style): &(u8, _)| Style::of(label_name(&labelling.labels, &source.numbers, *value), style);
+    let style =
+        |(value, style): &(u8, _)| Style::of(label_name(&labelling.labels, &source.numbers, *value), style);
     Ok(Labels {
         files: source.files.clone(),
         table: source.table.clone(),
@@ -79,6 +82,7 @@ fn label_name(labels: &LabelVolume, numbers: &[(i128, u8)], value: u8) -> String
     if labels.values_of(name, numbers) == [value] {
         return name.to_owned();
     }
-    let number = numbers.iter().find(|(_, own)| *own == value).map_or(i128::from(value), |(number, _)| *number);
+    let number =
+        numbers.iter().find(|(_, own)| *own == value).map_or(i128::from(value), |(number, _)| *number);
     format!("#{number}")
 }

@@ -7,7 +7,7 @@ use crate::{presets::Organ, volume::Modality};
 
 /// Where a scan's voxels are, how they are read, and what of them is shown.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scan {
     /// Files or a folder, with `/` between names; relative ones as seen from the document's folder.
@@ -65,7 +65,7 @@ pub struct Scan {
 
 /// What of a CT is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Keep {
     /// The patient alone, where that can be told for sure.
@@ -77,7 +77,7 @@ pub enum Keep {
 
 /// What was taken off the patient.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum TakenOff {
     /// Nothing.
@@ -99,7 +99,8 @@ impl Scan {
     pub(super) fn check(&self, faults: &mut Faults) {
         let is_one = self.files.is_empty() == self.given.is_some();
         faults.unless(is_one, "files", || "a scan has files, such as [\"scans/head\"]".into());
-        faults.unless(self.files.iter().all(|file| !file.is_empty()), "files", || "a file has no name".into());
+        faults
+            .unless(self.files.iter().all(|file| !file.is_empty()), "files", || "a file has no name".into());
         faults.unless(self.phase != Some(0), "phase", || "phases count from 1".into());
         faults.number("slope", self.slope, -1e9, 1e9);
         faults.unless(self.slope.is_none_or(f64::is_normal), "slope", || "slope must not be 0".into());

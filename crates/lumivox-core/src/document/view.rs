@@ -13,7 +13,7 @@ const FURTHEST: f64 = 1e6;
 
 /// From where a scene is seen: exactly, by `world_from_camera`; else from an `eye`; else from around what there is to see.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct View {
     /// Where the camera's space, in which it looks along -z with y up, lies in the world; a turn and a place, in mm.
@@ -40,7 +40,15 @@ pub struct View {
 
 impl Default for View {
     fn default() -> Self {
-        Self { world_from_camera: None, azimuth: None, elevation: None, zoom: None, eye: None, target: None, fov: 28.0 }
+        Self {
+            world_from_camera: None,
+            azimuth: None,
+            elevation: None,
+            zoom: None,
+            eye: None,
+            target: None,
+            fov: 28.0,
+        }
     }
 }
 
@@ -91,7 +99,8 @@ impl View {
     pub(super) fn check(&self, faults: &mut Faults) {
         if let Some(rows) = self.world_from_camera {
             let turn = affine(rows).matrix3;
-            let is_rigid = (turn * turn.transpose()).abs_diff_eq(glam::DMat3::IDENTITY, 1e-3) && turn.determinant() > 0.0;
+            let is_rigid = (turn * turn.transpose()).abs_diff_eq(glam::DMat3::IDENTITY, 1e-3)
+                && turn.determinant() > 0.0;
             faults.unless(is_rigid, "world_from_camera", || {
                 "world_from_camera is not a turn and a place: three rows of four numbers".into()
             });
@@ -116,7 +125,7 @@ impl View {
 
 /// The image that is rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Film {
     /// Width and height in pixels.
@@ -153,7 +162,9 @@ impl Film {
         let is_image = self.size.iter().all(|side| (1..=LARGEST).contains(side))
             && u64::from(width) * u64::from(height) <= MOST_PIXELS;
         faults.unless(is_image, "size", || {
-            format!("{width} x {height} is no image: sides are 1 to {LARGEST}, and pixels at most {MOST_PIXELS}")
+            format!(
+                "{width} x {height} is no image: sides are 1 to {LARGEST}, and pixels at most {MOST_PIXELS}"
+            )
         });
         faults.number("samples", self.samples.map(f64::from), 1.0, f64::from(1 << 24));
         faults.number("noise", self.noise, 1e-4, 1.0);
@@ -162,7 +173,7 @@ impl Film {
 
 /// How light becomes pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Display {
     /// What stands behind.
@@ -190,7 +201,7 @@ impl Display {
 
 /// The curve from light to pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Tone {
     /// Clipped.
@@ -257,7 +268,7 @@ impl<'de> Deserialize<'de> for Backdrop {
     }
 }
 
-#[cfg(feature = "schema")]
+#[cfg(test)]
 impl schemars::JsonSchema for Backdrop {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Backdrop".into()

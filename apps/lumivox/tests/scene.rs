@@ -1,0 +1,144 @@
+//! Scenes as files: what the command saves renders to the same pixels, and what is wrong with one is told by its line.
+
+use std::{
+    fs::{self, File},
+    io::BufReader,
+    path::Path,
+    process::{Command, Output, Stdio},
+};
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
+    command.current_dir(folder).args(arguments).stdin(Stdio::null()).output().expect("the command runs")
+}
+
+#[track_caller]
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{said}");
+    said
+}
+
+fn pixels(path: &Path) -> Vec<u8> {
+    let decoder = png::Decoder::new(BufReader::new(File::open(path).expect("the picture is there")));
+    let mut reader = decoder.read_info().expect("it is a PNG");
+    let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
+    reader.next_frame(&mut pixels).expect("it is whole");
+    pixels
+}
+
+/// A folder with a small head as a CT in `scan`.
+fn folder_with_head() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    done(folder.path(), &["phantom", "head", "--size", "48", "--out", "scan", "--quiet"]);
+    folder
+}
+
+/// Saves and renders in two ways, of the options and of the scene; the scene's text.
+#[track_caller]
+fn same(folder: &Path, options: &[&str]) -> String {
+    let small = ["--size", "32x24", "--samples", "3", "--quiet"];
+    done(folder, &[&["render", "scan", "-o", "direct.png"], &small[..], options].concat());
+    fs::create_dir_all(folder.join("scenes")).unwrap();
+    done(folder, &[&["scene", "save", "scenes/a.json", "scan"], &small[..], options].concat());
+    done(folder, &["render", "scenes/a.json", "-o", "again.png", "--quiet"]);
+    assert!(pixels(&folder.join("direct.png")) == pixels(&folder.join("again.png")), "{options:?}");
+    fs::read_to_string(folder.join("scenes/a.json")).unwrap()
+}
+
+#[test]
+fn a_saved_scene_is_the_same_picture() {
+    let folder = folder_with_head();
+    let text = same(folder.path(), &[]);
+    assert!(text.contains("\"../scan\"") && text.contains("\"content\": \"sha256:"), "{text}");
+    assert!(text.contains("\"preset\": \"ct-"), "the preset that suits is named: {text}");
+    // What was taken off for a look is said by the millimetre, and a look for an organ leaves that alone.
+    let text = same(folder.path(), &["--preset", "ct-bone", "--peel", "9", "--background", "transparent"]);
+    assert!(text.contains("\"depth\": 9"), "{text}");
+    let parts =
+        ["--labels", "found", "--label", "*=opacity:0.5", "--label", "body=color:#ff2010,preset:ct-bone"];
+    let light = ["--environment", "gradient", "--environment-rotation", "40", "--light", "sun:40,30,2"];
+    let view =
+        ["--azimuth", "35", "--elevation", "20", "--zoom", "1.3", "--tone", "aces", "--exposure", "0.5"];
+    let cuts = ["--clip-shape", "!sphere:0,40,60,30", "--clip", "0,0,0,1,1,0.9", "--window", "200,900"];
+    same(folder.path(), &[&parts[..], &light, &view, &cuts].concat());
+    same(folder.path(), &["--eye", "300,100,400", "--fov", "50", "--keep", "everything", "--density", "0.5"]);
+}
+
+#[test]
+fn options_win_over_what_the_scene_says() {
+    let folder = folder_with_head();
+    let small = ["--size", "32x24", "--samples", "3", "--quiet"];
+    let skin =
+        [&["scene", "save", "a.json", "scan", "--preset", "ct-skin", "--azimuth", "20"], &small[..]].concat();
+    done(folder.path(), &skin);
+    done(
+        folder.path(),
+        &["render", "a.json", "-o", "a.png", "--preset", "ct-bone", "--azimuth", "90", "--quiet"],
+    );
+    let direct =
+        [&["render", "scan", "-o", "b.png", "--preset", "ct-bone", "--azimuth", "90"], &small[..]].concat();
+    done(folder.path(), &direct);
+    assert!(pixels(&folder.path().join("a.png")) == pixels(&folder.path().join("b.png")));
+    // A scene may be saved over itself.
+    done(
+        folder.path(),
+        &["scene", "save", "a.json", "a.json", "--preset", "ct-bone", "--azimuth", "90", "--quiet"],
+    );
+    done(folder.path(), &["render", "a.json", "-o", "c.png", "--quiet"]);
+    assert!(pixels(&folder.path().join("c.png")) == pixels(&folder.path().join("b.png")));
+}
+
+#[test]
+fn what_is_wrong_with_a_scene_is_told_by_its_line() {
+    let folder = folder_with_head();
+    let at = folder.path();
+    done(at, &["scene", "save", "a.json", "scan", "--labels", "found", "--label", "lungs=hide", "--quiet"]);
+    done(at, &["scene", "check", "a.json"]);
+    let text = fs::read_to_string(at.join("a.json")).unwrap();
+    let refused = |text: &str, arguments: &[&str]| {
+        fs::write(at.join("b.json"), text).unwrap();
+        let output = run(at, arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.code(), said.lines().last().unwrap_or_default().to_owned())
+    };
+    let line = |word: &str| text.lines().position(|line| line.contains(word)).unwrap() + 1;
+    let check = ["scene", "check", "b.json"];
+    for (old, new, line, word) in [
+        ("\"scan\"\n", "\"scam\"\n", line("\"files\""), "scam"),
+        (
+            "\"label\": \"lungs\"",
+            "\"label\": \"lumgs\"",
+            line("\"styles\""),
+            "there is no such label; there are",
+        ),
+        ("\"seed\": 0", "\"sead\": 0", line("\"seed\""), "unknown field `sead`"),
+        ("\"lumivox_scene\": 1", "\"lumivox_scene\": 7", 2, "a newer Lumivox opens it"),
+    ] {
+        assert!(text.contains(old), "{old} in {text}");
+        let (exit, said) = refused(&text.replacen(old, new, 1), &check);
+        let place = format!("error: b.json, line {line}: ");
+        assert!(
+            exit == Some(3) && said.starts_with(&place) && said.contains(word),
+            "{exit:?} {said}, not {place}"
+        );
+    }
+    let render = ["render", "b.json", "-o", "b.png", "--samples", "1", "--size", "8x8"];
+    let (exit, said) = refused("{\"lumivox_scene\": 1, \"film\": {\"size\": [0, 1]}}", &render);
+    assert!(exit == Some(3) && said.contains("line 1: 0 x 1 is no image"), "{said}");
+
+    // Another scan in its place is told, and shown.
+    fs::remove_dir_all(at.join("scan")).unwrap();
+    done(at, &["phantom", "head", "--size", "40", "--out", "scan", "--quiet"]);
+    let said = done(at, &["scene", "check", "a.json"]);
+    assert!(said.contains("this is not the scan that the scene was saved with"), "{said}");
+    let both = run(at, &["render", "a.json", "scan", "-o", "c.png"]);
+    let said = String::from_utf8_lossy(&both.stderr).into_owned();
+    assert!(
+        both.status.code() == Some(2) && said.contains("a.json is a scene, which has its own scans"),
+        "{said}"
+    );
+    let own = run(at, &["scene", "save", "scan/a.txt", "scan"]);
+    assert_eq!(own.status.code(), Some(2));
+}
