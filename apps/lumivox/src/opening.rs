@@ -209,7 +209,7 @@ impl Plan {
                 match lumivox_scene::lie_within(labels, &shown.volume) {
                     Ok(note) => note.into_iter().for_each(|note| reporter.note(note)),
                     Err(why) if is_alone => return Err(Failure::input(format!("{file}: {why}"))),
-                    Err(_) => {}
+                    Err(why) => reporter.note(Note::new(why)),
                 }
             }
             parts.push(Part::new(shown, from_files));

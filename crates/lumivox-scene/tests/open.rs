@@ -1,0 +1,154 @@
+//! Documents are opened from real files, and what was opened can be written down again.
+
+use std::{
+    cell::RefCell,
+    path::{Path, PathBuf},
+};
+
+use lumivox_core::{
+    CancelToken, Preset, Progress,
+    document::{
+        Display, Entry, Film, Keep, Labels, Look, Scan, SceneDocument, Style, TakenOff, View, Written,
+    },
+};
+use lumivox_phantom::{SeriesDescription, write_dicom_series};
+use lumivox_scene::{Audience, Note, OpenErrorKind, Opened, Opening, Silent, content_of, open, save};
+
+/// Hears everything.
+#[derive(Default)]
+struct Listener(RefCell<Vec<String>>);
+
+impl Audience for Listener {
+    fn note(&self, note: Note) {
+        self.0.borrow_mut().push(note.text);
+    }
+
+    fn say(&self, line: &str) {
+        self.0.borrow_mut().push(line.to_owned());
+    }
+
+    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
+        work(Progress::SILENT)
+    }
+}
+
+/// A folder with a ball of bone as a CT in `scans/ball`.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let ball = lumivox_phantom::sphere(900.0, 9.0, 2.0);
+    let (cancel, at) = (CancelToken::new(), folder.path().join("scans/ball"));
+    write_dicom_series(&ball, &at, &SeriesDescription::default(), Progress::SILENT, &cancel).unwrap();
+    folder
+}
+
+fn document() -> SceneDocument {
+    let mut entry = Entry::new(Scan::of_files(["scans/ball".to_owned()]));
+    entry.look = Look { density: Some(0.3), ..Look::of_preset(Preset::CtBone) };
+    SceneDocument {
+        volumes: vec![entry],
+        camera: View { azimuth: Some(30.0), ..View::default() },
+        film: Film { size: [30, 20], ..Film::default() },
+        display: Display::default(),
+        ..SceneDocument::default()
+    }
+}
+
+fn opened(document: &SceneDocument, folder: &Path, audience: &impl Audience) -> Opened {
+    open(document, folder, &Opening::default(), audience, &CancelToken::new()).unwrap()
+}
+
+#[test]
+fn what_was_opened_is_written_down_and_opened_again() {
+    let folder = folder();
+    let first = opened(&document(), folder.path(), &Silent);
+    assert_eq!(first.scene.volumes[0].medium.density_scale, 0.3);
+    let source = first.scene.volumes[0].volume.source().unwrap();
+    assert!(source.keep == Keep::Patient && Path::new(&source.files[0]).is_absolute(), "{source:?}");
+
+    let camera = View::of(&first.camera);
+    let written = SceneDocument { camera, ..SceneDocument::of(&first.scene).unwrap() };
+    std::fs::create_dir(folder.path().join("scenes")).unwrap();
+    let file: PathBuf = folder.path().join("scenes/ball.json");
+    save(&written, &file).unwrap();
+    let text = std::fs::read_to_string(&file).unwrap();
+    assert!(
+        text.contains("\"../scans/ball\"") && !text.contains(&*folder.path().to_string_lossy()),
+        "{text}"
+    );
+    let read = Written::parse(&file, text).unwrap();
+    let again = opened(&read.document, read.folder(), &Silent);
+    let (a, b) = (&first.scene.volumes[0], &again.scene.volumes[0]);
+    assert_eq!((&a.medium, a.clip_box, a.layers), (&b.medium, b.clip_box, b.layers));
+    assert_eq!(a.volume.voxels(), b.volume.voxels());
+    assert!(a.world_from_patient.abs_diff_eq(b.world_from_patient, 1e-15));
+    assert!(first.camera.world_from_camera.abs_diff_eq(again.camera.world_from_camera, 1e-15));
+    assert_eq!(std::fs::read_dir(folder.path().join("scenes")).unwrap().count(), 1, "nothing half is left");
+}
+
+#[test]
+fn another_scan_in_its_place_is_told() {
+    let folder = folder();
+    let mut document = document();
+    let scan = &mut document.volumes[0].scan;
+    scan.keep = Keep::Everything;
+    let content = content_of(&opened(&document, folder.path(), &Silent).scene.volumes[0].volume);
+    assert_eq!(content.len(), "sha256:".len() + 64);
+    let told = |content: String| {
+        let mut document = document.clone();
+        document.volumes[0].scan.content = Some(content);
+        let listener = Listener::default();
+        opened(&document, folder.path(), &listener);
+        listener.0.into_inner().iter().any(|note| note.contains("not the scan that the scene was saved with"))
+    };
+    assert!(!told(content.clone()) && told(content.replace(|c: char| c.is_ascii_digit(), "0")));
+}
+
+#[test]
+fn what_cannot_be_opened_is_told_by_its_place() {
+    let folder = folder();
+    let fails = |change: &dyn Fn(&mut SceneDocument)| {
+        let mut document = document();
+        change(&mut document);
+        let error =
+            open(&document, folder.path(), &Opening::default(), &Silent, &CancelToken::new()).unwrap_err();
+        (error.volume, error.keys, error.to_string())
+    };
+    let (volume, keys, why) = fails(&|document| document.volumes[0].scan.files[0] = "scans/bowl".into());
+    assert!((volume, keys) == (Some(0), &["scan", "files"]) && why.contains("bowl"), "{why}");
+    let (_, keys, why) = fails(&|document| document.volumes[0].scan.axes = Some("XYZ".into()));
+    assert!(keys == ["scan"] && why.starts_with("axes: "), "{why}");
+    let styles = vec![Style { label: "spleen".into(), ..Style::default() }];
+    let (_, keys, why) = fails(&|document| {
+        document.volumes[0].labels = Some(Labels { styles: styles.clone(), ..Labels::default() })
+    });
+    assert!(keys == ["labels", "styles"] && why.contains("there is no such label"), "{why}");
+    let (volume, keys, _) = fails(&|document| document.environment.source = "sky.hdr".into());
+    assert_eq!((volume, keys), (None, &["environment", "source"][..]));
+    let at = [10.0, 0.0, 0.0];
+    let (_, keys, _) = fails(&|document| {
+        document.camera = View { eye: Some(at), target: Some(at), ..View::default() };
+    });
+    assert_eq!(keys, ["camera"]);
+
+    let cancelled = CancelToken::new();
+    cancelled.cancel();
+    let error = open(&document(), folder.path(), &Opening::default(), &Silent, &cancelled).unwrap_err();
+    assert!(!matches!(error.kind, OpenErrorKind::Wrong(_)), "{error}");
+}
+
+#[test]
+fn what_is_taken_off_is_what_was_said_else_what_the_look_hides_behind() {
+    let folder = folder();
+    let voxels = |taken_off: Option<TakenOff>| {
+        let mut document = document();
+        document.volumes[0].scan.taken_off = taken_off;
+        let shown = opened(&document, folder.path(), &Silent);
+        let volume = shown.scene.volumes[0].volume.clone();
+        (volume.source().unwrap().taken_off, volume.voxels().clone())
+    };
+    let (said, whole) = voxels(Some(TakenOff::Nothing));
+    assert_eq!(said, Some(TakenOff::Nothing));
+    // A ball of bone is no body: nothing is sure enough to be taken off, whatever was asked for.
+    let (said, asked) = voxels(Some(TakenOff::Depth(4.0)));
+    assert_eq!((said, asked == whole), (Some(TakenOff::Nothing), true));
+}
