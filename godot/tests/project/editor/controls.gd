@@ -189,3 +189,31 @@ func _fit_clips() -> Dictionary:
 	_node.clip_min = before[0]
 	_node.clip_max = before[1]
 	return told
+
+
+## Opens an array with the dialog, and says of it what it does not say; then a series.
+func _open_array() -> Dictionary:
+	var dialog := _find_script("res://addons/lumivox/editor/import_dialog.gd") as ConfirmationDialog
+	var fields := dialog.get("_array") as Control
+	var field := func(option: String) -> LineEdit: return (fields.get("_fields") as Dictionary)[option]
+	var scanned := func() -> bool: return dialog.get("_step") != 1
+	dialog.call("open_path", (_arguments["study"] as String).path_join("array.npy"))
+	await _until(scanned)
+	var told := {"asks": fields.is_visible_in_tree()}
+	print("EXPECT an error of the spacing")
+	field.call("spacing").text = "half"
+	field.call("spacing").text_submitted.emit("half")
+	await _until(scanned)
+	told.refused = (dialog.get("_details") as RichTextLabel).get_parsed_text()
+	field.call("spacing").text = "0.5,1,2"
+	field.call("layout").text = "xyz"
+	field.call("layout").text_submitted.emit("xyz")
+	told.dims = await _import_as(dialog, "res://from_array.res")
+	var spacing := (load("res://from_array.res") as LumivoxVolume).get_spacing_mm()
+	told.spacing = [spacing.x, spacing.y, spacing.z]
+	dialog.call("open_path", (_arguments["study"] as String).path_join("good/small"))
+	await _until(scanned)
+	told.asks_of_others = fields.is_visible_in_tree()
+	told.cleared = (fields.call("options") as Dictionary).is_empty()
+	dialog.hide()
+	return told

@@ -44,6 +44,7 @@ func _run() -> void:
 	_tell("parts", await _find_parts())
 	_tell("dialog", await _use_dialog())
 	_tell("menu", await _use_menu())
+	_tell("arrays", await _open_array())
 	_tell("empty", await _begin_with_nothing())
 	_tell("four", await _four_views())
 	await _screenshot("four")

@@ -124,6 +124,19 @@ fn write_scans(folder: &Path) {
     fs::write(folder.join("level.gz"), gzip(b"a level")).unwrap();
     fs::write(folder.join("texture.raw"), &voxels).unwrap();
     write_phases(&folder.join("phases"));
+    write_array(&folder.join("array.npy"));
+    let options = "[remap]\n\nimporter=\"lumivox.volume\"\ntype=\"LumivoxVolume\"\n\n[params]\n\nspacing=\"0.5,1,2\"\n\
+                   axes=\"RAS\"\nlayout=\"xyz\"\nslope=\"2\"\nintercept=\"-100\"\nmodality=\"MR\"\nunit=\"mg\"\n";
+    fs::write(folder.join("array.npy.import"), options).unwrap();
+}
+
+/// An array of NumPy of 4 x 5 x 6 values from 0 on, the last axis the fastest.
+fn write_array(path: &Path) {
+    let header = "{'descr': '<i2', 'fortran_order': False, 'shape': (4, 5, 6), }";
+    let header = format!("{header:<117}\n");
+    let length = u16::try_from(header.len()).unwrap().to_le_bytes();
+    let values: Vec<u8> = (0..120_i16).flat_map(i16::to_le_bytes).collect();
+    fs::write(path, [b"\x93NUMPY\x01\0", &length[..], header.as_bytes(), &values].concat()).unwrap();
 }
 
 pub fn gzip(bytes: &[u8]) -> Vec<u8> {
@@ -154,6 +167,7 @@ fn write_study(folder: &Path) {
     fs::create_dir_all(folder.join("outside/header")).unwrap();
     fs::write(folder.join("outside/header/scan.mhd"), header).unwrap();
     fs::write(folder.join("outside/samples.raw"), [0, 1, 2, 3, 4, 5, 6, 7]).unwrap();
+    write_array(&folder.join("array.npy"));
 }
 
 /// Adds to each slice of a series one of a second acquisition in the same place, all of whose samples are 100.

@@ -54,3 +54,21 @@ fn the_scene_dock_warns_of_paint_that_the_look_hides() {
         assert_eq!(told[fact], true, "{fact}: {told}");
     }
 }
+
+#[test]
+fn the_import_dock_says_what_an_array_does_not() {
+    let told = &telling("scans")["array.npy"];
+    // Voxels are in the file's order, and its last axis, the fastest, is z.
+    assert_eq!((&told["dims"], &told["spacing"]), (&json!([6, 5, 4]), &json!([2.0, 1.0, 0.5])), "{told}");
+    assert_eq!((&told["range"], &told["unit"]), (&json!([-100.0, 138.0]), &json!("mg")), "{told}");
+}
+
+#[test]
+fn the_import_dialog_asks_for_what_an_array_does_not_say() {
+    let told = telling("arrays");
+    assert_eq!(told["asks"], true, "{told}");
+    assert!(told["refused"].as_str().unwrap().contains("0.5,0.5,2, LPS and zyx"), "{told}");
+    assert_eq!((&told["dims"], &told["spacing"]), (&json!([6, 5, 4]), &json!([2.0, 1.0, 0.5])), "{told}");
+    assert_eq!(told["asks_of_others"], false, "a series says it: {told}");
+    assert_eq!(told["cleared"], true, "nor is one array as the one before: {told}");
+}

@@ -258,7 +258,7 @@ func _inherit_options(first: String, before: Dictionary) -> bool:
 	var own := {}
 	for key in settings.get_section_keys("params") if settings.has_section("params") else PackedStringArray():
 		own[key] = settings.get_value("params", key)
-	for option in VolumeImporter.series_options() + VolumeImporter.content_options():
+	for option in VolumeImporter.series_options() + VolumeImporter.value_options() + VolumeImporter.content_options():
 		if own.get(option.name, option.default_value) != option.default_value:
 			return false
 	var differs := false

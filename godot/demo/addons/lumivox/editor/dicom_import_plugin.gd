@@ -30,7 +30,8 @@ func _get_format_version() -> int:
 
 
 func _get_import_options(_path: String, _preset: int) -> Array[Dictionary]:
-	return series_options() + content_options() + ([{"name": "compress", "default_value": true}] as Array[Dictionary])
+	return series_options() + value_options() + content_options() \
+			+ ([{"name": "compress", "default_value": true}] as Array[Dictionary])
 
 
 func _import(

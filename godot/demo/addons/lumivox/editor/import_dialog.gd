@@ -6,6 +6,7 @@ extends ConfirmationDialog
 
 enum Step { CHOOSE, SCANNING, READY, IMPORTING, SAVING }
 
+const ArrayFields := preload("array_fields.gd")
 const VolumeInspector := preload("volume_inspector.gd")
 
 const COLUMNS: PackedStringArray = ["Series", "What it is", "Voxels", "Phases", "Files", "Remark"]
@@ -28,6 +29,7 @@ var _suggested := ""
 
 var _path := LineEdit.new()
 var _raw := LineEdit.new()
+var _array := ArrayFields.new()
 var _allow_outside := CheckBox.new()
 var _browse := MenuButton.new()
 var _series := Tree.new()
@@ -54,11 +56,13 @@ func _init(undo: EditorUndoRedoManager = null) -> void:
 	add_child(column)
 	column.add_child(_source_row())
 	column.add_child(_raw_row())
+	column.add_child(_array)
 	column.add_child(_outside_row())
 	column.add_child(_series_tree())
 	column.add_child(_details_row())
 	column.add_child(_target_row())
 	column.add_child(_progress_row())
+	_array.submitted.connect(_scan)
 	confirmed.connect(_on_confirmed)
 	canceled.connect(_stop_work)
 	close_requested.connect(_stop_work)
@@ -259,6 +263,7 @@ func _go(step: Step) -> void:
 	var works := _works()
 	_path.editable = not works
 	_raw.editable = not works
+	_array.set_editable(not works)
 	_allow_outside.disabled = works
 	_browse.disabled = works
 	_target.editable = not works
@@ -306,9 +311,12 @@ func _scan() -> void:
 		return
 	_begin(Step.SCANNING, "Looking at %s" % _name_of(_path.text))
 	_raw.visible = _needs_description(_path.text)
+	_array.visible = ArrayFields.may_help(_path.text) or not _array.options().is_empty()
 	_allow_outside.visible = _path.text.get_extension().to_lower() in ["mhd", "nhdr"]
 	var error := _new_importer().scan([_path.text], _source_options())
-	if error == ERR_INVALID_PARAMETER:
+	if error == ERR_INVALID_PARAMETER and not _array.options().is_empty():
+		_on_failed("Spacing, axes or layout is none, as the output says; 0.5,0.5,2, LPS and zyx would be.")
+	elif error == ERR_INVALID_PARAMETER:
 		_on_failed("'%s' does not describe what a file holds; 256x256x108:i16le:spacing=1,1,2 would." % _raw.text)
 	elif error != OK:
 		_on_failed(error_string(error))
@@ -319,13 +327,14 @@ static func _needs_description(path: String) -> bool:
 	return path.get_extension().to_lower() in ["raw", "gz"] and not path.to_lower().ends_with(".nii.gz")
 
 
-## Trust in one header is none in the next.
+## Trust in one header is none in the next, and what was said of one array not of another.
 func _distrust() -> void:
 	_allow_outside.set_pressed_no_signal(false)
+	_array.clear()
 
 
 func _source_options() -> Dictionary:
-	var options := {}
+	var options := _array.options()
 	if _raw.visible and _raw.text.strip_edges() != "":
 		options["raw"] = _raw.text.strip_edges()
 	if _allow_outside.visible and _allow_outside.button_pressed:
@@ -358,6 +367,7 @@ func _on_progress(stage: String, done: int, total: int) -> void:
 
 func _on_scanned(report: Dictionary) -> void:
 	_report = report
+	_array.visible = ArrayFields.may_help(_path.text, report.get("format", "") as String)
 	var root := _series.create_item()
 	var list: Array = report.get("series", [])
 	for i in list.size():

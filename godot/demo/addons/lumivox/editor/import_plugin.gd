@@ -1,10 +1,11 @@
 @tool
 extends EditorImportPlugin
-## Imports scans that are one file whose name says so: NIfTI, NRRD and MetaImage.
+## Imports scans that are one file whose name says so: NIfTI, NRRD, MetaImage, MGH and arrays of NumPy.
 ##
 ## Zip archives, RAW and other gz files are often a game's own: `runtime/listed_files.gd`. Those that were imported as volumes
 ## before stay volumes: `former_imports.gd`.
 
+const ArrayFields := preload("array_fields.gd")
 const SAVE_EXTENSION := "res"
 ## Those with a dot in them.
 const COMPOUND_EXTENSIONS: Array[String] = ["nii.gz"]
@@ -67,6 +68,9 @@ func _get_import_options(path: String, _preset: int) -> Array[Dictionary]:
 		})
 	if extension in ["nhdr", "mhd", ""]:
 		options.append({"name": "allow_outside_data", "default_value": false})
+	if extension in ["npy", "zip", ""]:
+		options.append_array(ArrayFields.dock_options())
+	options.append_array(value_options())
 	options.append_array(content_options())
 	options.append({"name": "compress", "default_value": true})
 	return options
@@ -109,6 +113,21 @@ static func series_options() -> Array[Dictionary]:
 	]
 
 
+## What its values mean, in place of what the file says.
+static func value_options() -> Array[Dictionary]:
+	var options: Array[Dictionary] = []
+	for option: String in ["slope", "intercept", "unit"]:
+		options.append({
+			"name": option, "default_value": "",
+			"property_hint": PROPERTY_HINT_PLACEHOLDER_TEXT, "hint_string": "the file's",
+		})
+	options.insert(2, {
+		"name": "modality", "default_value": "",
+		"property_hint": PROPERTY_HINT_ENUM_SUGGESTION, "hint_string": "CT,MR,PET,other",
+	})
+	return options
+
+
 ## What of the volume is shown.
 static func content_options() -> Array[Dictionary]:
 	# Whether what lies around the patient in a CT (the table, clothes, cables) is a part of the scan; otherwise it is put
@@ -119,7 +138,7 @@ static func content_options() -> Array[Dictionary]:
 ## What the reader is to know of the import options.
 static func reader_options(options: Dictionary) -> Dictionary:
 	var wanted := {}
-	for key: String in ["series", "raw"]:
+	for key: String in ["series", "raw", "spacing", "axes", "layout", "slope", "intercept", "modality", "unit"]:
 		var text: String = options.get(key, "")
 		if text.strip_edges() != "":
 			wanted[key] = text.strip_edges()
