@@ -334,6 +334,9 @@ pub struct SceneArgs {
     /// without a GPU, as many as two minutes allow]
     #[arg(long, value_name = "N", help_heading = "Image", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub samples: Option<u32>,
+    /// Noise at which it ends before it has all samples, as a fraction of the brightness, such as 0.02 [default: none]
+    #[arg(long, value_name = "FRACTION", help_heading = "Image", value_parser = number(1e-4, 1.0))]
+    pub noise: Option<f64>,
     /// Another seed gives other noise; the same gives the same image [default: 0]
     #[arg(long, value_name = "N", help_heading = "Image")]
     pub seed: Option<u32>,

@@ -378,6 +378,7 @@ fn change(args: &SceneArgs, document: &mut SceneDocument) -> Result<(), Failure>
     let film = &mut document.film;
     film.size = args.size.map_or(film.size, |size| [size.width, size.height]);
     film.samples = args.samples.or(film.samples);
+    film.noise = args.noise.or(film.noise);
     film.seed = args.seed.unwrap_or(film.seed);
     film.denoise |= args.denoise;
     let display = &mut document.display;

@@ -90,6 +90,21 @@ fn options_win_over_what_the_scene_says() {
     assert!(pixels(&folder.path().join("c.png")) == pixels(&folder.path().join("b.png")));
 }
 
+/// Which samples are looked at depends on nothing but the image.
+#[test]
+fn a_scene_may_end_by_its_noise() {
+    let folder = folder_with_head();
+    let at = folder.path();
+    done(at, &["scene", "save", "a.json", "scan", "--size", "32x24", "--noise", "0.2", "--quiet"]);
+    let said = done(at, &["render", "a.json", "-o", "a.png"]);
+    let noise = said.split(", noise ").nth(1).and_then(|rest| rest.split('%').next()).expect("it is said");
+    assert!(noise.parse::<f64>().unwrap() <= 20.0, "{said}");
+    done(at, &["render", "scan", "-o", "b.png", "--size", "32x24", "--noise", "0.2", "--quiet"]);
+    assert!(pixels(&at.join("a.png")) == pixels(&at.join("b.png")));
+    let cluster = ["render", "a.json", "-o", "c.png", "--cluster", "tcp://nowhere:1"];
+    assert_eq!(run(at, &cluster).status.code(), Some(2));
+}
+
 #[test]
 fn what_is_wrong_with_a_scene_is_told_by_its_line() {
     let folder = folder_with_head();

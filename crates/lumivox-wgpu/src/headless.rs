@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use lumivox_core::{Filter, PerspectiveCamera, Scene, Volume, VolumeInstance};
 use lumivox_renderer::recording::{Kernel, Step};
 use lumivox_renderer::{
-    CellSize, EnvironmentSampling, Film, Recording, RenderError, SceneCache, View, ViewKind, ViewSettings,
-    VoxelStore,
+    CellSize, EnvironmentSampling, Film, NoiseEnd, Recording, RenderError, SceneCache, View, ViewKind,
+    ViewSettings, VoxelStore,
 };
 
 use crate::error::{GpuError, HeadlessError};
@@ -34,6 +34,9 @@ pub struct RenderRequest {
     pub window: Option<[[u32; 2]; 2]>,
     /// It ends, too, when so much time has gone into it and every pixel has a sample: [`Outcome::TimeUp`].
     pub time: Option<Duration>,
+    /// It ends, too, when the film's noise is no more than that, as [`Film::noise`] measures it. Which samples are looked at
+    /// depends on the film alone: the same request gives the same image, however fast a GPU is.
+    pub noise: Option<f64>,
     /// Chooses the random numbers.
     pub seed: u32,
     /// Whether the film also holds first-hit albedo and normal.
@@ -55,6 +58,7 @@ impl RenderRequest {
             pass_samples: None,
             window: None,
             time: None,
+            noise: None,
             seed: 0,
             guides: false,
             environment_sampling: EnvironmentSampling::Auto,
@@ -175,7 +179,19 @@ impl HeadlessRenderer {
         on_progress: &mut dyn FnMut(&RenderProgress) -> ControlFlow<()>,
     ) -> Result<Rendered, HeadlessError> {
         let mut still = self.begin(gpu, scene, camera, request)?;
-        still.trace_to(gpu, self, request.samples, on_progress);
+        let mut end = NoiseEnd::at(request.noise.unwrap_or(0.0));
+        let most = request.samples.saturating_sub(request.first_sample);
+        loop {
+            let target = request.first_sample + end.samples(most);
+            let outcome = still.trace_to(gpu, self, target, on_progress);
+            if !matches!(outcome, Outcome::Complete) || !end.begin_look(most) {
+                break;
+            }
+            end.look(still.film());
+            if !end.is_open(most) && end.samples(most) <= still.film().min_samples() {
+                break;
+            }
+        }
         Ok(still.end(gpu))
     }
 

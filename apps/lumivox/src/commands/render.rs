@@ -46,16 +46,21 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let Opened { document, scene, camera } = plan.open(&args.scene, reporter, &cancel)?;
 
     let film = document.film;
-    let samples = film.samples.unwrap_or(if args.time.is_some() { MOST_SAMPLES } else { DEFAULT_SAMPLES });
+    let ends = args.time.is_some() || film.noise.is_some();
+    let samples = film.samples.unwrap_or(if ends { MOST_SAMPLES } else { DEFAULT_SAMPLES });
     let unbounded = film.samples.is_none() && args.time.is_none();
     let in_software = gpu.as_ref().is_some_and(|gpu| gpu.description.software);
     let time = args.time.or((unbounded && in_software).then_some(DEFAULT_SOFTWARE_TIME));
     let request = RenderRequest {
         seed: film.seed,
         time,
+        noise: film.noise,
         guides: film.denoise,
         ..RenderRequest::new(film.size[0], film.size[1], samples)
     };
+    if args.cluster.is_some() && film.noise.is_some() && film.samples.is_none() {
+        return Err(Failure::usage("a cluster does not look at the noise; give it --samples"));
+    }
     let mut traced = match (&mut gpu, &args.cluster) {
         (Some(gpu), _) => trace::trace(&scene, &camera, &request, gpu, reporter, &cancel)?,
         (None, address) => {

@@ -11,7 +11,6 @@ mod counts;
 mod film;
 mod fog;
 mod host;
-mod noise;
 mod picture;
 mod schedule;
 
@@ -22,11 +21,11 @@ use self::counts::{CountOfWhole, PathsOfScene};
 use self::film::{LiveFilm, padded_height, pixels};
 pub use self::fog::{DistanceFog, Fog, HeightFog};
 pub use self::host::{HostDepth, HostFrame, LiveSettings, LiveStatus};
-use self::noise::NoiseEnd;
 use self::picture::Picture;
 use self::schedule::{Plan, Schedule, Which, Work};
 use crate::error::RenderError;
 use crate::film::Film;
+use crate::noise_end::NoiseEnd;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::SceneCache;
 

@@ -282,6 +282,25 @@ fn a_render_out_of_time_gives_all_pixels_of_a_row_as_much() {
     }
 }
 
+/// The end by noise is the film's: the same request is the same image, and the noise is as small as asked for.
+#[test]
+fn a_render_ends_by_its_noise() {
+    let mut gpu = gpu();
+    let test = scenes::overlapping_volumes();
+    let request = RenderRequest { noise: Some(0.1), ..RenderRequest::new(20, 16, 4096) };
+    let mut film = || {
+        let rendered =
+            render(&mut gpu, &test.scene, &test.camera, &request, &mut |_| ControlFlow::Continue(()));
+        let rendered = rendered.unwrap();
+        assert!(matches!(rendered.outcome, Outcome::Complete), "{:?}", rendered.outcome);
+        rendered.film
+    };
+    let first = film();
+    let (noise, samples) = (first.noise().unwrap(), first.min_samples());
+    assert!(noise <= 0.1 && (16..2048).contains(&samples), "{noise} after {samples}");
+    assert_eq!(film().min_samples(), samples);
+}
+
 #[test]
 fn a_lost_device_leaves_the_image_so_far() {
     let name = std::env::var("LUMIVOX_GPU").ok();

@@ -13,7 +13,7 @@ const SPARE: f64 = 1.05;
 
 /// The end of an image by its noise, and where its looks are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct NoiseEnd {
+pub struct NoiseEnd {
     /// What [`Film::noise`] is to say; 0: the image ends by its samples alone.
     target: f64,
     /// Samples that are traced before the next look.
@@ -32,6 +32,13 @@ impl Default for NoiseEnd {
 }
 
 impl NoiseEnd {
+    /// An image that ends where [`Film::noise`] says `target`.
+    pub fn at(target: f64) -> Self {
+        let mut end = Self::default();
+        end.set_target(target);
+        end
+    }
+
     /// Changes what is clean enough.
     pub fn set_target(&mut self, target: f64) {
         let target = if target.is_finite() { target.max(0.0) } else { 0.0 };
