@@ -135,6 +135,33 @@ def writable(name: str) -> str:
     return folder
 
 
+Grid = tuple[str | None, str | None, str | None, str | None]
+"""Layout of a RAW scan, spacing, axes, and layout of an array, as the command has them."""
+
+
+def grid(raw: Any, spacing: Any, axes: Any, layout: Any) -> Grid:
+    """What is told of files that do not say what they are a grid of, if it is text and numbers."""
+    for name, value, example in (
+        ("raw", raw, "256x256x108:i16le:spacing=0.9,0.9,1.5"),
+        ("axes", axes, "LPS"),
+        ("layout", layout, "zyx"),
+    ):
+        if value is not None and not isinstance(value, str):
+            what = "a layout" if name != "axes" else "three letters"
+            raise TypeError(f"{name} must be {what}, such as '{example}', not {shown(value)}")
+    lengths = None
+    if spacing is not None:
+        lengths = ",".join(map(repr, vector("spacing", spacing, "three lengths in mm, along x, y and z")))
+    return raw, lengths, axes, layout
+
+
+def modality(value: Any) -> str:
+    """A word for what made a scan; which it may be, the native half knows."""
+    if not isinstance(value, str):
+        raise TypeError(f"modality must be 'CT', 'MR', 'PET' or 'other', not {shown(value)}")
+    return value
+
+
 def flag(name: str, value: Any) -> bool:
     """``True`` or ``False``."""
     if not isinstance(value, bool | np.bool_):

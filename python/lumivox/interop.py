@@ -21,6 +21,9 @@ from lumivox.volume import Volume
 RAS_FROM_LPS = np.diag([-1.0, -1.0, 1.0, 1.0])
 """And the other way."""
 
+NO_ORIENTATION = "no orientation is given: axes are taken for right, anterior, superior"
+"""What is said of an image without a place, as of its file."""
+
 MM: dict[str, float] = {
     **dict.fromkeys(("", "mm", "millimeter", "millimeters", "millimetre", "millimetres", "unknown"), 1.0),
     **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1e3),
@@ -76,7 +79,7 @@ def from_nibabel(image: Any, modality: str = "") -> Volume:
     """A volume of a ``nibabel`` image of three dimensions; its slope and intercept are kept apart from its samples.
 
     Its place is its ``affine`` in the unit of its header. One that nobody gave (NIfTI's sform and qform are of code 0) is
-    taken as :func:`lumivox.load` takes such a file: right, anterior, superior from the first voxel.
+    taken as :func:`lumivox.load` takes such a file: right, anterior, superior from the first voxel, which a warning says.
     """
     _has(image, "dataobj", "a nibabel image")
     slope, intercept, proxy = 1.0, 0.0, image.dataobj
@@ -85,13 +88,25 @@ def from_nibabel(image: Any, modality: str = "") -> Volume:
         slope, intercept = float(proxy.slope), float(proxy.inter)
     else:
         samples = np.asarray(proxy)
-    affine = np.asarray(image.affine, dtype=np.float64)
-    header = image.header
-    codes = [int(header[name]) for name in ("sform_code", "qform_code")] if hasattr(header, "get_qform") else []
-    if codes == [0, 0] and np.array_equal(affine, header.get_base_affine()):
-        affine = np.diag([*(float(abs(size)) for size in header["pixdim"][1:4]), 1.0])
+    affine, header = _ras_from_voxel(image), image.header
     unit = header.get_xyzt_units()[0] if hasattr(header, "get_xyzt_units") else "mm"
     return _from_ras("nibabel", samples, affine, modality, MM.get(unit, 1.0), slope, intercept)
+
+
+def _ras_from_voxel(image: Any) -> npt.NDArray[np.float64]:
+    """The place of a ``nibabel`` image in the unit of its header, as its file has it."""
+    given, header = image.affine, image.header
+    is_nifti = hasattr(header, "get_qform")
+    has_place = is_nifti and any(int(header[name]) for name in ("sform_code", "qform_code"))
+    if given is None and has_place:
+        given = header.get_best_affine()
+    # Where nobody said anything, nibabel's own is that of the header's base.
+    if given is not None and (has_place or not is_nifti or not np.array_equal(given, header.get_base_affine())):
+        return np.asarray(given, dtype=np.float64)
+    _check.warn(NO_ORIENTATION)
+    sizes = (abs(float(size)) for size in header.get_zooms()[:3])
+    # An axis of one voxel needs no size in a file.
+    return np.diag([*(size or float(count == 1) for size, count in zip(sizes, image.shape, strict=False)), 1.0])
 
 
 def to_xarray(volume: Volume) -> Any:

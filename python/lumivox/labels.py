@@ -287,13 +287,17 @@ def load_labels(
     phase: int | None = None,
     allow_outside_data: bool = False,
     raw: str | None = None,
+    spacing: Vector | None = None,
+    axes: str | None = None,
+    layout: str | None = None,
     progress: Callable[[str, int, int], object] | None = None,
 ) -> Labels:
     """Loads a segmentation: a DICOM SEG, NIfTI, NRRD (3D Slicer's, too), MetaImage or RAW file, or a folder with a DICOM SEG.
 
     - ``table``: names and colours: ITK-SNAP's label descriptions, a colour table of FreeSurfer's or 3D Slicer's, FSLeyes'
       look-up table, or columns ``index``, ``name`` and ``color``. Default: one of the same name beside the file.
-    - ``series``, ``phase``, ``allow_outside_data``, ``raw``, ``progress``: as those of :func:`load`.
+    - ``series``, ``phase``, ``allow_outside_data``, ``raw``, ``spacing``, ``axes``, ``layout``, ``progress``: as those of
+      :func:`load`.
 
     Numbers are exact: those of 1 to 255 are kept, others numbered anew, which :attr:`Labels.report` says. Ctrl-C stops it.
     Raises :class:`ScanError`, which names the file, what is wrong and what to do: also where it is a scan.
@@ -303,4 +307,5 @@ def load_labels(
     chosen = None if series is None else str(series)
     first = None if phase is None else _check.whole("phase", phase, 1, 1 << 31)
     _check.called("progress", progress, "(stage, done, total)")
-    return Labels(_native.load_labels(name, beside, chosen, first, allow_outside_data, raw, progress))
+    grid = _check.grid(raw, spacing, axes, layout)
+    return Labels(_native.load_labels(name, beside, chosen, first, allow_outside_data, grid, progress))

@@ -50,7 +50,7 @@ class Volume:
         - ``spacing``: millimetres between neighbouring voxel centres along x, y, z.
         - ``origin``: the centre of voxel (0, 0, 0) in LPS millimetres.
         - ``orientation``: 3 x 3; its columns are the directions of the voxel axes x, y, z in LPS. Default: those of LPS.
-        - ``modality``: ``"CT"`` (values are HU), ``"MR"``, ``"PT"``, or ``""`` for anything else.
+        - ``modality``: ``"CT"`` (values are HU), ``"MR"``, ``"PET"`` (or DICOM's ``"PT"``), or ``"other"``, as ``""``.
         - ``unit``: what values are measured in, where it is not the modality's.
         - ``slope``, ``intercept``: ``value = array * slope + intercept``.
 
@@ -64,8 +64,7 @@ class Volume:
             raise ValueError("a masked array has values that are not there: fill them first, with array.filled(value)")
         matrix = _check.place(spacing, origin, orientation)
         slope, intercept = _check.number("slope", slope), _check.number("intercept", intercept)
-        if not isinstance(modality, str):
-            raise TypeError(f"modality must be 'CT', 'MR', 'PT' or '', not {_check.shown(modality)}")
+        _check.modality(modality)
         if unit is not None and not isinstance(unit, str):
             raise TypeError(f"unit must be a word, such as 'HU', not {_check.shown(unit)}")
         return cls._of(_samples(array), slope, intercept, matrix, modality, unit, "array")
@@ -422,12 +421,16 @@ def load(
     fill_damaged: bool = False,
     allow_outside_data: bool = False,
     raw: str | None = None,
+    spacing: Vector | None = None,
+    axes: str | None = None,
+    layout: str | None = None,
     slope: float | None = None,
     intercept: float | None = None,
-    modality: Literal["CT", "MR", "PET", "other"] | None = None,
+    modality: str | None = None,
     unit: str | None = None,
 ) -> Volume:
-    """Loads a scan: a DICOM folder, archive or files, NIfTI, NRRD, MetaImage or RAW, told by content.
+    """Loads a scan: a DICOM folder, archive or files, NIfTI, NRRD, MetaImage, RAW, an array of NumPy's (``.npy``), a stack of
+    pictures or OME-Zarr, told by content.
 
     - ``series``: DICOM series to take: its place in ``report["series"]`` from 1, its UID, or a number that no other has.
     - ``keep``: ``"patient"`` makes air of what lies around the patient in a CT; ``"everything"`` keeps it as scanned.
@@ -437,8 +440,13 @@ def load(
     - ``fill_damaged``: fills in slices that are there but damaged, too.
     - ``allow_outside_data``: lets a header name data files anywhere, not only beside it or below.
     - ``raw``: layout of a RAW scan: ``"256x256x108:i16le:spacing=0.9,0.9,1.5"``.
+    - ``spacing``: millimetres between voxels along x, y, z, for arrays, stacks of pictures and OME-Zarr. Default: the file's,
+      else 1. ``axes``: where x, y and z of such files grow to in the patient: ``"LPS"`` (default), ``"RAS"``, ...
+    - ``layout``: the axes of an array as its shape lists them: x, y, z, t for moments, c for colours. Default: ``"zyx"``, or
+      ``"tzyx"`` where there are four.
     - ``slope``, ``intercept``, ``modality``, ``unit``: what values mean, in place of what the file says:
-      ``intercept=-1024`` where a CT's was lost, ``unit="HU"`` where a CT's are Hounsfield units after all.
+      ``intercept=-1024`` where a CT's was lost, ``unit="HU"`` where a CT's are Hounsfield units after all. ``modality`` is
+      ``"CT"``, ``"MR"``, ``"PET"`` or ``"other"``.
 
     Ctrl-C stops it. Raises :class:`ScanError`, which names the file, what is wrong and what to do.
     """
@@ -447,19 +455,21 @@ def load(
         raise TypeError(f"series must be a place in the report's list, or a UID, not {_check.shown(series)}")
     chosen = None if series is None else str(series)
     phase = None if phase is None else _check.whole("phase", phase, 1, 1 << 31)
-    raw = layout(raw)
+    grid = _check.grid(raw, spacing, axes, layout)
     slope = None if slope is None else _check.number("slope", slope, -1e9, 1e9)
     if slope == 0.0:
         raise ValueError("slope must not be 0")
     intercept = None if intercept is None else _check.number("intercept", intercept, -1e9, 1e9)
     if modality is not None:
-        _check.choice("modality", modality, ("CT", "MR", "PET", "other"))
+        _check.modality(modality)
     if unit is not None and not isinstance(unit, str):
         raise TypeError(f"unit must be a text, not {_check.shown(unit)}")
     values = (slope, intercept, modality, unit)
     _check.called("progress", progress, "(stage, done, total)")
     alone = keep == "patient"
-    native = _native.load(_paths(path), chosen, phase, leave_gaps, fill_damaged, allow_outside_data, raw, values, alone, progress)
+    native = _native.load(
+        _paths(path), chosen, phase, leave_gaps, fill_damaged, allow_outside_data, grid, values, alone, progress
+    )
     return Volume(native)
 
 
@@ -469,22 +479,31 @@ def scan(
     *,
     allow_outside_data: bool = False,
     raw: str | None = None,
+    spacing: Vector | None = None,
+    axes: str | None = None,
+    layout: str | None = None,
 ) -> dict[str, Any]:
-    """What could be loaded from a folder, archive or file, without loading it: the ``report`` that a load would have."""
+    """What could be loaded from a folder, archive or file, without loading it: the ``report`` that a load would have.
+
+    Options are as those of :func:`load`.
+    """
     _check.called("progress", progress, "(stage, done, total)")
-    report: dict[str, Any] = json.loads(_native.scan(_paths(path), allow_outside_data, layout(raw), progress))
+    grid = _check.grid(raw, spacing, axes, layout)
+    report: dict[str, Any] = json.loads(_native.scan(_paths(path), allow_outside_data, grid, progress))
     return report
 
 
-def phantom(kind: str = "head", size: int = 256, seed: int = 1, progress: StageProgress | None = None) -> Volume:
+def phantom(kind: str = "head", size: int | None = None, seed: int = 1, progress: StageProgress | None = None) -> Volume:
     """A procedural scan to try things on: ``"head"``, ``"torso"``, ``"cube"``, ``"slab"`` or ``"sphere"`` as a CT sees them,
-    ``"mr-head"`` or ``"mr-brain"``.
+    ``"mr-head"`` or ``"mr-brain"``, or ``"torso-pet"``, the torso as a PET sees it, in the same place.
 
-    ``size`` is in voxels along the longest side, 8 to 1024; ``seed`` is that of noise and anatomical variation.
+    ``size`` is in voxels along the longest side, 8 to 1024 (256; of a PET 128); ``seed`` is that of noise and
+    anatomical variation.
     """
     if not isinstance(kind, str):
         raise TypeError(f"kind must be a phantom's name, such as 'head', not {_check.shown(kind)}")
-    voxels, chosen = _check.whole("size", size, 8, 1024), _check.whole("seed", seed, 0, (1 << 64) - 1)
+    voxels = None if size is None else _check.whole("size", size, 8, 1024)
+    chosen = _check.whole("seed", seed, 0, (1 << 64) - 1)
     return Volume(_native.phantom(kind, voxels, chosen, _check.called("progress", progress, "(stage, done, total)")))
 
 
@@ -494,10 +513,3 @@ def write_dicom_series(volume: Volume, folder: PathLike, progress: StageProgress
         raise TypeError(f"a lumivox.Volume is needed, not {_check.shown(volume)}")
     _check.called("progress", progress, "(stage, done, total)")
     return _native.write_dicom_series(volume.native, _check.file("folder", folder), progress)
-
-
-def layout(raw: str | None) -> str | None:
-    """The layout of a RAW scan, if it is a text."""
-    if raw is not None and not isinstance(raw, str):
-        raise TypeError(f"raw must be a layout, such as '256x256x108:i16le:spacing=0.9,0.9,1.5', not {_check.shown(raw)}")
-    return raw

@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 use crate::errors;
 use crate::fork;
-use crate::volume::{Rows, Volume, affine, import_options, rows, samples, view};
+use crate::volume::{Grid, Rows, Volume, affine, import_options, rows, samples, view};
 use crate::wait;
 
 /// A label's value, name and linear colour.
@@ -164,12 +164,12 @@ pub fn load_labels(
     series: Option<String>,
     phase: Option<usize>,
     allow_outside_data: bool,
-    raw: Option<&str>,
+    grid: Grid,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Labels> {
     let mut options = LabelOptions::default();
     options.table = table;
-    options.import = import_options(series, phase, false, false, allow_outside_data, raw)?;
+    options.import = import_options(series, phase, false, false, allow_outside_data, &grid)?;
     let loaded = wait::stages(py, progress, |progress, cancel| {
         lumivox_import::load_labels(&path, &options, progress, cancel)
     })?;

@@ -9,6 +9,12 @@ use crate::errors;
 use crate::volume::Volume;
 use crate::wait;
 
+/// Voxels along the longest side unless asked otherwise, as the command's.
+const DEFAULT_SIZE: usize = 256;
+
+/// The same of a PET, which is coarser.
+const DEFAULT_PET_SIZE: usize = 128;
+
 /// Hounsfield units of the homogeneous bodies, as the command makes them.
 const BODY_HU: f64 = 1000.0;
 
@@ -20,10 +26,11 @@ const AIR_VOXELS: usize = 6;
 pub fn phantom(
     py: Python<'_>,
     kind: &str,
-    size: usize,
+    size: Option<usize>,
     seed: u64,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Volume> {
+    let size = size.unwrap_or(if kind == "torso-pet" { DEFAULT_PET_SIZE } else { DEFAULT_SIZE });
     if !(8..=1024).contains(&size) {
         return Err(errors::value("size must be 8 to 1024"));
     }
@@ -44,17 +51,21 @@ pub fn phantom(
             })?
             .map_err(|_| errors::cancelled())?
         }
-        "torso" => {
+        "torso" | "torso-pet" => {
             let options = TorsoOptions { size, seed, ..TorsoOptions::default() };
-            wait::stages(py, progress, |progress, cancel| lumivox_phantom::torso(options, progress, cancel))?
-                .map_err(|_| errors::cancelled())?
+            let is_pet = kind == "torso-pet";
+            wait::stages(py, progress, |progress, cancel| match is_pet {
+                true => lumivox_phantom::torso_pet(options, progress, cancel),
+                false => lumivox_phantom::torso(options, progress, cancel),
+            })?
+            .map_err(|_| errors::cancelled())?
         }
         "cube" => lumivox_phantom::cube(size),
         "slab" => lumivox_phantom::slab(BODY_HU, inside / 10.0, 1.0),
         "sphere" => lumivox_phantom::sphere(BODY_HU, inside / 2.0 - 0.5, 1.0),
         other => {
             return Err(errors::value(format!(
-                "there is no phantom '{other}'. Phantoms: head, mr-head, mr-brain, torso, cube, slab, sphere"
+                "there is no phantom '{other}'. Phantoms: head, mr-head, mr-brain, torso, torso-pet, cube, slab, sphere"
             )));
         }
     };

@@ -1,11 +1,12 @@
 //! Volumes: from files and arrays, and what of them is the patient.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::{self as core, LabelVolume, Modality, Organ, Preset, Voxels};
-use lumivox_import::{CodecWorker, ImportOptions};
+use lumivox_import::{CodecWorker, ImportOptions, UnknownAxes, UnknownLayout, parse_spacing};
 use lumivox_segmentation::{SegmentationReport, has_organ, skin_is_dense};
 use numpy::ndarray::ArrayView3;
 use numpy::{Element, PyArray3, PyReadonlyArray3};
@@ -331,15 +332,13 @@ fn find(py: Python<'_>, volume: core::Volume, progress: Option<Py<PyAny>>) -> Py
     Ok(Volume { found, ..Volume::from(alone.volume) })
 }
 
-/// DICOM's word for what made a scan.
+/// What made a scan, by the words that all hosts have for it; an empty one is anything else.
 pub fn modality_of(word: &str) -> PyResult<Modality> {
-    match word {
-        "CT" => Ok(Modality::Ct),
-        "MR" => Ok(Modality::Mr),
-        "PT" => Ok(Modality::Pet),
-        "" => Ok(Modality::Other),
-        other => Err(errors::value(format!("modality '{other}' is not 'CT', 'MR', 'PT' or ''"))),
+    if word.is_empty() {
+        return Ok(Modality::Other);
     }
+    lumivox_import::modality_of_word(word)
+        .ok_or_else(|| errors::value(format!("modality '{word}' is not 'CT', 'MR', 'PET' or 'other'")))
 }
 
 /// Voxels along x, y, z of an array (z, y, x), and its samples.
@@ -374,15 +373,15 @@ pub fn load(
     leave_gaps: bool,
     fill_damaged: bool,
     allow_outside_data: bool,
-    raw: Option<&str>,
+    grid: Grid,
     values: (Option<f64>, Option<f64>, Option<String>, Option<String>),
     patient_alone: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Volume> {
-    let mut options = import_options(series, phase, leave_gaps, fill_damaged, allow_outside_data, raw)?;
+    let mut options = import_options(series, phase, leave_gaps, fill_damaged, allow_outside_data, &grid)?;
     let (slope, intercept, modality, unit) = values;
     (options.slope, options.intercept, options.unit) = (slope, intercept, unit);
-    options.modality = modality.as_deref().and_then(lumivox_import::modality_of_word);
+    options.modality = modality.as_deref().map(modality_of).transpose()?;
     let told = progress.as_ref().map(|told| told.clone_ref(py));
     let loaded =
         wait::stages(py, told, |progress, cancel| lumivox_import::load(&paths, &options, progress, cancel))?;
@@ -401,15 +400,19 @@ pub fn scan(
     py: Python<'_>,
     paths: Vec<PathBuf>,
     allow_outside_data: bool,
-    raw: Option<&str>,
+    grid: Grid,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
-    let options = import_options(None, None, false, false, allow_outside_data, raw)?;
+    let options = import_options(None, None, false, false, allow_outside_data, &grid)?;
     let scanned = wait::stages(py, progress, |progress, cancel| {
         lumivox_import::scan(&paths, &options, progress, cancel)
     })?;
     serde_json::to_string(&scanned.map_err(errors::import)?).map_err(errors::scan)
 }
+
+/// What is told of files that do not say what they are a grid of: the layout of a RAW scan, distances between voxels, where
+/// axes grow to, and the letters of an array's; each as the command has it.
+pub type Grid = (Option<String>, Option<String>, Option<String>, Option<String>);
 
 /// What the importer is asked for.
 pub fn import_options(
@@ -418,7 +421,7 @@ pub fn import_options(
     leave_gaps: bool,
     fill_damaged: bool,
     allow_outside_data: bool,
-    raw: Option<&str>,
+    (raw, spacing, axes, layout): &Grid,
 ) -> PyResult<ImportOptions> {
     if phase == Some(0) {
         return Err(errors::value("phase is counted from 1"));
@@ -429,7 +432,18 @@ pub fn import_options(
     options.leave_gaps = leave_gaps;
     options.fill_damaged = fill_damaged;
     options.allow_outside_data = allow_outside_data;
-    options.raw = raw.map(str::parse).transpose().map_err(errors::value)?;
+    options.raw = raw.as_deref().map(str::parse).transpose().map_err(errors::value)?;
+    let wrong =
+        |name: &str, given: &str, why: &dyn Display| errors::value(format!("{name} '{given}': {why}"));
+    if let Some(given) = spacing {
+        options.spacing_mm = Some(parse_spacing(given).map_err(|why| wrong("spacing", given, &why))?);
+    }
+    if let Some(given) = axes {
+        options.axes = Some(given.parse().map_err(|why: UnknownAxes| wrong("axes", given, &why))?);
+    }
+    if let Some(given) = layout {
+        options.layout = Some(given.parse().map_err(|why: UnknownLayout| wrong("layout", given, &why))?);
+    }
     Ok(options)
 }
 

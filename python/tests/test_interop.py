@@ -99,6 +99,7 @@ def test_an_image_is_the_volume_of_its_file(tmp_path: Path) -> None:
     nobody.set_sform(None, 0)
     nobody.set_qform(None, 0)
     cases["nobody"] = nobody
+    cases["nowhere"] = nibabel.Nifti1Image(values, None)
     for name, image in cases.items():
         path = tmp_path / f"{name}.nii"
         nibabel.save(image, path)
@@ -118,6 +119,27 @@ def test_an_image_is_the_volume_of_its_file(tmp_path: Path) -> None:
     assert lumivox.Volume.from_nibabel(cases["hounsfield"]).modality == "CT"
     with pytest.raises(ValueError, match=r"choose one, such as image\.slicer"):
         lumivox.Volume.from_nibabel(nibabel.Nifti1Image(np.zeros((2, 3, 4, 5), np.uint8), affine))
+
+
+def test_an_image_without_a_place_is_told_as_its_file_is(tmp_path: Path) -> None:
+    values = np.arange(24, dtype=np.int16).reshape(2, 3, 4)
+    nowhere, sized = nibabel.Nifti1Image(values, None), nibabel.Nifti1Image(values, None)
+    sized.header.set_zooms((0.5, 0.6, 0.7))
+    for image in (nowhere, sized):
+        nibabel.save(image, tmp_path / "nowhere.nii")
+        file = lumivox.load(tmp_path / "nowhere.nii")
+        assert file.report is not None
+        (note,) = (note for note in file.report["notes"] if "orientation" in note)
+        with pytest.warns(UserWarning) as told:
+            volume = lumivox.Volume.from_nibabel(image)
+        assert [str(one.message) for one in told] == [note] and told[0].filename == __file__
+        same(file, volume)
+    # A header that has a place is asked, where the image was not told.
+    placed = nibabel.Nifti1Image(values, None)
+    placed.header.set_sform(np.diag([2.0, 3.0, 4.0, 1.0]), 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert lumivox.Volume.from_nibabel(placed).spacing == (2.0, 3.0, 4.0)
 
 
 def test_what_is_no_number_is_mended_and_told_wherever_it_comes_from() -> None:

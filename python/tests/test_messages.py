@@ -69,6 +69,13 @@ CALLS: list[tuple[type[Exception], str, Callable[[], object]]] = [
     (TypeError, "series must be a place in the report's list", lambda: lumivox.load(".", series=[1])),  # type: ignore[arg-type]
     (ValueError, "phase must be 1 to", lambda: lumivox.load(".", phase=0)),
     (TypeError, "raw must be a layout, such as '256x256x108:i16le", lambda: lumivox.load(".", raw=5)),  # type: ignore[arg-type]
+    (TypeError, "axes must be three letters, such as 'LPS', not 5", lambda: lumivox.load(".", axes=5)),  # type: ignore[arg-type]
+    (TypeError, "layout must be a layout, such as 'zyx', not 5", lambda: lumivox.scan(".", layout=5)),  # type: ignore[arg-type]
+    (TypeError, "spacing must be three lengths in mm", lambda: lumivox.load(".", spacing=2.0)),  # type: ignore[arg-type]
+    (ValueError, "spacing '1.0,1.0,0.0': three lengths in mm", lambda: lumivox.load(".", spacing=(1, 1, 0))),
+    (ValueError, "axes 'LRS': three letters are expected", lambda: lumivox.load_labels(".", axes="LRS")),
+    (ValueError, "layout 'zyq': the letters of axes", lambda: lumivox.load(".", layout="zyq")),
+    (ValueError, "modality 'US' is not 'CT', 'MR', 'PET' or 'other'", lambda: lumivox.load(".", modality="US")),
     (TypeError, "kind must be a phantom's name, such as 'head', not 5", lambda: lumivox.phantom(5)),  # type: ignore[arg-type]
     (ValueError, "there is no phantom 'hed'. Phantoms: head, mr-head", lambda: lumivox.phantom("hed")),
     (ValueError, "size must be 8 to 1024, not 4", lambda: lumivox.phantom("head", 4)),
@@ -78,7 +85,11 @@ CALLS: list[tuple[type[Exception], str, Callable[[], object]]] = [
     (ValueError, "not lists of several lengths", lambda: lumivox.Volume.from_array([[1, 2], [3]])),  # type: ignore[list-item]
     (ValueError, "origin must be three finite numbers, not None", lambda: lumivox.Volume.from_array(ONES, origin=None)),  # type: ignore[arg-type]
     (ValueError, "orientation must be 3 x 3 numbers", lambda: lumivox.Volume.from_array(ONES, orientation=np.eye(4))),
-    (TypeError, "modality must be 'CT', 'MR', 'PT' or '', not None", lambda: lumivox.Volume.from_array(ONES, modality=None)),  # type: ignore[arg-type]
+    (
+        TypeError,
+        "modality must be 'CT', 'MR', 'PET' or 'other', not None",
+        lambda: lumivox.Volume.from_array(ONES, modality=None),
+    ),  # type: ignore[arg-type]
     (TypeError, "medium must be a lumivox.Medium, not 'ct-bone'", lambda: lumivox.VolumeInstance(SPHERE, "ct-bone")),  # type: ignore[arg-type]
     (TypeError, "a scene's volumes are lumivox.VolumeInstance", lambda: lumivox.Scene(SPHERE)),  # type: ignore[arg-type]
     (

@@ -158,6 +158,42 @@ def test_series_are_chosen_and_missing_ones_named(head_folder: Path) -> None:
         lumivox.load(head_folder, keep="all")  # type: ignore[arg-type]
 
 
+def test_arrays_that_do_not_say_where_they_lie_are_told(tmp_path: Path) -> None:
+    array = np.arange(5 * 6 * 7, dtype=np.float32).reshape(5, 6, 7)
+    np.save(tmp_path / "a.npy", array)
+    bare = lumivox.load(tmp_path / "a.npy")
+    assert bare.report is not None and bare.spacing == (1.0, 1.0, 1.0)
+    assert any("the option spacing" in note for note in bare.report["notes"]), bare.report["notes"]
+    assert not any("--" in note for note in bare.report["notes"]), "options have Python's names"
+    told = lumivox.load(tmp_path / "a.npy", spacing=np.array([0.5, 0.6, 2.0]), axes="RAS", layout="xyz")
+    assert told.report is not None and told.report["notes"] == ["an array of 7 x 6 x 5, taken as xyz"]
+    # Voxels stay where they are in memory: the last axis of the shape is z here, and the first one grows to the right.
+    np.testing.assert_array_equal(told.values, array)
+    np.testing.assert_allclose(told.patient_from_voxel[:3, :3], [[0, 0, -0.5], [0, -0.6, 0], [2, 0, 0]], atol=1e-9)
+    assert lumivox.scan(tmp_path / "a.npy", spacing=(1, 1, 2))["series"][0]["dims"] == [7, 6, 5]
+    np.save(tmp_path / "labels.npy", (array > 100).astype(np.uint8))
+    labels = lumivox.load_labels(tmp_path / "labels.npy", spacing=(1, 1, 2), axes="LPS")
+    assert labels.spacing == (1.0, 1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("word", "known"),
+    [("CT", "CT"), ("mr", "MR"), ("PET", "PT"), ("PT", "PT"), ("other", "")],
+)
+def test_modalities_have_the_same_words_everywhere(word: str, known: str, tmp_path: Path) -> None:
+    array = np.arange(24, dtype=np.int16).reshape(2, 3, 4)
+    np.save(tmp_path / "a.npy", array)
+    made = lumivox.Volume.from_array(array, modality=word)
+    assert made.modality == lumivox.load(tmp_path / "a.npy", modality=word).modality == known
+    assert lumivox.Volume.from_xarray(made.to_xarray(), word).modality == known
+
+
+def test_a_pet_lies_where_its_torso_does() -> None:
+    pet, torso = lumivox.phantom("torso-pet", 24), lumivox.phantom("torso", 24)
+    assert (pet.modality, pet.shape) == ("PT", torso.shape) and pet.value_range[0] >= 0.0
+    np.testing.assert_allclose(pet.patient_from_voxel, torso.patient_from_voxel)
+
+
 def test_what_progress_raises_ends_the_load(head_folder: Path) -> None:
     class Enough(Exception):
         pass

@@ -144,10 +144,12 @@ pub(crate) fn placement(
 ) -> DAffine3 {
     let spacing = options.spacing_mm.or(own);
     if spacing.is_none() {
-        notes.push("the distance between voxels is not given: taken as 1 mm (--spacing says it)".to_owned());
+        notes.push(
+            "the distance between voxels is not given: taken as 1 mm (the option spacing says it)".to_owned(),
+        );
     }
     if options.axes.is_none() {
-        notes.push("no orientation is given: taken as LPS (--axes says it)".to_owned());
+        notes.push("no orientation is given: taken as LPS (the option axes says it)".to_owned());
     }
     let placed = options.axes.unwrap_or(PatientAxes::LPS).placement(spacing.unwrap_or([1.0; 3]));
     let columns = [placed.matrix3.x_axis, placed.matrix3.y_axis, placed.matrix3.z_axis];

@@ -61,7 +61,7 @@ pub(crate) fn open(path: &Path, options: &ImportOptions) -> Result<Single, Impor
             field(
                 "shape",
                 format!("has {} axes", header.shape.len()),
-                "Give one with two to four axes, or a layout (--layout)",
+                "Give one with two to four axes, or a layout (the option layout)",
             )
         })?,
     };

@@ -142,7 +142,7 @@ fn plain_array(folder: &Path, options: &ImportOptions) -> Result<Vec<Single>, Im
         return Err(ImportError::Unsupported {
             path: folder.to_owned(),
             what: format!("an array of {} axes, which do not say what they are", array.shape.len()),
-            remedy: "Give a layout with a letter for each of them (--layout)".to_owned(),
+            remedy: "Give a layout with a letter for each of them (the option layout)".to_owned(),
         });
     };
     let own = around.and_then(|(axes, level)| {
