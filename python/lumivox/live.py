@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lumivox import rendering
+from lumivox import _native, rendering
 from lumivox.image import Image
 from lumivox.look import TransferFunction
 from lumivox.scene import Camera, Scene
@@ -29,8 +29,8 @@ BINS = 64
 class Settings:
     """What a view shows, and from where."""
 
-    azimuth: float = 0.0
-    elevation: float = 0.0
+    azimuth: float | None = None
+    elevation: float | None = None
     zoom: float = 1.0
     preset: str | None = None
     transfer_function: TransferFunction | None = None
@@ -132,6 +132,12 @@ class Live:
                 scene = replace(scene, volumes=(replace(instance, medium=medium),))
             self._scenes = {key: scene}
         return self._scenes[key]
+
+
+def usual_angles(scene: Scene) -> tuple[float, float]:
+    """Azimuth and elevation from which a scene is seen where nothing is said, which turning begins with."""
+    azimuth, elevation = _native.usual_angles(scene)
+    return azimuth, elevation
 
 
 def histogram(scan: Volume) -> list[float]:

@@ -17,7 +17,7 @@ from lumivox import _check, look
 from lumivox._check import Rgb
 from lumivox.image import Image
 from lumivox.labels import MOST, Labels, numbers_in
-from lumivox.live import Live, Settings
+from lumivox.live import Live, Settings, usual_angles
 from lumivox.look import TransferFunction
 from lumivox.volume import Volume
 
@@ -293,7 +293,11 @@ class View(QWidget):  # type: ignore[misc]
 
     def _turn(self, x: float, y: float) -> None:
         degrees = 180.0 / max(self.picture.width(), 1)
-        self.turn_to(self.settings.azimuth - x * degrees, self.settings.elevation + y * degrees)
+        angles = self.settings.azimuth, self.settings.elevation
+        if angles == (None, None) and self.image is not None:
+            angles = usual_angles(self.image.scene)
+        azimuth, elevation = (angle or 0.0 for angle in angles)
+        self.turn_to(azimuth - x * degrees, elevation + y * degrees)
 
     def _zoom(self, factor: float) -> None:
         self._update(zoom=min(max(self.settings.zoom * factor, 0.1), 20.0))

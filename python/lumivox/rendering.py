@@ -76,8 +76,8 @@ class Options(TypedDict, total=False):
     labels: Labels | Literal["found"] | PathLike | None
     label: Labelled | None
     camera: Camera | None
-    azimuth: float
-    elevation: float
+    azimuth: float | None
+    elevation: float | None
     zoom: float
     fov: float
     eye: Vector | None
@@ -106,16 +106,52 @@ class Options(TypedDict, total=False):
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
+OWN: Options = {
+    "camera": None,
+    "eye": None,
+    "size": (768, 768),
+    "samples": None,
+    "first_sample": 0,
+    "region": None,
+    "time": None,
+    "seed": 0,
+    "layers": False,
+    "denoise": False,
+    "gpu": None,
+    "pass_samples": None,
+    "progress": None,
+}
+"""What a render does unless asked otherwise, besides what a scene, a camera and a display do."""
+
+
+def _defaults() -> dict[str, Any]:
+    """The default of each option, where it is written down."""
+    written: dict[str, Any] = {}
+    for function in (Display, Camera.framing, Scene.of):
+        parameters = inspect.signature(function).parameters.values()
+        written.update({one.name: one.default for one in parameters})
+    written.update(OWN)
+    return {name: written[name] for name in Options.__annotations__}
+
+
+DEFAULTS = _defaults()
+
+
 def with_options(function: Function) -> Function:
-    """Spells out the options of a function that takes them by name, so that editors and notebooks complete them."""
+    """Spells out the options of a function that takes them by name, so that editors and notebooks complete them.
+
+    Names and defaults alone, as people read them; types are those of :class:`Options`, for tools.
+    """
     kept = inspect.signature(function)
     given = [one for one in kept.parameters.values() if one.kind is not inspect.Parameter.VAR_KEYWORD]
     options = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=..., annotation=kind)
-        for name, kind in Options.__annotations__.items()
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default)
+        for name, default in DEFAULTS.items()
+        if name not in kept.parameters
     ]
+    shown = [one.replace(annotation=inspect.Parameter.empty) for one in given]
     vars(function)["plain_signature"] = kept
-    vars(function)["__signature__"] = kept.replace(parameters=[*given, *options])
+    vars(function)["__signature__"] = inspect.Signature([*shown, *options])
     return function
 
 
@@ -307,8 +343,9 @@ def render(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) 
 
     Camera:
 
-    - ``camera``, in place of: ``azimuth`` and ``elevation`` (degrees around the patient; 0 sees the face), ``zoom`` (1),
-      ``eye`` and ``target`` (mm from the first scan's centre). ``fov``: degrees from bottom to top (28).
+    - ``camera``, in place of: ``azimuth`` and ``elevation`` (degrees around the patient; 0 sees the face, and a single slice
+      is seen from its front unless one of them is given), ``zoom`` (1), ``eye`` and ``target`` (mm from the first scan's
+      centre). ``fov``: degrees from bottom to top (28).
 
     Light (not with a :class:`Scene`):
 
@@ -387,34 +424,34 @@ def _progressive(planned: Plan, chosen: Renderer, told: Callable[..., object] | 
 
 def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
     """What options ask for; ``ValueError`` and ``TypeError`` say what makes no sense."""
-    given: dict[str, Any] = dict(options)
-    for name in given:
+    asked: dict[str, Any] = dict(options)
+    for name in asked:
         if name not in Options.__annotations__:
             near = difflib.get_close_matches(name, Options.__annotations__, 1)
             hint = f"; did you mean '{near[0]}'?" if near else ""
             raise TypeError(f"there is no option '{name}'{hint}")
-    _check.called("progress", given.get("progress"), "a lumivox.Progress")
-    _which(given.get("gpu"))
-    size = pixels(given.get("size", (768, 768)))
-    fov = given.get("fov", 28.0)
+    given = {**DEFAULTS, **asked}
+    _check.called("progress", given["progress"], "a lumivox.Progress")
+    _which(given["gpu"])
+    size = pixels(given["size"])
     # What is wrong with a picture is said before it is traced.
-    display = Display(**{name: given[name] for name in DISPLAY if name in given})
-    samples, time, unbounded = _extent(given.get("samples"), given.get("time"))
-    seed = _check.whole("seed", given.get("seed", 0), 0, (1 << 32) - 1)
-    layers, denoise = (_check.flag(name, given.get(name, False)) for name in ("layers", "denoise"))
-    pass_samples = given.get("pass_samples")
+    display = Display(**{name: given[name] for name in DISPLAY})
+    samples, time, unbounded = _extent(given["samples"], given["time"])
+    seed = _check.whole("seed", given["seed"], 0, (1 << 32) - 1)
+    layers, denoise = (_check.flag(name, given[name]) for name in ("layers", "denoise"))
+    pass_samples = given["pass_samples"]
     if pass_samples is not None:
         pass_samples = _check.whole("pass_samples", pass_samples, 1, MOST_SAMPLES)
-    first = _check.whole("first_sample", given.get("first_sample", 0), 0, samples - 1)
-    region = _region(given.get("region"), size)
-    looks = {name: given[name] for name in LOOK if name in given}
+    first = _check.whole("first_sample", given["first_sample"], 0, samples - 1)
+    region = _region(given["region"], size)
+    looks = {name: asked[name] for name in LOOK if name in asked}
     if isinstance(scan, Scene):
         if looks:
             raise ValueError(f"a scene has its look and light: {', '.join(sorted(looks))} cannot be given besides")
         scene = scan
     else:
         scene = Scene.of(scan, **looks)
-    camera = _camera(scene, given, size, fov)
+    camera = _camera(scene, asked, size, given["fov"])
     request = Request(size, samples, time, seed, layers or denoise, first, pass_samples, region)
     return Plan(scene, camera, request, display, denoise, unbounded)
 
@@ -457,10 +494,7 @@ def _camera(scene: Scene, given: dict[str, Any], size: tuple[int, int], fov: flo
         return Camera.framing(scene, **asked, fov=fov, size=size, target=target)
     if asked:
         raise ValueError(f"eye is given, and {', '.join(sorted(asked))} besides")
-    if target is None:
-        aspect = size[0] / size[1]
-        _, target = _native.frame(scene, 0.0, 0.0, 1.0, fov, aspect, None)
-    return Camera.look_at(eye, target, fov=fov)
+    return Camera._of(scene, None, None, None, fov, size, eye, target)
 
 
 def _teller(progress: RenderProgress | None) -> Callable[..., object] | None:

@@ -184,17 +184,18 @@ class Scene:
                 found = volume.labels or volume.segment(progress).labels
             elif from_file is not None:
                 _look_at_place(from_file, shown, len(given) == 1)
-            placed.append(
-                VolumeInstance(
-                    shown,
-                    look.with_surface(medium, surface),
-                    kept,
-                    labels=found,
-                    label_styles={} if label is None else label,
-                    clip_shapes=shapes,
-                    peel=_peel(volume, peel_mm, progress),
-                )
+            instance = VolumeInstance(
+                shown,
+                look.with_surface(medium, surface),
+                kept,
+                labels=found,
+                label_styles={} if label is None else label,
+                clip_shapes=shapes,
+                peel=_peel(volume, peel_mm, progress),
             )
+            if label is not None and found is not None:
+                classification.say_if_unseen(found, shown, instance.medium, label)
+            placed.append(instance)
         _say_if_apart(given)
         _check.number("environment_strength", environment_strength, 0.0, 1e6)
         _check.number("environment_rotation", environment_rotation)
@@ -229,8 +230,8 @@ class Camera:
     def framing(
         cls,
         scene: Scene,
-        azimuth: float = 0.0,
-        elevation: float = 0.0,
+        azimuth: float | None = None,
+        elevation: float | None = None,
         zoom: float = 1.0,
         fov: float = 28.0,
         *,
@@ -240,21 +241,37 @@ class Camera:
         """A camera around all that is seen of a scene, for images of ``size`` (width, height).
 
         - ``azimuth``: degrees it turns around the patient; 0 sees the face, 90 the patient's left.
-        - ``elevation``: degrees it rises, -90 to 90.
+        - ``elevation``: degrees it rises, -90 to 90. Default of both: 0, but a scan of a single slice is seen from its front.
         - ``zoom``: how many times closer than where everything fits.
         - ``target``: the point looked at, as ``eye``. Default: the centre of what is seen.
         """
         if not isinstance(scene, Scene):
             made_by = "lumivox.Scene.of(volume, preset=...) makes one of a volume"
             raise TypeError(f"scene must be a lumivox.Scene, not {_check.shown(scene)}; {made_by}")
-        _check.number("azimuth", azimuth)
-        _check.number("elevation", elevation, -90.0, 90.0)
         _check.number("zoom", zoom, 1e-3, 1e3)
+        return cls._of(scene, azimuth, elevation, zoom, fov, size, None, target)
+
+    @classmethod
+    def _of(
+        cls,
+        scene: Scene,
+        azimuth: float | None,
+        elevation: float | None,
+        zoom: float | None,
+        fov: float,
+        size: tuple[int, int],
+        eye: Vector | None,
+        target: Vector | None,
+    ) -> Camera:
+        """As scenes in files say it; what is ``None`` is as usual."""
+        if azimuth is not None:
+            _check.number("azimuth", azimuth)
+        if elevation is not None:
+            _check.number("elevation", elevation, -90.0, 90.0)
         _check.number("fov", fov, 1e-3, 179.0)
         width, height = pixels(size)
-        around = None if target is None else _check.vector("target", target)
-        rows, _ = _native.frame(scene, azimuth, elevation, zoom, fov, width / height, around)
-        return cls(rows, fov)
+        at, around = (None if point is None else _check.vector(name, point) for name, point in (("eye", eye), ("target", target)))
+        return cls(_native.frame(scene, azimuth, elevation, zoom, fov, width / height, at, around), fov)
 
     def project(self, points: npt.ArrayLike, size: tuple[int, int]) -> npt.NDArray[np.float64]:
         """Where points of the scene (..., 3), in its millimetres, are in an image of ``size`` (width, height).

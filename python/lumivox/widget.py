@@ -16,7 +16,7 @@ from typing import Any
 
 from lumivox import _check, look, rendering
 from lumivox.image import Image
-from lumivox.live import Live, Settings, histogram
+from lumivox.live import Live, Settings, histogram, usual_angles
 from lumivox.look import ColorStop, GradientFunction, OpacityKnot, TransferFunction
 from lumivox.scene import pixels
 from lumivox.volume import Volume
@@ -80,7 +80,10 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
         low, high = scan.value_range
         self.value_range = [low, max(high, low + 1.0)]
         self.histogram = histogram(scan)
-        self.azimuth, self.elevation = options.pop("azimuth", 0.0), options.pop("elevation", 0.0)
+        angles = options.pop("azimuth", None), options.pop("elevation", None)
+        if angles == (None, None):
+            angles = usual_angles(planned.scene)
+        self.azimuth, self.elevation = (angle or 0.0 for angle in angles)
         self.zoom = options.pop("zoom", 1.0)
         self.preset, _ = look.preset_medium(options.pop("preset", None) or look.default_preset(scan), scan)
         if options.get("labels") is not None:

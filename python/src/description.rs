@@ -10,7 +10,7 @@ use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
     self as core, Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Filter,
     GradientFunction, Lamp, Light, LightKind, MOST_CLIP_SHAPES, PerspectiveCamera, SurfaceReflection,
-    VolumeInstance, framing, world_from_patient,
+    VolumeInstance, document::View, framing, world_from_patient,
 };
 use lumivox_wgpu::RenderRequest;
 use pyo3::prelude::*;
@@ -354,27 +354,36 @@ fn rows_of(camera: &PerspectiveCamera) -> Rows {
     rows(world_from_camera)
 }
 
-/// A camera around what a scene shows, as rows in mm, and the point that it looks at, in mm.
+/// A camera around what a scene shows, or at an `eye` in mm, as rows in mm.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "what the command asks for, one by one")]
 pub fn frame(
     py: Python<'_>,
     scene: Scene,
-    azimuth: f64,
-    elevation: f64,
-    zoom: f64,
+    azimuth: Option<f64>,
+    elevation: Option<f64>,
+    zoom: Option<f64>,
     fov: f64,
     aspect: f64,
+    eye: Option<[f64; 3]>,
     target: Option<[f64; 3]>,
-) -> PyResult<(Rows, [f64; 3])> {
+) -> PyResult<Rows> {
     let scene = scene.build()?;
-    let [azimuth, elevation, fov] = [azimuth, elevation, fov].map(f64::to_radians);
-    let mut orbit = fork::detach(py, || framing::frame(&scene, azimuth, elevation, fov, aspect));
-    if let Some(target) = target {
-        orbit.target = DVec3::from_array(target) * METRES_PER_MM;
-    }
-    orbit.distance /= zoom;
-    Ok((rows_of(&orbit.camera()), (orbit.target / METRES_PER_MM).to_array()))
+    let view = View { azimuth, elevation, zoom, eye, target, fov, ..View::default() };
+    let camera = fork::detach(py, || view.camera(&scene, aspect));
+    camera.as_ref().map(rows_of).ok_or_else(looks_at_itself)
+}
+
+/// Degrees around the vertical and above the horizon from which a scene is seen where nothing is said.
+#[pyfunction]
+pub fn usual_angles(scene: Scene) -> PyResult<[f64; 2]> {
+    let scene = scene.build()?;
+    let front = scene.volumes.first().and_then(framing::front);
+    Ok(front.unwrap_or_default().map(f64::to_degrees))
+}
+
+fn looks_at_itself() -> PyErr {
+    errors::value("eye is the point looked at; move it, or give another target")
 }
 
 /// A camera at a place in mm that looks at another, as rows in mm.
@@ -382,7 +391,7 @@ pub fn frame(
 pub fn look_at(eye: [f64; 3], target: [f64; 3], up: [f64; 3], fov: f64) -> PyResult<Rows> {
     let [eye, target, up] = [eye, target, up].map(DVec3::from_array);
     if eye.distance(target) <= 1e-6 {
-        return Err(errors::value("eye is the point looked at; move it, or give another target"));
+        return Err(looks_at_itself());
     }
     let camera =
         PerspectiveCamera::look_at(eye * METRES_PER_MM, target * METRES_PER_MM, up, fov.to_radians());

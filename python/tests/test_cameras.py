@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from conftest import block, white
 
@@ -95,3 +96,25 @@ def test_lights_reach_the_layers_that_they_share(head: lumivox.Volume) -> None:
         return float(lumivox.render(scene, size=(16, 16), samples=4).radiance.max())
 
     assert lit(1) == 0.0 < lit(3)
+
+
+def slice_of(*shape: int) -> lumivox.Volume:
+    """A plane of voxels."""
+    return lumivox.Volume.from_array(np.arange(np.prod(shape), dtype=np.uint16).reshape(shape), modality="MR")
+
+
+@pytest.mark.parametrize(
+    ("shape", "towards_eye"),
+    [((1, 20, 24), (0, -1, 0)), ((20, 1, 24), (0, 0, 1)), ((20, 24, 2), (1, 0, 0)), ((20, 20, 20), (0, 0, 1))],
+)
+def test_a_single_slice_is_seen_from_its_front(shape: tuple[int, ...], towards_eye: tuple[float, ...]) -> None:
+    # As radiologists look: from the feet, from the face, from the left. What has an inside is seen from the face.
+    scene = lumivox.Scene.of(slice_of(*shape))
+
+    def side(**options: float) -> npt.NDArray[np.float64]:
+        return np.array(lumivox.Camera.framing(scene, **options).world_from_camera)[:, 2]  # type: ignore[arg-type]
+
+    np.testing.assert_allclose(side(), towards_eye, atol=1e-6)
+    # An angle that is given is taken, the other one is 0.
+    np.testing.assert_allclose(side(azimuth=0), (0, 0, 1), atol=1e-6)
+    np.testing.assert_allclose(side(elevation=30), (0, 0.5, np.sqrt(0.75)), atol=1e-6)

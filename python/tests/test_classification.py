@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import subprocess
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import SimpleITK as sitk
 from conftest import block, white
 
 import lumivox
-from lumivox import rendering
+from lumivox import classification, rendering
 
 SIZE = (32, 32)
 
@@ -237,6 +238,41 @@ def test_peeling_while_looking_takes_the_skin_off(torso: lumivox.Volume) -> None
         lumivox.render(block(), peel_mm=5.0, preset="plain", size=(8, 8), samples=1)
     with pytest.warns(UserWarning, match="no lungs with airways were found: all is shown"):
         lumivox.render(block(), preset="ct-airways", size=(8, 8), samples=1)
+
+
+def test_labels_that_are_shown_and_not_seen_are_told(torso: lumivox.Volume) -> None:
+    def told(preset: str, label: classification.Labelled) -> list[str]:
+        with warnings.catch_warnings(record=True) as noted:
+            warnings.simplefilter("always")
+            lumivox.Scene.of(torso, preset=preset, labels="found", label=label)
+        assert all(one.filename == __file__ for one in noted), "at the line that asked"
+        return [str(one.message) for one in noted]
+
+    (note,) = told("ct-muscle", {"*": "hide", "lungs": "show,color,opacity:1"})
+    assert note.startswith("label 'lungs': hardly anything is seen of it") and "preset:NAME" in note
+    assert len(told("ct-muscle", {"lungs": lumivox.LabelStyle(color="own")})) == 1
+    assert told("ct-muscle", {"body": "color", "*": "opacity:0.5"}) == []
+    assert told("ct-muscle", {"lungs": "hide"}) == []
+    assert told("ct-muscle", {"lungs": "preset:ct-lung"}) == []
+    assert told("ct-lung", {"lungs": "color"}) == []
+
+
+def test_it_is_told_by_values_wherever_the_grid_of_labels_lies() -> None:
+    volume = lumivox.Volume.from_array(np.repeat(np.uint8([10, 200]), 8)[None, None].repeat(16, 0).repeat(16, 1), (2.0, 2.0, 2.0))
+    coarse = np.ones((8, 8, 8), np.uint8)
+    coarse[..., 4:] = 2
+    labels = lumivox.Labels.from_array(coarse, (4.0, 4.0, 4.0), (1.0, 1.0, 1.0), names={1: "thin", 2: "thick"})
+    curve = lumivox.TransferFunction([(100, 0.0), (150, 1.0)], [(0, (1, 1, 1))])
+    both = {"thin": "color", "thick": "color"}
+    with pytest.warns(UserWarning, match="^label 'thin': hardly") as told:
+        lumivox.Scene.of(volume, transfer_function=curve, labels=labels, label=both)
+    assert len(told) == 1
+    # Where gradients show it, it is seen.
+    border = lumivox.TransferFunction([(0, 0.5)], [(0, (1, 1, 1))])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        steep = lumivox.TransferFunction(curve.opacity, curve.color, [(40.0, border)])
+        lumivox.Scene.of(volume, transfer_function=steep, labels=labels, label=both)
 
 
 def test_functions_of_value_and_gradient_are_read_built_and_saved(command: str, torso_folder: Path, tmp_path: Path) -> None:

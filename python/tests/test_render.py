@@ -10,6 +10,7 @@ import threading
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -211,6 +212,17 @@ def test_progress_is_told_and_stops(head: lumivox.Volume) -> None:
     image = lumivox.render(head, size=(32, 32), samples=100_000, progress=stop)
     assert told and told[-1].target == 100_000
     assert not image.complete and 1 <= image.min_samples < 100_000
+
+
+@pytest.mark.parametrize("options", [{}, {"eye": (0, -90, 30)}, {"elevation": 20, "azimuth": 5}])
+def test_a_single_slice_looks_as_the_commands(options: dict[str, Any], command: str, tmp_path: Path) -> None:
+    rows, columns = np.mgrid[:24, :32]
+    np.save(tmp_path / "slice.npy", (100.0 + 50.0 * np.sin(rows / 3.0) * np.cos(columns / 4.0)).astype(np.float32)[None])
+    said = [f"--{name}={','.join(map(str, np.ravel(value)))}" for name, value in options.items()]
+    usual = ["--size", "48x40", "--samples", "4", "-o", "slice.png", "--quiet"]
+    subprocess.run([command, "render", "slice.npy", *said, *usual], cwd=tmp_path, check=True)
+    image = lumivox.render(lumivox.load(tmp_path / "slice.npy"), size=(48, 40), samples=4, **options)
+    assert image._repr_png_() == (tmp_path / "slice.png").read_bytes() and image.alpha.max() > 0.3
 
 
 def test_ctrl_c_stops_a_render(head: lumivox.Volume) -> None:

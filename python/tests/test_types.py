@@ -6,6 +6,7 @@ import copy
 import inspect
 import os
 import pickle
+import pydoc
 import subprocess
 import sys
 import typing
@@ -77,6 +78,16 @@ def test_options_are_completed() -> None:
         given = inspect.signature(function).parameters
         assert {"preset", "azimuth", "samples", "clip_shape"} <= given.keys()
         assert given["preset"].kind is inspect.Parameter.KEYWORD_ONLY
+
+
+def test_signatures_are_read_by_people() -> None:
+    for function in (lumivox.render, lumivox.progressive, lumivox.Renderer.render, cluster.render, cluster.film):
+        words = str(inspect.signature(function))
+        assert "ForwardRef" not in words and "Ellipsis" not in words and "..." not in words, words
+        for part in ("preset=None", "azimuth=None", "zoom=1.0", "size=(768, 768)", "gamma=1.0", "background='#14171c'"):
+            assert part in words, words
+    first = pydoc.plain(pydoc.render_doc(lumivox.render)).split("Renders a scan")[0]
+    assert "render(scan, *, preset=None, transfer_function=None, shift=0.0" in " ".join(first.split()) and len(first) < 1600
 
 
 def test_what_is_pickled_is_the_same(head: lumivox.Volume, head_folder: Path) -> None:

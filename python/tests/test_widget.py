@@ -28,6 +28,18 @@ def wait(until: Callable[[], bool]) -> None:
         time.sleep(0.01)
 
 
+def test_a_single_slice_is_seen_from_its_front_and_turned_from_there() -> None:
+    scan = lumivox.Volume.from_array(np.arange(480, dtype=np.uint16).reshape(1, 20, 24), modality="MR")
+    view = widget.View(scan, size=(32, 24), samples=4)
+    try:
+        assert view.azimuth == 0.0 and view.elevation == pytest.approx(-90.0)
+    finally:
+        view.close()
+    turned = widget.View(scan, size=(32, 24), samples=4, azimuth=30.0)
+    turned.close()
+    assert (turned.azimuth, turned.elevation) == (30.0, 0.0)
+
+
 def rests(view: widget.View, azimuth: float) -> Callable[[], bool]:
     """Whether it shows all samples, from there."""
 
