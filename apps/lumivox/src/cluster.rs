@@ -191,6 +191,11 @@ fn header(
     camera: &PerspectiveCamera,
     request: &RenderRequest,
 ) -> Result<Value, Failure> {
+    if scene.volumes.iter().any(|instance| instance.peel.is_some()) {
+        return Err(Failure::usage(
+            "a cluster takes no scene that is peeled while it is seen; give --peel in place of the scene's 'peel'",
+        ));
+    }
     let lights = scene.lights.iter().map(light).collect::<Result<Vec<_>, _>>()?;
     Ok(json!({
         "version": env!("CARGO_PKG_VERSION"),
@@ -350,7 +355,7 @@ fn environment(scene: &Scene) -> Value {
     all
 }
 
-/// Suns: the command line has no other lights.
+/// Suns: the command line has no other lights, and a cluster is given none of a scene's.
 fn light(light: &Light) -> Result<Value, Failure> {
     match light.kind {
         LightKind::Directional { direction, irradiance, angular_radius } => {
@@ -363,7 +368,7 @@ fn light(light: &Light) -> Result<Value, Failure> {
             }))
         }
         LightKind::Point(_) | LightKind::Spot { cone: Cone::Power { .. } | Cone::Between { .. }, .. } => {
-            Err(Failure::usage("a cluster takes no lights but suns from the command"))
+            Err(Failure::usage("a cluster takes no lights but suns; render the scene here"))
         }
     }
 }

@@ -8,7 +8,7 @@ use std::{
 };
 
 use lumivox_core::{
-    CancelToken, LabelVolume, LightKind, MOST_CLIP_SHAPES, PerspectiveCamera, Preset, Scene, Volume,
+    CancelToken, LabelVolume, MOST_CLIP_SHAPES, PerspectiveCamera, Preset, Scene, Volume,
     document::{
         Entry, Keep as Kept, Labels, Lighting, Scan, SceneDocument, Surroundings, TakenOff, View, Written,
     },
@@ -294,7 +294,7 @@ pub fn failure(written: Option<&Written>, error: OpenError) -> Failure {
     let place = written.map(|written| written.place(error.volume, error.keys));
     let (exit, message) = match error.kind {
         OpenErrorKind::Import(import) => {
-            let failure = Failure::from(import);
+            let failure = Failure::from(*import);
             (failure.exit, failure.message)
         }
         OpenErrorKind::Cancelled(cancelled) => return cancelled.into(),
@@ -477,7 +477,6 @@ fn change_light(args: &SceneArgs, document: &mut SceneDocument) {
     if !args.light.is_empty() {
         document.lights = args.light.iter().map(|sun| Lighting::of(&sun.0)).collect();
     }
-    debug_assert!(args.light.iter().all(|sun| matches!(sun.0.kind, LightKind::Directional { .. })));
 }
 
 fn change_view(args: &SceneArgs, view: &mut View) {

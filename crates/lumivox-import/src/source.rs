@@ -85,17 +85,19 @@ mod tests {
 
     #[test]
     fn options_come_back_from_what_is_said_of_a_scan() {
-        let mut options = ImportOptions::default();
-        options.series = Some("2".into());
-        options.phase = Some(3);
-        options.leave_gaps = true;
-        options.raw = Some("4x5x6:i16be:spacing=1,1,2.5:axes=RAS:intercept=-1024".parse().unwrap());
-        options.spacing_mm = Some([0.1, 0.2, 0.3]);
-        options.axes = Some("LAS".parse().unwrap());
-        options.layout = Some("tzyx".parse().unwrap());
-        options.slope = Some(1.0 / 3.0);
-        options.modality = Some(lumivox_core::Modality::Pet);
-        options.unit = Some("SUV".into());
+        let options = ImportOptions {
+            series: Some("2".into()),
+            phase: Some(3),
+            leave_gaps: true,
+            raw: Some("4x5x6:i16be:spacing=1,1,2.5:axes=RAS:intercept=-1024".parse().unwrap()),
+            spacing_mm: Some([0.1, 0.2, 0.3]),
+            axes: Some("LAS".parse().unwrap()),
+            layout: Some("tzyx".parse().unwrap()),
+            slope: Some(1.0 / 3.0),
+            modality: Some(lumivox_core::Modality::Pet),
+            unit: Some("SUV".into()),
+            ..ImportOptions::default()
+        };
         let report = ImportReport::default();
         let scan = scan(&["a/b.raw".into()], &options, &report);
         assert!(Path::new(&scan.files[0]).is_absolute() && scan.files[0].ends_with("a/b.raw"));

@@ -60,13 +60,19 @@ pub struct OpenError {
 pub enum OpenErrorKind {
     /// A file is missing, damaged, or not what it should be.
     #[error(transparent)]
-    Import(#[from] ImportError),
+    Import(Box<ImportError>),
     /// A part says nothing that could be done.
     #[error("{0}")]
     Wrong(String),
     /// It was cancelled.
     #[error(transparent)]
     Cancelled(#[from] lumivox_core::Cancelled),
+}
+
+impl From<ImportError> for OpenErrorKind {
+    fn from(error: ImportError) -> Self {
+        Self::Import(Box::new(error))
+    }
 }
 
 impl OpenError {
