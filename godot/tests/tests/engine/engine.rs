@@ -39,6 +39,8 @@ const NOT_OURS: &[&str] = &[
     // Drivers in software are slow to compile, and say so.
     "shader cache",
     "No keyring",
+    // What is written to is a few pictures.
+    "Current available space on disk is low",
 ];
 
 /// A run of the engine that ended well.
