@@ -1,5 +1,7 @@
 //! What most of a scan is: the value of nothing, on one side of which, or on both, lies what was measured.
 
+use std::ops::RangeInclusive;
+
 use crate::statistics::ValueStatistics;
 
 /// Standard deviations within which a value is the background's noise.
@@ -98,25 +100,104 @@ impl Background {
         ]
     }
 
-    /// How far voxels that are no background differ from it: half of them by less than the first number, all but a
-    /// hundredth by less than the second. `None` where there are no others.
-    pub fn deviations(&self, statistics: &ValueStatistics) -> Option<[f64; 2]> {
+    /// How far voxels differ from the background's own value, those that have it left out.
+    pub fn deviations(&self, statistics: &ValueStatistics) -> Deviations {
+        let least = statistics.bin_width();
         let mut others: Vec<(f64, u64)> = statistics
             .bins()
             .map(|(value, count)| ((value - self.value).abs(), count))
-            .filter(|(deviation, count)| *deviation > self.noise && *count > 0)
+            .filter(|(deviation, count)| *deviation > least && *count > 0)
             .collect();
         others.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let total: u64 = others.iter().map(|(_, count)| count).sum();
-        let at = |p: f64| {
-            let mut below = 0;
-            let reached = |(_, count): &&(f64, u64)| {
-                below += count;
-                below as f64 >= p * total as f64
-            };
-            others.iter().find(reached).map(|(deviation, _)| *deviation)
+        Deviations(others)
+    }
+
+    /// Whether what is no background is a scan that was normalised within a mask and not a map around the background: so many
+    /// voxels that they are a body, of which the background's value is no usual one.
+    pub fn is_of_a_mask(&self, statistics: &ValueStatistics) -> bool {
+        /// A mask has one value, in at least this and at most that share of the voxels.
+        const OUTSIDE: RangeInclusive<f64> = 0.1..=0.95;
+        /// Standard deviations around a value whose voxels are counted for it.
+        const NEAR: f64 = 0.25;
+        /// Of a map the background's value is about as usual as any; of a scan that was made to have a mean of 0 and a standard
+        /// deviation of 1, that is but the mean of its tissues.
+        const USUAL: f64 = 0.6;
+        const USUAL_IF_NORMALISED: f64 = 0.9;
+        const EXACT: f64 = 0.01;
+        let width = statistics.bin_width();
+        let is_it = |value: f64| (value - self.value).abs() <= width;
+        let others: Vec<(f64, f64)> = statistics
+            .bins()
+            .filter(|(value, _)| !is_it(*value))
+            .map(|(value, n)| (value, n as f64))
+            .collect();
+        let total: f64 = others.iter().map(|(_, n)| n).sum();
+        let all: u64 = statistics.histogram.iter().sum();
+        if width <= 0.0 || !OUTSIDE.contains(&(1.0 - total / (all as f64).max(1.0))) {
+            return false;
+        }
+        let mean = others.iter().map(|(value, n)| value * n).sum::<f64>() / total;
+        let variance = others.iter().map(|(value, n)| (value - mean).powi(2) * n).sum::<f64>() / total;
+        let sigma = variance.sqrt();
+        if sigma < 16.0 * width {
+            return false;
+        }
+        let near = |middle: f64| {
+            let is_near = |value: f64| (value - middle).abs() <= NEAR * sigma;
+            others.iter().filter(|(value, _)| is_near(*value)).map(|(_, n)| n).sum::<f64>()
         };
-        Some([at(0.5)?, at(0.99)?])
+        let most =
+            (-12..=12).map(|step| near(self.value + NEAR * sigma * f64::from(step))).fold(0.0, f64::max);
+        let is_normalised = mean.abs() <= EXACT && (sigma - 1.0).abs() <= EXACT && is_it(0.0);
+        near(self.value) < most * if is_normalised { USUAL_IF_NORMALISED } else { USUAL }
+    }
+}
+
+/// How far voxels differ from a background, the least first, and how many do.
+#[derive(Clone, Debug)]
+pub struct Deviations(Vec<(f64, u64)>);
+
+impl Deviations {
+    /// How many voxels these are.
+    pub fn count(&self) -> u64 {
+        self.0.iter().map(|(_, count)| count).sum()
+    }
+
+    /// Those of more than this.
+    pub fn beyond(&self, least: f64) -> Self {
+        Self(self.0.iter().copied().filter(|(deviation, _)| *deviation > least).collect())
+    }
+
+    /// By how much a fraction (0 to 1) of the voxels differ at most; `None` where there are none.
+    pub fn quantile(&self, p: f64) -> Option<f64> {
+        let total = self.count();
+        let mut below = 0;
+        let reached = |(_, count): &&(f64, u64)| {
+            below += count;
+            below as f64 >= p * total as f64
+        };
+        self.0.iter().find(reached).map(|(deviation, _)| *deviation)
+    }
+
+    /// The standard deviation of their bulk, were that normally distributed: peaks beyond it do not count. `None` where there
+    /// are none.
+    pub fn sigma(&self) -> Option<f64> {
+        /// Half of what is normally distributed differs by less than this times its standard deviation.
+        const HALF: f64 = 0.6745;
+        /// What differs by more is none of the bulk.
+        const CLIP: f64 = 3.5;
+        const ROUNDS: usize = 16;
+        let mut sigma = self.quantile(0.5)? / HALF;
+        for _ in 0..ROUNDS {
+            let most = CLIP * sigma;
+            let bulk = Self(self.0.iter().copied().filter(|(deviation, _)| *deviation <= most).collect());
+            let next = bulk.quantile(0.5)? / HALF;
+            if next >= sigma {
+                break;
+            }
+            sigma = next;
+        }
+        Some(sigma)
     }
 }
 
@@ -175,6 +256,31 @@ mod tests {
     }
 
     #[test]
+    fn a_scan_normalised_within_a_mask_is_no_map() {
+        let is_of_a_mask = |value: &dyn Fn(usize) -> f64| {
+            let statistics = statistics((0..40_000).map(|i| value(i) as f32).collect());
+            Background::of(&statistics).is_of_a_mask(&statistics)
+        };
+        // Grey and white matter, and a little fluid, about their mean; the same from -1 to 1.
+        let brain = |i: usize| match i % 20 {
+            0 => -2.0 + 0.4 * noise(i),
+            1..11 => -0.65 + 0.3 * noise(i),
+            _ => 0.95 + 0.3 * noise(i),
+        };
+        assert!(is_of_a_mask(&|i| if i.is_multiple_of(3) { brain(i / 3) } else { 0.0 }));
+        assert!(is_of_a_mask(&|i| if i.is_multiple_of(3) { brain(i / 3) / 3.0 } else { 0.0 }));
+        // Statistics, with peaks or without; displacements to both sides; no mask.
+        assert!(!is_of_a_mask(&|i| if i.is_multiple_of(3) { noise(i) } else { 0.0 }));
+        assert!(!is_of_a_mask(&|i| match i % 60 {
+            0 => 8.0 + noise(i),
+            1..20 => noise(i),
+            _ => 0.0,
+        }));
+        assert!(!is_of_a_mask(&|i| if i.is_multiple_of(3) { (i % 1999) as f64 / 1000.0 - 1.0 } else { 0.0 }));
+        assert!(!is_of_a_mask(&|i| brain(i)));
+    }
+
+    #[test]
     fn the_noise_of_a_background_is_measured() {
         let statistics = statistics(
             (0..40_000usize).map(|i| if i.is_multiple_of(10) { 50.0 } else { noise(i) } as f32).collect(),
@@ -183,6 +289,8 @@ mod tests {
         assert!(background.value.abs() < 0.5, "{background:?}");
         assert!((2.5..6.0).contains(&background.noise), "{background:?}");
         assert!((background.share - 0.9).abs() < 0.02, "{background:?}");
-        assert_eq!(background.deviations(&statistics).map(|[_, most]| most.round()), Some(50.0));
+        let deviations = background.deviations(&statistics);
+        assert_eq!(deviations.quantile(0.99).map(f64::round), Some(50.0));
+        assert!((deviations.sigma().unwrap() - 1.0).abs() < 0.1, "{:?}", deviations.sigma());
     }
 }

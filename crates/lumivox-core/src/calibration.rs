@@ -58,6 +58,19 @@ impl CtPeaks {
     }
 }
 
+/// Whether values go on below air as they do in it, as those of phases and of noise do, which are no Hounsfield units. What
+/// scanners write around a round field of view is one value.
+pub fn goes_below_air(volume: &Volume) -> bool {
+    /// Air by any scanner, in Hounsfield units.
+    const AIR: [f64; 2] = [-1150.0, -850.0];
+    /// Streaks at metal are fewer.
+    const SOME: f64 = 0.01;
+    let statistics = volume.statistics();
+    let [low, _] = statistics.range;
+    let first = low + statistics.bin_width();
+    low < AIR[0] && statistics.share([first, AIR[0]]) > statistics.share(AIR).max(SOME)
+}
+
 /// Where air and tissue lie in a CT whose values are said to be Hounsfield units and surely are none: an offset or a factor
 /// was lost, or the scanner (as those of a cone beam) never had them. `None` for whatever can be Hounsfield units, and
 /// for anything else.

@@ -25,6 +25,7 @@ mod histogram;
 pub mod labels;
 pub mod light;
 pub mod medium;
+mod percentiles;
 pub mod placement;
 pub mod presets;
 pub mod scene;

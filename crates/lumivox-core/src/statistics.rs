@@ -38,10 +38,11 @@ pub(crate) fn stored_range(voxels: &Voxels) -> Result<[f64; 2], VolumeError> {
     })
 }
 
-/// A histogram of a volume's physical values over its value range.
+/// A histogram of a volume's physical values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValueStatistics {
-    /// Smallest and largest physical value.
+    /// The physical values that the bins reach from and to: the smallest and the largest, but for those few of
+    /// [`ValueStatistics::fine`] that lie far from all others.
     pub range: [f64; 2],
     /// Voxel counts of equal-width bins over `range`.
     pub histogram: Vec<u64>,
@@ -55,12 +56,16 @@ impl ValueStatistics {
 
     /// Counts the voxels of `volume` whose values lie in a range into `bins` bins of it.
     pub fn within(volume: &Volume, range: [f64; 2], bins: usize) -> Self {
+        Self::count(volume, range, bins, |value| (range[0]..=range[1]).contains(&value))
+    }
+
+    /// Counts the voxels whose values are to be counted into `bins` bins of a range, those beyond it into its first and last.
+    fn count(volume: &Volume, range: [f64; 2], bins: usize, is_counted: impl Fn(f64) -> bool + Sync) -> Self {
         let bins = bins.max(1);
         let scale = if range[1] > range[0] { bins as f64 / (range[1] - range[0]) } else { 0.0 };
         let bin = |stored: f64| {
             let value = stored * volume.slope() + volume.intercept();
-            let is_within = (range[0]..=range[1]).contains(&value);
-            is_within.then(|| (((value - range[0]) * scale) as usize).min(bins - 1))
+            is_counted(value).then(|| (((value - range[0]) * scale) as usize).min(bins - 1))
         };
         let count = |indices: std::ops::Range<usize>| {
             let mut counts = vec![0u64; bins];
@@ -85,13 +90,53 @@ impl ValueStatistics {
         Self { range, histogram }
     }
 
-    /// As [`Self::new`], of a number of bins that suits: one for each step of integers, if these are not too many.
+    /// As [`Self::new`], of a number of bins that suits: one for each step of integers, if these are not too many. A few voxels
+    /// that lie far from all others (hot pixels, metal) do not take the bins from these: they are counted in the first and last.
     pub fn fine(volume: &Volume) -> Self {
+        /// Each time the bins are that much finer: no range of floats takes more.
+        const MOST_ROUNDS: usize = 16;
+        let all = Self::of_range(volume, volume.value_range());
+        let mut statistics = all.clone();
+        for _ in 0..MOST_ROUNDS {
+            let Some(range) = statistics.crowded() else { return statistics };
+            statistics = Self::of_range(volume, range);
+        }
+        // All but the far ones have one value: these are what there is to see.
+        all
+    }
+
+    /// Counts all voxels into a suitable number of bins of a range.
+    fn of_range(volume: &Volume, range: [f64; 2]) -> Self {
         const BINS: usize = 4096;
-        let [low, high] = volume.value_range();
         let is_float = matches!(volume.voxels(), Voxels::F32(_));
-        let steps = ((high - low) / volume.slope().abs()).round();
-        Self::new(volume, if !is_float && steps < BINS as f64 { steps as usize + 1 } else { BINS })
+        let steps = ((range[1] - range[0]) / volume.slope().abs()).round();
+        let bins = if !is_float && steps < BINS as f64 { steps as usize + 1 } else { BINS };
+        Self::count(volume, range, bins, |_| true)
+    }
+
+    /// The range of nearly all voxels, where that is but a small part of the whole.
+    fn crowded(&self) -> Option<[f64; 2]> {
+        /// The share of voxels at each end that may be far from all others.
+        const FAR: f64 = 1e-4;
+        const PART: usize = 16;
+        let total: u64 = self.histogram.iter().sum();
+        let spare = (FAR * total as f64) as u64;
+        let beyond = |counts: &mut dyn Iterator<Item = &u64>| {
+            let mut sum = 0;
+            counts
+                .take_while(|count| {
+                    sum += **count;
+                    sum <= spare
+                })
+                .count()
+        };
+        let first = beyond(&mut self.histogram.iter());
+        let last = self.histogram.len() - beyond(&mut self.histogram.iter().rev());
+        // A scan of few integers has no finer bins.
+        let is_part = last.saturating_sub(first) * PART < self.histogram.len();
+        let value = |bin: usize| self.range[0] + bin as f64 * self.bin_width();
+        let range = [value(first), value(last)];
+        (is_part && range[0] < range[1]).then_some(range)
     }
 
     /// The width of a bin; 0 where all values are the same.
@@ -213,6 +258,40 @@ mod tests {
             assert!((stats.percentile(p) - (p * 1000.0 - 10.0)).abs() < 2.0, "{p}: {}", stats.percentile(p));
         }
         assert_eq!(stats.histogram.iter().sum::<u64>(), 1001);
+    }
+
+    #[test]
+    fn a_few_far_voxels_do_not_take_the_bins_of_all_others() {
+        let brain =
+            |i: usize| if i.is_multiple_of(3) { 300.0 + (i * 37 % 600) as f32 } else { (i % 9) as f32 };
+        let scan = |far: &[f32]| {
+            let mut values: Vec<f32> = (0..60_000).map(brain).collect();
+            far.iter().enumerate().for_each(|(i, far)| values[7000 * i] = *far);
+            let voxels = Voxels::F32(values);
+            Volume::new([100, 100, 6], voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Mr).unwrap()
+        };
+        let clean = ValueStatistics::fine(&scan(&[]));
+        for far in [&[1e6; 5][..], &[-1e5, 1e30, 2e9], &[-1e9]] {
+            let statistics = ValueStatistics::fine(&scan(far));
+            assert_eq!(statistics.histogram.iter().sum::<u64>(), 60_000, "{far:?}");
+            for p in [0.01, 0.5, 0.75, 0.99] {
+                let [found, right] = [&statistics, &clean].map(|statistics| statistics.percentile(p));
+                assert!((found - right).abs() < 5.0, "{far:?}, {p}: {found}, not {right}");
+            }
+            let [found, right] = [&statistics, &clean].map(ValueStatistics::otsu_threshold);
+            assert!((found - right).abs() < 30.0, "{far:?}: {found}, not {right}");
+        }
+        // Integers, that have a bin each.
+        let mut samples: Vec<u16> = (0..60_000).map(|i| brain(i) as u16).collect();
+        samples[5] = 65_000;
+        let statistics = ValueStatistics::fine(&volume(samples));
+        assert!((statistics.percentile(0.99) - 870.0).abs() < 30.0, "{}", statistics.percentile(0.99));
+        // What is rare is all that there is.
+        let mut lesion = vec![0.0; 60_000];
+        lesion[..5].copy_from_slice(&[1.0, 2.0, 3.0, 4.0, 5.0]);
+        let volume =
+            Volume::new([100, 100, 6], Voxels::F32(lesion), [1.0, 0.0], DAffine3::IDENTITY, Modality::Mr);
+        assert_eq!(ValueStatistics::fine(&volume.unwrap()).range, [0.0, 5.0]);
     }
 
     #[test]

@@ -9,7 +9,9 @@ use std::{
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::{background::Background, document::Scan, statistics::ValueStatistics, subject::Subject};
+use crate::{
+    background::Background, calibration, document::Scan, statistics::ValueStatistics, subject::Subject,
+};
 
 /// The stored samples of a [`Volume`], x fastest, then y, then z.
 ///
@@ -345,7 +347,9 @@ impl Volume {
         let [min, max] = self.value_range();
         let has_range =
             self.modality == Modality::Other && self.unit.is_empty() && min <= -500.0 && max >= 300.0;
-        has_range && (self.statistics().share(AIR) >= LEAST_AIR || !self.is_signed_map())
+        has_range
+            && !calibration::goes_below_air(self)
+            && (self.statistics().share(AIR) >= LEAST_AIR || !self.is_signed_map())
     }
 
     /// How many voxels have which values; counted once.
@@ -354,10 +358,19 @@ impl Volume {
     }
 
     /// Whether it shows what lies below its commonest value, alone or besides what lies above: a map around 0, of statistics,
-    /// differences, susceptibility or deformation; or dark vessels.
+    /// differences, susceptibility or deformation; or dark vessels. A normalised scan is none ([`Self::is_normalised`]).
     pub fn is_signed_map(&self) -> bool {
         let statistics = self.statistics();
-        Background::of(statistics).is_within(statistics)
+        let background = Background::of(statistics);
+        background.is_within(statistics) && !background.is_of_a_mask(statistics)
+    }
+
+    /// Whether it is a scan whose values were made to go to both sides of 0, and which was cut out by a mask: what is 0 is
+    /// nothing, and darker than some of the scan and brighter than the rest.
+    pub fn is_normalised(&self) -> bool {
+        let statistics = self.statistics();
+        let background = Background::of(statistics);
+        background.is_within(statistics) && background.is_of_a_mask(statistics)
     }
 
     /// Smallest and largest stored sample.

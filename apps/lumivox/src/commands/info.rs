@@ -21,7 +21,7 @@ use crate::{
     progress::Reporter,
 };
 
-/// Bins of the histogram that is counted; percentiles come from it.
+/// Bins of the histogram that is counted.
 const BINS: usize = 4096;
 
 /// Rows of the histogram that is drawn.
@@ -48,8 +48,9 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
             }
             _ => None,
         };
+        let percentiles = scan.volume.percentiles(&PERCENTILES.map(|p| p / 100.0));
         let alone = reporter.stages(|progress| patient_alone(scan.volume, progress, &cancel))?;
-        Ok(Known { statistics, alone, labels, report: scan.report })
+        Ok(Known { statistics, percentiles, alone, labels, report: scan.report })
     };
     let scans = scans.into_iter().zip(paths).map(look).collect::<Result<Vec<_>, Failure>>()?;
     let text = if args.json {
@@ -67,6 +68,8 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
 struct Known {
     /// Of the values as they were scanned.
     statistics: ValueStatistics,
+    /// Those of [`PERCENTILES`], of the same values.
+    percentiles: Vec<f64>,
     /// What 'render' shows of it.
     alone: PatientAlone,
     /// Of a label map.
@@ -101,7 +104,7 @@ fn skipped(report: &ImportReport) -> BTreeMap<&str, usize> {
 }
 
 fn to_text(scan: &Known) -> String {
-    let Known { statistics, alone, labels, report } = scan;
+    let Known { statistics, percentiles, alone, labels, report } = scan;
     let volume = &alone.volume;
     let unit = volume.unit();
     let mut rows: Vec<(&str, String)> = Vec::new();
@@ -123,7 +126,8 @@ fn to_text(scan: &Known) -> String {
     ));
     let [low, high] = statistics.range.map(number);
     rows.push(("values", format!("{low} to {high} {unit}").trim_end().to_owned()));
-    let percentiles = PERCENTILES.map(|p| format!("{p}%: {}", number(statistics.percentile(p / 100.0))));
+    let told = |(p, value): (f64, &f64)| format!("{p}%: {}", number(*value));
+    let percentiles: Vec<String> = PERCENTILES.into_iter().zip(percentiles).map(told).collect();
     rows.push(("percentiles", percentiles.join("  ")));
     if let Some(found) = &alone.report {
         let parts: Vec<String> =
@@ -216,7 +220,7 @@ fn histogram(statistics: &ValueStatistics, unit: &str) -> String {
 }
 
 fn to_json(scan: &Known) -> Value {
-    let Known { statistics, alone, labels, report } = scan;
+    let Known { statistics, percentiles, alone, labels, report } = scan;
     let volume = &alone.volume;
     let shows = alone.report.as_ref().map(|found| {
         let part = |part: &Finding| json!({ "what": part.class.name(), "volume_mm3": part.volume_mm3 });
@@ -238,7 +242,7 @@ fn to_json(scan: &Known) -> Value {
         labels.labels().iter().map(label).collect::<Vec<Value>>()
     });
     let percentiles: serde_json::Map<String, Value> =
-        PERCENTILES.iter().map(|p| (p.to_string(), json!(statistics.percentile(p / 100.0)))).collect();
+        PERCENTILES.iter().zip(percentiles).map(|(p, value)| (p.to_string(), json!(value))).collect();
     let place = volume.patient_from_voxel();
     let columns = [place.matrix3.x_axis, place.matrix3.y_axis, place.matrix3.z_axis, place.translation];
     json!({

@@ -3,6 +3,7 @@
 use crate::{
     background::Background,
     medium::{Medium, SurfaceReflection},
+    statistics::ValueStatistics,
     volume::Volume,
 };
 
@@ -18,11 +19,9 @@ pub(super) fn medium(volume: &Volume) -> Medium {
     let statistics = volume.statistics();
     let background = Background::of(statistics);
     let [low, high] = statistics.range;
-    let [usual, most] = background.deviations(statistics).unwrap_or([0.0; 2]);
     // Of a volume that is the same everywhere there is no other voxel.
     let least = (high - low).max(1e-6 * background.value.abs()).max(1e-30);
-    let most = if most > 0.0 { most } else { least };
-    let threshold = threshold(usual, most).max(background.noise.min(0.9 * most));
+    let Seen { threshold, most } = Seen::of(&background, statistics).unwrap_or(Seen::all(least));
     let at = |side: f64, t: f64| background.value + side * (threshold + (most - threshold) * t);
     let opacity = |side: f64| OPACITY.map(|(t, opacity)| (at(side, t), opacity));
     let color = |side: f64, colors: [[f64; 3]; 3]| {
@@ -46,19 +45,51 @@ pub(super) fn medium(volume: &Volume) -> Medium {
     }
 }
 
-/// From which difference on something is seen, of values that differ by the `usual` or less as often as by more, and of which
-/// hardly one differs by more than the `most`.
-fn threshold(usual: f64, most: f64) -> f64 {
-    /// Half of what is normally distributed differs by less than this times its standard deviation.
-    const HALF: f64 = 0.6745;
-    /// What differs by more standard deviations than this is no noise.
-    const SIGMAS: f64 = 4.0;
-    let sigma = usual / HALF;
-    match most > 3.5 * sigma {
-        // Peaks in noise, as statistics have them: these alone.
-        true => (SIGMAS * sigma).clamp(0.15 * most, 0.5 * most),
-        // All of it is signal: a normalised scan, say.
-        false => 0.15 * most,
+/// The differences from the background that are seen.
+struct Seen {
+    /// The least of them.
+    threshold: f64,
+    /// What hardly a voxel exceeds.
+    most: f64,
+}
+
+impl Seen {
+    /// Of differences that reach so far and are signal, however small.
+    fn all(most: f64) -> Self {
+        Self { threshold: 0.15 * most, most }
+    }
+
+    /// `None` where all is background.
+    fn of(background: &Background, statistics: &ValueStatistics) -> Option<Self> {
+        /// The share of what is normally distributed that differs by more than [`Self::PEAK`] standard deviations; several times as
+        /// much are peaks in noise.
+        const TAIL: f64 = 4.7e-4;
+        const PEAK: f64 = 3.5;
+        const RICH: f64 = 3.0;
+        /// Where there are no such, hardly a voxel of noise differs by so many.
+        const RARE: f64 = 4.5;
+        /// A hundredth of what is normally distributed differs by more than 2.6 of them; of what is spread evenly, as displacements
+        /// or a normalised scan, none.
+        const NORMAL: f64 = 2.2;
+        /// The strongest is that much more than the least: else noise alone would be painted as strong.
+        const SPAN: f64 = 1.6;
+        let deviations = background.deviations(statistics);
+        let sigma = deviations.sigma()?;
+        let beyond = deviations.beyond(background.noise);
+        let reach = if beyond.count() > 0 { &beyond } else { &deviations }.quantile(0.99)?;
+        if deviations.quantile(0.99)? < NORMAL * sigma {
+            let all = Self::all(reach);
+            return Some(Self {
+                threshold: all.threshold.max(background.noise.min(0.9 * reach)),
+                most: reach,
+            });
+        }
+        let peaks = deviations.beyond(PEAK * sigma);
+        let is_rich = peaks.count() as f64 > RICH * TAIL * deviations.count() as f64;
+        let strongest = peaks.quantile(0.99).unwrap_or(0.0);
+        let least = if is_rich { PEAK } else { RARE } * sigma;
+        let threshold = least.max(0.15 * strongest).max(background.noise.min(0.9 * strongest));
+        Some(Self { threshold, most: strongest.max(SPAN * threshold) })
     }
 }
 
@@ -96,6 +127,42 @@ mod tests {
             let ([red, _, blue], [other_red, _, other_blue]) =
                 (look.color(zero + 4.0), look.color(zero - 4.0));
             assert!(red > 2.0 * blue && other_blue > 2.0 * other_red);
+        }
+    }
+
+    /// Normal noise of a standard deviation of 1, in one voxel of four, as in a brain in its box.
+    fn noise(i: usize) -> f32 {
+        // splitmix64
+        let uniform = |k: usize| {
+            let mut x = (12 * i as u64 + k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((x ^ (x >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        };
+        if i.is_multiple_of(4) { ((0..12).map(uniform).sum::<f64>() - 6.0) as f32 } else { 0.0 }
+    }
+
+    #[test]
+    fn noise_is_clear_however_few_the_peaks_are() {
+        // Of the brain's 8192 voxels.
+        for (peaks, name) in [(0, "null"), (25, "small"), (600, "large")] {
+            let volume = map(|i| {
+                let peak = if i.is_multiple_of(4) && i / 4 < peaks { 8.0 } else { 0.0 };
+                noise(i) + peak * if i.is_multiple_of(8) { 1.0 } else { -1.0 }
+            });
+            assert_eq!(Preset::default_for(&volume), Preset::SignedMap, "{name}");
+            let look = Preset::SignedMap.medium(&volume).transfer_function;
+            let noise = [-3.0, -2.0, 0.5, 2.0, 3.0].map(|noise| look.opacity(noise));
+            assert_eq!(noise, [0.0; 5], "{name}: {:?}", look.opacity_knots());
+            if peaks > 0 {
+                assert!(
+                    look.opacity(8.0) > 0.3 && look.opacity(-8.0) > 0.3,
+                    "{name}: {:?}",
+                    look.opacity_knots()
+                );
+            } else {
+                assert!(look.opacity(4.0) == 0.0, "{name}: {:?}", look.opacity_knots());
+            }
         }
     }
 

@@ -4,6 +4,7 @@ use crate::{
     background::Background,
     medium::{Medium, SurfaceReflection},
     statistics::ValueStatistics,
+    transfer_function::{Ease, OpacityKnot, TransferFunction},
     volume::Volume,
 };
 
@@ -19,12 +20,17 @@ struct Landmarks<'a> {
     air: f64,
     /// What hardly a voxel exceeds.
     bright: f64,
+    /// Of a scan cut out by a mask, the value around it, which lies among its own and is clear.
+    hole: Option<[f64; 2]>,
     statistics: &'a ValueStatistics,
 }
 
 impl<'a> Landmarks<'a> {
     fn of(volume: &'a Volume) -> Self {
         let statistics = volume.statistics();
+        if volume.is_normalised() {
+            return Self::of_normalised(statistics);
+        }
         let [low, _] = statistics.range;
         let air = statistics.otsu_threshold();
         let background = Background::of(statistics);
@@ -33,7 +39,29 @@ impl<'a> Landmarks<'a> {
             if is_below { (background.value, background.value + background.noise) } else { (low, low) };
         // Half as far again as from the lowest to the air, whatever the sign of the values.
         let bright = statistics.percentile(0.998).max(air + 0.5 * (air - lowest));
-        Self { lowest, clear, air, bright: bright.max(air + f64::MIN_POSITIVE), statistics }
+        Self { lowest, clear, air, bright: bright.max(air + f64::MIN_POSITIVE), hole: None, statistics }
+    }
+
+    /// Of a scan without air: it begins at its darkest values, and a step around that of the mask is clear.
+    fn of_normalised(statistics: &'a ValueStatistics) -> Self {
+        /// Values of the scan below and above which there are hardly any.
+        const ENDS: [f64; 2] = [0.01, 0.998];
+        let around = Background::of(statistics).value;
+        let half = 1.5 * statistics.bin_width();
+        let others = |p: f64| {
+            let bins = || statistics.bins().filter(|(value, _)| (value - around).abs() > half);
+            let total: u64 = bins().map(|(_, count)| count).sum();
+            let mut below = 0;
+            let reached = |(_, count): &(f64, u64)| {
+                below += count;
+                below as f64 >= p * total as f64
+            };
+            bins().find(reached).map_or(around, |(value, _)| value)
+        };
+        let [low, bright] = ENDS.map(others);
+        let bright = bright.max(low + half);
+        let hole = Some([around - half, around + half]);
+        Self { lowest: low, clear: low, air: low, bright, hole, statistics }
     }
 
     /// 0 where the body begins, 1 at its brightest.
@@ -62,7 +90,18 @@ impl<'a> Landmarks<'a> {
 
     /// A medium whose opacity rises from 0 over such knots.
     fn medium(&self, opacity: &[(f64, f64)], color: &[(f64, [f64; 3])]) -> Medium {
-        Medium::new(tf(&self.rising(opacity), &self.rising(color)))
+        let look = tf(&self.rising(opacity), &self.rising(color));
+        let Some([from, to]) = self.hole else { return Medium::new(look) };
+        // The curve jumps to 0 and back, and goes on as it did.
+        let is_beside = |knot: &OpacityKnot| knot.value < from || knot.value > to;
+        let knot = |value, opacity| OpacityKnot { value, opacity, ease: Ease::Linear };
+        let mut knots: Vec<_> = look.opacity_knots().iter().copied().filter(is_beside).collect();
+        let [before, behind] = [from, to].map(|value| look.opacity(value));
+        let hole = [knot(from, before), knot(from, 0.0), knot(to, 0.0), knot(to, behind)];
+        let at = knots.partition_point(|knot| knot.value < from);
+        knots.splice(at..at, hole);
+        let cut = TransferFunction::new(knots, look.color_stops().to_vec());
+        Medium::new(cut.expect("a part of a valid curve"))
     }
 }
 
@@ -323,6 +362,58 @@ mod tests {
         assert!(look.opacity(2200.0) > 2.0 * look.opacity(1000.0) && look.opacity(1e6) == 0.9);
         // The same body, without it, looks the same.
         assert!((scan(12_000.0).opacity(2200.0) / look.opacity(2200.0) - 1.0).abs() < 0.3);
+    }
+
+    #[test]
+    fn a_normalised_scan_is_a_brain_on_a_clear_ground() {
+        // A ball of grey matter around white, about a mean of 0, and 0 around it, in voxels of 2 mm.
+        let value = |i: usize| {
+            let at =
+                [i % 64, i / 64 % 64, i / 4096].map(|n| (n as f64 - 31.5).powi(2)).iter().sum::<f64>().sqrt();
+            let noise = 0.5 * ((i * 7919 % 101) as f32 / 100.0 - 0.5);
+            match at {
+                r if r < 20.0 => 0.9 + noise,
+                r if r < 26.0 => -0.9 + noise,
+                _ => 0.0,
+            }
+        };
+        let place = DAffine3::from_scale(glam::DVec3::splat(2.0));
+        for scale in [1.0, 0.3] {
+            let voxels = Voxels::F32((0..64 * 64 * 64).map(|i| scale * value(i)).collect());
+            let volume = Volume::new([64; 3], voxels, [1.0, 0.0], place, Modality::Other).unwrap();
+            assert_eq!(Preset::default_for(&volume), Preset::MrBrain, "{scale}");
+            for preset in RISING {
+                let look = preset.medium(&volume).transfer_function;
+                assert_eq!(look.opacity(0.0), 0.0, "{}", preset.name());
+                let told = || format!("{} of {scale}: {:?}", preset.name(), look.opacity_knots());
+                assert!(
+                    look.opacity(0.9 * f64::from(scale)) > 0.1 || preset == Preset::MrAngiography,
+                    "{}",
+                    told()
+                );
+            }
+            let look = medium(Preset::MrBrain, &volume).transfer_function;
+            assert!(look.opacity(-0.8 * f64::from(scale)) > 0.05, "{:?}", look.opacity_knots());
+        }
+    }
+
+    #[test]
+    fn a_few_hot_voxels_change_no_look() {
+        let brain =
+            |i: usize| if i.is_multiple_of(3) { 300.0 + (i * 37 % 600) as f32 } else { (i % 9) as f32 };
+        let scan = |hot: usize| {
+            let mut values: Vec<f32> = (0..60_000).map(brain).collect();
+            (0..hot).for_each(|i| values[9000 * i] = 1e6);
+            Volume::new([100, 100, 6], Voxels::F32(values), [1.0, 0.0], DAffine3::IDENTITY, Modality::Mr)
+                .unwrap()
+        };
+        for preset in RISING {
+            let [clean, hot] = [0, 5].map(|hot| medium(preset, &scan(hot)).transfer_function);
+            for value in [0.0, 300.0, 500.0, 700.0, 900.0] {
+                let change = (clean.opacity(value) - hot.opacity(value)).abs();
+                assert!(change < 0.05, "{} at {value}: {:?}", preset.name(), hot.opacity_knots());
+            }
+        }
     }
 
     #[test]

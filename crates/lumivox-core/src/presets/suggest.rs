@@ -30,6 +30,7 @@ pub(super) fn suggest(volume: &Volume) -> Preset {
         _ if volume.is_hounsfield() || volume.may_be_hounsfield() => ct(volume),
         Modality::Pet => Preset::PetHot,
         _ if volume.is_signed_map() => Preset::SignedMap,
+        _ if volume.is_normalised() => normalised(volume),
         // A CT that lost its scale has air and tissue all the same; maps of iodine, perfusion or dose have one of their own.
         Modality::Ct if volume.unit().is_empty() && !volume.subject().is_other => ct(volume),
         Modality::Ct => Preset::Plain,
@@ -47,6 +48,9 @@ fn ct(volume: &Volume) -> Preset {
     }
     if content.is_bare_bone() {
         return Preset::CtBone;
+    }
+    if content.is_bare_lung() {
+        return Preset::CtLung;
     }
     let part = subject.part.or_else(|| content.part());
     // Agent alone does not make vessels bright: the moment does.
@@ -94,11 +98,20 @@ fn mr(volume: &Volume) -> Preset {
     }
 }
 
+/// Of a scan that was normalised and cut out: brains are, mostly.
+fn normalised(volume: &Volume) -> Preset {
+    let is_other = !volume.unit().is_empty() || volume.subject().is_other;
+    let may_be_brain = matches!(volume.subject().part, None | Some(BodyPart::Head | BodyPart::Neck));
+    let is_brain = !is_other && may_be_brain && SCANNED_MM.contains(&volume.size_mm().max_element());
+    if is_brain && volume.modality() != Modality::Ct { Preset::MrBrain } else { Preset::Plain }
+}
+
+/// What is scanned for a head, or with one, in mm.
+const SCANNED_MM: RangeInclusive<f64> = 70.0..=700.0;
+
 /// Whether a scan is as large as one of a head. What nothing says to be an MR has to be as round, too: microscopes,
 /// ultrasound, fossils and weather make volumes as well.
 fn may_be_head(volume: &Volume, border: f64) -> bool {
-    /// Of what is scanned for a head, or with one, in mm.
-    const SCANNED_MM: RangeInclusive<f64> = 70.0..=700.0;
     SCANNED_MM.contains(&volume.size_mm().max_element())
         && (volume.modality() == Modality::Mr || Rim::of(volume, border).is_of_head())
 }
@@ -234,6 +247,11 @@ impl CtContent {
     /// Whether it is bone without flesh.
     fn is_bare_bone(&self) -> bool {
         self.bone_ml > 50.0 && self.soft_ml < 1.5 * self.bone_ml
+    }
+
+    /// Whether it is lungs that were cut out of their body.
+    fn is_bare_lung(&self) -> bool {
+        self.lungs_ml > 50.0 && self.soft_ml < 0.35 * self.lungs_ml
     }
 
     fn part(&self) -> Option<BodyPart> {
@@ -402,6 +420,21 @@ mod tests {
         assert_eq!(suggest(&chest(350.0).with_subject(subject("thorax native"))), Preset::CtMuscle);
         assert_eq!(suggest(&chest(40.0).with_subject(subject("thorax lung"))), Preset::CtLung);
         assert_eq!(suggest(&chest(350.0).with_subject(subject("abdomen"))), Preset::CtAorta);
+    }
+
+    #[test]
+    fn a_lung_that_was_cut_out_is_shown_as_one() {
+        let lung = |outside: f64| {
+            scan([60, 80, 90], Modality::Ct, move |at| match () {
+                () if !is_in(at, [0.0, 0.0, 0.0], [45.0, 70.0, 80.0]) => outside,
+                // Vessels.
+                () if (at.x / 20.0).fract().abs() < 0.2 && (at.y / 20.0).fract().abs() < 0.3 => 40.0,
+                () => -850.0,
+            })
+        };
+        assert_eq!([-1024.0, -1000.0].map(|outside| suggest(&lung(outside))), [Preset::CtLung; 2]);
+        // In its body it is a chest.
+        assert_eq!(suggest(&lung(40.0)), Preset::CtMuscle);
     }
 
     #[test]
