@@ -262,6 +262,23 @@ impl LabelVolume {
         (all > 0).then(|| f64::from(inside) / f64::from(all))
     }
 
+    /// Whether it has as many voxels as a volume along each axis but fills another box: what it was drawn on may be that volume,
+    /// and its place lost.
+    pub fn is_of_size_but_elsewhere(&self, volume: &Volume) -> bool {
+        /// Voxels by which corners may be off.
+        const NEAR: f64 = 2.0;
+        let dims = DVec3::from_array(volume.dims().map(|n| n as f64));
+        let box_from_own = volume.patient_from_box().inverse() * self.volume.patient_from_box();
+        // Axes may be stored in another order or direction: corners lie on corners all the same.
+        let is_corner = |corner: usize| {
+            let own = DVec3::from_array([0, 1, 2].map(|axis| (corner >> axis & 1) as f64));
+            let place = box_from_own.transform_point3(own);
+            let off = (place - place.round().clamp(DVec3::ZERO, DVec3::ONE)).abs() * dims;
+            off.max_element() <= NEAR
+        };
+        self.dims() == volume.dims() && !(0..8).all(is_corner)
+    }
+
     /// The volume of one voxel, in mm^3.
     pub fn voxel_mm3(&self) -> f64 {
         self.patient_from_voxel().matrix3.determinant().abs()
@@ -337,6 +354,29 @@ mod tests {
         assert_eq!([at(0.0), at(2.0), at(5000.0)], [Some(1.0), Some(0.5), Some(0.0)]);
         let empty = LabelVolume::new([1; 3], vec![0], DAffine3::IDENTITY, vec![]).unwrap();
         assert_eq!(empty.share_within(&volume(DAffine3::IDENTITY)), None);
+    }
+
+    #[test]
+    fn labels_that_lost_their_place_are_told() {
+        let place = DAffine3::from_scale_rotation_translation(
+            DVec3::new(0.7, 0.7, 1.5),
+            glam::DQuat::IDENTITY,
+            DVec3::new(-20.0, -30.0, 5.0),
+        );
+        let volume = |dims: [usize; 3]| {
+            let n = dims.iter().product();
+            Volume::new(dims, Voxels::U8(vec![0; n]), [1.0, 0.0], place, Modality::Ct).unwrap()
+        };
+        let labels = |place| LabelVolume::new([40, 40, 10], vec![1; 16_000], place, vec![label(1)]).unwrap();
+        let scan = volume([40, 40, 10]);
+        assert!(labels(DAffine3::IDENTITY).is_of_size_but_elsewhere(&scan));
+        assert!(!labels(place).is_of_size_but_elsewhere(&scan));
+        // The same box, stored from right to left; a scan of another size.
+        let turned = place
+            * DAffine3::from_translation(DVec3::X * 39.0)
+            * DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+        assert!(!labels(turned).is_of_size_but_elsewhere(&scan));
+        assert!(!labels(DAffine3::IDENTITY).is_of_size_but_elsewhere(&volume([40, 40, 11])));
     }
 
     #[test]

@@ -81,15 +81,47 @@ pub fn labelling(labels: Arc<LabelVolume>, styles: &[Style], volume: &Volume) ->
 /// # Errors
 /// When none of them does.
 pub fn lie_within(labels: &LabelVolume, volume: &Volume) -> Result<Option<Note>, String> {
+    /// Of the scan's size.
+    const LOST: &str = "The labels have as many voxels as the scan along each axis, but lie elsewhere: if they were drawn on it, \
+                        their file has lost its place (a NIfTI's affine, for example); save them with that of the scan";
+    let has_lost = labels.is_of_size_but_elsewhere(volume);
     match labels.share_within(volume) {
+        Some(0.0) if has_lost => Err(format!("none of its labels lies in the scan. {LOST}")),
         Some(0.0) => Err("none of its labels lies in the scan: they are of another patient, or of another place; take the \
                           labels of this scan"
             .into()),
+        Some(_) if has_lost => Ok(Some(Note::new(LOST))),
         Some(share) if share < 0.5 => Ok(Some(Note::new(format!(
             "{:.0}% of what is labelled lies beyond the scan: are they of the same patient?",
             100.0 * (1.0 - share)
         )))),
         // That there are none was said when they were read.
         None | Some(_) => Ok(None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lumivox_core::{
+        Label, Modality, Voxels,
+        glam::{DAffine3, DVec3},
+    };
+
+    use super::*;
+
+    #[test]
+    fn labels_of_the_scans_size_at_another_place_are_told() {
+        let place = DAffine3::from_scale(DVec3::splat(1.5));
+        let scan = Volume::new([8; 3], Voxels::U8(vec![0; 512]), [1.0, 0.0], place, Modality::Ct).unwrap();
+        let told = |place| {
+            let label = Label { value: 1, name: "liver".into(), color: [0.5; 3] };
+            let labels = LabelVolume::new([8; 3], vec![1; 512], place, vec![label]).unwrap();
+            lie_within(&labels, &scan).map(|note| note.map(|note| note.text))
+        };
+        assert_eq!(told(place), Ok(None));
+        let note = told(DAffine3::IDENTITY).unwrap().unwrap();
+        assert!(note.contains("its file has lost its place"), "{note}");
+        let error = told(DAffine3::from_translation(DVec3::X * 500.0)).unwrap_err();
+        assert!(error.starts_with("none of its labels lies in the scan. The labels have"), "{error}");
     }
 }
