@@ -67,6 +67,12 @@ pub fn replace(voxels: &mut Voxels, rescale: [f64; 2], empty: Option<f64>) -> Ve
     }
 }
 
+/// What stands for nothing among samples that are their own physical values: 0 in maps that go to both sides of it, else the
+/// lowest. `None` where they have hardly more values than labels. Samples that are not finite are passed over.
+pub fn nothing(samples: &[f32]) -> Option<f64> {
+    Others::of(samples, f64::NAN, |stored| stored).map(|others| others.nothing())
+}
+
 fn of_type<T: Copy + Into<f64> + Send + Sync>(
     samples: &mut [T],
     [slope, intercept]: [f64; 2],

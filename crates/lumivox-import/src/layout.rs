@@ -134,6 +134,34 @@ impl ArrayLayout {
     }
 }
 
+/// Distances between voxels along x, y and z, as files give them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Spacing {
+    Mm([f64; 3]),
+    /// In a unit that is not said, or is no length.
+    OfUnknownUnit([f64; 3]),
+}
+
+impl Spacing {
+    /// In mm: of an unknown unit the numbers themselves, which keep a scan's proportions; says so. `None` where they say nothing.
+    pub(crate) fn mm(self, options: &ImportOptions, notes: &mut Vec<String>) -> Option<[f64; 3]> {
+        match self {
+            Self::Mm(lengths) => Some(lengths),
+            Self::OfUnknownUnit([x, y, z]) if x == y && y == z => None,
+            Self::OfUnknownUnit(lengths) if !lengths.iter().all(|length| SPACING_MM.contains(length)) => None,
+            Self::OfUnknownUnit(lengths) => {
+                if options.spacing_mm.is_none() {
+                    let [x, y, z] = lengths;
+                    notes.push(format!(
+                        "the distances between voxels, {x} x {y} x {z}, have no known unit: taken as mm (the option spacing says them)"
+                    ));
+                }
+                Some(lengths)
+            }
+        }
+    }
+}
+
 /// LPS millimetres from voxel indices, for a grid whose axes are `space` (0 for x, 1 for y, 2 for z): as the options say,
 /// else with `own` distances between voxels (of x, y and z); says what is not known.
 pub(crate) fn placement(

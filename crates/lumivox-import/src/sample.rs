@@ -248,11 +248,18 @@ impl Wide {
             let infinite = samples.iter().filter(|sample| **sample == f32::INFINITY).count();
             // A few are off the scale, many stand for nothing.
             let is_fill = infinite >= LEAST_FREQUENT && infinite * FREQUENT > samples.len();
-            let fix = |s: f32| if s == f32::INFINITY && !is_fill { max } else { min };
+            // In a map that goes to both sides of it, 0 is nothing.
+            let nothing = fill::nothing(&samples).filter(|nothing| *nothing == 0.0);
+            let lowest = nothing.map_or(min, |nothing| nothing as f32);
+            let fix = |s: f32| if s == f32::INFINITY && !is_fill { max } else { lowest };
             samples.iter_mut().filter(|s| !s.is_finite()).for_each(|s| *s = fix(*s));
             let largest = if infinite > 0 && !is_fill { " (infinity: the largest)" } else { "" };
+            let became = match nothing {
+                Some(_) => format!("0{largest}, the middle of a map that goes to both sides of it"),
+                None => format!("the smallest{largest} of the others"),
+            };
             notes.push(format!(
-                "{} of {} samples are NaN, infinite or too large and became the smallest{largest} of the others",
+                "{} of {} samples are NaN, infinite or too large and became {became}",
                 self.not_finite,
                 samples.len()
             ));
@@ -336,6 +343,28 @@ mod tests {
         let mut builder = VoxelBuilder::new(SampleType::F32, false, 1).unwrap();
         builder.push(&f32::NAN.to_le_bytes());
         assert!(builder.finish().is_none());
+    }
+
+    #[test]
+    fn what_is_no_number_around_a_signed_map_is_nothing() {
+        let decode = |value: &dyn Fn(usize) -> f32| {
+            let bytes: Vec<u8> = (0..3000).flat_map(|i| value(i).to_le_bytes()).collect();
+            let mut builder = VoxelBuilder::new(SampleType::F32, false, 3000).unwrap();
+            builder.push(&bytes);
+            builder.finish().unwrap()
+        };
+        let map = |i: usize| (i * 37 % 900) as f32 / 100.0 - 4.003;
+        let decoded = decode(&|i| if i.is_multiple_of(3) { f32::NAN } else { map(i) });
+        assert_eq!(decoded.voxels.get(0), 0.0);
+        assert!(decoded.notes[0].contains("became 0"), "{:?}", decoded.notes);
+        // Of integers, too; a scan has its lowest there.
+        let decoded = decode(&|i| if i.is_multiple_of(3) { f32::NAN } else { (i * 37 % 90) as f32 - 45.0 });
+        assert_eq!(decoded.voxels.get(0) + decoded.rescale[1], 0.0);
+        let decoded = decode(&|i| if i.is_multiple_of(3) { f32::NAN } else { 7.0 + (i * 37 % 90) as f32 });
+        assert_eq!(decoded.voxels.get(0) + decoded.rescale[1], 8.0, "the lowest of the others");
+        let ct = |i: usize| (i * 37 % 2000) as f32 - 1000.0;
+        let decoded = decode(&|i| if i.is_multiple_of(3) { f32::NAN } else { ct(i) });
+        assert!(decoded.voxels.get(0) + decoded.rescale[1] < -990.0);
     }
 
     #[test]

@@ -126,7 +126,8 @@ impl Study {
                     Ok(file) => single(&file),
                     Err(error @ ImportError::NoSeries { .. }) => {
                         let files = dicom::files_below(folder, cancel)?.files;
-                        Self::of_pictures(&files, options, cancel)?.ok_or(error)
+                        Self::of_pictures(&files, options, cancel)?
+                            .ok_or_else(|| pictures::beside_others(folder, &files).unwrap_or(error))
                     }
                     Err(error) => Err(error),
                 }
@@ -304,7 +305,9 @@ pub(crate) fn unused(options: &ImportOptions, format: &str) -> Vec<String> {
         (options.layout.is_some() && !has_channels, "layout"),
     ];
     for (_, what) in told.iter().filter(|(is_told, _)| *is_told && !is_array) {
-        notes.push(format!("the {what} that was given was not used: {format} tells its own"));
+        notes.push(format!(
+            "the {what} that was given was not used: it is for arrays and pictures, and not for {format}"
+        ));
     }
     if options.series.is_some() && format != "DICOM" && !has_channels {
         notes.push(format!("no series was looked for: a {format} file holds one image"));

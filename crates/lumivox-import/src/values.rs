@@ -85,6 +85,7 @@ pub(crate) fn looks_like_hounsfield(volume: &Volume) -> bool {
     let [low, high] = [LEAST, 1.0 - LEAST].map(|p| statistics.percentile(p));
     low >= -10_000.0
         && high <= 70_000.0
+        && !calibration::goes_below_air(volume)
         && (statistics.share(AIR) >= SOME || low <= -900.0 && !volume.is_signed_map())
 }
 
@@ -139,6 +140,27 @@ mod tests {
         let mask =
             Voxels::U16((0..20_000usize).map(|i| if i.is_multiple_of(3) { u16::MAX } else { 0 }).collect());
         assert_eq!(wrapped([20, 1000, 1], &mask), None);
+    }
+
+    #[test]
+    fn a_phase_image_is_no_ct() {
+        // Noise of all phases in the air, a slow change in the body.
+        let noise = |i: usize| (i * 7919 % 8191) as i32 - 4095;
+        let phase = |i: usize| if i.is_multiple_of(3) { (i / 3 % 2000) as i32 - 1000 } else { noise(i) };
+        let ct = |i: usize| match i % 10 {
+            0..5 => -1000 + (i % 41) as i32 - 20,
+            5 => -2000,
+            6 => 1200,
+            _ => 40 + (i % 41) as i32 - 20,
+        };
+        let is_ct = |value: &dyn Fn(usize) -> i32| {
+            let voxels = Voxels::U16((0..30_000).map(|i| (value(i) + 32768) as u16).collect());
+            let volume = volume(voxels, [1.0, -32768.0], Modality::Other);
+            [looks_like_hounsfield(&volume), volume.may_be_hounsfield()]
+        };
+        assert_eq!(is_ct(&phase), [false; 2]);
+        assert_eq!(is_ct(&noise), [false; 2]);
+        assert_eq!(is_ct(&ct), [true; 2]);
     }
 
     #[test]

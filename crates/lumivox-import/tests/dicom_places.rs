@@ -353,3 +353,29 @@ fn what_is_said_of_gaps_is_the_same_before_and_after_loading() {
         }
     }
 }
+
+#[test]
+fn slices_that_do_not_say_how_they_lie() {
+    let load = |step: [f64; 3]| {
+        let folder = tempfile::tempdir().unwrap();
+        for k in 0..6 {
+            slice(0, k, 0.0)
+                .decimals(IMAGE_POSITION_PATIENT, &step.map(|step| step * k as f64))
+                .without(IMAGE_ORIENTATION_PATIENT)
+                .write(&folder.path().join(format!("{k:03}")), Syntax::Explicit);
+        }
+        common::load(folder.path())
+    };
+    let axial = load([0.0, 0.0, 3.0]).unwrap();
+    assert_eq!(axial.volume.dims(), [3, 2, 6]);
+    let notes = &axial.report.notes;
+    assert!(
+        notes.iter().any(|note| note.contains("(0020,0037) is missing: slices are taken as axial")),
+        "{notes:?}"
+    );
+    // Sagittal ones, and oblique ones.
+    for step in [[3.0, 0.0, 0.0], [0.0, 3.0, 0.5]] {
+        let error = load(step).unwrap_err().to_string();
+        assert!(error.contains("(0020,0037)") && error.contains("not those of the axial slices"), "{error}");
+    }
+}

@@ -196,6 +196,9 @@ pub(crate) fn is_dicom(source: &Source) -> bool {
 fn find_start(source: &Source) -> Result<Option<(u64, Option<Syntax>)>> {
     let mut head = [0; 138];
     let n = source.open()?.read_up_to(&mut head)?;
+    if n == 0 {
+        return Err(Fault::NotDicom("it is empty"));
+    }
     let has_prefix = n >= 132 && &head[128..132] == b"DICM";
     // A file without preamble may have these letters there in a value; behind a prefix the meta group begins.
     let has_meta = n == 138 && head[132..134] == [2, 0] && is_known_vr([head[136], head[137]]);

@@ -80,6 +80,8 @@ pub(crate) struct Frame {
     pub(crate) row_direction: DVec3,
     /// Unit direction of growing row index.
     pub(crate) column_direction: DVec3,
+    /// Whether the file says these two; else they are those of an axial slice.
+    pub(crate) is_oriented: bool,
     /// Distance of neighbouring columns (x) and rows (y), in mm.
     pub(crate) spacing_mm: DVec2,
     /// Distance to the next slice by the header's word, else the larger side of a pixel. It is the step where places tell
@@ -184,7 +186,14 @@ fn frame(
         let problem = "lies more than a kilometre away";
         return Err(FieldFault::new(attr::IMAGE_POSITION_PATIENT, problem));
     }
-    let [row_direction, column_direction] = orientation(scope)?;
+    let directions = orientation(scope)?;
+    let [row_direction, column_direction] = directions.unwrap_or([DVec3::X, DVec3::Y]);
+    if directions.is_none() && position.is_some() && index == 0 {
+        notes.push(format!(
+            "{} is missing: slices are taken as axial, with the patient's left on the right of the picture",
+            attr::IMAGE_ORIENTATION_PATIENT
+        ));
+    }
     let measures = |attribute| scope.find(attr::PIXEL_MEASURES_SEQUENCE, attribute);
     let spacing_mm = match pixel_spacing(measures(attr::PIXEL_SPACING), notes)? {
         Some(spacing) => spacing,
@@ -208,6 +217,7 @@ fn frame(
         position,
         row_direction,
         column_direction,
+        is_oriented: directions.is_some(),
         spacing_mm,
         thickness_mm,
         rescale,
@@ -240,7 +250,8 @@ fn position(scope: &FrameScope<'_>) -> Result<Option<DVec3>, FieldFault> {
     .map(DVec3::from_array))
 }
 
-fn orientation(scope: &FrameScope<'_>) -> Result<[DVec3; 2], FieldFault> {
+/// Directions of growing column and row index; `None` where the file does not say them.
+fn orientation(scope: &FrameScope<'_>) -> Result<Option<[DVec3; 2]>, FieldFault> {
     const ORIENTATION: Attribute = attr::IMAGE_ORIENTATION_PATIENT;
     let of_patient = scope.find(attr::PLANE_ORIENTATION_SEQUENCE, ORIENTATION).decimals::<6>(ORIENTATION)?;
     let values = match of_patient {
@@ -250,7 +261,7 @@ fn orientation(scope: &FrameScope<'_>) -> Result<[DVec3; 2], FieldFault> {
             item.floats::<6>(attr::IMAGE_ORIENTATION_VOLUME)?
         }
     };
-    let Some([a, b, c, d, e, f]) = values else { return Ok([DVec3::X, DVec3::Y]) };
+    let Some([a, b, c, d, e, f]) = values else { return Ok(None) };
     let directions = [DVec3::new(a, b, c), DVec3::new(d, e, f)].map(DVec3::try_normalize);
     let [Some(row), Some(column)] = directions else {
         return Err(FieldFault::new(ORIENTATION, "has a direction of no length"));
@@ -259,7 +270,7 @@ fn orientation(scope: &FrameScope<'_>) -> Result<[DVec3; 2], FieldFault> {
     if row.dot(column).abs() > 0.01 {
         return Err(FieldFault::new(ORIENTATION, "has directions that are not perpendicular"));
     }
-    Ok([row, column])
+    Ok(Some([row, column]))
 }
 
 /// PixelSpacing is the distance of rows, then of columns: y before x. Where it is zero, which stands for not known,

@@ -334,6 +334,20 @@ pub(super) fn alike(a: &Frame, b: &Frame) -> bool {
         && (a.spacing_mm - b.spacing_mm).abs().max_element() < SAME_SPACING * a.spacing_mm.min_element()
 }
 
+/// Whether places cannot be those of slices in such planes: they lie beside each other, and not behind.
+fn contradict_orientation(plane: &Plane, places: &[DVec3]) -> bool {
+    /// Slices of a tilted gantry are farther apart along their normal than across it.
+    const BESIDE: f64 = 2.0;
+    const SOME_MM: f64 = 0.1;
+    let normal = plane.normal();
+    places.iter().any(|place| {
+        let offset = *place - places[0];
+        let behind = offset.dot(normal);
+        let beside = (offset - normal * behind).length();
+        beside > SOME_MM && beside > BESIDE * behind.abs()
+    })
+}
+
 /// Makes stacks of a group, whose images may lie in several places and belong to several phases.
 fn stack_group(
     files: &[ImageFile],
@@ -361,6 +375,14 @@ fn stack_group(
         }
         return;
     };
+    if !first.is_oriented && contradict_orientation(&plane, &places) {
+        let reason = format!(
+            "{} is missing, and its positions are not those of the axial slices that it might show",
+            attr::IMAGE_ORIENTATION_PATIENT
+        );
+        skipped.extend(group.iter().map(|slice| skip(&files[slice.file], &reason)));
+        return;
+    }
     let phase = |images: &[usize]| Phase {
         slices: images.iter().map(|&k| group[k]).collect(),
         places: images.iter().map(|&k| places[k]).collect(),

@@ -95,7 +95,7 @@ pub(crate) fn open_tiff(
     }
     check_size(path, &document.shape, document.pages)?;
     let mut notes = document.notes;
-    let Pages { pages, channels, depth, moments, spacing_mm } =
+    let Pages { pages, channels, depth, moments, spacing } =
         ome::pages(path, &document.description, document.pages)?
             .unwrap_or_else(|| Pages::plain(document.pages));
     let per_channel = |channel: usize| -> Vec<usize> {
@@ -103,6 +103,7 @@ pub(crate) fn open_tiff(
     };
     let source = Arc::new(tiff::Source::new(vec![path.to_owned()]));
     let shape = document.shape;
+    let spacing_mm = spacing.and_then(|spacing| spacing.mm(options, &mut notes));
     let patient_from_voxel = placement(options, &[0, 1, 2], spacing_mm, &mut notes);
     let single = |channel: usize| {
         let stack = Stack { source: source.clone(), pages: per_channel(channel), shape };
@@ -178,6 +179,7 @@ pub(crate) fn open_slices(
     let Some(shape) = shape else { return Ok(None) };
     let (path, count) = (paths[0].clone(), paths.len());
     let mut notes = vec![format!("{count} pictures, in the order of their names")];
+    notes.extend(gaps(&paths));
     let patient_from_voxel = placement(options, &[0, 1, 2], None, &mut notes);
     let source: Arc<dyn Source> = match kind {
         Kind::Png => Arc::new(png::Source(paths.clone())),
@@ -228,6 +230,57 @@ fn natural(name: &str) -> Vec<(String, Option<u128>)> {
         rest = &rest[text + digits..];
     }
     parts
+}
+
+/// What to say of a folder that holds pictures beside other files; `None` where there are hardly any.
+pub(crate) fn beside_others(folder: &Path, files: &[PathBuf]) -> Option<ImportError> {
+    let pictures = files.iter().filter(|file| kind(file).is_some()).count();
+    (2..files.len()).contains(&pictures).then(|| ImportError::Unsupported {
+        path: folder.to_owned(),
+        what: format!("{pictures} pictures (PNG or TIFF) among {} files", files.len()),
+        remedy: "Keep the slices of one stack in a folder of their own, with nothing else in it".to_owned(),
+    })
+}
+
+/// A sentence about pictures that seem to be missing: names alike but for a number, whose steps are even but for gaps.
+fn gaps(paths: &[PathBuf]) -> Option<String> {
+    /// More gaps are not listed.
+    const LISTED: usize = 5;
+    let names: Vec<_> =
+        paths.iter().map(|path| natural(&path.file_name().unwrap_or_default().to_string_lossy())).collect();
+    let first = names.first()?;
+    let is_like_first = |name: &Vec<(String, Option<u128>)>| {
+        name.len() == first.len() && name.iter().zip(first).all(|(own, other)| own.0 == other.0)
+    };
+    let differs = |part: usize| names.iter().any(|name| name[part].1 != first[part].1);
+    if !names.iter().all(is_like_first) {
+        return None;
+    }
+    let parts: Vec<usize> = (0..first.len()).filter(|part| differs(*part)).collect();
+    let [part] = parts[..] else { return None };
+    let numbers: Vec<u128> = names.iter().map(|name| name[part].1).collect::<Option<_>>()?;
+    let steps: Vec<u128> = numbers.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
+    let step = steps.iter().copied().min().filter(|step| *step > 0)?;
+    // Numbers without a step are no count of slices.
+    let even = steps.iter().filter(|own| **own == step).count();
+    if 2 * even <= steps.len() || steps.iter().any(|own| own % step != 0) {
+        return None;
+    }
+    let missing: Vec<String> = numbers
+        .windows(2)
+        .filter(|pair| pair[1] - pair[0] > step)
+        .map(|pair| match (pair[0] + step, pair[1] - step) {
+            (from, to) if from == to => from.to_string(),
+            (from, to) => format!("{from} to {to}"),
+        })
+        .collect();
+    let more = if missing.len() > LISTED { " and more" } else { "" };
+    (!missing.is_empty()).then(|| {
+        format!(
+            "by their names, pictures are missing: {}{more}; those around a gap lie side by side",
+            missing[..missing.len().min(LISTED)].join(", ")
+        )
+    })
 }
 
 fn damaged(path: &Path, problem: &str) -> ImportError {
@@ -337,16 +390,27 @@ mod tests {
         assert!(error.contains("slice9.png") && error.contains("where the first has 1 x 1"), "{error}");
         std::fs::write(&paths[1], "text, nothing else").unwrap();
         assert!(slices(&paths, &options).unwrap().is_none());
+        let error = beside_others(folder.path(), &paths).unwrap().to_string();
+        assert!(error.contains("2 pictures (PNG or TIFF) among 3 files"), "{error}");
+        assert!(beside_others(folder.path(), &paths[..1]).is_none());
     }
 
     fn tiff(path: &Path, description: &str, pages: &[[u16; 2]]) {
+        tiff_with(path, description, None, pages);
+    }
+
+    /// With so many pixels in a unit of length.
+    fn tiff_with(path: &Path, description: &str, pixels: Option<[u32; 2]>, pages: &[[u16; 2]]) {
         use ::tiff::{
-            encoder::{TiffEncoder, colortype::Gray16},
-            tags::Tag,
+            encoder::{Rational, TiffEncoder, colortype::Gray16},
+            tags::{ResolutionUnit, Tag},
         };
         let mut encoder = TiffEncoder::new(File::create(path).unwrap()).unwrap();
         for page in pages {
             let mut image = encoder.new_image::<Gray16>(2, 1).unwrap();
+            if let Some([n, d]) = pixels {
+                image.resolution(ResolutionUnit::None, Rational { n, d });
+            }
             if !description.is_empty() {
                 image.encoder().write_tag(Tag::ImageDescription, description).unwrap();
             }
@@ -400,6 +464,29 @@ mod tests {
     }
 
     #[test]
+    fn distances_of_imagej_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("stack.tif");
+        let pages: Vec<[u16; 2]> = (0..4).map(|k| [k, 100 + k]).collect();
+        let open = |unit: &str, pixels| {
+            let description = format!("ImageJ=1.53t\nimages=4\nslices=4\nunit={unit}\nspacing=0.3\n");
+            tiff_with(&path, &description, Some(pixels), &pages);
+            load(open_tiff(&path, &ImportOptions::default(), &CancelToken::new()).unwrap().remove(0))
+        };
+        let is_near = |a: DVec3, b: [f64; 3]| (a / DVec3::from_array(b) - 1.0).abs().max_element() < 1e-9;
+        let micron = open("micron", [10, 1]);
+        assert!(is_near(micron.volume.spacing_mm(), [1e-4, 1e-4, 3e-4]), "{}", micron.volume.spacing_mm());
+        let mm = open("mm", [3, 2]);
+        assert!(is_near(mm.volume.spacing_mm(), [2.0 / 3.0, 2.0 / 3.0, 0.3]), "{}", mm.volume.spacing_mm());
+        // Without a unit the proportions are left.
+        let pixel = open("pixel", [1, 1]);
+        assert!(is_near(pixel.volume.spacing_mm(), [1.0, 1.0, 0.3]), "{}", pixel.volume.spacing_mm());
+        let notes = &pixel.report.notes;
+        assert!(notes.iter().any(|note| note.contains("1 x 1 x 0.3, have no known unit")), "{notes:?}");
+        assert!(!notes.iter().any(|note| note.contains("1 mm")), "{notes:?}");
+    }
+
+    #[test]
     fn slices_of_tiff_and_what_is_none() {
         let folder = tempfile::tempdir().unwrap();
         let paths: Vec<PathBuf> = (0..3).map(|k| folder.path().join(format!("{k}.tiff"))).collect();
@@ -419,6 +506,21 @@ mod tests {
                     single.load(None, &crate::values::Told::default(), Progress::SILENT, &CancelToken::new());
             }
         }
+    }
+
+    #[test]
+    fn pictures_that_are_missing_are_named() {
+        let of = |numbers: &[u32]| {
+            let paths: Vec<PathBuf> =
+                numbers.iter().map(|k| PathBuf::from(format!("s1/img{k:02}.png"))).collect();
+            gaps(&paths)
+        };
+        assert!(of(&[1, 2, 3, 4, 5, 9, 10, 11]).unwrap().contains("missing: 6 to 8;"));
+        assert!(of(&[10, 20, 30, 40, 60]).unwrap().contains("missing: 50;"));
+        assert_eq!(of(&[4, 5, 6]), None);
+        assert_eq!(of(&[2, 4, 6]), None);
+        assert_eq!(of(&[1, 17, 4711]), None, "no count");
+        assert_eq!(gaps(&["a.png", "b2.png", "b9.png"].map(PathBuf::from)), None);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::tiff::Description;
-use crate::{error::ImportError, lengths::mm_per_unit};
+use crate::{error::ImportError, layout::Spacing, lengths::mm_per_unit};
 
 /// Elements of a document that are looked at.
 const MOST_ELEMENTS: u32 = 1 << 18;
@@ -18,7 +18,7 @@ pub(super) struct Pages {
     pub(super) channels: usize,
     pub(super) depth: usize,
     pub(super) moments: usize,
-    pub(super) spacing_mm: Option<[f64; 3]>,
+    pub(super) spacing: Option<Spacing>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,11 +32,11 @@ impl Pages {
     /// Slices, one after the other.
     pub(super) fn plain(count: usize) -> Self {
         let pages = (0..count).map(|at| Page { at, channel: 0 }).collect();
-        Self { pages, channels: 1, depth: count, moments: 1, spacing_mm: None }
+        Self { pages, channels: 1, depth: count, moments: 1, spacing: None }
     }
 
     /// Pages that follow each other in `order`, the fastest first, of `C`, `Z` and `T`.
-    fn ordered(order: &[char], [channels, depth, moments]: [usize; 3], spacing_mm: Option<[f64; 3]>) -> Self {
+    fn ordered(order: &[char], [channels, depth, moments]: [usize; 3], spacing: Option<Spacing>) -> Self {
         let size = |letter: char| match letter {
             'C' => channels,
             'Z' => depth,
@@ -53,7 +53,7 @@ impl Pages {
                 pages.extend((0..channels).map(page));
             }
         }
-        Self { pages, channels, depth, moments, spacing_mm }
+        Self { pages, channels, depth, moments, spacing }
     }
 }
 
@@ -76,7 +76,7 @@ pub(super) fn pages(
     } else {
         return Ok(None);
     };
-    let Some((order, sizes, spacing_mm)) = found else { return Ok(None) };
+    let Some((order, sizes, spacing)) = found else { return Ok(None) };
     let all = sizes.iter().try_fold(1usize, |all, size| all.checked_mul(*size));
     if all != Some(count) {
         let (what, remedy) = refused;
@@ -89,11 +89,11 @@ pub(super) fn pages(
             remedy: remedy.to_owned(),
         });
     }
-    Ok(Some(Pages::ordered(&order, sizes, spacing_mm)))
+    Ok(Some(Pages::ordered(&order, sizes, spacing)))
 }
 
-/// The order of pages, the numbers of channels, slices and moments, and millimetres between voxels.
-type Told = (Vec<char>, [usize; 3], Option<[f64; 3]>);
+/// The order of pages, the numbers of channels, slices and moments, and how far apart voxels lie.
+type Told = (Vec<char>, [usize; 3], Option<Spacing>);
 
 fn imagej(text: &str, resolution: Option<[f64; 2]>) -> Option<Told> {
     let value = |key: &str| {
@@ -107,13 +107,19 @@ fn imagej(text: &str, resolution: Option<[f64; 2]>) -> Option<Told> {
     let images = number("images").unwrap_or(1);
     let (channels, moments) = (number("channels").unwrap_or(1), number("frames").unwrap_or(1));
     let depth = number("slices").unwrap_or_else(|| (images / (channels * moments)).max(1));
-    let spacing_mm = (|| {
-        let mm = mm_per_unit(value("unit")?)?;
-        let [x, y] = resolution.map_or([1.0; 2], |pixels| pixels.map(|pixels| 1.0 / pixels));
-        let z = value("spacing").and_then(|value| value.parse::<f64>().ok()).unwrap_or(1.0).abs();
-        Some([x * mm, y * mm, z * mm]).filter(|lengths| lengths.iter().all(|length| length.is_normal()))
-    })();
-    Some((vec!['C', 'Z', 'T'], [channels, depth, moments], spacing_mm))
+    let [x, y] = resolution.map_or([1.0; 2], |pixels| pixels.map(|pixels| 1.0 / pixels));
+    let apart = value("spacing").and_then(|value| value.parse::<f64>().ok()).map(f64::abs);
+    let spacing = match (value("unit").and_then(mm_per_unit), apart) {
+        (Some(mm), _) => Some(Spacing::Mm([x * mm, y * mm, apart.unwrap_or(1.0) * mm])),
+        (None, Some(z)) => Some(Spacing::OfUnknownUnit([x, y, z])),
+        (None, None) => None,
+    };
+    let spacing = spacing.filter(|spacing| match spacing {
+        Spacing::Mm(lengths) | Spacing::OfUnknownUnit(lengths) => {
+            lengths.iter().all(|length| length.is_normal())
+        }
+    });
+    Some((vec!['C', 'Z', 'T'], [channels, depth, moments], spacing))
 }
 
 fn ome(text: &str) -> Option<Told> {
@@ -138,10 +144,16 @@ fn ome(text: &str) -> Option<Told> {
     }
     let length = |axis: char| {
         let length = pixels.attribute(format!("PhysicalSize{axis}").as_str())?.trim().parse::<f64>().ok()?;
-        let unit = pixels.attribute(format!("PhysicalSize{axis}Unit").as_str());
-        Some(length * unit.map_or(Some(1e-3), mm_per_unit)?).filter(|mm| mm.is_normal() && *mm > 0.0)
+        Some(length).filter(|length| length.is_normal() && *length > 0.0)
     };
-    let plane = length('X').zip(length('Y'));
-    let spacing_mm = plane.map(|(x, y)| [x, y, length('Z').unwrap_or(x)]);
-    Some((order, [channels, size("SizeZ")?, size("SizeT")?], spacing_mm))
+    let mm = |axis: char| {
+        let unit = pixels.attribute(format!("PhysicalSize{axis}Unit").as_str());
+        Some(length(axis)? * unit.map_or(Some(1e-3), mm_per_unit)?)
+    };
+    let spacing = match (mm('X').zip(mm('Y')), length('X').zip(length('Y')), length('Z')) {
+        (Some((x, y)), _, _) => Some(Spacing::Mm([x, y, mm('Z').unwrap_or(x)])),
+        (None, Some((x, y)), Some(z)) => Some(Spacing::OfUnknownUnit([x, y, z])),
+        _ => None,
+    };
+    Some((order, [channels, size("SizeZ")?, size("SizeT")?], spacing))
 }

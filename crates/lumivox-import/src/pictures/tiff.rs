@@ -10,7 +10,7 @@ use std::{
 use lumivox_core::CancelToken;
 use tiff::{
     ColorType, TiffError,
-    decoder::{Decoder, DecodingSampleType, Limits},
+    decoder::{Decoder, DecodingSampleType, Limits, ifd::Value},
     tags::Tag,
 };
 
@@ -20,6 +20,9 @@ use crate::{error::ImportError, sample::SampleType};
 /// What the decoder may take for a strip or tile, and for a value.
 const MEMORY: usize = 512 << 20;
 const LONGEST_VALUE: usize = 16 << 20;
+
+/// ResolutionUnit of inches.
+const INCH: u32 = 2;
 
 /// What a file's headers say.
 pub(super) struct Document {
@@ -70,9 +73,20 @@ fn unsupported(path: &Path, what: &str) -> ImportError {
 pub(super) fn read(path: &Path, cancel: &CancelToken) -> Result<Document, ImportError> {
     let mut pages = open(path)?;
     let shape = shape(path, &mut pages)?;
-    let resolution =
-        |pages: &mut Pages, tag| pages.get_tag_f64(tag).ok().filter(|n: &f64| n.is_finite() && *n > 0.0);
+    // Rational by the standard; some programs write floats.
+    let resolution = |pages: &mut Pages, tag| {
+        let per_unit = match pages.get_tag(tag).ok()? {
+            Value::Rational(pixels, units) => f64::from(pixels) / f64::from(units),
+            Value::Float(pixels) => pixels.into(),
+            Value::Double(pixels) => pixels,
+            _ => return None,
+        };
+        Some(per_unit).filter(|pixels| pixels.is_finite() && *pixels > 0.0)
+    };
     let resolution = resolution(&mut pages, Tag::XResolution).zip(resolution(&mut pages, Tag::YResolution));
+    // Programs that know of no distance write 72 dots an inch.
+    let is_inch = pages.get_tag_u32(Tag::ResolutionUnit).is_ok_and(|unit| unit == INCH);
+    let resolution = resolution.filter(|both| !(is_inch && *both == (72.0, 72.0)));
     let description = Description {
         text: pages.get_tag_ascii_string(Tag::ImageDescription).unwrap_or_default(),
         resolution: resolution.map(|(x, y)| [x, y]),

@@ -19,7 +19,7 @@ use serde_json::Value;
 use crate::{
     ImportOptions,
     error::ImportError,
-    layout::{ArrayLayout, placement},
+    layout::{ArrayLayout, Spacing, placement},
     lengths::mm_per_unit,
     sample::SampleType,
     samples::Samples,
@@ -106,15 +106,25 @@ pub(crate) fn open(
         let at = axes.iter().position(|axis| axis.letter == letter)?;
         Some(values.get(at)? * axes[at].mm?)
     };
-    let spacing =
-        ['x', 'y', 'z'].map(|letter| of(letter, &level.scale).filter(|mm| mm.is_normal() && *mm > 0.0));
-    let own = match spacing {
-        [Some(x), Some(y), z] => Some([x, y, z.unwrap_or(x)]),
-        _ => None,
-    };
+    let own = spacing(&axes, level).and_then(|spacing| spacing.mm(options, &mut notes));
     let origin = ['x', 'y', 'z']
         .map(|letter| of(letter, &level.translation).filter(|mm| mm.abs() < 1e6).unwrap_or(0.0));
     volumes(folder, options, array, &layout, own, origin, notes)
+}
+
+/// How far apart the voxels of a level lie.
+fn spacing(axes: &[Axis], level: &Level) -> Option<Spacing> {
+    let of = |letter: char| {
+        let at = axes.iter().position(|axis| axis.letter == letter)?;
+        Some((*level.scale.get(at)?, axes[at].mm)).filter(|(step, _)| step.is_normal() && *step > 0.0)
+    };
+    let mm = |letter: char| of(letter).and_then(|(step, mm)| Some(step * mm?)).filter(|mm| mm.is_normal());
+    let step = |letter: char| of(letter).map(|(step, _)| step);
+    match (mm('x').zip(mm('y')), step('x').zip(step('y'))) {
+        (Some((x, y)), _) => Some(Spacing::Mm([x, y, mm('z').unwrap_or(x)])),
+        (None, Some((x, y))) => Some(Spacing::OfUnknownUnit([x, y, step('z').unwrap_or(x)])),
+        (None, None) => None,
+    }
 }
 
 /// An array by itself.
@@ -145,14 +155,10 @@ fn plain_array(folder: &Path, options: &ImportOptions) -> Result<Vec<Single>, Im
             remedy: "Give a layout with a letter for each of them (the option layout)".to_owned(),
         });
     };
-    let own = around.and_then(|(axes, level)| {
-        let of = |letter: char| {
-            let at = axes.iter().position(|axis| axis.letter == letter)?;
-            Some(level.scale.get(at)? * axes[at].mm?).filter(|mm| mm.is_normal() && *mm > 0.0)
-        };
-        Some([of('x')?, of('y')?, of('z').or_else(|| of('x'))?])
-    });
-    let notes = vec![format!("an array of Zarr, taken as {layout}")];
+    let mut notes = vec![format!("an array of Zarr, taken as {layout}")];
+    let own = around
+        .and_then(|(axes, level)| spacing(&axes, &level))
+        .and_then(|spacing| spacing.mm(options, &mut notes));
     volumes(folder, options, array, &layout, own, [0.0; 3], notes)
 }
 

@@ -121,6 +121,23 @@ fn channels_and_moments_are_told_apart() {
 }
 
 #[test]
+fn proportions_are_kept_where_the_unit_is_unknown() {
+    let folder = image("null", <[u8]>::to_vec);
+    fs::write(folder.path().join(".zattrs"), IMAGE.replace(r#", "unit": "micrometer""#, "")).unwrap();
+    for path in [folder.path().to_owned(), folder.path().join("0")] {
+        let imported = load(&open_default(&path).unwrap()[0], 1);
+        assert_eq!(imported.volume.spacing_mm(), DVec3::new(0.5, 0.5, 2.0));
+        let notes = &imported.report.notes;
+        assert!(notes.iter().any(|note| note.contains("0.5 x 0.5 x 2, have no known unit")), "{notes:?}");
+    }
+    // Steps that are alike say nothing.
+    let alike = IMAGE.replace(r#", "unit": "micrometer""#, "").replace("2.0, 0.5, 0.5", "0.5, 0.5, 0.5");
+    fs::write(folder.path().join(".zattrs"), alike).unwrap();
+    let imported = load(&open_default(folder.path()).unwrap()[0], 1);
+    assert_eq!(imported.volume.spacing_mm(), DVec3::ONE);
+}
+
+#[test]
 fn zarr_3_is_read_and_what_was_never_written_is_filled() {
     let folder = tempfile::tempdir().unwrap();
     let json = r#"{"zarr_format": 3, "node_type": "array", "shape": [2,2,3,2,3], "data_type": "uint16", "fill_value": 7,
