@@ -134,9 +134,9 @@ def test_labels_clip_shapes_and_depths_travel_with_the_scan_once(local: cluster.
     curve = lumivox.TransferFunction([(-500, 0.0), (300, 0.6)], [(0, (1, 0.8, 0.6))], gradients=[(40.0, border)])
     scan = head.segment()
     options: Options = {
-        "size": (48, 40),
-        "samples": 16,
-        "pass_samples": 4,
+        "size": (24, 20),
+        "samples": 8,
+        "pass_samples": 2,
         "transfer_function": curve,
         "labels": labels,
         "label": {"bone": "preset:ct-bone,uncut", "unlabelled": lumivox.LabelStyle(opacity=0.5, color="#80a0ff")},

@@ -11,6 +11,8 @@ import pytest
 
 FOLDER = Path(__file__).parent.parent
 EXAMPLES = sorted((FOLDER / "examples").glob("*.py"))
+# Others show that examples run.
+SLOW = {"light", "noise", "opened", "turntable"}
 LEFT = {
     "hello": ["hello.png"],
     "arrays": ["arrays.exr"],
@@ -27,7 +29,10 @@ def run(program: Path, *arguments: str, folder: Path) -> subprocess.CompletedPro
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False)
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+MARKED = [pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in SLOW else []) for path in EXAMPLES]
+
+
+@pytest.mark.parametrize("example", MARKED)
 def test_an_example_runs(example: Path, tmp_path: Path) -> None:
     first = example.read_text().splitlines()[0]
     assert first.startswith('"""') and first.endswith('."""'), "each starts with one line that says what it is"
@@ -38,7 +43,7 @@ def test_an_example_runs(example: Path, tmp_path: Path) -> None:
 
 def test_every_example_is_there() -> None:
     assert {"hello", "arrays", "turntable", "study", "opened"} <= {path.stem for path in EXAMPLES}
-    assert LEFT.keys() <= {path.stem for path in EXAMPLES}
+    assert LEFT.keys() | SLOW <= {path.stem for path in EXAMPLES}
 
 
 def test_the_reference_is_what_docstrings_say(tmp_path: Path) -> None:

@@ -91,9 +91,8 @@ fn a_slab_transmits_what_beer_and_lambert_say() {
     }
 }
 
-#[test]
-fn alpha_is_one_minus_the_transmittance_of_every_scene() {
-    for test in scenes::all() {
+fn assert_transmittance(tests: Vec<TestScene>) {
+    for test in tests {
         let eye = test.camera.world_from_camera.translation;
         let forward = -test.camera.world_from_camera.matrix3.z_axis;
         for (i, shift) in [DVec3::ZERO, DVec3::new(0.002, -0.003, 0.001)].into_iter().enumerate() {
@@ -108,15 +107,25 @@ fn alpha_is_one_minus_the_transmittance_of_every_scene() {
     }
 }
 
+#[test]
+fn alpha_is_one_minus_the_transmittance() {
+    assert_transmittance(scenes::essential());
+}
+
+#[test]
+#[ignore = "slow: script/test --all"]
+fn alpha_is_one_minus_the_transmittance_of_every_scene() {
+    assert_transmittance(scenes::all());
+}
+
 /// Light whose three colours grow along the three axes, then turned: every direction counts differently.
 fn directional_light() -> Environment {
     let map = EnvironmentMap::from_fn(64, 64, |d| d.to_array().map(|c| 1.0 + 0.9 * c));
     Environment { source: EnvironmentSource::Map(Arc::new(map)), rotation: 0.6, strength: 0.8 }
 }
 
-#[test]
-fn single_scattering_is_its_quadrature() {
-    for mut test in scenes::all() {
+fn assert_single_scattering(tests: Vec<TestScene>) {
+    for mut test in tests {
         test.scene.environment = directional_light();
         for instance in &mut test.scene.volumes {
             instance.medium.max_bounces = 1;
@@ -138,6 +147,17 @@ fn single_scattering_is_its_quadrature() {
 }
 
 #[test]
+fn single_scattering_is_its_quadrature() {
+    assert_single_scattering(scenes::essential());
+}
+
+#[test]
+#[ignore = "slow: script/test --all"]
+fn single_scattering_is_its_quadrature_in_every_scene() {
+    assert_single_scattering(scenes::all());
+}
+
+#[test]
 fn a_thin_slab_scatters_once_as_the_exponential_integrals_say() {
     for (optical_thickness, albedo) in [(0.1, 1.0), (1.0, 0.6)] {
         let mut scene = wide_plate(optical_thickness, albedo);
@@ -148,16 +168,26 @@ fn a_thin_slab_scatters_once_as_the_exponential_integrals_say() {
     }
 }
 
-#[test]
-fn a_half_space_returns_what_chandrasekhar_says() {
+fn assert_half_space(samples: u32) {
     for albedo in [0.5, 0.9, 0.98] {
         let scene = wide_plate(60.0, albedo);
         for mu in [1.0, 0.5] {
             let from = DVec3::new((1.0f64 - mu * mu).sqrt(), 0.0, mu) * 0.2;
-            let image = render(&scene, &needle(from, DVec3::new(0.0, 0.0, 5e-4)), &settings(8, 1500, 6));
+            let image = render(&scene, &needle(from, DVec3::new(0.0, 0.0, 5e-4)), &settings(8, samples, 6));
             assert_mean(image.mean_radiance()[0], half_space_radiance(albedo, mu), 2e-4, "half-space");
         }
     }
+}
+
+#[test]
+fn a_half_space_returns_what_chandrasekhar_says() {
+    assert_half_space(200);
+}
+
+#[test]
+#[ignore = "slow: script/test --all"]
+fn a_half_space_returns_closely_what_chandrasekhar_says() {
+    assert_half_space(1500);
 }
 
 /// A plate that faces +z in a beam alone that comes in at cosine `mu_0` to its normal.
@@ -181,14 +211,25 @@ fn a_slab_scatters_a_beam_once_as_its_formula_says() {
     }
 }
 
-#[test]
-fn a_half_space_returns_of_a_beam_what_chandrasekhar_says() {
+fn assert_half_space_in_a_beam(samples: u32) {
     for (albedo, mu_0) in [(0.5, 1.0), (0.9, 0.3), (0.98, 0.7)] {
         let scene = plate_in_a_beam(60.0, albedo, mu_0);
-        let image = render(&scene, &needle(DVec3::new(0.0, 0.0, 0.2), DVec3::ZERO), &settings(8, 1500, 19));
+        let image =
+            render(&scene, &needle(DVec3::new(0.0, 0.0, 0.2), DVec3::ZERO), &settings(8, samples, 19));
         let expected = half_space_beam_radiance(albedo, 1.0, mu_0);
         assert_mean(image.mean_radiance()[0], expected, 2e-5, "half-space in a beam");
     }
+}
+
+#[test]
+fn a_half_space_returns_of_a_beam_what_chandrasekhar_says() {
+    assert_half_space_in_a_beam(200);
+}
+
+#[test]
+#[ignore = "slow: script/test --all"]
+fn a_half_space_returns_of_a_beam_closely_what_chandrasekhar_says() {
+    assert_half_space_in_a_beam(1500);
 }
 
 #[test]
@@ -276,9 +317,7 @@ fn an_image_does_not_depend_on_the_number_of_threads() {
     assert_eq!(parallel, serial);
 }
 
-#[test]
-fn independent_seeds_agree_in_every_scene_and_their_variances_are_honest() {
-    let tests = scenes::all();
+fn assert_seeds_agree(tests: Vec<TestScene>) {
     let count = 3 * tests.len();
     for test in tests {
         let [a, b] = [12, 13].map(|seed| render(&test.scene, &test.camera, &settings(20, 64, seed)));
@@ -289,6 +328,17 @@ fn independent_seeds_agree_in_every_scene_and_their_variances_are_honest() {
         z_test.assert_agree(&name("alpha"), &alpha(&a), &alpha(&b));
         z_test.assert_agree(&name("depth"), &depth(&a), &depth(&b));
     }
+}
+
+#[test]
+fn independent_seeds_agree_and_their_variances_are_honest() {
+    assert_seeds_agree(scenes::essential());
+}
+
+#[test]
+#[ignore = "slow: script/test --all"]
+fn independent_seeds_agree_in_every_scene() {
+    assert_seeds_agree(scenes::all());
 }
 
 #[test]

@@ -63,6 +63,12 @@ pub fn all() -> Vec<TestScene> {
     ]
 }
 
+/// Four of them, for tests that are slow in each: volumes in one another, a light that is sampled, lamps and a sun, and what
+/// is known by labels.
+pub fn essential() -> Vec<TestScene> {
+    vec![overlapping_volumes(), peaky_environment(), stage(), classified::labels()]
+}
+
 /// The same scene as a white furnace: nothing absorbs, unit light comes from everywhere and from no lamp, paths do not
 /// end early. Every pixel's radiance is then its alpha.
 #[must_use]

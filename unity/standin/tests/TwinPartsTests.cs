@@ -64,7 +64,7 @@ namespace Lumivox.Tests
             var plain = Shown();
             var labels = Found(volume);
             Assert.IsTrue(labels.TryGetLook("body", out var body), string.Join(", ", labels.GetNames()));
-            (body.painted, body.color, body.opacity, body.density) = (true, new Color(0.2f, 0.5f, 0.9f), 0.4f, 30f);
+            (body.painted, body.color, body.opacity, body.density) = (true, new Color(0.2f, 0.5f, 0.9f), 0.4f, 6f);
             (body.ownSurface, body.surfaceStrength, body.surfaceRoughness) = (true, 0.7f, 0.1f);
             labels.SetLook(body);
             volume.labels = labels;

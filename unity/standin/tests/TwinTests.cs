@@ -27,7 +27,7 @@ namespace Lumivox.Tests
     /// Stills of all test scenes, from recordings that were never live.
     public sealed unsafe class TwinStillTests
     {
-        const uint Side = 48, Samples = 8;
+        const uint Side = 32, Samples = 8;
 
         static readonly DeviceLimits limits = new DeviceLimits { maxTexture3D = 2048, maxTexture2D = 8192, maxBufferBytes = 1 << 27, unorm16 = 1, isSoftware = 1 };
 
@@ -125,7 +125,7 @@ namespace Lumivox.Tests
     public abstract unsafe class TwinScene
     {
         /// STANDIN_SIDE asks for larger ones, to look at; those have more samples, too.
-        static readonly int Side = int.TryParse(Environment.GetEnvironmentVariable("STANDIN_SIDE"), out var side) ? side : 48;
+        static readonly int Side = int.TryParse(Environment.GetEnvironmentVariable("STANDIN_SIDE"), out var side) ? side : 32;
 
         protected Camera camera;
         protected readonly List<Object> made = new List<Object>();
@@ -134,7 +134,7 @@ namespace Lumivox.Tests
         public void Begin()
         {
             Engine.Clear();
-            camera = PlainCamera.Make(Side, Side > 48 ? 64 : 8);
+            camera = PlainCamera.Make(Side, Side > 32 ? 64 : 8);
             camera.transform.position = new Vector3(0.05f, 0.04f, -0.3f);
             camera.transform.LookAt(Vector3.zero);
             camera.backgroundColor = new Color(0.02f, 0.05f, 0.1f, 1f);

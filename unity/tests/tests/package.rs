@@ -10,8 +10,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
 fn main() -> ExitCode {
-    let filters: Vec<String> =
-        std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
+    let (options, filters): (Vec<String>, Vec<String>) =
+        std::env::args().skip(1).partition(|argument| argument.starts_with('-'));
+    // As libtest calls it.
+    let scope = match options.iter().any(|option| option == "--include-ignored") {
+        true => Scope::All,
+        false => Scope::Usual,
+    };
     let mut counts = Counts::default();
     let checks: [(&str, Check); 5] = [
         ("documentation", documentation),
@@ -29,33 +34,42 @@ fn main() -> ExitCode {
         }
         println!("\n== {name}");
         let words: Vec<String> = if any_named { vec![] } else { filters.clone() };
-        let Counts { passed, failed } = check(&words);
+        let Counts { passed, failed, ignored } = check(scope, &words);
         counts.passed += passed;
         counts.failed += failed;
+        counts.ignored += ignored;
     }
-    let Counts { passed, failed } = counts;
+    let Counts { passed, failed, ignored } = counts;
     let is_fine = failed == 0 && passed > 0;
     let word = if is_fine { "ok" } else { "FAILED" };
     println!(
-        "\ntest result: {word}. {passed} passed; {failed} failed; 0 ignored; 0 measured; 0 filtered out"
+        "\ntest result: {word}. {passed} passed; {failed} failed; {ignored} ignored; 0 measured; 0 filtered out"
     );
     if is_fine { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
+/// Whether slow tests are run.
+#[derive(Clone, Copy, PartialEq)]
+enum Scope {
+    Usual,
+    All,
+}
+
 /// Given the words that tests were asked for by.
-type Check = fn(&[String]) -> Counts;
+type Check = fn(Scope, &[String]) -> Counts;
 
 #[derive(Clone, Copy, Default)]
 struct Counts {
     passed: u64,
     failed: u64,
+    ignored: u64,
 }
 
 impl Counts {
-    const FAILED: Self = Self { passed: 0, failed: 1 };
+    const FAILED: Self = Self { passed: 0, failed: 1, ignored: 0 };
 
     fn one(is_fine: bool) -> Self {
-        if is_fine { Self { passed: 1, failed: 0 } } else { Self::FAILED }
+        if is_fine { Self { passed: 1, ..Self::default() } } else { Self::FAILED }
     }
 }
 
@@ -94,10 +108,10 @@ fn counted(command: &mut Command) -> Counts {
     for line in BufReader::new(child.stdout.take().expect("a pipe")).lines().map_while(Result::ok) {
         println!("{line}");
         let words: Vec<&str> = line.split([' ', ',']).filter(|word| !word.is_empty()).collect();
-        if let [passed, "passed", failed, "failed"] = words[..]
-            && let (Ok(passed), Ok(failed)) = (passed.parse(), failed.parse())
+        if let [passed, "passed", failed, "failed", ignored, "ignored"] = words[..]
+            && let (Ok(passed), Ok(failed), Ok(ignored)) = (passed.parse(), failed.parse(), ignored.parse())
         {
-            counts = Counts { passed, failed };
+            counts = Counts { passed, failed, ignored };
         }
     }
     let is_fine = child.wait().is_ok_and(|status| status.success());
@@ -109,7 +123,7 @@ fn succeeds(command: &mut Command) -> bool {
 }
 
 /// Pictures that the manual names are there, small enough for a manual, and no others.
-fn documentation(_: &[String]) -> Counts {
+fn documentation(_: Scope, _: &[String]) -> Counts {
     const LARGEST: u64 = 200 << 10;
     let folder = root().join("unity/com.lumivox/Documentation~");
     let entries = |folder: &Path| -> Vec<PathBuf> {
@@ -141,17 +155,18 @@ fn documentation(_: &[String]) -> Counts {
 }
 
 /// FXC and DXC take every kernel that is shipped.
-fn kernels(_: &[String]) -> Counts {
+fn kernels(_: Scope, _: &[String]) -> Counts {
     Counts::one(succeeds(&mut script("hlsl")))
 }
 
 /// All C# compiles as in every Unity, in the editor and for players, and the tests pass in the newest editor.
-fn package(filters: &[String]) -> Counts {
-    counted(script("unity").arg("--libraries").arg(built()).args(filters))
+fn package(scope: Scope, filters: &[String]) -> Counts {
+    let all = (scope == Scope::All).then_some("--all");
+    counted(script("unity").arg("--libraries").arg(built()).args(all).args(filters))
 }
 
 /// What people install: made of the tree, unpacked elsewhere, with the library that is in it.
-fn installed(_: &[String]) -> Counts {
+fn installed(_: Scope, _: &[String]) -> Counts {
     // Unity sees no folder whose name begins with a dot.
     let place = tempfile::Builder::new().prefix("lumivox").tempdir().expect("a folder of our own");
     let (native, out) = (place.path().join("native"), place.path().join("out"));
@@ -268,7 +283,7 @@ fn missing(package: &Path) -> Vec<String> {
 }
 
 /// The tests of the C ABI under valgrind: no byte is read that is not there, none is lost.
-fn border(_: &[String]) -> Counts {
+fn border(_: Scope, _: &[String]) -> Counts {
     let is_test = |path: &PathBuf| {
         let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
         name.starts_with("border-") && path.extension().is_none()
@@ -283,5 +298,6 @@ fn border(_: &[String]) -> Counts {
     let options = ["--quiet", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=definite"];
     let mut valgrind = Command::new("valgrind");
     valgrind.args(options).arg("--errors-for-leak-kinds=definite").arg(test).current_dir(root());
+    valgrind.env("LUMIVOX_TEST_UNDER_VALGRIND", "1");
     Counts::one(succeeds(&mut valgrind))
 }

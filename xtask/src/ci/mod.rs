@@ -13,9 +13,20 @@ use self::lanes::{Done, Job, capture};
 use self::summary::{Counts, Summary};
 use crate::{layers, unity_kernels, unity_metas};
 
-/// Jobs that take minutes, the longest first: begun last, one of them would go on when nothing else does. Python's first
-/// needs Cargo, which the package's wants, too, when it is compiled.
-const LONGEST_FIRST: [&str; 6] = ["Python", "package", "engine", "border under valgrind", "gpu", "physics"];
+/// Jobs that take long, the longest first: begun last, one of them would go on when nothing else does.
+const LONGEST_FIRST: [&str; 11] = [
+    "engine",
+    "Python",
+    "package",
+    "gpu",
+    "border under valgrind",
+    "physics",
+    "lumivox_phantom",
+    "reflection",
+    "organs",
+    "torso",
+    "documentation",
+];
 
 /// Which tests are run.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -136,7 +136,7 @@ fn labels_are_stored_found_and_read() {
         assert_eq!([0, 1, 2].map(|labels| read(labels, &nrrd)), [Ok(-1), Ok(3), Ok(3)]);
         assert!(read(1, &path("no.nrrd")).unwrap_err().contains("no.nrrd"));
 
-        let head = lumivox_volume_phantom(c"head".as_ptr(), 40);
+        let head = lumivox_volume_phantom(c"head".as_ptr(), side() as u32);
         let (_, found, error) = done(lumivox_labels_find(head));
         assert!(!found.is_null(), "{error}");
         assert!(take_text(lumivox_volume_report(found)).contains("confidence"));

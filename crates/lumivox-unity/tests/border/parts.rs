@@ -51,7 +51,7 @@ fn part(volume: *const LumivoxVolume, number: u32) -> *mut LumivoxVolume {
 #[test]
 fn what_was_put_aside_comes_back_as_it_was() {
     let folder = tempfile::tempdir().unwrap();
-    write_torso(folder.path(), 40);
+    write_torso(folder.path(), side());
     let (alone, all) = (imported(folder.path(), 0), imported(folder.path(), 1));
     assert_eq!((info(alone).has_surroundings, info(all).has_surroundings), (1, 0));
     assert!(part(all, 1).is_null(), "there is nothing to put back");
@@ -108,12 +108,12 @@ fn organs_that_presets_are_for_are_found_or_not_there() {
     };
     assert_eq!(numbers([c"ct-airways", c"ct-lung-vessels", c"ct-bone", c"ct-nothing"]), [2, 3, 0, 0]);
     let (silent, never) = (Progress::SILENT, CancelToken::new());
-    let options = TorsoOptions { size: 40, table: false, ..Default::default() };
+    let options = TorsoOptions { size: side(), table: false, ..Default::default() };
     let scan = lumivox_phantom::torso(options, silent, &never).unwrap();
     let vessels = lumivox_segmentation::find_organ(&scan, Organ::LungVessels, silent, &never).unwrap();
     let histogram = lumivox_core::Histogram::new(&vessels.unwrap()).counts(256, [-1024.0, 3071.0]);
     // SAFETY: a string.
-    let torso = unsafe { lumivox_volume_phantom(c"torso".as_ptr(), 40) };
+    let torso = unsafe { lumivox_volume_phantom(c"torso".as_ptr(), side() as u32) };
     let found = part(torso, 3);
     assert!(!found.is_null());
     assert_eq!(counts(found)[..], histogram[..]);

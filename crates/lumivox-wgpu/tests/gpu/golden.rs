@@ -33,23 +33,33 @@ fn compare(test: &TestScene) {
 }
 
 #[test]
+fn a_test_scene_looks_as_it_did() {
+    compare(&scenes::overlapping_volumes());
+}
+
+#[test]
+#[ignore = "slow: script/test --all"]
 fn test_scenes_look_as_they_did() {
-    for test in [scenes::overlapping_volumes(), scenes::glossy_surface(), scenes::tricubic()] {
-        compare(&test);
-    }
+    [scenes::glossy_surface(), scenes::tricubic()].iter().for_each(compare);
+}
+
+fn compare_phantom(name: &'static str, preset: Preset) {
+    let options = AnatomyOptions { size: 96, ..Default::default() };
+    let volume = Arc::new(anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap());
+    let medium = preset.medium(&volume);
+    let scene = Scene::with_volume(volume, medium);
+    let camera = framing::frame(&scene, 0.5, 0.1, 0.5, 1.0).camera();
+    compare(&TestScene { name, scene, camera });
 }
 
 #[test]
 fn the_phantom_looks_as_it_did() {
-    let options = AnatomyOptions { size: 96, ..Default::default() };
-    let volume = Arc::new(anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap());
-    for (name, preset) in [
-        ("phantom_skin", Preset::CtSkin),
-        ("phantom_muscle", Preset::CtMuscle),
-        ("phantom_bone", Preset::CtBone),
-    ] {
-        let scene = Scene::with_volume(volume.clone(), preset.medium(&volume));
-        let camera = framing::frame(&scene, 0.5, 0.1, 0.5, 1.0).camera();
-        compare(&TestScene { name, scene, camera });
-    }
+    compare_phantom("phantom_skin", Preset::CtSkin);
+}
+
+#[test]
+#[ignore = "slow: script/test --all"]
+fn the_phantom_looks_as_it_did_in_other_presets() {
+    compare_phantom("phantom_muscle", Preset::CtMuscle);
+    compare_phantom("phantom_bone", Preset::CtBone);
 }

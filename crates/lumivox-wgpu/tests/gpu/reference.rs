@@ -49,8 +49,17 @@ fn test(tests: usize) -> ZTest {
 
 #[test]
 fn radiance_alpha_and_guides_agree_with_the_reference() {
-    let all = scenes::all();
-    for scene in &all {
+    compare(&scenes::essential());
+}
+
+#[test]
+#[ignore = "slow: script/test --all"]
+fn radiance_alpha_and_guides_agree_with_the_reference_in_every_scene() {
+    compare(&scenes::all());
+}
+
+fn compare(tests: &[TestScene]) {
+    for scene in tests {
         let reference = reference_of(scene);
         for environment_sampling in [EnvironmentSampling::Always, EnvironmentSampling::Never] {
             let request = RenderRequest {
@@ -60,7 +69,7 @@ fn radiance_alpha_and_guides_agree_with_the_reference() {
             };
             let film = film(scene, &request);
             let name = format!("{}_{environment_sampling:?}", scene.name).to_lowercase();
-            test(all.len() * 2).assert_agree(
+            test(tests.len() * 2).assert_agree(
                 &format!("reference_{name}"),
                 &luminance_of_film(&film),
                 &luminance_of(&reference),

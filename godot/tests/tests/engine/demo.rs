@@ -22,12 +22,12 @@ fn every_scene_takes_a_picture_of_itself() {
         let picture = engine.out.join(&name).with_extension("png");
         let [project, path] = [&engine.project, &picture].map(|path| path.to_str().unwrap());
         let scene = format!("res://{scene}.tscn");
-        let view = ["--path", project, "--resolution", "320x180", &scene];
+        let view = ["--path", project, "--resolution", "160x90", &scene];
         let asked = ["--", "--screenshot", path, "--samples", "1", "--seconds", "500"];
         let start = Start { excused: &[PROBE_LEAK], ..Start::default() };
         let run = engine.run_as(&engine.godot, &name, &[&view[..], &asked].concat(), &start);
         let shown = SrgbImage::read(&picture).unwrap();
-        assert_eq!((shown.width, shown.height), (320, 180), "{scene}");
+        assert_eq!((shown.width, shown.height), (160, 90), "{scene}");
         // What it says in the end: it waited for a volume, and not in vain.
         let said =
             run.log.lines().find_map(|line| line.strip_prefix(path)?.strip_prefix(": ")?.split_once(' '));

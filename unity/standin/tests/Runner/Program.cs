@@ -2,7 +2,9 @@
 // A test that returns an IEnumerator gets a frame for each step, one that returns a Task gets frames until it is done.
 // It fails by an exception, by an error that is logged and not expected, and by what it leaves alive.
 //
-//     StandIn.Tests.Program [--list] [--log] [PART OF A NAME]...
+// Those of [Category("Slow")] run where --all or a name asks for them.
+//
+//     StandIn.Tests.Program [--list] [--log] [--all] [PART OF A NAME]...
 //     StandIn.Tests.Program --frame-cost
 using System;
 using System.Collections;
@@ -19,12 +21,14 @@ namespace StandIn.Tests
 {
     static class Program
     {
-        sealed class Case { internal MethodInfo method; internal object[] arguments; internal string name; }
+        sealed class Case { internal MethodInfo method; internal object[] arguments; internal string name; internal bool isSlow; }
 
         /// Unity's Test Framework goes by the platforms of a test's assembly definition; here its name says it.
         static bool IsOfPlayMode(MethodInfo method) => method.DeclaringType.Assembly.GetName().Name.Contains("PlayMode");
 
         static bool IsExplicit(MethodInfo method) => method.IsDefined(typeof(ExplicitAttribute)) || method.DeclaringType.IsDefined(typeof(ExplicitAttribute));
+
+        static bool IsSlow(MemberInfo of) => of.GetCustomAttributes<CategoryAttribute>().Any(category => category.Name == "Slow");
 
         static int Main(string[] arguments)
         {
@@ -42,6 +46,7 @@ namespace StandIn.Tests
             if (cases.Count == 0) { Console.Error.WriteLine("error: there are no tests"); return 2; }
             // Explicit ones have to be named from their class on, not met by chance.
             var chosen = cases.Where(one => IsExplicit(one.method) ? filters.Any(one.name.StartsWith) : filters.Length == 0 || filters.Any(one.name.Contains)).ToList();
+            var slow = filters.Length > 0 || arguments.Contains("--all") ? 0 : chosen.RemoveAll(one => one.isSlow);
             if (chosen.Count == 0) { Console.Error.WriteLine($"error: no test's name contains {string.Join(" or ", filters)}"); return 2; }
             if (arguments.Contains("--list")) { foreach (var one in chosen) Console.WriteLine(one.name); return 0; }
 
@@ -56,7 +61,8 @@ namespace StandIn.Tests
                 Console.WriteLine($"{one.name}: {(fault == null ? "ok" : "FAILED")}{(watch.ElapsedMilliseconds >= 500 ? $" ({watch.Elapsed.TotalSeconds:0.0} s)" : "")}");
                 if (fault == null) passed++; else { failed++; Console.WriteLine("    " + fault.Trim().Replace("\n", "\n    ")); }
             }
-            Console.WriteLine($"{passed} passed, {failed} failed");
+            if (slow > 0) Console.WriteLine($"slow ones were left out, --all runs them: {slow}");
+            Console.WriteLine($"{passed} passed, {failed} failed, {slow} ignored");
             return failed == 0 ? 0 : 1;
         }
 
@@ -80,10 +86,11 @@ namespace StandIn.Tests
             {
                 var name = $"{type.Name}.{method.Name}";
                 if (method.GetCustomAttribute<IgnoreAttribute>() != null) throw new NotSupportedException($"{name}: tests are not ignored");
+                var isSlow = IsSlow(type) || IsSlow(method);
                 foreach (var values in method.GetCustomAttributes<TestCaseAttribute>())
-                    yield return new Case { method = method, arguments = values.Arguments, name = $"{name}({string.Join(", ", values.Arguments.Select(value => value ?? "null"))})" };
+                    yield return new Case { method = method, isSlow = isSlow || values.Category == "Slow", arguments = values.Arguments, name = $"{name}({string.Join(", ", values.Arguments.Select(value => value ?? "null"))})" };
                 if (method.GetCustomAttributes().Any(attribute => attribute is TestAttribute || attribute.GetType().Name == "UnityTestAttribute"))
-                    yield return new Case { method = method, arguments = Array.Empty<object>(), name = name };
+                    yield return new Case { method = method, isSlow = isSlow, arguments = Array.Empty<object>(), name = name };
             }
         }
 

@@ -1,12 +1,7 @@
 //! Samples that a codec gives more bits than BitsStored has: clamped, never masked.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
-use common::{load_written, shared, values};
-use writer::*;
+use crate::common::{load_written, shared, values};
+use crate::writer::*;
 
 /// Four samples of 16 bits in a codestream of JPEG-LS, of which so many bits are stored.
 fn jpeg_ls(words: [u16; 4], stored: u16) -> Elements {
@@ -60,8 +55,8 @@ fn rle_words(words: &[u16]) -> Vec<u8> {
 #[test]
 fn jpeg_2000_does_not_wrap() {
     let Some(folder) = shared("cases/import/j2k_overshoot_wraps") else { return };
-    let volume = common::load(&folder.join("slice.dcm")).unwrap().volume;
+    let volume = crate::common::load(&folder.join("slice.dcm")).unwrap().volume;
     assert_eq!(volume.value([119, 41, 0]) as i64, 4095);
-    let signed = values(&common::load(&folder.join("signed.dcm")).unwrap().volume);
+    let signed = values(&crate::common::load(&folder.join("signed.dcm")).unwrap().volume);
     assert!(signed.contains(&-2048.0) && !signed.contains(&1234.0));
 }

@@ -1,16 +1,11 @@
 //! Folders and archives as nobody should make them, and some do.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
 use std::{fs, path::Path};
 
-use common::load;
+use crate::common::load;
+use crate::writer::*;
 use lumivox_core::{CancelToken, Progress};
 use lumivox_import::{ImportError, ImportOptions, ImportReport};
-use writer::*;
 
 const SOP_INSTANCE_UID: u32 = 0x0008_0018;
 const PATIENT_ID: u32 = 0x0010_0020;

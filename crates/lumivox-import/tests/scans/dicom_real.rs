@@ -1,10 +1,8 @@
 //! Real scans: every value and place as other readers see them.
 
-mod common;
-
 use std::path::Path;
 
-use common::{load, load_series, reference, shared, slice_sum, unzip};
+use crate::common::{load, load_series, reference, shared, slice_sum, unzip};
 use lumivox_core::{Modality, Voxels, glam::DVec3};
 
 fn assert_near(a: DVec3, b: DVec3, tolerance: f64) {
@@ -317,8 +315,8 @@ fn damaged_codestreams_are_survived() {
 #[test]
 fn absent_scans_are_said_once() {
     let output = std::process::Command::new(std::env::current_exe().unwrap())
-        .args(["--skip", "absent_scans_are_said_once"])
-        .env(common::SHARED, "/nonexistent")
+        .args(["dicom_real::", "--skip", "absent_scans_are_said_once"])
+        .env(crate::common::SHARED, "/nonexistent")
         .output()
         .unwrap();
     let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));

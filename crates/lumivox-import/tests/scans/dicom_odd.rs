@@ -1,16 +1,11 @@
 //! Odd files of real scanners and programs: mosaics of other makers, lost private headers, wrong bytes, gzipped slices.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
 use std::io::Write;
 
-use common::{load, load_written, values};
+use crate::common::{load, load_written, values};
+use crate::writer::*;
 use lumivox_core::glam::DVec3;
 use lumivox_import::Imported;
-use writer::*;
 
 fn load_as(elements: &Elements, syntax: Syntax) -> Imported {
     load_written(|path| elements.write(path, syntax)).unwrap()

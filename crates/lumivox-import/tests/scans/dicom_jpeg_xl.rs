@@ -1,14 +1,9 @@
 //! JPEG XL frames, encoded here: lossless samples come out exactly, damage is an error.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
-use common::load_written;
+use crate::common::load_written;
+use crate::writer::*;
 use lumivox_core::Voxels;
 use lumivox_import::{ImportError, Imported};
-use writer::*;
 use zune_core::{bit_depth::BitDepth, colorspace::ColorSpace, options::EncoderOptions};
 use zune_jpegxl::JxlSimpleEncoder;
 

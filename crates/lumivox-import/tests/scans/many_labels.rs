@@ -1,14 +1,9 @@
 //! Labels as other programs leave them: a mask for each organ, tables in headers, segments inside of others, masks in which
 //! nothing is set, segmentations of old programs.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
 use std::path::{Path, PathBuf};
 
-use common::shared;
+use crate::common::shared;
 use lumivox_core::{CancelToken, Progress, glam::DVec3};
 use lumivox_import::{ImportError, ImportedLabels, LabelOptions, load_label_files, load_labels};
 
@@ -180,13 +175,13 @@ fn a_segmentation_of_layers_is_one_scan() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("seg.seg.nrrd");
     std::fs::write(&path, [LAYERS.as_bytes(), &[0, 1, 1, 1, 0, 0]].concat()).unwrap();
-    let imported = common::load(&path).unwrap();
-    assert_eq!(common::values(&imported.volume), [2.0, 1.0, 0.0]);
+    let imported = crate::common::load(&path).unwrap();
+    assert_eq!(crate::common::values(&imported.volume), [2.0, 1.0, 0.0]);
     assert_eq!(imported.report.series[0].phases, 1);
     let mut options = lumivox_import::ImportOptions::default();
     options.phase = Some(2);
     let layer = lumivox_import::load(&[path], &options, Progress::SILENT, &CancelToken::new()).unwrap();
-    assert_eq!(common::values(&layer.volume), [1.0, 1.0, 0.0]);
+    assert_eq!(crate::common::values(&layer.volume), [1.0, 1.0, 0.0]);
 }
 
 #[test]

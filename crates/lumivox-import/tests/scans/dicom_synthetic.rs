@@ -1,18 +1,10 @@
 //! Series written for one question each: is every value at its true place in the patient?
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/field.rs"]
-mod field;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
-use common::{load, load_written};
-use field::*;
+use crate::common::{load, load_written};
+use crate::field::*;
+use crate::writer::*;
 use lumivox_core::{CancelToken, Modality, Progress, Voxels, glam::DVec3};
 use lumivox_import::{ImportError, ImportOptions, Imported};
-use writer::*;
 
 #[test]
 fn every_orientation_is_in_place() {
@@ -284,7 +276,7 @@ fn the_lowest_value_is_not_the_lowest_sample() {
             .write(&folder.path().join(k.to_string()), Syntax::Explicit);
     }
     let slices = |imported: &Imported| -> Vec<Vec<f64>> {
-        common::values(&imported.volume).chunks(4).map(<[f64]>::to_vec).collect()
+        crate::common::values(&imported.volume).chunks(4).map(<[f64]>::to_vec).collect()
     };
     let (first, second, last) =
         ([82.0, 86.0, 82.0, 94.0], [82.0, 90.0, 88.0, 92.0], [82.0, 84.0, 96.0, 94.0]);

@@ -1,18 +1,10 @@
 //! Folders and archives: which series there are, which is loaded, and what is refused.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/field.rs"]
-mod field;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
-use common::{load, load_series, load_written};
-use field::{Series, assert_field, heights};
+use crate::common::{load, load_series, load_written};
+use crate::field::{Series, assert_field, heights};
+use crate::writer::*;
 use lumivox_core::{CancelToken, Progress, glam::DVec3};
 use lumivox_import::{ImportError, ImportOptions};
-use writer::*;
 
 #[test]
 fn series_do_not_mix_and_can_be_chosen() {

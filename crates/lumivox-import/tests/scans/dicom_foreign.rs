@@ -1,17 +1,12 @@
 //! DICOM as other programs write it: parts of complex images in one series, segmentations that are compressed or have a
 //! palette, labels in any script, ultrasound volumes, and fields that are empty, negative or left out.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
 use std::path::Path;
 
-use common::{load, load_written, shared, values};
+use crate::common::{load, load_written, shared, values};
+use crate::writer::*;
 use lumivox_core::{CancelToken, Progress, glam::DVec3};
 use lumivox_import::{Imported, ImportedLabels, LabelOptions, load_labels};
-use writer::*;
 
 const SOP_CLASS_UID: u32 = 0x0008_0016;
 

@@ -1,8 +1,6 @@
 //! Files made to hurt: each is refused, or read where it can be, within seconds and without memory. Alone in its
 //! program, so that the peak is its own.
 
-mod common;
-
 use std::time::{Duration, Instant};
 
 use lumivox_import::ImportError;
@@ -20,12 +18,12 @@ const READABLE: [&str; 7] = [
 
 #[test]
 fn bad_files_are_refused_quickly_and_in_little_memory() {
-    let Some(folder) = common::shared("bad") else { return };
+    let Some(folder) = crate::common::shared("bad") else { return };
     let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
     for path in files {
         let start = Instant::now();
-        let result = common::load(&path);
+        let result = crate::common::load(&path);
         let elapsed = start.elapsed();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         match &result {

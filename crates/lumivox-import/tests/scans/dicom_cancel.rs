@@ -1,7 +1,5 @@
 //! Work that can be watched, and stopped at any moment.
 
-mod common;
-
 use std::{
     num::NonZero,
     sync::atomic::{AtomicU64, Ordering},
@@ -13,7 +11,7 @@ use lumivox_import::{ImportError, ImportOptions};
 
 #[test]
 fn a_zipped_scan_can_be_stopped_at_any_moment() {
-    let Some(path) = common::shared("ct_torso.zip") else { return };
+    let Some(path) = crate::common::shared("ct_torso.zip") else { return };
     let paths = [path];
     let load = |progress: Progress<'_>, cancel: &CancelToken| {
         lumivox_import::load(&paths, &ImportOptions::default(), progress, cancel)

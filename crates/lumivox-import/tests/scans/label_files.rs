@@ -1,20 +1,15 @@
 //! Label maps as files: numbers, names, colours and places come out as they were written, whatever the format; what is
 //! no label map is refused in words.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
 use std::path::{Path, PathBuf};
 
+use crate::writer::*;
 use lumivox_core::{
     CancelToken, Label, Progress,
     color::{linear_from_srgb, srgb_from_linear},
     glam::{DAffine3, DVec3},
 };
 use lumivox_import::{ImportError, ImportedLabels, LabelOptions, load_labels};
-use writer::*;
 
 fn load(path: &Path) -> Result<ImportedLabels, ImportError> {
     load_labels(path, &LabelOptions::default(), Progress::SILENT, &CancelToken::new())
@@ -355,7 +350,7 @@ fn no_byte_of_a_segmentation_can_do_harm() {
 
 #[test]
 fn a_real_segmentation_has_its_segment() {
-    let Some(path) = common::shared("pydicom_files/liver_1frame.dcm") else { return };
+    let Some(path) = crate::common::shared("pydicom_files/liver_1frame.dcm") else { return };
     let imported = load(&path).unwrap();
     assert_eq!(names(&imported), [(1, "Liver")]);
     // 3D Slicer's colour of a liver is sRGB (221, 130, 101); its writer takes white for D65, where DICOM means D50.
@@ -363,7 +358,7 @@ fn a_real_segmentation_has_its_segment() {
     assert_eq!(color, [217.0, 130.0, 101.0]);
     assert_eq!(imported.labels.dims(), [512, 512, 1]);
     let voxels = imported.labels.counts()[1];
-    let scan = common::values(&common::load(&path).unwrap().volume);
+    let scan = crate::common::values(&crate::common::load(&path).unwrap().volume);
     assert_eq!(voxels, scan.iter().filter(|value| **value == 1.0).count() as u64);
 }
 
@@ -374,11 +369,11 @@ fn real_scans_are_no_label_maps() {
         ("ct_tilt", "no segmentation"),
         ("syntaxes/1.dcm", "no segmentation"),
     ] {
-        let Some(path) = common::shared(name) else { return };
+        let Some(path) = crate::common::shared(name) else { return };
         let error = load(&path).map(|imported| names(&imported).len()).unwrap_err().to_string();
         assert!(error.contains(words), "{error}");
     }
     // Of 8 bits, the numbers alone do not tell.
-    let Some(path) = common::shared("nifti/T1_head_ext2.nii.gz") else { return };
+    let Some(path) = crate::common::shared("nifti/T1_head_ext2.nii.gz") else { return };
     is_told(&load(&path).unwrap(), "this looks like a scan, not like a label map");
 }

@@ -1,13 +1,8 @@
 //! Whatever series is written, the same is read: every voxel has its value, at its place in the patient.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
-use common::load;
+use crate::common::load;
+use crate::writer::*;
 use lumivox_core::glam::{DMat3, DQuat, DVec3};
-use writer::*;
 
 /// How samples are stored.
 #[derive(Clone, Copy, Debug)]

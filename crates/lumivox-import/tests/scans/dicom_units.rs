@@ -1,14 +1,9 @@
 //! What values are measured in: maps of a CT are no Hounsfield units, and quantities have units of their own.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
-use common::{load_written, values};
+use crate::common::{load_written, values};
+use crate::writer::*;
 use lumivox_core::Modality;
 use lumivox_import::Imported;
-use writer::*;
 
 const RESCALE_TYPE: u32 = 0x0028_1054;
 const REAL_WORLD_VALUE_MAPPING_SEQUENCE: u32 = 0x0040_9096;

@@ -1,10 +1,8 @@
 //! NIfTI, NRRD and RAW scans of real people and machines, against numbers that other programs read from them.
 
-mod common;
-
 use std::path::PathBuf;
 
-use common::shared;
+use crate::common::shared;
 use lumivox_core::{CancelToken, Modality, Progress, Volume, Voxels, glam::DVec3};
 use lumivox_import::{ImportOptions, Imported, RawDescription, load};
 

@@ -1,17 +1,12 @@
 //! What DICOM objects mean beyond a stack of grey slices: phases, labels, doses, tables, odd samples. Uptake values are in
 //! `dicom_uptake.rs`.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
 use std::path::Path;
 
-use common::{load, load_written, values};
+use crate::common::{load, load_written, values};
+use crate::writer::*;
 use lumivox_core::{CancelToken, Modality, Progress, glam::DVec3};
 use lumivox_import::{ImportError, ImportOptions, Imported, Study};
-use writer::*;
 
 const TRIGGER_TIME: u32 = 0x0018_1060;
 const ECHO_NUMBERS: u32 = 0x0018_0086;

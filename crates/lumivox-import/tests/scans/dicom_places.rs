@@ -1,17 +1,12 @@
 //! Which slices make one volume, and what becomes of slices at uneven places: what was measured comes out as it was
 //! measured, and two scans at nearly the same places never make one.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
 use std::path::Path;
 
-use common::values;
+use crate::common::values;
+use crate::writer::*;
 use lumivox_core::{CancelToken, Progress, glam::DVec3};
 use lumivox_import::{ImportOptions, Imported};
-use writer::*;
 
 const ACQUISITION_NUMBER: u32 = 0x0020_0012;
 const ACQUISITION_TIME: u32 = 0x0008_0032;

@@ -1,16 +1,11 @@
 //! Multi-frame files that are cut short or broken: what is there loads, what is not stays empty and is named.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
 use std::path::Path;
 
-use common::load;
+use crate::common::load;
+use crate::writer::*;
 use lumivox_core::{CancelToken, Progress, Volume};
 use lumivox_import::{ImportError, ImportOptions, Imported, Study};
-use writer::*;
 
 fn values(volume: &Volume) -> Vec<f64> {
     (0..volume.voxel_count()).map(|i| volume.voxels().get(i) * volume.slope() + volume.intercept()).collect()

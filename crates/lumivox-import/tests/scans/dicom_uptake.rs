@@ -1,13 +1,8 @@
 //! Standardized uptake values of PET, from slices and from enhanced images.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
-use common::{load_written, values};
+use crate::common::{load_written, values};
+use crate::writer::*;
 use lumivox_import::{ImportError, Imported};
-use writer::*;
 
 const SOP_CLASS_UID: u32 = 0x0008_0016;
 

@@ -1,17 +1,12 @@
 //! What the frames of a file are: slices where they are slices, phases where they are moments of a volume, and no volume
 //! where they are a film, views from around, or tiles.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
 use std::path::Path;
 
-use common::{load, load_series, load_written, values};
+use crate::common::{load, load_series, load_written, values};
+use crate::writer::*;
 use lumivox_core::{CancelToken, Progress, Volume, glam::DVec3};
 use lumivox_import::{ImportError, ImportOptions, Imported};
-use writer::*;
 
 const SOP_CLASS_UID: u32 = 0x0008_0016;
 const FRAME_TIME: u32 = 0x0018_1063;

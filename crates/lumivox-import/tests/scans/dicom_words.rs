@@ -1,16 +1,11 @@
 //! What is said of series: enough to tell them apart, and nothing that may name a person.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
 use std::{collections::HashSet, path::Path};
 
-use common::{load, load_written};
+use crate::common::{load, load_written};
+use crate::writer::*;
 use lumivox_core::{CancelToken, Progress};
 use lumivox_import::{ImportOptions, ImportReport};
-use writer::*;
 
 const SERIES_DESCRIPTION: u32 = 0x0008_103E;
 
@@ -123,7 +118,7 @@ fn parts_of_a_name_or_number_are_told_nowhere() {
 fn what_a_scan_is_of_is_known_and_no_text_of_it() {
     use lumivox_core::{BodyPart, Focus, Subject};
     let subject = |elements: Elements| -> Subject {
-        common::load_written(|path| elements.write(path, Syntax::Explicit)).unwrap().volume.subject()
+        crate::common::load_written(|path| elements.write(path, Syntax::Explicit)).unwrap().volume.subject()
     };
     let ct = || image("CT", 2, 2, vec![0, 1, 2, 3]);
     assert_eq!(subject(ct()), Subject::default());

@@ -1,15 +1,10 @@
 //! Segmentations without the series that they were made on: every label comes out unchanged, at its place or at one that
 //! the report tells.
 
-mod common;
-#[allow(dead_code, reason = "not every test program uses all of it")]
-#[path = "common/writer.rs"]
-mod writer;
-
-use common::{load_written, values};
+use crate::common::{load_written, values};
+use crate::writer::*;
 use lumivox_core::glam::DVec3;
 use lumivox_import::{ImportError, Imported};
-use writer::*;
 
 /// A frame of a segmentation of 8 x 1 pixels.
 #[derive(Clone, Copy, Default)]
