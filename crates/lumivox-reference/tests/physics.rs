@@ -146,9 +146,11 @@ fn assert_single_scattering(tests: Vec<TestScene>) {
     }
 }
 
+/// Lamps need many more steps: beams have formulas of their own below.
 #[test]
 fn single_scattering_is_its_quadrature() {
-    assert_single_scattering(scenes::essential());
+    let tests = scenes::essential().into_iter().filter(|test| test.scene.lights.is_empty());
+    assert_single_scattering(tests.collect());
 }
 
 #[test]
