@@ -191,20 +191,20 @@ fn the_denoiser_takes_noise_away_and_leaves_what_has_converged() {
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
     let mut picture = |samples, seed, denoise| {
-        let settings = LiveSettings { target_samples: samples, seed, denoise, ..LiveSettings::new(32, 32) };
+        let settings = LiveSettings { target_samples: samples, seed, denoise, ..LiveSettings::new(64, 64) };
         let mut host = Host::new(&mut gpu, &test, settings);
         host.converge(&mut gpu, &camera, u64::MAX);
         host.set_color(&gpu, |_| [0.0; 4]);
         host.frame(&mut gpu, &camera, u64::MAX);
         host.read_color(&gpu)
     };
-    let truth = picture(1024, 0, false);
+    let truth = picture(2048, 0, false);
     let (noisy, filtered) = (picture(4, 1, false), picture(4, 1, true));
     let (before, after) = (difference(&noisy, &truth), difference(&filtered, &truth));
     println!("error of 4 samples: {before:.4} before, {after:.4} after");
     assert!(after < 0.5 * before, "{before} becomes {after}");
-    let (fine, kept) = (picture(256, 1, false), picture(256, 1, true));
+    let (fine, kept) = (picture(512, 1, false), picture(512, 1, true));
     let (before, after) = (difference(&fine, &truth), difference(&kept, &truth));
-    println!("error of 256 samples: {before:.4} before, {after:.4} after");
+    println!("error of 512 samples: {before:.4} before, {after:.4} after");
     assert!(after < 1.01 * before, "{before} becomes {after}");
 }
