@@ -359,7 +359,7 @@ fn slices_that_do_not_say_how_they_lie() {
                 .without(IMAGE_ORIENTATION_PATIENT)
                 .write(&folder.path().join(format!("{k:03}")), Syntax::Explicit);
         }
-        common::load(folder.path())
+        crate::common::load(folder.path())
     };
     let axial = load([0.0, 0.0, 3.0]).unwrap();
     assert_eq!(axial.volume.dims(), [3, 2, 6]);
