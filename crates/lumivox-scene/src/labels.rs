@@ -120,7 +120,7 @@ mod tests {
         };
         assert_eq!(told(place), Ok(None));
         let note = told(DAffine3::IDENTITY).unwrap().unwrap();
-        assert!(note.contains("its file has lost its place"), "{note}");
+        assert!(note.contains("their file has lost its place"), "{note}");
         let error = told(DAffine3::from_translation(DVec3::X * 500.0)).unwrap_err();
         assert!(error.starts_with("none of its labels lies in the scan. The labels have"), "{error}");
     }
