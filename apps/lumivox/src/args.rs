@@ -352,8 +352,10 @@ pub struct SceneArgs {
     /// Exponent 1/GAMMA on the pixels after the tone map [default: 1]
     #[arg(long, value_name = "GAMMA", help_heading = "Image", value_parser = number(0.1, 10.0))]
     pub gamma: Option<f64>,
-    /// What stands behind: transparent, environment, or a colour as #rrggbb [default: #14171c]
+    /// What stands behind.
+    // Said here for people: in documentation its default would be a link.
     #[arg(long, value_name = "WHAT", help_heading = "Image")]
+    #[arg(help = "What stands behind: transparent, environment, or a colour as #rrggbb [default: #14171c]")]
     pub background: Option<Backdrop>,
 }
 

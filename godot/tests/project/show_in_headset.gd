@@ -56,9 +56,10 @@ func _show(case: Dictionary) -> void:
 		seen.frames += 1
 		seen.moved += int(_places() != before)
 		before = _places()
-		var converged := Lumivox.is_converged(get_viewport())
-		seen.unfinished += int(not converged)
-		if frame >= FRAMES and converged:
+		# Not whether it has converged: in software that is known frames later, of a head that rests.
+		var whole: bool = Lumivox.get_status(get_viewport()).get("samples", 0) >= int(case.samples)
+		seen.unfinished += int(not whole)
+		if frame >= FRAMES and whole:
 			break
 	seen.status = Lumivox.get_status(get_viewport())
 	seen.eyes = []
