@@ -1,7 +1,7 @@
 //! Scene documents and what they name: files become the scene of a document, and a scene becomes a document.
 //!
 //! The document itself is [`lumivox_core::document`]. Here its files are read ([`load`](load_scan)), the patient alone is kept and
-//! what is taken off comes off ([`show`]), labels and looks are found ([`place`]); [`open`] does all of that. Hosts that load
+//! what is taken off comes off ([`show()`]), labels and looks are found ([`place()`]); [`open()`] does all of that. Hosts that load
 //! scans in ways of their own call the steps.
 
 mod content;

@@ -1,7 +1,7 @@
 //! A scene as a file: which scans, how they look, in which light and from where; what every host saves and opens.
 //!
 //! A [`SceneDocument`] is JSON that people read and write. It holds no voxels: scans are files, named as seen from the document's
-//! folder, with what was done to them. A host parses one here, opens its files with `lumivox-scene`, and gets a [`Scene`]; the
+//! folder, with what was done to them. A host parses one here, opens its files with `lumivox-scene`, and gets a [`Scene`](crate::Scene); the
 //! way back is [`SceneDocument::of`]. What crosses other borders (to Python, to a cluster) is the same document, whose scans were
 //! handed over beside it.
 //!
