@@ -6,23 +6,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-import numpy as np
-
 from lumivox import _check, _native, look
 from lumivox._check import FURTHEST_MM, Matrix, Vector
 from lumivox.labels import Labels
-from lumivox.look import Medium, SurfaceReflection, TransferFunction
+from lumivox.look import SurfaceReflection, TransferFunction
 from lumivox.volume import Volume
 
 MOST_CLIP_SHAPES = 1024
 
 MOST_PEELED_MM = 63.0
-
-VOXELS_ASKED = 20_000
-"""Of a label, whether they are seen: as many tell it."""
-
-HARDLY_SEEN = 0.05
-"""The part of a label's voxels of which it is said that nothing is seen: vessels in a lung, and borders, are left."""
 
 
 @dataclass(frozen=True)
@@ -103,43 +95,15 @@ def styles(labels: Labels, volume: Volume, given: Mapping[Any, Style]) -> tuple[
     return tuple(made.items())
 
 
-def say_if_unseen(labels: Labels, volume: Volume, medium: Medium, given: Labelled) -> None:
-    """Says of which labels that were asked for by name nothing is seen, for the medium is transparent where they lie."""
-    styled = dict(styles(labels, volume, given))
+def say_if_unseen(instance: Any, labels: Labels, given: Labelled) -> None:
+    """Says of which labels of a VolumeInstance that were asked for by name hardly anything is seen."""
     named = {value for word in given if word != "*" for value in labels.values_of(word)}
-    asked = [
-        label.name
-        for label in labels.labels
-        if label.value in named
-        and (style := styled[label.value]).visible
-        and style.opacity > 0.0
-        and style.transfer_function is None
-        and _is_transparent(labels, label.value, volume, medium)
-    ]
+    unseen = _native.unseen_labels(instance, sorted(named))
+    asked = [label.name for label in labels.labels if label.value in unseen]
     if asked:
         remedy = "give it a look of its own, such as 'preset:NAME' or LabelStyle(transfer_function=...)"
         words = _check.listed(asked, "and")
-        _check.warn(f"label {words}: hardly anything is seen of it, for the look's opacity is 0 at its values; {remedy}")
-
-
-def _is_transparent(labels: Labels, value: int, volume: Volume, medium: Medium) -> bool:
-    """Whether a medium's opacity is 0 at nearly all voxels of a label."""
-    grid = labels.array
-    # Some million voxels tell as much as all.
-    step = max(1, round((grid.size / 4e6) ** (1 / 3)))
-    indices = np.argwhere(grid[::step, ::step, ::step] == value)
-    few = indices[:: max(1, len(indices) // VOXELS_ASKED)][:, ::-1] * step
-    to_volume = np.linalg.inv(volume.patient_from_voxel) @ labels.patient_from_voxel
-    places = np.rint(few @ to_volume[:3, :3].T + to_volume[:3, 3]).astype(np.int64)
-    inside = places[((places >= 0) & (places < volume.shape[::-1])).all(axis=1)]
-    if len(inside) == 0:
-        return False
-    values = volume.array[tuple(inside.T[::-1])] * volume.slope + volume.intercept
-    curve = medium.transfer_function
-    seen = np.zeros(len(values), bool)
-    for row in (curve, *(row.transfer_function for row in curve.gradients)):
-        seen |= row.at(values)[0] > 0.0
-    return bool(seen.mean() < HARDLY_SEEN)
+        _check.warn(f"label {words}: hardly anything is seen of it, for the look makes what it is of clear; {remedy}")
 
 
 def _with_word(style: LabelStyle, text: str, volume: Volume) -> LabelStyle:

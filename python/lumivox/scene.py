@@ -194,7 +194,7 @@ class Scene:
                 peel=_peel(volume, peel_mm, progress),
             )
             if label is not None and found is not None:
-                classification.say_if_unseen(found, shown, instance.medium, label)
+                classification.say_if_unseen(instance, found, label)
             placed.append(instance)
         _say_if_apart(given)
         _check.number("environment_strength", environment_strength, 0.0, 1e6)

@@ -147,7 +147,7 @@ impl Wrapped {
 
 /// `lumivox.VolumeInstance`.
 #[derive(FromPyObject)]
-struct Instance {
+pub struct Instance {
     volume: Wrapped,
     medium: Medium,
     clip: ([f64; 3], [f64; 3]),
@@ -380,6 +380,13 @@ pub fn usual_angles(scene: Scene) -> PyResult<[f64; 2]> {
     let scene = scene.build()?;
     let front = scene.volumes.first().and_then(framing::front);
     Ok(front.unwrap_or_default().map(f64::to_degrees))
+}
+
+/// Those of a volume's labels that are asked for and of which hardly anything is seen.
+#[pyfunction]
+pub fn unseen_labels(py: Python<'_>, instance: Instance, asked: Vec<u8>) -> PyResult<Vec<u8>> {
+    let instance = instance.build(DAffine3::IDENTITY)?;
+    Ok(fork::detach(py, || instance.unseen_labels(&asked)))
 }
 
 fn looks_at_itself() -> PyErr {

@@ -25,7 +25,7 @@ mod _native {
     #[pymodule_export]
     use crate::classification::{clip_shape, is_solid};
     #[pymodule_export]
-    use crate::description::{frame, look_at, usual_angles};
+    use crate::description::{frame, look_at, unseen_labels, usual_angles};
     #[pymodule_export]
     use crate::errors::{GpuError, LumivoxError, RenderError, ScanError};
     #[pymodule_export]
