@@ -202,7 +202,7 @@ pub struct RenderArgs {
 /// `lumivox scene`.
 #[derive(Debug, Subcommand)]
 pub enum SceneCommand {
-    /// Write scans, look, light and camera to one file, which every host opens
+    /// Write scans, look, light and camera to one file that renders to the same picture
     #[command(after_help = [SAVE_EXAMPLES, EXIT_CODES].concat(), allow_negative_numbers = true)]
     Save(Box<SaveArgs>),
     /// Say whether a scene can be opened, and what is wrong with it, by line

@@ -4,18 +4,18 @@ use std::{
     fs::File,
     io::Read,
     path::{Path, PathBuf},
-    sync::Arc,
 };
 
 use lumivox_core::{
-    CancelToken, LabelVolume, MOST_CLIP_SHAPES, PerspectiveCamera, Preset, Scene, Volume,
+    CancelToken, MOST_CLIP_SHAPES, PerspectiveCamera, Preset, Scene, Volume,
     document::{
-        Entry, Keep as Kept, Labels, Lighting, Scan, SceneDocument, Surroundings, TakenOff, View, Written,
+        Entry, Film, Keep as Kept, Labels, Lighting, Scan, SceneDocument, Surroundings, TakenOff, View,
+        Written,
     },
     glam::DVec3,
 };
 use lumivox_import::Imported;
-use lumivox_scene::{Audience, Note, OpenError, OpenErrorKind, Opening, Part, Remedy};
+use lumivox_scene::{Audience, Note, OpenError, OpenErrorKind, Opening, Remedy};
 
 use crate::{
     args::{EnvironmentName, Fusion, Keep, SceneArgs},
@@ -50,6 +50,9 @@ impl Audience for Reporter {
             Some(Remedy::KeepEverything) => " ('--keep everything' shows it)".to_owned(),
             Some(Remedy::Density(density)) => {
                 format!("; --density {} is a body's", lumivox_core::words::number(density))
+            }
+            Some(Remedy::LabelPreset) => {
+                "; a look of its own shows it, such as preset:NAME in its --label".to_owned()
             }
             _ => String::new(),
         };
@@ -132,14 +135,12 @@ impl Plan {
         let mut document = match &written {
             Some(written) => written.document.clone(),
             None => {
-                let entry = |files: Vec<PathBuf>| {
-                    Entry::new(Scan::of_files(files.iter().map(|file| file.to_string_lossy().into_owned())))
-                };
-                let volumes = inputs::scans(&args.input.inputs).into_iter().map(entry).collect();
+                let scans = inputs::scans(&args.input.inputs).into_iter();
+                let volumes = scans.map(|files| Entry::new(Scan::of_files(files))).collect();
                 SceneDocument { volumes, ..SceneDocument::default() }
             }
         };
-        change(args, &mut document)?;
+        change(args, &mut document, written.is_some())?;
         for (entry, look) in document.volumes.iter_mut().zip(&looks) {
             look.apply(args, &mut entry.look);
         }
@@ -153,71 +154,45 @@ impl Plan {
     pub fn files(&self) -> Vec<PathBuf> {
         let folder = folder(self.written.as_ref());
         let map = self.document.environment.file();
-        let scans = self.document.volumes.iter().flat_map(|entry| &entry.scan.files).map(String::as_str);
+        let scans = self.document.volumes.iter().flat_map(|entry| &entry.scan.files).map(PathBuf::as_path);
         scans.chain(label_files(&self.document)).chain(map).map(|file| folder.join(file)).collect()
     }
 
-    /// Opens everything.
+    /// The image that is rendered.
+    pub fn film(&self) -> &Film {
+        &self.document.film
+    }
+
+    /// Opens everything; a document that is to be `saved` says what tells its scans from others, which takes a while to find.
     pub fn open(
         mut self,
         args: &SceneArgs,
+        saved: bool,
         reporter: Reporter,
         cancel: &CancelToken,
     ) -> Result<Opened, Failure> {
         let folder = folder(self.written.as_ref()).to_owned();
         let opening = Opening { allow_outside_data: args.input.allow_outside_data };
-        let environment = lumivox_scene::load_environment(&self.document.environment, &folder)?;
         let scans = self.scans(args, &folder, &opening, reporter, cancel)?;
         if let [a, b] = &scans[..]
             && !lie_together(&a.volume, &b.volume)
         {
             reporter.say("note: the scans lie apart: are they of one patient, and of one place?");
         }
-        let mut shared_labels: Option<(Labels, Arc<LabelVolume>)> = None;
-        let mut parts = Vec::with_capacity(scans.len());
-        let is_alone = scans.len() == 1;
+        let mut volumes = Vec::with_capacity(scans.len());
         for (index, scan) in scans.into_iter().enumerate() {
-            reporter.say(&format!("{}: {}", scan.report.format, inputs::describe(&scan.volume)));
-            scan.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
-            if !scan.report.skipped.is_empty() {
-                let count = scan.report.skipped.len();
-                let were = if count == 1 { "file was" } else { "files were" };
-                reporter.say(&format!("  note: {count} {were} left out; 'lumivox info' says why"));
-            }
+            tell(&scan, reporter);
             if let Some(path) = self.looks.get(index).and_then(LookOptions::file) {
                 let loaded = lumivox_import::load_transfer_function_2d(path, scan.volume.value_range())?;
                 let look = &mut self.document.volumes[index].look;
                 (look.transfer_function, look.gradients) = (Some(loaded.0), loaded.1);
             }
-            let failure = |keys, kind| self.failure(OpenError::of(index, keys, kind));
-            let entry = &self.document.volumes[index];
-            let from_files = match (&entry.labels, &shared_labels) {
-                (Some(labels), _) if labels.files.is_empty() => None,
-                (Some(labels), Some((same, loaded))) if same.files == labels.files => Some(loaded.clone()),
-                (Some(labels), _) => {
-                    let loaded = lumivox_scene::load_labels(labels, &folder, &opening, &reporter, cancel);
-                    let loaded = loaded.map_err(|kind| failure(&["labels", "files"], kind))?;
-                    shared_labels = Some((labels.clone(), loaded.clone()));
-                    Some(loaded)
-                }
-                (None, _) => None,
-            };
-            let content = lumivox_scene::content_of(&scan.volume);
-            let volume = scan.volume.with_source_changed(|scan| scan.content = Some(content));
-            let shown = lumivox_scene::show(entry, volume, &reporter, cancel)?;
-            if let (Some(labels), Some(file)) = (&from_files, label_files(&self.document).next()) {
-                match lumivox_scene::lie_within(labels, &shown.volume) {
-                    Ok(note) => note.into_iter().for_each(|note| reporter.note(note)),
-                    Err(why) if is_alone => return Err(Failure::input(format!("{file}: {why}"))),
-                    Err(why) => reporter.note(Note::new(why)),
-                }
-            }
-            parts.push(Part::new(shown, from_files));
+            let content = saved.then(|| lumivox_scene::content_of(&scan.volume));
+            volumes.push(scan.volume.with_source_changed(|scan| scan.content = content));
         }
-        let lights = self.document.lights.iter().map(Lighting::light).collect();
-        let scene = lumivox_scene::place(&self.document.volumes, parts, lights, environment, &reporter)
-            .map_err(|error| self.failure(error))?;
-        let camera = self.document.camera.camera(&scene, self.document.film.aspect()).ok_or_else(no_view)?;
+        let opened =
+            lumivox_scene::open_loaded(&self.document, volumes, &folder, &opening, &reporter, cancel);
+        let lumivox_scene::Opened { scene, camera } = opened.map_err(|error| self.failure(error))?;
         cancel.check()?;
         Ok(Opened { document: self.document, scene, camera })
     }
@@ -289,18 +264,30 @@ impl Plan {
     }
 }
 
+/// Says what was read.
+fn tell(scan: &Imported, reporter: Reporter) {
+    reporter.say(&format!("{}: {}", scan.report.format, inputs::describe(&scan.volume)));
+    scan.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
+    if !scan.report.skipped.is_empty() {
+        let count = scan.report.skipped.len();
+        let were = if count == 1 { "file was" } else { "files were" };
+        reporter.say(&format!("  note: {count} {were} left out; 'lumivox info' says why"));
+    }
+}
+
 /// What went wrong, with the line of a document that says so.
 pub fn failure(written: Option<&Written>, error: OpenError) -> Failure {
     let place = written.map(|written| written.place(error.volume, error.keys));
-    let (exit, message) = match error.kind {
-        OpenErrorKind::Import(import) => {
+    let (exit, message) = match (error.kind, &place) {
+        (OpenErrorKind::Import(import), _) => {
             let failure = Failure::from(*import);
             (failure.exit, failure.message)
         }
-        OpenErrorKind::Cancelled(cancelled) => return cancelled.into(),
-        // Of the options that is a wrong option, which is named as it is written.
-        kind if written.is_none() => (Exit::Usage, format!("--{kind}")),
-        kind => (Exit::Input, kind.to_string()),
+        (OpenErrorKind::Cancelled(cancelled), _) => return cancelled.into(),
+        // Of the command line these are wrong options.
+        (OpenErrorKind::NoView, None) => return no_view(),
+        (kind @ OpenErrorKind::NoSuchLabel { .. }, None) => (Exit::Usage, format!("--{kind}")),
+        (kind, _) => (Exit::Input, kind.to_string()),
     };
     match place {
         Some(place) => Failure::new(exit, format!("{place}: {message}")),
@@ -312,9 +299,9 @@ fn folder(written: Option<&Written>) -> &Path {
     written.map_or(Path::new(""), Written::folder)
 }
 
-fn label_files(document: &SceneDocument) -> impl Iterator<Item = &str> {
+fn label_files(document: &SceneDocument) -> impl Iterator<Item = &Path> {
     let labels = document.volumes.iter().filter_map(|entry| entry.labels.as_ref());
-    labels.flat_map(|labels| &labels.files).map(String::as_str)
+    labels.flat_map(|labels| &labels.files).map(PathBuf::as_path)
 }
 
 fn no_view() -> Failure {
@@ -350,8 +337,12 @@ fn check_peel(args: &SceneArgs) -> Result<(), Failure> {
 }
 
 /// Changes a document by the options that were given.
-fn change(args: &SceneArgs, document: &mut SceneDocument) -> Result<(), Failure> {
-    let labels = label_option(args)?;
+fn change(args: &SceneArgs, document: &mut SceneDocument, is_written: bool) -> Result<(), Failure> {
+    // What options name is seen from where they are given, and not from a document's folder.
+    let seen = |file: &Path| {
+        if is_written { std::path::absolute(file).unwrap_or_default() } else { file.to_owned() }
+    };
+    let labels = label_option(args, seen)?;
     for entry in &mut document.volumes {
         change_scan(args, &mut entry.scan)?;
         if let Some(clip) = args.clip {
@@ -373,7 +364,7 @@ fn change(args: &SceneArgs, document: &mut SceneDocument) -> Result<(), Failure>
             }
         }
     }
-    change_light(args, document);
+    change_light(args, document, seen);
     change_view(args, &mut document.camera);
     let film = &mut document.film;
     film.size = args.size.map_or(film.size, |size| [size.width, size.height]);
@@ -434,19 +425,15 @@ fn change_scan(args: &SceneArgs, scan: &mut Scan) -> Result<(), Failure> {
 }
 
 /// What `--labels` gives, if it does.
-fn label_option(args: &SceneArgs) -> Result<Option<Labels>, Failure> {
+fn label_option(args: &SceneArgs, seen: impl Fn(&Path) -> PathBuf) -> Result<Option<Labels>, Failure> {
     if args.labels.is_empty() {
         return Ok(None);
     }
-    let files: Vec<&PathBuf> = args.labels.iter().filter(|file| !is_found(file)).collect();
+    let files: Vec<PathBuf> =
+        args.labels.iter().filter(|file| !is_found(file)).map(|file| seen(file)).collect();
     if !files.is_empty() && files.len() < args.labels.len() {
         return Err(Failure::usage("--labels found finds labels by itself; it goes with no file of labels"));
     }
-    // Of the command line, not of a document's folder.
-    let whole = |file: &&PathBuf| std::path::absolute(file).unwrap_or_else(|_| (*file).clone());
-    let is_document = args.input.inputs.first().is_some_and(|path| is_scene(path));
-    let name = |file: &&PathBuf| if is_document { whole(file) } else { (*file).clone() };
-    let files = files.iter().map(|file| name(file).to_string_lossy().into_owned()).collect();
     Ok(Some(Labels { files, ..Labels::default() }))
 }
 
@@ -458,16 +445,14 @@ fn is_found(labels: &Path) -> bool {
     labels == Path::new(FOUND) || is_word && !labels.exists()
 }
 
-fn change_light(args: &SceneArgs, document: &mut SceneDocument) {
+fn change_light(args: &SceneArgs, document: &mut SceneDocument, seen: impl Fn(&Path) -> PathBuf) {
     let environment = &mut document.environment;
     if let Some(name) = &args.environment {
         let source = match name {
             EnvironmentName::Studio => "studio".into(),
             EnvironmentName::Uniform => "uniform".into(),
             EnvironmentName::Gradient => "gradient".into(),
-            EnvironmentName::File(path) => {
-                std::path::absolute(path).unwrap_or_else(|_| path.clone()).to_string_lossy().into_owned()
-            }
+            EnvironmentName::File(path) => seen(path),
         };
         let (strength, rotation) = (environment.strength, environment.rotation);
         *environment = Surroundings { source, strength, rotation, ..Surroundings::default() };

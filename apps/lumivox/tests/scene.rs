@@ -66,6 +66,41 @@ fn a_saved_scene_is_the_same_picture() {
     same(folder.path(), &["--eye", "300,100,400", "--fov", "50", "--keep", "everything", "--density", "0.5"]);
 }
 
+/// A CT and the PET of its place, out of one folder: the scene names both.
+#[test]
+fn a_fusion_is_saved_as_both_of_its_scans() {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    let at = folder.path();
+    done(at, &["phantom", "torso", "--size", "48", "--out", "scan/ct", "--quiet"]);
+    done(at, &["phantom", "torso-pet", "--size", "24", "--out", "scan/pet", "--quiet"]);
+    let text = same(at, &["--density", "0.7"]);
+    for preset in ["\"preset\": \"fusion\"", "\"preset\": \"pet-hot\""] {
+        assert_eq!(text.matches(preset).count(), 1, "{text}");
+    }
+    assert_eq!(text.matches("\"series\": \"").count(), 2, "{text}");
+}
+
+/// What a file is called is nobody's business until it is written down.
+#[cfg(unix)]
+#[test]
+fn names_that_are_no_unicode_are_rendered_and_not_saved() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = folder_with_head();
+    let at = folder.path();
+    let name = std::ffi::OsStr::from_bytes(b"M\xfcller [1,2]");
+    fs::rename(at.join("scan"), at.join(name)).unwrap();
+    let render = |first: &[&str], last: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lumivox"));
+        command.current_dir(at).args(first).arg(name).args(last).stdin(Stdio::null()).output().unwrap()
+    };
+    let small = ["--size", "8x8", "--samples", "1", "--quiet", "-o", "a.png"];
+    assert_eq!(render(&["render"], &small).status.code(), Some(0));
+    let output = render(&["scene", "save", "a.json"], &["--quiet"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(1) && said.contains("no Unicode"), "{said}");
+    assert_eq!(fs::read_dir(at).unwrap().count(), 2, "the scan and the picture");
+}
+
 #[test]
 fn options_win_over_what_the_scene_says() {
     let folder = folder_with_head();

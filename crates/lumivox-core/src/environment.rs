@@ -4,6 +4,7 @@
 //! code path and one importance sampler.
 
 use std::f64::consts::{PI, TAU};
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -20,7 +21,7 @@ pub struct EnvironmentMap {
     pub height: usize,
     /// `width * height` texels, rows from the top.
     pub texels: Vec<[f32; 3]>,
-    file: Option<Arc<str>>,
+    file: Option<Arc<Path>>,
 }
 
 impl EnvironmentMap {
@@ -54,13 +55,13 @@ impl EnvironmentMap {
     }
 
     /// The file that it was read from, if that is known.
-    pub fn file(&self) -> Option<&str> {
+    pub fn file(&self) -> Option<&Path> {
         self.file.as_deref()
     }
 
     /// The same map, said to be read from a file.
     #[must_use]
-    pub fn with_file(mut self, file: &str) -> Self {
+    pub fn with_file(mut self, file: &Path) -> Self {
         self.file = Some(file.into());
         self
     }
@@ -140,7 +141,7 @@ impl Environment {
     }
 
     /// The file of its map, where that is known.
-    pub fn file(&self) -> Option<&str> {
+    pub fn file(&self) -> Option<&Path> {
         match &self.source {
             EnvironmentSource::Map(map) => map.file(),
             _ => None,

@@ -2,7 +2,7 @@
 //!
 //! A segmentation makes a [`LabelVolume`] on the grid of a [`Volume`]; a renderer hides or colours by it.
 
-use std::sync::Arc;
+use std::{path::PathBuf, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 
@@ -77,11 +77,9 @@ pub struct LabelVolume {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LabelSource {
     /// Their files; none where they were found in the scan itself.
-    pub files: Vec<String>,
+    pub files: Vec<PathBuf>,
     /// The file that names them, besides their own.
-    pub table: Option<String>,
-    /// What was read, as a scene document says it.
-    pub content: Option<String>,
+    pub table: Option<PathBuf>,
     /// The numbers that labels have in their files, and their values here.
     pub numbers: Vec<(i128, u8)>,
 }
@@ -206,9 +204,10 @@ impl LabelVolume {
         )
     }
 
-    /// The numbers by which people know labels that have none of a file: their values.
+    /// The numbers by which people know labels, each with its value: those of their file, else their values.
     pub fn numbers(&self) -> Vec<(i128, u8)> {
-        self.labels.iter().map(|label| (i128::from(label.value), label.value)).collect()
+        let own = || self.labels.iter().map(|label| (i128::from(label.value), label.value)).collect();
+        self.source.as_ref().map_or_else(own, |source| source.numbers.clone())
     }
 
     /// The values that people mean by a word: a label's name, in upper or lower case; `unlabelled`; `*` for all; else one of

@@ -119,7 +119,7 @@ impl VolumeInstance {
 }
 
 /// The voxel nearest to a point of voxel space, if there is one.
-fn nearest(volume: &Volume, point: DVec3) -> Option<[usize; 3]> {
+pub(crate) fn nearest(volume: &Volume, point: DVec3) -> Option<[usize; 3]> {
     let at = point.round();
     let dims = DVec3::from_array(volume.dims().map(|n| n as f64));
     let is_inside = at.cmpge(DVec3::ZERO).all() && at.cmplt(dims).all();

@@ -3,7 +3,12 @@
 use std::collections::BTreeMap;
 
 use crate::{
-    classification::LabelStyle, framing::SEEN_DEPTH, labels::LabelVolume, medium::Medium, volume::Volume,
+    classification::LabelStyle,
+    framing::SEEN_DEPTH,
+    labels::LabelVolume,
+    medium::Medium,
+    scene::{VolumeInstance, nearest},
+    volume::Volume,
 };
 
 /// Bins that a scan's values are told apart by.
@@ -42,7 +47,7 @@ impl LabelValues {
         let mut known = BTreeMap::new();
         for at in (0..voxels.len()).step_by(stride) {
             let here = [at % nx, at / nx % ny, at / (nx * ny)].map(|i| i as f64);
-            let Some(voxel) = nearest(volume, to_scan.transform_point3(here.into()).to_array()) else {
+            let Some(voxel) = nearest(volume, to_scan.transform_point3(here.into())) else {
                 continue;
             };
             let of = known.entry(voxels[at]).or_insert_with(|| OfLabel { counts: vec![0; BINS], total: 0 });
@@ -75,12 +80,19 @@ impl LabelValues {
     }
 }
 
-/// The voxel that a place in voxel space lies in.
-fn nearest(volume: &Volume, at: [f64; 3]) -> Option<[usize; 3]> {
-    let dims = volume.dims();
-    let rounded = at.map(f64::round);
-    let is_inside = (0..3).all(|axis| rounded[axis] >= 0.0 && rounded[axis] < dims[axis] as f64);
-    is_inside.then(|| rounded.map(|x| x as usize))
+impl VolumeInstance {
+    /// Those of `asked` that are meant to be seen and of which hardly anything is, for the look makes their values clear: whoever
+    /// asks for them by name is to be told.
+    pub fn unseen_labels(&self, asked: &[u8]) -> Vec<u8> {
+        let Some(labelling) = self.labels.as_ref().filter(|_| !asked.is_empty()) else { return vec![] };
+        let values = LabelValues::of(&self.volume, &labelling.labels);
+        let is_unseen = |value: &u8| {
+            let style = labelling.style(*value);
+            let is_meant = style.visible && style.opacity > 0.0;
+            is_meant && !values.shows(*value, &style, &self.medium, &self.volume)
+        };
+        asked.iter().copied().filter(is_unseen).collect()
+    }
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ pub fn load_environment(path: &Path) -> Result<EnvironmentMap, ImportError> {
     };
     sanitize(path, width, &mut texels)?;
     EnvironmentMap::new(width, height, texels)
-        .map(|map| map.with_file(&source::written(path)))
+        .map(|map| map.with_file(&source::whole(path)))
         .map_err(|problem| damaged(path, "the texels", format!("are wrong: {problem}")))
 }
 

@@ -47,11 +47,9 @@ impl ImportOptions {
     }
 }
 
-/// A path as documents have it: whole, with `/` between names.
-pub(crate) fn written(path: &Path) -> String {
-    let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-    let text = whole.to_string_lossy();
-    if cfg!(windows) { text.replace('\\', "/") } else { text.into_owned() }
+/// A path wherever the program is.
+pub(crate) fn whole(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// What a document says of what was loaded of these files. Which series it was is said where there were several.
@@ -59,8 +57,7 @@ pub(crate) fn scan(paths: &[PathBuf], options: &ImportOptions, report: &ImportRe
     let chosen = report.series.get(report.chosen).filter(|_| report.series.len() > 1);
     let series = chosen.map(|series| series.uid.clone().unwrap_or_else(|| (report.chosen + 1).to_string()));
     Scan {
-        files: paths.iter().map(|path| written(path)).collect(),
-        given: None,
+        files: paths.iter().map(|path| whole(path)).collect(),
         series: series.or_else(|| options.series.clone()),
         phase: options.phase.and_then(|phase| phase.try_into().ok()),
         content: None,
@@ -100,7 +97,7 @@ mod tests {
         };
         let report = ImportReport::default();
         let scan = scan(&["a/b.raw".into()], &options, &report);
-        assert!(Path::new(&scan.files[0]).is_absolute() && scan.files[0].ends_with("a/b.raw"));
+        assert!(scan.files[0].is_absolute() && scan.files[0].ends_with("a/b.raw"));
         let back = ImportOptions::of_scan(&scan).unwrap();
         assert_eq!(format!("{back:?}"), format!("{options:?}"));
         let wrong = Scan { axes: Some("XYZ".into()), ..scan };

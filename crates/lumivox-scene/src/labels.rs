@@ -11,13 +11,37 @@ use lumivox_core::{
 };
 use lumivox_import::{LabelOptions, load_label_files};
 
-use crate::{Audience, Note, OpenErrorKind, Opening, content::content_of, load::path};
+use crate::{Audience, Note, OpenErrorKind, Opening, content_of};
 
-/// Loads the files of a label map.
-///
-/// # Errors
-/// A file that is missing or holds no labels.
-pub fn load_labels(
+/// The label maps of a document, each loaded once.
+#[derive(Default)]
+pub struct LabelMaps(Vec<(Vec<PathBuf>, Arc<LabelVolume>)>);
+
+impl LabelMaps {
+    /// The map of these files.
+    ///
+    /// # Errors
+    /// A file that is missing or holds no labels.
+    pub fn load(
+        &mut self,
+        labels: &Labels,
+        folder: &Path,
+        opening: &Opening,
+        audience: &impl Audience,
+        cancel: &CancelToken,
+    ) -> Result<Arc<LabelVolume>, OpenErrorKind> {
+        let files: Vec<PathBuf> =
+            labels.files.iter().chain(&labels.table).map(|file| folder.join(file)).collect();
+        if let Some((_, known)) = self.0.iter().find(|(known, _)| *known == files) {
+            return Ok(known.clone());
+        }
+        let loaded = load(labels, folder, opening, audience, cancel)?;
+        self.0.push((files, loaded.clone()));
+        Ok(loaded)
+    }
+}
+
+fn load(
     labels: &Labels,
     folder: &Path,
     opening: &Opening,
@@ -26,8 +50,8 @@ pub fn load_labels(
 ) -> Result<Arc<LabelVolume>, OpenErrorKind> {
     let mut options = LabelOptions::default();
     options.import.allow_outside_data = opening.allow_outside_data;
-    options.table = labels.table.as_deref().map(|table| path(folder, table));
-    let files: Vec<PathBuf> = labels.files.iter().map(|file| path(folder, file)).collect();
+    options.table = labels.table.as_deref().map(|table| folder.join(table));
+    let files: Vec<PathBuf> = labels.files.iter().map(|file| folder.join(file)).collect();
     let loaded = audience.watch(|progress| load_label_files(&files, &options, progress, cancel))?;
     let names: Vec<&str> = loaded.labels.labels().iter().map(|label| label.name.as_str()).collect();
     let list = match names.len() {
@@ -52,19 +76,19 @@ pub fn load_labels(
 ///
 /// # Errors
 /// A label that there is not, with those that there are.
-pub fn labelling(labels: Arc<LabelVolume>, styles: &[Style], volume: &Volume) -> Result<Labelling, String> {
-    let numbers = labels.source().map_or_else(|| labels.numbers(), |source| source.numbers.clone());
+pub fn labelling(
+    labels: Arc<LabelVolume>,
+    styles: &[Style],
+    volume: &Volume,
+) -> Result<Labelling, OpenErrorKind> {
+    let numbers = labels.numbers();
     let mut labelling = Labelling::new(labels);
     for style in styles {
         let values = labelling.labels.values_of(&style.label, &numbers);
         if values.is_empty() {
             let names = labelling.labels.labels().iter().map(|label| label.name.as_str());
-            let names: Vec<&str> = names.chain(["unlabelled"]).collect();
-            return Err(format!(
-                "label {}: there is no such label; there are {} and *",
-                style.label,
-                names.join(", ")
-            ));
+            let known = names.chain(["unlabelled"]).collect::<Vec<_>>().join(", ");
+            return Err(OpenErrorKind::NoSuchLabel { label: style.label.clone(), known });
         }
         for value in values {
             let own = labelling.labels.label(value).map(|label| label.color);
@@ -82,11 +106,11 @@ pub fn labelling(labels: Arc<LabelVolume>, styles: &[Style], volume: &Volume) ->
 /// When none of them does.
 pub fn lie_within(labels: &LabelVolume, volume: &Volume) -> Result<Option<Note>, String> {
     /// Of the scan's size.
-    const LOST: &str = "The labels have as many voxels as the scan along each axis, but lie elsewhere: if they were drawn on it, \
+    const LOST: &str = "the labels have as many voxels as the scan along each axis, but lie elsewhere: if they were drawn on it, \
                         their file has lost its place (a NIfTI's affine, for example); save them with that of the scan";
     let has_lost = labels.is_of_size_but_elsewhere(volume);
     match labels.share_within(volume) {
-        Some(0.0) if has_lost => Err(format!("none of its labels lies in the scan. {LOST}")),
+        Some(0.0) if has_lost => Err(format!("none of its labels lies in the scan: {LOST}")),
         Some(0.0) => Err("none of its labels lies in the scan: they are of another patient, or of another place; take the \
                           labels of this scan"
             .into()),
@@ -122,6 +146,6 @@ mod tests {
         let note = told(DAffine3::IDENTITY).unwrap().unwrap();
         assert!(note.contains("their file has lost its place"), "{note}");
         let error = told(DAffine3::from_translation(DVec3::X * 500.0)).unwrap_err();
-        assert!(error.starts_with("none of its labels lies in the scan. The labels have"), "{error}");
+        assert!(error.starts_with("none of its labels lies in the scan: the labels have"), "{error}");
     }
 }

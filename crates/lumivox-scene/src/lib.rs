@@ -1,8 +1,7 @@
 //! Scene documents and what they name: files become the scene of a document, and a scene becomes a document.
 //!
-//! The document itself is [`lumivox_core::document`]. Here its files are read ([`load`](load_scan)), the patient alone is kept and
-//! what is taken off comes off ([`show()`]), labels and looks are found ([`place()`]); [`open()`] does all of that. Hosts that load
-//! scans in ways of their own call the steps.
+//! The document itself is [`lumivox_core::document`]. [`open()`] reads its files, keeps the patient alone, takes off what is to come
+//! off, and places all with its labels and looks; [`open_loaded`] does that with scans that a host loaded in a way of its own.
 
 mod content;
 mod labels;
@@ -14,16 +13,21 @@ mod show;
 
 use std::path::Path;
 
-use lumivox_core::{CancelToken, Environment, PerspectiveCamera, Scene, document::SceneDocument};
+use lumivox_core::{
+    CancelToken, PerspectiveCamera, Scene, Volume,
+    document::{Entry, Lighting, SceneDocument},
+};
 use lumivox_import::ImportError;
 
 pub use content::content_of;
-pub use labels::{labelling, lie_within, load_labels};
-pub use load::{load_environment, load_scan};
+pub use load::load_scan;
 pub use note::{Audience, Note, Remedy, Silent};
-pub use place::{Part, look, place};
 pub use save::save;
-pub use show::{Shown, show};
+
+use labels::{LabelMaps, lie_within};
+use load::load_environment;
+use place::{Part, place};
+use show::show;
 
 /// What a host allows, whatever a document says.
 #[derive(Clone, Copy, Debug, Default)]
@@ -64,6 +68,25 @@ pub enum OpenErrorKind {
     /// A part says nothing that could be done.
     #[error("{0}")]
     Wrong(String),
+    /// A style is for a label that there is not.
+    #[error("label {label}: there is no such label; there are {known} and *")]
+    NoSuchLabel {
+        /// As it was named.
+        label: String,
+        /// The names that there are, with commas between them.
+        known: String,
+    },
+    /// No label of the files lies in the scan.
+    #[error("{file}: {why}")]
+    LabelsElsewhere {
+        /// The first of them.
+        file: String,
+        /// What that means, and what to do.
+        why: String,
+    },
+    /// The camera is the point looked at.
+    #[error("the camera is the point looked at; move it, or give another target")]
+    NoView,
     /// It was cancelled.
     #[error(transparent)]
     Cancelled(#[from] lumivox_core::Cancelled),
@@ -105,41 +128,61 @@ pub fn open(
     audience: &impl Audience,
     cancel: &CancelToken,
 ) -> Result<Opened, OpenError> {
-    let environment = environment(document, folder)?;
-    let mut parts = Vec::with_capacity(document.volumes.len());
-    for (index, entry) in document.volumes.iter().enumerate() {
+    let load = |(index, entry): (usize, &Entry)| {
         let loaded = load_scan(&entry.scan, folder, opening, audience, cancel)
             .map_err(|kind| OpenError::of_scan(index, kind))?;
-        let from_files = match &entry.labels {
+        loaded.report.notes.iter().for_each(|note| audience.note(Note::new(note)));
+        Ok(loaded.volume)
+    };
+    let scans = document.volumes.iter().enumerate().map(load).collect::<Result<_, OpenError>>()?;
+    open_loaded(document, scans, folder, opening, audience, cancel)
+}
+
+/// Opens a document whose scans are loaded: what of them is shown, labels, light, places and looks.
+///
+/// # Errors
+/// [`OpenError`] names the part of the document.
+pub fn open_loaded(
+    document: &SceneDocument,
+    scans: Vec<Volume>,
+    folder: &Path,
+    opening: &Opening,
+    audience: &impl Audience,
+    cancel: &CancelToken,
+) -> Result<Opened, OpenError> {
+    let environment = load_environment(&document.environment, folder)
+        .map_err(|error| OpenError::whole(&["environment", "source"], error))?;
+    let is_alone = scans.len() == 1;
+    let mut maps = LabelMaps::default();
+    let mut parts = Vec::with_capacity(scans.len());
+    for (index, (entry, scan)) in document.volumes.iter().zip(scans).enumerate() {
+        let of_labels = |kind| OpenError::of(index, &["labels", "files"], kind);
+        let labels = match &entry.labels {
             Some(labels) if !labels.files.is_empty() => {
-                let loaded = load_labels(labels, folder, opening, audience, cancel);
-                Some(loaded.map_err(|kind| OpenError::of(index, &["labels"], kind))?)
+                Some(maps.load(labels, folder, opening, audience, cancel).map_err(of_labels)?)
             }
             _ => None,
         };
         let cancelled = |kind| OpenError::of(index, &["scan"], OpenErrorKind::Cancelled(kind));
-        let shown = show(entry, loaded.volume, audience, cancel).map_err(cancelled)?;
-        parts.push(Part::new(shown, from_files));
+        let shown = show(entry, scan, audience, cancel).map_err(cancelled)?;
+        if let (Some(map), Some(named)) = (&labels, &entry.labels) {
+            match lie_within(map, &shown.volume) {
+                Ok(note) => note.into_iter().for_each(|note| audience.note(note)),
+                Err(why) if is_alone => {
+                    let file = named.files[0].display().to_string();
+                    return Err(of_labels(OpenErrorKind::LabelsElsewhere { file, why }));
+                }
+                // They may be another scan's.
+                Err(why) => audience.note(Note::new(why)),
+            }
+        }
+        parts.push(Part::new(shown, labels));
     }
-    let scene = place(
-        &document.volumes,
-        parts,
-        document.lights.iter().map(|light| light.light()).collect(),
-        environment,
-        audience,
-    )?;
-    let camera = document.camera.camera(&scene, document.film.aspect()).ok_or_else(|| {
-        OpenError::whole(
-            &["camera"],
-            OpenErrorKind::Wrong("the camera is the point looked at; move it, or give another target".into()),
-        )
-    })?;
+    let lights = document.lights.iter().map(Lighting::light).collect();
+    let scene = place(&document.volumes, parts, lights, environment, audience)?;
+    let camera = document.camera.camera(&scene, document.film.aspect());
+    let camera = camera.ok_or_else(|| OpenError::whole(&["camera"], OpenErrorKind::NoView))?;
     Ok(Opened { scene, camera })
-}
-
-fn environment(document: &SceneDocument, folder: &Path) -> Result<Environment, OpenError> {
-    load_environment(&document.environment, folder)
-        .map_err(|error| OpenError::whole(&["environment", "source"], error))
 }
 
 /// The examples of the README are tests.

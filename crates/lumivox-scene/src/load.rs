@@ -13,11 +13,6 @@ use lumivox_import::{ImportError, ImportOptions, Imported};
 
 use crate::{Audience, Note, OpenErrorKind, Opening, content_of};
 
-/// Where a document's path leads.
-pub(crate) fn path(folder: &Path, file: &str) -> PathBuf {
-    folder.join(file)
-}
-
 /// Loads a scan as it lies in its files.
 ///
 /// # Errors
@@ -29,15 +24,10 @@ pub fn load_scan(
     audience: &impl Audience,
     cancel: &CancelToken,
 ) -> Result<Imported, OpenErrorKind> {
-    if scan.files.is_empty() {
-        return Err(OpenErrorKind::Wrong(
-            "the scan was handed over beside the document, and has no files".into(),
-        ));
-    }
     let mut options = ImportOptions::of_scan(scan)
         .map_err(|wrong| OpenErrorKind::Wrong(format!("{}: {wrong}", wrong.key)))?;
     options.allow_outside_data = opening.allow_outside_data;
-    let files: Vec<PathBuf> = scan.files.iter().map(|file| path(folder, file)).collect();
+    let files: Vec<PathBuf> = scan.files.iter().map(|file| folder.join(file)).collect();
     let mut imported = audience.watch(|progress| lumivox_import::load(&files, &options, progress, cancel))?;
     if let Some(expected) = &scan.content {
         let content = content_of(&imported.volume);
@@ -58,6 +48,6 @@ pub fn load_scan(
 /// A file that is missing or no panorama.
 pub fn load_environment(surroundings: &Surroundings, folder: &Path) -> Result<Environment, ImportError> {
     let map =
-        surroundings.file().map(|file| lumivox_import::load_environment(&path(folder, file))).transpose()?;
+        surroundings.file().map(|file| lumivox_import::load_environment(&folder.join(file))).transpose()?;
     Ok(surroundings.environment(map.map(Arc::new)))
 }

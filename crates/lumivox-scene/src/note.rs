@@ -19,6 +19,8 @@ pub enum Remedy {
     KeepEverything,
     /// A density.
     Density(f64),
+    /// A preset of the label's own.
+    LabelPreset,
 }
 
 impl Note {

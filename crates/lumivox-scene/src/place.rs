@@ -1,19 +1,17 @@
 //! Scans as they are shown, with their looks, at their places.
 
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use lumivox_core::{
     Environment, LabelVolume, Light, Medium, Modality, Peel, Scene, Volume, VolumeInstance,
-    document::{Entry, Look, affine},
+    document::{self, Entry, Look, Style},
     glam::{DAffine3, DVec3},
     presets,
     words::{lengths, number},
     world_from_patient,
 };
 
-use crate::{Audience, Note, OpenError, OpenErrorKind, Remedy, Shown, labelling};
-
-const METRES_PER_MM: f64 = 1e-3;
+use crate::{Audience, Note, OpenError, Remedy, labels::labelling, show::Shown};
 
 /// What becomes a volume of a scene.
 #[derive(Clone, Debug)]
@@ -51,26 +49,41 @@ pub fn place(
     let center = parts.first().map(|part| part.volume.center_mm()).unwrap_or_default();
     let usual = world_from_patient() * DAffine3::from_translation(-center);
     let instance = |(index, (entry, part)): (usize, (&Entry, Part))| {
-        let world_from_patient = entry
-            .world_from_patient
-            .map_or(usual, |rows| DAffine3::from_scale(DVec3::splat(METRES_PER_MM)) * affine(rows));
+        let world_from_patient = entry.world_from_patient.map_or(usual, document::world_from_patient);
         let medium = look(&entry.look, &part.volume, audience);
         let styles = entry.labels.as_ref().map_or(&[][..], |labels| &labels.styles);
         let labels = part.labels.map(|labels| labelling(labels, styles, &part.volume)).transpose();
-        let labels =
-            labels.map_err(|why| OpenError::of(index, &["labels", "styles"], OpenErrorKind::Wrong(why)))?;
+        let labels = labels.map_err(|kind| OpenError::of(index, &["labels", "styles"], kind))?;
         let [low, high] = entry.clip.unwrap_or([[0.0; 3], [1.0; 3]]);
-        Ok(VolumeInstance {
+        let instance = VolumeInstance {
             clip_box: [DVec3::from_array(low), DVec3::from_array(high)],
             layers: entry.layers,
             labels,
             peel: part.peel,
             clip_shapes: entry.clip_shapes.iter().map(|shape| shape.placed(world_from_patient)).collect(),
             ..VolumeInstance::new(part.volume, medium, world_from_patient)
-        })
+        };
+        say_if_unseen(&instance, styles, audience);
+        Ok(instance)
     };
     let volumes = entries.iter().zip(parts).enumerate().map(instance).collect::<Result<_, OpenError>>()?;
     Ok(Scene { volumes, environment, lights })
+}
+
+/// Says of which labels that are named hardly anything is seen. What is meant for all is not about any of them.
+fn say_if_unseen(instance: &VolumeInstance, styles: &[Style], audience: &impl Audience) {
+    let Some(labels) = instance.labels.as_ref().map(|labelling| &labelling.labels) else { return };
+    let named = styles.iter().filter(|style| style.label != "*");
+    let named: BTreeSet<u8> =
+        named.flat_map(|style| labels.values_of(&style.label, &labels.numbers())).collect();
+    let unseen = instance.unseen_labels(&Vec::from_iter(named));
+    let names: Vec<&str> =
+        unseen.iter().filter_map(|value| labels.label(*value)).map(|label| label.name.as_str()).collect();
+    if !names.is_empty() {
+        let text =
+            format!("hardly anything is seen of {}: the look makes what it is of clear", names.join(", "));
+        audience.note(Note::new(text).with(Remedy::LabelPreset));
+    }
 }
 
 /// A look, placed for a scan, and what is worth saying of it.

@@ -26,30 +26,30 @@ pub fn save(document: &SceneDocument, file: &Path) -> io::Result<()> {
         document.environment.source = map;
     }
     let aside = file.with_extension(format!("{}.part", std::process::id()));
-    fs::write(&aside, document.to_json()).and_then(|()| fs::rename(&aside, &file)).inspect_err(|_| {
+    let text = document.to_json().map_err(|_| {
+        let why = "the name of one of its files is no Unicode, which scenes need; rename the file";
+        io::Error::new(io::ErrorKind::InvalidData, why)
+    })?;
+    fs::write(&aside, text).and_then(|()| fs::rename(&aside, &file)).inspect_err(|_| {
         let _ = fs::remove_file(&aside);
     })
 }
 
 /// A path as seen from a folder, with `/` between names.
-fn seen_from(folder: &Path, path: &str) -> String {
-    let whole = Path::new(path);
-    if !whole.is_absolute() {
+fn seen_from(folder: &Path, path: &Path) -> PathBuf {
+    if !path.is_absolute() {
         return path.to_owned();
     }
     let names = |path: &Path| path.components().map(|c| c.as_os_str().to_owned()).collect::<Vec<_>>();
-    let roots = |path: &Path| {
-        path.components().take_while(|c| matches!(c, Component::Prefix(_) | Component::RootDir)).count()
-    };
-    let (own, other) = (names(folder), names(whole));
+    let is_root = |c: &Component<'_>| matches!(c, Component::Prefix(_) | Component::RootDir);
+    let (own, other) = (names(folder), names(path));
     let shared = own.iter().zip(&other).take_while(|(a, b)| a == b).count();
-    if shared <= roots(folder) {
+    if shared <= folder.components().take_while(is_root).count() {
         return path.to_owned();
     }
     let up = std::iter::repeat_n("..".into(), own.len() - shared);
     let seen: PathBuf = up.chain(other[shared..].iter().cloned()).collect();
-    let text = seen.to_string_lossy();
-    if cfg!(windows) { text.replace('\\', "/") } else { text.into_owned() }
+    if cfg!(windows) { seen.to_string_lossy().replace('\\', "/").into() } else { seen }
 }
 
 #[cfg(test)]
@@ -59,10 +59,10 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn paths_are_seen_from_the_documents_folder() {
-        let seen = |path| seen_from(Path::new("/home/ann/scenes"), path);
-        assert_eq!(seen("/home/ann/scenes/a/head.nii"), "a/head.nii");
-        assert_eq!(seen("/home/ann/scans/head"), "../scans/head");
-        assert_eq!(seen("/data/head"), "/data/head", "nothing is shared but the root");
-        assert_eq!(seen("scans/head"), "scans/head");
+        let seen = |path: &str| seen_from(Path::new("/home/ann/scenes"), Path::new(path));
+        assert_eq!(seen("/home/ann/scenes/a/head.nii"), Path::new("a/head.nii"));
+        assert_eq!(seen("/home/ann/scans/head"), Path::new("../scans/head"));
+        assert_eq!(seen("/data/head"), Path::new("/data/head"), "nothing is shared but the root");
+        assert_eq!(seen("scans/head"), Path::new("scans/head"));
     }
 }

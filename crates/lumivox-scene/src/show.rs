@@ -34,8 +34,7 @@ pub fn show(
     audience: &impl Audience,
     cancel: &CancelToken,
 ) -> Result<Shown, Cancelled> {
-    let wants_labels =
-        entry.labels.as_ref().is_some_and(|labels| labels.files.is_empty() && labels.given.is_none());
+    let wants_labels = entry.labels.as_ref().is_some_and(|labels| labels.files.is_empty());
     let wants_peel = entry.peel.filter(|mm| *mm > 0.0);
     let find = |volume: &Volume| audience.watch(|progress| segment(volume, progress, cancel));
     if entry.scan.keep == Keep::Everything && wants_peel.is_none() {

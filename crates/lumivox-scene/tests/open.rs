@@ -3,6 +3,7 @@
 use std::{
     cell::RefCell,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use lumivox_core::{
@@ -32,6 +33,23 @@ impl Audience for Listener {
     }
 }
 
+/// A label map over the ball: 1 on one side of it, 2 on the other, 3 in the air of a corner.
+fn labels(folder: &Path, name: &str, high: u8) {
+    let mut file =
+        b"NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 10 10 10\n".to_vec();
+    file.extend(b"space directions: (2.4,0,0) (0,2.4,0) (0,0,2.4)\nspace origin: (-10.8,-10.8,-10.8)\nencoding: raw\n\n");
+    file.extend((0..1000).map(|i| {
+        if i == 0 {
+            3
+        } else if i % 10 >= 5 {
+            high
+        } else {
+            1
+        }
+    }));
+    std::fs::write(folder.join(name), file).unwrap();
+}
+
 /// A folder with a ball of bone as a CT in `scans/ball`.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -42,7 +60,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 fn document() -> SceneDocument {
-    let mut entry = Entry::new(Scan::of_files(["scans/ball".to_owned()]));
+    let mut entry = Entry::new(Scan::of_files(vec!["scans/ball".into()]));
     entry.look = Look { density: Some(0.3), ..Look::of_preset(Preset::CtBone) };
     SceneDocument {
         volumes: vec![entry],
@@ -63,7 +81,7 @@ fn what_was_opened_is_written_down_and_opened_again() {
     let first = opened(&document(), folder.path(), &Silent);
     assert_eq!(first.scene.volumes[0].medium.density_scale, 0.3);
     let source = first.scene.volumes[0].volume.source().unwrap();
-    assert!(source.keep == Keep::Patient && Path::new(&source.files[0]).is_absolute(), "{source:?}");
+    assert!(source.keep == Keep::Patient && source.files[0].is_absolute(), "{source:?}");
 
     let camera = View::of(&first.camera);
     let written = SceneDocument { camera, ..SceneDocument::of(&first.scene).unwrap() };
@@ -101,6 +119,34 @@ fn another_scan_in_its_place_is_told() {
         listener.0.into_inner().iter().any(|note| note.contains("not the scan that the scene was saved with"))
     };
     assert!(!told(content.clone()) && told(content.replace(|c: char| c.is_ascii_digit(), "0")));
+}
+
+#[test]
+fn label_files_are_loaded_once_and_others_in_their_place_are_told() {
+    let folder = folder();
+    labels(folder.path(), "halves.nrrd", 2);
+    let mut document = document();
+    let mut of = Labels { files: vec!["halves.nrrd".into()], ..Labels::default() };
+    of.styles = vec![Style { label: "#3".into(), visible: Some(true), ..Style::default() }];
+    document.volumes[0].labels = Some(of);
+    let second = document.volumes[0].clone();
+    document.volumes.push(second);
+    let told = |document: &SceneDocument| {
+        let listener = Listener::default();
+        let opened = opened(document, folder.path(), &listener);
+        let maps: Vec<_> =
+            opened.scene.volumes.iter().map(|v| v.labels.as_ref().unwrap().labels.clone()).collect();
+        assert!(Arc::ptr_eq(&maps[0], &maps[1]), "one map for both");
+        (content_of(maps[0].volume()), listener.0.into_inner())
+    };
+    let (content, notes) = told(&document);
+    let is_unseen = |note: &&String| note.starts_with("hardly anything is seen of label 3");
+    assert_eq!(notes.iter().filter(is_unseen).count(), 2, "air, in each scan: {notes:?}");
+    let is_other = |note: &String| note.contains("not the labels that the scene was saved with");
+    document.volumes.iter_mut().for_each(|e| e.labels.as_mut().unwrap().content = Some(content.clone()));
+    assert!(!told(&document).1.iter().any(is_other));
+    labels(folder.path(), "halves.nrrd", 1);
+    assert!(told(&document).1.iter().any(is_other));
 }
 
 #[test]

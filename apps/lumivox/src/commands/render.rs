@@ -37,13 +37,21 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut output = PngOutput::prepare(&args.output, files_named(&args.scene))?;
     let plan = Plan::new(&args.scene)?;
     output::check_is_none_of(&args.output, plan.files().iter().map(|file| file.as_path()))?;
+    if args.cluster.is_some() && plan.film().noise.is_some() {
+        match plan.film().samples {
+            Some(samples) => {
+                reporter.say(&format!("note: a cluster traces all {samples} samples, whatever the noise"))
+            }
+            None => return Err(Failure::usage("a cluster does not look at the noise; give it --samples")),
+        }
+    }
     let cancel = exit::cancel_on_ctrl_c()?;
     // None is wanted here where others render.
     let mut gpu = match args.cluster {
         Some(_) => None,
         None => Some(trace::open(args.gpu.as_deref())?),
     };
-    let Opened { document, scene, camera } = plan.open(&args.scene, reporter, &cancel)?;
+    let Opened { document, scene, camera } = plan.open(&args.scene, false, reporter, &cancel)?;
 
     let film = document.film;
     let ends = args.time.is_some() || film.noise.is_some();
@@ -58,9 +66,6 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         guides: film.denoise,
         ..RenderRequest::new(film.size[0], film.size[1], samples)
     };
-    if args.cluster.is_some() && film.noise.is_some() && film.samples.is_none() {
-        return Err(Failure::usage("a cluster does not look at the noise; give it --samples"));
-    }
     let mut traced = match (&mut gpu, &args.cluster) {
         (Some(gpu), _) => trace::trace(&scene, &camera, &request, gpu, reporter, &cancel)?,
         (None, address) => {

@@ -4,7 +4,7 @@ use lumivox_core::{
     CancelToken,
     document::{Look, SceneDocument},
 };
-use lumivox_scene::{Opening, open};
+use lumivox_scene::{Opening, content_of, open};
 
 use crate::{
     args::{CheckArgs, SaveArgs, SceneCommand},
@@ -34,7 +34,7 @@ fn save(args: &SaveArgs) -> Result<(), Failure> {
         plan.files().iter().map(|file| file.as_path()).filter(|file| !is_scene(file)),
     )?;
     let cancel = exit::cancel_on_ctrl_c()?;
-    let opened = plan.open(&args.scene, reporter, &cancel)?;
+    let opened = plan.open(&args.scene, true, reporter, &cancel)?;
     let document = complete(opened);
     lumivox_scene::save(&document, &target)
         .map_err(|error| Failure::other(format!("cannot write {}: {error}", args.output.display())))?;
@@ -55,12 +55,13 @@ fn complete(opened: Opened) -> SceneDocument {
             let preset = entry.look.base(&instance.volume);
             entry.look = Look { preset: Some(preset), ..entry.look.clone() };
         }
-        if let (Some(labels), Some(source)) =
-            (&mut entry.labels, instance.labels.as_ref().and_then(|labelling| labelling.labels.source()))
-        {
+        let source = instance.labels.as_ref().and_then(|labelling| labelling.labels.source());
+        if let (Some(labels), Some(source)) = (&mut entry.labels, source) {
             labels.files.clone_from(&source.files);
             labels.table.clone_from(&source.table);
-            labels.content.clone_from(&source.content);
+            // What is found in the scan itself is told by the scan.
+            let map = instance.labels.as_ref().filter(|_| !source.files.is_empty());
+            labels.content = map.map(|labelling| content_of(labelling.labels.volume()));
         }
     }
     if let Some(map) = scene.environment.file() {

@@ -1,17 +1,18 @@
 //! The light of a document, and its way to and from that of a scene.
 
-use std::sync::Arc;
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::numbers::{FURTHEST_MM, Faults};
+use super::numbers::{FURTHEST_MM, Faults, METRES_PER_MM};
 use crate::{
     environment::{Environment, EnvironmentMap, EnvironmentSource},
     light::{self, Cone, Lamp, Light, LightKind},
 };
-
-const METRES_PER_MM: f64 = 1e-3;
 
 /// The light around a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,10 +20,7 @@ const METRES_PER_MM: f64 = 1e-3;
 #[serde(deny_unknown_fields, default)]
 pub struct Surroundings {
     /// `studio`, `uniform`, `gradient`, or an equirectangular `.hdr` or `.exr` file.
-    pub source: String,
-    /// Which of the maps that were handed over beside the document, in place of a source. A saved scene has none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub given: Option<usize>,
+    pub source: PathBuf,
     /// Factor on the light.
     pub strength: f64,
     /// Degrees that it turns around the vertical, as the camera's azimuth does.
@@ -45,7 +43,6 @@ impl Default for Surroundings {
     fn default() -> Self {
         Self {
             source: STUDIO.into(),
-            given: None,
             strength: 1.0,
             rotation: 0.0,
             color: None,
@@ -64,18 +61,22 @@ impl Surroundings {
     /// The radiances of a gradient where none are given: an overcast sky over dim ground; zenith, horizon, nadir.
     pub const OVERCAST: [[f64; 3]; 3] = [[1.5, 1.6, 1.8], [1.0, 1.0, 1.0], [0.16, 0.15, 0.14]];
 
-    /// The file of its map, if that is what it is.
-    pub fn file(&self) -> Option<&str> {
-        let is_word = [STUDIO, UNIFORM, GRADIENT].contains(&self.source.as_str());
-        (self.given.is_none() && !is_word).then_some(self.source.as_str())
+    /// Whether its source is one of the words, and no file.
+    fn is_word(&self) -> bool {
+        [STUDIO, UNIFORM, GRADIENT].iter().any(|word| self.source == Path::new(word))
     }
 
-    /// The environment; `map` is what was read of [`Self::file`] or handed over.
+    /// The file of its map, if that is what it is.
+    pub fn file(&self) -> Option<&Path> {
+        (!self.is_word()).then_some(self.source.as_path())
+    }
+
+    /// The environment; `map` is what was read of [`Self::file`].
     pub fn environment(&self, map: Option<Arc<EnvironmentMap>>) -> Environment {
-        let source = match (self.source.as_str(), map) {
+        let source = match (self.source.to_str(), map) {
             (_, Some(map)) => EnvironmentSource::Map(map),
-            (UNIFORM, None) => EnvironmentSource::Uniform(self.color.unwrap_or([1.0; 3])),
-            (GRADIENT, None) => {
+            (Some(UNIFORM), None) => EnvironmentSource::Uniform(self.color.unwrap_or([1.0; 3])),
+            (Some(GRADIENT), None) => {
                 let [zenith, horizon, nadir] = Self::OVERCAST;
                 EnvironmentSource::Gradient {
                     zenith: self.zenith.unwrap_or(zenith),
@@ -112,11 +113,11 @@ impl Surroundings {
     }
 
     pub(super) fn check(&self, faults: &mut Faults) {
-        let is_word = [STUDIO, UNIFORM, GRADIENT].contains(&self.source.as_str());
         // A bare word is a typing error rather than a file.
-        let may_be_file = self.source.contains(['.', '/']);
-        faults.unless(is_word || may_be_file || self.given.is_some(), "source", || {
-            format!("the light '{}' is not studio, uniform, gradient or an .hdr or .exr file", self.source)
+        let may_be_file = self.source.to_string_lossy().contains(['.', '/']);
+        faults.unless(self.is_word() || may_be_file, "source", || {
+            let source = self.source.display();
+            format!("the light '{source}' is not studio, uniform, gradient or an .hdr or .exr file")
         });
         faults.number("strength", Some(self.strength), 0.0, 1e6);
         faults.number("rotation", Some(self.rotation), -1e6, 1e6);
@@ -147,32 +148,16 @@ pub enum Lighting {
     },
     /// From a place in all directions.
     Point {
-        /// Its centre in the world, in mm.
-        position: [f64; 3],
-        /// Linear RGB: irradiance at 1 m, where the falloff is physical.
-        intensity: [f64; 3],
-        /// In mm.
-        #[serde(default)]
-        radius: f64,
-        /// How it gets weaker with the distance.
-        #[serde(default)]
-        falloff: Falloff,
+        /// The bulb.
+        lamp: Bulb,
         /// The volumes that share a bit with it are lit.
         #[serde(default = "all_layers")]
         layers: u32,
     },
     /// From a place into a cone.
     Spot {
-        /// Its centre in the world, in mm.
-        position: [f64; 3],
-        /// Linear RGB: irradiance at 1 m on its axis, where the falloff is physical.
-        intensity: [f64; 3],
-        /// In mm.
-        #[serde(default)]
-        radius: f64,
-        /// How it gets weaker with the distance.
-        #[serde(default)]
-        falloff: Falloff,
+        /// The bulb in it; its intensity is that on the axis.
+        lamp: Bulb,
         /// Where the light travels to, in the world.
         direction: [f64; 3],
         /// Degrees from the axis to the edge of the cone.
@@ -184,6 +169,23 @@ pub enum Lighting {
         #[serde(default = "all_layers")]
         layers: u32,
     },
+}
+
+/// A light at a place.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Bulb {
+    /// Its centre in the world, in mm.
+    pub position: [f64; 3],
+    /// Linear RGB: irradiance at 1 m, where the falloff is physical.
+    pub intensity: [f64; 3],
+    /// In mm; 0 is a point.
+    #[serde(default)]
+    pub radius: f64,
+    /// How it gets weaker with the distance.
+    #[serde(default)]
+    pub falloff: Falloff,
 }
 
 fn all_layers() -> u32 {
@@ -258,17 +260,55 @@ impl Falloff {
     }
 }
 
+impl Bulb {
+    fn of(lamp: Lamp) -> Self {
+        Self {
+            position: (lamp.position / METRES_PER_MM).to_array(),
+            intensity: lamp.intensity,
+            radius: lamp.radius / METRES_PER_MM,
+            falloff: Falloff::of(lamp.falloff),
+        }
+    }
+
+    fn lamp(self) -> Lamp {
+        Lamp {
+            position: DVec3::from_array(self.position) * METRES_PER_MM,
+            intensity: self.intensity,
+            radius: self.radius * METRES_PER_MM,
+            falloff: self.falloff.falloff(),
+        }
+    }
+
+    fn check(self, faults: &mut Faults) {
+        faults.within(&["lamp".into()], |faults| {
+            faults.numbers("position", Some(self.position), -FURTHEST_MM, FURTHEST_MM);
+            faults.numbers("intensity", Some(self.intensity), 0.0, 1e9);
+            faults.number("radius", Some(self.radius), 0.0, FURTHEST_MM);
+            self.falloff.check(faults);
+        });
+    }
+}
+
+impl SpotCone {
+    fn of(cone: Cone) -> Self {
+        match cone {
+            Cone::Power { attenuation } => Self::Attenuation(attenuation),
+            Cone::Between { inner_half_angle } => Self::InnerHalfAngle(inner_half_angle.to_degrees()),
+        }
+    }
+
+    fn cone(self) -> Cone {
+        match self {
+            Self::Attenuation(attenuation) => Cone::Power { attenuation },
+            Self::InnerHalfAngle(degrees) => Cone::Between { inner_half_angle: degrees.to_radians() },
+        }
+    }
+}
+
 impl Lighting {
     /// A light of a scene.
     pub fn of(light: &Light) -> Self {
         let layers = light.layers;
-        let parts = |lamp: Lamp| {
-            (
-                (lamp.position / METRES_PER_MM).to_array(),
-                lamp.radius / METRES_PER_MM,
-                Falloff::of(lamp.falloff),
-            )
-        };
         match light.kind {
             LightKind::Directional { direction, irradiance, angular_radius } => Self::Sun {
                 direction: direction.to_array(),
@@ -276,67 +316,39 @@ impl Lighting {
                 degrees: angular_radius.to_degrees(),
                 layers,
             },
-            LightKind::Point(lamp) => {
-                let (position, radius, falloff) = parts(lamp);
-                Self::Point { position, intensity: lamp.intensity, radius, falloff, layers }
-            }
-            LightKind::Spot { lamp, direction, half_angle, cone } => {
-                let (position, radius, falloff) = parts(lamp);
-                Self::Spot {
-                    position,
-                    intensity: lamp.intensity,
-                    radius,
-                    falloff,
-                    direction: direction.to_array(),
-                    half_angle: half_angle.to_degrees(),
-                    cone: match cone {
-                        Cone::Power { attenuation } => SpotCone::Attenuation(attenuation),
-                        Cone::Between { inner_half_angle } => {
-                            SpotCone::InnerHalfAngle(inner_half_angle.to_degrees())
-                        }
-                    },
-                    layers,
-                }
-            }
+            LightKind::Point(lamp) => Self::Point { lamp: Bulb::of(lamp), layers },
+            LightKind::Spot { lamp, direction, half_angle, cone } => Self::Spot {
+                lamp: Bulb::of(lamp),
+                direction: direction.to_array(),
+                half_angle: half_angle.to_degrees(),
+                cone: SpotCone::of(cone),
+                layers,
+            },
         }
     }
 
     /// The light in a scene.
     pub fn light(&self) -> Light {
-        let lamp = |position: [f64; 3], intensity, radius: f64, falloff: Falloff| Lamp {
-            position: DVec3::from_array(position) * METRES_PER_MM,
-            intensity,
-            radius: radius * METRES_PER_MM,
-            falloff: falloff.falloff(),
-        };
-        let (kind, layers) = match *self {
-            Self::Sun { direction, irradiance, degrees, layers } => {
-                let direction = DVec3::from_array(direction);
-                (
-                    LightKind::Directional { direction, irradiance, angular_radius: degrees.to_radians() },
-                    layers,
-                )
-            }
-            Self::Point { position, intensity, radius, falloff, layers } => {
-                (LightKind::Point(lamp(position, intensity, radius, falloff)), layers)
-            }
-            Self::Spot { position, intensity, radius, falloff, direction, half_angle, cone, layers } => {
-                let cone = match cone {
-                    SpotCone::Attenuation(attenuation) => Cone::Power { attenuation },
-                    SpotCone::InnerHalfAngle(degrees) => {
-                        Cone::Between { inner_half_angle: degrees.to_radians() }
-                    }
-                };
-                let kind = LightKind::Spot {
-                    lamp: lamp(position, intensity, radius, falloff),
+        match *self {
+            Self::Sun { direction, irradiance, degrees, layers } => Light {
+                kind: LightKind::Directional {
+                    direction: DVec3::from_array(direction),
+                    irradiance,
+                    angular_radius: degrees.to_radians(),
+                },
+                layers,
+            },
+            Self::Point { lamp, layers } => Light { kind: LightKind::Point(lamp.lamp()), layers },
+            Self::Spot { lamp, direction, half_angle, cone, layers } => Light {
+                kind: LightKind::Spot {
+                    lamp: lamp.lamp(),
                     direction: DVec3::from_array(direction),
                     half_angle: half_angle.to_radians(),
-                    cone,
-                };
-                (kind, layers)
-            }
-        };
-        Light { kind, layers }
+                    cone: cone.cone(),
+                },
+                layers,
+            },
+        }
     }
 
     pub(super) fn check(&self, faults: &mut Faults) {
@@ -350,27 +362,18 @@ impl Lighting {
                 faults.numbers("irradiance", Some(irradiance), 0.0, 1e9);
                 faults.number("degrees", Some(degrees), 0.0, 180.0);
             }
-            Self::Point { position, intensity, radius, falloff, .. } => {
-                lamp(faults, position, intensity, radius, falloff);
-            }
-            Self::Spot { position, intensity, radius, falloff, direction, half_angle, cone, .. } => {
-                lamp(faults, position, intensity, radius, falloff);
+            Self::Point { lamp, .. } => lamp.check(faults),
+            Self::Spot { lamp, direction, half_angle, cone, .. } => {
+                lamp.check(faults);
                 aim(faults, direction);
                 faults.number("half_angle", Some(half_angle), 0.06, 180.0);
                 match cone {
                     SpotCone::Attenuation(power) => faults.number("cone", Some(power), 0.0, 1e3),
                     SpotCone::InnerHalfAngle(degrees) => {
-                        faults.number("cone", Some(degrees), 0.0, half_angle)
+                        faults.number("cone", Some(degrees), 0.0, half_angle);
                     }
                 }
             }
         }
     }
-}
-
-fn lamp(faults: &mut Faults, position: [f64; 3], intensity: [f64; 3], radius: f64, falloff: Falloff) {
-    faults.numbers("position", Some(position), -FURTHEST_MM, FURTHEST_MM);
-    faults.numbers("intensity", Some(intensity), 0.0, 1e9);
-    faults.number("radius", Some(radius), 0.0, FURTHEST_MM);
-    falloff.check(faults);
 }

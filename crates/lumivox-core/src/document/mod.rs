@@ -2,8 +2,7 @@
 //!
 //! A [`SceneDocument`] is JSON that people read and write. It holds no voxels: scans are files, named as seen from the document's
 //! folder, with what was done to them. A host parses one here, opens its files with `lumivox-scene`, and gets a [`Scene`](crate::Scene); the
-//! way back is [`SceneDocument::of`]. What crosses other borders (to Python, to a cluster) is the same document, whose scans were
-//! handed over beside it.
+//! way back is [`SceneDocument::of`].
 //!
 //! Lengths are millimetres and angles degrees, as in the command's options; colours are linear RGB; the world's y is up. Matrices
 //! are three rows of four numbers.
@@ -21,10 +20,10 @@ mod view;
 use serde::{Deserialize, Serialize};
 
 pub use self::{
-    light::{Falloff, Lighting, SpotCone, Surroundings},
+    light::{Bulb, Falloff, Lighting, SpotCone, Surroundings},
     locate::Written,
     look::{Look, Surface},
-    numbers::{Rows, affine, rows},
+    numbers::{Rows, affine, rows, world_from_patient, world_rows},
     parts::{Color, Labels, Shape, Space, Style},
     saved::Unsaved,
     scan::{Keep, Scan, TakenOff},
@@ -174,10 +173,13 @@ impl SceneDocument {
     }
 
     /// The document as it is written: indented JSON that ends with a line break. Numbers come back as they were, to the bit.
-    pub fn to_json(&self) -> String {
-        let mut text = serde_json::to_string_pretty(self).expect("plain data");
+    ///
+    /// # Errors
+    /// A file whose name is no Unicode cannot be written down.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        let mut text = serde_json::to_string_pretty(self)?;
         text.push('\n');
-        numbers::compact(&text)
+        Ok(numbers::compact(&text))
     }
 
     /// What of a document makes no sense, and its place in it.

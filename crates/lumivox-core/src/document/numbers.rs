@@ -1,8 +1,13 @@
 //! Numbers of a document: matrices, and which ranges others must be in.
 
+use std::path::PathBuf;
+
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::locate::Step;
+
+/// Documents have millimetres, scenes metres.
+pub const METRES_PER_MM: f64 = 1e-3;
 
 /// The upper three rows of an affine matrix.
 pub type Rows = [[f64; 4]; 3];
@@ -17,6 +22,16 @@ pub fn rows(affine: DAffine3) -> Rows {
 pub fn affine(rows: Rows) -> DAffine3 {
     let column = |i: usize| DVec3::new(rows[0][i], rows[1][i], rows[2][i]);
     DAffine3::from_mat3_translation(DMat3::from_cols(column(0), column(1), column(2)), column(3))
+}
+
+/// Where the patient's millimetres lie in the world: rows of millimetres.
+pub fn world_rows(world_from_patient: DAffine3) -> Rows {
+    rows(DAffine3::from_scale(DVec3::splat(1.0 / METRES_PER_MM)) * world_from_patient)
+}
+
+/// World metres from the patient's millimetres, by rows of millimetres.
+pub fn world_from_patient(rows: Rows) -> DAffine3 {
+    DAffine3::from_scale(DVec3::splat(METRES_PER_MM)) * affine(rows)
 }
 
 /// Where a fault is, and what it is.
@@ -64,6 +79,12 @@ impl Faults {
         numbers.into_iter().flatten().for_each(|number| self.number(key, Some(number), low, high));
     }
 
+    /// Files have names.
+    pub fn files(&mut self, key: &'static str, files: &[PathBuf]) {
+        let have_names = files.iter().all(|file| !file.as_os_str().is_empty());
+        self.unless(have_names, key, || "a file has no name".into());
+    }
+
     /// A matrix must be one that can be turned back, within a thousand kilometres.
     pub fn matrix(&mut self, key: &'static str, rows: Option<&Rows>) {
         let Some(rows) = rows else { return };
@@ -78,29 +99,39 @@ impl Faults {
 /// Further away nothing is seen, and 32-bit floats fail.
 pub const FURTHEST_MM: f64 = 1e9;
 
-/// Lists of numbers alone, and lists of those, take one line where that is short: a matrix is read row by row.
+/// Lists of numbers alone take one line where that is short: a matrix is read row by row. What stands in quotes is left alone.
 pub fn compact(json: &str) -> String {
     const SHORT: usize = 100;
     let mut out = String::with_capacity(json.len());
     let mut rest = json;
-    while let Some(open) = rest.find('[') {
-        out.push_str(&rest[..open]);
-        rest = &rest[open..];
-        let end = rest.find(|c: char| !(c.is_ascii_digit() || c.is_whitespace() || "[,.eE+-".contains(c)));
-        let list = end.filter(|&end| rest[end..].starts_with(']') && rest[1..end].find('[').is_none());
-        match list {
-            Some(end) => {
-                let line: Vec<&str> = rest[1..end].split(',').map(str::trim).collect();
-                let line = format!("[{}]", line.join(", "));
-                out.push_str(if line.len() <= SHORT { &line } else { &rest[..=end] });
-                rest = &rest[end + 1..];
-            }
-            None => {
-                out.push('[');
-                rest = &rest[1..];
-            }
-        }
+    while let Some(at) = rest.find(['[', '"']) {
+        out.push_str(&rest[..at]);
+        rest = &rest[at..];
+        let kept = if rest.starts_with('"') { quoted(rest) } else { numbers(rest).unwrap_or(1) };
+        let (part, behind) = rest.split_at(kept);
+        let line =
+            part.split_whitespace().collect::<Vec<_>>().join(" ").replace("[ ", "[").replace(" ]", "]");
+        out.push_str(if part.starts_with('"') || line.len() > SHORT { part } else { &line });
+        rest = behind;
     }
     out.push_str(rest);
     out
+}
+
+/// How long the string is that a text begins with, its quotes included.
+fn quoted(text: &str) -> usize {
+    let mut is_escaped = false;
+    let end = text.char_indices().skip(1).find(|(_, c)| {
+        let ends = *c == '"' && !is_escaped;
+        is_escaped = *c == '\\' && !is_escaped;
+        ends
+    });
+    end.map_or(text.len(), |(at, _)| at + 1)
+}
+
+/// How long the list of numbers is that a text begins with; `None` of any other list.
+fn numbers(text: &str) -> Option<usize> {
+    let is_part = |c: char| c.is_ascii_digit() || c.is_whitespace() || ",.eE+-".contains(c);
+    let end = 1 + text[1..].find(|c| !is_part(c))?;
+    text[end..].starts_with(']').then_some(end + 1)
 }

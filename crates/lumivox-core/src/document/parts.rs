@@ -1,11 +1,13 @@
 //! What cuts a scan open, and what its voxels are.
 
+use std::path::PathBuf;
+
 use glam::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{
     look::{Surface, surface},
-    numbers::{Faults, Rows, affine, rows},
+    numbers::{Faults, METRES_PER_MM, Rows, affine, rows},
 };
 use crate::{
     classification::{ClipKind, ClipShape, LabelStyle},
@@ -14,8 +16,6 @@ use crate::{
     transfer_function::TransferFunction,
     volume::Volume,
 };
-
-const METRES_PER_MM: f64 = 1e-3;
 
 /// A shape that cuts a scan open.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,13 +77,10 @@ impl Shape {
 pub struct Labels {
     /// A DICOM SEG, NIfTI, NRRD or MetaImage file, or several that are one map; without any, what is found in the scan itself.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub files: Vec<String>,
+    pub files: Vec<PathBuf>,
     /// A file that names labels by their numbers, besides their own names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub table: Option<String>,
-    /// Which of the maps that were handed over beside the document, from 0, in place of files. A saved scene has none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub given: Option<usize>,
+    pub table: Option<PathBuf>,
     /// What was read, so that another map in its place is told.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub content: Option<String>,
@@ -184,8 +181,7 @@ impl Style {
 
 impl Labels {
     pub(super) fn check(&self, faults: &mut Faults) {
-        faults
-            .unless(self.files.iter().all(|file| !file.is_empty()), "files", || "a file has no name".into());
+        faults.files("files", &self.files);
         for (index, style) in self.styles.iter().enumerate() {
             faults.within(&["styles".into(), index.into()], |faults| {
                 faults.number("density", style.density, 0.0, MAX_DENSITY_SCALE);

@@ -1,12 +1,12 @@
 //! The way back: from a scene to its document.
 
-use super::{Entry, Labels, Lighting, Look, SceneDocument, Shape, Style, Surroundings, numbers::rows};
+use super::{Entry, Labels, Lighting, Look, SceneDocument, Shape, Style, Surroundings, numbers::world_rows};
 use crate::{
     classification::Labelling,
     labels::{LabelVolume, UNLABELLED},
     scene::{Scene, VolumeInstance},
 };
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 
 /// What of a scene has no file, so that no document can name it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -43,14 +43,12 @@ impl SceneDocument {
 
 impl Entry {
     fn of(index: usize, instance: &VolumeInstance) -> Result<Self, Unsaved> {
-        const MM_PER_METRE: f64 = 1e3;
         let scan = instance.volume.source().ok_or(Unsaved::Volume(index))?.clone();
         let [low, high] = instance.clip_box;
-        let in_mm = DAffine3::from_scale(DVec3::splat(MM_PER_METRE)) * instance.world_from_patient;
         Ok(Self {
             scan,
             look: Look::of_medium(&instance.medium),
-            world_from_patient: Some(rows(in_mm)),
+            world_from_patient: Some(world_rows(instance.world_from_patient)),
             layers: instance.layers,
             clip: ((low, high) != (DVec3::ZERO, DVec3::ONE)).then(|| [low.to_array(), high.to_array()]),
             clip_shapes: instance.clip_shapes.iter().map(Shape::of).collect(),
@@ -67,8 +65,7 @@ fn labels_of(labelling: &Labelling, index: usize) -> Result<Labels, Unsaved> {
     Ok(Labels {
         files: source.files.clone(),
         table: source.table.clone(),
-        given: None,
-        content: source.content.clone(),
+        content: None,
         styles: labelling.styles.iter().map(style).collect(),
     })
 }

@@ -1,5 +1,7 @@
 //! Where voxels are, and what was done to them.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 
 use super::numbers::Faults;
@@ -11,11 +13,8 @@ use crate::{presets::Organ, volume::Modality};
 #[serde(deny_unknown_fields)]
 pub struct Scan {
     /// Files or a folder, with `/` between names; relative ones as seen from the document's folder.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub files: Vec<String>,
-    /// Which of the scans that were handed over beside the document, from 0, in place of files. A saved scene has none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub given: Option<usize>,
+    #[serde(default)]
+    pub files: Vec<PathBuf>,
     /// Which series of several: its UID, its place in the list from 1, or a number that no other has; of pictures the channel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub series: Option<String>,
@@ -92,15 +91,14 @@ pub enum TakenOff {
 
 impl Scan {
     /// Files, read as they are when nothing is said.
-    pub fn of_files(files: impl IntoIterator<Item = String>) -> Self {
-        Self { files: files.into_iter().collect(), ..Self::default() }
+    pub fn of_files(files: Vec<PathBuf>) -> Self {
+        Self { files, ..Self::default() }
     }
 
     pub(super) fn check(&self, faults: &mut Faults) {
-        let is_one = self.files.is_empty() == self.given.is_some();
-        faults.unless(is_one, "files", || "a scan has files, such as [\"scans/head\"]".into());
         faults
-            .unless(self.files.iter().all(|file| !file.is_empty()), "files", || "a file has no name".into());
+            .unless(!self.files.is_empty(), "files", || "a scan has files, such as [\"scans/head\"]".into());
+        faults.files("files", &self.files);
         faults.unless(self.phase != Some(0), "phase", || "phases count from 1".into());
         faults.number("slope", self.slope, -1e9, 1e9);
         faults.unless(self.slope.is_none_or(f64::is_normal), "slope", || "slope must not be 0".into());

@@ -6,7 +6,7 @@ use crate::{
     LightKind, Modality, PerspectiveCamera, Preset, Scene, Volume, VolumeInstance, Voxels,
     labels::LabelSource,
 };
-use std::sync::Arc;
+use std::{path::Path, sync::Arc};
 
 const FULL: &str = r##"{
   "lumivox_scene": 1,
@@ -48,12 +48,12 @@ fn a_document_says_what_is_not_the_default() {
     assert_eq!(entry.scan.taken_off, Some(TakenOff::Skin(3.0)));
     assert_eq!((entry.look.preset, entry.look.window), (Some(Preset::CtBone), Some([40.0, 400.0])));
     assert_eq!((entry.layers, entry.scan.keep), (1, Keep::Patient));
-    assert_eq!(document.environment.file(), Some("sky.hdr"));
+    assert_eq!(document.environment.file(), Some(Path::new("sky.hdr")));
     assert_eq!(
         document.display,
         Display { background: Backdrop::Transparent, tone: Tone::Aces, ..Display::default() }
     );
-    assert_eq!(SceneDocument::parse(&document.to_json()).unwrap(), document);
+    assert_eq!(SceneDocument::parse(&document.to_json().unwrap()).unwrap(), document);
     assert_eq!(SceneDocument::parse("{\"lumivox_scene\": 1}").unwrap(), SceneDocument::default());
     assert!(SceneDocument::is_one(FULL.as_bytes()) && !SceneDocument::is_one(b"{\"a\": 1}"));
 }
@@ -91,7 +91,7 @@ fn volume() -> Arc<Volume> {
     let place = DAffine3::from_scale(DVec3::new(50.0, 60.0, 70.0));
     let samples = Voxels::U16((0..64).map(|i| i * 40).collect());
     let volume = Volume::new([4; 3], samples, [1.0, -1000.0], place, Modality::Ct).unwrap();
-    Arc::new(volume.with_source(Scan::of_files(["head.nii".to_owned()])))
+    Arc::new(volume.with_source(Scan::of_files(vec!["head.nii".into()])))
 }
 
 /// A scene with all that scenes can have.
@@ -146,12 +146,12 @@ fn a_scene_comes_back() {
         .map(|style| style.label.as_str())
         .collect();
     assert_eq!(names, ["#100", "bone", "unlabelled"], "two labels have the name liver");
-    let back = SceneDocument::parse(&document.to_json()).unwrap();
+    let back = SceneDocument::parse(&document.to_json().unwrap()).unwrap();
     assert_eq!(back, document, "no number changes on its way through text");
 
     for (entry, instance) in back.volumes.iter().zip(&scene.volumes) {
         assert_eq!(entry.look.medium(&instance.volume), instance.medium);
-        let world = DAffine3::from_scale(DVec3::splat(1e-3)) * affine(entry.world_from_patient.unwrap());
+        let world = world_from_patient(entry.world_from_patient.unwrap());
         assert!(world.abs_diff_eq(instance.world_from_patient, 1e-15));
         let shapes: Vec<_> = entry.clip_shapes.iter().map(|shape| shape.placed(world)).collect();
         assert_eq!(shapes, instance.clip_shapes);
@@ -176,8 +176,8 @@ fn what_has_no_file_cannot_be_saved() {
     let map = EnvironmentMap::from_fn(2, 1, |_| [1.0; 3]);
     scene.environment.source = EnvironmentSource::Map(Arc::new(map.clone()));
     assert_eq!(SceneDocument::of(&scene), Err(Unsaved::Map));
-    scene.environment.source = EnvironmentSource::Map(Arc::new(map.with_file("sky.exr")));
-    assert_eq!(SceneDocument::of(&scene).unwrap().environment.file(), Some("sky.exr"));
+    scene.environment.source = EnvironmentSource::Map(Arc::new(map.with_file(Path::new("sky.exr"))));
+    assert_eq!(SceneDocument::of(&scene).unwrap().environment.file(), Some(Path::new("sky.exr")));
     let place = DAffine3::IDENTITY;
     let bare = Volume::new([1; 3], Voxels::U8(vec![0]), [1.0, 0.0], place, Modality::Other).unwrap();
     scene.volumes[1].volume = Arc::new(bare);
@@ -209,6 +209,11 @@ fn lists_of_numbers_take_a_line() {
         "{\"a\": [1, 2.5], \"b\": [\n  \"x\"\n]}"
     );
     assert_eq!(numbers::compact("[\n  [\n    1\n  ],\n  []\n]"), "[\n  [1],\n  []\n]");
+    // Names are left alone, whatever they hold.
+    let named = r#"{"files": ["a [1,2].nii", "b\"[ 3,  4 ]"], "x": "\\"}"#;
+    assert_eq!(numbers::compact(named), named);
+    let long = format!("[\n{}0\n]", "1234567,\n".repeat(20));
+    assert_eq!(numbers::compact(&long), long);
 }
 
 /// `LUMIVOX_UPDATE=1 cargo test -p lumivox-core schema` writes it anew.
@@ -226,4 +231,13 @@ fn the_schema_is_published() {
         published == text,
         "docs/scene.schema.json is not what documents are: see the comment above this test"
     );
+}
+
+#[cfg(unix)]
+#[test]
+fn names_that_are_no_unicode_load_and_cannot_be_written_down() {
+    use std::os::unix::ffi::OsStrExt;
+    let name = std::ffi::OsStr::from_bytes(b"M\xfcller.nii");
+    let volumes = vec![Entry::new(Scan::of_files(vec![name.into()]))];
+    assert!(SceneDocument { volumes, ..SceneDocument::default() }.to_json().is_err());
 }

@@ -3,10 +3,8 @@
 use glam::DVec3;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
-use super::numbers::{Faults, Rows, affine, rows};
+use super::numbers::{Faults, METRES_PER_MM, Rows, affine, rows};
 use crate::{camera::PerspectiveCamera, framing, scene::Scene};
-
-const METRES_PER_MM: f64 = 1e-3;
 
 /// Coordinates of a camera at most, in mm.
 const FURTHEST: f64 = 1e6;

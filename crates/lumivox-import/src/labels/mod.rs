@@ -99,9 +99,8 @@ pub fn load_label_files(
     let given = options.table.as_deref().map(table::read).transpose()?;
     let loaded = files::load(paths, &options.import, given, progress, cancel)?;
     let source = LabelSource {
-        files: paths.iter().map(|path| source::written(path)).collect(),
-        table: options.table.as_deref().map(source::written),
-        content: None,
+        files: paths.iter().map(|path| source::whole(path)).collect(),
+        table: options.table.as_deref().map(source::whole),
         numbers: loaded.numbers.clone(),
     };
     Ok(ImportedLabels { labels: loaded.labels.with_source(source), ..loaded })
