@@ -96,7 +96,15 @@ impl Features {
             ViewKind::Still { guides } => (self.variant(guides, false, limits), vec![Display]),
             ViewKind::Live => (
                 self.variant(false, true, limits),
-                vec![HostDepth, LivePicture, CompositeColor, CompositeDepth, DenoisePrepare, DenoiseWavelet],
+                vec![
+                    HostDepth,
+                    FilmFade,
+                    LivePicture,
+                    CompositeColor,
+                    CompositeDepth,
+                    DenoisePrepare,
+                    DenoiseWavelet,
+                ],
             ),
         };
         let mut kernels = vec![
@@ -115,13 +123,12 @@ impl Features {
     }
 
     pub(crate) fn variant(self, guides: bool, live: bool, limits: DeviceLimits) -> PathTraceVariant {
-        // What is rare can do everything.
-        let can_more = limits.few_kernels && self.classes;
+        // What is rare can do everything, and what takes compilers long is not made twice.
         let variant = PathTraceVariant {
-            environment_sampling: self.environment || can_more,
+            environment_sampling: self.environment || limits.few_kernels && (self.classes || self.filters),
             surface: self.surface || limits.few_kernels,
             guides,
-            mixed_filters: self.filters || can_more,
+            mixed_filters: self.filters || limits.few_kernels && self.classes,
             live,
             lights: self.lights || limits.few_kernels,
             many_volumes: self.has_hierarchy(limits),

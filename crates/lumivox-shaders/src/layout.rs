@@ -223,6 +223,16 @@ pub struct FilmCount {
     pub stuck: u32,
 }
 
+/// Twin of `FilmFadeParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in film_fade.wgsl")]
+pub struct FilmFadeParams {
+    pub film_size: [u32; 2],
+    pub kept: f32,
+    pub scale: f32,
+}
+
 /// Twin of `HostDepthParams`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]

@@ -141,6 +141,8 @@ pub enum Kernel {
     CompositeDepth,
     /// What a film really holds.
     FilmCount,
+    /// What a live film keeps where light has changed a little.
+    FilmFade,
     /// Draws from the samplers, for tests.
     #[doc(hidden)]
     SampleDirections,
@@ -171,6 +173,7 @@ impl Kernel {
             Kernel::CompositeColor,
             Kernel::CompositeDepth,
             Kernel::FilmCount,
+            Kernel::FilmFade,
             Kernel::SampleDirections,
         ]
         .into_iter()
@@ -204,6 +207,7 @@ impl Kernel {
             Kernel::CompositeColor => "composite_color",
             Kernel::CompositeDepth => "composite_depth",
             Kernel::FilmCount => "film_count",
+            Kernel::FilmFade => "film_fade",
             Kernel::SampleDirections => "sample_directions",
         }
     }
@@ -245,6 +249,7 @@ impl Kernel {
             | Kernel::HostDepth
             | Kernel::DenoisePrepare
             | Kernel::DenoiseWavelet
+            | Kernel::FilmFade
             | Kernel::LivePicture => [8, 8],
             Kernel::CompositeColor | Kernel::CompositeDepth => [1, 1],
             Kernel::ValueRanges { .. }
@@ -324,6 +329,7 @@ impl Kernel {
             Kernel::DenoisePrepare => &[Uniform, StorageRead, StorageReadWrite],
             Kernel::DenoiseWavelet => &[Uniform, StorageRead, StorageReadWrite],
             Kernel::FilmCount => &[Uniform, StorageRead, StorageReadWrite],
+            Kernel::FilmFade => &[Uniform, StorageReadWrite],
             Kernel::SampleDirections => &[Uniform, Uniform, Texture2dLoaded, StorageRead, StorageReadWrite],
         }
     }
@@ -409,6 +415,7 @@ impl Kernel {
                 module!("denoise_wavelet"),
             ],
             Kernel::FilmCount => &[module!("film_count")],
+            Kernel::FilmFade => &[module!("film_fade")],
             Kernel::SampleDirections => &[
                 module!("frame"),
                 module!("random"),

@@ -159,6 +159,7 @@ fn twins_have_the_shaders_layout() {
     );
     assert_twin!(Kernel::FilmCount, FilmCountParams { pixels, invocations, target_samples, padding });
     assert_twin!(Kernel::FilmCount, FilmCount { samples, short, aside, starved, stuck });
+    assert_twin!(Kernel::FilmFade, FilmFadeParams { film_size, kept, scale });
     assert_twin!(
         Kernel::HostDepth,
         HostDepthParams {

@@ -2,7 +2,7 @@
 
 use lumivox_shaders::{Kernel, layout};
 
-use super::{HostDepth, Key};
+use super::{HostDepth, Traced};
 use crate::error::RenderError;
 use crate::film::bytes_per_pixel;
 use crate::frame;
@@ -59,6 +59,13 @@ impl LiveFilm {
         self.stale = true;
     }
 
+    /// Keeps a part of its samples, whose light is so many times as bright as when they were traced.
+    pub fn record_fade(&mut self, [kept, scale]: [f64; 2], recording: &mut Recording) {
+        let params = layout::FilmFadeParams { film_size: self.size, kept: kept as f32, scale: scale as f32 };
+        self.dispatch(Kernel::FilmFade, &params, vec![self.film], recording);
+        self.stale = true;
+    }
+
     /// Ends primary rays at the host's surfaces; pixels where those changed start over, and are counted.
     /// None counts that is farther than `farthest`.
     pub fn record_host_depth(
@@ -84,14 +91,14 @@ impl LiveFilm {
     /// [`padded_height`].
     pub fn record_samples(
         &mut self,
-        key: Key,
+        traced: Traced,
         cache: &SceneCache,
         samples: u32,
         limit: u32,
         rows: [u32; 2],
         recording: &mut Recording,
     ) {
-        let params = self.frame(key, cache, [samples, limit, 1], rows);
+        let params = self.frame(traced, cache, [samples, limit, 1], rows);
         self.record_trace(cache, params, self.unfinished.dispatches(params), recording);
     }
 
@@ -99,14 +106,14 @@ impl LiveFilm {
     /// starve are not waited for.
     pub fn record_first_aid(
         &mut self,
-        key: Key,
+        traced: Traced,
         cache: &SceneCache,
         samples: u32,
         others: u32,
         recording: &mut Recording,
     ) {
         let rows = [0, padded_height(self.size)];
-        let all = self.frame(key, cache, [samples, samples, 1], rows);
+        let all = self.frame(traced, cache, [samples, samples, 1], rows);
         let params = layout::Frame { only_below: others, ..all };
         self.record_trace(cache, params, self.unfinished.dispatches(params), recording);
     }
@@ -114,13 +121,13 @@ impl LiveFilm {
     /// `samples` more for each pixel whose path starved, `limit` at most in all.
     pub fn record_starved(
         &mut self,
-        key: Key,
+        traced: Traced,
         cache: &SceneCache,
         samples: u32,
         limit: u32,
         recording: &mut Recording,
     ) {
-        let params = self.frame(key, cache, [samples, limit, 1], [0, padded_height(self.size)]);
+        let params = self.frame(traced, cache, [samples, limit, 1], [0, padded_height(self.size)]);
         self.record_trace(cache, params, self.unfinished.lone_dispatches(params), recording);
     }
 
@@ -131,24 +138,30 @@ impl LiveFilm {
 
     /// So many samples of every pixel at once, by as many invocations as may share it: what a film of few pixels needs
     /// to keep a large GPU busy.
-    pub fn record_all(&mut self, key: Key, cache: &SceneCache, samples: u32, recording: &mut Recording) {
+    pub fn record_all(
+        &mut self,
+        traced: Traced,
+        cache: &SceneCache,
+        samples: u32,
+        recording: &mut Recording,
+    ) {
         let most = cache.variant(false, true).most_sharers();
         let sharers = 1 << samples.clamp(1, most).ilog2();
-        let params = self.frame(key, cache, [samples, samples, sharers], [0, padded_height(self.size)]);
+        let params = self.frame(traced, cache, [samples, samples, sharers], [0, padded_height(self.size)]);
         self.record_trace(cache, params, self.unfinished.dispatches(params), recording);
     }
 
     /// What the kernel needs to know of all dispatches for some rows.
     fn frame(
         &self,
-        key: Key,
+        traced: Traced,
         cache: &SceneCache,
         [samples, limit, sharers]: [u32; 3],
         [row_begin, row_end]: [u32; 2],
     ) -> layout::Frame {
         layout::Frame {
-            seed: key.seed,
-            roulette_start: key.roulette_start,
+            seed: traced.seed,
+            roulette_start: traced.key.roulette_start,
             image_size: self.size,
             film_size: self.size,
             samples,
@@ -157,9 +170,9 @@ impl LiveFilm {
             row_begin,
             row_end,
             sharers,
-            ambient: key.ambient,
+            ambient: traced.ambient,
             only_below: 0,
-            ..frame::of(cache, &key.camera)
+            ..frame::of(cache, &traced.key.camera)
         }
     }
 

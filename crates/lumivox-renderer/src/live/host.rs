@@ -83,7 +83,7 @@ pub struct HostFrame {
 /// How far a live view is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LiveStatus {
-    /// Samples that every pixel has.
+    /// Samples that every pixel has; while light changes a little, what they count, about.
     pub samples: u32,
     /// The part of the image's samples that is traced, 0 to 1: it grows with every row, also while some pixel has none. What
     /// starts over because the host's depth changed does not count against it, so that it is no promise.

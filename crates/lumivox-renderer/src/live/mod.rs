@@ -5,8 +5,10 @@
 //! pixel has a sample, and fades out as more come in. What is shown of it is denoised and without outliers; while the fine
 //! one takes long it gets more samples, and gives way to one of half its grain. Where only the engine's depth changes,
 //! because a mesh moved, the pixels concerned start over and no others: every pixel counts its own samples, so a finished
-//! live film is the film of a [`View`](crate::View), sample by sample.
+//! live film is the film of a [`View`](crate::View), sample by sample. Where only light changes, and a little, the film follows
+//! it (`changing_light`).
 
+mod changing_light;
 mod counts;
 mod film;
 mod fog;
@@ -17,6 +19,7 @@ mod schedule;
 use lumivox_core::Camera;
 use lumivox_shaders::layout;
 
+use self::changing_light::{Change, FrameLight, LightOfFilm};
 use self::counts::{CountOfWhole, PathsOfScene};
 use self::film::{LiveFilm, padded_height, pixels};
 pub use self::fog::{DistanceFog, Fog, HeightFog};
@@ -43,6 +46,7 @@ pub struct LiveView {
     picture: Picture,
     restarts: ResourceId,
     key: Option<Key>,
+    light: LightOfFilm,
     /// Read-backs that have not come.
     awaited: u32,
     /// What the counts of the fine film say once it should be whole.
@@ -57,16 +61,24 @@ pub struct LiveView {
     pixel_samples: u64,
 }
 
-/// What a film shows; another key, another image.
+/// What a film shows, but for its light; another key, another image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Key {
     camera: Camera,
     scene_version: u64,
-    ambient: [f32; 3],
     seed: u32,
     roulette_start: u32,
     /// Whether the host's surfaces end rays.
     has_depth: bool,
+}
+
+/// What is traced of it in a frame.
+#[derive(Clone, Copy, Debug)]
+struct Traced {
+    key: Key,
+    seed: u32,
+    /// Radiance from everywhere besides the surroundings.
+    ambient: [f32; 3],
 }
 
 impl LiveView {
@@ -93,6 +105,7 @@ impl LiveView {
             finer: None,
             restarts: recording.create_buffer("restarts", 16),
             key: None,
+            light: LightOfFilm::default(),
             awaited: 0,
             count: CountOfWhole::default(),
             paths: PathsOfScene::default(),
@@ -104,8 +117,9 @@ impl LiveView {
     }
 
     /// Records one frame: about `budget` pixel samples (eight rows at least, while any are missing), and the picture so
-    /// far over the host's. Starts over if the camera, the scene, [ambient light](LiveSettings::ambient), seed or roulette
-    /// changed, or the host begins or ceases to give depth; makes new films if the size changed.
+    /// far over the host's. Starts over if the camera, the scene, seed or roulette changed, or the host begins or ceases to give
+    /// depth; makes new films if the size changed. Where light (or [ambient light](LiveSettings::ambient)) has changed a little,
+    /// the film keeps a part of what it has, until that rests.
     ///
     /// The recording holds a [`Step::ReadBuffer`] where the host's depth is given, and another where the film should be
     /// whole and is counted, and one where it is looked at for its [noise](LiveSettings::target_noise). The bytes of each go to [`feedback`](Self::feedback) in their order, as soon as they are
@@ -144,15 +158,19 @@ impl LiveView {
         let key = Key {
             camera: *camera,
             scene_version: cache.version(),
-            // What is shown of it is scaled with the scene's light.
-            ambient: settings
-                .ambient
-                .map(|c| if c.is_finite() { (c.max(0.0) / cache.light_scale()) as f32 } else { 0.0 }),
             seed: settings.seed,
             roulette_start: settings.roulette_start,
             has_depth: host.depth.is_some(),
         };
-        let restarted = self.key != Some(key);
+        let light = FrameLight {
+            past: cache.light_past(),
+            // What is shown of it is scaled with the scene's light.
+            ambient: settings
+                .ambient
+                .map(|c| if c.is_finite() { (c.max(0.0) / cache.light_scale()) as f32 } else { 0.0 }),
+        };
+        let change = self.light.follow(light);
+        let restarted = self.key != Some(key) || change == Change::Much;
         self.noise.set_target(settings.target_noise);
         if restarted {
             self.noise.restart();
@@ -166,19 +184,32 @@ impl LiveView {
             }
             self.restart(budget, cache, recording)?;
             self.key = Some(key);
+            self.light = LightOfFilm::new(light);
+        } else if let Change::Little(kept) = change {
+            self.fade(kept, budget, cache, recording)?;
+        } else if self.schedule.is_covered() && self.light.rests(self.schedule.is_done()) {
+            self.restart_behind(cache, recording)?;
+            self.light = LightOfFilm::new(light);
         } else {
             self.begin_finer(budget, cache, recording)?;
         }
+        let traced = Traced { seed: self.light.seed(key.seed), ambient: light.ambient, key };
         self.record_host_depth(host, cache.farthest(camera), recording);
         self.pixel_samples = if restarted && self.schedule.factor() > 1 {
             let plan = self.schedule.answer(budget);
-            self.record_plan(&plan, key, cache, recording);
+            self.record_plan(&plan, traced, cache, recording);
             plan.pixel_samples
         } else {
-            self.record_refinement(key, cache, budget, recording)
+            let plan = match change {
+                Change::Little(_) => self.schedule.follow(budget / 2),
+                _ => Plan::default(),
+            };
+            self.record_plan(&plan, traced, cache, recording);
+            let more = self.record_refinement(traced, cache, budget - plan.pixel_samples, recording);
+            plan.pixel_samples + more
         };
         if self.fine.unfinished.puts_aside() && self.pixel_samples > 0 {
-            self.record_starved(key, cache, recording);
+            self.record_starved(traced, cache, recording);
         }
         self.record_denoise(settings, recording);
         self.picture.record(self.shown(), settings, host, camera, cache, recording);
@@ -193,7 +224,8 @@ impl LiveView {
             converged: !self.is_open()
                 && self.schedule.is_done()
                 && self.is_counted_whole()
-                && self.schedule.factor() == 1,
+                && !self.light.is_mixed()
+                && !self.schedule.has_coarse(),
             awaits_feedback: self.awaited > 0,
             pixel_samples: self.pixel_samples,
             lost_pixels: self.count.lost,
@@ -273,7 +305,7 @@ impl LiveView {
 
     /// What is shown is looked at long before it is whole: paths that starve would be missing from it all the while. Takes
     /// them up where some are known to be, and has others found.
-    fn record_starved(&mut self, key: Key, cache: &SceneCache, recording: &mut Recording) {
+    fn record_starved(&mut self, traced: Traced, cache: &SceneCache, recording: &mut Recording) {
         let (samples, target) = (self.schedule.pass_samples(), self.target_samples);
         let shows_fine = self.schedule.shows_fine();
         let Some(shown) = (if shows_fine { Some(&mut self.fine) } else { self.coarse.as_mut() }) else {
@@ -288,13 +320,13 @@ impl LiveView {
             self.awaited += 1;
         }
         if self.paths.starve {
-            shown.record_starved(key, cache, samples, target, recording);
+            shown.record_starved(traced, cache, samples, target, recording);
             shown.stale = true;
         }
     }
 
     /// Has a fine film that should be whole counted, and what was found missing traced. Returns how many samples.
-    fn record_confirmation(&mut self, key: Key, cache: &SceneCache, recording: &mut Recording) -> u64 {
+    fn record_confirmation(&mut self, traced: Traced, cache: &SceneCache, recording: &mut Recording) -> u64 {
         if self.count.confirmed || self.count.under_way {
             return 0;
         }
@@ -303,7 +335,7 @@ impl LiveView {
         if self.fine.unfinished.begin_retry() {
             recorded = u64::from(self.fine.unfinished.missing());
             let rows = [0, padded_height(self.fine.size)];
-            self.fine.record_samples(key, cache, target, target, rows, recording);
+            self.fine.record_samples(traced, cache, target, target, rows, recording);
         }
         self.fine.record_count(target, recording);
         self.count.under_way = true;
@@ -329,6 +361,44 @@ impl LiveView {
         }
         self.fine.clear(recording);
         self.count.forget();
+        Ok(())
+    }
+
+    /// Keeps a part of the image, for its light has changed a little.
+    fn fade(
+        &mut self,
+        kept: [f64; 2],
+        budget: u64,
+        cache: &SceneCache,
+        recording: &mut Recording,
+    ) -> Result<(), RenderError> {
+        for film in self.live_films() {
+            film.record_fade(kept, recording);
+        }
+        let coarse = self.schedule.fade(kept[0], budget);
+        self.count.forget();
+        self.noise.restart();
+        if let Some(size) = coarse {
+            make_room(&mut self.coarse, size, cache, recording)?;
+            if let Some(coarse) = &mut self.coarse {
+                coarse.size = size;
+                coarse.clear(recording);
+            }
+        }
+        Ok(())
+    }
+
+    /// Begins an empty image, before which this one stays to be seen until that is as good.
+    fn restart_behind(&mut self, cache: &SceneCache, recording: &mut Recording) -> Result<(), RenderError> {
+        make_room(&mut self.coarse, self.fine.size, cache, recording)?;
+        if let Some(held) = &mut self.coarse {
+            held.size = self.fine.size;
+            std::mem::swap(held, &mut self.fine);
+        }
+        self.schedule = self.schedule.restarted_behind();
+        self.fine.clear(recording);
+        self.count.forget();
+        self.noise.restart();
         Ok(())
     }
 
@@ -358,14 +428,14 @@ impl LiveView {
 
     /// The films that samples go into.
     fn live_films(&mut self) -> impl Iterator<Item = &mut LiveFilm> {
-        let coarse = self.coarse.as_mut().filter(|_| self.schedule.factor() > 1);
+        let coarse = self.coarse.as_mut().filter(|_| self.schedule.has_coarse());
         let finer = self.finer.as_mut().filter(|_| self.schedule.fills_finer());
         [Some(&mut self.fine), coarse, finer].into_iter().flatten()
     }
 
     /// The coarse film, while samples go into it.
     fn live_coarse(&self) -> Option<&LiveFilm> {
-        self.coarse.as_ref().filter(|_| self.schedule.factor() > 1)
+        self.coarse.as_ref().filter(|_| self.schedule.has_coarse())
     }
 
     fn record_host_depth(&mut self, host: &HostFrame, farthest: f64, recording: &mut Recording) {
@@ -383,36 +453,42 @@ impl LiveView {
     /// More samples of the same image, and what its counts ask for once it should be whole; returns how many.
     fn record_refinement(
         &mut self,
-        key: Key,
+        traced: Traced,
         cache: &SceneCache,
         budget: u64,
         recording: &mut Recording,
     ) -> u64 {
         let plan = self.schedule.refine(budget);
-        self.record_plan(&plan, key, cache, recording);
+        self.record_plan(&plan, traced, cache, recording);
         let missing = match self.schedule.is_done() {
-            true => self.record_confirmation(key, cache, recording),
+            true => self.record_confirmation(traced, cache, recording),
             false => 0,
         };
         let is_still = self.schedule.is_done() && plan.pixel_samples + missing == 0;
-        if is_still && self.is_counted_whole() && self.noise.begin_look(self.most_samples) {
+        let is_whole = self.is_counted_whole() && !self.light.is_mixed();
+        if is_still && is_whole && self.noise.begin_look(self.most_samples) {
             self.fine.record_read(recording);
             self.awaited += 1;
         }
         if self.seems_whole() {
             self.schedule.retire_coarse(self.is_open());
         }
+        if !self.schedule.has_coarse()
+            && let Some(held) = self.coarse.take_if(|coarse| coarse.size == self.fine.size)
+        {
+            held.free(recording);
+        }
         self.fine.stale |= plan.pixel_samples > 0 || missing > 0;
         plan.pixel_samples + missing
     }
 
-    fn record_plan(&mut self, plan: &Plan, key: Key, cache: &SceneCache, recording: &mut Recording) {
+    fn record_plan(&mut self, plan: &Plan, traced: Traced, cache: &SceneCache, recording: &mut Recording) {
         for &work in &plan.works {
             match work {
                 Work::Replace => std::mem::swap(&mut self.finer, &mut self.coarse),
                 Work::AllCoarse { samples } => {
                     if let Some(coarse) = self.film(Which::Coarse) {
-                        coarse.record_all(key, cache, samples, recording);
+                        coarse.record_all(traced, cache, samples, recording);
                         coarse.stale = true;
                     }
                 }
@@ -420,7 +496,7 @@ impl LiveView {
                     // Where it only shows through it is not denoised anew for a few pixels.
                     let is_alone = !self.schedule.is_covered();
                     if let Some(film) = self.film(film) {
-                        film.record_first_aid(key, cache, samples, below, recording);
+                        film.record_first_aid(traced, cache, samples, below, recording);
                         film.stale |= is_alone;
                     }
                 }
@@ -429,7 +505,7 @@ impl LiveView {
                         self.count.forget();
                     }
                     if let Some(film) = self.film(film) {
-                        film.record_samples(key, cache, samples, limit, rows, recording);
+                        film.record_samples(traced, cache, samples, limit, rows, recording);
                         film.stale = true;
                     }
                 }
@@ -453,9 +529,8 @@ impl LiveView {
         } else if self.schedule.shows_fine() {
             self.fine.record_denoise(1, recording);
         }
-        let factor = self.schedule.factor();
-        if let Some(coarse) = self.coarse.as_mut().filter(|_| factor > 1) {
-            coarse.record_denoise(factor, recording);
+        if let Some(coarse) = self.coarse.as_mut().filter(|_| self.schedule.has_coarse()) {
+            coarse.record_denoise(self.schedule.factor(), recording);
         }
     }
 

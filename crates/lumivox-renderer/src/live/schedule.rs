@@ -56,7 +56,7 @@ pub(super) struct Plan {
 }
 
 /// How far the films of one image are.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Schedule {
     /// Pixels of the fine film.
     size: [u32; 2],
@@ -64,8 +64,12 @@ pub(super) struct Schedule {
     most_samples: u32,
     /// Samples of a pixel after which the image is done.
     target: u32,
-    /// Fine pixels along a side of a coarse one; 1 while no coarse film is shown.
+    /// Fine pixels along a side of a coarse one; 1 while no coarse film is shown, or one that is as fine.
     factor: u32,
+    /// The coarse film is what the fine one was before this image, and of its grain.
+    is_held: bool,
+    /// What the samples of the fine film count that has forgotten a part of them, about.
+    faded: Option<f64>,
     /// Samples that every pixel of the coarse film has, and the next row that gets one more.
     coarse_complete: u32,
     coarse_row: u32,
@@ -94,6 +98,8 @@ impl Schedule {
             most_samples,
             target,
             factor: 1,
+            is_held: false,
+            faded: None,
             coarse_complete: 0,
             coarse_row: 0,
             finer_row: None,
@@ -110,13 +116,57 @@ impl Schedule {
     /// An empty image after this one, as coarse as the budget demands. Where it `follows` another that was shown, one that
     /// is less coarse has to be well affordable, or the picture's grain would jump to and fro.
     pub fn restarted(&self, size: [u32; 2], budget: u64, follows: bool) -> Self {
-        let cost = |factor: u32| pixels(size.map(|n| n.div_ceil(factor))) * u64::from(LEAST_COARSE_SAMPLES);
+        let new = Self::new(size, self.most_samples, self.target);
+        let shown = Self { factor: self.factor, ..new };
+        Self { factor: shown.affordable_factor(budget, follows), ..new }
+    }
+
+    /// How coarse a film is that the budget buys at once.
+    fn affordable_factor(&self, budget: u64, follows: bool) -> u32 {
+        let cost =
+            |factor: u32| pixels(self.size.map(|n| n.div_ceil(factor))) * u64::from(LEAST_COARSE_SAMPLES);
         let reserve = |factor: u32| if follows && factor < self.factor { 2 } else { 1 };
         let mut factor = 1;
         while factor < COARSEST && cost(factor) * reserve(factor) > budget {
             factor *= 2;
         }
-        Self { factor, ..Self::new(size, self.most_samples, self.target) }
+        factor
+    }
+
+    /// An empty image of the same size, before which this one stays to be seen in the place of a coarse one.
+    pub fn restarted_behind(&self) -> Self {
+        let held = Self::new(self.size, self.most_samples, self.target);
+        Self { is_held: true, coarse_complete: 1, ..held }
+    }
+
+    /// The films keep a part of their samples. Returns the pixels of a coarse film that is to begin then: one that takes so
+    /// many samples that it helps the fine one, which has few.
+    pub fn fade(&mut self, kept: f64, budget: u64) -> Option<[u32; 2]> {
+        // As `film_fade` has it: whoever has any keeps one.
+        let left = (self.faded.unwrap_or(self.complete.into()) * kept).max(self.complete.min(1).into());
+        self.faded = Some(left);
+        self.complete = left as u32;
+        self.common = self.common.min(1);
+        self.coarse_complete = self.coarse_complete.min(1);
+        self.open_pixels = pixels(self.size);
+        if self.has_coarse() || self.complete >= FINE_ALONE {
+            return None;
+        }
+        self.factor = self.affordable_factor(budget, false);
+        (self.coarse_complete, self.coarse_row) = (0, 0);
+        self.coarse_size()
+    }
+
+    /// The coarse film's part of a frame after that.
+    pub fn follow(&mut self, budget: u64) -> Plan {
+        let Some(size) = self.coarse_size().filter(|_| self.factor > 1) else { return Plan::default() };
+        let samples = if self.coarse_complete == 0 { LEAST_COARSE_SAMPLES } else { 1 };
+        let pixel_samples = pixels(size) * u64::from(samples);
+        if pixel_samples > budget {
+            return Plan::default();
+        }
+        self.coarse_complete = self.coarse_complete.max(1);
+        Plan { works: vec![Work::AllCoarse { samples }], pixel_samples }
     }
 
     /// Changes how many samples are enough.
@@ -128,9 +178,14 @@ impl Schedule {
         self.target = target;
     }
 
+    /// Whether a film is shown before the fine one, or shows through.
+    pub fn has_coarse(&self) -> bool {
+        self.factor > 1 || self.is_held
+    }
+
     /// Pixels of the coarse film, while there is one.
     pub fn coarse_size(&self) -> Option<[u32; 2]> {
-        (self.factor > 1).then(|| self.size.map(|n| n.div_ceil(self.factor)))
+        self.has_coarse().then(|| self.size.map(|n| n.div_ceil(self.factor)))
     }
 
     /// Pixels of a film of half the coarse one's grain, if it is time to begin one: the coarse one has enough samples, and
@@ -155,7 +210,7 @@ impl Schedule {
         self.finer_row.is_some()
     }
 
-    /// Fine pixels along a side of a coarse one; 1 while no coarse film is shown.
+    /// Fine pixels along a side of a coarse one; 1 while no coarse film is shown, or one that is as fine.
     pub fn factor(&self) -> u32 {
         self.factor
     }
@@ -189,12 +244,12 @@ impl Schedule {
 
     /// Not while it has holes: bands of sharp rows would wander through the coarse picture.
     pub fn shows_fine(&self) -> bool {
-        self.covered || self.factor == 1
+        self.covered || !self.has_coarse()
     }
 
     /// There is no coarse film any more.
     pub fn drop_coarse(&mut self) {
-        (self.factor, self.finer_row) = (1, None);
+        (self.factor, self.is_held, self.finer_row) = (1, false, None);
     }
 
     /// The fine film is as good as the coarse one can make it: a finished picture must not depend on what was shown
@@ -202,7 +257,7 @@ impl Schedule {
     pub fn retire_coarse(&mut self, more_may_follow: bool) {
         let enough = if more_may_follow { FINE_ALONE } else { FINE_ALONE.min(self.target) };
         if self.complete >= enough {
-            self.factor = 1;
+            (self.factor, self.is_held) = (1, false);
         }
     }
 
@@ -237,7 +292,7 @@ impl Schedule {
         if self.covered {
             works.push(Work::FirstAid { film: Which::Fine, samples, below: self.common });
         }
-        if self.factor > 1 {
+        if self.has_coarse() {
             // It is all that is shown, or shows through.
             works.push(Work::FirstAid { film: Which::Coarse, samples, below: self.coarse_complete.max(1) });
             // All of the budget, but for what buys no whole group of rows.
@@ -292,8 +347,9 @@ impl Schedule {
         self.next_row = 0;
         self.covered = true;
         self.finer_row = None;
-        self.common += self.pass_samples;
+        self.common = if self.faded.is_some() { 1 } else { self.common + self.pass_samples };
         self.complete = if self.restarted_in_pass { 0 } else { self.complete + self.pass_samples };
+        self.faded = self.faded.map(|left| left + f64::from(self.pass_samples));
         self.restarted_in_pass = false;
     }
 

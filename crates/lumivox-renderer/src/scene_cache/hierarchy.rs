@@ -42,6 +42,11 @@ impl Bounds {
         point.distance(point.clamp(self.low, self.high))
     }
 
+    /// From corner to corner.
+    pub fn size(&self) -> f64 {
+        self.low.distance(self.high)
+    }
+
     /// The greatest distance of a point in it from `origin` along `axis`, a unit vector; negative infinity of none.
     pub fn farthest_along(&self, origin: DVec3, axis: DVec3) -> f64 {
         let (a, b) = ((self.low - origin) * axis, (self.high - origin) * axis);
@@ -50,6 +55,12 @@ impl Bounds {
 
     pub fn around(list: impl Iterator<Item = Self>) -> Self {
         list.fold(Self::NOTHING, |a, b| Self { low: a.low.min(b.low), high: a.high.max(b.high) })
+    }
+
+    /// Around the origin.
+    #[cfg(test)]
+    pub fn cube(half: f64) -> Self {
+        Self { low: DVec3::splat(-half), high: DVec3::splat(half) }
     }
 
     fn child(self, index: u32) -> Child {

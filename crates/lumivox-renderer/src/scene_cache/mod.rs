@@ -7,13 +7,13 @@
 //! what takes long.
 
 mod cell_size;
+mod changing_light;
 mod classes;
 mod environment;
 mod fields;
 mod hierarchy;
 mod importance;
 mod label_sets;
-mod light_scale;
 mod lights;
 mod majorants;
 mod mirror;
@@ -31,6 +31,7 @@ use lumivox_shaders::layout::{Frame, Instance, Light, Node};
 use lumivox_shaders::{Kernel, PathTraceVariant, constants};
 
 pub use self::cell_size::CellSize;
+pub(crate) use self::changing_light::{LightPast, change_of_color, is_much, kept_after};
 use self::classes::Looks;
 use self::environment::CachedEnvironment;
 use self::fields::Field;
@@ -158,6 +159,7 @@ pub struct SceneCache {
     lights: Mirror<Light>,
     follows_light: bool,
     light_scale: f64,
+    light_past: LightPast,
     /// Volumes that rays meet, then the fields that those read.
     instances: Mirror<Instance>,
     /// How many of them rays meet.
@@ -189,6 +191,7 @@ impl SceneCache {
             lights: Mirror::default(),
             follows_light: false,
             light_scale: 1.0,
+            light_past: LightPast::default(),
             instances: Mirror::default(),
             traced: 0,
             nodes: Mirror::default(),

@@ -261,14 +261,15 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
     }
     seen.dedup();
     assert_eq!(seen.len(), 64, "each has a kernel of its own");
-    // Where few kernels should do, surfaces, lights and shared pixels make no others, nor does anything of what is classified.
+    // Where few kernels should do, surfaces, lights and shared pixels make no others, nor does anything of what is classified,
+    // nor the surroundings of what is filtered.
     let few = DeviceLimits { few_kernels: true, ..LIMITS };
     for features in Features::ALL.subsets() {
         let can_more = features.classes;
         let more = Features {
             surface: true,
             lights: true,
-            environment: features.environment || can_more,
+            environment: features.environment || features.filters || can_more,
             filters: features.filters || can_more,
             many_volumes: features.many_volumes || can_more,
             ..features

@@ -2,6 +2,7 @@
 
 mod arrivals;
 mod changes;
+mod changing_light;
 mod counts;
 mod recordings;
 mod scenes;

@@ -113,7 +113,9 @@ fn an_image_does_not_depend_on_how_many_turns_loops_may_take() {
 fn an_image_does_not_depend_on_how_many_kernels_there_are() {
     let limits = gpu().executor.limits();
     let few = DeviceLimits { few_kernels: true, ..limits };
-    for test in [scenes::noise(), scenes::peaky_environment(), scenes::crowd(), scenes::labels()] {
+    for test in
+        [scenes::noise(), scenes::peaky_environment(), scenes::crowd(), scenes::tricubic(), scenes::labels()]
+    {
         let film = |limits| film_within(limits, &test, 24, 16, 24, u64::MAX).unwrap();
         let (own, common) = (film(limits), film(few));
         let lit = (0..24 * 24).filter(|&pixel| own.alpha(pixel) > 0.0).count();
