@@ -22,7 +22,7 @@ from lumivox.classification import ClipShape, LabelStyle, Peel
 from lumivox.errors import FileError, MissingFileError
 from lumivox.image import Image
 from lumivox.labels import Label, Labels, load_labels
-from lumivox.light import Environment, EnvironmentMap, PointLight, SpotLight, Sun
+from lumivox.light import DirectionalLight, Environment, EnvironmentMap, PointLight, SpotLight, Sun
 from lumivox.look import (
     ColorStop,
     GradientFunction,
@@ -36,6 +36,7 @@ from lumivox.look import (
 )
 from lumivox.rendering import Gpu, Progress, Renderer, gpus, progressive, render
 from lumivox.scene import Camera, Scene, VolumeInstance
+from lumivox.scene_files import SavedScene, load_scene
 from lumivox.volume import Volume, load, phantom, scan, write_dicom_series
 
 _codecs_module.install()
@@ -54,6 +55,7 @@ __all__ = [
     "Camera",
     "ClipShape",
     "ColorStop",
+    "DirectionalLight",
     "Environment",
     "EnvironmentMap",
     "FileError",
@@ -74,6 +76,7 @@ __all__ = [
     "Progress",
     "RenderError",
     "Renderer",
+    "SavedScene",
     "ScanError",
     "Scene",
     "SpotLight",
@@ -86,6 +89,7 @@ __all__ = [
     "gpus",
     "load",
     "load_labels",
+    "load_scene",
     "load_transfer_function",
     "phantom",
     "presets",

@@ -95,10 +95,10 @@ def styles(labels: Labels, volume: Volume, given: Mapping[Any, Style]) -> tuple[
     return tuple(made.items())
 
 
-def say_if_unseen(instance: Any, labels: Labels, given: Labelled) -> None:
-    """Says of which labels of a VolumeInstance that were asked for by name hardly anything is seen."""
+def say_if_unseen(scene: Any, labels: Labels, given: Labelled) -> None:
+    """Says of which labels of a Scene's only volume that were asked for by name hardly anything is seen."""
     named = {value for word in given if word != "*" for value in labels.values_of(word)}
-    unseen = _native.unseen_labels(instance, sorted(named))
+    unseen = _native.unseen_labels(scene, sorted(named))
     asked = [label.name for label in labels.labels if label.value in unseen]
     if asked:
         remedy = "give it a look of its own, such as 'preset:NAME' or LabelStyle(transfer_function=...)"

@@ -40,8 +40,12 @@ class EnvironmentMap:
     @classmethod
     def load(cls, path: PathLike) -> EnvironmentMap:
         """Reads an equirectangular ``.hdr`` or ``.exr`` file."""
+        return cls._of(_native.load_environment(_check.file("path", path)))
+
+    @classmethod
+    def _of(cls, native: _native.EnvironmentMap) -> EnvironmentMap:
         made = cls.__new__(cls)
-        made.native = _native.load_environment(_check.file("path", path))
+        made.native = native
         return made
 
     @property
@@ -122,6 +126,28 @@ class Sun:
 
 
 @dataclass(frozen=True)
+class DirectionalLight:
+    """Distant light by its direction, as engines and scenes in files have it; a :class:`Sun` says the same in angles."""
+
+    direction: Vector
+    """Where the light travels to, in the scene's space."""
+    irradiance: Vector = (np.pi, np.pi, np.pi)
+    """Linear RGB; at pi a white surface that faces it is as bright as under a uniform environment."""
+    degrees: float = 0.27
+    """Its radius in the sky."""
+    layers: int = ALL_LAYERS
+    """Bits: it reaches volumes that share one of them."""
+
+    def __post_init__(self) -> None:
+        _check.whole("layers", self.layers, 0, ALL_LAYERS)
+        object.__setattr__(self, "direction", _check.vector("direction", self.direction))
+        object.__setattr__(self, "irradiance", _check.light("irradiance", self.irradiance))
+        _check.number("degrees", self.degrees, 0.0, 90.0)
+        if not any(self.direction):
+            raise ValueError("the light travels nowhere: direction is zero")
+
+
+@dataclass(frozen=True)
 class PointLight:
     """A bulb: it shines on volumes and is not seen itself."""
 
@@ -133,6 +159,10 @@ class PointLight:
     """Millimetres; larger ones have softer shadows."""
     layers: int = ALL_LAYERS
     """Bits: it reaches volumes that share one of them."""
+    decay: float | None = 2.0
+    """The power of the distance that it gets weaker by, 2 by nature; ``None``: as lights of Unity's built-in pipeline do."""
+    range: float | None = None
+    """Millimetres from where on it does not shine."""
 
     def __post_init__(self) -> None:
         _lamp(self)
@@ -154,16 +184,27 @@ class SpotLight:
     """Millimetres; larger ones have softer shadows."""
     layers: int = ALL_LAYERS
     """Bits: it reaches volumes that share one of them."""
+    decay: float | None = 2.0
+    """As a :class:`PointLight`'s."""
+    range: float | None = None
+    """As a :class:`PointLight`'s."""
+    attenuation: float = 1.0
+    """The power of the distance to the cone's edge that it gets weaker by."""
+    inner_half_angle: float | None = None
+    """In its place: degrees from the axis up to which it does not get weaker."""
 
     def __post_init__(self) -> None:
         _lamp(self)
+        _check.number("attenuation", self.attenuation, 0.0, 1e3)
+        if self.inner_half_angle is not None:
+            _check.number("inner_half_angle", self.inner_half_angle, 0.0, self.half_angle)
         object.__setattr__(self, "target", _check.vector("target", self.target))
         _check.number("half_angle", self.half_angle, 0.0, 90.0)
         if self.target == self.position:
             raise ValueError("target is the light's position; move one of them")
 
 
-Light = Sun | PointLight | SpotLight
+Light = Sun | DirectionalLight | PointLight | SpotLight
 
 
 def _lamp(lamp: PointLight | SpotLight) -> None:
@@ -171,15 +212,23 @@ def _lamp(lamp: PointLight | SpotLight) -> None:
     object.__setattr__(lamp, "intensity", _check.light("intensity", lamp.intensity))
     _check.number("radius", lamp.radius, 0.0, _check.FURTHEST_MM)
     _check.whole("layers", lamp.layers, 0, ALL_LAYERS)
+    if lamp.decay is not None:
+        _check.number("decay", lamp.decay, 0.0, 100.0)
+    elif lamp.range is None:
+        raise ValueError("decay is None, which is relative to the light's range; give it one")
+    if lamp.range is not None:
+        _check.number("range", lamp.range, 1e-9, _check.FURTHEST_MM)
 
 
 def lights_of(name: str, given: Any) -> tuple[Light, ...]:
     """Lights that are some."""
     made = tuple(given) if isinstance(given, list | tuple) else (given,)
     for one in made:
-        if not isinstance(one, Sun | PointLight | SpotLight):
+        if not isinstance(one, Light):
             example = "such as lumivox.Sun(40, 30)"
-            raise TypeError(f"{name} must be a lumivox.Sun, PointLight or SpotLight, {example}, not {_check.shown(one)}")
+            raise TypeError(
+                f"{name} must be a lumivox.Sun, DirectionalLight, PointLight or SpotLight, {example}, not {_check.shown(one)}"
+            )
     return made
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, NamedTuple
@@ -9,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from lumivox import _check, _native
+from lumivox import _check, _document, _native
 from lumivox._check import PathLike, Rgb, Vector
 from lumivox.volume import Volume
 
@@ -78,7 +79,10 @@ class TransferFunction:
         object.__setattr__(self, "color", stops)
         object.__setattr__(self, "gradients", rows)
         # Asks for no value, and finds what is wrong with the points.
-        _native.transfer_function_at(self, [], 0.0)
+        _native.transfer_function_at(self._look(), [], 0.0)
+
+    def _look(self) -> str:
+        return _document.text(_document.of_curve(self))
 
     def at(self, values: npt.ArrayLike, per_mm: float = 0.0) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
         """Opacity (n) and linear RGB (n, 3) at n physical values that change by ``per_mm`` units per millimetre."""
@@ -87,7 +91,7 @@ class TransferFunction:
             asked = np.asarray(values, dtype=np.float64).ravel().tolist()
         except (TypeError, ValueError):
             raise TypeError(f"values must be numbers, not {_check.shown(values)}") from None
-        found = _native.transfer_function_at(self, asked, gradient)
+        found = _native.transfer_function_at(self._look(), asked, gradient)
         opacity = np.array([opacity for opacity, _ in found])
         return opacity, np.array([color for _, color in found]).reshape(-1, 3)
 
@@ -129,7 +133,7 @@ class TransferFunction:
         if not isinstance(unit, str):
             raise TypeError(f"unit must be a word, such as 'HU', not {_check.shown(unit)}")
         try:
-            _native.save_transfer_function(name, self, unit)
+            _native.save_transfer_function(name, self._look(), unit)
         except _native.ScanError as error:
             raise OSError(f"{name} cannot be written{str(error).removeprefix(name)}") from None
 
@@ -144,8 +148,7 @@ def load_transfer_function(path: PathLike, value_range: Vector = (-1024.0, 3071.
         low, high = (_check.number("value_range", value) for value in value_range)
     except (TypeError, ValueError):
         raise ValueError(f"value_range must be two numbers, low and high, not {_check.shown(value_range)}") from None
-    (opacity, color), rows = _native.load_transfer_function(name, [low, high])
-    return TransferFunction(opacity, color, [(per_mm, TransferFunction(*points)) for per_mm, points in rows])
+    return _document.curve(json.loads(_native.load_transfer_function(name, [low, high])))
 
 
 @dataclass(frozen=True)
@@ -231,10 +234,8 @@ def preset_medium(name: str, volume: Volume) -> tuple[str, Medium]:
     """A preset's name, as it is written, and its medium for a volume, with the smooth filter that all renders begin with."""
     if not isinstance(volume, Volume):
         raise TypeError(f"a preset is placed for a lumivox.Volume, not for {_check.shown(volume)}")
-    name, parts = _native.preset_medium(preset_name(name), volume.native)
-    (opacity, color), density, albedo, anisotropy, bounces, _filter, surface = parts
-    function = TransferFunction(opacity, color)
-    return name, Medium(function, density, albedo, anisotropy, bounces, "smooth", SurfaceReflection(*surface))
+    name, words = _native.preset_look(preset_name(name), volume.native)
+    return name, replace(_document.medium(json.loads(words)), filter="smooth")
 
 
 def preset_name(name: Any) -> str:

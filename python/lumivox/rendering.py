@@ -32,6 +32,9 @@ DEFAULT_SOFTWARE_TIME = 120.0
 """Seconds after which it ends where it would take long for want of a GPU, unless asked otherwise."""
 
 MOST_SAMPLES = 1 << 24
+
+LEAST_FOR_NOISE = 16
+"""Samples before which the noise of a pixel is not known."""
 """The film counts in 32-bit floats, which are exact up to here."""
 
 
@@ -88,6 +91,7 @@ class Options(TypedDict, total=False):
     light: Light | Sequence[Light]
     size: tuple[int, int] | Sequence[int]
     samples: int | None
+    noise: float | None
     first_sample: int
     region: tuple[int, int, int, int] | None
     time: float | None
@@ -111,6 +115,7 @@ OWN: Options = {
     "eye": None,
     "size": (768, 768),
     "samples": None,
+    "noise": None,
     "first_sample": 0,
     "region": None,
     "time": None,
@@ -197,6 +202,8 @@ class Request:
     pass_samples: int | None = None
     window: tuple[int, int, int, int] | None = None
     """The part of the image: its left column, top row, width and height."""
+    noise: float | None = None
+    """Relative noise at which it is done before it has all samples."""
 
 
 @dataclass(frozen=True)
@@ -356,6 +363,7 @@ def render(scan: Scene | Volume | Sequence[Volume], **options: Unpack[Options]) 
 
     - ``size``: width and height in pixels (768, 768).
     - ``samples``: paths per pixel (512, or as many as ``time`` allows; without a GPU, as many as two minutes allow).
+      ``noise``: ends before, once the error that is left is such a fraction of the image's brightness: 0.02 is hardly seen.
       ``time``: seconds of tracing after which it ends. ``seed``: another seed gives other noise.
       ``first_sample``: begins with that one, so that the sums of several ranges (``image.film.sums()``) add up to the whole.
     - ``region``: the part of the image that is rendered: left column, top row, width and height. Default: all of it.
@@ -407,7 +415,8 @@ def _progressive(planned: Plan, chosen: Renderer, told: Callable[..., object] | 
         while True:
             samples = min(samples, request.samples)
             film, outcome, seconds, unfinished, reductions = still.trace_to(samples, told)
-            whole = outcome == "complete" and samples == request.samples
+            clean = request.noise is not None and film.min_samples >= LEAST_FOR_NOISE and (film.noise or 0.0) <= request.noise
+            whole = outcome == "complete" and (clean or samples == request.samples)
             late = not whole and limit is not None and seconds >= limit
             notes = _notes(film, unfinished, reductions)
             if late and not planned.as_many_as_time_allows:
@@ -436,7 +445,10 @@ def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
     size = pixels(given["size"])
     # What is wrong with a picture is said before it is traced.
     display = Display(**{name: given[name] for name in DISPLAY})
-    samples, time, unbounded = _extent(given["samples"], given["time"])
+    noise = given["noise"]
+    if noise is not None:
+        noise = _check.number("noise", noise, 1e-4, 1.0)
+    samples, time, unbounded = _extent(given["samples"], given["time"], noise)
     seed = _check.whole("seed", given["seed"], 0, (1 << 32) - 1)
     layers, denoise = (_check.flag(name, given[name]) for name in ("layers", "denoise"))
     pass_samples = given["pass_samples"]
@@ -452,7 +464,7 @@ def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
     else:
         scene = Scene.of(scan, **looks)
     camera = _camera(scene, asked, size, given["fov"])
-    request = Request(size, samples, time, seed, layers or denoise, first, pass_samples, region)
+    request = Request(size, samples, time, seed, layers or denoise, first, pass_samples, region, noise)
     return Plan(scene, camera, request, display, denoise, unbounded)
 
 
@@ -468,12 +480,12 @@ def _region(given: Any, size: tuple[int, int]) -> tuple[int, int, int, int] | No
     return left, top, width, height
 
 
-def _extent(samples: Any, time: Any) -> tuple[int, float | None, bool]:
+def _extent(samples: Any, time: Any, noise: float | None) -> tuple[int, float | None, bool]:
     unbounded = samples is None and time is None
     if samples is not None:
         samples = _check.whole("samples", samples, 1, MOST_SAMPLES)
     else:
-        samples = DEFAULT_SAMPLES if time is None else MOST_SAMPLES
+        samples = DEFAULT_SAMPLES if time is None and noise is None else MOST_SAMPLES
     return samples, None if time is None else _check.number("time", time, 0.01, 1e7), unbounded
 
 

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from lumivox import _check, _native, classification, look
+from lumivox import _check, _document, _native, classification, look
 from lumivox._check import Matrix, PathLike, Vector
 from lumivox.classification import ClipShape, Labelled, LabelStyle, Peel
 from lumivox.labels import Labels, load_labels
@@ -92,6 +92,45 @@ class Scene:
         if not isinstance(self.environment, Environment):
             raise TypeError(f"environment must be a lumivox.Environment, not {_check.shown(self.environment)}")
         object.__setattr__(self, "lights", lights_of("lights", self.lights))
+
+    def save(self, path: PathLike, camera: Camera | None = None, **options: Any) -> None:
+        """Writes the scene to a file that every host of Lumivox opens, as ``lumivox scene save`` does.
+
+        ``options`` are those of :func:`lumivox.render` for the camera, in place of ``camera``, and for the image: ``size``,
+        ``samples``, ``seed``, ``noise``, ``denoise``, ``exposure``, ``tone``, ``gamma``, ``background``. Scans, labels and maps
+        are named, not copied: what was made in memory is to be written and loaded first, or ``ValueError`` says so.
+        """
+        from lumivox import scene_files
+
+        scene_files.save(self, path, camera, options)
+
+    @classmethod
+    def load(cls, path: PathLike, *, allow_outside_data: bool = False, progress: StageProgress | None = None) -> Scene:
+        """The scene of a file; :func:`lumivox.load_scene` brings its camera and image, too."""
+        from lumivox import scene_files
+
+        return scene_files.load_scene(path, allow_outside_data=allow_outside_data, progress=progress).scene
+
+    @property
+    def _written(self) -> str:
+        """Its document, for the native half; what follows comes beside it."""
+        return _document.text(_document.of_scene(self))
+
+    @property
+    def _parts(self) -> list[_document.Part]:
+        return [
+            (
+                one.volume.native,
+                None if one.labels is None else one.labels.native,
+                None if one.peel is None else one.peel.depth.native,
+            )
+            for one in self.volumes
+        ]
+
+    @property
+    def _map(self) -> _native.EnvironmentMap | None:
+        source = self.environment.source
+        return source.native if isinstance(source, EnvironmentMap) else None
 
     def scene_from_patient(self) -> npt.NDArray[np.float64]:
         """3 x 4: the scene's millimetres from LPS millimetres of the first volume's patient."""
@@ -194,7 +233,7 @@ class Scene:
                 peel=_peel(volume, peel_mm, progress),
             )
             if label is not None and found is not None:
-                classification.say_if_unseen(instance, found, label)
+                classification.say_if_unseen(cls((instance,)), found, label)
             placed.append(instance)
         _say_if_apart(given)
         _check.number("environment_strength", environment_strength, 0.0, 1e6)

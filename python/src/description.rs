@@ -1,328 +1,78 @@
-//! Scenes, cameras and requests as Python describes them: dataclasses of `lumivox.scene` and `lumivox.look`, read by the
-//! names of their attributes. Lengths are millimetres and angles degrees, as on the command line.
+//! Scenes, cameras and requests as Python describes them. A scene comes as its document (`lumivox_core::document`) beside the
+//! scans, labels and the map that are in it; cameras and requests are read by the names of their attributes. Lengths are
+//! millimetres and angles degrees, as on the command line.
 
-use std::f64::consts::PI;
 use std::num::NonZeroU32;
-use std::sync::Arc;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::glam::DVec3;
 use lumivox_core::{
-    self as core, Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Filter,
-    GradientFunction, Lamp, Light, LightKind, MOST_CLIP_SHAPES, PerspectiveCamera, SurfaceReflection,
-    VolumeInstance, document::View, framing, world_from_patient,
+    self as core, Environment, EnvironmentMap, PerspectiveCamera, Progress,
+    document::{self, Display, Film, Look, SceneDocument, View, Written},
+    framing,
 };
+use lumivox_scene::{Audience, Note, OpenErrorKind, Opened, Opening, Part, Remedy, assemble, open};
 use lumivox_wgpu::RenderRequest;
 use pyo3::prelude::*;
 
-use crate::classification::{ClipShape, Named, Peel, Style, labelling};
 use crate::errors;
 use crate::fork;
+use crate::labels::Labels;
 use crate::looks;
 use crate::volume::{Rows, Volume, affine, rows};
+use crate::wait;
 
 const METRES_PER_MM: f64 = 1e-3;
 
-/// `lumivox.TransferFunction`.
-#[derive(FromPyObject)]
-pub struct TransferFunction {
-    opacity: Vec<(f64, f64, String)>,
-    color: Vec<(f64, [f64; 3])>,
-    /// Gradients in units per mm, and what is for them.
-    gradients: Vec<(f64, TransferFunction)>,
-}
-
-impl TransferFunction {
-    /// Whether it has rows for gradients.
-    pub fn has_gradients(&self) -> bool {
-        !self.gradients.is_empty()
-    }
-
-    /// Its rows for gradients.
-    pub fn rows(&self) -> PyResult<Vec<GradientFunction>> {
-        let row = |(per_mm, row): &(f64, Self)| {
-            Ok(GradientFunction { per_mm: *per_mm, transfer_function: row.build()? })
-        };
-        self.gradients.iter().map(row).collect()
-    }
-
-    /// A medium of the function alone.
-    pub fn medium(&self) -> PyResult<core::Medium> {
-        Ok(core::Medium { gradients: self.rows()?, ..core::Medium::new(self.build()?) }.sanitized())
-    }
-
-    /// The transfer function described, for where values do not change.
-    pub fn build(&self) -> PyResult<core::TransferFunction> {
-        let ease = |word: &str| match word {
-            "linear" => Ok(Ease::Linear),
-            "in-out" => Ok(Ease::InOut),
-            other => Err(errors::value(format!("ease '{other}' is not 'linear' or 'in-out'"))),
-        };
-        let knots = (self.opacity.iter())
-            .map(|(value, opacity, word)| {
-                Ok(core::OpacityKnot { value: *value, opacity: *opacity, ease: ease(word)? })
-            })
-            .collect::<PyResult<_>>()?;
-        let stops = self.color.iter().map(|&(value, color)| core::ColorStop { value, color }).collect();
-        core::TransferFunction::new(knots, stops).map_err(errors::value)
-    }
-}
-
-/// `lumivox.SurfaceReflection`.
-#[derive(FromPyObject)]
-pub struct Surface {
-    strength: f64,
-    gradient_per_mm: f64,
-    roughness: f64,
-    specular: f64,
-}
-
-impl Surface {
-    /// The reflection described.
-    pub fn build(&self) -> SurfaceReflection {
-        let Self { strength, gradient_per_mm, roughness, specular } = *self;
-        SurfaceReflection { strength, gradient_per_mm, roughness, specular }
-    }
-}
-
-/// `lumivox.Medium`.
-#[derive(FromPyObject)]
-struct Medium {
-    transfer_function: TransferFunction,
-    density: f64,
-    albedo: f64,
-    anisotropy: f64,
-    bounces: u32,
-    filter: String,
-    surface: Surface,
-    extinction_space: String,
-}
-
-impl Medium {
-    fn build(&self) -> PyResult<core::Medium> {
-        let medium = core::Medium {
-            transfer_function: self.transfer_function.build()?,
-            gradients: self.transfer_function.rows()?,
-            density_scale: self.density,
-            albedo: self.albedo,
-            anisotropy: self.anisotropy,
-            max_bounces: self.bounces,
-            filter: match self.filter.as_str() {
-                "nearest" => Filter::Nearest,
-                "trilinear" => Filter::Trilinear,
-                "tricubic" => Filter::Tricubic,
-                "smooth" => Filter::Smooth,
-                other => {
-                    let known = "'nearest', 'trilinear', 'tricubic' or 'smooth'";
-                    return Err(errors::value(format!("filter '{other}' is not {known}")));
-                }
-            },
-            surface: self.surface.build(),
-            extinction_space: match self.extinction_space.as_str() {
-                "volume" => ExtinctionSpace::Volume,
-                "world" => ExtinctionSpace::World,
-                other => {
-                    return Err(errors::value(format!(
-                        "extinction_space '{other}' is not 'volume' or 'world'"
-                    )));
-                }
-            },
-        };
-        Ok(medium.sanitized())
-    }
-}
-
-/// `lumivox.Volume`, of which the native half counts.
-#[derive(FromPyObject)]
-pub struct Wrapped {
-    native: Py<Volume>,
-}
-
-impl Wrapped {
-    /// The volume, shared.
-    pub fn shared(&self) -> Arc<core::Volume> {
-        self.native.get().shared()
-    }
-}
-
-/// `lumivox.VolumeInstance`.
-#[derive(FromPyObject)]
-pub struct Instance {
-    volume: Wrapped,
-    medium: Medium,
-    clip: ([f64; 3], [f64; 3]),
-    world_from_patient: Option<Rows>,
-    layers: u32,
-    labels: Option<Named>,
-    label_styles: Vec<(u8, Style)>,
-    clip_shapes: Vec<ClipShape>,
-    peel: Option<Peel>,
-}
-
-impl Instance {
-    fn build(&self, usual: DAffine3) -> PyResult<VolumeInstance> {
-        let (low, high) = self.clip;
-        let world_from_patient = self.world_from_patient.map_or(usual, |rows| in_metres() * affine(rows));
-        if self.clip_shapes.len() > MOST_CLIP_SHAPES {
-            let given = self.clip_shapes.len();
-            return Err(errors::value(format!(
-                "clip_shapes are {given}, of which {MOST_CLIP_SHAPES} are possible"
-            )));
-        }
-        let labels = self.labels.as_ref().map(|labels| labelling(labels, &self.label_styles)).transpose()?;
-        let shapes = self.clip_shapes.iter().map(|shape| shape.build(world_from_patient));
-        Ok(VolumeInstance {
-            clip_box: [DVec3::from_array(low), DVec3::from_array(high)],
-            layers: self.layers,
-            labels,
-            peel: self.peel.as_ref().map(Peel::build),
-            clip_shapes: shapes.collect::<PyResult<_>>()?,
-            ..VolumeInstance::new(self.volume.shared(), self.medium.build()?, world_from_patient)
-        })
-    }
-}
-
-/// `lumivox.Environment`.
-#[derive(FromPyObject)]
-struct Surroundings {
-    source: Source,
-    strength: f64,
-    rotation: f64,
-    color: [f64; 3],
-    zenith: [f64; 3],
-    horizon: [f64; 3],
-    nadir: [f64; 3],
-}
-
-#[derive(FromPyObject)]
-enum Source {
-    Name(String),
-    Map(Mapped),
-}
-
-/// `lumivox.EnvironmentMap`, of which the native half counts.
-#[derive(FromPyObject)]
-struct Mapped {
-    native: Py<looks::Map>,
-}
-
-impl Surroundings {
-    fn build(&self) -> PyResult<Environment> {
-        let source = match &self.source {
-            Source::Map(map) => EnvironmentSource::Map(map.native.get().0.clone()),
-            Source::Name(name) => match name.as_str() {
-                "studio" => EnvironmentSource::Studio,
-                "uniform" => EnvironmentSource::Uniform(self.color),
-                "gradient" => EnvironmentSource::Gradient {
-                    zenith: self.zenith,
-                    horizon: self.horizon,
-                    nadir: self.nadir,
-                },
-                other => {
-                    let known = "'studio', 'uniform', 'gradient' or a map";
-                    return Err(errors::value(format!("environment '{other}' is not {known}")));
-                }
-            },
-        };
-        Ok(Environment { source, rotation: self.rotation.to_radians(), strength: self.strength })
-    }
-}
-
-/// `lumivox.Sun`, `lumivox.PointLight` or `lumivox.SpotLight`.
-#[derive(FromPyObject)]
-enum AnyLight {
-    Sun(Sun),
-    Spot(Spot),
-    Point(Point),
-}
-
-#[derive(FromPyObject)]
-struct Sun {
-    layers: u32,
-    azimuth: f64,
-    elevation: f64,
-    strength: f64,
-    degrees: f64,
-}
-
-#[derive(FromPyObject)]
-struct Point {
-    layers: u32,
-    position: [f64; 3],
-    intensity: [f64; 3],
-    radius: f64,
-}
-
-#[derive(FromPyObject)]
-struct Spot {
-    layers: u32,
-    position: [f64; 3],
-    intensity: [f64; 3],
-    radius: f64,
-    target: [f64; 3],
-    half_angle: f64,
-}
-
-impl AnyLight {
-    fn build(&self) -> Light {
-        let lamp = |position: [f64; 3], intensity, radius: f64| Lamp {
-            radius: radius * METRES_PER_MM,
-            ..Lamp::new(DVec3::from_array(position) * METRES_PER_MM, intensity)
-        };
-        let (light, layers) = match self {
-            Self::Sun(sun) => {
-                let (sin_a, cos_a) = sun.azimuth.to_radians().sin_cos();
-                let (sin_e, cos_e) = sun.elevation.to_radians().sin_cos();
-                let kind = LightKind::Directional {
-                    direction: -DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e),
-                    irradiance: [sun.strength * PI; 3],
-                    angular_radius: sun.degrees.to_radians(),
-                };
-                (kind.into(), sun.layers)
-            }
-            Self::Point(point) => {
-                (Light::point(lamp(point.position, point.intensity, point.radius)), point.layers)
-            }
-            Self::Spot(spot) => {
-                let direction = DVec3::from_array(spot.target) - DVec3::from_array(spot.position);
-                let lamp = lamp(spot.position, spot.intensity, spot.radius);
-                (Light::spot(lamp, direction, spot.half_angle.to_radians()), spot.layers)
-            }
-        };
-        Light { layers, ..light }
-    }
-}
+/// A volume, its labels, and depths below its skin.
+type Given = (Py<Volume>, Option<Py<Labels>>, Option<Py<Volume>>);
 
 /// `lumivox.Scene`.
 #[derive(FromPyObject)]
 pub struct Scene {
-    volumes: Vec<Instance>,
-    environment: Surroundings,
-    lights: Vec<AnyLight>,
+    #[pyo3(attribute("_written"))]
+    document: String,
+    #[pyo3(attribute("_parts"))]
+    parts: Vec<Given>,
+    #[pyo3(attribute("_map"))]
+    map: Option<Py<looks::Map>>,
 }
 
 impl Scene {
+    fn document(&self) -> PyResult<SceneDocument> {
+        SceneDocument::parse_described(&self.document).map_err(|error| errors::value(error.why))
+    }
+
+    fn map(&self) -> Option<Arc<EnvironmentMap>> {
+        self.map.as_ref().map(|map| map.get().0.clone())
+    }
+
     /// The scene described. Volumes that are placed nowhere share the first one's patient space, its centre at the origin.
     pub fn build(&self) -> PyResult<core::Scene> {
-        let center = self.volumes.first().map(|first| first.volume.shared().center_mm());
-        let usual = world_from_patient() * DAffine3::from_translation(-center.unwrap_or_default());
-        let volumes = self.volumes.iter().map(|instance| instance.build(usual)).collect::<PyResult<_>>()?;
-        let lights = self.lights.iter().map(AnyLight::build).collect();
-        Ok(core::Scene { volumes, environment: self.environment.build()?, lights })
+        let document = self.document()?;
+        let part = |((volume, labels, depth), entry): (&Given, &document::Entry)| Part {
+            volume: volume.get().shared(),
+            labels: labels.as_ref().map(|labels| labels.get().shared()),
+            peel: (depth.as_ref().zip(entry.peel))
+                .map(|(depth, mm)| core::Peel { depth: depth.get().shared(), mm }),
+        };
+        let parts = self.parts.iter().zip(&document.volumes).map(part).collect();
+        assemble(&document, parts, self.map()).map_err(errors::value)
+    }
+
+    /// Its light, without what it falls on.
+    pub fn environment(&self) -> PyResult<Environment> {
+        Ok(self.document()?.environment.environment(self.map()))
     }
 }
 
-/// The light of a `lumivox.Scene`, without what it falls on.
-#[derive(FromPyObject)]
-pub struct Lit {
-    environment: Surroundings,
-}
-
-impl Lit {
-    /// The environment described.
-    pub fn build(&self) -> PyResult<Environment> {
-        self.environment.build()
-    }
+/// A medium of a look that is written out.
+pub fn written_out(look: &str) -> PyResult<core::Medium> {
+    let look: Look = serde_json::from_str(look).map_err(errors::words)?;
+    let function = look.transfer_function.ok_or_else(|| errors::value("a look needs a transfer function"))?;
+    Ok(core::Medium { gradients: look.gradients, ..core::Medium::new(function) }.sanitized())
 }
 
 /// `lumivox.Camera`.
@@ -340,11 +90,6 @@ impl Camera {
         world_from_camera.translation *= METRES_PER_MM;
         PerspectiveCamera { world_from_camera, vertical_fov: self.fov.to_radians() }
     }
-}
-
-/// World metres from the scene's mm.
-fn in_metres() -> DAffine3 {
-    DAffine3::from_scale(DVec3::splat(METRES_PER_MM))
 }
 
 /// A camera's place as rows in mm.
@@ -382,11 +127,108 @@ pub fn usual_angles(scene: Scene) -> PyResult<[f64; 2]> {
     Ok(front.unwrap_or_default().map(f64::to_degrees))
 }
 
-/// Those of a volume's labels that are asked for and of which hardly anything is seen.
+/// Those of the first volume's labels that are asked for and of which hardly anything is seen.
 #[pyfunction]
-pub fn unseen_labels(py: Python<'_>, instance: Instance, asked: Vec<u8>) -> PyResult<Vec<u8>> {
-    let instance = instance.build(DAffine3::IDENTITY)?;
-    Ok(fork::detach(py, || instance.unseen_labels(&asked)))
+pub fn unseen_labels(py: Python<'_>, scene: Scene, asked: Vec<u8>) -> PyResult<Vec<u8>> {
+    let scene = scene.build()?;
+    let first = scene.volumes.first();
+    Ok(fork::detach(py, || first.map(|first| first.unseen_labels(&asked)).unwrap_or_default()))
+}
+
+/// Writes a scene down, seen by a camera, with the JSON of its film and display.
+#[pyfunction]
+pub fn save_scene(
+    py: Python<'_>,
+    path: PathBuf,
+    scene: Scene,
+    camera: Option<Camera>,
+    film: &str,
+    display: &str,
+) -> PyResult<()> {
+    let scene = scene.build()?;
+    let film: Film = serde_json::from_str(film).map_err(errors::words)?;
+    let display: Display = serde_json::from_str(display).map_err(errors::words)?;
+    let camera = camera.map(|camera| View::of(&camera.build())).unwrap_or_default();
+    let document = SceneDocument::of(&scene).map_err(errors::value)?;
+    let document = SceneDocument { camera, film, display, ..document };
+    fork::detach(py, || lumivox_scene::save(&document, &path)).map_err(|error| errors::file(&path, &error))
+}
+
+/// Hears what is worth saying of a scene that is opened.
+struct Listener<'a> {
+    progress: Progress<'a>,
+    notes: Mutex<Vec<String>>,
+}
+
+impl Audience for Listener<'_> {
+    fn note(&self, note: Note) {
+        let remedy = match note.remedy {
+            // What is hidden is no warning, as of scans that are loaded.
+            Some(Remedy::KeepEverything) => return,
+            Some(Remedy::Density(density)) => {
+                Some(format!("; \"density\" of its look: {density} is that of a body"))
+            }
+            Some(_) => Some("; give the label a preset of its own".to_owned()),
+            None => None,
+        };
+        let mut notes = self.notes.lock().unwrap_or_else(PoisonError::into_inner);
+        notes.push(note.text + &remedy.unwrap_or_default());
+    }
+
+    fn say(&self, _: &str) {}
+
+    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
+        work(self.progress)
+    }
+}
+
+/// A scene of a file: its document, written out; its volumes, their labels and depths; the light's map; the camera; and what is
+/// worth saying.
+type Loaded = (String, Vec<Given>, Option<Py<looks::Map>>, Rows, f64, Vec<String>);
+
+/// Opens a scene.
+#[pyfunction]
+pub fn load_scene(
+    py: Python<'_>,
+    path: PathBuf,
+    allow_outside_data: bool,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Loaded> {
+    let text = std::fs::read_to_string(&path).map_err(|error| errors::file(&path, &error))?;
+    let written =
+        Written::parse(&path, text).map_err(|error| errors::scan(format!("{}, {error}", path.display())))?;
+    let opening = Opening { allow_outside_data };
+    let (opened, notes) = wait::stages(py, progress, |progress, cancel| {
+        let listener = Listener { progress, notes: Mutex::default() };
+        let opened = open(&written.document, written.folder(), &opening, &listener, cancel);
+        (opened, listener.notes.into_inner().unwrap_or_default())
+    })?;
+    let Opened { scene, camera } = opened.map_err(|error| {
+        let place = written.place(error.volume, error.keys);
+        match error.kind {
+            OpenErrorKind::Cancelled(_) => errors::cancelled(),
+            OpenErrorKind::Import(error) => errors::import(*error),
+            kind => errors::scan(format!("{place}: {kind}")),
+        }
+    })?;
+    let SceneDocument { film, display, .. } = written.document;
+    let described = SceneDocument { film, display, ..SceneDocument::described(&scene) };
+    let parts = scene.volumes.iter().map(|instance| {
+        let labels = instance.labels.as_ref().map(|labelling| Labels::new(labelling.labels.clone(), true));
+        let depth = instance.peel.as_ref().map(|peel| Volume::of(peel.depth.clone()));
+        Ok((
+            Py::new(py, Volume::of(instance.volume.clone()))?,
+            labels.map(|labels| Py::new(py, labels)).transpose()?,
+            depth.map(|depth| Py::new(py, depth)).transpose()?,
+        ))
+    });
+    let parts = parts.collect::<PyResult<_>>()?;
+    let map = match &scene.environment.source {
+        core::EnvironmentSource::Map(map) => Some(Py::new(py, looks::Map(map.clone()))?),
+        _ => None,
+    };
+    let text = described.to_json().map_err(errors::words)?;
+    Ok((text, parts, map, rows_of(&camera), camera.vertical_fov.to_degrees(), notes))
 }
 
 fn looks_at_itself() -> PyErr {
@@ -416,6 +258,7 @@ pub struct Request {
     first_sample: u32,
     pass_samples: Option<u32>,
     window: Option<[u32; 4]>,
+    noise: Option<f64>,
 }
 
 impl Request {
@@ -435,6 +278,7 @@ impl Request {
             guides: self.guides,
             first_sample: self.first_sample,
             pass_samples: pass_samples.transpose()?,
+            noise: self.noise,
             window: self.window.map(|[x, y, width, height]| [[x, y], [width, height]]),
             ..RenderRequest::new(width, height, self.samples)
         })

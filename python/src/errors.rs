@@ -20,6 +20,13 @@ pub fn value(error: impl Display) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
+/// What is wrong with what was described.
+pub fn words(error: serde_json::Error) -> PyErr {
+    let all = error.to_string();
+    // Its own place stands at the end of its words, and nobody sees that text.
+    value(all.rsplit_once(" at line ").map_or(all.as_str(), |(why, _)| why))
+}
+
 /// A scan that is none.
 pub fn scan(error: impl Display) -> PyErr {
     ScanError::new_err(error.to_string())
@@ -29,13 +36,18 @@ pub fn scan(error: impl Display) -> PyErr {
 pub fn import(error: ImportError) -> PyErr {
     match error {
         ImportError::Cancelled(_) => cancelled(),
-        ImportError::Io { ref path, ref source } => file(path, source, &error.to_string()),
+        ImportError::Io { ref path, ref source } => file_error(path, source, &error.to_string()),
         error => scan(error),
     }
 }
 
-/// A file that cannot be read: the package's own class, which is the system's, too.
-fn file(path: &Path, error: &io::Error, words: &str) -> PyErr {
+/// A file that cannot be read or written.
+pub fn file(path: &Path, error: &io::Error) -> PyErr {
+    file_error(path, error, &format!("{}: {error}", path.display()))
+}
+
+/// The package's own class, which is the system's, too.
+fn file_error(path: &Path, error: &io::Error, words: &str) -> PyErr {
     let class = match error.kind() {
         io::ErrorKind::NotFound => "MissingFileError",
         _ => "FileError",

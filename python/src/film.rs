@@ -6,7 +6,7 @@ use lumivox_renderer::{self as renderer, Background, DisplaySettings, ToneMap};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray4};
 use pyo3::prelude::*;
 
-use crate::description::{Camera, Lit};
+use crate::description::{Camera, Scene};
 use crate::errors;
 use crate::fork;
 
@@ -132,7 +132,7 @@ impl Film {
     fn pixels<'py>(
         &self,
         py: Python<'py>,
-        scene: Lit,
+        scene: Scene,
         camera: Camera,
         background: &str,
         exposure: f64,
@@ -147,7 +147,7 @@ impl Film {
             other => return Err(errors::value(format!("tone '{other}' is not 'agx', 'aces' or 'plain'"))),
         };
         let settings = DisplaySettings { background: kind, exposure_ev: exposure, tone_map, gamma };
-        let (environment, camera): (_, PerspectiveCamera) = (scene.build()?, camera.build());
+        let (environment, camera): (_, PerspectiveCamera) = (scene.environment()?, camera.build());
         let rgba = fork::detach(py, || {
             let mut rgba = settings.pixels(&self.0, &environment, &camera).into_flattened();
             if let Some(color) = color {

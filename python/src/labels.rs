@@ -114,6 +114,11 @@ impl Labels {
         self.labels.values_of(word, &self.numbers).into_iter().map(u16::from).collect()
     }
 
+    /// The word by which scenes know a value.
+    fn word_of(&self, value: u8) -> String {
+        self.labels.word_of(value)
+    }
+
     /// Voxels of each value.
     fn counts(&self, py: Python<'_>) -> Vec<u64> {
         fork::detach(py, || self.labels.counts()).to_vec()

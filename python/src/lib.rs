@@ -1,10 +1,10 @@
 //! The native half of the Python package `lumivox`: volumes, films and the way to the GPU. What people call is in
 //! `python/lumivox`; the types that they see of this are in `_native.pyi` there.
 //!
-//! Scenes come as plain Python objects, read by the names of their attributes (`description.rs`): they can be pickled and
-//! compared, and a cluster sends them. Only voxels, films and GPUs live here.
+//! Scenes are plain Python objects, which can be pickled and compared, and which a cluster sends. They come as documents, the same
+//! as scenes in files (`description.rs`). Only voxels, films and GPUs live here.
 
-mod classification;
+mod clip_shapes;
 mod description;
 mod errors;
 mod film;
@@ -23,9 +23,9 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::classification::{clip_shape, is_solid};
+    use crate::clip_shapes::{clip_shape, is_solid};
     #[pymodule_export]
-    use crate::description::{frame, look_at, unseen_labels, usual_angles};
+    use crate::description::{frame, load_scene, look_at, save_scene, unseen_labels, usual_angles};
     #[pymodule_export]
     use crate::errors::{GpuError, LumivoxError, RenderError, ScanError};
     #[pymodule_export]
@@ -36,7 +36,7 @@ mod _native {
     use crate::labels::{Labels, load_labels};
     #[pymodule_export]
     use crate::looks::{
-        Map, default_preset, load_environment, load_transfer_function, preset_medium, presets,
+        Map, default_preset, load_environment, load_transfer_function, preset_look, presets,
         save_transfer_function, transfer_function_at,
     };
     #[pymodule_export]

@@ -3,20 +3,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use lumivox_core::{self as core, Ease, EnvironmentMap, Filter, Preset};
+use lumivox_core::{EnvironmentMap, Preset, document::Look};
 use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray3};
 use pyo3::prelude::*;
 
-use crate::description::{TransferFunction, environment_map};
+use crate::description::{environment_map, written_out};
 use crate::errors;
 use crate::fork;
 use crate::volume::Volume;
-
-/// Opacity knots `(value, opacity, ease)` and colour stops `(value, linear RGB)`.
-type Points = (Vec<(f64, f64, &'static str)>, Vec<(f64, [f64; 3])>);
-
-/// `(transfer function, density, albedo, anisotropy, bounces, filter, surface)`, the surface as its four numbers.
-type MediumParts = (Points, f64, f64, f64, u32, &'static str, [f64; 4]);
 
 /// A map of light from all directions.
 #[pyclass(frozen, name = "EnvironmentMap", module = "lumivox._native")]
@@ -43,15 +37,6 @@ impl Map {
     }
 }
 
-fn points(curve: &core::TransferFunction) -> Points {
-    let ease = |ease| match ease {
-        Ease::Linear => "linear",
-        Ease::InOut => "in-out",
-    };
-    let knots = curve.opacity_knots().iter().map(|knot| (knot.value, knot.opacity, ease(knot.ease)));
-    (knots.collect(), curve.color_stops().iter().map(|stop| (stop.value, stop.color)).collect())
-}
-
 /// Name and description of every preset.
 #[pyfunction]
 pub fn presets() -> Vec<(&'static str, &'static str)> {
@@ -65,59 +50,36 @@ pub fn default_preset(py: Python<'_>, volume: &Volume) -> &'static str {
     fork::detach(py, || Preset::default_for(&volume)).name()
 }
 
-/// A preset's name, its right spelling, and its medium, placed for a volume.
+/// A preset's name, its right spelling, and its look, placed for a volume: written out, as documents have it.
 #[pyfunction]
-pub fn preset_medium(py: Python<'_>, name: &str, volume: &Volume) -> PyResult<(&'static str, MediumParts)> {
+pub fn preset_look(py: Python<'_>, name: &str, volume: &Volume) -> PyResult<(&'static str, String)> {
     let preset = Preset::from_name(name).map_err(errors::value)?;
     let volume = volume.shared();
     // Some look at all voxels. Where all are equal, the gradients of surfaces are none, which nothing may have.
     let medium = fork::detach(py, || preset.medium(&volume)).sanitized();
-    let surface = medium.surface;
-    let filter = match medium.filter {
-        Filter::Nearest => "nearest",
-        Filter::Trilinear => "trilinear",
-        Filter::Tricubic => "tricubic",
-        Filter::Smooth => "smooth",
-    };
-    let parts = (
-        points(&medium.transfer_function),
-        medium.density_scale,
-        medium.albedo,
-        medium.anisotropy,
-        medium.max_bounces,
-        filter,
-        [surface.strength, surface.gradient_per_mm, surface.roughness, surface.specular],
-    );
-    Ok((preset.name(), parts))
+    Ok((preset.name(), serde_json::to_string(&Look::of_medium(&medium)).map_err(errors::words)?))
 }
 
-/// Opacity and linear RGB at values that change so much per mm.
+/// Opacity and linear RGB, by a look's function, at values that change so much per mm.
 #[pyfunction]
-pub fn transfer_function_at(
-    curve: TransferFunction,
-    values: Vec<f64>,
-    per_mm: f64,
-) -> PyResult<Vec<(f64, [f64; 3])>> {
-    let medium = curve.medium()?;
+pub fn transfer_function_at(look: &str, values: Vec<f64>, per_mm: f64) -> PyResult<Vec<(f64, [f64; 3])>> {
+    let medium = written_out(look)?;
     Ok(values.into_iter().map(|value| medium.opacity_and_color(value, per_mm)).collect())
 }
 
-/// The points of a transfer function in a file, and those of its rows for gradients, in units per mm.
+/// The look of a transfer function in a file.
 #[pyfunction]
-pub fn load_transfer_function(
-    path: PathBuf,
-    value_range: [f64; 2],
-) -> PyResult<(Points, Vec<(f64, Points)>)> {
+pub fn load_transfer_function(path: PathBuf, value_range: [f64; 2]) -> PyResult<String> {
     let loaded = lumivox_import::load_transfer_function_2d(&path, value_range);
-    let (curve, gradients) = loaded.map_err(errors::import)?;
-    let rows = gradients.iter().map(|row| (row.per_mm, points(&row.transfer_function)));
-    Ok((points(&curve), rows.collect()))
+    let (function, gradients) = loaded.map_err(errors::import)?;
+    let look = Look { transfer_function: Some(function), gradients, ..Look::default() };
+    serde_json::to_string(&look).map_err(errors::words)
 }
 
 /// Writes a transfer function's file.
 #[pyfunction]
-pub fn save_transfer_function(path: PathBuf, curve: TransferFunction, unit: &str) -> PyResult<()> {
-    let medium = curve.medium()?;
+pub fn save_transfer_function(path: PathBuf, look: &str, unit: &str) -> PyResult<()> {
+    let medium = written_out(look)?;
     let (function, rows) = (&medium.transfer_function, &medium.gradients);
     lumivox_import::save_transfer_function_2d(&path, function, rows, unit).map_err(errors::import)
 }

@@ -82,7 +82,8 @@ impl Volume {
         Self { report, ..self }
     }
 
-    fn of(volume: Arc<core::Volume>) -> Self {
+    /// A volume of which nothing more is known.
+    pub fn of(volume: Arc<core::Volume>) -> Self {
         Self { volume, report: None, found: None, part: Mutex::new(None), depth: Mutex::new(None) }
     }
 }

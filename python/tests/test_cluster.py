@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -339,6 +340,17 @@ def test_the_command_renders_on_a_cluster(
     assert run("own.png", *opened).returncode == 0
     done = run("cluster.png", "--cluster", address, *opened)
     assert done.returncode == 0, done.stderr
+    assert (tmp_path / "own.png").read_bytes() == (tmp_path / "cluster.png").read_bytes()
+
+    # All that scenes in files know goes along: a look that peels while it is seen, and lamps.
+    lamp = {"position": [200, 300, 400], "intensity": [0.3, 0.3, 0.1], "radius": 5, "falloff": {"relative": {"range": 2000}}}
+    spot = {"kind": "spot", "lamp": lamp, "direction": [-2, -3, -4], "half_angle": 30, "cone": {"inner_half_angle": 10}}
+    entry = {"scan": {"files": [str(head_folder)]}, "look": {"preset": "ct-skin"}, "peel": 4}
+    (tmp_path / "scene.json").write_text(json.dumps({"lumivox_scene": 1, "volumes": [entry], "lights": [spot]}))
+    for name, more in (("own.png", []), ("cluster.png", ["--cluster", address])):
+        asked = [command, "render", "scene.json", "--size", "48x40", "--samples", "4", "-o", name, *more]
+        shown = subprocess.run(asked, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+        assert shown.returncode == 0, shown.stderr
     assert (tmp_path / "own.png").read_bytes() == (tmp_path / "cluster.png").read_bytes()
 
     missing = run("a.png", "--cluster", address, LUMIVOX_PYTHON="no-such-python")

@@ -54,7 +54,7 @@ OPTIONS: list[tuple[type[Exception], str, dict[str, Any]]] = [
     (ValueError, "environment 'sky' is not 'studio', 'uniform' or 'gradient', nor a file", {"environment": "sky"}),
     (TypeError, "environment must be 'studio'", {"environment": np.ones((2, 4, 3))}),
     (ValueError, "environment_strength must be 0 to 1000000, not -1", {"environment_strength": -1}),
-    (TypeError, "light must be a lumivox.Sun, PointLight or SpotLight", {"light": "sun:40,30"}),
+    (TypeError, "light must be a lumivox.Sun, DirectionalLight, PointLight or SpotLight", {"light": "sun:40,30"}),
     (ValueError, "background must be transparent, environment or a colour such as #202428, not 'red'", {"background": "red"}),
     (ValueError, "exposure must be -32 to 32, not 1000", {"exposure": 1000}),
     (ValueError, "tone 'film' is not 'agx', 'aces' or 'plain'", {"tone": "film"}),

@@ -16,10 +16,9 @@ use std::{
 };
 
 use lumivox_core::{
-    CancelToken, ClipKind, ClipShape, Cone, Ease, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Filter,
-    LabelStyle, LabelVolume, Labelling, Light, LightKind, Medium, PerspectiveCamera, Scene,
-    SurfaceReflection, TransferFunction, VolumeInstance, Voxels,
-    glam::{DAffine3, DVec3},
+    CancelToken, EnvironmentMap, EnvironmentSource, LabelVolume, PerspectiveCamera, Scene, Volume,
+    VolumeInstance, Voxels,
+    document::{self, Scan, SceneDocument, View},
 };
 use lumivox_renderer::Film;
 use lumivox_wgpu::{RenderProgress, RenderRequest};
@@ -33,9 +32,6 @@ use crate::{
 
 /// Names another interpreter than `python3`.
 const INTERPRETER: &str = "LUMIVOX_PYTHON";
-
-/// Python has millimetres.
-const MM_PER_METRE: f64 = 1e3;
 
 /// How often it is asked whether the picture is still wanted.
 const LOOK: Duration = Duration::from_millis(50);
@@ -117,6 +113,9 @@ fn send(mut input: ChildStdin, header: &Value, scene: &Scene, enough: impl Fn() 
         for labels in label_volumes(scene) {
             input.write_all(labels.voxels())?;
         }
+        for depth in depths(scene) {
+            input.write_all(depth.voxels().as_bytes())?;
+        }
         if let Some(map) = map_of(scene) {
             for texel in map.texels.as_flattened() {
                 input.write_all(&texel.to_ne_bytes())?;
@@ -184,31 +183,34 @@ fn hear(child: &mut Child, reporter: Reporter) -> io::Result<Answer> {
     }
 }
 
-/// All but voxels and texels, in the words of the Python package.
+/// All but voxels and texels: the scene's document, and on which grids they lie.
 fn header(
     address: &str,
     scene: &Scene,
     camera: &PerspectiveCamera,
     request: &RenderRequest,
 ) -> Result<Value, Failure> {
-    if scene.volumes.iter().any(|instance| instance.peel.is_some()) {
-        return Err(Failure::usage(
-            "a cluster takes no scene that is peeled while it is seen; give --peel in place of the scene's 'peel'",
-        ));
+    let mut document = SceneDocument { camera: View::of(camera), ..SceneDocument::described(scene) };
+    for entry in &mut document.volumes {
+        // What files they are of is nobody's business there.
+        entry.scan = Scan::default();
+        entry.labels.iter_mut().for_each(|labels| (labels.files, labels.table) = (vec![], None));
     }
-    let lights = scene.lights.iter().map(light).collect::<Result<Vec<_>, _>>()?;
+    let document = serde_json::to_value(&document).map_err(|error| Failure::other(error.to_string()))?;
+    let of = |instance: &VolumeInstance| {
+        let labels =
+            instance.labels.as_ref().map(|labelling| place_of(&label_volumes(scene), &labelling.labels));
+        json!({ "labels": labels, "depth": instance.peel.as_ref().map(|peel| place_of(&depths(scene), &peel.depth)) })
+    };
     Ok(json!({
         "version": env!("CARGO_PKG_VERSION"),
         "address": address,
+        "scene": document,
+        "volumes": scene.volumes.iter().map(|instance| grid(&instance.volume)).collect::<Vec<_>>(),
         "labels": label_volumes(scene).iter().map(|labels| labels_of(labels)).collect::<Vec<_>>(),
-        "volumes": scene.volumes.iter().map(|instance| volume(instance, scene)).collect::<Vec<_>>(),
-        "environment": environment(scene),
-        "lights": lights,
-        "camera": rows(DAffine3 {
-            translation: camera.world_from_camera.translation * MM_PER_METRE,
-            ..camera.world_from_camera
-        }),
-        "fov": camera.vertical_fov.to_degrees(),
+        "depths": depths(scene).iter().map(|depth| grid(depth)).collect::<Vec<_>>(),
+        "parts": scene.volumes.iter().map(of).collect::<Vec<_>>(),
+        "map": map_of(scene).map(|map| [map.height, map.width, 3]),
         "size": [request.width, request.height],
         "samples": request.samples,
         "seed": request.seed,
@@ -216,61 +218,44 @@ fn header(
     }))
 }
 
-fn rows(affine: DAffine3) -> Value {
-    let m = affine.matrix3;
-    json!([0, 1, 2].map(|row| [m.x_axis[row], m.y_axis[row], m.z_axis[row], affine.translation[row]]))
-}
-
-/// The labels of all volumes, each once.
-fn label_volumes(scene: &Scene) -> Vec<&Arc<LabelVolume>> {
-    let mut all: Vec<&Arc<LabelVolume>> = vec![];
-    for labelling in scene.volumes.iter().filter_map(|instance| instance.labels.as_ref()) {
-        if !all.iter().any(|labels| Arc::ptr_eq(labels, &labelling.labels)) {
-            all.push(&labelling.labels);
+/// What volumes share, each once.
+fn each_once<'a, T>(all: impl Iterator<Item = &'a Arc<T>>) -> Vec<&'a Arc<T>> {
+    let mut once: Vec<&Arc<T>> = vec![];
+    for one in all {
+        if !once.iter().any(|other| Arc::ptr_eq(other, one)) {
+            once.push(one);
         }
     }
-    all
+    once
+}
+
+fn label_volumes(scene: &Scene) -> Vec<&Arc<LabelVolume>> {
+    each_once(scene.volumes.iter().filter_map(|instance| instance.labels.as_ref()).map(|l| &l.labels))
+}
+
+fn depths(scene: &Scene) -> Vec<&Arc<Volume>> {
+    each_once(scene.volumes.iter().filter_map(|instance| instance.peel.as_ref()).map(|peel| &peel.depth))
+}
+
+fn place_of<T>(all: &[&Arc<T>], wanted: &Arc<T>) -> Option<usize> {
+    all.iter().position(|one| Arc::ptr_eq(one, wanted))
 }
 
 fn labels_of(labels: &LabelVolume) -> Value {
     let [x, y, z] = labels.dims();
     let entries = labels.labels().iter().map(|label| json!([label.value, label.name, label.color]));
+    // JSON's numbers are no larger.
+    let numbers =
+        labels.numbers().into_iter().filter_map(|(number, value)| Some((i64::try_from(number).ok()?, value)));
     json!({
         "shape": [z, y, x],
-        "patient_from_voxel": rows(labels.patient_from_voxel()),
+        "patient_from_voxel": document::rows(labels.patient_from_voxel()),
         "entries": entries.collect::<Vec<_>>(),
+        "numbers": numbers.collect::<Vec<_>>(),
     })
 }
 
-fn labelling(labelling: &Labelling, scene: &Scene) -> Value {
-    let of = label_volumes(scene).iter().position(|labels| Arc::ptr_eq(labels, &labelling.labels));
-    let styles = labelling.styles.iter().map(|(value, style)| json!([value, self::style(style)]));
-    json!({ "of": of, "styles": styles.collect::<Vec<_>>() })
-}
-
-fn style(style: &LabelStyle) -> Value {
-    json!({
-        "visible": style.visible,
-        "color": style.color,
-        "opacity": style.opacity,
-        "density": style.density_scale,
-        "transfer_function": style.transfer_function.as_ref().map(curve),
-        "surface": style.surface.map(surface),
-        "clipped": style.clipped,
-    })
-}
-
-fn clip_shape(shape: &ClipShape) -> Value {
-    let kind = match shape.kind {
-        ClipKind::Plane => "plane",
-        ClipKind::Box => "box",
-        ClipKind::Sphere => "sphere",
-    };
-    json!({ "kind": kind, "from_shape": rows(shape.patient_from_shape), "inverted": shape.inverted, "space": "patient" })
-}
-
-fn volume(instance: &VolumeInstance, scene: &Scene) -> Value {
-    let volume = &instance.volume;
+fn grid(volume: &Volume) -> Value {
     let [x, y, z] = volume.dims();
     json!({
         "shape": [z, y, x],
@@ -281,52 +266,9 @@ fn volume(instance: &VolumeInstance, scene: &Scene) -> Value {
         },
         "slope": volume.slope(),
         "intercept": volume.intercept(),
-        "patient_from_voxel": rows(volume.patient_from_voxel()),
+        "patient_from_voxel": document::rows(volume.patient_from_voxel()),
         "modality": inputs::modality(volume).unwrap_or_default(),
         "unit": volume.unit(),
-        "medium": medium(&instance.medium),
-        "clip": instance.clip_box.map(|corner| corner.to_array()),
-        "world_from_patient": rows(DAffine3::from_scale(DVec3::splat(MM_PER_METRE)) * instance.world_from_patient),
-        "layers": instance.layers,
-        "labels": instance.labels.as_ref().map(|labels| labelling(labels, scene)),
-        "clip_shapes": instance.clip_shapes.iter().map(clip_shape).collect::<Vec<_>>(),
-    })
-}
-
-fn curve(curve: &TransferFunction) -> Value {
-    let ease = |ease| match ease {
-        Ease::Linear => "linear",
-        Ease::InOut => "in-out",
-    };
-    let knots = curve.opacity_knots().iter().map(|knot| json!([knot.value, knot.opacity, ease(knot.ease)]));
-    let stops = curve.color_stops().iter().map(|stop| json!([stop.value, stop.color]));
-    json!({ "opacity": knots.collect::<Vec<_>>(), "color": stops.collect::<Vec<_>>() })
-}
-
-fn surface(surface: SurfaceReflection) -> Value {
-    json!([surface.strength, surface.gradient_per_mm, surface.roughness, surface.specular])
-}
-
-fn medium(medium: &Medium) -> Value {
-    let rows = medium.gradients.iter().map(|row| json!([row.per_mm, curve(&row.transfer_function)]));
-    json!({
-        "transfer_function": curve(&medium.transfer_function),
-        "gradients": rows.collect::<Vec<_>>(),
-        "density": medium.density_scale,
-        "albedo": medium.albedo,
-        "anisotropy": medium.anisotropy,
-        "bounces": medium.max_bounces,
-        "filter": match medium.filter {
-            Filter::Nearest => "nearest",
-            Filter::Trilinear => "trilinear",
-            Filter::Tricubic => "tricubic",
-            Filter::Smooth => "smooth",
-        },
-        "surface": surface(medium.surface),
-        "extinction_space": match medium.extinction_space {
-            ExtinctionSpace::Volume => "volume",
-            ExtinctionSpace::World => "world",
-        },
     })
 }
 
@@ -334,41 +276,5 @@ fn map_of(scene: &Scene) -> Option<&EnvironmentMap> {
     match &scene.environment.source {
         EnvironmentSource::Map(map) => Some(map),
         _ => None,
-    }
-}
-
-fn environment(scene: &Scene) -> Value {
-    let environment = &scene.environment;
-    let common = json!({ "strength": environment.strength, "rotation": environment.rotation.to_degrees() });
-    let source = match &environment.source {
-        EnvironmentSource::Studio => json!({ "source": "studio" }),
-        EnvironmentSource::Uniform(color) => json!({ "source": "uniform", "color": color }),
-        EnvironmentSource::Gradient { zenith, horizon, nadir } => {
-            json!({ "source": "gradient", "zenith": zenith, "horizon": horizon, "nadir": nadir })
-        }
-        EnvironmentSource::Map(map) => json!({ "source": "map", "shape": [map.height, map.width, 3] }),
-    };
-    let mut all = common;
-    all.as_object_mut()
-        .into_iter()
-        .for_each(|all| all.extend(source.as_object().cloned().unwrap_or_default()));
-    all
-}
-
-/// Suns: the command line has no other lights, and a cluster is given none of a scene's.
-fn light(light: &Light) -> Result<Value, Failure> {
-    match light.kind {
-        LightKind::Directional { direction, irradiance, angular_radius } => {
-            let from = -direction.normalize_or_zero();
-            Ok(json!({
-                "azimuth": from.x.atan2(from.z).to_degrees(),
-                "elevation": from.y.clamp(-1.0, 1.0).asin().to_degrees(),
-                "strength": irradiance[0] / std::f64::consts::PI,
-                "degrees": angular_radius.to_degrees(),
-            }))
-        }
-        LightKind::Point(_) | LightKind::Spot { cone: Cone::Power { .. } | Cone::Between { .. }, .. } => {
-            Err(Failure::usage("a cluster takes no lights but suns; render the scene here"))
-        }
     }
 }

@@ -210,6 +210,21 @@ impl LabelVolume {
         self.source.as_ref().map_or_else(own, |source| source.numbers.clone())
     }
 
+    /// The word by which a value is meant alone: the label's name where that is the only one, else its number in the file.
+    pub fn word_of(&self, value: u8) -> String {
+        let numbers = self.numbers();
+        let name = match value {
+            UNLABELLED => "unlabelled",
+            _ => self.label(value).map_or("", |label| label.name.as_str()),
+        };
+        if self.values_of(name, &numbers) == [value] {
+            return name.to_owned();
+        }
+        let number =
+            numbers.iter().find(|(_, own)| *own == value).map_or(i128::from(value), |(number, _)| *number);
+        format!("#{number}")
+    }
+
     /// The values that people mean by a word: a label's name, in upper or lower case; `unlabelled`; `*` for all; else one of
     /// the `numbers` that labels have in their file. `#2` is always a number.
     pub fn values_of(&self, word: &str, numbers: &[(i128, u8)]) -> Vec<u8> {

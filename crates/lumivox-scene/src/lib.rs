@@ -1,7 +1,8 @@
 //! Scene documents and what they name: files become the scene of a document, and a scene becomes a document.
 //!
 //! The document itself is [`lumivox_core::document`]. [`open()`] reads its files, keeps the patient alone, takes off what is to come
-//! off, and places all with its labels and looks; [`open_loaded`] does that with scans that a host loaded in a way of its own.
+//! off, and places all with its labels and looks; [`open_loaded`] does that with scans that a host loaded in a way of its own, and
+//! [`assemble`] with what is handed over as it is shown.
 
 mod content;
 mod labels;
@@ -11,10 +12,10 @@ mod place;
 mod save;
 mod show;
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use lumivox_core::{
-    CancelToken, PerspectiveCamera, Scene, Volume,
+    CancelToken, EnvironmentMap, PerspectiveCamera, Scene, Volume,
     document::{Entry, Lighting, SceneDocument},
 };
 use lumivox_import::ImportError;
@@ -22,11 +23,12 @@ use lumivox_import::ImportError;
 pub use content::content_of;
 pub use load::load_scan;
 pub use note::{Audience, Note, Remedy, Silent};
+pub use place::Part;
 pub use save::save;
 
 use labels::{LabelMaps, lie_within};
 use load::load_environment;
-use place::{Part, place};
+use place::{place, say_if_unseen};
 use show::show;
 
 /// What a host allows, whatever a document says.
@@ -180,9 +182,26 @@ pub fn open_loaded(
     }
     let lights = document.lights.iter().map(Lighting::light).collect();
     let scene = place(&document.volumes, parts, lights, environment, audience)?;
+    for (entry, instance) in document.volumes.iter().zip(&scene.volumes) {
+        let styles = entry.labels.as_ref().map_or(&[][..], |labels| &labels.styles);
+        say_if_unseen(instance, styles, audience);
+    }
     let camera = document.camera.camera(&scene, document.film.aspect());
     let camera = camera.ok_or_else(|| OpenError::whole(&["camera"], OpenErrorKind::NoView))?;
     Ok(Opened { scene, camera })
+}
+
+/// The scene of a document that is handed over with all that is in it: what it names is not looked for.
+///
+/// # Errors
+/// [`OpenError`] for styles of labels that there are not.
+pub fn assemble(
+    document: &SceneDocument,
+    parts: Vec<Part>,
+    map: Option<Arc<EnvironmentMap>>,
+) -> Result<Scene, OpenError> {
+    let lights = document.lights.iter().map(Lighting::light).collect();
+    place(&document.volumes, parts, lights, document.environment.environment(map), &Silent)
 }
 
 /// The examples of the README are tests.

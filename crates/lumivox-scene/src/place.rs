@@ -13,7 +13,7 @@ use lumivox_core::{
 
 use crate::{Audience, Note, OpenError, Remedy, labels::labelling, show::Shown};
 
-/// What becomes a volume of a scene.
+/// What becomes a volume of a scene, as it is shown.
 #[derive(Clone, Debug)]
 pub struct Part {
     /// Its voxels.
@@ -55,23 +55,21 @@ pub fn place(
         let labels = part.labels.map(|labels| labelling(labels, styles, &part.volume)).transpose();
         let labels = labels.map_err(|kind| OpenError::of(index, &["labels", "styles"], kind))?;
         let [low, high] = entry.clip.unwrap_or([[0.0; 3], [1.0; 3]]);
-        let instance = VolumeInstance {
+        Ok(VolumeInstance {
             clip_box: [DVec3::from_array(low), DVec3::from_array(high)],
             layers: entry.layers,
             labels,
             peel: part.peel,
             clip_shapes: entry.clip_shapes.iter().map(|shape| shape.placed(world_from_patient)).collect(),
             ..VolumeInstance::new(part.volume, medium, world_from_patient)
-        };
-        say_if_unseen(&instance, styles, audience);
-        Ok(instance)
+        })
     };
     let volumes = entries.iter().zip(parts).enumerate().map(instance).collect::<Result<_, OpenError>>()?;
     Ok(Scene { volumes, environment, lights })
 }
 
 /// Says of which labels that are named hardly anything is seen. What is meant for all is not about any of them.
-fn say_if_unseen(instance: &VolumeInstance, styles: &[Style], audience: &impl Audience) {
+pub fn say_if_unseen(instance: &VolumeInstance, styles: &[Style], audience: &impl Audience) {
     let Some(labels) = instance.labels.as_ref().map(|labelling| &labelling.labels) else { return };
     let named = styles.iter().filter(|style| style.label != "*");
     let named: BTreeSet<u8> =

@@ -1,7 +1,7 @@
 """What `lumivox render --cluster` runs: a scene on standard input, a film's sums on standard output.
 
-A line of JSON, then voxels and texels as they lie in memory; back come lines of JSON (progress, or what went wrong), the
-last of them with the film's shape, then its sums. The input ends when the picture is no longer wanted.
+A line of JSON with the scene's document, then voxels and texels as they lie in memory; back come lines of JSON (progress, or
+what went wrong), the last of them with the film's shape, then its sums. The input ends when the picture is no longer wanted.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 import lumivox
-from lumivox import _native, cluster
+from lumivox import _document, _native, cluster
 from lumivox.cluster.job import Job
 from lumivox.image import Display
 from lumivox.rendering import Plan, Request
@@ -33,73 +33,42 @@ def read(source: BinaryIO) -> tuple[str, Plan]:
         raise lumivox.LumivoxError(
             f"the command is Lumivox {header['version']}, Python's is {lumivox.__version__}; install the same version of both"
         )
-    volumes = [
-        lumivox.Volume._from_stored(
-            _array(source, said["type"], said["shape"]),
-            said["slope"],
-            said["intercept"],
-            np.array(said["patient_from_voxel"]),
-            said["modality"],
-            said["unit"],
-        )
-        for said in header["volumes"]
-    ]
+    volumes = [_volume(source, said) for said in header["volumes"]]
     grids = [_labels(source, said) for said in header["labels"]]
-    instances = [_instance(volume, said, grids) for volume, said in zip(volumes, header["volumes"], strict=True)]
-    environment = header["environment"]
-    shape = environment.pop("shape", None)
-    if environment["source"] == "map":
-        environment["source"] = lumivox.EnvironmentMap(_array(source, "float32", shape))
-    lights = tuple(lumivox.Sun(**light) for light in header["lights"])
-    scene = lumivox.Scene(tuple(instances), lumivox.Environment(**environment), lights)
-    camera = lumivox.Camera(header["camera"], header["fov"])
+    depths = [_volume(source, said) for said in header["depths"]]
+    shape = header["map"]
+    environment_map = None if shape is None else _native.EnvironmentMap(_array(source, "float32", shape))
+    parts: list[_document.Part] = [
+        (
+            volume,
+            None if said["labels"] is None else grids[said["labels"]],
+            None if said["depth"] is None else depths[said["depth"]],
+        )
+        for volume, said in zip(volumes, header["parts"], strict=True)
+    ]
+    words = header["scene"]
+    camera = lumivox.Camera(words["camera"]["world_from_camera"], words["camera"]["fov"])
     width, height = header["size"]
     request = Request((width, height), header["samples"], seed=header["seed"], guides=header["guides"])
-    return header["address"], Plan(scene, camera, request, Display(), False, False)
+    return header["address"], Plan(_document.scene(words, parts, environment_map), camera, request, Display(), False, False)
 
 
-def _instance(volume: lumivox.Volume, said: dict[str, Any], grids: list[lumivox.Labels]) -> lumivox.VolumeInstance:
-    (low, high), medium, labels = said["clip"], said["medium"], said["labels"]
-    rows = [(per_mm, _curve(row)) for per_mm, row in medium["gradients"]]
-    look = lumivox.Medium(
-        _curve(medium["transfer_function"], rows),
-        medium["density"],
-        medium["albedo"],
-        medium["anisotropy"],
-        medium["bounces"],
-        medium["filter"],
-        lumivox.SurfaceReflection(*medium["surface"]),
-        medium["extinction_space"],
-    )
-    return lumivox.VolumeInstance(
-        volume,
-        look,
-        (tuple(low), tuple(high)),
-        said["world_from_patient"],
-        said["layers"],
-        None if labels is None else grids[labels["of"]],
-        [] if labels is None else [(value, _style(style)) for value, style in labels["styles"]],
-        [lumivox.ClipShape(**shape) for shape in said["clip_shapes"]],
-    )
+def _volume(source: BinaryIO, said: dict[str, Any]) -> _native.Volume:
+    return lumivox.Volume._from_stored(
+        _array(source, said["type"], said["shape"]),
+        said["slope"],
+        said["intercept"],
+        np.array(said["patient_from_voxel"]),
+        said["modality"],
+        said["unit"],
+    ).native
 
 
-def _curve(said: dict[str, Any], rows: list[tuple[float, lumivox.TransferFunction]] | None = None) -> lumivox.TransferFunction:
-    return lumivox.TransferFunction([tuple(knot) for knot in said["opacity"]], said["color"], rows or ())
-
-
-def _style(said: dict[str, Any]) -> lumivox.LabelStyle:
-    curve, surface = said.pop("transfer_function"), said.pop("surface")
-    return lumivox.LabelStyle(
-        **said,
-        transfer_function=None if curve is None else _curve(curve),
-        surface=None if surface is None else lumivox.SurfaceReflection(*surface),
-    )
-
-
-def _labels(source: BinaryIO, said: dict[str, Any]) -> lumivox.Labels:
+def _labels(source: BinaryIO, said: dict[str, Any]) -> _native.Labels:
     values, rows = _array(source, "uint8", said["shape"]), said["patient_from_voxel"]
     entries = [(value, name, color) for value, name, color in said["entries"]]
-    return lumivox.Labels(_native.Labels.from_array(values, rows, entries, True, None))
+    numbers = [(number, value) for number, value in said["numbers"]]
+    return _native.Labels.from_array(values, rows, entries, True, None, numbers)
 
 
 def _array(source: BinaryIO, kind: str, shape: list[int]) -> npt.NDArray[Any]:

@@ -144,6 +144,22 @@ impl SceneDocument {
     /// # Errors
     /// [`DocumentError`] with the line of what is wrong: no JSON, an unknown key, a newer version, a number out of its range.
     pub fn parse(text: &str) -> Result<Self, DocumentError> {
+        let document = Self::parse_described(text)?;
+        match document.volumes.iter().position(|entry| entry.scan.files.is_empty()) {
+            Some(index) => {
+                let path = ["volumes".into(), index.into(), "scan".into(), "files".into()];
+                let why = "a scan has files, such as [\"scans/head\"]".into();
+                Err(DocumentError { line: locate::line(text, &path), why })
+            }
+            None => Ok(document),
+        }
+    }
+
+    /// The same of a document whose scans are handed over beside it, see [`Self::described`]: they need no names.
+    ///
+    /// # Errors
+    /// As [`Self::parse`].
+    pub fn parse_described(text: &str) -> Result<Self, DocumentError> {
         let text = text.trim_start_matches('\u{feff}');
         let head: Head = serde_json::from_str(text).map_err(|error| DocumentError::of(&error))?;
         let at = |why: String| DocumentError { line: locate::line(text, &["lumivox_scene".into()]), why };

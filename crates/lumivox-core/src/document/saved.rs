@@ -3,7 +3,6 @@
 use super::{Entry, Labels, Lighting, Look, SceneDocument, Shape, Style, Surroundings, numbers::world_rows};
 use crate::{
     classification::Labelling,
-    labels::{LabelVolume, UNLABELLED},
     scene::{Scene, VolumeInstance},
 };
 use glam::DVec3;
@@ -31,55 +30,56 @@ impl SceneDocument {
     /// # Errors
     /// [`Unsaved`] where something came from no file.
     pub fn of(scene: &Scene) -> Result<Self, Unsaved> {
-        let entry = |(index, instance)| Entry::of(index, instance);
-        Ok(Self {
-            volumes: scene.volumes.iter().enumerate().map(entry).collect::<Result<_, _>>()?,
-            environment: Surroundings::of(&scene.environment).ok_or(Unsaved::Map)?,
+        for (index, instance) in scene.volumes.iter().enumerate() {
+            instance.volume.source().ok_or(Unsaved::Volume(index))?;
+            if let Some(labelling) = &instance.labels {
+                labelling.labels.source().ok_or(Unsaved::Labels(index))?;
+            }
+        }
+        Surroundings::of(&scene.environment).ok_or(Unsaved::Map)?;
+        Ok(Self::described(scene))
+    }
+
+    /// A scene as it is for whoever gets its scans, labels and the light's map beside it: what came from no file has no name.
+    pub fn described(scene: &Scene) -> Self {
+        let environment = &scene.environment;
+        let nameless = || Surroundings {
+            strength: environment.strength,
+            rotation: environment.rotation.to_degrees(),
+            ..Surroundings::default()
+        };
+        Self {
+            volumes: scene.volumes.iter().map(Entry::of).collect(),
+            environment: Surroundings::of(environment).unwrap_or_else(nameless),
             lights: scene.lights.iter().map(Lighting::of).collect(),
             ..Self::default()
-        })
+        }
     }
 }
 
 impl Entry {
-    fn of(index: usize, instance: &VolumeInstance) -> Result<Self, Unsaved> {
-        let scan = instance.volume.source().ok_or(Unsaved::Volume(index))?.clone();
+    fn of(instance: &VolumeInstance) -> Self {
         let [low, high] = instance.clip_box;
-        Ok(Self {
-            scan,
+        Self {
+            scan: instance.volume.source().cloned().unwrap_or_default(),
             look: Look::of_medium(&instance.medium),
             world_from_patient: Some(world_rows(instance.world_from_patient)),
             layers: instance.layers,
             clip: ((low, high) != (DVec3::ZERO, DVec3::ONE)).then(|| [low.to_array(), high.to_array()]),
             clip_shapes: instance.clip_shapes.iter().map(Shape::of).collect(),
-            labels: instance.labels.as_ref().map(|labels| labels_of(labels, index)).transpose()?,
+            labels: instance.labels.as_ref().map(labels_of),
             peel: instance.peel.as_ref().map(|peel| peel.mm),
-        })
+        }
     }
 }
 
-fn labels_of(labelling: &Labelling, index: usize) -> Result<Labels, Unsaved> {
-    let source = labelling.labels.source().ok_or(Unsaved::Labels(index))?;
-    let style =
-        |(value, style): &(u8, _)| Style::of(label_name(&labelling.labels, &source.numbers, *value), style);
-    Ok(Labels {
-        files: source.files.clone(),
-        table: source.table.clone(),
+fn labels_of(labelling: &Labelling) -> Labels {
+    let style = |(value, style): &(u8, _)| Style::of(labelling.labels.word_of(*value), style);
+    let source = labelling.labels.source();
+    Labels {
+        files: source.map(|source| source.files.clone()).unwrap_or_default(),
+        table: source.and_then(|source| source.table.clone()),
         content: None,
         styles: labelling.styles.iter().map(style).collect(),
-    })
-}
-
-/// The word by which a document knows a label: its name where that is the only one, else its number.
-fn label_name(labels: &LabelVolume, numbers: &[(i128, u8)], value: u8) -> String {
-    let name = match value {
-        UNLABELLED => "unlabelled",
-        _ => labels.label(value).map_or("", |label| label.name.as_str()),
-    };
-    if labels.values_of(name, numbers) == [value] {
-        return name.to_owned();
     }
-    let number =
-        numbers.iter().find(|(_, own)| *own == value).map_or(i128::from(value), |(number, _)| *number);
-    format!("#{number}")
 }

@@ -96,8 +96,6 @@ impl Scan {
     }
 
     pub(super) fn check(&self, faults: &mut Faults) {
-        faults
-            .unless(!self.files.is_empty(), "files", || "a scan has files, such as [\"scans/head\"]".into());
         faults.files("files", &self.files);
         faults.unless(self.phase != Some(0), "phase", || "phases count from 1".into());
         faults.number("slope", self.slope, -1e9, 1e9);
