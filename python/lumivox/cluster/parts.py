@@ -19,7 +19,7 @@ PASS_OF_SOFTWARE = 4
 """Of a device in software, whose dispatches take long."""
 
 LEAST_TILE = 1 << 20
-"""Pixels of a tile at least, on a GPU: fewer keep no large one busy (benches/README.md, 'A cluster')."""
+"""Pixels of a tile at least, on a GPU: fewer keep no large one busy (benches/history.md, 'A cluster')."""
 
 SHARE = 3
 """The first tile is as large as what this many times as many workers would have each."""
