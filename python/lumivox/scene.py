@@ -387,14 +387,14 @@ def _labels(given: Any) -> Labels | None:
 
 def _look_at_place(labels: Labels, volume: Volume, only: bool) -> None:
     """Says where labels are not those of a scan."""
-    share = labels.native.share_within(volume.native)
-    if share == 0.0 and only:
-        remedy = "they are of another patient, or of another place; take the labels of this scan"
-        raise ValueError(f"none of the labels lies in the scan: {remedy}")
-    if share is None:
+    if not any(labels.native.counts()[1:]):
         _check.warn("nothing is labelled")
-    elif 0.0 < share < 0.5:
-        _check.warn(f"{100.0 * (1.0 - share):.0f}% of what is labelled lies beyond the scan: are they of the same patient?")
+    misplaced = labels.native.misplaced(volume.native)
+    if misplaced is not None:
+        none_lies_in_it, why = misplaced
+        if none_lies_in_it and only:
+            raise ValueError(why)
+        _check.warn(why)
 
 
 def _say_if_apart(volumes: list[Volume]) -> None:

@@ -152,10 +152,10 @@ impl Labels {
         low.cmple(high).all().then(|| [(low - 0.5).to_array(), (high + 0.5).to_array()])
     }
 
-    /// The share of labelled voxels that lie in a volume; `None` where none is labelled.
-    fn share_within(&self, py: Python<'_>, volume: &Volume) -> Option<f64> {
+    /// Why they seem not to be a volume's, and whether none of them lies in it; `None` where they lie in it.
+    fn misplaced(&self, py: Python<'_>, volume: &Volume) -> Option<(bool, String)> {
         let volume = volume.shared();
-        fork::detach(py, || self.labels.share_within(&volume))
+        fork::detach(py, || self.labels.misplaced(&volume)).map(|misplaced| (misplaced.all, misplaced.why))
     }
 }
 

@@ -334,7 +334,7 @@ def test_what_makes_no_sense_of_labels_and_shapes_is_told(torso: lumivox.Volume)
     fails(ValueError, "peel and peel_mm exclude each other", peel=1, peel_mm=2)
     fails(ValueError, "peel_mm must be 0 to 63, not 70", peel_mm=70)
     elsewhere = lumivox.Labels.from_array(np.ones((4, 4, 4), np.uint8), origin=(5000.0, 0.0, 0.0))
-    fails(ValueError, "none of the labels lies in the scan", labels=elsewhere)
+    fails(ValueError, "none of its labels lies in the scan", labels=elsewhere)
     for words, make in {
         "the plane's normal must not be zero": lambda: lumivox.ClipShape.plane((0, 0, 0), (0, 0, 0)),
         "the sphere's radius must be above 0": lambda: lumivox.ClipShape.sphere((0, 0, 0), -1),

@@ -93,6 +93,15 @@ impl PartialEq for LabelVolume {
     }
 }
 
+/// That labels seem not to be those of a volume.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Misplaced {
+    /// None of them lies in it.
+    pub all: bool,
+    /// What that means, and what to do.
+    pub why: String,
+}
+
 impl LabelVolume {
     /// Labels of `dims` voxels, x fastest, then y, then z; [`UNLABELLED`] belongs to none of `labels`.
     ///
@@ -208,6 +217,35 @@ impl LabelVolume {
     pub fn numbers(&self) -> Vec<(i128, u8)> {
         let own = || self.labels.iter().map(|label| (i128::from(label.value), label.value)).collect();
         self.source.as_ref().map_or_else(own, |source| source.numbers.clone())
+    }
+
+    /// Why they seem not to be those of a volume: by where they lie, in words for people.
+    pub fn misplaced(&self, volume: &Volume) -> Option<Misplaced> {
+        /// Of the scan's size.
+        const LOST: &str = "the labels have as many voxels as the scan along each axis, but lie elsewhere: if they were drawn on \
+                            it, their file has lost its place (a NIfTI's affine, for example); save them with that of the scan";
+        let has_lost = self.is_of_size_but_elsewhere(volume);
+        let (all, why) = match self.share_within(volume) {
+            Some(0.0) if has_lost => (true, format!("none of its labels lies in the scan: {LOST}")),
+            Some(0.0) => {
+                let why = "none of its labels lies in the scan: they are of another patient, or of another place; take the labels \
+                           of this scan";
+                (true, why.to_owned())
+            }
+            Some(_) if has_lost => (false, LOST.to_owned()),
+            Some(share) if share < 0.5 => {
+                let beyond = 100.0 * (1.0 - share);
+                (
+                    false,
+                    format!(
+                        "{beyond:.0}% of what is labelled lies beyond the scan: are they of the same patient?"
+                    ),
+                )
+            }
+            // That there are none was said when they were read.
+            None | Some(_) => return None,
+        };
+        Some(Misplaced { all, why })
     }
 
     /// The word by which a value is meant alone: the label's name where that is the only one, else its number in the file.
@@ -368,6 +406,24 @@ mod tests {
         assert_eq!([at(0.0), at(2.0), at(5000.0)], [Some(1.0), Some(0.5), Some(0.0)]);
         let empty = LabelVolume::new([1; 3], vec![0], DAffine3::IDENTITY, vec![]).unwrap();
         assert_eq!(empty.share_within(&volume(DAffine3::IDENTITY)), None);
+    }
+
+    #[test]
+    fn labels_of_the_scans_size_at_another_place_are_told_in_words() {
+        let place = DAffine3::from_scale(DVec3::splat(1.5));
+        let scan = Volume::new([8; 3], Voxels::U8(vec![0; 512]), [1.0, 0.0], place, Modality::Ct).unwrap();
+        let told = |place| {
+            let labels = LabelVolume::new([8; 3], vec![1; 512], place, vec![label(1)]).unwrap();
+            labels.misplaced(&scan)
+        };
+        assert_eq!(told(place), None);
+        let some = told(DAffine3::IDENTITY).unwrap();
+        assert!(!some.all && some.why.contains("their file has lost its place"), "{some:?}");
+        let all = told(DAffine3::from_translation(DVec3::X * 500.0)).unwrap();
+        assert!(
+            all.all && all.why.starts_with("none of its labels lies in the scan: the labels have"),
+            "{all:?}"
+        );
     }
 
     #[test]

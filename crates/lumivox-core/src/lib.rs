@@ -46,7 +46,7 @@ pub use camera::{Camera, HostCamera, Orbit, PerspectiveCamera, Projection, Ray};
 pub use classification::{ClipKind, ClipShape, LabelStyle, Labelling, MOST_CLIP_SHAPES, Peel};
 pub use environment::{Environment, EnvironmentMap, EnvironmentSource};
 pub use histogram::Histogram;
-pub use labels::{Label, LabelError, LabelVolume, UNLABELLED};
+pub use labels::{Label, LabelError, LabelVolume, Misplaced, UNLABELLED};
 pub use light::{Cone, Falloff, Lamp, Light, LightKind};
 pub use medium::{ExtinctionSpace, Filter, GradientFunction, Medium, SurfaceReflection};
 pub use presets::{Organ, Preset, UnknownPreset};

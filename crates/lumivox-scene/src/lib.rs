@@ -15,7 +15,7 @@ mod show;
 use std::{path::Path, sync::Arc};
 
 use lumivox_core::{
-    CancelToken, EnvironmentMap, PerspectiveCamera, Scene, Volume,
+    CancelToken, EnvironmentMap, Misplaced, PerspectiveCamera, Scene, Volume,
     document::{Entry, Lighting, SceneDocument},
 };
 use lumivox_import::ImportError;
@@ -26,7 +26,7 @@ pub use note::{Audience, Note, Remedy, Silent};
 pub use place::Part;
 pub use save::save;
 
-use labels::{LabelMaps, lie_within};
+use labels::LabelMaps;
 use load::load_environment;
 use place::{place, say_if_unseen};
 use show::show;
@@ -168,14 +168,14 @@ pub fn open_loaded(
         let cancelled = |kind| OpenError::of(index, &["scan"], OpenErrorKind::Cancelled(kind));
         let shown = show(entry, scan, audience, cancel).map_err(cancelled)?;
         if let (Some(map), Some(named)) = (&labels, &entry.labels) {
-            match lie_within(map, &shown.volume) {
-                Ok(note) => note.into_iter().for_each(|note| audience.note(note)),
-                Err(why) if is_alone => {
+            match map.misplaced(&shown.volume) {
+                Some(Misplaced { all: true, why }) if is_alone => {
                     let file = named.files[0].display().to_string();
                     return Err(of_labels(OpenErrorKind::LabelsElsewhere { file, why }));
                 }
                 // They may be another scan's.
-                Err(why) => audience.note(Note::new(why)),
+                Some(Misplaced { why, .. }) => audience.note(Note::new(why)),
+                None => {}
             }
         }
         parts.push(Part::new(shown, labels));

@@ -13,7 +13,7 @@
 /**
  * Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
  */
-#define LUMIVOX_ABI_VERSION 5
+#define LUMIVOX_ABI_VERSION 6
 
 /**
  * How far long work is.
@@ -745,6 +745,10 @@ typedef struct LumivoxViewFrame {
    * Samples per pixel after which the image is done.
    */
   uint32_t target_samples;
+  /**
+   * Relative noise at which it is done before; 0: by its samples alone.
+   */
+  float target_noise;
   /**
    * Milliseconds of the GPU's time in a frame.
    */

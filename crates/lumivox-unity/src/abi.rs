@@ -6,7 +6,7 @@
 use std::ffi::c_char;
 
 /// Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
-pub const LUMIVOX_ABI_VERSION: u32 = 5;
+pub const LUMIVOX_ABI_VERSION: u32 = 6;
 
 /// What a scan is and how it lies in its object.
 #[repr(C)]
@@ -270,6 +270,8 @@ pub struct LumivoxViewFrame {
     pub resolution_scale: f32,
     /// Samples per pixel after which the image is done.
     pub target_samples: u32,
+    /// Relative noise at which it is done before; 0: by its samples alone.
+    pub target_noise: f32,
     /// Milliseconds of the GPU's time in a frame.
     pub frame_budget_ms: f32,
     /// 1 where noise is filtered out of what is shown.

@@ -309,6 +309,7 @@ pub unsafe extern "C" fn lumivox_stage_record_view(
             settings: LiveSettings {
                 resolution_scale: f64::from(frame.resolution_scale),
                 target_samples: frame.target_samples.max(1),
+                target_noise: f64::from(frame.target_noise),
                 exposure: f64::from(frame.exposure),
                 ambient: convert::color(frame.ambient),
                 denoise: frame.denoise != 0,

@@ -93,6 +93,13 @@ func _labels() -> Dictionary:
 	told.field = labels.set_label("lungs", "opactiy", 0.5)
 	print("EXPECT an error of a value")
 	told.value = labels.set_label("lungs", "opacity", "much")
+	print("EXPECT an error of what was not loaded")
+	told.of_nothing = LumivoxLabels.found_in(null)
+	var other := LumivoxVolume3D.new()
+	other.volume = LumivoxVolume.phantom("cube", 16)
+	print("EXPECT a warning of the labels of another scan")
+	other.labels = labels
+	other.free()
 	return told
 
 
@@ -263,6 +270,8 @@ func _redraws() -> Dictionary:
 	for property: String in changes:
 		if not await _at_rest():
 			push_error("the engine does not come to rest before %s" % property)
+		if property == "volume":
+			print("EXPECT a warning of the labels before, which are not this scan's")
 		var before := Engine.get_frames_drawn()
 		_node.set_indexed(property, changes[property])
 		for frame in REST:

@@ -39,6 +39,13 @@ namespace Lumivox
             }
         }
 
+        /// <summary>Noise at which the image is done before it has all its samples, relative to its brightness; 0: by its samples alone. From 0 to 1.</summary>
+        public float targetNoise
+        {
+            get => m_Settings.targetNoise;
+            set => Put("targetNoise", ref m_Settings.targetNoise, value, 0f, 1f);
+        }
+
         /// <summary>Milliseconds of the GPU's time that tracing may take in a frame. From 0.5 to 10000.</summary>
         public float frameBudgetMs
         {

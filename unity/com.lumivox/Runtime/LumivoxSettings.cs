@@ -22,6 +22,9 @@ namespace Lumivox
         /// <summary>Samples per pixel after which the image is done and costs nothing more. From 1 to 65536.</summary>
         [Min(1), Tooltip("Samples per pixel after which the image is done and costs nothing more. Noise halves with four times as many.")]
         public int targetSamples;
+        /// <summary>Noise at which the image is done before it has all its samples, relative to its brightness; 0: by its samples alone. From 0 to 1.</summary>
+        [Range(0f, 1f), Tooltip("Noise at which the image is done before it has all its samples, relative to its brightness: 0.05 is hardly seen. 0 ends it by its samples alone.")]
+        public float targetNoise;
         /// <summary>Milliseconds of the GPU's time that tracing may take in a frame. From 0.5 to 10000.</summary>
         [Min(0.5f), Tooltip("Milliseconds of the GPU's time that tracing may take in a frame. More converges sooner and lowers the frame rate until it has.")]
         public float frameBudgetMs;
@@ -43,6 +46,7 @@ namespace Lumivox
         {
             exposure = 0f,
             targetSamples = 512,
+            targetNoise = 0f,
             frameBudgetMs = 8f,
             resolutionScale = 1f,
             writeDepth = true,
@@ -57,6 +61,7 @@ namespace Lumivox
             var usual = Default;
             result.exposure = Numbers.Within(exposure, -64f, 64f, usual.exposure);
             result.targetSamples = Mathf.Clamp(targetSamples, 1, 65536);
+            result.targetNoise = Numbers.Within(targetNoise, 0f, 1f, usual.targetNoise);
             result.frameBudgetMs = Numbers.Within(frameBudgetMs, 0.5f, 10000f, usual.frameBudgetMs);
             result.resolutionScale = Numbers.Within(resolutionScale, 0.1f, 1f, usual.resolutionScale);
             result.environmentSource = (LumivoxEnvironmentSource)Mathf.Clamp((int)environmentSource, 0, 1);

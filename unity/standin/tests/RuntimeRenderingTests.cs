@@ -29,6 +29,18 @@ namespace Lumivox.Tests
         }
 
         [Test]
+        public void ItEndsByItsNoiseWhereThatIsAsked()
+        {
+            var effect = camera.GetComponent<LumivoxEffect>();
+            (effect.targetSamples, effect.targetNoise) = (2048, 0.25f);
+            Settle();
+            var samples = LumivoxRenderer.GetStatus(camera).samples;
+            Assert.IsTrue(samples >= 16 && samples < 2048, $"{samples} samples");
+            effect.targetNoise = 3f;
+            Assert.AreEqual(1f, effect.targetNoise);
+        }
+
+        [Test]
         public void UpIsUp()
         {
             volume.transform.position = new Vector3(0f, 0.06f, 0f);

@@ -1,10 +1,10 @@
 //! What a live view does with its film while the scene's light changes a little from frame to frame.
 //!
-//! It keeps a part of the film, the smaller the more has changed, and traces on: the film is then a mean over the last
-//! moments, and follows what flickers as well as samples allow. Once light rests, the film makes way for one of that light
+//! It keeps a part of the film, the smaller the more light differs from what the film has seen, and traces on: the film is then a
+//! mean of the last moments. Once light rests, the film makes way for one of that light
 //! alone, behind which it is seen until that is as good: a finished picture is never of two lights.
 
-use crate::scene_cache::{LightPast, change_of_color, is_much, kept_after};
+use crate::scene_cache::{LightPast, change_of_color, kept_after};
 
 /// Frames without a change after which light rests: what flickers may pause as long.
 const REST: u32 = 30;
@@ -54,10 +54,13 @@ impl LightOfFilm {
             self.rest = self.rest.saturating_add(1);
             return Change::None;
         }
-        let ambient = change_of_color(before.ambient, now.ambient);
+        let ambient = match change_of_color(before.ambient, now.ambient) {
+            0.0 => 1.0,
+            change => kept_after(change).unwrap_or(0.0),
+        };
         let [of_lights, scale] = now.past.since(&before.past);
-        let kept = of_lights * kept_after(ambient);
-        if is_much(ambient) || kept < LEAST_KEPT {
+        let kept = of_lights * ambient;
+        if kept < LEAST_KEPT {
             return Change::Much;
         }
         self.changes += 1;

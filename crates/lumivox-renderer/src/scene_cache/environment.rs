@@ -22,6 +22,8 @@ pub(super) struct CachedEnvironment {
     pub strength: f64,
     pub map_size: [u32; 2],
     pub importance_size: [u32; 2],
+    /// Of its radiance at strength 1.
+    pub mean_luminance: f64,
 }
 
 impl Default for CachedEnvironment {
@@ -34,6 +36,7 @@ impl Default for CachedEnvironment {
             strength: 1.0,
             map_size: [1, 1],
             importance_size: [1, 1],
+            mean_luminance: 0.0,
         }
     }
 }
@@ -78,6 +81,7 @@ impl CachedEnvironment {
         self.free(recording);
         self.map_size = [map.width as u32, map.height as u32];
         self.importance_size = grid.size.map(|n| n as u32);
+        self.mean_luminance = grid.mean_luminance;
         let [width, height] = self.map_size;
         let id = recording.create_texture("environment", TextureFormat::Rgba32Float, [width, height, 0]);
         let texels: Vec<[f32; 4]> = map.texels.iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();

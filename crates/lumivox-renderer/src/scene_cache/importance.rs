@@ -20,6 +20,8 @@ const QUICK_TEXELS: usize = 1 << 12;
 pub(crate) struct ImportanceGrid {
     pub size: [usize; 2],
     pub cells: Vec<ImportanceCell>,
+    /// Of the radiance from all around.
+    pub mean_luminance: f64,
 }
 
 /// The grids of maps that scenes share.
@@ -66,6 +68,7 @@ impl ImportanceGrid {
     pub fn new(map: &EnvironmentMap) -> Self {
         let size = [map.width.min(MAX_GRID[0]), map.height.min(MAX_GRID[1])];
         let mut weights = vec![0.0f64; size[0] * size[1]];
+        let (mut sum, mut solid_angle) = (0.0, 0.0);
         for y in 0..map.height {
             // Light from a row of the map fills a solid angle in proportion to the sine of its polar angle.
             let sin_theta = ((y as f64 + 0.5) / map.height as f64 * PI).sin();
@@ -73,6 +76,8 @@ impl ImportanceGrid {
                 // Bilinear radiance spreads a texel over its neighbours' cells; so does its weight, or light would
                 // arrive from where no sample goes.
                 let weight = luminance(map.texels[y * map.width + x].map(f64::from)) * sin_theta;
+                sum += weight;
+                solid_angle += sin_theta;
                 for (dx, dy, share) in NEIGHBOURS {
                     let nx = (x as i64 + dx).rem_euclid(map.width as i64) as usize;
                     let ny = (y as i64 + dy).clamp(0, map.height as i64 - 1) as usize;
@@ -81,7 +86,7 @@ impl ImportanceGrid {
                 }
             }
         }
-        Self { size, cells: alias_table(&weights) }
+        Self { size, cells: alias_table(&weights), mean_luminance: sum / solid_angle }
     }
 }
 

@@ -31,7 +31,8 @@ use lumivox_shaders::layout::{Frame, Instance, Light, Node};
 use lumivox_shaders::{Kernel, PathTraceVariant, constants};
 
 pub use self::cell_size::CellSize;
-pub(crate) use self::changing_light::{LightPast, change_of_color, is_much, kept_after};
+use self::changing_light::MeanLight;
+pub(crate) use self::changing_light::{LightPast, change_of_color, kept_after};
 use self::classes::Looks;
 use self::environment::CachedEnvironment;
 use self::fields::Field;
@@ -160,6 +161,7 @@ pub struct SceneCache {
     follows_light: bool,
     light_scale: f64,
     light_past: LightPast,
+    mean_light: MeanLight,
     /// Volumes that rays meet, then the fields that those read.
     instances: Mirror<Instance>,
     /// How many of them rays meet.
@@ -192,6 +194,7 @@ impl SceneCache {
             follows_light: false,
             light_scale: 1.0,
             light_past: LightPast::default(),
+            mean_light: MeanLight::default(),
             instances: Mirror::default(),
             traced: 0,
             nodes: Mirror::default(),

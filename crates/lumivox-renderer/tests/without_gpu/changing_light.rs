@@ -124,8 +124,8 @@ fn other_light_starts_over() {
     let mut host = Host::new();
     host.frame(&lit(1.0), AREA);
     for (other, scene) in [
-        ("much brighter", lit(2.0)),
-        ("one lamp more", Scene { lights: [lit(2.0).lights, lit(0.5).lights].concat(), ..lit(2.0) }),
+        ("much brighter", lit(20.0)),
+        ("one lamp more", Scene { lights: [lit(20.0).lights, lit(40.0).lights].concat(), ..lit(20.0) }),
         ("none", Scene { lights: vec![], ..lit(2.0) }),
     ] {
         let (cleared, fades, _) = host.frame(&scene, AREA);

@@ -166,6 +166,7 @@ fn frame() -> LumivoxViewFrame {
         ambient: [0.0; 3],
         resolution_scale: 1.0,
         target_samples: 4,
+        target_noise: 0.0,
         frame_budget_ms: 8.0,
         denoise: 0,
         fog: 0,

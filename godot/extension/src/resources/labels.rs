@@ -130,9 +130,13 @@ impl LumivoxLabels {
 
     /// What is found in a scan by itself: of a CT the body, lungs, airways and gas, table and clothes; of an MR the body.
     /// Takes seconds for a large scan: [method LumivoxImporter.find_labels] does it without holding up anything, and can be
-    /// cancelled. [code]null[/code] for a volume without a scan.
+    /// cancelled. [code]null[/code] for a volume without a scan and, with an error in the output, for none.
     #[func]
-    pub fn found_in(volume: Gd<LumivoxVolume>) -> Option<Gd<Self>> {
+    pub fn found_in(volume: Option<Gd<LumivoxVolume>>) -> Option<Gd<Self>> {
+        let Some(volume) = volume else {
+            godot_error!("LumivoxLabels.found_in: there is no volume to look in; the scan was not loaded");
+            return None;
+        };
         let scan = volume.bind().volume()?.clone();
         let found = lumivox_segmentation::segment(&scan, Progress::SILENT, &CancelToken::new()).ok()?;
         Some(Self::of(found.labels, found.report.notes))

@@ -49,11 +49,14 @@ fn a_label_that_there_is_not_is_an_error_that_names_the_nearest() {
         (&told["lung"], &told["field"], &told["value"]),
         (&json!(false), &json!(false), &json!(false))
     );
+    assert_eq!(told["of_nothing"], Value::Null);
     for said in [
         "there is no label 'Lung'; the nearest is 'lungs'",
         "there is no label 'Nope'",
         "a label has no 'opactiy'; the nearest is 'opacity'",
         "'opacity' of the label 'lungs' cannot be much",
+        "LumivoxLabels.found_in: there is no volume to look in",
+        "% of what is labelled lies beyond the scan: are they of the same patient?",
     ] {
         assert!(run().log.contains(said), "the log does not say: {said}");
     }

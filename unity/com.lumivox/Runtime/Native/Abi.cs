@@ -163,6 +163,7 @@ namespace Lumivox.Native
         public Vector3 ambient;
         public float resolutionScale;
         public uint targetSamples;
+        public float targetNoise;
         public float frameBudgetMs;
         public uint denoise;
         public uint fog;

@@ -9,7 +9,7 @@ namespace Lumivox.Native
     internal static unsafe class Border
     {
         /// <summary>Raised with the library's own.</summary>
-        public const uint AbiVersion = 5;
+        public const uint AbiVersion = 6;
 
         static bool isChecked;
         static string fault;

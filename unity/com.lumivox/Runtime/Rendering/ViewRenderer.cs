@@ -243,6 +243,7 @@ namespace Lumivox
                 exposure = Mathf.Pow(2f, settings.exposure) * inputs.Exposure,
                 resolutionScale = settings.resolutionScale,
                 targetSamples = (uint)settings.targetSamples,
+                targetNoise = settings.targetNoise,
                 // The eyes of a headset share a frame's time.
                 frameBudgetMs = settings.frameBudgetMs / Math.Max(1, inputs.EyeCount),
                 denoise = settings.denoise ? 1u : 0u,

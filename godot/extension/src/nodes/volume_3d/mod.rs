@@ -207,6 +207,7 @@ impl LumivoxVolume3D {
         }
         let had_scan = self.has_scan();
         self.volume = volume;
+        self.tell_misplaced_labels();
         self._contents_changed();
         if !(had_scan && self.has_scan()) {
             // The inspector offers ways to a scan, or from one slice to all.
@@ -310,6 +311,7 @@ impl LumivoxVolume3D {
     fn set_labels(&mut self, labels: Option<Gd<LumivoxLabels>>) {
         self.watch(self.labels.clone().map(Gd::upcast), labels.clone().map(Gd::upcast));
         self.labels = labels;
+        self.tell_misplaced_labels();
         self.changed();
         // Not now: its look may be set next.
         self.base_mut().call_deferred("_contents_changed", &[]);

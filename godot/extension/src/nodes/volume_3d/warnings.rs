@@ -24,6 +24,7 @@ impl LumivoxVolume3D {
         }
         warnings.extend(self.scan_warning().as_ref().map(GString::from));
         warnings.extend(self.look_warnings().into_iter().map(GString::from));
+        warnings.extend(self.misplaced_labels().as_ref().map(GString::from));
         warnings.extend(self.hidden_paint().as_ref().map(GString::from));
         warnings.extend(self.part_warning().as_ref().map(GString::from));
         warnings.extend(self.clip_warning().as_ref().map(GString::from));
@@ -81,6 +82,24 @@ impl LumivoxVolume3D {
              'Save As...' in the menu of 'Volume'."
                 .to_owned()
         })
+    }
+
+    /// That the labels seem to be another scan's.
+    pub(super) fn misplaced_labels(&self) -> Option<String> {
+        let labels = self.labels.as_ref()?.bind();
+        let resource = self.volume.as_ref()?.bind();
+        let misplaced = labels.labels()?.misplaced(resource.volume()?)?;
+        Some(format!("Labels: {}.", misplaced.why))
+    }
+
+    /// Says so in a game, where nobody looks at the scene dock.
+    pub(super) fn tell_misplaced_labels(&self) {
+        if Engine::singleton().is_editor_hint() {
+            return;
+        }
+        if let Some(why) = self.misplaced_labels() {
+            godot_warn!("LumivoxVolume3D: {why}");
+        }
     }
 
     /// Why less is seen of the scan than there is.
