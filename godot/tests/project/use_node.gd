@@ -270,8 +270,8 @@ func _redraws() -> Dictionary:
 	for property: String in changes:
 		if not await _at_rest():
 			push_error("the engine does not come to rest before %s" % property)
-		if property == "volume":
-			print("EXPECT a warning of the labels before, which are not this scan's")
+		if property in ["labels", "volume"]:
+			print("EXPECT a warning of labels that are not this scan's")
 		var before := Engine.get_frames_drawn()
 		_node.set_indexed(property, changes[property])
 		for frame in REST:
