@@ -350,12 +350,16 @@ def test_what_makes_no_sense_of_labels_and_shapes_is_told(torso: lumivox.Volume)
             make()
     # Half of what is labelled lies beyond the scan.
     x, y, z = torso.origin
-    shifted = lumivox.Labels.from_array(
-        np.ones(torso.shape, np.uint8), torso.spacing, (x + 0.7 * torso.shape[2] * torso.spacing[0], y, z), torso.orientation
-    )
-    with pytest.warns(UserWarning, match="[67][0-9]% of what is labelled lies beyond the scan") as told:
-        lumivox.render(torso, labels=shifted, size=(8, 8), samples=1)
-    assert told[0].filename == __file__, "at the line that asked"
+    beside = (x + 0.7 * torso.shape[2] * torso.spacing[0], y, z)
+    layers, rows, columns = torso.shape
+    for shape, words in (
+        ((layers - 2, rows, columns), "[67][0-9]% of what is labelled lies beyond the scan"),
+        (torso.shape, "as many voxels as the scan along each axis, but lie elsewhere"),
+    ):
+        shifted = lumivox.Labels.from_array(np.ones(shape, np.uint8), torso.spacing, beside, torso.orientation)
+        with pytest.warns(UserWarning, match=words) as told:
+            lumivox.render(torso, labels=shifted, size=(8, 8), samples=1)
+        assert told[0].filename == __file__, "at the line that asked"
 
 
 def test_passes_lose_no_light_where_drivers_count_the_turns_of_loops() -> None:
