@@ -149,6 +149,8 @@ impl Schedule {
         self.common = self.common.min(1);
         self.coarse_complete = self.coarse_complete.min(1);
         self.open_pixels = pixels(self.size);
+        // What was held is of a light that is gone, and gets no samples of today's.
+        self.is_held &= !self.covered;
         if self.has_coarse() || self.complete >= FINE_ALONE {
             return None;
         }

@@ -108,6 +108,22 @@ fn one_of_several_lamps_may_flicker() {
     assert_eq!(host.frame(&last, budget).2.pixel_samples, 0);
 }
 
+/// What is seen until a new image is as good is of light that is gone as soon as that changes again.
+#[test]
+fn an_image_that_was_held_goes_when_light_changes_again() {
+    let mut host = Host::new();
+    let budget = 4 * AREA;
+    host.frame(&lit(1.0), budget);
+    host.frame(&lit(1.05), budget);
+    let films = host.alive.len();
+    let last = lit(1.1);
+    host.frame(&last, budget);
+    while host.frame(&last, budget).0 == 0 {}
+    assert!(host.alive.len() > films, "the image before is held");
+    host.frame(&lit(1.15), budget);
+    assert_eq!(host.alive.len(), films);
+}
+
 #[test]
 fn images_that_are_done_at_once_do_not_wait_for_light_to_rest() {
     let mut host = Host::new();
