@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -199,6 +199,12 @@ class Image:
             if os.path.exists(partial):
                 os.remove(partial)
             raise
+
+    def save_scene(self, path: PathLike, **options: Any) -> None:
+        """Writes what it shows, from where and how, to a file that every host of Lumivox opens: see :meth:`Scene.save`, which
+        ``options`` are for."""
+        samples = max(1, self.min_samples)
+        self.scene.save(path, self.camera, **{"size": self.size, "samples": samples, **asdict(self.display), **options})
 
     def _channels(self) -> list[tuple[str, Array]]:
         channels = list(zip("RGB", np.moveaxis(self.radiance, 2, 0), strict=True))

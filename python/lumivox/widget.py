@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from lumivox import _check, look, rendering
+from lumivox._check import PathLike
 from lumivox.image import Image
 from lumivox.live import Live, Settings, histogram, usual_angles
 from lumivox.look import ColorStop, GradientFunction, OpacityKnot, TransferFunction
@@ -124,6 +125,12 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
         self.set_trait("knots", [list(knot) for knot in curve.opacity])
         # Points that are the same as before tell nobody, and the rows for gradients may be others.
         self._on_curve(None)
+
+    def save_scene(self, path: PathLike) -> None:
+        """Writes what is shown to a file that every host of Lumivox opens, see :meth:`Scene.save`."""
+        if self._image is None:
+            raise ValueError("nothing is shown yet, so that there is no scene to save")
+        self._image.save_scene(path, size=(self.width, self.height), samples=self.target)
 
     def close(self) -> None:
         """Ends the view and its thread."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -61,6 +62,19 @@ def test_a_view_comes_to_rest_and_is_the_renders_image(view: widget.View, head: 
     np.testing.assert_allclose(view.image.radiance, own.radiance, rtol=1e-5, atol=1e-6)
     assert view.preset == "ct-bone" and "ct-skin" in view.presets
     assert len(view.histogram) == 64 and max(view.histogram) == 1.0
+
+
+def test_what_is_shown_is_kept_as_a_scene(head_folder: Path, tmp_path: Path) -> None:
+    view = widget.View(lumivox.load(head_folder), size=(32, 24), samples=4, preset="ct-bone", azimuth=20.0, tone="aces")
+    try:
+        wait(rests(view, 20.0))
+        view.save_scene(tmp_path / "seen.json")
+    finally:
+        view.close()
+    opened = lumivox.load_scene(tmp_path / "seen.json")
+    assert (opened.size, opened.samples, opened.display.tone) == ((32, 24), 4, "aces")
+    assert view.image is not None
+    np.testing.assert_allclose(opened.render().radiance, view.image.radiance, rtol=1e-5, atol=1e-6)
 
 
 def test_orbit_preset_and_opacity_change_what_is_shown(view: widget.View) -> None:
