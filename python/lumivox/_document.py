@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -68,12 +68,13 @@ def _of_instance(instance: VolumeInstance) -> Words:
 
 def of_medium(medium: Medium) -> Words:
     """A look, written out."""
-    own = ("density", "albedo", "anisotropy", "bounces", "filter", "extinction_space")
-    return {
-        **of_curve(medium.transfer_function),
-        **{name: getattr(medium, name) for name in own},
-        "surface": asdict(medium.surface),
-    }
+    own = {name: getattr(medium, name) for name in _same(type(medium))}
+    return {**of_curve(medium.transfer_function), **own, "surface": asdict(medium.surface)}
+
+
+def _same(kind: type[Medium]) -> list[str]:
+    """What a medium has that is a look's by the same name: all but what is made of parts."""
+    return [one.name for one in fields(kind) if one.name not in ("transfer_function", "surface")]
 
 
 def of_curve(curve: TransferFunction) -> Words:
@@ -179,8 +180,8 @@ def medium(words: Words) -> Medium:
     """The medium of a look that is written out."""
     from lumivox.look import Medium, SurfaceReflection
 
-    own = ("density", "albedo", "anisotropy", "bounces", "filter", "extinction_space")
-    return Medium(curve(words), **{name: words[name] for name in own}, surface=SurfaceReflection(**words["surface"]))
+    own = {name: words[name] for name in _same(Medium)}
+    return Medium(curve(words), **own, surface=SurfaceReflection(**words["surface"]))
 
 
 def curve(words: Words) -> TransferFunction:
