@@ -312,7 +312,7 @@ mod tests {
     fn a_package_brings_few_kernels_and_all_that_live_views_want() {
         let kernels = translated([LIMITS], &[ViewKind::Live]).unwrap();
         let traces = kernels.values().filter(|(kernel, _)| matches!(kernel, Kernel::PathTrace(_))).count();
-        assert_eq!((kernels.len(), traces), (19, 9));
+        assert_eq!((kernels.len(), traces), (18, 7));
         let files = files(&kernels);
         assert!(files.values().all(|text| text.starts_with(MARK)));
         let depth = &files["composite_depth.shader"];

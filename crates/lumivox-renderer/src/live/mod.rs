@@ -170,7 +170,11 @@ impl LiveView {
                 .map(|c| if c.is_finite() { (c.max(0.0) / cache.light_scale()) as f32 } else { 0.0 }),
         };
         let change = self.light.follow(light);
-        let restarted = self.key != Some(key) || change == Change::Much;
+        let was_held = self.schedule.is_held();
+        let restarted = match self.key {
+            Some(shown) => change == Change::Much || shown != key,
+            None => true,
+        };
         self.noise.set_target(settings.target_noise);
         if restarted {
             self.noise.restart();
@@ -210,6 +214,9 @@ impl LiveView {
         };
         if self.fine.unfinished.puts_aside() && self.pixel_samples > 0 {
             self.record_starved(traced, cache, recording);
+        }
+        if was_held && !self.schedule.is_held() {
+            self.free_held(recording);
         }
         self.record_denoise(settings, recording);
         self.picture.record(self.shown(), settings, host, camera, cache, recording);
@@ -402,6 +409,12 @@ impl LiveView {
         Ok(())
     }
 
+    /// Gives back what was shown before this image, unless a coarse film has its place.
+    fn free_held(&mut self, recording: &mut Recording) {
+        let held = if self.schedule.has_coarse() { None } else { self.coarse.take() };
+        held.into_iter().for_each(|held| held.free(recording));
+    }
+
     /// Begins a film of half the coarse one's grain, where it is time for that.
     fn begin_finer(
         &mut self,
@@ -472,11 +485,6 @@ impl LiveView {
         }
         if self.seems_whole() {
             self.schedule.retire_coarse(self.is_open());
-        }
-        if !self.schedule.has_coarse()
-            && let Some(held) = self.coarse.take_if(|coarse| coarse.size == self.fine.size)
-        {
-            held.free(recording);
         }
         self.fine.stale |= plan.pixel_samples > 0 || missing > 0;
         plan.pixel_samples + missing

@@ -185,6 +185,11 @@ impl Schedule {
         self.factor > 1 || self.is_held
     }
 
+    /// Whether that is what the fine film was before this image.
+    pub fn is_held(&self) -> bool {
+        self.is_held
+    }
+
     /// Pixels of the coarse film, while there is one.
     pub fn coarse_size(&self) -> Option<[u32; 2]> {
         self.has_coarse().then(|| self.size.map(|n| n.div_ceil(self.factor)))
