@@ -374,15 +374,16 @@ impl LiveView {
     /// Keeps a part of the image, for its light has changed a little.
     fn fade(
         &mut self,
-        kept: [f64; 2],
+        [kept, scale]: [f64; 2],
         budget: u64,
         cache: &SceneCache,
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
+        let kept = self.schedule.kept_of_frames(kept, budget);
         for film in self.live_films() {
-            film.record_fade(kept, recording);
+            film.record_fade([kept, scale], recording);
         }
-        let coarse = self.schedule.fade(kept[0], budget);
+        let coarse = self.schedule.fade(kept, budget);
         self.count.forget();
         self.noise.restart();
         if let Some(size) = coarse {

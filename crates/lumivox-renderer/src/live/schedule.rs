@@ -14,6 +14,12 @@ const FIRST_AID: u32 = 4;
 /// Samples of a coarse pixel that are worth halving its film's resolution for.
 const LEAST_COARSE_SAMPLES: u32 = 2;
 
+/// Frames whose samples are remembered when light changes.
+const REMEMBERED_FRAMES: f64 = 16.0;
+
+/// Samples that a pixel remembers where the budget brings few: fewer, and the coarse film takes over, which is blurred.
+const LEAST_REMEMBERED: f64 = 10.0;
+
 /// A first fine image that is done in so many frames needs no better coarse one until then.
 const SOON_FRAMES: f64 = 4.0;
 
@@ -137,6 +143,14 @@ impl Schedule {
     pub fn restarted_behind(&self) -> Self {
         let held = Self::new(self.size, self.most_samples, self.target);
         Self { is_held: true, coarse_complete: 1, ..held }
+    }
+
+    /// Of a part that the films may keep, the one that leaves no more samples than a few frames of the budget bring: a light that
+    /// is dimmed is to be seen so at once, however long the image was traced before.
+    pub fn kept_of_frames(&self, kept: f64, budget: u64) -> f64 {
+        let most = (REMEMBERED_FRAMES * budget as f64 / pixels(self.size) as f64).max(LEAST_REMEMBERED);
+        let samples = self.faded.unwrap_or(self.complete.into());
+        kept.min(most / samples.max(most))
     }
 
     /// The films keep a part of their samples. Returns the pixels of a coarse film that is to begin then: one that takes so

@@ -78,7 +78,7 @@ pub(super) struct MeanLight {
     lights: Vec<layout::Light>,
     strength: f64,
     rotation: f64,
-    /// So many changes it is the mean of.
+    /// So many changes it is the mean of; of films that rested, as many as they may remember.
     count: f64,
 }
 
@@ -86,7 +86,7 @@ impl MeanLight {
     /// Of films that are empty.
     fn new(lights: &[layout::Light], environment: &Environment) -> Self {
         let Environment { strength, rotation, .. } = *environment;
-        Self { lights: lights.to_vec(), strength, rotation, count: 1.0 }
+        Self { lights: lights.to_vec(), strength, rotation, count: MEMORY }
     }
 
     /// The part of all light, about, in which today's differs where volumes are.

@@ -192,3 +192,35 @@ fn light_that_changes_a_little_keeps_the_image() {
     let still = film(&TestScene { scene, ..test }, &RenderRequest::new(SIZE, SIZE, SAMPLES));
     assert_same(&live.unwrap(), &still, 0..(SIZE * SIZE) as usize);
 }
+
+/// However long an image was traced before: a lamp that is dimmed once is seen to be, and no new image has to begin for that.
+#[test]
+fn a_lamp_that_is_dimmed_under_a_finished_image_is_dimmed_soon() {
+    const SIZE: u32 = 32;
+    const BUDGET: u64 = 1024;
+    let test = scenes::bulbs();
+    let camera = test.camera.with_aspect(1.0);
+    let mut gpu = gpu();
+    let settings = LiveSettings { target_samples: 512, ..LiveSettings::new(SIZE, SIZE) };
+    let light = |host: &mut Host, gpu: &mut Gpu, budget: u64| {
+        host.set_color(gpu, |_| [0.0, 0.0, 0.0, 1.0]);
+        host.frame(gpu, &camera, budget);
+        host.read_color(gpu).chunks(4).flat_map(|c| &c[..3]).map(|c| f64::from(*c)).sum::<f64>()
+    };
+    let finished = |gpu: &mut Gpu, scene: Scene| {
+        let mut host = Host::new(gpu, &TestScene { scene, ..test.clone() }, settings);
+        host.converge(gpu, &camera, u64::MAX);
+        let light = light(&mut host, gpu, u64::MAX);
+        (host, light)
+    };
+    let dimmed = lit(&test, 0.7, 1.0);
+    let (_, wanted) = finished(&mut gpu, dimmed.clone());
+    let (mut host, before) = finished(&mut gpu, test.scene.clone());
+    host.set_scene(&mut gpu, &dimmed);
+    // Less than it takes light to rest.
+    let shown: Vec<f64> = (0..20).map(|_| light(&mut host, &mut gpu, BUDGET)).collect();
+    let left = (shown[19] - wanted) / (before - wanted);
+    println!("of {} that are to go {left} are left", before - wanted);
+    assert!(host.live.status().samples > 0 && (before - wanted) / wanted > 0.03);
+    assert!(left.abs() < 0.6, "{before} to {wanted}: {shown:?}");
+}
