@@ -21,7 +21,7 @@ use crate::errors;
 use crate::fork;
 use crate::labels::Labels;
 use crate::looks;
-use crate::volume::{Rows, Volume, affine, rows};
+use crate::volume::{Rows, Volume, affine};
 use crate::wait;
 
 const METRES_PER_MM: f64 = 1e-3;
@@ -94,9 +94,7 @@ impl Camera {
 
 /// A camera's place as rows in mm.
 fn rows_of(camera: &PerspectiveCamera) -> Rows {
-    let mut world_from_camera = camera.world_from_camera;
-    world_from_camera.translation /= METRES_PER_MM;
-    rows(world_from_camera)
+    View::of(camera).world_from_camera.unwrap_or_default()
 }
 
 /// A camera around what a scene shows, or at an `eye` in mm, as rows in mm.

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use lumivox_core::glam::{DAffine3, DMat3, DVec3};
+pub use lumivox_core::document::{Rows, affine, rows};
 use lumivox_core::{self as core, LabelVolume, Modality, Organ, Preset, Voxels};
 use lumivox_import::{CodecWorker, ImportOptions, UnknownAxes, UnknownLayout, parse_spacing};
 use lumivox_segmentation::{SegmentationReport, has_organ, skin_is_dense};
@@ -17,9 +17,6 @@ use crate::fork;
 use crate::labels::Labels;
 use crate::wait;
 
-/// Rows of a transform: `a = m[:, :3] @ b + m[:, 3]`.
-pub type Rows = [[f64; 4]; 3];
-
 /// Which part of a volume is shown, in place of all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Part {
@@ -29,18 +26,6 @@ enum Part {
     Below(f64),
     /// One organ.
     Organ(Organ),
-}
-
-/// The transform of rows.
-pub fn affine(rows: Rows) -> DAffine3 {
-    let column = |i: usize| DVec3::new(rows[0][i], rows[1][i], rows[2][i]);
-    DAffine3::from_mat3_translation(DMat3::from_cols(column(0), column(1), column(2)), column(3))
-}
-
-/// The rows of a transform.
-pub fn rows(affine: DAffine3) -> Rows {
-    let m = affine.matrix3;
-    [0, 1, 2].map(|row| [m.x_axis[row], m.y_axis[row], m.z_axis[row], affine.translation[row]])
 }
 
 /// What was found of a scan.
