@@ -7,8 +7,13 @@
 //! Nothing a file says is believed before it is checked: sizes against what is there, numbers for being finite.
 
 mod axes;
+#[cfg(feature = "codec-worker")]
 mod broken_pipe;
 mod claims;
+#[cfg(feature = "codec-worker")]
+mod codec_worker;
+#[cfg(not(feature = "codec-worker"))]
+#[path = "codecs_here.rs"]
 mod codec_worker;
 mod dicom;
 mod environment_file;
@@ -32,6 +37,7 @@ mod report;
 mod sample;
 mod samples;
 mod single;
+mod sizes;
 mod source;
 mod study;
 mod text_header;
@@ -41,6 +47,7 @@ mod written_samples;
 mod zarr;
 
 pub use axes::{PatientAxes, UnknownAxes};
+#[cfg(feature = "codec-worker")]
 pub use codec_worker::{CodecWorker, serve_codecs, set_codec_worker};
 pub use environment_file::load_environment;
 pub use error::ImportError;

@@ -5,12 +5,12 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use super::{
-    jpeg_extended,
-    jpeg_xl::{self, JPEG_XL_CODESTREAM, JPEG_XL_FILE},
-    rle,
-    source::Input,
-};
+use super::{rle, source::Input};
+
+/// How a bare codestream of JPEG XL begins.
+pub(super) const JPEG_XL_CODESTREAM: &[u8] = &[0xFF, 0x0A];
+/// How a file of JPEG XL begins: boxes, among them the codestream.
+pub(super) const JPEG_XL_FILE: &[u8] = b"\0\0\0\x0cJXL \r\n\x87\n";
 
 /// How pixel data are compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,6 +58,45 @@ impl Encoding {
             _ => return Err(format!("'{uid}'")),
         })
     }
+
+    /// Why this build decodes none of it, and what to do; `None` where it does.
+    pub(crate) fn left_out(self) -> Option<LeftOut> {
+        self.codec().filter(|codec| !codec.is_here)
+    }
+
+    fn codec(self) -> Option<LeftOut> {
+        macro_rules! codec {
+            ($name:literal, $feature:literal) => {
+                LeftOut {
+                    what: concat!("it is compressed as ", $name, ", which this build of Lumivox does not decode"),
+                    remedy: concat!(
+                        "Use one with the feature '",
+                        $feature,
+                        "' of lumivox-import, or convert it to an uncompressed transfer syntax, for example with \
+                         'gdcmconv --raw'"
+                    ),
+                    is_here: cfg!(feature = $feature),
+                }
+            };
+        }
+        Some(match self {
+            Encoding::Native | Encoding::Raw | Encoding::Deflate | Encoding::Rle => return None,
+            Encoding::Jpeg => codec!("JPEG", "jpeg"),
+            Encoding::JpegLs => codec!("JPEG-LS", "jpeg-ls"),
+            Encoding::Jpeg2000 => codec!("JPEG 2000", "jpeg-2000"),
+            Encoding::JpegXl => codec!("JPEG XL", "jpeg-xl"),
+        })
+    }
+}
+
+/// What is said of a codec that a build is without.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LeftOut {
+    /// What a file is that needs it.
+    pub(crate) what: &'static str,
+    /// What its owner can do, a sentence.
+    pub(crate) remedy: &'static str,
+    is_here: bool,
 }
 
 /// The fault of a frame that is not there, since the file ends before it.
@@ -266,10 +305,19 @@ pub(crate) fn decode(stream: &[u8], format: &FrameShape) -> Result<Decoded, Code
             Ok(format.own_words(words))
         }
         Encoding::Rle => Ok(format.own_words(rle::decode(stream, format.samples(), format.bytes)?)),
-        Encoding::Jpeg => jpeg(stream, format),
-        Encoding::JpegLs => Ok(jpeg_ls(stream, format)?),
-        Encoding::Jpeg2000 => Ok(jpeg_2000(stream, format)?),
-        Encoding::JpegXl => jpeg_xl::decode(stream, format),
+        #[cfg(feature = "jpeg")]
+        Encoding::Jpeg => super::jpeg::decode(stream, format),
+        #[cfg(feature = "jpeg-ls")]
+        Encoding::JpegLs => Ok(super::jpeg_ls::decode(stream, format)?),
+        #[cfg(feature = "jpeg-2000")]
+        Encoding::Jpeg2000 => Ok(super::jpeg_2000::decode(stream, format)?),
+        #[cfg(feature = "jpeg-xl")]
+        Encoding::JpegXl => super::jpeg_xl::decode(stream, format),
+        // Headers are refused that name one of these.
+        #[cfg(not(all(feature = "jpeg", feature = "jpeg-ls", feature = "jpeg-2000", feature = "jpeg-xl")))]
+        other => Err(CodecFault::Unsupported(
+            other.left_out().map_or("it is compressed", |codec| codec.what).into(),
+        )),
     }))
     .unwrap_or_else(|_| Err("has a compressed frame that its decoder gave up on".into()))?;
     let expected = format.samples() * decoded.bytes;
@@ -303,6 +351,10 @@ fn inflate(stream: &[u8], format: &FrameShape) -> Result<Vec<u8>, String> {
 }
 
 /// What a codestream's own header says.
+#[cfg_attr(
+    not(all(feature = "jpeg", feature = "jpeg-ls", feature = "jpeg-2000", feature = "jpeg-xl")),
+    allow(dead_code, reason = "each codec looks at its own part")
+)]
 pub(super) struct StreamInfo {
     /// The frame header's marker, for JPEG: which process it is.
     pub(super) marker: usize,
@@ -315,6 +367,10 @@ pub(super) struct StreamInfo {
     pub(super) components: usize,
 }
 
+#[cfg_attr(
+    not(all(feature = "jpeg", feature = "jpeg-ls", feature = "jpeg-2000", feature = "jpeg-xl")),
+    allow(dead_code, reason = "each codec looks at its own part")
+)]
 impl StreamInfo {
     pub(super) fn check(&self, format: &FrameShape) -> Result<(), String> {
         if (self.columns, self.rows) != (format.columns, format.rows) {
@@ -331,7 +387,7 @@ impl StreamInfo {
 }
 
 /// Finds the frame header (SOF marker segment) of a JPEG or JPEG-LS stream.
-fn jpeg_info(stream: &[u8]) -> Option<StreamInfo> {
+pub(super) fn jpeg_info(stream: &[u8]) -> Option<StreamInfo> {
     let word = |at: usize| Some(usize::from(u16::from_be_bytes([*stream.get(at)?, *stream.get(at + 1)?])));
     let mut at = 2;
     loop {
@@ -360,59 +416,8 @@ fn jpeg_info(stream: &[u8]) -> Option<StreamInfo> {
     }
 }
 
-fn jpeg(stream: &[u8], format: &FrameShape) -> Result<Decoded, CodecFault> {
-    use jpeg_decoder::PixelFormat::{L8, L16};
-    let info = jpeg_info(stream).ok_or("has a JPEG stream without a frame header")?;
-    info.check(format)?;
-    if info.precision == 12 && matches!(info.marker, 0xFFC0 | 0xFFC1) {
-        let samples = jpeg_extended::decode(stream, format.columns, format.rows)?;
-        return Ok(Decoded { samples: samples.iter().flat_map(|s| s.to_le_bytes()).collect(), bytes: 2 });
-    }
-    let mut decoder = jpeg_decoder::Decoder::new(stream);
-    decoder.set_max_decoding_buffer_size(format.columns * format.rows * 2);
-    let samples = decoder.decode().map_err(|e| match e {
-        jpeg_decoder::Error::Unsupported(_) => {
-            CodecFault::Unsupported(format!("it is compressed as JPEG of {} bits", info.precision))
-        }
-        e => CodecFault::Damaged(format!("has a damaged JPEG stream ({e})")),
-    })?;
-    match decoder.info().map(|info| info.pixel_format) {
-        Some(L8) => Ok(Decoded { samples, bytes: 1 }),
-        Some(L16) => Ok(Decoded { samples: little_endian_16(samples), bytes: 2 }),
-        _ => Err("has a JPEG stream in colour".into()),
-    }
-}
-
-/// JPEG's marker of the end of an image.
-const JPEG_END: [u8; 2] = [0xFF, 0xD9];
-
-/// A stream without the zeros at its end.
-fn without_zeros(stream: &[u8]) -> &[u8] {
-    let end = stream.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
-    &stream[..end]
-}
-
-fn jpeg_ls(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
-    let info = jpeg_info(stream).ok_or("has a JPEG-LS stream without a frame header")?;
-    info.check(format)?;
-    // CharLS 2.4.5 reads on for seconds where a scan ends without a marker: it always meets one.
-    let decode = |stream: &[u8]| charls::CharLS::default().decode(&[stream, &JPEG_END].concat());
-    let samples = decode(stream)
-        .or_else(|fault| {
-            // Some writers make the scan's length even before its end, where padding may only follow.
-            let padded = without_zeros(stream).strip_suffix(&JPEG_END).ok_or(fault)?;
-            decode(without_zeros(padded))
-        })
-        .map_err(|e| format!("has a damaged JPEG-LS stream ({e})"))?;
-    if info.precision <= 8 {
-        Ok(Decoded { samples, bytes: 1 })
-    } else {
-        Ok(Decoded { samples: little_endian_16(samples), bytes: 2 })
-    }
-}
-
 /// What the SIZ segment of a JPEG 2000 stream says.
-fn jpeg_2000_info(stream: &[u8]) -> Result<StreamInfo, String> {
+pub(super) fn jpeg_2000_info(stream: &[u8]) -> Result<StreamInfo, String> {
     // The codestream begins with SOC and SIZ, by itself or within the boxes of a JP2 file.
     const BEGIN: [u8; 4] = [0xFF, 0x4F, 0xFF, 0x51];
     const SEARCHED: usize = 4096;
@@ -434,31 +439,33 @@ fn jpeg_2000_info(stream: &[u8]) -> Result<StreamInfo, String> {
     })
 }
 
-fn jpeg_2000(stream: &[u8], format: &FrameShape) -> Result<Decoded, String> {
-    jpeg_2000_info(stream)?.check(format)?;
-    // Strict: a stream that is cut short is an error, not a blurred slice.
-    let parameters = jpeg2k::DecodeParameters::new().strict(true);
-    let image = jpeg2k::Image::from_bytes_with(stream, parameters)
-        .map_err(|e| format!("has a damaged JPEG 2000 stream ({e})"))?;
-    let component = image.components().first().ok_or("has an empty JPEG 2000 stream")?;
-    if (component.width() as usize, component.height() as usize) != (format.columns, format.rows) {
-        return Err("has a subsampled JPEG 2000 stream".to_owned());
-    }
-    let data = component.data();
-    // Never narrower than the file's own samples, since these may have a sign.
-    Ok(match component.precision().max(8 * format.bytes as u32) {
-        ..=8 => Decoded { samples: data.iter().map(|&s| s as u8).collect(), bytes: 1 },
-        9..=16 => {
-            Decoded { samples: data.iter().flat_map(|&s| (s as u16).to_le_bytes()).collect(), bytes: 2 }
-        }
-        _ => Decoded { samples: data.iter().flat_map(|&s| s.to_le_bytes()).collect(), bytes: 4 },
-    })
-}
-
 /// Little endian samples from native ones.
-fn little_endian_16(mut samples: Vec<u8>) -> Vec<u8> {
+#[cfg(any(feature = "jpeg", feature = "jpeg-ls"))]
+pub(super) fn little_endian_16(mut samples: Vec<u8>) -> Vec<u8> {
     if cfg!(target_endian = "big") {
         samples.chunks_exact_mut(2).for_each(|pair| pair.swap(0, 1));
     }
     samples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_codec_that_is_left_out_is_named_with_its_feature() {
+        for (encoding, name, feature, is_here) in [
+            (Encoding::Jpeg, "JPEG,", "'jpeg'", cfg!(feature = "jpeg")),
+            (Encoding::JpegLs, "JPEG-LS,", "'jpeg-ls'", cfg!(feature = "jpeg-ls")),
+            (Encoding::Jpeg2000, "JPEG 2000,", "'jpeg-2000'", cfg!(feature = "jpeg-2000")),
+            (Encoding::JpegXl, "JPEG XL,", "'jpeg-xl'", cfg!(feature = "jpeg-xl")),
+        ] {
+            let codec = encoding.codec().expect("it is a codec of others");
+            assert!(codec.what.contains(name) && codec.remedy.contains(feature), "{codec:?}");
+            assert_eq!(encoding.left_out().is_none(), is_here, "{encoding:?}");
+        }
+        for always in [Encoding::Native, Encoding::Raw, Encoding::Deflate, Encoding::Rle] {
+            assert!(always.left_out().is_none());
+        }
+    }
 }

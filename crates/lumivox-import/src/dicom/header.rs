@@ -503,8 +503,12 @@ fn encoding(header: &Header, pixels: &PixelElement) -> Result<Encoding, Refusal>
     if pixels.length.is_some() {
         return Ok(Encoding::Native);
     }
-    Encoding::of_transfer_syntax(&header.transfer_syntax)
-        .map_err(|name| Refusal::Unsupported(format!("it is compressed as {name}"), DECOMPRESS))
+    let encoding = Encoding::of_transfer_syntax(&header.transfer_syntax)
+        .map_err(|name| Refusal::Unsupported(format!("it is compressed as {name}"), DECOMPRESS))?;
+    match encoding.left_out() {
+        Some(codec) => Err(Refusal::Unsupported(codec.what.to_owned(), codec.remedy)),
+        None => Ok(encoding),
+    }
 }
 
 /// What to tell of a declared length that reaches beyond the end of the file, where all frames that count are there.

@@ -2,12 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::codec::{CodecFault, Decoded, FrameShape, StreamInfo};
-
-/// How a bare codestream of JPEG XL begins.
-pub(super) const JPEG_XL_CODESTREAM: &[u8] = &[0xFF, 0x0A];
-/// How a file of JPEG XL begins: boxes, among them the codestream.
-pub(super) const JPEG_XL_FILE: &[u8] = b"\0\0\0\x0cJXL \r\n\x87\n";
+use super::codec::{CodecFault, Decoded, FrameShape, JPEG_XL_CODESTREAM, JPEG_XL_FILE, StreamInfo};
 
 pub(super) fn decode(stream: &[u8], format: &FrameShape) -> Result<Decoded, CodecFault> {
     use jxl_oxide::{AllocTracker, InitializeResult, JxlImage, image::BitDepth};

@@ -20,7 +20,15 @@ mod gaps;
 mod geometry;
 mod header;
 mod interleaving;
+#[cfg(feature = "jpeg")]
+mod jpeg;
+#[cfg(feature = "jpeg-2000")]
+mod jpeg_2000;
+#[cfg(feature = "jpeg")]
 mod jpeg_extended;
+#[cfg(feature = "jpeg-ls")]
+mod jpeg_ls;
+#[cfg(feature = "jpeg-xl")]
 mod jpeg_xl;
 mod kinds;
 mod lone_images;

@@ -24,7 +24,7 @@ use crate::{ImportError, codec_worker::Codecs};
 /// What CT padding becomes: air.
 pub(crate) const AIR_HU: f64 = -1000.0;
 /// No volume is larger; a file that says so is wrong.
-const LARGEST_VOLUME: usize = 32 << 30;
+const LARGEST_VOLUME: usize = crate::sizes::at_most(32 << 30);
 
 /// The samples of a stack.
 #[derive(Debug)]

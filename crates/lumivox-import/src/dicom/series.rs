@@ -216,13 +216,13 @@ struct Rank {
 
 /// Bytes that a grid of images may take, however few they are; and one of labels.
 const IMAGES: usize = 256 << 20;
-const LABELS: usize = 2 << 30;
+const LABELS: usize = crate::sizes::at_most(2 << 30);
 
 /// How many slices filling gaps may make of `slices`: a quarter more in any case, else as memory allows.
 fn most_slices(slices: usize, slice_bytes: usize, always: usize) -> usize {
     /// More than any scan has; they cost time even where they are small.
     const MOST: usize = 16_384;
-    const EIGHTFOLD: usize = 4 << 30;
+    const EIGHTFOLD: usize = crate::sizes::at_most(4 << 30);
     let eightfold = (slices * 8).min(EIGHTFOLD / slice_bytes);
     (slices + slices / 4 + 1).max(eightfold).max(MOST.min(always / slice_bytes))
 }

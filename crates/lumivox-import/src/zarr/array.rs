@@ -9,11 +9,11 @@ use lumivox_core::CancelToken;
 use serde_json::Value;
 
 use super::{chunks::Compression, damaged, read_json, sample_type};
-use crate::{error::ImportError, sample::SampleType, samples::Planes};
+use crate::{error::ImportError, sample::SampleType, samples::Planes, sizes::at_most};
 
 /// Bytes of the largest chunk, and of the chunks that a slice lies in.
 const LARGEST_CHUNK: usize = 1 << 30;
-const LARGEST_SLAB: usize = 4 << 30;
+const LARGEST_SLAB: usize = at_most(4 << 30);
 /// Chunks of one volume that are looked for; each costs a look at the disk, be it there or not.
 const MOST_CHUNKS: usize = 1 << 20;
 /// A volume may always have so many voxels, and beyond it so many times those of the chunks that are there.
@@ -22,7 +22,7 @@ const TIMES: usize = 64;
 /// What chunks of nothing but zeros are packed to.
 const LARGEST_RATIO: usize = 1 << 12;
 /// Voxels of one volume.
-const MOST_VOXELS: usize = 1 << 33;
+const MOST_VOXELS: usize = at_most(1 << 33);
 
 /// An array.
 #[derive(Debug)]

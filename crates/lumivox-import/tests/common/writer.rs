@@ -14,6 +14,8 @@ pub enum Syntax {
     Rle,
     JpegXl,
     JpegLs,
+    #[allow(dead_code, reason = "not every test program uses all of it")]
+    Jpeg2000,
     /// Of each frame.
     DeflatedFrames,
     /// Retired processes of JPEG.
@@ -32,6 +34,7 @@ impl Syntax {
             Syntax::Rle => "1.2.840.10008.1.2.5",
             Syntax::JpegXl => "1.2.840.10008.1.2.4.110",
             Syntax::JpegLs => "1.2.840.10008.1.2.4.80",
+            Syntax::Jpeg2000 => "1.2.840.10008.1.2.4.90",
             Syntax::DeflatedFrames => "1.2.840.10008.1.2.8.1",
             Syntax::JpegSpectral => "1.2.840.10008.1.2.4.53",
             Syntax::JpegProgressive => "1.2.840.10008.1.2.4.55",
