@@ -73,17 +73,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let look = TransferFunction::from_points(Ease::Linear, &[(0.0, 0.0), (1000.0, 1.0)], &[(0.0, [1.0; 3])])?;
     let scene = Scene::with_volume(Arc::new(volume), Medium::new(look));
     let camera = framing::frame(&scene, 0.5, 0.4, 0.5, 1.0).camera();
-    let limits = DeviceLimits {
-        max_texture_3d: 2048,
-        max_texture_bytes: DeviceLimits::TEXTURE_BYTES_OF_GPU,
-        unorm16: true,
-        one_pool: false,
-        max_texture_2d: 8192,
-        max_storage_binding: 128 << 20,
-        max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
-        loop_turns: None,
-        few_kernels: false,
-    };
+    // What any device of WebGPU has; this one has 16-bit norms, too.
+    let limits = DeviceLimits { unorm16: true, ..DeviceLimits::webgpu_default() };
 
     let mut device = FakeDevice::default();
     let mut recording = Recording::new();

@@ -26,6 +26,7 @@ pub mod stage;
 mod store;
 mod unfinished;
 mod view;
+mod webgpu;
 mod workshop;
 
 pub use display::{Background, DisplaySettings, ToneMap};

@@ -7,3 +7,4 @@ mod counts;
 mod recordings;
 mod scenes;
 mod switches;
+mod webgpu;
