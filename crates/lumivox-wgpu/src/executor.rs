@@ -7,6 +7,7 @@ use lumivox_renderer::recording::{BindingKind, Kernel, Stage, TextureOrder};
 use lumivox_renderer::stage::Workbench;
 use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step, Workshop};
 
+use crate::commands::{Commands, UNIFORM_BYTES};
 use crate::error::GpuError;
 use crate::pipelines::{self, DrawKey, Pipeline, Uniforms};
 use crate::submission::{self, Faults, ReadBack, Scopes, Submission};
@@ -32,46 +33,6 @@ pub struct Executor {
     sampler: wgpu::Sampler,
     uniforms: wgpu::Buffer,
     kind_of_uniforms: Uniforms,
-}
-
-/// Bytes of uniforms between two submissions.
-const UNIFORM_BYTES: u64 = 1 << 16;
-
-/// Bytes of uniforms that a step may take.
-const STEP_UNIFORM_BYTES: u64 = 4096;
-
-/// Commands that are submitted together.
-struct Batch {
-    encoder: wgpu::CommandEncoder,
-    is_empty: bool,
-    /// Where the next uniforms go in their buffer.
-    uniform_cursor: u64,
-    timing: Option<Timing>,
-}
-
-impl Batch {
-    fn new(device: &wgpu::Device, timing: Option<Timing>) -> Self {
-        let label = Some("recording");
-        let encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
-        Self { encoder, is_empty: true, uniform_cursor: 0, timing }
-    }
-
-    /// Where the next command goes.
-    fn commands(&mut self) -> &mut wgpu::CommandEncoder {
-        self.is_empty = false;
-        &mut self.encoder
-    }
-
-    /// Whether it has to be submitted before a step. The queue's writes take effect before the commands of the next
-    /// submission, and uniforms are written by the queue.
-    fn must_go_before(&self, step: &Step) -> bool {
-        let needed = match step {
-            Step::WriteBuffer { .. } | Step::WriteTexture { .. } => return !self.is_empty,
-            Step::Dispatch { .. } | Step::Draw { .. } => STEP_UNIFORM_BYTES,
-            _ => 0,
-        };
-        !self.is_empty && self.uniform_cursor + needed > UNIFORM_BYTES
-    }
 }
 
 impl Executor {
@@ -206,7 +167,8 @@ impl Executor {
     /// [`GpuError::Refused`] when a step names what is not there, or a kernel's pipeline cannot be made.
     pub fn submit(&mut self, recording: &Recording) -> Result<Submission, GpuError> {
         let scopes = Scopes::push(&self.device);
-        let replayed = self.replay(recording, true);
+        let timer = self.timer.clone();
+        let replayed = self.replay_and_submit(recording, timer.as_ref());
         let faults = scopes.pop();
         replayed.map(|submission| Submission { faults, ..submission })
     }
@@ -219,7 +181,7 @@ impl Executor {
     /// [`GpuError`] when the device runs out of memory or refuses a step.
     pub fn execute(&mut self, recording: &Recording) -> Result<Vec<ReadBack>, GpuError> {
         let scopes = Scopes::push(&self.device);
-        let replayed = self.replay(recording, false);
+        let replayed = self.replay_and_submit(recording, None);
         pollster::block_on(scopes.pop())?;
         Ok(replayed?.read_backs)
     }
@@ -247,19 +209,88 @@ impl Executor {
         submission::poll(&self.device, wgpu::PollType::Wait { submission_index: None, timeout: None })
     }
 
-    fn replay(&mut self, recording: &Recording, is_timed: bool) -> Result<Submission, GpuError> {
+    /// Replays a recording into an encoder of the host's, among commands of its own: nothing is done before the host submits
+    /// it. What came back of it is there some time after that, read-backs and the time by the GPU; in software no time is told.
+    ///
+    /// Encoders have to be submitted in the order in which recordings were replayed into them, and before a later recording is
+    /// [submitted](Self::submit) or [executed](Self::execute).
+    ///
+    /// [`Submission::check`] tells of what was made for it and uploaded. A command that the device refuses is the encoder's own
+    /// fault, which wgpu tells where the host finishes it.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] when a step names what is not there, or a kernel's pipeline cannot be made. The encoder holds the
+    /// steps before it then, which may be submitted or dropped; what the recording made should be [discarded](Self::discard).
+    pub fn replay_into(
+        &mut self,
+        recording: &Recording,
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<Submission, GpuError> {
+        let scopes = Scopes::push(&self.device);
+        // What others bind meanwhile is not overwritten.
+        let uniforms = self.create_buffer(
+            "uniforms",
+            self.uniform_bytes(recording).max(16),
+            self.kind_of_uniforms.usage() | wgpu::BufferUsages::COPY_DST,
+        );
+        let timer = self.timer.as_ref().filter(|timer| timer.times_within_an_encoder());
+        let timing = self.timing(recording, timer);
+        let mut commands = Commands::lent(encoder, uniforms, timing);
+        let replayed = self.replay(recording, &mut commands);
+        let faults = scopes.pop();
+        let returned = replayed?;
+        let read_back = |buffer| ReadBack::on_submit(self.device.clone(), buffer, commands.encoder());
+        let read_backs = returned.into_iter().map(read_back).collect();
+        let (_, timing) = commands.submit(&self.queue);
+        let time = timing.map(|timing| timing.on_submit(&self.device, encoder));
+        Ok(Submission { read_backs, time, faults })
+    }
+
+    fn replay_and_submit(
+        &mut self,
+        recording: &Recording,
+        timer: Option<&Timer>,
+    ) -> Result<Submission, GpuError> {
+        let timing = self.timing(recording, timer);
+        let mut commands = Commands::own(&self.device, self.uniforms.clone(), timing);
+        let returned = self.replay(recording, &mut commands)?;
+        let (submission, timing) = commands.submit(&self.queue);
+        let read_back = |buffer| ReadBack::new(self.device.clone(), buffer, submission.clone());
+        let read_backs = returned.into_iter().map(read_back).collect();
+        let time = timing.map(|timing| timing.submitted(&self.device));
+        Ok(Submission { read_backs, time, faults: Faults::default() })
+    }
+
+    /// What times a recording, where there is something to time.
+    fn timing(&self, recording: &Recording, timer: Option<&Timer>) -> Option<Timing> {
         let is_pass = |step: &&Step| matches!(step, Step::Dispatch { .. } | Step::Draw { .. });
         let passes = recording.steps.iter().filter(is_pass).count();
-        let timer = self.timer.as_ref().filter(|_| is_timed && passes > 0);
-        let mut batch =
-            Batch::new(&self.device, timer.map(|timer| timer.begin(&self.device, &self.queue, passes)));
+        timer.filter(|_| passes > 0).map(|timer| timer.begin(&self.device, &self.queue, passes))
+    }
+
+    /// Bytes that the uniforms of a recording take.
+    fn uniform_bytes(&self, recording: &Recording) -> u64 {
+        let alignment = self.kind_of_uniforms.alignment(&self.device.limits());
+        let of_step = |step: &Step| match step {
+            Step::Dispatch { uniforms, .. } | Step::Draw { uniforms, .. } => {
+                uniforms.iter().map(|bytes| (bytes.len() as u64).next_multiple_of(alignment)).sum()
+            }
+            _ => 0,
+        };
+        recording.steps.iter().map(of_step).sum()
+    }
+
+    /// Returns the buffers to which read-backs are copied.
+    fn replay(
+        &mut self,
+        recording: &Recording,
+        commands: &mut Commands<'_>,
+    ) -> Result<Vec<wgpu::Buffer>, GpuError> {
+        let (device, queue) = (self.device.clone(), self.queue.clone());
+        let gpu = (&device, &queue);
         let mut returned = vec![];
         for step in &recording.steps {
-            if batch.must_go_before(step) {
-                let timing = batch.timing.take();
-                let full = std::mem::replace(&mut batch, Batch::new(&self.device, timing));
-                self.queue.submit([full.encoder.finish()]);
-            }
+            commands.prepare_for(step, &device, &queue);
             match step {
                 Step::CreateBuffer { id, label, size } => {
                     let usage = wgpu::BufferUsages::STORAGE
@@ -275,13 +306,11 @@ impl Executor {
                     self.lend_texture(*id, &texture);
                 }
                 Step::WriteBuffer { id, offset, data } => {
-                    self.queue.write_buffer(self.buffer(*id)?, *offset, data.bytes());
+                    commands.write_buffer(gpu, *id, self.buffer(*id)?, *offset, data.bytes());
                 }
                 Step::WriteTexture { id, origin, size, data } => {
                     let (texture, _) = self.texture(*id)?;
-                    write_texture(&self.queue, texture, *origin, *size, data.bytes());
-                    // An empty submission lets the staging memory of a large upload go as soon as it is copied.
-                    self.queue.submit([]);
+                    commands.write_texture(gpu, *id, texture, *origin, *size, data.bytes());
                 }
                 Step::CopyTexture { from, to, origin: [x, y, z], size } => {
                     let origin = wgpu::Origin3d { x: *x, y: *y, z: *z };
@@ -289,36 +318,29 @@ impl Executor {
                         .map(|(texture, _)| wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() });
                     let [width, height, depth_or_array_layers] = *size;
                     let size = wgpu::Extent3d { width, height, depth_or_array_layers };
-                    batch.commands().copy_texture_to_texture(from, to, size);
+                    commands.encoder().copy_texture_to_texture(from, to, size);
                 }
-                Step::ClearBuffer { id } => batch.commands().clear_buffer(self.buffer(*id)?, 0, None),
+                Step::ClearBuffer { id } => commands.encoder().clear_buffer(self.buffer(*id)?, 0, None),
                 Step::Dispatch { kernel, uniforms, resources, workgroups } => {
-                    self.dispatch(*kernel, uniforms, resources, *workgroups, &mut batch)?;
+                    self.dispatch(*kernel, uniforms, resources, *workgroups, commands)?;
                 }
                 Step::Draw { kernel, uniforms, resources, target } => {
                     let (texture, view) = self.texture(*target)?;
                     let target = (texture.clone(), view.clone());
-                    self.draw(*kernel, uniforms, resources, target, &mut batch)?;
+                    self.draw(*kernel, uniforms, resources, target, commands)?;
                 }
                 Step::ReadBuffer { id, range } => {
                     let size = range.end - range.start;
                     let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
                     let staging = self.create_buffer("read back", size, usage);
                     let from = self.buffer(*id)?;
-                    batch.commands().copy_buffer_to_buffer(from, range.start, &staging, 0, size);
+                    commands.encoder().copy_buffer_to_buffer(from, range.start, &staging, 0, size);
                     returned.push(staging);
                 }
                 Step::Free { id } => self.free(*id),
             }
         }
-        if let Some(timing) = &batch.timing {
-            timing.resolve(&mut batch.encoder);
-        }
-        let submission = self.queue.submit([batch.encoder.finish()]);
-        let read_back = |buffer| ReadBack::new(self.device.clone(), buffer, submission.clone());
-        let read_backs = returned.into_iter().map(read_back).collect();
-        let time = batch.timing.map(|timing| timing.submitted(&self.device));
-        Ok(Submission { read_backs, time, faults: Faults::default() })
+        Ok(returned)
     }
 
     fn texture(&self, id: ResourceId) -> Result<(&wgpu::Texture, &wgpu::TextureView), GpuError> {
@@ -339,15 +361,14 @@ impl Executor {
         uniforms: &[Vec<u8>],
         resources: &[ResourceId],
         [x, y]: [u32; 2],
-        batch: &mut Batch,
+        commands: &mut Commands<'_>,
     ) -> Result<(), GpuError> {
         let pipeline = self.dispatches.get(kernel).map_err(GpuError::Refused)?;
-        let group = self.bind(kernel, &pipeline.layout, uniforms, resources, &mut batch.uniform_cursor)?;
+        let group = self.bind(kernel, &pipeline.layout, uniforms, resources, commands)?;
         let label = Some(kernel.entry_point());
-        batch.is_empty = false;
-        let timestamp_writes = batch.timing.as_mut().and_then(Timing::next_compute);
-        let mut pass =
-            batch.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes });
+        let (encoder, timing) = commands.encoder_and_timing();
+        let timestamp_writes = timing.and_then(Timing::next_compute);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes });
         pass.set_pipeline(&pipeline.pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.dispatch_workgroups(x, y, 1);
@@ -360,11 +381,11 @@ impl Executor {
         uniforms: &[Vec<u8>],
         resources: &[ResourceId],
         (target, view): (wgpu::Texture, wgpu::TextureView),
-        batch: &mut Batch,
+        commands: &mut Commands<'_>,
     ) -> Result<(), GpuError> {
         let key = DrawKey { kernel, format: target.format(), samples: target.sample_count() };
         let pipeline = self.draws.get(key).map_err(GpuError::Refused)?;
-        let group = self.bind(kernel, &pipeline.layout, uniforms, resources, &mut batch.uniform_cursor)?;
+        let group = self.bind(kernel, &pipeline.layout, uniforms, resources, commands)?;
         // What the host has drawn stays, under what is drawn now.
         let color = [Some(wgpu::RenderPassColorAttachment {
             view: &view,
@@ -378,12 +399,12 @@ impl Executor {
             stencil_ops: None,
         };
         let draws_color = kernel.stage() == Stage::DrawColor;
-        batch.is_empty = false;
-        let mut pass = batch.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        let (encoder, timing) = commands.encoder_and_timing();
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(kernel.entry_point()),
             color_attachments: if draws_color { &color } else { &[] },
             depth_stencil_attachment: (!draws_color).then_some(depth),
-            timestamp_writes: batch.timing.as_mut().and_then(Timing::next_render),
+            timestamp_writes: timing.and_then(Timing::next_render),
             ..Default::default()
         });
         pass.set_pipeline(&pipeline.pipeline);
@@ -399,20 +420,21 @@ impl Executor {
         layout: &wgpu::BindGroupLayout,
         uniforms: &[Vec<u8>],
         resources: &[ResourceId],
-        uniform_cursor: &mut u64,
+        commands: &mut Commands<'_>,
     ) -> Result<wgpu::BindGroup, GpuError> {
         let alignment = self.kind_of_uniforms.alignment(&self.device.limits());
+        let uniform_buffer = commands.uniforms.clone();
         let (mut uniforms, mut resources) = (uniforms.iter(), resources.iter());
         let mut entries = vec![];
         for (binding, kind) in (0..).zip(kernel.bindings()) {
             let resource = match kind {
                 BindingKind::Uniform => {
                     let Some(bytes) = uniforms.next() else { continue };
-                    let offset = *uniform_cursor;
-                    self.queue.write_buffer(&self.uniforms, offset, bytes);
-                    *uniform_cursor = (offset + bytes.len() as u64).next_multiple_of(alignment);
+                    let offset = commands.uniform_cursor;
+                    self.queue.write_buffer(&uniform_buffer, offset, bytes);
+                    commands.uniform_cursor = (offset + bytes.len() as u64).next_multiple_of(alignment);
                     wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                        buffer: &self.uniforms,
+                        buffer: &uniform_buffer,
                         offset,
                         size: wgpu::BufferSize::new(bytes.len() as u64),
                     })
@@ -452,29 +474,4 @@ impl Workbench for Executor {
         let maker = Executor::texture_maker(self);
         Box::new(move |order| maker.make(order))
     }
-}
-
-fn write_texture(
-    queue: &wgpu::Queue,
-    texture: &wgpu::Texture,
-    [x, y, z]: [u32; 3],
-    [width, height, depth]: [u32; 3],
-    bytes: &[u8],
-) {
-    let texel = texture.format().block_copy_size(None).unwrap_or(1);
-    queue.write_texture(
-        wgpu::TexelCopyTextureInfo {
-            texture,
-            mip_level: 0,
-            origin: wgpu::Origin3d { x, y, z },
-            aspect: wgpu::TextureAspect::All,
-        },
-        bytes,
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(width * texel),
-            rows_per_image: Some(height),
-        },
-        wgpu::Extent3d { width, height, depth_or_array_layers: depth },
-    );
 }

@@ -5,8 +5,10 @@
 //! what was rendered so far.
 //!
 //! A host with a frame to keep calls [`Executor::submit`], which waits for nothing: a [`Submission`] tells bytes, faults
-//! and the [time on the GPU](GpuTime) when they are there.
+//! and the [time on the GPU](GpuTime) when they are there. One that submits its frames itself has a recording put among
+//! its own commands by [`Executor::replay_into`].
 
+mod commands;
 mod error;
 mod executor;
 mod gpu;

@@ -122,14 +122,28 @@ pub(crate) fn poll(device: &wgpu::Device, how: wgpu::PollType) -> Result<(), Gpu
 pub struct ReadBack {
     device: wgpu::Device,
     buffer: wgpu::Buffer,
-    submission: wgpu::SubmissionIndex,
+    /// `None` where it is the host's, or will be.
+    submission: Option<wgpu::SubmissionIndex>,
     mapping: Mapping,
 }
 
 impl ReadBack {
     /// Of a buffer to which the commands of a submission copy.
-    pub(crate) fn new(device: wgpu::Device, buffer: wgpu::Buffer, submission: wgpu::SubmissionIndex) -> Self {
+    pub(crate) fn new(
+        device: wgpu::Device,
+        buffer: wgpu::Buffer,
+        submission: Option<wgpu::SubmissionIndex>,
+    ) -> Self {
         Self { device, mapping: Mapping::begin(&buffer), buffer, submission }
+    }
+
+    /// Of a buffer to which the commands of an encoder copy that the host will submit.
+    pub(crate) fn on_submit(
+        device: wgpu::Device,
+        buffer: wgpu::Buffer,
+        encoder: &wgpu::CommandEncoder,
+    ) -> Self {
+        Self { device, mapping: Mapping::on_submit(&buffer, encoder), buffer, submission: None }
     }
 
     /// The bytes, as soon as they are there; never waits.
@@ -144,12 +158,12 @@ impl ReadBack {
         Some(mapped.map(|()| self.buffer.slice(..).get_mapped_range().to_vec()))
     }
 
-    /// Waits for the bytes. Not in browsers, whose own loop has to run until they are there: see [`poll`](Self::poll).
+    /// Waits for the bytes, of which the commands have been submitted. Not in browsers, whose own loop has to run until they are there: see [`poll`](Self::poll).
     ///
     /// # Errors
     /// [`GpuError::Lost`] when the device is gone.
     pub fn wait(mut self) -> Result<Vec<u8>, GpuError> {
-        let wait = wgpu::PollType::Wait { submission_index: Some(self.submission.clone()), timeout: None };
+        let wait = wgpu::PollType::Wait { submission_index: self.submission.clone(), timeout: None };
         poll(&self.device, wait)?;
         let nothing = || Err(GpuError::Lost("the bytes of a read-back did not come".to_owned()));
         self.poll().unwrap_or_else(nothing)
@@ -165,12 +179,23 @@ pub(crate) struct Mapping {
 
 impl Mapping {
     pub fn begin(buffer: &wgpu::Buffer) -> Self {
+        let (told, tell) = Self::told();
+        buffer.slice(..).map_async(wgpu::MapMode::Read, tell);
+        told
+    }
+
+    /// Once the commands of an encoder are submitted.
+    pub fn on_submit(buffer: &wgpu::Buffer, encoder: &wgpu::CommandEncoder) -> Self {
+        let (told, tell) = Self::told();
+        encoder.map_buffer_on_submit(buffer, wgpu::MapMode::Read, .., tell);
+        told
+    }
+
+    fn told() -> (Self, impl FnOnce(Result<(), wgpu::BufferAsyncError>) + Send + 'static) {
         let (send, told) = mpsc::channel();
-        buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
-            // Nobody listens any more where the read-back was dropped.
-            let _ = send.send(result);
-        });
-        Self { told, known: None }
+        // Nobody listens any more where the read-back was dropped.
+        let tell = move |result| _ = send.send(result);
+        (Self { told, known: None }, tell)
     }
 
     /// Whether the buffer can be read, once the device was polled.
@@ -179,7 +204,9 @@ impl Mapping {
             self.known = match self.told.try_recv() {
                 Ok(result) => Some(result.map_err(|e| GpuError::Lost(e.to_string()))),
                 Err(mpsc::TryRecvError::Empty) => None,
-                Err(error) => Some(Err(GpuError::Lost(error.to_string()))),
+                Err(mpsc::TryRecvError::Disconnected) => Some(Err(GpuError::Lost(
+                    "the commands that bring bytes back were never submitted".to_owned(),
+                ))),
             };
         }
         self.known.clone()

@@ -25,7 +25,7 @@ struct Slot {
 }
 
 /// Times submissions, where the device can.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Timer {
     /// Nanoseconds of a tick.
     period: f64,
@@ -41,6 +41,11 @@ impl Timer {
         let tells = device.features().contains(wgpu::Features::TIMESTAMP_QUERY) && period > 0.0;
         let ahead = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
         tells.then(|| Self { period, ahead, spare: Arc::default() })
+    }
+
+    /// Whether it needs no submission of its own.
+    pub fn times_within_an_encoder(&self) -> bool {
+        !self.ahead
     }
 
     /// For a submission of so many passes, of which there is one at least.
@@ -137,6 +142,16 @@ impl Timing {
     /// Once everything is submitted.
     pub fn submitted(self, device: &wgpu::Device) -> GpuTime {
         let mapping = Mapping::begin(&self.slot.returned);
+        self.under_way(device, mapping)
+    }
+
+    /// Where the host will submit it.
+    pub fn on_submit(self, device: &wgpu::Device, encoder: &wgpu::CommandEncoder) -> GpuTime {
+        let mapping = Mapping::on_submit(&self.slot.returned, encoder);
+        self.under_way(device, mapping)
+    }
+
+    fn under_way(self, device: &wgpu::Device, mapping: Mapping) -> GpuTime {
         let under_way = Some((self.slot, mapping));
         let (period, spare) = (self.period, self.spare);
         GpuTime { device: device.clone(), under_way, milliseconds: 0.0, period, spare }

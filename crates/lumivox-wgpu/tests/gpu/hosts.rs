@@ -90,6 +90,16 @@ fn the_default_limits_of_webgpu_suffice() {
     }
 }
 
+/// What the renderer takes for WebGPU's limits is what wgpu does.
+#[test]
+fn the_default_limits_are_known_by_both_names() {
+    let (limits, known) = (wgpu::Limits::default(), DeviceLimits::webgpu_default());
+    assert_eq!(known.max_texture_3d, limits.max_texture_dimension_3d);
+    assert_eq!(known.max_texture_2d, limits.max_texture_dimension_2d);
+    assert_eq!(known.max_storage_binding, limits.max_storage_buffer_binding_size);
+    assert!(known.max_storage_binding <= limits.max_buffer_size && !known.unorm16);
+}
+
 /// A recording that traces an image and reads it back.
 fn traced(gpu: &Gpu, test: &TestScene) -> Recording {
     let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
@@ -117,6 +127,155 @@ fn nothing_has_to_be_waited_for() {
     assert!(polled.unwrap().unwrap() == waited);
     assert!(read_backs[0].poll().unwrap().unwrap() == waited, "asked again");
     assert!(read_backs.remove(0).wait().unwrap() == waited, "and waited for all the same");
+}
+
+/// Among commands of the host's own, of two recordings of which the second needs what the first left.
+#[test]
+fn a_host_submits_the_encoder_that_recordings_are_replayed_into() {
+    let mut gpu = gpu();
+    for test in [scenes::noise(), scenes::labels(), scenes::stage()] {
+        let whole = traced(&gpu, &test);
+        let wanted = gpu.executor.execute(&whole).unwrap().remove(0).wait().unwrap();
+        let mut encoder = gpu.executor.device().create_command_encoder(&Default::default());
+        let mut submission = gpu.executor.replay_into(&whole, &mut encoder).unwrap();
+        gpu.executor.wait().unwrap();
+        assert!(submission.read_backs[0].poll().is_none(), "{}: it came before it was asked for", test.name);
+        assert_eq!(submission.time.is_some(), times_within_encoders(&gpu));
+        gpu.executor.queue().submit([encoder.finish()]);
+        now(submission.check()).unwrap();
+        assert!(submission.read_backs.remove(0).wait().unwrap() == wanted, "{}: another film", test.name);
+        if let Some(mut time) = submission.time {
+            assert!(time.poll().expect("all is done") > 0.0);
+        }
+
+        // In two recordings, whose uniforms must not meet.
+        let (first, second) = whole.steps.split_at(whole.steps.len() / 2);
+        let mut encoder = gpu.executor.device().create_command_encoder(&Default::default());
+        let mut read_backs = vec![];
+        for steps in [first, second] {
+            let recording = Recording { steps: steps.to_vec() };
+            read_backs.append(&mut gpu.executor.replay_into(&recording, &mut encoder).unwrap().read_backs);
+        }
+        gpu.executor.queue().submit([encoder.finish()]);
+        assert!(read_backs.remove(0).wait().unwrap() == wanted, "{}: another film of parts", test.name);
+    }
+}
+
+fn times_within_encoders(gpu: &Gpu) -> bool {
+    let has_timestamps = gpu.executor.device().features().contains(wgpu::Features::TIMESTAMP_QUERY);
+    has_timestamps && !gpu.description.software
+}
+
+/// What a command before a write finds is what was there before, in buffers and in textures, with rows of any length.
+#[test]
+fn steps_keep_their_order_in_an_encoder_of_the_hosts() {
+    let mut gpu = gpu();
+    let [buffer, texture, copy] = [(); 3].map(|()| ResourceId::external());
+    let textures = [texture, copy].map(|id| {
+        let texture = gpu.executor.device().create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: 16, height: 8, depth_or_array_layers: 4 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D3,
+            format: wgpu::TextureFormat::R8Unorm,
+            usage: wgpu::TextureUsages::COPY_SRC
+                | wgpu::TextureUsages::COPY_DST
+                | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        gpu.executor.lend_texture(id, &texture);
+        texture
+    });
+    let write = |value: u32| Step::WriteBuffer { id: buffer, offset: 4, data: Payload::copy_of(&[value; 2]) };
+    let read = Step::ReadBuffer { id: buffer, range: 0..16 };
+    let size = [13, 5, 3];
+    let texels = |first: u8| Payload::copy_of(&(0..13 * 5 * 3).map(|i| i as u8 ^ first).collect::<Vec<_>>());
+    let fill = |first| Step::WriteTexture { id: texture, origin: [1, 2, 1], size, data: texels(first) };
+    let copied = Step::CopyTexture { from: texture, to: copy, origin: [0; 3], size: [16, 8, 4] };
+    let recordings = [
+        vec![
+            Step::CreateBuffer { id: buffer, label: "words", size: 16 },
+            write(1),
+            read.clone(),
+            write(2),
+            read.clone(),
+            fill(0),
+            copied,
+            fill(255),
+        ],
+        vec![write(3), read.clone(), Step::ClearBuffer { id: buffer }, read.clone(), write(4), read],
+    ];
+    let mut encoder = gpu.executor.device().create_command_encoder(&Default::default());
+    let mut read_backs = vec![];
+    for steps in recordings {
+        let mut submission = gpu.executor.replay_into(&Recording { steps }, &mut encoder).unwrap();
+        now(submission.check()).unwrap();
+        read_backs.append(&mut submission.read_backs);
+    }
+    gpu.executor.queue().submit([encoder.finish()]);
+    let words = read_backs.into_iter().map(|read_back| {
+        let bytes = read_back.wait().unwrap();
+        bytes.chunks_exact(4).map(|word| word[0]).collect::<Vec<_>>()
+    });
+    let wanted = [[0, 1, 1, 0], [0, 2, 2, 0], [0, 3, 3, 0], [0; 4], [0, 4, 4, 0]];
+    assert_eq!(words.collect::<Vec<_>>(), wanted.map(|words| words.to_vec()));
+    for (texture, first) in textures.iter().zip([255, 0]) {
+        let got = read_texels(&gpu, texture);
+        let inside = |(x, y, z): (usize, usize, usize)| {
+            let [x, y, z] = [x.wrapping_sub(1), y.wrapping_sub(2), z.wrapping_sub(1)];
+            (x < 13 && y < 5 && z < 3).then_some((z * 65 + y * 13 + x) as u8 ^ first)
+        };
+        for (i, got) in got.into_iter().enumerate() {
+            let at = (i % 16, i / 16 % 8, i / 128);
+            assert_eq!(got, inside(at).unwrap_or(0), "{at:?}");
+        }
+    }
+    for id in [texture, copy, buffer] {
+        gpu.executor.execute(&Recording { steps: vec![Step::Free { id }] }).unwrap();
+    }
+}
+
+/// The texels of a texture of 16 x 8 x 4 bytes.
+fn read_texels(gpu: &Gpu, texture: &wgpu::Texture) -> Vec<u8> {
+    let device = gpu.executor.device();
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: 256 * 8 * 4,
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(256), rows_per_image: Some(8) };
+    let mut encoder = device.create_command_encoder(&Default::default());
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
+        texture.size(),
+    );
+    gpu.executor.queue().submit([encoder.finish()]);
+    buffer.slice(..).map_async(wgpu::MapMode::Read, |mapped| mapped.unwrap());
+    gpu.executor.wait().unwrap();
+    let rows = buffer.slice(..).get_mapped_range();
+    rows.chunks_exact(256).flat_map(|row| row[..16].to_vec()).collect()
+}
+
+#[test]
+fn an_encoder_that_is_dropped_is_told_to_who_waits() {
+    let mut gpu = gpu();
+    let recording = traced(&gpu, &scenes::homogeneous_cube());
+    let mut encoder = gpu.executor.device().create_command_encoder(&Default::default());
+    let mut submission = gpu.executor.replay_into(&recording, &mut encoder).unwrap();
+    drop(encoder);
+    let Some(Err(GpuError::Lost(why))) = submission.read_backs[0].poll() else { panic!("it waits for ever") };
+    assert!(why.contains("never submitted"), "{why}");
+    assert!(submission.time.is_none_or(|mut time| time.poll() == Some(0.0)));
+
+    let nowhere = Recording { steps: vec![Step::ClearBuffer { id: ResourceId::external() }] };
+    let mut encoder = gpu.executor.device().create_command_encoder(&Default::default());
+    let Err(GpuError::Refused(what)) = gpu.executor.replay_into(&nowhere, &mut encoder) else {
+        panic!("it is taken")
+    };
+    assert!(what.contains("is no buffer"), "{what}");
 }
 
 #[test]
