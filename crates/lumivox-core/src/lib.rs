@@ -22,6 +22,7 @@ pub mod environment;
 pub mod fill;
 pub mod framing;
 mod histogram;
+pub mod host;
 pub mod labels;
 pub mod light;
 pub mod medium;

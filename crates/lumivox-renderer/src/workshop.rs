@@ -7,6 +7,8 @@ use std::hash::Hash;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
+use lumivox_core::host;
+
 use crate::recording::Kernel;
 
 /// Most threads at once: compilers take memory, and the host's own threads go on beside them.
@@ -45,16 +47,16 @@ impl<T, K> std::fmt::Debug for Workshop<T, K> {
 impl<T: Clone + Send + 'static, K: Copy + Eq + Hash + Send + 'static> Workshop<T, K> {
     /// An empty one. `make` is called on threads that it starts, and on those that [`get`](Self::get).
     pub fn new(make: impl Fn(K) -> Made<T> + Send + Sync + 'static) -> Self {
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
         Self(Arc::new(Inner {
             make: Box::new(make),
             state: Mutex::new(State { orders: VecDeque::new(), threads: 0, made: HashMap::new(), waits: 0 }),
             changed: Condvar::new(),
-            max_threads: cores.saturating_sub(1).clamp(1, MAX_THREADS),
+            max_threads: host::spare_threads().clamp(1, MAX_THREADS),
         }))
     }
 
-    /// Has kernels made that are not yet, after those ordered before. Returns at once.
+    /// Has kernels made that are not yet, after those ordered before. Returns at once, but where the host has no
+    /// threads: there they are made here.
     pub fn prepare(&self, kernels: impl IntoIterator<Item = K>) {
         let mut state = self.0.lock();
         for key in kernels {
@@ -132,12 +134,17 @@ impl<T: Clone + Send + 'static, K: Copy + Eq + Hash + Send + 'static> Workshop<T
         let wanted = (under_way + state.orders.len()).min(self.0.max_threads);
         while state.threads < wanted {
             let inner = self.0.clone();
-            let thread = std::thread::Builder::new().name("lumivox kernels".to_owned());
-            // Without threads whoever wants a kernel makes it.
-            if thread.spawn(move || inner.work()).is_err() {
-                return;
-            }
             state.threads += 1;
+            if let Err(work) = host::spawn("lumivox kernels", move || inner.work()) {
+                if state.threads > 1 {
+                    // Others are there, and make all.
+                    state.threads -= 1;
+                    return;
+                }
+                // Hosts wait until kernels are ready: without threads this one makes them.
+                drop(state);
+                return work();
+            }
         }
     }
 }

@@ -3,8 +3,9 @@
 use std::num::NonZeroU32;
 use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use lumivox_core::host::Moment;
 use lumivox_core::{Filter, PerspectiveCamera, Scene, Volume, VolumeInstance};
 use lumivox_renderer::recording::{Kernel, Step};
 use lumivox_renderer::{
@@ -210,7 +211,7 @@ impl HeadlessRenderer {
         if !sees || !camera.world_from_camera.is_finite() {
             return Err(RenderError::Camera.into());
         }
-        let begin = Instant::now();
+        let begin = Moment::now();
         let wanted: Vec<_> = scene.volumes.iter().flat_map(voxels).collect();
         let holds = |(held, wanted): (&Read, &Read)| Arc::ptr_eq(&held.0, &wanted.0) && held.1 == wanted.1;
         if self.holds.len() != wanted.len() || !self.holds.iter().zip(&wanted).all(holds) {

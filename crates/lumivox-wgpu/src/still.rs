@@ -1,9 +1,10 @@
 //! One image under way: its views, and how they fill.
 
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use lumivox_core::PerspectiveCamera;
+use lumivox_core::host::Moment;
 use lumivox_renderer::{Film, Recording, SceneCache, View};
 
 use crate::error::GpuError;
@@ -51,11 +52,11 @@ impl Still {
     ) -> Self {
         let [_, [width, height]] = request.part();
         let tracing = Tracing {
-            begin: Instant::now(),
+            begin: Moment::now(),
             trace: Duration::ZERO,
             pixel_samples: 0,
             budget: FIRST_SUBMISSION,
-            last_look: Instant::now(),
+            last_look: Moment::now(),
             look_took: Duration::ZERO,
             noise: None,
             stopped: None,
@@ -173,15 +174,15 @@ fn read_film(
 
 #[derive(Debug)]
 struct Tracing {
-    begin: Instant,
+    begin: Moment,
     trace: Duration,
     pixel_samples: u64,
     budget: u64,
-    last_look: Instant,
+    last_look: Moment,
     look_took: Duration,
     noise: Option<f64>,
     /// When the callback said so.
-    stopped: Option<Instant>,
+    stopped: Option<Moment>,
 }
 
 impl Tracing {
@@ -198,7 +199,7 @@ impl Tracing {
         on_progress: &mut dyn FnMut(&RenderProgress) -> ControlFlow<()>,
     ) -> Result<Outcome, GpuError> {
         loop {
-            let submitted = Instant::now();
+            let submitted = Moment::now();
             let mut recording = Recording::new();
             // The window that is furthest behind is next, so that an unfinished image is evenly unfinished.
             let behind = views.iter_mut().min_by_key(|v| v.samples()).expect("an image has a window");
@@ -231,11 +232,11 @@ impl Tracing {
                 return Ok(if whole { Outcome::Complete } else { Outcome::TimeUp });
             }
             if self.last_look.elapsed() >= LOOK_EVERY.max(self.look_took * LOOK_SHARE) {
-                let looked = Instant::now();
+                let looked = Moment::now();
                 read_film(gpu, views, request, film)?;
                 self.noise = film.noise();
                 self.look_took = looked.elapsed();
-                self.last_look = Instant::now();
+                self.last_look = Moment::now();
             }
         }
     }
@@ -265,7 +266,7 @@ impl Tracing {
             }
             // One after the other, so that they can be stopped in between.
             for step in recording.steps {
-                let begin = Instant::now();
+                let begin = Moment::now();
                 let executed = gpu.executor.execute(&Recording { steps: vec![step] });
                 let waited = executed.and_then(|_| gpu.executor.wait()).and_then(|()| gpu.check());
                 self.trace += begin.elapsed();
@@ -289,7 +290,7 @@ impl Tracing {
         on_progress: &mut dyn FnMut(&RenderProgress) -> ControlFlow<()>,
     ) {
         if on_progress(&self.progress(request)).is_break() {
-            self.stopped.get_or_insert_with(Instant::now);
+            self.stopped.get_or_insert_with(Moment::now);
         }
     }
 

@@ -505,7 +505,7 @@ impl SceneCache {
 fn let_go(volumes: impl Iterator<Item = Arc<Volume>>) {
     let last: Vec<Volume> = volumes.filter_map(Arc::into_inner).collect();
     if !last.is_empty() {
-        rayon::spawn(move || drop(last));
+        lumivox_core::host::aside(move || drop(last));
     }
 }
 

@@ -1,9 +1,9 @@
 //! One view: its films, its pace, and what it waits for.
 
 use std::collections::VecDeque;
-use std::time::Instant;
 
 use lumivox_core::Camera;
+use lumivox_core::host::Moment;
 
 use super::world::World;
 use super::{Lent, ViewFrame};
@@ -25,7 +25,7 @@ pub struct Eye<W> {
     /// What was traced last: another one is a new image.
     traced: Option<(Camera, u64, [u32; 2], [f64; 3])>,
     /// When the last frame began, unless it was done then and the engine may have idled since.
-    began: Option<Instant>,
+    began: Option<Moment>,
     tickets: VecDeque<u64>,
 }
 
@@ -74,8 +74,9 @@ impl<W> Eye<W> {
             self.pacer.changed();
         }
         let milliseconds = frame.budget_milliseconds;
-        let now = Instant::now();
-        if let Some(before) = self.began {
+        let now = Moment::now();
+        // A clock that stands still, as of a host that gave none, tells nothing of the frame rate.
+        if let Some(before) = self.began.filter(|before| now > *before) {
             self.pacer.interval((now - before).as_secs_f64() * 1e3);
         }
         let budget = self.pacer.budget(pass, milliseconds);

@@ -14,8 +14,8 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::fmt::Debug;
 use std::hash::Hash;
-use std::time::Instant;
 
+use lumivox_core::host::Moment;
 use lumivox_core::{Camera, Scene};
 
 use self::eye::{Eye, Trace};
@@ -153,7 +153,7 @@ enum Part<W, V> {
         version: u64,
         granted: u64,
         left: u64,
-        began: Instant,
+        began: Moment,
         error: Option<String>,
     },
     View {
@@ -303,7 +303,7 @@ impl<W: Key, V: Key> Stage<W, V> {
         place.version = version;
         let computed = place.cache.unprepared();
         let granted = if at_once { u64::MAX } else { self.uploads.budget(self.frame) };
-        let (mut left, began) = (granted, Instant::now());
+        let (mut left, began) = (granted, Moment::now());
         let updated = place.cache.update_within(scene, &mut left, &mut recording);
         self.computed += place.cache.unprepared() - computed;
         // Also after an error: that room was made may be recorded.

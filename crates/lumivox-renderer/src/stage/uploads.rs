@@ -1,6 +1,6 @@
 //! How much of the voxels on their way a frame brings.
 
-use std::time::Instant;
+use lumivox_core::host::Moment;
 
 use crate::pacing::UploadPacer;
 
@@ -16,7 +16,7 @@ pub struct Uploads {
     pacer: UploadPacer,
     /// The last frame that was asked about, and when.
     frame: u64,
-    began: Option<Instant>,
+    began: Option<Moment>,
     /// Milliseconds of the frame before it; 0 where they are not known.
     took: f64,
     /// Bytes that are left of its budget.
@@ -30,7 +30,7 @@ impl Uploads {
             // Nothing was on its way in the frames between, and the engine may have idled.
             let follows = frame == self.frame + 1;
             self.frame = frame;
-            let began = self.began.replace(Instant::now()).filter(|_| follows);
+            let began = self.began.replace(Moment::now()).filter(|_| follows);
             let took = began.map_or(0.0, |began| began.elapsed().as_secs_f64() * 1e3).min(MOST_MILLISECONDS);
             // The shorter of two: a frame that was late for once leaves no room for more.
             let usual = took.min(std::mem::replace(&mut self.took, took));

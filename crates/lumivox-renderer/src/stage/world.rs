@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use lumivox_core::Scene;
+use lumivox_core::{Scene, host};
 
 use super::{Progress, Workbench};
 use crate::features::ViewKind;
@@ -27,7 +27,7 @@ pub struct World {
     pub progress: Progress,
     /// Whether the last update did nothing, for there was no room for it in its frame.
     pub was_skipped: bool,
-    /// What is prepared for the next scene, on another thread that holds the same.
+    /// What is prepared for the next scene, on another thread that holds the same, if there is one.
     preparing: Option<Arc<()>>,
 }
 
@@ -62,18 +62,22 @@ impl World {
         if let Some(preparation) = preparation.filter(|_| !under_way) {
             let done = self.preparing.insert(Arc::default()).clone();
             let mut make = workbench.texture_maker();
+            // Where there are no threads this is the frame.
+            let wait = (host::spare_threads() > 0).then_some(UNTIL_THE_FRAME_IS_OUT);
             let run = move || {
-                let mut waits = Some(UNTIL_THE_FRAME_IS_OUT);
+                let mut waits = wait;
                 preparation.run_with(|order| {
                     if let Some(time) = waits.take() {
-                        std::thread::sleep(time);
+                        host::sleep(time);
                     }
                     make(order)
                 });
                 drop(done);
             };
-            // Without a thread, the next frame tries again.
-            let _ = std::thread::Builder::new().name("lumivox preparation".to_owned()).spawn(run);
+            // Without a thread the frame waits for it.
+            if let Err(work) = host::spawn("lumivox preparation", run) {
+                work();
+            }
         }
         if lacks_kernels { Some(Missing::Kernels) } else { computing }
     }

@@ -4,6 +4,8 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 
+use lumivox_core::host;
+
 use super::Resident;
 use super::bricks::{self, BrickGrid, Run};
 use super::source::WeakSource;
@@ -96,7 +98,7 @@ impl Cutter {
             let (factor, grid) = (resident.factor, resident.bricks);
             let cut = Cut { source: self.source.clone(), factor, grid, run, format };
             self.pieces.push_back(Piece { cut: cut.clone(), bytes, texels: texels.clone(), asked: 0 });
-            rayon::spawn_fifo(move || {
+            host::aside(move || {
                 // Nobody waits for what is gone, nor for a piece that was given up.
                 if Arc::strong_count(&texels) > 1
                     && let Some(cut) = cut.texels()
