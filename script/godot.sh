@@ -6,9 +6,6 @@ GODOT_MINIMUM=4.5
 # C library (on a machine without a GPU, Vulkan in software), and Monado, which simulates the headset of the tests.
 GODOT_PACKAGES="godot mesa-vulkan-drivers libvulkan1 monado-service libopenxr1-monado"
 
-# What vouches for what is fetched, from whatever mirror.
-DEBIAN_KEYRING=/usr/share/keyrings/debian-archive-keyring.gpg
-
 # Whether the program $1 is a Godot of at least GODOT_MINIMUM.
 godot_is_new_enough() {
     local version oldest
@@ -65,49 +62,12 @@ or name another mirror of Debian:
     godot_is_new_enough "$GODOT" || die "The Godot from Debian does not run here (see $folder/log). $help"
 }
 
-# URIs of mirrors of Debian's archive, one a line: DEBIAN_MIRROR, or what this system's own apt sources name, if it is a
-# Debian by the file $1. Others may be among them; what is fetched must be signed by Debian.
-debian_mirrors() {
-    if [ -n "${DEBIAN_MIRROR:-}" ]; then
-        printf '%s\n' "$DEBIAN_MIRROR"
-        return 0
-    fi
-    # Others' archives, Ubuntu's too, hold other packages.
-    grep -qx 'ID="\{0,1\}debian"\{0,1\}' "${1:-/etc/os-release}" 2>/dev/null || return 0
-    # Single quotes on purpose: apt fills these in. The security archive and the additions to a release have no others.
-    # shellcheck disable=SC2016
-    apt-get indextargets --no-release-info --format '$(RELEASE) $(REPO_URI)' \
-        'Target-Of: deb' 'Created-By: Packages' 'Component: main' </dev/null 2>/dev/null |
-        awk '$1 !~ /[-\/]/ && $2 !~ /^(cdrom|copy):/ && !known[$2]++ { print $2 }'
-}
-
-# Unpacks Debian's Godot and all that it needs, its C library too, from the mirror $2 into the folder $1, which nothing
-# else looks at. Proxies and passwords are those of the system's apt.
+# Unpacks Debian's Godot from the mirror $2 into the folder $1.
 fetch_godot() (
     # Nothing is left to `set -e`, which nothing heeds where the caller looks at the outcome.
-    rm -rf "$1" && mkdir -p "$1/lists/partial" "$1/archives/partial" "$1/root" && cd "$1" || exit 1
-    : >status || exit 1
-    echo "deb [signed-by=$DEBIAN_KEYRING] $2 forky main" >sources.list || exit 1
-    cat >apt.conf <<CONF || exit 1
-Dir::Etc::sourcelist "$1/sources.list";
-Dir::Etc::sourceparts "/dev/null";
-Dir::State::lists "$1/lists";
-Dir::State::status "$1/status";
-Dir::Cache "$1";
-Acquire::Check-Valid-Until "false";
-Acquire::Retries "3";
-Acquire::Languages "none";
-APT::Install-Recommends "false";
-APT::Sandbox::User "root";
-Debug::NoLocking "true";
-CONF
-    {
-        # shellcheck disable=SC2086
-        apt-get -c "$1/apt.conf" update -q &&
-            apt-get -c "$1/apt.conf" install -y -q --download-only $GODOT_PACKAGES &&
-            for package in archives/*.deb; do dpkg-deb -x "$package" root || exit 1; done
-    } >log 2>&1 </dev/null || exit 1
-    rm -rf archives lists ./*pkgcache.bin || exit 1
+    # Unquoted on purpose: a list of words.
+    # shellcheck disable=SC2086
+    fetch_debian "$1" "$2" $GODOT_PACKAGES && cd "$1" || exit 1
     # Its own loader and libraries first, so that the system's age does not matter; the system's come last, for its
     # GPU's driver.
     cat >run <<'RUN' || exit 1

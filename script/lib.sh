@@ -165,5 +165,54 @@ TEXT
     install_packages $missing
 }
 
+# What vouches for what is fetched, from whatever mirror.
+DEBIAN_KEYRING=/usr/share/keyrings/debian-archive-keyring.gpg
+
+# URIs of mirrors of Debian's archive, one a line: DEBIAN_MIRROR, or what this system's own apt sources name, if it is a
+# Debian by the file $1. Others may be among them; what is fetched must be signed by Debian.
+debian_mirrors() {
+    if [ -n "${DEBIAN_MIRROR:-}" ]; then
+        printf '%s\n' "$DEBIAN_MIRROR"
+        return 0
+    fi
+    # Others' archives, Ubuntu's too, hold other packages.
+    grep -qx 'ID="\{0,1\}debian"\{0,1\}' "${1:-/etc/os-release}" 2>/dev/null || return 0
+    # Single quotes on purpose: apt fills these in. The security archive and the additions to a release have no others.
+    # shellcheck disable=SC2016
+    apt-get indextargets --no-release-info --format '$(RELEASE) $(REPO_URI)' \
+        'Target-Of: deb' 'Created-By: Packages' 'Component: main' </dev/null 2>/dev/null |
+        awk '$1 !~ /[-\/]/ && $2 !~ /^(cdrom|copy):/ && !known[$2]++ { print $2 }'
+}
+
+# Unpacks packages of Debian's, $3 and the following, and all that they need, the C library too, from the mirror $2 into
+# $1/root, which nothing else looks at. Proxies and passwords are those of the system's apt.
+fetch_debian() (
+    folder=$1 mirror=$2
+    shift 2
+    # Nothing is left to `set -e`, which nothing heeds where the caller looks at the outcome.
+    rm -rf "$folder" && mkdir -p "$folder/lists/partial" "$folder/archives/partial" "$folder/root" && cd "$folder" || exit 1
+    : >status || exit 1
+    echo "deb [signed-by=$DEBIAN_KEYRING] $mirror forky main" >sources.list || exit 1
+    cat >apt.conf <<CONF || exit 1
+Dir::Etc::sourcelist "$folder/sources.list";
+Dir::Etc::sourceparts "/dev/null";
+Dir::State::lists "$folder/lists";
+Dir::State::status "$folder/status";
+Dir::Cache "$folder";
+Acquire::Check-Valid-Until "false";
+Acquire::Retries "3";
+Acquire::Languages "none";
+APT::Install-Recommends "false";
+APT::Sandbox::User "root";
+Debug::NoLocking "true";
+CONF
+    {
+        apt-get -c "$folder/apt.conf" update -q &&
+            apt-get -c "$folder/apt.conf" install -y -q --download-only "$@" &&
+            for package in archives/*.deb; do dpkg-deb -x "$package" root || exit 1; done
+    } >log 2>&1 </dev/null || exit 1
+    rm -rf archives lists ./*pkgcache.bin
+)
+
 # Without a desktop, a layer of Mesa prints an error about XDG_RUNTIME_DIR for every program that asks for a GPU.
 [ -n "${XDG_RUNTIME_DIR:-}" ] || export NODEVICE_SELECT=1
