@@ -106,6 +106,7 @@ pub enum Outcome {
 
 /// An image, finished or as far as it came.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Rendered {
     /// The sums.
     pub film: Film,

@@ -11,6 +11,7 @@ use crate::timing::GpuTime;
 
 /// A recording under way on the GPU.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Submission {
     /// What its steps bring back, in their order. They mean nothing where the device refused a step.
     pub read_backs: Vec<ReadBack>,

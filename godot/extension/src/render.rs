@@ -138,11 +138,11 @@ pub fn settle() {
             continue;
         }
         let eyes = (0..).map_while(|view| stage.view_progress((target, view), key));
-        let all = eyes.map(|eye| eye.live).reduce(|all, eye| LiveStatus {
-            samples: all.samples.min(eye.samples),
-            progress: all.progress.min(eye.progress),
-            converged: all.converged && eye.converged,
-            ..all
+        let all = eyes.map(|eye| eye.live).reduce(|mut all, eye| {
+            all.samples = all.samples.min(eye.samples);
+            all.progress = all.progress.min(eye.progress);
+            all.converged &= eye.converged;
+            all
         });
         statuses.extend(all.map(|all| (target, all)));
     }

@@ -82,6 +82,7 @@ pub struct HostFrame {
 
 /// How far a live view is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct LiveStatus {
     /// Samples that every pixel has; while light changes a little, what they count, about.
     pub samples: u32,

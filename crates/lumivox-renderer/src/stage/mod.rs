@@ -118,6 +118,7 @@ pub struct Shown<W> {
 
 /// How far a view is, with the world that it is to show.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct ViewProgress {
     /// Of what was traced in this frame; none of it counts while the world before is shown.
     pub live: LiveStatus,
