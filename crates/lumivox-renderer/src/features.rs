@@ -2,7 +2,7 @@
 //! wants them (see [`Workshop`](crate::Workshop)).
 
 use lumivox_core::{Filter, Scene};
-use lumivox_shaders::{Kernel, PathTraceVariant};
+use lumivox_shaders::{Classes, Kernel, PathTraceVariant};
 
 use crate::scene_cache::{DeviceLimits, MANY_VOLUMES, Placed, effective_lights, place};
 
@@ -19,8 +19,8 @@ pub struct Features {
     pub lights: bool,
     /// There are so many volumes that rays look for them in a hierarchy.
     pub many_volumes: bool,
-    /// The medium of some volume depends on more than its values: labels, gradients, depth below the skin, clip shapes.
-    pub classes: bool,
+    /// What the media of volumes depend on besides their values.
+    pub classes: Classes,
 }
 
 /// What looks at a scene.
@@ -43,7 +43,7 @@ impl Features {
         filters: true,
         lights: true,
         many_volumes: true,
-        classes: true,
+        classes: Classes::ALL,
     };
 
     /// What `scene` holds.
@@ -59,22 +59,23 @@ impl Features {
             filters: placed.iter().any(|p| matches!(p.medium.filter, Filter::Nearest | Filter::Tricubic)),
             lights,
             many_volumes: placed.len() >= MANY_VOLUMES,
-            classes: placed.iter().any(Placed::is_classified),
+            classes: placed.iter().map(Placed::classes).fold(Classes::NONE, Classes::union),
         }
     }
 
     /// Every scene that holds some of this, and nothing else: each has kernels of its own.
     pub fn subsets(self) -> impl Iterator<Item = Self> {
-        (0..64u32)
-            .map(|bits| Self {
+        let with = |classes| {
+            (0..32u32).map(move |bits| Self {
                 environment: bits & 1 != 0,
                 surface: bits & 2 != 0,
                 filters: bits & 4 != 0,
                 lights: bits & 8 != 0,
                 many_volumes: bits & 16 != 0,
-                classes: bits & 32 != 0,
+                classes,
             })
-            .filter(move |part| part.union(self) == self)
+        };
+        Classes::sets().flat_map(with).filter(move |part| part.union(self) == self)
     }
 
     /// What either holds.
@@ -85,7 +86,7 @@ impl Features {
             filters: self.filters | other.filters,
             lights: self.lights | other.lights,
             many_volumes: self.many_volumes | other.many_volumes,
-            classes: self.classes | other.classes,
+            classes: self.classes.union(other.classes),
         }
     }
 
@@ -124,15 +125,16 @@ impl Features {
 
     pub(crate) fn variant(self, guides: bool, live: bool, limits: DeviceLimits) -> PathTraceVariant {
         // What is rare can do everything, and what takes compilers long is not made twice.
+        let classified = self.classes.any();
         let variant = PathTraceVariant {
-            environment_sampling: self.environment || limits.few_kernels && (self.classes || self.filters),
+            environment_sampling: self.environment || limits.few_kernels && (classified || self.filters),
             surface: self.surface || limits.few_kernels,
             guides,
-            mixed_filters: self.filters || limits.few_kernels && self.classes,
+            mixed_filters: self.filters || limits.few_kernels && classified,
             live,
             lights: self.lights || limits.few_kernels,
             many_volumes: self.has_hierarchy(limits),
-            classes: self.classes,
+            classes: if classified && limits.few_kernels { Classes::ALL } else { self.classes },
             one_pool: limits.one_pool,
             limited_turns: limits.loop_turns.is_some(),
             shared: false,
@@ -142,6 +144,6 @@ impl Features {
 
     /// Whether rays look for volumes in a hierarchy.
     pub(crate) fn has_hierarchy(self, limits: DeviceLimits) -> bool {
-        self.many_volumes || limits.few_kernels && self.classes
+        self.many_volumes || limits.few_kernels && self.classes.any()
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-pub use lumivox_shaders::{BindingKind, Kernel, Stage};
+pub use lumivox_shaders::{BindingKind, Classes, Kernel, Stage};
 
 /// A buffer or texture, from its creation until it is freed, in one or in many recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

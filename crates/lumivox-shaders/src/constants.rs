@@ -18,11 +18,19 @@ constants! {
     /// Pairs of numbers that it takes.
     TABLE_PAIRS: u32 = 12288;
     /// Pairs of a volume's classification before its clip shapes, of each of those, and of each label's style.
-    CLASS_PAIRS: u32 = 4;
+    CLASS_PAIRS: u32 = 5;
     #[expect(missing_docs, reason = "as above")]
     SHAPE_PAIRS: u32 = 8;
     #[expect(missing_docs, reason = "as above")]
     STYLE_PAIRS: u32 = 8;
+    /// In a cell's class: nothing is taken off any of its points.
+    CLASS_IS_WHOLE: u32 = 32;
+    /// Looks of labels that cells can name: five bits, of which 0 says that there may be several.
+    MOST_CELL_LOOKS: u32 = 31;
+    /// Rows of four numbers of each style, and of each clip shape, where majorants are made.
+    CELL_STYLE_ROWS: u32 = 2;
+    #[expect(missing_docs, reason = "as above")]
+    CELL_SHAPE_ROWS: u32 = 4;
     /// Kinds of clip shapes.
     CLIP_PLANE: u32 = 0;
     #[expect(missing_docs, reason = "as above")]

@@ -109,7 +109,7 @@ pub struct Instance {
     pub layers: u32,
     pub cells_per_brick: u32,
     pub classes: u32,
-    pub padding: u32,
+    pub full_looks: u32,
 }
 
 /// Twin of `Light`.
@@ -167,11 +167,21 @@ pub struct MajorantParams {
     pub cells_per_brick: u32,
     pub style_count: u32,
     pub has_labels: u32,
-    pub padding: [u32; 2],
+    pub shape_count: u32,
+    pub has_depth: u32,
     pub grid_dims: [u32; 3],
-    pub more_padding: u32,
+    pub cell_size: f32,
     pub bricks: [u32; 3],
-    pub last_padding: u32,
+    pub peel_mm: f32,
+    pub dims: [f32; 3],
+    pub peel_inverse_width: f32,
+    pub depth_from_voxel: [[f32; 4]; 3],
+    pub depth_grid_dims: [u32; 3],
+    pub depth_cell_size: f32,
+    pub depth_scale: f32,
+    pub depth_bias: f32,
+    pub shapes_of_rays: u32,
+    pub padding: u32,
 }
 
 /// Twin of `EmptySpaceParams`.

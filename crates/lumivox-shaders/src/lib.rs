@@ -7,8 +7,8 @@
 //!
 //! # Loops end
 //! Executors let no compiler count the turns of loops, which costs 8 to 15%: kernels that are added keep to what follows.
-//! - Loops over taps, neighbours, kinds of light, candidates, sharers, clip shapes, labels and rows of functions have a constant or a number of the host's as their
-//!   bound, and step by one. `film_count` steps by its number of invocations, at least a workgroup; `value_ranges` visits
+//! - Loops over taps, neighbours, kinds of light, candidates, sharers, clip shapes, labels, cells of depths and rows of
+//!   functions have a constant or a number of the host's as their bound, and step by one. `film_count` steps by its number of invocations, at least a workgroup; `value_ranges` visits
 //!   a box of voxels.
 //! - The walk through majorant cells (`march_to_tentative`) passes a face of the grid each turn. It ends before it
 //!   could leave the grid, if its numbers are numbers: `march_begin` makes a walk empty that has others.
@@ -37,6 +37,63 @@ pub enum BindingKind {
     LinearSampler,
 }
 
+/// What media may depend on besides values. Each costs a kernel registers, whether a point asks for it or not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Classes {
+    /// Labels with looks of their own.
+    pub labels: bool,
+    /// Several transfer functions of a volume: labels' own, or rows by gradients.
+    pub functions: bool,
+    /// The gradient's magnitude. Comes with several functions.
+    pub gradients: bool,
+    /// Depth below the skin, by which is peeled.
+    pub depth: bool,
+    /// Shapes that clip.
+    pub clip_shapes: bool,
+}
+
+impl Classes {
+    /// Nothing.
+    pub const NONE: Self =
+        Self { labels: false, functions: false, gradients: false, depth: false, clip_shapes: false };
+
+    /// All of it.
+    pub const ALL: Self =
+        Self { labels: true, functions: true, gradients: true, depth: true, clip_shapes: true };
+
+    /// Every set of them that there is.
+    pub fn sets() -> impl Iterator<Item = Self> {
+        let all = (0..32u32).map(|bits| Self {
+            labels: bits & 1 != 0,
+            functions: bits & 2 != 0,
+            gradients: bits & 4 != 0,
+            depth: bits & 8 != 0,
+            clip_shapes: bits & 16 != 0,
+        });
+        all.filter(|classes| {
+            let has_several = classes.labels || classes.gradients;
+            if classes.functions { has_several } else { !classes.gradients }
+        })
+    }
+
+    /// Whether it is anything.
+    pub fn any(self) -> bool {
+        self != Self::NONE
+    }
+
+    /// What either holds.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            labels: self.labels | other.labels,
+            functions: self.functions | other.functions,
+            gradients: self.gradients | other.gradients,
+            depth: self.depth | other.depth,
+            clip_shapes: self.clip_shapes | other.clip_shapes,
+        }
+    }
+}
+
 /// What a path-tracing kernel is specialised for. What is off costs nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct PathTraceVariant {
@@ -55,8 +112,8 @@ pub struct PathTraceVariant {
     pub lights: bool,
     /// There are so many volumes that rays look for them in a hierarchy.
     pub many_volumes: bool,
-    /// The medium of some volume depends on more than its values: labels, gradients, depth below the skin, clip shapes.
-    pub classes: bool,
+    /// The medium of some volume depends on more than its values: on these.
+    pub classes: Classes,
     /// All voxels lie in one pool.
     pub one_pool: bool,
     /// The driver ends invocations after so many turns of their loops: paths are put aside in time, and taken up by the
@@ -68,20 +125,25 @@ pub struct PathTraceVariant {
 }
 
 impl PathTraceVariant {
-    /// Every combination that there is.
+    /// Every combination that there is. But of classes: some of them come with nothing else and with everything else alone.
     pub fn all() -> impl Iterator<Item = Self> {
-        let all = (0..2048u32).map(|bits| Self {
-            environment_sampling: bits & 1 != 0,
-            surface: bits & 2 != 0,
-            guides: bits & 4 != 0,
-            mixed_filters: bits & 8 != 0,
-            live: bits & 16 != 0,
-            lights: bits & 32 != 0,
-            many_volumes: bits & 64 != 0,
-            one_pool: bits & 128 != 0,
-            limited_turns: bits & 256 != 0,
-            shared: bits & 512 != 0,
-            classes: bits & 1024 != 0,
+        let all = Classes::sets().flat_map(|classes| {
+            let is_whole = !classes.any() || classes == Classes::ALL;
+            (0..1024u32).filter(move |bits| is_whole || [0, 1023 & !4 & !256].contains(bits)).map(
+                move |bits| Self {
+                    environment_sampling: bits & 1 != 0,
+                    surface: bits & 2 != 0,
+                    guides: bits & 4 != 0,
+                    mixed_filters: bits & 8 != 0,
+                    live: bits & 16 != 0,
+                    lights: bits & 32 != 0,
+                    many_volumes: bits & 64 != 0,
+                    one_pool: bits & 128 != 0,
+                    limited_turns: bits & 256 != 0,
+                    shared: bits & 512 != 0,
+                    classes,
+                },
+            )
         });
         all.filter(|variant| !variant.shared || variant.most_sharers() > 1)
     }
@@ -230,7 +292,14 @@ impl Kernel {
                 add(variant.lights, "lights");
                 add(variant.mixed_filters, "filters");
                 add(variant.many_volumes, "many");
-                add(variant.classes, "classes");
+                add(variant.classes == Classes::ALL, "classes");
+                if variant.classes != Classes::ALL {
+                    add(variant.classes.labels, "labels");
+                    add(variant.classes.functions, "functions");
+                    add(variant.classes.gradients, "gradients");
+                    add(variant.classes.depth, "depth");
+                    add(variant.classes.clip_shapes, "clips");
+                }
                 add(variant.one_pool, "pool");
                 add(variant.limited_turns, "turns");
                 add(variant.shared, "shared");
@@ -309,9 +378,16 @@ impl Kernel {
             Kernel::ValueRanges { one_pool } => {
                 bindings_and_pools!(one_pool, Uniform, StorageRead, StorageReadWrite)
             }
-            Kernel::MajorantGrid => {
-                &[Uniform, StorageRead, StorageRead, StorageRead, StorageRead, StorageRead, StorageReadWrite]
-            }
+            Kernel::MajorantGrid => &[
+                Uniform,
+                StorageRead,
+                StorageRead,
+                StorageRead,
+                StorageRead,
+                StorageRead,
+                StorageRead,
+                StorageReadWrite,
+            ],
             Kernel::EmptySpace => &[Uniform, StorageReadWrite, StorageReadWrite],
             Kernel::Display => &[Uniform, Uniform, StorageRead, Texture2dLoaded, StorageReadWrite],
             Kernel::HostDepth => &[Uniform, Texture2dLoaded, StorageReadWrite, StorageReadWrite],
@@ -366,7 +442,7 @@ impl Kernel {
                 if variant.one_pool { module!("one_pool_filtered") } else { module!("many_pools_filtered") },
                 module!("volume"),
                 module!("medium"),
-                if variant.classes { module!("classified_media") } else { module!("plain_media") },
+                if variant.classes.any() { module!("classified_media") } else { module!("plain_media") },
                 if variant.many_volumes { module!("volume_hierarchy") } else { module!("volume_list") },
                 module!("tracking"),
                 module!("environment"),
@@ -436,7 +512,8 @@ impl Kernel {
             text += &format!(
                 "const ENVIRONMENT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
                  const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst LIGHTS: bool = {};\n\
-                 const CLASSES: bool = {};\n\
+                 const CLASSES: bool = {};\nconst LABELS: bool = {};\nconst FUNCTIONS: bool = {};\nconst GRADIENTS: bool = {};\n\
+                 const PEELING: bool = {};\nconst CLIP_SHAPES: bool = {};\n\
                  const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
                  const PATHS_BINDING: u32 = {paths}u;\n",
                 variant.environment_sampling,
@@ -445,7 +522,12 @@ impl Kernel {
                 variant.mixed_filters,
                 variant.live,
                 variant.lights,
-                variant.classes,
+                variant.classes.any(),
+                variant.classes.labels,
+                variant.classes.functions,
+                variant.classes.gradients,
+                variant.classes.depth,
+                variant.classes.clip_shapes,
             );
         }
         let pools = self.bindings().iter().position(|kind| *kind == BindingKind::Texture3d);

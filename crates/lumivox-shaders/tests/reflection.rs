@@ -100,7 +100,7 @@ fn twins_have_the_shaders_layout() {
             layers,
             cells_per_brick,
             classes,
-            padding,
+            full_looks,
         }
     );
     assert_twin!(
@@ -142,11 +142,21 @@ fn twins_have_the_shaders_layout() {
             cells_per_brick,
             style_count,
             has_labels,
-            padding,
+            shape_count,
+            has_depth,
             grid_dims,
-            more_padding,
+            cell_size,
             bricks,
-            last_padding,
+            peel_mm,
+            dims,
+            peel_inverse_width,
+            depth_from_voxel,
+            depth_grid_dims,
+            depth_cell_size,
+            depth_scale,
+            depth_bias,
+            shapes_of_rays,
+            padding,
         }
     );
     assert_twin!(

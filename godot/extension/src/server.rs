@@ -114,9 +114,10 @@ impl Lumivox {
     /// [param features] says what the scenes will hold, be it some of it or all at once: [code]environment[/code] (a sky
     /// or Lumivox' studio light, anything that is not one colour), [code]surface[/code] (volumes whose
     /// [member LumivoxVolume3D.surface_strength] is above 0), [code]filters[/code] (volumes whose [member LumivoxVolume3D.filter] is nearest or tricubic),
-    /// [code]lights[/code] (lights that reach volumes), [code]many_volumes[/code] (four or more) and [code]classes[/code]
-    /// (labels, peeling, [LumivoxClip3D]). Nothing named
-    /// stands for all but classes: 32 programs, each named feature doubles their number. Name what there will be: in software a
+    /// [code]lights[/code] (lights that reach volumes), [code]many_volumes[/code] (four or more), [code]labels[/code],
+    /// [code]functions[/code] (labels with transfer functions of their own), [code]gradients[/code] (functions of value and
+    /// gradient), [code]peeling[/code] and [code]clip_shapes[/code] ([LumivoxClip3D]), and [code]classes[/code] for these five. Nothing named
+    /// stands for all but those: 32 programs, each named feature doubles their number. Name what there will be: in software a
     /// program takes a second or more. Programs that are there already cost nothing.
     ///
     /// Without it nothing is wrong, only later: while a program is missing, a viewport goes on with the scene before,

@@ -2,28 +2,36 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use lumivox_renderer::recording::Kernel;
+use lumivox_renderer::recording::{Classes, Kernel};
 use lumivox_renderer::{DeviceLimits, Features, ViewKind};
 
 use crate::executor::workshop;
 
 /// What scenes may hold, by the names that scripts use.
-const NAMES: [(&str, Features); 6] = {
+const NAMES: [(&str, Features); 11] = {
     const NONE: Features = Features {
         environment: false,
         surface: false,
         filters: false,
         lights: false,
         many_volumes: false,
-        classes: false,
+        classes: Classes::NONE,
     };
+    const fn classes(classes: Classes) -> Features {
+        Features { classes, ..NONE }
+    }
     [
         ("environment", Features { environment: true, ..NONE }),
         ("surface", Features { surface: true, ..NONE }),
         ("filters", Features { filters: true, ..NONE }),
         ("lights", Features { lights: true, ..NONE }),
         ("many_volumes", Features { many_volumes: true, ..NONE }),
-        ("classes", Features { classes: true, ..NONE }),
+        ("classes", classes(Classes::ALL)),
+        ("labels", classes(Classes { labels: true, ..Classes::NONE })),
+        ("functions", classes(Classes { functions: true, ..Classes::NONE })),
+        ("gradients", classes(Classes { functions: true, gradients: true, ..Classes::NONE })),
+        ("peeling", classes(Classes { depth: true, ..Classes::NONE })),
+        ("clip_shapes", classes(Classes { clip_shapes: true, ..Classes::NONE })),
     ]
 };
 
@@ -37,7 +45,7 @@ fn asked_for() -> MutexGuard<'static, Option<Vec<Kernel>>> {
 /// The features of these names, all but classes where there is no name; or the name that stands for none.
 pub fn features(names: &[String]) -> Result<Features, String> {
     if names.is_empty() {
-        return Ok(Features { classes: false, ..Features::ALL });
+        return Ok(Features { classes: Classes::NONE, ..Features::ALL });
     }
     names.iter().try_fold(Features::default(), |all, name| {
         let known = NAMES.iter().find(|(known, _)| known == name);

@@ -1,19 +1,25 @@
 //! What the points of an instance are besides their values, as kernels read it: styles of labels, peeling, clip shapes (see
 //! `classified_media.wgsl`).
 
-use lumivox_core::glam::{DAffine3, DVec3};
-use lumivox_core::{ClipKind, LabelStyle, Medium, SurfaceReflection, TransferFunction, VolumeInstance};
-use lumivox_shaders::constants;
+use lumivox_core::glam::DAffine3;
+use lumivox_core::{
+    ClipKind, ClipShape, LabelStyle, Medium, SurfaceReflection, TransferFunction, VolumeInstance,
+};
+use lumivox_shaders::{Classes, constants};
 
-use super::tables::Function;
+use super::affine_rows;
+use super::tables::{Envelope, Function};
 use crate::store::TexelScale;
 
-/// Whether the medium of an instance depends on more than its values.
-pub(super) fn is_classified(instance: &VolumeInstance, medium: &Medium) -> bool {
-    instance.labels.is_some()
-        || instance.peel.as_ref().is_some_and(|peel| peel.is_active())
-        || instance.cuts().next().is_some()
-        || !medium.gradients.is_empty()
+/// What the medium of an instance depends on besides its values.
+pub(super) fn classes_of(instance: &VolumeInstance, medium: &Medium, looks: &Looks) -> Classes {
+    Classes {
+        labels: instance.labels.is_some(),
+        functions: looks.has_envelope(),
+        gradients: !medium.gradients.is_empty(),
+        depth: instance.peel.as_ref().is_some_and(|peel| peel.is_active()),
+        clip_shapes: instance.cuts().next().is_some(),
+    }
 }
 
 /// The looks of an instance: the medium's own, and those of its labels.
@@ -27,6 +33,8 @@ pub(super) struct Looks {
     pub density: f64,
     /// By label, or the only one.
     pub styles: Vec<Style>,
+    /// Of the styles that show something, one for each that is different, as many as cells can name.
+    in_cells: Vec<usize>,
 }
 
 /// How a label looks.
@@ -59,6 +67,7 @@ impl Looks {
             places: medium.gradients.iter().map(|row| row.per_mm).collect(),
             density,
             styles: vec![],
+            in_cells: vec![],
         };
         for style in styles {
             let function = style.transfer_function.as_ref().map_or(0, |own| looks.function(own));
@@ -70,7 +79,26 @@ impl Looks {
                 clipped: style.clipped,
             });
         }
+        for (index, style) in looks.styles.iter().enumerate() {
+            let is_known = style.factor == 0.0 || looks.in_cells.iter().any(|&at| looks.styles[at] == *style);
+            if !is_known && looks.in_cells.len() < constants::MOST_CELL_LOOKS as usize {
+                looks.in_cells.push(index);
+            }
+        }
+        let Self { styles, in_cells, .. } = &mut looks;
+        in_cells.sort_by_key(|&at| styles[at].factor != 1.0);
         looks
+    }
+
+    /// How many of the looks that cells can name leave the opacity of their function as it is: the first ones.
+    pub fn full_in_cells(&self) -> usize {
+        self.in_cells.iter().take_while(|&&at| self.styles[at].factor == 1.0).count()
+    }
+
+    /// The place, from 1, of a style among those that cells can name, or 0.
+    fn place_in_cells(&self, style: &Style) -> usize {
+        let place = self.in_cells.iter().position(|&at| self.styles[at] == *style);
+        place.map_or(0, |place| place + 1)
     }
 
     /// Whether some label reflects.
@@ -90,8 +118,23 @@ impl Looks {
         )
     }
 
-    /// Whether another has the same majorants, where the functions are the same.
-    pub fn absorb_like(&self, other: &Self) -> bool {
+    /// Whether what a value can show at most is told by another table than its function's: there are several, or more is shown.
+    pub fn has_envelope(&self) -> bool {
+        self.rows() > 1 || self.styles.iter().any(|style| style.factor > 1.0)
+    }
+
+    /// That table.
+    pub fn envelope(&self, functions: &[Function]) -> Option<Envelope> {
+        let most = |function: usize| {
+            let of_it = self.styles.iter().filter(|style| style.function == function);
+            of_it.map(|style| style.factor).fold(0.0, f64::max)
+        };
+        let all: Vec<_> = functions.iter().enumerate().map(|(at, function)| (function, most(at))).collect();
+        self.has_envelope().then(|| Envelope::new(&all))
+    }
+
+    /// Whether another has the same, where the functions are the same.
+    pub fn is_bounded_like(&self, other: &Self) -> bool {
         let of = |style: &Style| (style.function, style.factor);
         self.styles.iter().map(of).eq(other.styles.iter().map(of))
     }
@@ -101,8 +144,7 @@ impl Looks {
         self.functions.iter().map(Vec::len).sum()
     }
 
-    /// By label: scale and bias of the table's coordinate, the first of the maxima of its function, and the factor, for the
-    /// kernel that makes majorants. `first` says where a function's maxima begin.
+    /// Of each label, as the kernel that makes majorants reads them. `first` says where a function's maxima begin.
     pub fn for_majorants(
         &self,
         functions: &[Function],
@@ -111,10 +153,61 @@ impl Looks {
     ) -> Vec<[f32; 4]> {
         let of = |style: &Style| {
             let (scale, bias) = functions[style.function].coordinate(texel);
-            [scale as f32, bias as f32, first(style.function) as f32, style.factor as f32]
+            [
+                [scale as f32, bias as f32, first(style.function) as f32, style.factor as f32],
+                [self.place_in_cells(style) as f32, flag(style.clipped), 0.0, 0.0],
+            ]
         };
-        self.styles.iter().map(of).collect()
+        self.styles.iter().flat_map(of).collect()
     }
+}
+
+/// The clip shapes of an instance.
+pub(super) struct Shapes {
+    /// Those that keep one part of any ray first.
+    list: Vec<ClipShape>,
+    /// How many of them rays are clipped against as a whole.
+    pub of_rays: usize,
+}
+
+impl Shapes {
+    pub fn new(instance: &VolumeInstance, looks: &Looks) -> Self {
+        // Where some label is not cut, each point has to be asked for its own.
+        let cut_all = looks.styles.iter().all(|style| style.clipped || style.factor == 0.0);
+        let (mut list, others): (Vec<_>, Vec<_>) =
+            instance.cuts().copied().partition(|shape| cut_all && !shape.inverted);
+        let of_rays = list.len();
+        list.extend(others);
+        Self { list, of_rays }
+    }
+
+    /// As the kernel that makes majorants reads them.
+    pub fn for_majorants(&self, voxel_from_patient: DAffine3) -> Vec<[f32; 4]> {
+        let of = |shape: &ClipShape| {
+            let [x, y, z] = affine_rows(shape_from_voxel(shape, voxel_from_patient));
+            let [kind, sign] = kind_and_sign(shape);
+            [x, y, z, [kind, sign, 0.0, 0.0]]
+        };
+        self.list.iter().flat_map(of).collect()
+    }
+}
+
+fn shape_from_voxel(shape: &ClipShape, voxel_from_patient: DAffine3) -> DAffine3 {
+    shape.patient_from_shape.inverse() * voxel_from_patient.inverse()
+}
+
+/// Its kind, and -1 where it is inverted.
+fn kind_and_sign(shape: &ClipShape) -> [f32; 2] {
+    let kind = match shape.kind {
+        ClipKind::Plane => constants::CLIP_PLANE,
+        ClipKind::Box => constants::CLIP_BOX,
+        ClipKind::Sphere => constants::CLIP_SPHERE,
+    };
+    [kind as f32, if shape.inverted { -1.0 } else { 1.0 }]
+}
+
+fn flag(is_on: bool) -> f32 {
+    f32::from(u8::from(is_on))
 }
 
 /// The fields of an instance: where they are among all instances.
@@ -129,7 +222,7 @@ pub(super) fn pairs_of(instance: &VolumeInstance, looks: &Looks) -> usize {
     let shapes = instance.cuts().count();
     constants::CLASS_PAIRS as usize
         + shapes * constants::SHAPE_PAIRS as usize
-        + looks.styles.len() * constants::STYLE_PAIRS as usize
+        + (looks.in_cells.len() + looks.styles.len()) * constants::STYLE_PAIRS as usize
         + looks.places.len()
 }
 
@@ -145,10 +238,10 @@ pub(super) fn pairs(
 ) -> Vec<[f32; 2]> {
     // By way of 32 bits, which need no branch: compilers convert before they ask whether there is one, and valgrind objects.
     let place = |field: Option<usize>| field.map_or(-1.0, |index| index as u32 as f32);
-    let flag = |is_on: bool| f32::from(u8::from(is_on));
-    let shapes: Vec<_> = instance.cuts().collect();
-    let first_style =
-        begin + constants::CLASS_PAIRS as usize + shapes.len() * constants::SHAPE_PAIRS as usize;
+    let Shapes { list: shapes, of_rays } = Shapes::new(instance, looks);
+    let first_shape =
+        begin + constants::CLASS_PAIRS as usize + looks.in_cells.len() * constants::STYLE_PAIRS as usize;
+    let first_style = first_shape + shapes.len() * constants::SHAPE_PAIRS as usize;
     let first_place = first_style + looks.styles.len() * constants::STYLE_PAIRS as usize;
     let [peel, width] = instance.peel.as_ref().map_or([0.0, 1.0], |peel| [peel.mm, peel.width_mm()]);
     let cut_width = instance.volume.spacing_mm().min_element();
@@ -156,29 +249,15 @@ pub(super) fn pairs(
         [place(fields.labels), place(fields.depth)],
         [peel as f32, (1.0 / width) as f32],
         [shapes.len() as f32, (1.0 / cut_width) as f32],
-        [first_style as f32, 0.0],
+        [first_style as f32, first_shape as f32],
+        [of_rays as f32, 0.0],
     ];
-    for shape in shapes {
-        let m = shape.patient_from_shape.inverse() * voxel_from_patient.inverse();
-        let linear = m.matrix3.transpose();
-        let row = |r: DVec3, w: f64| [[r.x as f32, r.y as f32], [r.z as f32, w as f32]];
-        pairs.extend(row(linear.x_axis, m.translation.x));
-        pairs.extend(row(linear.y_axis, m.translation.y));
-        pairs.extend(row(linear.z_axis, m.translation.z));
-        let kind = match shape.kind {
-            ClipKind::Plane => constants::CLIP_PLANE,
-            ClipKind::Box => constants::CLIP_BOX,
-            ClipKind::Sphere => constants::CLIP_SPHERE,
-        };
-        pairs.push([kind as f32, if shape.inverted { -1.0 } else { 1.0 }]);
-        pairs.push([0.0; 2]);
-    }
     let texel = TexelScale::of(&instance.volume);
-    for style in &looks.styles {
+    let of_style = |style: &Style| {
         let (scale, bias) = functions[style.function].coordinate(texel);
         let [r, g, b] = style.color.unwrap_or_default().map(|c| c as f32);
         let rows = looks.functions[style.function].len() - 1;
-        pairs.extend([
+        [
             [scale as f32, bias as f32],
             [table(style.function) as f32, style.factor as f32],
             [r, g],
@@ -187,8 +266,15 @@ pub(super) fn pairs(
             [style.surface.lobe_anisotropy() as f32, style.surface.specular as f32],
             [rows as f32, first_place as f32],
             [flag(style.clipped), 0.0],
-        ]);
+        ]
+    };
+    pairs.extend(looks.in_cells.iter().flat_map(|&at| of_style(&looks.styles[at])));
+    for shape in &shapes {
+        let rows = affine_rows(shape_from_voxel(shape, voxel_from_patient));
+        pairs.extend(rows.into_iter().flat_map(|[x, y, z, w]| [[x, y], [z, w]]));
+        pairs.extend([kind_and_sign(shape), [0.0; 2]]);
     }
+    pairs.extend(looks.styles.iter().flat_map(of_style));
     let before = std::iter::once(0.0).chain(looks.places.iter().copied());
     pairs.extend(
         looks

@@ -15,6 +15,9 @@ pub(super) enum FieldKind {
     Depth,
 }
 
+/// Depths along a side of a cell.
+const DEPTH_CELL_SIZE: u32 = 8;
+
 /// A field of an instance. Instances share its voxels, not its place.
 #[derive(Clone, Debug)]
 pub(super) struct Field {
@@ -48,9 +51,13 @@ impl Field {
         fields.iter().position(|field| field.of == of && field.kind == kind)
     }
 
-    /// Its grid: large cells, for they only say where voxels are.
-    pub fn grid_key() -> GridKey {
-        GridKey::new(lumivox_core::Filter::Trilinear, Some(MAX_CELL_SIZE))
+    /// Its grid: large cells of labels, for they only say where voxels are. Those of depths also say how deep it is in them.
+    pub fn grid_key(&self) -> GridKey {
+        let cell_size = match self.kind {
+            FieldKind::Labels => MAX_CELL_SIZE,
+            FieldKind::Depth => DEPTH_CELL_SIZE,
+        };
+        GridKey::new(lumivox_core::Filter::Trilinear, Some(cell_size))
     }
 
     /// As kernels read it: `voxel_from_world` maps from the voxel space of the instance, and `table_scale` and

@@ -1,36 +1,108 @@
-//! Has the GPU make majorants of value ranges and transfer functions, and beside them the pages of bricks.
+//! Has the GPU make majorants of value ranges and transfer functions, and beside them the pages of bricks and what all points
+//! of a cell have in common.
 
 use lumivox_core::Volume;
 use lumivox_shaders::Kernel;
-use lumivox_shaders::constants::BRICK_SIZE;
+use lumivox_shaders::constants::{self, BRICK_SIZE};
 use lumivox_shaders::layout::{EmptySpaceParams, MajorantParams, RANGE_MAXIMUM_LEVELS, TABLE_SIZE};
 
-use super::classes::Looks;
+use super::classes::Shapes;
+use super::label_sets::CellLabels;
 use super::tables::{Function, TableBuffers};
-use crate::recording::{Recording, Step};
+use super::{Placed, affine_rows, voxel_from_patient};
+use crate::recording::{Recording, ResourceId, Step};
 use crate::store::{Acquired, TexelScale, ValueRanges};
 
-/// What an instance's majorants are made of, besides its value ranges.
-pub(super) struct MadeOf<'a> {
-    pub looks: &'a Looks,
-    pub functions: &'a [Function],
-    /// The labels of each cell, where there are any.
-    pub sets: Option<&'a [[u32; 2]]>,
+/// What an instance's cells are made of, besides its value ranges and its functions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct CellsOf {
+    /// Of each label, then of each clip shape, as the kernel reads them.
+    looks: Vec<[f32; 4]>,
+    style_count: u32,
+    shapes_of_rays: u32,
+    /// The copy of the labels, and how they lie.
+    pub labels: Option<(ResourceId, CellLabels)>,
+    /// What is peeled.
+    peel: Option<PeeledCells>,
 }
 
-/// An instance's majorants, and the empty space between them.
+/// What is taken off cells by depths below the skin.
+#[derive(Clone, Debug, PartialEq)]
+struct PeeledCells {
+    ranges: ValueRanges,
+    /// Voxels of the depths from voxels of the instance, on the GPU.
+    depth_from_voxel: [[f32; 4]; 3],
+    /// From stored depths to mm.
+    scale: f32,
+    bias: f32,
+    mm: f32,
+    inverse_width: f32,
+}
+
+impl CellsOf {
+    /// Of an instance, whose fields are there.
+    pub fn new(
+        placed: &Placed<'_>,
+        functions: &[Function],
+        acquired: &Acquired,
+        labels: Option<&Acquired>,
+        depth: Option<&Acquired>,
+    ) -> Self {
+        let Placed { instance, looks, .. } = placed;
+        let Acquired { resident, ranges } = acquired;
+        let voxel_from_patient = voxel_from_patient(&instance.volume, resident.factor);
+        let from_voxel = |volume: &Volume, factor| {
+            super::voxel_from_patient(volume, factor) * voxel_from_patient.inverse()
+        };
+        let styles = looks.for_majorants(functions, TexelScale::of(&instance.volume), |function| {
+            function * RANGE_MAXIMUM_LEVELS * TABLE_SIZE
+        });
+        let style_count = (styles.len() / constants::CELL_STYLE_ROWS as usize) as u32;
+        let labels = instance.labels.as_ref().zip(labels).map(|(labelling, copy)| {
+            let factor = copy.resident.factor;
+            let cells = CellLabels {
+                dims: resident.bricks.dims,
+                grid_dims: ranges.grid_dims,
+                cell_size: ranges.cell_size,
+                labels_from_voxel: from_voxel(labelling.labels.volume(), factor),
+                factor,
+            };
+            (copy.resident.source, cells)
+        });
+        let peel = instance.peel.as_ref().zip(depth).map(|(peel, copy)| {
+            let texel = TexelScale::of(&peel.depth);
+            PeeledCells {
+                ranges: copy.ranges,
+                depth_from_voxel: affine_rows(from_voxel(&peel.depth, copy.resident.factor)),
+                scale: texel.per_texel as f32,
+                bias: texel.at_zero as f32,
+                mm: peel.mm as f32,
+                inverse_width: (1.0 / peel.width_mm()) as f32,
+            }
+        });
+        let shapes = Shapes::new(instance, looks);
+        let looks = [styles, shapes.for_majorants(voxel_from_patient)].concat();
+        Self { looks, style_count, shapes_of_rays: shapes.of_rays as u32, labels, peel }
+    }
+
+    /// Of a field, which no ray meets: nothing but where its voxels are.
+    fn of_field() -> Self {
+        Self { looks: vec![[0.0; 4]; constants::CELL_STYLE_ROWS as usize], style_count: 1, ..Self::default() }
+    }
+}
+
+/// An instance's majorants, and the empty space between them. `sets` are the labels of each cell, where there are any.
 pub(super) fn record(
     grid_offset: usize,
-    made_of: &MadeOf<'_>,
-    volume: &Volume,
+    cells: &CellsOf,
+    functions: &[Function],
+    sets: Option<&[[u32; 2]]>,
     acquired: &Acquired,
     buffers: TableBuffers,
     recording: &mut Recording,
 ) {
-    let maxima: Vec<f32> = made_of.functions.iter().flat_map(Function::range_maxima).collect();
-    let first = |function: usize| function * RANGE_MAXIMUM_LEVELS * TABLE_SIZE;
-    let styles = made_of.looks.for_majorants(made_of.functions, TexelScale::of(volume), first);
-    record_cells(grid_offset, &maxima, &styles, made_of.sets, acquired, buffers, recording);
+    let maxima: Vec<f32> = functions.iter().flat_map(Function::range_maxima).collect();
+    record_cells(grid_offset, cells, &maxima, sets, acquired, buffers, recording);
     record_empty_space(grid_offset, &acquired.ranges, buffers, recording);
 }
 
@@ -41,13 +113,13 @@ pub(super) fn record_pages(
     buffers: TableBuffers,
     recording: &mut Recording,
 ) {
-    record_cells(grid_offset, &[0.0], &[[0.0; 4]], None, acquired, buffers, recording);
+    record_cells(grid_offset, &CellsOf::of_field(), &[0.0], None, acquired, buffers, recording);
 }
 
 fn record_cells(
     grid_offset: usize,
+    cells: &CellsOf,
     maxima: &[f32],
-    styles: &[[f32; 4]],
     sets: Option<&[[u32; 2]]>,
     Acquired { resident, ranges }: &Acquired,
     buffers: TableBuffers,
@@ -55,32 +127,48 @@ fn record_cells(
 ) {
     let maxima = recording.create_buffer_with("range maxima", maxima);
     let pages = recording.create_buffer_with("pages", &resident.pages);
-    let style_count = styles.len() as u32;
-    let styles = recording.create_buffer_with("styles", styles);
+    let looks = recording.create_buffer_with("looks", &cells.looks);
     let has_labels = sets.is_some().into();
     let sets = recording.create_buffer_with("label sets", sets.unwrap_or(&[[0; 2]]));
     let cell_count = ranges.cells() as u32;
     let [group, _] = Kernel::MajorantGrid.workgroup_size();
     let groups = cell_count.div_ceil(group);
     let workgroups = [groups.min(1024), groups.div_ceil(1024)];
-    let params = MajorantParams {
+    let style_rows = cells.style_count * constants::CELL_STYLE_ROWS;
+    let mut params = MajorantParams {
         cell_count,
         majorant_offset: grid_offset as u32,
         row_length: workgroups[0] * group,
         cells_per_brick: BRICK_SIZE / ranges.cell_size,
-        style_count,
+        style_count: cells.style_count,
         has_labels,
+        shape_count: (cells.looks.len() as u32 - style_rows) / constants::CELL_SHAPE_ROWS,
         grid_dims: ranges.grid_dims,
+        cell_size: ranges.cell_size as f32,
         bricks: resident.bricks.counts,
+        dims: resident.bricks.dims.map(|n| n as f32),
+        shapes_of_rays: cells.shapes_of_rays,
         ..Default::default()
     };
+    if let Some(peel) = &cells.peel {
+        params.has_depth = 1;
+        params.peel_mm = peel.mm;
+        params.peel_inverse_width = peel.inverse_width;
+        params.depth_from_voxel = peel.depth_from_voxel;
+        params.depth_grid_dims = peel.ranges.grid_dims;
+        params.depth_cell_size = peel.ranges.cell_size as f32;
+        params.depth_scale = peel.scale;
+        params.depth_bias = peel.bias;
+    }
+    // Something has to be bound where there are none.
+    let depth_ranges = cells.peel.as_ref().map_or(ranges.buffer, |peel| peel.ranges.buffer);
     recording.push(Step::Dispatch {
         kernel: Kernel::MajorantGrid,
         uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
-        resources: vec![ranges.buffer, maxima, pages, styles, sets, buffers.grids],
+        resources: vec![ranges.buffer, maxima, pages, looks, sets, depth_ranges, buffers.grids],
         workgroups,
     });
-    for id in [maxima, pages, styles, sets] {
+    for id in [maxima, pages, looks, sets] {
         recording.push(Step::Free { id });
     }
 }

@@ -28,7 +28,7 @@ use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
 use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, Volume, VolumeInstance};
 use lumivox_shaders::layout::{Frame, Instance, Light, Node};
-use lumivox_shaders::{Kernel, PathTraceVariant, constants};
+use lumivox_shaders::{Classes, Kernel, PathTraceVariant, constants};
 
 pub use self::cell_size::CellSize;
 use self::changing_light::MeanLight;
@@ -131,9 +131,9 @@ impl Placed<'_> {
         Source::new(&self.instance.volume, self.medium.filter)
     }
 
-    /// Whether its medium depends on more than its values.
-    pub fn is_classified(&self) -> bool {
-        classes::is_classified(self.instance, &self.medium)
+    /// What its medium depends on besides its values.
+    pub fn classes(&self) -> Classes {
+        classes::classes_of(self.instance, &self.medium, &self.looks)
     }
 
     /// Whether light is reflected somewhere in it.
@@ -257,7 +257,7 @@ impl SceneCache {
         let (mut wanted, uses) = wanted::distinct(&placed, self.cell_size);
         wanted::widen(&mut wanted, &uses, tables::most_cells(&self.limits));
         let features = Features::of_placed(scene, &placed, false);
-        tables::check(&placed, features.classes, self.limits.max_storage_binding)?;
+        tables::check(&placed, features.classes.any(), self.limits.max_storage_binding)?;
         environment::check(&scene.environment, &self.limits)?;
         let lights = lights::effective(&scene.lights, &placed);
         lights::check(&lights, self.limits.max_storage_binding)?;
@@ -284,7 +284,7 @@ impl SceneCache {
         };
         let placed: Vec<Placed<'_>> = placed.into_iter().filter(is_there).collect();
         let fields = Field::all(&placed);
-        let classified = self.features.classes;
+        let classified = self.features.classes.any();
         tables::check_cells(&placed, &fields, &self.volumes, &self.limits)?;
         let tables_changed = self.tables.update(&placed, &fields, classified, &self.volumes, recording);
         let instances_changed = self.update_instances(&placed, &fields, recording);
@@ -349,11 +349,11 @@ impl SceneCache {
         let Placed { instance, medium, looks, patient_from_world } = placed;
         let volume = &*instance.volume;
         let Acquired { resident, ranges } = self.acquired(&placed.source());
-        let TableOf { function, table_offset, classes, grid_offset } = self.tables.get(index);
+        let texel = TexelScale::of(volume);
+        let TableOf { coordinate: (table_scale, table_bias), table_offset, classes, grid_offset } =
+            self.tables.get(index, texel);
         // A reduced copy's voxels are larger; they begin where the volume does.
         let factor = f64::from(resident.factor);
-        let texel = TexelScale::of(volume);
-        let (table_scale, table_bias) = function.coordinate(texel);
         let dims = DVec3::from_array(volume.dims().map(|n| n as f64)) / factor;
         let clip_low = instance.clip_box[0].clamp(DVec3::ZERO, DVec3::ONE) * dims;
         let clip_high = (instance.clip_box[1].clamp(DVec3::ZERO, DVec3::ONE) * dims).max(clip_low);
@@ -398,7 +398,7 @@ impl SceneCache {
             layers: instance.layers,
             cells_per_brick: constants::BRICK_SIZE / ranges.cell_size,
             classes: classes as u32,
-            padding: 0,
+            full_looks: looks.full_in_cells() as u32,
         }
     }
 

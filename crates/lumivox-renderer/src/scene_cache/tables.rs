@@ -1,29 +1,33 @@
 //! The instances' transfer functions on the GPU, what else their points are classified by, and the majorants that follow.
 
-use lumivox_core::LabelVolume;
-use lumivox_shaders::layout::TABLE_PAIRS;
+use std::sync::Arc;
+
+use lumivox_shaders::layout::{TABLE_PAIRS, TABLE_SIZE};
 
 use super::classes::{self, Fields, Looks};
 use super::fields::{Field, FieldKind};
 use super::label_sets::{self, CellLabels};
-use super::majorants;
-pub use super::transfer_table::Function;
+use super::majorants::{self, CellsOf};
+pub use super::transfer_table::{Envelope, Function};
 use super::{DeviceLimits, Placed, acquired, check_binding, voxel_from_patient};
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step};
-use crate::store::{Acquired, Source, ValueRanges};
+use crate::store::{Acquired, Source, TexelScale, ValueRanges};
 
 /// An instance's functions and classification, and where its majorants are.
 #[derive(Debug)]
 struct CachedTable {
     /// The volume.
     source: ResourceId,
-    /// What the majorants were made of.
+    /// What the majorants were made of, besides the functions.
     ranges: ValueRanges,
-    /// The copy of the labels, and where it lies, that the majorants were made of.
-    labels: Option<(ResourceId, CellLabels)>,
+    cells: CellsOf,
+    /// The labels of each cell.
+    sets: Option<Arc<[[u32; 2]]>>,
     looks: Looks,
     functions: Vec<Function>,
+    /// The largest opacity of all of them, behind the classification, where it is not the only one's.
+    envelope: Option<Envelope>,
     /// The first pair of its functions.
     table_offset: usize,
     /// Behind the functions; nothing where no medium of the scene is classified.
@@ -71,7 +75,8 @@ const MOST_PAIRS: u64 = 1 << 24;
 /// Pairs of an instance.
 fn pairs(placed: &Placed<'_>, looks: &Looks, classified: bool) -> usize {
     let classes = if classified { classes::pairs_of(placed.instance, looks) } else { 0 };
-    looks.rows() * TABLE_PAIRS + classes
+    let envelope = if looks.has_envelope() { TABLE_SIZE } else { 0 };
+    looks.rows() * TABLE_PAIRS + classes + envelope
 }
 
 /// Whether the device has room for the tables of instances.
@@ -118,12 +123,9 @@ impl CachedTables {
         volumes: &[(Source, Acquired)],
         recording: &mut Recording,
     ) -> bool {
-        let of = |placed: &Placed<'_>| acquired(volumes, &placed.source());
-        let of_field = |field: &Field| acquired(volumes, &field.source);
-        let cells = cells(instances, fields, volumes);
         let sizes: Vec<usize> =
             instances.iter().map(|placed| pairs(placed, &placed.looks, classified)).collect();
-        let needed = [sizes.iter().sum(), cells];
+        let needed = [sizes.iter().sum(), cells(instances, fields, volumes)];
         let mut changed = self.list.len() != instances.len();
         let suits = (0..2).all(|i| (needed[i]..=needed[i].saturating_mul(4)).contains(&self.capacity[i]));
         if self.buffers.is_none() || !suits {
@@ -131,91 +133,94 @@ impl CachedTables {
             changed = true;
         }
         self.list.truncate(instances.len());
-        let buffers = self.buffers.expect("allocated above");
         let (mut grid_offset, mut table_offset) = (0, 0);
         for (index, placed) in instances.iter().enumerate() {
-            let acquired @ Acquired { resident, ranges } = of(placed);
-            let volume = &placed.instance.volume;
-            let looks = &placed.looks;
-            let own_fields = Fields {
-                labels: Field::find(fields, index, FieldKind::Labels).map(|at| instances.len() + at),
-                depth: Field::find(fields, index, FieldKind::Depth).map(|at| instances.len() + at),
+            let field = |kind| {
+                let at = Field::find(fields, index, kind)?;
+                Some((instances.len() + at, acquired(volumes, &fields[at].source)))
             };
-            let labels = Field::find(fields, index, FieldKind::Labels).map(|at| {
-                let copy = &of_field(&fields[at]).resident;
-                let labels_from_voxel = voxel_from_patient(&fields[at].source.volume, copy.factor)
-                    * voxel_from_patient(volume, resident.factor).inverse();
-                let (dims, grid_dims, cell_size) = (resident.bricks.dims, ranges.grid_dims, ranges.cell_size);
-                let factor = copy.factor;
-                (copy.source, CellLabels { dims, grid_dims, cell_size, labels_from_voxel, factor })
-            });
-            let old = self.list.get(index);
-            let same_functions =
-                old.filter(|old| old.source == resident.source && old.looks.functions == looks.functions);
-            let functions = match same_functions {
-                Some(old) => old.functions.clone(),
-                None => looks.functions.iter().map(|rows| Function::new(rows, volume)).collect(),
-            };
-            let tables_are_there = same_functions.is_some_and(|old| old.table_offset == table_offset);
-            let majorants_are_there = same_functions.is_some_and(|old| {
-                old.ranges == *ranges
-                    && old.grid_offset == grid_offset
-                    && old.labels == labels
-                    && old.looks.absorb_like(looks)
-            });
-            let starts = starts(looks, table_offset);
-            let classes_begin = table_offset + looks.rows() * TABLE_PAIRS;
-            let class_pairs = if classified {
-                let map = voxel_from_patient(volume, resident.factor);
-                classes::pairs(placed.instance, looks, &functions, map, own_fields, classes_begin, |at| {
-                    starts[at]
-                })
-            } else {
-                vec![]
-            };
-            let write = |pair: usize, data: Payload, recording: &mut Recording| {
-                let offset = pair as u64 * PAIR_BYTES;
-                recording.push(Step::WriteBuffer { id: buffers.tables, offset, data });
-            };
-            if !tables_are_there {
-                let pairs: Vec<[f32; 2]> = functions.iter().flat_map(Function::pairs).collect();
-                write(table_offset, Payload::copy_of(&pairs), recording);
-                changed = true;
-            }
-            let classes_are_there = tables_are_there && old.is_some_and(|old| old.classes == class_pairs);
-            if !classes_are_there && classified {
-                write(classes_begin, Payload::copy_of(&class_pairs), recording);
-                changed = true;
-            }
-            if !majorants_are_there {
-                let sets = labels.as_ref().map(|(_, cells)| {
-                    let labels = &placed.instance.labels.as_ref().expect("it has a field of them").labels;
-                    cell_labels(labels, cells, &mut self.unprepared)
-                });
-                let made_of = majorants::MadeOf { looks, functions: &functions, sets: sets.as_deref() };
-                majorants::record(grid_offset, &made_of, volume, acquired, buffers, recording);
-                changed = true;
-            }
-            let entry = CachedTable {
-                source: resident.source,
-                ranges: *ranges,
-                labels,
-                looks: looks.clone(),
-                functions,
+            let wanted = Wanted {
+                placed,
+                acquired: acquired(volumes, &placed.source()),
+                labels: field(FieldKind::Labels),
+                depth: field(FieldKind::Depth),
+                classified,
                 table_offset,
-                classes: class_pairs,
                 grid_offset,
             };
-            match self.list.get_mut(index) {
-                Some(old) => *old = entry,
-                None => self.list.push(entry),
-            }
-            grid_offset += ranges.cells();
+            changed |= self.update_instance(index, &wanted, recording);
+            grid_offset += wanted.acquired.ranges.cells();
             table_offset += sizes[index];
         }
+        changed | self.update_fields(fields, grid_offset, volumes, recording)
+    }
+
+    /// An instance's part of all buffers.
+    fn update_instance(&mut self, index: usize, wanted: &Wanted<'_>, recording: &mut Recording) -> bool {
+        let old = self.list.get(index);
+        let entry = wanted.entry(old);
+        let buffers = self.buffers.expect("allocated before");
+        let write = |pair: usize, data: Payload, recording: &mut Recording| {
+            let offset = pair as u64 * PAIR_BYTES;
+            recording.push(Step::WriteBuffer { id: buffers.tables, offset, data });
+        };
+        let same_functions = old.filter(|old| old.has_functions_of(&entry));
+        let tables_are_there = same_functions.is_some_and(|old| old.table_offset == entry.table_offset);
+        if !tables_are_there {
+            let pairs: Vec<[f32; 2]> = entry.functions.iter().flat_map(Function::pairs).collect();
+            write(entry.table_offset, Payload::copy_of(&pairs), recording);
+        }
+        let classes_are_there =
+            !wanted.classified || tables_are_there && old.is_some_and(|old| old.classes == entry.classes);
+        if !classes_are_there {
+            write(entry.first_class(), Payload::copy_of(&entry.classes), recording);
+        }
+        let has_envelope = |old: &CachedTable| {
+            old.envelope == entry.envelope && old.first_of_envelope() == entry.first_of_envelope()
+        };
+        let envelope_is_there = tables_are_there && old.is_some_and(has_envelope);
+        if !envelope_is_there && let Some(envelope) = &entry.envelope {
+            write(entry.first_of_envelope(), Payload::copy_of(&envelope.pairs()), recording);
+        }
+        let majorants_are_there = same_functions.is_some_and(|old| old.has_cells_of(&entry));
+        let sets = match (&entry.cells.labels, old) {
+            (None, _) => None,
+            (labels, Some(old)) if old.cells.labels == *labels => old.sets.clone(),
+            (Some((_, cells)), _) => Some(wanted.cell_labels(cells, &mut self.unprepared)),
+        };
+        if !majorants_are_there {
+            let CachedTable { grid_offset, cells, functions, .. } = &entry;
+            majorants::record(
+                *grid_offset,
+                cells,
+                functions,
+                sets.as_deref(),
+                wanted.acquired,
+                buffers,
+                recording,
+            );
+        }
+        let entry = CachedTable { sets, ..entry };
+        match self.list.get_mut(index) {
+            Some(old) => *old = entry,
+            None => self.list.push(entry),
+        }
+        !(tables_are_there && classes_are_there && envelope_is_there && majorants_are_there)
+    }
+
+    /// The cells of fields, behind those of instances.
+    fn update_fields(
+        &mut self,
+        fields: &[Field],
+        mut grid_offset: usize,
+        volumes: &[(Source, Acquired)],
+        recording: &mut Recording,
+    ) -> bool {
+        let buffers = self.buffers.expect("allocated before");
+        let mut changed = self.fields.len() != fields.len();
         let mut cached = vec![];
         for field in fields {
-            let acquired = of_field(field);
+            let acquired = acquired(volumes, &field.source);
             let entry =
                 CachedField { source: acquired.resident.source, ranges: acquired.ranges, grid_offset };
             if self.fields.get(cached.len()) != Some(&entry) {
@@ -225,7 +230,6 @@ impl CachedTables {
             grid_offset += acquired.ranges.cells();
             cached.push(entry);
         }
-        changed |= self.fields.len() != cached.len();
         self.fields = cached;
         changed
     }
@@ -240,15 +244,14 @@ impl CachedTables {
         });
     }
 
-    /// An instance's own function, its first pair, the first pair of its classification, and the first cell of its majorants.
-    pub fn get(&self, index: usize) -> TableOf<'_> {
+    /// An instance's part.
+    pub fn get(&self, index: usize, texel: TexelScale) -> TableOf {
         let cached = &self.list[index];
-        TableOf {
-            function: &cached.functions[0],
-            table_offset: cached.table_offset,
-            classes: cached.table_offset + cached.looks.rows() * TABLE_PAIRS,
-            grid_offset: cached.grid_offset,
-        }
+        let (coordinate, table_offset) = match &cached.envelope {
+            Some(envelope) => (envelope.coordinate(texel), cached.first_of_envelope()),
+            None => (cached.functions[0].coordinate(texel), cached.table_offset),
+        };
+        TableOf { coordinate, table_offset, classes: cached.first_class(), grid_offset: cached.grid_offset }
     }
 
     /// The first cell of a field.
@@ -268,10 +271,14 @@ impl CachedTables {
 }
 
 /// Where an instance's part of the buffers is.
-pub(super) struct TableOf<'a> {
-    pub function: &'a Function,
+pub(super) struct TableOf {
+    /// Scale and bias that send texels to the table of its largest opacities.
+    pub coordinate: (f64, f64),
+    /// The first pair of that table.
     pub table_offset: usize,
+    /// The first pair of its classification.
     pub classes: usize,
+    /// The first cell of its majorants.
     pub grid_offset: usize,
 }
 
@@ -285,8 +292,85 @@ fn starts(looks: &Looks, table_offset: usize) -> Vec<usize> {
     looks.functions.iter().map(begin).collect()
 }
 
-fn cell_labels(labels: &LabelVolume, cells: &CellLabels, unprepared: &mut u64) -> Vec<[u32; 2]> {
-    let (blocks, is_late) = label_sets::blocks(labels);
-    *unprepared += u64::from(is_late);
-    cells.sets(labels, &blocks)
+/// What is to be there of an instance.
+struct Wanted<'a> {
+    placed: &'a Placed<'a>,
+    acquired: &'a Acquired,
+    /// The fields: where they are among all instances, and what there is of them.
+    labels: Option<(usize, &'a Acquired)>,
+    depth: Option<(usize, &'a Acquired)>,
+    classified: bool,
+    table_offset: usize,
+    grid_offset: usize,
+}
+
+impl Wanted<'_> {
+    /// The same as it is cached, but for the labels of its cells. Functions are those of before where they are the same.
+    fn entry(&self, old: Option<&CachedTable>) -> CachedTable {
+        let Self { placed, acquired, table_offset, .. } = *self;
+        let volume = &placed.instance.volume;
+        let looks = &placed.looks;
+        let source = acquired.resident.source;
+        let same = old.filter(|old| old.source == source && old.looks.functions == looks.functions);
+        let functions = match same {
+            Some(old) => old.functions.clone(),
+            None => looks.functions.iter().map(|rows| Function::new(rows, volume)).collect(),
+        };
+        let envelope = match same.filter(|old| old.looks.is_bounded_like(looks)) {
+            Some(old) => old.envelope.clone(),
+            None => looks.envelope(&functions),
+        };
+        let [labels, depth] = [self.labels, self.depth].map(|field| field.map(|(_, copy)| copy));
+        let mut entry = CachedTable {
+            source,
+            ranges: acquired.ranges,
+            cells: CellsOf::new(placed, &functions, acquired, labels, depth),
+            sets: None,
+            looks: looks.clone(),
+            functions,
+            envelope,
+            table_offset,
+            classes: vec![],
+            grid_offset: self.grid_offset,
+        };
+        if self.classified {
+            let fields =
+                Fields { labels: self.labels.map(|(at, _)| at), depth: self.depth.map(|(at, _)| at) };
+            let map = voxel_from_patient(volume, acquired.resident.factor);
+            let starts = starts(looks, table_offset);
+            let begin = entry.first_class();
+            let table = |function: usize| starts[function];
+            entry.classes =
+                classes::pairs(placed.instance, looks, &entry.functions, map, fields, begin, table);
+        }
+        entry
+    }
+
+    fn cell_labels(&self, cells: &CellLabels, unprepared: &mut u64) -> Arc<[[u32; 2]]> {
+        let labelling = self.placed.instance.labels.as_ref().expect("it has a field of them");
+        let (blocks, is_late) = label_sets::blocks(&labelling.labels);
+        *unprepared += u64::from(is_late);
+        cells.sets(&labelling.labels, &blocks).into()
+    }
+}
+
+impl CachedTable {
+    fn has_functions_of(&self, other: &Self) -> bool {
+        self.source == other.source && self.looks.functions == other.looks.functions
+    }
+
+    /// Whether its cells are those of another with the same functions.
+    fn has_cells_of(&self, other: &Self) -> bool {
+        self.ranges == other.ranges && self.grid_offset == other.grid_offset && self.cells == other.cells
+    }
+
+    /// The first pair of its envelope.
+    fn first_of_envelope(&self) -> usize {
+        self.first_class() + self.classes.len()
+    }
+
+    /// The first pair of its classification.
+    fn first_class(&self) -> usize {
+        self.table_offset + self.looks.rows() * TABLE_PAIRS
+    }
 }

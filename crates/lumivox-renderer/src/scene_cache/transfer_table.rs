@@ -112,6 +112,56 @@ impl Function {
     }
 }
 
+/// The largest opacity of several functions at each value: a bound that is asked for before it is known which of them counts.
+/// Shared by clones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Envelope(Arc<TransferTable>);
+
+/// Table coordinates by which it looks to either side, for rounding.
+const SLACK: f64 = 0.1;
+
+impl Envelope {
+    /// Of functions, each with the factor of its opacity.
+    pub fn new(functions: &[(&Function, f64)]) -> Self {
+        let domains = functions.iter().map(|(function, _)| function.0[0].domain);
+        let [low, high] = domains.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or([0.0, 1.0]);
+        let last = TABLE_SIZE - 1;
+        // Between each entry and its successor.
+        let mut most = vec![0.0f32; last];
+        for (function, factor) in functions {
+            let [begin, end] = function.0[0].domain;
+            let coordinate = |entry: usize| {
+                let value = low + (high - low) * entry as f64 / last as f64;
+                (value - begin) / (end - begin) * last as f64
+            };
+            for (i, most) in most.iter_mut().enumerate() {
+                let within = |coordinate: f64| coordinate.clamp(0.0, last as f64) as usize;
+                let first = within((coordinate(i) - SLACK).floor());
+                let behind = within((coordinate(i + 1) + SLACK).ceil());
+                for row in &*function.0 {
+                    let largest = row.opacity[first..=behind].iter().copied().fold(0.0, f32::max);
+                    *most = most.max((f64::from(largest) * factor) as f32);
+                }
+            }
+        }
+        // What is linear between entries that bound both their sides bounds what lies between.
+        let around =
+            |i: usize| most[i.saturating_sub(1)..=i.min(last - 1)].iter().copied().fold(0.0, f32::max);
+        let opacity = (0..TABLE_SIZE).map(around).collect();
+        Self(Arc::new(TransferTable { domain: [low, high], opacity, color: vec![] }))
+    }
+
+    /// See [`TransferTable::coordinate`].
+    pub(crate) fn coordinate(&self, texel: crate::store::TexelScale) -> (f64, f64) {
+        self.0.coordinate(texel)
+    }
+
+    /// Each entry's opacity with its successor's.
+    pub(crate) fn pairs(&self) -> Vec<[f32; 2]> {
+        self.0.pairs()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,6 +178,43 @@ mod tests {
             assert!(table.domain[0] < 100.0, "{:?}", table.domain);
             assert_eq!((table.opacity[0], table.opacity[TABLE_SIZE - 1]), (0.0, step.opacity(5000.0) as f32));
         }
+    }
+
+    #[test]
+    fn an_envelope_is_never_below_its_functions_and_seldom_far_above() {
+        use lumivox_core::{Ease, Modality, Voxels, glam::DAffine3};
+        let voxels = Voxels::U16(vec![0, 4000]);
+        let volume =
+            Volume::new([2, 1, 1], voxels, [1.0, -1000.0], DAffine3::IDENTITY, Modality::Ct).unwrap();
+        let function = |points: &[(f64, f64)]| {
+            let curve = TransferFunction::from_points(Ease::Linear, points, &[(0.0, [1.0; 3])]).unwrap();
+            Function::new(&[curve], &volume)
+        };
+        // A jump, a peak on a narrow domain, a slope over all values.
+        let functions = [
+            (&function(&[(-200.0, 0.0), (100.0, 0.2), (100.0, 0.9), (300.0, 0.0)]), 0.5),
+            (&function(&[(700.0, 0.0), (710.0, 1.0), (720.0, 0.0)]), 1.5),
+            (&function(&[(-1000.0, 0.0), (3000.0, 0.3)]), 1.0),
+        ];
+        let envelope = Envelope::new(&functions);
+        let read = |table: &TransferTable, value: f64| {
+            let u = (value - table.domain[0]) / (table.domain[1] - table.domain[0]) * (TABLE_SIZE - 1) as f64;
+            let u = u.clamp(0.0, (TABLE_SIZE - 1) as f64);
+            let entry = (u as usize).min(TABLE_SIZE - 2);
+            let [low, high] = [table.opacity[entry], table.opacity[entry + 1]].map(f64::from);
+            low + (high - low) * (u - entry as f64)
+        };
+        let (mut sum, mut bound) = (0.0, 0.0);
+        for i in 0..40_000 {
+            let value = -1100.0 + f64::from(i) * 0.105;
+            let most =
+                functions.iter().map(|(of, factor)| factor * read(&of.0[0], value)).fold(0.0, f64::max);
+            let own = read(&envelope.0, value);
+            assert!(own >= most - 1e-6, "{own} of {most} at {value}");
+            sum += most;
+            bound += own;
+        }
+        assert!(bound < 1.05 * sum, "{bound} for {sum}");
     }
 
     #[test]

@@ -31,7 +31,8 @@ pub(super) fn distinct(
         match volumes.iter().position(|(known, _)| *known == field.source) {
             Some(known) => uses[known] += 1,
             None => {
-                volumes.push((field.source, Field::grid_key()));
+                let key = field.grid_key();
+                volumes.push((field.source, key));
                 uses.push(1);
             }
         }

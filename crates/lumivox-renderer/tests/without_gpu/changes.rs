@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use lumivox_core::glam::DVec3;
 use lumivox_core::{
-    Camera, ClipShape, Environment, EnvironmentMap, EnvironmentSource, Filter, Light, Scene,
-    TransferFunction, Volume,
+    Camera, ClipShape, Environment, EnvironmentMap, EnvironmentSource, Filter, GradientFunction, LabelStyle,
+    LabelVolume, Labelling, Light, Peel, Scene, TransferFunction, Volume,
 };
-use lumivox_renderer::recording::Kernel;
+use lumivox_renderer::recording::{Classes, Kernel};
 use lumivox_renderer::{
     DeviceLimits, Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View,
     ViewKind, ViewSettings, VoxelStore, prepare_volume,
@@ -72,7 +72,7 @@ const BRICK: usize = 2 * 33 * 33 * 33;
 const PAGE: usize = 4;
 
 /// Bytes of a style and of a set of labels, as the kernel that makes majorants reads them.
-const STYLE: usize = 16 + 8;
+const STYLE: usize = 32 + 8;
 
 #[test]
 fn a_swapped_volume_uploads_itself_alone() {
@@ -212,8 +212,27 @@ fn scene_with(features: Features) -> Scene {
     if features.lights {
         scene.lights = vec![Light::directional(DVec3::NEG_Y, [1.0; 3])];
     }
-    if features.classes {
-        scene.volumes[0].clip_shapes = vec![ClipShape::sphere(DVec3::ZERO, 1.0)];
+    let Classes { labels, functions, gradients, depth, clip_shapes } = features.classes;
+    let instance = &mut scene.volumes[0];
+    let place = instance.volume.patient_from_voxel();
+    if labels {
+        let labels = LabelVolume::new([8; 3], vec![0; 512], place, vec![]).unwrap();
+        instance.labels = Some(Labelling::new(Arc::new(labels)));
+    }
+    if functions && !gradients {
+        let own = TransferFunction::constant(0.1, [0.5; 3]);
+        let style = LabelStyle { transfer_function: Some(own), ..LabelStyle::default() };
+        instance.labels.as_mut().unwrap().set_style(1, style);
+    }
+    if gradients {
+        let transfer_function = instance.medium.transfer_function.clone();
+        instance.medium.gradients = vec![GradientFunction { per_mm: 1.0, transfer_function }];
+    }
+    if depth {
+        instance.peel = Some(Peel { depth: instance.volume.clone(), mm: 1.0 });
+    }
+    if clip_shapes {
+        instance.clip_shapes = vec![ClipShape::sphere(DVec3::ZERO, 1.0)];
     }
     scene
 }
@@ -260,19 +279,19 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         );
     }
     seen.dedup();
-    assert_eq!(seen.len(), 64, "each has a kernel of its own");
+    assert_eq!(seen.len(), 32 * 20, "each has a kernel of its own");
     // Where few kernels should do, surfaces, lights and shared pixels make no others, nor does anything of what is classified,
     // nor the surroundings of what is filtered.
     let few = DeviceLimits { few_kernels: true, ..LIMITS };
     for features in Features::ALL.subsets() {
-        let can_more = features.classes;
+        let can_more = features.classes.any();
         let more = Features {
             surface: true,
             lights: true,
             environment: features.environment || features.filters || can_more,
             filters: features.filters || can_more,
             many_volumes: features.many_volumes || can_more,
-            ..features
+            classes: if can_more { Classes::ALL } else { Classes::NONE },
         };
         for view in [ViewKind::Live, ViewKind::Still { guides: true }] {
             let mut wanted = more.kernels(view, LIMITS);

@@ -1,12 +1,16 @@
-// Media that depend on more than the value: on labels with looks of their own, the gradient's magnitude, the depth below
-// the skin, and shapes that clip. Expects `instances` and `tables`. The other way is `plain_media.wgsl`.
+// Media that depend on more than the value: with LABELS on labels with looks of their own, with
+// FUNCTIONS on those of several transfer functions, with GRADIENTS on the gradient's
+// magnitude, with PEELING on the depth below the skin, with CLIP_SHAPES on shapes that clip. A volume's own table holds the
+// largest opacity that its values can have. Expects `instances` and `tables`. The other way is `plain_media.wgsl`.
 //
 // What a volume's points are besides their values lies behind the transfer functions, from `instances[v].classes` on, in
 // pairs of numbers; whole ones are floats, too, for as bits small integers would be denormal and might be lost:
 // - the instances that are its fields of labels and of depths, -1 where there is none;
 // - what is peeled in mm, and one over the border's width;
 // - how many clip shapes there are, and one over the width of the surface that a cut leaves, in 1/mm;
-// - where the styles begin;
+// - where the styles begin, and where the clip shapes do;
+// - how many of the first clip shapes rays are clipped against as a whole; nothing;
+// - the styles that cells name by place, from 1;
 // - each clip shape: the rows of the map from voxel space to its own, in six pairs; its kind, and 1 or -1 where it is
 //   inverted; nothing;
 // - the styles by label, STYLE_PAIRS each: scale and bias of the table's coordinate; the first pair of the function and the
@@ -22,32 +26,47 @@ struct Reading {
     gradient: f32,  // per mm, where the style asks for it
 }
 
-// At a point of voxel space in a cell. Of labels, one is drawn by their shares: what depends on it then is that of their
-// mixture in the mean, which is all that tracking needs.
-fn read_medium(v: u32, p: vec3f, cell: Cell, rng: ptr<function, Rng>) -> Reading {
-    // Asked for before it is known to count: while it is on its way, so is the rest.
-    let texel = sample_in_cell(v, p, cell);
+// At a point of voxel space in a cell, where the stored value is `texel`. Of labels, one is drawn by their shares: what
+// depends on it then is that of their mixture in the mean, which is all that tracking needs. Where the cell's class knows what
+// would be drawn, or that nothing is taken off, it is not asked for.
+fn read_medium(v: u32, p: vec3f, cell: Cell, texel: f32, rng: ptr<function, Rng>) -> Reading {
     let classes = instances[v].classes;
-    let fields = tables[classes];
-    let peel = tables[classes + 1u];
-    let shapes = u32(tables[classes + 2u].x);
-    let styles = u32(tables[classes + 3u].x);
-    let style = style_at(p, fields.x, styles, rng);
-    let factor = tables[style + 1u].y;
-    let rows = tables[style + 6u].x;
-    let is_clipped = tables[style + 7u].x;
-    var share = factor;
-    if (share > 0.0 && is_clipped > 0.0 && is_cut_away(classes, shapes, p)) {
-        share = 0.0;
+    let in_common = cell_class(cell);
+    let look = in_common & (CLASS_IS_WHOLE - 1u);
+    // Where there are no labels, all points are of the first look.
+    var style = classes + CLASS_PAIRS;
+    var is_full = instances[v].full_looks > 0u;
+    if (LABELS) {
+        style += (look - 1u) * STYLE_PAIRS;
+        is_full = look - 1u < instances[v].full_looks;
+        if (look == 0u) {
+            style = style_at(p, tables[classes].x, u32(tables[classes + 3u].x), rng);
+        }
     }
-    if (share > 0.0 && fields.y >= 0.0) {
-        share *= left_of_peeling(u32(fields.y), peel, p);
+    var share = 1.0;
+    if (!is_full) {
+        share = tables[style + 1u].y;
+    }
+    if ((CLIP_SHAPES || PEELING) && in_common < CLASS_IS_WHOLE && share > 0.0) {
+        share = what_is_left(classes, p, share, tables[style + 7u].x > 0.0);
     }
     var gradient = 0.0;
-    if (share > 0.0 && rows > 0.0) {
+    if (GRADIENTS && share > 0.0 && tables[style + 6u].x > 0.0) {
         gradient = gradient_per_mm(v, voxel_gradient(v, p));
     }
     return Reading(texel, style, share, gradient);
+}
+
+// What clip shapes and peeling leave of a share.
+fn what_is_left(classes: u32, p: vec3f, share: f32, is_clipped: bool) -> f32 {
+    if (CLIP_SHAPES && is_clipped && is_cut_away(classes, p)) {
+        return 0.0;
+    }
+    let depth = tables[classes].y;
+    if (PEELING && depth >= 0.0) {
+        return share * left_of_peeling(u32(depth), tables[classes + 1u], p);
+    }
+    return share;
 }
 
 // A label by the shares that a cubic B-spline gives those around: the nearest voxel to a point that is moved by the sum of
@@ -70,8 +89,7 @@ fn style_at(p: vec3f, labels: f32, styles: u32, rng: ptr<function, Rng>) -> u32 
 }
 
 fn three_bytes(rng: ptr<function, Rng>) -> vec3u {
-    let bits = u32(rng_next(rng) * 16777216.0);
-    return vec3u(bits, bits >> 8u, bits >> 16u) & vec3u(255u);
+    return (vec3u(rng_bits(rng)) >> vec3u(8u, 16u, 24u)) & vec3u(255u);
 }
 
 fn left_of_peeling(field: u32, peel: vec2f, p: vec3f) -> f32 {
@@ -110,26 +128,77 @@ fn clip_level(shape: u32, p: vec3f) -> vec4f {
     return tables[shape + 6u].y * vec4f(slope.x * x.xyz + slope.y * y.xyz + slope.z * z.xyz, level);
 }
 
-fn is_cut_away(classes: u32, count: u32, p: vec3f) -> bool {
-    for (var i = 0u; i < count; i++) {
+// Whether a shape cuts a point away, of those that rays are not clipped against.
+fn is_cut_away(classes: u32, p: vec3f) -> bool {
+    let first = u32(tables[classes + 3u].y);
+    for (var i = u32(tables[classes + 4u].x); i < u32(tables[classes + 2u].x); i++) {
         take_part_of_turn(i);
-        if (clip_level(classes + CLASS_PAIRS + i * SHAPE_PAIRS, p).w < 0.0) {
+        if (clip_level(first + i * SHAPE_PAIRS, p).w < 0.0) {
             return true;
         }
     }
     return false;
 }
 
+// The part of a ray in voxel space, from 0 to `t_end`, that is kept by the shapes that keep one part of any ray and cut all
+// labels. Nothing of it where the second is not beyond the first.
+fn kept_of_ray(v: u32, p: vec3f, direction: vec3f, t_end: f32) -> vec2f {
+    let classes = instances[v].classes;
+    let first = u32(tables[classes + 3u].y);
+    var kept = vec2f(0.0, t_end);
+    for (var i = 0u; i < u32(tables[classes + 4u].x); i++) {
+        take_part_of_turn(i);
+        let of_shape = kept_by_shape(first + i * SHAPE_PAIRS, p, direction);
+        kept = vec2f(max(kept.x, of_shape.x), min(kept.y, of_shape.y));
+    }
+    return kept;
+}
+
+fn kept_by_shape(shape: u32, p: vec3f, direction: vec3f) -> vec2f {
+    let x = vec4f(tables[shape], tables[shape + 1u]);
+    let y = vec4f(tables[shape + 2u], tables[shape + 3u]);
+    let z = vec4f(tables[shape + 4u], tables[shape + 5u]);
+    let q = vec3f(dot(x, vec4f(p, 1.0)), dot(y, vec4f(p, 1.0)), dot(z, vec4f(p, 1.0)));
+    let d = vec3f(dot(x.xyz, direction), dot(y.xyz, direction), dot(z.xyz, direction));
+    // A component of exactly 0 would turn into 0 * infinity.
+    let inverse = 1.0 / choose(d, vec3f(1e-20), abs(d) < vec3f(1e-20));
+    let kind = u32(tables[shape + 6u].x);
+    if (kind == CLIP_BOX) {
+        let a = (-1.0 - q) * inverse;
+        let b = (1.0 - q) * inverse;
+        let entry = min(a, b);
+        let exit = max(a, b);
+        return vec2f(max(entry.x, max(entry.y, entry.z)), min(exit.x, min(exit.y, exit.z)));
+    }
+    if (kind == CLIP_SPHERE) {
+        let along = max(dot(d, d), 1e-30);
+        let nearest = -dot(q, d) / along;
+        let from_center = q + nearest * d;
+        let inside = 1.0 - dot(from_center, from_center);
+        if (inside <= 0.0) {
+            return vec2f(1.0, 0.0);
+        }
+        let half_way = sqrt(inside / along);
+        return vec2f(nearest - half_way, nearest + half_way);
+    }
+    let crosses = -q.z * inverse.z;
+    if (inverse.z > 0.0) {
+        return vec2f(crosses, 1e30);
+    }
+    return vec2f(-1e30, crosses);
+}
+
 // The surface that the nearest clip shape leaves.
 fn cut_surface(v: u32, p: vec3f, reading: Reading) -> Cut {
     let classes = instances[v].classes;
     let count = u32(tables[classes + 2u].x);
+    let first = u32(tables[classes + 3u].y);
     var nearest = 1e30;
     var cut = Cut(0.0, vec3f(0.0));
     if (tables[reading.style + 7u].x > 0.0) {
         for (var i = 0u; i < count; i++) {
             take_part_of_turn(i);
-            let level = clip_level(classes + CLASS_PAIRS + i * SHAPE_PAIRS, p);
+            let level = clip_level(first + i * SHAPE_PAIRS, p);
             let per_mm = length(transform_rows(instances[v].patient_gradient_from_voxel, level.xyz));
             let distance = level.w / max(per_mm, 1e-20);
             if (distance < nearest) {
@@ -160,14 +229,16 @@ fn opacity(v: u32, reading: Reading) -> f32 {
     if (reading.share <= 0.0) {
         return 0.0;
     }
+    if (!FUNCTIONS) {
+        return reading.share * most_opacity(v, reading.texel);
+    }
     let coordinate = tables[reading.style];
     let function = u32(tables[reading.style + 1u].x);
-    let rows = tables[reading.style + 6u];
     let address = table_address(coordinate.x, coordinate.y, reading.texel);
-    if (rows.x <= 0.0) {
+    if (!GRADIENTS || tables[reading.style + 6u].x <= 0.0) {
         return reading.share * opacity_of(function, address);
     }
-    let row = gradient_row(rows, reading.gradient);
+    let row = gradient_row(tables[reading.style + 6u], reading.gradient);
     let first = function + u32(row.x) * TABLE_PAIRS;
     var of_value = opacity_of(first, address);
     if (row.y > 0.0) {
@@ -182,8 +253,12 @@ fn color(v: u32, reading: Reading) -> vec3f {
         return vec3f(tables[reading.style + 2u], own.x);
     }
     let address = table_address(tables[reading.style].x, tables[reading.style].y, reading.texel);
+    let function = u32(tables[reading.style + 1u].x);
+    if (!GRADIENTS) {
+        return color_of(function, address);
+    }
     let row = gradient_row(tables[reading.style + 6u], reading.gradient);
-    let first = u32(tables[reading.style + 1u].x) + u32(row.x) * TABLE_PAIRS;
+    let first = function + u32(row.x) * TABLE_PAIRS;
     let of_value = color_of(first, address);
     if (row.y > 0.0) {
         return mix(of_value, color_of(first + TABLE_PAIRS, address), row.y);

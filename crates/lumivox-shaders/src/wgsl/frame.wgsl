@@ -96,7 +96,8 @@ struct Instance {
     // Transfer function table coordinate of a texel: texel * table_scale + table_bias, in [0, TABLE_SIZE - 1].
     table_scale: f32,
     table_bias: f32,
-    // The first pair of its transfer function in the buffer of tables.
+    // The first pair of its transfer function in the buffer of tables; of the largest opacities of all its functions where
+    // there are several.
     table_offset: u32,
     // 0 nearest, 1 trilinear, 2 tricubic.
     filter_kind: u32,
@@ -115,7 +116,8 @@ struct Instance {
     cells_per_brick: u32,
     // Where its classification begins in the buffer of tables: see `classified_media.wgsl`.
     classes: u32,
-    padding: u32,
+    // Of the looks that cells can name, the first so many leave the opacity as it is.
+    full_looks: u32,
 }
 
 const NO_VOLUME: u32 = 0xffffffffu;

@@ -20,6 +20,11 @@ fn opacity_of(function: u32, a: TableAddress) -> f32 {
     return mix(pair.x, pair.y, a.fraction);
 }
 
+// The largest opacity that a point of a volume can have, by its value alone: its own where there is nothing else to ask for.
+fn most_opacity(v: u32, texel: f32) -> f32 {
+    return opacity_of(instances[v].table_offset, table_address(instances[v].table_scale, instances[v].table_bias, texel));
+}
+
 // Colours lie behind the opacities, each in two pairs.
 fn color_of(function: u32, a: TableAddress) -> vec3f {
     let first = function + TABLE_SIZE + 2u * a.entry;
@@ -58,7 +63,7 @@ fn optics_at(v: u32, position: vec3f, reading: Reading, wants_normal: bool) -> O
         if (may_reflect(v, reading)) {
             optics.surface = surface_probability(v, gradient, reading);
         }
-        if (CLASSES) {
+        if (CLIP_SHAPES) {
             let cut = cut_surface(v, p, reading);
             if (cut.surface > optics.surface) {
                 optics.surface = cut.surface;

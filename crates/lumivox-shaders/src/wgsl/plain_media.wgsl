@@ -5,14 +5,14 @@ struct Reading {
     texel: f32,  // stored value in [0, 1]
 }
 
-// At a point of voxel space in a cell.
-fn read_medium(v: u32, p: vec3f, cell: Cell, rng: ptr<function, Rng>) -> Reading {
-    return Reading(sample_in_cell(v, p, cell));
+// At a point of voxel space in a cell, where the stored value is `texel`.
+fn read_medium(v: u32, p: vec3f, cell: Cell, texel: f32, rng: ptr<function, Rng>) -> Reading {
+    return Reading(texel);
 }
 
 // sigma_t as a share of what it is at opacity 1.
 fn opacity(v: u32, reading: Reading) -> f32 {
-    return opacity_of(instances[v].table_offset, table_address(instances[v].table_scale, instances[v].table_bias, reading.texel));
+    return most_opacity(v, reading.texel);
 }
 
 fn color(v: u32, reading: Reading) -> vec3f {
@@ -38,4 +38,9 @@ fn surface_specular(v: u32, reading: Reading) -> f32 {
 // Nothing is cut.
 fn cut_surface(v: u32, p: vec3f, reading: Reading) -> Cut {
     return Cut(0.0, vec3f(0.0));
+}
+
+// All of it.
+fn kept_of_ray(v: u32, p: vec3f, direction: vec3f, t_end: f32) -> vec2f {
+    return vec2f(0.0, t_end);
 }

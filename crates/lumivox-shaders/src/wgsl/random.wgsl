@@ -27,14 +27,18 @@ fn rng_new(pixel: vec2u, sample_index: u32, seed: u32) -> Rng {
     return Rng(pcg4d(vec4u(pixel, sample_index, seed)).xy, 0u);
 }
 
-// Uniform in [0, 1), a multiple of 2^-24.
-fn rng_next(rng: ptr<function, Rng>) -> f32 {
+// 32 random bits.
+fn rng_bits(rng: ptr<function, Rng>) -> u32 {
     var h = (*rng).dimension * 0x9e3779b9u + (*rng).key.x;
     (*rng).dimension += 1u;
     h = (h ^ (h >> 16u)) * 0x7feb352du;
     h = (h ^ (h >> 15u) ^ (*rng).key.y) * 0x846ca68bu;
-    h = h ^ (h >> 16u);
-    return f32(h >> 8u) * 0x1p-24f;
+    return h ^ (h >> 16u);
+}
+
+// Uniform in [0, 1), a multiple of 2^-24.
+fn rng_next(rng: ptr<function, Rng>) -> f32 {
+    return f32(rng_bits(rng) >> 8u) * 0x1p-24f;
 }
 
 fn rng_next2(rng: ptr<function, Rng>) -> vec2f {

@@ -42,6 +42,15 @@ fn march_begin(v: u32, origin: vec3f, direction: vec3f, t_max: f32) -> March {
         return m;
     }
     m.origin += m.t_enter * m.direction;
+    if (CLIP_SHAPES) {
+        let kept = kept_of_ray(v, m.origin, m.direction, m.t_end);
+        m.t_enter += kept.x;
+        m.t_end = kept.y - kept.x;
+        if (m.t_end <= 0.0) {
+            return m;
+        }
+        m.origin += kept.x * m.direction;
+    }
     let world_scale = instances[v].world_millimetres;
     let patient_scale = length(transform_rows(instances[v].patient_from_world, direction));
     m.scale = instances[v].density * select(patient_scale, world_scale, world_scale > 0.0);
@@ -155,10 +164,16 @@ fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function
             if (majorant == 0.0 || !take_turn()) {
                 break;
             }
-            let reading = read_medium(v, m.origin + m.t * m.direction, m.cell, rng);
-            if (rng_next(rng) * majorant < opacity(v, reading) * m.scale) {
-                nearest = Collision(IN_VOLUME, m.t_enter + m.t, v, reading);
-                break;
+            let p = m.origin + m.t * m.direction;
+            let texel = sample_in_cell(v, p, m.cell);
+            let threshold = rng_next(rng) * majorant;
+            // Most of them are none, whatever the point's class is: it is asked for afterwards.
+            if (threshold < most_opacity(v, texel) * m.scale) {
+                let reading = read_medium(v, p, m.cell, texel, rng);
+                if (!CLASSES || threshold < opacity(v, reading) * m.scale) {
+                    nearest = Collision(IN_VOLUME, m.t_enter + m.t, v, reading);
+                    break;
+                }
             }
         }
     }
@@ -186,7 +201,12 @@ fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function,
             if (majorant == 0.0 || !take_turn()) {
                 break;
             }
-            let sigma_t = opacity(v, read_medium(v, m.origin + m.t * m.direction, m.cell, rng)) * m.scale;
+            let p = m.origin + m.t * m.direction;
+            let texel = sample_in_cell(v, p, m.cell);
+            var sigma_t = most_opacity(v, texel) * m.scale;
+            if (CLASSES && sigma_t > 0.0) {
+                sigma_t = opacity(v, read_medium(v, p, m.cell, texel, rng)) * m.scale;
+            }
             product *= max(1.0 - sigma_t / majorant, 0.0);
             if (product < LITTLE_TRANSMITTANCE) {
                 if (rng_next(rng) * LITTLE_TRANSMITTANCE >= product) {

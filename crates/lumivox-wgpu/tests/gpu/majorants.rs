@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
-use lumivox_core::medium::MAX_DENSITY_SCALE;
+use lumivox_core::medium::{MAX_DENSITY_SCALE, SIGMA_UNIT_PER_MM};
 use lumivox_core::{
-    Ease, Environment, Filter, Medium, Modality, PerspectiveCamera, Scene, TransferFunction, Volume,
-    VolumeInstance, Voxels,
+    Ease, Environment, Filter, LabelStyle, LabelVolume, Medium, Modality, PerspectiveCamera, Scene,
+    TransferFunction, Volume, VolumeInstance, Voxels,
 };
 use lumivox_reference::medium::PlacedMedium;
 use lumivox_reference::rng::Rng;
 use lumivox_renderer::{CellSize, Recording, SceneCache, Step, VoxelStore};
-use lumivox_testing::scenes::{TestScene, noise_volume};
+use lumivox_shaders::constants::CLASS_IS_WHOLE;
+use lumivox_testing::scenes::{self, TestScene, noise_volume};
 use lumivox_wgpu::{Gpu, RenderRequest};
 
 use crate::{film, gpu};
@@ -27,14 +28,32 @@ fn majorants(scene: &Scene, cell_size: usize) -> Vec<f32> {
 }
 
 /// Those that a cache holds after a recording.
-fn read_majorants(gpu: &mut Gpu, cache: &SceneCache, mut recording: Recording) -> Vec<f32> {
+fn read_majorants(gpu: &mut Gpu, cache: &SceneCache, recording: Recording) -> Vec<f32> {
+    read_cells(gpu, cache, recording).iter().map(|cell| cell.majorant).collect()
+}
+
+/// What a cell says of its points.
+struct Cell {
+    majorant: f32,
+    /// Whether nothing is taken off one by one.
+    is_whole: bool,
+    /// Whether they have one look.
+    has_one_look: bool,
+}
+
+/// The cells that a cache holds after a recording.
+fn read_cells(gpu: &mut Gpu, cache: &SceneCache, mut recording: Recording) -> Vec<Cell> {
     let (id, cells) = cache.majorants();
     recording.push(Step::ReadBuffer { id, range: 0..cells as u64 * 8 });
     let bytes = gpu.executor.execute(&recording).unwrap().remove(0).wait().unwrap();
-    // The upper half of a word, beside its page; in place of a 0, how far the next one is that is none.
-    let word = |cell: &[u8]| bytemuck::pod_read_unaligned::<u32>(&cell[..4]);
-    let majorant = |cell: &[u8]| f32::from_bits(word(cell) & 0xffff_0000);
-    bytes.chunks_exact(8).map(|cell| Some(majorant(cell)).filter(|m| m.is_normal()).unwrap_or(0.0)).collect()
+    let of = |cell: &[u8]| {
+        let [first, second]: [u32; 2] = bytemuck::pod_read_unaligned(cell);
+        // The upper half of a word, beside its page; in place of a 0, how far the next one is that is none.
+        let majorant = Some(f32::from_bits(first & 0xffff_0000)).filter(|m| m.is_normal()).unwrap_or(0.0);
+        let class = second >> 26;
+        Cell { majorant, is_whole: class & CLASS_IS_WHOLE != 0, has_one_look: class & !CLASS_IS_WHOLE != 0 }
+    };
+    bytes.chunks_exact(8).map(of).collect()
 }
 
 fn random_volume(rng: &mut Rng, kind: usize) -> Volume {
@@ -105,6 +124,90 @@ fn majorants_bound_every_interpolated_sample_and_are_tight() {
     }
     println!("{samples} samples; the largest of a cell is on average {:.3} of its majorant", used / bound);
     assert!(used / bound > 0.6, "majorants are loose: {used} of {bound}");
+}
+
+/// Labels, turned shapes, peeling by depths of another grid: what a cell says holds for all its points, and most of those
+/// that it could be said of are told.
+#[test]
+fn what_a_cell_says_of_its_points_holds_for_all_of_them() {
+    let mut rng = Rng::new(17, 0, 0);
+    let all_clipped = {
+        let mut scene = scenes::clip_shapes();
+        scene.scene.volumes[0].labels.as_mut().unwrap().set_style(5, LabelStyle::default());
+        scene
+    };
+    let named =
+        [("labels", scenes::labels()), ("one label is not cut", scenes::clip_shapes()), ("cut", all_clipped)];
+    for (name, TestScene { mut scene, .. }) in named {
+        scene.volumes.truncate(1);
+        let instance = &scene.volumes[0];
+        let labelling = instance.labels.as_ref().unwrap();
+        let cut_all = (0..=u8::MAX).all(|label| labelling.style(label).clipped);
+        let placed = PlacedMedium::new(instance).unwrap();
+        // Rays are clipped against what keeps one part of them: what is left to ask for is the rest.
+        let mut less = instance.clone();
+        less.peel = None;
+        less.clip_shapes.retain(|shape| cut_all && !shape.inverted);
+        let less = PlacedMedium::new(&less).unwrap();
+        let dims = instance.volume.dims();
+        let world_from_voxel = instance.world_from_patient * instance.volume.patient_from_voxel();
+        let labels_from_voxel =
+            labelling.labels.patient_from_voxel().inverse() * instance.volume.patient_from_voxel();
+        for cell_size in [2, 4] {
+            let read = {
+                let mut gpu = gpu();
+                let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
+                cache.set_cell_size(CellSize::Of(cell_size));
+                let mut recording = Recording::new();
+                cache.update(&scene, &mut recording).unwrap();
+                read_cells(&mut gpu, &cache, recording)
+            };
+            let cells = dims.map(|n| (n - 1) / cell_size + 2);
+            let most_per_mm = placed.medium().density_scale * SIGMA_UNIT_PER_MM;
+            let (mut of_one, mut told, mut empty) = (0, 0, 0);
+            for _ in 0..20_000 {
+                let p = DVec3::from_array(std::array::from_fn(|a| rng.uniform() * dims[a] as f64)) - 0.5;
+                let cell = ((p + cell_size as f64) / cell_size as f64).floor().to_array().map(|c| c as usize);
+                let cell = &read[(cell[2] * cells[1] + cell[1]) * cells[0] + cell[0]];
+                let point = world_from_voxel.transform_point3(p);
+                let sigma_t = placed.sigma_t_per_mm(point);
+                let bound = most_per_mm * f64::from(cell.majorant);
+                assert!(
+                    sigma_t <= bound * 1.01 + 2e-3 * most_per_mm,
+                    "{name}: {sigma_t} at {p} exceeds {bound}"
+                );
+                let whole = less.sigma_t_per_mm(point);
+                let is_whole = (sigma_t - whole).abs() <= 1e-9 * whole;
+                assert!(
+                    is_whole || !cell.is_whole,
+                    "{name}: {sigma_t} of {whole} is left at {p} of a whole cell"
+                );
+                let looks = drawn(&labelling.labels, labels_from_voxel.transform_point3(p));
+                let first = labelling.style(looks[0]);
+                let is_of_one = looks.iter().all(|label| labelling.style(*label) == first);
+                assert!(is_of_one || !cell.has_one_look, "{name}: {looks:?} at {p} in a cell of one look");
+                of_one += u32::from(is_of_one && first.visible);
+                told += u32::from(cell.has_one_look);
+                empty += u32::from(cell.majorant == 0.0 && whole > 0.0);
+            }
+            println!("{name}, {cell_size}: {of_one} points of one look, told of {told}; {empty} cut away");
+            assert!(told * 10 > of_one, "{told} of {of_one}");
+            assert!(empty > 0 || name == "labels", "{name}: cells that are cut away are empty");
+        }
+    }
+}
+
+/// The labels that may be drawn at a point of their voxel space.
+fn drawn(labels: &LabelVolume, p: DVec3) -> Vec<u8> {
+    let last = DVec3::from_array(labels.dims().map(|n| n as f64)) - 1.0;
+    if p.cmplt(DVec3::splat(-0.5)).any() || p.cmpge(last + 0.5).any() {
+        return vec![0];
+    }
+    let tap = |i: usize| {
+        let at = p.floor() + DVec3::from_array([i % 4, i / 4 % 4, i / 16].map(|x| x as f64 - 1.0));
+        labels.value(at.clamp(DVec3::ZERO, last).to_array().map(|x| x as usize))
+    };
+    (0..64).map(tap).collect()
 }
 
 /// Between the grids of two opaque volumes that no ray meets lies that of an empty one that every ray meets before it
