@@ -8,8 +8,8 @@
 //! # Loops end
 //! Executors let no compiler count the turns of loops, which costs 8 to 15%: kernels that are added keep to what follows.
 //! - Loops over taps, neighbours, kinds of light, candidates, sharers, clip shapes, labels, cells of depths and rows of
-//!   functions have a constant or a number of the host's as their bound, and step by one. `film_count` steps by its number of invocations, at least a workgroup; `value_ranges` visits
-//!   a box of voxels.
+//!   functions have a constant or a number of the host's as their bound, and step by one. `film_count` steps by its number of
+//!   invocations, at least a workgroup; `value_ranges` visits a box of voxels.
 //! - The walk through majorant cells (`march_to_tentative`) passes a face of the grid each turn. It ends before it
 //!   could leave the grid, if its numbers are numbers: `march_begin` makes a walk empty that has others.
 //! - Tentative collisions (`next_collision`, `transmittance`) move along the ray by more than its rounding.
@@ -19,6 +19,11 @@
 
 pub mod constants;
 pub mod layout;
+mod table;
+mod variant;
+
+use table::{Module, PATHS_BINDING, row};
+pub use variant::{Classes, PathTraceVariant};
 
 /// What a binding of group 0 is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -35,129 +40,6 @@ pub enum BindingKind {
     Texture2dLoaded,
     /// A sampler: linear, clamped to the edge, normalised coordinates.
     LinearSampler,
-}
-
-/// What media may depend on besides values. Each costs a kernel registers, whether a point asks for it or not.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Classes {
-    /// Labels with looks of their own.
-    pub labels: bool,
-    /// Several transfer functions of a volume: labels' own, or rows by gradients.
-    pub functions: bool,
-    /// The gradient's magnitude. Comes with several functions.
-    pub gradients: bool,
-    /// Depth below the skin, by which is peeled.
-    pub depth: bool,
-    /// Shapes that clip.
-    pub clip_shapes: bool,
-}
-
-impl Classes {
-    /// Nothing.
-    pub const NONE: Self =
-        Self { labels: false, functions: false, gradients: false, depth: false, clip_shapes: false };
-
-    /// All of it.
-    pub const ALL: Self =
-        Self { labels: true, functions: true, gradients: true, depth: true, clip_shapes: true };
-
-    /// Every set of them that there is.
-    pub fn sets() -> impl Iterator<Item = Self> {
-        let all = (0..32u32).map(|bits| Self {
-            labels: bits & 1 != 0,
-            functions: bits & 2 != 0,
-            gradients: bits & 4 != 0,
-            depth: bits & 8 != 0,
-            clip_shapes: bits & 16 != 0,
-        });
-        all.filter(|classes| {
-            let has_several = classes.labels || classes.gradients;
-            if classes.functions { has_several } else { !classes.gradients }
-        })
-    }
-
-    /// Whether it is anything.
-    pub fn any(self) -> bool {
-        self != Self::NONE
-    }
-
-    /// What either holds.
-    #[must_use]
-    pub fn union(self, other: Self) -> Self {
-        Self {
-            labels: self.labels | other.labels,
-            functions: self.functions | other.functions,
-            gradients: self.gradients | other.gradients,
-            depth: self.depth | other.depth,
-            clip_shapes: self.clip_shapes | other.clip_shapes,
-        }
-    }
-}
-
-/// What a path-tracing kernel is specialised for. What is off costs nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct PathTraceVariant {
-    /// Next-event estimation with multiple importance sampling. A uniform environment needs none: sampling the phase
-    /// function is already perfect.
-    pub environment_sampling: bool,
-    /// Some volume reflects at surfaces.
-    pub surface: bool,
-    /// The film also holds first-hit albedo and normal.
-    pub guides: bool,
-    /// Some volume is filtered otherwise than linearly.
-    pub mixed_filters: bool,
-    /// Into a host's image: primary rays end at what the host has drawn, and every pixel counts its own samples.
-    pub live: bool,
-    /// Some light of the engine reaches some volume.
-    pub lights: bool,
-    /// There are so many volumes that rays look for them in a hierarchy.
-    pub many_volumes: bool,
-    /// The medium of some volume depends on more than its values: on these.
-    pub classes: Classes,
-    /// All voxels lie in one pool.
-    pub one_pool: bool,
-    /// The driver ends invocations after so many turns of their loops: paths are put aside in time, and taken up by the
-    /// next dispatch.
-    pub limited_turns: bool,
-    /// Several invocations may share the samples of a pixel, as many as each dispatch says. Not with guides, nor where paths
-    /// are put aside: those belong to a pixel.
-    pub shared: bool,
-}
-
-impl PathTraceVariant {
-    /// Every combination that there is. But of classes: some of them come with nothing else and with everything else alone.
-    pub fn all() -> impl Iterator<Item = Self> {
-        let all = Classes::sets().flat_map(|classes| {
-            let is_whole = !classes.any() || classes == Classes::ALL;
-            (0..1024u32).filter(move |bits| is_whole || [0, 1023 & !4 & !256].contains(bits)).map(
-                move |bits| Self {
-                    environment_sampling: bits & 1 != 0,
-                    surface: bits & 2 != 0,
-                    guides: bits & 4 != 0,
-                    mixed_filters: bits & 8 != 0,
-                    live: bits & 16 != 0,
-                    lights: bits & 32 != 0,
-                    many_volumes: bits & 64 != 0,
-                    one_pool: bits & 128 != 0,
-                    limited_turns: bits & 256 != 0,
-                    shared: bits & 512 != 0,
-                    classes,
-                },
-            )
-        });
-        all.filter(|variant| !variant.shared || variant.most_sharers() > 1)
-    }
-
-    /// The kernel where so many invocations share a pixel: one of its own, or the same.
-    pub fn for_sharers(self, sharers: u32) -> Self {
-        Self { shared: self.shared || sharers > 1, ..self }
-    }
-
-    /// Invocations that may share a pixel where the kernel is the one for that; 1 where there is no such kernel.
-    pub fn most_sharers(self) -> u32 {
-        let [in_a_row, _] = Kernel::PathTrace(self).workgroup_size();
-        if self.guides || self.limited_turns { 1 } else { in_a_row }
-    }
 }
 
 /// How a kernel runs.
@@ -210,15 +92,6 @@ pub enum Kernel {
     SampleDirections,
 }
 
-/// Where a path-tracing kernel's film is bound.
-const FILM_BINDING: u32 = 9;
-
-macro_rules! module {
-    ($name:literal) => {
-        include_str!(concat!("wgsl/", $name, ".wgsl"))
-    };
-}
-
 impl Kernel {
     /// Every kernel in every variant.
     pub fn all() -> impl Iterator<Item = Self> {
@@ -247,167 +120,32 @@ impl Kernel {
 
     /// How it runs.
     pub fn stage(self) -> Stage {
-        match self {
-            Kernel::CompositeColor => Stage::DrawColor,
-            Kernel::CompositeDepth => Stage::DrawDepth,
-            _ => Stage::Compute,
-        }
+        row(self).stage
     }
 
     /// The name of the entry point; of the fragment shader where it is drawn.
     pub fn entry_point(self) -> &'static str {
-        match self {
-            Kernel::PathTrace(_) => "path_trace",
-            Kernel::ValueRanges { .. } => "value_ranges",
-            Kernel::MajorantGrid => "majorant_grid",
-            Kernel::EmptySpace => "empty_space",
-            Kernel::Display => "display",
-            Kernel::HostDepth => "host_depth",
-            Kernel::DenoisePrepare => "denoise_prepare",
-            Kernel::DenoiseWavelet => "denoise_wavelet",
-            Kernel::LivePicture => "live_picture",
-            Kernel::CompositeColor => "composite_color",
-            Kernel::CompositeDepth => "composite_depth",
-            Kernel::FilmCount => "film_count",
-            Kernel::FilmFade => "film_fade",
-            Kernel::SampleDirections => "sample_directions",
-        }
+        row(self).entry_point
     }
 
     /// A name of its own for each kernel in each variant, fit for a file's: `path_trace_live_environment_many_shared`.
     pub fn name(self) -> String {
-        let mut name = self.entry_point().to_owned();
-        let mut add = |is_on: bool, part: &str| {
-            if is_on {
-                name.push('_');
-                name += part;
-            }
+        let parts = match self {
+            Kernel::PathTrace(variant) => variant.names(),
+            Kernel::ValueRanges { one_pool: true } => vec!["pool"],
+            _ => vec![],
         };
-        match self {
-            Kernel::PathTrace(variant) => {
-                add(variant.live, "live");
-                add(variant.guides, "guides");
-                add(variant.environment_sampling, "environment");
-                add(variant.surface, "surface");
-                add(variant.lights, "lights");
-                add(variant.mixed_filters, "filters");
-                add(variant.many_volumes, "many");
-                add(variant.classes == Classes::ALL, "classes");
-                if variant.classes != Classes::ALL {
-                    add(variant.classes.labels, "labels");
-                    add(variant.classes.functions, "functions");
-                    add(variant.classes.gradients, "gradients");
-                    add(variant.classes.depth, "depth");
-                    add(variant.classes.clip_shapes, "clips");
-                }
-                add(variant.one_pool, "pool");
-                add(variant.limited_turns, "turns");
-                add(variant.shared, "shared");
-            }
-            Kernel::ValueRanges { one_pool } => add(one_pool, "pool"),
-            _ => {}
-        }
-        name
+        std::iter::once(self.entry_point()).chain(parts).collect::<Vec<_>>().join("_")
     }
 
     /// Invocations of a workgroup along x and y; 1 where it is drawn.
     pub fn workgroup_size(self) -> [u32; 2] {
-        match self {
-            Kernel::PathTrace(_)
-            | Kernel::Display
-            | Kernel::HostDepth
-            | Kernel::DenoisePrepare
-            | Kernel::DenoiseWavelet
-            | Kernel::FilmFade
-            | Kernel::LivePicture => [8, 8],
-            Kernel::CompositeColor | Kernel::CompositeDepth => [1, 1],
-            Kernel::ValueRanges { .. }
-            | Kernel::MajorantGrid
-            | Kernel::EmptySpace
-            | Kernel::FilmCount
-            | Kernel::SampleDirections => [64, 1],
-        }
+        row(self).workgroup_size
     }
 
     /// The bindings of group 0, in order.
     pub fn bindings(self) -> &'static [BindingKind] {
-        use BindingKind::*;
-        macro_rules! bindings_and_pools {
-            ($one_pool:expr, $($kind:ident),*) => {
-                if $one_pool {
-                    &[$($kind),*, Texture3d]
-                } else {
-                    const ALL: &[BindingKind] = &[
-                        $($kind),*,
-                        Texture3d,
-                        Texture3d,
-                        Texture3d,
-                        Texture3d,
-                    ];
-                    ALL
-                }
-            };
-        }
-        match self {
-            Kernel::PathTrace(variant) => {
-                // Scene and film; then what is put aside of paths, and the pools.
-                macro_rules! scene_and_film_and {
-                    ($($more:ident),*) => {
-                        bindings_and_pools!(
-                            variant.one_pool,
-                            Uniform,
-                            StorageRead,
-                            StorageRead,
-                            StorageRead,
-                            StorageRead,
-                            LinearSampler,
-                            Texture2dLoaded,
-                            StorageRead,
-                            StorageRead,
-                            StorageReadWrite
-                            $(, $more)*
-                        )
-                    };
-                }
-                if variant.limited_turns {
-                    scene_and_film_and![StorageReadWrite]
-                } else {
-                    scene_and_film_and![]
-                }
-            }
-            Kernel::ValueRanges { one_pool } => {
-                bindings_and_pools!(one_pool, Uniform, StorageRead, StorageReadWrite)
-            }
-            Kernel::MajorantGrid => &[
-                Uniform,
-                StorageRead,
-                StorageRead,
-                StorageRead,
-                StorageRead,
-                StorageRead,
-                StorageRead,
-                StorageReadWrite,
-            ],
-            Kernel::EmptySpace => &[Uniform, StorageReadWrite, StorageReadWrite],
-            Kernel::Display => &[Uniform, Uniform, StorageRead, Texture2dLoaded, StorageReadWrite],
-            Kernel::HostDepth => &[Uniform, Texture2dLoaded, StorageReadWrite, StorageReadWrite],
-            Kernel::LivePicture => &[
-                Uniform,
-                StorageRead,
-                StorageRead,
-                StorageRead,
-                StorageRead,
-                Texture2dLoaded,
-                StorageReadWrite,
-                StorageReadWrite,
-            ],
-            Kernel::CompositeColor | Kernel::CompositeDepth => &[Uniform, StorageRead],
-            Kernel::DenoisePrepare => &[Uniform, StorageRead, StorageReadWrite],
-            Kernel::DenoiseWavelet => &[Uniform, StorageRead, StorageReadWrite],
-            Kernel::FilmCount => &[Uniform, StorageRead, StorageReadWrite],
-            Kernel::FilmFade => &[Uniform, StorageReadWrite],
-            Kernel::SampleDirections => &[Uniform, Uniform, Texture2dLoaded, StorageRead, StorageReadWrite],
-        }
+        row(self).bindings
     }
 
     /// The complete WGSL text, with storage buffers in the place of uniform ones: for lavapipe, Mesa's Vulkan in software.
@@ -426,116 +164,35 @@ impl Kernel {
 
     /// The complete WGSL text.
     pub fn wgsl(self) -> String {
-        let modules: &[&str] = match self {
-            Kernel::PathTrace(variant) => &[
-                module!("frame"),
-                module!("choose"),
-                module!("luminance"),
-                module!("camera"),
-                module!("ray_limits"),
-                if variant.shared { module!("shared_pixels") } else { module!("unshared_pixels") },
-                if variant.live { module!("live_tracing") } else { module!("still_tracing") },
-                if variant.limited_turns { module!("limited_turns") } else { module!("unlimited_turns") },
-                module!("random"),
-                module!("cells"),
-                if variant.one_pool { module!("one_pool") } else { module!("many_pools") },
-                if variant.one_pool { module!("one_pool_filtered") } else { module!("many_pools_filtered") },
-                module!("volume"),
-                module!("medium"),
-                if variant.classes.any() { module!("classified_media") } else { module!("plain_media") },
-                if variant.many_volumes { module!("volume_hierarchy") } else { module!("volume_list") },
-                module!("tracking"),
-                module!("environment"),
-                module!("environment_sampling"),
-                module!("directions"),
-                module!("scattering"),
-                module!("lights"),
-                module!("path_trace"),
-            ],
-            Kernel::ValueRanges { one_pool } => &[
-                module!("pools"),
-                if one_pool { module!("one_pool") } else { module!("many_pools") },
-                module!("value_ranges"),
-            ],
-            Kernel::MajorantGrid => &[module!("pools"), module!("cells"), module!("majorant_grid")],
-            Kernel::EmptySpace => &[module!("cells"), module!("empty_space")],
-            Kernel::Display => &[
-                module!("frame"),
-                module!("camera"),
-                module!("environment"),
-                module!("choose"),
-                module!("tone_map"),
-                module!("display"),
-            ],
-            Kernel::HostDepth => &[module!("depth_convention"), module!("ray_limits"), module!("host_depth")],
-            Kernel::LivePicture => &[
-                module!("depth_convention"),
-                module!("luminance"),
-                module!("likeness"),
-                module!("ray_limits"),
-                module!("fog"),
-                module!("live_picture"),
-            ],
-            Kernel::CompositeColor => &[module!("composite"), module!("composite_color")],
-            Kernel::CompositeDepth => &[module!("composite"), module!("composite_depth")],
-            Kernel::DenoisePrepare => &[
-                module!("live_pixel"),
-                module!("luminance"),
-                module!("ray_limits"),
-                module!("denoise_prepare"),
-            ],
-            Kernel::DenoiseWavelet => &[
-                module!("live_pixel"),
-                module!("luminance"),
-                module!("likeness"),
-                module!("denoise_wavelet"),
-            ],
-            Kernel::FilmCount => &[module!("film_count")],
-            Kernel::FilmFade => &[module!("film_fade")],
-            Kernel::SampleDirections => &[
-                module!("frame"),
-                module!("random"),
-                module!("environment"),
-                module!("environment_sampling"),
-                module!("directions"),
-                module!("sample_directions"),
-            ],
+        let row = row(self);
+        let variant = match self {
+            Kernel::PathTrace(variant) => variant,
+            Kernel::ValueRanges { one_pool } => PathTraceVariant { one_pool, ..Default::default() },
+            _ => PathTraceVariant::default(),
         };
-        let mut text = constants::wgsl();
-        if self == Kernel::SampleDirections {
-            text += "const SURFACE: bool = true;\n";
-        }
-        if let Kernel::PathTrace(variant) = self {
-            let [x, y] = self.workgroup_size();
-            // Behind the film, before the pools.
-            let paths = FILM_BINDING + 1;
+        let mut text = constants::wgsl() + row.constants;
+        if let Kernel::PathTrace(_) = self {
+            let [x, y] = row.workgroup_size;
+            text += &variant.constants();
             text += &format!(
-                "const ENVIRONMENT_SAMPLING: bool = {};\nconst SURFACE: bool = {};\nconst GUIDES: bool = {};\n\
-                 const MIXED_FILTERS: bool = {};\nconst LIVE: bool = {};\nconst LIGHTS: bool = {};\n\
-                 const CLASSES: bool = {};\nconst LABELS: bool = {};\nconst FUNCTIONS: bool = {};\nconst GRADIENTS: bool = {};\n\
-                 const PEELING: bool = {};\nconst CLIP_SHAPES: bool = {};\n\
-                 const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\n\
-                 const PATHS_BINDING: u32 = {paths}u;\n",
-                variant.environment_sampling,
-                variant.surface,
-                variant.guides,
-                variant.mixed_filters,
-                variant.live,
-                variant.lights,
-                variant.classes.any(),
-                variant.classes.labels,
-                variant.classes.functions,
-                variant.classes.gradients,
-                variant.classes.depth,
-                variant.classes.clip_shapes,
+                "const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\nconst PATHS_BINDING: u32 = {PATHS_BINDING}u;\n"
             );
         }
-        let pools = self.bindings().iter().position(|kind| *kind == BindingKind::Texture3d);
+        let pools = row.bindings.iter().position(|kind| *kind == BindingKind::Texture3d);
         if let Some(first) = pools {
             text += &format!("const POOL_BINDING: u32 = {first}u;\n");
         }
-        for module in modules {
-            text += module;
+        for module in row.modules {
+            text += match *module {
+                Module::Always(module) => module,
+                Module::Either(is_on, then, otherwise) => {
+                    if is_on(&variant) {
+                        then
+                    } else {
+                        otherwise
+                    }
+                }
+            };
             text.push('\n');
         }
         text
