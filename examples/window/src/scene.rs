@@ -1,0 +1,96 @@
+//! What is shown: a scene document, a scan as it looks by itself, or a head that nobody scanned; and the way back to a file.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use lumivox_core::camera::Orbit;
+use lumivox_core::document::{Entry, Scan, SceneDocument, View};
+use lumivox_core::glam::DVec3;
+use lumivox_core::{CancelToken, PerspectiveCamera, Preset, Progress, Scene, framing};
+use lumivox_phantom::{AnatomyOptions, anatomy};
+use lumivox_scene::{Audience, Note, Opening};
+
+use crate::Fallible;
+
+/// A scene and where it is seen from.
+pub struct Opened {
+    pub scene: Scene,
+    pub camera: PerspectiveCamera,
+    /// What it came from: how it is rendered and displayed elsewhere.
+    document: SceneDocument,
+}
+
+impl Opened {
+    /// Reads what a path leads to; without one, a head as its CT would be. For a thread of its own.
+    pub fn read(path: Option<&Path>) -> Result<Self, String> {
+        let Some(path) = path else { return Ok(Self::head()) };
+        let told = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+        let mut document = SceneDocument { volumes: vec![Entry::new(Scan::default())], ..Default::default() };
+        let mut folder = Path::new("");
+        let is_document = path.is_file() && path.extension().is_some_and(|e| e == "lumivox" || e == "json");
+        if is_document {
+            let text = std::fs::read_to_string(path).map_err(|error| told(&error))?;
+            document = SceneDocument::parse(&text).map_err(|error| told(&error))?;
+            folder = path.parent().unwrap_or(folder);
+        } else {
+            document.volumes[0].scan.files = vec![path.to_owned()];
+        }
+        let opened =
+            lumivox_scene::open(&document, folder, &Opening::default(), &Terminal, &CancelToken::new());
+        let lumivox_scene::Opened { scene, camera } = opened.map_err(|error| told(&error))?;
+        Ok(Self { scene, camera, document })
+    }
+
+    fn head() -> Self {
+        let options = AnatomyOptions { size: 160, ..Default::default() };
+        let volume =
+            Arc::new(anatomy(options, Progress::SILENT, &CancelToken::new()).expect("nobody cancels"));
+        let scene = Scene::with_volume(volume.clone(), Preset::CtMuscle.medium(&volume));
+        let camera = framing::frame(&scene, 0.45, 0.08, 0.5, 4.0 / 3.0).camera();
+        Self { scene, camera, document: SceneDocument::default() }
+    }
+
+    /// Writes what is seen as a scene document, which the command, Python and the engines open.
+    pub fn save(&self, file: &Path, [width, height]: [u32; 2]) -> Fallible {
+        let mut document = SceneDocument::of(&self.scene)?;
+        document.camera = View::of(&self.camera);
+        document.film = self.document.film;
+        document.film.size = [width, height];
+        document.display = self.document.display.clone();
+        Ok(lumivox_scene::save(&document, file)?)
+    }
+
+    /// The camera as one that turns around what there is to see.
+    pub fn orbit(&self) -> Orbit {
+        let PerspectiveCamera { world_from_camera, vertical_fov } = self.camera;
+        let eye = world_from_camera.translation;
+        let back = (world_from_camera.matrix3 * DVec3::Z).normalize();
+        let center = framing::frame(&self.scene, 0.0, 0.0, vertical_fov, 1.0).target;
+        // What is seen in the middle, about as far away as the scan is.
+        let distance = (eye - center).dot(back).max(0.01);
+        Orbit {
+            target: eye - distance * back,
+            azimuth: back.x.atan2(back.z),
+            elevation: back.y.clamp(-1.0, 1.0).asin(),
+            distance,
+            vertical_fov,
+        }
+    }
+}
+
+/// What is told goes to the terminal.
+struct Terminal;
+
+impl Audience for Terminal {
+    fn note(&self, note: Note) {
+        eprintln!("note: {}", note.text);
+    }
+
+    fn say(&self, line: &str) {
+        eprintln!("{line}");
+    }
+
+    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
+        work(Progress::SILENT)
+    }
+}
