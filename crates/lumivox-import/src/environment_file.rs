@@ -4,8 +4,8 @@
 //! resampling leaves behind, becomes 0; an infinite one, as half floats make of the sun, the largest of the map.
 
 use std::{
-    fs::File,
-    io::BufReader,
+    fs::{self, File},
+    io::{self, BufReader},
     panic::{AssertUnwindSafe, catch_unwind},
     path::Path,
 };
@@ -41,6 +41,26 @@ pub fn load_environment(path: &Path) -> Result<EnvironmentMap, ImportError> {
     EnvironmentMap::new(width, height, texels)
         .map(|map| map.with_file(&source::whole(path)))
         .map_err(|problem| damaged(path, "the texels", format!("are wrong: {problem}")))
+}
+
+/// Writes a panorama as OpenEXR, whose 32-bit floats keep every texel to the bit; whole, or not at all.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn save_environment(map: &EnvironmentMap, path: &Path) -> io::Result<()> {
+    let aside = path.with_extension(format!("{}.part", std::process::id()));
+    let texel = |x: usize, y: usize| {
+        let [r, g, b] = map.texels[y * map.width + x];
+        (r, g, b)
+    };
+    let written = exr::prelude::write_rgb_file(&aside, map.width, map.height, texel);
+    let written = written.map_err(|error| match error {
+        exr::error::Error::Io(error) => error,
+        error => io::Error::other(error),
+    });
+    written.and_then(|()| fs::rename(&aside, path)).inspect_err(|_| {
+        let _ = fs::remove_file(&aside);
+    })
 }
 
 /// Refuses sizes that no panorama has.
@@ -182,6 +202,19 @@ mod tests {
         assert_eq!((map.width, map.height), (8, 4));
         assert_eq!(map.texels[2 * 8 + 5], [5.0, 2.0, 1e9]);
         assert_eq!(map.texels[3 * 8], [0.0, 3.0, 0.0], "negative light is none");
+    }
+
+    #[test]
+    fn what_is_written_is_read_to_the_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("light.exr");
+        let texels = (0..32).map(|i| [0.1 * i as f32, 1e-30, 3e20 / (i + 1) as f32]).collect();
+        let map = EnvironmentMap::new(8, 4, texels).unwrap();
+        save_environment(&map, &path).unwrap();
+        let again = load_environment(&path).unwrap();
+        assert_eq!((again.width, again.height, &again.texels), (8, 4, &map.texels));
+        assert!(save_environment(&map, &folder.path().join("none/light.exr")).is_err());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
     }
 
     #[test]

@@ -49,7 +49,7 @@ mod zarr;
 pub use axes::{PatientAxes, UnknownAxes};
 #[cfg(feature = "codec-worker")]
 pub use codec_worker::{CodecWorker, serve_codecs, set_codec_worker};
-pub use environment_file::load_environment;
+pub use environment_file::{load_environment, save_environment};
 pub use error::ImportError;
 pub use labels::{ImportedLabels, LabelOptions, default_label_color, load_label_files, load_labels};
 pub use layout::{ArrayLayout, UnknownLayout, UnknownSpacing, parse_spacing};
