@@ -13,7 +13,7 @@
 /**
  * Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
  */
-#define LUMIVOX_ABI_VERSION 6
+#define LUMIVOX_ABI_VERSION 7
 
 /**
  * How far long work is.
@@ -102,6 +102,11 @@ typedef struct LumivoxMap LumivoxMap;
  * A recording under way, and its steps as C sees them.
  */
 typedef struct LumivoxRecording LumivoxRecording;
+
+/**
+ * A scene document that was opened.
+ */
+typedef struct LumivoxScene LumivoxScene;
 
 /**
  * Everything that is shown on one device.
@@ -217,9 +222,17 @@ typedef struct LumivoxColorStop {
    */
   double value;
   /**
-   * Linear RGB, 0 to 1.
+   * Linear, 0 to 1.
    */
-  double color[3];
+  double red;
+  /**
+   * Linear, 0 to 1.
+   */
+  double green;
+  /**
+   * Linear, 0 to 1.
+   */
+  double blue;
 } LumivoxColorStop;
 
 /**
@@ -424,6 +437,249 @@ typedef struct LumivoxPicture {
 } LumivoxPicture;
 
 /**
+ * A scan as it stands in a world.
+ */
+typedef struct LumivoxInstance {
+  /**
+   * The scan; an instance without one is passed over.
+   */
+  const struct LumivoxVolume *volume;
+  /**
+   * What of it is seen in place of the patient, of `lumivox_part_find`; null: the scan as it is.
+   */
+  const struct LumivoxVolume *part;
+  /**
+   * Opacity and colour of its values; null: those of the preset that suits the scan.
+   */
+  const struct LumivoxTransferFunction *transfer_function;
+  /**
+   * What its parts are and how they look; null: it has none.
+   */
+  const struct LumivoxLabelling *labelling;
+  /**
+   * The object's `Transform.localToWorldMatrix`.
+   */
+  float world_from_object[16];
+  /**
+   * The corner of what is kept with the smallest coordinates, as fractions of its box, 0 to 1.
+   */
+  float clip_min[3];
+  /**
+   * The opposite corner. Where it lies before `clip_min`, what is between them is kept.
+   */
+  float clip_max[3];
+  /**
+   * `1 << GameObject.layer`.
+   */
+  uint32_t layers;
+  /**
+   * The rest of its look.
+   */
+  struct LumivoxMedium medium;
+  /**
+   * Millimetres below the skin that are taken off, once `lumivox_skin_find` has found it.
+   */
+  float peel_mm;
+  /**
+   * The first of the clip shapes of its world that cut it.
+   */
+  uint32_t first_clip;
+  /**
+   * How many do.
+   */
+  uint32_t clip_count;
+} LumivoxInstance;
+
+/**
+ * Where an object stands: what its `Transform` is set to.
+ */
+typedef struct LumivoxPose {
+  /**
+   * Metres.
+   */
+  float position[3];
+  /**
+   * A quaternion: x, y, z, w.
+   */
+  float rotation[4];
+  /**
+   * Along its own axes.
+   */
+  float scale[3];
+} LumivoxPose;
+
+/**
+ * A shape that cuts instances open: what it keeps of them is seen.
+ */
+typedef struct LumivoxClipShape {
+  /**
+   * The shape's `Transform.localToWorldMatrix`.
+   */
+  float world_from_shape[16];
+  /**
+   * 0 a plane, which keeps the side of the shape's +y; 1 a cube of one metre, 2 a ball of one metre across, both about
+   * its origin.
+   */
+  uint32_t kind;
+  /**
+   * 1: what it would keep is cut away, and the rest kept.
+   */
+  uint32_t inverted;
+} LumivoxClipShape;
+
+/**
+ * A light that reaches volumes.
+ */
+typedef struct LumivoxLight {
+  /**
+   * 0 directional, 1 point, 2 spot.
+   */
+  uint32_t kind;
+  /**
+   * `Light.cullingMask`: it lights the instances that share a layer with it.
+   */
+  uint32_t layers;
+  /**
+   * Of a point or a spot.
+   */
+  float position[3];
+  /**
+   * Where the light of a sun or a spot travels to.
+   */
+  float direction[3];
+  /**
+   * Linear RGB: the irradiance of a sun, the radiant intensity of a lamp. A white surface that faces a sun of
+   * irradiance pi has a radiance of 1, which is what Unity gives an intensity of 1.
+   */
+  float strength[3];
+  /**
+   * Of a lamp, in metres; a sun's is an angle in radians.
+   */
+  float radius;
+  /**
+   * Metres after which a lamp does not shine; infinity: it has no end.
+   */
+  float range;
+  /**
+   * How a lamp's light falls off: 0 as URP and HDRP have it (by `decay`, ending smoothly at the range), 1 as the
+   * built-in pipeline has it.
+   */
+  uint32_t falloff;
+  /**
+   * The power of the distance by which a lamp's light falls off; 0 stands for 2, which is physical.
+   */
+  float decay;
+  /**
+   * Angle in radians from a spot's axis to the edge of its cone.
+   */
+  float outer_half_angle;
+  /**
+   * Angle within which a spot is as bright as on its axis.
+   */
+  float inner_half_angle;
+  /**
+   * 1: a spot falls off by the power `attenuation` of the way to its edge, as Godot's, and not from the inner angle on.
+   */
+  uint32_t has_attenuation;
+  /**
+   * See `has_attenuation`.
+   */
+  float attenuation;
+} LumivoxLight;
+
+/**
+ * The light from all around.
+ */
+typedef struct LumivoxEnvironment {
+  /**
+   * 0 one colour, 1 a gradient, 2 Lumivox' studio, 3 a map.
+   */
+  uint32_t kind;
+  /**
+   * Linear RGB radiance: of the one colour, or from straight up.
+   */
+  float zenith[3];
+  /**
+   * Of a gradient, from the horizon.
+   */
+  float horizon[3];
+  /**
+   * Of a gradient, from straight down.
+   */
+  float nadir[3];
+  /**
+   * Turns it about the vertical axis, in radians, as `Transform.eulerAngles.y` turns an object.
+   */
+  float rotation;
+  /**
+   * Multiplies the radiance.
+   */
+  float strength;
+  /**
+   * Of a map; null is darkness.
+   */
+  const struct LumivoxMap *map;
+} LumivoxEnvironment;
+
+/**
+ * From where a scene of a file is seen, the image that is rendered, and how light becomes pixels.
+ */
+typedef struct LumivoxSavedView {
+  /**
+   * `Camera.cameraToWorldMatrix`.
+   */
+  float world_from_camera[16];
+  /**
+   * Degrees between the bottom and the top of the image.
+   */
+  float field_of_view;
+  /**
+   * Pixels across.
+   */
+  uint32_t width;
+  /**
+   * Pixels down.
+   */
+  uint32_t height;
+  /**
+   * Paths per pixel; 0: not said.
+   */
+  uint32_t samples;
+  /**
+   * The same seed gives the same noise.
+   */
+  uint32_t seed;
+  /**
+   * Relative noise at which it is done before; 0: by its samples alone.
+   */
+  float noise;
+  /**
+   * 1 where the noise that is left is smoothed out.
+   */
+  uint32_t denoise;
+  /**
+   * What stands behind: 0 nothing, 1 the light, 2 `color`.
+   */
+  uint32_t background;
+  /**
+   * sRGB, 0 to 1.
+   */
+  float color[3];
+  /**
+   * Stops brighter.
+   */
+  float exposure;
+  /**
+   * The curve from light to pixels: 0 none, 1 AgX, 2 ACES.
+   */
+  uint32_t tone;
+  /**
+   * Brightens the mid-tones above 1.
+   */
+  float gamma;
+} LumivoxSavedView;
+
+/**
  * Bytes of the library's.
  */
 typedef struct LumivoxSlice {
@@ -540,161 +796,6 @@ typedef struct LumivoxDeviceLimits {
    */
   uint32_t is_software;
 } LumivoxDeviceLimits;
-
-/**
- * A scan as it stands in a world.
- */
-typedef struct LumivoxInstance {
-  /**
-   * The scan; an instance without one is passed over.
-   */
-  const struct LumivoxVolume *volume;
-  /**
-   * What of it is seen in place of the patient, of `lumivox_part_find`; null: the scan as it is.
-   */
-  const struct LumivoxVolume *part;
-  /**
-   * Opacity and colour of its values; null: those of the preset that suits the scan.
-   */
-  const struct LumivoxTransferFunction *transfer_function;
-  /**
-   * What its parts are and how they look; null: it has none.
-   */
-  const struct LumivoxLabelling *labelling;
-  /**
-   * The object's `Transform.localToWorldMatrix`.
-   */
-  float world_from_object[16];
-  /**
-   * The corner of what is kept with the smallest coordinates, as fractions of its box, 0 to 1.
-   */
-  float clip_min[3];
-  /**
-   * The opposite corner. Where it lies before `clip_min`, what is between them is kept.
-   */
-  float clip_max[3];
-  /**
-   * `1 << GameObject.layer`.
-   */
-  uint32_t layers;
-  /**
-   * The rest of its look.
-   */
-  struct LumivoxMedium medium;
-  /**
-   * Millimetres below the skin that are taken off, once `lumivox_skin_find` has found it.
-   */
-  float peel_mm;
-  /**
-   * The first of the clip shapes of its world that cut it.
-   */
-  uint32_t first_clip;
-  /**
-   * How many do.
-   */
-  uint32_t clip_count;
-} LumivoxInstance;
-
-/**
- * A shape that cuts instances open: what it keeps of them is seen.
- */
-typedef struct LumivoxClipShape {
-  /**
-   * The shape's `Transform.localToWorldMatrix`.
-   */
-  float world_from_shape[16];
-  /**
-   * 0 a plane, which keeps the side of the shape's +y; 1 a cube of one metre, 2 a ball of one metre across, both about
-   * its origin.
-   */
-  uint32_t kind;
-  /**
-   * 1: what it would keep is cut away, and the rest kept.
-   */
-  uint32_t inverted;
-} LumivoxClipShape;
-
-/**
- * A light that reaches volumes.
- */
-typedef struct LumivoxLight {
-  /**
-   * 0 directional, 1 point, 2 spot.
-   */
-  uint32_t kind;
-  /**
-   * `Light.cullingMask`: it lights the instances that share a layer with it.
-   */
-  uint32_t layers;
-  /**
-   * Of a point or a spot.
-   */
-  float position[3];
-  /**
-   * Where the light of a sun or a spot travels to.
-   */
-  float direction[3];
-  /**
-   * Linear RGB: the irradiance of a sun, the radiant intensity of a lamp. A white surface that faces a sun of
-   * irradiance pi has a radiance of 1, which is what Unity gives an intensity of 1.
-   */
-  float strength[3];
-  /**
-   * Of a lamp, in metres; a sun's is an angle in radians.
-   */
-  float radius;
-  /**
-   * Metres after which a lamp does not shine.
-   */
-  float range;
-  /**
-   * How a lamp's light falls off: 0 as URP and HDRP have it (inverse square, ending smoothly at the range), 1 as the
-   * built-in pipeline has it.
-   */
-  uint32_t falloff;
-  /**
-   * Angle in radians from a spot's axis to the edge of its cone.
-   */
-  float outer_half_angle;
-  /**
-   * Angle within which a spot is as bright as on its axis.
-   */
-  float inner_half_angle;
-} LumivoxLight;
-
-/**
- * The light from all around.
- */
-typedef struct LumivoxEnvironment {
-  /**
-   * 0 one colour, 1 a gradient, 2 Lumivox' studio, 3 a map.
-   */
-  uint32_t kind;
-  /**
-   * Linear RGB radiance: of the one colour, or from straight up.
-   */
-  float zenith[3];
-  /**
-   * Of a gradient, from the horizon.
-   */
-  float horizon[3];
-  /**
-   * Of a gradient, from straight down.
-   */
-  float nadir[3];
-  /**
-   * Turns it about the vertical axis, in radians, as `Transform.eulerAngles.y` turns an object.
-   */
-  float rotation;
-  /**
-   * Multiplies the radiance.
-   */
-  float strength;
-  /**
-   * Of a map; null is darkness.
-   */
-  const struct LumivoxMap *map;
-} LumivoxEnvironment;
 
 /**
  * One view of one frame: a camera, or an eye of a headset.
@@ -1115,6 +1216,32 @@ struct LumivoxMap *lumivox_map_new(uint32_t width,
 struct LumivoxMap *lumivox_map_load(const char *file);
 
 /**
+ * Says which file a map was read from, which scene documents name; otherwise they come with a copy of it.
+ *
+ * # Safety
+ * `map` is a live handle that nothing shows yet, `file` a string.
+ */
+int32_t lumivox_map_set_file(struct LumivoxMap *map,
+                             const char *file);
+
+/**
+ * The file that a map was read from; empty where that is not known.
+ *
+ * # Safety
+ * `map` is a live handle.
+ */
+struct LumivoxText *lumivox_map_file(const struct LumivoxMap *map);
+
+/**
+ * The texels of a map, as `lumivox_map_new` takes them, valid until it is freed; writes its width and height.
+ *
+ * # Safety
+ * `map` is a live handle, `size` can hold two numbers.
+ */
+const float *lumivox_map_texels(const struct LumivoxMap *map,
+                                uint32_t *size);
+
+/**
  * Frees a map.
  *
  * # Safety
@@ -1296,6 +1423,15 @@ struct LumivoxJob *lumivox_phantom_start(const char *kind, uint32_t size);
 struct LumivoxJob *lumivox_volume_save(const struct LumivoxVolume *volume, const char *file);
 
 /**
+ * Copies the file of a stored scan without what tells where the scan was read from: for a game that is given to others.
+ *
+ * # Safety
+ * `from` and `to` are strings.
+ */
+int32_t lumivox_stored_copy_nameless(const char *from,
+                                     const char *to);
+
+/**
  * Opens a stored scan.
  *
  * # Safety
@@ -1386,6 +1522,179 @@ uint32_t lumivox_jobs_running(void);
  * Stops all jobs and waits for them: before the library is unloaded.
  */
 void lumivox_jobs_stop_all(void);
+
+/**
+ * Opens a scene document. The job gives the scene.
+ *
+ * # Safety
+ * `file` is a string.
+ */
+struct LumivoxJob *lumivox_scene_open(const char *file, uint32_t allow_outside_data);
+
+/**
+ * The scene that a job has opened.
+ *
+ * # Safety
+ * `job` is a live handle.
+ */
+struct LumivoxScene *lumivox_job_take_scene(struct LumivoxJob *job);
+
+/**
+ * Whether a file is a scene document, by how it begins: 1 or 0; -1 where it cannot be read.
+ *
+ * # Safety
+ * `file` is a string.
+ */
+int32_t lumivox_scene_is_one(const char *file);
+
+/**
+ * Frees a scene. What was taken of it goes on.
+ *
+ * # Safety
+ * `scene` is null, or a live handle.
+ */
+void lumivox_scene_free(struct LumivoxScene *scene);
+
+/**
+ * What people should know of a scene, a line each; empty where all is well.
+ *
+ * # Safety
+ * `scene` is a live handle.
+ */
+struct LumivoxText *lumivox_scene_notes(const struct LumivoxScene *scene);
+
+/**
+ * The files that a scene names, a line each, as seen from where the program is.
+ *
+ * # Safety
+ * `scene` is a live handle.
+ */
+struct LumivoxText *lumivox_scene_files(const struct LumivoxScene *scene);
+
+/**
+ * How many volumes a scene has.
+ *
+ * # Safety
+ * `scene` is a live handle.
+ */
+uint32_t lumivox_scene_volume_count(const struct LumivoxScene *scene);
+
+/**
+ * A volume's scan.
+ *
+ * # Safety
+ * `scene` is a live handle.
+ */
+struct LumivoxVolume *lumivox_scene_volume(const struct LumivoxScene *scene, uint32_t index);
+
+/**
+ * A volume's label map; null where it has none, and `lumivox_last_error` then says nothing.
+ *
+ * # Safety
+ * `scene` is a live handle.
+ */
+struct LumivoxVolume *lumivox_scene_labels(const struct LumivoxScene *scene, uint32_t index);
+
+/**
+ * A volume's transfer function.
+ *
+ * # Safety
+ * `scene` is a live handle.
+ */
+struct LumivoxTransferFunction *lumivox_scene_transfer_function(const struct LumivoxScene *scene,
+                                                                uint32_t index);
+
+/**
+ * How a volume stands, without handles; `clip_count` shapes cut it, see `lumivox_scene_clip`.
+ *
+ * # Safety
+ * `scene` is a live handle, `out` and `pose` can be written.
+ */
+int32_t lumivox_scene_instance(const struct LumivoxScene *scene,
+                               uint32_t index,
+                               struct LumivoxInstance *out,
+                               struct LumivoxPose *pose);
+
+/**
+ * A shape that cuts a volume, and where it stands in the volume's object.
+ *
+ * # Safety
+ * `scene` is a live handle, `out` and `pose` can be written.
+ */
+int32_t lumivox_scene_clip(const struct LumivoxScene *scene,
+                           uint32_t index,
+                           uint32_t clip,
+                           struct LumivoxClipShape *out,
+                           struct LumivoxPose *pose);
+
+/**
+ * How many labels of a volume have a style.
+ *
+ * # Safety
+ * `scene` is a live handle.
+ */
+uint32_t lumivox_scene_style_count(const struct LumivoxScene *scene, uint32_t index);
+
+/**
+ * A style of a volume's labels; its transfer function is the scene's.
+ *
+ * # Safety
+ * `scene` is a live handle, `out` can be written.
+ */
+int32_t lumivox_scene_style(const struct LumivoxScene *scene,
+                            uint32_t index,
+                            uint32_t style,
+                            struct LumivoxLabelStyle *out);
+
+/**
+ * How many lights a scene has.
+ *
+ * # Safety
+ * `scene` is a live handle.
+ */
+uint32_t lumivox_scene_light_count(const struct LumivoxScene *scene);
+
+/**
+ * A light of a scene.
+ *
+ * # Safety
+ * `scene` is a live handle, `out` and `pose` can be written.
+ */
+int32_t lumivox_scene_light(const struct LumivoxScene *scene,
+                            uint32_t index,
+                            struct LumivoxLight *out,
+                            struct LumivoxPose *pose);
+
+/**
+ * The light around a scene; its map is the scene's.
+ *
+ * # Safety
+ * `scene` is a live handle, `out` can be written.
+ */
+int32_t lumivox_scene_environment(const struct LumivoxScene *scene, struct LumivoxEnvironment *out);
+
+/**
+ * From where a scene is seen, its image and display.
+ *
+ * # Safety
+ * `scene` is a live handle, `out` and `pose` can be written.
+ */
+int32_t lumivox_scene_view(const struct LumivoxScene *scene,
+                           struct LumivoxSavedView *out,
+                           struct LumivoxPose *pose);
+
+/**
+ * Writes what is in a world, seen so, as a scene document; whole, or not at all. A sky that came from no file is written
+ * beside it as OpenEXR, to the bit. `radiance` is what is as bright in this engine as a radiance of 1 in documents.
+ *
+ * # Safety
+ * `stage` is a live handle, `view` points to a view, `file` is a string.
+ */
+int32_t lumivox_stage_save_world(const struct LumivoxStage *stage,
+                                 uint64_t world,
+                                 const struct LumivoxSavedView *view,
+                                 float radiance,
+                                 const char *file);
 
 /**
  * How many kernels there are, in all variants: more than Unity's half has.

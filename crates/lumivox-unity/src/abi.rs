@@ -6,7 +6,7 @@
 use std::ffi::c_char;
 
 /// Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
-pub const LUMIVOX_ABI_VERSION: u32 = 6;
+pub const LUMIVOX_ABI_VERSION: u32 = 7;
 
 /// What a scan is and how it lies in its object.
 #[repr(C)]
@@ -60,8 +60,12 @@ pub struct LumivoxOpacityKnot {
 pub struct LumivoxColorStop {
     /// In the scan's unit.
     pub value: f64,
-    /// Linear RGB, 0 to 1.
-    pub color: [f64; 3],
+    /// Linear, 0 to 1.
+    pub red: f64,
+    /// Linear, 0 to 1.
+    pub green: f64,
+    /// Linear, 0 to 1.
+    pub blue: f64,
 }
 
 /// How light and a scan meet. The defaults are those of the component.
@@ -194,15 +198,21 @@ pub struct LumivoxLight {
     pub strength: [f32; 3],
     /// Of a lamp, in metres; a sun's is an angle in radians.
     pub radius: f32,
-    /// Metres after which a lamp does not shine.
+    /// Metres after which a lamp does not shine; infinity: it has no end.
     pub range: f32,
-    /// How a lamp's light falls off: 0 as URP and HDRP have it (inverse square, ending smoothly at the range), 1 as the
+    /// How a lamp's light falls off: 0 as URP and HDRP have it (by `decay`, ending smoothly at the range), 1 as the
     /// built-in pipeline has it.
     pub falloff: u32,
+    /// The power of the distance by which a lamp's light falls off; 0 stands for 2, which is physical.
+    pub decay: f32,
     /// Angle in radians from a spot's axis to the edge of its cone.
     pub outer_half_angle: f32,
     /// Angle within which a spot is as bright as on its axis.
     pub inner_half_angle: f32,
+    /// 1: a spot falls off by the power `attenuation` of the way to its edge, as Godot's, and not from the inner angle on.
+    pub has_attenuation: u32,
+    /// See `has_attenuation`.
+    pub attenuation: f32,
 }
 
 /// The light from all around.
@@ -223,6 +233,50 @@ pub struct LumivoxEnvironment {
     pub strength: f32,
     /// Of a map; null is darkness.
     pub map: *const crate::look::LumivoxMap,
+}
+
+/// Where an object stands: what its `Transform` is set to.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LumivoxPose {
+    /// Metres.
+    pub position: [f32; 3],
+    /// A quaternion: x, y, z, w.
+    pub rotation: [f32; 4],
+    /// Along its own axes.
+    pub scale: [f32; 3],
+}
+
+/// From where a scene of a file is seen, the image that is rendered, and how light becomes pixels.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LumivoxSavedView {
+    /// `Camera.cameraToWorldMatrix`.
+    pub world_from_camera: [f32; 16],
+    /// Degrees between the bottom and the top of the image.
+    pub field_of_view: f32,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Paths per pixel; 0: not said.
+    pub samples: u32,
+    /// The same seed gives the same noise.
+    pub seed: u32,
+    /// Relative noise at which it is done before; 0: by its samples alone.
+    pub noise: f32,
+    /// 1 where the noise that is left is smoothed out.
+    pub denoise: u32,
+    /// What stands behind: 0 nothing, 1 the light, 2 `color`.
+    pub background: u32,
+    /// sRGB, 0 to 1.
+    pub color: [f32; 3],
+    /// Stops brighter.
+    pub exposure: f32,
+    /// The curve from light to pixels: 0 none, 1 AgX, 2 ACES.
+    pub tone: u32,
+    /// Brightens the mid-tones above 1.
+    pub gamma: f32,
 }
 
 /// What the GPU can do, as `SystemInfo` tells it.

@@ -210,6 +210,8 @@ pub unsafe extern "C" fn lumivox_check_layout(sizes: *const u32, count: u32) -> 
             LumivoxInstance,
             LumivoxLight,
             LumivoxEnvironment,
+            LumivoxPose,
+            LumivoxSavedView,
             LumivoxDeviceLimits,
             LumivoxViewFrame,
             LumivoxViewStatus,

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
+use lumivox_core::document::Keep;
 use lumivox_core::{CancelToken, Progress, Stage, looks_like_labels};
 use lumivox_import::{ImportError, ImportReport, Imported, ImportedLabels, Study};
 use lumivox_segmentation::Surroundings;
@@ -20,6 +21,7 @@ use crate::labels::{found, skin};
 use crate::look;
 use crate::parts;
 use crate::picture::Picture;
+use crate::scene::LumivoxScene;
 use crate::stored;
 use crate::volume::{LumivoxVolume, kept, phantom};
 
@@ -38,16 +40,25 @@ struct Work {
 
 /// What was made; what is taken is gone.
 #[derive(Default)]
-struct Made {
+pub(crate) struct Made {
     volume: Option<LumivoxVolume>,
     study: Option<LumivoxStudy>,
     report: Option<ImportReport>,
     picture: Option<Picture>,
+    scene: Option<LumivoxScene>,
 }
 
 impl Made {
     fn volume(volume: LumivoxVolume) -> Self {
         Self { volume: Some(volume), ..Self::default() }
+    }
+
+    pub(crate) fn scene(scene: LumivoxScene) -> Self {
+        Self { scene: Some(scene), ..Self::default() }
+    }
+
+    pub(crate) fn take_scene(&mut self) -> Option<LumivoxScene> {
+        self.scene.take()
     }
 
     fn picture(picture: Picture) -> Self {
@@ -80,7 +91,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Starts work on a thread of its own.
-fn start(
+pub(crate) fn start(
     task: impl FnOnce(Progress<'_>, &CancelToken) -> Outcome<Made> + Send + 'static,
 ) -> Outcome<LumivoxJob> {
     let work = Arc::new(Work {
@@ -152,7 +163,7 @@ pub unsafe extern "C" fn lumivox_import_load(
         // SAFETY: as the caller promises.
         let file = if labels == 0 { None } else { Some(unsafe { files(paths, count) }?.swap_remove(0)) };
         let (label_file, label_options) = (file.clone(), options.clone());
-        let finish = move |imported: Imported, progress: Progress<'_>, cancel: &CancelToken| {
+        let finish = move |mut imported: Imported, progress: Progress<'_>, cancel: &CancelToken| {
             if let Some(file) = file.filter(|_| looks_like_labels(&imported.volume)) {
                 match read_labels(&file, &label_options, progress, cancel) {
                     Ok(labels) => return Ok(Made::labels(labels)),
@@ -161,6 +172,12 @@ pub unsafe extern "C" fn lumivox_import_load(
                     Err(_) => {}
                 }
             }
+            // As it was read: scene documents tell by it whether another lies in its place.
+            let content = lumivox_scene::content_of(&imported.volume);
+            imported.volume = imported.volume.with_source_changed(|scan| {
+                scan.content = Some(content);
+                scan.keep = if keep { Keep::Everything } else { Keep::Patient };
+            });
             if keep {
                 return Ok(Made::imported(imported, None));
             }
@@ -326,6 +343,19 @@ pub unsafe extern "C" fn lumivox_volume_save(
     })
 }
 
+/// Copies the file of a stored scan without what tells where the scan was read from: for a game that is given to others.
+///
+/// # Safety
+/// `from` and `to` are strings.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_stored_copy_nameless(from: *const c_char, to: *const c_char) -> i32 {
+    guard_status(|| {
+        // SAFETY: as the caller promises.
+        let (from, to) = unsafe { (path(from, "file")?, path(to, "file")?) };
+        stored::copy_nameless(&from, &to)
+    })
+}
+
 /// Opens a stored scan.
 ///
 /// # Safety
@@ -443,7 +473,7 @@ pub unsafe extern "C" fn lumivox_job_error(job: *const LumivoxJob) -> *mut Lumiv
 ///
 /// # Safety
 /// `job` is a live handle.
-unsafe fn take<T>(job: *const LumivoxJob, part: impl FnOnce(&mut Made) -> Option<T>) -> *mut T {
+pub(crate) unsafe fn take<T>(job: *const LumivoxJob, part: impl FnOnce(&mut Made) -> Option<T>) -> *mut T {
     guard_option(|| {
         // SAFETY: as the caller promises.
         let work = &unsafe { known(job, "job") }?.0;

@@ -4,7 +4,8 @@
 //! here. A frame goes: [`stage`] takes worlds and views and gives recordings, [`steps`] lays them out as flat structs whose
 //! payloads point into the renderer's own memory, and takes what became of them. `volume` and `look` are what worlds
 //! are made of, `labels` and `clips` what parts of a volume are and are left, `parts` what is seen of it in place of the
-//! patient, `jobs` what takes long, and `import` what one of those is told.
+//! patient, `jobs` what takes long, and `import` what one of those is told. [`scene`] opens scene documents, and [`saving`]
+//! makes one of a world.
 //!
 //! # The border
 //! - Functions that give a pointer give null, those that give an `int32_t` a negative number where something is wrong;
@@ -26,6 +27,9 @@ mod labels;
 mod look;
 mod parts;
 mod picture;
+mod pose;
+pub mod saving;
+pub mod scene;
 pub mod stage;
 pub mod steps;
 mod stored;

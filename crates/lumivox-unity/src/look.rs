@@ -10,7 +10,7 @@ use lumivox_core::{
 
 use crate::abi::{LumivoxColorStop, LumivoxMedium, LumivoxOpacityKnot};
 use crate::border::{
-    Outcome, free, guard, guard_handle, guard_status, known, known_mut, list, needed_text, path,
+    LumivoxText, Outcome, free, guard, guard_handle, guard_status, known, known_mut, list, needed_text, path,
 };
 use crate::parts::Part;
 use crate::volume::LumivoxVolume;
@@ -25,7 +25,7 @@ pub struct LumivoxTransferFunction {
 }
 
 impl LumivoxTransferFunction {
-    fn new(function: TransferFunction, gradients: Vec<GradientFunction>) -> Self {
+    pub(crate) fn new(function: TransferFunction, gradients: Vec<GradientFunction>) -> Self {
         Self { function, gradients, window: [1.0, 0.0] }
     }
 }
@@ -105,7 +105,8 @@ fn curve(knots: &[LumivoxOpacityKnot], stops: &[LumivoxColorStop]) -> TransferFu
         opacity: knot.opacity,
         ease: if knot.ease == 1 { Ease::InOut } else { Ease::Linear },
     });
-    let stops = stops.iter().map(|stop| ColorStop { value: stop.value, color: stop.color });
+    let stops =
+        stops.iter().map(|stop| ColorStop { value: stop.value, color: [stop.red, stop.green, stop.blue] });
     TransferFunction::windowed(knots, stops, 0.0, 1.0)
 }
 
@@ -291,7 +292,10 @@ pub unsafe extern "C" fn lumivox_transfer_function_stops(
     let copied = guard(|| {
         // SAFETY: as the caller promises.
         let stops = unsafe { known(function, "transfer function") }?.function.color_stops();
-        let stops = stops.iter().map(|stop| LumivoxColorStop { value: stop.value, color: stop.color });
+        let stops = stops.iter().map(|stop| {
+            let [red, green, blue] = stop.color;
+            LumivoxColorStop { value: stop.value, red, green, blue }
+        });
         // SAFETY: as the caller promises.
         Ok(unsafe { copy(stops, out, capacity) })
     });
@@ -442,6 +446,49 @@ pub unsafe extern "C" fn lumivox_map_load(file: *const c_char) -> *mut LumivoxMa
         let map = lumivox_import::load_environment(&file).map_err(|error| error.to_string())?;
         Ok(LumivoxMap(Arc::new(map)))
     })
+}
+
+/// Says which file a map was read from, which scene documents name; otherwise they come with a copy of it.
+///
+/// # Safety
+/// `map` is a live handle that nothing shows yet, `file` a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_map_set_file(map: *mut LumivoxMap, file: *const c_char) -> i32 {
+    guard_status(|| {
+        // SAFETY: as the caller promises.
+        let (map, file) = unsafe { (known_mut(map, "map")?, path(file, "file")?) };
+        map.0 = Arc::new((*map.0).clone().with_file(&file));
+        Ok(())
+    })
+}
+
+/// The file that a map was read from; empty where that is not known.
+///
+/// # Safety
+/// `map` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_map_file(map: *const LumivoxMap) -> *mut LumivoxText {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let file = unsafe { known(map, "map") }?.0.file();
+        Ok(LumivoxText::new(file.and_then(|file| file.to_str()).unwrap_or("")))
+    })
+}
+
+/// The texels of a map, as `lumivox_map_new` takes them, valid until it is freed; writes its width and height.
+///
+/// # Safety
+/// `map` is a live handle, `size` can hold two numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_map_texels(map: *const LumivoxMap, size: *mut u32) -> *const f32 {
+    let texels = guard(|| {
+        // SAFETY: as the caller promises.
+        let (map, size) =
+            unsafe { (&known(map, "map")?.0, known_mut(size.cast::<[u32; 2]>(), "place for the size")?) };
+        *size = [map.width as u32, map.height as u32];
+        Ok(map.texels.as_ptr().cast::<f32>())
+    });
+    texels.unwrap_or(std::ptr::null())
 }
 
 /// Frees a map.

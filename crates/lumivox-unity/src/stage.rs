@@ -238,7 +238,10 @@ fn light(light: &LumivoxLight) -> Option<Light> {
         radius: f64::from(light.radius),
         falloff: match light.falloff {
             1 => Falloff::Relative { range: f64::from(light.range) },
-            _ => Falloff::Power { range: f64::from(light.range), decay: 2.0 },
+            _ => Falloff::Power {
+                range: f64::from(light.range),
+                decay: if light.decay > 0.0 { f64::from(light.decay) } else { 2.0 },
+            },
         },
     };
     let kind = match light.kind {
@@ -252,7 +255,10 @@ fn light(light: &LumivoxLight) -> Option<Light> {
             lamp,
             direction,
             half_angle: f64::from(light.outer_half_angle),
-            cone: Cone::Between { inner_half_angle: f64::from(light.inner_half_angle) },
+            cone: match light.has_attenuation {
+                0 => Cone::Between { inner_half_angle: f64::from(light.inner_half_angle) },
+                _ => Cone::Power { attenuation: f64::from(light.attenuation) },
+            },
         },
         _ => return None,
     };
@@ -355,6 +361,11 @@ impl LumivoxStage {
     pub fn shown_by(&self, view: u64) -> Option<(Arc<Scene>, LumivoxViewFrame)> {
         let Showing { world, frame } = *self.shown.get(&view)?;
         Some((self.worlds.get(&world)?.scene.clone(), frame))
+    }
+
+    /// What is in a world.
+    pub(crate) fn scene(&self, world: u64) -> Option<&Arc<Scene>> {
+        self.worlds.get(&world).map(|world| &world.scene)
     }
 
     /// As [`lumivox_stage_set_world`], of what is no array of C#'s.

@@ -6,9 +6,11 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use lumivox_core::document::Scan;
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
+use lumivox_core::labels::LabelSource;
 use lumivox_core::{CancelToken, Label, LabelVolume, Modality, Progress, Stage, Volume, Voxels};
 use lumivox_segmentation::Surroundings;
 use serde::{Deserialize, Serialize};
@@ -42,6 +44,37 @@ struct Header {
     /// Of what was taken out of the scan; files of before it was kept say nothing of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     surroundings: Option<StoredRuns>,
+    /// The files that it was read from, as scene documents say it; files of before it was kept say nothing of it.
+    #[serde(default, skip_serializing_if = "Value::is_null")]
+    source: Value,
+    /// The same of a label map.
+    #[serde(default, skip_serializing_if = "Value::is_null")]
+    label_source: Value,
+}
+
+/// A map's files, and the numbers that its labels have in them.
+#[derive(Serialize, Deserialize)]
+struct StoredLabelSource {
+    files: Vec<PathBuf>,
+    table: Option<PathBuf>,
+    /// As text: JSON's numbers are smaller.
+    numbers: Vec<(String, u8)>,
+}
+
+impl StoredLabelSource {
+    fn of(source: &LabelSource) -> Self {
+        Self {
+            files: source.files.clone(),
+            table: source.table.clone(),
+            numbers: source.numbers.iter().map(|(number, value)| (number.to_string(), *value)).collect(),
+        }
+    }
+
+    fn source(self) -> Option<LabelSource> {
+        let number = |(number, value): (String, u8)| Some((number.parse().ok()?, value));
+        let numbers = self.numbers.into_iter().map(number).collect::<Option<_>>()?;
+        Some(LabelSource { files: self.files, table: self.table, numbers })
+    }
 }
 
 /// How much was taken out.
@@ -88,6 +121,34 @@ pub fn save(scan: &LumivoxVolume, path: &Path, progress: Progress<'_>, cancel: &
         done += piece.len() as u64;
     }
     file.persist(path).map_err(|error| failed(error.error))?;
+    Ok(())
+}
+
+/// Copies a stored scan without what tells where it was read from: for whom a game is given to.
+pub fn copy_nameless(from: &Path, to: &Path) -> Outcome<()> {
+    let unread = |error: std::io::Error| format!("cannot read {}: {error}", from.display());
+    let unwritten = |error: std::io::Error| format!("cannot write {}: {error}", to.display());
+    let mut file = BufReader::new(File::open(from).map_err(unread)?);
+    let damaged = || format!("{} is not a scan that Lumivox has stored, or damaged", from.display());
+    let mut start = [0; 16];
+    file.read_exact(&mut start).map_err(|_| damaged())?;
+    let length = start[8..].first_chunk().map_or(u64::MAX, |length| u64::from_le_bytes(*length));
+    if start[..8] != MAGIC[..] || length > MAX_HEADER {
+        return Err(damaged());
+    }
+    let mut header = vec![0; length as usize + padding(length as usize)];
+    file.read_exact(&mut header).map_err(|_| damaged())?;
+    let mut header: serde_json::Map<String, Value> =
+        serde_json::from_slice(&header[..length as usize]).map_err(|_| damaged())?;
+    header.remove("source");
+    header.remove("label_source");
+    let header = serde_json::to_vec(&header).map_err(|error| error.to_string())?;
+    let mut copy = File::create(to).map_err(unwritten)?;
+    copy.write_all(MAGIC).map_err(unwritten)?;
+    copy.write_all(&(header.len() as u64).to_le_bytes()).map_err(unwritten)?;
+    copy.write_all(&header).map_err(unwritten)?;
+    copy.write_all(&[0; 16][..padding(header.len())]).map_err(unwritten)?;
+    std::io::copy(&mut file, &mut copy).map_err(unwritten)?;
     Ok(())
 }
 
@@ -174,12 +235,20 @@ pub fn read(
         };
         let named = labels.iter().map(label).collect();
         let Voxels::U8(voxels) = voxels else { unreachable!("they are bytes") };
-        let labels = LabelVolume::new(header.dims, voxels, place, named)
+        let mut labels = LabelVolume::new(header.dims, voxels, place, named)
             .map_err(|error| damaged(&error.to_string()))?;
+        let source = serde_json::from_value(header.label_source).ok();
+        if let Some(source) = source.and_then(StoredLabelSource::source) {
+            labels = labels.with_source(source);
+        }
         return Ok(LumivoxVolume::of_labels(labels, header.report));
     }
-    let volume = Volume::new(header.dims, voxels, header.rescale.map(f64::from_bits), place, modality)
+    let mut volume = Volume::new(header.dims, voxels, header.rescale.map(f64::from_bits), place, modality)
         .map_err(|error| damaged(&error.to_string()))?;
+    // What a later version says of it beyond what is known here is no reason not to show it.
+    if let Ok(source) = serde_json::from_value::<Scan>(header.source) {
+        volume = volume.with_source(source);
+    }
     if around.as_ref().is_some_and(|around| !around.fits(&volume)) {
         return Err(damaged("what was taken out of it is of another scan"));
     }
@@ -237,6 +306,12 @@ fn header(scan: &LumivoxVolume) -> Header {
             runs: around.runs().len() as u64,
             samples: around.voxel_count() as u64,
         }),
+        // A path that is no Unicode cannot be written down: then it is as if nobody knew.
+        source: volume.source().and_then(|source| serde_json::to_value(source).ok()).unwrap_or_default(),
+        label_source: scan
+            .labels()
+            .and_then(|labels| serde_json::to_value(StoredLabelSource::of(labels.map.source()?)).ok())
+            .unwrap_or_default(),
     }
 }
 
@@ -256,7 +331,19 @@ mod tests {
         let volume = Volume::new([2, 3, 4], voxels, [0.1, -1024.7], place, Modality::Ct).unwrap();
         let around = Surroundings::from_parts(vec![[0, 2], [5, 1]], Voxels::U16(vec![7, 8, 9])).unwrap();
         let report = serde_json::json!({"notes": ["\u{b5}"]});
-        LumivoxVolume::with_surroundings(volume.with_unit("HU"), Some(around), report)
+        let volume = volume.with_unit("HU").with_source(source());
+        LumivoxVolume::with_surroundings(volume, Some(around), report)
+    }
+
+    fn source() -> Scan {
+        Scan {
+            series: Some("1.2.3".into()),
+            phase: Some(2),
+            content: Some("sha256:00".into()),
+            leave_gaps: true,
+            taken_off: Some(lumivox_core::document::TakenOff::Skin(3.3)),
+            ..Scan::of_files(vec!["/scans/head".into()])
+        }
     }
 
     fn stored() -> Vec<u8> {
@@ -281,20 +368,58 @@ mod tests {
         assert_eq!(a.modality(), b.modality());
         assert_eq!(before.report(), after.report());
         assert_eq!(before.surroundings(), after.surroundings());
+        assert_eq!(b.source(), Some(&source()));
+    }
+
+    #[test]
+    fn a_label_map_comes_back_with_its_files() {
+        let label = Label { value: 3, name: "liver".into(), color: [0.1, 0.2, 0.3] };
+        let source = LabelSource {
+            files: vec!["/scans/liver.nii".into()],
+            table: Some("/scans/names.txt".into()),
+            numbers: vec![(i128::MAX, 3)],
+        };
+        let labels = LabelVolume::new([2, 1, 1], vec![0, 3], DAffine3::IDENTITY, vec![label]).unwrap();
+        let map = LumivoxVolume::of_labels(labels.with_source(source.clone()), Value::Null);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.lumivox");
+        save(&map, &path, Progress::SILENT, &CancelToken::new()).unwrap();
+        let again = read_bytes(&std::fs::read(path).unwrap()).unwrap();
+        assert_eq!(again.labels().unwrap().map.source(), Some(&source));
+    }
+
+    #[test]
+    fn a_copy_for_others_tells_nothing_of_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let [own, copy] = ["a.lumivox", "b.lumivox"].map(|name| folder.path().join(name));
+        std::fs::write(&own, stored()).unwrap();
+        copy_nameless(&own, &copy).unwrap();
+        let bytes = std::fs::read(&copy).unwrap();
+        assert!(!bytes.windows(6).any(|word| word == b"/scans"));
+        let (before, after) = (scan(), read_bytes(&bytes).unwrap());
+        assert_eq!(before.volume().voxels(), after.volume().voxels());
+        assert_eq!(before.surroundings(), after.surroundings());
+        assert_eq!(after.volume().source(), None);
+        assert!(copy_nameless(&folder.path().join("none"), &copy).unwrap_err().starts_with("cannot read"));
     }
 
     #[test]
     fn files_of_before_surroundings_were_kept_are_scans() {
         let scan = scan();
-        let older = LumivoxVolume::new((**scan.volume()).clone(), scan.report().clone());
+        let older = (**scan.volume()).clone();
+        let place = older.patient_from_voxel();
+        let older = Volume::new(older.dims(), older.voxels().clone(), [0.1, -1024.7], place, Modality::Ct);
+        let older = LumivoxVolume::new(older.unwrap(), scan.report().clone());
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.lumivox");
         save(&older, &path, Progress::SILENT, &CancelToken::new()).unwrap();
         let bytes = std::fs::read(path).unwrap();
         assert!(!bytes.windows(12).any(|word| word == b"surroundings"));
+        assert!(!bytes.windows(6).any(|word| word == b"source"));
         let again = read_bytes(&bytes).unwrap();
         assert_eq!(again.volume().voxels(), scan.volume().voxels());
         assert!(again.surroundings().is_none());
+        assert_eq!(again.volume().source(), None);
     }
 
     #[test]

@@ -61,10 +61,15 @@ impl LumivoxVolume {
 
     /// A label map: a scan whose values are those of its labels.
     pub(crate) fn of_labels(labels: LabelVolume, report: Value) -> Self {
+        Self::of_shared_labels(Arc::new(labels), report)
+    }
+
+    /// The same of one that others show, too.
+    pub(crate) fn of_shared_labels(labels: Arc<LabelVolume>, report: Value) -> Self {
         // Counted here, on the job's thread: whoever asks later may not wait.
         let counts = labels.counts();
         let volume = labels.volume().clone();
-        Self::of(volume, None, report, Some(Labels { map: Arc::new(labels), counts }))
+        Self::of(volume, None, report, Some(Labels { map: labels, counts }))
     }
 
     fn of(

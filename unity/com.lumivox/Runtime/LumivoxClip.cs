@@ -122,6 +122,7 @@ namespace Lumivox
 
         void OnEnable()
         {
+            if (LumivoxRuntime.IsMakingAssets) return;
             all.Add(this);
             Attach(Above());
         }

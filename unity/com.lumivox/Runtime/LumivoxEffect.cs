@@ -124,6 +124,7 @@ namespace Lumivox
 
         void OnEnable()
         {
+            if (LumivoxRuntime.IsMakingAssets) return;
             all.Add(this);
             LumivoxRuntime.RequestFrames();
         }

@@ -34,6 +34,9 @@ namespace Lumivox
 
         internal static WorldGatherer Worlds => worlds;
 
+        /// <summary>Whether objects are made for an asset: they are in no scene, though Unity enables them.</summary>
+        internal static bool IsMakingAssets;
+
         /// <summary>A volume is there: frames and turns are listened to.</summary>
         public static void Need()
         {
@@ -88,6 +91,19 @@ namespace Lumivox
                 Report(thrown.Message);
                 return false;
             }
+        }
+
+        /// <summary>Writes what a camera sees as a scene document. Throws what keeps it from that.</summary>
+        public static void Save(Camera camera, in SavedView view, in LumivoxSettings settings, string path)
+        {
+            if (!Start()) throw new LumivoxException(error);
+            worlds.Forget();
+            var world = worlds.Gather(stage, camera, settings.environmentSource == LumivoxEnvironmentSource.Studio, views.Frame);
+            worlds.Forget();
+            if (world == null) throw new LumivoxException("The camera sees no volume: there is nothing to save.");
+            if (worlds.AwaitsSky(world.Number)) throw new LumivoxException("The sky that lights the volumes is still being read: let a few frames be drawn, and save the scene again.");
+            var of = view;
+            fixed (byte* utf8 = Border.Utf8(path)) Border.Checked(Library.lumivox_stage_save_world(stage, world.Number, &of, EnvironmentReader.Radiance, utf8));
         }
 
         /// <summary>A frame begins: errors of the one before have been told, and hold if they are met again.</summary>
@@ -224,8 +240,8 @@ namespace Lumivox
             var device = SystemInfo.graphicsDeviceName ?? "";
             return new DeviceLimits
             {
-                maxTexture3D = (uint)SystemInfo.maxTexture3DSize,
-                maxTexture2D = (uint)SystemInfo.maxTextureSize,
+                maxTexture3d = (uint)SystemInfo.maxTexture3DSize,
+                maxTexture2d = (uint)SystemInfo.maxTextureSize,
                 maxBufferBytes = (ulong)SystemInfo.maxGraphicsBufferSize,
                 voxelBytes = settings != null ? (ulong)settings.voxelMegabytes << 20 : 0,
                 unorm16 = Formats.AreWritten(GraphicsFormat.R16_UNorm) ? 1u : 0u,

@@ -353,6 +353,27 @@ namespace Lumivox
             return true;
         }
 
+        /// <summary>Takes over all of an instance but its handles and its place.</summary>
+        internal void Take(in Instance instance, LumivoxVolumeAsset scan, LumivoxTransferFunction function, LumivoxLabels of)
+        {
+            (m_Volume, m_TransferFunction, m_Labels) = (scan, function, of);
+            m_Preset = "";
+            m_Density = instance.medium.density;
+            m_Albedo = instance.medium.albedo;
+            m_Anisotropy = instance.medium.anisotropy;
+            m_MaxBounces = (int)instance.medium.maxBounces;
+            m_Filter = (Filter)instance.medium.filter;
+            m_ExtinctionSpace = (ExtinctionSpace)instance.medium.extinctionSpace;
+            m_SurfaceStrength = instance.medium.surfaceStrength;
+            m_SurfaceGradient = instance.medium.surfaceGradient;
+            m_SurfaceRoughness = instance.medium.surfaceRoughness;
+            m_SurfaceSpecular = instance.medium.surfaceSpecular;
+            m_PeelMm = Mathf.Min(instance.peelMm, MaxPeelMm);
+            m_ClipMin = instance.clipMin;
+            m_ClipMax = instance.clipMax;
+            OnValidate();
+        }
+
         void Put(string property, ref float field, float value, float low, float high)
         {
             if (!Numbers.IsFinite(value))
@@ -417,6 +438,7 @@ namespace Lumivox
 
         void OnEnable()
         {
+            if (LumivoxRuntime.IsMakingAssets) return;
             all.Add(this);
             LumivoxClip.FindVolumes();
             Retain();

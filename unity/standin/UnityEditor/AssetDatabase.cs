@@ -144,11 +144,23 @@ namespace UnityEditor
             }
             if (entry.import.mainObject != null) entry.main = map[entry.import.mainObject];
             foreach (var pair in map.Where(pair => pair.Key is ScriptableObject)) StandIn.Serializer.Copy(pair.Key, pair.Value, item => map.TryGetValue(item, out var own) ? own : item.isAsset ? item : null);
+            foreach (var root in map.Keys.OfType<GameObject>()) BecomePrefab(root, map);
             foreach (var made in map.Keys.OfType<ScriptableObject>()) Object.DestroyImmediate(made);
-            if (before != null) foreach (var gone in before.named.Values.Except(entry.objects).OfType<ScriptableObject>()) Object.DestroyImmediate(gone, true);
+            if (before != null) foreach (var gone in before.named.Values.Except(entry.objects).Where(gone => gone is ScriptableObject || gone is GameObject)) Object.DestroyImmediate(gone, true);
             foreach (var loaded in entry.objects.OfType<ScriptableObject>())
                 if (loaded.isEnabled) StandIn.Messages.Send(loaded, "OnValidate");
                 else loaded.Begin();
+        }
+
+        /// An object is the asset's from now on, in no scene; it refers to its own, and to assets.
+        static void BecomePrefab(GameObject root, Dictionary<Object, Object> map)
+        {
+            var all = root.transform.WithChildren().ToArray();
+            foreach (var at in all) (at.gameObject.isPrefab, at.gameObject.isAsset) = (true, true);
+            StandIn.Lifecycle.Refresh(root);
+            var own = new HashSet<Object>(all.SelectMany(at => at.gameObject.components));
+            foreach (var script in own.OfType<MonoBehaviour>())
+                StandIn.Serializer.Copy(script, script, item => map.TryGetValue(item, out var loaded) ? loaded : own.Contains(item) || item.isAsset ? item : null);
         }
 
         static Object Plain(string path)

@@ -312,6 +312,8 @@ namespace UnityEditor
         public static SceneView currentDrawingSceneView { get; internal set; }
         public static SceneView lastActiveSceneView { get; internal set; }
         public SceneViewState sceneViewState { get; set; } = new SceneViewState();
+        internal Camera viewed;
+        public Camera camera => viewed;
         public static void RepaintAll() => StandIn.Dialogs.SceneRepaints++;
     }
 

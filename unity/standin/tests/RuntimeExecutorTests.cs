@@ -13,7 +13,7 @@ namespace Lumivox.Tests
 {
     public sealed unsafe class RuntimeExecutorTests
     {
-        static readonly DeviceLimits limits = new DeviceLimits { maxTexture3D = 1024, maxTexture2D = 4096, maxBufferBytes = 1 << 27, unorm16 = 1, isSoftware = 1 };
+        static readonly DeviceLimits limits = new DeviceLimits { maxTexture3d = 1024, maxTexture2d = 4096, maxBufferBytes = 1 << 27, unorm16 = 1, isSoftware = 1 };
 
         IntPtr stage;
         Executor executor;

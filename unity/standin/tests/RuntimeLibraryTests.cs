@@ -80,7 +80,7 @@ namespace Lumivox.Tests
         public void Missing() => EverythingGoesOn("Lumivox' native library, liblumivox_unity.so, is not there", "Assets/Plugins", "cargo build --release -p lumivox-unity");
 
         [Test]
-        public void AnotherVersion() => EverythingGoesOn("its border is version 2", $"version {Native.Border.AbiVersion}", "restart Unity");
+        public void AnotherVersion() => EverythingGoesOn("its border is version 2", $"version {Native.Abi.Version}", "restart Unity");
 
         [Test]
         public void NoVersion() => EverythingGoesOn("one that tells no version", "restart Unity");

@@ -142,23 +142,23 @@ namespace Lumivox.Tests
                 var surroundings = default(Surroundings);
                 RenderSettings.ambientMode = AmbientMode.Flat;
                 RenderSettings.ambientLight = new Color(0.5f, 0.5f, 0.5f);
-                reader.Read(sky, false, ref surroundings);
+                reader.Read(default, sky, false, ref surroundings);
                 Assert.AreEqual(Surroundings.Plain, surroundings.kind);
                 Near(Vector3.one * Mathf.GammaToLinearSpace(0.5f), surroundings.zenith);
                 RenderSettings.ambientMode = AmbientMode.Trilight;
                 RenderSettings.ambientSkyColor = Color.blue;
                 RenderSettings.ambientEquatorColor = Color.white;
                 RenderSettings.ambientGroundColor = Color.red;
-                reader.Read(sky, false, ref surroundings);
+                reader.Read(default, sky, false, ref surroundings);
                 Assert.AreEqual(Surroundings.Gradient, surroundings.kind);
                 Near(new Vector3(0f, 0f, 1f), surroundings.zenith);
                 Near(Vector3.one, surroundings.horizon);
                 Near(new Vector3(1f, 0f, 0f), surroundings.nadir);
                 RenderSettings.ambientMode = AmbientMode.Skybox;
                 RenderSettings.skybox = null;
-                reader.Read(sky, false, ref surroundings);
+                reader.Read(default, sky, false, ref surroundings);
                 Assert.AreEqual(Surroundings.Studio, surroundings.kind);
-                reader.Read(sky, true, ref surroundings);
+                reader.Read(default, sky, true, ref surroundings);
                 Assert.AreEqual(Surroundings.Plain, surroundings.kind);
             }
         }

@@ -29,7 +29,7 @@ namespace Lumivox.Tests
     {
         const uint Side = 32, Samples = 8;
 
-        static readonly DeviceLimits limits = new DeviceLimits { maxTexture3D = 2048, maxTexture2D = 8192, maxBufferBytes = 1 << 27, unorm16 = 1, isSoftware = 1 };
+        static readonly DeviceLimits limits = new DeviceLimits { maxTexture3d = 2048, maxTexture2d = 8192, maxBufferBytes = 1 << 27, unorm16 = 1, isSoftware = 1 };
 
         /// What stills bind, which the package has no kernels for: a line for each, its name, entry point and bindings.
         static Dictionary<string, string[]> Table()
@@ -92,7 +92,7 @@ namespace Lumivox.Tests
                 var buffers = (Dictionary<ulong, GraphicsBuffer>)typeof(Executor).GetField("buffers", inner).GetValue(executor);
                 var bytes = Pictures.Read(buffers[id], (int)offset, (int)length);
                 AsyncGPUReadback.WaitAllRequests();
-                Library.lumivox_recording_finish(stage, recording, Outcome.Executed, null);
+                Library.lumivox_recording_finish(stage, recording, (uint)Outcome.Executed, null);
                 Library.lumivox_stage_free(stage);
                 var floats = new float[bytes.Length / 4];
                 System.Buffer.BlockCopy(bytes, 0, floats, 0, bytes.Length);

@@ -2,6 +2,7 @@
 
 mod labels;
 mod parts;
+mod scenes;
 
 use std::ffi::{CStr, CString, c_char};
 use std::path::Path;
@@ -419,8 +420,11 @@ fn null_is_an_error_and_never_worse() {
             radius: -1.0,
             range: 0.0,
             falloff: 9,
+            decay: f32::NAN,
             outer_half_angle: f32::NAN,
             inner_half_angle: f32::NAN,
+            has_attenuation: 1,
+            attenuation: f32::NAN,
         };
         let environment = LumivoxEnvironment { kind: 3, strength: f32::NAN, ..studio() };
         assert_eq!(lumivox_stage_set_world(stage, 1, &odd, 1, null(), 0, &light, 1, &environment), 0);

@@ -16,13 +16,31 @@ namespace Lumivox.Editor
         {
             foreach (var path in Used(buildPlayerContext.BuildPlayerOptions.scenes))
             {
-                var scan = AssetDatabase.LoadAssetAtPath<LumivoxVolumeAsset>(path);
-                // Phantoms are computed where they are shown, and looks of labels refer to their map.
-                if (scan == null || scan.StoredId == "") continue;
-                var file = StoredScans.FileOf(scan.StoredId);
-                if (file == null || !File.Exists(file)) throw new BuildFailedException($"The voxels of {path} are not there: reimport it, then build again.");
-                buildPlayerContext.AddAdditionalPathToStreamingAssets(file, $"{LumivoxVolumeAsset.StreamingFolder}/{scan.StoredId}{LumivoxVolumeAsset.FileExtension}");
+                foreach (var scan in StoredScans.At(path))
+                {
+                    // Phantoms are computed where they are shown, and looks of labels refer to their map.
+                    if (scan.StoredId == "") continue;
+                    var file = StoredScans.FileOf(scan.StoredId);
+                    if (file == null || !File.Exists(file)) throw new BuildFailedException($"The voxels of {path} are not there: reimport it, then build again.");
+                    buildPlayerContext.AddAdditionalPathToStreamingAssets(Nameless(file, scan.StoredId), $"{LumivoxVolumeAsset.StreamingFolder}/{scan.StoredId}{LumivoxVolumeAsset.FileExtension}");
+                }
             }
+        }
+
+        /// <summary>A copy that does not tell players where the scan's files lay on this machine; Unity empties Temp when it ends.</summary>
+        static string Nameless(string file, string id)
+        {
+            var copy = StoredScans.ProjectFile($"Temp/Lumivox/{id}{LumivoxVolumeAsset.FileExtension}");
+            Directory.CreateDirectory(Path.GetDirectoryName(copy));
+            try
+            {
+                LumivoxVolumeAsset.CopyNameless(file, copy);
+            }
+            catch (LumivoxException error)
+            {
+                throw new BuildFailedException(error.Message);
+            }
+            return copy;
         }
 
         /// <summary>Scans and label maps that scenes, resources and preloaded assets refer to, or things that these do.</summary>

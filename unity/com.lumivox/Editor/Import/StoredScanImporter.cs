@@ -2,15 +2,27 @@ using System.IO;
 using Lumivox.Native;
 using UnityEditor;
 using UnityEditor.AssetImporters;
+using UnityEngine;
 
 namespace Lumivox.Editor
 {
-    /// <summary>Imports scans that were saved into the project: the file is what is read, so nothing is copied.</summary>
-    [ScriptedImporter(4, "lumivox")]
+    /// <summary>
+    /// Imports what Lumivox has saved into the project: scans, whose file is what is read, so that nothing is copied; and scene
+    /// documents, which begin otherwise, and become objects.
+    /// </summary>
+    [ScriptedImporter(5, "lumivox")]
     public sealed class StoredScanImporter : ScriptedImporter
     {
+        [SerializeField, Tooltip("Of a scene that you trust: headers of its scans may name data files that lie neither beside them nor below.")]
+        bool m_AllowOutsideData;
+
         public override void OnImportAsset(AssetImportContext ctx)
         {
+            if (SceneImport.IsScene(ctx.assetPath))
+            {
+                SceneImport.Import(ctx, m_AllowOutsideData);
+                return;
+            }
             LumivoxVolumeAsset opened = null;
             try
             {

@@ -17,7 +17,7 @@ namespace Lumivox.Editor
         public static void Library(Check check)
         {
             if (Border.Fault != null) check.Fail(Border.Fault);
-            else check.Note($"version {LumivoxRenderer.Version}, border {Border.AbiVersion}");
+            else check.Note($"version {LumivoxRenderer.Version}, border {Abi.Version}");
         }
 
         public static void Device(Check check)

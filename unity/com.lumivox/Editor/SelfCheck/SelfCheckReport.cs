@@ -77,7 +77,7 @@ namespace Lumivox.Editor
             var pipelinePackage = pipeline != null ? PackageInfo.FindForAssembly(pipeline.GetType().Assembly) : null;
             yield return ("Unity", $"{Application.unityVersion}, {Application.platform}{(Application.isBatchMode ? ", batch mode" : "")}{(Application.isPlaying ? ", play mode" : "")}");
             yield return ("Package", package != null ? $"{package.name} {package.version}" : "in Assets");
-            yield return ("Native library", Border.Fault == null ? $"{LumivoxRenderer.Version}, border {Border.AbiVersion}" : "cannot be used");
+            yield return ("Native library", Border.Fault == null ? $"{LumivoxRenderer.Version}, border {Abi.Version}" : "cannot be used");
             yield return ("Pipeline", $"{PipelineHost.Current?.Name ?? pipeline.GetType().FullName}{(pipelinePackage != null ? $", {pipelinePackage.name} {pipelinePackage.version}" : "")}");
             yield return ("Colour space", QualitySettings.activeColorSpace.ToString());
             yield return ("System", $"{SystemInfo.operatingSystem}; {SystemInfo.processorType}, {SystemInfo.processorCount} cores, {SystemInfo.systemMemorySize} MB");

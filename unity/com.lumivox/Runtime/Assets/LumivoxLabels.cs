@@ -233,6 +233,29 @@ namespace Lumivox
             }
         }
 
+        /// <summary>Takes over a look of the library's; its transfer function is an object of its own.</summary>
+        internal void Take(in LabelStyle style, LumivoxTransferFunction transferFunction)
+        {
+            var value = (int)style.value;
+            var at = m_Looks.FindIndex(one => one.value == value);
+            if (at < 0) return;
+            var look = m_Looks[at];
+            look.visible = style.visible != 0;
+            look.painted = style.painted != 0;
+            look.clipped = style.clipped != 0;
+            if (look.painted) look.color = new Color(style.color.x, style.color.y, style.color.z, 1f).gamma;
+            look.opacity = style.opacity;
+            look.density = style.density;
+            look.transferFunction = transferFunction;
+            look.ownSurface = style.hasSurface != 0;
+            look.surfaceStrength = style.surfaceStrength;
+            look.surfaceGradient = style.surfaceGradient;
+            look.surfaceRoughness = style.surfaceRoughness;
+            look.surfaceSpecular = style.surfaceSpecular;
+            m_Looks[at] = look.Sanitized();
+            Free();
+        }
+
         /// <summary>Whether a volume has to wait for them.</summary>
         internal bool IsComing => m_Map != null && m_Map.isLabelMap && (m_Map.state == LumivoxVolumeState.Loading || m_Map.state == LumivoxVolumeState.Closed && !m_Map.isEmpty);
 

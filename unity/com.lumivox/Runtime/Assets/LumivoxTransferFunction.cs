@@ -313,15 +313,18 @@ namespace Lumivox
         /// <summary>Whether there is nothing that gives opacity.</summary>
         internal bool IsWithoutKnots => m_OpacityKnots.Count == 0;
 
-        static LumivoxTransferFunction Of(TransferFunctionHandle made)
+        static LumivoxTransferFunction Of(TransferFunctionHandle made) => Of(made.Pointer);
+
+        /// <summary>What the library has, which stays whose it is.</summary>
+        internal static LumivoxTransferFunction Of(IntPtr made)
         {
             var function = CreateInstance<LumivoxTransferFunction>();
-            Read(made.Pointer, function.m_OpacityKnots, function.m_ColorStops);
-            var rows = Library.lumivox_transfer_function_gradient_count(made.Pointer);
+            Read(made, function.m_OpacityKnots, function.m_ColorStops);
+            var rows = Library.lumivox_transfer_function_gradient_count(made);
             for (uint i = 0; i < rows; i++)
             {
                 double perMm;
-                using (var row = new TransferFunctionHandle(Border.Checked(Library.lumivox_transfer_function_gradient(made.Pointer, i, &perMm))))
+                using (var row = new TransferFunctionHandle(Border.Checked(Library.lumivox_transfer_function_gradient(made, i, &perMm))))
                 {
                     var read = new GradientRow((float)perMm, null, null);
                     Read(row.Pointer, read.opacityKnots, read.colorStops);

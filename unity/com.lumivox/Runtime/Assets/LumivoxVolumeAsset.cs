@@ -262,6 +262,13 @@ namespace Lumivox
                 return Of(new VolumeHandle(Border.Checked(Library.lumivox_volume_new(dims, (uint)sizeof(T), data, (ulong)voxels.Length * (ulong)sizeof(T), slope, intercept, place, kind))));
         }
 
+        /// <summary>Copies the file of a stored scan without what tells where the scan was read from.</summary>
+        internal static void CopyNameless(string from, string to)
+        {
+            Border.Need();
+            fixed (byte* source = Border.Utf8(from), target = Border.Utf8(to)) Border.Checked(Library.lumivox_stored_copy_nameless(source, target));
+        }
+
         static readonly string[] modalities = { "", "CT", "MR", "PT" };
 
         /// <summary>For the native library; zero while it is not open.</summary>

@@ -93,10 +93,11 @@ namespace Lumivox
 
         void Tell(in Native.Progress progress)
         {
-            if (progress.stage == stageText && (long)progress.done == Done && (long)progress.total == Total) return;
-            if (progress.stage != stageText)
+            var stage = (IntPtr)progress.stage;
+            if (stage == stageText && (long)progress.done == Done && (long)progress.total == Total) return;
+            if (stage != stageText)
             {
-                stageText = progress.stage;
+                stageText = stage;
                 Stage = Border.Text(stageText);
             }
             Done = (long)progress.done;

@@ -8,9 +8,6 @@ namespace Lumivox.Native
 {
     internal static unsafe class Border
     {
-        /// <summary>Raised with the library's own.</summary>
-        public const uint AbiVersion = 6;
-
         static bool isChecked;
         static string fault;
 
@@ -125,20 +122,13 @@ namespace Lumivox.Native
             {
                 return $"Lumivox' native library, {FileName}, is for another system or kind of processor than {Application.platform} runs on here. Replace it by the one for this machine, and restart Unity.";
             }
-            if (version != AbiVersion) return Another($"version {version}");
-            var sizes = stackalloc uint[]
-            {
-                (uint)sizeof(VolumeInfo), (uint)sizeof(OpacityKnot), (uint)sizeof(ColorStop), (uint)sizeof(Medium),
-                (uint)sizeof(ClipShape), (uint)sizeof(LabelInfo), (uint)sizeof(LabelStyle),
-                (uint)sizeof(Instance), (uint)sizeof(LightSource), (uint)sizeof(Surroundings), (uint)sizeof(DeviceLimits),
-                (uint)sizeof(ViewFrame), (uint)sizeof(ViewStatus), (uint)sizeof(Slice), (uint)sizeof(Step),
-                (uint)sizeof(Progress), (uint)sizeof(ImportOptions), (uint)sizeof(Picture),
-            };
-            return Library.lumivox_check_layout(sizes, 18) == 0 ? null : LastError();
+            if (version != Abi.Version) return Another($"version {version}");
+            var sizes = Abi.Sizes;
+            fixed (uint* first = sizes) return Library.lumivox_check_layout(first, (uint)sizes.Length) == 0 ? null : LastError();
         }
 
         static string Another(string which) =>
-            $"Lumivox' native library, {FileName}, does not belong to this package: its border is {which}, and the package's is version {AbiVersion}. Replace the library with the one of the package, and restart Unity, which keeps libraries loaded.";
+            $"Lumivox' native library, {FileName}, does not belong to this package: its border is {which}, and the package's is version {Abi.Version}. Replace the library with the one of the package, and restart Unity, which keeps libraries loaded.";
 
         /// <summary>What the library is called on this system.</summary>
         static string FileName

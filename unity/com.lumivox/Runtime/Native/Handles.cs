@@ -95,6 +95,18 @@ namespace Lumivox.Native
         }
     }
 
+    /// <summary>A scene document that was opened.</summary>
+    internal sealed class SceneHandle : NativeHandle
+    {
+        public SceneHandle(IntPtr pointer) : base(pointer) { }
+
+        protected override bool ReleaseHandle()
+        {
+            Library.lumivox_scene_free(handle);
+            return true;
+        }
+    }
+
     /// <summary>Work on another thread.</summary>
     internal sealed class JobHandle : NativeHandle
     {

@@ -38,6 +38,9 @@ namespace Lumivox
         bool isSwept = true;
         bool saidLost;
 
+        /// <summary>The frame that is drawn, or was last.</summary>
+        public long Frame => Math.Max(0, frame);
+
         /// <summary>Whether any image goes on.</summary>
         public bool WantFrames
         {
@@ -204,10 +207,10 @@ namespace Lumivox
             var outcome = executor.Execute(cmd, steps, count, host, out var why);
             if (outcome == Outcome.Executed)
             {
-                Library.lumivox_recording_finish(stage, recording, outcome, null);
+                Library.lumivox_recording_finish(stage, recording, (uint)outcome, null);
                 return true;
             }
-            fixed (byte* utf8 = Border.Utf8(why)) Library.lumivox_recording_finish(stage, recording, outcome, utf8);
+            fixed (byte* utf8 = Border.Utf8(why)) Library.lumivox_recording_finish(stage, recording, (uint)outcome, utf8);
             LumivoxRuntime.Report(why);
             return false;
         }
@@ -234,8 +237,6 @@ namespace Lumivox
             {
                 worldFromCamera = inputs.WorldFromCamera,
                 clipFromCamera = Projections.ClipFromCamera(inputs.Projection, inputs.IsTopFirst),
-                width = (uint)inputs.Width,
-                height = (uint)inputs.Height,
                 hasDepth = inputs.HasDepth ? 1u : 0u,
                 depthClear = SystemInfo.usesReversedZBuffer ? 0f : 1f,
                 isJittered = inputs.IsJittered ? 1u : 0u,
@@ -249,6 +250,7 @@ namespace Lumivox
                 denoise = settings.denoise ? 1u : 0u,
                 atOnce = isAtOnce ? 1u : 0u,
             };
+            (result.size[0], result.size[1]) = ((uint)inputs.Width, (uint)inputs.Height);
             if (!inputs.HasOwnFog && RenderSettings.fog && Fog.IsSeenBy(inputs.Camera))
             {
                 result.fog = (uint)RenderSettings.fogMode;

@@ -23,12 +23,22 @@ namespace Lumivox
         /// <summary>How bright the studio is in a pipeline whose light is physical; null elsewhere.</summary>
         internal static Func<float> StudioStrength;
 
-        public static Surroundings Studio => new Surroundings { kind = Surroundings.Studio, strength = StudioStrength != null ? StudioStrength() : 1f };
+        /// <summary>What is as bright in this pipeline as a radiance of 1 in others.</summary>
+        public static float Radiance => StudioStrength != null ? StudioStrength() : 1f;
+
+        public static Surroundings Studio => new Surroundings { kind = Surroundings.Studio, strength = Radiance };
 
         /// <summary>What lights a world besides its lights.</summary>
-        public void Read(WorldSky sky, bool hasLights, ref Surroundings surroundings)
+        public void Read(in WorldKey key, WorldSky sky, bool hasLights, ref Surroundings surroundings)
         {
             surroundings = new Surroundings { strength = 1f };
+            var own = LumivoxEnvironment.Of(key);
+            if (own != null)
+            {
+                sky.LookAway();
+                own.Read(ref surroundings);
+                return;
+            }
             if (Adapt == null || GraphicsSettings.currentRenderPipeline == null || !Adapt(sky, hasLights, ref surroundings)) ReadScene(sky, hasLights, ref surroundings);
             if (surroundings.kind == Surroundings.Map)
             {
@@ -42,8 +52,10 @@ namespace Lumivox
         /// <summary>
         /// Tells the surroundings of the camera that is being drawn from those of others: pipelines may have one sky for each.
         /// </summary>
-        public static ulong NumberOfSky()
+        public static ulong NumberOfSky(in WorldKey key)
         {
+            var own = LumivoxEnvironment.Of(key);
+            if (own != null) return own.Number;
             if (NumberOfPipelinesSky != null && GraphicsSettings.currentRenderPipeline != null)
             {
                 var number = NumberOfPipelinesSky();

@@ -48,9 +48,36 @@ namespace Lumivox
             source.range = light.range;
             source.falloff = isBuiltIn ? LightSource.BuiltIn : LightSource.InverseSquare;
             source.outerHalfAngle = light.spotAngle * 0.5f * Mathf.Deg2Rad;
+            source.decay = source.attenuation = 0f;
+            source.hasAttenuation = 0;
             source.innerHalfAngle = isBuiltIn ? source.outerHalfAngle * BuiltInCone : Mathf.Min(light.innerSpotAngle, light.spotAngle) * 0.5f * Mathf.Deg2Rad;
             Adapt?.Invoke(light, ref source);
+            if (light.TryGetComponent<LumivoxLight>(out var own) && own.isActiveAndEnabled) own.Adapt(ref source);
             return true;
+        }
+
+        /// <summary>Gives a light the colour and intensity that are read as a strength, in the units of the pipeline.</summary>
+        internal static void SetColor(Light light, Vector3 strength)
+        {
+            var host = PipelineHost.Current;
+            var linear = strength * ((host != null ? host.SunIntensity : 1f) / Mathf.PI);
+            var color = new Color(linear.x, linear.y, linear.z, 1f);
+            var most = Mathf.Max(linear.x, Mathf.Max(linear.y, linear.z));
+            if (most <= 0f)
+            {
+                (light.color, light.intensity) = (Color.black, 0f);
+                return;
+            }
+            light.useColorTemperature = false;
+            if (GraphicsSettings.lightsUseLinearIntensity)
+            {
+                color = new Color(linear.x / most, linear.y / most, linear.z / most, 1f).gamma;
+                (light.color, light.intensity) = (color, most);
+                return;
+            }
+            color = color.gamma;
+            most = Mathf.Max(color.r, Mathf.Max(color.g, color.b));
+            (light.color, light.intensity) = (new Color(color.r / most, color.g / most, color.b / most, 1f), most);
         }
 
         /// <summary>Linear colour times intensity, as Unity's shaders get it.</summary>

@@ -84,7 +84,7 @@ namespace Lumivox
                 IsSceneView = camera.cameraType == CameraType.SceneView,
             };
             if (key.Layers == 0) return null;
-            var world = Find(key, isStudio ? 0 : EnvironmentReader.NumberOfSky(), id, frame);
+            var world = Find(key, isStudio ? 0 : EnvironmentReader.NumberOfSky(key), id, frame);
             if (world.Frame != frame || world.Gathering != gathering)
             {
                 world.Frame = frame;
@@ -127,6 +127,9 @@ namespace Lumivox
                 return false;
             }
         }
+
+        /// <summary>Whoever gathers next looks anew, within a frame, too.</summary>
+        public void Forget() => gathered = -1;
 
         public void Tick() => skies.Tick();
 
@@ -235,7 +238,7 @@ namespace Lumivox
             for (var i = 0; i < lightCount; i++)
                 if (SceneVisibility.IsIn(lightOwners[i].gameObject, world.Key)) shining[lit++] = lights[i];
             var surroundings = EnvironmentReader.Studio;
-            if (!world.Key.IsStudio) environment.Read(world.Sky, lit > 0, ref surroundings);
+            if (!world.Key.IsStudio) environment.Read(world.Key, world.Sky, lit > 0, ref surroundings);
             world.Volumes = count;
             fixed (Instance* volume = seen)
             fixed (ClipShape* clip = clips)

@@ -1,0 +1,177 @@
+//! A world as a scene document: what C# has gathered for a camera, in the words that every host reads.
+
+use std::ffi::c_char;
+use std::path::Path;
+use std::sync::Arc;
+
+use lumivox_core::document::{Backdrop, Display, Film, SceneDocument, Tone, View};
+use lumivox_core::{EnvironmentMap, EnvironmentSource, LightKind, PerspectiveCamera, Scene};
+use serde_json::Value;
+
+use crate::abi::LumivoxSavedView;
+use crate::border::{Outcome, guard_status, known, path};
+use crate::convert;
+use crate::stage::LumivoxStage;
+
+/// Writes what is in a world, seen so, as a scene document; whole, or not at all. A sky that came from no file is written
+/// beside it as OpenEXR, to the bit. `radiance` is what is as bright in this engine as a radiance of 1 in documents.
+///
+/// # Safety
+/// `stage` is a live handle, `view` points to a view, `file` is a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_stage_save_world(
+    stage: *const LumivoxStage,
+    world: u64,
+    view: *const LumivoxSavedView,
+    radiance: f32,
+    file: *const c_char,
+) -> i32 {
+    guard_status(|| {
+        // SAFETY: as the caller promises.
+        let (stage, view, file) =
+            unsafe { (known(stage, "stage")?, known(view, "view")?, path(file, "file")?) };
+        let scene = stage.scene(world).ok_or_else(|| format!("there is no world {world}"))?;
+        let mut scene = (**scene).clone();
+        darken(&mut scene, f64::from(radiance));
+        save(scene, view, &file)
+    })
+}
+
+/// Divides all light by a number.
+fn darken(scene: &mut Scene, by: f64) {
+    if by == 1.0 || !by.is_normal() {
+        return;
+    }
+    scene.environment.strength /= by;
+    for light in &mut scene.lights {
+        let strength = match &mut light.kind {
+            LightKind::Directional { irradiance, .. } => irradiance,
+            LightKind::Point(lamp) | LightKind::Spot { lamp, .. } => &mut lamp.intensity,
+        };
+        strength.iter_mut().for_each(|part| *part /= by);
+    }
+}
+
+fn save(mut scene: Scene, view: &LumivoxSavedView, file: &Path) -> Outcome<()> {
+    let unwritten = |file: &Path, error: std::io::Error| format!("cannot write {}: {error}", file.display());
+    let sky = nameless_sky(&scene).map(|map| (map, file.with_extension("sky.exr")));
+    if let Some((map, beside)) = &sky {
+        let beside = std::path::absolute(beside).map_err(|error| unwritten(beside, error))?;
+        scene.environment.source = EnvironmentSource::Map(Arc::new((**map).clone().with_file(&beside)));
+    }
+    let document = document(&scene, view)?;
+    // Whoever opens it would say so: better now.
+    let text = document.to_json().map_err(|_| {
+        "the name of one of its files is no Unicode, which scenes need; rename the file".to_owned()
+    })?;
+    SceneDocument::parse(&text).map_err(|error| format!("it cannot be saved: {}", error.why))?;
+    let was_there = sky.as_ref().is_some_and(|(_, beside)| beside.exists());
+    if let Some((map, beside)) = &sky {
+        lumivox_import::save_environment(map, beside).map_err(|error| unwritten(beside, error))?;
+    }
+    lumivox_scene::save(&document, file).map_err(|error| {
+        if let Some((_, beside)) = sky.filter(|_| !was_there) {
+            let _ = std::fs::remove_file(beside);
+        }
+        unwritten(file, error)
+    })
+}
+
+/// The map of a sky that is in no file.
+fn nameless_sky(scene: &Scene) -> Option<Arc<EnvironmentMap>> {
+    match &scene.environment.source {
+        EnvironmentSource::Map(map) if map.file().is_none() => Some(map.clone()),
+        _ => None,
+    }
+}
+
+/// The document of a scene that is seen so.
+fn document(scene: &Scene, view: &LumivoxSavedView) -> Outcome<SceneDocument> {
+    let mut document = SceneDocument::of(scene).map_err(|error| error.to_string())?;
+    let camera = PerspectiveCamera {
+        world_from_camera: convert::world_from_camera(&view.world_from_camera),
+        vertical_fov: 0.0,
+    };
+    document.camera = View { fov: f64::from(view.field_of_view), ..View::of(&camera) };
+    document.film = Film {
+        size: [view.width, view.height],
+        samples: (view.samples > 0).then_some(view.samples),
+        seed: view.seed,
+        noise: (view.noise > 0.0).then(|| f64::from(view.noise)),
+        denoise: view.denoise != 0,
+    };
+    document.display = Display {
+        background: match view.background {
+            0 => Backdrop::Transparent,
+            1 => Backdrop::Environment,
+            _ => Backdrop::Color(view.color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)),
+        },
+        exposure: f64::from(view.exposure),
+        tone: match view.tone {
+            1 => Tone::Agx,
+            2 => Tone::Aces,
+            _ => Tone::Plain,
+        },
+        gamma: f64::from(view.gamma),
+    };
+    readable(&document)
+}
+
+/// The same document with the numbers of few digits that 32-bit ones of Unity's stand for: its 0.1 is 0.10000000149.
+fn readable(document: &SceneDocument) -> Outcome<SceneDocument> {
+    let mut value = serde_json::to_value(document).map_err(|error| error.to_string())?;
+    few_digits(&mut value);
+    serde_json::from_value(value).map_err(|error| error.to_string())
+}
+
+/// What never was a 32-bit number of Unity's, or is the place of something in the patient.
+const EXACT: [&str; 4] = ["scan", "world_from_patient", "clip_shapes", "files"];
+
+fn few_digits(value: &mut Value) {
+    match value {
+        Value::Number(number) if number.is_f64() => {
+            let plain = number.as_f64().and_then(|x| serde_json::Number::from_f64(plain(x)));
+            *number = plain.unwrap_or_else(|| number.clone());
+        }
+        Value::Array(all) => all.iter_mut().for_each(few_digits),
+        Value::Object(all) => {
+            all.iter_mut()
+                .filter(|(key, _)| !EXACT.contains(&key.as_str()))
+                .for_each(|(_, of)| few_digits(of));
+        }
+        _ => {}
+    }
+}
+
+/// The number of six digits that is meant, where that is less far away than 32-bit numbers and a way through Unity's colours
+/// and angles can tell; else the shortest that is the same 32-bit number.
+fn plain(x: f64) -> f64 {
+    /// A turn about an axis leaves such behind.
+    const NOTHING: f64 = 1e-7;
+    const ERROR: f64 = 4.0 * f32::EPSILON as f64;
+    if x.abs() < NOTHING {
+        return 0.0;
+    }
+    let rounded = format!("{x:.5e}").parse().unwrap_or(x);
+    if (x - rounded).abs() <= ERROR * x.abs() {
+        return rounded;
+    }
+    let narrow = x as f32;
+    if f64::from(narrow) == x { narrow.to_string().parse().unwrap_or(x) } else { x }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_were_meant() {
+        for meant in [0.1, -87.25, 0.8, 1234.5, 3e-4, 28.0, 640.0] {
+            assert_eq!(plain(f64::from(meant as f32)), meant);
+            assert_eq!(plain(meant * (1.0 + 2e-7)), meant);
+        }
+        assert_eq!(plain(f64::from(1.234_567_8_f32)), 1.234_567_8);
+        assert_eq!(plain(1.234_567_890_123), 1.234_567_890_123);
+        assert_eq!(plain(-2e-8), 0.0);
+    }
+}
