@@ -1,10 +1,11 @@
 //! Project chores: `cargo xtask ci` runs what CI runs, `cargo xtask layers` checks which crate may import which,
-//! `cargo xtask unity-kernels` writes the kernels as Unity takes them.
+//! `cargo xtask unity-kernels` writes the kernels as Unity takes them, `cargo xtask unity-border` what C# calls.
 
 mod ci;
 mod layers;
 mod package;
 mod seam;
+mod unity_border;
 mod unity_branch;
 mod unity_kernels;
 mod unity_kernels_hlsl;
@@ -29,6 +30,8 @@ Commands:
                             liblumivox_unity.dylib, and lumivox-codecs as it is called there
   package unity OUT [...] --upm BRANCH
                             Commit what is packed to a branch of its own, too, for installations by a git URL
+  unity-border              Write the C# structs and functions of the Unity package's border of those in Rust
+  unity-border --check      Fail where they are not what would be written
   unity-kernels             Write the Unity package's kernels, which git does not hold, and the table and list of them
   unity-kernels --listed    Write the kernels alone, or fail where table and list are not theirs
   unity-kernels --check     Fail where table and list are not what would be written
@@ -44,6 +47,8 @@ fn main() -> ExitCode {
         ["ci"] => ci::run(ci::Scope::Usual),
         ["ci", "--all"] => ci::run(ci::Scope::All),
         ["layers"] => layers::run(),
+        ["unity-border"] => unity_border::write(),
+        ["unity-border", "--check"] => unity_border::check(),
         ["unity-kernels"] => unity_kernels::write(),
         ["unity-kernels", "--listed"] => unity_kernels::write_listed(),
         ["unity-kernels", "--check"] => unity_kernels::check(),

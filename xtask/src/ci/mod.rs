@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use self::lanes::{Done, Job, capture};
 use self::summary::{Counts, Summary};
-use crate::{layers, unity_kernels, unity_metas};
+use crate::{layers, unity_border, unity_kernels, unity_metas};
 
 /// Jobs that take long, the longest first: begun last, one of them would go on when nothing else does.
 const LONGEST_FIRST: [&str; 11] = [
@@ -42,13 +42,14 @@ pub fn run(scope: Scope) -> Result<(), String> {
     let programs = Programs::new()?;
     step("format", || cargo(&["fmt", "--all", "--check"]))?;
     step("import rules", layers::run)?;
+    step("Unity's border", unity_border::check)?;
     step("Unity's kernels", unity_kernels::check)?;
     step("Unity's identifiers", unity_metas::check)?;
     step("clippy", || {
         cargo(&["clippy", "--workspace", "--all-targets", "--release", "--quiet", "--", "-D", "warnings"])
     })?;
     let mut jobs = step("compiling", || {
-        let jobs = suites::build(scope, &programs.xtask)?;
+        let jobs = suites::build(scope, &programs)?;
         cargo(&["build", "--workspace", "--release", "--quiet", "--bins", "--examples"])?;
         Ok(jobs)
     })?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use super::lanes::Job;
-use super::{Scope, cargo_command};
+use super::{Programs, Scope, cargo_command};
 
 /// A program that Cargo built for tests.
 #[derive(Debug, PartialEq)]
@@ -18,8 +18,8 @@ struct Suite {
 }
 
 /// Builds all tests, and says how to run them: each program a job, and one for the tests in the documentation. What wants
-/// chores done takes `xtask`, and builds none.
-pub fn build(scope: Scope, xtask: &Path) -> Result<Vec<Job>, String> {
+/// chores done, or pictures made by the command, takes `programs`, and builds none.
+pub fn build(scope: Scope, programs: &Programs) -> Result<Vec<Job>, String> {
     let mut command = cargo_command(&["test", "--workspace", "--release", "--no-run"]);
     command.arg("--message-format=json-render-diagnostics").stdin(Stdio::null()).stdout(Stdio::piped());
     let mut child = command.spawn().map_err(|error| format!("{command:?}: {error}"))?;
@@ -34,7 +34,7 @@ pub fn build(scope: Scope, xtask: &Path) -> Result<Vec<Job>, String> {
     if suites.is_empty() {
         return Err("no program with tests was built".into());
     }
-    let mut jobs: Vec<Job> = suites.iter().flat_map(|suite| jobs(suite, scope, xtask)).collect();
+    let mut jobs: Vec<Job> = suites.iter().flat_map(|suite| jobs(suite, scope, programs)).collect();
     // One program for all tests of it is linked for each crate.
     let documentation = cargo_command(&["test", "--workspace", "--release", "--no-fail-fast", "--doc"]);
     jobs.push(Job::of("documentation tests", documentation));
@@ -53,11 +53,12 @@ fn suite(line: &str) -> Option<Suite> {
     })
 }
 
-fn jobs(suite: &Suite, scope: Scope, xtask: &Path) -> Vec<Job> {
+fn jobs(suite: &Suite, scope: Scope, programs: &Programs) -> Vec<Job> {
     let job = |name: &str, words: &[&str]| {
         let mut command = Command::new(&suite.program);
         command.args(words).current_dir(&suite.folder).env("CARGO_MANIFEST_DIR", &suite.folder);
-        command.env("LUMIVOX_XTASK", xtask);
+        command.env("LUMIVOX_XTASK", &programs.xtask);
+        command.env("LUMIVOX_COMMAND", programs.built.join("lumivox"));
         if scope == Scope::All {
             command.arg("--include-ignored");
         }
