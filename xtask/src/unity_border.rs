@@ -253,7 +253,7 @@ fn structs(abi: &str, types: &[Type]) -> Result<String, String> {
             write!(body, "\n{}    internal enum {name} : uint\n    {{\n", summary(&of.docs, "    "))
                 .expect("text");
             for (docs, member, value) in &of.members {
-                write!(body, "{}        {member} = {value},\n", summary(docs, "        ")).expect("text");
+                writeln!(body, "{}        {member} = {value},", summary(docs, "        ")).expect("text");
             }
         } else {
             let mut fields = String::new();
@@ -262,7 +262,7 @@ fn structs(abi: &str, types: &[Type]) -> Result<String, String> {
                 let (field, needs_it) =
                     field(member, rust, types).map_err(|error| format!("{}: {error}", of.name))?;
                 is_unsafe |= needs_it;
-                write!(fields, "{}        public {field};\n", summary(docs, "        ")).expect("text");
+                writeln!(fields, "{}        public {field};", summary(docs, "        ")).expect("text");
             }
             let modifier = if is_unsafe { "unsafe " } else { "" };
             write!(

@@ -127,13 +127,26 @@ fn readable(document: &SceneDocument) -> Outcome<SceneDocument> {
 /// What never was a 32-bit number of Unity's, or is the place of something in the patient.
 const EXACT: [&str; 4] = ["scan", "world_from_patient", "clip_shapes", "files"];
 
+/// Of a direction, or a row of a matrix.
+const NOTHING: f64 = 5e-7;
+
 fn few_digits(value: &mut Value) {
     match value {
         Value::Number(number) if number.is_f64() => {
             let plain = number.as_f64().and_then(|x| serde_json::Number::from_f64(plain(x)));
             *number = plain.unwrap_or_else(|| number.clone());
         }
-        Value::Array(all) => all.iter_mut().for_each(few_digits),
+        Value::Array(all) => {
+            // A turn about an axis leaves a little of the others.
+            let most = all.iter().filter_map(Value::as_f64).fold(0.0, |most: f64, x| most.max(x.abs()));
+            let least = NOTHING * most.min(1.0);
+            for part in all.iter_mut() {
+                match part.as_f64() {
+                    Some(x) if x.abs() < least => *part = 0.0.into(),
+                    _ => few_digits(part),
+                }
+            }
+        }
         Value::Object(all) => {
             all.iter_mut()
                 .filter(|(key, _)| !EXACT.contains(&key.as_str()))
@@ -146,10 +159,8 @@ fn few_digits(value: &mut Value) {
 /// The number of six digits that is meant, where that is less far away than 32-bit numbers and a way through Unity's colours
 /// and angles can tell; else the shortest that is the same 32-bit number.
 fn plain(x: f64) -> f64 {
-    /// A turn about an axis leaves such behind.
-    const NOTHING: f64 = 1e-7;
     const ERROR: f64 = 4.0 * f32::EPSILON as f64;
-    if x.abs() < NOTHING {
+    if x == 0.0 {
         return 0.0;
     }
     let rounded = format!("{x:.5e}").parse().unwrap_or(x);
@@ -172,6 +183,13 @@ mod tests {
         }
         assert_eq!(plain(f64::from(1.234_567_8_f32)), 1.234_567_8);
         assert_eq!(plain(1.234_567_890_123), 1.234_567_890_123);
-        assert_eq!(plain(-2e-8), 0.0);
+        assert!(plain(-0.0).is_sign_positive());
+    }
+
+    #[test]
+    fn what_a_turn_leaves_is_nothing_and_small_numbers_stay() {
+        let mut value = serde_json::json!({"a": [1.0, -1.2e-7, 640.0], "b": [2e-7, 1e-7, 0.5e-7], "c": 1e-8});
+        few_digits(&mut value);
+        assert_eq!(value, serde_json::json!({"a": [1.0, 0.0, 640.0], "b": [2e-7, 1e-7, 0.5e-7], "c": 1e-8}));
     }
 }

@@ -97,6 +97,8 @@ namespace Lumivox
         public static void Save(Camera camera, in SavedView view, in LumivoxSettings settings, string path)
         {
             if (!Start()) throw new LumivoxException(error);
+            // All of them, though some were made a moment ago.
+            LightFinder.FindAll();
             worlds.Forget();
             var world = worlds.Gather(stage, camera, settings.environmentSource == LumivoxEnvironmentSource.Studio, views.Frame);
             worlds.Forget();

@@ -84,7 +84,12 @@ namespace Lumivox
             MainThread.Need("LumivoxScene.Load");
             return Open(path, progressed, cancel, allowOutsideData, opened =>
             {
-                using (opened) return SceneReader.Make(opened, System.IO.Path.GetFileNameWithoutExtension(path), new LoadedAssets());
+                using (opened)
+                {
+                    var scene = SceneReader.Make(opened, System.IO.Path.GetFileNameWithoutExtension(path), new LoadedAssets());
+                    LightFinder.FindAll();
+                    return scene;
+                }
             });
         }
 
