@@ -123,8 +123,12 @@ impl Audience for Listener<'_> {
 
 impl LumivoxScene {
     fn open(file: &Path, opening: &Opening, progress: Progress<'_>, cancel: &CancelToken) -> Outcome<Self> {
-        let text = std::fs::read_to_string(file)
-            .map_err(|error| format!("cannot read {}: {error}", file.display()))?;
+        let text = std::fs::read_to_string(file).map_err(|error| match error.kind() {
+            std::io::ErrorKind::InvalidData => {
+                format!("{} is no scene document: those are text", file.display())
+            }
+            _ => format!("cannot read {}: {error}", file.display()),
+        })?;
         let written = Written::parse(file, text)
             .map_err(|error| format!("{}, line {}: {}", file.display(), error.line, error.why))?;
         let placed = |error: OpenError| match error.kind {

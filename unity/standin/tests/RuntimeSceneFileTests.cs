@@ -131,6 +131,32 @@ namespace Lumivox.Tests
         }
 
         [Test]
+        public void WhatLiesAroundThePatientIsSavedWhereItIsSeen()
+        {
+            using (var torso = new SceneFiles("torso", 40))
+            using (var importer = new LumivoxImporter())
+            {
+                var camera = PlainCamera.Make(8);
+                var loading = importer.Load(new[] { torso.At("scan") });
+                RuntimeComponentTests.Wait(() => loading.IsCompleted);
+                Assert.IsTrue(loading.Result.hasSurroundings);
+                var volume = new GameObject("Torso").AddComponent<LumivoxVolume>();
+                volume.volume = loading.Result;
+                string Saved()
+                {
+                    LumivoxScene.Save(camera, torso.At("view.lumivox"));
+                    return File.ReadAllText(torso.At("view.lumivox"));
+                }
+                Assert.That(Saved(), Does.Contain("\"keep\": \"patient\""));
+                volume.keepEverything = true;
+                RuntimeComponentTests.Wait(() => !volume.isPreparing);
+                Assert.That(Saved(), Does.Contain("\"keep\": \"everything\""));
+                torso.Run("scene check view.lumivox");
+                Object.DestroyImmediate(loading.Result);
+            }
+        }
+
+        [Test]
         public void ASkyOfNoFileIsWrittenBesideTheScene()
         {
             Engine.SetScreen(8, 8);
