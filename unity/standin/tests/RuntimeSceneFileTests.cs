@@ -233,9 +233,14 @@ namespace Lumivox.Tests
         }
 
         [Test]
-        public void OpeningCanBeStopped()
+        public void OpeningTellsHowFarItIsAndCanBeStopped()
         {
             files.Write("own.json", Document(Head, Film));
+            var stages = new System.Collections.Generic.List<string>();
+            var opening = LumivoxScene.Load(files.At("own.json"), progress => stages.Add(progress.stage));
+            RuntimeComponentTests.Wait(() => opening.IsCompleted);
+            SceneFiles.Destroy(opening.Result);
+            Assert.IsTrue(stages.Count > 0 && stages.All(stage => stage.Length > 0), string.Join(", ", stages));
             using (var stop = new CancellationTokenSource())
             {
                 var loading = LumivoxScene.Load(files.At("own.json"), null, stop.Token);
