@@ -121,14 +121,22 @@ namespace Lumivox.Tests
             var scan = EditorProject.ImportScan("Assets/scan.nrrd");
             var volume = new GameObject("Scan").AddComponent<LumivoxVolume>();
             volume.volume = scan;
-            EditorProject.Until(() => scan.state == LumivoxVolumeState.Ready, "the scan is read");
+            AssetDatabase.ImportAsset("Assets/labels.seg.nrrd");
+            volume.labels = Object.Instantiate(AssetDatabase.LoadAssetAtPath<LumivoxLabels>("Assets/labels.seg.nrrd"));
+            volume.labels.TryGetLook("bone", out var bone);
+            bone.opacity = 0.5f;
+            volume.labels.SetLook(bone);
+            EditorProject.Until(() => scan.state == LumivoxVolumeState.Ready && volume.labels.map.state == LumivoxVolumeState.Ready, "the scans are read");
             EditorHost.Menu("Assets/Create/Lumivox/Scene from View");
             Assert.That(Dialogs.ImportErrors, Is.Empty);
             // What was imported has its file in its stored scan, and so has what was saved of that.
-            Assert.That(File.ReadAllText(EditorProject.Full("Assets/Scene.lumivox")), Does.Contain("\"scan.nrrd\""));
+            Assert.That(File.ReadAllText(EditorProject.Full("Assets/Scene.lumivox")), Does.Contain("\"scan.nrrd\"").And.Contain("\"labels.seg.nrrd\"").And.Contain("\"bone\""));
             var made = AssetDatabase.LoadMainAssetAtPath("Assets/Scene.lumivox") as GameObject;
             Assert.That(made.GetComponentInChildren<LumivoxVolume>(true).volume.dimensions, Is.EqualTo(new Vector3Int(12, 10, 8)));
+            var labels = made.GetComponentInChildren<LumivoxVolume>(true).labels;
+            Assert.That(labels.TryGetLook("bone", out var again) && again.opacity == 0.5f);
             Assert.That(Selection.activeObject, Is.SameAs(made));
+            Object.DestroyImmediate(volume.labels);
             Object.DestroyImmediate(view);
         }
     }

@@ -17,7 +17,7 @@ namespace Lumivox.Editor
     /// themselves (`.nii.gz`, `.dcm.zip`, `.dicom.zip`) are taken at once. The voxels go from the file straight to a file
     /// of Lumivox' own among the import's results; they are never on the managed heap.
     /// </remarks>
-    [ScriptedImporter(5, new[] { "nii", "nrrd", "nhdr", "mha", "mhd" }, new[] { "gz", "zip", "dcm", "dicom", "ima", "raw" }, AllowCaching = true)]
+    [ScriptedImporter(6, new[] { "nii", "nrrd", "nhdr", "mha", "mhd" }, new[] { "gz", "zip", "dcm", "dicom", "ima", "raw" }, AllowCaching = true)]
     public sealed class ScanImporter : ScriptedImporter
     {
         static readonly string[] known = { ".nii.gz", ".dcm.zip", ".dicom.zip" };

@@ -153,7 +153,8 @@ namespace Lumivox
                 width = (uint)Mathf.Max(1, camera.pixelWidth),
                 height = (uint)Mathf.Max(1, camera.pixelHeight),
                 samples = (uint)settings.targetSamples,
-                noise = settings.targetNoise,
+                // Documents know no less.
+                noise = settings.targetNoise > 0f ? Mathf.Max(settings.targetNoise, 1e-4f) : 0f,
                 denoise = settings.denoise ? 1u : 0u,
                 exposure = Mathf.Clamp(settings.exposure, -32f, 32f),
                 gamma = 1f,
