@@ -180,6 +180,13 @@ impl LabelVolume {
         self
     }
 
+    /// The same labels, of which nobody is told where they come from.
+    #[must_use]
+    pub fn without_source(mut self) -> Self {
+        self.source = None;
+        self
+    }
+
     /// What a voxel's value means; `None` for [`UNLABELLED`] and for values that no voxel has.
     pub fn label(&self, value: u8) -> Option<&Label> {
         self.labels.binary_search_by_key(&value, |label| label.value).ok().map(|at| &self.labels[at])

@@ -47,6 +47,16 @@ pub fn clip_box(volume: &Volume, low: DVec3, high: DVec3) -> [DVec3; 2] {
     clip
 }
 
+/// The way back: a clip box along the volume's axes as one along the node's, its low corner first.
+pub fn node_clip(volume: &Volume, [low, high]: [DVec3; 2]) -> [DVec3; 2] {
+    let mut clip = [DVec3::ZERO, DVec3::ONE];
+    for (node, (axis, reversed)) in box_axes(volume).into_iter().enumerate() {
+        let [a, b] = if reversed { [1.0 - high[axis], 1.0 - low[axis]] } else { [low[axis], high[axis]] };
+        (clip[0][node], clip[1][node]) = (a, b);
+    }
+    clip
+}
+
 /// The corners of what the volume fills along the node's axes, in node metres.
 pub fn bounds(volume: &Volume) -> [DVec3; 2] {
     let map = node_from_clip(volume);
@@ -70,6 +80,15 @@ mod tests {
 
     fn axial() -> Volume {
         scan(DMat3::from_diagonal(DVec3::new(10.0, 20.0, 30.0)))
+    }
+
+    #[test]
+    fn clip_boxes_come_back() {
+        let clip = [DVec3::new(0.125, 0.25, 0.0), DVec3::new(0.5, 1.0, 0.75)];
+        for volume in [axial(), sagittal()] {
+            let [low, high] = node_clip(&volume, clip);
+            assert_eq!(clip_box(&volume, low, high), clip);
+        }
     }
 
     /// A sagittal scan from feet to head: x to the back, y to the feet, z to the left.

@@ -309,6 +309,13 @@ impl Volume {
         self
     }
 
+    /// The same volume, of which nobody is told what files it is of.
+    #[must_use]
+    pub fn without_source(mut self) -> Self {
+        self.source = None;
+        self
+    }
+
     /// The same volume, to which more was done; where its files are not known, nothing is said.
     #[must_use]
     pub fn with_source_changed(self, change: impl FnOnce(&mut Scan)) -> Self {

@@ -4,8 +4,8 @@
 //! resampling leaves behind, becomes 0; an infinite one, as half floats make of the sun, the largest of the map.
 
 use std::{
-    fs::{self, File},
-    io::{self, BufReader},
+    fs::File,
+    io::BufReader,
     panic::{AssertUnwindSafe, catch_unwind},
     path::Path,
 };
@@ -43,23 +43,26 @@ pub fn load_environment(path: &Path) -> Result<EnvironmentMap, ImportError> {
         .map_err(|problem| damaged(path, "the texels", format!("are wrong: {problem}")))
 }
 
-/// Writes a panorama as OpenEXR, whose 32-bit floats keep every texel to the bit; whole, or not at all.
+/// Writes a panorama as OpenEXR, from which [`load_environment`] gets every texel back to the bit. A file that is there is
+/// replaced only when the new one is whole.
 ///
 /// # Errors
-/// When the file cannot be written.
-pub fn save_environment(map: &EnvironmentMap, path: &Path) -> io::Result<()> {
+/// [`ImportError`] when the map is no panorama, not twice as wide as high, or the file cannot be written.
+pub fn save_environment(path: &Path, map: &EnvironmentMap) -> Result<(), ImportError> {
+    check_size(path, map.width, map.height)?;
     let aside = path.with_extension(format!("{}.part", std::process::id()));
     let texel = |x: usize, y: usize| {
         let [r, g, b] = map.texels[y * map.width + x];
         (r, g, b)
     };
-    let written = exr::prelude::write_rgb_file(&aside, map.width, map.height, texel);
-    let written = written.map_err(|error| match error {
-        exr::error::Error::Io(error) => error,
-        error => io::Error::other(error),
-    });
-    written.and_then(|()| fs::rename(&aside, path)).inspect_err(|_| {
-        let _ = fs::remove_file(&aside);
+    let written = match exr::prelude::write_rgb_file(&aside, map.width, map.height, texel) {
+        Ok(()) => std::fs::rename(&aside, path),
+        Err(exr::error::Error::Io(error)) => Err(error),
+        Err(other) => Err(std::io::Error::other(other.to_string())),
+    };
+    written.map_err(|error| {
+        let _ = std::fs::remove_file(&aside);
+        ImportError::io(path)(error)
     })
 }
 
@@ -205,16 +208,22 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_to_the_bit() {
+    fn a_panorama_comes_back_to_the_bit() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("light.exr");
-        let texels = (0..32).map(|i| [0.1 * i as f32, 1e-30, 3e20 / (i + 1) as f32]).collect();
-        let map = EnvironmentMap::new(8, 4, texels).unwrap();
-        save_environment(&map, &path).unwrap();
-        let again = load_environment(&path).unwrap();
-        assert_eq!((again.width, again.height, &again.texels), (8, 4, &map.texels));
-        assert!(save_environment(&map, &folder.path().join("none/light.exr")).is_err());
+        let texels = (0..128u16).map(|i| [f32::from(i) / 3.0, 1e-30, 65_000.5 * f32::from(i)]).collect();
+        let map = EnvironmentMap::new(16, 8, texels).unwrap();
+        save_environment(&path, &map).unwrap();
+        assert_eq!(load_environment(&path).unwrap(), map.with_file(&path));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
+        let square = EnvironmentMap::new(2, 2, vec![[1.0; 3]; 4]).unwrap();
+        assert!(save_environment(&path, &square).unwrap_err().to_string().contains("twice as wide"));
+        let nowhere = folder.path().join("none/light.exr");
+        assert!(save_environment(&nowhere, &map_of_one()).is_err());
+    }
+
+    fn map_of_one() -> EnvironmentMap {
+        EnvironmentMap::new(2, 1, vec![[1.0; 3]; 2]).unwrap()
     }
 
     #[test]

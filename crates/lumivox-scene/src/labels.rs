@@ -11,7 +11,7 @@ use lumivox_core::{
 };
 use lumivox_import::{LabelOptions, load_label_files};
 
-use crate::{Audience, Note, OpenErrorKind, Opening, content_of};
+use crate::{Audience, Note, OpenErrorKind, Opening, content_of, load::within};
 
 /// The label maps of a document, each loaded once.
 #[derive(Default)]
@@ -31,7 +31,7 @@ impl LabelMaps {
         cancel: &CancelToken,
     ) -> Result<Arc<LabelVolume>, OpenErrorKind> {
         let files: Vec<PathBuf> =
-            labels.files.iter().chain(&labels.table).map(|file| folder.join(file)).collect();
+            labels.files.iter().chain(&labels.table).map(|file| within(folder, file)).collect();
         if let Some((_, known)) = self.0.iter().find(|(known, _)| *known == files) {
             return Ok(known.clone());
         }
@@ -50,8 +50,8 @@ fn load(
 ) -> Result<Arc<LabelVolume>, OpenErrorKind> {
     let mut options = LabelOptions::default();
     options.import.allow_outside_data = opening.allow_outside_data;
-    options.table = labels.table.as_deref().map(|table| folder.join(table));
-    let files: Vec<PathBuf> = labels.files.iter().map(|file| folder.join(file)).collect();
+    options.table = labels.table.as_deref().map(|table| within(folder, table));
+    let files: Vec<PathBuf> = labels.files.iter().map(|file| within(folder, file)).collect();
     let loaded = audience.watch(|progress| load_label_files(&files, &options, progress, cancel))?;
     let names: Vec<&str> = loaded.labels.labels().iter().map(|label| label.name.as_str()).collect();
     let list = match names.len() {

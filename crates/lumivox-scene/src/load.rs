@@ -1,7 +1,7 @@
 //! A document's files.
 
 use std::{
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
     sync::Arc,
 };
 
@@ -27,7 +27,7 @@ pub fn load_scan(
     let mut options = ImportOptions::of_scan(scan)
         .map_err(|wrong| OpenErrorKind::Wrong(format!("{}: {wrong}", wrong.key)))?;
     options.allow_outside_data = opening.allow_outside_data;
-    let files: Vec<PathBuf> = scan.files.iter().map(|file| folder.join(file)).collect();
+    let files: Vec<PathBuf> = scan.files.iter().map(|file| within(folder, file)).collect();
     let mut imported = audience.watch(|progress| lumivox_import::load(&files, &options, progress, cancel))?;
     if let Some(expected) = &scan.content {
         let content = content_of(&imported.volume);
@@ -42,12 +42,52 @@ pub fn load_scan(
     Ok(imported)
 }
 
+/// A file as seen from a folder, without steps back where nothing but they is left out: a link may lead elsewhere.
+pub fn within(folder: &Path, file: &Path) -> PathBuf {
+    let path = folder.join(file);
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::ParentDir if matches!(plain.components().next_back(), Some(Component::Normal(_))) => {
+                plain.pop();
+            }
+            part => plain.push(part),
+        }
+    }
+    match (path.canonicalize(), plain.canonicalize()) {
+        (Ok(one), Ok(other)) if one == other => plain,
+        _ => path,
+    }
+}
+
 /// The light of a document, its map read.
 ///
 /// # Errors
 /// A file that is missing or no panorama.
 pub fn load_environment(surroundings: &Surroundings, folder: &Path) -> Result<Environment, ImportError> {
-    let map =
-        surroundings.file().map(|file| lumivox_import::load_environment(&folder.join(file))).transpose()?;
+    let map = surroundings
+        .file()
+        .map(|file| lumivox_import::load_environment(&within(folder, file)))
+        .transpose()?;
     Ok(surroundings.environment(map.map(Arc::new)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn steps_back_are_left_out_where_they_lead_to_the_same_file() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("scenes/day");
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(root.path().join("scenes/head.nii"), b"").unwrap();
+        let head = Path::new("../head.nii");
+        assert_eq!(within(&folder, head), root.path().join("scenes/head.nii"));
+        assert_eq!(within(&folder, Path::new("../none.nii")), folder.join("../none.nii"), "as it was said");
+        // A step back from a link does not lead to where the link is.
+        std::os::unix::fs::symlink(&folder, root.path().join("link")).unwrap();
+        assert_eq!(within(&root.path().join("link"), head), root.path().join("link/../head.nii"));
+    }
 }
