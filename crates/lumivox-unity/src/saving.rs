@@ -67,7 +67,7 @@ fn save(mut scene: Scene, view: &LumivoxSavedView, file: &Path) -> Outcome<()> {
     SceneDocument::parse(&text).map_err(|error| format!("it cannot be saved: {}", error.why))?;
     let was_there = sky.as_ref().is_some_and(|(_, beside)| beside.exists());
     if let Some((map, beside)) = &sky {
-        lumivox_import::save_environment(beside, map).map_err(|error| unwritten(beside, error))?;
+        lumivox_import::save_environment(beside, map).map_err(|error| error.to_string())?;
     }
     lumivox_scene::save(&document, file).map_err(|error| {
         if let Some((_, beside)) = sky.filter(|_| !was_there) {

@@ -1,8 +1,8 @@
 //! Between Godot's types and the core's.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use godot::classes::ProjectSettings;
+use godot::classes::{Os, ProjectSettings};
 use godot::prelude::*;
 use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
 use lumivox_core::glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
@@ -36,6 +36,25 @@ pub fn transform(map: DAffine3) -> Transform3D {
     Transform3D::new(Basis::from_cols(columns[0], columns[1], columns[2]), vector(map.translation))
 }
 
+/// Whether two places are the same but for how the engine rounds: it makes some nodes' axes perpendicular once more.
+pub fn is_same_place(a: Transform3D, b: Transform3D) -> bool {
+    const ROUNDED: f32 = 1e-6;
+    let near = |(a, b): (Vector3, Vector3)| (a - b).length() <= ROUNDED * a.length().max(b.length());
+    a.origin == b.origin && a.basis.to_cols().into_iter().zip(b.basis.to_cols()).all(near)
+}
+
+/// An affine map's numbers: columns of the linear part, then the translation.
+pub fn numbers(map: DAffine3) -> PackedFloat64Array {
+    map.matrix3.to_cols_array().into_iter().chain(map.translation.to_array()).collect()
+}
+
+/// The way back; `None` if these are not the numbers of one.
+pub fn affine_of(numbers: &[f64]) -> Option<DAffine3> {
+    let numbers: &[f64; 12] = numbers.try_into().ok()?;
+    let column = |i: usize| DVec3::from_slice(&numbers[3 * i..]);
+    Some(DAffine3::from_mat3_translation(DMat3::from_cols(column(0), column(1), column(2)), column(3)))
+}
+
 /// Linear RGB of a colour, which Godot keeps in sRGB.
 pub fn linear_from_color(color: Color) -> [f64; 3] {
     [color.r, color.g, color.b].map(|code| linear_from_srgb(f64::from(code)))
@@ -52,9 +71,47 @@ pub fn system_path(path: &GString) -> PathBuf {
     PathBuf::from(ProjectSettings::singleton().globalize_path(path).to_string())
 }
 
+/// A path as resources keep it: what lies in the project, or in a game's own folder, is found there on other machines, too.
+/// `None` for a name that is no Unicode.
+pub fn kept_path(path: &Path) -> Option<String> {
+    let own = [
+        ("res://", ProjectSettings::singleton().globalize_path("res://").to_string()),
+        ("user://", Os::singleton().get_user_data_dir().to_string()),
+    ];
+    kept_within(path, &own)
+}
+
+/// The path that the operating system knows of one that was kept. `None` in an exported game for what lay in its project.
+pub fn found_path(kept: &str) -> Option<PathBuf> {
+    let path = system_path(&GString::from(kept));
+    path.is_absolute().then_some(path)
+}
+
+fn kept_within(path: &Path, own: &[(&str, String)]) -> Option<String> {
+    let inside = |(begin, folder): &(&str, String)| {
+        // An exported game has no folder of its project.
+        let within = path.strip_prefix(folder).ok().filter(|_| Path::new(folder).is_absolute())?;
+        Some(format!("{begin}{}", within.to_str()?))
+    };
+    let kept = own.iter().find_map(inside).or_else(|| path.to_str().map(str::to_owned))?;
+    Some(if cfg!(windows) { kept.replace('\\', "/") } else { kept })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn what_lies_in_the_project_is_kept_as_its_own() {
+        let own = [("res://", "/games/one/".to_owned()), ("user://", "/home/ann/.local/one".to_owned())];
+        let kept = |path: &str| kept_within(Path::new(path), &own).unwrap();
+        assert_eq!(kept("/games/one/scans/head"), "res://scans/head");
+        assert_eq!(kept("/home/ann/.local/one/head.nii"), "user://head.nii");
+        assert_eq!(kept("/games/one-more/head.nii"), "/games/one-more/head.nii");
+        let exported = [("res://", String::new())];
+        assert_eq!(kept_within(Path::new("/a/b"), &exported).unwrap(), "/a/b");
+    }
 
     #[test]
     fn colours_come_back() {

@@ -4,9 +4,16 @@ use godot::classes::compositor_effect::EffectCallbackType;
 use godot::classes::rendering_server::CompositorEffectCallbackType;
 use godot::classes::{CompositorEffect, ICompositorEffect, RenderingServer};
 use godot::prelude::*;
+use lumivox_core::document::{Display, Film};
 
 use crate::render::Settings;
 use crate::server::Lumivox;
+
+/// Samples of an image that nobody said anything of.
+const DEFAULT_SAMPLES: i64 = 512;
+
+/// The most that are counted.
+const MOST_SAMPLES: i64 = 65_536;
 
 /// Draws the [LumivoxVolume3D]s of a scene, in the [Compositor] of a [WorldEnvironment] or a [Camera3D]. Scenes
 /// without one are drawn with these defaults; add it to change them. Of several, the first that is enabled draws.
@@ -71,7 +78,17 @@ pub struct LumivoxEffect {
     #[export(enum = (Scene, Studio))]
     #[var(set)]
     environment_source: i64,
+    // Film and display of a scene file, which say more than these properties.
+    #[var(rename = _document, get = _get_document, set = _set_document, usage_flags = [STORAGE, INTERNAL])]
+    document: GString,
     base: Base<CompositorEffect>,
+}
+
+/// What a scene file says of its image.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Image {
+    pub film: Film,
+    pub display: Display,
 }
 
 #[godot_api]
@@ -93,7 +110,7 @@ impl LumivoxEffect {
 
     #[func]
     fn set_target_samples(&mut self, samples: i64) {
-        self.target_samples = samples.clamp(1, 65_536);
+        self.target_samples = samples.clamp(1, MOST_SAMPLES);
         self.request_redraw();
     }
 
@@ -136,6 +153,16 @@ impl LumivoxEffect {
     }
 
     #[func]
+    fn _get_document(&self) -> GString {
+        self.document.clone()
+    }
+
+    #[func]
+    fn _set_document(&mut self, text: GString) {
+        self.document = text;
+    }
+
+    #[func]
     fn set_environment_source(&mut self, source: i64) {
         self.environment_source = source.clamp(Self::ENVIRONMENT_SCENE, Self::ENVIRONMENT_STUDIO);
         self.request_redraw();
@@ -152,13 +179,14 @@ impl ICompositorEffect for LumivoxEffect {
         effect.set_access_resolved_depth(true);
         Self {
             exposure: 0.0,
-            target_samples: 512,
+            target_samples: DEFAULT_SAMPLES,
             target_noise: 0.0,
             frame_budget_ms: 8.0,
             resolution_scale: 1.0,
             write_depth: true,
             denoise: false,
             environment_source: Self::ENVIRONMENT_SCENE,
+            document: GString::new(),
             base,
         }
     }
@@ -175,6 +203,43 @@ impl LumivoxEffect {
         RenderingServer::singleton().compositor_effect_set_callback(base.get_rid(), kind, &draw);
     }
 
+    /// One that makes the image of a scene file.
+    pub fn opened(image: &Image) -> Gd<Self> {
+        let mut effect = Self::new_gd();
+        {
+            let mut this = effect.bind_mut();
+            this.target_samples = samples(&image.film, this.target_samples);
+            this.target_noise = image.film.noise.unwrap_or(0.0);
+            this.denoise = image.film.denoise;
+            let words = serde_json::json!({ "film": image.film, "display": image.display });
+            this.document = GString::from(&words.to_string());
+        }
+        effect
+    }
+
+    /// The image that it makes: that of the scene file that it is of, but for what was changed since. Without one, that of
+    /// scene files by default, and a display that brightens nothing.
+    pub fn image(&self) -> Image {
+        let mut image = self.said().unwrap_or_default();
+        let film = &mut image.film;
+        if self.said().is_none() || samples(film, DEFAULT_SAMPLES) != self.target_samples {
+            film.samples = u32::try_from(self.target_samples).ok();
+        }
+        if film.noise.unwrap_or(0.0) != self.target_noise {
+            // What a document has room for.
+            film.noise = Some(self.target_noise.max(1e-4)).filter(|_| self.target_noise > 0.0);
+        }
+        film.denoise = self.denoise;
+        image
+    }
+
+    fn said(&self) -> Option<Image> {
+        let mut words: serde_json::Value = serde_json::from_str(&self.document.to_string()).ok()?;
+        let mut part = |key: &str| words.get_mut(key).map(serde_json::Value::take);
+        let film = serde_json::from_value(part("film")?).ok()?;
+        Some(Image { film, display: serde_json::from_value(part("display")?).ok()? })
+    }
+
     /// What it asks for.
     pub fn settings(&self) -> Settings {
         Settings {
@@ -189,6 +254,11 @@ impl LumivoxEffect {
         }
     }
 
+    /// By how many stops it brightens volumes.
+    pub fn stops(&self) -> f64 {
+        self.exposure
+    }
+
     /// Whether the scene's own environment lights the volumes.
     pub fn uses_scene_environment(&self) -> bool {
         self.environment_source == Self::ENVIRONMENT_SCENE
@@ -200,6 +270,11 @@ impl LumivoxEffect {
         // The cheapest change that the rendering server notices.
         RenderingServer::singleton().compositor_effect_set_enabled(base.get_rid(), base.get_enabled());
     }
+}
+
+/// Samples of a film, `usual` where it says none.
+fn samples(film: &Film, usual: i64) -> i64 {
+    film.samples.map_or(usual, |samples| i64::from(samples).min(MOST_SAMPLES))
 }
 
 /// A property's new value within its range; `None`, and an error, if it is no number.

@@ -5,15 +5,16 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use godot::classes::Image;
 use godot::classes::image::Format;
+use godot::classes::{Image, PackedScene};
 use godot::global::Error;
 use godot::prelude::*;
 use lumivox_core::{CancelToken, LabelVolume, Progress, Stage, Volume};
-use lumivox_import::{ImportError, LabelOptions, RawDescription, Study, Thumbnail};
+use lumivox_import::{LabelOptions, RawDescription, Study, Thumbnail};
 
 use crate::load_options::{LoadOptions, Loaded};
 use crate::resources::{LumivoxLabels, LumivoxVolume, Options, report_dictionary};
+use crate::scene_file::{self, OpenedScene};
 use crate::{codecs, convert};
 
 /// What is under way. Its owner may have dropped it; it lives until its last signal.
@@ -33,7 +34,16 @@ fn running() -> MutexGuard<'static, Vec<Running>> {
 /// What the thread tells.
 enum Event {
     Progress(Stage, u64, u64),
-    Ended(Result<Outcome, ImportError>),
+    Ended(Result<Outcome, Failure>),
+}
+
+/// Why it came to nothing, as a sentence.
+struct Failure(String);
+
+impl<E: std::error::Error> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self(error.to_string())
+    }
 }
 
 /// What a thread has found: the files whose headers it has read, or a volume of them.
@@ -43,6 +53,8 @@ enum Outcome {
     Imported(Box<Loaded>, Option<(usize, SharedStudy)>),
     /// With what is to be known of them.
     Labelled(Box<LabelVolume>, Vec<String>),
+    /// With what it is called.
+    Opened(Box<OpenedScene>, String),
 }
 
 /// What is done with files.
@@ -55,6 +67,8 @@ enum Task {
     FindLabels(Arc<Volume>),
     /// Labels are loaded.
     LoadLabels,
+    /// A scene file is opened; headers may name data anywhere if it says so.
+    OpenScene(bool),
 }
 
 /// What a thread that pictures a series and one that loads it take turns at.
@@ -92,7 +106,7 @@ struct Source {
     raw: Option<RawDescription>,
 }
 
-/// Loads scans and labels without holding up the editor or the game: DICOM files, folders and zip archives, NIfTI, NRRD, MetaImage
+/// Loads scans, labels and scene files without holding up the editor or the game: DICOM files, folders and zip archives, NIfTI, NRRD, MetaImage
 /// and RAW. Every thread may call it; signals are emitted on the main thread, before a frame. An importer that nobody
 /// holds any more goes on until its last signal. JPEG-LS and JPEG 2000 are decoded by a program of their own,
 /// [code]lumivox-codecs[/code] beside the extension's library, so that a damaged file which crashes the decoder costs a
@@ -132,6 +146,11 @@ impl LumivoxImporter {
     /// What [method find_labels] or [method load_labels] was asked for is there. [param labels] is saved nowhere yet.
     #[signal]
     pub fn labelled(labels: Gd<LumivoxLabels>);
+
+    /// What [method open_scene] was asked for is there: add an instance of [param scene] where it is to be seen. What
+    /// is worth telling of it, such as that a scan is another than it was, is in [param notes], as sentences.
+    #[signal]
+    pub fn scene_opened(scene: Gd<PackedScene>, notes: PackedStringArray);
 
     /// A scan or an import came to nothing; [param message] says why and what to do. It names files, but no patient.
     #[signal]
@@ -237,6 +256,18 @@ impl LumivoxImporter {
         }
         let source = Source { paths: vec![convert::system_path(&path)], raw: None };
         self.begin(Task::LoadLabels, source, LoadOptions::default())
+    }
+
+    /// Opens a scene file and loads the scans that it names, as [method Lumivox.load_scene] does, without waiting, and emits
+    /// [signal scene_opened]. Returns what [method find_labels] does.
+    #[func]
+    pub fn open_scene(&mut self, path: GString, #[opt(default = false)] allow_outside_data: bool) -> Error {
+        if path.is_empty() {
+            godot_error!("LumivoxImporter: there is no scene to open: name its file");
+            return Error::ERR_INVALID_PARAMETER;
+        }
+        let source = Source { paths: vec![convert::system_path(&path)], raw: None };
+        self.begin(Task::OpenScene(allow_outside_data), source, LoadOptions::default())
     }
 
     /// Stops what is under way; [signal cancelled] follows in a later frame. A picture that was requested is stopped,
@@ -382,7 +413,7 @@ impl LumivoxImporter {
         let _ = job.thread.join();
         match result {
             _ if job.cancel.is_cancelled() => this.signals().cancelled().emit(),
-            Err(error) => this.signals().failed().emit(&GString::from(&error.to_string())),
+            Err(Failure(why)) => this.signals().failed().emit(&GString::from(&why)),
             Ok(Outcome::Scanned(study)) => {
                 let report = report_dictionary(study.report());
                 let series = study.report().series.len();
@@ -395,6 +426,13 @@ impl LumivoxImporter {
                 this.bind_mut().known = study.map(|(series, study)| Known { source, series, study });
                 this.signals().finished().emit(&LumivoxVolume::loaded(*imported));
             }
+            Ok(Outcome::Opened(opened, name)) => match scene_file::packed(&opened, &name) {
+                Ok(scene) => {
+                    let notes = opened.notes.iter().map(GString::from).collect();
+                    this.signals().scene_opened().emit(&scene, &notes);
+                }
+                Err(why) => this.signals().failed().emit(&GString::from(&why)),
+            },
             Ok(Outcome::Labelled(labels, notes)) => {
                 this.signals().labelled().emit(&LumivoxLabels::of(*labels, notes));
             }
@@ -446,31 +484,39 @@ fn run(task: Task, paths: &[PathBuf], options: &LoadOptions, cancel: &CancelToke
     };
     let progress = Progress::new(&report);
     codecs::name_worker();
-    let work = || match task {
-        Task::Scan => {
-            let study = Study::open(paths, &options.import, progress, cancel)?;
-            Ok(Outcome::Scanned(Box::new(study)))
-        }
-        Task::Import(None) => {
-            let imported = lumivox_import::load(paths, &options.import, progress, cancel)?;
-            let imported = options.keep(imported, progress, cancel)?;
-            Ok(Outcome::Imported(Box::new(imported), None))
-        }
-        Task::Import(Some(shared)) => {
-            let mut study = shared.lock().unwrap_or_else(PoisonError::into_inner);
-            let imported = study.load(&options.import, progress, cancel)?;
-            let series = study.report().series.len();
-            drop(study);
-            let imported = options.keep(imported, progress, cancel)?;
-            Ok(Outcome::Imported(Box::new(imported), Some((series, shared))))
-        }
-        Task::FindLabels(scan) => {
-            let found = lumivox_segmentation::segment(&scan, progress, cancel)?;
-            Ok(Outcome::Labelled(Box::new(found.labels), found.report.notes))
-        }
-        Task::LoadLabels => {
-            let loaded = lumivox_import::load_labels(&paths[0], &LabelOptions::default(), progress, cancel)?;
-            Ok(Outcome::Labelled(Box::new(loaded.labels), loaded.report.notes))
+    let work = || -> Result<Outcome, Failure> {
+        match task {
+            Task::Scan => {
+                let study = Study::open(paths, &options.import, progress, cancel)?;
+                Ok(Outcome::Scanned(Box::new(study)))
+            }
+            Task::Import(None) => {
+                let imported = lumivox_import::load(paths, &options.import, progress, cancel)?;
+                let imported = options.keep(imported, progress, cancel)?;
+                Ok(Outcome::Imported(Box::new(imported), None))
+            }
+            Task::Import(Some(shared)) => {
+                let mut study = shared.lock().unwrap_or_else(PoisonError::into_inner);
+                let imported = study.load(&options.import, progress, cancel)?;
+                let series = study.report().series.len();
+                drop(study);
+                let imported = options.keep(imported, progress, cancel)?;
+                Ok(Outcome::Imported(Box::new(imported), Some((series, shared))))
+            }
+            Task::FindLabels(scan) => {
+                let found = lumivox_segmentation::segment(&scan, progress, cancel)?;
+                Ok(Outcome::Labelled(Box::new(found.labels), found.report.notes))
+            }
+            Task::LoadLabels => {
+                let loaded =
+                    lumivox_import::load_labels(&paths[0], &LabelOptions::default(), progress, cancel)?;
+                Ok(Outcome::Labelled(Box::new(loaded.labels), loaded.report.notes))
+            }
+            Task::OpenScene(allow_outside_data) => {
+                let path = &paths[0];
+                let opened = scene_file::open(path, allow_outside_data, progress, cancel).map_err(Failure)?;
+                Ok(Outcome::Opened(Box::new(opened), scene_file::name_of(path)))
+            }
         }
     };
     tell(send, Event::Ended(work()));

@@ -15,6 +15,7 @@ mod load_options;
 mod nodes;
 mod render;
 mod resources;
+mod scene_file;
 mod server;
 mod shared;
 mod warm_up;

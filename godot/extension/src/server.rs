@@ -3,16 +3,17 @@
 use std::cell::{Cell, RefCell};
 use std::collections::{HashMap, HashSet};
 
-use godot::classes::{DisplayServer, RenderData, RenderingServer, Viewport};
+use godot::classes::{DisplayServer, PackedScene, RenderData, RenderingServer, Viewport};
 use godot::prelude::*;
+use lumivox_core::{CancelToken, Progress};
 use lumivox_renderer::recording::Kernel;
 use lumivox_renderer::{DeviceLimits, Features, ViewKind};
 
 use crate::executor::{self, Executor, workshop};
 use crate::nodes::LumivoxVolume3D;
 use crate::shared::{Status, Target};
-use crate::world::{Gatherer, Nodes, render_target};
-use crate::{render, shared, warm_up};
+use crate::world::{Gatherer, Nodes, View, render_target};
+use crate::{codecs, convert, render, scene_file, shared, warm_up};
 
 thread_local! {
     static NODES: RefCell<Nodes> = RefCell::default();
@@ -102,6 +103,53 @@ impl Lumivox {
     #[func]
     pub fn last_error(&self) -> GString {
         GString::from(shared::lock().error.as_deref().unwrap_or_default())
+    }
+
+    /// Writes what [param viewport] shows of volumes as a scene file, which Lumivox' command, Python and other engines render:
+    /// volumes with their looks, cuts, labels and place, the light, the camera, and how the picture is made. Scans are
+    /// not copied: the file names theirs, as seen from its own folder. A sky that came from no file is written beside it, as
+    /// OpenEXR. Meshes and fog are no part of it. [param path] may begin with [code]res://[/code] or [code]user://[/code], and
+    /// ends as [code].lumivox[/code] by custom.
+    ///
+    /// Returns an empty string, or what cannot be saved and why: a scan that was made in memory has no file, nor has one
+    /// of the project in an exported game.
+    #[func]
+    fn save_scene(&self, viewport: Option<Gd<Viewport>>, path: GString) -> GString {
+        let Some(viewport) = viewport else { return GString::from("there is no viewport: it is null") };
+        if path.is_empty() {
+            return GString::from("the scene needs a file to be written to");
+        }
+        match scene_file::save(&viewport, &convert::system_path(&path)) {
+            Ok(()) => GString::new(),
+            Err(why) => GString::from(&why),
+        }
+    }
+
+    /// Loads a scene file and the scans that it names, and waits for them: [method LumivoxImporter.open_scene] does it in the
+    /// background. The scene has a node for each volume and light, a [Camera3D] and a [WorldEnvironment]. With
+    /// [param allow_outside_data], headers such as [code].mhd[/code] may name data files anywhere. Returns [code]null[/code] and
+    /// says in the output what is wrong, and on which line, if it cannot be opened; what is to be known of it otherwise is a warning.
+    #[func]
+    fn load_scene(
+        path: GString,
+        #[opt(default = false)] allow_outside_data: bool,
+    ) -> Option<Gd<PackedScene>> {
+        let (silent, never) = (Progress::SILENT, CancelToken::new());
+        let file = convert::system_path(&path);
+        codecs::name_worker();
+        let opened = scene_file::open(&file, allow_outside_data, silent, &never);
+        match opened
+            .and_then(|opened| Ok((scene_file::packed(&opened, &scene_file::name_of(&file))?, opened)))
+        {
+            Ok((scene, opened)) => {
+                opened.notes.iter().for_each(|note| godot_warn!("{path}: {note}"));
+                Some(scene)
+            }
+            Err(why) => {
+                godot_error!("{why}");
+                None
+            }
+        }
     }
 
     /// All that [method warm_up] was asked for is prepared.
@@ -301,6 +349,20 @@ fn before_frame() {
     if !before.is_subset(&now) {
         on_render_thread(render::sweep);
     }
+}
+
+/// All that a viewport shows of volumes.
+///
+/// # Errors
+/// A sentence about a viewport that shows none.
+pub fn view(viewport: &Gd<Viewport>) -> Result<View, String> {
+    if CALLBACKS.with_borrow(Option::is_none) {
+        return Err(NO_DEVICE.to_owned());
+    }
+    let view = NODES.with_borrow_mut(|nodes| GATHERER.with_borrow_mut(|all| all.view(nodes, viewport)));
+    let nothing = "the viewport shows no volume: it has no camera or no LumivoxVolume3D with a scan, its LumivoxEffect is \
+                   disabled, or no frame was drawn since (await RenderingServer.frame_post_draw)";
+    view.ok_or_else(|| nothing.to_owned())
 }
 
 /// Which viewports show an image that is done, and which one whose scans are there.

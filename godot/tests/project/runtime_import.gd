@@ -226,10 +226,12 @@ func saving(path: String) -> void:
 	var older := LumivoxVolume.new()
 	var stored: Dictionary = volume.get("_stored")
 	stored["report"] = volume.get_report()
+	stored.erase("source")
 	older.set("_stored", stored)
 	print("TELL saving ", JSON.stringify({
 		"file": ProjectSettings.globalize_path(file), "session": volume.get_report(), "loaded": describe(loaded),
-		"older": describe(older)}))
+		"older": describe(older), "path": path,
+		"sources": [volume, loaded, older].map(func(one: LumivoxVolume) -> PackedStringArray: return one.get_source_files())}))
 
 
 ## Pictures that are asked for do not come at once, and not if another is asked for or they are stopped.

@@ -25,6 +25,9 @@ pub struct LumivoxClip3D {
     #[export]
     #[var(set)]
     inverted: bool,
+    // Where a scene file has the shape in the patient, to more digits than the node's own: it holds as long as the node is there.
+    #[var(rename = _exact, get = _get_exact, set = _set_exact, usage_flags = [STORAGE, INTERNAL])]
+    exact: PackedFloat64Array,
     base: Base<Node3D>,
 }
 
@@ -80,6 +83,16 @@ impl LumivoxClip3D {
     }
 
     #[func]
+    fn _get_exact(&self) -> PackedFloat64Array {
+        self.exact.clone()
+    }
+
+    #[func]
+    fn _set_exact(&mut self, numbers: PackedFloat64Array) {
+        self.exact = numbers;
+    }
+
+    #[func]
     fn set_inverted(&mut self, inverted: bool) {
         self.inverted = inverted;
         self.base_mut().update_gizmos();
@@ -117,20 +130,39 @@ impl INode3D for LumivoxClip3D {
 }
 
 impl LumivoxClip3D {
+    /// The node of a scene file's shape, for a child of its volume's node.
+    pub fn opened(shape: &ClipShape, node_from_patient: DAffine3) -> Gd<Self> {
+        let mut node = Self::new_alloc();
+        let kind = match shape.kind {
+            ClipKind::Plane => Self::SHAPE_PLANE,
+            ClipKind::Box => Self::SHAPE_BOX,
+            ClipKind::Sphere => Self::SHAPE_SPHERE,
+        };
+        {
+            let mut this = node.bind_mut();
+            (this.shape, this.inverted) = (kind, shape.inverted);
+            this.exact = convert::numbers(shape.patient_from_shape);
+        }
+        let place = node_from_patient * shape.patient_from_shape * own_from_shape(kind).1.inverse();
+        node.set_transform(convert::transform(place));
+        node
+    }
+
     /// The shape for a volume whose millimetres are those of the patient; `None` while the node is hidden.
-    pub fn shape(&self, world_from_patient: DAffine3) -> Option<ClipShape> {
+    pub fn shape(&self, world_from_patient: DAffine3, volume_from_patient: DAffine3) -> Option<ClipShape> {
         if !self.base().is_visible() {
             return None;
         }
-        let world_from_node = convert::affine(self.to_gd().get_global_transform_interpolated());
-        let patient_from_node = world_from_patient.inverse() * world_from_node;
-        let (kind, node_from_shape) = match self.shape {
-            // Its z is the node's y.
-            Self::SHAPE_PLANE => (ClipKind::Plane, DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2)),
-            Self::SHAPE_BOX => (ClipKind::Box, half_metre()),
-            _ => (ClipKind::Sphere, half_metre()),
+        let (kind, node_from_shape) = own_from_shape(self.shape);
+        let exact = convert::affine_of(self.exact.as_slice()).filter(|exact| {
+            let place = volume_from_patient * *exact * node_from_shape.inverse();
+            convert::transform(place) == self.base().get_transform()
+        });
+        let rounded = || {
+            let world_from_node = convert::affine(self.to_gd().get_global_transform_interpolated());
+            world_from_patient.inverse() * world_from_node * node_from_shape
         };
-        let patient_from_shape = patient_from_node * node_from_shape;
+        let patient_from_shape = exact.unwrap_or_else(rounded);
         Some(ClipShape { kind, patient_from_shape, inverted: self.inverted })
     }
 
@@ -146,11 +178,30 @@ impl LumivoxClip3D {
     }
 }
 
-/// What the children of a volume's node keep of it.
-pub fn clip_shapes_of(volume: &Node, world_from_patient: DAffine3) -> Vec<ClipShape> {
+/// What a shape is called below, and the node's own space from that of the shape.
+fn own_from_shape(shape: i64) -> (ClipKind, DAffine3) {
+    match shape {
+        // Its z is the node's y.
+        LumivoxClip3D::SHAPE_PLANE => {
+            (ClipKind::Plane, DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2))
+        }
+        LumivoxClip3D::SHAPE_BOX => (ClipKind::Box, half_metre()),
+        _ => (ClipKind::Sphere, half_metre()),
+    }
+}
+
+/// What the children of a volume's node keep of it; `volume_from_patient` leads to that node's space.
+pub fn clip_shapes_of(
+    volume: &Node,
+    world_from_patient: DAffine3,
+    volume_from_patient: DAffine3,
+) -> Vec<ClipShape> {
     let children = volume.get_children();
     let clips = children.iter_shared().filter_map(|child| child.try_cast::<LumivoxClip3D>().ok());
-    clips.filter_map(|clip| clip.bind().shape(world_from_patient)).take(MOST_CLIP_SHAPES).collect()
+    clips
+        .filter_map(|clip| clip.bind().shape(world_from_patient, volume_from_patient))
+        .take(MOST_CLIP_SHAPES)
+        .collect()
 }
 
 /// How many visible shapes there are that cut a volume, or would.

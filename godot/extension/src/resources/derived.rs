@@ -39,6 +39,11 @@ impl Derived {
         Self(computed)
     }
 
+    /// One that is there.
+    pub fn ready(volume: Arc<Volume>) -> Self {
+        Self(Arc::new(OnceLock::from(Some(volume))))
+    }
+
     /// The volume; `None` while it is computed, `Some(None)` where there is none.
     pub fn get(&self) -> Option<Option<Arc<Volume>>> {
         self.0.get().cloned()

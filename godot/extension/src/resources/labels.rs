@@ -5,6 +5,7 @@ use std::sync::Arc;
 use godot::classes::{IResource, Resource};
 use godot::prelude::*;
 use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
+use lumivox_core::document::Style;
 use lumivox_core::medium::MAX_DENSITY_SCALE;
 use lumivox_core::spelling::edit_distance;
 use lumivox_core::{CancelToken, LabelStyle, LabelVolume, Labelling, Progress, Volume};
@@ -50,6 +51,8 @@ struct Look {
     color: Color,
     transfer_function: Option<Gd<LumivoxTransferFunction>>,
     clipped: bool,
+    /// What a scene file says, which has more than these: it holds as long as they are as they were then.
+    exact: Option<LabelStyle>,
 }
 
 impl Look {
@@ -65,10 +68,39 @@ impl Look {
             color: convert::color_from_linear(color),
             transfer_function: None,
             clipped: true,
+            exact: None,
         }
     }
 
+    /// Takes over the style of a scene file.
+    fn put(&mut self, style: LabelStyle) {
+        self.visible = style.visible;
+        self.opacity = style.opacity;
+        self.density = style.density_scale.unwrap_or(-1.0);
+        self.painted = style.color.is_some();
+        self.color = style.color.map_or(self.color, convert::color_from_linear);
+        let function = style.transfer_function.as_ref();
+        self.transfer_function = function.map(|curve| LumivoxTransferFunction::exactly(curve, &[]));
+        self.clipped = style.clipped;
+        self.exact = Some(style);
+    }
+
+    /// Whether a style is what these properties say, as far as they do.
+    fn says(&self, style: &LabelStyle) -> bool {
+        let color = style.color.map(convert::color_from_linear);
+        let function = self.transfer_function.as_ref().map(|function| function.bind().curve());
+        self.visible == style.visible
+            && self.opacity == style.opacity
+            && self.density == style.density_scale.unwrap_or(-1.0)
+            && self.painted.then_some(self.color) == color
+            && function == style.transfer_function
+            && self.clipped == style.clipped
+    }
+
     fn style(&self) -> LabelStyle {
+        if let Some(exact) = self.exact.as_ref().filter(|exact| self.says(exact)) {
+            return exact.clone();
+        }
         LabelStyle {
             visible: self.visible,
             color: self.painted.then(|| convert::linear_from_color(self.color)),
@@ -149,6 +181,28 @@ impl LumivoxLabels {
         self.notes.iter().map(GString::from).collect()
     }
 
+    /// The files that the labels were loaded from; empty where they were found in a scan or made otherwise. They are kept when
+    /// the labels are saved: see [method forget_source].
+    #[func]
+    pub fn get_source_files(&self) -> PackedStringArray {
+        let source = self.labels.as_ref().and_then(|labels| labels.source());
+        source
+            .into_iter()
+            .flat_map(|source| &source.files)
+            .filter_map(|file| convert::kept_path(file).as_ref().map(GString::from))
+            .collect()
+    }
+
+    /// Forgets what files the labels come from, which may be called by a patient's name. A scene with them cannot be saved
+    /// any more.
+    #[func]
+    pub fn forget_source(&mut self) {
+        if let Some(labels) = self.labels.take() {
+            self.labels = Some(Arc::new(Arc::unwrap_or_clone(labels).without_source()));
+            self.base_mut().emit_changed();
+        }
+    }
+
     /// The names of the labels; of what has none, [code]unlabelled[/code].
     #[func]
     pub fn get_names(&self) -> PackedStringArray {
@@ -191,6 +245,14 @@ impl LumivoxLabels {
         stored.set("label_values", &values);
         stored.set("label_names", &names);
         stored.set("label_colors", &colors);
+        if let Some(source) = labels.source() {
+            stored::put_label_source(&mut stored, source);
+        }
+        let exact = |look: &Look| look.exact.as_ref().map(|exact| Style::of(look.value.to_string(), exact));
+        let exact: Vec<Style> = self.looks.iter().filter_map(exact).collect();
+        if let Some(text) = serde_json::to_string(&exact).ok().filter(|_| !exact.is_empty()) {
+            stored.set("exact_styles", text.as_str());
+        }
         stored
     }
 
@@ -200,7 +262,11 @@ impl LumivoxLabels {
             return;
         }
         match from_dictionary(&stored) {
-            Ok(labels) => self.put(labels),
+            Ok(labels) => {
+                let styles = exact_styles(&stored, &labels);
+                self.put(labels);
+                self.put_styles(styles);
+            }
             Err(why) => {
                 let path = self.base().get_path();
                 godot_error!("The labels {path} cannot be used: {why}. Load the segmentation again.");
@@ -256,6 +322,22 @@ impl LumivoxLabels {
         resource.bind_mut().put(labels);
         resource.bind_mut().notes = notes;
         resource
+    }
+
+    /// A resource that looks as a scene file says.
+    pub fn exactly(labelling: &Labelling) -> Gd<Self> {
+        let mut resource = Self::of((*labelling.labels).clone(), vec![]);
+        resource.bind_mut().labels = Some(labelling.labels.clone());
+        resource.bind_mut().put_styles(labelling.styles.to_vec());
+        resource
+    }
+
+    fn put_styles(&mut self, styles: Vec<(u8, LabelStyle)>) {
+        for (value, style) in styles {
+            if let Some(look) = self.looks.iter_mut().find(|look| look.value == value) {
+                look.put(style);
+            }
+        }
     }
 
     fn look(&self, name: &str) -> Result<&Look, String> {
@@ -328,6 +410,18 @@ fn hint(hint: PropertyHint, text: &str) -> PropertyHintInfo {
     PropertyHintInfo { hint, hint_string: GString::from(text) }
 }
 
+/// The styles of a scene file that were saved with labels.
+fn exact_styles(stored: &VarDictionary, labels: &LabelVolume) -> Vec<(u8, LabelStyle)> {
+    let text = stored.get("exact_styles").map(|text| text.stringify().to_string()).unwrap_or_default();
+    let styles: Vec<Style> = serde_json::from_str(&text).unwrap_or_default();
+    let style = |style: &Style| {
+        let mut all = LabelStyle::default();
+        style.apply(None, labels.volume(), &mut all);
+        Some((style.label.parse().ok()?, all))
+    };
+    styles.iter().filter_map(style).collect()
+}
+
 fn from_dictionary(stored: &VarDictionary) -> Result<LabelVolume, String> {
     let (volume, _): (Volume, _) = stored::from_dictionary(stored)?;
     let entry = |key: &str| stored.get(key).ok_or_else(|| format!("it lacks '{key}'"));
@@ -343,5 +437,11 @@ fn from_dictionary(stored: &VarDictionary) -> Result<LabelVolume, String> {
     });
     let place = volume.patient_from_voxel();
     let voxels = volume.voxels().as_bytes().to_vec();
-    LabelVolume::new(volume.dims(), voxels, place, table.collect()).map_err(|error| error.to_string())
+    let labels = LabelVolume::new(volume.dims(), voxels, place, table.collect());
+    let labels = labels.map_err(|error| error.to_string())?;
+    Ok(match stored::label_source(stored) {
+        Some(source) => labels.with_source(source),
+        // Older files have none.
+        None => labels,
+    })
 }

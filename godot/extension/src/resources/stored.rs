@@ -1,9 +1,15 @@
 //! A volume as the dictionary that Godot saves: one value, so that a volume is there entirely or not at all.
 
+use std::path::PathBuf;
+
 use godot::prelude::*;
+use lumivox_core::document::Scan;
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
+use lumivox_core::labels::LabelSource;
 use lumivox_core::{Modality, Volume, Voxels};
 use lumivox_segmentation::Surroundings;
+
+use crate::convert;
 
 /// Raised when the meaning of an entry changes.
 const VERSION: i64 = 1;
@@ -64,8 +70,85 @@ pub fn from_dictionary(stored: &VarDictionary) -> Result<(Volume, VarDictionary)
     if let Some(unit) = stored.get("unit") {
         volume = volume.with_unit(unit.stringify().to_string());
     }
+    // Older files have none.
+    if let Some(source) = stored.get("source").and_then(|text| scan_of(&text.stringify().to_string())) {
+        volume = volume.with_source(source);
+    }
     // Older files hold all of it.
     Ok((volume, kept(&entry(stored, "report")?)))
+}
+
+/// Adds what files a volume is of to its dictionary. The place of a series stands for its UID, which names the patient's
+/// study.
+pub fn put_source(stored: &mut VarDictionary, volume: &Volume, report: &VarDictionary) {
+    let Some(source) = volume.source() else { return };
+    let mut source = source.clone();
+    if let Some(place) = place_of_series(report).filter(|_| source.series.is_some()) {
+        source.series = Some(place.to_string());
+    }
+    if let Some(text) = text_of(source) {
+        stored.set("source", text.as_str());
+    }
+}
+
+/// The place from 1 of the series that a report is about, of several.
+fn place_of_series(report: &VarDictionary) -> Option<i64> {
+    let series = report.get("series")?.try_to::<VarArray>().ok()?;
+    let chosen = report.get("chosen")?.try_to::<i64>().ok()?;
+    (series.len() > 1).then_some(chosen + 1)
+}
+
+/// What a document says of a scan, with paths as they are kept. `None` where a path is no Unicode.
+fn text_of(mut source: Scan) -> Option<String> {
+    source.files =
+        source.files.iter().map(|file| convert::kept_path(file).map(Into::into)).collect::<Option<_>>()?;
+    serde_json::to_string(&source).ok()
+}
+
+/// The way back. `None` where the files are out of reach.
+fn scan_of(text: &str) -> Option<Scan> {
+    let mut source: Scan = serde_json::from_str(text).ok()?;
+    source.files = found(source.files.iter().filter_map(|file| file.to_str()), source.files.len())?;
+    Some(source)
+}
+
+/// So many paths, as the operating system knows them.
+fn found<'a>(kept: impl Iterator<Item = &'a str>, count: usize) -> Option<Vec<PathBuf>> {
+    kept.map(convert::found_path).collect::<Option<Vec<_>>>().filter(|found| found.len() == count)
+}
+
+/// Adds where labels come from to their dictionary.
+pub fn put_label_source(stored: &mut VarDictionary, source: &LabelSource) {
+    let kept =
+        |files: &[PathBuf]| files.iter().map(|file| convert::kept_path(file)).collect::<Option<Vec<_>>>();
+    let (Some(files), Some(table)) = (kept(&source.files), kept(source.table.as_slice())) else { return };
+    let list = |names: &[String]| names.iter().map(GString::from).collect::<PackedStringArray>();
+    let numbers: Vec<String> = source.numbers.iter().map(|(number, _)| number.to_string()).collect();
+    let values: PackedByteArray = source.numbers.iter().map(|(_, value)| *value).collect();
+    stored.set("label_files", &list(&files));
+    stored.set("label_table", &list(&table));
+    stored.set("label_numbers", &list(&numbers));
+    stored.set("label_numbers_values", &values);
+}
+
+/// Where the labels of a dictionary come from, if that is known.
+pub fn label_source(stored: &VarDictionary) -> Option<LabelSource> {
+    let list = |key: &str| -> Option<Vec<String>> {
+        let list: PackedStringArray = entry(stored, key).ok()?;
+        Some(list.as_slice().iter().map(|text| text.to_string()).collect())
+    };
+    let paths = |key: &str| {
+        let kept = list(key)?;
+        found(kept.iter().map(String::as_str), kept.len())
+    };
+    let values: PackedByteArray = entry(stored, "label_numbers_values").ok()?;
+    let numbers =
+        list("label_numbers")?.iter().map(|text| text.parse().ok()).collect::<Option<Vec<i128>>>()?;
+    Some(LabelSource {
+        files: paths("label_files")?,
+        table: paths("label_table")?.pop(),
+        numbers: numbers.into_iter().zip(values.to_vec()).collect(),
+    })
 }
 
 /// Adds what was taken out of a volume to its dictionary.

@@ -66,6 +66,12 @@ pub struct LumivoxTransferFunction {
     #[export]
     #[var(get, set)]
     gradient_functions: Array<Gd<LumivoxTransferFunction>>,
+    // What a scene file says, where 32 bits round it: it holds as long as the points are those.
+    #[var(rename = _exact, get = _get_exact, set = _set_exact, usage_flags = [STORAGE, INTERNAL])]
+    stored_exact: PhantomVar<GString>,
+    #[var(rename = _exact_per_mm, get = _get_exact_per_mm, set = _set_exact_per_mm, usage_flags = [STORAGE, INTERNAL])]
+    exact_per_mm: PackedFloat64Array,
+    exact: Option<TransferFunction>,
     /// What the arrays mean; made when it is asked for.
     curve: Option<TransferFunction>,
     /// What [`Self::gradients_per_mm`] and [`Self::gradient_functions`] mean.
@@ -205,6 +211,29 @@ impl LumivoxTransferFunction {
     }
 
     #[func]
+    fn _get_exact(&self) -> GString {
+        let text = self.exact.as_ref().and_then(|exact| serde_json::to_string(exact).ok());
+        GString::from(&text.unwrap_or_default())
+    }
+
+    #[func]
+    fn _set_exact(&mut self, text: GString) {
+        self.exact = serde_json::from_str(&text.to_string()).ok();
+        self.touch();
+    }
+
+    #[func]
+    fn _get_exact_per_mm(&self) -> PackedFloat64Array {
+        self.exact_per_mm.clone()
+    }
+
+    #[func]
+    fn _set_exact_per_mm(&mut self, per_mm: PackedFloat64Array) {
+        self.exact_per_mm = per_mm;
+        self.touch();
+    }
+
+    #[func]
     fn _row_changed(&mut self) {
         self.touch();
     }
@@ -274,12 +303,7 @@ impl LumivoxTransferFunction {
         match lumivox_import::load_transfer_function_2d(&convert::system_path(&path), CT_RANGE) {
             Ok((curve, gradients)) => {
                 let mut function = Self::of(&curve);
-                if !gradients.is_empty() {
-                    let mut this = function.bind_mut();
-                    this.gradients_per_mm = gradients.iter().map(|row| row.per_mm as f32).collect();
-                    let rows = gradients.iter().map(|row| Self::of(&row.transfer_function)).collect();
-                    this.set_gradient_functions(rows);
-                }
+                function.bind_mut().put_gradients(&gradients, Self::of);
                 Some(function)
             }
             Err(error) => {
@@ -299,15 +323,31 @@ impl LumivoxTransferFunction {
         let mut resource = Self::new_gd();
         {
             let mut this = resource.bind_mut();
-            let knots = curve.opacity_knots();
-            this.opacity_knots =
-                knots.iter().map(|k| Vector2::new(k.value as f32, k.opacity as f32)).collect();
-            this.opacity_eases = knots.iter().map(|k| u8::from(k.ease == Ease::InOut)).collect();
-            let stops = curve.color_stops();
-            this.color_values = stops.iter().map(|s| s.value as f32).collect();
-            this.colors = stops.iter().map(|s| convert::color_from_linear(s.color)).collect();
+            let points = Points::of(curve);
+            (this.opacity_knots, this.opacity_eases) = (points.knots, points.eases);
+            (this.color_values, this.colors) = (points.values, points.colors);
         }
         resource
+    }
+
+    /// A resource that means these functions to the bit, as long as nobody changes its points.
+    pub fn exactly(curve: &TransferFunction, gradients: &[GradientFunction]) -> Gd<Self> {
+        let mut resource = Self::of(curve);
+        {
+            let mut this = resource.bind_mut();
+            this.exact = Some(curve.clone());
+            this.exact_per_mm = gradients.iter().map(|row| row.per_mm).collect();
+            this.put_gradients(gradients, |row| Self::exactly(row, &[]));
+            this.touch();
+        }
+        resource
+    }
+
+    fn put_gradients(&mut self, gradients: &[GradientFunction], row: impl Fn(&TransferFunction) -> Gd<Self>) {
+        if !gradients.is_empty() {
+            self.gradients_per_mm = gradients.iter().map(|row| row.per_mm as f32).collect();
+            self.set_gradient_functions(gradients.iter().map(|one| row(&one.transfer_function)).collect());
+        }
     }
 
     /// What the points mean, shifted and scaled. Without knots nothing is seen, without colours it is white.
@@ -341,12 +381,13 @@ impl LumivoxTransferFunction {
         let own = self.base().instance_id();
         let [scale, offset] = self.moved(0.0, 1.0).window(self.shift, self.window_scale);
         let all = self.gradient_functions.clone().upcast_any_array();
-        let rows = all.iter_shared().zip(self.gradients_per_mm.as_slice());
-        rows.filter_map(|(row, &per_mm)| {
+        let rows = all.iter_shared().zip(self.gradients_per_mm.as_slice()).enumerate();
+        rows.filter_map(|(i, (row, &per_mm))| {
             let row = row.try_to::<Gd<Self>>().ok().filter(|row| row.instance_id() != own)?;
             let transfer_function = row.bind().moved(0.0, 1.0);
             let transfer_function = transfer_function.remapped(scale, offset);
-            Some(GradientFunction { per_mm: f64::from(per_mm), transfer_function })
+            let exact = self.exact_per_mm.get(i).filter(|exact| *exact as f32 == per_mm);
+            Some(GradientFunction { per_mm: exact.unwrap_or(f64::from(per_mm)), transfer_function })
         })
         .collect()
     }
@@ -356,6 +397,10 @@ impl LumivoxTransferFunction {
     }
 
     fn moved(&self, shift: f64, window_scale: f64) -> TransferFunction {
+        if let Some(exact) = self.exact.as_ref().filter(|exact| self.points() == Points::of(exact)) {
+            let [scale, offset] = exact.window(shift, window_scale);
+            return exact.remapped(scale, offset);
+        }
         let (knots, eases) = (self.opacity_knots.as_slice(), self.opacity_eases.as_slice());
         let knots = knots.iter().enumerate().map(|(i, knot)| OpacityKnot {
             value: f64::from(knot.x),
@@ -370,6 +415,15 @@ impl LumivoxTransferFunction {
         TransferFunction::windowed(knots, stops, shift, window_scale)
     }
 
+    fn points(&self) -> Points {
+        Points {
+            knots: self.opacity_knots.clone(),
+            eases: self.opacity_eases.clone(),
+            values: self.color_values.clone(),
+            colors: self.colors.clone(),
+        }
+    }
+
     fn touch(&mut self) {
         self.curve = Some(self.build());
         self.rows = Some(self.build_rows());
@@ -379,6 +433,27 @@ impl LumivoxTransferFunction {
             base.emit_changed();
         } else {
             base.call_deferred("emit_changed", &[]);
+        }
+    }
+}
+
+/// The points of a function as the resource has them.
+#[derive(PartialEq)]
+struct Points {
+    knots: PackedVector2Array,
+    eases: PackedByteArray,
+    values: PackedFloat32Array,
+    colors: PackedColorArray,
+}
+
+impl Points {
+    fn of(curve: &TransferFunction) -> Self {
+        let (knots, stops) = (curve.opacity_knots(), curve.color_stops());
+        Self {
+            knots: knots.iter().map(|k| Vector2::new(k.value as f32, k.opacity as f32)).collect(),
+            eases: knots.iter().map(|k| u8::from(k.ease == Ease::InOut)).collect(),
+            values: stops.iter().map(|s| s.value as f32).collect(),
+            colors: stops.iter().map(|s| convert::color_from_linear(s.color)).collect(),
         }
     }
 }

@@ -158,11 +158,35 @@ impl LumivoxVolume {
     /// of memory that one phase takes, [code]reason[/code] (why another series comes first, such as
     /// [code]a localizer[/code]; empty for the first) and [code]notes[/code] (sentences).
     ///
-    /// A saved scan keeps nothing that names files or the patient's study: [code]format[/code], [code]notes[/code] and,
+    /// Of this, a saved scan keeps nothing that names files or the patient's study: [code]format[/code], [code]notes[/code] and,
     /// of [code]series[/code], the one that it is without its [code]id[/code].
     #[func]
     pub fn get_report(&self) -> VarDictionary {
         self.report.clone()
+    }
+
+    /// The files or the folder that the scan was loaded from, as [code]res://[/code] or [code]user://[/code] paths where they lie
+    /// there; empty for a phantom, and in an exported game for what lay in its project. Scenes name them
+    /// ([method Lumivox.save_scene]), and a saved scan keeps them: see [method forget_source].
+    #[func]
+    pub fn get_source_files(&self) -> PackedStringArray {
+        let source = self.volume.as_ref().and_then(|volume| volume.source());
+        source
+            .into_iter()
+            .flat_map(|source| &source.files)
+            .filter_map(|file| convert::kept_path(file).as_ref().map(GString::from))
+            .collect()
+    }
+
+    /// Forgets what files the scan is of, before it is saved and given to others: files and folders are often called by the
+    /// patient's name. A scene with it cannot be saved any more.
+    #[func]
+    pub fn forget_source(&mut self) {
+        if let Some(volume) = self.volume.take() {
+            let volume = Arc::new(Arc::unwrap_or_clone(volume).without_source());
+            let (surroundings, report) = (self.surroundings.take(), self.report.clone());
+            self.set_volume(Some(volume), surroundings, report);
+        }
     }
 
     /// What the scan may be called: [code]CT series 4[/code]. It names neither files nor folders, which may be called by
@@ -222,6 +246,7 @@ impl LumivoxVolume {
     fn _get_stored(&self) -> VarDictionary {
         let Some(volume) = &self.volume else { return VarDictionary::new() };
         let mut stored = stored::to_dictionary(volume, &self.report);
+        stored::put_source(&mut stored, volume, &self.report);
         if let Some(surroundings) = &self.surroundings {
             stored::put_surroundings(&mut stored, surroundings);
         }
@@ -256,13 +281,20 @@ impl IResource for LumivoxVolume {}
 impl LumivoxVolume {
     /// A resource that holds a volume.
     pub fn of(volume: Volume, report: VarDictionary) -> Gd<Self> {
+        Self::shared(Arc::new(volume), report, None)
+    }
+
+    /// A resource of a volume that others hold, too, with its depths below the skin where they are known.
+    pub fn shared(volume: Arc<Volume>, report: VarDictionary, depth: Option<Arc<Volume>>) -> Gd<Self> {
         let mut resource = Self::new_gd();
         {
-            let volume = Arc::new(volume);
             prepare(&volume);
             let mut this = resource.bind_mut();
             this.volume = Some(volume);
             this.report = report;
+            if let Some(depth) = depth {
+                let _ = this.depth.set(Derived::ready(depth));
+            }
         }
         resource
     }

@@ -5,6 +5,9 @@ use std::sync::OnceLock;
 use godot::classes::{Camera3D, CameraAttributesPhysical, ProjectSettings, World3D};
 use godot::prelude::*;
 
+/// Nits that the engine gives a sky: what radiance 1 is where it tells nits.
+pub const SKY_NITS: f64 = 30_000.0;
+
 /// Whether lights are told in lumens and lux, and skies in nits. The engine asks once, too.
 pub fn physical_units() -> bool {
     static PHYSICAL: OnceLock<bool> = OnceLock::new();

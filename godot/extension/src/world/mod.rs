@@ -3,6 +3,8 @@
 mod compositors;
 mod exposure;
 mod fog;
+mod kept_sky;
+mod lamp_node;
 mod lights;
 mod nodes;
 mod sky;
@@ -17,14 +19,23 @@ use godot::prelude::*;
 use lumivox_core::{Scene, VolumeInstance};
 
 use self::compositors::Compositors;
+pub use self::exposure::physical_units;
+pub use self::kept_sky::{opened as opened_environment, tonemap_exposure};
+pub use self::lamp_node::LampNode;
 use self::lights::WorldLight;
 pub use self::nodes::Nodes;
 use self::sky::{Skies, Surroundings};
+use crate::effect::LumivoxEffect;
 use crate::nodes::LumivoxVolume3D;
+use crate::render::Settings;
 use crate::shared::{Snapshot, Target, WorldKey};
 
-/// A volume and the layers that it is on.
-type LayeredVolume = (u32, VolumeInstance);
+/// A volume, the layers that it is on, and its node.
+struct LayeredVolume {
+    layers: u32,
+    instance: VolumeInstance,
+    node: InstanceId,
+}
 
 /// A scene, and [what else](Surroundings::ambient) lights it.
 type Lit = (Arc<Snapshot>, [f64; 3]);
@@ -39,6 +50,19 @@ struct Seen<'a> {
     from_scene: bool,
     /// Whether no frame follows that could show what this one lacks.
     at_once: bool,
+}
+
+/// All that a viewport shows of volumes, for a scene file.
+pub struct View {
+    pub scene: Scene,
+    pub settings: Settings,
+    pub effect: Gd<LumivoxEffect>,
+    pub camera: Gd<Camera3D>,
+    pub environment: Option<Gd<Environment>>,
+    /// Whether something of its volumes is still computed.
+    pub is_preparing: bool,
+    /// The nodes of the scene's volumes.
+    pub nodes: Vec<InstanceId>,
 }
 
 /// What is remembered from frame to frame.
@@ -57,6 +81,29 @@ impl Gatherer {
     /// What each render target shows in the frame that begins.
     pub fn gather(&mut self, nodes: &mut Nodes) -> HashMap<Rid, Target> {
         self.frame += 1;
+        self.look(nodes)
+    }
+
+    /// What a viewport shows as the scene is now, which no frame may have drawn yet. `None` where it shows no volume.
+    pub fn view(&mut self, nodes: &mut Nodes, viewport: &Gd<Viewport>) -> Option<View> {
+        let target = self.look(nodes).remove(&render_target(viewport))?;
+        let (world, camera) = (viewport.find_world_3d()?, viewport.get_camera_3d()?);
+        let (volumes, _) = volumes_by_scenario(nodes);
+        let seen = volumes.get(&world.get_scenario())?.iter();
+        let layers = target.snapshot.key.layers;
+        let effect = self.compositors.ensure(nodes, &world, &camera)?;
+        Some(View {
+            scene: target.snapshot.scene.clone(),
+            settings: target.settings,
+            effect,
+            environment: environment(&world, &camera),
+            is_preparing: target.preparing,
+            nodes: seen.filter(|one| one.layers & layers != 0).map(|one| one.node).collect(),
+            camera,
+        })
+    }
+
+    fn look(&mut self, nodes: &mut Nodes) -> HashMap<Rid, Target> {
         let (volumes, preparing) = volumes_by_scenario(nodes);
         let mut targets = HashMap::new();
         let mut gathered = HashMap::new();
@@ -109,7 +156,7 @@ impl Gatherer {
         gathered: &mut HashMap<WorldKey, Lit>,
     ) -> Option<Lit> {
         let environment = environment(world, camera);
-        let layers = volumes.iter().fold(0, |all, (layers, _)| all | layers) & camera.get_cull_mask();
+        let layers = volumes.iter().fold(0, |all, one| all | one.layers) & camera.get_cull_mask();
         let key = WorldKey {
             scenario: world.get_scenario(),
             environment: environment.as_ref().map_or(0, |e| e.instance_id().to_i64()),
@@ -136,8 +183,8 @@ impl Gatherer {
         let scene = Scene {
             volumes: volumes
                 .iter()
-                .filter(|(on, _)| on & layers != 0)
-                .map(|(_, instance)| instance.clone())
+                .filter(|one| one.layers & layers != 0)
+                .map(|one| one.instance.clone())
                 .collect(),
             environment,
             lights: lights.iter().filter(|light| light.in_scene).map(|light| light.light).collect(),
@@ -207,7 +254,8 @@ fn volumes_by_scenario(nodes: &mut Nodes) -> (HashMap<Rid, Vec<LayeredVolume>>, 
         }
         let Some(world) = volume.get_world_3d() else { continue };
         if let Some(instance) = LumivoxVolume3D::instance(&volume.bind()) {
-            let layered = (volume.get_layer_mask(), instance);
+            let (layers, node) = (volume.get_layer_mask(), volume.instance_id());
+            let layered = LayeredVolume { layers, instance, node };
             scenarios.entry(world.get_scenario()).or_default().push(layered);
         }
         if volume.bind().is_waiting() {

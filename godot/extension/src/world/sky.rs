@@ -11,7 +11,8 @@ use godot::prelude::*;
 use godot::register::info::PropertyUsageFlags;
 use lumivox_core::{EnvironmentMap, EnvironmentSource};
 
-use super::exposure::physical_units;
+use super::exposure::{SKY_NITS, physical_units};
+use super::kept_sky::KeptSky;
 use super::lights::{self, WorldLight};
 use crate::convert;
 
@@ -19,7 +20,7 @@ use crate::convert;
 const BAKED_SIZE: [i32; 2] = [512, 256];
 
 /// Most texels around a panorama; finer ones are scaled down.
-const MAX_PANORAMA_WIDTH: i32 = 2048;
+pub const MAX_PANORAMA_WIDTH: i32 = 2048;
 
 /// Frames between two looks at what a sky is made of: a bake waits for the GPU.
 const FRAMES_BETWEEN_LOOKS: u64 = 10;
@@ -76,8 +77,6 @@ impl Surroundings {
 
     /// Lumivox' own light, as bright beside the engine's as a sky.
     pub fn studio() -> Self {
-        /// Nits that Godot gives a sky.
-        const SKY_NITS: f64 = 30_000.0;
         let studio = lumivox_core::Environment::default();
         let strength = studio.strength * if physical_units() { SKY_NITS } else { 1.0 };
         let environment = lumivox_core::Environment { strength, ..studio };
@@ -119,15 +118,21 @@ impl Skies {
         let share = f64::from(environment.get_ambient_light_sky_contribution());
         let ambient = ambient.map(|c| c * (1.0 - share));
         let Some(sky) = environment.get_sky() else { return plain(ambient) };
+        let sky = &sky;
         let baked = self.0.entry(sky.instance_id()).or_default();
         baked.used = true;
         // What the engine bakes is as bright as the camera saw it then.
         if energy * exposure * share <= 0.0 {
             return plain(ambient);
         }
-        baked.look(&sky, world_lights, energy * exposure, frame);
+        baked.look(sky, world_lights, energy * exposure, frame);
         if baked.is_awaited && baked.tries <= MAX_TRIES {
             return None;
+        }
+        if let Some(kept) = KeptSky::of(sky)
+            && let Some(environment) = kept.environment(environment, baked.map.as_ref(), energy * share)
+        {
+            return Some(Surroundings { environment, ambient });
         }
         // Where the engine has no picture of its sky, the studio is better than the dark.
         let Some(map) = baked.map.clone() else { return Some(Surroundings::studio()) };
@@ -248,6 +253,7 @@ fn is_panorama(sky: &Gd<Sky>) -> bool {
 fn picture(sky: &Gd<Sky>, brightness: f64) -> Option<EnvironmentMap> {
     let panorama = sky.get_material().and_then(|m| m.try_cast::<PanoramaSkyMaterial>().ok());
     if let Some(material) = panorama {
+        let kept = KeptSky::of(sky);
         let mut image = material.get_panorama()?.get_image()?;
         if image.is_compressed() && image.decompress() != godot::global::Error::OK {
             return None;
@@ -261,10 +267,15 @@ fn picture(sky: &Gd<Sky>, brightness: f64) -> Option<EnvironmentMap> {
             let height = image.get_height() * MAX_PANORAMA_WIDTH / width;
             image.resize(MAX_PANORAMA_WIDTH, height.max(1));
         }
-        let mut map = map_of(image, f64::from(material.get_energy_multiplier()), !high_range)?;
+        // A scene file's strength is beside its map, not in it.
+        let energy = if kept.is_some() { 1.0 } else { f64::from(material.get_energy_multiplier()) };
+        let mut map = map_of(image, energy, !high_range)?;
         // Godot begins panoramas at -z, where ours have their middle.
         map.texels.chunks_exact_mut(map.width).for_each(|row| row.rotate_left(row.len() / 2));
-        return Some(map);
+        return Some(match kept.and_then(|kept| kept.file()) {
+            Some(file) => map.with_file(&file),
+            None => map,
+        });
     }
     let [width, height] = BAKED_SIZE;
     let baked = RenderingServer::singleton().sky_bake_panorama(

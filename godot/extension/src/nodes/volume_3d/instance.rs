@@ -15,16 +15,21 @@ impl LumivoxVolume3D {
         self.follow(shown.is_coming || peel.1);
         let volume = shown.volume;
         let (low, high) = (convert::dvec(self.clip_min), convert::dvec(self.clip_max));
-        let world_from_node = convert::affine(self.to_gd().get_global_transform_interpolated());
-        let world_from_patient = world_from_node * placement::node_from_patient(&volume);
+        let place = self.to_gd().get_global_transform_interpolated();
+        let rounded = || convert::affine(place) * placement::node_from_patient(&volume);
+        let world_from_patient = self.exact_place(&volume, place).unwrap_or_else(rounded);
         Some(VolumeInstance {
             world_from_patient,
-            clip_box: placement::clip_box(&volume, low, high),
+            clip_box: self.exact_clip(&volume).unwrap_or_else(|| placement::clip_box(&volume, low, high)),
             medium: self.medium(&suited),
             layers: self.base().get_layer_mask(),
             labels: self.labels.as_ref().and_then(|labels| labels.bind().labelling()),
             peel: peel.0,
-            clip_shapes: clip_shapes_of(&self.base(), world_from_patient),
+            clip_shapes: clip_shapes_of(
+                &self.base(),
+                world_from_patient,
+                placement::node_from_patient(&volume),
+            ),
             volume,
         })
     }

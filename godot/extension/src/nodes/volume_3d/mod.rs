@@ -1,8 +1,9 @@
 //! The node that shows a scan. `shown.rs`: what of the scan; `warnings.rs` and `hidden_paint.rs`: why it is not what one may
-//! expect.
+//! expect; `opened.rs`: one of a scene file.
 
 mod hidden_paint;
 mod instance;
+mod opened;
 mod shown;
 mod warnings;
 
@@ -28,7 +29,7 @@ use crate::server;
 const MAX_GRADIENT: f64 = 1e12;
 
 /// Largest [member LumivoxVolume3D.peel_mm]: what depths are told apart to.
-const MOST_PEELED_MM: f64 = 60.0;
+const MOST_PEELED_MM: f64 = 63.0;
 
 /// A scan in a scene, path traced: it scatters the scene's light, hides meshes behind it and is hidden by those before
 /// it. Any number may overlap.
@@ -130,9 +131,9 @@ pub struct LumivoxVolume3D {
     #[export]
     #[var(set)]
     keep_everything: bool,
-    /// Millimetres below the skin that are taken off, up to 60. The skin of a CT or MR is found on another thread, which
+    /// Millimetres below the skin that are taken off, up to 63. The skin of a CT or MR is found on another thread, which
     /// takes a few seconds the first time; where none is found for sure, nothing is taken off. May be animated.
-    #[export(range = (0.0, 60.0, 0.1, suffix = "mm"))]
+    #[export(range = (0.0, 63.0, 0.1, suffix = "mm"))]
     #[var(set)]
     peel_mm: f64,
     /// The corner of what is kept of the scan with the smallest coordinates, as fractions of its box, 0 to 1: x to the
@@ -146,6 +147,10 @@ pub struct LumivoxVolume3D {
     #[var(get, set, hint = RANGE, hint_string = "0,1,0.001")]
     #[init(val = Vector3::ONE)]
     clip_max: Vector3,
+    // Where a scene file places it and what it keeps of it, to more digits than the node's own: world from patient, then the
+    // clip box along the scan's axes. Each holds as long as the node is where that is.
+    #[var(rename = _exact, get = _get_exact, set = _set_exact, usage_flags = [STORAGE, INTERNAL])]
+    exact: PackedFloat64Array,
     /// What is shown in place of the patient.
     part: RefCell<Option<ShownPart>>,
     /// Whether something was still computed when a frame was last drawn.
@@ -299,6 +304,17 @@ impl LumivoxVolume3D {
     #[func]
     fn _set_chosen_preset(&mut self, name: GString) {
         self.chosen_preset = name;
+        self.changed();
+    }
+
+    #[func]
+    fn _get_exact(&self) -> PackedFloat64Array {
+        self.exact.clone()
+    }
+
+    #[func]
+    fn _set_exact(&mut self, numbers: PackedFloat64Array) {
+        self.exact = numbers;
         self.changed();
     }
 

@@ -7,6 +7,7 @@ use lumivox_core::MOST_CLIP_SHAPES;
 use super::LumivoxVolume3D;
 use crate::nodes::clip_3d::clip_count;
 use crate::resources::LumivoxVolume;
+use crate::scene_file::SCENE_EXTENSION;
 use crate::{server, shared};
 
 /// Metadata of a file that is a part of a scan: the file that the scan was imported with.
@@ -69,7 +70,11 @@ impl LumivoxVolume3D {
             let ways = "Set 'Volume', or drop a DICOM folder on the FileSystem dock.";
             return Some(format!("There is no scan to show. {ways}"));
         }
-        let is_in_scene = |path: GString| path.to_string().contains("::");
+        // That of an imported scene file is imported with it, as a model's meshes are.
+        let is_in_scene = |path: GString| {
+            let path = path.to_string();
+            path.contains("::") && !path.contains(&format!(".{SCENE_EXTENSION}::"))
+        };
         if self.labels.as_ref().is_some_and(|labels| is_in_scene(labels.get_path())) {
             return Some(
                 "The labels are kept in the scene's file, which makes that large. Save them as .res: 'Save As...' in \

@@ -1,0 +1,82 @@
+//! A scene file's contents, loaded on any thread.
+
+use std::fs;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use lumivox_core::document::{SceneDocument, Written};
+use lumivox_core::{CancelToken, Progress, words};
+use lumivox_import::ImportReport;
+use lumivox_scene::{Audience, Note, OpenError, Opened, Opening, Remedy};
+
+/// What a scene file holds, with its scans.
+pub struct OpenedScene {
+    /// The document; the map of its light is named wherever it lies.
+    pub document: SceneDocument,
+    /// Its scene and its camera.
+    pub opened: Opened,
+    /// How each scan was loaded.
+    pub reports: Vec<ImportReport>,
+    /// What is worth telling, as sentences.
+    pub notes: Vec<String>,
+}
+
+/// Hears what is worth telling.
+struct Listener<'a> {
+    progress: Progress<'a>,
+    notes: Mutex<Vec<String>>,
+}
+
+impl Audience for Listener<'_> {
+    fn note(&self, note: Note) {
+        let remedy = match note.remedy {
+            // What is hidden is no warning, as of scans that are loaded.
+            Some(Remedy::KeepEverything) => return,
+            Some(Remedy::Density(density)) => {
+                format!("; a 'Density' of {} is a body's", words::number(density))
+            }
+            Some(Remedy::LabelPreset) => "; give the label a transfer function of its own".to_owned(),
+            _ => String::new(),
+        };
+        self.notes.lock().unwrap_or_else(PoisonError::into_inner).push(note.text + &remedy);
+    }
+
+    fn say(&self, _: &str) {}
+
+    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
+        work(self.progress)
+    }
+}
+
+/// Loads a scene file and all that it names. `allow_outside_data`: headers may name data files anywhere.
+///
+/// # Errors
+/// A sentence that names the file, the line and what is wrong.
+pub fn open(
+    path: &Path,
+    allow_outside_data: bool,
+    progress: Progress<'_>,
+    cancel: &CancelToken,
+) -> Result<OpenedScene, String> {
+    let text =
+        fs::read_to_string(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    let written = Written::parse(path, text).map_err(|error| format!("{}, {error}", path.display()))?;
+    let failure = |error: OpenError| format!("{}: {}", written.place(error.volume, error.keys), error.kind);
+    let (folder, opening) = (written.folder(), Opening { allow_outside_data });
+    let listener = Listener { progress, notes: Mutex::default() };
+    let (mut scans, mut reports) = (vec![], vec![]);
+    for (index, entry) in written.document.volumes.iter().enumerate() {
+        let loaded = lumivox_scene::load_scan(&entry.scan, folder, &opening, &listener, cancel);
+        let loaded = loaded.map_err(|kind| failure(OpenError::of_scan(index, kind)))?;
+        loaded.report.notes.iter().for_each(|note| listener.note(Note::new(note)));
+        scans.push(loaded.volume);
+        reports.push(loaded.report);
+    }
+    let opened = lumivox_scene::open_loaded(&written.document, scans, folder, &opening, &listener, cancel);
+    let opened = opened.map_err(failure)?;
+    let mut document = written.document.clone();
+    if let Some(map) = opened.scene.environment.file() {
+        document.environment.source = map.to_owned();
+    }
+    Ok(OpenedScene { document, opened, reports, notes: listener.notes.into_inner().unwrap_or_default() })
+}
