@@ -4,6 +4,8 @@ extends EditorPlugin
 
 const VolumeImporter := preload("editor/import_plugin.gd")
 const DicomImporter := preload("editor/dicom_import_plugin.gd")
+const SceneImporter := preload("editor/scene_import_plugin.gd")
+const SceneSaver := preload("editor/scene_saver.gd")
 const DicomFolders := preload("editor/dicom_folders.gd")
 const FormerImports := preload("editor/former_imports.gd")
 const MissedFiles := preload("editor/missed_files.gd")
@@ -15,10 +17,12 @@ const VolumeInspector := preload("editor/volume_inspector.gd")
 const TransferFunctionDock := preload("editor/transfer_function_dock.gd")
 
 const MENU_ITEM := "Import a Scan..."
+const SAVE_ITEM := "Save View as Lumivox Scene..."
 
 var _importers: Array[EditorImportPlugin] = []
 var _menu := ImportMenu.new()
 var _dialog: ImportDialog
+var _saver: SceneSaver
 var _gizmo: VolumeGizmo
 var _clip_gizmo: ClipGizmo
 var _inspector: VolumeInspector
@@ -29,7 +33,7 @@ var _dock_button: Button
 func _enter_tree() -> void:
 	# Collected now: the engine does it without a lock when the first volume is saved, and that is in the background.
 	ClassDB.class_get_property_default_value(&"LumivoxVolume", &"resource_name")
-	_importers = [VolumeImporter.new(), DicomImporter.new()]
+	_importers = [VolumeImporter.new(), DicomImporter.new(), SceneImporter.new()]
 	for importer in _importers:
 		add_import_plugin(importer)
 	_gizmo = VolumeGizmo.new(get_undo_redo())
@@ -44,6 +48,9 @@ func _enter_tree() -> void:
 	_dialog = ImportDialog.new(get_undo_redo())
 	EditorInterface.get_base_control().add_child(_dialog)
 	add_tool_menu_item(MENU_ITEM, _dialog.open)
+	_saver = SceneSaver.new()
+	EditorInterface.get_base_control().add_child(_saver)
+	add_tool_menu_item(SAVE_ITEM, _saver.open)
 	_inspector.import_requested.connect(_dialog.open)
 	_menu.chosen.connect(_dialog.open_path)
 	add_context_menu_plugin(EditorContextMenuPlugin.CONTEXT_SLOT_FILESYSTEM, _menu)
@@ -57,6 +64,8 @@ func _enter_tree() -> void:
 func _exit_tree() -> void:
 	EditorInterface.get_selection().selection_changed.disconnect(_on_selection_changed)
 	get_window().files_dropped.disconnect(_on_files_dropped)
+	remove_tool_menu_item(SAVE_ITEM)
+	_saver.queue_free()
 	remove_tool_menu_item(MENU_ITEM)
 	remove_context_menu_plugin(_menu)
 	_menu.chosen.disconnect(_dialog.open_path)

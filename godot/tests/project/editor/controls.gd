@@ -1,6 +1,7 @@
 @tool
 extends "res://tests/editor/hands.gd"
-## Looks at what the addon puts into the editor to be seen and pressed: icons, handles, galleries, and where new nodes go.
+## Looks at what the addon puts into the editor to be seen and pressed: icons, handles, galleries, where new nodes go, and views
+## that are saved.
 
 ## The layer of what gizmos draw in the editor's viewports.
 const GIZMO_LAYER := 26
@@ -216,4 +217,23 @@ func _open_array() -> Dictionary:
 	told.asks_of_others = fields.is_visible_in_tree()
 	told.cleared = (fields.call("options") as Dictionary).is_empty()
 	dialog.hide()
+	return told
+
+
+## The view as a scene file: of a phantom, which has no file, and of an imported scan.
+func _save_view() -> Dictionary:
+	var saver := _find_script("res://addons/lumivox/editor/scene_saver.gd")
+	var told := {}
+	print("EXPECT an error of a scan that has no file")
+	told.made = saver.call("save", _path("made.lumivox"))
+	var problem := saver.get("_problem") as AcceptDialog
+	told.shown = problem.visible
+	problem.hide()
+	var before := _node.volume
+	_node.volume = load("res://scans/grid.nrrd")
+	await _seconds(0.5)
+	told.saved = saver.call("save", _path("view.lumivox"))
+	told.file = _path("view.lumivox")
+	_node.volume = before
+	await _seconds(0.5)
 	return told

@@ -46,6 +46,7 @@ func _run() -> void:
 	_tell("menu", await _use_menu())
 	_tell("arrays", await _open_array())
 	_tell("empty", await _begin_with_nothing())
+	_tell("view", await _save_view())
 	_tell("four", await _four_views())
 	await _screenshot("four")
 	_tell("help", await _read_help())

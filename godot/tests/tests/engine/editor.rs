@@ -471,6 +471,18 @@ fn a_preset_for_several_volumes_is_one_step_of_undo() {
 }
 
 #[test]
+fn the_view_is_saved_as_a_scene_file() {
+    let view = telling("view");
+    assert!(view["made"].as_str().unwrap().contains("was made in memory"), "{view}");
+    assert_eq!((&view["shown"], &view["saved"]), (&json!(true), &json!("")), "{view}");
+    let text = fs::read_to_string(view["file"].as_str().unwrap()).unwrap();
+    let document = lumivox_core::document::SceneDocument::parse(&text).unwrap();
+    assert!(document.volumes[0].scan.files[0].ends_with("scans/grid.nrrd"), "{text}");
+    assert!(document.camera.world_from_camera.is_some() && document.film.size[0] > 100, "{text}");
+    assert_eq!(document.lights.len(), 1, "{text}");
+}
+
+#[test]
 fn the_editor_ends_without_a_word_about_signals() {
     let log = &edited().0.log;
     assert!(!log.contains("auto-disconnected"), "{log}");

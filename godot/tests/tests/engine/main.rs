@@ -27,6 +27,7 @@ mod pictures;
 mod refraction;
 mod runtime_import;
 mod scans;
+mod scene_files;
 mod script;
 mod shown;
 mod skies;
