@@ -12,7 +12,7 @@ use std::fs;
 use std::path::Path;
 
 use lumivox_renderer::{DeviceLimits, Features, LoopTurns, ViewKind};
-use lumivox_shaders::{Kernel, Stage};
+use lumivox_shaders::{Kernel, KernelKind};
 
 use crate::unity_kernels_hlsl::{Place, Translated, translate};
 use crate::unity_metas::{self, fnv_1a};
@@ -144,9 +144,9 @@ fn translated(limits: impl IntoIterator<Item = DeviceLimits>, views: &[ViewKind]
 
 /// A kernel's kind of file, and what is in it.
 fn file(kernel: Kernel, translated: &Translated) -> (&'static str, String) {
-    match kernel.stage() {
-        Stage::Compute => ("compute", compute(kernel, translated)),
-        Stage::DrawColor | Stage::DrawDepth => ("shader", shader(kernel, translated)),
+    match kernel.kind() {
+        KernelKind::Compute => ("compute", compute(kernel, translated)),
+        KernelKind::DrawColor | KernelKind::DrawDepth => ("shader", shader(kernel, translated)),
     }
 }
 
@@ -200,8 +200,8 @@ fn compute(kernel: Kernel, translated: &Translated) -> String {
 }
 
 fn shader(kernel: Kernel, translated: &Translated) -> String {
-    let state = match kernel.stage() {
-        Stage::DrawDepth => "ColorMask 0\n            ZWrite On",
+    let state = match kernel.kind() {
+        KernelKind::DrawDepth => "ColorMask 0\n            ZWrite On",
         _ => "Blend One OneMinusSrcAlpha\n            ZWrite Off",
     };
     let (vertex, fragment) = (Kernel::VERTEX_ENTRY_POINT, kernel.entry_point());
@@ -276,7 +276,7 @@ fn table(kernels: &Kernels) -> String {
             "            new Entry(\"{name}\", \"{}\", {},\n                new[] {{ {} }},\n                \
              new[] {{ {} }},\n                new[] {{ {} }}),",
             kernel.entry_point(),
-            kernel.stage() != Stage::Compute,
+            kernel.kind() != KernelKind::Compute,
             names(&|place| place == Place::Uniform),
             names(&|place| place != Place::Uniform),
             kinds.collect::<Vec<_>>().join(", "),

@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-pub use lumivox_shaders::{BindingKind, Classes, Kernel, Stage};
+pub use lumivox_shaders::{BindingKind, Classes, Kernel, KernelKind};
 
 /// A buffer or texture, from its creation until it is freed, in one or in many recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -163,7 +163,7 @@ pub enum Step {
     },
     /// Draw one triangle that covers a texture of the host's, which may be multisampled.
     Draw {
-        /// What it draws; its [`Stage`] says how.
+        /// What it draws; its [`KernelKind`] says how.
         kernel: Kernel,
         /// As for [`Step::Dispatch`].
         uniforms: Vec<Vec<u8>>,

@@ -9,7 +9,7 @@ use lumivox_core::glam::DAffine3;
 use lumivox_core::host::{self, Host, Work};
 use lumivox_core::{Medium, Modality, Scene, TransferFunction, Volume, Voxels};
 use lumivox_renderer::recording::{Kernel, TextureOrder};
-use lumivox_renderer::stage::{Progress, Stage, Workbench};
+use lumivox_renderer::stage::{Stage, Workbench, WorldState};
 use lumivox_renderer::{DeviceLimits, Workshop};
 
 /// Its clock stands still, as where nobody gave one.
@@ -65,7 +65,7 @@ fn kernels_and_worlds_are_made_where_they_are_asked_for() {
 
     let mut stage: Stage<u64, u64> = Stage::new(DeviceLimits::webgpu_default());
     let (scene, mut frame) = (scene(), 0);
-    while stage.progress(1) != Progress::Done {
+    while stage.world_state(1) != WorldState::Done {
         frame += 1;
         assert!(frame < 100, "the world never comes");
         stage.begin_frame(frame);

@@ -44,7 +44,7 @@ pub enum BindingKind {
 
 /// How a kernel runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Stage {
+pub enum KernelKind {
     /// In workgroups.
     Compute,
     /// As the fragment shader of one triangle that covers a colour target, whose contents it is blended over with
@@ -119,8 +119,8 @@ impl Kernel {
     pub const VERTEX_ENTRY_POINT: &str = "fullscreen";
 
     /// How it runs.
-    pub fn stage(self) -> Stage {
-        row(self).stage
+    pub fn kind(self) -> KernelKind {
+        row(self).kind
     }
 
     /// The name of the entry point; of the fragment shader where it is drawn.

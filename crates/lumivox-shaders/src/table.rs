@@ -2,7 +2,7 @@
 
 use crate::{
     BindingKind::{self, LinearSampler, StorageRead, StorageReadWrite, Texture2dLoaded, Texture3d, Uniform},
-    Kernel, PathTraceVariant, Stage,
+    Kernel, KernelKind, PathTraceVariant,
 };
 
 /// A kernel as data.
@@ -10,7 +10,7 @@ use crate::{
 pub(crate) struct Row {
     /// Of the fragment shader, where it is drawn.
     pub entry_point: &'static str,
-    pub stage: Stage,
+    pub kind: KernelKind,
     /// Invocations of a workgroup along x and y; 1 where it is drawn.
     pub workgroup_size: [u32; 2],
     /// Of group 0, in order.
@@ -74,13 +74,13 @@ const fn compute(
     bindings: &'static [BindingKind],
     modules: &'static [Module],
 ) -> Row {
-    Row { entry_point, stage: Stage::Compute, workgroup_size, bindings, modules, constants: "" }
+    Row { entry_point, kind: KernelKind::Compute, workgroup_size, bindings, modules, constants: "" }
 }
 
 /// What is drawn.
-const fn draw(entry_point: &'static str, stage: Stage, modules: &'static [Module]) -> Row {
+const fn draw(entry_point: &'static str, kind: KernelKind, modules: &'static [Module]) -> Row {
     let bindings = &[Uniform, StorageRead];
-    Row { entry_point, stage, workgroup_size: [1, 1], bindings, modules, constants: "" }
+    Row { entry_point, kind, workgroup_size: [1, 1], bindings, modules, constants: "" }
 }
 
 /// A kernel's row.
@@ -163,10 +163,10 @@ pub(crate) fn row(kernel: Kernel) -> Row {
             ],
         ),
         Kernel::CompositeColor => {
-            draw("composite_color", Stage::DrawColor, modules![["composite"], ["composite_color"]])
+            draw("composite_color", KernelKind::DrawColor, modules![["composite"], ["composite_color"]])
         }
         Kernel::CompositeDepth => {
-            draw("composite_depth", Stage::DrawDepth, modules![["composite"], ["composite_depth"]])
+            draw("composite_depth", KernelKind::DrawDepth, modules![["composite"], ["composite_depth"]])
         }
         Kernel::FilmCount => {
             compute("film_count", LINE, &[Uniform, StorageRead, StorageReadWrite], modules![["film_count"]])

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::mem::{offset_of, size_of};
 
-use lumivox_shaders::{BindingKind, Kernel, Stage, layout::*};
+use lumivox_shaders::{BindingKind, Kernel, KernelKind, layout::*};
 
 fn module(kernel: Kernel) -> naga::Module {
     naga::front::wgsl::parse_str(&kernel.wgsl())
@@ -264,14 +264,14 @@ fn bindings_and_workgroups_are_as_declared() {
         found.sort_by_key(|(index, _)| *index);
         let declared: Vec<_> = (0..).zip(kernel.bindings().iter().copied()).collect();
         assert_eq!(found, declared, "{kernel:?}");
-        match kernel.stage() {
-            Stage::Compute => {
+        match kernel.kind() {
+            KernelKind::Compute => {
                 let entry = &module.entry_points[0];
                 assert_eq!(entry.name, kernel.entry_point());
                 let [x, y] = kernel.workgroup_size();
                 assert_eq!(entry.workgroup_size, [x, y, 1], "{kernel:?}");
             }
-            Stage::DrawColor | Stage::DrawDepth => {
+            KernelKind::DrawColor | KernelKind::DrawDepth => {
                 let has =
                     |stage, name| module.entry_points.iter().any(|e| e.stage == stage && e.name == name);
                 assert!(has(naga::ShaderStage::Vertex, Kernel::VERTEX_ENTRY_POINT));

@@ -9,7 +9,7 @@ use lumivox_core::light::{Cone, Falloff, Lamp};
 use lumivox_core::{
     Environment, EnvironmentSource, HostCamera, Light, LightKind, Peel, Scene, VolumeInstance, placement,
 };
-use lumivox_renderer::stage::{NothingAhead, Progress, Recorded, Refusal, Stage, ViewFrame, ViewRecorded};
+use lumivox_renderer::stage::{NothingAhead, Recorded, Refusal, Stage, ViewFrame, ViewRecorded, WorldState};
 use lumivox_renderer::{DeviceLimits, DistanceFog, Fog, HostDepth, HostFrame, LiveSettings};
 
 use crate::abi::*;
@@ -552,11 +552,11 @@ pub unsafe extern "C" fn lumivox_volume_resolution(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lumivox_stage_world_progress(stage: *const LumivoxStage, world: u64) -> u32 {
     // SAFETY: as the caller promises.
-    let progress = guard(|| Ok(unsafe { known(stage, "stage") }?.stage.progress(world)));
-    match progress.unwrap_or(Progress::Nothing) {
-        Progress::Done => 0,
-        Progress::Arriving => 1,
-        Progress::Before => 2,
-        Progress::Nothing => 3,
+    let progress = guard(|| Ok(unsafe { known(stage, "stage") }?.stage.world_state(world)));
+    match progress.unwrap_or(WorldState::Nothing) {
+        WorldState::Done => 0,
+        WorldState::Arriving => 1,
+        WorldState::Before => 2,
+        WorldState::Nothing => 3,
     }
 }

@@ -17,7 +17,7 @@ use lumivox_core::{
     Camera, Environment, EnvironmentMap, EnvironmentSource, Modality, Preset, Scene, Volume, VolumeInstance,
     Voxels, framing,
 };
-use lumivox_renderer::stage::{Lent, Progress, Recorded, Stage, ViewFrame};
+use lumivox_renderer::stage::{Lent, Recorded, Stage, ViewFrame, WorldState};
 use lumivox_renderer::{HostFrame, LiveSettings};
 use lumivox_wgpu::{Gpu, GpuTime, wgpu};
 
@@ -146,7 +146,7 @@ impl Bench {
     }
 
     fn is_whole(&self) -> bool {
-        self.stage.holds(WORLD, self.version) && self.stage.progress(WORLD) == Progress::Done
+        self.stage.holds(WORLD, self.version) && self.stage.world_state(WORLD) == WorldState::Done
     }
 
     /// `held` is let go with the scene before.

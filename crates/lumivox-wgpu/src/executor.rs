@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use lumivox_renderer::recording::{BindingKind, Kernel, Stage, TextureOrder};
+use lumivox_renderer::recording::{BindingKind, Kernel, KernelKind, TextureOrder};
 use lumivox_renderer::stage::Workbench;
 use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step, Workshop};
 
@@ -125,13 +125,15 @@ impl Executor {
     /// [`prepare_draws`](Self::prepare_draws). [`SceneCache::kernels`](lumivox_renderer::SceneCache::kernels) names those
     /// that a scene needs, [`Features`](lumivox_renderer::Features) those that scenes may need.
     pub fn prepare(&self, kernels: impl IntoIterator<Item = Kernel>) {
-        self.dispatches.prepare(kernels.into_iter().filter(|kernel| kernel.stage() == Stage::Compute));
+        self.dispatches.prepare(kernels.into_iter().filter(|kernel| kernel.kind() == KernelKind::Compute));
     }
 
     /// Whether a recording with these kernels waits for none of their pipelines; as to what is drawn, see
     /// [`is_prepared_to_draw`](Self::is_prepared_to_draw).
     pub fn is_prepared(&self, kernels: impl IntoIterator<Item = Kernel>) -> bool {
-        kernels.into_iter().all(|kernel| kernel.stage() != Stage::Compute || self.dispatches.is_ready(kernel))
+        kernels
+            .into_iter()
+            .all(|kernel| kernel.kind() != KernelKind::Compute || self.dispatches.is_ready(kernel))
     }
 
     /// Has the pipelines made with which those of the kernels that are drawn onto such a target draw, on other threads:
@@ -398,7 +400,7 @@ impl Executor {
             depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store }),
             stencil_ops: None,
         };
-        let draws_color = kernel.stage() == Stage::DrawColor;
+        let draws_color = kernel.kind() == KernelKind::DrawColor;
         let (encoder, timing) = commands.encoder_and_timing();
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(kernel.entry_point()),

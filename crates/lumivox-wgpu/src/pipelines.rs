@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use lumivox_renderer::Workshop;
-use lumivox_renderer::recording::{BindingKind, Kernel, Stage};
+use lumivox_renderer::recording::{BindingKind, Kernel, KernelKind};
 
 use crate::submission::at_once;
 
@@ -70,9 +70,9 @@ pub(crate) fn draw_keys(
     format: wgpu::TextureFormat,
     samples: u32,
 ) -> impl Iterator<Item = DrawKey> {
-    let stage = if format.has_depth_aspect() { Stage::DrawDepth } else { Stage::DrawColor };
-    let of_stage = kernels.into_iter().filter(move |kernel| kernel.stage() == stage);
-    of_stage.map(move |kernel| DrawKey { kernel, format, samples })
+    let kind = if format.has_depth_aspect() { KernelKind::DrawDepth } else { KernelKind::DrawColor };
+    let of_kind = kernels.into_iter().filter(move |kernel| kernel.kind() == kind);
+    of_kind.map(move |kernel| DrawKey { kernel, format, samples })
 }
 
 /// Makes the pipelines of kernels that run in workgroups, ahead and on threads of their own.
@@ -128,7 +128,7 @@ fn compute(device: &wgpu::Device, kernel: Kernel, uniforms: Uniforms) -> Pipelin
 fn render(device: &wgpu::Device, key: DrawKey, uniforms: Uniforms) -> Pipeline<wgpu::RenderPipeline> {
     let DrawKey { kernel, format, samples } = key;
     let (layout, pipeline_layout, module) = parts(device, kernel, uniforms, wgpu::ShaderStages::FRAGMENT);
-    let color = kernel.stage() == Stage::DrawColor;
+    let color = kernel.kind() == KernelKind::DrawColor;
     let targets = [Some(wgpu::ColorTargetState {
         format,
         blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),

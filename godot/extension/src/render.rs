@@ -7,7 +7,7 @@ use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, RenderingDevice, RenderingServer};
 use godot::prelude::*;
 use lumivox_renderer::recording::{Kernel, Step, TextureOrder};
-use lumivox_renderer::stage::{self, Progress, Recorded, Refusal, Shown, ViewRecorded, Workbench};
+use lumivox_renderer::stage::{self, Recorded, Refusal, Shown, ViewRecorded, Workbench, WorldState};
 use lumivox_renderer::{LiveStatus, RenderError};
 
 use crate::executor::{ExecuteError, Executor, make_ahead, workshop};
@@ -207,7 +207,7 @@ impl Renderer {
         self.update_world(device, target)?;
         let key = target.snapshot.key;
         let stage = self.stage(device);
-        let progress = stage.progress(key);
+        let progress = stage.world_state(key);
         // Another environment or other layers make another world. That may be seen a little longer, another scenario not.
         let first = (buffers.get_render_target(), 0);
         let shown = stage.shown(first, key, |before| before.scenario == key.scenario);
@@ -237,10 +237,10 @@ impl Renderer {
             status.milliseconds += self.stage(device).view_milliseconds(key);
         }
         status.target = settings.target_samples;
-        status.arrived = progress == Progress::Done;
+        status.arrived = progress == WorldState::Done;
         status.converged &= status.arrived;
         // An image of the scene before counts for nothing.
-        Ok(Some(if matches!(progress, Progress::Done | Progress::Arriving) { status } else { pending }))
+        Ok(Some(if matches!(progress, WorldState::Done | WorldState::Arriving) { status } else { pending }))
     }
 
     /// Brings a scene's copy on the GPU up to date. One that does not fit is an error until it changes.

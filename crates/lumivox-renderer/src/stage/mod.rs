@@ -98,7 +98,7 @@ pub struct ViewFrame {
 
 /// How far a world's copy on the device is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Progress {
+pub enum WorldState {
     /// It is there.
     Done,
     /// It is there, but for finer voxels that are on their way.
@@ -277,7 +277,7 @@ impl<W: Key, V: Key> Stage<W, V> {
                     Err(error)
                 }
                 None => {
-                    place.progress = Progress::Done;
+                    place.state = WorldState::Done;
                     Ok(rest(recording))
                 }
             };
@@ -298,7 +298,7 @@ impl<W: Key, V: Key> Stage<W, V> {
             && let Some(missing) = place.unprepared(scene, workbench)
         {
             self.postponed += u64::from(missing == world::Missing::Kernels);
-            place.progress = if place.is_whole { Progress::Before } else { Progress::Nothing };
+            place.state = if place.is_whole { WorldState::Before } else { WorldState::Nothing };
             return Ok(rest(recording));
         }
         place.version = version;
@@ -314,8 +314,8 @@ impl<W: Key, V: Key> Stage<W, V> {
     }
 
     /// How far a world is. One that nobody updated is not there.
-    pub fn progress(&self, world: W) -> Progress {
-        self.worlds.get(&world).map_or(Progress::Nothing, |world| world.progress)
+    pub fn world_state(&self, world: W) -> WorldState {
+        self.worlds.get(&world).map_or(WorldState::Nothing, |world| world.state)
     }
 
     /// Whether a world's copy is that of a version, or came to nothing with it.
@@ -346,7 +346,7 @@ impl<W: Key, V: Key> Stage<W, V> {
         if !self.worlds.contains_key(&shown) {
             return Err(format!("a fault in Lumivox: the world {shown:?} was swept before it was shown"));
         }
-        let is_before = shown != wanted || self.progress(wanted) == Progress::Before;
+        let is_before = shown != wanted || self.world_state(wanted) == WorldState::Before;
         let mut recording = self.begin_recording();
         let known = self.eyes.get_mut(&view);
         let lent = known.as_ref().map_or_else(Lent::new, |eye| eye.lent);
@@ -401,15 +401,15 @@ impl<W: Key, V: Key> Stage<W, V> {
     pub fn view_progress(&self, view: V, wanted: W) -> Option<ViewProgress> {
         let eye = self.eyes.get(&view)?;
         let live = eye.live.status();
-        let progress = self.progress(wanted);
-        if eye.world != wanted || !matches!(progress, Progress::Done | Progress::Arriving) {
+        let state = self.world_state(wanted);
+        if eye.world != wanted || !matches!(state, WorldState::Done | WorldState::Arriving) {
             // An image of the world before counts for nothing.
             return Some(ViewProgress {
                 live: LiveStatus { samples: 0, progress: 0.0, ..live },
                 is_converged: false,
             });
         }
-        Some(ViewProgress { live, is_converged: live.converged && progress == Progress::Done })
+        Some(ViewProgress { live, is_converged: live.converged && state == WorldState::Done })
     }
 
     /// Milliseconds that tracing a view took in a recent frame; 0 where the host does not tell.

@@ -95,16 +95,16 @@ fn draw(stage: &mut Stage<u64, u64>, device: &mut Device) -> Option<(LiveStatus,
 fn a_world_is_shown_once_it_is_prepared_and_leaves_nothing() {
     let (mut stage, mut device) = (Stage::new(limits()), Device::default());
     let scene = scene(0.5);
-    assert_eq!(stage.progress(WORLD), Progress::Nothing);
+    assert_eq!(stage.world_state(WORLD), WorldState::Nothing);
     for number in 1..1000 {
         stage.begin_frame(number);
         update(&mut stage, &mut device, &scene, 1, false);
-        if stage.progress(WORLD) == Progress::Done {
+        if stage.world_state(WORLD) == WorldState::Done {
             break;
         }
         sleep(Duration::from_millis(2));
     }
-    assert_eq!(stage.progress(WORLD), Progress::Done);
+    assert_eq!(stage.world_state(WORLD), WorldState::Done);
     let (status, _) = draw(&mut stage, &mut device).expect("the world is there");
     assert!(status.pixel_samples > 0);
     assert!(!stage.view_progress(VIEW, WORLD).unwrap().is_converged);
@@ -125,7 +125,7 @@ fn at_once_means_in_this_frame() {
     assert!(draw(&mut stage, &mut device).is_none(), "there is no world yet");
     stage.begin_frame(1);
     update(&mut stage, &mut device, &scene(0.5), 1, true);
-    assert_eq!(stage.progress(WORLD), Progress::Done);
+    assert_eq!(stage.world_state(WORLD), WorldState::Done);
     assert!(draw(&mut stage, &mut device).is_some());
 }
 
@@ -149,14 +149,14 @@ fn the_world_before_goes_on_while_another_is_prepared() {
     update(&mut stage, &mut device, &first, 1, true);
     draw(&mut stage, &mut device);
     assert!(stage.update(WORLD, &scene(0.7), 2, false, &Slow).unwrap().is_none());
-    assert_eq!(stage.progress(WORLD), Progress::Before);
+    assert_eq!(stage.world_state(WORLD), WorldState::Before);
     assert!(draw(&mut stage, &mut device).is_some());
     let progress = stage.view_progress(VIEW, WORLD).unwrap();
     assert_eq!((progress.live.samples, progress.is_converged), (0, false));
     assert_eq!(stage.stalls(), [0, 1]);
     // Back again before the kernels are made.
     update(&mut stage, &mut device, &first, 1, false);
-    assert_eq!(stage.progress(WORLD), Progress::Done);
+    assert_eq!(stage.world_state(WORLD), WorldState::Done);
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn only_a_world_that_may_stand_in_is_shown_in_the_place_of_another() {
     device.replay(&swept.recording);
     stage.executed(swept, Ok(())).unwrap();
     assert!(!stage.wants_sweep());
-    assert_eq!(stage.progress(WORLD), Progress::Nothing);
+    assert_eq!(stage.world_state(WORLD), WorldState::Nothing);
     assert!(stage.record_view(VIEW, before, frame).is_err(), "it is gone by now");
 }
 

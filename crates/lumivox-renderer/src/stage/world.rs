@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use lumivox_core::{Scene, host};
 
-use super::{Progress, Workbench};
+use super::{Workbench, WorldState};
 use crate::features::ViewKind;
 use crate::scene_cache::SceneCache;
 use crate::store::VoxelStore;
@@ -24,7 +24,7 @@ pub struct World {
     pub error: Option<String>,
     /// Whether there is anything to draw: a scene that fits.
     pub is_whole: bool,
-    pub progress: Progress,
+    pub state: WorldState,
     /// Whether the last update did nothing, for there was no room for it in its frame.
     pub was_skipped: bool,
     /// What is prepared for the next scene, on another thread that holds the same, if there is one.
@@ -46,7 +46,7 @@ impl World {
             version: 0,
             error: None,
             is_whole: false,
-            progress: Progress::Nothing,
+            state: WorldState::Nothing,
             was_skipped: false,
             preparing: None,
         }
@@ -85,7 +85,7 @@ impl World {
     /// Starts over with nothing. Returns what was there.
     pub fn forget(&mut self, store: &VoxelStore) -> SceneCache {
         (self.version, self.error, self.is_whole) = (0, None, false);
-        self.progress = Progress::Nothing;
+        self.state = WorldState::Nothing;
         std::mem::replace(&mut self.cache, new_cache(store))
     }
 
@@ -93,10 +93,10 @@ impl World {
     pub fn updated(&mut self, version: u64, error: Option<String>) {
         self.version = version;
         self.is_whole = error.is_none();
-        self.progress = match (self.is_whole, self.cache.is_settled()) {
-            (true, true) => Progress::Done,
-            (true, false) => Progress::Arriving,
-            (false, _) => Progress::Nothing,
+        self.state = match (self.is_whole, self.cache.is_settled()) {
+            (true, true) => WorldState::Done,
+            (true, false) => WorldState::Arriving,
+            (false, _) => WorldState::Nothing,
         };
         self.error = error;
     }

@@ -23,11 +23,11 @@ pub(super) struct Ahead {
     /// When it was ordered.
     clock: u64,
     /// Locked while it is made.
-    stage: Arc<Mutex<Stage>>,
+    making: Arc<Mutex<Making>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Stage {
+enum Making {
     Ordered,
     Made,
     /// It could not be made, or is not wanted any more.
@@ -51,7 +51,7 @@ fn bytes(order: &TextureOrder) -> u64 {
 
 impl Ahead {
     pub fn new(order: TextureOrder, sources: Vec<WeakSource>, clock: u64) -> Self {
-        Self { order, sources, clock, stage: Arc::new(Mutex::new(Stage::Ordered)) }
+        Self { order, sources, clock, making: Arc::new(Mutex::new(Making::Ordered)) }
     }
 
     pub fn id(&self) -> ResourceId {
@@ -69,34 +69,34 @@ impl Ahead {
 
     /// Makes it, unless it was given up: once, and never after it was freed.
     pub fn make(&self, make: &mut dyn FnMut(&TextureOrder) -> bool) {
-        let mut stage = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
-        if *stage == Stage::Ordered {
-            *stage = if make(&self.order) { Stage::Made } else { Stage::GivenUp };
+        let mut making = self.making.lock().unwrap_or_else(PoisonError::into_inner);
+        if *making == Making::Ordered {
+            *making = if make(&self.order) { Making::Made } else { Making::GivenUp };
         }
     }
 
     /// `None` while it is being made, which nobody waits for.
-    fn stage(&self) -> Option<Stage> {
-        match self.stage.try_lock() {
-            Ok(stage) => Some(*stage),
-            Err(TryLockError::Poisoned(stage)) => Some(*stage.into_inner()),
+    fn making(&self) -> Option<Making> {
+        match self.making.try_lock() {
+            Ok(making) => Some(*making),
+            Err(TryLockError::Poisoned(making)) => Some(*making.into_inner()),
             Err(TryLockError::WouldBlock) => None,
         }
     }
 
     /// Whether it is to be made, or is being made.
     pub fn is_pending(&self) -> bool {
-        !matches!(self.stage(), Some(Stage::Made | Stage::GivenUp))
+        !matches!(self.making(), Some(Making::Made | Making::GivenUp))
     }
 
     /// Bytes that it takes.
     pub fn bytes(&self) -> u64 {
-        if self.stage() == Some(Stage::Made) { bytes(&self.order) } else { 0 }
+        if self.making() == Some(Making::Made) { bytes(&self.order) } else { 0 }
     }
 
     /// Whether it is there and is what is wanted.
     pub fn suits(&self, format: TextureFormat, size: [u32; 3]) -> bool {
-        self.order.format == format && self.order.size == size && self.stage() == Some(Stage::Made)
+        self.order.format == format && self.order.size == size && self.making() == Some(Making::Made)
     }
 
     /// Records that it is used; returns its name.
@@ -108,12 +108,12 @@ impl Ahead {
 
     /// Records that it is freed, or has it not made. False while it is being made.
     pub fn give_up(&self, recording: &mut Recording) -> bool {
-        let mut stage = match self.stage.try_lock() {
-            Ok(stage) => stage,
-            Err(TryLockError::Poisoned(stage)) => stage.into_inner(),
+        let mut making = match self.making.try_lock() {
+            Ok(making) => making,
+            Err(TryLockError::Poisoned(making)) => making.into_inner(),
             Err(TryLockError::WouldBlock) => return false,
         };
-        if std::mem::replace(&mut *stage, Stage::GivenUp) == Stage::Made {
+        if std::mem::replace(&mut *making, Making::GivenUp) == Making::Made {
             recording.push(Step::Free { id: self.order.id });
         }
         true

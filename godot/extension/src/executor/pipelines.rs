@@ -14,7 +14,7 @@ use godot::classes::{
 };
 use godot::prelude::*;
 use lumivox_renderer::Workshop;
-use lumivox_renderer::recording::{Kernel, Stage};
+use lumivox_renderer::recording::{Kernel, KernelKind};
 
 use super::ExecuteError;
 use super::spirv::{self, Binary};
@@ -60,7 +60,7 @@ fn make(kernel: Kernel) -> Result<Program, String> {
     if !shader.is_valid() {
         return Err("the driver refuses it".to_owned());
     }
-    let pipeline = (kernel.stage() == Stage::Compute).then(|| device.compute_pipeline_create(shader));
+    let pipeline = (kernel.kind() == KernelKind::Compute).then(|| device.compute_pipeline_create(shader));
     if pipeline.is_some_and(|pipeline| !pipeline.is_valid()) {
         device.free_rid(shader);
         return Err(NO_PIPELINE.to_owned());
@@ -120,8 +120,8 @@ impl Pipelines {
             RenderPrimitive::TRIANGLES,
             &RdPipelineRasterizationState::new_gd(),
             &multisample,
-            &depth_state(kernel.stage()),
-            &blend_state(kernel.stage()),
+            &depth_state(kernel.kind()),
+            &blend_state(kernel.kind()),
         );
         if !pipeline.is_valid() {
             return Err(no_pipeline(kernel));
@@ -155,9 +155,9 @@ fn no_pipeline(kernel: Kernel) -> ExecuteError {
     ExecuteError::Kernel { kernel: kernel.entry_point(), why: NO_PIPELINE.to_owned() }
 }
 
-fn depth_state(stage: Stage) -> Gd<RdPipelineDepthStencilState> {
+fn depth_state(kind: KernelKind) -> Gd<RdPipelineDepthStencilState> {
     let mut state = RdPipelineDepthStencilState::new_gd();
-    if stage == Stage::DrawDepth {
+    if kind == KernelKind::DrawDepth {
         state.set_enable_depth_test(true);
         state.set_enable_depth_write(true);
         state.set_depth_compare_operator(CompareOperator::ALWAYS);
@@ -165,9 +165,9 @@ fn depth_state(stage: Stage) -> Gd<RdPipelineDepthStencilState> {
     state
 }
 
-fn blend_state(stage: Stage) -> Gd<RdPipelineColorBlendState> {
+fn blend_state(kind: KernelKind) -> Gd<RdPipelineColorBlendState> {
     let mut state = RdPipelineColorBlendState::new_gd();
-    if stage == Stage::DrawColor {
+    if kind == KernelKind::DrawColor {
         let mut over = RdPipelineColorBlendStateAttachment::new_gd();
         over.set_enable_blend(true);
         over.set_src_color_blend_factor(BlendFactor::ONE);

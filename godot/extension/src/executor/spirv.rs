@@ -1,6 +1,6 @@
 //! Kernels as the SPIR-V that Godot's RenderingDevice takes.
 
-use lumivox_renderer::recording::{Kernel, Stage};
+use lumivox_renderer::recording::{Kernel, KernelKind};
 use naga::ShaderStage;
 use naga::back::spv;
 use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
@@ -24,9 +24,9 @@ pub enum Binary {
 /// What naga says, should the kernel be beyond it.
 pub fn compile(kernel: Kernel, wgsl: &str) -> Result<Binary, String> {
     let text = Text::new(wgsl)?;
-    Ok(match kernel.stage() {
-        Stage::Compute => Binary::Compute(text.stage(ShaderStage::Compute)?),
-        Stage::DrawColor | Stage::DrawDepth => {
+    Ok(match kernel.kind() {
+        KernelKind::Compute => Binary::Compute(text.stage(ShaderStage::Compute)?),
+        KernelKind::DrawColor | KernelKind::DrawDepth => {
             Binary::Draw([text.stage(ShaderStage::Vertex)?, text.stage(ShaderStage::Fragment)?])
         }
     })
