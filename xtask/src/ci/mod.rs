@@ -145,24 +145,43 @@ fn examples(programs: &Programs) -> Vec<Job> {
         let program = programs.built.join("examples").join(name);
         Job::of(format!("example {name}"), Command::new(program))
     };
-    let program = programs.built.join("lumivox-window");
-    let window = Job::new("example window", move |output| {
-        let screenshot = std::env::temp_dir().join("lumivox_window.png");
-        // One of another run tells nothing.
-        let _ = std::fs::remove_file(&screenshot);
-        let has_xvfb = Command::new("xvfb-run").arg("--help").output().is_ok();
-        let mut command = if has_xvfb { Command::new("xvfb-run") } else { Command::new(&program) };
-        if has_xvfb {
-            command.args(["--auto-servernum", "--server-args=-screen 0 640x480x24"]).arg(&program);
-        }
-        command.args(["--size", "320x240", "--frames", "4", "--screenshot"]).arg(&screenshot);
-        capture(&mut command, output)?;
-        match screenshot.metadata() {
-            Ok(file) if file.len() > 0 => Ok(()),
-            _ => Err(format!("{} was not written", screenshot.display())),
-        }
-    });
+    let [program, command] = ["lumivox-window", "lumivox"].map(|name| programs.built.join(name));
+    let window = Job::new("example window", move |output| window_example(&program, &command, output));
     vec![example("hello_volume"), example("fake_device"), window]
+}
+
+/// A scene of the command's in the window, which saves it: the command renders what was saved to the same pixels.
+fn window_example(program: &Path, command: &Path, output: &mut String) -> Result<(), String> {
+    let error = |error: std::io::Error| error.to_string();
+    let folder = std::env::temp_dir().join(format!("lumivox-window-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).map_err(error)?;
+    let file = |name: &str| folder.join(name);
+    let lumivox = |arguments: &[&str], output: &mut String| {
+        capture(Command::new(command).args(arguments).current_dir(&folder), output)
+    };
+    lumivox(&["phantom", "head", "--size", "32", "--out", "scan"], output)?;
+    let scene =
+        ["scene", "save", "scene.lumivox", "scan", "--azimuth", "35", "--size", "320x240", "--samples", "2"];
+    lumivox(&scene, output)?;
+    let has_xvfb = Command::new("xvfb-run").arg("--help").output().is_ok();
+    let mut window = if has_xvfb { Command::new("xvfb-run") } else { Command::new(program) };
+    if has_xvfb {
+        window.args(["--auto-servernum", "--server-args=-screen 0 640x480x24"]).arg(program);
+    }
+    window.arg(file("scene.lumivox")).args(["--size", "320x240", "--frames", "4"]);
+    window.arg("--screenshot").arg(file("window.png")).arg("--save").arg(file("saved.lumivox"));
+    capture(&mut window, output)?;
+    if file("window.png").metadata().map_err(error)?.len() == 0 {
+        return Err(format!("{} is empty", file("window.png").display()));
+    }
+    for name in ["scene", "saved"] {
+        lumivox(&["render", &format!("{name}.lumivox"), "-o", &format!("{name}.png")], output)?;
+    }
+    let [scene, saved] = ["scene.png", "saved.png"].map(|name| std::fs::read(file(name)));
+    if scene.map_err(error)? != saved.map_err(error)? {
+        return Err(format!("the window saved another picture: see {}", folder.display()));
+    }
+    std::fs::remove_dir_all(&folder).map_err(error)
 }
 
 /// Public documentation with warnings as errors: a link that leads nowhere fails.
