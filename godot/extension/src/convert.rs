@@ -1,8 +1,8 @@
 //! Between Godot's types and the core's.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use godot::classes::{Os, ProjectSettings};
+use godot::classes::ProjectSettings;
 use godot::prelude::*;
 use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
 use lumivox_core::glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
@@ -71,47 +71,9 @@ pub fn system_path(path: &GString) -> PathBuf {
     PathBuf::from(ProjectSettings::singleton().globalize_path(path).to_string())
 }
 
-/// A path as resources keep it: what lies in the project, or in a game's own folder, is found there on other machines, too.
-/// `None` for a name that is no Unicode.
-pub fn kept_path(path: &Path) -> Option<String> {
-    let own = [
-        ("res://", ProjectSettings::singleton().globalize_path("res://").to_string()),
-        ("user://", Os::singleton().get_user_data_dir().to_string()),
-    ];
-    kept_within(path, &own)
-}
-
-/// The path that the operating system knows of one that was kept. `None` in an exported game for what lay in its project.
-pub fn found_path(kept: &str) -> Option<PathBuf> {
-    let path = system_path(&GString::from(kept));
-    path.is_absolute().then_some(path)
-}
-
-fn kept_within(path: &Path, own: &[(&str, String)]) -> Option<String> {
-    let inside = |(begin, folder): &(&str, String)| {
-        // An exported game has no folder of its project.
-        let within = path.strip_prefix(folder).ok().filter(|_| Path::new(folder).is_absolute())?;
-        Some(format!("{begin}{}", within.to_str()?))
-    };
-    let kept = own.iter().find_map(inside).or_else(|| path.to_str().map(str::to_owned))?;
-    Some(if cfg!(windows) { kept.replace('\\', "/") } else { kept })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[cfg(unix)]
-    #[test]
-    fn what_lies_in_the_project_is_kept_as_its_own() {
-        let own = [("res://", "/games/one/".to_owned()), ("user://", "/home/ann/.local/one".to_owned())];
-        let kept = |path: &str| kept_within(Path::new(path), &own).unwrap();
-        assert_eq!(kept("/games/one/scans/head"), "res://scans/head");
-        assert_eq!(kept("/home/ann/.local/one/head.nii"), "user://head.nii");
-        assert_eq!(kept("/games/one-more/head.nii"), "/games/one-more/head.nii");
-        let exported = [("res://", String::new())];
-        assert_eq!(kept_within(Path::new("/a/b"), &exported).unwrap(), "/a/b");
-    }
 
     #[test]
     fn colours_come_back() {

@@ -11,6 +11,7 @@ mod effect;
 mod executor;
 mod host_view;
 mod importer;
+mod kept_paths;
 mod load_options;
 mod nodes;
 mod render;

@@ -12,7 +12,7 @@ use lumivox_core::{CancelToken, LabelStyle, LabelVolume, Labelling, Progress, Vo
 use lumivox_import::{LabelOptions, load_labels};
 
 use super::{LumivoxTransferFunction, LumivoxVolume, stored};
-use crate::convert;
+use crate::{convert, kept_paths};
 
 /// Group of the inspector, and beginning of the names of its properties.
 const GROUP: &str = "labels/";
@@ -182,14 +182,14 @@ impl LumivoxLabels {
     }
 
     /// The files that the labels were loaded from; empty where they were found in a scan or made otherwise. They are kept when
-    /// the labels are saved: see [method forget_source].
+    /// the labels are saved, as those of a [LumivoxVolume] are.
     #[func]
     pub fn get_source_files(&self) -> PackedStringArray {
         let source = self.labels.as_ref().and_then(|labels| labels.source());
         source
             .into_iter()
             .flat_map(|source| &source.files)
-            .filter_map(|file| convert::kept_path(file).as_ref().map(GString::from))
+            .filter_map(|file| kept_paths::shown_path(file).as_ref().map(GString::from))
             .collect()
     }
 

@@ -9,7 +9,7 @@ use lumivox_core::labels::LabelSource;
 use lumivox_core::{Modality, Volume, Voxels};
 use lumivox_segmentation::Surroundings;
 
-use crate::convert;
+use crate::kept_paths;
 
 /// Raised when the meaning of an entry changes.
 const VERSION: i64 = 1;
@@ -101,7 +101,7 @@ fn place_of_series(report: &VarDictionary) -> Option<i64> {
 /// What a document says of a scan, with paths as they are kept. `None` where a path is no Unicode.
 fn text_of(mut source: Scan) -> Option<String> {
     source.files =
-        source.files.iter().map(|file| convert::kept_path(file).map(Into::into)).collect::<Option<_>>()?;
+        source.files.iter().map(|file| kept_paths::kept_path(file).map(Into::into)).collect::<Option<_>>()?;
     serde_json::to_string(&source).ok()
 }
 
@@ -114,13 +114,13 @@ fn scan_of(text: &str) -> Option<Scan> {
 
 /// So many paths, as the operating system knows them.
 fn found<'a>(kept: impl Iterator<Item = &'a str>, count: usize) -> Option<Vec<PathBuf>> {
-    kept.map(convert::found_path).collect::<Option<Vec<_>>>().filter(|found| found.len() == count)
+    kept.map(kept_paths::found_path).collect::<Option<Vec<_>>>().filter(|found| found.len() == count)
 }
 
 /// Adds where labels come from to their dictionary.
 pub fn put_label_source(stored: &mut VarDictionary, source: &LabelSource) {
     let kept =
-        |files: &[PathBuf]| files.iter().map(|file| convert::kept_path(file)).collect::<Option<Vec<_>>>();
+        |files: &[PathBuf]| files.iter().map(|file| kept_paths::kept_path(file)).collect::<Option<Vec<_>>>();
     let (Some(files), Some(table)) = (kept(&source.files), kept(source.table.as_slice())) else { return };
     let list = |names: &[String]| names.iter().map(GString::from).collect::<PackedStringArray>();
     let numbers: Vec<String> = source.numbers.iter().map(|(number, _)| number.to_string()).collect();

@@ -13,7 +13,7 @@ use super::derived::{Derived, Part, Parts};
 use super::phantom;
 use super::{Options, stored};
 use crate::load_options::{LoadOptions, Loaded};
-use crate::{codecs, convert};
+use crate::{codecs, convert, kept_paths};
 
 /// A CT or MR scan: voxels in physical units (Hounsfield units for CT) at their true size and place in the patient.
 ///
@@ -167,14 +167,16 @@ impl LumivoxVolume {
 
     /// The files or the folder that the scan was loaded from, as [code]res://[/code] or [code]user://[/code] paths where they lie
     /// there; empty for a phantom, and in an exported game for what lay in its project. Scenes name them
-    /// ([method Lumivox.save_scene]), and a saved scan keeps them: see [method forget_source].
+    /// ([method Lumivox.save_scene]). A scan that is saved in the project keeps files of the project, and for others a word that
+    /// [code]res://.lumivox[/code] explains: that folder stays on this machine. What a game saves keeps paths: see
+    /// [method forget_source].
     #[func]
     pub fn get_source_files(&self) -> PackedStringArray {
         let source = self.volume.as_ref().and_then(|volume| volume.source());
         source
             .into_iter()
             .flat_map(|source| &source.files)
-            .filter_map(|file| convert::kept_path(file).as_ref().map(GString::from))
+            .filter_map(|file| kept_paths::shown_path(file).as_ref().map(GString::from))
             .collect()
     }
 

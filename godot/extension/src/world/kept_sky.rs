@@ -12,7 +12,7 @@ use lumivox_core::document::{Backdrop, Display, Surroundings, Tone};
 use lumivox_core::{EnvironmentMap, EnvironmentSource};
 
 use super::sky::MAX_PANORAMA_WIDTH;
-use crate::convert;
+use crate::{convert, kept_paths};
 
 /// Metadata of a panorama's texture: what a scene file says of the light that it is a picture of.
 const EXACT: &str = "lumivox_environment";
@@ -37,7 +37,7 @@ impl KeptSky {
 
     /// The file of its map; `None` where there is none, or it is out of reach.
     pub fn file(&self) -> Option<PathBuf> {
-        convert::found_path(self.said.file()?.to_str()?)
+        kept_paths::found_path(self.said.file()?.to_str()?)
     }
 
     /// The light: what the file says as far as nobody changed the sky's own numbers, and `brighter` times as bright. `None` where
@@ -67,7 +67,7 @@ impl KeptSky {
 pub fn opened(said: &Surroundings, light: &lumivox_core::Environment, display: &Display) -> Gd<Environment> {
     let mut texture = texture_of(light);
     let mut said = said.clone();
-    if let Some(kept) = said.file().and_then(convert::kept_path) {
+    if let Some(kept) = said.file().and_then(kept_paths::kept_path) {
         said.source = kept.into();
     }
     if let (Some(texture), Ok(text)) = (&mut texture, serde_json::to_string(&said)) {

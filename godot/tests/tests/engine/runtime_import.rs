@@ -364,7 +364,10 @@ fn a_saved_scan_tells_where_it_came_from_and_nothing_of_its_study() {
     let series = &session["series"][0];
     let saved = fs::read(told["file"].as_str().unwrap()).unwrap();
     let uid = series["id"].as_str().unwrap();
-    for word in [uid, "cut_short", "notes.txt"] {
+    // Of what lies outside of the project a word alone, which another file explains.
+    let folder = Path::new(told["path"].as_str().unwrap()).parent().unwrap().to_str().unwrap();
+    assert!(Path::new(folder).is_absolute(), "{folder}");
+    for word in [uid, "cut_short", "notes.txt", folder] {
         let found = saved.windows(word.len()).any(|bytes| bytes == word.as_bytes());
         assert!(!found, "'{word}' is in the file");
     }
