@@ -10,7 +10,7 @@ use std::{
 
 use serde_json::Value;
 
-use crate::seam;
+use crate::{floors, seam};
 
 /// What one crate of the workspace may import.
 struct Rule {
@@ -199,7 +199,8 @@ pub fn run() -> Result<(), String> {
     let broken = violations(&graph, RULES);
     if broken.is_empty() {
         println!("layers: the imports of {} crates go one way", graph.members.len());
-        return seam::run();
+        seam::run()?;
+        return floors::run();
     }
     Err(format!("imports between crates break the rules of ARCHITECTURE.md:\n  {}", broken.join("\n  ")))
 }

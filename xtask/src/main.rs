@@ -2,6 +2,7 @@
 //! `cargo xtask unity-kernels` writes the kernels as Unity takes them, `cargo xtask unity-border` what C# calls.
 
 mod ci;
+mod floors;
 mod layers;
 mod package;
 mod seam;
@@ -20,7 +21,8 @@ Usage: cargo xtask <COMMAND>
 Commands:
   ci      Format check, clippy, import rules, tests, documentation, licences: what CI runs
   ci --all                  The same, and the slow tests
-  layers  Check that imports between the crates go one way, and that clock and threads are the host's
+  layers  Check that imports between the crates go one way, and between an importer's floors, and that clock
+          and threads are the host's
   package python OUT        Make the Python wheel in the folder OUT
   package unity OUT         Make the Unity package, with this system's library in it, in the folder OUT
   package unity OUT --from DIR

@@ -55,7 +55,7 @@ pub fn run() -> Result<(), String> {
 }
 
 /// Source files in a folder and those below, tests left out.
-fn sources(folder: PathBuf) -> Result<Vec<PathBuf>, String> {
+pub fn sources(folder: PathBuf) -> Result<Vec<PathBuf>, String> {
     let error = |error| format!("{}: {error}", folder.display());
     let mut found = vec![];
     for entry in fs::read_dir(&folder).map_err(error)? {

@@ -1,73 +1,45 @@
 //! DICOM: files to a volume at its true place in the patient.
 //!
-//! The walk: [`scan`](scan::scan) finds files and reads their headers ([`elements`], [`header`]), [`series`] sorts
-//! images into stacks and [`phases`], [`pixels`] decodes one ([`codec`]), and [`assembly`] puts its slices on the even
-//! grid that [`geometry`] makes of their places.
+//! The walk: [`images`] finds files and reads their headers ([`elements`], [`header`], [`frames`]), [`series`] sorts images
+//! into stacks and phases and makes an even grid of their places, and [`assembly`] decodes one ([`codec`]) and puts its
+//! slices on that.
+//!
+//! The modules are floors, from the lowest: [`codec`], [`bytes`], [`elements`], [`header`], [`frames`], [`images`],
+//! [`series`], [`assembly`]. Each imports only lower ones; `cargo xtask layers` sees to it.
 //!
 //! Structure and headers are read by Lumivox itself, within bounds that no file can widen; compressed frames go to the
 //! decoders that dicom-rs uses too.
 
-mod alignment;
 mod assembly;
-mod attributes;
-mod charset;
+mod bytes;
 pub(crate) mod codec;
-mod convert;
 mod elements;
-mod frame_counts;
 mod frames;
-mod gaps;
-mod geometry;
 mod header;
-mod interleaving;
-#[cfg(feature = "jpeg")]
-mod jpeg;
-#[cfg(feature = "jpeg-2000")]
-mod jpeg_2000;
-#[cfg(feature = "jpeg")]
-mod jpeg_extended;
-#[cfg(feature = "jpeg-ls")]
-mod jpeg_ls;
-#[cfg(feature = "jpeg-xl")]
-mod jpeg_xl;
-mod kinds;
-mod lone_images;
-mod mosaic;
-mod multi_frame;
-mod names;
-mod overshoot;
-mod palette;
-mod phases;
-mod pixels;
-mod quantity;
-mod resample;
-mod rle;
-mod scan;
-mod segmentation;
+mod images;
 mod series;
-mod source;
-mod stored;
-mod subject;
-mod units;
-mod uptake;
-mod values;
-mod words;
 
 use std::{
     collections::{BTreeMap, HashSet},
     path::{Path, PathBuf},
 };
 
-use alignment::Alignment;
-use assembly::Slices;
-use gaps::Gaps;
-use header::ImageFile;
+use assembly::{
+    alignment::Alignment,
+    label_pixels,
+    pixels::{self, Failure},
+    slices::Slices,
+};
+use bytes::source::Source;
+pub(crate) use header::segments::Segmentation;
+pub(crate) use images::scan::{Found, files_below};
+use images::{image_file::ImageFile, rejected::Rejected, scan};
 use lumivox_core::{CancelToken, Modality, Progress, Subject, Volume, Voxels, fill};
-use pixels::Failure;
-use scan::Rejected;
-pub(crate) use scan::{Found, files_below};
-pub(crate) use segmentation::Segmentation;
-use series::{Phase, Stack};
+use series::{
+    gaps::Gaps,
+    stack::{Phase, Stack},
+    stacks,
+};
 
 use crate::{
     ImportError, ImportOptions, ImportReport, Imported, SeriesSummary, SkippedFile, Thumbnail, single,
@@ -91,8 +63,8 @@ pub(crate) struct Study {
 pub(crate) fn is_dicom(path: &Path) -> bool {
     // Opening a pipe might wait for ever.
     path.is_file()
-        && (elements::is_dicom(&source::Source::File(path.to_owned()))
-            || source::is_gzip_of_dicom(path).unwrap_or(false))
+        && (elements::data_set::is_dicom(&Source::File(path.to_owned()))
+            || elements::gzip::is_gzip_of_dicom(path).unwrap_or(false))
 }
 
 impl Study {
@@ -111,7 +83,7 @@ impl Study {
             // The one file's own error says more than that there is no series.
             return Err(rejected.remove(0).error);
         }
-        let (stacks, left_out) = series::stacks(&files);
+        let (stacks, left_out) = stacks::stacks(&files);
         let mut skipped: Vec<SkippedFile> = rejected.iter().map(Rejected::skipped).collect();
         skipped.extend(left_out);
         let truncated = files.iter().filter_map(|file| Some((file, file.truncation()?)));
@@ -174,7 +146,7 @@ impl Study {
             });
         }
         let Some(wanted) = options.series.clone() else { return Ok(0) };
-        match series::choose(&self.stacks, &self.files, &wanted)[..] {
+        match stacks::choose(&self.stacks, &self.files, &wanted)[..] {
             [chosen] => Ok(chosen),
             [] => {
                 let available = list(&self.summaries(options), 0..self.stacks.len());
@@ -371,7 +343,7 @@ impl Study {
         let slices = &stack.phases[0].slices;
         let middle = slices.len() / 2;
         if first.segmentation.is_some() {
-            let (decoded, _) = segmentation::decode(&self.files, stack, Progress::SILENT, cancel)?;
+            let (decoded, _) = label_pixels::decode(&self.files, stack, Progress::SILENT, cancel)?;
             return Ok(picture(&decoded.voxels, decoded.rescale, middle, None));
         }
         // Soft tissue and bone, where values are absolute.
