@@ -21,7 +21,7 @@ Usage: cargo xtask <COMMAND>
 Commands:
   ci      Format check, clippy, import rules, tests, documentation, licences: what CI runs
   ci --all                  The same, and the slow tests
-  layers  Check that imports between the crates go one way, and between an importer's floors, and that clock
+  layers  Check that imports between the crates go one way, and between the importer's floors, and that clock
           and threads are the host's
   package python OUT        Make the Python wheel in the folder OUT
   package unity OUT         Make the Unity package, with this system's library in it, in the folder OUT

@@ -21,7 +21,7 @@ use std::{
 use lumivox_core::CancelToken;
 
 use crate::broken_pipe::BrokenPipesAreErrors;
-use crate::dicom::codec::{self, CodecFault, Decoded, Encoding, FrameShape};
+use crate::codec::{self, CodecFault, Decoded, Encoding, FrameShape};
 
 /// A program that decodes frames: it calls [`serve_codecs`] with its standard input and output.
 #[derive(Clone, Debug)]

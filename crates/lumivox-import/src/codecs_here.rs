@@ -2,7 +2,7 @@
 
 use lumivox_core::CancelToken;
 
-use crate::dicom::codec::{self, CodecFault, Decoded, FrameShape};
+use crate::codec::{self, CodecFault, Decoded, FrameShape};
 
 /// The decoders of one import.
 pub(crate) struct Codecs;

@@ -1,4 +1,9 @@
-//! Units of length, by the names that programs give them.
+//! Units of length, by the names that programs give them, and lengths that are believed.
+
+use std::ops::RangeInclusive;
+
+/// Distances between voxels that are believed, in mm: from atoms to a kilometre.
+pub(crate) const SPACING_MM: RangeInclusive<f64> = 1e-6..=1e6;
 
 /// Millimetres in a unit; `None` for what is none, such as pixels.
 pub(crate) fn mm_per_unit(name: &str) -> Option<f64> {

@@ -7,12 +7,8 @@
 use std::{fs::File, io::Read, path::Path};
 
 use crate::{
-    ImportOptions,
-    error::ImportError,
-    layout::{ArrayLayout, placement},
-    payload::Payload,
-    sample::SampleType,
-    single::Single,
+    ImportOptions, error::ImportError, layout::ArrayLayout, payload::Payload, placement::placement,
+    sample::SampleType, single::Single,
 };
 
 /// What every file begins with.

@@ -2,8 +2,21 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
-use lumivox_core::glam::{DMat3, DVec3};
+use lumivox_core::{
+    Volume,
+    glam::{DMat3, DVec3},
+};
 use serde::{Serialize, Serializer};
+
+/// A scan and what became of its files.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Imported {
+    /// The scan.
+    pub volume: Volume,
+    /// How it was read.
+    pub report: ImportReport,
+}
 
 /// One series (or file) that could be loaded.
 #[derive(Clone, Debug, Default, Serialize)]

@@ -1,10 +1,7 @@
 //! Files that hold one scan, and no others beside it: what their headers say, and the way from samples to an
 //! [`Imported`]. Every reader but DICOM's ends here.
 
-use std::{
-    ops::RangeInclusive,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use lumivox_core::{
     CancelToken, Modality, Progress, Volume,
@@ -14,14 +11,12 @@ use lumivox_core::{
 use crate::{
     Imported,
     error::ImportError,
+    lengths::SPACING_MM,
     report::{ImportReport, SeriesSummary, Thumbnail, orientation_words},
     sample::Decoded,
     samples::Samples,
     values::{Told, judged, looks_like_hounsfield},
 };
-
-/// Distances between voxels that are believed, in mm: from atoms to a kilometre.
-pub(crate) const SPACING_MM: RangeInclusive<f64> = 1e-6..=1e6;
 
 /// Pixels of the largest slice that a picture is made of.
 pub(crate) const LARGEST_PICTURE: usize = 1 << 28;

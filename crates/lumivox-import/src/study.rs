@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use lumivox_core::{CancelToken, Progress};
 
 use crate::{
-    ImportOptions, ImportReport, Imported, SeriesSummary, Thumbnail, dicom,
+    ImportOptions, ImportReport, Imported, SeriesSummary, Thumbnail,
+    choice::{channel, format_of, only_volume_in, unused},
+    dicom,
     error::ImportError,
     format::{self, Format},
     labels::{
@@ -281,109 +283,4 @@ pub fn load(
     cancel: &CancelToken,
 ) -> Result<Imported, ImportError> {
     Study::open(paths, options, progress, cancel)?.load(options, progress, cancel)
-}
-
-/// The channel that options name, as a series, counted from 1.
-pub(crate) fn channel(channels: &[Single], options: &ImportOptions) -> Result<usize, ImportError> {
-    let Some(wanted) = &options.series else { return Ok(0) };
-    let number = wanted.trim().parse::<usize>().ok().and_then(|number| number.checked_sub(1));
-    number.filter(|number| *number < channels.len()).ok_or_else(|| ImportError::NoSuchSeries {
-        path: channels[0].path.clone(),
-        wanted: wanted.clone(),
-        available: format!("channels 1 to {}", channels.len()),
-    })
-}
-
-/// Notes on options that a file of this format has no use for.
-pub(crate) fn unused(options: &ImportOptions, format: &str) -> Vec<String> {
-    let mut notes = Vec::new();
-    let has_channels = ["TIFF", "PNG", zarr::NAME].contains(&format);
-    let is_array = has_channels || format == "NPY";
-    let told = [
-        (options.spacing_mm.is_some(), "spacing"),
-        (options.axes.is_some(), "orientation"),
-        (options.layout.is_some() && !has_channels, "layout"),
-    ];
-    for (_, what) in told.iter().filter(|(is_told, _)| *is_told && !is_array) {
-        notes.push(format!(
-            "the {what} that was given was not used: it is for arrays and pictures, and not for {format}"
-        ));
-    }
-    if options.series.is_some() && format != "DICOM" && !has_channels {
-        notes.push(format!("no series was looked for: a {format} file holds one image"));
-    }
-    if options.raw.is_some() && format != "RAW" {
-        notes.push(format!("the description of raw samples was not used: {format} describes itself"));
-    }
-    notes
-}
-
-/// How a single file is to be read.
-pub(crate) fn format_of(path: &Path, options: &ImportOptions) -> Result<Format, ImportError> {
-    match (&options.raw, format::recognise(path)) {
-        (Some(_), Err(error)) if !matches!(error, ImportError::Io { .. }) => Ok(Format::Raw),
-        // The DICOM reader knows more ways to begin a file, if it has to.
-        // It unpacks them, too.
-        (None, Err(ImportError::UnknownFormat { .. })) if dicom::is_dicom(path) => Ok(Format::Dicom),
-        (_, format) => format,
-    }
-}
-
-/// The one file of a folder without DICOM that is a volume; if there is none, the one that [`ImportOptions::raw`] can
-/// only mean.
-pub(crate) fn only_volume_in(
-    folder: &Path,
-    options: &ImportOptions,
-    cancel: &CancelToken,
-) -> Result<PathBuf, ImportError> {
-    let mut volumes = volumes_in(folder, options, cancel)?;
-    match volumes.len() {
-        1 => Ok(volumes.remove(0)),
-        several => Err(ImportError::Unsupported {
-            path: folder.to_owned(),
-            what: format!("it holds {several} volumes"),
-            remedy: "Open one of its files".to_owned(),
-        }),
-    }
-}
-
-/// The files of a folder without DICOM that are volumes, by their names; if there is none, the one that
-/// [`ImportOptions::raw`] can only mean.
-///
-/// # Errors
-/// Where there is none.
-pub(crate) fn volumes_in(
-    folder: &Path,
-    options: &ImportOptions,
-    cancel: &CancelToken,
-) -> Result<Vec<PathBuf>, ImportError> {
-    let dicom::Found { files: all, closed } = dicom::files_below(folder, cancel)?;
-    let mut volumes = Vec::new();
-    for file in &all {
-        cancel.check()?;
-        // Pages of pictures are slices of one volume, mostly.
-        volumes
-            .extend(format::recognise(file).is_ok_and(|format| format != Format::Tiff).then(|| file.clone()));
-    }
-    volumes.sort();
-    match (&volumes[..], &all[..]) {
-        ([_, ..], _) => Ok(volumes),
-        ([], [only]) if options.raw.is_some() => Ok(vec![only.clone()]),
-        ([], _) => Err(ImportError::NoSeries {
-            path: folder.to_owned(),
-            files: all.len(),
-            detail: match &options.raw {
-                _ if !closed.is_empty() => {
-                    format!(
-                        "'{}' was left out: {}. Open it by itself",
-                        closed[0].path.display(),
-                        closed[0].reason()
-                    )
-                }
-                _ if all.is_empty() => crate::error::CHOOSE_FOLDER.to_owned(),
-                Some(_) => "Open the one that is described".to_owned(),
-                None => "None is of a format that Lumivox reads".to_owned(),
-            },
-        }),
-    }
 }

@@ -44,17 +44,6 @@ impl Told {
     }
 }
 
-/// The modality that a word means, in any case: `CT`, `MR` (`MRI`), `PET` (`PT`), `other`.
-pub fn modality_of_word(word: &str) -> Option<Modality> {
-    Some(match word.trim().to_ascii_uppercase().as_str() {
-        "CT" => Modality::Ct,
-        "MR" | "MRI" => Modality::Mr,
-        "PET" | "PT" => Modality::Pet,
-        "OTHER" => Modality::Other,
-        _ => return None,
-    })
-}
-
 /// Says what is odd about values, and takes the unit from a CT whose values cannot be Hounsfield units; unless the user said
 /// that they are.
 pub(crate) fn judged(volume: Volume, told: &Told, notes: &mut Vec<String>) -> Volume {

@@ -1,10 +1,10 @@
 //! DICOM: files to a volume at its true place in the patient.
 //!
 //! The walk: [`images`] finds files and reads their headers ([`elements`], [`header`], [`frames`]), [`series`] sorts images
-//! into stacks and phases and makes an even grid of their places, and [`assembly`] decodes one ([`codec`]) and puts its
+//! into stacks and phases and makes an even grid of their places, and [`assembly`] decodes one ([`codec`](crate::codec)) and puts its
 //! slices on that.
 //!
-//! The modules are floors, from the lowest: [`codec`], [`bytes`], [`elements`], [`header`], [`frames`], [`images`],
+//! The modules are floors, from the lowest: [`bytes`], [`elements`], [`header`], [`frames`], [`images`],
 //! [`series`], [`assembly`]. Each imports only lower ones; `cargo xtask layers` sees to it.
 //!
 //! Structure and headers are read by Lumivox itself, within bounds that no file can widen; compressed frames go to the
@@ -12,7 +12,6 @@
 
 mod assembly;
 mod bytes;
-pub(crate) mod codec;
 mod elements;
 mod frames;
 mod header;

@@ -11,13 +11,13 @@ use lumivox_core::{
 };
 
 use super::{
-    ImportedLabels, LabelFile, colors, finish_volume, load_one, no_labels,
+    ImportedLabels, LabelFile, finish_volume, load_one, no_labels,
     table::{Table, clean},
     values::{MOST_LABELS, NoLabels},
 };
 use crate::{
-    ImportOptions, ImportReport, claims::Claims, dicom, error::ImportError, payload::too_many_voxels,
-    study::volumes_in, zarr,
+    ImportOptions, ImportReport, choice::volumes_in, claims::Claims, colors, dicom, error::ImportError,
+    payload::too_many_voxels, zarr,
 };
 
 /// How far from a whole number of voxels grids may lie beside each other: headers round.

@@ -4,7 +4,6 @@
 //! Labels are numbers: they are never interpolated, and read exactly. A [`LabelVolume`] tells 255 apart; numbers beyond
 //! that range are numbered anew, by rising number.
 
-pub(crate) mod colors;
 mod extension;
 mod files;
 pub(crate) mod segments;
@@ -16,14 +15,14 @@ use std::path::{Path, PathBuf};
 use lumivox_core::{CancelToken, Label, LabelVolume, Progress, glam::DAffine3, labels::LabelSource};
 
 use crate::{
-    ImportOptions, ImportReport, Imported, SampleType, dicom,
+    ImportOptions, ImportReport, Imported, SampleType,
+    choice::{channel, format_of, unused},
+    colors, dicom,
     error::ImportError,
     format::Format,
     metaimage, mgh, nifti, npy, nrrd, payload, pictures, raw,
     single::Single,
-    source,
-    study::{channel, format_of, unused},
-    zarr,
+    source, zarr,
 };
 use segments::Segment;
 use table::{Entry, Table};

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::{colors, table};
-use crate::{error::ImportError, nrrd, text_header::Fields};
+use super::table;
+use crate::{colors, error::ImportError, nrrd, text_header::Fields};
 
 /// More segments than these are not believed.
 const MOST_SEGMENTS: usize = 1 << 12;

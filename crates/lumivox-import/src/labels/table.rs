@@ -7,8 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::colors;
-use crate::error::ImportError;
+use crate::{colors, error::ImportError};
 
 /// No table is longer.
 const LONGEST: u64 = 4 << 20;

@@ -20,7 +20,7 @@ use lumivox_core::CancelToken;
 use crate::{
     ImportOptions,
     error::ImportError,
-    layout::placement,
+    placement::placement,
     sample::SampleType,
     samples::{Planes, Samples},
     single::Single,

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::tiff::Description;
-use crate::{error::ImportError, layout::Spacing, lengths::mm_per_unit};
+use crate::{error::ImportError, lengths::mm_per_unit, placement::Spacing};
 
 /// Elements of a document that are looked at.
 const MOST_ELEMENTS: u32 = 1 << 18;

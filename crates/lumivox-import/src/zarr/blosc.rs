@@ -88,8 +88,8 @@ fn inflate(packed: &[u8], wanted: usize, codec: u8) -> Result<Vec<u8>, String> {
     match codec {
         0 => blosclz(packed, wanted),
         1 => lz4(packed, wanted),
-        3 => super::chunks::zlib(packed, wanted),
-        4 => super::chunks::zstd(packed, wanted),
+        3 => super::streams::zlib(packed, wanted),
+        4 => super::streams::zstd(packed, wanted),
         2 => Err("is compressed by Blosc's snappy, which is not read".to_owned()),
         other => Err(format!("is compressed by codec {other} of Blosc, which is not known")),
     }

@@ -1,8 +1,9 @@
 //! Chunks of an array: one file for each, compressed, and none where nothing was written.
 
-use std::io::Read;
-
-use super::blosc;
+use super::{
+    blosc,
+    streams::{read, zlib, zstd},
+};
 
 /// How chunks are compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,24 +48,6 @@ impl Compression {
         }
         Ok(bytes)
     }
-}
-
-/// Reads what is there, and one byte more than is wanted at most: memory grows with what comes.
-fn read(input: impl Read, wanted: usize) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
-    let most = (wanted as u64).saturating_add(1);
-    input.take(most).read_to_end(&mut bytes).map_err(|fault| format!("is damaged ({fault})"))?;
-    Ok(bytes)
-}
-
-pub(super) fn zlib(packed: &[u8], wanted: usize) -> Result<Vec<u8>, String> {
-    read(flate2::read::ZlibDecoder::new(packed), wanted)
-}
-
-pub(super) fn zstd(packed: &[u8], wanted: usize) -> Result<Vec<u8>, String> {
-    let decoder = ruzstd::decoding::StreamingDecoder::new(packed)
-        .map_err(|fault| format!("has damaged Zstandard data ({fault})"))?;
-    read(decoder, wanted)
 }
 
 #[cfg(test)]

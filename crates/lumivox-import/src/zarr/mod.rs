@@ -7,6 +7,7 @@
 mod array;
 mod blosc;
 mod chunks;
+mod streams;
 
 use std::path::{Path, PathBuf};
 
@@ -19,8 +20,9 @@ use serde_json::Value;
 use crate::{
     ImportOptions,
     error::ImportError,
-    layout::{ArrayLayout, Spacing, placement},
+    layout::ArrayLayout,
     lengths::mm_per_unit,
+    placement::{Spacing, placement},
     sample::SampleType,
     samples::Samples,
     single::Single,

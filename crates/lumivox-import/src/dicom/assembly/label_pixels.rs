@@ -6,6 +6,7 @@ use lumivox_core::{CancelToken, Progress, Stage, Voxels, glam::DVec3};
 use crate::{
     ImportError,
     claims::Claims,
+    codec::{self, Encoding},
     codec_worker::Codecs,
     dicom::{
         assembly::{
@@ -13,7 +14,6 @@ use crate::{
             stored::{self, NativeFrames},
         },
         bytes::fragments,
-        codec::{self, Encoding},
         header::segments::{Kind, Segmentation},
         images::{image_file::ImageFile, rejected::Rejected},
         series::stack::Stack,

@@ -1,9 +1,9 @@
 //! Samples that a codec gives more bits than are stored (BitsStored): lossy compression overshoots at edges, so that they
 //! are numbers just beyond the range. They are clamped to it. Masked, the brightest would become the darkest.
 
-use crate::dicom::{
+use crate::{
     codec::{Decoded, precision},
-    header::pixel_format::{PixelFormat, SampleKind},
+    dicom::header::pixel_format::{PixelFormat, SampleKind},
 };
 
 /// How decoded samples become stored values.

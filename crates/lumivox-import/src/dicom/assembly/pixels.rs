@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use crate::{
     ImportError,
+    codec::{self, Encoding},
     codec_worker::Codecs,
     dicom::{
         assembly::{
@@ -19,7 +20,6 @@ use crate::{
             stored::{self, NativeFrames},
         },
         bytes::{fragments, source::Input},
-        codec::{self, Encoding},
         header::pixel_format::SampleKind,
         images::{
             image_file::{ImageFile, Slice},

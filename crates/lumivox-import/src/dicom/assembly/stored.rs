@@ -6,9 +6,9 @@ use lumivox_core::CancelToken;
 
 use crate::{
     ImportError,
+    codec::CodecFault,
     dicom::{
         bytes::source::Input,
-        codec::CodecFault,
         header::pixel_format::{PixelFormat, undecodable},
         images::image_file::ImageFile,
     },

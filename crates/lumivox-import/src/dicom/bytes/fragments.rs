@@ -1,8 +1,8 @@
 //! Encapsulated pixel data (PS3.5 annex A.4): from fragments to one codestream per frame.
 
-use crate::dicom::{
-    bytes::source::Input,
+use crate::{
     codec::{JPEG_XL_CODESTREAM, JPEG_XL_FILE},
+    dicom::bytes::source::Input,
 };
 
 /// Reads the fragments at `input`'s position and joins them to one codestream per frame; fewer where the file is cut

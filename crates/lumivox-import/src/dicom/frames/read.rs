@@ -29,7 +29,7 @@ use crate::{
             units::{self, Unit},
         },
     },
-    single::SPACING_MM,
+    lengths::SPACING_MM,
 };
 
 /// Added to b-values by some of GE's programs.

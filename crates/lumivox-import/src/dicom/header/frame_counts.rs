@@ -1,14 +1,16 @@
 //! How many frames a file has: by its own word, and by the bytes that are there.
 
-use crate::dicom::{
-    bytes::source::inflation_limit,
+use crate::{
     codec::Encoding,
-    elements::{
-        attributes as attr,
-        data_set::{DataSet, PixelElement},
-        values::FieldFault,
+    dicom::{
+        bytes::source::inflation_limit,
+        elements::{
+            attributes as attr,
+            data_set::{DataSet, PixelElement},
+            values::FieldFault,
+        },
+        header::refusal::Refusal,
     },
-    header::refusal::Refusal,
 };
 
 /// More frames than any scan has; each costs memory before a pixel is read.

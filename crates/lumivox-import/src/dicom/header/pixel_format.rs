@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use crate::{
     ImportError,
+    codec::{Encoding, FrameShape},
     dicom::{
         bytes::source::Source,
-        codec::{Encoding, FrameShape},
         elements::{
             attributes::{self as attr, Attribute},
             data_set::{DataSet, Header, PixelElement},

@@ -1,11 +1,11 @@
 //! What a segmentation says of its segments.
 
 use crate::{
+    colors,
     dicom::{
         elements::{attributes as attr, charset::Charset, data_set::DataSet},
         header::{names::PatientNames, palette},
     },
-    labels::colors,
 };
 
 /// Segments that are named in the report.

@@ -1,4 +1,4 @@
-//! Floor: from a compressed frame to its samples. Knows no file.
+//! From a compressed frame of DICOM to its samples. Knows no file.
 //!
 //! A codestream's own header is compared with the file's before a decoder sees it, so that none takes memory for an
 //! image of another size.
