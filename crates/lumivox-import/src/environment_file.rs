@@ -12,10 +12,12 @@ use std::{
 
 use lumivox_core::EnvironmentMap;
 
-use crate::{error::ImportError, payload::fill, radiance, source};
-
-/// Wider panoramas are refused: they are damaged, or of no more use than smaller ones.
-const WIDEST: usize = 16384;
+use crate::{
+    error::ImportError,
+    panorama::{WIDEST, check_size, damaged},
+    payload::fill,
+    radiance, source,
+};
 
 /// Loads a panorama of light, by its content.
 ///
@@ -64,38 +66,6 @@ pub fn save_environment(path: &Path, map: &EnvironmentMap) -> Result<(), ImportE
         let _ = std::fs::remove_file(&aside);
         ImportError::io(path)(error)
     })
-}
-
-/// Refuses sizes that no panorama has.
-pub(crate) fn check_size(path: &Path, width: usize, height: usize) -> Result<(), ImportError> {
-    let size = format!("is {width} x {height}");
-    if width == 0 || height == 0 || width > WIDEST || height > WIDEST {
-        return Err(ImportError::Field {
-            path: path.to_owned(),
-            field: "the image size".to_owned(),
-            problem: size,
-            remedy: format!("Use a panorama at most {WIDEST} texels wide"),
-        });
-    }
-    // A little leeway for panoramas cut by hand.
-    if width * 10 < height * 18 || width * 10 > height * 22 {
-        return Err(ImportError::Field {
-            path: path.to_owned(),
-            field: "the image size".to_owned(),
-            problem: format!("{size}, not twice as wide as high"),
-            remedy: "Use an equirectangular panorama, not a cube map or a light probe".to_owned(),
-        });
-    }
-    Ok(())
-}
-
-pub(crate) fn damaged(path: &Path, field: &str, problem: String) -> ImportError {
-    ImportError::Field {
-        path: path.to_owned(),
-        field: field.to_owned(),
-        problem,
-        remedy: "Copy or export the file again".to_owned(),
-    }
 }
 
 /// Makes every texel a radiance.

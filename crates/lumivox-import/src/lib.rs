@@ -34,6 +34,7 @@ mod nifti;
 mod npy;
 mod nrrd;
 mod options;
+mod panorama;
 mod payload;
 mod pictures;
 mod placement;

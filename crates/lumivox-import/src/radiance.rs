@@ -8,8 +8,8 @@ use std::{
 };
 
 use crate::{
-    environment_file::{check_size, damaged},
     error::ImportError,
+    panorama::{check_size, damaged},
     payload::fill,
 };
 
