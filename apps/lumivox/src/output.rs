@@ -49,7 +49,7 @@ pub struct PngOutput {
 impl PngOutput {
     /// Checks, before any work is done, that `path` can be written, and is none of the files that will be read.
     pub fn prepare<'a>(path: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> Result<Self, Failure> {
-        let path = writable(path, "png", inputs)?;
+        let path = writable(path, &["png"], inputs)?;
         Ok(Self { partial: partial(&path), path })
     }
 
@@ -92,16 +92,18 @@ fn partial(path: &Path) -> PathBuf {
     folder_of(path).join(format!(".lumivox-{}.partial", std::process::id()))
 }
 
-/// Checks, before any work is done, that a file of that extension can be written, and is none of those that will be read; the
+/// Checks, before any work is done, that a file of one of those extensions can be written, and is none of those that will be read; the
 /// file that it really is.
 pub fn writable<'a>(
     path: &Path,
-    extension: &str,
+    extensions: &[&str],
     inputs: impl IntoIterator<Item = &'a Path>,
 ) -> Result<PathBuf, Failure> {
     let shown = path.display();
-    if !path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension)) {
-        return Err(Failure::usage(format!("{shown}: the output must end in .{extension}")));
+    let is_one = |extension: &&str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
+    if !extensions.iter().any(is_one) {
+        let extensions = extensions.join(" or .");
+        return Err(Failure::usage(format!("{shown}: the output must end in .{extensions}")));
     }
     check_is_none_of(path, inputs)?;
     // A link is followed: what it points at is replaced, not the link.

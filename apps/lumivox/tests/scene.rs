@@ -41,10 +41,10 @@ fn same(folder: &Path, options: &[&str]) -> String {
     let small = ["--size", "32x24", "--samples", "3", "--quiet"];
     done(folder, &[&["render", "scan", "-o", "direct.png"], &small[..], options].concat());
     fs::create_dir_all(folder.join("scenes")).unwrap();
-    done(folder, &[&["scene", "save", "scenes/a.json", "scan"], &small[..], options].concat());
-    done(folder, &["render", "scenes/a.json", "-o", "again.png", "--quiet"]);
+    done(folder, &[&["scene", "save", "scenes/a.lumivox", "scan"], &small[..], options].concat());
+    done(folder, &["render", "scenes/a.lumivox", "-o", "again.png", "--quiet"]);
     assert!(pixels(&folder.join("direct.png")) == pixels(&folder.join("again.png")), "{options:?}");
-    fs::read_to_string(folder.join("scenes/a.json")).unwrap()
+    fs::read_to_string(folder.join("scenes/a.lumivox")).unwrap()
 }
 
 #[test]

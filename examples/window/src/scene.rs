@@ -24,20 +24,21 @@ impl Opened {
     /// Reads what a path leads to; without one, a head as its CT would be. For a thread of its own.
     pub fn read(path: Option<&Path>) -> Result<Self, String> {
         let Some(path) = path else { return Ok(Self::head()) };
-        let told = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+        let of_document = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
         let mut document = SceneDocument { volumes: vec![Entry::new(Scan::default())], ..Default::default() };
         let mut folder = Path::new("");
         let is_document = path.is_file() && path.extension().is_some_and(|e| e == "lumivox" || e == "json");
         if is_document {
-            let text = std::fs::read_to_string(path).map_err(|error| told(&error))?;
-            document = SceneDocument::parse(&text).map_err(|error| told(&error))?;
+            let text = std::fs::read_to_string(path).map_err(|error| of_document(&error))?;
+            document = SceneDocument::parse(&text).map_err(|error| of_document(&error))?;
             folder = path.parent().unwrap_or(folder);
         } else {
             document.volumes[0].scan.files = vec![path.to_owned()];
         }
         let opened =
             lumivox_scene::open(&document, folder, &Opening::default(), &Terminal, &CancelToken::new());
-        let lumivox_scene::Opened { scene, camera } = opened.map_err(|error| told(&error))?;
+        let lumivox_scene::Opened { scene, camera } =
+            opened.map_err(|error| if is_document { of_document(&error) } else { error.to_string() })?;
         Ok(Self { scene, camera, document })
     }
 

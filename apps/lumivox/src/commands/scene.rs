@@ -27,7 +27,7 @@ fn save(args: &SaveArgs) -> Result<(), Failure> {
     let reporter = Reporter::new(args.quiet);
     // The scene itself may be replaced by what becomes of it; scans may not.
     let named = files_named(&args.scene).filter(|file| !is_scene(file));
-    let target = output::writable(&args.output, "json", named)?;
+    let target = output::writable(&args.output, &["json", "lumivox"], named)?;
     let plan = Plan::new(&args.scene)?;
     output::check_is_none_of(
         &args.output,
