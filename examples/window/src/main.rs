@@ -10,6 +10,7 @@ mod show;
 
 use std::error::Error;
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::sync::Arc;
 
 use lumivox_core::camera::Orbit;
@@ -72,8 +73,18 @@ impl Options {
     }
 }
 
-fn main() -> Fallible {
-    let options = Options::parse(std::env::args().skip(1)).ok_or(Options::USAGE)?;
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Fallible {
+    let options = Options::parse(std::env::args().skip(1)).ok_or(format!("usage: {}", Options::USAGE))?;
     let event_loop = EventLoop::with_user_event().build()?;
     let mut app = App { options, proxy: event_loop.create_proxy(), viewer: None, failed: None };
     event_loop.run_app(&mut app)?;
