@@ -57,7 +57,7 @@ impl Opened {
         document.camera = View::of(&self.camera);
         document.film = self.document.film;
         document.film.size = [width, height];
-        document.display = self.document.display.clone();
+        document.display = self.document.display;
         Ok(lumivox_scene::save(&document, file)?)
     }
 
