@@ -91,18 +91,36 @@ impl CellsOf {
     }
 }
 
-/// An instance's majorants, and the empty space between them. `sets` are the labels of each cell, where there are any.
+/// What the GPU keeps of an instance, for majorants that are made anew when a shape moves or something is peeled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct MadeOf {
+    /// The range maxima of its functions.
+    pub maxima: ResourceId,
+    /// The labels of each cell, where there are any.
+    pub sets: Option<ResourceId>,
+}
+
+/// The range maxima of functions, one after the other.
+pub(super) fn record_maxima(functions: &[Function], recording: &mut Recording) -> ResourceId {
+    let maxima: Vec<f32> = functions.iter().flat_map(Function::range_maxima).collect();
+    recording.create_buffer_with("range maxima", &maxima)
+}
+
+/// The labels of each cell.
+pub(super) fn record_sets(sets: &[[u32; 2]], recording: &mut Recording) -> ResourceId {
+    recording.create_buffer_with("label sets", sets)
+}
+
+/// An instance's majorants, and the empty space between them.
 pub(super) fn record(
     grid_offset: usize,
     cells: &CellsOf,
-    functions: &[Function],
-    sets: Option<&[[u32; 2]]>,
+    made_of: MadeOf,
     acquired: &Acquired,
     buffers: TableBuffers,
     recording: &mut Recording,
 ) {
-    let maxima: Vec<f32> = functions.iter().flat_map(Function::range_maxima).collect();
-    record_cells(grid_offset, cells, &maxima, sets, acquired, buffers, recording);
+    record_cells(grid_offset, cells, made_of, acquired, buffers, recording);
     record_empty_space(grid_offset, &acquired.ranges, buffers, recording);
 }
 
@@ -113,23 +131,23 @@ pub(super) fn record_pages(
     buffers: TableBuffers,
     recording: &mut Recording,
 ) {
-    record_cells(grid_offset, &CellsOf::of_field(), &[0.0], None, acquired, buffers, recording);
+    let maxima = recording.create_buffer_with("range maxima", &[0.0f32; 2]);
+    let made_of = MadeOf { maxima, sets: None };
+    record_cells(grid_offset, &CellsOf::of_field(), made_of, acquired, buffers, recording);
+    recording.push(Step::Free { id: maxima });
 }
 
 fn record_cells(
     grid_offset: usize,
     cells: &CellsOf,
-    maxima: &[f32],
-    sets: Option<&[[u32; 2]]>,
+    MadeOf { maxima, sets }: MadeOf,
     Acquired { resident, ranges }: &Acquired,
     buffers: TableBuffers,
     recording: &mut Recording,
 ) {
-    let maxima = recording.create_buffer_with("range maxima", maxima);
     let pages = recording.create_buffer_with("pages", &resident.pages);
     let looks = recording.create_buffer_with("looks", &cells.looks);
     let has_labels = sets.is_some().into();
-    let sets = recording.create_buffer_with("label sets", sets.unwrap_or(&[[0; 2]]));
     let cell_count = ranges.cells() as u32;
     let [group, _] = Kernel::MajorantGrid.workgroup_size();
     let groups = cell_count.div_ceil(group);
@@ -161,6 +179,7 @@ fn record_cells(
         params.depth_bias = peel.bias;
     }
     // Something has to be bound where there are none.
+    let sets = sets.unwrap_or(maxima);
     let depth_ranges = cells.peel.as_ref().map_or(ranges.buffer, |peel| peel.ranges.buffer);
     recording.push(Step::Dispatch {
         kernel: Kernel::MajorantGrid,
@@ -168,7 +187,7 @@ fn record_cells(
         resources: vec![ranges.buffer, maxima, pages, looks, sets, depth_ranges, buffers.grids],
         workgroups,
     });
-    for id in [maxima, pages, looks, sets] {
+    for id in [pages, looks] {
         recording.push(Step::Free { id });
     }
 }

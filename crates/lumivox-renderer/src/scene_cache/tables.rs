@@ -1,13 +1,11 @@
 //! The instances' transfer functions on the GPU, what else their points are classified by, and the majorants that follow.
 
-use std::sync::Arc;
-
 use lumivox_shaders::layout::{TABLE_PAIRS, TABLE_SIZE};
 
 use super::classes::{self, Fields, Looks};
 use super::fields::{Field, FieldKind};
 use super::label_sets::{self, CellLabels};
-use super::majorants::{self, CellsOf};
+use super::majorants::{self, CellsOf, MadeOf};
 pub use super::transfer_table::{Envelope, Function};
 use super::{DeviceLimits, Placed, acquired, check_binding, voxel_from_patient};
 use crate::error::RenderError;
@@ -22,8 +20,8 @@ struct CachedTable {
     /// What the majorants were made of, besides the functions.
     ranges: ValueRanges,
     cells: CellsOf,
-    /// The labels of each cell.
-    sets: Option<Arc<[[u32; 2]]>>,
+    /// What the majorants were made of, where the GPU keeps it: of what is classified.
+    made_of: Option<MadeOf>,
     looks: Looks,
     functions: Vec<Function>,
     /// The largest opacity of all of them, behind the classification, where it is not the only one's.
@@ -132,7 +130,9 @@ impl CachedTables {
             self.allocate(needed, recording);
             changed = true;
         }
-        self.list.truncate(instances.len());
+        for gone in self.list.drain(instances.len().min(self.list.len())..) {
+            free_made_of(gone.made_of, None, recording);
+        }
         let (mut grid_offset, mut table_offset) = (0, 0);
         for (index, placed) in instances.iter().enumerate() {
             let field = |kind| {
@@ -183,24 +183,30 @@ impl CachedTables {
             write(entry.first_of_envelope(), Payload::copy_of(&envelope.pairs()), recording);
         }
         let majorants_are_there = same_functions.is_some_and(|old| old.has_cells_of(&entry));
-        let sets = match (&entry.cells.labels, old) {
-            (None, _) => None,
-            (labels, Some(old)) if old.cells.labels == *labels => old.sets.clone(),
-            (Some((_, cells)), _) => Some(wanted.cell_labels(cells, &mut self.unprepared)),
-        };
+        let had = old.and_then(|old| old.made_of);
+        let mut made_of = had;
         if !majorants_are_there {
-            let CachedTable { grid_offset, cells, functions, .. } = &entry;
-            majorants::record(
-                *grid_offset,
-                cells,
-                functions,
-                sets.as_deref(),
-                wanted.acquired,
-                buffers,
-                recording,
-            );
+            let same_labels = old.is_some_and(|old| old.cells.labels == entry.cells.labels);
+            let same_maxima = had.filter(|_| same_functions.is_some()).map(|had| had.maxima);
+            let same_sets = had.filter(|_| same_labels).and_then(|had| had.sets);
+            let maxima = same_maxima.unwrap_or_else(|| majorants::record_maxima(&entry.functions, recording));
+            let sets = entry.cells.labels.as_ref().map(|(_, cells)| {
+                same_sets.unwrap_or_else(|| {
+                    let sets = wanted.cell_labels(cells, &mut self.unprepared);
+                    majorants::record_sets(&sets, recording)
+                })
+            });
+            let now = MadeOf { maxima, sets };
+            let CachedTable { grid_offset, cells, .. } = &entry;
+            majorants::record(*grid_offset, cells, now, wanted.acquired, buffers, recording);
+            // Of other media only functions change, and these with them.
+            made_of = wanted.placed.classes().any().then_some(now);
+            if made_of.is_none() {
+                free_made_of(Some(now), had, recording);
+            }
+            free_made_of(had, made_of, recording);
         }
-        let entry = CachedTable { sets, ..entry };
+        let entry = CachedTable { made_of, ..entry };
         match self.list.get_mut(index) {
             Some(old) => *old = entry,
             None => self.list.push(entry),
@@ -265,7 +271,9 @@ impl CachedTables {
                 recording.push(Step::Free { id });
             }
         }
-        self.list.clear();
+        for gone in self.list.drain(..) {
+            free_made_of(gone.made_of, None, recording);
+        }
         self.fields.clear();
     }
 }
@@ -290,6 +298,15 @@ fn starts(looks: &Looks, table_offset: usize) -> Vec<usize> {
         std::mem::replace(&mut next, end)
     };
     looks.functions.iter().map(begin).collect()
+}
+
+/// Frees what was kept and is not any more.
+fn free_made_of(had: Option<MadeOf>, has: Option<MadeOf>, recording: &mut Recording) {
+    let Some(had) = had else { return };
+    let is_gone = |id: &ResourceId| has.is_none_or(|has| has.maxima != *id && has.sets != Some(*id));
+    for id in [Some(had.maxima), had.sets].into_iter().flatten().filter(is_gone) {
+        recording.push(Step::Free { id });
+    }
 }
 
 /// What is to be there of an instance.
@@ -325,7 +342,7 @@ impl Wanted<'_> {
             source,
             ranges: acquired.ranges,
             cells: CellsOf::new(placed, &functions, acquired, labels, depth),
-            sets: None,
+            made_of: None,
             looks: looks.clone(),
             functions,
             envelope,
@@ -346,11 +363,11 @@ impl Wanted<'_> {
         entry
     }
 
-    fn cell_labels(&self, cells: &CellLabels, unprepared: &mut u64) -> Arc<[[u32; 2]]> {
+    fn cell_labels(&self, cells: &CellLabels, unprepared: &mut u64) -> Vec<[u32; 2]> {
         let labelling = self.placed.instance.labels.as_ref().expect("it has a field of them");
         let (blocks, is_late) = label_sets::blocks(&labelling.labels);
         *unprepared += u64::from(is_late);
-        cells.sets(&labelling.labels, &blocks).into()
+        cells.sets(&labelling.labels, &blocks)
     }
 }
 

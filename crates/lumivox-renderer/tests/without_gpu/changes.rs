@@ -237,6 +237,52 @@ fn scene_with(features: Features) -> Scene {
     scene
 }
 
+/// What majorants are made of stays on the device while a shape moves, and goes with the scene.
+#[test]
+fn a_shape_that_moves_uploads_what_it_is_like_alone() {
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
+    let classes = Classes { labels: true, clip_shapes: true, ..Classes::NONE };
+    let mut scene = scene_with(Features { classes, ..Features::default() });
+    let mut held = vec![];
+    let mut hold = |recording: &Recording| {
+        for step in &recording.steps {
+            match step {
+                Step::CreateBuffer { id, label, .. } if ["range maxima", "label sets"].contains(label) => {
+                    held.push(*id);
+                }
+                Step::Free { id } => held.retain(|other| other != id),
+                _ => {}
+            }
+        }
+        held.len()
+    };
+    let mut update = |scene: &Scene, cache: &mut SceneCache| {
+        let mut recording = Recording::new();
+        cache.update(scene, &mut recording).unwrap();
+        (cost_of(&recording), hold(&recording))
+    };
+    assert_eq!(update(&scene, &mut cache).1, 2);
+    for step in 1..3 {
+        scene.volumes[0].clip_shapes = vec![ClipShape::sphere(DVec3::ZERO, 1.0 + f64::from(step))];
+        let (moved, held) = update(&scene, &mut cache);
+        assert_eq!((moved.majorant_grids, held), (1, 2));
+        // What 256 labels and the shape are like, for points and for cells.
+        assert!(moved.bytes < 256 * (64 + 32) + 2048, "{moved:?}");
+    }
+    // Another function, labels gone, the volume gone.
+    scene.volumes[0].medium.transfer_function = TransferFunction::constant(0.2, [0.1; 3]);
+    assert_eq!(update(&scene, &mut cache).1, 2);
+    scene.volumes[0].labels = None;
+    assert_eq!(update(&scene, &mut cache).1, 1);
+    scene.volumes[0].clip_shapes.clear();
+    assert_eq!(update(&scene, &mut cache).1, 0);
+    scene.volumes[0].clip_shapes = vec![ClipShape::sphere(DVec3::ZERO, 1.0)];
+    assert_eq!(update(&scene, &mut cache).1, 1);
+    let mut recording = Recording::new();
+    cache.free(&mut recording);
+    assert_eq!(hold(&recording), 0);
+}
+
 fn kernels(recording: &Recording) -> Vec<Kernel> {
     let kernel = |step: &Step| match step {
         Step::Dispatch { kernel, .. } | Step::Draw { kernel, .. } => Some(*kernel),
