@@ -10,7 +10,7 @@ use super::classes::Shapes;
 use super::label_sets::CellLabels;
 use super::tables::{Function, TableBuffers};
 use super::{Placed, affine_rows, voxel_from_patient};
-use crate::recording::{Recording, ResourceId, Step};
+use crate::recording::{Payload, Recording, ResourceId, Step};
 use crate::store::{Acquired, TexelScale, ValueRanges};
 
 /// What an instance's cells are made of, besides its value ranges and its functions.
@@ -91,13 +91,69 @@ impl CellsOf {
     }
 }
 
-/// What the GPU keeps of an instance, for majorants that are made anew when a shape moves or something is peeled.
+/// What the GPU keeps of an instance, for majorants that are made anew when a shape moves or something is peeled: a host would
+/// otherwise make buffers in every frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MadeOf {
     /// The range maxima of its functions.
     pub maxima: ResourceId,
     /// The labels of each cell, where there are any.
     pub sets: Option<ResourceId>,
+    written: Written,
+}
+
+/// Buffers that are written with each making.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Written {
+    pages: ResourceId,
+    looks: ResourceId,
+    /// Of the empty space.
+    distances: ResourceId,
+    /// Elements of each.
+    sizes: [usize; 3],
+}
+
+impl MadeOf {
+    /// With buffers of before where they have the size; what else they were is the caller's to free.
+    pub fn new(
+        maxima: ResourceId,
+        sets: Option<ResourceId>,
+        before: Option<Self>,
+        cells: &CellsOf,
+        Acquired { resident, ranges }: &Acquired,
+        recording: &mut Recording,
+    ) -> Self {
+        let sizes = [resident.pages.len(), cells.looks.len(), ranges.cells()];
+        let written = match before.map(|before| before.written).filter(|before| before.sizes == sizes) {
+            Some(before) => {
+                for (id, data) in [
+                    (before.pages, Payload::copy_of(&resident.pages)),
+                    (before.looks, Payload::copy_of(&cells.looks)),
+                ] {
+                    recording.push(Step::WriteBuffer { id, offset: 0, data });
+                }
+                before
+            }
+            None => Written {
+                pages: recording.create_buffer_with("pages", &resident.pages),
+                looks: recording.create_buffer_with("looks", &cells.looks),
+                distances: recording.create_buffer("distances", 2 * 4 * ranges.cells() as u64),
+                sizes,
+            },
+        };
+        Self { maxima, sets, written }
+    }
+
+    /// Frees what is no part of another.
+    pub fn free_but(self, other: Option<Self>, recording: &mut Recording) {
+        let is_gone = |id: &ResourceId| other.is_none_or(|other| other.ids().all(|kept| kept != *id));
+        self.ids().filter(is_gone).for_each(|id| recording.push(Step::Free { id }));
+    }
+
+    fn ids(self) -> impl Iterator<Item = ResourceId> {
+        let Written { pages, looks, distances, .. } = self.written;
+        [Some(self.maxima), self.sets, Some(pages), Some(looks), Some(distances)].into_iter().flatten()
+    }
 }
 
 /// The range maxima of functions, one after the other.
@@ -121,7 +177,7 @@ pub(super) fn record(
     recording: &mut Recording,
 ) {
     record_cells(grid_offset, cells, made_of, acquired, buffers, recording);
-    record_empty_space(grid_offset, &acquired.ranges, buffers, recording);
+    record_empty_space(grid_offset, made_of.written.distances, &acquired.ranges, buffers, recording);
 }
 
 /// Cells that say where a field's voxels are, and nothing else: no ray walks through them.
@@ -132,21 +188,20 @@ pub(super) fn record_pages(
     recording: &mut Recording,
 ) {
     let maxima = recording.create_buffer_with("range maxima", &[0.0f32; 2]);
-    let made_of = MadeOf { maxima, sets: None };
-    record_cells(grid_offset, &CellsOf::of_field(), made_of, acquired, buffers, recording);
-    recording.push(Step::Free { id: maxima });
+    let cells = CellsOf::of_field();
+    let made_of = MadeOf::new(maxima, None, None, &cells, acquired, recording);
+    record_cells(grid_offset, &cells, made_of, acquired, buffers, recording);
+    made_of.free_but(None, recording);
 }
 
 fn record_cells(
     grid_offset: usize,
     cells: &CellsOf,
-    MadeOf { maxima, sets }: MadeOf,
+    MadeOf { maxima, sets, written }: MadeOf,
     Acquired { resident, ranges }: &Acquired,
     buffers: TableBuffers,
     recording: &mut Recording,
 ) {
-    let pages = recording.create_buffer_with("pages", &resident.pages);
-    let looks = recording.create_buffer_with("looks", &cells.looks);
     let has_labels = sets.is_some().into();
     let cell_count = ranges.cells() as u32;
     let [group, _] = Kernel::MajorantGrid.workgroup_size();
@@ -184,17 +239,23 @@ fn record_cells(
     recording.push(Step::Dispatch {
         kernel: Kernel::MajorantGrid,
         uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
-        resources: vec![ranges.buffer, maxima, pages, looks, sets, depth_ranges, buffers.grids],
+        resources: vec![
+            ranges.buffer,
+            maxima,
+            written.pages,
+            written.looks,
+            sets,
+            depth_ranges,
+            buffers.grids,
+        ],
         workgroups,
     });
-    for id in [pages, looks] {
-        recording.push(Step::Free { id });
-    }
 }
 
 /// Has the GPU measure the empty space between an instance's majorants.
 fn record_empty_space(
     grid_offset: usize,
+    distances: ResourceId,
     ranges: &ValueRanges,
     buffers: TableBuffers,
     recording: &mut Recording,
@@ -204,7 +265,6 @@ fn record_empty_space(
     let [group, _] = kernel.workgroup_size();
     let groups = cell_count.div_ceil(group);
     let workgroups = [groups.min(1024), groups.div_ceil(1024)];
-    let distances = recording.create_buffer("distances", 2 * 4 * u64::from(cell_count));
     for axis in 0..3 {
         let params = EmptySpaceParams {
             cell_count,
@@ -221,5 +281,4 @@ fn record_empty_space(
             workgroups,
         });
     }
-    recording.push(Step::Free { id: distances });
 }

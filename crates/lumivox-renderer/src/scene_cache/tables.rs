@@ -131,7 +131,7 @@ impl CachedTables {
             changed = true;
         }
         for gone in self.list.drain(instances.len().min(self.list.len())..) {
-            free_made_of(gone.made_of, None, recording);
+            gone.free(recording);
         }
         let (mut grid_offset, mut table_offset) = (0, 0);
         for (index, placed) in instances.iter().enumerate() {
@@ -196,15 +196,17 @@ impl CachedTables {
                     majorants::record_sets(&sets, recording)
                 })
             });
-            let now = MadeOf { maxima, sets };
+            let now = MadeOf::new(maxima, sets, had, &entry.cells, wanted.acquired, recording);
             let CachedTable { grid_offset, cells, .. } = &entry;
             majorants::record(*grid_offset, cells, now, wanted.acquired, buffers, recording);
             // Of other media only functions change, and these with them.
             made_of = wanted.placed.classes().any().then_some(now);
             if made_of.is_none() {
-                free_made_of(Some(now), had, recording);
+                now.free_but(had, recording);
             }
-            free_made_of(had, made_of, recording);
+            if let Some(had) = had {
+                had.free_but(made_of, recording);
+            }
         }
         let entry = CachedTable { made_of, ..entry };
         match self.list.get_mut(index) {
@@ -272,7 +274,7 @@ impl CachedTables {
             }
         }
         for gone in self.list.drain(..) {
-            free_made_of(gone.made_of, None, recording);
+            gone.free(recording);
         }
         self.fields.clear();
     }
@@ -298,15 +300,6 @@ fn starts(looks: &Looks, table_offset: usize) -> Vec<usize> {
         std::mem::replace(&mut next, end)
     };
     looks.functions.iter().map(begin).collect()
-}
-
-/// Frees what was kept and is not any more.
-fn free_made_of(had: Option<MadeOf>, has: Option<MadeOf>, recording: &mut Recording) {
-    let Some(had) = had else { return };
-    let is_gone = |id: &ResourceId| has.is_none_or(|has| has.maxima != *id && has.sets != Some(*id));
-    for id in [Some(had.maxima), had.sets].into_iter().flatten().filter(is_gone) {
-        recording.push(Step::Free { id });
-    }
 }
 
 /// What is to be there of an instance.
@@ -372,6 +365,12 @@ impl Wanted<'_> {
 }
 
 impl CachedTable {
+    fn free(self, recording: &mut Recording) {
+        if let Some(made_of) = self.made_of {
+            made_of.free_but(None, recording);
+        }
+    }
+
     fn has_functions_of(&self, other: &Self) -> bool {
         self.source == other.source && self.looks.functions == other.looks.functions
     }
