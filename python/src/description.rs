@@ -4,16 +4,16 @@
 
 use std::num::NonZeroU32;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use lumivox_core::glam::DVec3;
 use lumivox_core::{
-    self as core, Environment, EnvironmentMap, PerspectiveCamera, Progress,
+    self as core, Environment, EnvironmentMap, PerspectiveCamera,
     document::{self, Display, Film, Look, SceneDocument, View, Written},
     framing,
 };
-use lumivox_scene::{Audience, Note, OpenErrorKind, Opened, Opening, Part, Remedy, assemble, open};
+use lumivox_scene::{Notes, OpenErrorKind, Opened, Opening, Part, Remedy, assemble, open};
 use lumivox_wgpu::RenderRequest;
 use pyo3::prelude::*;
 
@@ -152,31 +152,13 @@ pub fn save_scene(
     fork::detach(py, || lumivox_scene::save(&document, &path)).map_err(|error| errors::file(&path, &error))
 }
 
-/// Hears what is worth saying of a scene that is opened.
-struct Listener<'a> {
-    progress: Progress<'a>,
-    notes: Mutex<Vec<String>>,
-}
-
-impl Audience for Listener<'_> {
-    fn note(&self, note: Note) {
-        let remedy = match note.remedy {
-            // What is hidden is no warning, as of scans that are loaded.
-            Some(Remedy::KeepEverything) => return,
-            Some(Remedy::Density(density)) => {
-                Some(format!("; \"density\" of its look: {density} is that of a body"))
-            }
-            Some(_) => Some("; give the label a preset of its own".to_owned()),
-            None => None,
-        };
-        let mut notes = self.notes.lock().unwrap_or_else(PoisonError::into_inner);
-        notes.push(note.text + &remedy.unwrap_or_default());
-    }
-
-    fn say(&self, _: &str) {}
-
-    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
-        work(self.progress)
+/// What would change what a note tells, in Python's words.
+fn remedy(remedy: Remedy) -> Option<String> {
+    match remedy {
+        // What is hidden is no warning, as of scans that are loaded.
+        Remedy::KeepEverything => None,
+        Remedy::Density(density) => Some(format!("; \"density\" of its look: {density} is that of a body")),
+        _ => Some("; give the label a preset of its own".to_owned()),
     }
 }
 
@@ -197,9 +179,9 @@ pub fn load_scene(
         Written::parse(&path, text).map_err(|error| errors::scan(format!("{}, {error}", path.display())))?;
     let opening = Opening { allow_outside_data };
     let (opened, notes) = wait::stages(py, progress, |progress, cancel| {
-        let listener = Listener { progress, notes: Mutex::default() };
+        let listener = Notes::new(progress, remedy);
         let opened = open(&written.document, written.folder(), &opening, &listener, cancel);
-        (opened, listener.notes.into_inner().unwrap_or_default())
+        (opened, listener.into_sentences())
     })?;
     let Opened { scene, camera } = opened.map_err(|error| {
         let place = written.place(error.volume, error.keys);

@@ -22,9 +22,9 @@ use lumivox_import::ImportError;
 
 pub use content::content_of;
 pub use load::load_scan;
-pub use note::{Audience, Note, Remedy, Silent};
+pub use note::{Audience, Note, Notes, Remedy, Silent};
 pub use place::Part;
-pub use save::save;
+pub use save::{save, save_scene};
 
 use labels::LabelMaps;
 use load::load_environment;

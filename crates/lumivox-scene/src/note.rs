@@ -1,5 +1,7 @@
 //! What is told while a scene is opened.
 
+use std::sync::{Mutex, PoisonError};
+
 use lumivox_core::Progress;
 
 /// Something worth telling about a scan.
@@ -60,5 +62,39 @@ impl Audience for Silent {
 
     fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
         work(Progress::SILENT)
+    }
+}
+
+/// Keeps what is told as sentences, for hosts that show them afterwards.
+pub struct Notes<'a> {
+    progress: Progress<'a>,
+    words: fn(Remedy) -> Option<String>,
+    told: Mutex<Vec<String>>,
+}
+
+impl<'a> Notes<'a> {
+    /// `words` are what the host says of a remedy, behind the note; `None` where the note is not worth telling there.
+    pub fn new(progress: Progress<'a>, words: fn(Remedy) -> Option<String>) -> Self {
+        Self { progress, words, told: Mutex::default() }
+    }
+
+    /// What was told.
+    pub fn into_sentences(self) -> Vec<String> {
+        self.told.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Audience for Notes<'_> {
+    fn note(&self, note: Note) {
+        let words = note.remedy.map_or_else(|| Some(String::new()), self.words);
+        if let Some(words) = words {
+            self.told.lock().unwrap_or_else(PoisonError::into_inner).push(note.text + &words);
+        }
+    }
+
+    fn say(&self, _: &str) {}
+
+    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
+        work(self.progress)
     }
 }

@@ -1,11 +1,9 @@
 //! A world as a scene document: what C# has gathered for a camera, in the words that every host reads.
 
 use std::ffi::c_char;
-use std::path::Path;
-use std::sync::Arc;
 
 use lumivox_core::document::{Backdrop, Display, Film, SceneDocument, Tone, View};
-use lumivox_core::{EnvironmentMap, EnvironmentSource, LightKind, PerspectiveCamera, Scene};
+use lumivox_core::{LightKind, PerspectiveCamera, Scene};
 use serde_json::Value;
 
 use crate::abi::LumivoxSavedView;
@@ -33,7 +31,7 @@ pub unsafe extern "C" fn lumivox_stage_save_world(
         let scene = stage.scene(world).ok_or_else(|| format!("there is no world {world}"))?;
         let mut scene = (**scene).clone();
         darken(&mut scene, f64::from(radiance));
-        save(scene, view, &file)
+        lumivox_scene::save_scene(scene, &file, |scene| document(scene, view))
     })
 }
 
@@ -49,39 +47,6 @@ fn darken(scene: &mut Scene, by: f64) {
             LightKind::Point(lamp) | LightKind::Spot { lamp, .. } => &mut lamp.intensity,
         };
         strength.iter_mut().for_each(|part| *part /= by);
-    }
-}
-
-fn save(mut scene: Scene, view: &LumivoxSavedView, file: &Path) -> Outcome<()> {
-    let unwritten = |file: &Path, error: std::io::Error| format!("cannot write {}: {error}", file.display());
-    let sky = nameless_sky(&scene).map(|map| (map, file.with_extension("sky.exr")));
-    if let Some((map, beside)) = &sky {
-        let beside = std::path::absolute(beside).map_err(|error| unwritten(beside, error))?;
-        scene.environment.source = EnvironmentSource::Map(Arc::new((**map).clone().with_file(&beside)));
-    }
-    let document = document(&scene, view)?;
-    // Whoever opens it would say so: better now.
-    let text = document.to_json().map_err(|_| {
-        "the name of one of its files is no Unicode, which scenes need; rename the file".to_owned()
-    })?;
-    SceneDocument::parse(&text).map_err(|error| format!("it cannot be saved: {}", error.why))?;
-    let was_there = sky.as_ref().is_some_and(|(_, beside)| beside.exists());
-    if let Some((map, beside)) = &sky {
-        lumivox_import::save_environment(beside, map).map_err(|error| error.to_string())?;
-    }
-    lumivox_scene::save(&document, file).map_err(|error| {
-        if let Some((_, beside)) = sky.filter(|_| !was_there) {
-            let _ = std::fs::remove_file(beside);
-        }
-        unwritten(file, error)
-    })
-}
-
-/// The map of a sky that is in no file.
-fn nameless_sky(scene: &Scene) -> Option<Arc<EnvironmentMap>> {
-    match &scene.environment.source {
-        EnvironmentSource::Map(map) if map.file().is_none() => Some(map.clone()),
-        _ => None,
     }
 }
 

@@ -7,7 +7,7 @@ use lumivox_core::document::{Backdrop, SceneDocument, Tone, Written};
 use lumivox_core::{CancelToken, EnvironmentSource, LightKind, Progress, Scene, VolumeInstance};
 use lumivox_core::{Cone, ExtinctionSpace, Falloff, Filter, LabelStyle, Light, Medium};
 use lumivox_core::{PerspectiveCamera, glam::DVec3};
-use lumivox_scene::{Audience, Note, OpenError, OpenErrorKind, Opening, Remedy};
+use lumivox_scene::{Notes, OpenError, OpenErrorKind, Opening, Remedy};
 use serde_json::Value;
 
 use crate::abi::*;
@@ -95,30 +95,14 @@ pub unsafe extern "C" fn lumivox_scene_free(scene: *mut LumivoxScene) {
     unsafe { free(scene) };
 }
 
-/// Who hears what is told while a scene is opened.
-struct Listener<'a> {
-    progress: Progress<'a>,
-    notes: std::cell::RefCell<Vec<String>>,
-}
-
-impl Audience for Listener<'_> {
-    fn note(&self, note: Note) {
-        let remedy = match note.remedy {
-            Some(Remedy::KeepEverything) => {
-                " (\"keep\": \"everything\" of the scan leaves it there)".to_owned()
-            }
-            Some(Remedy::Density(density)) => format!(" (\"density\": {density} of the look undoes that)"),
-            Some(Remedy::LabelPreset) => " (a \"preset\" of the label's style shows it)".to_owned(),
-            _ => String::new(),
-        };
-        self.notes.borrow_mut().push(format!("{}{remedy}", note.text));
-    }
-
-    fn say(&self, _: &str) {}
-
-    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
-        work(self.progress)
-    }
+/// What would change what a note tells, in the words of documents.
+fn remedy(remedy: Remedy) -> Option<String> {
+    Some(match remedy {
+        Remedy::KeepEverything => " (\"keep\": \"everything\" of the scan leaves it there)".to_owned(),
+        Remedy::Density(density) => format!(" (\"density\": {density} of the look undoes that)"),
+        Remedy::LabelPreset => " (a \"preset\" of the label's style shows it)".to_owned(),
+        _ => String::new(),
+    })
 }
 
 impl LumivoxScene {
@@ -135,21 +119,23 @@ impl LumivoxScene {
             OpenErrorKind::Cancelled(cancelled) => cancelled.to_string(),
             kind => format!("{}: {kind}", written.place(error.volume, error.keys)),
         };
-        let listener = Listener { progress, notes: Default::default() };
+        let mut notes = vec![];
         let (document, folder) = (&written.document, written.folder());
         let mut scans = vec![];
         for (index, entry) in document.volumes.iter().enumerate() {
-            let heard = listener.notes.borrow().len();
-            let loaded = lumivox_scene::load_scan(&entry.scan, folder, opening, &listener, cancel)
+            let told = Notes::new(progress, remedy);
+            let loaded = lumivox_scene::load_scan(&entry.scan, folder, opening, &told, cancel)
                 .map_err(|kind| placed(OpenError::of_scan(index, kind)))?;
             let place = written.place(Some(index), &["scan"]);
-            let mut notes = listener.notes.borrow_mut();
-            notes.extend(loaded.report.notes.iter().map(ToString::to_string));
-            notes[heard..].iter_mut().for_each(|note| *note = format!("{place}: {note}"));
+            let of_scan = loaded.report.notes.iter().map(ToString::to_string);
+            notes.extend(
+                told.into_sentences().into_iter().chain(of_scan).map(|note| format!("{place}: {note}")),
+            );
             let content = lumivox_scene::content_of(&loaded.volume);
             scans.push(loaded.volume.with_source_changed(|scan| scan.content = Some(content)));
         }
-        let opened = lumivox_scene::open_loaded(document, scans, folder, opening, &listener, cancel);
+        let told = Notes::new(progress, remedy);
+        let opened = lumivox_scene::open_loaded(document, scans, folder, opening, &told, cancel);
         let lumivox_scene::Opened { scene, camera } = opened.map_err(placed)?;
         let part = |(index, instance)| Part::new(index, instance).map_err(placed);
         let parts = scene.volumes.iter().enumerate().map(part).collect::<Outcome<_>>()?;
@@ -158,7 +144,7 @@ impl LumivoxScene {
             _ => None,
         };
         let files = files(document).map(|file| folder.join(file)).collect();
-        let notes = listener.notes.into_inner();
+        notes.extend(told.into_sentences());
         Ok(Self { document: document.clone(), scene, camera, parts, map, notes, files })
     }
 

@@ -41,9 +41,11 @@ pub fn kept_path(path: &Path) -> Option<String> {
     })
 }
 
-/// The same for people, who want to know the path.
-pub fn shown_path(path: &Path) -> Option<String> {
-    within(path, &own_folders()).or_else(|| path.to_str().map(str::to_owned))
+/// The same for people, who want to know the paths.
+pub fn shown_paths<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> PackedStringArray {
+    let own = own_folders();
+    let shown = |path: &PathBuf| within(path, &own).or_else(|| path.to_str().map(str::to_owned));
+    paths.into_iter().filter_map(|path| shown(path).as_ref().map(GString::from)).collect()
 }
 
 /// The path that the operating system knows of one that was kept. `None` in an exported game for what lay in its project or

@@ -8,7 +8,7 @@ use lumivox_shaders::layout::{EmptySpaceParams, MajorantParams, RANGE_MAXIMUM_LE
 
 use super::classes::Shapes;
 use super::label_sets::CellLabels;
-use super::tables::{Function, TableBuffers};
+use super::tables::{Function, TableBuffers, difference};
 use super::{Placed, affine_rows, voxel_from_patient};
 use crate::recording::{Payload, Recording, ResourceId, Step};
 use crate::store::{Acquired, TexelScale, ValueRanges};
@@ -114,25 +114,28 @@ struct Written {
 }
 
 impl MadeOf {
-    /// With buffers of before where they have the size; what else they were is the caller's to free.
+    /// With buffers of before, and of the cells that they were for, where they have the size; what else they were is the
+    /// caller's to free.
     pub fn new(
         maxima: ResourceId,
         sets: Option<ResourceId>,
-        before: Option<Self>,
+        before: Option<(Self, &CellsOf)>,
         cells: &CellsOf,
         Acquired { resident, ranges }: &Acquired,
         recording: &mut Recording,
     ) -> Self {
         let sizes = [resident.pages.len(), cells.looks.len(), ranges.cells()];
-        let written = match before.map(|before| before.written).filter(|before| before.sizes == sizes) {
-            Some(before) => {
-                for (id, data) in [
-                    (before.pages, Payload::copy_of(&resident.pages)),
-                    (before.looks, Payload::copy_of(&cells.looks)),
-                ] {
-                    recording.push(Step::WriteBuffer { id, offset: 0, data });
+        let written = match before.filter(|(before, _)| before.written.sizes == sizes) {
+            Some((Self { written, .. }, had)) => {
+                let data = Payload::copy_of(&resident.pages);
+                recording.push(Step::WriteBuffer { id: written.pages, offset: 0, data });
+                let differ = difference(&had.looks, &cells.looks);
+                if !differ.is_empty() {
+                    let offset = (differ.start * size_of::<[f32; 4]>()) as u64;
+                    let data = Payload::copy_of(&cells.looks[differ]);
+                    recording.push(Step::WriteBuffer { id: written.looks, offset, data });
                 }
-                before
+                written
             }
             None => Written {
                 pages: recording.create_buffer_with("pages", &resident.pages),

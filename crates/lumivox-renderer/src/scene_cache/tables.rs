@@ -1,5 +1,7 @@
 //! The instances' transfer functions on the GPU, what else their points are classified by, and the majorants that follow.
 
+use std::ops::Range;
+
 use lumivox_shaders::layout::{TABLE_PAIRS, TABLE_SIZE};
 
 use super::classes::{self, Fields, Looks};
@@ -170,10 +172,11 @@ impl CachedTables {
             let pairs: Vec<[f32; 2]> = entry.functions.iter().flat_map(Function::pairs).collect();
             write(entry.table_offset, Payload::copy_of(&pairs), recording);
         }
-        let classes_are_there =
-            !wanted.classified || tables_are_there && old.is_some_and(|old| old.classes == entry.classes);
+        let had_classes = old.filter(|_| tables_are_there).map_or(&[][..], |old| &old.classes);
+        let differ = difference(had_classes, &entry.classes);
+        let classes_are_there = differ.is_empty();
         if !classes_are_there {
-            write(entry.first_class(), Payload::copy_of(&entry.classes), recording);
+            write(entry.first_class() + differ.start, Payload::copy_of(&entry.classes[differ]), recording);
         }
         let has_envelope = |old: &CachedTable| {
             old.envelope == entry.envelope && old.first_of_envelope() == entry.first_of_envelope()
@@ -196,7 +199,8 @@ impl CachedTables {
                     majorants::record_sets(&sets, recording)
                 })
             });
-            let now = MadeOf::new(maxima, sets, had, &entry.cells, wanted.acquired, recording);
+            let before = had.zip(old.map(|old| &old.cells));
+            let now = MadeOf::new(maxima, sets, before, &entry.cells, wanted.acquired, recording);
             let CachedTable { grid_offset, cells, .. } = &entry;
             majorants::record(*grid_offset, cells, now, wanted.acquired, buffers, recording);
             // Of other media only functions change, and these with them.
@@ -300,6 +304,17 @@ fn starts(looks: &Looks, table_offset: usize) -> Vec<usize> {
         std::mem::replace(&mut next, end)
     };
     looks.functions.iter().map(begin).collect()
+}
+
+/// Where a list differs from the one before: all of it, if that had another length.
+pub(super) fn difference<T: PartialEq>(before: &[T], list: &[T]) -> Range<usize> {
+    if before.len() != list.len() {
+        return 0..list.len();
+    }
+    let differs = |(a, b): (&T, &T)| a != b;
+    let begin = before.iter().zip(list).position(differs).unwrap_or(list.len());
+    let end = before.iter().zip(list).rposition(differs).map_or(begin, |last| last + 1);
+    begin..end
 }
 
 /// What is to be there of an instance.

@@ -186,11 +186,7 @@ impl LumivoxLabels {
     #[func]
     pub fn get_source_files(&self) -> PackedStringArray {
         let source = self.labels.as_ref().and_then(|labels| labels.source());
-        source
-            .into_iter()
-            .flat_map(|source| &source.files)
-            .filter_map(|file| kept_paths::shown_path(file).as_ref().map(GString::from))
-            .collect()
+        kept_paths::shown_paths(source.into_iter().flat_map(|source| &source.files))
     }
 
     /// Forgets what files the labels come from, which may be called by a patient's name. A scene with them cannot be saved

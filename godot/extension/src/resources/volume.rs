@@ -173,11 +173,7 @@ impl LumivoxVolume {
     #[func]
     pub fn get_source_files(&self) -> PackedStringArray {
         let source = self.volume.as_ref().and_then(|volume| volume.source());
-        source
-            .into_iter()
-            .flat_map(|source| &source.files)
-            .filter_map(|file| kept_paths::shown_path(file).as_ref().map(GString::from))
-            .collect()
+        kept_paths::shown_paths(source.into_iter().flat_map(|source| &source.files))
     }
 
     /// Forgets what files the scan is of, before it is saved and given to others: files and folders are often called by the

@@ -2,12 +2,11 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 
 use lumivox_core::document::{SceneDocument, Written};
 use lumivox_core::{CancelToken, Progress, words};
 use lumivox_import::ImportReport;
-use lumivox_scene::{Audience, Note, OpenError, Opened, Opening, Remedy};
+use lumivox_scene::{Audience, Note, Notes, OpenError, Opened, Opening, Remedy};
 
 /// What a scene file holds, with its scans.
 pub struct OpenedScene {
@@ -21,30 +20,14 @@ pub struct OpenedScene {
     pub notes: Vec<String>,
 }
 
-/// Hears what is worth telling.
-struct Listener<'a> {
-    progress: Progress<'a>,
-    notes: Mutex<Vec<String>>,
-}
-
-impl Audience for Listener<'_> {
-    fn note(&self, note: Note) {
-        let remedy = match note.remedy {
-            // What is hidden is no warning, as of scans that are loaded.
-            Some(Remedy::KeepEverything) => return,
-            Some(Remedy::Density(density)) => {
-                format!("; a 'Density' of {} is a body's", words::number(density))
-            }
-            Some(Remedy::LabelPreset) => "; give the label a transfer function of its own".to_owned(),
-            _ => String::new(),
-        };
-        self.notes.lock().unwrap_or_else(PoisonError::into_inner).push(note.text + &remedy);
-    }
-
-    fn say(&self, _: &str) {}
-
-    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
-        work(self.progress)
+/// What would change what a note tells, in the words of nodes.
+fn remedy(remedy: Remedy) -> Option<String> {
+    match remedy {
+        // What is hidden is no warning, as of scans that are loaded.
+        Remedy::KeepEverything => None,
+        Remedy::Density(density) => Some(format!("; a 'Density' of {} is a body's", words::number(density))),
+        Remedy::LabelPreset => Some("; give the label a transfer function of its own".to_owned()),
+        _ => Some(String::new()),
     }
 }
 
@@ -63,7 +46,7 @@ pub fn open(
     let written = Written::parse(path, text).map_err(|error| format!("{}, {error}", path.display()))?;
     let failure = |error: OpenError| format!("{}: {}", written.place(error.volume, error.keys), error.kind);
     let (folder, opening) = (written.folder(), Opening { allow_outside_data });
-    let listener = Listener { progress, notes: Mutex::default() };
+    let listener = Notes::new(progress, remedy);
     let (mut scans, mut reports) = (vec![], vec![]);
     for (index, entry) in written.document.volumes.iter().enumerate() {
         let loaded = lumivox_scene::load_scan(&entry.scan, folder, &opening, &listener, cancel);
@@ -78,5 +61,5 @@ pub fn open(
     if let Some(map) = opened.scene.environment.file() {
         document.environment.source = map.to_owned();
     }
-    Ok(OpenedScene { document, opened, reports, notes: listener.notes.into_inner().unwrap_or_default() })
+    Ok(OpenedScene { document, opened, reports, notes: listener.into_sentences() })
 }

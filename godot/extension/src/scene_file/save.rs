@@ -36,26 +36,15 @@ pub fn save(viewport: &Gd<Viewport>, file: &Path) -> Result<(), String> {
     let image = view.effect.bind().image();
     let mut scene = view.scene.clone();
     add_ambient(&mut scene, view.settings.ambient);
-    let (sky, sky_file) = (unnamed_map(&scene), file.with_extension("sky.exr"));
-    if let Some(sky) = &sky {
-        let named = Arc::new(sky.clone().with_file(&sky_file));
-        scene.environment.source = EnvironmentSource::Map(named);
-    }
-    let document = SceneDocument {
-        camera: Seen::of(&camera),
-        film: Film { size, ..image.film },
-        display: display_of(&view, viewport, image.display),
-        ..SceneDocument::of(&scene).map_err(|unsaved| words(unsaved, &view.nodes))?
-    };
-    // What no reader takes is not written.
-    let text =
-        document.to_json().map_err(|_| "the name of one of its files is no Unicode; rename the file")?;
-    SceneDocument::parse(&text)
-        .map_err(|error| format!("the scene cannot be written down: {}", error.why))?;
-    if let Some(sky) = sky {
-        lumivox_import::save_environment(&sky_file, &sky).map_err(|error| error.to_string())?;
-    }
-    lumivox_scene::save(&document, file).map_err(|error| format!("cannot write {}: {error}", file.display()))
+    let display = display_of(&view, viewport, image.display);
+    lumivox_scene::save_scene(scene, file, |scene| {
+        Ok(SceneDocument {
+            camera: Seen::of(&camera),
+            film: Film { size, ..image.film },
+            display,
+            ..SceneDocument::of(scene).map_err(|unsaved| words(unsaved, &view.nodes))?
+        })
+    })
 }
 
 /// Names the node of what cannot be saved.
@@ -120,19 +109,6 @@ fn add_ambient(scene: &mut Scene, ambient: [f64; 3]) {
     let map = EnvironmentMap::new(map.width, map.height, map.texels)
         .unwrap_or_else(|_| (*environment.to_map()).clone());
     environment.source = EnvironmentSource::Map(Arc::new(map));
-}
-
-/// The light's map, if it is of no file; as wide as readers want it.
-fn unnamed_map(scene: &Scene) -> Option<EnvironmentMap> {
-    let EnvironmentSource::Map(map) = &scene.environment.source else { return None };
-    if map.file().is_some() {
-        return None;
-    }
-    if map.width == 2 * map.height {
-        return Some((**map).clone());
-    }
-    let height = map.height.max(map.width / 2).max(1);
-    Some(EnvironmentMap::from_fn(2 * height, height, |direction| map.radiance(direction)))
 }
 
 /// How light becomes pixels; `said` is what the scene file says that it came from.
