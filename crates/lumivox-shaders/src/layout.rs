@@ -51,9 +51,9 @@ pub struct Frame {
     pub ambient: [f32; 3],
     pub sharers: u32,
     pub only_below: u32,
-    pub padding_x: u32,
-    pub padding_y: u32,
-    pub padding_z: u32,
+    pub first_node: u32,
+    pub first_light: u32,
+    pub padding: u32,
     pub inverse_pool_sizes: [[f32; 4]; 4],
 }
 
@@ -66,14 +66,6 @@ pub struct Child {
     pub index: u32,
     pub high: [f32; 3],
     pub padding: u32,
-}
-
-/// Twin of `Node`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[expect(missing_docs, reason = "documented in frame.wgsl")]
-pub struct Node {
-    pub children: [Child; 2],
 }
 
 /// Twin of `Instance`.
@@ -137,7 +129,7 @@ pub struct ImportanceCell {
     pub threshold: f32,
     pub alias_index: u32,
     pub density: f32,
-    pub padding: f32,
+    pub alias_density: f32,
 }
 
 /// Twin of `ValueRangeParams`.

@@ -62,7 +62,7 @@ const TILE: [u32; 2] = [8, 8];
 const LINE: [u32; 2] = [64, 1];
 
 /// Where a path-tracing kernel's film is bound.
-const FILM_BINDING: u32 = 9;
+const FILM_BINDING: u32 = 6;
 
 /// Where it puts paths aside: behind the film, before the pools.
 pub(crate) const PATHS_BINDING: u32 = FILM_BINDING + 1;
@@ -181,6 +181,7 @@ pub(crate) fn row(kernel: Kernel) -> Row {
                 modules![
                     ["frame"],
                     ["random"],
+                    ["tables"],
                     ["environment"],
                     ["environment_sampling"],
                     ["directions"],
@@ -201,11 +202,8 @@ fn path_trace_bindings(variant: PathTraceVariant) -> &'static [BindingKind] {
                 StorageRead,
                 StorageRead,
                 StorageRead,
-                StorageRead,
                 LinearSampler,
                 Texture2dLoaded,
-                StorageRead,
-                StorageRead,
                 StorageReadWrite
                 $(, $more)*
             )
@@ -228,6 +226,7 @@ const PATH_TRACE_MODULES: &[Module] = modules![
     [one_pool ? "one_pool" : "many_pools"],
     [one_pool ? "one_pool_filtered" : "many_pools_filtered"],
     ["volume"],
+    ["tables"],
     ["medium"],
     [classified ? "classified_media" : "plain_media"],
     [many_volumes ? "volume_hierarchy" : "volume_list"],

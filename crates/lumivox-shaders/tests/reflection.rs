@@ -61,14 +61,14 @@ fn twins_have_the_shaders_layout() {
             ambient,
             sharers,
             only_below,
-            padding_x,
-            padding_y,
-            padding_z,
+            first_node,
+            first_light,
+            padding,
             inverse_pool_sizes,
         }
     );
+    assert_twin!(path_trace, ImportanceCell { threshold, alias_index, density, alias_density });
     assert_twin!(path_trace, Child { low, index, high, padding });
-    assert_twin!(path_trace, Node { children });
     assert_twin!(
         path_trace,
         Instance {
@@ -118,7 +118,6 @@ fn twins_have_the_shaders_layout() {
             cone_attenuation,
         }
     );
-    assert_twin!(path_trace, ImportanceCell { threshold, alias_index, density, padding });
     assert_twin!(
         Kernel::ValueRanges { one_pool: true },
         ValueRangeParams {

@@ -14,6 +14,7 @@ use lumivox_core::glam::Vec3;
 use lumivox_core::{Environment, EnvironmentSource, Light};
 use lumivox_shaders::layout;
 
+use super::environment::Coming;
 use super::hierarchy::Bounds;
 use super::{SceneCache, lights};
 use crate::recording::Recording;
@@ -179,13 +180,14 @@ impl SceneCache {
     pub(super) fn update_light(
         &mut self,
         environment: &Environment,
+        coming: Option<Coming>,
         lights: &[Light],
         recording: &mut Recording,
     ) -> bool {
         let lights = lights::twins(lights, self.origin);
         let scale = std::mem::replace(&mut self.light_scale, 1.0);
         let mut kept = None;
-        if self.follows_light && self.lights.buffer.is_some() && self.environment.holds(&environment.source) {
+        if self.follows_light && self.environment.holds(&environment.source) {
             if self.environment.rotation == environment.rotation
                 && let Some(factor) =
                     common_factor(&self.lights.list, &lights, self.environment.strength, environment)
@@ -199,8 +201,8 @@ impl SceneCache {
             let radiance = self.environment.mean_luminance;
             kept = kept_after(self.mean_light.difference(&lights, environment, radiance, &self.around));
         }
-        let environment_changed = self.environment.update(environment, &mut self.unprepared, recording);
-        let changed = self.lights.update("lights", lights, recording) | environment_changed;
+        let environment_changed = self.environment.update(environment, coming, recording);
+        let changed = self.lights.update(lights.into(), recording) | environment_changed;
         match kept {
             Some(kept) if changed => {
                 self.light_past.add(kept, scale);

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use lumivox_core::{Environment, EnvironmentSource};
+use lumivox_core::{Environment, EnvironmentMap, EnvironmentSource};
+use lumivox_shaders::layout::ImportanceCell;
 
 use super::DeviceLimits;
-use super::importance;
+use super::importance::{self, ImportanceGrid};
+use super::mirror::Part;
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step, TextureFormat};
 
@@ -17,7 +19,8 @@ const MAX_STRENGTH: f64 = 1e9;
 pub(super) struct CachedEnvironment {
     source: Option<EnvironmentSource>,
     pub map: Option<ResourceId>,
-    pub importance: Option<ResourceId>,
+    /// Where directions are drawn from, in the buffer of tables.
+    pub importance: Part<ImportanceCell>,
     pub rotation: f64,
     pub strength: f64,
     pub map_size: [u32; 2],
@@ -31,7 +34,7 @@ impl Default for CachedEnvironment {
         Self {
             source: None,
             map: None,
-            importance: None,
+            importance: Part::default(),
             rotation: 0.0,
             strength: 1.0,
             map_size: [1, 1],
@@ -52,17 +55,39 @@ pub(super) fn check(environment: &Environment, limits: &DeviceLimits) -> Result<
     }
 }
 
+/// What another environment brings.
+pub(super) struct Coming {
+    map: Arc<EnvironmentMap>,
+    grid: Arc<ImportanceGrid>,
+}
+
+impl Coming {
+    pub fn cells(&self) -> usize {
+        self.grid.cells.len()
+    }
+}
+
 impl CachedEnvironment {
     /// Whether this is the source that it has.
     pub fn holds(&self, source: &EnvironmentSource) -> bool {
         self.source.as_ref().is_some_and(|held| same(held, source))
     }
 
+    /// What comes with a source, unless it is there.
+    pub fn coming(&self, source: &EnvironmentSource, unprepared: &mut u64) -> Option<Coming> {
+        if self.holds(source) {
+            return None;
+        }
+        let (map, grid, computed) = importance::of(source);
+        *unprepared += u64::from(computed);
+        Some(Coming { map, grid })
+    }
+
     /// Records what differs; returns whether anything did. The device has room, see [`check`].
     pub fn update(
         &mut self,
         environment: &Environment,
-        unprepared: &mut u64,
+        coming: Option<Coming>,
         recording: &mut Recording,
     ) -> bool {
         let rotation = if environment.rotation.is_finite() { environment.rotation } else { 0.0 };
@@ -73,11 +98,7 @@ impl CachedEnvironment {
         };
         let turned = [rotation, strength] != [self.rotation, self.strength];
         (self.rotation, self.strength) = (rotation, strength);
-        if self.holds(&environment.source) {
-            return turned;
-        }
-        let (map, grid, computed) = importance::of(&environment.source);
-        *unprepared += u64::from(computed);
+        let Some(Coming { map, grid }) = coming else { return turned };
         self.free(recording);
         self.map_size = [map.width as u32, map.height as u32];
         self.importance_size = grid.size.map(|n| n as u32);
@@ -88,14 +109,13 @@ impl CachedEnvironment {
         let data = Payload::copy_of(&texels);
         recording.push(Step::WriteTexture { id, origin: [0; 3], size: [width, height, 1], data });
         self.map = Some(id);
-        self.importance = Some(recording.create_buffer_with("importance", &grid.cells));
+        self.importance.update(grid.cells.clone(), recording);
         self.source = Some(environment.source.clone());
         true
     }
 
     pub fn free(&mut self, recording: &mut Recording) {
         recording.free(self.map.take());
-        recording.free(self.importance.take());
     }
 }
 

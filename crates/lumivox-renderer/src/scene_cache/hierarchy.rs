@@ -5,7 +5,7 @@ use std::ops::Range;
 use lumivox_core::glam::DVec3;
 use lumivox_core::{Camera, VolumeInstance};
 use lumivox_shaders::constants::IS_VOLUME;
-use lumivox_shaders::layout::{Child, Node};
+use lumivox_shaders::layout::Child;
 
 use super::SceneCache;
 
@@ -76,10 +76,18 @@ impl SceneCache {
     }
 }
 
+/// The halves of some volumes.
+pub(super) type Node = [Child; 2];
+
 /// Where no ray comes.
 const NOWHERE: f32 = 3e38;
 
-/// The nodes over volumes with these bounds, the root first: one fewer than volumes, at least one. Of a scene of at least
+/// Nodes over so many volumes: one fewer, at least one.
+pub(super) fn node_count(volumes: usize) -> usize {
+    volumes.saturating_sub(1).max(1)
+}
+
+/// The [nodes](node_count) over volumes with these bounds, the root first. Of a scene of at least
 /// [`MANY`] volumes few may be there yet, and where few kernels should do all that is classified goes through one.
 ///
 /// Every node halves its volumes at the median of their centres along the axis on which those lie farthest apart, so the
@@ -88,7 +96,7 @@ pub(super) fn build(bounds: &[Bounds]) -> Vec<Node> {
     if bounds.len() < 2 {
         let nothing = Child { low: [NOWHERE; 3], index: IS_VOLUME, high: [NOWHERE; 3], padding: 0 };
         let child = |index: u32| bounds.get(index as usize).map_or(nothing, |b| b.child(index | IS_VOLUME));
-        return vec![Node { children: [child(0), child(1)] }];
+        return vec![[child(0), child(1)]];
     }
     let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
     let mut nodes = Vec::with_capacity(bounds.len() - 1);
@@ -117,7 +125,7 @@ fn split(bounds: &[Bounds], order: &mut [u32], range: Range<usize>, nodes: &mut 
         };
         around.child(child)
     });
-    nodes[index as usize] = Node { children };
+    nodes[index as usize] = children;
     index
 }
 
@@ -140,7 +148,7 @@ mod tests {
         let (volumes, depth) = if child.index & IS_VOLUME != 0 {
             (vec![child.index & !IS_VOLUME], 0)
         } else {
-            let [a, b] = nodes[child.index as usize].children.each_ref().map(|c| below(nodes, bounds, c));
+            let [a, b] = nodes[child.index as usize].each_ref().map(|c| below(nodes, bounds, c));
             ([a.0, b.0].concat(), 1 + a.1.max(b.1))
         };
         for &volume in &volumes {
@@ -176,7 +184,7 @@ mod tests {
     #[test]
     fn what_is_not_there_yet_is_nowhere() {
         for count in 0..2 {
-            let [Node { children }] = build(&scattered(count))[..] else { panic!("one node") };
+            let [children] = build(&scattered(count))[..] else { panic!("one node") };
             for (i, child) in children.iter().enumerate() {
                 let is_there = child.low[0] < NOWHERE;
                 assert_eq!((is_there, child.index & IS_VOLUME), (i < count, IS_VOLUME));

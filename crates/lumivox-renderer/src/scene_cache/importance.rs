@@ -19,7 +19,7 @@ const QUICK_TEXELS: usize = 1 << 12;
 #[derive(Debug)]
 pub(crate) struct ImportanceGrid {
     pub size: [usize; 2],
-    pub cells: Vec<ImportanceCell>,
+    pub cells: Arc<[ImportanceCell]>,
     /// Of the radiance from all around.
     pub mean_luminance: f64,
 }
@@ -86,7 +86,7 @@ impl ImportanceGrid {
                 }
             }
         }
-        Self { size, cells: alias_table(&weights), mean_luminance: sum / solid_angle }
+        Self { size, cells: alias_table(&weights).into(), mean_luminance: sum / solid_angle }
     }
 }
 
@@ -110,11 +110,9 @@ fn alias_table(weights: &[f64]) -> Vec<ImportanceCell> {
     let total: f64 = weights.iter().sum();
     let density = |i: usize| if total > 0.0 { weights[i] * n as f64 / total } else { 1.0 };
     let mut cells: Vec<ImportanceCell> = (0..n)
-        .map(|i| ImportanceCell {
-            threshold: 1.0,
-            alias_index: i as u32,
-            density: density(i) as f32,
-            padding: 0.0,
+        .map(|i| {
+            let density = density(i) as f32;
+            ImportanceCell { threshold: 1.0, alias_index: i as u32, density, alias_density: density }
         })
         .collect();
     let mut rest: Vec<f64> = (0..n).map(density).collect();
@@ -123,6 +121,7 @@ fn alias_table(weights: &[f64]) -> Vec<ImportanceCell> {
         small.pop();
         cells[poor].threshold = rest[poor] as f32;
         cells[poor].alias_index = rich as u32;
+        cells[poor].alias_density = cells[rich].density;
         rest[rich] -= 1.0 - rest[poor];
         if rest[rich] < 1.0 {
             large.pop();

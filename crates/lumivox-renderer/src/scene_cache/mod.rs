@@ -27,19 +27,19 @@ use std::sync::Arc;
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
 use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, Volume, VolumeInstance};
-use lumivox_shaders::layout::{Frame, Instance, Light, Node};
+use lumivox_shaders::layout::{Frame, ImportanceCell, Instance, Light};
 use lumivox_shaders::{Classes, Kernel, PathTraceVariant, constants};
 
 pub use self::cell_size::CellSize;
 use self::changing_light::MeanLight;
 pub(crate) use self::changing_light::{LightPast, change_of_color, kept_after};
 use self::classes::Looks;
-use self::environment::CachedEnvironment;
+use self::environment::{CachedEnvironment, Coming};
 use self::fields::Field;
-use self::hierarchy::Bounds;
+use self::hierarchy::{Bounds, Node};
 pub(crate) use self::hierarchy::MANY as MANY_VOLUMES;
 pub(crate) use self::lights::effective as effective_lights;
-use self::mirror::Mirror;
+use self::mirror::{Mirror, Part};
 pub use self::preparation::Preparation;
 use self::tables::{CachedTables, TableOf};
 use crate::error::RenderError;
@@ -157,7 +157,7 @@ pub struct SceneCache {
     tables: CachedTables,
     environment: CachedEnvironment,
     /// Those that shine on something.
-    lights: Mirror<Light>,
+    lights: Part<Light>,
     follows_light: bool,
     light_scale: f64,
     light_past: LightPast,
@@ -167,7 +167,7 @@ pub struct SceneCache {
     /// How many of them rays meet.
     traced: usize,
     /// The hierarchy over many volumes.
-    nodes: Mirror<Node>,
+    nodes: Part<Node>,
     /// All that rays meet.
     around: Bounds,
     features: Features,
@@ -190,14 +190,14 @@ impl SceneCache {
             lacks_volumes: false,
             tables: CachedTables::default(),
             environment: CachedEnvironment::default(),
-            lights: Mirror::default(),
+            lights: Part::default(),
             follows_light: false,
             light_scale: 1.0,
             light_past: LightPast::default(),
             mean_light: MeanLight::default(),
             instances: Mirror::default(),
             traced: 0,
-            nodes: Mirror::default(),
+            nodes: Part::default(),
             around: Bounds::NOTHING,
             features: Features::default(),
             unprepared: 0,
@@ -257,10 +257,17 @@ impl SceneCache {
         let (mut wanted, uses) = wanted::distinct(&placed, self.cell_size);
         wanted::widen(&mut wanted, &uses, tables::most_cells(&self.limits));
         let features = Features::of_placed(scene, &placed, false);
-        tables::check(&placed, features.classes.any(), self.limits.max_storage_binding)?;
         environment::check(&scene.environment, &self.limits)?;
         let lights = lights::effective(&scene.lights, &placed);
-        lights::check(&lights, self.limits.max_storage_binding)?;
+        let limit = self.limits.max_storage_binding;
+        lights::check(&lights, limit)?;
+        let coming = self.environment.coming(&scene.environment.source, &mut self.unprepared);
+        let besides = |volumes| Besides {
+            importance: coming.as_ref().map_or(self.environment.importance.list.len(), Coming::cells),
+            nodes: hierarchy::node_count(volumes),
+            lights: lights.len(),
+        };
+        tables::check(&placed, features.classes.any(), besides(placed.len()).bytes().iter().sum(), limit)?;
 
         // What is gone makes room for what comes.
         let is_wanted = |(source, _): &(Source, _)| wanted.iter().any(|(other, _)| source == other);
@@ -286,9 +293,17 @@ impl SceneCache {
         let fields = Field::all(&placed);
         let classified = self.features.classes.any();
         tables::check_cells(&placed, &fields, &self.volumes, &self.limits)?;
-        let tables_changed = self.tables.update(&placed, &fields, classified, &self.volumes, recording);
+        let besides = besides(placed.len());
+        let tables_changed =
+            self.tables.update(&placed, &fields, classified, &self.volumes, besides.bytes(), recording);
+        if let Some((buffer, behind)) = self.tables.behind() {
+            self.environment.importance.put(buffer, 0, besides.importance, recording);
+            self.nodes.put(buffer, behind, besides.nodes, recording);
+            let lights = behind + Part::<Node>::ample_room(besides.nodes);
+            self.lights.put(buffer, lights, besides.lights, recording);
+        }
         let instances_changed = self.update_instances(&placed, &fields, recording);
-        let light_changed = self.update_light(&scene.environment, &lights, recording);
+        let light_changed = self.update_light(&scene.environment, coming, &lights, recording);
         if features_changed || tables_changed || instances_changed || light_changed {
             self.version = ids::next().0;
         }
@@ -340,7 +355,7 @@ impl SceneCache {
         self.around = Bounds::around(bounds.iter().copied());
         let instances_changed = self.instances.update("instances", instances, recording);
         let nodes = if self.features.has_hierarchy(self.limits) { hierarchy::build(&bounds) } else { vec![] };
-        let nodes_changed = self.nodes.update("hierarchy", nodes, recording);
+        let nodes_changed = self.nodes.update(nodes.into(), recording);
         let moved = std::mem::replace(&mut self.origin, origin) != origin;
         instances_changed | nodes_changed | moved
     }
@@ -441,6 +456,8 @@ impl SceneCache {
         frame.environment_rotation = [cos as f32, sin as f32];
         frame.environment_size = self.environment.map_size;
         frame.importance_size = self.environment.importance_size;
+        frame.first_node = (self.nodes.offset() / tables::PAIR_BYTES) as u32;
+        frame.first_light = (self.lights.offset() / tables::PAIR_BYTES) as u32;
         frame.light_count = self.lights.list.len() as u32;
     }
 
@@ -454,23 +471,20 @@ impl SceneCache {
         let tables = self.tables.buffers;
         [
             self.instances.buffer,
-            self.nodes.buffer,
             tables.map(|b| b.tables),
             tables.map(|b| b.grids),
             self.environment.map,
-            self.environment.importance,
-            self.lights.buffer,
         ]
         .map(|id| id.expect("update() comes before tracing"))
         .to_vec()
     }
 
-    /// The environment's map and its importance grid.
+    /// The environment's map, and the buffer that begins with its importance grid.
     ///
     /// # Panics
     /// Before the first [`update`](Self::update).
     pub fn environment_resources(&self) -> [ResourceId; 2] {
-        [self.environment.map, self.environment.importance]
+        [self.environment.map, self.tables.buffers.map(|b| b.tables)]
             .map(|id| id.expect("update() comes before display"))
     }
 
@@ -494,9 +508,22 @@ impl SceneCache {
     pub fn free(mut self, recording: &mut Recording) {
         self.tables.free(recording);
         self.environment.free(recording);
-        self.lights.free(recording);
         self.instances.free(recording);
-        self.nodes.free(recording);
+    }
+}
+
+/// What there is in the buffer of tables besides those of instances.
+struct Besides {
+    importance: usize,
+    nodes: usize,
+    lights: usize,
+}
+
+impl Besides {
+    /// Before those of instances what is large and seldom changes, then the rest.
+    fn bytes(&self) -> [u64; 2] {
+        let nodes = Part::<Node>::ample_room(self.nodes);
+        [Part::<ImportanceCell>::room(self.importance), nodes + Part::<Light>::ample_room(self.lights)]
     }
 }
 

@@ -59,12 +59,14 @@ pub(super) struct CachedTables {
     pub buffers: Option<TableBuffers>,
     /// Pairs and cells that the buffers have room for.
     capacity: [usize; 2],
+    /// Where the pairs of instances are in the buffer of tables.
+    range: Range<usize>,
     /// How often the labels of a volume were looked at in an update, for nobody had before.
     pub unprepared: u64,
 }
 
 /// Bytes of a pair.
-const PAIR_BYTES: u64 = 8;
+pub(super) const PAIR_BYTES: u64 = 8;
 
 /// Bytes of a cell: its majorant and its page.
 const CELL_BYTES: u64 = 8;
@@ -79,13 +81,18 @@ fn pairs(placed: &Placed<'_>, looks: &Looks, classified: bool) -> usize {
     looks.rows() * TABLE_PAIRS + classes + envelope
 }
 
-/// Whether the device has room for the tables of instances.
-pub(super) fn check(instances: &[Placed<'_>], classified: bool, limit: u64) -> Result<(), RenderError> {
+/// Whether the device has room for the tables of instances, and for so many bytes besides.
+pub(super) fn check(
+    instances: &[Placed<'_>],
+    classified: bool,
+    besides: u64,
+    limit: u64,
+) -> Result<(), RenderError> {
     let pairs = instances.iter().map(|placed| pairs(placed, &placed.looks, classified) as u64).sum::<u64>();
     let most = if classified { limit.min(MOST_PAIRS * PAIR_BYTES) } else { limit };
     check_binding(
         "transfer functions",
-        pairs * PAIR_BYTES,
+        pairs * PAIR_BYTES + besides,
         most,
         "Leave some volumes or labels' own functions out",
     )
@@ -114,28 +121,39 @@ fn cells(instances: &[Placed<'_>], fields: &[Field], volumes: &[(Source, Acquire
 }
 
 impl CachedTables {
-    /// Records what differs; returns whether anything did. In a scene of which some medium is classified, all are.
+    /// Records what differs; returns whether anything did. In a scene of which some medium is classified, all are. The buffer of
+    /// tables has room for so many bytes besides, before theirs and [behind](Self::behind).
     pub fn update(
         &mut self,
         instances: &[Placed<'_>],
         fields: &[Field],
         classified: bool,
         volumes: &[(Source, Acquired)],
+        besides: [u64; 2],
         recording: &mut Recording,
     ) -> bool {
         let sizes: Vec<usize> =
             instances.iter().map(|placed| pairs(placed, &placed.looks, classified)).collect();
-        let needed = [sizes.iter().sum(), cells(instances, fields, volumes)];
+        let [before, behind] = besides.map(|bytes| (bytes / PAIR_BYTES) as usize);
+        let own: usize = sizes.iter().sum();
+        self.range = before..before + own;
+        let needed = [self.range.end + behind, cells(instances, fields, volumes)];
         let mut changed = self.list.len() != instances.len();
-        let suits = (0..2).all(|i| (needed[i]..=needed[i].saturating_mul(4)).contains(&self.capacity[i]));
-        if self.buffers.is_none() || !suits {
-            self.allocate(needed, recording);
+        let suits = |i: usize| (needed[i]..=needed[i].saturating_mul(4)).contains(&self.capacity[i]);
+        let [tables_suit, grids_suit] = [suits(0), suits(1)];
+        if !grids_suit {
+            self.free(recording);
             changed = true;
+        }
+        let is_anew = !tables_suit || self.buffers.is_none();
+        if is_anew {
+            // With room for as many again: what lies besides may be large, and is not to be written anew for a label more.
+            self.allocate([needed[0] + own, needed[1]], recording);
         }
         for gone in self.list.drain(instances.len().min(self.list.len())..) {
             gone.free(recording);
         }
-        let (mut grid_offset, mut table_offset) = (0, 0);
+        let (mut grid_offset, mut table_offset) = (0, before);
         for (index, placed) in instances.iter().enumerate() {
             let field = |kind| {
                 let at = Field::find(fields, index, kind)?;
@@ -150,15 +168,21 @@ impl CachedTables {
                 table_offset,
                 grid_offset,
             };
-            changed |= self.update_instance(index, &wanted, recording);
+            changed |= self.update_instance(index, &wanted, is_anew, recording);
             grid_offset += wanted.acquired.ranges.cells();
             table_offset += sizes[index];
         }
         changed | self.update_fields(fields, grid_offset, volumes, recording)
     }
 
-    /// An instance's part of all buffers.
-    fn update_instance(&mut self, index: usize, wanted: &Wanted<'_>, recording: &mut Recording) -> bool {
+    /// An instance's part of all buffers, of which that of tables may be empty.
+    fn update_instance(
+        &mut self,
+        index: usize,
+        wanted: &Wanted<'_>,
+        is_anew: bool,
+        recording: &mut Recording,
+    ) -> bool {
         let old = self.list.get(index);
         let entry = wanted.entry(old);
         let buffers = self.buffers.expect("allocated before");
@@ -167,22 +191,24 @@ impl CachedTables {
             recording.push(Step::WriteBuffer { id: buffers.tables, offset, data });
         };
         let same_functions = old.filter(|old| old.has_functions_of(&entry));
-        let tables_are_there = same_functions.is_some_and(|old| old.table_offset == entry.table_offset);
-        if !tables_are_there {
+        let same_tables = same_functions.is_some_and(|old| old.table_offset == entry.table_offset);
+        if is_anew || !same_tables {
             let pairs: Vec<[f32; 2]> = entry.functions.iter().flat_map(Function::pairs).collect();
             write(entry.table_offset, Payload::copy_of(&pairs), recording);
         }
-        let had_classes = old.filter(|_| tables_are_there).map_or(&[][..], |old| &old.classes);
+        let had_classes = old.filter(|_| same_tables).map_or(&[][..], |old| &old.classes);
         let differ = difference(had_classes, &entry.classes);
-        let classes_are_there = differ.is_empty();
-        if !classes_are_there {
-            write(entry.first_class() + differ.start, Payload::copy_of(&entry.classes[differ]), recording);
+        let same_classes = differ.is_empty();
+        let written = if is_anew { 0..entry.classes.len() } else { differ };
+        if !written.is_empty() {
+            write(entry.first_class() + written.start, Payload::copy_of(&entry.classes[written]), recording);
         }
         let has_envelope = |old: &CachedTable| {
             old.envelope == entry.envelope && old.first_of_envelope() == entry.first_of_envelope()
         };
-        let envelope_is_there = tables_are_there && old.is_some_and(has_envelope);
-        if !envelope_is_there && let Some(envelope) = &entry.envelope {
+        let same_envelope = same_tables && old.is_some_and(has_envelope);
+        if (is_anew || !same_envelope)
+            && let Some(envelope) = &entry.envelope {
             write(entry.first_of_envelope(), Payload::copy_of(&envelope.pairs()), recording);
         }
         let majorants_are_there = same_functions.is_some_and(|old| old.has_cells_of(&entry));
@@ -217,7 +243,7 @@ impl CachedTables {
             Some(old) => *old = entry,
             None => self.list.push(entry),
         }
-        !(tables_are_there && classes_are_there && envelope_is_there && majorants_are_there)
+        !(same_tables && same_classes && same_envelope && majorants_are_there)
     }
 
     /// The cells of fields, behind those of instances.
@@ -246,14 +272,26 @@ impl CachedTables {
         changed
     }
 
-    /// Makes room for so many pairs of tables, and for so many cells of majorant grids.
+    /// Makes room for so many pairs of tables and, where there is none, for so many cells of majorant grids.
     fn allocate(&mut self, [pairs, cells]: [usize; 2], recording: &mut Recording) {
-        self.free(recording);
-        self.capacity = [pairs, cells];
-        self.buffers = Some(TableBuffers {
-            grids: recording.create_buffer("majorants", cells as u64 * CELL_BYTES),
-            tables: recording.create_buffer("transfer functions", pairs as u64 * PAIR_BYTES),
-        });
+        let grids = match self.buffers.take() {
+            Some(TableBuffers { tables, grids }) => {
+                recording.push(Step::Free { id: tables });
+                grids
+            }
+            None => {
+                self.capacity[1] = cells;
+                recording.create_buffer("majorants", cells as u64 * CELL_BYTES)
+            }
+        };
+        self.capacity[0] = pairs;
+        let tables = recording.create_buffer("tables", pairs as u64 * PAIR_BYTES);
+        self.buffers = Some(TableBuffers { tables, grids });
+    }
+
+    /// The buffer of tables, and the first byte in it behind those of instances.
+    pub fn behind(&self) -> Option<(ResourceId, u64)> {
+        Some((self.buffers?.tables, self.range.end as u64 * PAIR_BYTES))
     }
 
     /// An instance's part.

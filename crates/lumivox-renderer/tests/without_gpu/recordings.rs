@@ -82,8 +82,8 @@ fn a_changed_light_writes_the_lights_and_nothing_else() {
         Light::directional(DVec3::NAN, [1.0; 3]),
     ];
     let recording = update(&mut cache, &scene, &mut alive);
-    let lights = recording.steps.iter().find_map(|step| match step {
-        Step::CreateBuffer { id, label: "lights", .. } => Some(*id),
+    let tables = recording.steps.iter().find_map(|step| match step {
+        Step::CreateBuffer { id, label: "tables", .. } => Some(*id),
         _ => None,
     });
     assert!(update(&mut cache, &scene, &mut alive).is_empty(), "a NaN is no change");
@@ -94,13 +94,13 @@ fn a_changed_light_writes_the_lights_and_nothing_else() {
     scene.lights[1] = Light::point(Lamp::new(DVec3::Y, [1.0; 3]));
     let recording = update(&mut cache, &scene, &mut alive);
     let [Step::WriteBuffer { id, data, .. }] = &recording.steps[..] else { panic!("{:?}", recording.steps) };
-    assert_eq!((Some(*id), data.bytes().len()), (lights, 2 * 64), "the lights there are");
+    assert_eq!((Some(*id), data.bytes().len()), (tables, 2 * 64), "the lights there are");
     assert!(changed(&cache));
 
     scene.lights[0].layers = 2;
     let recording = update(&mut cache, &scene, &mut alive);
-    let about = |step: &Step| matches!(step, Step::Free { .. } | Step::CreateBuffer { label: "lights", .. });
-    assert!(matches!(&recording.steps[..], [a, b, Step::WriteBuffer { .. }] if about(a) && about(b)));
+    let [Step::WriteBuffer { id, data, .. }] = &recording.steps[..] else { panic!("{:?}", recording.steps) };
+    assert_eq!((Some(*id), data.bytes().len()), (tables, 64), "the light that is left");
     assert!(changed(&cache), "one light less");
 
     scene.lights[0] = Light { layers: 4, ..Light::directional(DVec3::X, [5.0; 3]) };

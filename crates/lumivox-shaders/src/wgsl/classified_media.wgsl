@@ -40,18 +40,18 @@ fn read_medium(v: u32, p: vec3f, cell: Cell, texel: f32, rng: ptr<function, Rng>
         style += (look - 1u) * STYLE_PAIRS;
         is_full = look - 1u < instances[v].full_looks;
         if (look == 0u) {
-            style = style_at(p, tables[classes].x, u32(tables[classes + 3u].x), rng);
+            style = style_at(p, pair_at(classes).x, u32(pair_at(classes + 3u).x), rng);
         }
     }
     var share = 1.0;
     if (!is_full) {
-        share = tables[style + 1u].y;
+        share = pair_at(style + 1u).y;
     }
     if ((CLIP_SHAPES || PEELING) && in_common < CLASS_IS_WHOLE && share > 0.0) {
-        share = what_is_left(classes, p, share, tables[style + 7u].x > 0.0);
+        share = what_is_left(classes, p, share, pair_at(style + 7u).x > 0.0);
     }
     var gradient = 0.0;
-    if (GRADIENTS && share > 0.0 && tables[style + 6u].x > 0.0) {
+    if (GRADIENTS && share > 0.0 && pair_at(style + 6u).x > 0.0) {
         gradient = gradient_per_mm(v, voxel_gradient(v, p));
     }
     return Reading(texel, style, share, gradient);
@@ -62,9 +62,9 @@ fn what_is_left(classes: u32, p: vec3f, share: f32, is_clipped: bool) -> f32 {
     if (CLIP_SHAPES && is_clipped && is_cut_away(classes, p)) {
         return 0.0;
     }
-    let depth = tables[classes].y;
+    let depth = pair_at(classes).y;
     if (PEELING && depth >= 0.0) {
-        return share * left_of_peeling(u32(depth), tables[classes + 1u], p);
+        return share * left_of_peeling(u32(depth), pair_at(classes + 1u), p);
     }
     return share;
 }
@@ -107,11 +107,11 @@ fn take_part_of_turn(i: u32) {
 
 // How far inside of what a clip shape keeps a point is, in units of the shape's own, and how that grows in voxel space.
 fn clip_level(shape: u32, p: vec3f) -> vec4f {
-    let x = vec4f(tables[shape], tables[shape + 1u]);
-    let y = vec4f(tables[shape + 2u], tables[shape + 3u]);
-    let z = vec4f(tables[shape + 4u], tables[shape + 5u]);
+    let x = vec4f(pair_at(shape), pair_at(shape + 1u));
+    let y = vec4f(pair_at(shape + 2u), pair_at(shape + 3u));
+    let z = vec4f(pair_at(shape + 4u), pair_at(shape + 5u));
     let q = vec3f(dot(x, vec4f(p, 1.0)), dot(y, vec4f(p, 1.0)), dot(z, vec4f(p, 1.0)));
-    let kind = u32(tables[shape + 6u].x);
+    let kind = u32(pair_at(shape + 6u).x);
     var level = q.z;
     var slope = vec3f(0.0, 0.0, 1.0);
     if (kind == CLIP_BOX) {
@@ -125,13 +125,13 @@ fn clip_level(shape: u32, p: vec3f) -> vec4f {
         level = 1.0 - length(q);
         slope = -q / max(length(q), 1e-20);
     }
-    return tables[shape + 6u].y * vec4f(slope.x * x.xyz + slope.y * y.xyz + slope.z * z.xyz, level);
+    return pair_at(shape + 6u).y * vec4f(slope.x * x.xyz + slope.y * y.xyz + slope.z * z.xyz, level);
 }
 
 // Whether a shape cuts a point away, of those that rays are not clipped against.
 fn is_cut_away(classes: u32, p: vec3f) -> bool {
-    let first = u32(tables[classes + 3u].y);
-    for (var i = u32(tables[classes + 4u].x); i < u32(tables[classes + 2u].x); i++) {
+    let first = u32(pair_at(classes + 3u).y);
+    for (var i = u32(pair_at(classes + 4u).x); i < u32(pair_at(classes + 2u).x); i++) {
         take_part_of_turn(i);
         if (clip_level(first + i * SHAPE_PAIRS, p).w < 0.0) {
             return true;
@@ -144,9 +144,9 @@ fn is_cut_away(classes: u32, p: vec3f) -> bool {
 // labels. Nothing of it where the second is not beyond the first.
 fn kept_of_ray(v: u32, p: vec3f, direction: vec3f, t_end: f32) -> vec2f {
     let classes = instances[v].classes;
-    let first = u32(tables[classes + 3u].y);
+    let first = u32(pair_at(classes + 3u).y);
     var kept = vec2f(0.0, t_end);
-    for (var i = 0u; i < u32(tables[classes + 4u].x); i++) {
+    for (var i = 0u; i < u32(pair_at(classes + 4u).x); i++) {
         take_part_of_turn(i);
         let of_shape = kept_by_shape(first + i * SHAPE_PAIRS, p, direction);
         kept = vec2f(max(kept.x, of_shape.x), min(kept.y, of_shape.y));
@@ -155,14 +155,14 @@ fn kept_of_ray(v: u32, p: vec3f, direction: vec3f, t_end: f32) -> vec2f {
 }
 
 fn kept_by_shape(shape: u32, p: vec3f, direction: vec3f) -> vec2f {
-    let x = vec4f(tables[shape], tables[shape + 1u]);
-    let y = vec4f(tables[shape + 2u], tables[shape + 3u]);
-    let z = vec4f(tables[shape + 4u], tables[shape + 5u]);
+    let x = vec4f(pair_at(shape), pair_at(shape + 1u));
+    let y = vec4f(pair_at(shape + 2u), pair_at(shape + 3u));
+    let z = vec4f(pair_at(shape + 4u), pair_at(shape + 5u));
     let q = vec3f(dot(x, vec4f(p, 1.0)), dot(y, vec4f(p, 1.0)), dot(z, vec4f(p, 1.0)));
     let d = vec3f(dot(x.xyz, direction), dot(y.xyz, direction), dot(z.xyz, direction));
     // A component of exactly 0 would turn into 0 * infinity.
     let inverse = 1.0 / choose(d, vec3f(1e-20), abs(d) < vec3f(1e-20));
-    let kind = u32(tables[shape + 6u].x);
+    let kind = u32(pair_at(shape + 6u).x);
     if (kind == CLIP_BOX) {
         let a = (-1.0 - q) * inverse;
         let b = (1.0 - q) * inverse;
@@ -191,11 +191,11 @@ fn kept_by_shape(shape: u32, p: vec3f, direction: vec3f) -> vec2f {
 // The surface that the nearest clip shape leaves.
 fn cut_surface(v: u32, p: vec3f, reading: Reading) -> Cut {
     let classes = instances[v].classes;
-    let count = u32(tables[classes + 2u].x);
-    let first = u32(tables[classes + 3u].y);
+    let count = u32(pair_at(classes + 2u).x);
+    let first = u32(pair_at(classes + 3u).y);
     var nearest = 1e30;
     var cut = Cut(0.0, vec3f(0.0));
-    if (tables[reading.style + 7u].x > 0.0) {
+    if (pair_at(reading.style + 7u).x > 0.0) {
         for (var i = 0u; i < count; i++) {
             take_part_of_turn(i);
             let level = clip_level(first + i * SHAPE_PAIRS, p);
@@ -203,8 +203,8 @@ fn cut_surface(v: u32, p: vec3f, reading: Reading) -> Cut {
             let distance = level.w / max(per_mm, 1e-20);
             if (distance < nearest) {
                 nearest = distance;
-                let widths = distance * tables[classes + 2u].y;
-                cut = Cut(tables[reading.style + 4u].x * exp(-widths * widths), level.xyz);
+                let widths = distance * pair_at(classes + 2u).y;
+                cut = Cut(pair_at(reading.style + 4u).x * exp(-widths * widths), level.xyz);
             }
         }
     }
@@ -216,7 +216,7 @@ fn gradient_row(rows: vec2f, gradient: f32) -> vec2f {
     var before = 0.0;
     for (var i = 0u; i < u32(rows.x); i++) {
         take_part_of_turn(i);
-        let place = tables[u32(rows.y) + i];
+        let place = pair_at(u32(rows.y) + i);
         if (gradient < place.x) {
             return vec2f(f32(i), (gradient - before) * place.y);
         }
@@ -232,13 +232,13 @@ fn opacity(v: u32, reading: Reading) -> f32 {
     if (!FUNCTIONS) {
         return reading.share * most_opacity(v, reading.texel);
     }
-    let coordinate = tables[reading.style];
-    let function = u32(tables[reading.style + 1u].x);
+    let coordinate = pair_at(reading.style);
+    let function = u32(pair_at(reading.style + 1u).x);
     let address = table_address(coordinate.x, coordinate.y, reading.texel);
-    if (!GRADIENTS || tables[reading.style + 6u].x <= 0.0) {
+    if (!GRADIENTS || pair_at(reading.style + 6u).x <= 0.0) {
         return reading.share * opacity_of(function, address);
     }
-    let row = gradient_row(tables[reading.style + 6u], reading.gradient);
+    let row = gradient_row(pair_at(reading.style + 6u), reading.gradient);
     let first = function + u32(row.x) * TABLE_PAIRS;
     var of_value = opacity_of(first, address);
     if (row.y > 0.0) {
@@ -248,16 +248,16 @@ fn opacity(v: u32, reading: Reading) -> f32 {
 }
 
 fn color(v: u32, reading: Reading) -> vec3f {
-    let own = tables[reading.style + 3u];
+    let own = pair_at(reading.style + 3u);
     if (own.y > 0.0) {
-        return vec3f(tables[reading.style + 2u], own.x);
+        return vec3f(pair_at(reading.style + 2u), own.x);
     }
-    let address = table_address(tables[reading.style].x, tables[reading.style].y, reading.texel);
-    let function = u32(tables[reading.style + 1u].x);
+    let address = table_address(pair_at(reading.style).x, pair_at(reading.style).y, reading.texel);
+    let function = u32(pair_at(reading.style + 1u).x);
     if (!GRADIENTS) {
         return color_of(function, address);
     }
-    let row = gradient_row(tables[reading.style + 6u], reading.gradient);
+    let row = gradient_row(pair_at(reading.style + 6u), reading.gradient);
     let first = function + u32(row.x) * TABLE_PAIRS;
     let of_value = color_of(first, address);
     if (row.y > 0.0) {
@@ -267,17 +267,17 @@ fn color(v: u32, reading: Reading) -> vec3f {
 }
 
 fn surface_strength(v: u32, reading: Reading) -> f32 {
-    return tables[reading.style + 4u].x;
+    return pair_at(reading.style + 4u).x;
 }
 
 fn surface_inverse_gradient(v: u32, reading: Reading) -> f32 {
-    return tables[reading.style + 4u].y;
+    return pair_at(reading.style + 4u).y;
 }
 
 fn surface_lobe_anisotropy(v: u32, reading: Reading) -> f32 {
-    return tables[reading.style + 5u].x;
+    return pair_at(reading.style + 5u).x;
 }
 
 fn surface_specular(v: u32, reading: Reading) -> f32 {
-    return tables[reading.style + 5u].y;
+    return pair_at(reading.style + 5u).y;
 }

@@ -47,25 +47,22 @@ struct Frame {
     sharers: u32,
     // Live films: only pixels that have fewer samples get any; 0 for all of them.
     only_below: u32,
-    padding_x: u32,
-    padding_y: u32,
-    padding_z: u32,
+    // Where nodes and lights begin in the buffer of tables, in pairs.
+    first_node: u32,
+    first_light: u32,
+    padding: u32,
     // One over the texels of each pool along each axis; w is unused.
     inverse_pool_sizes: array<vec4f, MAX_POOLS>,
 }
 
-// One half of a node's volumes, and a box around them in the world.
+// One half of the volumes below a node, and a box around them in the world. A node of the hierarchy over all volumes is
+// two of these; there is one node fewer than volumes, and node 0 is the root.
 struct Child {
     low: vec3f,
     // Of the node that parts them further or, with IS_VOLUME, of the only one.
     index: u32,
     high: vec3f,
     padding: u32,
-}
-
-// Of the hierarchy over all volumes: there is one node fewer than volumes, and node 0 is the root.
-struct Node {
-    children: array<Child, 2>,
 }
 
 struct Instance {

@@ -1,6 +1,6 @@
 // The engine's lights. No path hits them, so next-event estimation is all there is, and needs no weights.
 //
-// Expects `lights`, `frame` and `LIGHTS`.
+// Expects `tables`, `frame` and `LIGHTS`.
 
 struct Light {
     // In the world; unused where light comes from afar.
@@ -23,30 +23,43 @@ struct Light {
     cone_attenuation: f32,
 }
 
+const LIGHT_PAIRS: u32 = 8u;
+
+fn light_at(i: u32) -> Light {
+    let first = frame.first_light + LIGHT_PAIRS * i;
+    let a = words_at(first);
+    let b = words_at(first + 2u);
+    let c = words_at(first + 4u);
+    let d = bitcast<vec4f>(words_at(first + 6u));
+    return Light(
+        bitcast<vec3f>(a.xyz), a.w, bitcast<vec3f>(b.xyz), bitcast<f32>(b.w), bitcast<vec3f>(c.xyz), c.w, d.x, d.y, d.z, d.w,
+    );
+}
+
 // What arrives at a point from one place on a light, across the beam, but for the transmittance on its way.
-fn light_arrival(i: u32, point: vec3f, rng: ptr<function, Rng>) -> Arrival {
-    let size = lights[i].size;
-    if (lights[i].kind == LIGHT_DIRECTIONAL) {
-        var direction = -lights[i].axis;
+fn light_arrival(light: Light, point: vec3f, rng: ptr<function, Rng>) -> Arrival {
+    let size = light.size;
+    if (light.kind == LIGHT_DIRECTIONAL) {
+        var direction = -light.axis;
         if (size > 0.0) {
             direction = to_world(direction, sample_cone(size, rng_next2(rng)));
         }
-        return Arrival(direction, 1e30, lights[i].color);
+        return Arrival(direction, 1e30, light.color);
     }
-    var way = lights[i].position - point;
+    var way = light.position - point;
     var distance = length(way);
     let d = max(distance, max(size, MIN_LIGHT_DISTANCE));
-    let nearness = d * lights[i].inverse_range;
+    let nearness = d * light.inverse_range;
     let window = max(1.0 - nearness * nearness * nearness * nearness, 0.0);
-    var factor = window * window * pow(d, -lights[i].decay);
-    if (lights[i].decay < 0.0) {
+    var factor = window * window * pow(d, -light.decay);
+    if (light.decay < 0.0) {
         factor = clamp(5.0 - 5.0 * nearness, 0.0, 1.0) / (1.0 + 25.0 * nearness * nearness);
     }
-    if (lights[i].kind == LIGHT_SPOT) {
+    if (light.kind == LIGHT_SPOT) {
         // 1 - cos(a) is half the squared difference of the unit vectors, to all digits for narrow cones.
-        let difference = lights[i].axis + way / max(distance, 1e-20);
-        let rim = clamp(0.5 * dot(difference, difference) * lights[i].inverse_cone, 1e-4, 1.0);
-        let attenuation = lights[i].cone_attenuation;
+        let difference = light.axis + way / max(distance, 1e-20);
+        let rim = clamp(0.5 * dot(difference, difference) * light.inverse_cone, 1e-4, 1.0);
+        let attenuation = light.cone_attenuation;
         let ramp = min((rim - 1.0) * attenuation, 1.0);
         factor *= select(1.0 - pow(rim, max(attenuation, 0.0)), ramp * ramp, attenuation < 0.0);
     }
@@ -54,7 +67,7 @@ fn light_arrival(i: u32, point: vec3f, rng: ptr<function, Rng>) -> Arrival {
         way = sample_disc(way, size, rng_next2(rng));
         distance = length(way);
     }
-    return Arrival(way / max(distance, 1e-20), distance, lights[i].color * max(factor, 0.0));
+    return Arrival(way / max(distance, 1e-20), distance, light.color * max(factor, 0.0));
 }
 
 // Of all lights one, resampled in proportion to what it would bring unshadowed (Talbot, Cline and Egbert, "Importance
@@ -65,11 +78,12 @@ fn choose_arrival(event: Event, layers: u32, point: vec3f, rng: ptr<function, Rn
     var total = 0.0;
     var chosen_weight = 1.0;
     for (var i = 0u; i < frame.light_count && take_turn(); i++) {
+        let light = light_at(i);
         // A light of other layers draws no number: it must not change an image.
-        if ((lights[i].layers & layers) == 0u) {
+        if ((light.layers & layers) == 0u) {
             continue;
         }
-        var arrival = light_arrival(i, point, rng);
+        var arrival = light_arrival(light, point, rng);
         let densities = event_densities(event, arrival.direction);
         arrival.light *= event_weight(event, densities) * densities.x;
         let weight = luminance(arrival.light);

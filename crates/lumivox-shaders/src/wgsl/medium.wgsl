@@ -16,7 +16,7 @@ fn table_address(scale: f32, bias: f32, texel: f32) -> TableAddress {
 
 // Of a transfer function, by its first pair. An entry holds its own and the next one's opacity: one load.
 fn opacity_of(function: u32, a: TableAddress) -> f32 {
-    let pair = tables[function + a.entry];
+    let pair = pair_at(function + a.entry);
     return mix(pair.x, pair.y, a.fraction);
 }
 
@@ -28,8 +28,8 @@ fn most_opacity(v: u32, texel: f32) -> f32 {
 // Colours lie behind the opacities, each in two pairs.
 fn color_of(function: u32, a: TableAddress) -> vec3f {
     let first = function + TABLE_SIZE + 2u * a.entry;
-    let low = vec3f(tables[first], tables[first + 1u].x);
-    let high = vec3f(tables[first + 2u], tables[first + 3u].x);
+    let low = vec3f(pair_at(first), pair_at(first + 1u).x);
+    let high = vec3f(pair_at(first + 2u), pair_at(first + 3u).x);
     return mix(low, high, a.fraction);
 }
 

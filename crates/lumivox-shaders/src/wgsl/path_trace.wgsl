@@ -6,17 +6,15 @@
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> instances: array<Instance>;
-@group(0) @binding(2) var<storage, read> nodes: array<Node>;
-@group(0) @binding(3) var<storage, read> tables: array<vec2f>;
+// Transfer functions, what media are classified by, boxes around volumes, lights: see `tables.wgsl`.
+@group(0) @binding(2) var<storage, read> tables: array<vec2u>;
 // The cells of one volume after the other.
-@group(0) @binding(4) var<storage, read> grids: array<Cell>;
-@group(0) @binding(5) var linear_sampler: sampler;
-@group(0) @binding(6) var environment_map: texture_2d<f32>;
-@group(0) @binding(7) var<storage, read> environment_importance: array<ImportanceCell>;
-@group(0) @binding(8) var<storage, read> lights: array<Light>;
+@group(0) @binding(3) var<storage, read> grids: array<Cell>;
+@group(0) @binding(4) var linear_sampler: sampler;
+@group(0) @binding(5) var environment_map: texture_2d<f32>;
 // Planes of sums over samples: (radiance, alpha), (view depth, squared luminance, number of samples, state of the path
 // that is put aside) and, with GUIDES, (first-hit albedo, 0), (first-hit normal, 0); or, with LIVE, where rays end.
-@group(0) @binding(9) var<storage, read_write> film: array<vec4f>;
+@group(0) @binding(6) var<storage, read_write> film: array<vec4f>;
 
 // Roulette ends more paths than those that lost their light: what comes late costs more time than it saves noise. Not where
 // paths find the light by themselves, for what they find there is the same for all.

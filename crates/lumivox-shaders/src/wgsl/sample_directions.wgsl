@@ -14,7 +14,7 @@ struct SampleParams {
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> params: SampleParams;
 @group(0) @binding(2) var environment_map: texture_2d<f32>;
-@group(0) @binding(3) var<storage, read> environment_importance: array<ImportanceCell>;
+@group(0) @binding(3) var<storage, read> tables: array<vec2u>;
 // Direction, and its density over solid angle.
 @group(0) @binding(4) var<storage, read_write> directions: array<vec4f>;
 

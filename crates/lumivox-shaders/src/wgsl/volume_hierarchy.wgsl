@@ -28,10 +28,19 @@ fn search_begin(origin: vec3f, direction: vec3f) -> Search {
     return s;
 }
 
+const CHILD_PAIRS: u32 = 4u;
+
+fn child_of(node: u32, side: u32) -> Child {
+    let first = frame.first_node + CHILD_PAIRS * (2u * node + side);
+    let low = words_at(first);
+    let high = words_at(first + 2u);
+    return Child(bitcast<vec3f>(low.xyz), low.w, bitcast<vec3f>(high.xyz), high.w);
+}
+
 // Where the ray enters a child's box; infinitely far away where it does not, or only beyond t_max.
-fn box_entry(s: ptr<function, Search>, node: u32, side: u32, t_max: f32) -> f32 {
-    let a = (nodes[node].children[side].low - (*s).origin) * (*s).inverse;
-    let b = (nodes[node].children[side].high - (*s).origin) * (*s).inverse;
+fn box_entry(s: ptr<function, Search>, child: Child, t_max: f32) -> f32 {
+    let a = (child.low - (*s).origin) * (*s).inverse;
+    let b = (child.high - (*s).origin) * (*s).inverse;
     let near = min(a, b);
     let far = max(a, b);
     let entry = max(max(near.x, near.y), max(near.z, 0.0));
@@ -48,19 +57,21 @@ fn search_next(s: ptr<function, Search>, t_max: f32) -> u32 {
         }
         var index = search_indices[(*s).depth];
         while ((index & IS_VOLUME) == 0u && take_turn()) {
-            let entry_0 = box_entry(s, index, 0u, t_max);
-            let entry_1 = box_entry(s, index, 1u, t_max);
-            let near = select(0u, 1u, entry_1 < entry_0);
+            let child_0 = child_of(index, 0u);
+            let child_1 = child_of(index, 1u);
+            let entry_0 = box_entry(s, child_0, t_max);
+            let entry_1 = box_entry(s, child_1, t_max);
+            let second_is_near = entry_1 < entry_0;
             let far_entry = max(entry_0, entry_1);
             if (min(entry_0, entry_1) >= 1e38) {
                 break;
             }
             if (far_entry < 1e38) {
-                search_indices[(*s).depth] = nodes[index].children[1u - near].index;
+                search_indices[(*s).depth] = select(child_1.index, child_0.index, second_is_near);
                 search_entries[(*s).depth] = far_entry;
                 (*s).depth += 1u;
             }
-            index = nodes[index].children[near].index;
+            index = select(child_0.index, child_1.index, second_is_near);
         }
         if ((index & IS_VOLUME) != 0u) {
             return index & ~IS_VOLUME;
