@@ -14,7 +14,7 @@ use lumivox_core::glam::Vec3;
 use lumivox_core::{Environment, EnvironmentSource, Light};
 use lumivox_shaders::layout;
 
-use super::environment::Coming;
+use super::environment::NewMap;
 use super::hierarchy::Bounds;
 use super::{SceneCache, lights};
 use crate::recording::Recording;
@@ -180,7 +180,7 @@ impl SceneCache {
     pub(super) fn update_light(
         &mut self,
         environment: &Environment,
-        coming: Option<Coming>,
+        new_map: Option<NewMap>,
         lights: &[Light],
         recording: &mut Recording,
     ) -> bool {
@@ -201,7 +201,7 @@ impl SceneCache {
             let radiance = self.environment.mean_luminance;
             kept = kept_after(self.mean_light.difference(&lights, environment, radiance, &self.around));
         }
-        let environment_changed = self.environment.update(environment, coming, recording);
+        let environment_changed = self.environment.update(environment, new_map, recording);
         let changed = self.lights.update(lights.into(), recording) | environment_changed;
         match kept {
             Some(kept) if changed => {

@@ -55,13 +55,13 @@ pub(super) fn check(environment: &Environment, limits: &DeviceLimits) -> Result<
     }
 }
 
-/// What another environment brings.
-pub(super) struct Coming {
+/// The map of another source, and where to draw directions from it.
+pub(super) struct NewMap {
     map: Arc<EnvironmentMap>,
     grid: Arc<ImportanceGrid>,
 }
 
-impl Coming {
+impl NewMap {
     pub fn cells(&self) -> usize {
         self.grid.cells.len()
     }
@@ -73,21 +73,21 @@ impl CachedEnvironment {
         self.source.as_ref().is_some_and(|held| same(held, source))
     }
 
-    /// What comes with a source, unless it is there.
-    pub fn coming(&self, source: &EnvironmentSource, unprepared: &mut u64) -> Option<Coming> {
+    /// What a source brings, unless it is there.
+    pub fn new_map(&self, source: &EnvironmentSource, unprepared: &mut u64) -> Option<NewMap> {
         if self.holds(source) {
             return None;
         }
         let (map, grid, computed) = importance::of(source);
         *unprepared += u64::from(computed);
-        Some(Coming { map, grid })
+        Some(NewMap { map, grid })
     }
 
     /// Records what differs; returns whether anything did. The device has room, see [`check`].
     pub fn update(
         &mut self,
         environment: &Environment,
-        coming: Option<Coming>,
+        new_map: Option<NewMap>,
         recording: &mut Recording,
     ) -> bool {
         let rotation = if environment.rotation.is_finite() { environment.rotation } else { 0.0 };
@@ -98,7 +98,7 @@ impl CachedEnvironment {
         };
         let turned = [rotation, strength] != [self.rotation, self.strength];
         (self.rotation, self.strength) = (rotation, strength);
-        let Some(Coming { map, grid }) = coming else { return turned };
+        let Some(NewMap { map, grid }) = new_map else { return turned };
         self.free(recording);
         self.map_size = [map.width as u32, map.height as u32];
         self.importance_size = grid.size.map(|n| n as u32);

@@ -27,21 +27,21 @@ use std::sync::Arc;
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::medium::SIGMA_UNIT_PER_MM;
 use lumivox_core::{ExtinctionSpace, Filter, Medium, Scene, Volume, VolumeInstance};
-use lumivox_shaders::layout::{Frame, ImportanceCell, Instance, Light};
+use lumivox_shaders::layout::{Frame, Instance, Light};
 use lumivox_shaders::{Classes, Kernel, PathTraceVariant, constants};
 
 pub use self::cell_size::CellSize;
 use self::changing_light::MeanLight;
 pub(crate) use self::changing_light::{LightPast, change_of_color, kept_after};
 use self::classes::Looks;
-use self::environment::{CachedEnvironment, Coming};
+use self::environment::{CachedEnvironment, NewMap};
 use self::fields::Field;
-use self::hierarchy::{Bounds, Node};
 pub(crate) use self::hierarchy::MANY as MANY_VOLUMES;
+use self::hierarchy::{Bounds, Node};
 pub(crate) use self::lights::effective as effective_lights;
 use self::mirror::{Mirror, Part};
 pub use self::preparation::Preparation;
-use self::tables::{CachedTables, TableOf};
+use self::tables::{Besides, CachedTables, TableOf};
 use crate::error::RenderError;
 use crate::features::{Features, ViewKind};
 use crate::ids;
@@ -261,13 +261,13 @@ impl SceneCache {
         let lights = lights::effective(&scene.lights, &placed);
         let limit = self.limits.max_storage_binding;
         lights::check(&lights, limit)?;
-        let coming = self.environment.coming(&scene.environment.source, &mut self.unprepared);
+        let new_map = self.environment.new_map(&scene.environment.source, &mut self.unprepared);
         let besides = |volumes| Besides {
-            importance: coming.as_ref().map_or(self.environment.importance.list.len(), Coming::cells),
+            importance: new_map.as_ref().map_or(self.environment.importance.list.len(), NewMap::cells),
             nodes: hierarchy::node_count(volumes),
             lights: lights.len(),
         };
-        tables::check(&placed, features.classes.any(), besides(placed.len()).bytes().iter().sum(), limit)?;
+        tables::check(&placed, features.classes.any(), &besides(placed.len()), limit)?;
 
         // What is gone makes room for what comes.
         let is_wanted = |(source, _): &(Source, _)| wanted.iter().any(|(other, _)| source == other);
@@ -295,15 +295,15 @@ impl SceneCache {
         tables::check_cells(&placed, &fields, &self.volumes, &self.limits)?;
         let besides = besides(placed.len());
         let tables_changed =
-            self.tables.update(&placed, &fields, classified, &self.volumes, besides.bytes(), recording);
+            self.tables.update(&placed, &fields, classified, &self.volumes, &besides, recording);
         if let Some((buffer, behind)) = self.tables.behind() {
+            let [nodes, lights] = besides.offsets(behind);
             self.environment.importance.put(buffer, 0, besides.importance, recording);
-            self.nodes.put(buffer, behind, besides.nodes, recording);
-            let lights = behind + Part::<Node>::ample_room(besides.nodes);
+            self.nodes.put(buffer, nodes, besides.nodes, recording);
             self.lights.put(buffer, lights, besides.lights, recording);
         }
         let instances_changed = self.update_instances(&placed, &fields, recording);
-        let light_changed = self.update_light(&scene.environment, coming, &lights, recording);
+        let light_changed = self.update_light(&scene.environment, new_map, &lights, recording);
         if features_changed || tables_changed || instances_changed || light_changed {
             self.version = ids::next().0;
         }
@@ -469,14 +469,9 @@ impl SceneCache {
     /// The scene's resources in the order of the path-tracing kernel, up to the film.
     pub(crate) fn path_trace_resources(&self) -> Vec<ResourceId> {
         let tables = self.tables.buffers;
-        [
-            self.instances.buffer,
-            tables.map(|b| b.tables),
-            tables.map(|b| b.grids),
-            self.environment.map,
-        ]
-        .map(|id| id.expect("update() comes before tracing"))
-        .to_vec()
+        [self.instances.buffer, tables.map(|b| b.tables), tables.map(|b| b.grids), self.environment.map]
+            .map(|id| id.expect("update() comes before tracing"))
+            .to_vec()
     }
 
     /// The environment's map, and the buffer that begins with its importance grid.
@@ -509,21 +504,6 @@ impl SceneCache {
         self.tables.free(recording);
         self.environment.free(recording);
         self.instances.free(recording);
-    }
-}
-
-/// What there is in the buffer of tables besides those of instances.
-struct Besides {
-    importance: usize,
-    nodes: usize,
-    lights: usize,
-}
-
-impl Besides {
-    /// Before those of instances what is large and seldom changes, then the rest.
-    fn bytes(&self) -> [u64; 2] {
-        let nodes = Part::<Node>::ample_room(self.nodes);
-        [Part::<ImportanceCell>::room(self.importance), nodes + Part::<Light>::ample_room(self.lights)]
     }
 }
 

@@ -2,12 +2,14 @@
 
 use std::ops::Range;
 
-use lumivox_shaders::layout::{TABLE_PAIRS, TABLE_SIZE};
+use lumivox_shaders::layout::{ImportanceCell, Light, TABLE_PAIRS, TABLE_SIZE};
 
 use super::classes::{self, Fields, Looks};
 use super::fields::{Field, FieldKind};
+use super::hierarchy::Node;
 use super::label_sets::{self, CellLabels};
 use super::majorants::{self, CellsOf, MadeOf};
+use super::mirror::Part;
 pub use super::transfer_table::{Envelope, Function};
 use super::{DeviceLimits, Placed, acquired, check_binding, voxel_from_patient};
 use crate::error::RenderError;
@@ -65,6 +67,26 @@ pub(super) struct CachedTables {
     pub unprepared: u64,
 }
 
+/// Elements of what else is in the buffer of tables: before what instances have what is large and seldom changes, then the rest.
+pub(super) struct Besides {
+    pub importance: usize,
+    pub nodes: usize,
+    pub lights: usize,
+}
+
+impl Besides {
+    /// Bytes before what instances have, and behind it.
+    fn bytes(&self) -> [u64; 2] {
+        let [_, lights] = self.offsets(0);
+        [Part::<ImportanceCell>::room(self.importance), lights + Part::<Light>::ample_room(self.lights)]
+    }
+
+    /// The first bytes of nodes and lights, where that ends at a byte.
+    pub fn offsets(&self, behind: u64) -> [u64; 2] {
+        [behind, behind + Part::<Node>::ample_room(self.nodes)]
+    }
+}
+
 /// Bytes of a pair.
 pub(super) const PAIR_BYTES: u64 = 8;
 
@@ -81,18 +103,18 @@ fn pairs(placed: &Placed<'_>, looks: &Looks, classified: bool) -> usize {
     looks.rows() * TABLE_PAIRS + classes + envelope
 }
 
-/// Whether the device has room for the tables of instances, and for so many bytes besides.
+/// Whether the device has room for the tables of instances, and for what there is besides.
 pub(super) fn check(
     instances: &[Placed<'_>],
     classified: bool,
-    besides: u64,
+    besides: &Besides,
     limit: u64,
 ) -> Result<(), RenderError> {
     let pairs = instances.iter().map(|placed| pairs(placed, &placed.looks, classified) as u64).sum::<u64>();
     let most = if classified { limit.min(MOST_PAIRS * PAIR_BYTES) } else { limit };
     check_binding(
         "transfer functions",
-        pairs * PAIR_BYTES + besides,
+        pairs * PAIR_BYTES + besides.bytes().iter().sum::<u64>(),
         most,
         "Leave some volumes or labels' own functions out",
     )
@@ -122,19 +144,19 @@ fn cells(instances: &[Placed<'_>], fields: &[Field], volumes: &[(Source, Acquire
 
 impl CachedTables {
     /// Records what differs; returns whether anything did. In a scene of which some medium is classified, all are. The buffer of
-    /// tables has room for so many bytes besides, before theirs and [behind](Self::behind).
+    /// tables has room for what there is besides.
     pub fn update(
         &mut self,
         instances: &[Placed<'_>],
         fields: &[Field],
         classified: bool,
         volumes: &[(Source, Acquired)],
-        besides: [u64; 2],
+        besides: &Besides,
         recording: &mut Recording,
     ) -> bool {
         let sizes: Vec<usize> =
             instances.iter().map(|placed| pairs(placed, &placed.looks, classified)).collect();
-        let [before, behind] = besides.map(|bytes| (bytes / PAIR_BYTES) as usize);
+        let [before, behind] = besides.bytes().map(|bytes| (bytes / PAIR_BYTES) as usize);
         let own: usize = sizes.iter().sum();
         self.range = before..before + own;
         let needed = [self.range.end + behind, cells(instances, fields, volumes)];
@@ -208,7 +230,8 @@ impl CachedTables {
         };
         let same_envelope = same_tables && old.is_some_and(has_envelope);
         if (is_anew || !same_envelope)
-            && let Some(envelope) = &entry.envelope {
+            && let Some(envelope) = &entry.envelope
+        {
             write(entry.first_of_envelope(), Payload::copy_of(&envelope.pairs()), recording);
         }
         let majorants_are_there = same_functions.is_some_and(|old| old.has_cells_of(&entry));

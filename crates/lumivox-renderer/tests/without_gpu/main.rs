@@ -7,4 +7,5 @@ mod counts;
 mod recordings;
 mod scenes;
 mod switches;
+mod tables;
 mod webgpu;
