@@ -6,7 +6,7 @@ use lumivox_shaders::constants;
 use lumivox_shaders::layout::Instance;
 
 use super::{Placed, affine_rows, voxel_from_patient};
-use crate::store::{Acquired, GridKey, MAX_CELL_SIZE, Source, TexelScale};
+use crate::store::{GridKey, MAX_CELL_SIZE, SceneCopy, Source, TexelScale};
 
 /// What a field holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,14 +62,14 @@ impl Field {
 
     /// As kernels read it: `voxel_from_world` maps from the voxel space of the instance, and `table_scale` and
     /// `table_bias` send texels to values.
-    pub fn twin(&self, copy: &Acquired, patient_from_voxel: DAffine3, grid_offset: usize) -> Instance {
-        let Acquired { resident, ranges } = copy;
+    pub fn twin(&self, copy: &SceneCopy, patient_from_voxel: DAffine3, grid_offset: usize) -> Instance {
+        let SceneCopy { bricks, ranges } = copy;
         let volume = &*self.source.volume;
         let texel = TexelScale::of(volume);
         Instance {
-            voxel_from_world: affine_rows(voxel_from_patient(volume, resident.factor) * patient_from_voxel),
-            bricks: resident.bricks.counts,
-            dims: resident.bricks.dims.map(|n| n as f32),
+            voxel_from_world: affine_rows(voxel_from_patient(volume, bricks.factor) * patient_from_voxel),
+            bricks: bricks.grid.counts,
+            dims: bricks.grid.dims.map(|n| n as f32),
             grid_dims: ranges.grid_dims,
             grid_offset: grid_offset as u32,
             cell_size: ranges.cell_size as f32,

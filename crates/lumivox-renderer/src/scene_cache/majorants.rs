@@ -11,7 +11,7 @@ use super::label_sets::CellLabels;
 use super::tables::{Function, TableBuffers, difference};
 use super::{Placed, affine_rows, voxel_from_patient};
 use crate::recording::{Payload, Recording, ResourceId, Step};
-use crate::store::{Acquired, TexelScale, ValueRanges};
+use crate::store::{SceneCopy, TexelScale, ValueRanges};
 
 /// What an instance's cells are made of, besides its value ranges and its functions.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,13 +44,13 @@ impl CellsOf {
     pub fn new(
         placed: &Placed<'_>,
         functions: &[Function],
-        acquired: &Acquired,
-        labels: Option<&Acquired>,
-        depth: Option<&Acquired>,
+        acquired: &SceneCopy,
+        labels: Option<&SceneCopy>,
+        depth: Option<&SceneCopy>,
     ) -> Self {
         let Placed { instance, looks, .. } = placed;
-        let Acquired { resident, ranges } = acquired;
-        let voxel_from_patient = voxel_from_patient(&instance.volume, resident.factor);
+        let SceneCopy { bricks, ranges } = acquired;
+        let voxel_from_patient = voxel_from_patient(&instance.volume, bricks.factor);
         let from_voxel = |volume: &Volume, factor| {
             super::voxel_from_patient(volume, factor) * voxel_from_patient.inverse()
         };
@@ -59,21 +59,21 @@ impl CellsOf {
         });
         let style_count = (styles.len() / constants::CELL_STYLE_ROWS as usize) as u32;
         let labels = instance.labels.as_ref().zip(labels).map(|(labelling, copy)| {
-            let factor = copy.resident.factor;
+            let factor = copy.bricks.factor;
             let cells = CellLabels {
-                dims: resident.bricks.dims,
+                dims: bricks.grid.dims,
                 grid_dims: ranges.grid_dims,
                 cell_size: ranges.cell_size,
                 labels_from_voxel: from_voxel(labelling.labels.volume(), factor),
                 factor,
             };
-            (copy.resident.source, cells)
+            (copy.bricks.source, cells)
         });
         let peel = instance.peel.as_ref().zip(depth).map(|(peel, copy)| {
             let texel = TexelScale::of(&peel.depth);
             PeeledCells {
                 ranges: copy.ranges,
-                depth_from_voxel: affine_rows(from_voxel(&peel.depth, copy.resident.factor)),
+                depth_from_voxel: affine_rows(from_voxel(&peel.depth, copy.bricks.factor)),
                 scale: texel.per_texel as f32,
                 bias: texel.at_zero as f32,
                 mm: peel.mm as f32,
@@ -121,13 +121,13 @@ impl MadeOf {
         sets: Option<ResourceId>,
         before: Option<(Self, &CellsOf)>,
         cells: &CellsOf,
-        Acquired { resident, ranges }: &Acquired,
+        SceneCopy { bricks, ranges }: &SceneCopy,
         recording: &mut Recording,
     ) -> Self {
-        let sizes = [resident.pages.len(), cells.looks.len(), ranges.cells()];
+        let sizes = [bricks.pages.len(), cells.looks.len(), ranges.cells()];
         let written = match before.filter(|(before, _)| before.written.sizes == sizes) {
             Some((Self { written, .. }, had)) => {
-                let data = Payload::copy_of(&resident.pages);
+                let data = Payload::copy_of(&bricks.pages);
                 recording.push(Step::WriteBuffer { id: written.pages, offset: 0, data });
                 let differ = difference(&had.looks, &cells.looks);
                 if !differ.is_empty() {
@@ -138,7 +138,7 @@ impl MadeOf {
                 written
             }
             None => Written {
-                pages: recording.create_buffer_with("pages", &resident.pages),
+                pages: recording.create_buffer_with("pages", &bricks.pages),
                 looks: recording.create_buffer_with("looks", &cells.looks),
                 distances: recording.create_buffer("distances", 2 * 4 * ranges.cells() as u64),
                 sizes,
@@ -175,7 +175,7 @@ pub(super) fn record(
     grid_offset: usize,
     cells: &CellsOf,
     made_of: MadeOf,
-    acquired: &Acquired,
+    acquired: &SceneCopy,
     buffers: TableBuffers,
     recording: &mut Recording,
 ) {
@@ -186,7 +186,7 @@ pub(super) fn record(
 /// Cells that say where a field's voxels are, and nothing else: no ray walks through them.
 pub(super) fn record_pages(
     grid_offset: usize,
-    acquired: &Acquired,
+    acquired: &SceneCopy,
     buffers: TableBuffers,
     recording: &mut Recording,
 ) {
@@ -201,7 +201,7 @@ fn record_cells(
     grid_offset: usize,
     cells: &CellsOf,
     MadeOf { maxima, sets, written }: MadeOf,
-    Acquired { resident, ranges }: &Acquired,
+    SceneCopy { bricks, ranges }: &SceneCopy,
     buffers: TableBuffers,
     recording: &mut Recording,
 ) {
@@ -221,8 +221,8 @@ fn record_cells(
         shape_count: (cells.looks.len() as u32 - style_rows) / constants::CELL_SHAPE_ROWS,
         grid_dims: ranges.grid_dims,
         cell_size: ranges.cell_size as f32,
-        bricks: resident.bricks.counts,
-        dims: resident.bricks.dims.map(|n| n as f32),
+        bricks: bricks.grid.counts,
+        dims: bricks.grid.dims.map(|n| n as f32),
         shapes_of_rays: cells.shapes_of_rays,
         ..Default::default()
     };

@@ -46,7 +46,7 @@ use crate::error::RenderError;
 use crate::features::{Features, ViewKind};
 use crate::ids;
 use crate::recording::{Recording, ResourceId};
-use crate::store::{Acquired, Source, TexelScale, VoxelStore};
+use crate::store::{SceneCopy, Source, TexelScale, VoxelStore};
 
 /// What the host's GPU can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -151,7 +151,7 @@ pub struct SceneCache {
     environment_sampling: EnvironmentSampling,
     cell_size: CellSize,
     /// What there is of each distinct volume, as its filters read it.
-    volumes: Vec<(Source, Acquired)>,
+    volumes: Vec<(Source, SceneCopy)>,
     /// Whether there are others of which nothing is there yet.
     lacks_volumes: bool,
     tables: CachedTables,
@@ -315,13 +315,13 @@ impl SceneCache {
     pub fn is_settled(&self) -> bool {
         self.tables.buffers.is_some()
             && !self.lacks_volumes
-            && self.volumes.iter().all(|(source, acquired)| self.store.is_settled(source, &acquired.resident))
+            && self.volumes.iter().all(|(source, acquired)| self.store.is_settled(source, &acquired.bricks))
     }
 
     /// Whether all that it shows is still there. What the device [refused](VoxelStore::refused) of another scene may have taken
     /// voxels along that both showed: nothing can be drawn of it until it is made anew.
     pub fn is_intact(&self) -> bool {
-        self.volumes.iter().all(|(_, acquired)| !acquired.resident.is_lost())
+        self.volumes.iter().all(|(_, acquired)| !acquired.bricks.is_lost())
     }
 
     /// The device's voxels.
@@ -329,7 +329,7 @@ impl SceneCache {
         &self.store
     }
 
-    fn acquired(&self, source: &Source) -> &Acquired {
+    fn acquired(&self, source: &Source) -> &SceneCopy {
         acquired(&self.volumes, source)
     }
 
@@ -345,7 +345,7 @@ impl SceneCache {
         let traced = placed.iter().enumerate().map(|(i, p)| self.instance(i, p, origin));
         let read = fields.iter().enumerate().map(|(i, field)| {
             let of = &placed[field.of];
-            let factor = self.acquired(&of.source()).resident.factor;
+            let factor = self.acquired(&of.source()).bricks.factor;
             let patient_from_voxel = voxel_from_patient(&of.instance.volume, factor).inverse();
             field.twin(self.acquired(&field.source), patient_from_voxel, self.tables.field_grid(i))
         });
@@ -363,16 +363,16 @@ impl SceneCache {
     fn instance(&self, index: usize, placed: &Placed<'_>, origin: DVec3) -> Instance {
         let Placed { instance, medium, looks, patient_from_world } = placed;
         let volume = &*instance.volume;
-        let Acquired { resident, ranges } = self.acquired(&placed.source());
+        let SceneCopy { bricks, ranges } = self.acquired(&placed.source());
         let texel = TexelScale::of(volume);
         let TableOf { coordinate: (table_scale, table_bias), table_offset, classes, grid_offset } =
             self.tables.get(index, texel);
         // A reduced copy's voxels are larger; they begin where the volume does.
-        let factor = f64::from(resident.factor);
+        let factor = f64::from(bricks.factor);
         let dims = DVec3::from_array(volume.dims().map(|n| n as f64)) / factor;
         let clip_low = instance.clip_box[0].clamp(DVec3::ZERO, DVec3::ONE) * dims;
         let clip_high = (instance.clip_box[1].clamp(DVec3::ZERO, DVec3::ONE) * dims).max(clip_low);
-        let voxel_from_patient = voxel_from_patient(volume, resident.factor);
+        let voxel_from_patient = voxel_from_patient(volume, bricks.factor);
         let voxel_from_world = voxel_from_patient * *patient_from_world * DAffine3::from_translation(origin);
         let surface = medium.surface;
         Instance {
@@ -384,9 +384,9 @@ impl SceneCache {
             density: (looks.density * SIGMA_UNIT_PER_MM) as f32,
             clip_high: clip_high.as_vec3().to_array(),
             albedo: medium.albedo as f32,
-            bricks: resident.bricks.counts,
+            bricks: bricks.grid.counts,
             anisotropy: medium.anisotropy as f32,
-            dims: resident.bricks.dims.map(|n| n as f32),
+            dims: bricks.grid.dims.map(|n| n as f32),
             max_bounces: medium.max_bounces,
             grid_dims: ranges.grid_dims,
             grid_offset: grid_offset as u32,
@@ -516,7 +516,7 @@ fn let_go(volumes: impl Iterator<Item = Arc<Volume>>) {
     }
 }
 
-fn acquired<'a>(volumes: &'a [(Source, Acquired)], wanted: &Source) -> &'a Acquired {
+fn acquired<'a>(volumes: &'a [(Source, SceneCopy)], wanted: &Source) -> &'a SceneCopy {
     let found = volumes.iter().find(|(source, _)| source == wanted);
     &found.expect("every placed volume was acquired").1
 }

@@ -14,7 +14,7 @@ pub use super::transfer_table::{Envelope, Function};
 use super::{DeviceLimits, Placed, acquired, check_binding, voxel_from_patient};
 use crate::error::RenderError;
 use crate::recording::{Payload, Recording, ResourceId, Step};
-use crate::store::{Acquired, Source, TexelScale, ValueRanges};
+use crate::store::{SceneCopy, Source, TexelScale, ValueRanges};
 
 /// An instance's functions and classification, and where its majorants are.
 #[derive(Debug)]
@@ -129,14 +129,14 @@ pub(super) fn most_cells(limits: &DeviceLimits) -> usize {
 pub(super) fn check_cells(
     instances: &[Placed<'_>],
     fields: &[Field],
-    volumes: &[(Source, Acquired)],
+    volumes: &[(Source, SceneCopy)],
     limits: &DeviceLimits,
 ) -> Result<(), RenderError> {
     let bytes = cells(instances, fields, volumes) as u64 * CELL_BYTES;
     check_binding("majorant grid", bytes, limits.max_storage_binding, "Leave some volumes out")
 }
 
-fn cells(instances: &[Placed<'_>], fields: &[Field], volumes: &[(Source, Acquired)]) -> usize {
+fn cells(instances: &[Placed<'_>], fields: &[Field], volumes: &[(Source, SceneCopy)]) -> usize {
     let read = fields.iter().map(|field| field.source.clone());
     let sources = instances.iter().map(Placed::source).chain(read);
     sources.map(|source| acquired(volumes, &source).ranges.cells()).sum()
@@ -150,7 +150,7 @@ impl CachedTables {
         instances: &[Placed<'_>],
         fields: &[Field],
         classified: bool,
-        volumes: &[(Source, Acquired)],
+        volumes: &[(Source, SceneCopy)],
         besides: &Besides,
         recording: &mut Recording,
     ) -> bool {
@@ -274,7 +274,7 @@ impl CachedTables {
         &mut self,
         fields: &[Field],
         mut grid_offset: usize,
-        volumes: &[(Source, Acquired)],
+        volumes: &[(Source, SceneCopy)],
         recording: &mut Recording,
     ) -> bool {
         let buffers = self.buffers.expect("allocated before");
@@ -282,8 +282,7 @@ impl CachedTables {
         let mut cached = vec![];
         for field in fields {
             let acquired = acquired(volumes, &field.source);
-            let entry =
-                CachedField { source: acquired.resident.source, ranges: acquired.ranges, grid_offset };
+            let entry = CachedField { source: acquired.bricks.source, ranges: acquired.ranges, grid_offset };
             if self.fields.get(cached.len()) != Some(&entry) {
                 majorants::record_pages(grid_offset, acquired, buffers, recording);
                 changed = true;
@@ -381,10 +380,10 @@ pub(super) fn difference<T: PartialEq>(before: &[T], list: &[T]) -> Range<usize>
 /// What is to be there of an instance.
 struct Wanted<'a> {
     placed: &'a Placed<'a>,
-    acquired: &'a Acquired,
+    acquired: &'a SceneCopy,
     /// The fields: where they are among all instances, and what there is of them.
-    labels: Option<(usize, &'a Acquired)>,
-    depth: Option<(usize, &'a Acquired)>,
+    labels: Option<(usize, &'a SceneCopy)>,
+    depth: Option<(usize, &'a SceneCopy)>,
     classified: bool,
     table_offset: usize,
     grid_offset: usize,
@@ -396,7 +395,7 @@ impl Wanted<'_> {
         let Self { placed, acquired, table_offset, .. } = *self;
         let volume = &placed.instance.volume;
         let looks = &placed.looks;
-        let source = acquired.resident.source;
+        let source = acquired.bricks.source;
         let same = old.filter(|old| old.source == source && old.looks.functions == looks.functions);
         let functions = match same {
             Some(old) => old.functions.clone(),
@@ -422,7 +421,7 @@ impl Wanted<'_> {
         if self.classified {
             let fields =
                 Fields { labels: self.labels.map(|(at, _)| at), depth: self.depth.map(|(at, _)| at) };
-            let map = voxel_from_patient(volume, acquired.resident.factor);
+            let map = voxel_from_patient(volume, acquired.bricks.factor);
             let starts = starts(looks, table_offset);
             let begin = entry.first_class();
             let table = |function: usize| starts[function];

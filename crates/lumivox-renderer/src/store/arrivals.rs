@@ -8,7 +8,7 @@ use super::bricks::{self, BrickGrid};
 use super::coarse::{QUICK_BYTES, coarse_copy};
 use super::pools::Wanted;
 use super::value_ranges::GridKey;
-use super::{AT_ONCE, CopyOnDevice, Resident, Source, Store};
+use super::{AT_ONCE, Bricks, Source, Store, StoredCopy};
 use crate::error::RenderError;
 use crate::recording::{Recording, TextureFormat};
 
@@ -16,7 +16,7 @@ use crate::recording::{Recording, TextureFormat};
 const MAX_FACTOR: u32 = 64;
 
 /// What there has to be room for.
-pub(super) struct Coming {
+pub(super) struct ArrivalPlan {
     pub source: Source,
     /// Voxels of the volume along an axis for one of the copy.
     pub factor: u32,
@@ -26,7 +26,7 @@ pub(super) struct Coming {
     pub coarse: Option<u32>,
 }
 
-impl Coming {
+impl ArrivalPlan {
     /// The copies that come, the coarse one last: it lies behind the other.
     fn factors(&self) -> impl Iterator<Item = u32> {
         let coarse = self.coarse.filter(|coarse| *coarse > self.factor);
@@ -71,7 +71,7 @@ impl Store {
         mut budget: u64,
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
-        let mut new: Vec<Coming> = vec![];
+        let mut new: Vec<ArrivalPlan> = vec![];
         if self.pools.is_growing() && budget < AT_ONCE {
             // What comes meanwhile would have a pool begin anew: it comes when there is room.
             return Ok(());
@@ -80,9 +80,8 @@ impl Store {
             let Some(index) = self.index(source) else { continue };
             let volume = &source.volume;
             let entry = &self.entries[index];
-            let is_coarse = entry.shown.as_ref().is_some_and(|shown| shown.resident.factor > 1);
-            let is_sparse =
-                entry.shown.as_ref().is_some_and(|shown| self.pools.is_left(&shown.resident.pages));
+            let is_coarse = entry.shown.as_ref().is_some_and(|shown| shown.bricks.factor > 1);
+            let is_sparse = entry.shown.as_ref().is_some_and(|shown| self.pools.is_left(&shown.bricks.pages));
             let may_be_finer = is_coarse && entry.tried != self.releases;
             if entry.arriving.is_empty() && (entry.shown.is_none() || may_be_finer || is_sparse) {
                 let whole = BrickGrid::new(volume.dims(), 1).count();
@@ -91,7 +90,7 @@ impl Store {
                 let at_most = if budget < AT_ONCE { budget.min(QUICK_BYTES) } else { budget };
                 let comes_at_once = bytes <= at_most;
                 budget -= if comes_at_once { bytes } else { 0 };
-                new.push(Coming {
+                new.push(ArrivalPlan {
                     source: source.clone(),
                     factor: bricks::least_factor(volume.dims()),
                     at_once: comes_at_once,
@@ -110,17 +109,17 @@ impl Store {
                 None if self.pools.drop_ahead(|_| true, recording) => {}
                 None if self.evict(recording) => {
                     // It may have stood in.
-                    for coming in &mut new {
-                        coming.coarse = self.coarse_first(&coming.source, coming.at_once);
+                    for plan in &mut new {
+                        plan.coarse = self.coarse_first(&plan.source, plan.at_once);
                     }
                 }
                 None => {
                     let count =
-                        |coming: &Coming| BrickGrid::new(coming.source.volume.dims(), coming.factor).count();
-                    let largest = new.iter_mut().max_by_key(|coming| count(coming));
+                        |plan: &ArrivalPlan| BrickGrid::new(plan.source.volume.dims(), plan.factor).count();
+                    let largest = new.iter_mut().max_by_key(|plan| count(plan));
                     // Nothing takes less than a brick.
-                    match largest.filter(|coming| count(coming) > 1 && coming.factor < MAX_FACTOR) {
-                        Some(coming) => coming.factor *= 2,
+                    match largest.filter(|plan| count(plan) > 1 && plan.factor < MAX_FACTOR) {
+                        Some(plan) => plan.factor *= 2,
                         // Little is better than nothing.
                         None if capacity < u64::MAX => capacity = u64::MAX,
                         None => return Err(RenderError::NoRoom { count: wanted.len() }),
@@ -131,62 +130,59 @@ impl Store {
         // What was made ahead and is not what they lie in gives its room first.
         self.drop_stale(recording);
         recording.steps.append(&mut made.steps);
-        for coming in new {
-            let copies: Vec<(u32, Vec<u32>)> = coming.factors().zip(&mut pages).collect();
-            self.begin_arrival(&coming, copies);
+        for plan in new {
+            let copies: Vec<(u32, Vec<u32>)> = plan.factors().zip(&mut pages).collect();
+            self.begin_arrival(&plan, copies);
         }
         Ok(())
     }
 
     /// Has copies of a volume come, the last one first: their factors, and their pages.
-    fn begin_arrival(&mut self, coming: &Coming, copies: Vec<(u32, Vec<u32>)>) {
-        let index = self.index(&coming.source).expect("all that is wanted has an entry");
-        let volume = &coming.source.volume;
+    fn begin_arrival(&mut self, plan: &ArrivalPlan, copies: Vec<(u32, Vec<u32>)>) {
+        let index = self.index(&plan.source).expect("all that is wanted has an entry");
+        let volume = &plan.source.volume;
         let Self { entries, pools, unprepared, releases, .. } = self;
         let entry = &mut entries[index];
         entry.tried = *releases;
         for (factor, pages) in copies.into_iter().rev() {
-            let bricks = BrickGrid::new(volume.dims(), factor);
-            let resident = Resident {
+            let bricks = Bricks {
                 source: entry.id,
                 factor,
-                bricks,
+                grid: BrickGrid::new(volume.dims(), factor),
                 pages,
                 lender: None,
                 is_lost: AtomicBool::new(false),
             };
             // No finer than what there is: it stays.
             let better = entry.shown.as_ref().is_none_or(|shown| {
-                let before = &shown.resident;
-                resident.factor < before.factor
-                    || resident.factor == before.factor && pools.is_left(&before.pages)
+                let before = &shown.bricks;
+                bricks.factor < before.factor
+                    || bricks.factor == before.factor && pools.is_left(&before.pages)
             });
             if !better {
-                pools.release(resident.pages);
+                pools.release(bricks.pages);
                 continue;
             }
-            let arrival = if coming.coarse == Some(resident.factor) {
-                let (copy, is_late) = coarse_copy(&coming.source);
+            let arrival = if plan.coarse == Some(bricks.factor) {
+                let (copy, is_late) = coarse_copy(&plan.source);
                 *unprepared += u64::from(is_late);
-                Arrival::of_prepared(&coming.source, copy)
+                Arrival::of_prepared(&plan.source, copy)
             } else {
-                Arrival::new(&coming.source)
+                Arrival::new(&plan.source)
             };
-            entry
-                .arriving
-                .push_back((CopyOnDevice { resident: Arc::new(resident), ranges: vec![] }, arrival));
+            entry.arriving.push_back((StoredCopy { bricks: Arc::new(bricks), ranges: vec![] }, arrival));
         }
     }
 
     /// The bricks of the copies that come, in their order.
-    pub(super) fn bricks_of(&self, new: &[Coming]) -> Vec<Wanted> {
+    pub(super) fn bricks_of(&self, new: &[ArrivalPlan]) -> Vec<Wanted> {
         new.iter()
-            .flat_map(|coming| {
-                let format = self.pools.format(&coming.source.volume);
-                coming.factors().map(move |factor| Wanted {
+            .flat_map(|plan| {
+                let format = self.pools.format(&plan.source.volume);
+                plan.factors().map(move |factor| Wanted {
                     format,
-                    bricks: BrickGrid::new(coming.source.volume.dims(), factor),
-                    passes: factor != coming.factor,
+                    bricks: BrickGrid::new(plan.source.volume.dims(), factor),
+                    passes: factor != plan.factor,
                 })
             })
             .collect()
@@ -208,7 +204,7 @@ impl Store {
         let entry = &mut entries[index];
         let is_new = entry.shown.is_none() && !stands_in && *budget < AT_ONCE;
         while let Some((copy, arrival)) = entry.arriving.front_mut() {
-            if pools.is_growing_at(&copy.resident.pages) {
+            if pools.is_growing_at(&copy.bricks.pages) {
                 return;
             } else if entry.shown.is_some() && is_new {
                 // Tables and films follow it: the frame is late enough.
@@ -216,22 +212,22 @@ impl Store {
                 return;
             } else if entry.shown.is_some() || stands_in {
                 copy.want(key, recording);
-                arrival.advance(&copy.resident, &mut copy.ranges, pools, budget, recording);
+                arrival.advance(&copy.bricks, &mut copy.ranges, pools, budget, recording);
             } else if *budget > 0 || !*has_begun {
                 *has_begun = true;
                 copy.want(key, recording);
                 let mut all = u64::MAX;
-                arrival.advance(&copy.resident, &mut copy.ranges, pools, &mut all, recording);
+                arrival.advance(&copy.bricks, &mut copy.ranges, pools, &mut all, recording);
                 *budget = budget.saturating_sub(u64::MAX - all);
             }
-            if !arrival.is_done(&copy.resident, &copy.ranges) {
+            if !arrival.is_done(&copy.bricks, &copy.ranges) {
                 return;
             }
             if let Some((copy, arrival)) = entry.arriving.pop_front() {
                 arrival.free(recording);
                 if let Some(before) = entry.shown.replace(copy) {
                     before.free_ranges(recording);
-                    pools.retire(before.resident);
+                    pools.retire(before.bricks);
                 }
             }
         }

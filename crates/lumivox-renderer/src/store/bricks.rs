@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::source::Reading;
 use super::texels::Quantiser;
-use super::{Resident, Source, TEXELS};
+use super::{Bricks, Source, TEXELS};
 use crate::recording::{Payload, TextureFormat};
 
 /// So many are filled where they are wanted: other threads may be busy for longer than a frame.
@@ -77,12 +77,12 @@ pub(super) fn least_factor(dims: [usize; 3]) -> u32 {
 }
 
 /// The longest run of at most so many bricks from one on: whole rows, or a part of one.
-pub(super) fn run(resident: &Resident, begin: usize, most: usize) -> Run {
-    let grid = resident.bricks;
+pub(super) fn run(bricks: &Bricks, begin: usize, most: usize) -> Run {
+    let grid = bricks.grid;
     let first = grid.place(begin);
     let [nx, ny, _] = grid.counts;
-    let page = |x: u32, y: u32| resident.pages[grid.index([x, y, first[2]])];
-    let origin = resident.pages[begin];
+    let page = |x: u32, y: u32| bricks.pages[grid.index([x, y, first[2]])];
+    let origin = bricks.pages[begin];
     let follows = |x: u32, y: u32| super::pools::is_beside(page(first[0] + x, first[1] + y), origin, [x, y]);
     let mut width = 1;
     while first[0] + width < nx && (width as usize) < most && follows(width, 0) {
@@ -398,19 +398,14 @@ pub(super) fn fractions_of_all(volume: &Volume, reading: Reading, factor: u32) -
 }
 
 /// A run of what was made ahead.
-pub(super) fn prepared_texels(
-    prepared: &[u16],
-    resident: &Resident,
-    run: Run,
-    format: TextureFormat,
-) -> Payload {
+pub(super) fn prepared_texels(prepared: &[u16], bricks: &Bricks, run: Run, format: TextureFormat) -> Payload {
     let side = BRICK_TEXELS as usize;
     let [width, height] = run.size.map(|n| n as usize);
     let mut texels = vec![0u16; width * height * TEXELS as usize];
     for (row, line) in texels.chunks_exact_mut(side).enumerate() {
         let (x, y, z) = (row % width, row / width % (height * side), row / (width * height * side));
         let [first_x, first_y, first_z] = run.first;
-        let brick = resident.bricks.index([first_x + x as u32, first_y + (y / side) as u32, first_z]);
+        let brick = bricks.grid.index([first_x + x as u32, first_y + (y / side) as u32, first_z]);
         let begin = brick * TEXELS as usize + (z * side + y % side) * side;
         line.copy_from_slice(&prepared[begin..begin + side]);
     }

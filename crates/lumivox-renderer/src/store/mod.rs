@@ -2,20 +2,27 @@
 //!
 //! A volume is cut into [`bricks`], which lie in the [`pools`] wherever there is room. It is known by its identity: its
 //! voxels stay as long as somebody, on the GPU or off it, holds the [`Volume`]; what no scene shows goes first where room
-//! is scarce. A large volume arrives a little with every frame; until it is whole, a coarse copy of it that was
+//! is scarce.
+//!
+//! Its words: a [`Source`] is a volume and how it is read; an [`Entry`] is what the store knows of one that some scene has asked
+//! for; [`Bricks`] are a copy of it on the device, of which the entry has a [`StoredCopy`] and each scene a [`SceneCopy`]. A copy
+//! that is on its way is an [`Arrival`]; room for it is made by its [plan](arrivals::ArrivalPlan). What other threads make before a
+//! frame needs it is *ahead*: [`BricksAhead`](bricks_ahead::BricksAhead), [`TextureAhead`].
+//!
+//! A large volume arrives a little with every frame; until it is whole, a coarse copy of it that was
 //! [prepared](prepare_volume) stands in its place. What there is no room for is reduced instead of refused.
 
-mod ahead;
 mod arrival;
 mod arrivals;
 mod bricks;
+mod bricks_ahead;
 mod coarse;
-mod cutter;
 mod pool;
 mod pools;
 mod source;
 mod switches;
 mod texels;
+mod texture_ahead;
 mod value_ranges;
 
 use std::collections::VecDeque;
@@ -26,7 +33,6 @@ use lumivox_core::Volume;
 use lumivox_shaders::constants::BRICK_TEXELS;
 use lumivox_shaders::layout::POOL_COUNT;
 
-use self::ahead::Ahead;
 use self::arrival::Arrival;
 pub(crate) use self::bricks::BrickGrid;
 #[cfg(test)]
@@ -37,6 +43,7 @@ pub use self::coarse::prepare_volume;
 use self::pools::Pools;
 pub(crate) use self::source::{Source, WeakSource};
 pub(crate) use self::texels::TexelScale;
+use self::texture_ahead::TextureAhead;
 use self::value_ranges::Ranges;
 pub(crate) use self::value_ranges::{GridKey, MAX_CELL_SIZE, ValueRanges, grid};
 use crate::error::RenderError;
@@ -67,26 +74,27 @@ pub struct Resolution {
     pub arriving: bool,
 }
 
-/// A copy of a volume in the pools, perhaps a reduced one. Its bricks are its own as long as somebody holds it.
+/// A copy of a volume, cut into bricks that lie in the pools; perhaps a reduced one. They are its own as long as somebody
+/// holds it.
 #[derive(Debug)]
-pub(crate) struct Resident {
+pub(crate) struct Bricks {
     /// Of the volume, not of the copy.
     pub source: ResourceId,
     /// Voxels of the volume along an axis for one of the copy.
     pub factor: u32,
-    pub bricks: BrickGrid,
+    pub grid: BrickGrid,
     /// Where each brick lies.
     pub pages: Vec<u32>,
     /// The copy for another filter whose bricks these are, where it stands in for one that is not there yet.
-    lender: Option<Arc<Resident>>,
+    lender: Option<Arc<Bricks>>,
     /// Whether the device refused what wrote it: its bricks are given to others by now.
     is_lost: AtomicBool,
 }
 
-/// What a scene gets of a volume.
+/// What a scene gets of a source: a copy, and the ranges of values in the cells that it asked for.
 #[derive(Clone, Debug)]
-pub(crate) struct Acquired {
-    pub resident: Arc<Resident>,
+pub(crate) struct SceneCopy {
+    pub bricks: Arc<Bricks>,
     pub ranges: ValueRanges,
 }
 
@@ -110,20 +118,21 @@ struct Store {
 struct Entry {
     id: ResourceId,
     source: WeakSource,
-    shown: Option<CopyOnDevice>,
+    shown: Option<StoredCopy>,
     /// What scenes show that have nothing of it yet.
-    borrowed: Weak<Resident>,
+    borrowed: Weak<Bricks>,
     /// Each takes the place of the one before.
-    arriving: VecDeque<(CopyOnDevice, Arrival)>,
+    arriving: VecDeque<(StoredCopy, Arrival)>,
     /// When it was asked for last.
     asked: u64,
     /// Releases of room when it was last tried to have it whole.
     tried: u64,
 }
 
+/// A copy, and the ranges of values in the cells of each size that scenes have asked for.
 #[derive(Debug)]
-struct CopyOnDevice {
-    resident: Arc<Resident>,
+struct StoredCopy {
+    bricks: Arc<Bricks>,
     ranges: Vec<Ranges>,
 }
 
@@ -166,7 +175,7 @@ impl VoxelStore {
         let of_volume = store.entries.iter().filter(|entry| entry.source.is_of(volume));
         let arriving = of_volume.clone().any(|entry| !entry.arriving.is_empty());
         let resolutions = of_volume.filter_map(|entry| {
-            let factor = entry.shown.as_ref()?.resident.factor;
+            let factor = entry.shown.as_ref()?.bricks.factor;
             Some(Resolution { factor, arriving })
         });
         // As more than one filter reads it: the coarsest.
@@ -176,7 +185,7 @@ impl VoxelStore {
     /// Volumes that there is no room for but reduced.
     pub fn reduced(&self) -> usize {
         let is_reduced = |entry: &&Entry| {
-            entry.arriving.is_empty() && entry.shown.as_ref().is_some_and(|shown| shown.resident.factor > 1)
+            entry.arriving.is_empty() && entry.shown.as_ref().is_some_and(|shown| shown.bricks.factor > 1)
         };
         self.lock().entries.iter().filter(is_reduced).count()
     }
@@ -205,17 +214,17 @@ impl VoxelStore {
             })
         };
         let Store { entries, pools, orphans, .. } = &mut *store;
-        let is_written = |resident: &Resident| {
+        let is_written = |bricks: &Bricks| {
             recording.steps.iter().any(|step| match step {
-                Step::WriteTexture { id, origin, .. } => resident
+                Step::WriteTexture { id, origin, .. } => bricks
                     .pages
                     .iter()
                     .any(|page| pools.texture_of(*page).0 == *id && pools::first_texel(*page) == *origin),
                 _ => false,
             })
         };
-        let is_broken = |copy: &CopyOnDevice| {
-            copy.ranges.iter().any(|ranges| makes(ranges.values().buffer)) || is_written(&copy.resident)
+        let is_broken = |copy: &StoredCopy| {
+            copy.ranges.iter().any(|ranges| makes(ranges.values().buffer)) || is_written(&copy.bricks)
         };
         let broken: Vec<ResourceId> = entries
             .iter()
@@ -224,28 +233,28 @@ impl VoxelStore {
             .collect();
         for entry in &mut *entries {
             let is_broken = broken.contains(&entry.id);
-            let mut gone: Vec<CopyOnDevice> = entry.shown.take_if(|_| is_broken).into_iter().collect();
+            let mut gone: Vec<StoredCopy> = entry.shown.take_if(|_| is_broken).into_iter().collect();
             for (copy, arrival) in entry.arriving.drain(..) {
                 orphans.extend(arrival.buffer());
                 gone.push(copy);
             }
             for copy in gone {
-                copy.resident.is_lost.store(true, Ordering::Relaxed);
+                copy.bricks.is_lost.store(true, Ordering::Relaxed);
                 orphans.extend(copy.ranges.iter().map(|ranges| ranges.values().buffer));
-                pools.release(copy.resident.pages.iter().copied());
+                pools.release(copy.bricks.pages.iter().copied());
             }
         }
         let copies_into = |id: ResourceId| {
             recording.steps.iter().any(|step| matches!(step, Step::CopyTexture { to, .. } if *to == id))
         };
         let lost = pools.forget(makes, copies_into, orphans);
-        let is_lost = |resident: &Resident| resident.pages.iter().any(|p| lost.contains(&pools::pool(*p)));
+        let is_lost = |bricks: &Bricks| bricks.pages.iter().any(|p| lost.contains(&pools::pool(*p)));
         for entry in &mut *entries {
-            if let Some(copy) = entry.shown.take_if(|shown| is_lost(&shown.resident)) {
-                copy.resident.is_lost.store(true, Ordering::Relaxed);
+            if let Some(copy) = entry.shown.take_if(|shown| is_lost(&shown.bricks)) {
+                copy.bricks.is_lost.store(true, Ordering::Relaxed);
                 orphans.extend(copy.ranges.iter().map(|ranges| ranges.values().buffer));
                 let is_left = |page: &u32| !lost.contains(&pools::pool(*page));
-                pools.release(copy.resident.pages.iter().copied().filter(is_left));
+                pools.release(copy.bricks.pages.iter().copied().filter(is_left));
             }
         }
         // What was made for later may be what there was no room for.
@@ -277,16 +286,16 @@ impl VoxelStore {
         wanted: &[(Source, GridKey)],
         budget: &mut u64,
         recording: &mut Recording,
-    ) -> Result<Vec<Option<Acquired>>, RenderError> {
+    ) -> Result<Vec<Option<SceneCopy>>, RenderError> {
         self.lock().acquire(wanted, budget, recording)
     }
 
     /// Whether a copy is the one that [`acquire`](Self::acquire) would give, and stays it.
-    pub(crate) fn is_settled(&self, source: &Source, resident: &Arc<Resident>) -> bool {
+    pub(crate) fn is_settled(&self, source: &Source, bricks: &Arc<Bricks>) -> bool {
         let store = self.lock();
         store.entry(source).is_some_and(|entry| {
-            let is_shown = entry.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.resident, resident));
-            let is_final = resident.factor == 1 || entry.tried == store.releases;
+            let is_shown = entry.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.bricks, bricks));
+            let is_final = bricks.factor == 1 || entry.tried == store.releases;
             is_shown && entry.arriving.is_empty() && is_final && !store.is_left_over(source)
         })
     }
@@ -310,9 +319,9 @@ impl VoxelStore {
         leaving: &[WeakSource],
         make: &mut dyn FnMut(&TextureOrder) -> bool,
     ) {
-        let orders: Vec<Ahead> = {
+        let orders: Vec<TextureAhead> = {
             let mut store = self.lock();
-            let orders: Vec<Ahead> = store.plan_ahead(coming, leaving).collect();
+            let orders: Vec<TextureAhead> = store.plan_ahead(coming, leaving).collect();
             store.pools.ahead.extend(orders.iter().cloned());
             // Also those that another thread is at: all are made when this ends.
             store.pending(coming).cloned().collect()
@@ -366,7 +375,7 @@ impl Store {
         wanted: &[(Source, GridKey)],
         budget: &mut u64,
         recording: &mut Recording,
-    ) -> Result<Vec<Option<Acquired>>, RenderError> {
+    ) -> Result<Vec<Option<SceneCopy>>, RenderError> {
         self.clock += 1;
         for (source, _) in wanted {
             let clock = self.clock;
@@ -406,7 +415,7 @@ impl Store {
     fn release_entry(&mut self, entry: Entry, recording: &mut Recording) {
         self.releases += 1;
         for copy in entry.copies() {
-            self.pools.retire(copy.resident.clone());
+            self.pools.retire(copy.bricks.clone());
         }
         entry.free(recording);
         self.pools.reclaim();
@@ -434,7 +443,7 @@ impl Store {
         self.release_entry(entry, recording);
     }
 
-    fn acquired(&mut self, source: &Source, key: GridKey, recording: &mut Recording) -> Option<Acquired> {
+    fn acquired(&mut self, source: &Source, key: GridKey, recording: &mut Recording) -> Option<SceneCopy> {
         let index = self.index(source)?;
         match self.look_at(index, key, recording) {
             None => self.lend(source, key, recording),
@@ -443,20 +452,20 @@ impl Store {
     }
 
     /// What is shown of an entry, with its value ranges.
-    fn look_at(&mut self, index: usize, key: GridKey, recording: &mut Recording) -> Option<Acquired> {
+    fn look_at(&mut self, index: usize, key: GridKey, recording: &mut Recording) -> Option<SceneCopy> {
         let Self { entries, pools, .. } = self;
         let shown = entries[index].shown.as_mut()?;
         let ranges = shown.want(key, recording);
         if !shown.ranges[ranges].is_whole() {
-            let pages = recording.create_buffer_with("pages", &shown.resident.pages);
-            shown.ranges[ranges].record(&shown.resident, pages, pools, u32::MAX, f64::INFINITY, recording);
+            let pages = recording.create_buffer_with("pages", &shown.bricks.pages);
+            shown.ranges[ranges].record(&shown.bricks, pages, pools, u32::MAX, f64::INFINITY, recording);
             recording.push(Step::Free { id: pages });
         }
-        Some(Acquired { resident: shown.resident.clone(), ranges: shown.ranges[ranges].values() })
+        Some(SceneCopy { bricks: shown.bricks.clone(), ranges: shown.ranges[ranges].values() })
     }
 }
 
-impl Resident {
+impl Bricks {
     pub fn is_lost(&self) -> bool {
         let is_lost = |copy: &Self| copy.is_lost.load(Ordering::Relaxed);
         is_lost(self) || self.lender.as_deref().is_some_and(is_lost)
@@ -476,12 +485,12 @@ impl Entry {
         }
     }
 
-    fn copies(&self) -> impl Iterator<Item = &CopyOnDevice> {
+    fn copies(&self) -> impl Iterator<Item = &StoredCopy> {
         self.shown.iter().chain(self.arriving.iter().map(|(copy, _)| copy))
     }
 
     fn is_in_use(&self) -> bool {
-        self.borrowed.strong_count() > 0 || self.copies().any(|copy| Arc::strong_count(&copy.resident) > 1)
+        self.borrowed.strong_count() > 0 || self.copies().any(|copy| Arc::strong_count(&copy.bricks) > 1)
     }
 
     fn is_dead(&self) -> bool {
@@ -499,12 +508,12 @@ impl Entry {
     }
 }
 
-impl CopyOnDevice {
+impl StoredCopy {
     /// Sees to it that there are value ranges for a key, computed or not; returns which.
     fn want(&mut self, key: GridKey, recording: &mut Recording) -> usize {
         let known = self.ranges.iter().position(|ranges| ranges.key == key);
         known.unwrap_or_else(|| {
-            self.ranges.push(Ranges::new(key, self.resident.bricks.dims, recording));
+            self.ranges.push(Ranges::new(key, self.bricks.grid.dims, recording));
             self.ranges.len() - 1
         })
     }

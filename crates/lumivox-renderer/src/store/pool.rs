@@ -2,7 +2,7 @@
 
 use lumivox_shaders::constants::BRICK_TEXELS;
 
-use super::ahead::Ahead;
+use super::texture_ahead::TextureAhead;
 use super::{SPARSE, SPARSE_BYTES, TEXELS};
 use crate::recording::{Recording, ResourceId, Step, TextureFormat};
 
@@ -36,7 +36,7 @@ impl Pool {
     pub fn new(
         format: TextureFormat,
         size: [u32; 3],
-        ahead: &mut Vec<Ahead>,
+        ahead: &mut Vec<TextureAhead>,
         recording: &mut Recording,
     ) -> Self {
         let texels = size.map(|n| n * BRICK_TEXELS);
@@ -50,7 +50,7 @@ impl Pool {
     }
 
     /// Begins to move to a larger texture; pages stay what they are.
-    pub fn grow(&mut self, size: [u32; 3], ahead: &mut Vec<Ahead>, recording: &mut Recording) {
+    pub fn grow(&mut self, size: [u32; 3], ahead: &mut Vec<TextureAhead>, recording: &mut Recording) {
         let larger = Self::new(self.format, size, ahead, recording);
         let before = self.successor.replace(Successor { texture: larger.texture, copied: 0 });
         recording.free(before.map(|successor| successor.texture));

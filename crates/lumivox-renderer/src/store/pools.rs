@@ -6,10 +6,10 @@ use lumivox_core::{Volume, Voxels};
 use lumivox_shaders::constants::{BRICK_TEXELS, PAGE_BITS};
 use lumivox_shaders::layout::POOL_COUNT;
 
-use super::ahead::Ahead;
 use super::bricks::BrickGrid;
 use super::pool::{Pool, shape, volume};
-use super::{Resident, TEXELS};
+use super::texture_ahead::TextureAhead;
+use super::{Bricks, TEXELS};
 use crate::recording::{Recording, ResourceId, TextureFormat};
 use crate::scene_cache::DeviceLimits;
 
@@ -31,9 +31,9 @@ pub(super) struct Pools {
     /// What is bound where there is no pool.
     nothing: Option<ResourceId>,
     /// Copies that were replaced, as long as some scene shows them, and their pages.
-    retired: Vec<(Arc<Resident>, Vec<u32>)>,
+    retired: Vec<(Arc<Bricks>, Vec<u32>)>,
     /// Textures that are made for pools to come.
-    pub ahead: Vec<Ahead>,
+    pub ahead: Vec<TextureAhead>,
     /// Bricks of what is about to come: no pool is left that has room for them.
     pub expected: Vec<(TextureFormat, usize)>,
 }
@@ -100,7 +100,7 @@ impl Pools {
 
     /// But for those that larger ones take the place of.
     pub fn lasting_bytes(&self) -> u64 {
-        self.pools().map(Pool::bytes).sum::<u64>() + self.ahead.iter().map(Ahead::bytes).sum::<u64>()
+        self.pools().map(Pool::bytes).sum::<u64>() + self.ahead.iter().map(TextureAhead::bytes).sum::<u64>()
     }
 
     /// Of so many bricks.
@@ -304,9 +304,9 @@ impl Pools {
     }
 
     /// Gives a copy's bricks back as soon as no scene shows it.
-    pub fn retire(&mut self, resident: Arc<Resident>) {
-        let pages = resident.pages.clone();
-        self.retired.push((resident, pages));
+    pub fn retire(&mut self, bricks: Arc<Bricks>) {
+        let pages = bricks.pages.clone();
+        self.retired.push((bricks, pages));
     }
 
     /// Gives back the bricks of copies that no scene shows any more.
@@ -364,7 +364,11 @@ impl Pools {
     }
 
     /// Gives up textures that are made ahead; returns whether any was. One that is being made at this moment stays.
-    pub fn drop_ahead(&mut self, is_stale: impl Fn(&Ahead) -> bool, recording: &mut Recording) -> bool {
+    pub fn drop_ahead(
+        &mut self,
+        is_stale: impl Fn(&TextureAhead) -> bool,
+        recording: &mut Recording,
+    ) -> bool {
         let before = self.ahead.len();
         self.ahead.retain(|ahead| !(is_stale(ahead) && ahead.give_up(recording)));
         self.ahead.len() < before

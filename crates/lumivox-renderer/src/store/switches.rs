@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::coarse::{coarse_factor, needs_coarse_copy};
-use super::{Acquired, Entry, GridKey, Resident, Source, Store};
+use super::{Bricks, Entry, GridKey, SceneCopy, Source, Store};
 use crate::recording::{Recording, ResourceId};
 
 impl Store {
@@ -43,12 +43,12 @@ impl Store {
         source: &Source,
         key: GridKey,
         recording: &mut Recording,
-    ) -> Option<Acquired> {
+    ) -> Option<SceneCopy> {
         let id = self.stand_in(source)?.id;
         let lending = self.entries.iter().position(|entry| entry.id == id)?;
-        let Acquired { resident: lender, ranges } = self.look_at(lending, key, recording)?;
+        let SceneCopy { bricks: lender, ranges } = self.look_at(lending, key, recording)?;
         let index = self.index(source)?;
-        Some(Acquired { resident: self.entries[index].borrow(lender), ranges })
+        Some(SceneCopy { bricks: self.entries[index].borrow(lender), ranges })
     }
 
     /// Whether a volume is there as its filter reads it, and also as no scene reads it any more.
@@ -78,22 +78,21 @@ impl Store {
 
 impl Entry {
     fn factor(&self) -> Option<u32> {
-        self.shown.as_ref().map(|shown| shown.resident.factor)
+        self.shown.as_ref().map(|shown| shown.bricks.factor)
     }
 
     /// Another entry's copy in the name of this one: who holds it wants this one.
-    fn borrow(&mut self, lender: Arc<Resident>) -> Arc<Resident> {
-        let is_of = |resident: &Arc<Resident>| {
-            resident.lender.as_ref().is_some_and(|before| Arc::ptr_eq(before, &lender))
-        };
+    fn borrow(&mut self, lender: Arc<Bricks>) -> Arc<Bricks> {
+        let is_of =
+            |bricks: &Arc<Bricks>| bricks.lender.as_ref().is_some_and(|before| Arc::ptr_eq(before, &lender));
         if let Some(known) = self.borrowed.upgrade().filter(is_of) {
             return known;
         }
-        let Resident { factor, bricks, .. } = *lender;
+        let Bricks { factor, grid, .. } = *lender;
         let pages = lender.pages.clone();
         let is_lost = AtomicBool::new(false);
         let borrowed =
-            Arc::new(Resident { source: self.id, factor, bricks, pages, lender: Some(lender), is_lost });
+            Arc::new(Bricks { source: self.id, factor, grid, pages, lender: Some(lender), is_lost });
         self.borrowed = Arc::downgrade(&borrowed);
         borrowed
     }

@@ -6,7 +6,7 @@ use lumivox_shaders::Kernel;
 use lumivox_shaders::constants::BRICK_SIZE;
 use lumivox_shaders::layout::ValueRangeParams;
 
-use super::Resident;
+use super::Bricks;
 use super::pools::Pools;
 use crate::recording::{Recording, ResourceId, Step};
 
@@ -90,9 +90,9 @@ impl Ranges {
     }
 
     /// Cells whose filters need no more than so many layers of bricks.
-    fn cells_within(&self, resident: &Resident, brick_layers: u32) -> u32 {
+    fn cells_within(&self, bricks: &Bricks, brick_layers: u32) -> u32 {
         let [x, y, z] = self.values.grid_dims;
-        let layers = if brick_layers >= resident.bricks.counts[2] {
+        let layers = if brick_layers >= bricks.grid.counts[2] {
             z
         } else if brick_layers == 0 {
             0
@@ -105,15 +105,15 @@ impl Ranges {
     }
 
     /// Whether there is something to compute once so many layers of bricks are there.
-    pub fn wants(&self, resident: &Resident, brick_layers: u32) -> bool {
-        self.cells_within(resident, brick_layers) > self.done
+    pub fn wants(&self, bricks: &Bricks, brick_layers: u32) -> bool {
+        self.cells_within(bricks, brick_layers) > self.done
     }
 
     /// Records the ranges of cells that so many layers of bricks, whose pages are in a buffer, decide: as many as are not
     /// computed, but no larger a share of all cells than that.
     pub fn record(
         &mut self,
-        resident: &Resident,
+        bricks: &Bricks,
         pages: ResourceId,
         pools: &Pools,
         brick_layers: u32,
@@ -122,7 +122,7 @@ impl Ranges {
     ) {
         let ValueRanges { grid_dims, cell_size, buffer } = self.values;
         let most = (self.values.cells() as f64 * share).ceil() as u32;
-        let cell_count = self.cells_within(resident, brick_layers).saturating_sub(self.done).min(most);
+        let cell_count = self.cells_within(bricks, brick_layers).saturating_sub(self.done).min(most);
         if cell_count == 0 {
             return;
         }
@@ -132,11 +132,11 @@ impl Ranges {
         let groups = cell_count.div_ceil(group);
         let workgroups = [groups.min(1024), groups.div_ceil(1024)];
         let params = ValueRangeParams {
-            dims: resident.bricks.dims,
+            dims: bricks.grid.dims,
             cell_size,
             grid_dims,
             reach: self.key.reach(),
-            bricks: resident.bricks.counts,
+            bricks: bricks.grid.counts,
             first_cell: self.done,
             cell_count,
             row_length: workgroups[0] * group,

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 
 use lumivox_core::Volume;
 
-use super::arrivals::Coming;
+use super::arrivals::ArrivalPlan;
 use super::{Entry, Source, Store, WeakSource, bricks};
 use crate::recording::{Recording, ResourceId, Step, TextureFormat, TextureOrder};
 
@@ -17,7 +17,7 @@ const PATIENCE: u64 = 10_000;
 
 /// A texture for volumes to come. Clones are of the same.
 #[derive(Clone, Debug)]
-pub(super) struct Ahead {
+pub(super) struct TextureAhead {
     order: TextureOrder,
     pub sources: Vec<WeakSource>,
     /// When it was ordered.
@@ -49,7 +49,7 @@ fn bytes(order: &TextureOrder) -> u64 {
     texels * order.format.bytes_per_texel() as u64
 }
 
-impl Ahead {
+impl TextureAhead {
     pub fn new(order: TextureOrder, sources: Vec<WeakSource>, clock: u64) -> Self {
         Self { order, sources, clock, making: Arc::new(Mutex::new(Making::Ordered)) }
     }
@@ -126,13 +126,13 @@ impl Store {
         let Self { pools, entries, clock, .. } = self;
         let has_come =
             |source: &WeakSource| source.is_gone() || entries.iter().any(|entry| entry.source == *source);
-        let is_stale = |ahead: &Ahead| ahead.is_old(*clock) || ahead.sources.iter().all(has_come);
+        let is_stale = |ahead: &TextureAhead| ahead.is_old(*clock) || ahead.sources.iter().all(has_come);
         pools.drop_ahead(is_stale, recording);
     }
 
     /// Textures for volumes that come that are ordered and not made.
-    pub(super) fn pending(&self, coming: &[Source]) -> impl Iterator<Item = &Ahead> {
-        let is_for_any = |ahead: &&Ahead| coming.iter().any(|source| ahead.is_for(source));
+    pub(super) fn pending(&self, coming: &[Source]) -> impl Iterator<Item = &TextureAhead> {
+        let is_for_any = |ahead: &&TextureAhead| coming.iter().any(|source| ahead.is_for(source));
         self.pools.ahead.iter().filter(|ahead| ahead.is_pending()).filter(is_for_any)
     }
 
@@ -142,12 +142,12 @@ impl Store {
         &self,
         coming: &[Source],
         leaving: &[WeakSource],
-    ) -> impl Iterator<Item = Ahead> + use<> {
+    ) -> impl Iterator<Item = TextureAhead> + use<> {
         let is_known = |source: &Source| self.pools.ahead.iter().any(|ahead| ahead.is_for(source));
-        let new: Vec<Coming> = coming
+        let new: Vec<ArrivalPlan> = coming
             .iter()
             .filter(|source| self.entry(source).is_none())
-            .map(|source| Coming {
+            .map(|source| ArrivalPlan {
                 source: source.clone(),
                 factor: bricks::least_factor(source.volume.dims()),
                 at_once: false,
@@ -162,7 +162,7 @@ impl Store {
             let leaves = |entry: &&Entry| leaving.contains(&entry.source) && !stays(entry);
             for entry in self.entries.iter().filter(leaves) {
                 for copy in entry.copies() {
-                    planned.release(copy.resident.pages.iter().copied());
+                    planned.release(copy.bricks.pages.iter().copied());
                 }
             }
             planned.expected = self.expected(new.iter().map(|coming| &coming.source));
@@ -170,12 +170,13 @@ impl Store {
             let _ = planned.allocate(&self.bricks_of(&new), self.capacity, &mut steps);
         }
         let sources: Vec<WeakSource> = new.iter().map(|coming| coming.source.downgrade()).collect();
-        let known: Vec<ResourceId> = self.pools.ahead.iter().map(Ahead::id).collect();
+        let known: Vec<ResourceId> = self.pools.ahead.iter().map(TextureAhead::id).collect();
         let clock = self.clock;
         steps.steps.into_iter().filter_map(move |step| {
             let Step::CreateTexture { id, label, format, size } = step else { return None };
             let order = TextureOrder { id, label, format, size };
-            (takes_long(&order) && !known.contains(&id)).then(|| Ahead::new(order, sources.clone(), clock))
+            (takes_long(&order) && !known.contains(&id))
+                .then(|| TextureAhead::new(order, sources.clone(), clock))
         })
     }
 }

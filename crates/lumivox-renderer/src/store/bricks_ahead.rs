@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use lumivox_core::host;
 
-use super::Resident;
+use super::Bricks;
 use super::bricks::{self, BrickGrid, Run};
 use super::source::WeakSource;
 use crate::recording::{Payload, TextureFormat};
@@ -22,7 +22,7 @@ const PATIENCE: u32 = 8;
 
 /// Pieces of a volume, in the order of its bricks.
 #[derive(Debug)]
-pub(super) struct Cutter {
+pub(super) struct BricksAhead {
     source: WeakSource,
     /// The first brick that nobody cuts yet.
     next: usize,
@@ -58,7 +58,7 @@ impl Cut {
     }
 }
 
-impl Cutter {
+impl BricksAhead {
     /// Of what comes after so many bricks.
     pub fn new(source: &WeakSource, done: usize) -> Self {
         Self { source: source.clone(), next: done, pieces: VecDeque::new(), ahead: 0 }
@@ -84,18 +84,18 @@ impl Cutter {
     }
 
     /// Has pieces cut for frames that bring so many bytes each, of bricks of `brick_bytes`.
-    pub fn go_on(&mut self, resident: &Resident, of_page: impl Fn(u32) -> (TextureFormat, u64), budget: u64) {
+    pub fn go_on(&mut self, bricks: &Bricks, of_page: impl Fn(u32) -> (TextureFormat, u64), budget: u64) {
         let piece_bytes = budget.min(PIECE_BYTES);
         // For the next frame, and for those in which they are cut.
         let wanted = budget.saturating_mul(3).clamp(2 * piece_bytes, MOST_AHEAD);
-        while self.ahead < wanted && self.next < resident.pages.len() {
-            let (format, brick_bytes) = of_page(resident.pages[self.next]);
-            let run = bricks::run(resident, self.next, (piece_bytes / brick_bytes).max(1) as usize);
+        while self.ahead < wanted && self.next < bricks.pages.len() {
+            let (format, brick_bytes) = of_page(bricks.pages[self.next]);
+            let run = bricks::run(bricks, self.next, (piece_bytes / brick_bytes).max(1) as usize);
             let bytes = run.bricks() as u64 * brick_bytes;
             let texels = Arc::new(OnceLock::new());
             self.next += run.bricks();
             self.ahead += bytes;
-            let (factor, grid) = (resident.factor, resident.bricks);
+            let (factor, grid) = (bricks.factor, bricks.grid);
             let cut = Cut { source: self.source.clone(), factor, grid, run, format };
             self.pieces.push_back(Piece { cut: cut.clone(), bytes, texels: texels.clone(), asked: 0 });
             host::aside(move || {
