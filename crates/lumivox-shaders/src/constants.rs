@@ -65,6 +65,11 @@ constants! {
     #[expect(missing_docs, reason = "as above")]
     FILTER_TRICUBIC: u32 = 2;
 
+    /// Odd numbers that make two more of a random number, where a label is drawn.
+    SECOND_DRAW: u32 = 0xb22b_b7fb;
+    #[expect(missing_docs, reason = "as above")]
+    THIRD_DRAW: u32 = 0xfd90_e703;
+
     /// [`Light::kind`](crate::layout::Light::kind).
     LIGHT_DIRECTIONAL: u32 = 0;
     #[expect(missing_docs, reason = "as above")]

@@ -281,7 +281,7 @@ pub unsafe extern "C" fn lumivox_stage_record_world(
         let LumivoxStage { stage, worlds, .. } = unsafe { known_mut(stage, "stage") }?;
         let known = worlds.get_mut(&world).ok_or_else(|| format!("there is no world {world}"))?;
         let updated = stage.update(world, &known.scene, known.version, at_once != 0, &NothingAhead);
-        known.error = updated.as_ref().err().cloned();
+        known.error = updated.as_ref().err().map(ToString::to_string);
         Ok(updated?.map(LumivoxRecording::new))
     })
 }
@@ -417,7 +417,7 @@ pub unsafe extern "C" fn lumivox_recording_finish(
             NO_MEMORY => Err(Refusal::Memory(why)),
             _ => Err(Refusal::Other(why)),
         };
-        this.stage.executed(recorded, outcome)
+        Ok(this.stage.executed(recorded, outcome)?)
     })
 }
 

@@ -338,7 +338,7 @@ impl Renderer {
                 })
             }
         };
-        self.stage(device).executed(recorded, outcome)
+        Ok(self.stage(device).executed(recorded, outcome)?)
     }
 
     /// Replays what nothing depends on.

@@ -155,7 +155,7 @@ enum Part<W, V> {
         granted: u64,
         left: u64,
         began: Moment,
-        error: Option<String>,
+        error: Option<StageError>,
     },
     View {
         view: V,
@@ -184,19 +184,35 @@ impl<W, V> From<Recording> for Recorded<W, V> {
 }
 
 /// Why a host could not replay a recording. What the recording made, and what it would have freed, is freed by the host.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
     /// The device has no room.
+    #[error("{0}")]
     Memory(String),
     /// Anything else.
+    #[error("{0}")]
     Other(String),
 }
 
-impl Refusal {
-    fn message(self) -> String {
-        match self {
-            Refusal::Memory(message) | Refusal::Other(message) => message,
-        }
+/// Why nothing is shown of a world or a view.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StageError {
+    /// It cannot be recorded.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// The host could not replay what was recorded.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// A fault of the host's: the world was [swept](Stage::sweep) after it was said to be [shown](Stage::shown).
+    #[error("a fault in Lumivox: a world was swept before it was shown")]
+    Swept,
+}
+
+/// For hosts that say it in words.
+impl From<StageError> for String {
+    fn from(error: StageError) -> Self {
+        error.to_string()
     }
 }
 
@@ -264,7 +280,7 @@ impl<W: Key, V: Key> Stage<W, V> {
         version: u64,
         at_once: bool,
         workbench: &impl Workbench,
-    ) -> Result<Option<Recorded<W, V>>, String> {
+    ) -> Result<Option<Recorded<W, V>>, StageError> {
         let mut recording = self.begin_recording();
         self.store.collect(&mut recording);
         let place = self.worlds.entry(world).or_insert_with(|| World::new(&self.store));
@@ -308,7 +324,7 @@ impl<W: Key, V: Key> Stage<W, V> {
         let updated = place.cache.update_within(scene, &mut left, &mut recording);
         self.computed += place.cache.unprepared() - computed;
         // Also after an error: that room was made may be recorded.
-        let error = updated.err().map(|error| error.to_string());
+        let error = updated.err().map(StageError::from);
         let part = Part::World { world, version, granted, left, began, error };
         Ok(Some(Recorded { recording, part }))
     }
@@ -341,10 +357,10 @@ impl<W: Key, V: Key> Stage<W, V> {
         view: V,
         shown: Shown<W>,
         frame: impl FnOnce(Lent) -> ViewFrame,
-    ) -> Result<ViewRecorded<W, V>, String> {
+    ) -> Result<ViewRecorded<W, V>, StageError> {
         let Shown { wanted, world: shown } = shown;
         if !self.worlds.contains_key(&shown) {
-            return Err(format!("a fault in Lumivox: the world {shown:?} was swept before it was shown"));
+            return Err(StageError::Swept);
         }
         let is_before = shown != wanted || self.world_state(wanted) == WorldState::Before;
         let mut recording = self.begin_recording();
@@ -369,7 +385,7 @@ impl<W: Key, V: Key> Stage<W, V> {
             Err(error) => {
                 // What a new eye's films are made of goes with the next recording: the next frame counts on them.
                 self.left_over = recording.steps;
-                Err(error.to_string())
+                Err(error.into())
             }
         }
     }
@@ -421,7 +437,11 @@ impl<W: Key, V: Key> Stage<W, V> {
     ///
     /// # Errors
     /// Why nothing is shown of it. A volume that the device refused comes reduced, if that may help: that is none.
-    pub fn executed(&mut self, recorded: Recorded<W, V>, outcome: Result<(), Refusal>) -> Result<(), String> {
+    pub fn executed(
+        &mut self,
+        recorded: Recorded<W, V>,
+        outcome: Result<(), Refusal>,
+    ) -> Result<(), StageError> {
         let Recorded { recording, part } = recorded;
         match part {
             Part::World { world, version, granted, left, began, mut error } => {
@@ -439,7 +459,7 @@ impl<W: Key, V: Key> Stage<W, V> {
                         if matches!(refusal, Refusal::Memory(_)) && may_come_reduced {
                             return Ok(());
                         }
-                        error = Some(refusal.message());
+                        error = Some(refusal.into());
                     }
                 }
                 if let Some(place) = self.worlds.get_mut(&world) {
@@ -461,7 +481,7 @@ impl<W: Key, V: Key> Stage<W, V> {
                         eye.free(&mut frees);
                         self.left_over.extend(frees.steps);
                     }
-                    Err(refusal.message())
+                    Err(refusal.into())
                 }
             },
             Part::Rest => Ok(()),

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use lumivox_core::{Scene, host};
 
-use super::{Workbench, WorldState};
+use super::{StageError, Workbench, WorldState};
 use crate::features::ViewKind;
 use crate::scene_cache::SceneCache;
 use crate::store::VoxelStore;
@@ -21,7 +21,7 @@ pub struct World {
     /// Of the scene that it holds; one that does not fit is not tried again.
     pub version: u64,
     /// Why it does not fit.
-    pub error: Option<String>,
+    pub error: Option<StageError>,
     /// Whether there is anything to draw: a scene that fits.
     pub is_whole: bool,
     pub state: WorldState,
@@ -90,7 +90,7 @@ impl World {
     }
 
     /// An update was replayed, or came to nothing.
-    pub fn updated(&mut self, version: u64, error: Option<String>) {
+    pub fn updated(&mut self, version: u64, error: Option<StageError>) {
         self.version = version;
         self.is_whole = error.is_none();
         self.state = match (self.is_whole, self.cache.is_settled()) {

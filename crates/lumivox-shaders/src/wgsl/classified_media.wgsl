@@ -76,7 +76,10 @@ fn style_at(p: vec3f, labels: f32, styles: u32, rng: ptr<function, Rng>) -> u32 
         return styles;
     }
     let field = u32(labels);
-    let moved = three_bytes(rng) + three_bytes(rng) + three_bytes(rng);
+    // Of one random number and its products with two odd ones, for hashes cost more: `tests/drawn_labels.rs` says how evenly
+    // these sums are spread.
+    let bits = rng_bits(rng);
+    let moved = three_bytes(bits) + three_bytes(bits * SECOND_DRAW).yzx + three_bytes(bits * THIRD_DRAW).zxy;
     let here = voxel_from_world(field, p);
     let dims = instances[field].dims;
     if (any(here < vec3f(0.0)) || any(here >= dims)) {
@@ -88,8 +91,8 @@ fn style_at(p: vec3f, labels: f32, styles: u32, rng: ptr<function, Rng>) -> u32 
     return styles + min(label, 255u) * STYLE_PAIRS;
 }
 
-fn three_bytes(rng: ptr<function, Rng>) -> vec3u {
-    return (vec3u(rng_bits(rng)) >> vec3u(8u, 16u, 24u)) & vec3u(255u);
+fn three_bytes(bits: u32) -> vec3u {
+    return (vec3u(bits) >> vec3u(8u, 16u, 24u)) & vec3u(255u);
 }
 
 fn left_of_peeling(field: u32, peel: vec2f, p: vec3f) -> f32 {
