@@ -17,8 +17,9 @@ const DENOISED_PLANES: u32 = 2;
 pub(super) struct LiveFilm {
     buffer: ResourceId,
     pub unfinished: Unfinished,
-    /// Pixels there is room for.
+    /// Pixels there is room for, and whether for guides, too.
     pub capacity: u64,
+    pub has_guides: bool,
     pub size: [u32; 2],
     /// The denoised image, and a second buffer for what is in between.
     denoised: Option<[ResourceId; 2]>,
@@ -27,24 +28,35 @@ pub(super) struct LiveFilm {
 }
 
 impl LiveFilm {
-    pub fn new(size: [u32; 2], cache: &SceneCache, recording: &mut Recording) -> Result<Self, RenderError> {
+    /// With room for guides, or without.
+    pub fn new(
+        size: [u32; 2],
+        guides: bool,
+        cache: &SceneCache,
+        recording: &mut Recording,
+    ) -> Result<Self, RenderError> {
         let capacity = pixels(size);
-        let bytes = FilmImages::buffer_bytes(capacity);
-        let remedy = "Lower the resolution scale";
+        let bytes = FilmImages::buffer_bytes(capacity, guides);
+        let remedy = match guides {
+            true => "Lower the resolution scale, or do without guides",
+            false => "Lower the resolution scale",
+        };
         check_binding("film", bytes, cache.limits().max_storage_binding, remedy)?;
         Ok(Self {
-            unfinished: Unfinished::new(capacity, false, cache.limits(), remedy, recording)?,
+            unfinished: Unfinished::new(capacity, guides, cache.limits(), remedy, recording)?,
             buffer: recording.create_buffer("live film", bytes),
             capacity,
+            has_guides: guides,
             size,
             denoised: None,
             stale: true,
         })
     }
 
-    /// Its images, as those of the film that it serves as.
+    /// Its images, as those of the film that it serves as. Guides are of the fine one alone.
     pub fn images(&self, grain: Grain) -> FilmImages {
-        FilmImages { grain, buffer: self.buffer, size: self.size }
+        let guides = self.has_guides && grain == Grain::Fine;
+        FilmImages { grain, buffer: self.buffer, size: self.size, guides }
     }
 
     /// Empties it; no ray ends.

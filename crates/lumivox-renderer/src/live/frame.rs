@@ -124,15 +124,15 @@ impl LiveView {
         Ok(LiveFrame { passes: frame.passes, status: self.status(), gone: frame.gone })
     }
 
-    /// Makes films and picture anew where they are of another size.
+    /// Makes films and picture anew where they are of another size, or keep guides or not.
     fn fit(
         &mut self,
         settings: &LiveSettings,
         cache: &SceneCache,
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
-        if settings.film_size() != self.fine.size {
-            let fine = LiveFilm::new(settings.film_size(), cache, recording)?;
+        if settings.film_size() != self.fine.size || settings.guides != self.fine.has_guides {
+            let fine = LiveFilm::new(settings.film_size(), settings.guides, cache, recording)?;
             std::mem::replace(&mut self.fine, fine).free(recording);
             self.drop_coarse(recording);
             self.key = None;
@@ -214,7 +214,7 @@ impl LiveView {
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
         let size = self.fine.size;
-        let held = make_room(&mut self.coarse, size, frame, recording)?;
+        let held = make_room(&mut self.coarse, size, self.fine.has_guides, frame, recording)?;
         held.size = size;
         std::mem::swap(held, &mut self.fine);
         self.schedule = self.schedule.restarted_behind();
@@ -430,21 +430,23 @@ fn begin(
     frame: &mut Planned<'_>,
     recording: &mut Recording,
 ) -> Result<(), RenderError> {
-    let film = make_room(film, size, frame, recording)?;
+    let film = make_room(film, size, false, frame, recording)?;
     film.size = size;
     frame.push(film.clear(grain));
     Ok(())
 }
 
-/// Sees to it that there is a film of so many pixels.
+/// Sees to it that there is a film of so many pixels, and of guides where they are wanted.
 fn make_room<'a>(
     film: &'a mut Option<LiveFilm>,
     size: [u32; 2],
+    guides: bool,
     frame: &mut Planned<'_>,
     recording: &mut Recording,
 ) -> Result<&'a mut LiveFilm, RenderError> {
-    if film.as_ref().is_none_or(|film| film.capacity < pixels(size)) {
-        let larger = LiveFilm::new(size, frame.cache, recording)?;
+    let lacks_room = |film: &LiveFilm| film.capacity < pixels(size) || guides && !film.has_guides;
+    if film.as_ref().is_none_or(lacks_room) {
+        let larger = LiveFilm::new(size, guides, frame.cache, recording)?;
         if let Some(small) = film.replace(larger) {
             // A pass of this frame may have it.
             small.free(&mut frame.gone);

@@ -27,6 +27,13 @@ pub enum LiveImage {
     /// squared luminance, samples, state of a path that is put aside)`. From the first frame on; a coarse one while it is
     /// shown.
     Film(Grain),
+    /// Albedo of the first hits of the fine film's samples, summed up: `(red, green, blue, 0)`. Over alpha's sum, of the first
+    /// plane of [`Film`](Self::Film), it is the mean; so is the view depth in its second plane. The bytes of `Film`, `Albedo` and
+    /// [`Normal`](Self::Normal), one after the other, are those of a [`Film`](crate::Film) with guides. While
+    /// [guides](crate::LiveSettings::guides) are kept.
+    Albedo,
+    /// Normals of the first hits, in world space, towards the camera; as [`Albedo`](Self::Albedo).
+    Normal,
     /// View depth in metres at which a film's primary rays end, 0 where they do not. As long as its film.
     RayLimits(Grain),
     /// What the denoiser made of a film: planes of `(mean light, alpha)` and `(variance of its luminance, ray limit, samples,
@@ -88,7 +95,8 @@ impl Image {
     }
 }
 
-/// The images of one film. They share a buffer, for kernels bind few; the planes come first.
+/// The images of one film. They share a buffer, for kernels bind few: its planes, then its ray limits, then its guides, which
+/// not all have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FilmImages {
     /// Which film.
@@ -97,12 +105,14 @@ pub struct FilmImages {
     pub buffer: ResourceId,
     /// Pixels across and down.
     pub size: [u32; 2],
+    /// Whether there are first-hit albedo and normal. Of a live view the fine film alone has them.
+    pub guides: bool,
 }
 
 impl FilmImages {
     /// Bytes of a buffer that holds those of `pixels`; a multiple of 16.
-    pub fn buffer_bytes(pixels: u64) -> u64 {
-        (pixels * (film::bytes_per_pixel(false) + PixelFormat::Float.bytes())).next_multiple_of(16)
+    pub fn buffer_bytes(pixels: u64, guides: bool) -> u64 {
+        guides_begin(pixels) + pixels * (film::bytes_per_pixel(guides) - film::bytes_per_pixel(false))
     }
 
     /// [`LiveImage::Film`].
@@ -128,10 +138,33 @@ impl FilmImages {
         }
     }
 
+    /// [`LiveImage::Albedo`] and [`LiveImage::Normal`], if it has them.
+    pub fn guides(&self) -> Option<[Image; 2]> {
+        let albedo = Image {
+            name: LiveImage::Albedo,
+            offset: guides_begin(pixels(self.size)),
+            planes: 1,
+            ..self.film()
+        };
+        let normal = Image { name: LiveImage::Normal, offset: albedo.bytes().end, ..albedo };
+        self.guides.then_some([albedo, normal])
+    }
+
+    /// What each sample adds to: the film, and its guides.
+    pub fn sums(&self) -> impl Iterator<Item = Image> + use<> {
+        [self.film()].into_iter().chain(self.guides().into_iter().flatten())
+    }
+
     /// All of them.
     pub fn all(&self) -> impl Iterator<Item = Image> + use<> {
-        [self.film(), self.ray_limits()].into_iter()
+        self.sums().chain([self.ray_limits()])
     }
+}
+
+/// The byte at which the guides of a film begin: as `ray_limits_end` of the kernels has it.
+fn guides_begin(pixels: u64) -> u64 {
+    let limits = (pixels * PixelFormat::Float.bytes()).next_multiple_of(PixelFormat::FourFloats.bytes());
+    pixels * film::bytes_per_pixel(false) + limits
 }
 
 /// What is seen, for each pixel of the host's image.

@@ -106,7 +106,7 @@ impl LiveView {
         let most_samples = cache.limits().max_samples_per_dispatch;
         Ok(Self {
             schedule: Schedule::new(settings.film_size(), most_samples, settings.target_samples),
-            fine: LiveFilm::new(settings.film_size(), cache, recording)?,
+            fine: LiveFilm::new(settings.film_size(), settings.guides, cache, recording)?,
             picture: PictureImages::new(settings.size, recording),
             coarse: None,
             finer: None,
@@ -125,7 +125,7 @@ impl LiveView {
 
     /// Records one frame: about `budget` pixel samples (eight rows at least, while any are missing), and the picture so
     /// far over the host's. Starts over if the camera, the scene, seed or roulette changed, or the host begins or ceases to give
-    /// depth; makes new films if the size changed. Where light (or [ambient light](LiveSettings::ambient)) has changed a little,
+    /// depth; makes new films if the size changed, or whether they keep guides. Where light (or [ambient light](LiveSettings::ambient)) has changed a little,
     /// the film keeps a part of what it has, until that rests.
     ///
     /// The recording holds a [`Step::ReadBuffer`] where the host's depth is given, and another where the film should be
@@ -266,6 +266,8 @@ impl LiveView {
             LiveImage::Film(grain) => Some(film(grain)?.images(grain).film()),
             LiveImage::RayLimits(grain) => Some(film(grain)?.images(grain).ray_limits()),
             LiveImage::Denoised(grain) => film(grain)?.denoised(grain),
+            LiveImage::Albedo => Some(self.fine.images(Grain::Fine).guides()?[0]),
+            LiveImage::Normal => Some(self.fine.images(Grain::Fine).guides()?[1]),
             LiveImage::Color => Some(self.picture.color),
             LiveImage::Depth => Some(self.picture.depth),
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use lumivox_core::glam::DVec3;
 use lumivox_core::{Falloff, Lamp, Light, LightKind, Scene, Volume};
-use lumivox_renderer::live::passes::{Access, FramePass};
+use lumivox_renderer::live::passes::{Access, FramePass, Use};
 use lumivox_renderer::live::{Grain, LiveFrame, LiveImage};
 use lumivox_renderer::recording::BindingKind;
 use lumivox_renderer::{
@@ -161,6 +161,7 @@ impl Restless {
             }
             8..=12 => self.brightness *= [3.0, 1.05, 1.05, 1.05, 1.05][self.below(5) as usize],
             13 => self.settings.target_samples = 20 + self.below(40),
+            14 => self.settings.guides ^= true,
             _ => {}
         }
     }
@@ -223,8 +224,9 @@ fn passes_use_images_that_hold_something_and_tell_of_all() {
     passes.sort_unstable();
     let all = ["clear", "count", "denoise", "draw", "fade", "host depth", "picture", "read", "trace"];
     assert_eq!(passes, all);
-    for grain in [Grain::Fine, Grain::Coarse, Grain::Finer] {
-        assert!(images.names.contains(&LiveImage::Film(grain)), "{grain:?}");
+    let films = [Grain::Fine, Grain::Coarse, Grain::Finer].map(LiveImage::Film);
+    for name in films.into_iter().chain([LiveImage::Albedo, LiveImage::Normal]) {
+        assert!(images.names.contains(&name), "{name:?}");
     }
 }
 
@@ -263,4 +265,53 @@ fn images_are_there_while_they_hold_something() {
     assert_eq!(size(&live, Denoised(Fine)), Some([64, 48]));
     frame(&mut live, false, 1 << 20);
     assert_eq!(size(&live, Denoised(Fine)), None);
+}
+
+/// When a host wants guides, or wants them no more, the image starts over once; nothing of what was is left.
+#[test]
+fn guides_come_and_go_with_one_start() {
+    let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
+    let mut recording = Recording::new();
+    cache.update(&scene(&[volume(8)]), &mut recording).unwrap();
+    let color_target = ResourceId::external();
+    let host = HostFrame { depth: None, color_target, depth_target: None, fog: None };
+    let mut settings = LiveSettings { target_samples: 8, denoise: true, ..LiveSettings::new(63, 37) };
+    let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
+    let mut alive = HashSet::from([color_target]);
+    replay(&recording, &mut alive);
+    let mut converge = |live: &mut LiveView, settings: &LiveSettings, budget| {
+        let mut cleared = 0;
+        loop {
+            let mut recording = Recording::new();
+            let camera = camera().with_aspect(1.0);
+            let frame = live.plan_frame(&cache, &camera, settings, &host, budget, &mut recording).unwrap();
+            let fine =
+                |used: Use| used.image.name == LiveImage::Film(Grain::Fine) && used.access == Access::Make;
+            cleared += frame.passes.iter().filter(|pass| pass.uses().into_iter().any(fine)).count();
+            let status = frame.status;
+            frame.record(&mut recording);
+            replay(&recording, &mut alive);
+            if status.converged {
+                return (cleared, alive.clone());
+            }
+        }
+    };
+    let (_, before) = converge(&mut live, &settings, 1 << 20);
+    assert_eq!(live.image(LiveImage::Albedo), None);
+    for budget in [300, 1 << 20] {
+        settings.guides = true;
+        let (cleared, _) = converge(&mut live, &settings, budget);
+        assert_eq!(cleared, 1);
+        let guides = [LiveImage::Albedo, LiveImage::Normal].map(|name| live.image(name).unwrap());
+        // An odd number of pixels: limits fill their last entry but in part.
+        let pixels = 63 * 37;
+        assert_eq!(guides[0].bytes(), 32 * pixels + 4 * (pixels + 1)..48 * pixels + 4 * (pixels + 1));
+        assert_eq!(guides[1].offset, guides[0].bytes().end);
+        let film = live.image(LiveImage::Film(Grain::Fine)).unwrap();
+        assert_eq!((film.planes, film.buffer), (2, guides[0].buffer));
+        settings.guides = false;
+        let (cleared, after) = converge(&mut live, &settings, 1 << 20);
+        assert_eq!((cleared, after.len()), (1, before.len()));
+        assert_eq!(live.image(LiveImage::Normal), None);
+    }
 }

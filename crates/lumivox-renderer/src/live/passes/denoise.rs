@@ -32,8 +32,7 @@ impl FramePass for DenoisePass {
     }
 
     fn uses(&self) -> Vec<Use> {
-        let film = self.film.all().map(Use::read);
-        film.chain([Use::make(self.denoised)]).collect()
+        vec![Use::read(self.film.film()), Use::read(self.film.ray_limits()), Use::make(self.denoised)]
     }
 
     fn record(&self, recording: &mut Recording) {

@@ -23,7 +23,7 @@ impl FramePass for FadePass {
     }
 
     fn uses(&self) -> Vec<Use> {
-        vec![Use::change(self.film.film())]
+        self.film.sums().map(Use::change).collect()
     }
 
     fn record(&self, recording: &mut Recording) {
@@ -31,6 +31,8 @@ impl FramePass for FadePass {
             film_size: self.film.size,
             kept: self.kept as f32,
             scale: self.scale as f32,
+            guides: u32::from(self.film.guides),
+            ..Default::default()
         };
         dispatch(Kernel::FilmFade, &params, vec![self.film.buffer], self.film.size, recording);
     }

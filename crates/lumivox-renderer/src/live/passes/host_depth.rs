@@ -38,6 +38,7 @@ impl FramePass for HostDepthPass {
                 clear: self.depth.clear as f32,
                 jittered: u32::from(self.depth.jittered),
                 farthest: self.farthest as f32,
+                guides: u32::from(film.guides),
                 ..Default::default()
             };
             let resources = vec![self.depth.texture, film.buffer, self.restarts];

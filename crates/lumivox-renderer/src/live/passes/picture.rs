@@ -22,7 +22,7 @@ pub struct ShownFilm {
 
 impl ShownFilm {
     fn images(&self) -> impl Iterator<Item = Image> + use<> {
-        self.film.all().chain(self.denoised)
+        [self.film.film(), self.film.ray_limits()].into_iter().chain(self.denoised)
     }
 
     fn shown(&self) -> ResourceId {

@@ -56,7 +56,8 @@ pub struct TracePass<'a> {
     pub scene: &'a SceneCache,
     /// What the samples go into.
     pub film: FilmImages,
-    /// Where paths are put aside on devices that limit the turns of loops, 64 bytes for each pixel.
+    /// Where paths are put aside on devices that limit the turns of loops, 64 bytes for each pixel; 96
+    /// where the film has guides.
     pub paths: Option<ResourceId>,
     /// The parameters of its dispatches, which are of the same rows and sharers.
     pub dispatches: Vec<layout::Frame>,
@@ -120,7 +121,7 @@ impl FramePass for TracePass<'_> {
     }
 
     fn uses(&self) -> Vec<Use> {
-        vec![Use::change(self.film.film()), Use::read(self.film.ray_limits())]
+        self.film.sums().map(Use::change).chain([Use::read(self.film.ray_limits())]).collect()
     }
 
     fn record(&self, recording: &mut Recording) {
@@ -129,7 +130,8 @@ impl FramePass for TracePass<'_> {
         resources.extend(self.paths);
         resources.extend(self.scene.pools());
         for params in &self.dispatches {
-            let kernel = Kernel::PathTrace(self.scene.variant(false, true).for_sharers(params.sharers));
+            let variant = self.scene.variant(self.film.guides, true);
+            let kernel = Kernel::PathTrace(variant.for_sharers(params.sharers));
             let [x, y] = kernel.workgroup_size();
             let rows = params.row_end - params.row_begin;
             recording.push(Step::Dispatch {

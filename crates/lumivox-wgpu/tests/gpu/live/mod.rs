@@ -4,6 +4,7 @@ mod behind;
 mod changes;
 mod depth;
 mod films;
+mod guides;
 mod noise;
 mod passes;
 mod picture;

@@ -25,6 +25,10 @@ fn write<T: bytemuck::NoUninit>(image: &Image, pixels: &[T], recording: &mut Rec
     recording.push(Step::WriteBuffer { id, offset, data });
 }
 
+/// First hits of a film's samples. A fine one has guides.
+const ALBEDO: [f32; 4] = [0.5, 0.25, 0.75, 0.0];
+const NORMAL: [f32; 4] = [0.0, -1.0, 0.5, 0.0];
+
 /// A film with such planes, whose rays end so.
 fn film_of(
     grain: Grain,
@@ -32,12 +36,20 @@ fn film_of(
     limit: impl Fn(usize) -> f32,
     recording: &mut Recording,
 ) -> FilmImages {
-    let buffer = buffer(FilmImages::buffer_bytes(PIXELS as u64), recording);
-    let images = FilmImages { grain, buffer, size: SIZE };
+    let buffer = buffer(FilmImages::buffer_bytes(PIXELS as u64, true), recording);
+    let guides = grain == Grain::Fine;
+    let images = FilmImages { grain, buffer, size: SIZE, guides };
     let sums: Vec<[f32; 4]> =
         (0..2).flat_map(|plane| (0..PIXELS).map(move |i| (plane, i))).map(|(p, i)| planes(i)[p]).collect();
     write(&images.film(), &sums, recording);
     write(&images.ray_limits(), &(0..PIXELS).map(limit).collect::<Vec<f32>>(), recording);
+    for (guide, value) in images.guides().into_iter().flatten().zip([ALBEDO, NORMAL]) {
+        write(
+            &guide,
+            &(0..PIXELS).map(|i| value.map(|x| x * planes(i)[0][3])).collect::<Vec<_>>(),
+            recording,
+        );
+    }
     images
 }
 
@@ -115,6 +127,17 @@ fn a_film_keeps_a_part() {
         let wanted = [0.5 * moments[0], 2.0 * moments[1], 0.5 * moments[2], 0.0];
         assert_eq!(kept[PIXELS + pixel], wanted);
     }
+    // As many hits fewer.
+    for (guide, value) in film.guides().unwrap().into_iter().zip([ALBEDO, NORMAL]) {
+        let mut recording = Recording::new();
+        guide.record_read(&mut recording);
+        let sums: Vec<[f32; 4]> = last(&mut gpu, &recording);
+        assert!(
+            (0..PIXELS).all(|pixel| sums[pixel] == value.map(|x| x * kept[pixel][3])),
+            "{:?}",
+            guide.name
+        );
+    }
 }
 
 #[test]
@@ -133,16 +156,20 @@ fn a_films_pixels_start_over_where_the_hosts_depth_changed() {
         restarts: buffer(16, &mut recording),
     };
     pass.record(&mut recording);
-    film.all().for_each(|image| image.record_read(&mut recording));
+    let images = [film.film(), film.ray_limits()].into_iter().chain(film.guides().unwrap());
+    images.for_each(|image| image.record_read(&mut recording));
     let came = run(&mut gpu, &recording);
     assert_eq!(came[0], (4u32 * 24).to_le_bytes());
-    let sums: &[[f32; 4]] = bytemuck::cast_slice(&came[1]);
+    let [sums, albedo, normal] = [1, 3, 4].map(|i| -> &[[f32; 4]] { bytemuck::cast_slice(&came[i]) });
     let limits: &[f32] = bytemuck::cast_slice(&came[2]);
     for pixel in 0..PIXELS {
         let starts_over = (4..8).contains(&column(pixel));
         let wanted = if starts_over { [[0.0; 4]; 2] } else { four([1.0; 3], 1.0, 1.0) };
         assert_eq!([sums[pixel], sums[PIXELS + pixel]], wanted, "pixel {pixel}");
         assert_eq!(limits[pixel], if column(pixel) < 4 { 2.0 } else { 0.0 });
+        let guides =
+            [ALBEDO, NORMAL].map(|guide| if starts_over { [0.0; 4] } else { guide.map(|x| 4.0 * x) });
+        assert_eq!([albedo[pixel], normal[pixel]], guides, "pixel {pixel}");
     }
 }
 
@@ -157,7 +184,7 @@ fn a_film_is_traced() {
     let mut recording = Recording::new();
     // Rays of the left columns end before they begin.
     let limit = |pixel| if column(pixel) < 4 { 1e-3 } else { 0.0 };
-    let images = film_of(Grain::Fine, |_| [[0.0; 4]; 2], limit, &mut recording);
+    let images = film_of(Grain::Coarse, |_| [[0.0; 4]; 2], limit, &mut recording);
     let paths = limits.loop_turns.map(|_| buffer(64 * PIXELS as u64, &mut recording));
     let settings = PathSettings { camera, seed: 0, roulette_start: 4, ambient: [0.0; 3] };
     let pass = TracePass::new(&host.cache, images, paths, &settings, Share::of_all(SIZE, 8, 8));
