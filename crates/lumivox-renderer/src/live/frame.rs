@@ -256,42 +256,44 @@ impl LiveView {
     /// What was planned; returns how many pixel samples that are.
     fn trace(&mut self, plan: &Plan, frame: &mut Planned<'_>) -> u64 {
         for &work in &plan.works {
-            // Where a film only shows through it is not denoised anew for a few pixels that started over.
-            let (grain, changes_much) = match work {
+            let (grain, samples, limit) = match work {
                 Work::Replace => {
                     std::mem::swap(&mut self.finer, &mut self.coarse);
                     continue;
                 }
-                Work::AllCoarse { .. } => (Grain::Coarse, true),
-                Work::FirstAid { film, .. } => (film, !self.schedule.is_covered()),
-                Work::Samples { film, .. } => (film, true),
+                Work::AllCoarse { samples } => (Grain::Coarse, samples, samples),
+                Work::FirstAid { film, samples, .. } => (film, samples, samples),
+                Work::Samples { film, samples, limit, .. } => (film, samples, limit),
             };
-            if matches!(work, Work::Samples { film: Grain::Fine, .. }) {
-                self.count.forget();
-            }
             let film = match grain {
                 Grain::Fine => Some(&mut self.fine),
                 Grain::Coarse => self.coarse.as_mut(),
                 Grain::Finer => self.finer.as_mut(),
             };
             let Some(film) = film else { continue };
-            let share = match work {
-                Work::FirstAid { samples, below, .. } => {
-                    Share { only_below: below, ..Share::of_all(film.size, samples, samples) }
-                }
-                Work::Samples { samples, limit, rows, .. } => {
-                    Share { rows, ..Share::of_all(film.size, samples, limit) }
-                }
+            let mut share = Share::of_all(film.size, samples, limit);
+            match work {
                 // By as many invocations as may share a pixel: there are few pixels, and a large GPU is to be busy.
                 Work::AllCoarse { samples } => {
                     let most = frame.cache.variant(false, true).most_sharers();
-                    let sharers = 1 << samples.clamp(1, most).ilog2();
-                    Share { sharers, ..Share::of_all(film.size, samples, samples) }
+                    share.sharers = 1 << samples.clamp(1, most).ilog2();
+                    film.stale = true;
                 }
-                Work::Replace => continue,
-            };
+                // Where it only shows through it is not denoised anew for a few pixels.
+                Work::FirstAid { below, .. } => {
+                    share.only_below = below;
+                    film.stale |= !self.schedule.is_covered();
+                }
+                Work::Samples { rows, .. } => {
+                    share.rows = rows;
+                    film.stale = true;
+                    if grain == Grain::Fine {
+                        self.count.forget();
+                    }
+                }
+                Work::Replace => {}
+            }
             frame.push(film.trace(grain, frame.cache, &frame.paths, share));
-            film.stale |= changes_much;
         }
         plan.pixel_samples
     }
