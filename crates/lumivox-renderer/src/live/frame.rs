@@ -16,7 +16,8 @@ use crate::error::RenderError;
 use crate::recording::Recording;
 use crate::scene_cache::SceneCache;
 
-/// The passes of a frame, not recorded yet. A host may put passes of its own between them, or in their places.
+/// The passes of a frame, not recorded yet. A host may put passes of its own between them, or in their places. Those that bring
+/// something back stay, in their order: the view waits for their [feedback](LiveView::feedback).
 #[derive(Debug)]
 #[must_use]
 pub struct LiveFrame<'a> {
