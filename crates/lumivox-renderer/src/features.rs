@@ -31,8 +31,12 @@ pub enum ViewKind {
         /// Whether its film also holds first-hit albedo and normal.
         guides: bool,
     },
-    /// A [`LiveView`](crate::LiveView), denoised or not: its coarse picture always is.
-    Live,
+    /// A [`LiveView`](crate::LiveView), denoised or not: its coarse picture always is. With
+    /// [guides](crate::LiveSettings::guides), or without.
+    Live {
+        /// Whether its fine film also holds first-hit albedo and normal.
+        guides: bool,
+    },
 }
 
 impl Features {
@@ -95,7 +99,7 @@ impl Features {
         use Kernel::*;
         let (alone, more) = match view {
             ViewKind::Still { guides } => (self.variant(guides, false, limits), vec![Display]),
-            ViewKind::Live => (
+            ViewKind::Live { .. } => (
                 self.variant(false, true, limits),
                 vec![
                     HostDepth,
@@ -118,6 +122,10 @@ impl Features {
         if alone.most_sharers() > 1 && !alone.shared {
             // Of small images, and coarse ones.
             kernels.push(PathTrace(alone.for_sharers(alone.most_sharers())));
+        }
+        if let ViewKind::Live { guides: true } = view {
+            // Of the fine film; the coarse one has none.
+            kernels.push(PathTrace(self.variant(true, true, limits)));
         }
         kernels.extend(more);
         kernels

@@ -67,9 +67,14 @@ impl Unfinished {
         self.turns.is_some()
     }
 
-    /// What the kernel binds, behind all else.
-    pub fn resources(&self) -> impl Iterator<Item = ResourceId> + use<> {
-        self.paths.into_iter()
+    /// Where paths are put aside, if any are: what the kernel binds behind the film.
+    pub fn paths(&self) -> Option<ResourceId> {
+        self.paths
+    }
+
+    /// Where the film is counted: a [`FilmCount`].
+    pub fn count(&self) -> ResourceId {
+        self.count
     }
 
     /// The dispatches by which every pixel of a film gets as far as one dispatch takes it, as the parameters in which
@@ -103,24 +108,7 @@ impl Unfinished {
         target_samples: u32,
         recording: &mut Recording,
     ) {
-        let kernel = Kernel::FilmCount;
-        let [x, _] = kernel.workgroup_size();
-        let workgroups = pixels.min(COUNTERS).div_ceil(u64::from(x)) as u32;
-        let params = layout::FilmCountParams {
-            pixels: pixels as u32,
-            invocations: workgroups * x,
-            target_samples,
-            padding: 0,
-        };
-        let nothing = FilmCount { samples: u32::MAX, ..Default::default() };
-        recording.push(Step::WriteBuffer { id: self.count, offset: 0, data: Payload::copy_of(&[nothing]) });
-        recording.push(Step::Dispatch {
-            kernel,
-            uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
-            resources: vec![film, self.count],
-            workgroups: [workgroups, 1],
-        });
-        recording.push(Step::ReadBuffer { id: self.count, range: 0..size_of::<FilmCount>() as u64 });
+        record_count(self.count, film, pixels, target_samples, recording);
     }
 
     /// Takes the bytes of a count.
@@ -166,4 +154,32 @@ impl Unfinished {
         recording.free(self.paths);
         recording.push(Step::Free { id: self.count });
     }
+}
+
+/// Records that a film is counted, and that the count comes back.
+pub(crate) fn record_count(
+    count: ResourceId,
+    film: ResourceId,
+    pixels: u64,
+    target_samples: u32,
+    recording: &mut Recording,
+) {
+    let kernel = Kernel::FilmCount;
+    let [x, _] = kernel.workgroup_size();
+    let workgroups = pixels.min(COUNTERS).div_ceil(u64::from(x)) as u32;
+    let params = layout::FilmCountParams {
+        pixels: pixels as u32,
+        invocations: workgroups * x,
+        target_samples,
+        padding: 0,
+    };
+    let nothing = FilmCount { samples: u32::MAX, ..Default::default() };
+    recording.push(Step::WriteBuffer { id: count, offset: 0, data: Payload::copy_of(&[nothing]) });
+    recording.push(Step::Dispatch {
+        kernel,
+        uniforms: vec![bytemuck::bytes_of(&params).to_vec()],
+        resources: vec![film, count],
+        workgroups: [workgroups, 1],
+    });
+    recording.push(Step::ReadBuffer { id: count, range: 0..size_of::<FilmCount>() as u64 });
 }

@@ -272,7 +272,7 @@ impl View {
             layout::Frame { samples: sample_limit, sample_limit, sharers, row_begin, row_end, ..frame };
         let mut resources = cache.path_trace_resources();
         resources.push(self.film);
-        resources.extend(self.unfinished.resources());
+        resources.extend(self.unfinished.paths());
         resources.extend(cache.pools());
         let [x, y] = kernel.workgroup_size();
         let columns = self.settings.window_size[0] * sharers;

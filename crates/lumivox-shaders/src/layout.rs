@@ -233,6 +233,10 @@ pub struct FilmFadeParams {
     pub film_size: [u32; 2],
     pub kept: f32,
     pub scale: f32,
+    pub guides: u32,
+    pub padding_x: u32,
+    pub padding_y: u32,
+    pub padding_z: u32,
 }
 
 /// Twin of `HostDepthParams`.
@@ -245,9 +249,9 @@ pub struct HostDepthParams {
     pub clear: f32,
     pub jittered: u32,
     pub farthest: f32,
+    pub guides: u32,
     pub padding_x: u32,
     pub padding_y: u32,
-    pub padding_z: u32,
 }
 
 /// Twin of `DenoiseParams`.

@@ -171,7 +171,9 @@ pub(crate) fn row(kernel: Kernel) -> Row {
         Kernel::FilmCount => {
             compute("film_count", LINE, &[Uniform, StorageRead, StorageReadWrite], modules![["film_count"]])
         }
-        Kernel::FilmFade => compute("film_fade", TILE, &[Uniform, StorageReadWrite], modules![["film_fade"]]),
+        Kernel::FilmFade => {
+            compute("film_fade", TILE, &[Uniform, StorageReadWrite], modules![["ray_limits"], ["film_fade"]])
+        }
         Kernel::SampleDirections => Row {
             constants: "const SURFACE: bool = true;\n",
             ..compute(

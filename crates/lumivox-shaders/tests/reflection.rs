@@ -168,7 +168,10 @@ fn twins_have_the_shaders_layout() {
     );
     assert_twin!(Kernel::FilmCount, FilmCountParams { pixels, invocations, target_samples, padding });
     assert_twin!(Kernel::FilmCount, FilmCount { samples, short, aside, starved, stuck });
-    assert_twin!(Kernel::FilmFade, FilmFadeParams { film_size, kept, scale });
+    assert_twin!(
+        Kernel::FilmFade,
+        FilmFadeParams { film_size, kept, scale, guides, padding_x, padding_y, padding_z }
+    );
     assert_twin!(
         Kernel::HostDepth,
         HostDepthParams {
@@ -177,9 +180,9 @@ fn twins_have_the_shaders_layout() {
             clear,
             jittered,
             farthest,
+            guides,
             padding_x,
             padding_y,
-            padding_z,
         }
     );
     assert_twin!(Kernel::DenoisePrepare, DenoiseParams { film_size, step, bounded });

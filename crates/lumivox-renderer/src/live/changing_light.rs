@@ -4,7 +4,7 @@
 //! mean of the last moments. Once light rests, the film makes way for one of that light
 //! alone, behind which it is seen until that is as good: a finished picture is never of two lights.
 
-use crate::scene_cache::{LightPast, change_of_color, kept_after};
+use crate::scene_cache::{LightPast, SceneCache, change_of_color, kept_after};
 
 /// Frames without a change after which light rests: what flickers may pause as long.
 const REST: u32 = 30;
@@ -19,6 +19,16 @@ pub(super) struct FrameLight {
     pub past: LightPast,
     /// From everywhere besides, as films have it.
     pub ambient: [f32; 3],
+}
+
+impl FrameLight {
+    /// Of a scene, and ambient light besides it.
+    pub fn of(cache: &SceneCache, ambient: [f64; 3]) -> Self {
+        // What is shown of it is scaled with the scene's light.
+        let scaled = |c: f64| (c.max(0.0) / cache.light_scale()) as f32;
+        let ambient = ambient.map(|c| if c.is_finite() { scaled(c) } else { 0.0 });
+        Self { past: cache.light_past(), ambient }
+    }
 }
 
 /// What becomes of the film.

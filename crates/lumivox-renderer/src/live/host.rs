@@ -28,6 +28,11 @@ pub struct LiveSettings {
     /// Whether noise is filtered out of what is shown, and not only while that is coarse. Biased while samples are few,
     /// 256 at most; the film itself never is.
     pub denoise: bool,
+    /// Whether the fine film also keeps first-hit [albedo](super::LiveImage::Albedo) and [normal](super::LiveImage::Normal), for a
+    /// host that denoises or scales by itself. View depth comes with every film. That takes a kernel of its own, see
+    /// [`ViewKind::Live`](crate::ViewKind::Live), and 32 bytes a pixel more: in all 68 of the buffers that a device binds, so that
+    /// 1920 x 1080 are too many for one with no more than WebGPU's default. When it changes the image starts over.
+    pub guides: bool,
 }
 
 impl LiveSettings {
@@ -43,6 +48,7 @@ impl LiveSettings {
             seed: 0,
             roulette_start: 4,
             denoise: false,
+            guides: false,
         }
     }
 

@@ -3,7 +3,8 @@
 
 use lumivox_shaders::constants::FINE_ALONE;
 
-use super::film::{GROUP_ROWS, padded_height, pixels};
+use super::film::{GROUP_ROWS, padded_height};
+use super::images::{Grain, pixels};
 
 /// Pixels along a side of the fine film that share one of the coarse film, at most.
 const COARSEST: u32 = 8;
@@ -32,22 +33,13 @@ fn most_coarse_samples(factor: u32) -> u32 {
     (factor * factor / 4).max(LEAST_COARSE_SAMPLES)
 }
 
-/// A film of a live view.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Which {
-    Fine,
-    Coarse,
-    /// Half as coarse, and hidden until it is whole.
-    Finer,
-}
-
 /// Something to do to films.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Work {
     /// So many samples for each pixel that has fewer than `below`: those that started over. Others only look, and return.
-    FirstAid { film: Which, samples: u32, below: u32 },
+    FirstAid { film: Grain, samples: u32, below: u32 },
     /// So many more for each pixel of some rows, `limit` at most in all.
-    Samples { film: Which, samples: u32, limit: u32, rows: [u32; 2] },
+    Samples { film: Grain, samples: u32, limit: u32, rows: [u32; 2] },
     /// So many for all of the coarse film at once.
     AllCoarse { samples: u32 },
     /// The finer film takes the coarse one's place.
@@ -311,11 +303,11 @@ impl Schedule {
         // What started over in this very frame must not be a hole in the picture.
         let samples = FIRST_AID.min(self.target);
         if self.covered {
-            works.push(Work::FirstAid { film: Which::Fine, samples, below: self.common });
+            works.push(Work::FirstAid { film: Grain::Fine, samples, below: self.common });
         }
         if self.has_coarse() {
             // It is all that is shown, or shows through.
-            works.push(Work::FirstAid { film: Which::Coarse, samples, below: self.coarse_complete.max(1) });
+            works.push(Work::FirstAid { film: Grain::Coarse, samples, below: self.coarse_complete.max(1) });
             // All of the budget, but for what buys no whole group of rows.
             while self.fine_is_far(budget) && planned < COARSE_SHARE * budget as f64 {
                 match self.more_coarse(budget - planned as u64, &mut works) {
@@ -347,7 +339,7 @@ impl Schedule {
             // A group is the least that is done, however small the budget: it makes progress.
             let rows = rows.max(GROUP_ROWS);
             works.push(Work::Samples {
-                film: Which::Fine,
+                film: Grain::Fine,
                 samples: self.pass_samples,
                 limit: self.target,
                 rows: [self.next_row, self.next_row + rows],
@@ -396,7 +388,7 @@ impl Schedule {
         }
         let (rows, pixel_samples) = affordable_rows(size, 1, self.coarse_row, budget);
         works.push(Work::Samples {
-            film: Which::Coarse,
+            film: Grain::Coarse,
             samples: 1,
             limit,
             rows: [self.coarse_row, self.coarse_row + rows],
@@ -411,7 +403,7 @@ impl Schedule {
     /// Rows of the film that follows the coarse one, which it replaces with its last; returns how many samples.
     fn more_finer(&mut self, budget: u64, works: &mut Vec<Work>) -> u64 {
         let Some(begin) = self.finer_row else { return 0 };
-        let (film, samples, size) = (Which::Finer, LEAST_COARSE_SAMPLES, self.finer_size());
+        let (film, samples, size) = (Grain::Finer, LEAST_COARSE_SAMPLES, self.finer_size());
         let (rows, pixel_samples) = affordable_rows(size, samples, begin, budget);
         let (end, height) = (begin + rows, padded_height(size));
         works.push(Work::Samples { film, samples, limit: samples, rows: [begin, end] });
@@ -478,9 +470,9 @@ mod tests {
                     Work::Replace => self.coarse = std::mem::take(&mut self.finer),
                     Work::Samples { film, samples, limit, rows: [begin, end] } => {
                         let rows = match film {
-                            Which::Fine => &mut self.fine,
-                            Which::Coarse => &mut self.coarse,
-                            Which::Finer => &mut self.finer,
+                            Grain::Fine => &mut self.fine,
+                            Grain::Coarse => &mut self.coarse,
+                            Grain::Finer => &mut self.finer,
                         };
                         let width = u64::from(SIZE[0]) * rows.len() as u64 / u64::from(padded_height(SIZE));
                         for row in &mut rows[begin as usize..end as usize] {

@@ -22,7 +22,7 @@ use self::eye::{Eye, Trace};
 use self::uploads::Uploads;
 use self::world::World;
 use crate::error::RenderError;
-use crate::live::{HostFrame, LiveSettings, LiveStatus};
+use crate::live::{HostFrame, Image, LiveImage, LiveSettings, LiveStatus};
 use crate::recording::{Kernel, Recording, ResourceId, Step, TextureOrder};
 use crate::scene_cache::DeviceLimits;
 use crate::store::VoxelStore;
@@ -399,8 +399,9 @@ impl<W: Key, V: Key> Stage<W, V> {
         frame: &ViewFrame,
         recording: &mut Recording,
     ) -> Result<Trace, RenderError> {
-        let world = &self.worlds[&shown];
-        let Self { eyes, wants_sweep, .. } = self;
+        let Self { eyes, wants_sweep, worlds, .. } = self;
+        let world = worlds.get_mut(&shown).expect("it is known");
+        world.has_guides |= frame.settings.guides;
         let eye = match eyes.entry(view) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(vacant) => vacant.insert(Eye::new(&frame.settings, world, shown, lent, recording)?),
@@ -426,6 +427,13 @@ impl<W: Key, V: Key> Stage<W, V> {
             });
         }
         Some(ViewProgress { live, is_converged: live.converged && state == WorldState::Done })
+    }
+
+    /// Where an image of a view lies that holds something after its last recording, as [`LiveView::image`] says it.
+    ///
+    /// [`LiveView::image`]: crate::LiveView::image
+    pub fn image(&self, view: V, name: LiveImage) -> Option<Image> {
+        self.eyes.get(&view)?.live.image(name)
     }
 
     /// Milliseconds that tracing a view took in a recent frame; 0 where the host does not tell.

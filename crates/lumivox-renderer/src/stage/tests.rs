@@ -159,6 +159,50 @@ fn the_world_before_goes_on_while_another_is_prepared() {
     assert_eq!(stage.world_state(WORLD), WorldState::Done);
 }
 
+/// Notes the kernels that it is asked for.
+#[derive(Default)]
+struct Noting(std::cell::RefCell<Vec<Kernel>>);
+
+impl Workbench for Noting {
+    fn are_ready(&self, kernels: &[Kernel]) -> bool {
+        self.0.replace(kernels.to_vec());
+        true
+    }
+
+    fn texture_maker(&self) -> Box<dyn FnMut(&TextureOrder) -> bool + Send> {
+        Box::new(|_| false)
+    }
+}
+
+#[test]
+fn a_world_whose_views_keep_guides_waits_for_their_kernel() {
+    let (mut stage, mut device) = (Stage::new(limits()), Device::default());
+    update(&mut stage, &mut device, &scene(0.5), 1, true);
+    let has_guides = |kernel: &Kernel| matches!(kernel, Kernel::PathTrace(variant) if variant.guides);
+    let workbench = Noting::default();
+    for guides in [false, true] {
+        let frame: fn(Lent) -> ViewFrame = match guides {
+            false => frame,
+            true => |lent| {
+                let frame = frame(lent);
+                ViewFrame { settings: LiveSettings { guides: true, ..frame.settings }, ..frame }
+            },
+        };
+        let ViewRecorded { recorded, lent, .. } = record(&mut stage, frame).unwrap();
+        device.0.extend(lent.ids());
+        device.replay(&recorded.recording);
+        stage.executed(recorded, Ok(())).unwrap();
+        assert_eq!(stage.image(VIEW, LiveImage::Normal).is_some(), guides);
+        let version = 2 + u64::from(guides);
+        let recorded = stage.update(WORLD, &scene(0.7), version, false, &workbench).unwrap();
+        assert_eq!(workbench.0.borrow().iter().any(has_guides), guides);
+        if let Some(recorded) = recorded {
+            device.replay(&recorded.recording);
+            stage.executed(recorded, Ok(())).unwrap();
+        }
+    }
+}
+
 #[test]
 fn only_a_world_that_may_stand_in_is_shown_in_the_place_of_another() {
     const NEXT: u64 = 8;
@@ -216,7 +260,7 @@ fn a_view_that_the_device_refuses_starts_over() {
     update(&mut stage, &mut device, &scene(0.5), 1, true);
     let refused = record(&mut stage, frame).unwrap().recorded;
     let why = Refusal::Other("no".to_owned());
-    assert_eq!(stage.executed(refused, Err(why)), Err("no".to_owned()));
+    assert_eq!(stage.executed(refused, Err(why.clone())), Err(StageError::Refused(why)));
     assert!(stage.view_progress(VIEW, WORLD).is_none());
     assert!(draw(&mut stage, &mut device).is_some());
 }

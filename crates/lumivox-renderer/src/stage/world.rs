@@ -25,6 +25,8 @@ pub struct World {
     /// Whether there is anything to draw: a scene that fits.
     pub is_whole: bool,
     pub state: WorldState,
+    /// Whether views of it keep guides: their kernel is another.
+    pub has_guides: bool,
     /// Whether the last update did nothing, for there was no room for it in its frame.
     pub was_skipped: bool,
     /// What is prepared for the next scene, on another thread that holds the same, if there is one.
@@ -47,6 +49,7 @@ impl World {
             error: None,
             is_whole: false,
             state: WorldState::Nothing,
+            has_guides: false,
             was_skipped: false,
             preparing: None,
         }
@@ -54,7 +57,7 @@ impl World {
 
     /// What a scene lacks to be shown without holding up the frame. It is on its way then.
     pub fn unprepared(&mut self, scene: &Scene, workbench: &impl Workbench) -> Option<Missing> {
-        let kernels = self.cache.kernels(scene, ViewKind::Live);
+        let kernels = self.cache.kernels(scene, ViewKind::Live { guides: self.has_guides });
         let lacks_kernels = !workbench.are_ready(&kernels);
         let preparation = self.cache.preparation(scene);
         let computing = preparation.is_some().then_some(Missing::Computation);

@@ -304,9 +304,9 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         let scene = scene_with(features);
         assert_eq!(Features::of(&scene), features);
         let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
-        let live_kernels = cache.kernels(&scene, ViewKind::Live);
+        let live_kernels = cache.kernels(&scene, ViewKind::Live { guides: false });
         let still_kernels = cache.kernels(&scene, ViewKind::Still { guides: true });
-        assert_eq!(live_kernels, features.kernels(ViewKind::Live, LIMITS));
+        assert_eq!(live_kernels, features.kernels(ViewKind::Live { guides: false }, LIMITS));
 
         let mut recording = Recording::new();
         cache.update(&scene, &mut recording).unwrap();
@@ -317,6 +317,22 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         let recorded = kernels(&recording);
         assert!(recorded.iter().all(|kernel| live_kernels.contains(kernel)), "{recorded:?} {live_kernels:?}");
         seen.extend(recorded.into_iter().filter(|kernel| matches!(kernel, Kernel::PathTrace(_))));
+
+        // With guides, in a coarse frame and a fine one.
+        let with_guides = cache.kernels(&scene, ViewKind::Live { guides: true });
+        let mut recording = Recording::new();
+        let settings = LiveSettings { guides: true, ..settings };
+        for budget in [64, 1024] {
+            live.record_frame(&cache, &camera_of_live, &settings, &host, budget, &mut recording).unwrap();
+        }
+        let recorded = kernels(&recording);
+        assert!(recorded.iter().all(|kernel| with_guides.contains(kernel)), "{recorded:?} {with_guides:?}");
+        let traces = |wanted: bool| {
+            recorded
+                .iter()
+                .any(|kernel| matches!(kernel, Kernel::PathTrace(variant) if variant.guides == wanted))
+        };
+        assert!(traces(true) && traces(false), "the fine film alone has guides: {recorded:?}");
 
         let mut recording = Recording::new();
         let settings = ViewSettings { guides: true, ..ViewSettings::new(16, 16) };
@@ -344,10 +360,13 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
             many_volumes: features.many_volumes || can_more,
             classes: if can_more { Classes::ALL } else { Classes::NONE },
         };
-        for view in [ViewKind::Live, ViewKind::Still { guides: true }] {
+        let live = [false, true].map(|guides| ViewKind::Live { guides });
+        for view in live.into_iter().chain([ViewKind::Still { guides: true }]) {
             let mut wanted = more.kernels(view, LIMITS);
-            if view == ViewKind::Live {
-                wanted.retain(|kernel| !matches!(kernel, Kernel::PathTrace(alone) if !alone.shared));
+            if matches!(view, ViewKind::Live { .. }) {
+                let is_alone =
+                    |kernel: &Kernel| matches!(kernel, Kernel::PathTrace(v) if !v.shared && !v.guides);
+                wanted.retain(|kernel| !is_alone(kernel));
             }
             let made = features.kernels(view, few);
             assert_eq!(made.len(), wanted.len());

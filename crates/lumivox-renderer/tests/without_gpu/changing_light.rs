@@ -69,8 +69,7 @@ impl Host {
         let status = live.record_frame(cache, &camera, settings, &host, budget, &mut recording).unwrap();
         replay(&recording, &mut self.alive);
         let steps = &recording.steps[before..];
-        // One of them is the count of pixels that start over.
-        let cleared = steps.iter().filter(|step| matches!(step, Step::ClearBuffer { .. })).count() - 1;
+        let cleared = steps.iter().filter(|step| matches!(step, Step::ClearBuffer { .. })).count();
         let fades = steps.iter().any(|step| matches!(step, Step::Dispatch { kernel: Kernel::FilmFade, .. }));
         (cleared, fades, status)
     }

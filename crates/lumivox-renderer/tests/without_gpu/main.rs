@@ -4,6 +4,7 @@ mod arrivals;
 mod changes;
 mod changing_light;
 mod counts;
+mod passes;
 mod recordings;
 mod scenes;
 mod switches;

@@ -7,6 +7,11 @@ struct FilmFadeParams {
     kept: f32,
     // How many times as bright their light has become.
     scale: f32,
+    // Whether the film has guides. They are sums over hits: fewer count.
+    guides: u32,
+    padding_x: u32,
+    padding_y: u32,
+    padding_z: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: FilmFadeParams;
@@ -30,4 +35,9 @@ fn film_fade(@builtin(global_invocation_id) id: vec3u) {
     let sum = film[index];
     film[index] = kept * vec4f(params.scale * sum.rgb, sum.a);
     film[plane + index] = vec4f(kept * vec2f(moments.x, params.scale * params.scale * moments.y), left, moments.w);
+    if (params.guides != 0u) {
+        let guides = ray_limits_end(plane) + index;
+        film[guides] *= kept;
+        film[guides + plane] *= kept;
+    }
 }

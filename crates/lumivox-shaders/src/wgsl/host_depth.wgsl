@@ -11,9 +11,10 @@ struct HostDepthParams {
     jittered: u32,
     // View depth of the farthest point of all volumes.
     farthest: f32,
+    // Whether the film has guides.
+    guides: u32,
     padding_x: u32,
     padding_y: u32,
-    padding_z: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: HostDepthParams;
@@ -79,6 +80,11 @@ fn host_depth(@builtin(global_invocation_id) id: vec3u) {
         for (var i = 0u; i < 4u; i++) {
             film[4u * index + i] = 0.0;
             film[moments + i] = 0.0;
+        }
+        for (var i = 0u; i < 4u * params.guides; i++) {
+            let guide = 4u * (ray_limits_end(plane) + index) + i;
+            film[guide] = 0.0;
+            film[guide + 4u * plane] = 0.0;
         }
         atomicAdd(&restarts[0], 1u);
     }

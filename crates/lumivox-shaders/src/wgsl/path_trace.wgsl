@@ -72,8 +72,9 @@ fn path_trace(
     film[index] += sums.light;
     film[plane + index] = vec4f(film[plane + index].xyz + sums.moments.xyz, sums.moments.w);
     if (GUIDES) {
-        film[2u * plane + index] += vec4f(sums.albedo, 0.0);
-        film[3u * plane + index] += vec4f(sums.normal, 0.0);
+        let guides = guides_begin(plane);
+        film[guides + index] += vec4f(sums.albedo, 0.0);
+        film[guides + plane + index] += vec4f(sums.normal, 0.0);
     }
 }
 

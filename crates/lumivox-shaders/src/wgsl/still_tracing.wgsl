@@ -3,3 +3,8 @@
 fn live_limit(index: u32) -> f32 {
     return 0.0;
 }
+
+// Where the planes of guides begin.
+fn guides_begin(pixels: u32) -> u32 {
+    return 2u * pixels;
+}

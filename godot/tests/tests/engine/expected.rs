@@ -4,6 +4,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use lumivox_core::Ray;
 use lumivox_core::glam::DVec3;
+use lumivox_renderer::live::{Grain, LiveImage};
 use lumivox_renderer::{
     Film, HostDepth, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, VoxelStore,
 };
@@ -115,7 +116,7 @@ pub fn film(case: &Case) -> Film {
             break;
         }
     }
-    live.record_read_film(&mut recording);
+    live.record_read(LiveImage::Film(Grain::Fine), &mut recording);
     let bytes = gpu.executor.execute(&recording).unwrap().pop().unwrap().wait().unwrap();
     let mut film = Film::new(width, height, false);
     film.insert([0, 0], [width, height], &bytes);

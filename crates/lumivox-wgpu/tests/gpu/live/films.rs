@@ -5,6 +5,7 @@ use lumivox_core::{Camera, Environment, EnvironmentSource, Projection, Ray};
 use lumivox_reference::medium::place;
 use lumivox_reference::path::trace;
 use lumivox_reference::rng::Rng;
+use lumivox_renderer::live::{Grain, LiveImage};
 use lumivox_renderer::{DeviceLimits, Film, LiveSettings, LoopTurns, Recording};
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::RenderRequest;
@@ -187,7 +188,8 @@ fn a_coarse_film_is_a_small_headless_one() {
         let status = host.frame(&mut gpu, &camera, 32 * 32 * u64::from(samples));
         assert_eq!(status.pixel_samples, 32 * 32 * u64::from(samples));
         let mut recording = Recording::new();
-        assert_eq!(host.live.record_read_coarse_film(&mut recording), Some([32, 32]));
+        let image = host.live.record_read(LiveImage::Film(Grain::Coarse), &mut recording);
+        assert_eq!(image.map(|image| image.size), Some([32, 32]));
         let bytes = gpu.executor.execute(&recording).unwrap().remove(0).wait().unwrap();
         let mut coarse = Film::new(32, 32, false);
         coarse.insert([0, 0], [32, 32], &bytes);

@@ -4,12 +4,15 @@ mod behind;
 mod changes;
 mod depth;
 mod films;
+mod guides;
 mod noise;
+mod passes;
 mod picture;
 
 use half::f16;
 use lumivox_core::glam::DVec3;
 use lumivox_core::{Camera, Scene};
+use lumivox_renderer::live::{Grain, LiveImage};
 use lumivox_renderer::{
     DeviceLimits, Film, Fog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId,
     SceneCache, VoxelStore,
@@ -130,18 +133,26 @@ impl Host {
         );
     }
 
-    pub fn frame(&mut self, gpu: &mut Gpu, camera: &Camera, budget: u64) -> LiveStatus {
-        let host = HostFrame {
-            depth: self.gives_depth.then_some(HostDepth {
-                texture: self.names[1],
-                view_depth_from_ndc: VIEW_DEPTH_FROM_NDC,
-                clear: 0.0,
-                jittered: self.jittered,
-            }),
+    fn host_depth(&self) -> HostDepth {
+        HostDepth {
+            texture: self.names[1],
+            view_depth_from_ndc: VIEW_DEPTH_FROM_NDC,
+            clear: 0.0,
+            jittered: self.jittered,
+        }
+    }
+
+    fn host_frame(&self) -> HostFrame {
+        HostFrame {
+            depth: self.gives_depth.then(|| self.host_depth()),
             color_target: self.names[0],
             depth_target: Some(self.names[2]),
             fog: self.fog,
-        };
+        }
+    }
+
+    pub fn frame(&mut self, gpu: &mut Gpu, camera: &Camera, budget: u64) -> LiveStatus {
+        let host = self.host_frame();
         let mut recording = Recording::new();
         let status = self
             .live
@@ -169,7 +180,7 @@ impl Host {
 
     pub fn film(&self, gpu: &mut Gpu) -> Film {
         let mut recording = Recording::new();
-        self.live.record_read_film(&mut recording);
+        self.live.record_read(LiveImage::Film(Grain::Fine), &mut recording);
         let bytes = gpu.executor.execute(&recording).unwrap().remove(0).wait().unwrap();
         let [width, height] = self.live.film_size();
         let mut film = Film::new(width, height, false);
