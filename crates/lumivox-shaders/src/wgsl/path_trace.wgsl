@@ -13,7 +13,7 @@
 @group(0) @binding(4) var linear_sampler: sampler;
 @group(0) @binding(5) var environment_map: texture_2d<f32>;
 // Planes of sums over samples: (radiance, alpha), (view depth, squared luminance, number of samples, state of the path
-// that is put aside) and, with GUIDES, (first-hit albedo, 0), (first-hit normal, 0); or, with LIVE, where rays end.
+// that is put aside); with LIVE, where rays end (`ray_limits.wgsl`); with GUIDES, (first-hit albedo, 0), (first-hit normal, 0).
 @group(0) @binding(6) var<storage, read_write> film: array<vec4f>;
 
 // Roulette ends more paths than those that lost their light: what comes late costs more time than it saves noise. Not where
