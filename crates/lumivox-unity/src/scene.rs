@@ -51,7 +51,7 @@ pub unsafe extern "C" fn lumivox_scene_open(file: *const c_char, allow_outside_d
     guard_handle(|| {
         // SAFETY: as the caller promises.
         let file = unsafe { path(file, "file") }?;
-        let opening = Opening { allow_outside_data: allow_outside_data != 0 };
+        let opening = Opening { allow_outside_data: allow_outside_data != 0, identify: true };
         start(move |progress, cancel| LumivoxScene::open(&file, &opening, progress, cancel).map(Made::scene))
     })
 }
@@ -131,8 +131,7 @@ impl LumivoxScene {
             notes.extend(
                 told.into_sentences().into_iter().chain(of_scan).map(|note| format!("{place}: {note}")),
             );
-            let content = lumivox_scene::content_of(&loaded.volume);
-            scans.push(loaded.volume.with_source_changed(|scan| scan.content = Some(content)));
+            scans.push(loaded.volume);
         }
         let told = Notes::new(progress, remedy);
         let opened = lumivox_scene::open_loaded(document, scans, folder, opening, &told, cancel);

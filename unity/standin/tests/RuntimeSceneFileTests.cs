@@ -41,7 +41,7 @@ namespace Lumivox.Tests
         void AreEqual(string a, string b)
         {
             var (pixels, most, _) = SceneFiles.Differences(files.Render(a), files.Render(b));
-            Assert.AreEqual((0, 0), (pixels, most), $"{pixels} pixels differ, by {most} at most");
+            Assert.AreEqual((0, 0), (pixels, most), $"{a}, {b}: {pixels} pixels differ, by {most} at most");
         }
 
         /// A number of 32 bits for one of 64 lets a path end elsewhere, here and there.
@@ -49,7 +49,7 @@ namespace Lumivox.Tests
         {
             var (pixels, most, mean) = SceneFiles.Differences(files.Render(a), files.Render(b));
             Console.WriteLine($"  {a} and {b}: {pixels} pixels differ, by {most} of 255 at most, {mean:e1} on average");
-            Assert.IsTrue(mean < 1e-4, $"{mean} on average");
+            Assert.IsTrue(mean < 2e-4, $"{mean} on average");
         }
 
         [Test]
@@ -61,6 +61,33 @@ namespace Lumivox.Tests
             var text = File.ReadAllText(files.At("unity.lumivox"));
             foreach (var part in new[] { "\"scan\"", "\"content\": \"sha256:", "\"keep\": \"patient\"", "\"samples\": 4", "\"seed\": 7", "\"aces\"", "\"exposure\": 0.5", "\"fov\": 24.0", "\"rotation\": 30.0" }) Assert.That(text, Does.Contain(part));
             Assert.That(text, Does.Not.Contain(files.Folder), "files are named as seen from the document");
+        }
+
+        [Test]
+        public void WhatEveryHostSavedIsTheSamePictureSavedByUnity()
+        {
+            files.CopyScenesOfHosts();
+            var scene = files.Load("command.lumivox");
+            var volume = scene.GetComponentInChildren<LumivoxVolume>();
+            volume.transform.position += new Vector3(0.02f, -0.01f, 0f);
+            volume.transform.rotation = Quaternion.Euler(0f, 20f, 0f) * volume.transform.rotation;
+            volume.density = 0.7f;
+            var lamp = new GameObject("Lamp").AddComponent<Light>();
+            lamp.transform.SetParent(scene.transform, false);
+            lamp.transform.localPosition = new Vector3(0.3f, 0.2f, -0.4f);
+            lamp.type = LightType.Point;
+            lamp.range = 3f;
+            lamp.intensity = 0.5f;
+            scene.sceneCamera.fieldOfView = 31f;
+            LightFinder.FindAll();
+            LumivoxScene.Save(scene.sceneCamera, files.At("own.lumivox"));
+            SceneFiles.Destroy(scene);
+            files.IsAsWritten("own.lumivox");
+            foreach (var host in SceneFiles.Hosts)
+            {
+                files.PassOn(host + ".lumivox", "of-" + host + ".lumivox");
+                AreClose(host + ".lumivox", "of-" + host + ".lumivox");
+            }
         }
 
         [Test]
