@@ -1565,6 +1565,15 @@ struct LumivoxText *lumivox_scene_notes(const struct LumivoxScene *scene);
 
 /**
  * The files that a scene names, a line each, as seen from where the program is.
+/**
+ * The document of a scene as it was opened, written out: what 32 bits would round of it is kept in this, for
+ * `lumivox_stage_save_world`. It names no files: players of a built game need not know whose they were.
+ *
+ * # Safety
+ * `scene` is a live handle.
+ */
+struct LumivoxText *lumivox_scene_document(const struct LumivoxScene *scene);
+
  *
  * # Safety
  * `scene` is a live handle.
@@ -1685,10 +1694,12 @@ int32_t lumivox_scene_view(const struct LumivoxScene *scene,
 
 /**
  * Writes what is in a world, seen so, as a scene document; whole, or not at all. A sky that came from no file is written
- * beside it as OpenEXR, to the bit. `radiance` is what is as bright in this engine as a radiance of 1 in documents.
+ * beside it as OpenEXR, to the bit. `radiance` is what is as bright in this engine as a radiance of 1 in documents. `opened` is
+ * the text of `lumivox_scene_document` where the view is one of a scene that was opened, else null or empty: numbers that are
+ * still those of that scene, as far as 32 bits tell, are written with all their digits.
  *
  * # Safety
- * `stage` is a live handle, `view` points to a view, `file` is a string.
+ * `stage` is a live handle, `view` points to a view, `opened` is null or a string, `file` is a string.
  */
 int32_t lumivox_stage_save_world(const struct LumivoxStage *stage,
                                  uint64_t world,
@@ -1696,6 +1707,7 @@ int32_t lumivox_stage_save_world(const struct LumivoxStage *stage,
                                  float radiance,
                                  const char *file);
 
+                                 const char *opened,
 /**
  * How many kernels there are, in all variants: more than Unity's half has.
  */

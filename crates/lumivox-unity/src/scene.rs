@@ -3,7 +3,7 @@
 use std::ffi::c_char;
 use std::path::{Path, PathBuf};
 
-use lumivox_core::document::{Backdrop, SceneDocument, Tone, Written};
+use lumivox_core::document::{Backdrop, SceneDocument, Tone, View, Written};
 use lumivox_core::{CancelToken, EnvironmentSource, LightKind, Progress, Scene, VolumeInstance};
 use lumivox_core::{Cone, ExtinctionSpace, Falloff, Filter, LabelStyle, Light, Medium};
 use lumivox_core::{PerspectiveCamera, glam::DVec3};
@@ -204,6 +204,38 @@ impl Part {
 pub unsafe extern "C" fn lumivox_scene_notes(scene: *const LumivoxScene) -> *mut LumivoxText {
     // SAFETY: as the caller promises.
     guard_handle(|| Ok(LumivoxText::new(&unsafe { known(scene, "scene") }?.notes.join("\n"))))
+}
+
+/// The document of a scene as it was opened, written out: what 32 bits would round of it is kept in this, for
+/// `lumivox_stage_save_world`. It names no files: players of a built game need not know whose they were.
+///
+/// # Safety
+/// `scene` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_scene_document(scene: *const LumivoxScene) -> *mut LumivoxText {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let opened = unsafe { known(scene, "scene") }?;
+        let mut document = SceneDocument {
+            camera: View { fov: opened.document.camera.fov, ..View::of(&opened.camera) },
+            film: opened.document.film,
+            display: opened.document.display,
+            ..SceneDocument::described(&opened.scene)
+        };
+        for entry in &mut document.volumes {
+            entry.scan = Default::default();
+            if let Some(labels) = &mut entry.labels {
+                labels.files.clear();
+                labels.table = None;
+            }
+        }
+        // As it was said: by way of radians it would be a little less.
+        document.environment.rotation = opened.document.environment.rotation;
+        if document.environment.file().is_some() {
+            document.environment.source = Default::default();
+        }
+        Ok(LumivoxText::new(&document.to_json().map_err(|error| error.to_string())?))
+    })
 }
 
 /// The files that a scene names, a line each, as seen from where the program is.
