@@ -117,14 +117,16 @@ def test_what_every_host_saved_is_the_same_picture_saved_by_python(command: str,
     lumivox.write_dicom_series(lumivox.phantom("head", 32), tmp_path / "scan")
     for host in HOSTS:
         shutil.copy(WRITTEN / f"{host}.lumivox", tmp_path)
+    metal = lumivox.SurfaceReflection(1.0, 90.0, 0.2, 0.7, 1.0)
     scene = lumivox.Scene.of(
         lumivox.load(tmp_path / "scan"),
         preset="ct-bone",
         density=0.7,
         anisotropy=0.3,
+        surface=lumivox.SurfaceReflection(0.9, 150.0, 0.3, 0.5, 0.6),
         clip_shape=lumivox.ClipShape.plane((0, 0, 30), (0, -1, 1), space="patient"),
         labels="found",
-        label={"body": lumivox.LabelStyle(opacity=0.6, color="#c08040")},
+        label={"body": lumivox.LabelStyle(opacity=0.6, color="#c08040", surface=metal)},
         environment=lumivox.Environment("uniform", 0.5, color=(0.5, 0.6, 0.7)),
         light=[lumivox.PointLight((300, 200, 400), (0.2, 0.1, 0.1), 20.0), lumivox.Sun(-40, 20)],
     )

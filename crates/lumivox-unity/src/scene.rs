@@ -354,10 +354,7 @@ fn medium(medium: &Medium) -> LumivoxMedium {
             ExtinctionSpace::Volume => 0,
             ExtinctionSpace::World => 1,
         },
-        surface_strength: medium.surface.strength as f32,
-        surface_gradient: medium.surface.gradient_per_mm as f32,
-        surface_roughness: medium.surface.roughness as f32,
-        surface_specular: medium.surface.specular as f32,
+        surface: convert::surface(medium.surface),
     }
 }
 
@@ -429,10 +426,7 @@ pub unsafe extern "C" fn lumivox_scene_style(
             opacity: style.opacity as f32,
             density: style.density_scale.map_or(-1.0, |density| density as f32),
             has_surface: u32::from(style.surface.is_some()),
-            surface_strength: surface.strength as f32,
-            surface_gradient: surface.gradient_per_mm as f32,
-            surface_roughness: surface.roughness as f32,
-            surface_specular: surface.specular as f32,
+            surface: convert::surface(surface),
             transfer_function: function.as_deref().map_or(std::ptr::null(), std::ptr::from_ref),
         };
         Ok(())
