@@ -177,7 +177,7 @@ pub fn load_scene(
     let text = std::fs::read_to_string(&path).map_err(|error| errors::file(&path, &error))?;
     let written =
         Written::parse(&path, text).map_err(|error| errors::scan(format!("{}, {error}", path.display())))?;
-    let opening = Opening { allow_outside_data };
+    let opening = Opening { allow_outside_data, identify: true };
     let (opened, notes) = wait::stages(py, progress, |progress, cancel| {
         let listener = Notes::new(progress, remedy);
         let opened = open(&written.document, written.folder(), &opening, &listener, cancel);

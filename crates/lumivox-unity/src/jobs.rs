@@ -173,11 +173,9 @@ pub unsafe extern "C" fn lumivox_import_load(
                 }
             }
             // As it was read: scene documents tell by it whether another lies in its place.
-            let content = lumivox_scene::content_of(&imported.volume);
-            imported.volume = imported.volume.with_source_changed(|scan| {
-                scan.content = Some(content);
-                scan.keep = if keep { Keep::Everything } else { Keep::Patient };
-            });
+            let kept = if keep { Keep::Everything } else { Keep::Patient };
+            imported.volume =
+                lumivox_scene::identified(imported.volume).with_source_changed(|scan| scan.keep = kept);
             if keep {
                 return Ok(Made::imported(imported, None));
             }

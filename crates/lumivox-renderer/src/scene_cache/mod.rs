@@ -414,6 +414,8 @@ impl SceneCache {
             cells_per_brick: constants::BRICK_SIZE / ranges.cell_size,
             classes: classes as u32,
             full_looks: looks.full_in_cells() as u32,
+            surface_metallic: surface.metallic as f32,
+            ..Instance::default()
         }
     }
 

@@ -52,6 +52,12 @@ fn radiance_alpha_and_guides_agree_with_the_reference() {
     compare(&scenes::essential());
 }
 
+/// Of a volume; of a label it is among the essential ones.
+#[test]
+fn metal_agrees_with_the_reference() {
+    compare(&[scenes::metallic_surface()]);
+}
+
 #[test]
 #[ignore = "slow: script/test --all"]
 fn radiance_alpha_and_guides_agree_with_the_reference_in_every_scene() {
