@@ -286,5 +286,5 @@ fn surface_specular(v: u32, reading: Reading) -> f32 {
 }
 
 fn surface_metallic(v: u32, reading: Reading) -> f32 {
-    return tables[reading.style + 7u].y;
+    return pair_at(reading.style + 7u).y;
 }
