@@ -252,16 +252,15 @@ impl Request {
         if self.first_sample >= self.samples {
             return Err(errors::value("first_sample must be below samples"));
         }
-        Ok(RenderRequest {
-            time,
-            seed: self.seed,
-            guides: self.guides,
-            first_sample: self.first_sample,
-            pass_samples: pass_samples.transpose()?,
-            noise: self.noise,
-            window: self.window.map(|[x, y, width, height]| [[x, y], [width, height]]),
-            ..RenderRequest::new(width, height, self.samples)
-        })
+        Ok(RenderRequest::new(width, height, self.samples).with(|it| {
+            it.time = time;
+            it.seed = self.seed;
+            it.guides = self.guides;
+            it.first_sample = self.first_sample;
+            it.pass_samples = pass_samples.transpose()?;
+            it.noise = self.noise;
+            it.window = self.window.map(|[x, y, width, height]| [[x, y], [width, height]]);
+        }))
     }
 }
 

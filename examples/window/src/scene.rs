@@ -111,10 +111,8 @@ mod tests {
     fn rendered(gpu: &mut Gpu, file: &Path) -> Film {
         let Opened { scene, camera, document } = Opened::read(Some(file)).unwrap();
         let [width, height] = document.film.size;
-        let request = RenderRequest {
-            seed: document.film.seed,
-            ..RenderRequest::new(width, height, document.film.samples.unwrap())
-        };
+        let request = RenderRequest::new(width, height, document.film.samples.unwrap())
+            .with(|it| it.seed = document.film.seed);
         let go_on = &mut |_: &_| ControlFlow::Continue(());
         lumivox_wgpu::render(gpu, &scene, &camera, &request, go_on).unwrap().film
     }

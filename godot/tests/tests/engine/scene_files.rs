@@ -239,8 +239,7 @@ fn rendered(file: &Path) -> SrgbImage {
     let Opened { scene, camera } = opened(&written);
     let SceneDocument { film, display, .. } = written.document;
     let [width, height] = film.size;
-    let request =
-        RenderRequest { seed: film.seed, ..RenderRequest::new(width, height, film.samples.unwrap()) };
+    let request = RenderRequest::new(width, height, film.samples.unwrap()).with(|it| it.seed = film.seed);
     let go_on = &mut |_: &_| ControlFlow::Continue(());
     let image = lumivox_wgpu::render(&mut gpu, &scene, &camera, &request, go_on).unwrap();
     let pixels = DisplaySettings::from(&display).pixels(&image.film, &scene.environment, &camera);
