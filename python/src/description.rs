@@ -249,6 +249,7 @@ impl Request {
         let pass_samples = self.pass_samples.map(|samples| {
             NonZeroU32::new(samples).ok_or_else(|| errors::value("pass_samples must be at least 1"))
         });
+        let pass_samples = pass_samples.transpose()?;
         if self.first_sample >= self.samples {
             return Err(errors::value("first_sample must be below samples"));
         }
@@ -257,7 +258,7 @@ impl Request {
             it.seed = self.seed;
             it.guides = self.guides;
             it.first_sample = self.first_sample;
-            it.pass_samples = pass_samples.transpose()?;
+            it.pass_samples = pass_samples;
             it.noise = self.noise;
             it.window = self.window.map(|[x, y, width, height]| [[x, y], [width, height]]);
         }))
