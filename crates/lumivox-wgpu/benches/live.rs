@@ -12,8 +12,8 @@ use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::{CancelToken, Preset, Progress, Scene, VolumeInstance, framing};
 use lumivox_phantom::{AnatomyOptions, anatomy};
 use lumivox_renderer::{
-    DeviceLimits, HostDepth, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, View,
-    ViewSettings, VoxelStore,
+    HostDepth, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, View, ViewSettings,
+    VoxelStore,
 };
 use lumivox_wgpu::{Gpu, wgpu};
 

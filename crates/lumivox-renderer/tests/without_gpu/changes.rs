@@ -10,8 +10,8 @@ use lumivox_core::{
 };
 use lumivox_renderer::recording::{Classes, Kernel};
 use lumivox_renderer::{
-    DeviceLimits, Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View,
-    ViewKind, ViewSettings, VoxelStore, prepare_volume,
+    Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View, ViewKind,
+    ViewSettings, VoxelStore, prepare_volume,
 };
 
 use crate::scenes::{self, *};

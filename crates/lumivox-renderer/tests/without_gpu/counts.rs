@@ -2,8 +2,8 @@
 
 use lumivox_core::TransferFunction;
 use lumivox_renderer::{
-    DeviceLimits, FilmCount, HostFrame, LiveSettings, LiveStatus, LiveView, LoopTurns, Recording, ResourceId,
-    SceneCache, VoxelStore,
+    FilmCount, HostFrame, LiveSettings, LiveStatus, LiveView, LoopTurns, Recording, ResourceId, SceneCache,
+    VoxelStore,
 };
 
 use crate::scenes::*;

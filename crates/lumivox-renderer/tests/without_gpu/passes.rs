@@ -9,8 +9,8 @@ use lumivox_renderer::live::passes::{Access, FramePass, Use};
 use lumivox_renderer::live::{Grain, LiveFrame, LiveImage};
 use lumivox_renderer::recording::BindingKind;
 use lumivox_renderer::{
-    DeviceLimits, FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, LoopTurns, Recording, ResourceId,
-    SceneCache, Step, VoxelStore,
+    FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, LoopTurns, Recording, ResourceId, SceneCache,
+    Step, VoxelStore,
 };
 
 use crate::scenes::*;

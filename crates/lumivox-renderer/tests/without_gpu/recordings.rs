@@ -8,8 +8,8 @@ use lumivox_core::{
     ClipShape, EnvironmentMap, EnvironmentSource, Falloff, Filter, Lamp, Light, Scene, TransferFunction,
 };
 use lumivox_renderer::{
-    DeviceLimits, DisplaySettings, FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, Recording,
-    RenderError, ResourceId, SceneCache, Step, View, ViewSettings, VoxelStore,
+    DisplaySettings, FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, Recording, RenderError,
+    ResourceId, SceneCache, Step, View, ViewSettings, VoxelStore,
 };
 use lumivox_shaders::{Kernel, layout};
 

@@ -6,7 +6,7 @@ use lumivox_reference::medium::place;
 use lumivox_reference::path::trace;
 use lumivox_reference::rng::Rng;
 use lumivox_renderer::live::{Grain, LiveImage};
-use lumivox_renderer::{DeviceLimits, Film, LiveSettings, LoopTurns, Recording};
+use lumivox_renderer::{Film, LiveSettings, LoopTurns, Recording};
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::RenderRequest;
 

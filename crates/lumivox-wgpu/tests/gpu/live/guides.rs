@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 
 use lumivox_core::Camera;
 use lumivox_renderer::live::{Grain, LiveImage};
-use lumivox_renderer::{DeviceLimits, Film, LiveSettings, LoopTurns, Recording};
+use lumivox_renderer::{Film, LiveSettings, LoopTurns, Recording};
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::{Gpu, RenderRequest};
 
