@@ -54,7 +54,7 @@ namespace Lumivox
                 new[] { Kind.Buffer }),
             new Entry("denoise_prepare", "denoise_prepare", false,
                 new[] { "params_buffer" },
-                new[] { "film", "pixels_1" },
+                new[] { "film", "pixels_2" },
                 new[] { Kind.Buffer, Kind.Buffer }),
             new Entry("denoise_wavelet", "denoise_wavelet", false,
                 new[] { "params_buffer" },
