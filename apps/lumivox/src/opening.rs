@@ -84,6 +84,11 @@ fn written(args: &SceneArgs) -> Result<Option<Written>, Failure> {
 /// Reads a scene.
 pub fn read(file: &Path) -> Result<Written, Failure> {
     let unreadable = |error| Failure::input(format!("cannot read {}: {error}", file.display()));
+    // A pipe may never end, nor a device.
+    if file.exists() && !file.is_file() {
+        let it = file.display();
+        return Err(Failure::input(format!("cannot read {it}: it is not a plain file; name a scene's file")));
+    }
     let text = std::fs::read_to_string(file).map_err(unreadable)?;
     Written::parse(file, text)
         .map_err(|error| Failure::input(format!("{}, line {}: {}", file.display(), error.line, error.why)))
@@ -181,7 +186,8 @@ impl Plan {
         }
         let mut volumes = Vec::with_capacity(scans.len());
         for (index, scan) in scans.into_iter().enumerate() {
-            tell(&scan, reporter);
+            let is_named = self.document.volumes[index].scan.series.is_some() || args.input.series.is_some();
+            tell(&scan, !is_named, reporter);
             if let Some(path) = self.looks.get(index).and_then(LookOptions::file) {
                 let loaded = lumivox_import::load_transfer_function_2d(path, scan.volume.value_range())?;
                 let look = &mut self.document.volumes[index].look;
@@ -264,9 +270,16 @@ impl Plan {
 }
 
 /// Says what was read.
-fn tell(scan: &Imported, reporter: Reporter) {
+fn tell(scan: &Imported, is_chosen_here: bool, reporter: Reporter) {
     reporter.say(&format!("{}: {}", scan.report.format, inputs::describe(&scan.volume)));
     scan.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
+    if is_chosen_here && scan.report.series.len() > 1 {
+        let (all, chosen) = (scan.report.series.len(), scan.report.chosen + 1);
+        let name = scan.report.series.get(scan.report.chosen).map_or("", |series| &series.name);
+        reporter.say(&format!(
+            "  note: series {chosen} of {all} is taken ({name}); --series takes another, 'lumivox import' lists them"
+        ));
+    }
     if !scan.report.skipped.is_empty() {
         let count = scan.report.skipped.len();
         let were = if count == 1 { "file was" } else { "files were" };

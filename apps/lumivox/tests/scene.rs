@@ -231,8 +231,17 @@ fn what_is_wrong_with_a_scene_is_told_by_its_line() {
     // Another scan in its place is told, and shown.
     fs::remove_dir_all(at.join("scan")).unwrap();
     done(at, &["phantom", "head", "--size", "40", "--out", "scan", "--quiet"]);
-    let said = done(at, &["scene", "check", "a.json"]);
-    assert!(said.contains("this is not the scan that the scene was saved with"), "{said}");
+    let check = run(at, &["scene", "check", "a.json"]);
+    let said = String::from_utf8_lossy(&check.stderr).into_owned();
+    assert!(
+        check.status.code() == Some(3)
+            && said.contains("error: a.json, line ")
+            && said.contains("this is not the scan that the scene was saved with"),
+        "{said}"
+    );
+    // In the scan's own folder, too.
+    done(at, &["scene", "save", "scan/own.json", "scan", "--quiet"]);
+    done(at, &["scene", "check", "scan/own.json"]);
     let both = run(at, &["render", "a.json", "scan", "-o", "c.png"]);
     let said = String::from_utf8_lossy(&both.stderr).into_owned();
     assert!(

@@ -6,7 +6,7 @@ use std::{
 };
 
 use lumivox_core::{
-    CancelToken, LabelVolume, Labelling, Volume,
+    CancelToken, LabelVolume, Labelling, SurfaceReflection, Volume,
     document::{Labels, Style},
 };
 use lumivox_import::{LabelOptions, load_label_files};
@@ -80,6 +80,7 @@ pub fn labelling(
     labels: Arc<LabelVolume>,
     styles: &[Style],
     volume: &Volume,
+    surfaces: SurfaceReflection,
 ) -> Result<Labelling, OpenErrorKind> {
     let numbers = labels.numbers();
     let mut labelling = Labelling::new(labels);
@@ -93,7 +94,7 @@ pub fn labelling(
         for value in values {
             let own = labelling.labels.label(value).map(|label| label.color);
             let mut changed = labelling.style(value);
-            style.apply(own, volume, &mut changed);
+            style.apply(own, volume, surfaces, &mut changed);
             labelling.set_style(value, changed);
         }
     }

@@ -21,7 +21,7 @@ use lumivox_core::{
 use lumivox_import::ImportError;
 
 pub use content::{content_of, identified};
-pub use load::load_scan;
+pub use load::{ANOTHER_SCAN, load_scan};
 pub use note::{Audience, Note, Notes, Remedy, Silent};
 pub use place::Part;
 pub use save::{save, save_scene};

@@ -13,6 +13,10 @@ use lumivox_import::{ImportError, ImportOptions, Imported};
 
 use crate::{Audience, Note, OpenErrorKind, Opening, identified};
 
+/// What is said of a scan whose content is not that of the document.
+pub const ANOTHER_SCAN: &str = "this is not the scan that the scene was saved with, or it is read differently since: look \
+                                whether the picture is right, and save the scene again";
+
 /// Loads a scan as it lies in its files.
 ///
 /// # Errors
@@ -33,10 +37,8 @@ pub fn load_scan(
         imported.volume = identified(imported.volume);
         let content = imported.volume.source().and_then(|source| source.content.as_ref());
         if scan.content.as_ref().is_some_and(|expected| content != Some(expected)) {
-            audience.note(Note::new(
-                "this is not the scan that the scene was saved with, or it is read differently since: look whether the picture \
-                 is right, and save the scene again",
-            ));
+            let file = scan.files.first().map_or_else(String::new, |file| format!("{}: ", file.display()));
+            audience.note(Note::new(file + ANOTHER_SCAN));
         }
     }
     Ok(imported)

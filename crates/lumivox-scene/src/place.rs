@@ -52,7 +52,8 @@ pub fn place(
         let world_from_patient = entry.world_from_patient.map_or(usual, document::world_from_patient);
         let medium = look(&entry.look, &part.volume, audience);
         let styles = entry.labels.as_ref().map_or(&[][..], |labels| &labels.styles);
-        let labels = part.labels.map(|labels| labelling(labels, styles, &part.volume)).transpose();
+        let labels =
+            part.labels.map(|labels| labelling(labels, styles, &part.volume, medium.surface)).transpose();
         let labels = labels.map_err(|kind| OpenError::of(index, &["labels", "styles"], kind))?;
         let [low, high] = entry.clip.unwrap_or([[0.0; 3], [1.0; 3]]);
         Ok(VolumeInstance {

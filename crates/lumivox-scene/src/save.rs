@@ -95,7 +95,10 @@ fn seen_from(folder: &Path, path: &Path) -> PathBuf {
         return path.to_owned();
     }
     let up = std::iter::repeat_n("..".into(), own.len() - shared);
-    let seen: PathBuf = up.chain(other[shared..].iter().cloned()).collect();
+    let mut seen: PathBuf = up.chain(other[shared..].iter().cloned()).collect();
+    if seen.as_os_str().is_empty() {
+        seen.push(".");
+    }
     if cfg!(windows) { seen.to_string_lossy().replace('\\', "/").into() } else { seen }
 }
 

@@ -69,8 +69,56 @@ pub struct Look {
 pub enum Surface {
     /// Off, or as the preset has it; of full strength where that has none.
     Switched(bool),
-    /// What it is.
-    Is(SurfaceReflection),
+    /// What of it is said.
+    Is(Reflection),
+}
+
+/// What is said of a [`SurfaceReflection`]; whatever is not is as the look has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Reflection {
+    /// Largest probability of a surface event, 0 (off) to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strength: Option<f64>,
+    /// Gradient, in value units per mm, of a surface that reflects 63% of that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gradient_per_mm: Option<f64>,
+    /// Width of the specular lobe, 0 (narrow) to 1 (all around).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roughness: Option<f64>,
+    /// Reflectance seen head-on, 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub specular: Option<f64>,
+    /// How much of the medium's colour the specular lobe has, 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub metallic: Option<f64>,
+}
+
+impl Reflection {
+    /// All of a reflection.
+    pub fn of(surface: SurfaceReflection) -> Self {
+        let SurfaceReflection { strength, gradient_per_mm, roughness, specular, metallic } = surface;
+        let [strength, gradient_per_mm, roughness, specular, metallic] =
+            [strength, gradient_per_mm, roughness, specular, metallic].map(Some);
+        Self { strength, gradient_per_mm, roughness, specular, metallic }
+    }
+
+    /// The reflection, where what is not said is another's.
+    pub fn over(self, other: SurfaceReflection) -> SurfaceReflection {
+        SurfaceReflection {
+            strength: self.strength.unwrap_or(other.strength),
+            gradient_per_mm: self.gradient_per_mm.unwrap_or(other.gradient_per_mm),
+            roughness: self.roughness.unwrap_or(other.roughness),
+            specular: self.specular.unwrap_or(other.specular),
+            metallic: self.metallic.unwrap_or(other.metallic),
+        }
+    }
+
+    /// Whether nothing of another is left.
+    fn is_whole(&self) -> bool {
+        *self == Self::of(self.over(SurfaceReflection::OFF))
+    }
 }
 
 impl Look {
@@ -93,7 +141,7 @@ impl Look {
             anisotropy: Some(medium.anisotropy),
             bounces: Some(medium.max_bounces),
             filter: Some(medium.filter),
-            surface: Some(Surface::Is(medium.surface)),
+            surface: Some(Surface::Is(Reflection::of(medium.surface))),
             extinction_space: Some(medium.extinction_space),
         }
     }
@@ -108,7 +156,11 @@ impl Look {
         self.transfer_function.is_some()
             && [self.density, self.albedo, self.anisotropy].iter().all(Option::is_some)
             && self.bounces.is_some()
-            && matches!(self.surface, Some(Surface::Is(_) | Surface::Switched(false)))
+            && match self.surface {
+                Some(Surface::Is(reflection)) => reflection.is_whole(),
+                Some(Surface::Switched(on)) => !on,
+                None => false,
+            }
     }
 
     /// The look, placed for a scan.
@@ -133,7 +185,7 @@ impl Look {
         medium.max_bounces = self.bounces.unwrap_or(medium.max_bounces);
         medium.filter = self.filter.unwrap_or(Filter::Smooth);
         match self.surface {
-            Some(Surface::Is(surface)) => medium.surface = surface,
+            Some(Surface::Is(reflection)) => medium.surface = reflection.over(medium.surface),
             Some(Surface::Switched(false)) => medium.surface = SurfaceReflection::OFF,
             Some(Surface::Switched(true)) if medium.surface.strength == 0.0 => medium.surface.strength = 1.0,
             Some(Surface::Switched(true)) | None => {}
@@ -179,12 +231,12 @@ impl Look {
 }
 
 /// Reflection that is within its ranges.
-pub(super) fn surface(faults: &mut Faults, surface: SurfaceReflection) {
+pub(super) fn surface(faults: &mut Faults, reflection: Reflection) {
     faults.within(&["surface".into()], |faults| {
-        faults.number("strength", Some(surface.strength), 0.0, 1.0);
-        faults.number("gradient_per_mm", Some(surface.gradient_per_mm), 1e-9, 1e12);
-        faults.number("roughness", Some(surface.roughness), 0.0, 1.0);
-        faults.number("specular", Some(surface.specular), 0.0, 1.0);
-        faults.number("metallic", Some(surface.metallic), 0.0, 1.0);
+        faults.number("strength", reflection.strength, 0.0, 1.0);
+        faults.number("gradient_per_mm", reflection.gradient_per_mm, 1e-9, 1e12);
+        faults.number("roughness", reflection.roughness, 0.0, 1.0);
+        faults.number("specular", reflection.specular, 0.0, 1.0);
+        faults.number("metallic", reflection.metallic, 0.0, 1.0);
     });
 }

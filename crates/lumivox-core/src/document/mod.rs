@@ -38,6 +38,9 @@ pub const VERSION: u32 = 1;
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneDocument {
+    /// Where editors find its schema; nobody else looks.
+    #[serde(default, rename = "$schema", skip_serializing_if = "Option::is_none")]
+    pub schema: Option<String>,
     /// What tells such a document from other JSON, and its version: 1.
     pub lumivox_scene: u32,
     /// The scans, each with its look. Those without a place share the first one's patient space, its centre at the origin.
@@ -63,6 +66,7 @@ pub struct SceneDocument {
 impl Default for SceneDocument {
     fn default() -> Self {
         Self {
+            schema: None,
             lumivox_scene: VERSION,
             volumes: vec![],
             environment: Surroundings::default(),

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    look::{Surface, surface},
+    look::{Reflection, Surface, surface},
     numbers::{Faults, METRES_PER_MM, Rows, affine, rows},
 };
 use crate::{
@@ -144,13 +144,19 @@ impl Style {
             transfer_function: style.transfer_function.clone(),
             density: style.density_scale,
             opacity: Some(style.opacity),
-            surface: style.surface.map(Surface::Is),
+            surface: style.surface.map(|surface| Surface::Is(Reflection::of(surface))),
             clipped: Some(style.clipped),
         }
     }
 
-    /// Changes the style of a label that has a colour of its own, in a scan.
-    pub fn apply(&self, own_color: Option<[f64; 3]>, volume: &Volume, style: &mut LabelStyle) {
+    /// Changes the style of a label that has a colour of its own, in a scan whose look has such surfaces.
+    pub fn apply(
+        &self,
+        own_color: Option<[f64; 3]>,
+        volume: &Volume,
+        surfaces: SurfaceReflection,
+        style: &mut LabelStyle,
+    ) {
         if let Some(preset) = self.preset {
             let medium = preset.medium(volume);
             style.transfer_function = Some(medium.transfer_function);
@@ -167,7 +173,9 @@ impl Style {
             None => {}
         }
         match self.surface {
-            Some(Surface::Is(surface)) => style.surface = Some(surface),
+            Some(Surface::Is(reflection)) => {
+                style.surface = Some(reflection.over(style.surface.unwrap_or(surfaces)));
+            }
             Some(Surface::Switched(false)) => style.surface = Some(SurfaceReflection::OFF),
             Some(Surface::Switched(true)) => style.surface = None,
             None => {}

@@ -8,13 +8,13 @@ struct Event {
     phase: f32,
     onward: vec3f,
     anisotropy: f32,
-    // Of the light that is not reflected like by a mirror, what remains.
+    // What remains of light, but for the part that is reflected in its own colour.
     albedo: vec3f,
-    // How much of that colour mirrors have, too: 0 none, as of skin, 1 all, as of metal.
-    metallic: f32,
-    // Surfaces, where there are any: another such lobe about the mirror direction, and a diffuse one about the normal.
+    // Surfaces, where there are any: another such lobe about the mirror direction, and with what is left of 1 a diffuse one
+    // about the normal.
     specular: f32,
-    diffuse: f32,
+    // The part of the specular lobe that has the light's colour: all of it but of metal, which mirrors in its own.
+    white: f32,
     mirror: vec3f,
     normal: vec3f,
     lobe_anisotropy: f32,
@@ -22,7 +22,7 @@ struct Event {
 
 // Without a surface.
 fn event_of_phase(onward: vec3f, anisotropy: f32, albedo: vec3f) -> Event {
-    return Event(1.0, onward, anisotropy, albedo, 0.0, 0.0, 0.0, onward, onward, 0.0);
+    return Event(1.0, onward, anisotropy, albedo, 0.0, 0.0, onward, onward, 0.0);
 }
 
 // Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
@@ -77,10 +77,15 @@ fn sample_disc(centre: vec3f, radius: f32, u: vec2f) -> vec3f {
     return centre + radius * sqrt(u.x) * to_world(axis, vec3f(cos(phi), sin(phi), 0.0));
 }
 
+// The share of the diffuse lobe.
+fn event_diffuse(event: Event) -> f32 {
+    return max(1.0 - event.phase - event.specular, 0.0);
+}
+
 // A direction, by the lobes' shares.
 fn event_sample(event: Event, pick: f32, u: vec2f) -> vec3f {
     if (SURFACE && pick >= event.phase) {
-        if (pick - event.phase < event.diffuse) {
+        if (pick < 1.0 - event.specular) {
             return to_world(event.normal, sample_cosine_hemisphere(u));
         }
         return to_world(event.mirror, sample_henyey_greenstein(event.lobe_anisotropy, u));
@@ -88,13 +93,15 @@ fn event_sample(event: Event, pick: f32, u: vec2f) -> vec3f {
     return to_world(event.onward, sample_henyey_greenstein(event.anisotropy, u));
 }
 
-// Over solid angle: x the density of wi among those that `event_sample` draws, y the part of it that mirrors.
+// Over solid angle: x the density of wi among those that `event_sample` draws, y the part of it that mirrors in white.
 fn event_densities(event: Event, wi: vec3f) -> vec2f {
     var density = henyey_greenstein(dot(event.onward, wi), event.anisotropy);
     var mirrored = 0.0;
     if (SURFACE && event.phase < 1.0) {
-        mirrored = event.specular * henyey_greenstein(dot(event.mirror, wi), event.lobe_anisotropy);
-        density = event.phase * density + event.diffuse * max(dot(event.normal, wi), 0.0) / PI + mirrored;
+        let lobe = henyey_greenstein(dot(event.mirror, wi), event.lobe_anisotropy);
+        let diffuse = event_diffuse(event) * max(dot(event.normal, wi), 0.0) / PI;
+        density = event.phase * density + diffuse + event.specular * lobe;
+        mirrored = event.white * lobe;
     }
     return vec2f(density, mirrored);
 }
@@ -103,20 +110,15 @@ fn event_pdf(event: Event, wi: vec3f) -> f32 {
     return event_densities(event, wi).x;
 }
 
-// What remains of the light that is reflected like by a mirror.
-fn mirrored_color(event: Event) -> vec3f {
-    return mix(vec3f(1.0), event.albedo, event.metallic);
-}
-
 // What is sent on towards wi, over its density: between the albedo and 1.
 fn event_weight(event: Event, densities: vec2f) -> vec3f {
     if (SURFACE && densities.y > 0.0) {
-        return mix(event.albedo, mirrored_color(event), min(densities.y / densities.x, 1.0));
+        return mix(event.albedo, vec3f(1.0), min(densities.y / densities.x, 1.0));
     }
     return event.albedo;
 }
 
 // What is sent on in all directions.
 fn event_total(event: Event) -> vec3f {
-    return mix(event.albedo, mirrored_color(event), event.specular);
+    return mix(event.albedo, vec3f(1.0), event.white);
 }

@@ -44,11 +44,10 @@ fn sample_directions(@builtin(global_invocation_id) id: vec3u) {
     var event = event_of_phase(params.axis, params.anisotropy, vec3f(1.0));
     if (params.sampler == 2u) {
         event.phase = 0.0;
-        event.diffuse = 1.0;
     }
     if (params.sampler == 5u) {
         event = Event(
-            0.2, vec3f(1.0, 0.0, 0.0), 0.3, vec3f(1.0), 0.0, 0.3, 0.5, vec3f(0.0, 1.0, 0.0), params.axis, params.anisotropy,
+            0.2, vec3f(1.0, 0.0, 0.0), 0.3, vec3f(1.0), 0.3, 0.3, vec3f(0.0, 1.0, 0.0), params.axis, params.anisotropy,
         );
     }
     let pick = rng_next(&rng);

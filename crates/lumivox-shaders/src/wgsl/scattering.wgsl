@@ -11,9 +11,8 @@ fn event_at(v: u32, optics: Optics, reading: Reading, wo: vec3f) -> Event {
         let fresnel = f0 + (1.0 - f0) * pow(1.0 - clamp(cosine, 0.0, 1.0), 5.0);
         event.phase = 1.0 - optics.surface;
         event.specular = optics.surface * fresnel;
-        event.diffuse = optics.surface * (1.0 - fresnel);
+        event.white = event.specular * (1.0 - surface_metallic(v, reading));
         event.mirror = 2.0 * cosine * event.normal - wo;
-        event.metallic = surface_metallic(v, reading);
         event.lobe_anisotropy = surface_lobe_anisotropy(v, reading);
     }
     return event;

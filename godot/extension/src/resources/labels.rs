@@ -6,7 +6,7 @@ use godot::classes::{IResource, Resource};
 use godot::prelude::*;
 use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
 use lumivox_core::document::Style;
-use lumivox_core::medium::MAX_DENSITY_SCALE;
+use lumivox_core::medium::{MAX_DENSITY_SCALE, SurfaceReflection};
 use lumivox_core::spelling::edit_distance;
 use lumivox_core::{CancelToken, LabelStyle, LabelVolume, Labelling, Progress, Volume};
 use lumivox_import::{LabelOptions, load_labels};
@@ -412,7 +412,7 @@ fn exact_styles(stored: &VarDictionary, labels: &LabelVolume) -> Vec<(u8, LabelS
     let styles: Vec<Style> = serde_json::from_str(&text).unwrap_or_default();
     let style = |style: &Style| {
         let mut all = LabelStyle::default();
-        style.apply(None, labels.volume(), &mut all);
+        style.apply(None, labels.volume(), SurfaceReflection::OFF, &mut all);
         Some((style.label.parse().ok()?, all))
     };
     styles.iter().filter_map(style).collect()
