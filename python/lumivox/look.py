@@ -163,12 +163,15 @@ class SurfaceReflection:
     """Width of the specular lobe, 0 to 1."""
     specular: float = 0.0
     """Reflectance seen head-on, 0 to 1; skin and bone have about 0.04."""
+    metallic: float = 0.0
+    """How much of the medium's colour the specular lobe has: 0 none, as of skin and bone, to 1 all, as of metal."""
 
     def __post_init__(self) -> None:
         _check.number("strength", self.strength, 0.0, 1.0)
         _check.number("gradient_per_mm", self.gradient_per_mm, 1e-9, 1e12)
         _check.number("roughness", self.roughness, 0.0, 1.0)
         _check.number("specular", self.specular, 0.0, 1.0)
+        _check.number("metallic", self.metallic, 0.0, 1.0)
 
 
 @dataclass(frozen=True)

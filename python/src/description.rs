@@ -177,7 +177,7 @@ pub fn load_scene(
     let text = std::fs::read_to_string(&path).map_err(|error| errors::file(&path, &error))?;
     let written =
         Written::parse(&path, text).map_err(|error| errors::scan(format!("{}, {error}", path.display())))?;
-    let opening = Opening { allow_outside_data };
+    let opening = Opening { allow_outside_data, identify: true };
     let (opened, notes) = wait::stages(py, progress, |progress, cancel| {
         let listener = Notes::new(progress, remedy);
         let opened = open(&written.document, written.folder(), &opening, &listener, cancel);
@@ -249,19 +249,19 @@ impl Request {
         let pass_samples = self.pass_samples.map(|samples| {
             NonZeroU32::new(samples).ok_or_else(|| errors::value("pass_samples must be at least 1"))
         });
+        let pass_samples = pass_samples.transpose()?;
         if self.first_sample >= self.samples {
             return Err(errors::value("first_sample must be below samples"));
         }
-        Ok(RenderRequest {
-            time,
-            seed: self.seed,
-            guides: self.guides,
-            first_sample: self.first_sample,
-            pass_samples: pass_samples.transpose()?,
-            noise: self.noise,
-            window: self.window.map(|[x, y, width, height]| [[x, y], [width, height]]),
-            ..RenderRequest::new(width, height, self.samples)
-        })
+        Ok(RenderRequest::new(width, height, self.samples).with(|it| {
+            it.time = time;
+            it.seed = self.seed;
+            it.guides = self.guides;
+            it.first_sample = self.first_sample;
+            it.pass_samples = pass_samples;
+            it.noise = self.noise;
+            it.window = self.window.map(|[x, y, width, height]| [[x, y], [width, height]]);
+        }))
     }
 }
 

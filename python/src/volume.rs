@@ -369,8 +369,12 @@ pub fn load(
     (options.slope, options.intercept, options.unit) = (slope, intercept, unit);
     options.modality = modality.as_deref().map(modality_of).transpose()?;
     let told = progress.as_ref().map(|told| told.clone_ref(py));
-    let loaded =
-        wait::stages(py, told, |progress, cancel| lumivox_import::load(&paths, &options, progress, cancel))?;
+    let loaded = wait::stages(py, told, |progress, cancel| {
+        let mut imported = lumivox_import::load(&paths, &options, progress, cancel)?;
+        // As it was read: scene documents tell by it whether another lies in its place.
+        imported.volume = lumivox_scene::identified(imported.volume);
+        Ok(imported)
+    })?;
     let imported = loaded.map_err(errors::import)?;
     let report = Some(serde_json::to_string(&imported.report).map_err(errors::scan)?);
     let volume = match patient_alone {

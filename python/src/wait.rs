@@ -71,7 +71,7 @@ pub fn stages<T: Send>(
     };
     let (listened, token) = (told.is_some(), cancel.clone());
     let report = |sender: Sender<_>| {
-        let send = move |stage: lumivox_core::Stage, done, total| {
+        let send = move |stage: lumivox_core::WorkStage, done, total| {
             if listened {
                 let _ = sender.send((stage.label(), done, total));
             }

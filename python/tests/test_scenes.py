@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -104,6 +106,41 @@ def test_a_scene_of_python_is_rendered_by_the_command(command: str, torso_file: 
     (instance,) = opened.scene.volumes
     thin = replace(opened.scene, volumes=(replace(instance, medium=replace(instance.medium, density=0.1)),))
     assert not np.array_equal(replace(opened, scene=thin).render().pixels, image.pixels)
+
+
+HOSTS = ("command", "window", "python", "godot", "unity")
+WRITTEN = Path(__file__).parents[2] / "crates/lumivox-testing/scenes"
+"""Scenes as each host wrote them; the suites of the other hosts open them, too."""
+
+
+def test_what_every_host_saved_is_the_same_picture_saved_by_python(command: str, tmp_path: Path) -> None:
+    lumivox.write_dicom_series(lumivox.phantom("head", 32), tmp_path / "scan")
+    for host in HOSTS:
+        shutil.copy(WRITTEN / f"{host}.lumivox", tmp_path)
+    metal = lumivox.SurfaceReflection(1.0, 90.0, 0.2, 0.7, 1.0)
+    scene = lumivox.Scene.of(
+        lumivox.load(tmp_path / "scan"),
+        preset="ct-bone",
+        density=0.7,
+        anisotropy=0.3,
+        surface=lumivox.SurfaceReflection(0.9, 150.0, 0.3, 0.5, 0.6),
+        clip_shape=lumivox.ClipShape.plane((0, 0, 30), (0, -1, 1), space="patient"),
+        labels="found",
+        label={"body": lumivox.LabelStyle(opacity=0.6, color="#c08040", surface=metal)},
+        environment=lumivox.Environment("uniform", 0.5, color=(0.5, 0.6, 0.7)),
+        light=[lumivox.PointLight((300, 200, 400), (0.2, 0.1, 0.1), 20.0), lumivox.Sun(-40, 20)],
+    )
+    own = tmp_path / "own.lumivox"
+    scene.save(own, azimuth=-25, zoom=1.2, size=(40, 32), samples=4, seed=3, tone="agx", background="#ffffff")
+    if os.environ.get("LUMIVOX_UPDATE"):
+        shutil.copy(own, WRITTEN / "python.lumivox")
+    assert own.read_text() == (WRITTEN / "python.lumivox").read_text(), "LUMIVOX_UPDATE=1 keeps what is written now"
+    for host in HOSTS:
+        written, again = tmp_path / f"{host}.lumivox", tmp_path / f"of-{host}.lumivox"
+        # Warnings are errors here: none says that the scan is another.
+        opened = lumivox.load_scene(written)
+        opened.scene.save(again, **opened.options())
+        assert png(opened.render(), tmp_path) == picture(command, written) == picture(command, again), host
 
 
 def test_what_was_made_in_memory_is_no_scenes(tmp_path: Path) -> None:

@@ -27,16 +27,16 @@ const LIST: &str = "unity/hlsl/kernels.txt";
 const MARK: &str = "// Made by `cargo xtask unity-kernels` from crates/lumivox-shaders: do not edit.\n";
 
 /// What chooses kernels of what Unity runs on; the rest does not matter here.
-const LIMITS: DeviceLimits = DeviceLimits {
-    max_texture_3d: 2048,
-    max_texture_bytes: DeviceLimits::TEXTURE_BYTES_OF_GPU,
-    unorm16: true,
-    one_pool: false,
-    max_texture_2d: 16384,
-    max_storage_binding: 128 << 20,
-    max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
-    loop_turns: None,
-    few_kernels: true,
+const LIMITS: DeviceLimits = {
+    let mut limits = DeviceLimits::webgpu_default();
+    limits.max_texture_3d = 2048;
+    limits.max_texture_bytes = DeviceLimits::TEXTURE_BYTES_OF_GPU;
+    limits.unorm16 = true;
+    limits.max_texture_2d = 16384;
+    limits.max_storage_binding = 128 << 20;
+    limits.max_samples_per_dispatch = DeviceLimits::SAMPLES_OF_GPU;
+    limits.few_kernels = true;
+    limits
 };
 
 /// Kernels by name.
@@ -91,10 +91,11 @@ fn compare(root: &Path, kernels: &Kernels) -> Result<(), String> {
 /// with the names of uniform buffers, others and textures.
 pub fn write_all(folder: &Path) -> Result<(), String> {
     let limits = [false, true].into_iter().flat_map(|few_kernels| {
-        [None, Some(LoopTurns::of_software(16))].map(|loop_turns| DeviceLimits {
-            few_kernels,
-            loop_turns,
-            ..LIMITS
+        [None, Some(LoopTurns::of_software(16))].map(|loop_turns| {
+            LIMITS.with(|it| {
+                it.few_kernels = few_kernels;
+                it.loop_turns = loop_turns;
+            })
         })
     });
     let views = [

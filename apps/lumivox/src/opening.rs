@@ -172,7 +172,7 @@ impl Plan {
         cancel: &CancelToken,
     ) -> Result<Opened, Failure> {
         let folder = folder(self.written.as_ref()).to_owned();
-        let opening = Opening { allow_outside_data: args.input.allow_outside_data };
+        let opening = Opening { allow_outside_data: args.input.allow_outside_data, identify: saved };
         let scans = self.scans(args, &folder, &opening, reporter, cancel)?;
         if let [a, b] = &scans[..]
             && !lie_together(&a.volume, &b.volume)
@@ -187,8 +187,7 @@ impl Plan {
                 let look = &mut self.document.volumes[index].look;
                 (look.transfer_function, look.gradients) = (Some(loaded.0), loaded.1);
             }
-            let content = saved.then(|| lumivox_scene::content_of(&scan.volume));
-            volumes.push(scan.volume.with_source_changed(|scan| scan.content = content));
+            volumes.push(if saved { lumivox_scene::identified(scan.volume) } else { scan.volume });
         }
         let opened =
             lumivox_scene::open_loaded(&self.document, volumes, &folder, &opening, &reporter, cancel);

@@ -8,7 +8,7 @@ use std::{
 };
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use lumivox_core::{Progress, Stage};
+use lumivox_core::{Progress, WorkStage};
 use lumivox_wgpu::RenderProgress;
 
 /// Seconds between two lines about the same work where there is no terminal.
@@ -57,7 +57,7 @@ impl Reporter {
         if self.quiet {
             return work(Progress::SILENT);
         }
-        let current: Mutex<Option<(Stage, Line)>> = Mutex::new(None);
+        let current: Mutex<Option<(WorkStage, Line)>> = Mutex::new(None);
         let result = work(Progress::new(&|stage, done, total| {
             let mut current = current.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
             if current.as_ref().is_none_or(|(shown, _)| *shown != stage) {

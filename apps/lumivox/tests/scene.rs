@@ -1,5 +1,6 @@
 //! Scenes as files: what the command saves renders to the same pixels, and what is wrong with one is told by its line.
 
+use lumivox_testing::hosts;
 use std::{
     fs::{self, File},
     io::BufReader,
@@ -64,6 +65,55 @@ fn a_saved_scene_is_the_same_picture() {
     let cuts = ["--clip-shape", "!sphere:0,40,60,30", "--clip", "0,0,0,1,1,0.9", "--window", "200,900"];
     same(folder.path(), &[&parts[..], &light, &view, &cuts].concat());
     same(folder.path(), &["--eye", "300,100,400", "--fov", "50", "--keep", "everything", "--density", "0.5"]);
+}
+
+/// A scene of every host's, and what the command saves of it: one picture.
+#[test]
+fn what_every_host_saved_is_the_same_picture_once_more_saved() {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    let at = folder.path();
+    let size = hosts::SCAN_SIZE.to_string();
+    done(at, &["phantom", "head", "--size", &size, "--out", hosts::SCAN, "--quiet"]);
+    hosts::copy_scenes(at);
+    let film = ["--size", "40x32", "--samples", "4", "--seed", "7", "--background", "#203040"];
+    let look = ["--preset", "ct-muscle", "--density", "0.9", "--bounces", "12"];
+    let parts = ["--labels", "found", "--label", "body=opacity:0.8", "--label", "air outside=hide"];
+    let cuts = ["--clip-shape", "!sphere:20,-40,60,40", "--clip", "0,0,0,1,1,0.9"];
+    let light = ["--light", "sun:40,30,2", "--environment", "gradient", "--environment-rotation", "20"];
+    let view = ["--azimuth", "35", "--elevation", "10", "--tone", "aces", "--exposure", "-0.5"];
+    let options = [&film[..], &look, &parts, &cuts, &light, &view].concat();
+    done(at, &[&["scene", "save", "own.lumivox", hosts::SCAN, "--quiet"], &options[..]].concat());
+    hosts::assert_written("command", &at.join("own.lumivox"));
+    for host in hosts::HOSTS {
+        let (scene, again) = (format!("{host}.lumivox"), format!("of-{host}.lumivox"));
+        let said = done(at, &["scene", "check", &scene]);
+        assert!(!said.contains("not the scan"), "{host}: {said}");
+        done(at, &["scene", "save", &again, &scene, "--quiet"]);
+        for (scene, picture) in [(&scene, "one.png"), (&again, "other.png")] {
+            done(at, &["render", scene, "-o", picture, "--quiet"]);
+        }
+        let [one, other] = ["one.png", "other.png"].map(|picture| pixels(&at.join(picture)));
+        assert!(one == other, "{host}");
+    }
+}
+
+/// The page says what the suites of all hosts hold: of each one's scene, as each one saves it, no pixel is another.
+#[test]
+fn the_table_of_hosts_has_them_all() {
+    let page =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/scenes.md")).unwrap();
+    let mut rows: Vec<Vec<&str>> = page
+        .lines()
+        .filter_map(|line| line.strip_prefix("| ")?.strip_suffix(" |"))
+        .map(|line| line.split(" | ").map(str::trim).collect())
+        .collect();
+    assert!(rows.len() > 2 && rows.remove(1)[0].starts_with("---"), "{rows:?}");
+    let names: Vec<String> = hosts::HOSTS.map(|host| host[..1].to_uppercase() + &host[1..]).to_vec();
+    assert_eq!(rows[0][1..], names, "those that open it");
+    for (row, name) in rows[1..].iter().zip(&names) {
+        assert!(row[0] == name && row[1..].iter().all(|cell| *cell == "0"), "{name}: {row:?}");
+    }
+    assert_eq!(rows.len(), 1 + names.len(), "a heading, and the hosts");
 }
 
 /// A CT and the PET of its place, out of one folder: the scene names both.

@@ -55,7 +55,7 @@ pub use scene::{Scene, VolumeInstance, world_from_patient};
 pub use seen_labels::LabelValues;
 pub use statistics::{ValueStatistics, looks_like_labels};
 pub use subject::{BodyPart, Focus, Subject};
-pub use task::{CancelToken, Cancelled, Progress, Stage};
+pub use task::{CancelToken, Cancelled, Progress, WorkStage};
 pub use transfer_function::{ColorStop, Ease, OpacityKnot, TransferFunction, TransferFunctionError};
 pub use volume::{Modality, Volume, VolumeError, Voxels};
 

@@ -77,6 +77,9 @@ pub struct SurfaceReflection {
     pub roughness: f64,
     /// Reflectance seen head-on, 0 to 1; skin and bone have about 0.04.
     pub specular: f64,
+    /// How much of the medium's colour the specular lobe has: 0 none, as of skin, bone and plastic, to 1 all, as of metal.
+    /// The colour is the albedo: what of the light is left, too.
+    pub metallic: f64,
 }
 
 impl Default for SurfaceReflection {
@@ -87,7 +90,8 @@ impl Default for SurfaceReflection {
 
 impl SurfaceReflection {
     /// No surface reflection.
-    pub const OFF: Self = Self { strength: 0.0, gradient_per_mm: 1.0, roughness: 0.5, specular: 0.0 };
+    pub const OFF: Self =
+        Self { strength: 0.0, gradient_per_mm: 1.0, roughness: 0.5, specular: 0.0, metallic: 0.0 };
 
     /// The same with every number inside its documented range; what is not a number becomes the default.
     #[must_use]
@@ -97,6 +101,7 @@ impl SurfaceReflection {
         self.gradient_per_mm = clamp(self.gradient_per_mm, 1e-9, 1e12, 1.0);
         self.roughness = clamp(self.roughness, 0.0, 1.0, 0.5);
         self.specular = clamp(self.specular, 0.0, 1.0, 0.0);
+        self.metallic = clamp(self.metallic, 0.0, 1.0, 0.0);
         self
     }
 

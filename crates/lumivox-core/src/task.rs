@@ -42,7 +42,7 @@ impl CancelToken {
 /// What long work is busy with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Stage {
+pub enum WorkStage {
     /// Looking through files and reading their headers.
     Scanning,
     /// Decoding slices or blocks of voxels.
@@ -55,34 +55,34 @@ pub enum Stage {
     Writing,
 }
 
-impl Stage {
+impl WorkStage {
     /// What a progress bar says.
     pub fn label(self) -> &'static str {
         match self {
-            Stage::Scanning => "reading headers",
-            Stage::Decoding => "decoding slices",
-            Stage::Generating => "growing the phantom",
-            Stage::Segmenting => "finding the patient",
-            Stage::Writing => "writing slices",
+            WorkStage::Scanning => "reading headers",
+            WorkStage::Decoding => "decoding slices",
+            WorkStage::Generating => "growing the phantom",
+            WorkStage::Segmenting => "finding the patient",
+            WorkStage::Writing => "writing slices",
         }
     }
 }
 
 /// Receives `(stage, done, total)`, from any thread, `done` not always rising. Cheap to call.
 #[derive(Clone, Copy)]
-pub struct Progress<'a>(Option<&'a (dyn Fn(Stage, u64, u64) + Sync)>);
+pub struct Progress<'a>(Option<&'a (dyn Fn(WorkStage, u64, u64) + Sync)>);
 
 impl<'a> Progress<'a> {
     /// Tells nobody.
     pub const SILENT: Progress<'static> = Progress(None);
 
     /// Tells `callback`.
-    pub fn new(callback: &'a (dyn Fn(Stage, u64, u64) + Sync)) -> Self {
+    pub fn new(callback: &'a (dyn Fn(WorkStage, u64, u64) + Sync)) -> Self {
         Self(Some(callback))
     }
 
     /// Reports that `done` of `total` steps of `stage` are finished.
-    pub fn report(&self, stage: Stage, done: u64, total: u64) {
+    pub fn report(&self, stage: WorkStage, done: u64, total: u64) {
         if let Some(callback) = self.0 {
             callback(stage, done, total);
         }

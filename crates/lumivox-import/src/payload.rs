@@ -11,7 +11,7 @@ use std::{
 };
 
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
-use lumivox_core::{CancelToken, Progress, Stage};
+use lumivox_core::{CancelToken, Progress, WorkStage};
 
 use crate::{
     error::ImportError,
@@ -129,7 +129,7 @@ impl Payload {
             before = 0;
             while left > 0 {
                 cancel.check()?;
-                progress.report(Stage::Decoding, done, wanted);
+                progress.report(WorkStage::Decoding, done, wanted);
                 let chunk = &mut buffer[..(chunk as u64).min(left) as usize];
                 let got = fill(&mut *input, chunk).map_err(|e| self.damaged(file, e))?;
                 read += got as u64;
@@ -152,7 +152,7 @@ impl Payload {
                 break;
             }
         }
-        progress.report(Stage::Decoding, wanted, wanted);
+        progress.report(WorkStage::Decoding, wanted, wanted);
         Ok(())
     }
 

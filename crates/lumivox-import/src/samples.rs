@@ -7,7 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use lumivox_core::{CancelToken, Progress, Stage};
+use lumivox_core::{CancelToken, Progress, WorkStage};
 
 use crate::{
     error::ImportError,
@@ -178,7 +178,7 @@ impl Samples {
             cancel.check()?;
             let first = index * len;
             let wanted = part.start.max(first) - first..part.end.min(first + len) - first;
-            progress.report(Stage::Decoding, (first + wanted.start - part.start) as u64, count);
+            progress.report(WorkStage::Decoding, (first + wanted.start - part.start) as u64, count);
             let plane = planes.plane(index, cancel)?;
             let bytes = plane.get(wanted.start * voxel..wanted.end * voxel);
             take(bytes.ok_or_else(|| ImportError::Damaged {
@@ -186,7 +186,7 @@ impl Samples {
                 problem: format!("holds fewer samples in slice {} than it promises", index + 1),
             })?)?;
         }
-        progress.report(Stage::Decoding, count, count);
+        progress.report(WorkStage::Decoding, count, count);
         Ok(())
     }
 

@@ -14,7 +14,7 @@ use dicom_core::{DataElement, PrimitiveValue, Tag, VR};
 use dicom_dictionary_std::{tags, uids};
 use dicom_object::{FileMetaTableBuilder, InMemDicomObject, OpenFileOptions};
 use glam::DVec3;
-use lumivox_core::{CancelToken, Cancelled, Modality, Progress, Stage, Volume, Voxels};
+use lumivox_core::{CancelToken, Cancelled, Modality, Progress, Volume, Voxels, WorkStage};
 use rayon::prelude::*;
 
 use crate::noise::hash64;
@@ -115,7 +115,7 @@ pub fn write_dicom_series(
     (0..slices).into_par_iter().try_for_each(|k| {
         cancel.check()?;
         series.write_slice(k, &folder.join(series.file_name(k)))?;
-        progress.report(Stage::Writing, done.fetch_add(1, Ordering::Relaxed) + 1, slices as u64);
+        progress.report(WorkStage::Writing, done.fetch_add(1, Ordering::Relaxed) + 1, slices as u64);
         Ok::<_, WriteError>(())
     })?;
     Ok(slices)

@@ -27,6 +27,8 @@ pub struct Collision {
     surface_probability: f64,
     /// The fraction of surface events that are specular.
     fresnel: f64,
+    /// Fraction of light that survives those, per colour.
+    gloss: [f64; 3],
     /// Mean cosine of the specular lobe about the mirror direction.
     lobe_anisotropy: f64,
 }
@@ -46,14 +48,17 @@ impl Collision {
         let outwards = medium.world_normal(gradient).unwrap_or(DVec3::ZERO);
         let normal = if outwards.dot(wo) < 0.0 { -outwards } else { outwards };
         let specular = surface.specular;
+        let albedo = part.color.map(|c| c * look.albedo);
         Self {
-            albedo: part.color.map(|c| c * look.albedo),
+            albedo,
             normal,
             travel,
             anisotropy: look.anisotropy,
             surface_probability,
             // Schlick, An Inexpensive BRDF Model for Physically-based Rendering, 1994, equation 15.
             fresnel: specular + (1.0 - specular) * (1.0 - normal.dot(wo).clamp(0.0, 1.0)).powi(5),
+            // Light of its own colour from what insulates, and of the medium's from metal.
+            gloss: albedo.map(|c| 1.0 - surface.metallic * (1.0 - c)),
             lobe_anisotropy: surface.lobe_anisotropy(),
         }
     }
@@ -71,8 +76,7 @@ impl Collision {
         if rng.uniform() >= self.surface_probability {
             (sample_henyey_greenstein(self.travel, self.anisotropy, rng.uniform_2d()), self.albedo)
         } else if rng.uniform() < self.fresnel {
-            // Gloss has the colour of the light.
-            (sample_henyey_greenstein(self.mirror(), self.lobe_anisotropy, rng.uniform_2d()), [1.0; 3])
+            (sample_henyey_greenstein(self.mirror(), self.lobe_anisotropy, rng.uniform_2d()), self.gloss)
         } else {
             (sample_cosine_hemisphere(self.normal, rng.uniform_2d()), self.albedo)
         }
@@ -91,7 +95,7 @@ impl Collision {
             * henyey_greenstein(self.mirror().dot(wi), self.lobe_anisotropy);
         let diffuse =
             self.surface_probability * (1.0 - self.fresnel) * cosine_hemisphere(self.normal.dot(wi));
-        self.albedo.map(|a| a * (phase + diffuse) + specular)
+        std::array::from_fn(|c| self.albedo[c] * (phase + diffuse) + self.gloss[c] * specular)
     }
 }
 
@@ -112,6 +116,7 @@ mod tests {
             anisotropy: 0.4,
             surface_probability: 0.5,
             fresnel: 0.3,
+            gloss: [1.0; 3],
             lobe_anisotropy: 0.75,
         }
     }
@@ -139,6 +144,29 @@ mod tests {
     }
 
     #[test]
+    fn metal_has_its_own_gloss_and_all_else_the_lights() {
+        let mut test = scenes::glossy_surface();
+        let of = |test: &scenes::TestScene| {
+            let media = place(&test.scene);
+            let point = test.scene.volumes[0].world_from_box().transform_point3(DVec3::new(0.5, 0.5, 0.13));
+            Collision::new(&media[0], &media[0].pick(point, 0.0), DVec3::NEG_Z)
+        };
+        assert_eq!(of(&test).gloss, [1.0; 3]);
+        let volume = &mut test.scene.volumes[0];
+        volume.medium.albedo = 0.5;
+        volume.medium.surface.metallic = 1.0;
+        let metal = of(&test);
+        for c in 0..3 {
+            assert!(metal.albedo[c] <= 0.5 && (metal.gloss[c] - metal.albedo[c]).abs() < 1e-12, "{metal:?}");
+        }
+        test.scene.volumes[0].medium.surface.metallic = 0.5;
+        let half = of(&test);
+        for c in 0..3 {
+            assert!((half.gloss[c] - 0.5 * (1.0 + half.albedo[c])).abs() < 1e-12, "{half:?}");
+        }
+    }
+
+    #[test]
     fn each_lobe_points_where_it_should() {
         let travel = DVec3::new(1.0, -1.0, 0.0).normalize();
         let only = |surface_probability, fresnel| Collision {
@@ -148,6 +176,7 @@ mod tests {
             anisotropy: 0.6,
             surface_probability,
             fresnel,
+            gloss: [1.0; 3],
             lobe_anisotropy: 0.9,
         };
         // Mean directions: g forward, the lobe's g along the mirror ray, 2/3 along the normal.

@@ -74,7 +74,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = Scene::with_volume(Arc::new(volume), Medium::new(look));
     let camera = framing::frame(&scene, 0.5, 0.4, 0.5, 1.0).camera();
     // What any device of WebGPU has; this one has 16-bit norms, too.
-    let limits = DeviceLimits { unorm16: true, ..DeviceLimits::webgpu_default() };
+    let limits = DeviceLimits::webgpu_default().with(|it| it.unorm16 = true);
 
     let mut device = FakeDevice::default();
     let mut recording = Recording::new();

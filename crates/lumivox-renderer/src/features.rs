@@ -4,7 +4,8 @@
 use lumivox_core::{Filter, Scene};
 use lumivox_shaders::{Classes, Kernel, PathTraceVariant};
 
-use crate::scene_cache::{DeviceLimits, MANY_VOLUMES, Placed, effective_lights, place};
+use crate::limits::DeviceLimits;
+use crate::scene_cache::{MANY_VOLUMES, Placed, effective_lights, place};
 
 /// What a scene holds that kernels are specialised for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -7,8 +7,9 @@ use lumivox_shaders::layout::{self, FilmCount};
 use lumivox_shaders::{Kernel, constants};
 
 use crate::error::RenderError;
+use crate::limits::{DeviceLimits, LoopTurns};
 use crate::recording::{Payload, Recording, ResourceId, Step};
-use crate::scene_cache::{DeviceLimits, LoopTurns, check_binding};
+use crate::scene_cache::check_binding;
 
 /// Bytes that are put aside for the path of a pixel.
 fn path_bytes(guides: bool) -> u64 {

@@ -10,8 +10,9 @@ use crate::display::DisplaySettings;
 use crate::error::RenderError;
 use crate::film::bytes_per_pixel;
 use crate::frame;
+use crate::limits::DeviceLimits;
 use crate::recording::{Payload, Recording, ResourceId, Step};
-use crate::scene_cache::{DeviceLimits, SceneCache, check_binding};
+use crate::scene_cache::{SceneCache, check_binding};
 use crate::unfinished::Unfinished;
 
 /// Invocations that keep a large GPU busy: images of fewer pixels have several for each.
@@ -23,6 +24,7 @@ const SAMPLES_OF_SHARER: u32 = 16;
 
 /// What a view shows, besides scene and camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ViewSettings {
     /// Pixels of the whole image across and down.
     pub image_size: [u32; 2],
@@ -63,6 +65,12 @@ impl ViewSettings {
     /// Bytes of a pixel in the largest buffer that a view of the film binds.
     pub fn bytes_per_pixel(&self, limits: DeviceLimits) -> u64 {
         bytes_per_pixel(self.guides).max(Unfinished::bytes_per_pixel(self.guides, limits))
+    }
+
+    /// The same with changes.
+    pub fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self
     }
 }
 

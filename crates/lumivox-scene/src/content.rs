@@ -3,6 +3,17 @@
 use lumivox_core::{Volume, Voxels, document};
 use sha2::{Digest, Sha256};
 
+/// A scan as it was read, whose source says its content, so that documents that are saved of it do. What came from no file, or
+/// says it already, stays as it is.
+#[must_use]
+pub fn identified(volume: Volume) -> Volume {
+    if volume.source().is_none_or(|scan| scan.content.is_some()) {
+        return volume;
+    }
+    let content = content_of(&volume);
+    volume.with_source_changed(|scan| scan.content = Some(content))
+}
+
 /// The hash of a scan's grid, place and values, as documents say it: `sha256:` and hexadecimal digits. Of scans as they were
 /// read, before anything was taken out of them.
 pub fn content_of(volume: &Volume) -> String {

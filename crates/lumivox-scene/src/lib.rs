@@ -20,7 +20,7 @@ use lumivox_core::{
 };
 use lumivox_import::ImportError;
 
-pub use content::content_of;
+pub use content::{content_of, identified};
 pub use load::load_scan;
 pub use note::{Audience, Note, Notes, Remedy, Silent};
 pub use place::Part;
@@ -36,6 +36,9 @@ use show::show;
 pub struct Opening {
     /// Whether headers (`.mhd`, `.nhdr`) may name data files anywhere.
     pub allow_outside_data: bool,
+    /// Whether scans are told by their [content](content_of) even where the document does not say it: for hosts that save what
+    /// they open. It takes the time of a hash, a fraction of a second for the largest scans.
+    pub identify: bool,
 }
 
 /// A document's scene.

@@ -11,7 +11,7 @@ use lumivox_core::{
 };
 use lumivox_import::{ImportError, ImportOptions, Imported};
 
-use crate::{Audience, Note, OpenErrorKind, Opening, content_of};
+use crate::{Audience, Note, OpenErrorKind, Opening, identified};
 
 /// Loads a scan as it lies in its files.
 ///
@@ -29,15 +29,15 @@ pub fn load_scan(
     options.allow_outside_data = opening.allow_outside_data;
     let files: Vec<PathBuf> = scan.files.iter().map(|file| within(folder, file)).collect();
     let mut imported = audience.watch(|progress| lumivox_import::load(&files, &options, progress, cancel))?;
-    if let Some(expected) = &scan.content {
-        let content = content_of(&imported.volume);
-        if content != *expected {
+    if opening.identify || scan.content.is_some() {
+        imported.volume = identified(imported.volume);
+        let content = imported.volume.source().and_then(|source| source.content.as_ref());
+        if scan.content.as_ref().is_some_and(|expected| content != Some(expected)) {
             audience.note(Note::new(
                 "this is not the scan that the scene was saved with, or it is read differently since: look whether the picture \
                  is right, and save the scene again",
             ));
         }
-        imported.volume = imported.volume.with_source_changed(|scan| scan.content = Some(content));
     }
     Ok(imported)
 }

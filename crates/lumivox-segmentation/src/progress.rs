@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use lumivox_core::{Progress, Stage};
+use lumivox_core::{Progress, WorkStage};
 
 /// Parts that the whole is reported in.
 const PARTS: u64 = 1000;
@@ -41,7 +41,7 @@ impl<'a> Steps<'a> {
         let mut done = self.done.lock().expect("no report panics halfway");
         if now > *done {
             *done = now;
-            self.progress.report(Stage::Segmenting, now, PARTS);
+            self.progress.report(WorkStage::Segmenting, now, PARTS);
         }
     }
 }

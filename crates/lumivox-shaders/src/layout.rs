@@ -102,6 +102,10 @@ pub struct Instance {
     pub cells_per_brick: u32,
     pub classes: u32,
     pub full_looks: u32,
+    pub surface_metallic: f32,
+    pub padding_x: u32,
+    pub padding_y: u32,
+    pub padding_z: u32,
 }
 
 /// Twin of `Light`.

@@ -101,6 +101,10 @@ fn twins_have_the_shaders_layout() {
             cells_per_brick,
             classes,
             full_looks,
+            surface_metallic,
+            padding_x,
+            padding_y,
+            padding_z,
         }
     );
     assert_twin!(

@@ -43,6 +43,7 @@ pub fn all() -> Vec<TestScene> {
         backward_scattering(),
         surface_reflection(),
         glossy_surface(),
+        metallic_surface(),
         tricubic(),
         nearest(),
         smooth(),
@@ -224,6 +225,18 @@ pub fn glossy_surface() -> TestScene {
     let instance =
         VolumeInstance::centered(ball(24).u16(), Medium { surface, density_scale: 0.6, ..glossy_ball() });
     scene("glossy_surface", vec![instance], Environment::default())
+}
+
+/// Gloss of the medium's own colour, by which a path loses light in mirrors, too.
+pub fn metallic_surface() -> TestScene {
+    let medium = Medium {
+        density_scale: 0.4,
+        albedo: 0.8,
+        surface: SurfaceReflection { gradient_per_mm: 60.0, specular: 0.6, metallic: 0.9, ..reflection(0.4) },
+        ..Medium::new(two_tissues())
+    };
+    let instance = VolumeInstance::centered(noise_volume(29, [20; 3]), medium);
+    scene("metallic_surface", vec![instance], gradient_light())
 }
 
 /// Coarse noise through the cubic B-spline.
@@ -484,7 +497,7 @@ fn glossy_ball() -> Medium {
 
 /// Reflection for values that change by about 0.2 per mm.
 fn reflection(roughness: f64) -> SurfaceReflection {
-    SurfaceReflection { strength: 0.9, gradient_per_mm: 0.15, roughness, specular: 0.1 }
+    SurfaceReflection { strength: 0.9, gradient_per_mm: 0.15, roughness, specular: 0.1, metallic: 0.0 }
 }
 
 /// Turns around a slanted axis and scales along the world's axes before.

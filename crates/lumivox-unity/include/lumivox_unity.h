@@ -13,7 +13,7 @@
 /**
  * Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
  */
-#define LUMIVOX_ABI_VERSION 7
+#define LUMIVOX_ABI_VERSION 8
 
 /**
  * How far long work is.
@@ -236,6 +236,32 @@ typedef struct LumivoxColorStop {
 } LumivoxColorStop;
 
 /**
+ * How boundaries inside a scan reflect.
+ */
+typedef struct LumivoxSurface {
+  /**
+   * How strongly boundaries reflect like surfaces, 0 to 1.
+   */
+  float strength;
+  /**
+   * How steep a boundary must be, in value units per millimetre; 0: as suits the scan, of a label's the instance's.
+   */
+  float gradient;
+  /**
+   * Width of the highlights, 0 glossy to 1 matt.
+   */
+  float roughness;
+  /**
+   * Share of the light that the highlights reflect seen head-on, 0 to 1.
+   */
+  float specular;
+  /**
+   * How much of the medium's colour the highlights have, 0 to 1, as of metal.
+   */
+  float metallic;
+} LumivoxSurface;
+
+/**
  * How light and a scan meet. The defaults are those of the component.
  */
 typedef struct LumivoxMedium {
@@ -264,21 +290,9 @@ typedef struct LumivoxMedium {
    */
   uint32_t extinction_space;
   /**
-   * How strongly boundaries reflect like surfaces, 0 to 1.
+   * How its boundaries reflect.
    */
-  float surface_strength;
-  /**
-   * How steep a boundary must be, in value units per millimetre; 0: as suits the scan.
-   */
-  float surface_gradient;
-  /**
-   * Width of the highlights, 0 glossy to 1 matt.
-   */
-  float surface_roughness;
-  /**
-   * Share of the light that the highlights reflect seen head-on, 0 to 1.
-   */
-  float surface_specular;
+  struct LumivoxSurface surface;
 } LumivoxMedium;
 
 /**
@@ -336,21 +350,9 @@ typedef struct LumivoxLabelStyle {
    */
   uint32_t has_surface;
   /**
-   * See `LumivoxMedium`.
+   * How their boundaries reflect.
    */
-  float surface_strength;
-  /**
-   * See `LumivoxMedium`; 0: the instance's.
-   */
-  float surface_gradient;
-  /**
-   * See `LumivoxMedium`.
-   */
-  float surface_roughness;
-  /**
-   * See `LumivoxMedium`.
-   */
-  float surface_specular;
+  struct LumivoxSurface surface;
   /**
    * In place of the instance's, without rows for gradients; null: that.
    */
@@ -1564,6 +1566,15 @@ void lumivox_scene_free(struct LumivoxScene *scene);
 struct LumivoxText *lumivox_scene_notes(const struct LumivoxScene *scene);
 
 /**
+ * The document of a scene as it was opened, written out: what 32 bits would round of it is kept in this, for
+ * `lumivox_stage_save_world`. It names no files: players of a built game need not know whose they were.
+ *
+ * # Safety
+ * `scene` is a live handle.
+ */
+struct LumivoxText *lumivox_scene_document(const struct LumivoxScene *scene);
+
+/**
  * The files that a scene names, a line each, as seen from where the program is.
  *
  * # Safety
@@ -1685,15 +1696,18 @@ int32_t lumivox_scene_view(const struct LumivoxScene *scene,
 
 /**
  * Writes what is in a world, seen so, as a scene document; whole, or not at all. A sky that came from no file is written
- * beside it as OpenEXR, to the bit. `radiance` is what is as bright in this engine as a radiance of 1 in documents.
+ * beside it as OpenEXR, to the bit. `radiance` is what is as bright in this engine as a radiance of 1 in documents. `opened` is
+ * the text of `lumivox_scene_document` where the view is one of a scene that was opened, else null or empty: numbers that are
+ * still those of that scene, as far as 32 bits tell, are written with all their digits.
  *
  * # Safety
- * `stage` is a live handle, `view` points to a view, `file` is a string.
+ * `stage` is a live handle, `view` points to a view, `opened` is null or a string, `file` is a string.
  */
 int32_t lumivox_stage_save_world(const struct LumivoxStage *stage,
                                  uint64_t world,
                                  const struct LumivoxSavedView *view,
                                  float radiance,
+                                 const char *opened,
                                  const char *file);
 
 /**

@@ -6,7 +6,7 @@
 use std::ffi::c_char;
 
 /// Raised whenever a struct or a function of the border changes. A package refuses a library of another one.
-pub const LUMIVOX_ABI_VERSION: u32 = 7;
+pub const LUMIVOX_ABI_VERSION: u32 = 8;
 
 /// What a scan is and how it lies in its object.
 #[repr(C)]
@@ -68,6 +68,22 @@ pub struct LumivoxColorStop {
     pub blue: f64,
 }
 
+/// How boundaries inside a scan reflect.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LumivoxSurface {
+    /// How strongly boundaries reflect like surfaces, 0 to 1.
+    pub strength: f32,
+    /// How steep a boundary must be, in value units per millimetre; 0: as suits the scan, of a label's the instance's.
+    pub gradient: f32,
+    /// Width of the highlights, 0 glossy to 1 matt.
+    pub roughness: f32,
+    /// Share of the light that the highlights reflect seen head-on, 0 to 1.
+    pub specular: f32,
+    /// How much of the medium's colour the highlights have, 0 to 1, as of metal.
+    pub metallic: f32,
+}
+
 /// How light and a scan meet. The defaults are those of the component.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,14 +100,8 @@ pub struct LumivoxMedium {
     pub filter: u32,
     /// What a millimetre of extinction is measured in: 0 the scan's own, 1 the scene's.
     pub extinction_space: u32,
-    /// How strongly boundaries reflect like surfaces, 0 to 1.
-    pub surface_strength: f32,
-    /// How steep a boundary must be, in value units per millimetre; 0: as suits the scan.
-    pub surface_gradient: f32,
-    /// Width of the highlights, 0 glossy to 1 matt.
-    pub surface_roughness: f32,
-    /// Share of the light that the highlights reflect seen head-on, 0 to 1.
-    pub surface_specular: f32,
+    /// How its boundaries reflect.
+    pub surface: LumivoxSurface,
 }
 
 /// A shape that cuts instances open: what it keeps of them is seen.
@@ -139,14 +149,8 @@ pub struct LumivoxLabelStyle {
     pub density: f32,
     /// 1 where the surface below takes the place of the instance's.
     pub has_surface: u32,
-    /// See `LumivoxMedium`.
-    pub surface_strength: f32,
-    /// See `LumivoxMedium`; 0: the instance's.
-    pub surface_gradient: f32,
-    /// See `LumivoxMedium`.
-    pub surface_roughness: f32,
-    /// See `LumivoxMedium`.
-    pub surface_specular: f32,
+    /// How their boundaries reflect.
+    pub surface: LumivoxSurface,
     /// In place of the instance's, without rows for gradients; null: that.
     pub transfer_function: *const crate::look::LumivoxTransferFunction,
 }

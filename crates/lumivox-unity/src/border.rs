@@ -203,6 +203,7 @@ pub unsafe extern "C" fn lumivox_check_layout(sizes: *const u32, count: u32) -> 
             LumivoxVolumeInfo,
             LumivoxOpacityKnot,
             LumivoxColorStop,
+            LumivoxSurface,
             LumivoxMedium,
             LumivoxClipShape,
             LumivoxLabel,

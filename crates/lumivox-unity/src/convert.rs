@@ -1,6 +1,9 @@
 //! From Unity's left-handed world to Lumivox' right-handed one: z is mirrored, in worlds and in objects.
 
+use lumivox_core::SurfaceReflection;
 use lumivox_core::glam::{DAffine3, DMat3, DMat4, DVec3};
+
+use crate::abi::LumivoxSurface;
 
 /// A point or a direction, either way.
 pub fn mirrored(v: DVec3) -> DVec3 {
@@ -54,6 +57,22 @@ pub fn world_from_camera(m: &[f32; 16]) -> DAffine3 {
 pub fn object_from(m: DAffine3) -> [f32; 16] {
     let m = DMat4::from(mirror() * m);
     m.to_cols_array().map(|x| x as f32)
+}
+
+/// A surface as C# has it.
+pub fn surface(of: SurfaceReflection) -> LumivoxSurface {
+    let SurfaceReflection { strength, gradient_per_mm, roughness, specular, metallic } = of;
+    let [strength, gradient, roughness, specular, metallic] =
+        [strength, gradient_per_mm, roughness, specular, metallic].map(|x| x as f32);
+    LumivoxSurface { strength, gradient, roughness, specular, metallic }
+}
+
+/// The surface that C# describes. Its gradient is 0 where that is left open.
+pub fn reflection(of: &LumivoxSurface) -> SurfaceReflection {
+    let LumivoxSurface { strength, gradient, roughness, specular, metallic } = *of;
+    let [strength, gradient_per_mm, roughness, specular, metallic] =
+        [strength, gradient.max(0.0), roughness, specular, metallic].map(f64::from);
+    SurfaceReflection { strength, gradient_per_mm, roughness, specular, metallic }
 }
 
 #[cfg(test)]

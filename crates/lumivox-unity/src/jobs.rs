@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use lumivox_core::document::Keep;
-use lumivox_core::{CancelToken, Progress, Stage, looks_like_labels};
+use lumivox_core::{CancelToken, Progress, WorkStage, looks_like_labels};
 use lumivox_import::{ImportError, ImportReport, Imported, ImportedLabels, Study};
 use lumivox_segmentation::Surroundings;
 
@@ -33,7 +33,7 @@ pub struct LumivoxJob(Arc<Work>);
 
 struct Work {
     cancel: CancelToken,
-    progress: Mutex<(Option<Stage>, u64, u64)>,
+    progress: Mutex<(Option<WorkStage>, u64, u64)>,
     result: Mutex<Option<Result<Made, String>>>,
     has_ended: AtomicBool,
 }
@@ -173,11 +173,9 @@ pub unsafe extern "C" fn lumivox_import_load(
                 }
             }
             // As it was read: scene documents tell by it whether another lies in its place.
-            let content = lumivox_scene::content_of(&imported.volume);
-            imported.volume = imported.volume.with_source_changed(|scan| {
-                scan.content = Some(content);
-                scan.keep = if keep { Keep::Everything } else { Keep::Patient };
-            });
+            let kept = if keep { Keep::Everything } else { Keep::Patient };
+            imported.volume =
+                lumivox_scene::identified(imported.volume).with_source_changed(|scan| scan.keep = kept);
             if keep {
                 return Ok(Made::imported(imported, None));
             }
@@ -415,8 +413,8 @@ pub unsafe extern "C" fn lumivox_job_poll(
 }
 
 /// What a progress bar says, as C has it.
-fn label(stage: Option<Stage>) -> *const c_char {
-    static LABELS: Mutex<Vec<(Stage, CString)>> = Mutex::new(vec![]);
+fn label(stage: Option<WorkStage>) -> *const c_char {
+    static LABELS: Mutex<Vec<(WorkStage, CString)>> = Mutex::new(vec![]);
     let Some(stage) = stage else { return c"".as_ptr() };
     let mut labels = lock(&LABELS);
     if let Some((_, label)) = labels.iter().find(|(known, _)| *known == stage) {

@@ -3,9 +3,7 @@
 use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
-use lumivox_core::{
-    CancelToken, Label, LabelStyle, LabelVolume, Labelling, Medium, Progress, SurfaceReflection, Volume,
-};
+use lumivox_core::{CancelToken, Label, LabelStyle, LabelVolume, Labelling, Medium, Progress, Volume};
 use serde_json::json;
 
 use crate::abi::{LumivoxLabel, LumivoxLabelStyle};
@@ -212,19 +210,13 @@ unsafe fn labels<'a>(map: *const LumivoxVolume) -> Outcome<&'a Labels> {
 unsafe fn label_style(style: &LumivoxLabelStyle) -> LabelStyle {
     // SAFETY: as the caller promises.
     let function = unsafe { style.transfer_function.as_ref() };
-    let surface = SurfaceReflection {
-        strength: f64::from(style.surface_strength),
-        gradient_per_mm: f64::from(style.surface_gradient.max(0.0)),
-        roughness: f64::from(style.surface_roughness),
-        specular: f64::from(style.surface_specular),
-    };
     LabelStyle {
         visible: style.visible != 0,
         color: (style.painted != 0).then(|| convert::color(style.color)),
         transfer_function: function.map(|own| own.function.clone()),
         density_scale: (style.density >= 0.0).then(|| f64::from(style.density)),
         opacity: f64::from(style.opacity),
-        surface: (style.has_surface != 0).then_some(surface),
+        surface: (style.has_surface != 0).then(|| convert::reflection(&style.surface)),
         clipped: style.clipped != 0,
     }
 }

@@ -12,6 +12,7 @@ use crate::abi::{LumivoxColorStop, LumivoxMedium, LumivoxOpacityKnot};
 use crate::border::{
     LumivoxText, Outcome, free, guard, guard_handle, guard_status, known, known_mut, list, needed_text, path,
 };
+use crate::convert;
 use crate::parts::Part;
 use crate::volume::LumivoxVolume;
 
@@ -56,14 +57,9 @@ pub(crate) fn medium(
             2 => Filter::Tricubic,
             _ => Filter::Smooth,
         },
-        surface: SurfaceReflection {
-            strength: f64::from(own.surface_strength),
-            gradient_per_mm: match own.surface_gradient {
-                gradient if gradient > 0.0 => f64::from(gradient),
-                _ => suited.surface.gradient_per_mm,
-            },
-            roughness: f64::from(own.surface_roughness),
-            specular: f64::from(own.surface_specular),
+        surface: match convert::reflection(&own.surface) {
+            own if own.gradient_per_mm > 0.0 => own,
+            own => SurfaceReflection { gradient_per_mm: suited.surface.gradient_per_mm, ..own },
         },
         extinction_space: match own.extinction_space {
             1 => ExtinctionSpace::World,
@@ -393,10 +389,7 @@ pub unsafe extern "C" fn lumivox_preset(
             albedo: look.albedo as f32,
             anisotropy: look.anisotropy as f32,
             max_bounces: look.max_bounces,
-            surface_strength: look.surface.strength as f32,
-            surface_gradient: look.surface.gradient_per_mm as f32,
-            surface_roughness: look.surface.roughness as f32,
-            surface_specular: look.surface.specular as f32,
+            surface: convert::surface(look.surface),
             ..*out
         };
         Ok(LumivoxTransferFunction::new(look.transfer_function, look.gradients))
@@ -514,16 +507,13 @@ mod tests {
             max_bounces: 0,
             filter: 3,
             extinction_space: 1,
-            surface_strength: 0.0,
-            surface_gradient: 0.0,
-            surface_roughness: 0.0,
-            surface_specular: 0.0,
+            surface: convert::surface(SurfaceReflection::OFF),
         };
         let null = std::ptr::null();
         // SAFETY: strings and a struct are there.
         let function = unsafe { lumivox_preset(c"ct-bone".as_ptr(), null, &mut medium) };
         assert!(!function.is_null());
-        assert!(medium.density > 0.0 && medium.surface_strength == 1.0);
+        assert!(medium.density > 0.0 && medium.surface.strength == 1.0);
         assert_eq!((medium.filter, medium.extinction_space), (3, 1));
         // SAFETY: it is a handle, and there is room for none.
         let count = unsafe { lumivox_transfer_function_knots(function, std::ptr::null_mut(), 0) };

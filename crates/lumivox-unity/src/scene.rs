@@ -3,7 +3,7 @@
 use std::ffi::c_char;
 use std::path::{Path, PathBuf};
 
-use lumivox_core::document::{Backdrop, SceneDocument, Tone, Written};
+use lumivox_core::document::{Backdrop, SceneDocument, Tone, View, Written};
 use lumivox_core::{CancelToken, EnvironmentSource, LightKind, Progress, Scene, VolumeInstance};
 use lumivox_core::{Cone, ExtinctionSpace, Falloff, Filter, LabelStyle, Light, Medium};
 use lumivox_core::{PerspectiveCamera, glam::DVec3};
@@ -51,7 +51,7 @@ pub unsafe extern "C" fn lumivox_scene_open(file: *const c_char, allow_outside_d
     guard_handle(|| {
         // SAFETY: as the caller promises.
         let file = unsafe { path(file, "file") }?;
-        let opening = Opening { allow_outside_data: allow_outside_data != 0 };
+        let opening = Opening { allow_outside_data: allow_outside_data != 0, identify: true };
         start(move |progress, cancel| LumivoxScene::open(&file, &opening, progress, cancel).map(Made::scene))
     })
 }
@@ -131,8 +131,7 @@ impl LumivoxScene {
             notes.extend(
                 told.into_sentences().into_iter().chain(of_scan).map(|note| format!("{place}: {note}")),
             );
-            let content = lumivox_scene::content_of(&loaded.volume);
-            scans.push(loaded.volume.with_source_changed(|scan| scan.content = Some(content)));
+            scans.push(loaded.volume);
         }
         let told = Notes::new(progress, remedy);
         let opened = lumivox_scene::open_loaded(document, scans, folder, opening, &told, cancel);
@@ -205,6 +204,38 @@ impl Part {
 pub unsafe extern "C" fn lumivox_scene_notes(scene: *const LumivoxScene) -> *mut LumivoxText {
     // SAFETY: as the caller promises.
     guard_handle(|| Ok(LumivoxText::new(&unsafe { known(scene, "scene") }?.notes.join("\n"))))
+}
+
+/// The document of a scene as it was opened, written out: what 32 bits would round of it is kept in this, for
+/// `lumivox_stage_save_world`. It names no files: players of a built game need not know whose they were.
+///
+/// # Safety
+/// `scene` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_scene_document(scene: *const LumivoxScene) -> *mut LumivoxText {
+    guard_handle(|| {
+        // SAFETY: as the caller promises.
+        let opened = unsafe { known(scene, "scene") }?;
+        let mut document = SceneDocument {
+            camera: View { fov: opened.document.camera.fov, ..View::of(&opened.camera) },
+            film: opened.document.film,
+            display: opened.document.display,
+            ..SceneDocument::described(&opened.scene)
+        };
+        for entry in &mut document.volumes {
+            entry.scan = Default::default();
+            if let Some(labels) = &mut entry.labels {
+                labels.files.clear();
+                labels.table = None;
+            }
+        }
+        // As it was said: by way of radians it would be a little less.
+        document.environment.rotation = opened.document.environment.rotation;
+        if document.environment.file().is_some() {
+            document.environment.source = Default::default();
+        }
+        Ok(LumivoxText::new(&document.to_json().map_err(|error| error.to_string())?))
+    })
 }
 
 /// The files that a scene names, a line each, as seen from where the program is.
@@ -323,10 +354,7 @@ fn medium(medium: &Medium) -> LumivoxMedium {
             ExtinctionSpace::Volume => 0,
             ExtinctionSpace::World => 1,
         },
-        surface_strength: medium.surface.strength as f32,
-        surface_gradient: medium.surface.gradient_per_mm as f32,
-        surface_roughness: medium.surface.roughness as f32,
-        surface_specular: medium.surface.specular as f32,
+        surface: convert::surface(medium.surface),
     }
 }
 
@@ -398,10 +426,7 @@ pub unsafe extern "C" fn lumivox_scene_style(
             opacity: style.opacity as f32,
             density: style.density_scale.map_or(-1.0, |density| density as f32),
             has_surface: u32::from(style.surface.is_some()),
-            surface_strength: surface.strength as f32,
-            surface_gradient: surface.gradient_per_mm as f32,
-            surface_roughness: surface.roughness as f32,
-            surface_specular: surface.specular as f32,
+            surface: convert::surface(surface),
             transfer_function: function.as_deref().map_or(std::ptr::null(), std::ptr::from_ref),
         };
         Ok(())

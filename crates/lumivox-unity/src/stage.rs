@@ -74,24 +74,22 @@ pub unsafe extern "C" fn lumivox_stage_new(limits: *const LumivoxDeviceLimits) -
 /// What the renderer needs to know of a device.
 pub fn device_limits(limits: &LumivoxDeviceLimits) -> DeviceLimits {
     let in_software = limits.is_software != 0;
-    DeviceLimits {
-        max_texture_3d: limits.max_texture_3d,
+    DeviceLimits::webgpu_default().with(|it| {
+        it.max_texture_3d = limits.max_texture_3d;
         // Unity counts texels of a texture's bytes in 32 bits.
-        max_texture_bytes: match in_software {
+        it.max_texture_bytes = match in_software {
             true => DeviceLimits::TEXTURE_BYTES_OF_SOFTWARE,
             false => DeviceLimits::TEXTURE_BYTES_OF_GPU.min(2000 << 20),
-        },
-        unorm16: limits.unorm16 != 0,
-        one_pool: false,
-        few_kernels: true,
-        max_texture_2d: limits.max_texture_2d,
-        max_storage_binding: limits.max_buffer_bytes.clamp(16 << 20, 2000 << 20),
-        max_samples_per_dispatch: match in_software {
+        };
+        it.unorm16 = limits.unorm16 != 0;
+        it.few_kernels = true;
+        it.max_texture_2d = limits.max_texture_2d;
+        it.max_storage_binding = limits.max_buffer_bytes.clamp(16 << 20, 2000 << 20);
+        it.max_samples_per_dispatch = match in_software {
             true => DeviceLimits::SAMPLES_OF_SOFTWARE,
             false => DeviceLimits::SAMPLES_OF_GPU,
-        },
-        loop_turns: None,
-    }
+        };
+    })
 }
 
 /// Frees a stage. What the device holds for it is the executor's to free.
@@ -310,29 +308,32 @@ pub unsafe extern "C" fn lumivox_stage_record_view(
         let host = HostCamera::from_matrices(world_from_camera, clip_from_camera)
             .ok_or("the camera sees nothing: its matrices are not finite, or flat")?;
         let jittered = frame.is_jittered != 0;
-        let view_frame = |lent: lumivox_renderer::stage::Lent| ViewFrame {
-            camera: if jittered { host.camera.without_jitter(frame.size) } else { host.camera },
-            settings: LiveSettings {
-                resolution_scale: f64::from(frame.resolution_scale),
-                target_samples: frame.target_samples.max(1),
-                target_noise: f64::from(frame.target_noise),
-                exposure: f64::from(frame.exposure),
-                ambient: convert::color(frame.ambient),
-                denoise: frame.denoise != 0,
-                ..LiveSettings::new(width, height)
-            },
-            host: HostFrame {
-                depth: (frame.has_depth != 0).then_some(HostDepth {
-                    texture: lent.depth,
-                    view_depth_from_ndc: host.view_depth_from_ndc,
-                    clear: f64::from(frame.depth_clear),
-                    jittered,
+        let view_frame = |lent: lumivox_renderer::stage::Lent| {
+            ViewFrame::new(
+                if jittered { host.camera.without_jitter(frame.size) } else { host.camera },
+                LiveSettings::new(width, height).with(|it| {
+                    it.resolution_scale = f64::from(frame.resolution_scale);
+                    it.target_samples = frame.target_samples.max(1);
+                    it.target_noise = f64::from(frame.target_noise);
+                    it.exposure = f64::from(frame.exposure);
+                    it.ambient = convert::color(frame.ambient);
+                    it.denoise = frame.denoise != 0;
                 }),
-                color_target: lent.color,
-                depth_target: (frame.write_depth != 0).then_some(lent.written_depth),
-                fog: fog(frame),
-            },
-            budget_milliseconds: f64::from(frame.frame_budget_ms),
+                HostFrame::new(lent.color)
+                    .with_depth(
+                        (frame.has_depth != 0).then_some(
+                            HostDepth::new(
+                                lent.depth,
+                                host.view_depth_from_ndc,
+                                f64::from(frame.depth_clear),
+                            )
+                            .with_jitter(jittered),
+                        ),
+                    )
+                    .with_depth_target((frame.write_depth != 0).then_some(lent.written_depth))
+                    .with_fog(fog(frame)),
+                f64::from(frame.frame_budget_ms),
+            )
         };
         this.shown.insert(view, Showing { world, frame: *frame });
         let Some(shown) = this.stage.shown(view, world, |_| true) else { return Ok(None) };

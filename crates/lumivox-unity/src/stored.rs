@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use lumivox_core::document::Scan;
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::labels::LabelSource;
-use lumivox_core::{CancelToken, Label, LabelVolume, Modality, Progress, Stage, Volume, Voxels};
+use lumivox_core::{CancelToken, Label, LabelVolume, Modality, Progress, Volume, Voxels, WorkStage};
 use lumivox_segmentation::Surroundings;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -116,7 +116,7 @@ pub fn save(scan: &LumivoxVolume, path: &Path, progress: Progress<'_>, cancel: &
     let (mut done, total) = (0, parts.iter().map(|part| part.len() as u64).sum());
     for piece in parts.iter().flat_map(|part| part.chunks(PIECE)) {
         cancel.check().map_err(|error| error.to_string())?;
-        progress.report(Stage::Writing, done, total);
+        progress.report(WorkStage::Writing, done, total);
         file.write_all(piece).map_err(failed)?;
         done += piece.len() as u64;
     }
@@ -198,7 +198,7 @@ pub fn read(
         let mut bytes = vec![0; length as usize];
         for piece in bytes.chunks_mut(PIECE) {
             cancel.check().map_err(|error| error.to_string())?;
-            progress.report(Stage::Decoding, done, rest);
+            progress.report(WorkStage::Decoding, done, rest);
             from.read_exact(piece).map_err(cut)?;
             done += piece.len() as u64;
         }

@@ -96,11 +96,13 @@ impl Bench {
         camera.world_from_camera.translation.x += self.frame as f64 * 1e-6;
         if let Some(shown) = self.stage.shown(VIEW, WORLD, |_| true) {
             let [width, height] = self.size;
-            let frame = |lent: Lent| ViewFrame {
-                camera,
-                settings: LiveSettings::new(width, height),
-                host: HostFrame { depth: None, color_target: lent.color, depth_target: None, fog: None },
-                budget_milliseconds: self.budget,
+            let frame = |lent: Lent| {
+                ViewFrame::new(
+                    camera,
+                    LiveSettings::new(width, height),
+                    HostFrame::new(lent.color),
+                    self.budget,
+                )
             };
             let seen = self.stage.record_view(VIEW, shown, frame).expect("it is valid");
             self.gpu.executor.lend_texture(seen.lent.color, &self.color);

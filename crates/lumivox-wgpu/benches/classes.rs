@@ -130,7 +130,7 @@ fn measure(gpu: &mut Gpu, scene: &Scene, [width, height]: [u32; 2]) -> f64 {
     let aspect = f64::from(width) / f64::from(height);
     let camera = framing::frame(scene, 25f64.to_radians(), 0.0, 28f64.to_radians(), aspect).camera();
     let mut run = |samples, time| {
-        let request = RenderRequest { time: Some(time), ..RenderRequest::new(width, height, samples) };
+        let request = RenderRequest::new(width, height, samples).with(|it| it.time = Some(time));
         render(gpu, scene, &camera, &request, &mut |_| ControlFlow::Continue(())).expect("a render")
     };
     // Kernels are made.

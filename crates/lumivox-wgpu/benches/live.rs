@@ -12,8 +12,8 @@ use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::{CancelToken, Preset, Progress, Scene, VolumeInstance, framing};
 use lumivox_phantom::{AnatomyOptions, anatomy};
 use lumivox_renderer::{
-    DeviceLimits, HostDepth, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, View,
-    ViewSettings, VoxelStore,
+    HostDepth, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, View, ViewSettings,
+    VoxelStore,
 };
 use lumivox_wgpu::{Gpu, wgpu};
 
@@ -81,20 +81,12 @@ fn bench(gpu: &mut Gpu, name: &str, scene: &Scene, [width, height]: [u32; 2]) {
     ];
     let names = [(); 3].map(|()| ResourceId::external());
     names.iter().zip(&textures).for_each(|(id, texture)| gpu.executor.lend_texture(*id, texture));
-    let host = HostFrame {
-        depth: Some(HostDepth {
-            texture: names[0],
-            view_depth_from_ndc: [0.0, 0.01, 1.0, 0.0],
-            clear: 0.0,
-            jittered: false,
-        }),
-        color_target: names[1],
-        depth_target: Some(names[2]),
-        fog: None,
-    };
+    let host = HostFrame::new(names[1])
+        .with_depth(HostDepth::new(names[0], [0.0, 0.01, 1.0, 0.0], 0.0))
+        .with_depth_target(names[2]);
     let pixels = u64::from(width) * u64::from(height);
     let few_kernels = std::env::args().any(|word| word == "few");
-    let limits = DeviceLimits { few_kernels, ..gpu.executor.limits() };
+    let limits = gpu.executor.limits().with(|it| it.few_kernels = few_kernels);
     let mut cache = SceneCache::new(&VoxelStore::new(limits));
     let mut recording = Recording::new();
     let begin = Instant::now();
@@ -118,7 +110,10 @@ fn bench(gpu: &mut Gpu, name: &str, scene: &Scene, [width, height]: [u32; 2]) {
     gpu.executor.execute(&freed).expect("a device");
 
     let mut live_bench = |what: &str, denoise: bool, moving: bool, budget: u64, target: u32| {
-        let settings = LiveSettings { denoise, target_samples: target, ..LiveSettings::new(width, height) };
+        let settings = LiveSettings::new(width, height).with(|it| {
+            it.denoise = denoise;
+            it.target_samples = target;
+        });
         let mut recording = Recording::new();
         let mut live = LiveView::new(&settings, &cache, &mut recording).expect("it fits");
         let still = camera.with_aspect(f64::from(width) / f64::from(height));

@@ -103,11 +103,10 @@ fn measure(gpu: &mut Gpu, scene: &Scene, [width, height]: [u32; 2], cells: Optio
     let aspect = f64::from(width) / f64::from(height);
     let camera = framing::frame(scene, AZIMUTH.to_radians(), 0.0, FOV.to_radians(), aspect).camera();
     let mut run = |samples, time| {
-        let request = RenderRequest {
-            time: Some(time),
-            cell_size: cells,
-            ..RenderRequest::new(width, height, samples)
-        };
+        let request = RenderRequest::new(width, height, samples).with(|it| {
+            it.time = Some(time);
+            it.cell_size = cells;
+        });
         render(gpu, scene, &camera, &request, &mut |_| ControlFlow::Continue(())).expect("a render")
     };
     // Kernels are made.

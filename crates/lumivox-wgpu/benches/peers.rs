@@ -56,11 +56,10 @@ fn main() {
 /// The mean of a small image beside the f64 reference's.
 fn compare(gpu: &mut Gpu, workload: &Workload) {
     let [width, height] = workload.size.map(|n| n / 12);
-    let request = RenderRequest {
-        environment_sampling: workload.environment_sampling,
-        cell_size: workload.cell_size,
-        ..RenderRequest::new(width, height, 2048)
-    };
+    let request = RenderRequest::new(width, height, 2048).with(|it| {
+        it.environment_sampling = workload.environment_sampling;
+        it.cell_size = workload.cell_size;
+    });
     let on_progress = &mut |_: &_| ControlFlow::Continue(());
     let film = render(gpu, &workload.scene, &workload.camera, &request, on_progress).expect("a render").film;
     let settings = lumivox_reference::ReferenceSettings {
@@ -83,12 +82,11 @@ fn compare(gpu: &mut Gpu, workload: &Workload) {
 fn time(gpu: &mut Gpu, workload: &Workload) {
     let [width, height] = workload.size;
     let mut run = |samples: u32| {
-        let request = RenderRequest {
-            environment_sampling: workload.environment_sampling,
-            cell_size: workload.cell_size,
-            seed: 1,
-            ..RenderRequest::new(width, height, samples)
-        };
+        let request = RenderRequest::new(width, height, samples).with(|it| {
+            it.environment_sampling = workload.environment_sampling;
+            it.cell_size = workload.cell_size;
+            it.seed = 1;
+        });
         render(gpu, &workload.scene, &workload.camera, &request, &mut |_| ControlFlow::Continue(()))
             .expect("a render")
     };

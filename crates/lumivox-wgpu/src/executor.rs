@@ -79,23 +79,22 @@ impl Executor {
     pub fn limits(&self) -> DeviceLimits {
         let (limits, adapter) = (self.device.limits(), self.device.adapter_info());
         let in_software = adapter.device_type == wgpu::DeviceType::Cpu;
-        DeviceLimits {
-            max_texture_3d: limits.max_texture_dimension_3d,
-            max_texture_bytes: match in_software {
+        DeviceLimits::webgpu_default().with(|it| {
+            it.max_texture_3d = limits.max_texture_dimension_3d;
+            it.max_texture_bytes = match in_software {
                 true => DeviceLimits::TEXTURE_BYTES_OF_SOFTWARE,
                 false => DeviceLimits::TEXTURE_BYTES_OF_GPU,
-            },
-            unorm16: self.device.features().contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM),
-            one_pool: in_software,
-            max_texture_2d: limits.max_texture_dimension_2d,
-            max_storage_binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
-            max_samples_per_dispatch: match in_software {
+            };
+            it.unorm16 = self.device.features().contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM);
+            it.one_pool = in_software;
+            it.max_texture_2d = limits.max_texture_dimension_2d;
+            it.max_storage_binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+            it.max_samples_per_dispatch = match in_software {
                 true => DeviceLimits::SAMPLES_OF_SOFTWARE,
                 false => DeviceLimits::SAMPLES_OF_GPU,
-            },
-            loop_turns: in_software.then(|| LoopTurns::of_software(adapter.subgroup_max_size)),
-            few_kernels: false,
-        }
+            };
+            it.loop_turns = in_software.then(|| LoopTurns::of_software(adapter.subgroup_max_size));
+        })
     }
 
     /// The buffer of that name, for hosts that go on with it.

@@ -19,6 +19,7 @@ use crate::still::Still;
 
 /// What to render.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct RenderRequest {
     /// Pixels across.
     pub width: u32,
@@ -73,6 +74,12 @@ impl RenderRequest {
         let Some([origin, size]) = self.window else { return [[0, 0], image] };
         let origin = [0, 1].map(|axis| origin[axis].min(image[axis]));
         [origin, [0, 1].map(|axis| size[axis].min(image[axis] - origin[axis]))]
+    }
+
+    /// The same with changes.
+    pub fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self
     }
 }
 
@@ -282,13 +289,12 @@ fn windows(
     cache: &SceneCache,
     recording: &mut Recording,
 ) -> Result<Vec<View>, HeadlessError> {
-    let whole = ViewSettings {
-        seed: request.seed,
-        guides: request.guides,
-        first_sample: request.first_sample,
-        pass_samples: request.pass_samples,
-        ..ViewSettings::new(request.width, request.height)
-    };
+    let whole = ViewSettings::new(request.width, request.height).with(|it| {
+        it.seed = request.seed;
+        it.guides = request.guides;
+        it.first_sample = request.first_sample;
+        it.pass_samples = request.pass_samples;
+    });
     let [origin, part] = request.part();
     let pixels = cache.limits().max_storage_binding / whole.bytes_per_pixel(cache.limits());
     let width = u64::from(part[0].max(1)).min(pixels).max(1);
@@ -299,7 +305,10 @@ fn windows(
         for x in (0..part[0].max(1)).step_by(width as usize) {
             let size = [width.min(part[0].saturating_sub(x)), height.min(part[1].saturating_sub(y))];
             let window_origin = [origin[0] + x, origin[1] + y];
-            let settings = ViewSettings { window_origin, window_size: size, ..whole };
+            let settings = whole.with(|it| {
+                it.window_origin = window_origin;
+                it.window_size = size;
+            });
             views.push(View::new(settings, cache, recording)?);
         }
     }

@@ -267,7 +267,7 @@ impl Viewer {
                 scene,
                 version: 1,
                 camera: camera.with_aspect(self.screen.aspect()),
-                settings: LiveSettings { denoise: true, ..LiveSettings::new(width, height) },
+                settings: LiveSettings::new(width, height).with(|it| it.denoise = true),
                 color: &self.screen.color,
                 budget: options.budget,
             })?,

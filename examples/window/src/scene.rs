@@ -95,3 +95,54 @@ impl Audience for Terminal {
         work(Progress::SILENT)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use lumivox_phantom::SeriesDescription;
+    use lumivox_renderer::Film;
+    use lumivox_testing::hosts;
+    use lumivox_wgpu::{Gpu, RenderRequest};
+
+    use super::*;
+
+    /// A scene's film: equal ones are equal pictures.
+    fn rendered(gpu: &mut Gpu, file: &Path) -> Film {
+        let Opened { scene, camera, document } = Opened::read(Some(file)).unwrap();
+        let [width, height] = document.film.size;
+        let request = RenderRequest::new(width, height, document.film.samples.unwrap())
+            .with(|it| it.seed = document.film.seed);
+        let go_on = &mut |_: &_| ControlFlow::Continue(());
+        lumivox_wgpu::render(gpu, &scene, &camera, &request, go_on).unwrap().film
+    }
+
+    /// What a person does: opens a scene, turns it, and saves it. And every host's scene, saved as it is.
+    #[test]
+    fn a_scene_of_every_hosts_is_the_same_picture_saved_here() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let options = AnatomyOptions { size: hosts::SCAN_SIZE, ..Default::default() };
+        let head = anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap();
+        let (series, silent) = (SeriesDescription::default(), Progress::SILENT);
+        lumivox_phantom::write_dicom_series(&head, &at(hosts::SCAN), &series, silent, &CancelToken::new())
+            .unwrap();
+        hosts::copy_scenes(folder.path());
+        let mut turned = Opened::read(Some(&at("command.lumivox"))).unwrap();
+        let mut orbit = turned.orbit();
+        orbit.azimuth -= 0.5;
+        orbit.distance *= 0.9;
+        turned.camera = orbit.camera();
+        turned.save(&at("own.lumivox"), turned.document.film.size).unwrap();
+        hosts::assert_written("window", &at("own.lumivox"));
+        let name = std::env::var("LUMIVOX_GPU").ok();
+        let mut gpu = Gpu::open(name.as_deref()).expect("a GPU or software Vulkan");
+        for host in hosts::HOSTS {
+            let (scene, again) = (at(&format!("{host}.lumivox")), at(&format!("of-{host}.lumivox")));
+            let opened = Opened::read(Some(&scene)).unwrap();
+            opened.save(&again, opened.document.film.size).unwrap();
+            let [one, other] = [&scene, &again].map(|file| rendered(&mut gpu, file));
+            assert!(one.planes() == other.planes() && one.alpha(500) > 0.0, "{host}");
+        }
+    }
+}

@@ -67,12 +67,10 @@ impl Show {
         }
         // The world before would stand in for one that is not there yet.
         let Some(shown) = self.stage.shown(VIEW, WORLD, |_| true) else { return Ok(None) };
-        let seen = self.stage.record_view(VIEW, shown, |lent: Lent| ViewFrame {
-            camera: picture.camera,
-            settings: picture.settings,
-            // With `depth` rays would end at the host's meshes, and with `depth_target` later ones meet the scan.
-            host: HostFrame { color_target: lent.color, depth: None, depth_target: None, fog: None },
-            budget_milliseconds: picture.budget,
+        let seen = self.stage.record_view(VIEW, shown, |lent: Lent| {
+            // With `with_depth` rays would end at the host's meshes, and with `with_depth_target` later ones meet the scan.
+            let host = HostFrame::new(lent.color);
+            ViewFrame::new(picture.camera, picture.settings, host, picture.budget)
         })?;
         self.gpu.executor.lend_texture(seen.lent.color, picture.color);
         self.replay(seen.recorded)?;

@@ -64,25 +64,24 @@ impl HostView {
 
     /// What an effect's settings make of this picture, and what the renderer is to know of the textures.
     pub fn view_frame(&self, lent: Lent, settings: &Settings, fog: Option<Fog>) -> ViewFrame {
-        ViewFrame {
-            camera: self.camera(),
-            settings: self.live_settings(settings),
-            host: self.frame(lent, settings.write_depth, fog),
-            budget_milliseconds: settings.budget_milliseconds,
-        }
+        ViewFrame::new(
+            self.camera(),
+            self.live_settings(settings),
+            self.frame(lent, settings.write_depth, fog),
+            settings.budget_milliseconds,
+        )
     }
 
     fn live_settings(&self, settings: &Settings) -> LiveSettings {
         let [width, height] = self.size;
-        LiveSettings {
-            resolution_scale: settings.resolution_scale,
-            target_samples: settings.target_samples,
-            target_noise: settings.target_noise,
-            exposure: settings.exposure * self.light_per_color,
-            ambient: settings.ambient,
-            denoise: settings.denoise,
-            ..LiveSettings::new(width, height)
-        }
+        LiveSettings::new(width, height).with(|it| {
+            it.resolution_scale = settings.resolution_scale;
+            it.target_samples = settings.target_samples;
+            it.target_noise = settings.target_noise;
+            it.exposure = settings.exposure * self.light_per_color;
+            it.ambient = settings.ambient;
+            it.denoise = settings.denoise;
+        })
     }
 
     /// The camera that is traced from.
@@ -91,17 +90,12 @@ impl HostView {
     }
 
     fn frame(&self, lent: Lent, write_depth: bool, fog: Option<Fog>) -> HostFrame {
-        HostFrame {
-            depth: Some(HostDepth {
-                texture: lent.depth,
-                view_depth_from_ndc: self.host.view_depth_from_ndc,
-                clear: 0.0,
-                jittered: self.jittered,
-            }),
-            color_target: lent.color,
-            depth_target: write_depth.then_some(lent.written_depth),
-            fog: fog.map(|fog| Fog { color: fog.color.map(|c| c * self.light_per_color), ..fog }),
-        }
+        HostFrame::new(lent.color)
+            .with_depth(
+                HostDepth::new(lent.depth, self.host.view_depth_from_ndc, 0.0).with_jitter(self.jittered),
+            )
+            .with_depth_target(write_depth.then_some(lent.written_depth))
+            .with_fog(fog.map(|fog| Fog { color: fog.color.map(|c| c * self.light_per_color), ..fog }))
     }
 
     /// Hands the textures over, for this frame.

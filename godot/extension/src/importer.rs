@@ -9,7 +9,7 @@ use godot::classes::image::Format;
 use godot::classes::{Image, PackedScene};
 use godot::global::Error;
 use godot::prelude::*;
-use lumivox_core::{CancelToken, LabelVolume, Progress, Stage, Volume};
+use lumivox_core::{CancelToken, LabelVolume, Progress, Volume, WorkStage};
 use lumivox_import::{LabelOptions, RawDescription, Study, Thumbnail};
 
 use crate::load_options::{LoadOptions, Loaded};
@@ -33,7 +33,7 @@ fn running() -> MutexGuard<'static, Vec<Running>> {
 
 /// What the thread tells.
 enum Event {
-    Progress(Stage, u64, u64),
+    Progress(WorkStage, u64, u64),
     Ended(Result<Outcome, Failure>),
 }
 

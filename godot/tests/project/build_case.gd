@@ -235,6 +235,7 @@ static func set_volume(node: LumivoxVolume3D, description: Dictionary, known := 
 		node.surface_gradient = description.surface[1]
 		node.surface_roughness = description.surface[2]
 		node.surface_specular = description.surface[3]
+		node.surface_metallic = description.surface[4]
 	if differs.call("look") and description.look != "":
 		node.apply_preset(description.look)
 	if differs.call("clip_min"):

@@ -19,6 +19,7 @@ func _ready() -> void:
 	# Instances share what they are made of, and what is changed in one.
 	await _edit(opened, all.size)
 	await _show(all.case)
+	await _pass_on(all.hosts_folder, all.hosts, all.hosts_size)
 	await _fail(all)
 	get_tree().quit()
 
@@ -149,6 +150,30 @@ func _show(case: Dictionary) -> void:
 	LumivoxCase.save(viewport, _out.path_join("built"))
 	_tell("built", {"converged": converged, "saved": _save(viewport, "built")})
 	viewport.queue_free()
+
+
+## What other hosts saved, saved here; and a scene of the engine's own, for them.
+func _pass_on(folder: String, hosts: Array, size: Array) -> void:
+	var told := {}
+	for host: String in hosts:
+		var scene := Lumivox.load_scene(folder.path_join(host + ".lumivox"))
+		var viewport := await _viewport(scene.instantiate(), size)
+		told[host] = Lumivox.save_scene(viewport, folder.path_join("of-%s.lumivox" % host))
+		viewport.queue_free()
+	var root := Lumivox.load_scene(folder.path_join("command.lumivox")).instantiate()
+	var volume := root.find_children("*", "LumivoxVolume3D")[0] as LumivoxVolume3D
+	volume.position.x += 0.03
+	volume.rotate_y(0.3)
+	volume.density = 0.7
+	var lamp := OmniLight3D.new()
+	lamp.position = Vector3(0.3, 0.2, 0.4)
+	lamp.light_energy = 0.3
+	root.add_child(lamp)
+	(root.get_node("Camera") as Camera3D).fov = 31.0
+	var viewport := await _viewport(root, size)
+	told.own = Lumivox.save_scene(viewport, folder.path_join("own.lumivox"))
+	viewport.queue_free()
+	_tell("passed_on", told)
 
 
 func _fail(all: Dictionary) -> void:

@@ -261,7 +261,7 @@ func _redraws() -> Dictionary:
 	var changes := {
 		"density": 1.5, "albedo": 0.5, "anisotropy": 0.4, "max_bounces": 7, "filter": LumivoxVolume3D.FILTER_NEAREST,
 		"extinction_space": LumivoxVolume3D.EXTINCTION_WORLD, "surface_strength": 0.5, "surface_gradient": 40.0,
-		"surface_roughness": 0.7, "surface_specular": 0.2, "clip_min": 0.1 * Vector3.ONE, "clip_max": 0.9 * Vector3.ONE,
+		"surface_roughness": 0.7, "surface_specular": 0.2, "surface_metallic": 0.5, "clip_min": 0.1 * Vector3.ONE, "clip_max": 0.9 * Vector3.ONE,
 		"keep_everything": true, "peel_mm": 3.0, "labels": LumivoxLabels.found_in(LumivoxVolume.phantom("head", 24)),
 		"transfer_function:shift": 30.0, "preset": "ct-bone", "transfer_function": null,
 		"volume": LumivoxVolume.phantom("cube", 16),

@@ -94,7 +94,7 @@ namespace Lumivox
         }
 
         /// <summary>Writes what a camera sees as a scene document. Throws what keeps it from that.</summary>
-        public static void Save(Camera camera, in SavedView view, in LumivoxSettings settings, string path)
+        public static void Save(Camera camera, in SavedView view, in LumivoxSettings settings, string opened, string path)
         {
             if (!Start()) throw new LumivoxException(error);
             // All of them, though some were made a moment ago.
@@ -105,7 +105,7 @@ namespace Lumivox
             if (world == null) throw new LumivoxException("The camera sees no volume: there is nothing to save.");
             if (worlds.AwaitsSky(world.Number)) throw new LumivoxException("The sky that lights the volumes is still being read: let a few frames be drawn, and save the scene again.");
             var of = view;
-            fixed (byte* utf8 = Border.Utf8(path)) Border.Checked(Library.lumivox_stage_save_world(stage, world.Number, &of, EnvironmentReader.Radiance, utf8));
+            fixed (byte* utf8 = Border.Utf8(path), was = Border.Utf8(opened)) Border.Checked(Library.lumivox_stage_save_world(stage, world.Number, &of, EnvironmentReader.Radiance, was, utf8));
         }
 
         /// <summary>A frame begins: errors of the one before have been told, and hold if they are met again.</summary>

@@ -79,6 +79,8 @@ namespace Lumivox
         float m_SurfaceRoughness = 0.4f;
         [SerializeField, Range(0f, 1f), Tooltip("Share of the light that the highlights reflect seen head-on. Skin and bone have about 0.04.")]
         float m_SurfaceSpecular = 0.04f;
+        [SerializeField, Range(0f, 1f), Tooltip("How much of the scan's own colour the highlights have: 0 of skin and bone, 1 of metal, such as implants and fillings, which want a high Specular, too.")]
+        float m_SurfaceMetallic;
         [Header("Parts")]
         [SerializeField, Tooltip("What the scan's parts are, and how each looks. Volumes may share it.")]
         LumivoxLabels m_Labels;
@@ -208,6 +210,16 @@ namespace Lumivox
         /// <summary>Share of the light, 0 to 1, that the highlights reflect seen head-on. Skin and bone have about 0.04.</summary>
         public float surfaceSpecular { get => m_SurfaceSpecular; set => Put("surfaceSpecular", ref m_SurfaceSpecular, value, 0f, 1f); }
 
+        /// <summary>How much of the scan's own colour the highlights have: 0 of skin and bone, 1 of metal, such as implants and fillings, which want a high <see cref="surfaceSpecular"/>, too.</summary>
+        public float surfaceMetallic { get => m_SurfaceMetallic; set => Put("surfaceMetallic", ref m_SurfaceMetallic, value, 0f, 1f); }
+
+        /// <summary>All of the surface.</summary>
+        Surface OwnSurface
+        {
+            get => new Surface { strength = m_SurfaceStrength, gradient = m_SurfaceGradient, roughness = m_SurfaceRoughness, specular = m_SurfaceSpecular, metallic = m_SurfaceMetallic };
+            set => (m_SurfaceStrength, m_SurfaceGradient, m_SurfaceRoughness, m_SurfaceSpecular, m_SurfaceMetallic) = (value.strength, value.gradient, value.roughness, value.specular, value.metallic);
+        }
+
         /// <summary>What the scan's parts are, and how each looks; null: it has none.</summary>
         public LumivoxLabels labels
         {
@@ -266,10 +278,7 @@ namespace Lumivox
             m_Albedo = look.albedo;
             m_Anisotropy = look.anisotropy;
             m_MaxBounces = (int)look.maxBounces;
-            m_SurfaceStrength = look.surfaceStrength;
-            m_SurfaceGradient = look.surfaceGradient;
-            m_SurfaceRoughness = look.surfaceRoughness;
-            m_SurfaceSpecular = look.surfaceSpecular;
+            OwnSurface = look.surface;
             m_TransferFunction = curve;
             Change();
             return true;
@@ -346,10 +355,7 @@ namespace Lumivox
             instance.medium.maxBounces = (uint)m_MaxBounces;
             instance.medium.filter = (uint)m_Filter;
             instance.medium.extinctionSpace = (uint)m_ExtinctionSpace;
-            instance.medium.surfaceStrength = m_SurfaceStrength;
-            instance.medium.surfaceGradient = m_SurfaceGradient;
-            instance.medium.surfaceRoughness = m_SurfaceRoughness;
-            instance.medium.surfaceSpecular = m_SurfaceSpecular;
+            instance.medium.surface = OwnSurface;
             return true;
         }
 
@@ -364,10 +370,7 @@ namespace Lumivox
             m_MaxBounces = (int)instance.medium.maxBounces;
             m_Filter = (Filter)instance.medium.filter;
             m_ExtinctionSpace = (ExtinctionSpace)instance.medium.extinctionSpace;
-            m_SurfaceStrength = instance.medium.surfaceStrength;
-            m_SurfaceGradient = instance.medium.surfaceGradient;
-            m_SurfaceRoughness = instance.medium.surfaceRoughness;
-            m_SurfaceSpecular = instance.medium.surfaceSpecular;
+            OwnSurface = instance.medium.surface;
             m_PeelMm = Mathf.Min(instance.peelMm, MaxPeelMm);
             m_ClipMin = instance.clipMin;
             m_ClipMax = instance.clipMax;
@@ -473,6 +476,7 @@ namespace Lumivox
             m_SurfaceGradient = Numbers.Within(m_SurfaceGradient, 0f, MaxGradient, 0f);
             m_SurfaceRoughness = Numbers.Within(m_SurfaceRoughness, 0f, 1f, 0.4f);
             m_SurfaceSpecular = Numbers.Within(m_SurfaceSpecular, 0f, 1f, 0.04f);
+            m_SurfaceMetallic = Numbers.Within(m_SurfaceMetallic, 0f, 1f, 0f);
             m_PeelMm = Numbers.Within(m_PeelMm, 0f, MaxPeelMm, 0f);
             m_ClipMin = Numbers.IsFinite(m_ClipMin) ? Numbers.Clamp01(m_ClipMin) : Vector3.zero;
             m_ClipMax = Numbers.IsFinite(m_ClipMax) ? Numbers.Clamp01(m_ClipMax) : Vector3.one;

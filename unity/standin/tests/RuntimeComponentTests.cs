@@ -31,6 +31,7 @@ namespace Lumivox.Tests
             Assert.AreEqual(0f, volume.surfaceGradient);
             Assert.AreEqual(0.4f, volume.surfaceRoughness);
             Assert.AreEqual(0.04f, volume.surfaceSpecular);
+            Assert.AreEqual(0f, volume.surfaceMetallic);
             Assert.AreEqual(Vector3.zero, volume.clipMin);
             Assert.AreEqual(Vector3.one, volume.clipMax);
         }

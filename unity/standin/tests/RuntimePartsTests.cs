@@ -88,7 +88,7 @@ namespace Lumivox.Tests
             CollectionAssert.AreEqual(new[] { "Left", "unlabelled" }, labels.GetNames());
             Assert.IsTrue(labels.TryGetLook("LEFT", out var look));
             Assert.AreEqual((true, 1f, -1f, false, true, false), (look.visible, look.opacity, look.density, look.painted, look.clipped, look.ownSurface));
-            Assert.AreEqual((1f, 0f, 0.4f, 0.04f), (look.surfaceStrength, look.surfaceGradient, look.surfaceRoughness, look.surfaceSpecular));
+            Assert.AreEqual((1f, 0f, 0.4f, 0.04f, 0f), (look.surfaceStrength, look.surfaceGradient, look.surfaceRoughness, look.surfaceSpecular, look.surfaceMetallic));
             Assert.AreEqual(2.048, labels.map.labels.Single().milliliters, 1e-9);
             (look.opacity, look.density, look.surfaceStrength, look.name) = (7f, 1e10f, float.NaN, "another");
             labels.SetLook(look);

@@ -80,6 +80,24 @@ namespace Lumivox.Tests
             foreach (var asset in assets) UnityEngine.Object.DestroyImmediate(asset);
         }
 
+        /// Hosts whose scenes lie in the folder that LUMIVOX_SCENES names, as each wrote its own.
+        public static readonly string[] Hosts = { "command", "window", "python", "godot", "unity" };
+
+        static string Written(string host) => Path.Combine(Environment.GetEnvironmentVariable("LUMIVOX_SCENES") ?? "", host + ".lumivox");
+
+        public void CopyScenesOfHosts()
+        {
+            foreach (var host in Hosts) File.Copy(Written(host), At(host + ".lumivox"));
+        }
+
+        /// What Unity wrote is what it wrote before; where LUMIVOX_UPDATE is set it is kept instead.
+        public void IsAsWritten(string name)
+        {
+            var text = File.ReadAllText(At(name));
+            if (!string.IsNullOrEmpty(Environment.GetEnvironmentVariable("LUMIVOX_UPDATE"))) File.WriteAllText(Written("unity"), text);
+            Assert.AreEqual(File.ReadAllText(Written("unity")), text, "LUMIVOX_UPDATE=1 keeps what is written now");
+        }
+
         /// Opened and saved again.
         public void PassOn(string from, string to)
         {

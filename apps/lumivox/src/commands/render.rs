@@ -59,13 +59,12 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let unbounded = film.samples.is_none() && args.time.is_none();
     let in_software = gpu.as_ref().is_some_and(|gpu| gpu.description.software);
     let time = args.time.or((unbounded && in_software).then_some(DEFAULT_SOFTWARE_TIME));
-    let request = RenderRequest {
-        seed: film.seed,
-        time,
-        noise: film.noise,
-        guides: film.denoise,
-        ..RenderRequest::new(film.size[0], film.size[1], samples)
-    };
+    let request = RenderRequest::new(film.size[0], film.size[1], samples).with(|it| {
+        it.seed = film.seed;
+        it.time = time;
+        it.noise = film.noise;
+        it.guides = film.denoise;
+    });
     let mut traced = match (&mut gpu, &args.cluster) {
         (Some(gpu), _) => trace::trace(&scene, &camera, &request, gpu, reporter, &cancel)?,
         (None, address) => {

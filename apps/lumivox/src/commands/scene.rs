@@ -75,7 +75,7 @@ fn check(args: &CheckArgs) -> Result<(), Failure> {
     let written = opening::read(&args.file)?;
     let reporter = Reporter::new(false);
     let cancel: CancelToken = exit::cancel_on_ctrl_c()?;
-    let options = Opening { allow_outside_data: args.allow_outside_data };
+    let options = Opening { allow_outside_data: args.allow_outside_data, identify: false };
     let opened = open(&written.document, written.folder(), &options, &reporter, &cancel)
         .map_err(|error| opening::failure(Some(&written), error))?;
     let count = opened.scene.volumes.len();

@@ -62,7 +62,10 @@ pub struct Look {
 /// Reflection: on or off, or what it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(untagged, expecting = "surface is true, false, or strength, gradient_per_mm, roughness and specular")]
+#[serde(
+    untagged,
+    expecting = "surface is true, false, or strength, gradient_per_mm, roughness, specular and metallic"
+)]
 pub enum Surface {
     /// Off, or as the preset has it; of full strength where that has none.
     Switched(bool),
@@ -182,5 +185,6 @@ pub(super) fn surface(faults: &mut Faults, surface: SurfaceReflection) {
         faults.number("gradient_per_mm", Some(surface.gradient_per_mm), 1e-9, 1e12);
         faults.number("roughness", Some(surface.roughness), 0.0, 1.0);
         faults.number("specular", Some(surface.specular), 0.0, 1.0);
+        faults.number("metallic", Some(surface.metallic), 0.0, 1.0);
     });
 }

@@ -301,7 +301,7 @@ struct Look {
 
 /// Of presets: matte ones have a roughness of about .45, wet ones less.
 const fn surface(gradient_per_mm: f64, roughness: f64, specular: f64) -> SurfaceReflection {
-    SurfaceReflection { strength: 1.0, gradient_per_mm, roughness, specular }
+    SurfaceReflection { strength: 1.0, gradient_per_mm, roughness, specular, ..SurfaceReflection::OFF }
 }
 
 fn tf(opacity: &[(f64, f64)], color: &[(f64, [f64; 3])]) -> TransferFunction {

@@ -32,9 +32,14 @@ pub(super) fn medium(volume: &Volume) -> Medium {
             .map(|(t, color)| (at(side, t), color))
             .collect::<Vec<_>>()
     };
-    let surface =
-        SurfaceReflection { strength: 0.8, gradient_per_mm: 0.15 * most, roughness: 0.4, specular: 0.04 }
-            .sanitized();
+    let surface = SurfaceReflection {
+        strength: 0.8,
+        gradient_per_mm: 0.15 * most,
+        roughness: 0.4,
+        specular: 0.04,
+        ..SurfaceReflection::OFF
+    }
+    .sanitized();
     Medium {
         density_scale: 2.0,
         surface,

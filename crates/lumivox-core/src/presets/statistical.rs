@@ -72,7 +72,14 @@ impl<'a> Landmarks<'a> {
     /// A surface where values change by such a part of all within a millimetre.
     fn surface(&self, part_per_mm: f64, roughness: f64) -> SurfaceReflection {
         let gradient_per_mm = (self.bright - self.lowest) * part_per_mm;
-        SurfaceReflection { strength: 1.0, gradient_per_mm, roughness, specular: 0.035 }.sanitized()
+        SurfaceReflection {
+            strength: 1.0,
+            gradient_per_mm,
+            roughness,
+            specular: 0.035,
+            ..SurfaceReflection::OFF
+        }
+        .sanitized()
     }
 
     /// Knots in their order, from where nothing is noise any more: those that the scan's statistics put before an earlier one

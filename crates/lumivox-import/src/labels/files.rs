@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use lumivox_core::{
-    CancelToken, Label, LabelVolume, Progress, Stage,
+    CancelToken, Label, LabelVolume, Progress, WorkStage,
     glam::{DAffine3, DVec3},
 };
 
@@ -88,7 +88,7 @@ fn join(
     let mut joined = Joined::default();
     let (n, header) = (parts.len(), first.path.clone());
     for (k, (part, offset)) in parts.into_iter().zip(offsets).enumerate() {
-        progress.report(Stage::Decoding, k as u64, n as u64);
+        progress.report(WorkStage::Decoding, k as u64, n as u64);
         cancel.check()?;
         let loaded = match part.loaded {
             Some(loaded) => Ok(loaded),
@@ -104,7 +104,7 @@ fn join(
         };
         joined.add(&part.path, loaded, &mut claims, (grid.dims, offset), given)?;
     }
-    progress.report(Stage::Decoding, n as u64, n as u64);
+    progress.report(WorkStage::Decoding, n as u64, n as u64);
     joined.finish(&header, claims, grid, n)
 }
 

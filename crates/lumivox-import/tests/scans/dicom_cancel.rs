@@ -6,7 +6,7 @@ use std::{
     thread,
 };
 
-use lumivox_core::{CancelToken, Progress, Stage};
+use lumivox_core::{CancelToken, Progress, WorkStage};
 use lumivox_import::{ImportError, ImportOptions};
 
 #[test]
@@ -19,7 +19,7 @@ fn a_zipped_scan_can_be_stopped_at_any_moment() {
     // Watched to the end once.
     let (scanned, decoded) = (AtomicU64::new(0), AtomicU64::new(0));
     let watch = |stage, _, _| match stage {
-        Stage::Scanning => _ = scanned.fetch_add(1, Ordering::Relaxed),
+        WorkStage::Scanning => _ = scanned.fetch_add(1, Ordering::Relaxed),
         _ => _ = decoded.fetch_add(1, Ordering::Relaxed),
     };
     load(Progress::new(&watch), &CancelToken::new()).unwrap();

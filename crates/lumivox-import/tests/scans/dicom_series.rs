@@ -176,7 +176,7 @@ fn loading_can_be_cancelled_and_watched() {
     assert!(seen.iter().all(|(_, _, total)| *total == 3));
     // Stopped while slices are decoded, and before anything.
     let stop = |stage, _, _| {
-        if stage == lumivox_core::Stage::Decoding {
+        if stage == lumivox_core::WorkStage::Decoding {
             cancel.cancel();
         }
     };

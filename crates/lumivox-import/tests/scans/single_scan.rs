@@ -9,7 +9,7 @@ use std::{
 };
 
 use flate2::{Compression, write::GzEncoder};
-use lumivox_core::{CancelToken, Progress, Stage};
+use lumivox_core::{CancelToken, Progress, WorkStage};
 use lumivox_import::{ImportError, ImportOptions, RawDescription, Study};
 
 fn open_with(path: &Path, options: &ImportOptions) -> Result<Study, ImportError> {
@@ -211,7 +211,7 @@ fn loading_tells_how_far_it_is_and_can_be_stopped() {
     let mut study = open(&path).unwrap();
     let steps = Mutex::new(Vec::new());
     let watch = |stage, done, total| {
-        assert_eq!((stage, total), (Stage::Decoding, 1 << 22));
+        assert_eq!((stage, total), (WorkStage::Decoding, 1 << 22));
         steps.lock().unwrap().push(done);
     };
     study.load(&ImportOptions::default(), Progress::new(&watch), &CancelToken::new()).unwrap();

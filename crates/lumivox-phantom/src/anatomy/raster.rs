@@ -7,7 +7,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{Mat3, Vec3};
-use lumivox_core::{CancelToken, Cancelled, Progress, Stage};
+use lumivox_core::{CancelToken, Cancelled, Progress, WorkStage};
 use rayon::prelude::*;
 
 use super::material::Material;
@@ -232,7 +232,7 @@ fn slabs<T: Copy + Send + Sync, U: Copy + Default + Send>(
         finish(slab, &mut values, kept);
         let slices = slices as u64;
         let done = done.fetch_add(slices, Ordering::Relaxed) + slices;
-        progress.report(Stage::Generating, done, grid.size as u64);
+        progress.report(WorkStage::Generating, done, grid.size as u64);
         Ok(())
     })?;
     Ok(kept)

@@ -5,6 +5,7 @@ use crate::recording::ResourceId;
 
 /// What a live view shows, besides scene and camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LiveSettings {
     /// Pixels of the host's image across and down.
     pub size: [u32; 2],
@@ -52,6 +53,12 @@ impl LiveSettings {
         }
     }
 
+    /// The same with changes.
+    pub fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self
+    }
+
     pub(super) fn film_size(&self) -> [u32; 2] {
         let scale =
             if self.resolution_scale.is_finite() { self.resolution_scale.clamp(0.1, 1.0) } else { 1.0 };
@@ -61,6 +68,7 @@ impl LiveSettings {
 
 /// The host's depth, as primary rays meet it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct HostDepth {
     /// A texture of one sample that can be loaded from.
     pub texture: ResourceId,
@@ -72,8 +80,21 @@ pub struct HostDepth {
     pub jittered: bool,
 }
 
+impl HostDepth {
+    /// Depth of a camera that stays where it is from frame to frame.
+    pub fn new(texture: ResourceId, view_depth_from_ndc: [f64; 4], clear: f64) -> Self {
+        Self { texture, view_depth_from_ndc, clear, jittered: false }
+    }
+
+    /// Of one that moves by fractions of a pixel, if it does.
+    pub fn with_jitter(self, jittered: bool) -> Self {
+        Self { jittered, ..self }
+    }
+}
+
 /// What a host lends for one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct HostFrame {
     /// What ends primary rays, if anything does.
     pub depth: Option<HostDepth>,
@@ -84,6 +105,28 @@ pub struct HostFrame {
     pub depth_target: Option<ResourceId>,
     /// What it lays over what is far or low.
     pub fog: Option<Fog>,
+}
+
+impl HostFrame {
+    /// Volumes over a colour, and nothing else.
+    pub fn new(color_target: ResourceId) -> Self {
+        Self { depth: None, color_target, depth_target: None, fog: None }
+    }
+
+    /// With what ends primary rays, if anything does.
+    pub fn with_depth(self, depth: impl Into<Option<HostDepth>>) -> Self {
+        Self { depth: depth.into(), ..self }
+    }
+
+    /// With where the volumes' depth is written, if anywhere.
+    pub fn with_depth_target(self, target: impl Into<Option<ResourceId>>) -> Self {
+        Self { depth_target: target.into(), ..self }
+    }
+
+    /// With fog, if there is any.
+    pub fn with_fog(self, fog: impl Into<Option<Fog>>) -> Self {
+        Self { fog: fog.into(), ..self }
+    }
 }
 
 /// How far a live view is.

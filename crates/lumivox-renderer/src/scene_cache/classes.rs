@@ -265,7 +265,7 @@ pub(super) fn pairs(
             [style.surface.strength as f32, (1.0 / style.surface.gradient_per_mm) as f32],
             [style.surface.lobe_anisotropy() as f32, style.surface.specular as f32],
             [rows as f32, first_place as f32],
-            [flag(style.clipped), 0.0],
+            [flag(style.clipped), style.surface.metallic as f32],
         ]
     };
     pairs.extend(looks.in_cells.iter().flat_map(|&at| of_style(&looks.styles[at])));

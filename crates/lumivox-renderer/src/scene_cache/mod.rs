@@ -45,65 +45,9 @@ use self::tables::{Besides, CachedTables, TableOf};
 use crate::error::RenderError;
 use crate::features::{Features, ViewKind};
 use crate::ids;
+use crate::limits::DeviceLimits;
 use crate::recording::{Recording, ResourceId};
 use crate::store::{SceneCopy, Source, TexelScale, VoxelStore};
-
-/// What the host's GPU can do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DeviceLimits {
-    /// Largest side of a 3D texture.
-    pub max_texture_3d: u32,
-    /// Bytes of a texture at most.
-    pub max_texture_bytes: u64,
-    /// Whether textures of 16-bit norms can be filtered; half floats are taken otherwise.
-    pub unorm16: bool,
-    /// Whether all voxels have to be in one texture: where a choice between textures costs as much as a look at each.
-    pub one_pool: bool,
-    /// Largest side of a 2D texture.
-    pub max_texture_2d: u32,
-    /// Largest storage buffer that can be bound, in bytes.
-    pub max_storage_binding: u64,
-    /// Samples that one invocation traces in one dispatch at most; see [`SAMPLES_OF_GPU`](Self::SAMPLES_OF_GPU).
-    pub max_samples_per_dispatch: u32,
-    /// Where the driver ends invocations after so many turns of their loops: what they may take.
-    pub loop_turns: Option<LoopTurns>,
-    /// Whether kernels take so long to make that few of them should do: scenes that need less are traced with those that
-    /// can do more.
-    pub few_kernels: bool,
-}
-
-/// Turns that all loops of an invocation may take together before its driver ends it, and says nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LoopTurns {
-    /// While the invocations with which it shares a vector, and the turns, work as well.
-    pub shared: u32,
-    /// While they rest.
-    pub alone: u32,
-}
-
-impl LoopTurns {
-    /// Of Mesa's llvmpipe (65,535, `LP_MAX_TGSI_LOOP_ITERATIONS`), for each vector of at most `width` invocations. Some
-    /// are left for loops that are short and go on to their ends when there are no more: less than 60 turns of each of
-    /// 16 invocations.
-    pub fn of_software(width: u32) -> Self {
-        let alone = 64_000;
-        Self { shared: alone / width.clamp(1, constants::TOGETHER), alone }
-    }
-}
-
-impl DeviceLimits {
-    /// What most drivers give a texture: a little less than 4 GiB.
-    pub const TEXTURE_BYTES_OF_GPU: u64 = 4000 << 20;
-
-    /// What Mesa's llvmpipe gives one (`LP_MAX_TEXTURE_SIZE`).
-    pub const TEXTURE_BYTES_OF_SOFTWARE: u64 = 1 << 30;
-
-    /// Enough samples of a dispatch to keep a GPU's lanes busy, few enough to keep it responsive.
-    pub const SAMPLES_OF_GPU: u32 = 64;
-
-    /// Of a device in software, whose dispatches take long.
-    pub const SAMPLES_OF_SOFTWARE: u32 = 4;
-}
 
 /// How paths find the environment's light. The engine's lights, which no path could find, are always sampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -414,6 +358,8 @@ impl SceneCache {
             cells_per_brick: constants::BRICK_SIZE / ranges.cell_size,
             classes: classes as u32,
             full_looks: looks.full_in_cells() as u32,
+            surface_metallic: surface.metallic as f32,
+            ..Instance::default()
         }
     }
 

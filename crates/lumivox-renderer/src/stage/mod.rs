@@ -22,9 +22,9 @@ use self::eye::{Eye, Trace};
 use self::uploads::Uploads;
 use self::world::World;
 use crate::error::RenderError;
+use crate::limits::DeviceLimits;
 use crate::live::{HostFrame, Image, LiveImage, LiveSettings, LiveStatus};
 use crate::recording::{Kernel, Recording, ResourceId, Step, TextureOrder};
-use crate::scene_cache::DeviceLimits;
 use crate::store::VoxelStore;
 
 /// What tells worlds, or views, from each other: the engine's own names.
@@ -85,6 +85,7 @@ impl Lent {
 
 /// What a view shows in this frame.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct ViewFrame {
     /// Where it is seen from.
     pub camera: Camera,
@@ -94,6 +95,13 @@ pub struct ViewFrame {
     pub host: HostFrame,
     /// Milliseconds of the GPU's time that it has.
     pub budget_milliseconds: f64,
+}
+
+impl ViewFrame {
+    /// All of it.
+    pub fn new(camera: Camera, settings: LiveSettings, host: HostFrame, budget_milliseconds: f64) -> Self {
+        Self { camera, settings, host, budget_milliseconds }
+    }
 }
 
 /// How far a world's copy on the device is.

@@ -48,8 +48,8 @@ use self::value_ranges::Ranges;
 pub(crate) use self::value_ranges::{GridKey, MAX_CELL_SIZE, ValueRanges, grid};
 use crate::error::RenderError;
 use crate::ids;
+use crate::limits::DeviceLimits;
 use crate::recording::{Recording, ResourceId, Step, TextureOrder};
-use crate::scene_cache::DeviceLimits;
 
 /// A budget of so many bytes has no bound.
 const AT_ONCE: u64 = u64::MAX / 2;

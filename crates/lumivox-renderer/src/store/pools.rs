@@ -10,8 +10,8 @@ use super::bricks::BrickGrid;
 use super::pool::{Pool, shape, volume};
 use super::texture_ahead::TextureAhead;
 use super::{Bricks, TEXELS};
+use crate::limits::DeviceLimits;
 use crate::recording::{Recording, ResourceId, TextureFormat};
-use crate::scene_cache::DeviceLimits;
 
 /// Bytes by which a pool may be too large to be used again.
 const SLACK_BYTES: u64 = 64 << 20;

@@ -105,8 +105,7 @@ fn value_ranges_are_computed_a_share_with_every_frame() {
 #[test]
 fn cells_are_larger_where_a_device_binds_few() {
     let bytes = |limit: u64| {
-        let mut cache =
-            SceneCache::new(&VoxelStore::new(DeviceLimits { max_storage_binding: limit, ..LIMITS }));
+        let mut cache = SceneCache::new(&VoxelStore::new(LIMITS.with(|it| it.max_storage_binding = limit)));
         cache.update(&scene(&[volume(220), volume(100)]), &mut Recording::new()).unwrap();
         cache.majorants().1 * 8
     };
@@ -215,7 +214,7 @@ fn what_was_made_ahead_for_nothing_is_freed() {
     assert!(frees(&recording, order.id));
 
     // It comes otherwise than was thought: at once, with another.
-    let limits = DeviceLimits { max_texture_3d: 2048, ..LIMITS };
+    let limits = LIMITS.with(|it| it.max_texture_3d = 2048);
     let mut cache = SceneCache::new(&VoxelStore::new(limits));
     let others = scene(&[volume(220), volume(200)]);
     let one = Scene { volumes: others.volumes[..1].to_vec(), ..others.clone() };
@@ -255,7 +254,10 @@ fn let_go(scene: Scene) {
 /// Its texture would be worth leaving, were there nothing to come.
 #[test]
 fn a_texture_with_a_small_volume_in_it_takes_the_next_large_one() {
-    let limits = DeviceLimits { max_texture_3d: 2048, max_storage_binding: 128 << 20, ..LIMITS };
+    let limits = LIMITS.with(|it| {
+        it.max_texture_3d = 2048;
+        it.max_storage_binding = 128 << 20;
+    });
     let store = VoxelStore::new(limits);
     let mut cache = SceneCache::new(&store);
     let small = volume(64);
@@ -349,7 +351,11 @@ fn copied(recording: &Recording) -> Vec<(u32, u32)> {
     recording.steps.iter().filter_map(box_of).collect()
 }
 
-const ONE_POOL: DeviceLimits = DeviceLimits { one_pool: true, ..LIMITS };
+const ONE_POOL: DeviceLimits = {
+    let mut limits = LIMITS;
+    limits.one_pool = true;
+    limits
+};
 
 /// Where there can be one pool only, a frame copies no more of what is there than it could bring.
 #[test]

@@ -10,8 +10,8 @@ use lumivox_core::{
 };
 use lumivox_renderer::recording::{Classes, Kernel};
 use lumivox_renderer::{
-    DeviceLimits, Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View,
-    ViewKind, ViewSettings, VoxelStore, prepare_volume,
+    Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View, ViewKind,
+    ViewSettings, VoxelStore, prepare_volume,
 };
 
 use crate::scenes::{self, *};
@@ -298,7 +298,7 @@ fn kernels(recording: &Recording) -> Vec<Kernel> {
 
 #[test]
 fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
-    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None, fog: None };
+    let host = HostFrame::new(ResourceId::external());
     let mut seen = vec![];
     for features in Features::ALL.subsets() {
         let scene = scene_with(features);
@@ -310,7 +310,7 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
 
         let mut recording = Recording::new();
         cache.update(&scene, &mut recording).unwrap();
-        let settings = LiveSettings { denoise: true, ..LiveSettings::new(16, 16) };
+        let settings = LiveSettings::new(16, 16).with(|it| it.denoise = true);
         let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
         let camera_of_live: Camera = camera().with_aspect(1.0);
         live.record_frame(&cache, &camera_of_live, &settings, &host, 1024, &mut recording).unwrap();
@@ -321,7 +321,7 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         // With guides, in a coarse frame and a fine one.
         let with_guides = cache.kernels(&scene, ViewKind::Live { guides: true });
         let mut recording = Recording::new();
-        let settings = LiveSettings { guides: true, ..settings };
+        let settings = settings.with(|it| it.guides = true);
         for budget in [64, 1024] {
             live.record_frame(&cache, &camera_of_live, &settings, &host, budget, &mut recording).unwrap();
         }
@@ -335,7 +335,7 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         assert!(traces(true) && traces(false), "the fine film alone has guides: {recorded:?}");
 
         let mut recording = Recording::new();
-        let settings = ViewSettings { guides: true, ..ViewSettings::new(16, 16) };
+        let settings = ViewSettings::new(16, 16).with(|it| it.guides = true);
         let mut view = View::new(settings, &cache, &mut recording).unwrap();
         view.record_samples(&cache, &camera(), 1, u64::MAX, &mut recording);
         view.record_display(&cache, &Default::default(), &mut recording);
@@ -349,7 +349,7 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
     assert_eq!(seen.len(), 32 * 20, "each has a kernel of its own");
     // Where few kernels should do, surfaces, lights and shared pixels make no others, nor does anything of what is classified,
     // nor the surroundings of what is filtered.
-    let few = DeviceLimits { few_kernels: true, ..LIMITS };
+    let few = LIMITS.with(|it| it.few_kernels = true);
     for features in Features::ALL.subsets() {
         let can_more = features.classes.any();
         let more = Features {

@@ -50,7 +50,7 @@ impl Host {
         cache.follow_light();
         let mut recording = Recording::new();
         cache.update(&lit(1.0), &mut recording).unwrap();
-        let settings = LiveSettings { target_samples: TARGET, ..LiveSettings::new(SIZE, SIZE) };
+        let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = TARGET);
         let live = LiveView::new(&settings, &cache, &mut recording).unwrap();
         let color = ResourceId::external();
         let mut alive = HashSet::from([color]);
@@ -62,7 +62,7 @@ impl Host {
     fn frame(&mut self, scene: &Scene, budget: u64) -> (usize, bool, LiveStatus) {
         let mut recording = Recording::new();
         self.cache.update(scene, &mut recording).unwrap();
-        let host = HostFrame { depth: None, color_target: self.color, depth_target: None, fog: None };
+        let host = HostFrame::new(self.color);
         let before = recording.steps.len();
         let Self { cache, live, settings, .. } = self;
         let camera = camera().with_aspect(1.0);

@@ -2,8 +2,8 @@
 
 use lumivox_core::TransferFunction;
 use lumivox_renderer::{
-    DeviceLimits, FilmCount, HostFrame, LiveSettings, LiveStatus, LiveView, LoopTurns, Recording, ResourceId,
-    SceneCache, VoxelStore,
+    FilmCount, HostFrame, LiveSettings, LiveStatus, LiveView, LoopTurns, Recording, ResourceId, SceneCache,
+    VoxelStore,
 };
 
 use crate::scenes::*;
@@ -24,16 +24,15 @@ struct Host {
 impl Host {
     fn new() -> Self {
         let loop_turns = Some(LoopTurns { shared: 100, alone: 64_000 });
-        let mut cache = SceneCache::new(&VoxelStore::new(DeviceLimits { loop_turns, ..LIMITS }));
+        let mut cache = SceneCache::new(&VoxelStore::new(LIMITS.with(|it| it.loop_turns = loop_turns)));
         cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
-        let settings = LiveSettings { target_samples: TARGET, ..LiveSettings::new(SIZE, SIZE) };
+        let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = TARGET);
         let live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
         Self { cache, live, settings }
     }
 
     fn frame(&mut self, x: f64) -> LiveStatus {
-        let host =
-            HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None, fog: None };
+        let host = HostFrame::new(ResourceId::external());
         let mut camera = camera().with_aspect(1.0);
         camera.world_from_camera.translation.x = x;
         let Self { cache, live, settings } = self;

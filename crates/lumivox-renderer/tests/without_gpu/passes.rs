@@ -9,8 +9,8 @@ use lumivox_renderer::live::passes::{Access, FramePass, Use};
 use lumivox_renderer::live::{Grain, LiveFrame, LiveImage};
 use lumivox_renderer::recording::BindingKind;
 use lumivox_renderer::{
-    DeviceLimits, FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, LoopTurns, Recording, ResourceId,
-    SceneCache, Step, VoxelStore,
+    FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, LoopTurns, Recording, ResourceId, SceneCache,
+    Step, VoxelStore,
 };
 
 use crate::scenes::*;
@@ -114,21 +114,20 @@ struct Restless {
 impl Restless {
     fn new(loop_turns: Option<LoopTurns>, seed: u32) -> Self {
         let volume = volume(8);
-        let mut cache = SceneCache::new(&VoxelStore::new(DeviceLimits { loop_turns, ..LIMITS }));
+        let mut cache = SceneCache::new(&VoxelStore::new(LIMITS.with(|it| it.loop_turns = loop_turns)));
         cache.follow_light();
         let mut recording = Recording::new();
         cache.update(&lit(&volume, 1.0), &mut recording).unwrap();
-        let settings = LiveSettings {
-            target_samples: 40,
-            denoise: seed.is_multiple_of(2),
-            target_noise: if seed.is_multiple_of(3) { 0.1 } else { 0.0 },
-            ..LiveSettings::new(96, 64)
-        };
+        let settings = LiveSettings::new(96, 64).with(|it| {
+            it.target_samples = 40;
+            it.denoise = seed.is_multiple_of(2);
+            it.target_noise = if seed.is_multiple_of(3) { 0.1 } else { 0.0 };
+        });
         let live = LiveView::new(&settings, &cache, &mut recording).unwrap();
         let color_target = ResourceId::external();
         let mut alive = HashSet::from([color_target]);
         replay(&recording, &mut alive);
-        let host = HostFrame { depth: None, color_target, depth_target: None, fog: None };
+        let host = HostFrame::new(color_target);
         let (brightness, x, random) = (1.0, 0.0, seed);
         Self { cache, volume, live, settings, host, brightness, x, random, alive, awaited: vec![] }
     }
@@ -147,12 +146,8 @@ impl Restless {
             5 | 6 => {
                 let texture = ResourceId::external();
                 self.alive.insert(texture);
-                self.host.depth = (self.below(3) > 0).then_some(HostDepth {
-                    texture,
-                    view_depth_from_ndc: [0.0, 0.1, 1.0, 0.0],
-                    clear: 0.0,
-                    jittered: false,
-                });
+                self.host.depth =
+                    (self.below(3) > 0).then_some(HostDepth::new(texture, [0.0, 0.1, 1.0, 0.0], 0.0));
             }
             7 => {
                 let target = ResourceId::external();
@@ -235,11 +230,14 @@ fn passes_use_images_that_hold_something_and_tell_of_all() {
 fn images_are_there_while_they_hold_something() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
-    let settings = LiveSettings { target_samples: 64, resolution_scale: 0.5, ..LiveSettings::new(128, 96) };
+    let settings = LiveSettings::new(128, 96).with(|it| {
+        it.target_samples = 64;
+        it.resolution_scale = 0.5;
+    });
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
-    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None, fog: None };
+    let host = HostFrame::new(ResourceId::external());
     let frame = |live: &mut LiveView, denoise, budget| {
-        let settings = LiveSettings { denoise, ..settings };
+        let settings = settings.with(|it| it.denoise = denoise);
         let camera = camera().with_aspect(1.0);
         live.record_frame(&cache, &camera, &settings, &host, budget, &mut Recording::new()).unwrap()
     };
@@ -274,8 +272,11 @@ fn guides_come_and_go_with_one_start() {
     let mut recording = Recording::new();
     cache.update(&scene(&[volume(8)]), &mut recording).unwrap();
     let color_target = ResourceId::external();
-    let host = HostFrame { depth: None, color_target, depth_target: None, fog: None };
-    let mut settings = LiveSettings { target_samples: 8, denoise: true, ..LiveSettings::new(63, 37) };
+    let host = HostFrame::new(color_target);
+    let mut settings = LiveSettings::new(63, 37).with(|it| {
+        it.target_samples = 8;
+        it.denoise = true;
+    });
     let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
     let mut alive = HashSet::from([color_target]);
     replay(&recording, &mut alive);

@@ -8,8 +8,8 @@ use lumivox_core::{
     ClipShape, EnvironmentMap, EnvironmentSource, Falloff, Filter, Lamp, Light, Scene, TransferFunction,
 };
 use lumivox_renderer::{
-    DeviceLimits, DisplaySettings, FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, Recording,
-    RenderError, ResourceId, SceneCache, Step, View, ViewSettings, VoxelStore,
+    DisplaySettings, FilmCount, HostDepth, HostFrame, LiveSettings, LiveView, Recording, RenderError,
+    ResourceId, SceneCache, Step, View, ViewSettings, VoxelStore,
 };
 use lumivox_shaders::{Kernel, layout};
 
@@ -248,7 +248,7 @@ fn a_view_starts_over_for_another_scene_and_frees_what_it_made() {
 
 #[test]
 fn invocations_share_the_pixels_of_a_small_image() {
-    let limits = DeviceLimits { max_storage_binding: 1 << 30, ..LIMITS };
+    let limits = LIMITS.with(|it| it.max_storage_binding = 1 << 30);
     let mut cache = SceneCache::new(&VoxelStore::new(limits));
     let mut recording = Recording::new();
     cache.update(&scene(&[volume(8)]), &mut recording).unwrap();
@@ -262,7 +262,7 @@ fn invocations_share_the_pixels_of_a_small_image() {
         ([1920, 1080], false, u64::MAX, (64, 1)),
     ];
     for ([width, height], guides, budget, expected) in cases {
-        let settings = ViewSettings { guides, ..ViewSettings::new(width, height) };
+        let settings = ViewSettings::new(width, height).with(|it| it.guides = guides);
         let mut view = View::new(settings, &cache, &mut recording).unwrap();
         let mut traced = Recording::new();
         view.record_samples(&cache, &camera(), 1000, budget, &mut traced);
@@ -281,12 +281,11 @@ fn a_view_goes_on_behind_anothers_samples_in_passes_of_its_own() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     let mut recording = Recording::new();
     cache.update(&scene(&[volume(8)]), &mut recording).unwrap();
-    let settings = ViewSettings {
-        first_sample: 32,
-        pass_samples: std::num::NonZeroU32::new(16),
-        window_size: [8, 4],
-        ..ViewSettings::new(8, 8)
-    };
+    let settings = ViewSettings::new(8, 8).with(|it| {
+        it.first_sample = 32;
+        it.pass_samples = std::num::NonZeroU32::new(16);
+        it.window_size = [8, 4];
+    });
     for budget in [1, 8 * 16, u64::MAX] {
         let mut begun = Recording::new();
         let mut view = View::new(settings, &cache, &mut begun).unwrap();
@@ -365,18 +364,8 @@ fn a_live_view_answers_at_once_and_keeps_to_its_budget() {
     update(&mut cache, &scene(&[volume(8)]), &mut alive);
     let [depth, color] = [ResourceId::external(), ResourceId::external()];
     alive.extend([depth, color]);
-    let host = HostFrame {
-        depth: Some(HostDepth {
-            texture: depth,
-            view_depth_from_ndc: [0.0, 0.1, 1.0, 0.0],
-            clear: 0.0,
-            jittered: false,
-        }),
-        color_target: color,
-        depth_target: None,
-        fog: None,
-    };
-    let mut settings = LiveSettings { target_samples: 4, ..LiveSettings::new(64, 64) };
+    let host = HostFrame::new(color).with_depth(HostDepth::new(depth, [0.0, 0.1, 1.0, 0.0], 0.0));
+    let mut settings = LiveSettings::new(64, 64).with(|it| it.target_samples = 4);
     let mut recording = Recording::new();
     let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
     let mut frame = |live: &mut LiveView, settings: &LiveSettings, x: f64, budget, alive: &mut HashSet<_>| {
@@ -441,7 +430,7 @@ fn a_live_view_answers_at_once_and_keeps_to_its_budget() {
 fn a_moving_live_view_does_not_jump_between_resolutions() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
-    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None, fog: None };
+    let host = HostFrame::new(ResourceId::external());
     let settings = LiveSettings::new(64, 64);
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
     let mut sizes = vec![];
@@ -482,15 +471,9 @@ fn most_pixel_samples(recording: &Recording, have: u32) -> u64 {
 fn a_frame_keeps_to_its_budget_after_pixels_started_over() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
-    let depth = HostDepth {
-        texture: ResourceId::external(),
-        view_depth_from_ndc: [0.0, 0.1, 1.0, 0.0],
-        clear: 0.0,
-        jittered: false,
-    };
-    let host =
-        HostFrame { depth: Some(depth), color_target: ResourceId::external(), depth_target: None, fog: None };
-    let mut settings = LiveSettings { target_samples: 256, ..LiveSettings::new(64, 64) };
+    let depth = HostDepth::new(ResourceId::external(), [0.0, 0.1, 1.0, 0.0], 0.0);
+    let host = HostFrame::new(ResourceId::external()).with_depth(depth);
+    let mut settings = LiveSettings::new(64, 64).with(|it| it.target_samples = 256);
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
     let frame = |live: &mut LiveView, settings: &LiveSettings, budget| {
         let mut recording = Recording::new();
@@ -526,8 +509,8 @@ fn a_frame_keeps_to_its_budget_after_pixels_started_over() {
 fn a_slow_first_image_is_shown_when_it_is_whole() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
-    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None, fog: None };
-    let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(128, 128) };
+    let host = HostFrame::new(ResourceId::external());
+    let settings = LiveSettings::new(128, 128).with(|it| it.target_samples = 64);
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
     // Of 32 x 32 and of 128 x 128 pixels: the first is made in one frame, the second in many more.
     let budget = 2048;
@@ -568,7 +551,7 @@ fn a_slow_first_image_is_shown_when_it_is_whole() {
 fn a_live_view_refuses_what_it_cannot_show() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
-    let host = HostFrame { depth: None, color_target: ResourceId::external(), depth_target: None, fog: None };
+    let host = HostFrame::new(ResourceId::external());
     let settings = LiveSettings::new(64, 64);
     assert!(LiveView::new(&LiveSettings::new(0, 64), &cache, &mut Recording::new()).is_err());
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();

@@ -9,16 +9,15 @@ use lumivox_core::{
 };
 use lumivox_renderer::{DeviceLimits, Recording, ResourceId, Step};
 
-pub const LIMITS: DeviceLimits = DeviceLimits {
-    max_texture_3d: 256,
-    max_texture_bytes: 1 << 30,
-    unorm16: true,
-    one_pool: false,
-    max_texture_2d: 1024,
-    max_storage_binding: 4 << 20,
-    max_samples_per_dispatch: DeviceLimits::SAMPLES_OF_GPU,
-    loop_turns: None,
-    few_kernels: false,
+pub const LIMITS: DeviceLimits = {
+    let mut limits = DeviceLimits::webgpu_default();
+    limits.max_texture_3d = 256;
+    limits.max_texture_bytes = 1 << 30;
+    limits.unorm16 = true;
+    limits.max_texture_2d = 1024;
+    limits.max_storage_binding = 4 << 20;
+    limits.max_samples_per_dispatch = DeviceLimits::SAMPLES_OF_GPU;
+    limits
 };
 
 pub fn volume(size: usize) -> Arc<Volume> {

@@ -73,7 +73,7 @@ fn usual_scenes_keep_to_what_webgpu_guarantees() {
         let mut cache = SceneCache::new(&VoxelStore::new(DeviceLimits::webgpu_default()));
         let mut recording = Recording::new();
         cache.update(&scene, &mut recording).unwrap();
-        let settings = ViewSettings { guides: true, ..ViewSettings::new(SIZE[0], SIZE[1]) };
+        let settings = ViewSettings::new(SIZE[0], SIZE[1]).with(|it| it.guides = true);
         let mut view = View::new(settings, &cache, &mut recording).unwrap();
         view.record_samples(&cache, &camera, 64, u64::MAX, &mut recording);
         view.record_count(&mut recording);
@@ -83,10 +83,8 @@ fn usual_scenes_keep_to_what_webgpu_guarantees() {
         let mut settings = LiveSettings::new(SIZE[0], SIZE[1]);
         let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
         let [color_target, texture, depth_target] = [(); 3].map(|()| ResourceId::external());
-        let depth =
-            HostDepth { texture, view_depth_from_ndc: [0.0, 0.01, 1.0, 0.0], clear: 0.0, jittered: false };
-        let host =
-            HostFrame { depth: Some(depth), color_target, depth_target: Some(depth_target), fog: None };
+        let depth = HostDepth::new(texture, [0.0, 0.01, 1.0, 0.0], 0.0);
+        let host = HostFrame::new(color_target).with_depth(depth).with_depth_target(depth_target);
         alive.extend([color_target, texture, depth_target]);
         let camera: Camera = camera.with_aspect(f64::from(SIZE[0]) / f64::from(SIZE[1]));
         for frame in 0..4 {

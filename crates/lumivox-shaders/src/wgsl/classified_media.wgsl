@@ -16,7 +16,7 @@
 // - the styles by label, STYLE_PAIRS each: scale and bias of the table's coordinate; the first pair of the function and the
 //   factor of its opacity; red and green; blue, and whether the colour counts; strength and inverse gradient of the surface;
 //   its lobe's anisotropy and its reflectance; how many rows for gradients come after the first, and where their places
-//   are; whether it is clipped;
+//   are; whether it is clipped, and how much of its colour its mirror has;
 // - places of rows: the gradient per mm, and one over its distance to the one before.
 
 struct Reading {
@@ -283,4 +283,8 @@ fn surface_lobe_anisotropy(v: u32, reading: Reading) -> f32 {
 
 fn surface_specular(v: u32, reading: Reading) -> f32 {
     return pair_at(reading.style + 5u).y;
+}
+
+fn surface_metallic(v: u32, reading: Reading) -> f32 {
+    return pair_at(reading.style + 7u).y;
 }

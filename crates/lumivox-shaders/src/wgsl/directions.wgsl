@@ -10,6 +10,8 @@ struct Event {
     anisotropy: f32,
     // Of the light that is not reflected like by a mirror, what remains.
     albedo: vec3f,
+    // How much of that colour mirrors have, too: 0 none, as of skin, 1 all, as of metal.
+    metallic: f32,
     // Surfaces, where there are any: another such lobe about the mirror direction, and a diffuse one about the normal.
     specular: f32,
     diffuse: f32,
@@ -20,7 +22,7 @@ struct Event {
 
 // Without a surface.
 fn event_of_phase(onward: vec3f, anisotropy: f32, albedo: vec3f) -> Event {
-    return Event(1.0, onward, anisotropy, albedo, 0.0, 0.0, onward, onward, 0.0);
+    return Event(1.0, onward, anisotropy, albedo, 0.0, 0.0, 0.0, onward, onward, 0.0);
 }
 
 // Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
@@ -101,15 +103,20 @@ fn event_pdf(event: Event, wi: vec3f) -> f32 {
     return event_densities(event, wi).x;
 }
 
+// What remains of the light that is reflected like by a mirror.
+fn mirrored_color(event: Event) -> vec3f {
+    return mix(vec3f(1.0), event.albedo, event.metallic);
+}
+
 // What is sent on towards wi, over its density: between the albedo and 1.
 fn event_weight(event: Event, densities: vec2f) -> vec3f {
     if (SURFACE && densities.y > 0.0) {
-        return mix(event.albedo, vec3f(1.0), min(densities.y / densities.x, 1.0));
+        return mix(event.albedo, mirrored_color(event), min(densities.y / densities.x, 1.0));
     }
     return event.albedo;
 }
 
 // What is sent on in all directions.
 fn event_total(event: Event) -> vec3f {
-    return mix(event.albedo, vec3f(1.0), event.specular);
+    return mix(event.albedo, mirrored_color(event), event.specular);
 }

@@ -115,6 +115,11 @@ struct Instance {
     classes: u32,
     // Of the looks that cells can name, the first so many leave the opacity as it is.
     full_looks: u32,
+    // How much of the medium's colour a mirroring surface has.
+    surface_metallic: f32,
+    padding_x: u32,
+    padding_y: u32,
+    padding_z: u32,
 }
 
 const NO_VOLUME: u32 = 0xffffffffu;

@@ -35,6 +35,10 @@ fn surface_specular(v: u32, reading: Reading) -> f32 {
     return instances[v].surface_specular;
 }
 
+fn surface_metallic(v: u32, reading: Reading) -> f32 {
+    return instances[v].surface_metallic;
+}
+
 // Nothing is cut.
 fn cut_surface(v: u32, p: vec3f, reading: Reading) -> Cut {
     return Cut(0.0, vec3f(0.0));

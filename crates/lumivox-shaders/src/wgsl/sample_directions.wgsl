@@ -48,7 +48,7 @@ fn sample_directions(@builtin(global_invocation_id) id: vec3u) {
     }
     if (params.sampler == 5u) {
         event = Event(
-            0.2, vec3f(1.0, 0.0, 0.0), 0.3, vec3f(1.0), 0.3, 0.5, vec3f(0.0, 1.0, 0.0), params.axis, params.anisotropy,
+            0.2, vec3f(1.0, 0.0, 0.0), 0.3, vec3f(1.0), 0.0, 0.3, 0.5, vec3f(0.0, 1.0, 0.0), params.axis, params.anisotropy,
         );
     }
     let pick = rng_next(&rng);

@@ -13,6 +13,7 @@ fn event_at(v: u32, optics: Optics, reading: Reading, wo: vec3f) -> Event {
         event.specular = optics.surface * fresnel;
         event.diffuse = optics.surface * (1.0 - fresnel);
         event.mirror = 2.0 * cosine * event.normal - wo;
+        event.metallic = surface_metallic(v, reading);
         event.lobe_anisotropy = surface_lobe_anisotropy(v, reading);
     }
     return event;

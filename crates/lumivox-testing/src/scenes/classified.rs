@@ -42,7 +42,7 @@ fn blobs(volume: &Volume) -> Arc<LabelVolume> {
 pub fn labels() -> TestScene {
     let mut instance = tissue(19);
     let mut labelling = Labelling::new(blobs(&instance.volume));
-    let gloss = SurfaceReflection { gradient_per_mm: 20.0, specular: 0.4, ..reflection(0.2) };
+    let gloss = SurfaceReflection { gradient_per_mm: 20.0, specular: 0.4, metallic: 0.8, ..reflection(0.2) };
     let styles = [
         LabelStyle { opacity: 0.7, ..Default::default() },
         LabelStyle::hidden(),

@@ -26,10 +26,7 @@ fn style(value: u32) -> LumivoxLabelStyle {
         opacity: 1.0,
         density: -1.0,
         has_surface: 0,
-        surface_strength: 1.0,
-        surface_gradient: 0.0,
-        surface_roughness: 0.4,
-        surface_specular: 0.04,
+        surface: SURFACE,
         transfer_function: null(),
     }
 }

@@ -106,6 +106,10 @@ fn stage() -> *mut LumivoxStage {
 const EXECUTED: u32 = LumivoxOutcome::Executed as u32;
 const IDENTITY: [f32; 16] = [1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1.];
 
+/// What the component has by default.
+const SURFACE: LumivoxSurface =
+    LumivoxSurface { strength: 1.0, gradient: 0.0, roughness: 0.4, specular: 0.04, metallic: 0.0 };
+
 fn instance(volume: *const LumivoxVolume) -> LumivoxInstance {
     LumivoxInstance {
         volume,
@@ -123,10 +127,7 @@ fn instance(volume: *const LumivoxVolume) -> LumivoxInstance {
             max_bounces: 100,
             filter: 3,
             extinction_space: 0,
-            surface_strength: 1.0,
-            surface_gradient: 0.0,
-            surface_roughness: 0.4,
-            surface_specular: 0.04,
+            surface: SURFACE,
         },
         peel_mm: 0.0,
         first_clip: 0,

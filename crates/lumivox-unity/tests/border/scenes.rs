@@ -82,7 +82,12 @@ fn a_document_goes_through_the_border_and_back() {
         lumivox_scene_free(scene);
         let stage = stage();
         assert_eq!(lumivox_stage_set_world(stage, 1, &own, 1, &shape, 1, &light, 1, &around), 0);
-        assert_eq!(lumivox_stage_save_world(stage, 1, &view, 1.0, saved.as_ptr()), 0, "{}", last_error());
+        assert_eq!(
+            lumivox_stage_save_world(stage, 1, &view, 1.0, null(), saved.as_ptr()),
+            0,
+            "{}",
+            last_error()
+        );
         let [before, after] = [&path, &saved].map(|path| {
             let text = std::fs::read_to_string(path.to_str().unwrap()).unwrap();
             lumivox_core::document::SceneDocument::parse(&text).unwrap()
@@ -96,14 +101,14 @@ fn a_document_goes_through_the_border_and_back() {
         assert_eq!(new.look.transfer_function, old.look.transfer_function);
         assert_eq!((new.look.density, new.look.anisotropy), (Some(3.3), Some(0.1)));
         // A bright engine's light is divided.
-        assert_eq!(lumivox_stage_save_world(stage, 1, &view, 2.0, saved.as_ptr()), 0);
+        assert_eq!(lumivox_stage_save_world(stage, 1, &view, 2.0, null(), saved.as_ptr()), 0);
         let text = std::fs::read_to_string(saved.to_str().unwrap()).unwrap();
         let darker = lumivox_core::document::SceneDocument::parse(&text).unwrap();
         assert_eq!(darker.environment.strength, 0.75);
         // What makes no document is told.
-        assert_eq!(lumivox_stage_save_world(stage, 7, &view, 1.0, saved.as_ptr()), -1);
+        assert_eq!(lumivox_stage_save_world(stage, 7, &view, 1.0, null(), saved.as_ptr()), -1);
         view.gamma = 99.0;
-        assert_eq!(lumivox_stage_save_world(stage, 1, &view, 1.0, saved.as_ptr()), -1);
+        assert_eq!(lumivox_stage_save_world(stage, 1, &view, 1.0, null(), saved.as_ptr()), -1);
         assert!(last_error().contains("gamma"), "{}", last_error());
         lumivox_volume_free(own.volume.cast_mut());
         lumivox_transfer_function_free(own.transfer_function.cast_mut());
@@ -156,7 +161,7 @@ fn what_is_wrong_with_a_scene_is_told_by_its_line() {
         assert_eq!(lumivox_scene_light(null(), 0, null_mut(), null_mut()), -1);
         assert_eq!(lumivox_scene_environment(null(), null_mut()), -1);
         assert_eq!(lumivox_scene_view(null(), null_mut(), null_mut()), -1);
-        assert_eq!(lumivox_stage_save_world(null(), 1, null(), 1.0, null()), -1);
+        assert_eq!(lumivox_stage_save_world(null(), 1, null(), 1.0, null(), null()), -1);
         assert_eq!(lumivox_map_set_file(null_mut(), null()), -1);
         assert!(lumivox_map_file(null()).is_null() && lumivox_map_texels(null(), null_mut()).is_null());
         assert_eq!(lumivox_stored_copy_nameless(null(), null()), -1);

@@ -160,7 +160,7 @@ fn prepared_pipelines_are_not_waited_for() {
     let waits = gpu.executor.pipeline_waits();
     let mut recording = Recording::new();
     cache.update(&test.scene, &mut recording).unwrap();
-    let settings = ViewSettings { guides: true, ..ViewSettings::new(8, 8) };
+    let settings = ViewSettings::new(8, 8).with(|it| it.guides = true);
     let mut view = View::new(settings, &cache, &mut recording).unwrap();
     view.record_samples(&cache, &test.camera, 1, u64::MAX, &mut recording);
     view.record_display(&cache, &Default::default(), &mut recording);

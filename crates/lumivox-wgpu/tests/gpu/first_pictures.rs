@@ -50,7 +50,7 @@ fn pictures() -> &'static Pictures {
         let camera = test.camera.with_aspect(1.25);
         let distance = camera.world_from_camera.translation.length();
         let mut gpu = gpu();
-        let settings = LiveSettings { target_samples: 32, ..LiveSettings::new(SIZE[0], SIZE[1]) };
+        let settings = LiveSettings::new(SIZE[0], SIZE[1]).with(|it| it.target_samples = 32);
         let bar = |at: [u32; 2]| if BAR.contains(&at[0]) { 0.6 * distance } else { 0.0 };
         let picture = |host: &mut Host, gpu: &mut _, camera: &_, budget| {
             let behind = |at| if bar(at) > 0.0 { [0.1, 0.2, 0.4, 1.0] } else { [0.05, 0.05, 0.05, 1.0] };

@@ -67,11 +67,11 @@ fn the_default_limits_of_webgpu_suffice() {
     let mut plain = plain_device();
     for test in [scenes::homogeneous_cube(), scenes::noise()] {
         let camera = test.camera.with_aspect(1.0);
-        let settings = LiveSettings { target_samples: 12, ..LiveSettings::new(SIZE, SIZE) };
+        let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = 12);
         let (wanted, wanted_picture) = {
             let mut gpu = gpu();
             // Scans of 16 bits as that device stores them: other tests say what the difference is worth.
-            let limits = DeviceLimits { unorm16: false, ..gpu.executor.limits() };
+            let limits = gpu.executor.limits().with(|it| it.unorm16 = false);
             let mut host = Host::within(limits, &mut gpu, &test, settings);
             host.converge(&mut gpu, &camera, 1000);
             (host.film(&mut gpu), host.read_color(&gpu))

@@ -42,7 +42,10 @@ fn film_within(
     let mut film = Film::new(size, size, false);
     for y in (0..size).step_by(rows as usize) {
         let window_size = [size, rows.min(size - y)];
-        let settings = ViewSettings { window_origin: [0, y], window_size, ..ViewSettings::new(size, size) };
+        let settings = ViewSettings::new(size, size).with(|it| {
+            it.window_origin = [0, y];
+            it.window_size = window_size;
+        });
         let mut view = View::new(settings, &cache, &mut recording).unwrap();
         while view.record_samples(&cache, &test.camera, samples, budget, &mut recording) > 0 {
             gpu.executor.execute(&recording).unwrap();
@@ -86,7 +89,7 @@ fn an_image_does_not_depend_on_windows_or_budget() {
 fn an_image_does_not_depend_on_how_many_turns_loops_may_take() {
     let limits = gpu().executor.limits();
     let within = |test: &scenes::TestScene, shared, alone| {
-        let limits = DeviceLimits { loop_turns: Some(LoopTurns { shared, alone }), ..limits };
+        let limits = limits.with(|it| it.loop_turns = Some(LoopTurns { shared, alone }));
         film_within(limits, test, 16, 4, 16, u64::MAX)
     };
     for test in [scenes::overlapping_volumes(), scenes::crowd(), scenes::stage(), scenes::dense_furnace()] {
@@ -112,7 +115,7 @@ fn an_image_does_not_depend_on_how_many_turns_loops_may_take() {
 #[test]
 fn an_image_does_not_depend_on_how_many_kernels_there_are() {
     let limits = gpu().executor.limits();
-    let few = DeviceLimits { few_kernels: true, ..limits };
+    let few = limits.with(|it| it.few_kernels = true);
     for test in
         [scenes::noise(), scenes::peaky_environment(), scenes::crowd(), scenes::tricubic(), scenes::labels()]
     {
@@ -133,10 +136,13 @@ fn an_image_does_not_depend_on_how_many_kernels_there_are() {
 /// Several invocations trace a pixel where an image is small. Their sums go through the film.
 #[test]
 fn the_sums_of_sharers_are_those_of_one() {
-    let few = DeviceLimits { loop_turns: None, few_kernels: true, ..gpu().executor.limits() };
+    let few = gpu().executor.limits().with(|it| {
+        it.loop_turns = None;
+        it.few_kernels = true;
+    });
     // A width that leaves a part of the last workgroups outside. Passes of 8 samples have one invocation a pixel.
     let film = |most| {
-        let limits = DeviceLimits { max_samples_per_dispatch: most, ..few };
+        let limits = few.with(|it| it.max_samples_per_dispatch = most);
         film_within(limits, &scenes::homogeneous_cube(), 21, 64, 21, u64::MAX).unwrap()
     };
     let (one, four) = (film(1), film(64));
@@ -157,8 +163,10 @@ fn parts_of_fixed_passes_add_up_to_the_whole_to_the_last_bit() {
     for (test, guides) in
         [(scenes::noise(), true), (scenes::peaky_environment(), false), (scenes::crowd(), false)]
     {
-        let whole =
-            RenderRequest { guides, pass_samples: NonZeroU32::new(4), ..RenderRequest::new(20, 18, 14) };
+        let whole = RenderRequest::new(20, 18, 14).with(|it| {
+            it.guides = guides;
+            it.pass_samples = NonZeroU32::new(4);
+        });
         let mut planes = |request: RenderRequest| {
             let go_on = &mut |_: &_| ControlFlow::Continue(());
             let rendered = renderer.render(&mut gpu, &test.scene, &test.camera, &request, go_on).unwrap();
@@ -170,7 +178,7 @@ fn parts_of_fixed_passes_add_up_to_the_whole_to_the_last_bit() {
         assert!(film[0].iter().any(|light| light[1] > 0.0), "{}: there is nothing to see", test.name);
         // A window anywhere.
         for [origin, size] in [[[0, 0], [20, 5]], [[7, 5], [6, 13]], [[19, 17], [1, 1]]] {
-            let part = planes(RenderRequest { window: Some([origin, size]), ..whole });
+            let part = planes(whole.with(|it| it.window = Some([origin, size])));
             for (plane, part) in film.iter().zip(&part) {
                 for y in 0..size[1] as usize {
                     let row = (origin[1] as usize + y) * 20 + origin[0] as usize;
@@ -182,7 +190,10 @@ fn parts_of_fixed_passes_add_up_to_the_whole_to_the_last_bit() {
         // A pass each, added in order; the last is not whole.
         let mut sums = vec![vec![[0.0f32; 4]; 20 * 18]; film.len()];
         for (first_sample, samples) in [(0, 4), (4, 8), (8, 12), (12, 14)] {
-            let part = planes(RenderRequest { first_sample, samples, ..whole });
+            let part = planes(whole.with(|it| {
+                it.first_sample = first_sample;
+                it.samples = samples;
+            }));
             assert!(part[1].iter().all(|m| m[2] == (samples - first_sample) as f32), "{}", test.name);
             for (sum, more) in sums.iter_mut().flatten().flatten().zip(part.iter().flatten().flatten()) {
                 *sum += more;
@@ -197,7 +208,7 @@ fn parts_of_fixed_passes_add_up_to_the_whole_to_the_last_bit() {
 #[test]
 fn an_image_rendered_little_by_little_is_the_whole_one() {
     let (mut gpu, test) = (gpu(), scenes::noise());
-    let request = RenderRequest { pass_samples: NonZeroU32::new(2), ..RenderRequest::new(16, 16, 8) };
+    let request = RenderRequest::new(16, 16, 8).with(|it| it.pass_samples = NonZeroU32::new(2));
     let go_on = &mut |_: &_| ControlFlow::Continue(());
     let whole = render(&mut gpu, &test.scene, &test.camera, &request, go_on).unwrap();
     let mut renderer = HeadlessRenderer::new(&gpu);
@@ -215,7 +226,7 @@ fn an_image_rendered_little_by_little_is_the_whole_one() {
 #[test]
 fn an_image_does_not_depend_on_those_before_it() {
     let mut gpu = gpu();
-    let request = RenderRequest { pass_samples: NonZeroU32::new(4), ..RenderRequest::new(16, 16, 4) };
+    let request = RenderRequest::new(16, 16, 4).with(|it| it.pass_samples = NonZeroU32::new(4));
     let go_on = &mut |_: &_| ControlFlow::Continue(());
     let (first, second) = (scenes::crowd(), scenes::noise());
     let fresh = render(&mut gpu, &second.scene, &second.camera, &request, go_on).unwrap().film;
@@ -250,7 +261,7 @@ fn the_same_seed_gives_the_same_image_and_another_does_not() {
     let test = scenes::surface_reflection();
     let request = RenderRequest::new(16, 16, 4);
     assert_eq!(film(&test, &request), film(&test, &request));
-    assert_ne!(film(&test, &request), film(&test, &RenderRequest { seed: 1, ..request }));
+    assert_ne!(film(&test, &request), film(&test, &request.with(|it| it.seed = 1)));
 }
 
 #[test]
@@ -273,7 +284,7 @@ fn a_stopped_render_keeps_what_it_has() {
 fn a_render_out_of_time_gives_all_pixels_of_a_row_as_much() {
     let test = scenes::dense_furnace();
     let time = Some(Duration::from_millis(1));
-    let request = RenderRequest { time, ..RenderRequest::new(32, 32, 100_000) };
+    let request = RenderRequest::new(32, 32, 100_000).with(|it| it.time = time);
     let rendered =
         render(&mut gpu(), &test.scene, &test.camera, &request, &mut |_| ControlFlow::Continue(())).unwrap();
     assert!(matches!(rendered.outcome, Outcome::TimeUp), "{:?}", rendered.outcome);
@@ -289,7 +300,7 @@ fn a_render_out_of_time_gives_all_pixels_of_a_row_as_much() {
 fn a_render_ends_by_its_noise() {
     let mut gpu = gpu();
     let test = scenes::overlapping_volumes();
-    let request = RenderRequest { noise: Some(0.1), ..RenderRequest::new(20, 16, 4096) };
+    let request = RenderRequest::new(20, 16, 4096).with(|it| it.noise = Some(0.1));
     let mut film = || {
         let rendered =
             render(&mut gpu, &test.scene, &test.camera, &request, &mut |_| ControlFlow::Continue(()));
@@ -465,7 +476,10 @@ fn filters_read_across_bricks_as_within_one() {
             Scene { volumes: vec![instance], environment: Environment::uniform(1.0), ..Scene::default() };
         let eye = DVec3::new(0.03, 0.02, 0.05);
         let camera = PerspectiveCamera::look_at(eye, DVec3::ZERO, DVec3::Y, 0.5);
-        let request = RenderRequest { cell_size: Some(8), guides: true, ..RenderRequest::new(32, 32, 1) };
+        let request = RenderRequest::new(32, 32, 1).with(|it| {
+            it.cell_size = Some(8);
+            it.guides = true;
+        });
         film(&TestScene { name: "bricks", scene, camera }, &request)
     };
     for filter in [Filter::Nearest, Filter::Trilinear, Filter::Tricubic] {

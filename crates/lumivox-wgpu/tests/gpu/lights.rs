@@ -136,7 +136,8 @@ fn a_sun_from_everywhere_is_a_furnace() {
         for environment_sampling in
             [EnvironmentSampling::Auto, EnvironmentSampling::Always, EnvironmentSampling::Never]
         {
-            let request = RenderRequest { environment_sampling, ..RenderRequest::new(16, 16, 128) };
+            let request =
+                RenderRequest::new(16, 16, 128).with(|it| it.environment_sampling = environment_sampling);
             let film = film(&test, &request);
             let (mean, error) = mean(&film, 256);
             let alpha = (0..256).map(|p| film.alpha(p)).sum::<f64>() / 256.0;

@@ -17,7 +17,8 @@ use crate::film;
 fn white_furnace() {
     for test in scenes::all().into_iter().map(scenes::furnace) {
         for environment_sampling in [EnvironmentSampling::Never, EnvironmentSampling::Always] {
-            let request = RenderRequest { environment_sampling, ..RenderRequest::new(16, 16, 64) };
+            let request =
+                RenderRequest::new(16, 16, 64).with(|it| it.environment_sampling = environment_sampling);
             let film = film(&test, &request);
             let (mut sum, mut variance) = (0.0, 0.0);
             for pixel in 0..256 {
@@ -46,7 +47,7 @@ fn white_furnace() {
 fn long_paths_lose_no_light() {
     let test = scenes::dense_furnace();
     let environment_sampling = EnvironmentSampling::Always;
-    let request = RenderRequest { environment_sampling, ..RenderRequest::new(12, 12, 8) };
+    let request = RenderRequest::new(12, 12, 8).with(|it| it.environment_sampling = environment_sampling);
     let film = film(&test, &request);
     let (mut mean, mut alpha, mut variance) = (0.0, 0.0, 0.0);
     for pixel in 0..144 {

@@ -52,6 +52,12 @@ fn radiance_alpha_and_guides_agree_with_the_reference() {
     compare(&scenes::essential());
 }
 
+/// Of a volume; of a label it is among the essential ones.
+#[test]
+fn metal_agrees_with_the_reference() {
+    compare(&[scenes::metallic_surface()]);
+}
+
 #[test]
 #[ignore = "slow: script/test --all"]
 fn radiance_alpha_and_guides_agree_with_the_reference_in_every_scene() {
@@ -62,11 +68,10 @@ fn compare(tests: &[TestScene]) {
     for scene in tests {
         let reference = reference_of(scene);
         for environment_sampling in [EnvironmentSampling::Always, EnvironmentSampling::Never] {
-            let request = RenderRequest {
-                environment_sampling,
-                guides: environment_sampling == EnvironmentSampling::Always,
-                ..RenderRequest::new(SIZE, SIZE, SAMPLES)
-            };
+            let request = RenderRequest::new(SIZE, SIZE, SAMPLES).with(|it| {
+                it.environment_sampling = environment_sampling;
+                it.guides = environment_sampling == EnvironmentSampling::Always;
+            });
             let film = film(scene, &request);
             let name = format!("{}_{environment_sampling:?}", scene.name).to_lowercase();
             test(tests.len() * 2).assert_agree(

@@ -160,12 +160,12 @@ fn an_image_does_not_depend_on_where_voxels_lie() {
         sphere([65, 66, 1], false),
     ];
     let all: Vec<&Arc<Volume>> = volumes.iter().collect();
-    let expected = film_at_once(&mut gpu, DeviceLimits { one_pool: true, ..limits }, &scene(&all));
+    let expected = film_at_once(&mut gpu, limits.with(|it| it.one_pool = true), &scene(&all));
     // Pools of three bricks a side at most: none holds all, and they have to grow.
-    let small = DeviceLimits { max_texture_3d: 3 * 33, ..limits };
+    let small = limits.with(|it| it.max_texture_3d = 3 * 33);
     for (name, limits) in [
-        ("many pools", DeviceLimits { one_pool: false, ..limits }),
-        ("small pools", DeviceLimits { one_pool: false, ..small }),
+        ("many pools", limits.with(|it| it.one_pool = false)),
+        ("small pools", small.with(|it| it.one_pool = false)),
     ] {
         let film = film_at_once(&mut gpu, limits, &scene(&all));
         assert_same(&film, &expected, name);
@@ -182,7 +182,7 @@ fn an_image_does_not_depend_on_where_voxels_lie() {
         }
     }
     // Half floats have eleven bits: another image, but not by much.
-    let halves = film_at_once(&mut gpu, DeviceLimits { unorm16: false, ..limits }, &scene(&all));
+    let halves = film_at_once(&mut gpu, limits.with(|it| it.unorm16 = false), &scene(&all));
     let (a, b) = (alpha(&halves), alpha(&expected));
     assert!((a - b).abs() < 0.01 * b, "{a} of half floats, {b}");
 }
@@ -190,7 +190,7 @@ fn an_image_does_not_depend_on_where_voxels_lie() {
 #[test]
 fn volumes_of_different_formats_stand_side_by_side_at_their_own_cost() {
     let mut gpu = gpu();
-    let limits = DeviceLimits { one_pool: false, ..gpu.executor.limits() };
+    let limits = gpu.executor.limits().with(|it| it.one_pool = false);
     let [fine, plain] = [sphere([64, 64, 96], false), sphere([64, 96, 64], true)];
     let both = scene(&[&fine, &plain]);
     let store = VoxelStore::new(limits);
@@ -201,14 +201,14 @@ fn volumes_of_different_formats_stand_side_by_side_at_their_own_cost() {
     assert_eq!(store.bytes(), (2 + 1) * 12 * 33 * 33 * 33);
     // Texture units may filter 8 bits with less precision: the means have to do.
     let mixed = alpha(&film(&mut gpu, &cache));
-    let expected = alpha(&film_at_once(&mut gpu, DeviceLimits { one_pool: true, ..limits }, &both));
+    let expected = alpha(&film_at_once(&mut gpu, limits.with(|it| it.one_pool = true), &both));
     assert!((mixed - expected).abs() < 0.01 * expected, "{mixed} instead of {expected}");
 }
 
 #[test]
 fn a_pool_that_is_full_grows_and_keeps_what_it_holds() {
     let mut gpu = gpu();
-    let limits = DeviceLimits { one_pool: true, ..gpu.executor.limits() };
+    let limits = gpu.executor.limits().with(|it| it.one_pool = true);
     let volumes: Vec<Arc<Volume>> = (0..4).map(|i| sphere([40 + 7 * i, 50, 34 + 20 * i], false)).collect();
     let all: Vec<&Arc<Volume>> = volumes.iter().collect();
     let store = VoxelStore::new(limits);

@@ -123,25 +123,24 @@ impl Executor {
         let limit = |limit| device.limit_get(limit).min(u64::from(u32::MAX)) as u32;
         let on_cpu = is_software();
         let vendor = RenderingServer::singleton().get_video_adapter_vendor().to_string();
-        DeviceLimits {
-            max_texture_3d: limit(Limit::MAX_TEXTURE_SIZE_3D),
-            max_texture_bytes: match on_cpu {
+        DeviceLimits::webgpu_default().with(|it| {
+            it.max_texture_3d = limit(Limit::MAX_TEXTURE_SIZE_3D);
+            it.max_texture_bytes = match on_cpu {
                 true => DeviceLimits::TEXTURE_BYTES_OF_SOFTWARE,
                 false => DeviceLimits::TEXTURE_BYTES_OF_GPU,
-            },
-            unorm16: device
-                .texture_is_format_supported_for_usage(DataFormat::R16_UNORM, TextureUsageBits::SAMPLING_BIT),
-            one_pool: on_cpu,
-            max_texture_2d: limit(Limit::MAX_TEXTURE_SIZE_2D),
-            max_storage_binding: storage_binding(&vendor, on_cpu),
-            max_samples_per_dispatch: match on_cpu {
+            };
+            it.unorm16 = device
+                .texture_is_format_supported_for_usage(DataFormat::R16_UNORM, TextureUsageBits::SAMPLING_BIT);
+            it.one_pool = on_cpu;
+            it.max_texture_2d = limit(Limit::MAX_TEXTURE_SIZE_2D);
+            it.max_storage_binding = storage_binding(&vendor, on_cpu);
+            it.max_samples_per_dispatch = match on_cpu {
                 true => DeviceLimits::SAMPLES_OF_SOFTWARE,
                 false => DeviceLimits::SAMPLES_OF_GPU,
-            },
+            };
             // Godot does not tell how wide the vectors are.
-            loop_turns: on_cpu.then(|| LoopTurns::of_software(16)),
-            few_kernels: false,
-        }
+            it.loop_turns = on_cpu.then(|| LoopTurns::of_software(16));
+        })
     }
 
     /// Lends a texture of the host's under a name, until it is lent anew or [freed](Step::Free).

@@ -45,7 +45,7 @@ pub fn open(
         fs::read_to_string(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     let written = Written::parse(path, text).map_err(|error| format!("{}, {error}", path.display()))?;
     let failure = |error: OpenError| format!("{}: {}", written.place(error.volume, error.keys), error.kind);
-    let (folder, opening) = (written.folder(), Opening { allow_outside_data });
+    let (folder, opening) = (written.folder(), Opening { allow_outside_data, identify: true });
     let listener = Notes::new(progress, remedy);
     let (mut scans, mut reports) = (vec![], vec![]);
     for (index, entry) in written.document.volumes.iter().enumerate() {

@@ -89,8 +89,8 @@ pub struct Volume {
     pub max_bounces: u32,
     /// 0 nearest, 1 trilinear, 2 tricubic, 3 smooth.
     pub filter: u32,
-    /// Strength, gradient per mm, roughness, specular.
-    pub surface: [f64; 4],
+    /// Strength, gradient per mm, roughness, specular, metallic.
+    pub surface: [f64; 5],
     pub clip_min: [f64; 3],
     pub clip_max: [f64; 3],
     pub clips: Vec<Clip>,
@@ -120,7 +120,7 @@ impl Volume {
             anisotropy: 0.2,
             max_bounces: 20,
             filter: 1,
-            surface: [0.0, 100.0, 0.4, 0.04],
+            surface: [0.0, 100.0, 0.4, 0.04, 0.0],
             clip_min: [0.0; 3],
             clip_max: [1.0; 3],
             clips: vec![],
@@ -137,7 +137,7 @@ impl Volume {
             size: 40,
             knots: vec![[-300.0, 0.0, 1.0], [300.0, 0.6, 1.0], [1500.0, 1.0, 0.0]],
             density: 0.3,
-            surface: [0.7, 60.0, 0.4, 0.04],
+            surface: [0.7, 60.0, 0.4, 0.04, 0.0],
             ..Self::soft()
         }
     }
@@ -206,7 +206,7 @@ impl Volume {
             ease: if ease > 0.0 { Ease::InOut } else { Ease::Linear },
         });
         let stops = self.stops.iter().map(|&[value, r, g, b]| ColorStop { value, color: [r, g, b] });
-        let [strength, gradient_per_mm, roughness, specular] = self.surface;
+        let [strength, gradient_per_mm, roughness, specular, metallic] = self.surface;
         let medium = Medium {
             density_scale: self.density,
             albedo: self.albedo,
@@ -214,7 +214,7 @@ impl Volume {
             max_bounces: self.max_bounces,
             filter: [Filter::Nearest, Filter::Trilinear, Filter::Tricubic, Filter::Smooth]
                 [self.filter as usize],
-            surface: SurfaceReflection { strength, gradient_per_mm, roughness, specular },
+            surface: SurfaceReflection { strength, gradient_per_mm, roughness, specular, metallic },
             ..Medium::new(TransferFunction::new(knots.collect(), stops.collect()).unwrap())
         };
         let medium = if self.function.as_os_str().is_empty() {

@@ -88,18 +88,8 @@ pub fn film(case: &Case) -> Film {
     let names = [ResourceId::external(), ResourceId::external()];
     gpu.executor.lend_texture(names[0], &depth);
     gpu.executor.lend_texture(names[1], &color);
-    let frame = HostFrame {
-        depth: Some(HostDepth {
-            texture: names[0],
-            view_depth_from_ndc: [0.0, NEAR, 1.0, 0.0],
-            clear: 0.0,
-            jittered: false,
-        }),
-        color_target: names[1],
-        depth_target: None,
-        fog: None,
-    };
-    let settings = LiveSettings { target_samples: case.samples, ..LiveSettings::new(width, height) };
+    let frame = HostFrame::new(names[1]).with_depth(HostDepth::new(names[0], [0.0, NEAR, 1.0, 0.0], 0.0));
+    let settings = LiveSettings::new(width, height).with(|it| it.target_samples = case.samples);
     let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
     let mut recording = Recording::new();
     cache.update(&case.scene(), &mut recording).unwrap();

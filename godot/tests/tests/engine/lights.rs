@@ -78,7 +78,7 @@ fn cases() -> Vec<Case> {
         },
         Case {
             light: Light::Color([0.05, 0.06, 0.1]),
-            volumes: vec![Volume { surface: [0.8, 20.0, 0.3, 0.2], filter: 2, ..Volume::soft() }],
+            volumes: vec![Volume { surface: [0.8, 20.0, 0.3, 0.2, 0.0], filter: 2, ..Volume::soft() }],
             ..dark(
                 "many_lights",
                 vec![

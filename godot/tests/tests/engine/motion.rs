@@ -129,7 +129,7 @@ fn edits() -> Vec<Case> {
     });
     edit("density", &|c| c.volumes[0].density = 0.3);
     edit("albedo", &|c| c.volumes[0].albedo = 0.6);
-    edit("surface", &|c| c.volumes[0].surface = [1.0, 5.0, 0.2, 0.3]);
+    edit("surface", &|c| c.volumes[0].surface = [1.0, 5.0, 0.2, 0.3, 0.0]);
     edit("filter", &|c| c.volumes[0].filter = 0);
     edit("clip", &|c| c.volumes[0].clip_max = [0.5, 0.8, 1.0]);
     edit("turned", &|c| c.volumes[1].place = turned(1.3));

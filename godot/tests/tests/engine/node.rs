@@ -100,14 +100,14 @@ fn every_property_has_an_engine_that_rests_draw_again() {
     let told = told.as_object().unwrap();
     let still: Vec<_> = told.iter().filter(|(_, frames)| **frames == 0).map(|(name, _)| name).collect();
     assert!(still.is_empty(), "nothing was drawn after a change of {still:?}");
-    assert_eq!(told.len(), 19);
+    assert_eq!(told.len(), 20);
 }
 
 #[test]
 fn numbers_stay_in_the_range_that_the_inspector_shows() {
     let told = telling("numbers");
     let properties = told["properties"].as_object().unwrap();
-    assert_eq!(properties.len(), 11, "{told}");
+    assert_eq!(properties.len(), 12, "{told}");
     for (name, one) in properties {
         let hint: Vec<&str> = one["hint"].as_str().unwrap().split(',').collect();
         let (low, high) = (one["low"].as_f64().unwrap(), one["high"].as_f64().unwrap());

@@ -18,7 +18,7 @@ fn scenes() -> Vec<Case> {
         volumes: vec![Volume::solid()],
         ..Case::new("plain")
     };
-    let glossy = Volume { surface: [0.7, 60.0, 0.4, 0.04], ..Volume::solid() };
+    let glossy = Volume { surface: [0.7, 60.0, 0.4, 0.04, 0.0], ..Volume::solid() };
     let volumes = [vec![glossy.clone()], vec![Volume::solid(); 5], vec![glossy; 5]];
     std::iter::once(base()).chain(volumes.map(|volumes| Case { volumes, ..base() })).collect()
 }

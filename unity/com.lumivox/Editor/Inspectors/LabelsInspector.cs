@@ -13,7 +13,7 @@ namespace Lumivox.Editor
         /// Each label's own; its name and whether it is seen stand in the row that folds them.
         static readonly string[] own =
         {
-            "opacity", "density", "painted", "color", "transferFunction", "clipped", "ownSurface", "surfaceStrength", "surfaceGradient", "surfaceRoughness", "surfaceSpecular",
+            "opacity", "density", "painted", "color", "transferFunction", "clipped", "ownSurface", "surfaceStrength", "surfaceGradient", "surfaceRoughness", "surfaceSpecular", "surfaceMetallic",
         };
 
         VisualElement list;

@@ -12,7 +12,7 @@ namespace Lumivox.Editor
     sealed class VolumeInspector : UnityEditor.Editor
     {
         static readonly string[] medium = { "m_Density", "m_Albedo", "m_Anisotropy", "m_MaxBounces", "m_Filter", "m_ExtinctionSpace" };
-        static readonly string[] surface = { "m_SurfaceStrength", "m_SurfaceGradient", "m_SurfaceRoughness", "m_SurfaceSpecular" };
+        static readonly string[] surface = { "m_SurfaceStrength", "m_SurfaceGradient", "m_SurfaceRoughness", "m_SurfaceSpecular", "m_SurfaceMetallic" };
         static readonly string[] parts = { "m_Labels", "m_KeepEverything", "m_PeelMm" };
         static readonly string[] clip = { "m_ClipMin", "m_ClipMax" };
 

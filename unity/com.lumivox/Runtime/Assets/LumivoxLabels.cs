@@ -65,6 +65,16 @@ namespace Lumivox
             /// <summary>See <see cref="LumivoxVolume.surfaceSpecular"/>.</summary>
             [Tooltip("Share of the light that the highlights reflect seen head-on."), Range(0f, 1f)]
             public float surfaceSpecular;
+            /// <summary>See <see cref="LumivoxVolume.surfaceMetallic"/>.</summary>
+            [Tooltip("How much of the label's own colour the highlights have: 1 of metal."), Range(0f, 1f)]
+            public float surfaceMetallic;
+
+            /// <summary>All of the surface.</summary>
+            internal Surface Surface
+            {
+                readonly get => new Surface { strength = surfaceStrength, gradient = surfaceGradient, roughness = surfaceRoughness, specular = surfaceSpecular, metallic = surfaceMetallic };
+                set => (surfaceStrength, surfaceGradient, surfaceRoughness, surfaceSpecular, surfaceMetallic) = (value.strength, value.gradient, value.roughness, value.specular, value.metallic);
+            }
 
             /// <summary>A label that looks as the volume says.</summary>
             public Look(int value, string name, Color color)
@@ -83,6 +93,7 @@ namespace Lumivox
                 surfaceGradient = 0f;
                 surfaceRoughness = 0.4f;
                 surfaceSpecular = 0.04f;
+                surfaceMetallic = 0f;
             }
 
             internal Look Sanitized()
@@ -96,6 +107,7 @@ namespace Lumivox
                 look.surfaceGradient = Numbers.Within(surfaceGradient, 0f, LumivoxVolume.MaxGradient, 0f);
                 look.surfaceRoughness = Numbers.Within(surfaceRoughness, 0f, 1f, 0.4f);
                 look.surfaceSpecular = Numbers.Within(surfaceSpecular, 0f, 1f, 0.04f);
+                look.surfaceMetallic = Numbers.Within(surfaceMetallic, 0f, 1f, 0f);
                 return look;
             }
         }
@@ -248,10 +260,7 @@ namespace Lumivox
             look.density = style.density;
             look.transferFunction = transferFunction;
             look.ownSurface = style.hasSurface != 0;
-            look.surfaceStrength = style.surfaceStrength;
-            look.surfaceGradient = style.surfaceGradient;
-            look.surfaceRoughness = style.surfaceRoughness;
-            look.surfaceSpecular = style.surfaceSpecular;
+            look.Surface = style.surface;
             m_Looks[at] = look.Sanitized();
             Free();
         }
@@ -348,10 +357,7 @@ namespace Lumivox
                     opacity = look.opacity,
                     density = look.density,
                     hasSurface = look.ownSurface ? 1u : 0u,
-                    surfaceStrength = look.surfaceStrength,
-                    surfaceGradient = look.surfaceGradient,
-                    surfaceRoughness = look.surfaceRoughness,
-                    surfaceSpecular = look.surfaceSpecular,
+                    surface = look.Surface,
                     transferFunction = function != null ? function.Pointer : IntPtr.Zero,
                 };
             }

@@ -9,7 +9,7 @@ namespace Lumivox.Native
     internal static unsafe class Abi
     {
         /// <summary>Raised with the library's own.</summary>
-        public const uint Version = 7;
+        public const uint Version = 8;
 
         /// <summary>Bytes of the structs, in their order.</summary>
         public static uint[] Sizes => new[]
@@ -17,6 +17,7 @@ namespace Lumivox.Native
             (uint)sizeof(VolumeInfo),
             (uint)sizeof(OpacityKnot),
             (uint)sizeof(ColorStop),
+            (uint)sizeof(Surface),
             (uint)sizeof(Medium),
             (uint)sizeof(ClipShape),
             (uint)sizeof(LabelInfo),
@@ -97,6 +98,22 @@ namespace Lumivox.Native
         public double blue;
     }
 
+    /// <summary>How boundaries inside a scan reflect.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    internal partial struct Surface
+    {
+        /// <summary>How strongly boundaries reflect like surfaces, 0 to 1.</summary>
+        public float strength;
+        /// <summary>How steep a boundary must be, in value units per millimetre; 0: as suits the scan, of a label's the instance's.</summary>
+        public float gradient;
+        /// <summary>Width of the highlights, 0 glossy to 1 matt.</summary>
+        public float roughness;
+        /// <summary>Share of the light that the highlights reflect seen head-on, 0 to 1.</summary>
+        public float specular;
+        /// <summary>How much of the medium's colour the highlights have, 0 to 1, as of metal.</summary>
+        public float metallic;
+    }
+
     /// <summary>How light and a scan meet. The defaults are those of the component.</summary>
     [StructLayout(LayoutKind.Sequential)]
     internal partial struct Medium
@@ -113,14 +130,8 @@ namespace Lumivox.Native
         public uint filter;
         /// <summary>What a millimetre of extinction is measured in: 0 the scan's own, 1 the scene's.</summary>
         public uint extinctionSpace;
-        /// <summary>How strongly boundaries reflect like surfaces, 0 to 1.</summary>
-        public float surfaceStrength;
-        /// <summary>How steep a boundary must be, in value units per millimetre; 0: as suits the scan.</summary>
-        public float surfaceGradient;
-        /// <summary>Width of the highlights, 0 glossy to 1 matt.</summary>
-        public float surfaceRoughness;
-        /// <summary>Share of the light that the highlights reflect seen head-on, 0 to 1.</summary>
-        public float surfaceSpecular;
+        /// <summary>How its boundaries reflect.</summary>
+        public Surface surface;
     }
 
     /// <summary>A shape that cuts instances open: what it keeps of them is seen.</summary>
@@ -167,14 +178,8 @@ namespace Lumivox.Native
         public float density;
         /// <summary>1 where the surface below takes the place of the instance's.</summary>
         public uint hasSurface;
-        /// <summary>See `LumivoxMedium`.</summary>
-        public float surfaceStrength;
-        /// <summary>See `LumivoxMedium`; 0: the instance's.</summary>
-        public float surfaceGradient;
-        /// <summary>See `LumivoxMedium`.</summary>
-        public float surfaceRoughness;
-        /// <summary>See `LumivoxMedium`.</summary>
-        public float surfaceSpecular;
+        /// <summary>How their boundaries reflect.</summary>
+        public Surface surface;
         /// <summary>In place of the instance's, without rows for gradients; null: that.</summary>
         public IntPtr transferFunction;
     }

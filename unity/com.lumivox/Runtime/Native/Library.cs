@@ -85,6 +85,7 @@ namespace Lumivox.Native
         [DllImport(Name)] public static extern int lumivox_scene_is_one(byte* file);
         [DllImport(Name)] public static extern void lumivox_scene_free(IntPtr scene);
         [DllImport(Name)] public static extern IntPtr lumivox_scene_notes(IntPtr scene);
+        [DllImport(Name)] public static extern IntPtr lumivox_scene_document(IntPtr scene);
         [DllImport(Name)] public static extern IntPtr lumivox_scene_files(IntPtr scene);
         [DllImport(Name)] public static extern uint lumivox_scene_volume_count(IntPtr scene);
         [DllImport(Name)] public static extern IntPtr lumivox_scene_volume(IntPtr scene, uint index);
@@ -98,7 +99,7 @@ namespace Lumivox.Native
         [DllImport(Name)] public static extern int lumivox_scene_light(IntPtr scene, uint index, LightSource* @out, ObjectPose* pose);
         [DllImport(Name)] public static extern int lumivox_scene_environment(IntPtr scene, Surroundings* @out);
         [DllImport(Name)] public static extern int lumivox_scene_view(IntPtr scene, SavedView* @out, ObjectPose* pose);
-        [DllImport(Name)] public static extern int lumivox_stage_save_world(IntPtr stage, ulong world, SavedView* view, float radiance, byte* file);
+        [DllImport(Name)] public static extern int lumivox_stage_save_world(IntPtr stage, ulong world, SavedView* view, float radiance, byte* opened, byte* file);
         [DllImport(Name)] public static extern uint lumivox_kernel_count();
         [DllImport(Name)] public static extern IntPtr lumivox_kernel_name(uint index);
         [DllImport(Name)] public static extern Step* lumivox_recording_steps(IntPtr recording, uint* count);

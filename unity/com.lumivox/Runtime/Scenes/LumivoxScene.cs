@@ -40,6 +40,9 @@ namespace Lumivox
         float m_Gamma = 1f;
         [SerializeField, TextArea, Tooltip("What is worth knowing of the scene as it was opened.")]
         string[] m_Notes = Array.Empty<string>();
+        // With the digits that objects do not hold.
+        [SerializeField, HideInInspector]
+        string m_Document = "";
 
         /// <summary>The camera from which the scene is seen.</summary>
         public Camera sceneCamera => m_Camera;
@@ -67,7 +70,8 @@ namespace Lumivox
             if (!LumivoxEffect.TryGet(camera, out var settings)) throw new LumivoxException($"The camera '{camera.name}' draws no volumes: its Lumivox Effect is disabled.");
             foreach (var volume in LumivoxVolume.All) NeedReady(volume, camera);
             var view = ViewOf(camera, settings);
-            LumivoxRuntime.Save(camera, view, settings, path);
+            var own = camera.gameObject.GetComponentInParent<LumivoxScene>(true);
+            LumivoxRuntime.Save(camera, view, settings, own != null ? own.m_Document : "", path);
         }
 
         /// <summary>
@@ -125,7 +129,7 @@ namespace Lumivox
         }
 
         /// <summary>Takes over what a document says of its image.</summary>
-        internal void Take(in SavedView view, Camera of, string[] about)
+        internal void Take(in SavedView view, Camera of, string[] about, string document)
         {
             m_Camera = of;
             m_ImageSize = new Vector2Int((int)view.width, (int)view.height);
@@ -134,6 +138,7 @@ namespace Lumivox
             m_Tone = (Tone)view.tone;
             m_Gamma = view.gamma;
             m_Notes = about;
+            m_Document = document;
         }
 
         static void NeedReady(LumivoxVolume volume, Camera camera)

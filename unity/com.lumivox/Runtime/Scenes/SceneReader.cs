@@ -61,7 +61,7 @@ namespace Lumivox
             for (uint i = 0; i < Library.lumivox_scene_light_count(scene); i++) AddLight(root.transform, i);
             SavedView view;
             var camera = AddCamera(root.transform, &view);
-            own.Take(view, camera, notes.ToArray());
+            own.Take(view, camera, notes.ToArray(), Border.TakeText(Library.lumivox_scene_document(scene)));
             own.made.AddRange(made);
             return own;
         }

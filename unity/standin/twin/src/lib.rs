@@ -56,7 +56,7 @@ fn still(index: u32, side: u32, samples: u32, limits: DeviceLimits) -> Recording
     let mut recording = Recording::new();
     let mut cache = SceneCache::new(&VoxelStore::new(limits));
     cache.update(&test.scene, &mut recording).expect("test scenes fit");
-    let settings = ViewSettings { seed: SEED, ..ViewSettings::new(side, side) };
+    let settings = ViewSettings::new(side, side).with(|it| it.seed = SEED);
     let mut view = View::new(settings, &cache, &mut recording).expect("test films fit");
     while view.record_samples(&cache, &test.camera, samples, u64::MAX >> 8, &mut recording) > 0 {}
     view.record_read_film(&mut recording);

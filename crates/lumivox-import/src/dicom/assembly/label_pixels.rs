@@ -1,7 +1,7 @@
 //! DICOM segmentations as label volumes: frames of single segments are put together, so that each voxel holds the
 //! number of its segment, and 0 where there is none. They lie in the patient as their series does.
 
-use lumivox_core::{CancelToken, Progress, Stage, Voxels, glam::DVec3};
+use lumivox_core::{CancelToken, Progress, Voxels, WorkStage, glam::DVec3};
 
 use crate::{
     ImportError,
@@ -65,7 +65,7 @@ fn read_frames(
     let format = &file.format;
     let frames = file.frames.len();
     let step = |done: usize| {
-        progress.report(Stage::Decoding, done as u64, frames as u64);
+        progress.report(WorkStage::Decoding, done as u64, frames as u64);
         cancel.check()
     };
     let mut lost = Lost::default();

@@ -4,7 +4,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use lumivox_core::{CancelToken, Progress, Stage, Voxels};
+use lumivox_core::{CancelToken, Progress, Voxels, WorkStage};
 use rayon::prelude::*;
 
 use crate::{
@@ -126,7 +126,7 @@ impl Context<'_> {
 
     fn step(&self) -> Result<(), ImportError> {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        self.progress.report(Stage::Decoding, done, self.slices.len() as u64);
+        self.progress.report(WorkStage::Decoding, done, self.slices.len() as u64);
         Ok(self.cancel.check()?)
     }
 

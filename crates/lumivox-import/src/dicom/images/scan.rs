@@ -7,7 +7,7 @@ use std::{
     sync::atomic::{AtomicU64, Ordering},
 };
 
-use lumivox_core::{CancelToken, Progress, Stage};
+use lumivox_core::{CancelToken, Progress, WorkStage};
 use rayon::prelude::*;
 
 use crate::{
@@ -67,7 +67,7 @@ pub(crate) fn scan(
             cancel.check()?;
             let result = read_image(source, cancel);
             cancel.check()?;
-            progress.report(Stage::Scanning, done.fetch_add(1, Ordering::Relaxed) + 1, total);
+            progress.report(WorkStage::Scanning, done.fetch_add(1, Ordering::Relaxed) + 1, total);
             Ok(result)
         })
         .collect::<Result<_, ImportError>>()?;

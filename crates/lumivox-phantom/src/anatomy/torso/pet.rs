@@ -4,7 +4,7 @@
 //! J Int Med Res 2007), for a patient who has fasted for a while: the heart takes up less than it can.
 
 use glam::DVec3;
-use lumivox_core::{CancelToken, Cancelled, Modality, Progress, Stage, Volume, Voxels};
+use lumivox_core::{CancelToken, Cancelled, Modality, Progress, Volume, Voxels, WorkStage};
 use rayon::prelude::*;
 
 use super::{TorsoOptions, TorsoPart, torso_parts};
@@ -99,7 +99,7 @@ pub fn torso_pet(
         cancel.check()?;
         suv = blurred(&suv, n, stride, sigma);
     }
-    progress.report(Stage::Generating, 1, 1);
+    progress.report(WorkStage::Generating, 1, 1);
     let stored = suv.into_par_iter().map(|v| (f64::from(v) / SUV_STEP).round().clamp(0.0, 65535.0) as u16);
     let voxels = Voxels::U16(stored.collect());
     let volume = Volume::new([n; 3], voxels, [SUV_STEP, 0.0], place, Modality::Pet);

@@ -116,17 +116,9 @@ impl Host {
     }
 
     fn frame(&self) -> HostFrame {
-        HostFrame {
-            depth: Some(HostDepth {
-                texture: self.names[1],
-                view_depth_from_ndc: [0.0, NEAR, 1.0, 0.0],
-                clear: 0.0,
-                jittered: false,
-            }),
-            color_target: self.names[0],
-            depth_target: Some(self.names[2]),
-            fog: None,
-        }
+        HostFrame::new(self.names[0])
+            .with_depth(HostDepth::new(self.names[1], [0.0, NEAR, 1.0, 0.0], 0.0))
+            .with_depth_target(self.names[2])
     }
 
     fn execute(&mut self, recording: &Recording) -> Result<Vec<Vec<u8>>, String> {
@@ -138,7 +130,10 @@ impl Host {
     pub fn converge(&mut self, moment: &Moment, samples: u32, seed: u32) -> Result<Picture, String> {
         /// Far more than there are in any number of samples.
         const MOST_FRAMES: u32 = 100_000;
-        let settings = LiveSettings { target_samples: samples, seed, ..self.settings() };
+        let settings = self.settings().with(|it| {
+            it.target_samples = samples;
+            it.seed = seed;
+        });
         self.draw_meshes(moment)?;
         let mut view = Showing::new(self, moment, settings, false)?;
         let budget = CONVERGING * self.pixels();

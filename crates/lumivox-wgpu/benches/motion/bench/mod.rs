@@ -13,7 +13,6 @@ use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
 use lumivox_core::Preset;
-use lumivox_renderer::LiveSettings;
 
 use self::films::{Body, Moment, Motion, RATE, Set};
 use self::host::{Host, Picture, Showing};
@@ -245,7 +244,7 @@ impl Bench {
             strips.join(format!("{}.png", run.name()))
         });
         let host = &mut self.host;
-        let settings = LiveSettings { denoise: run.variant == Variant::Denoised, ..host.settings() };
+        let settings = host.settings().with(|it| it.denoise = run.variant == Variant::Denoised);
         let length = reel.moments.len();
         host.draw_meshes(&reel.moments[0])?;
         let mut prelude = Showing::new(host, &reel.moments[0], settings, true)?;

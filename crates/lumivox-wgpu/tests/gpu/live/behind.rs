@@ -48,7 +48,7 @@ fn picture(host: &mut Host, gpu: &mut lumivox_wgpu::Gpu, camera: &Camera, budget
 
 /// Pixels that nothing behind the head's surface counts for: all about them is opaque and before the meshes.
 fn opaque_pixels(gpu: &mut lumivox_wgpu::Gpu, camera: &Camera, distance: f64) -> Vec<usize> {
-    let settings = LiveSettings { target_samples: 12, ..LiveSettings::new(SIZE[0], SIZE[1]) };
+    let settings = LiveSettings::new(SIZE[0], SIZE[1]).with(|it| it.target_samples = 12);
     let mut host = Host::new(gpu, &opaque_head(), settings);
     host.set_depth(gpu, |_| distance - 0.02);
     host.converge(gpu, camera, u64::MAX);
@@ -96,16 +96,16 @@ fn assert_no_trace(of: &[&str]) {
     println!("{} pixels are opaque all about", opaque.len());
     assert!(opaque.len() > 60, "{} pixels", opaque.len());
     let folder = failures::folder("behind");
-    let plain = LiveSettings { target_samples: 64, ..LiveSettings::new(SIZE[0], SIZE[1]) };
+    let plain = LiveSettings::new(SIZE[0], SIZE[1]).with(|it| it.target_samples = 64);
     let fine = u64::from(SIZE[0] * SIZE[1]);
     // What is shown, the budget of a frame, and how many frames go by without motion.
     let shown = [
         ("moving", plain, COARSE, 0),
         ("resting", plain, COARSE, 12),
         ("fading", plain, fine / 3, 8),
-        ("denoised", LiveSettings { denoise: true, ..plain }, fine, 3),
-        ("longer denoised", LiveSettings { denoise: true, ..plain }, 3 * fine, 3),
-        ("half as large", LiveSettings { resolution_scale: 0.5, ..plain }, fine, 3),
+        ("denoised", plain.with(|it| it.denoise = true), fine, 3),
+        ("longer denoised", plain.with(|it| it.denoise = true), 3 * fine, 3),
+        ("half as large", plain.with(|it| it.resolution_scale = 0.5), fine, 3),
     ];
     let mut worst = vec![];
     for (name, settings, budget, resting) in shown.into_iter().filter(|(name, ..)| of.contains(name)) {
@@ -143,7 +143,7 @@ fn meshes_behind_all_volumes_are_none_to_a_film() {
     let camera = test.camera.with_aspect(1.0);
     let distance = camera.world_from_camera.translation.length();
     let mut gpu = gpu();
-    let settings = LiveSettings { denoise: true, ..LiveSettings::new(48, 48) };
+    let settings = LiveSettings::new(48, 48).with(|it| it.denoise = true);
     let mut pictures = [2.0, 0.0].map(|factor| {
         let mut host = Host::new(&mut gpu, &test, settings);
         (0..6)

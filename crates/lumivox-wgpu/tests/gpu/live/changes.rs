@@ -31,7 +31,10 @@ fn a_cut_shows_nothing_of_what_was_before() {
     let (whole, test, camera) = heads();
     let mut gpu = gpu();
     for (denoise, budget) in [(false, 600), (true, 6000)] {
-        let settings = LiveSettings { target_samples: 32, denoise, ..LiveSettings::new(SIZE, SIZE) };
+        let settings = LiveSettings::new(SIZE, SIZE).with(|it| {
+            it.target_samples = 32;
+            it.denoise = denoise;
+        });
         let mut before = Host::new(&mut gpu, &TestScene { scene: whole.clone(), ..test.clone() }, settings);
         before.converge(&mut gpu, &camera, 200_000);
         before.set_scene(&mut gpu, &test.scene);
@@ -56,7 +59,7 @@ fn a_coarse_picture_goes_where_fine_samples_contradict_it() {
     const SAMPLES: u32 = 8;
     let (_, test, camera) = heads();
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(SIZE, SIZE) };
+    let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = 64);
     let mut shown = |budget: u64, samples: u32| {
         let mut host = Host::new(&mut gpu, &test, settings);
         while host.frame(&mut gpu, &camera, budget).samples < samples {}
@@ -100,7 +103,7 @@ fn light_that_changes_by_a_factor_alone_starts_nothing_over() {
     let test = scenes::bulbs();
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 8, ..LiveSettings::new(SIZE, SIZE) };
+    let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = 8);
     let mut host = Host::new(&mut gpu, &test, settings);
     // A torch in every frame, from the first one on.
     for frame in 0..60 {
@@ -138,7 +141,7 @@ fn light_that_changes_a_little_keeps_the_image() {
     let test = scenes::bulbs();
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: SAMPLES, ..LiveSettings::new(SIZE, SIZE) };
+    let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = SAMPLES);
     let shown = |host: &mut Host, gpu: &mut Gpu, budget: u64| {
         host.set_color(gpu, |_| [0.0, 0.0, 0.0, 1.0]);
         host.frame(gpu, &camera, budget);
@@ -161,7 +164,7 @@ fn light_that_changes_a_little_keeps_the_image() {
 
         let fresh = TestScene { scene: now.clone(), ..test.clone() };
         let truth = {
-            let settings = LiveSettings { target_samples: 1024, ..settings };
+            let settings = settings.with(|it| it.target_samples = 1024);
             let mut host = Host::new(&mut gpu, &fresh, settings);
             host.converge(&mut gpu, &camera, u64::MAX);
             shown(&mut host, &mut gpu, u64::MAX)
@@ -201,7 +204,7 @@ fn a_lamp_that_is_dimmed_under_a_finished_image_is_dimmed_soon() {
     let test = scenes::bulbs();
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 512, ..LiveSettings::new(SIZE, SIZE) };
+    let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = 512);
     let light = |host: &mut Host, gpu: &mut Gpu, budget: u64| {
         host.set_color(gpu, |_| [0.0, 0.0, 0.0, 1.0]);
         host.frame(gpu, &camera, budget);

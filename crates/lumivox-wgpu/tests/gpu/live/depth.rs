@@ -12,7 +12,7 @@ fn where_the_hosts_depth_changes_pixels_start_over_and_no_others() {
     let test = scenes::noise();
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 8, ..LiveSettings::new(24, 24) };
+    let settings = LiveSettings::new(24, 24).with(|it| it.target_samples = 8);
     let distance = camera.world_from_camera.translation.length();
     let mesh = |left: u32| move |at: [u32; 2]| if (left..left + 8).contains(&at[0]) { distance } else { 0.0 };
 
@@ -37,7 +37,7 @@ fn a_mesh_that_moved_once_wakes_a_host_that_idles() {
     let test = scenes::noise();
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 12, ..LiveSettings::new(24, 24) };
+    let settings = LiveSettings::new(24, 24).with(|it| it.target_samples = 12);
     let distance = camera.world_from_camera.translation.length();
     let mesh = |left: u32| move |at: [u32; 2]| if (left..left + 8).contains(&at[0]) { distance } else { 0.0 };
     let mut host = Host::new(&mut gpu, &test, settings);
@@ -70,7 +70,7 @@ fn a_camera_that_moves_under_jitter_leaves_no_ends_of_rays_behind() {
         0.3 * 2.0 * before.world_from_camera.translation.length() * (test.camera.vertical_fov / 2.0).tan()
             / 24.0;
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 8, ..LiveSettings::new(24, 24) };
+    let settings = LiveSettings::new(24, 24).with(|it| it.target_samples = 8);
     for budget in [u64::MAX, 300] {
         let mut moved = Host::new(&mut gpu, &test, settings);
         moved.jittered = true;
@@ -92,8 +92,7 @@ fn a_mesh_that_passed_under_jitter_ends_no_rays() {
     let camera = test.camera.with_aspect(1.0);
     let wanted = film(&test, &RenderRequest::new(24, 24, 8));
     let mut gpu = gpu();
-    let mut host =
-        Host::new(&mut gpu, &test, LiveSettings { target_samples: 8, ..LiveSettings::new(24, 24) });
+    let mut host = Host::new(&mut gpu, &test, LiveSettings::new(24, 24).with(|it| it.target_samples = 8));
     host.jittered = true;
     let distance = camera.world_from_camera.translation.length();
     for left in [0, 6, 12, 18] {
@@ -112,7 +111,7 @@ fn a_host_that_gives_no_depth_any_more_ends_no_rays() {
     let camera = test.camera.with_aspect(1.0);
     let wanted = film(&test, &RenderRequest::new(24, 24, 8));
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 8, ..LiveSettings::new(24, 24) };
+    let settings = LiveSettings::new(24, 24).with(|it| it.target_samples = 8);
     let mut host = Host::new(&mut gpu, &test, settings);
     let distance = camera.world_from_camera.translation.length();
     host.set_depth(&gpu, |_| distance);
@@ -129,7 +128,7 @@ fn a_moving_mesh_tears_no_holes() {
     test.scene.volumes[0].medium.density_scale = 50.0;
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(96, 96) };
+    let settings = LiveSettings::new(96, 96).with(|it| it.target_samples = 64);
     let mut host = Host::new(&mut gpu, &test, settings);
     host.converge(&mut gpu, &camera, u64::MAX);
     let done = host.film(&mut gpu);
@@ -162,7 +161,7 @@ fn what_is_drawn_later_meets_the_volumes_depth() {
     let test = scenes::noise();
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 40, ..LiveSettings::new(24, 24) };
+    let settings = LiveSettings::new(24, 24).with(|it| it.target_samples = 40);
     let mut host = Host::new(&mut gpu, &test, settings);
     host.converge(&mut gpu, &camera, u64::MAX);
     let (film, written) = (host.film(&mut gpu), host.read_depth(&gpu));

@@ -6,7 +6,7 @@ use lumivox_reference::medium::place;
 use lumivox_reference::path::trace;
 use lumivox_reference::rng::Rng;
 use lumivox_renderer::live::{Grain, LiveImage};
-use lumivox_renderer::{DeviceLimits, Film, LiveSettings, LoopTurns, Recording};
+use lumivox_renderer::{Film, LiveSettings, LoopTurns, Recording};
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::RenderRequest;
 
@@ -19,7 +19,7 @@ fn a_finished_live_film_is_the_headless_film() {
     let wanted = film(&test, &RenderRequest::new(24, 24, 12));
     let mut gpu = gpu();
     for budget in [u64::MAX, 1000, 40] {
-        let settings = LiveSettings { target_samples: 12, ..LiveSettings::new(24, 24) };
+        let settings = LiveSettings::new(24, 24).with(|it| it.target_samples = 12);
         let mut host = Host::new(&mut gpu, &test, settings);
         host.converge(&mut gpu, &test.camera.with_aspect(1.0), budget);
         assert_same(&host.film(&mut gpu), &wanted, 0..24 * 24);
@@ -35,15 +35,15 @@ fn a_live_film_does_not_depend_on_how_many_turns_loops_may_take() {
     let limits = gpu.executor.limits();
     for shared in [150, 20] {
         let loop_turns = Some(LoopTurns { shared, alone: 64_000 });
-        let settings = LiveSettings { target_samples: 6, ..LiveSettings::new(24, 24) };
-        let mut host = Host::within(DeviceLimits { loop_turns, ..limits }, &mut gpu, &test, settings);
+        let settings = LiveSettings::new(24, 24).with(|it| it.target_samples = 6);
+        let mut host = Host::within(limits.with(|it| it.loop_turns = loop_turns), &mut gpu, &test, settings);
         host.converge(&mut gpu, &test.camera.with_aspect(1.0), 1000);
         assert_eq!(host.live.status().lost_pixels, 0);
         assert_same(&host.film(&mut gpu), &wanted, 0..24 * 24);
     }
     let loop_turns = Some(LoopTurns { shared: 3, alone: 3 });
-    let settings = LiveSettings { target_samples: 6, ..LiveSettings::new(24, 24) };
-    let mut host = Host::within(DeviceLimits { loop_turns, ..limits }, &mut gpu, &test, settings);
+    let settings = LiveSettings::new(24, 24).with(|it| it.target_samples = 6);
+    let mut host = Host::within(limits.with(|it| it.loop_turns = loop_turns), &mut gpu, &test, settings);
     host.converge(&mut gpu, &test.camera.with_aspect(1.0), 1000);
     assert!(host.live.status().lost_pixels > 0, "what is lost is said");
 }
@@ -54,7 +54,7 @@ fn a_live_film_fills_however_few_turns_loops_may_take() {
     let test = scenes::overlapping_volumes();
     let mut gpu = gpu();
     let loop_turns = Some(LoopTurns { shared: 3, alone: 64_000 });
-    let limits = DeviceLimits { loop_turns, ..gpu.executor.limits() };
+    let limits = gpu.executor.limits().with(|it| it.loop_turns = loop_turns);
     let mut host = Host::within(limits, &mut gpu, &test, LiveSettings::new(24, 24));
     let camera = test.camera.with_aspect(1.0);
     for _ in 0..3 {
@@ -75,8 +75,8 @@ fn a_live_film_in_pieces_is_done_when_it_is_whole() {
     // Where paths starve, and where they lag behind only.
     for shared in [3, 300] {
         let loop_turns = Some(LoopTurns { shared, alone: 64_000 });
-        let limits = DeviceLimits { loop_turns, ..gpu.executor.limits() };
-        let settings = LiveSettings { target_samples: u32::from(TARGET), ..LiveSettings::new(24, 24) };
+        let limits = gpu.executor.limits().with(|it| it.loop_turns = loop_turns);
+        let settings = LiveSettings::new(24, 24).with(|it| it.target_samples = u32::from(TARGET));
         let mut host = Host::within(limits, &mut gpu, &test, settings);
         while !host.frame(&mut gpu, &camera, u64::MAX).converged {}
         let film = host.film(&mut gpu);
@@ -92,7 +92,7 @@ fn compare_with_reference(test: &TestScene, camera: &Camera, samples: u32) {
     const BLOCK: u32 = 6;
     let size = [SIZE, SIZE];
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: samples, ..LiveSettings::new(SIZE, SIZE) };
+    let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = samples);
     let mut host = Host::new(&mut gpu, test, settings);
     host.set_depth(&gpu, |at| oblique(camera, size, at));
     host.converge(&mut gpu, camera, u64::MAX);
@@ -182,7 +182,7 @@ fn a_coarse_film_is_a_small_headless_one() {
     for samples in [2, 3, 4] {
         let small = film(&test, &RenderRequest::new(32, 32, samples));
         let mut gpu = gpu();
-        let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(128, 128) };
+        let settings = LiveSettings::new(128, 128).with(|it| it.target_samples = 64);
         let mut host = Host::new(&mut gpu, &test, settings);
         host.frame(&mut gpu, &before, 2 * 32 * 32);
         let status = host.frame(&mut gpu, &camera, 32 * 32 * u64::from(samples));

@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 
 use lumivox_core::Camera;
 use lumivox_renderer::live::{Grain, LiveImage};
-use lumivox_renderer::{DeviceLimits, Film, LiveSettings, LoopTurns, Recording};
+use lumivox_renderer::{Film, LiveSettings, LoopTurns, Recording};
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::{Gpu, RenderRequest};
 
@@ -19,7 +19,10 @@ const SAMPLES: u32 = 6;
 const BUDGET: u64 = PIXELS as u64;
 
 fn settings() -> LiveSettings {
-    LiveSettings { target_samples: SAMPLES, guides: true, ..LiveSettings::new(SIZE, SIZE) }
+    LiveSettings::new(SIZE, SIZE).with(|it| {
+        it.target_samples = SAMPLES;
+        it.guides = true;
+    })
 }
 
 /// The fine film, with guides if it has any.
@@ -35,11 +38,10 @@ fn film_of(host: &Host, gpu: &mut Gpu) -> Film {
 }
 
 fn still(test: &TestScene) -> Film {
-    let request = RenderRequest {
-        guides: true,
-        pass_samples: NonZeroU32::new(1),
-        ..RenderRequest::new(SIZE, SIZE, SAMPLES)
-    };
+    let request = RenderRequest::new(SIZE, SIZE, SAMPLES).with(|it| {
+        it.guides = true;
+        it.pass_samples = NonZeroU32::new(1);
+    });
     film(test, &request)
 }
 
@@ -88,7 +90,10 @@ fn guides_come_in_pieces_and_behind_coarse_images() {
     let limits = gpu.executor.limits();
     for (shared, few_kernels, budget) in [(150, false, 1000), (20, false, u64::MAX), (4000, true, 100)] {
         let loop_turns = Some(LoopTurns { shared, alone: 64_000 });
-        let limits = DeviceLimits { loop_turns, few_kernels, ..limits };
+        let limits = limits.with(|it| {
+            it.loop_turns = loop_turns;
+            it.few_kernels = few_kernels;
+        });
         let mut host = Host::within(limits, &mut gpu, &test, settings());
         host.converge(&mut gpu, &camera, budget);
         assert_eq!(host.live.status().lost_pixels, 0);

@@ -134,21 +134,14 @@ impl Host {
     }
 
     fn host_depth(&self) -> HostDepth {
-        HostDepth {
-            texture: self.names[1],
-            view_depth_from_ndc: VIEW_DEPTH_FROM_NDC,
-            clear: 0.0,
-            jittered: self.jittered,
-        }
+        HostDepth::new(self.names[1], VIEW_DEPTH_FROM_NDC, 0.0).with_jitter(self.jittered)
     }
 
     fn host_frame(&self) -> HostFrame {
-        HostFrame {
-            depth: self.gives_depth.then(|| self.host_depth()),
-            color_target: self.names[0],
-            depth_target: Some(self.names[2]),
-            fog: self.fog,
-        }
+        HostFrame::new(self.names[0])
+            .with_depth(self.gives_depth.then(|| self.host_depth()))
+            .with_depth_target(self.names[2])
+            .with_fog(self.fog)
     }
 
     pub fn frame(&mut self, gpu: &mut Gpu, camera: &Camera, budget: u64) -> LiveStatus {

@@ -12,7 +12,10 @@ fn an_image_ends_by_its_noise_and_goes_on_for_less() {
     let mut gpu = gpu();
     let test = scenes::overlapping_volumes();
     let camera = test.camera.with_aspect(1.0);
-    let settings = LiveSettings { target_samples: 4096, target_noise: 0.1, ..LiveSettings::new(24, 24) };
+    let settings = LiveSettings::new(24, 24).with(|it| {
+        it.target_samples = 4096;
+        it.target_noise = 0.1;
+    });
     let mut host = Host::new(&mut gpu, &test, settings);
     host.converge(&mut gpu, &camera, 40_000);
     let film = host.film(&mut gpu);

@@ -12,7 +12,10 @@ fn the_picture_is_light_over_the_hosts_colour() {
     let test = scenes::noise();
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 40, exposure: 2.0, ..LiveSettings::new(24, 24) };
+    let settings = LiveSettings::new(24, 24).with(|it| {
+        it.target_samples = 40;
+        it.exposure = 2.0;
+    });
     let mut host = Host::new(&mut gpu, &test, settings);
     host.converge(&mut gpu, &camera, u64::MAX);
     let behind = |at: [u32; 2]| [at[0] as f32 / 24.0, 0.5, 3.0, 1.0];
@@ -90,7 +93,7 @@ fn fog_hides_volumes_by_distance_and_by_height() {
     ];
     let mut gpu = gpu();
     for (camera, fog) in cameras.iter().flat_map(|camera| fogs.map(|fog| (camera, fog))) {
-        let settings = LiveSettings { target_samples: 8, ..LiveSettings::new(24, 24) };
+        let settings = LiveSettings::new(24, 24).with(|it| it.target_samples = 8);
         let mut host = Host::new(&mut gpu, &test, settings);
         host.converge(&mut gpu, camera, u64::MAX);
         host.fog = Some(fog);
@@ -126,7 +129,7 @@ fn the_first_frame_shows_everything_however_small_the_budget() {
     let test = scenes::noise();
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 64, ..LiveSettings::new(64, 64) };
+    let settings = LiveSettings::new(64, 64).with(|it| it.target_samples = 64);
     let mut host = Host::new(&mut gpu, &test, settings);
     host.converge(&mut gpu, &camera, u64::MAX);
     let done = host.film(&mut gpu);
@@ -149,7 +152,7 @@ fn a_finished_picture_does_not_show_what_was_before() {
     let test = scenes::noise();
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 4, ..LiveSettings::new(32, 32) };
+    let settings = LiveSettings::new(32, 32).with(|it| it.target_samples = 4);
     let mut picture = |budget| {
         let mut host = Host::new(&mut gpu, &test, settings);
         host.converge(&mut gpu, &camera, budget);
@@ -167,7 +170,10 @@ fn a_small_film_does_not_leak_over_the_hosts_edges() {
     test.scene.volumes[0].medium.density_scale = 50.0;
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings { target_samples: 32, resolution_scale: 0.5, ..LiveSettings::new(48, 48) };
+    let settings = LiveSettings::new(48, 48).with(|it| {
+        it.target_samples = 32;
+        it.resolution_scale = 0.5;
+    });
     let mut host = Host::new(&mut gpu, &test, settings);
     // A mesh in front of everything, its edge in the middle of a pixel of the film.
     host.set_depth(&gpu, |at| if at[0] < 25 { 0.02 } else { 0.0 });
@@ -191,7 +197,11 @@ fn the_denoiser_takes_noise_away_and_leaves_what_has_converged() {
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
     let mut picture = |samples, seed, denoise| {
-        let settings = LiveSettings { target_samples: samples, seed, denoise, ..LiveSettings::new(64, 64) };
+        let settings = LiveSettings::new(64, 64).with(|it| {
+            it.target_samples = samples;
+            it.seed = seed;
+            it.denoise = denoise;
+        });
         let mut host = Host::new(&mut gpu, &test, settings);
         host.converge(&mut gpu, &camera, u64::MAX);
         host.set_color(&gpu, |_| [0.0; 4]);

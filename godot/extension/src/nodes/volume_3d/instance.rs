@@ -47,6 +47,16 @@ impl LumivoxVolume3D {
         (depth.map(|depth| Peel { depth, mm: self.peel_mm }), is_coming)
     }
 
+    /// Takes over a look's surface.
+    pub(super) fn take_surface(&mut self, surface: SurfaceReflection) {
+        let SurfaceReflection { strength, gradient_per_mm, roughness, specular, metallic } = surface;
+        self.surface_strength = strength;
+        self.surface_gradient = gradient_per_mm;
+        self.surface_roughness = roughness;
+        self.surface_specular = specular;
+        self.surface_metallic = metallic;
+    }
+
     pub(super) fn medium(&self, suited: &Medium) -> Medium {
         let (transfer_function, gradients) = match &self.transfer_function {
             Some(chosen) => (chosen.bind().curve(), chosen.bind().gradients()),
@@ -74,6 +84,7 @@ impl LumivoxVolume3D {
                 },
                 roughness: self.surface_roughness,
                 specular: self.surface_specular,
+                metallic: self.surface_metallic,
             },
             extinction_space: match self.extinction_space {
                 Self::EXTINCTION_WORLD => ExtinctionSpace::World,

@@ -120,6 +120,11 @@ pub struct LumivoxVolume3D {
     #[var(set)]
     #[init(val = 0.04)]
     surface_specular: f64,
+    /// How much of the scan's own colour the highlights have, 0 to 1: 0 of skin and bone, whose highlights have the light's; 1
+    /// of metal, such as implants and fillings, which want a high [member surface_specular], too.
+    #[export(range = (0.0, 1.0, 0.001))]
+    #[var(set)]
+    surface_metallic: f64,
     /// What the scan's parts are, and how each looks. See [LumivoxLabels].
     #[export_group(name = "Parts")]
     #[export]
@@ -297,6 +302,11 @@ impl LumivoxVolume3D {
     }
 
     #[func]
+    fn set_surface_metallic(&mut self, value: f64) {
+        put!(self.surface_metallic = value in [0.0, 1.0]);
+    }
+
+    #[func]
     fn _get_chosen_preset(&self) -> GString {
         self.chosen_preset.clone()
     }
@@ -389,10 +399,7 @@ impl LumivoxVolume3D {
         self.albedo = medium.albedo;
         self.anisotropy = medium.anisotropy;
         self.max_bounces = i64::from(medium.max_bounces);
-        self.surface_strength = medium.surface.strength;
-        self.surface_gradient = medium.surface.gradient_per_mm;
-        self.surface_roughness = medium.surface.roughness;
-        self.surface_specular = medium.surface.specular;
+        self.take_surface(medium.surface);
         self.set_transfer_function(Some(curve));
         self.base_mut().notify_property_list_changed();
         true

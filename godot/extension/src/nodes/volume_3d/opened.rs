@@ -40,10 +40,7 @@ impl LumivoxVolume3D {
                 ExtinctionSpace::World => Self::EXTINCTION_WORLD,
                 ExtinctionSpace::Volume => Self::EXTINCTION_VOLUME,
             };
-            this.surface_strength = medium.surface.strength;
-            this.surface_gradient = medium.surface.gradient_per_mm;
-            this.surface_roughness = medium.surface.roughness;
-            this.surface_specular = medium.surface.specular;
+            this.take_surface(medium.surface);
             this.peel_mm = instance.peel.as_ref().map_or(0.0, |peel| peel.mm);
             let [low, high] = placement::node_clip(&instance.volume, instance.clip_box).map(convert::vector);
             (this.clip_min, this.clip_max) = (low, high);
