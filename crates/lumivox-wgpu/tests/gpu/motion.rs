@@ -55,6 +55,23 @@ fn the_motion_bench_runs() {
 }
 
 #[test]
+fn the_motion_bench_finds_what_a_frame_affords() {
+    let _gpu = super::gpu();
+    let folder = tempfile::tempdir().unwrap();
+    let (log, result) = run(
+        folder.path(),
+        "scene=torso look=ct-bone film=orbit variant=raw budget=8 size=32x18 voxels=32 length=2 frames=0,1 rest=1 \
+         after=1 samples=2 strip=0",
+    );
+    result.unwrap();
+    let json = std::fs::read_to_string(folder.path().join("motion.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["runs"].as_array().unwrap().len(), 1, "{log}");
+    assert!(json["runs"][0]["spp"].as_f64().unwrap() > 0.0, "{log}");
+    assert!(!folder.path().join("strips").exists());
+}
+
+#[test]
 fn the_motion_bench_says_what_is_wrong_with_its_words() {
     let folder = tempfile::tempdir().unwrap();
     for (words, wanted) in [

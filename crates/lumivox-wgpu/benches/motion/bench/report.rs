@@ -66,7 +66,7 @@ struct Summary {
     flicker: [Option<f64>; 3],
     first: Option<f64>,
     cut: Option<f64>,
-    /// Frames; `None` where it was not caught up with.
+    /// Frames; `None` where it was not caught up with, or nothing is known.
     lag: Option<u32>,
     uncovered: Option<f64>,
     median: Option<f64>,
@@ -111,6 +111,15 @@ impl Run {
         self.of(phase).find(|shot| shot.frame == frame)?.judged.flip
     }
 
+    /// Times of moving frames: not of the first, which has images to make, nor of those before which a picture came back, for
+    /// the GPU idled meanwhile. Of all where there are no others.
+    fn undisturbed(&self) -> Vec<f64> {
+        let follows = |frame: usize| self.of(Phase::Moving).any(|shot| shot.frame + 1 == frame);
+        let times = self.times.iter().enumerate().skip(1).filter(|(frame, _)| !follows(*frame));
+        let times: Vec<f64> = times.map(|(_, time)| *time).collect();
+        if times.is_empty() { self.times.clone() } else { times }
+    }
+
     fn summary(&self) -> Summary {
         // A view that began a moment ago is not what it is in motion.
         let steady: Vec<&Judged> = self
@@ -123,8 +132,7 @@ impl Run {
         let flip = over(&|judged| judged.flip);
         let errors: Vec<(u32, f64)> =
             self.of(Phase::Cut).filter_map(|shot| Some((shot.frame as u32, shot.judged.flip?))).collect();
-        // The first frame has images to make.
-        let times = self.times.get(1..).unwrap_or_default();
+        let times = self.undisturbed();
         Summary {
             flip,
             psnr: over(&|judged| judged.psnr.filter(|psnr| psnr.is_finite())),
@@ -134,8 +142,8 @@ impl Run {
             cut: self.flip(Phase::Cut, 0),
             lag: flip.and_then(|flip| lag(&errors, flip)),
             uncovered: over(&|judged| Some(judged.uncovered? / judged.flip?)),
-            median: percentile(times, 0.5),
-            p99: percentile(times, 0.99),
+            median: percentile(&times, 0.5),
+            p99: percentile(&times, 0.99),
             gpu: percentile(&self.gpu_times, 0.5),
         }
     }
@@ -228,7 +236,11 @@ impl Report {
         ];
         cells.extend(summary.flicker.map(large));
         cells.extend([summary.first, summary.cut].map(small));
-        cells.push(summary.lag.map_or_else(|| format!(">{after}"), |frames| frames.to_string()));
+        cells.push(match (summary.lag, summary.flip) {
+            (Some(frames), _) => frames.to_string(),
+            (None, Some(_)) => format!(">{after}"),
+            (None, None) => String::new(),
+        });
         cells.push(large(summary.uncovered));
         cells.extend([last_rest, run.floor].map(small));
         cells.extend([summary.median, summary.p99, summary.gpu].map(large));
