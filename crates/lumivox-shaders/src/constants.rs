@@ -55,7 +55,7 @@ constants! {
     /// Cells that a ray passes at once at most, for all around it are empty; less than the bits of any majorant.
     MAX_EMPTY_DISTANCE: u32 = 16;
 
-    /// Set in a child of a [`Node`](crate::layout::Node) that is a volume and not another node.
+    /// Set in a child of a node of the hierarchy that is a volume and not another node.
     IS_VOLUME: u32 = 0x8000_0000;
 
     /// [`Instance::filter_kind`](crate::layout::Instance::filter_kind).

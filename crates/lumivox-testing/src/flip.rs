@@ -54,12 +54,80 @@ pub fn flip(reference: &SrgbImage, test: &SrgbImage) -> FlipMap {
 /// # Panics
 /// When the pictures differ in size.
 pub fn flip_at(reference: &SrgbImage, test: &SrgbImage, pixels_per_degree: f64) -> FlipMap {
-    assert_eq!((reference.width, reference.height), (test.width, test.height), "pictures of one size");
-    let (a, b) = (Opponent::new(reference), Opponent::new(test));
-    let color = color_difference(&a.filtered(pixels_per_degree), &b.filtered(pixels_per_degree));
-    let feature = feature_difference(&a, &b, pixels_per_degree);
-    let values = color.iter().zip(feature).map(|(c, f)| c.powf(1.0 - f)).collect();
-    FlipMap { width: reference.width, height: reference.height, values }
+    FlipReference::new_at(reference, pixels_per_degree).flip(test)
+}
+
+/// How far around a pixel its difference sees, at a number of pixels per degree: who cuts out a part of two pictures keeps so
+/// much around it, and the part's differences are those of the whole.
+pub fn reach(pixels_per_degree: f64) -> usize {
+    color_radius(pixels_per_degree).max(feature_radius(pixels_per_degree)) as usize
+}
+
+/// A picture that others are compared with: half of the work, which is done once for all of them.
+#[derive(Clone, Debug)]
+pub struct FlipReference {
+    seen: Seen,
+    pixels_per_degree: f64,
+}
+
+impl FlipReference {
+    /// A reference that is seen at [`PIXELS_PER_DEGREE`].
+    pub fn new(reference: &SrgbImage) -> Self {
+        Self::new_at(reference, PIXELS_PER_DEGREE)
+    }
+
+    /// A reference that is seen at a number of pixels per degree.
+    pub fn new_at(reference: &SrgbImage, pixels_per_degree: f64) -> Self {
+        Self { seen: Seen::new(reference, pixels_per_degree), pixels_per_degree }
+    }
+
+    /// The difference of `test` from it, as [`flip_at`] has it.
+    ///
+    /// # Panics
+    /// When the pictures differ in size.
+    pub fn flip(&self, test: &SrgbImage) -> FlipMap {
+        let [width, height] = self.seen.size;
+        assert_eq!([width, height], [test.width, test.height], "pictures of one size");
+        let test = Seen::new(test, self.pixels_per_degree);
+        let color = color_difference(&self.seen.colors, &test.colors);
+        let feature = feature_difference(&self.seen.features, &test.features);
+        let values = color.iter().zip(feature).map(|(c, f)| c.powf(1.0 - f)).collect();
+        FlipMap { width, height, values }
+    }
+}
+
+/// What an eye sees of one picture.
+#[derive(Clone, Debug)]
+struct Seen {
+    size: [usize; 2],
+    /// Lab colours with Hunt's effect, blurred as the eye blurs.
+    colors: Vec<[f64; 3]>,
+    /// How much of an edge and of a point there is at each pixel.
+    features: [Vec<f64>; 2],
+}
+
+impl Seen {
+    fn new(image: &SrgbImage, pixels_per_degree: f64) -> Self {
+        let opponent = Opponent::new(image);
+        Self {
+            size: [image.width, image.height],
+            colors: opponent.filtered(pixels_per_degree),
+            features: opponent.edges_and_points(pixels_per_degree),
+        }
+    }
+}
+
+/// Width of the smallest feature the eye resolves, in degrees.
+const FEATURE_WIDTH: f64 = 0.082;
+
+/// Pixels to each side that a colour is blurred over.
+fn color_radius(pixels_per_degree: f64) -> i64 {
+    (3.0 * (0.04 / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as i64
+}
+
+/// Pixels to each side that an edge or a point is looked for in.
+fn feature_radius(pixels_per_degree: f64) -> i64 {
+    (3.0 * 0.5 * FEATURE_WIDTH * pixels_per_degree).ceil() as i64
 }
 
 /// XYZ of the reference white, D65.
@@ -125,7 +193,7 @@ impl Opponent {
         /// Weights a and widths b of each channel's Gaussians, in degrees (table 1).
         const SENSITIVITY: [[(f64, f64); 2]; 3] =
             [[(1.0, 0.0047), (0.0, 1e-5)], [(1.0, 0.0053), (0.0, 1e-5)], [(34.1, 0.04), (13.5, 0.025)]];
-        let radius = (3.0 * (0.04 / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as i64;
+        let radius = color_radius(pixels_per_degree);
         let channels: [Vec<f64>; 3] = std::array::from_fn(|channel| {
             // Every Gaussian is separable, their sum is not: filter with each, and add.
             let gaussians = SENSITIVITY[channel].map(|(a, b)| {
@@ -157,25 +225,30 @@ impl Opponent {
 
     /// Separable filter; beyond the border the picture's edge goes on.
     fn convolve(&self, plane: &[f64], horizontal: &[f64], vertical: &[f64]) -> Vec<f64> {
-        let along = |plane: &[f64], kernel: &[f64], step: [i64; 2]| -> Vec<f64> {
-            let radius = kernel.len() as i64 / 2;
-            let (width, height) = (self.width as i64, self.height as i64);
-            (0..width * height)
-                .map(|i| {
-                    let (x, y) = (i % width, i / width);
-                    kernel
-                        .iter()
-                        .zip(-radius..)
-                        .map(|(k, offset)| {
-                            let x = (x + offset * step[0]).clamp(0, width - 1);
-                            let y = (y + offset * step[1]).clamp(0, height - 1);
-                            k * plane[(y * width + x) as usize]
-                        })
-                        .sum()
-                })
-                .collect()
-        };
-        along(&along(plane, horizontal, [1, 0]), vertical, [0, 1])
+        let (width, height) = (self.width, self.height);
+        if plane.is_empty() {
+            return vec![];
+        }
+        let mut across = Vec::with_capacity(plane.len());
+        let radius = horizontal.len() / 2;
+        let mut padded = vec![0.0; width + 2 * radius];
+        for row in plane.chunks_exact(width) {
+            padded[..radius].fill(row[0]);
+            padded[radius..radius + width].copy_from_slice(row);
+            padded[radius + width..].fill(row[width - 1]);
+            let window = |w: &[f64]| w.iter().zip(horizontal).map(|(x, k)| k * x).sum::<f64>();
+            across.extend(padded.windows(horizontal.len()).map(window));
+        }
+        // Row by row, in the order in which they lie in memory.
+        let radius = vertical.len() / 2;
+        let mut result = vec![0.0; plane.len()];
+        for (y, sums) in result.chunks_exact_mut(width).enumerate() {
+            for (i, k) in vertical.iter().enumerate() {
+                let from = (y + i).saturating_sub(radius).min(height - 1) * width;
+                sums.iter_mut().zip(&across[from..from + width]).for_each(|(sum, x)| *sum += k * x);
+            }
+        }
+        result
     }
 
     /// Length of the plane's response to a filter along x and the same along y.
@@ -183,6 +256,27 @@ impl Opponent {
         let x = self.convolve(luminance, filter, across);
         let y = self.convolve(luminance, across, filter);
         x.iter().zip(y).map(|(x, y)| x.hypot(y)).collect()
+    }
+
+    /// What of an edge and of a point there is at each pixel (section 4.2).
+    fn edges_and_points(&self, pixels_per_degree: f64) -> [Vec<f64>; 2] {
+        let sigma = 0.5 * FEATURE_WIDTH * pixels_per_degree;
+        let radius = feature_radius(pixels_per_degree);
+        let offsets: Vec<f64> = (-radius..=radius).map(|i| i as f64).collect();
+        let gaussian: Vec<f64> = offsets.iter().map(|x| (-x * x / (2.0 * sigma * sigma)).exp()).collect();
+        let sum: f64 = gaussian.iter().sum();
+        let smooth: Vec<f64> = gaussian.iter().map(|g| g / sum).collect();
+        // Positive and negative weights add up to +1 and -1.
+        let balanced = |weight: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            let raw: Vec<f64> = offsets.iter().zip(&gaussian).map(|(x, g)| weight(*x) * g).collect();
+            let positive: f64 = raw.iter().filter(|w| **w > 0.0).sum();
+            let negative: f64 = -raw.iter().filter(|w| **w < 0.0).sum::<f64>();
+            raw.iter().map(|w| if *w > 0.0 { w / positive } else { w / negative }).collect()
+        };
+        let edge = balanced(&|x| -x);
+        let point = balanced(&|x| x * x / (sigma * sigma) - 1.0);
+        let luminance: Vec<f64> = self.planes[0].iter().map(|y| (y + 16.0) / 116.0).collect();
+        [edge, point].map(|filter| self.features(&luminance, &filter, &smooth))
     }
 }
 
@@ -210,35 +304,10 @@ fn color_difference(reference: &[[f64; 3]], test: &[[f64; 3]]) -> Vec<f64> {
 }
 
 /// Differences of edges and points, 0 to 1 (section 4.2).
-fn feature_difference(reference: &Opponent, test: &Opponent, pixels_per_degree: f64) -> Vec<f64> {
-    /// Width of the smallest feature the eye resolves, in degrees.
-    const FEATURE_WIDTH: f64 = 0.082;
+fn feature_difference(reference: &[Vec<f64>; 2], test: &[Vec<f64>; 2]) -> Vec<f64> {
     const EXPONENT: f64 = 0.5;
-    let sigma = 0.5 * FEATURE_WIDTH * pixels_per_degree;
-    let radius = (3.0 * sigma).ceil() as i64;
-    let offsets: Vec<f64> = (-radius..=radius).map(|i| i as f64).collect();
-    let gaussian: Vec<f64> = offsets.iter().map(|x| (-x * x / (2.0 * sigma * sigma)).exp()).collect();
-    let sum: f64 = gaussian.iter().sum();
-    let smooth: Vec<f64> = gaussian.iter().map(|g| g / sum).collect();
-    // Positive and negative weights add up to +1 and -1.
-    let balanced = |weight: &dyn Fn(f64) -> f64| -> Vec<f64> {
-        let raw: Vec<f64> = offsets.iter().zip(&gaussian).map(|(x, g)| weight(*x) * g).collect();
-        let positive: f64 = raw.iter().filter(|w| **w > 0.0).sum();
-        let negative: f64 = -raw.iter().filter(|w| **w < 0.0).sum::<f64>();
-        raw.iter().map(|w| if *w > 0.0 { w / positive } else { w / negative }).collect()
-    };
-    let edge = balanced(&|x| -x);
-    let point = balanced(&|x| x * x / (sigma * sigma) - 1.0);
-    let luminance = |o: &Opponent| -> Vec<f64> { o.planes[0].iter().map(|y| (y + 16.0) / 116.0).collect() };
-    let (a, b) = (luminance(reference), luminance(test));
-    let difference = |filter: &[f64]| -> Vec<f64> {
-        let a = reference.features(&a, filter, &smooth);
-        let b = test.features(&b, filter, &smooth);
-        a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect()
-    };
-    let (edges, points) = (difference(&edge), difference(&point));
+    let [edges, points] = [0, 1].map(|i| reference[i].iter().zip(&test[i]).map(|(a, b)| (a - b).abs()));
     edges
-        .iter()
         .zip(points)
         .map(|(e, p)| (e.max(p) * std::f64::consts::FRAC_1_SQRT_2).powf(EXPONENT).clamp(0.0, 1.0))
         .collect()
@@ -314,6 +383,31 @@ mod tests {
             assert!((map.mean() - mean).abs() < 5e-5, "{} {mean}", map.mean());
             let found = [0, 16 * 48 + 24, 31 * 48 + 47].map(|i| map.values[i]);
             assert!(found.iter().zip(at).all(|(a, b)| (a - b).abs() < 2e-4), "{found:?} {at:?}");
+        }
+    }
+
+    #[test]
+    fn a_part_that_is_cut_out_with_its_surroundings_differs_as_it_does_in_the_whole() {
+        let (whole, other) = (picture(texture), picture(|x, y| texture(y, x)));
+        let cut = |from: &SrgbImage, [left, top, width, height]: [usize; 4]| SrgbImage {
+            width,
+            height,
+            pixels: (0..width * height)
+                .map(|i| from.pixels[(top + i / width) * from.width + left + i % width])
+                .collect(),
+        };
+        let degree = 30.0;
+        let reach = reach(degree);
+        assert_eq!(reach, 5);
+        let all = flip_at(&whole, &other, degree);
+        let part = [20 - reach, 12 - reach, 4 + 2 * reach, 6 + 2 * reach];
+        let reference = FlipReference::new_at(&cut(&whole, part), degree);
+        for _ in 0..2 {
+            let found = reference.flip(&cut(&other, part));
+            for (x, y) in (0..24).map(|i| (i % 4, i / 4)) {
+                let inner = found.values[(y + reach) * part[2] + x + reach];
+                assert_eq!(inner, all.values[(y + 12) * whole.width + x + 20]);
+            }
         }
     }
 

@@ -85,7 +85,7 @@ fn what_shares_the_buffer_is_there_however_a_scene_has_become_what_it_is() {
         with(&|s| s.environment.source = sky(64)),
         with(&|s| (s.environment.source, s.lights) = (sky(16), lights(1))),
         Scene { lights: lights(2), ..row(12) },
-        with(&|s| (s.volumes[0].clip_shapes, s.lights) = (vec![cut.clone(); 3], lights(9))),
+        with(&|s| (s.volumes[0].clip_shapes, s.lights) = (vec![cut; 3], lights(9))),
         row(1),
     ];
     let store = VoxelStore::new(LIMITS);

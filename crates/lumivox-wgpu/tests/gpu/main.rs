@@ -10,6 +10,7 @@ mod images;
 mod lights;
 mod live;
 mod majorants;
+mod motion;
 mod physics;
 mod reference;
 mod samplers;
