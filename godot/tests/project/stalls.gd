@@ -74,7 +74,7 @@ static func _texture_megabytes() -> float:
 func _draw_once(case: Dictionary, environment: Environment = null) -> Dictionary:
 	# Nothing else here has both, so that its kernel is new.
 	case = case.duplicate(true)
-	case.volumes[0].surface = [0.5, 60.0, 0.4, 0.04]
+	case.volumes[0].surface = [0.5, 60.0, 0.4, 0.04, 0.0]
 	case.volumes[0].filter = 0.0
 	var viewport := LumivoxCase.viewport(case)
 	viewport.render_target_update_mode = SubViewport.UPDATE_ONCE
