@@ -248,6 +248,10 @@ fn what_is_wrong_with_a_scene_is_told_by_its_line() {
         both.status.code() == Some(2) && said.contains("a.json is a scene, which has its own scans"),
         "{said}"
     );
+    // A folder stands for whatever else is no file.
+    let folder = run(at, &["scene", "check", "scan"]);
+    let said = String::from_utf8_lossy(&folder.stderr).into_owned();
+    assert!(folder.status.code() == Some(3) && said.contains("scan: it is not a plain file"), "{said}");
     let own = run(at, &["scene", "save", "scan/a.txt", "scan"]);
     assert_eq!(own.status.code(), Some(2));
 }

@@ -1,6 +1,9 @@
 //! What tells one scan from another.
 
-use lumivox_core::{Volume, Voxels, document};
+use lumivox_core::{
+    Volume, Voxels,
+    document::{self, Scan},
+};
 use sha2::{Digest, Sha256};
 
 /// A scan as it was read, whose source says its content, so that documents that are saved of it do. What came from no file, or
@@ -12,6 +15,12 @@ pub fn identified(volume: Volume) -> Volume {
     }
     let content = content_of(&volume);
     volume.with_source_changed(|scan| scan.content = Some(content))
+}
+
+/// Whether a volume that is [identified] is another than the scan that a document was saved with, as far as that says.
+pub fn is_another(scan: &Scan, volume: &Volume) -> bool {
+    let found = volume.source().and_then(|source| source.content.as_ref());
+    scan.content.is_some() && found != scan.content.as_ref()
 }
 
 /// The hash of a scan's grid, place and values, as documents say it: `sha256:` and hexadecimal digits. Of scans as they were

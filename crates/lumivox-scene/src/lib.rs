@@ -20,7 +20,7 @@ use lumivox_core::{
 };
 use lumivox_import::ImportError;
 
-pub use content::{content_of, identified};
+pub use content::{content_of, identified, is_another};
 pub use load::{ANOTHER_SCAN, load_scan};
 pub use note::{Audience, Note, Notes, Remedy, Silent};
 pub use place::Part;

@@ -11,7 +11,7 @@ use lumivox_core::{
 };
 use lumivox_import::{ImportError, ImportOptions, Imported};
 
-use crate::{Audience, Note, OpenErrorKind, Opening, identified};
+use crate::{Audience, Note, OpenErrorKind, Opening, identified, is_another};
 
 /// What is said of a scan whose content is not that of the document.
 pub const ANOTHER_SCAN: &str = "this is not the scan that the scene was saved with, or it is read differently since: look \
@@ -35,8 +35,7 @@ pub fn load_scan(
     let mut imported = audience.watch(|progress| lumivox_import::load(&files, &options, progress, cancel))?;
     if opening.identify || scan.content.is_some() {
         imported.volume = identified(imported.volume);
-        let content = imported.volume.source().and_then(|source| source.content.as_ref());
-        if scan.content.as_ref().is_some_and(|expected| content != Some(expected)) {
+        if is_another(scan, &imported.volume) {
             let file = scan.files.first().map_or_else(String::new, |file| format!("{}: ", file.display()));
             audience.note(Note::new(file + ANOTHER_SCAN));
         }

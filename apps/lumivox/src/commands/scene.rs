@@ -4,7 +4,7 @@ use lumivox_core::{
     CancelToken,
     document::{Look, SceneDocument},
 };
-use lumivox_scene::{ANOTHER_SCAN, Opening, content_of, open};
+use lumivox_scene::{ANOTHER_SCAN, Opening, content_of, is_another, open};
 
 use crate::{
     args::{CheckArgs, SaveArgs, SceneCommand},
@@ -78,16 +78,12 @@ fn check(args: &CheckArgs) -> Result<(), Failure> {
     let options = Opening { allow_outside_data: args.allow_outside_data, identify: false };
     let opened = open(&written.document, written.folder(), &options, &reporter, &cancel)
         .map_err(|error| opening::failure(Some(&written), error))?;
-    let is_another = |index: &usize| {
-        let expected = written.document.volumes[*index].scan.content.as_ref();
-        let found = opened.scene.volumes[*index].volume.source().and_then(|source| source.content.as_ref());
-        expected.is_some() && found != expected
-    };
-    let count = opened.scene.volumes.len();
-    if let Some(index) = (0..count).find(is_another) {
+    let volumes = &opened.scene.volumes;
+    let mut scans = written.document.volumes.iter().map(|entry| &entry.scan).zip(volumes);
+    if let Some(index) = scans.position(|(scan, instance)| is_another(scan, &instance.volume)) {
         let place = written.place(Some(index), &["scan", "files"]);
         return Err(Failure::input(format!("{place}: {ANOTHER_SCAN}")));
     }
-    let scans = if count == 1 { "1 scan".to_owned() } else { format!("{count} scans") };
+    let scans = if volumes.len() == 1 { "1 scan".to_owned() } else { format!("{} scans", volumes.len()) };
     output::print(&format!("{}: {scans}, all is there\n", args.file.display()))
 }

@@ -203,6 +203,24 @@ fn looks_begin_with_what_suits_and_end_with_what_is_said() {
 }
 
 #[test]
+fn what_is_not_said_of_a_surface_is_as_the_look_has_it() {
+    let text = r#"{"$schema": "scene.schema.json", "lumivox_scene": 1, "volumes": [{"scan": {"files": ["a"]},
+        "look": {"preset": "ct-bone", "surface": {"metallic": 1}},
+        "labels": {"files": ["b"], "styles": [{"label": "*", "surface": {"roughness": 0.1}}]}}]}"#;
+    let document = SceneDocument::parse(text).unwrap();
+    assert!(document.to_json().unwrap().contains("\"$schema\": \"scene.schema.json\""));
+    let entry = &document.volumes[0];
+    let (volume, preset) = (volume(), Preset::CtBone.medium(&volume()).surface);
+    let surface = entry.look.medium(&volume).surface;
+    assert_eq!(surface, crate::SurfaceReflection { metallic: 1.0, ..preset });
+    let mut style = crate::LabelStyle::default();
+    entry.labels.as_ref().unwrap().styles[0].apply(None, &volume, surface, &mut style);
+    assert_eq!(style.surface, Some(crate::SurfaceReflection { roughness: 0.1, ..surface }));
+    let all = Look::of_medium(&entry.look.medium(&volume));
+    assert_eq!(all.medium(&volume).surface, surface, "written out");
+}
+
+#[test]
 fn lists_of_numbers_take_a_line() {
     assert_eq!(
         numbers::compact("{\"a\": [\n  1,\n  2.5\n], \"b\": [\n  \"x\"\n]}"),

@@ -80,7 +80,8 @@ impl LiveFilm {
         settings: &PathSettings,
         share: Share,
     ) -> TracePass<'a> {
-        self.trace_whole(grain, scene, settings, share).with_starved(&self.unfinished)
+        TracePass::new(scene, self.images(grain), self.unfinished.paths(), settings, share)
+            .with_starved(&self.unfinished)
     }
 
     /// More samples for each pixel whose path starved.
@@ -91,17 +92,8 @@ impl LiveFilm {
         settings: &PathSettings,
         share: Share,
     ) -> TracePass<'a> {
-        self.trace_whole(grain, scene, settings, share).of_starved(&self.unfinished)
-    }
-
-    fn trace_whole<'a>(
-        &self,
-        grain: Grain,
-        scene: &'a SceneCache,
-        settings: &PathSettings,
-        share: Share,
-    ) -> TracePass<'a> {
         TracePass::new(scene, self.images(grain), self.unfinished.paths(), settings, share)
+            .of_starved(&self.unfinished)
     }
 
     /// A count of it comes back: whether every pixel has `samples`.
