@@ -10,8 +10,8 @@ const STRUCTS: &str = "unity/com.lumivox/Runtime/Native/Abi.cs";
 const FUNCTIONS: &str = "unity/com.lumivox/Runtime/Native/Library.cs";
 
 /// Those with functions, in the order in which the header has them.
-const FILES: [&str; 10] =
-    ["border", "volume", "look", "labels", "jobs", "scene", "saving", "steps", "stage", "abi"];
+const FILES: [&str; 11] =
+    ["border", "volume", "look", "labels", "jobs", "scene", "scene_light", "saving", "steps", "stage", "abi"];
 
 /// What has another name in C#, where Unity or the package has one already.
 const NAMES: [(&str, &str); 5] = [

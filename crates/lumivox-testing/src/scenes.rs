@@ -4,18 +4,23 @@
 //! No sample lies exactly on a jump of its transfer function: there, f32 and f64 may rightly disagree.
 
 mod classified;
+mod grids;
+mod lamps;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DMat3, DQuat, DVec3};
 use lumivox_core::{
-    ColorStop, Cone, Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Falloff, Filter,
-    Lamp, Light, LightKind, Medium, Modality, PerspectiveCamera, Scene, SurfaceReflection, TransferFunction,
-    Volume, VolumeInstance, Voxels, framing,
+    ColorStop, Ease, Environment, EnvironmentMap, EnvironmentSource, ExtinctionSpace, Filter, Medium,
+    PerspectiveCamera, Scene, SurfaceReflection, TransferFunction, VolumeInstance, framing,
 };
 
 pub use classified::{clip_shapes, gradients, labels};
+pub use grids::noise_volume;
+pub use lamps::{bulb_inside, bulbs, soft_sun, stage, sun};
+
+use grids::{ball, fill};
 
 /// A scene, a camera that sees it in a square image, and a name.
 #[derive(Clone, Debug)]
@@ -335,77 +340,6 @@ pub fn two_bounces() -> TestScene {
     scene("two_bounces", vec![instance], Environment::default())
 }
 
-/// Reflecting noise in the light of a sun without extent.
-pub fn sun() -> TestScene {
-    let test = surface_reflection();
-    lit("sun", test, vec![Light::directional(DVec3::new(-1.0, -0.8, -0.6), [3.0, 2.7, 2.2])])
-}
-
-/// Forward scattering, in the light of a red sun of 5 degrees' radius and a blue one of 50 that stands opposite.
-pub fn soft_sun() -> TestScene {
-    let soft = |direction, irradiance, degrees: f64| {
-        LightKind::Directional { direction, irradiance, angular_radius: degrees.to_radians() }.into()
-    };
-    let lights = vec![
-        soft(DVec3::new(0.5, -1.0, 0.4), [4.0, 2.0, 1.0], 5.0),
-        soft(DVec3::new(-0.2, 1.0, -0.6), [0.5, 1.0, 3.0], 50.0),
-    ];
-    let mut test = lit("soft_sun", forward_scattering(), lights);
-    test.scene.environment.strength = 0.2;
-    test
-}
-
-/// A point light of inverse-square falloff, a large bulb, and one that ends within the volume.
-pub fn bulbs() -> TestScene {
-    let lights = vec![
-        Light::point(Lamp::new(DVec3::new(0.02, 0.015, 0.012), [8e-4, 6e-4, 4e-4])),
-        Light::point(Lamp { radius: 0.008, ..Lamp::new(DVec3::new(-0.025, 0.0, 0.02), [3e-4, 6e-4, 1e-3]) }),
-        Light::point(Lamp {
-            falloff: Falloff::Power { range: 0.025, decay: 0.7 },
-            ..Lamp::new(DVec3::new(0.0, -0.016, 0.008), [0.1, 0.05, 0.1])
-        }),
-    ];
-    lit("bulbs", noise(), lights)
-}
-
-/// A bulb of 3 mm in the midst of a ball that scatters backwards, in no other light.
-pub fn bulb_inside() -> TestScene {
-    let bulb = Lamp { radius: 0.003, ..Lamp::new(DVec3::new(0.002, 0.001, 0.003), [5e-4, 3e-4, 2e-4]) };
-    let mut test = lit("bulb_inside", backward_scattering(), vec![Light::point(bulb)]);
-    test.scene.environment = Environment::uniform(0.0);
-    test
-}
-
-/// Two volumes through one another on layers of their own: a spot for the one, a soft spot for the other, a sun for both.
-pub fn stage() -> TestScene {
-    let spot = |position: DVec3, intensity, radius, half_angle, attenuation| LightKind::Spot {
-        lamp: Lamp { radius, ..Lamp::new(position, intensity) },
-        direction: DVec3::new(0.004, 0.002, 0.0) - position,
-        half_angle,
-        cone: Cone::Power { attenuation },
-    };
-    let first = spot(DVec3::new(0.03, 0.03, 0.03), [8e-3, 5e-3, 2e-3], 0.0, 0.2, 0.5);
-    let second = spot(DVec3::new(-0.02, 0.03, 0.02), [2e-3, 3e-3, 6e-3], 0.006, 0.3, 2.0);
-    let lights = vec![
-        Light { kind: first, layers: 1 },
-        Light { kind: second, layers: 6 },
-        Light::directional(DVec3::new(0.2, -1.0, -0.5), [0.4; 3]),
-        // Nothing is on its layers.
-        Light { layers: 8, ..Light::directional(DVec3::NEG_Z, [100.0; 3]) },
-    ];
-    let mut test = lit("stage", overlapping_volumes(), lights);
-    test.scene.volumes[1].layers = 2;
-    test
-}
-
-/// A scene in the light of lamps, with less of its environment.
-fn lit(name: &'static str, mut test: TestScene, lights: Vec<Light>) -> TestScene {
-    test.name = name;
-    test.scene.environment.strength *= 0.3;
-    test.scene.lights = lights;
-    test
-}
-
 /// Light from a blue zenith, a white horizon and a dim red nadir.
 pub fn gradient_light() -> Environment {
     Environment {
@@ -432,37 +366,6 @@ pub fn two_suns() -> Environment {
             .map_or([sky, sky, 1.5 * sky], |(_, radiance)| *radiance)
     });
     Environment { source: EnvironmentSource::Map(Arc::new(map)), rotation: 0.0, strength: 1.0 }
-}
-
-/// Smooth noise between about -1000 and 1000, kept as unsigned 16-bit samples at a spacing of (1, 1, 1.2) mm.
-pub fn noise_volume(seed: u64, dims: [usize; 3]) -> Arc<Volume> {
-    let lattice = |cells: f64, salt: u64, p: DVec3| {
-        let p = p * cells;
-        let base = p.floor();
-        let f = p - base;
-        let f = f * f * (3.0 - 2.0 * f);
-        let mut sum = 0.0;
-        for corner in 0..8u64 {
-            let offset = DVec3::from_array([0, 1, 2].map(|axis| (corner >> axis & 1) as f64));
-            let w = offset * f + (1.0 - offset) * (1.0 - f);
-            let node = base + offset;
-            let key = [node.x, node.y, node.z].iter().fold(seed ^ salt << 32, |key, c| hash(key ^ *c as u64));
-            sum += w.x * w.y * w.z * (key >> 11) as f64 / (1u64 << 53) as f64;
-        }
-        2.0 * sum - 1.0
-    };
-    fill(dims, DAffine3::from_scale(DVec3::new(1.0, 1.0, 1.2)), |p| {
-        1100.0 * (lattice(3.7, 1, p) + 0.4 * lattice(8.3, 2, p))
-    })
-    .signed_16()
-}
-
-/// SplitMix64's finaliser (Steele, Lea and Flood 2014).
-fn hash(key: u64) -> u64 {
-    let z = key.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ z >> 31
 }
 
 /// Two ranges of values that show, with a gap between and a jump: a range of values has its maximum inside.
@@ -510,72 +413,6 @@ fn scene(name: &'static str, volumes: Vec<VolumeInstance>, environment: Environm
     let scene = Scene { volumes, environment, ..Default::default() };
     let camera = framing::frame(&scene, 0.5, 0.3, 0.6, 1.0).camera();
     TestScene { name, scene, camera }
-}
-
-/// Values on a grid, on their way to become a volume of some sample type.
-#[derive(Clone, Debug)]
-struct Grid {
-    dims: [usize; 3],
-    place: DAffine3,
-    values: Vec<f64>,
-}
-
-/// A grid of `value(p)` with `p` in box coordinates.
-fn fill(dims: [usize; 3], place: DAffine3, value: impl Fn(DVec3) -> f64) -> Grid {
-    let mut values = Vec::with_capacity(dims.iter().product());
-    for z in 0..dims[2] {
-        for y in 0..dims[1] {
-            for x in 0..dims[0] {
-                let index = DVec3::new(x as f64, y as f64, z as f64);
-                values.push(value((index + 0.5) / DVec3::from_array(dims.map(|n| n as f64))));
-            }
-        }
-    }
-    Grid { dims, place, values }
-}
-
-/// A ball in a grid of `n` mm: 1 in its middle, falling to 0 from a radius of 0.28 to one of 0.46 of the box.
-fn ball(n: usize) -> Grid {
-    fill([n; 3], DAffine3::IDENTITY, |p| ((0.46 - (p - 0.5).length()) / 0.18).clamp(0.0, 1.0))
-}
-
-impl Grid {
-    fn placed(mut self, place: DAffine3) -> Self {
-        self.place = place;
-        self
-    }
-
-    fn spacing(self, spacing_mm: DVec3) -> Self {
-        self.placed(DAffine3::from_scale(spacing_mm))
-    }
-
-    fn volume(self, voxels: Voxels, rescale: [f64; 2]) -> Arc<Volume> {
-        Arc::new(Volume::new(self.dims, voxels, rescale, self.place, Modality::Other).expect("a valid grid"))
-    }
-
-    /// Values of 0 to 1 in 8 bits.
-    fn u8(self) -> Arc<Volume> {
-        let samples = self.values.iter().map(|v| (v * 250.0).round() as u8).collect();
-        self.volume(Voxels::U8(samples), [1.0 / 250.0, 0.0])
-    }
-
-    /// Values of 0 to 1 in 16 bits.
-    fn u16(self) -> Arc<Volume> {
-        let samples = self.values.iter().map(|v| (v * 50_000.0).round() as u16).collect();
-        self.volume(Voxels::U16(samples), [1.0 / 50_000.0, 0.0])
-    }
-
-    /// Values as a CT keeps them: whole numbers with an offset.
-    fn signed_16(self) -> Arc<Volume> {
-        let samples = self.values.iter().map(|v| (v + 32_768.0).round() as u16).collect();
-        self.volume(Voxels::U16(samples), [1.0, -32_768.0])
-    }
-
-    /// Values as they are.
-    fn f32(self) -> Arc<Volume> {
-        let samples = self.values.iter().map(|v| *v as f32).collect();
-        self.volume(Voxels::F32(samples), [1.0, 0.0])
-    }
 }
 
 #[cfg(test)]

@@ -530,6 +530,64 @@ typedef struct LumivoxClipShape {
 } LumivoxClipShape;
 
 /**
+ * From where a scene of a file is seen, the image that is rendered, and how light becomes pixels.
+ */
+typedef struct LumivoxSavedView {
+  /**
+   * `Camera.cameraToWorldMatrix`.
+   */
+  float world_from_camera[16];
+  /**
+   * Degrees between the bottom and the top of the image.
+   */
+  float field_of_view;
+  /**
+   * Pixels across.
+   */
+  uint32_t width;
+  /**
+   * Pixels down.
+   */
+  uint32_t height;
+  /**
+   * Paths per pixel; 0: not said.
+   */
+  uint32_t samples;
+  /**
+   * The same seed gives the same noise.
+   */
+  uint32_t seed;
+  /**
+   * Relative noise at which it is done before; 0: by its samples alone.
+   */
+  float noise;
+  /**
+   * 1 where the noise that is left is smoothed out.
+   */
+  uint32_t denoise;
+  /**
+   * What stands behind: 0 nothing, 1 the light, 2 `color`.
+   */
+  uint32_t background;
+  /**
+   * sRGB, 0 to 1.
+   */
+  float color[3];
+  /**
+   * Stops brighter.
+   */
+  float exposure;
+  /**
+   * The curve from light to pixels: 0 none, 1 AgX, 2 ACES.
+   */
+  uint32_t tone;
+  /**
+   * Brightens the mid-tones above 1.
+   */
+  float gamma;
+} LumivoxSavedView;
+
+/**
  * A light that reaches volumes.
  */
 typedef struct LumivoxLight {
@@ -622,64 +680,6 @@ typedef struct LumivoxEnvironment {
    */
   const struct LumivoxMap *map;
 } LumivoxEnvironment;
-
-/**
- * From where a scene of a file is seen, the image that is rendered, and how light becomes pixels.
- */
-typedef struct LumivoxSavedView {
-  /**
-   * `Camera.cameraToWorldMatrix`.
-   */
-  float world_from_camera[16];
-  /**
-   * Degrees between the bottom and the top of the image.
-   */
-  float field_of_view;
-  /**
-   * Pixels across.
-   */
-  uint32_t width;
-  /**
-   * Pixels down.
-   */
-  uint32_t height;
-  /**
-   * Paths per pixel; 0: not said.
-   */
-  uint32_t samples;
-  /**
-   * The same seed gives the same noise.
-   */
-  uint32_t seed;
-  /**
-   * Relative noise at which it is done before; 0: by its samples alone.
-   */
-  float noise;
-  /**
-   * 1 where the noise that is left is smoothed out.
-   */
-  uint32_t denoise;
-  /**
-   * What stands behind: 0 nothing, 1 the light, 2 `color`.
-   */
-  uint32_t background;
-  /**
-   * sRGB, 0 to 1.
-   */
-  float color[3];
-  /**
-   * Stops brighter.
-   */
-  float exposure;
-  /**
-   * The curve from light to pixels: 0 none, 1 AgX, 2 ACES.
-   */
-  uint32_t tone;
-  /**
-   * Brightens the mid-tones above 1.
-   */
-  float gamma;
-} LumivoxSavedView;
 
 /**
  * Bytes of the library's.
@@ -1658,6 +1658,16 @@ int32_t lumivox_scene_style(const struct LumivoxScene *scene,
                             struct LumivoxLabelStyle *out);
 
 /**
+ * From where a scene is seen, its image and display.
+ *
+ * # Safety
+ * `scene` is a live handle, `out` and `pose` can be written.
+ */
+int32_t lumivox_scene_view(const struct LumivoxScene *scene,
+                           struct LumivoxSavedView *out,
+                           struct LumivoxPose *pose);
+
+/**
  * How many lights a scene has.
  *
  * # Safety
@@ -1683,16 +1693,6 @@ int32_t lumivox_scene_light(const struct LumivoxScene *scene,
  * `scene` is a live handle, `out` can be written.
  */
 int32_t lumivox_scene_environment(const struct LumivoxScene *scene, struct LumivoxEnvironment *out);
-
-/**
- * From where a scene is seen, its image and display.
- *
- * # Safety
- * `scene` is a live handle, `out` and `pose` can be written.
- */
-int32_t lumivox_scene_view(const struct LumivoxScene *scene,
-                           struct LumivoxSavedView *out,
-                           struct LumivoxPose *pose);
 
 /**
  * Writes what is in a world, seen so, as a scene document; whole, or not at all. A sky that came from no file is written

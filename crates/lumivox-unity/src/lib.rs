@@ -30,6 +30,7 @@ mod picture;
 mod pose;
 pub mod saving;
 pub mod scene;
+pub mod scene_light;
 pub mod stage;
 pub mod steps;
 mod stored;

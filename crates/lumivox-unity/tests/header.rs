@@ -23,7 +23,8 @@ fn header(root: &Path) -> String {
     // C has one space of names for all enumerators.
     config.enumeration.prefix_with_name = true;
     let mut builder = cbindgen::Builder::new().with_config(config);
-    for file in ["abi", "border", "volume", "look", "labels", "jobs", "scene", "saving", "steps", "stage"] {
+    let before = ["abi", "border", "volume", "look", "labels", "jobs", "scene"];
+    for file in before.into_iter().chain(["scene_light", "saving", "steps", "stage"]) {
         builder = builder.with_src(root.join(format!("src/{file}.rs")));
     }
     let mut text = vec![];

@@ -2,6 +2,7 @@
 
 use lumivox_unity::saving::*;
 use lumivox_unity::scene::*;
+use lumivox_unity::scene_light::*;
 
 use super::*;
 

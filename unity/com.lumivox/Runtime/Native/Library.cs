@@ -95,10 +95,10 @@ namespace Lumivox.Native
         [DllImport(Name)] public static extern int lumivox_scene_clip(IntPtr scene, uint index, uint clip, ClipShape* @out, ObjectPose* pose);
         [DllImport(Name)] public static extern uint lumivox_scene_style_count(IntPtr scene, uint index);
         [DllImport(Name)] public static extern int lumivox_scene_style(IntPtr scene, uint index, uint style, LabelStyle* @out);
+        [DllImport(Name)] public static extern int lumivox_scene_view(IntPtr scene, SavedView* @out, ObjectPose* pose);
         [DllImport(Name)] public static extern uint lumivox_scene_light_count(IntPtr scene);
         [DllImport(Name)] public static extern int lumivox_scene_light(IntPtr scene, uint index, LightSource* @out, ObjectPose* pose);
         [DllImport(Name)] public static extern int lumivox_scene_environment(IntPtr scene, Surroundings* @out);
-        [DllImport(Name)] public static extern int lumivox_scene_view(IntPtr scene, SavedView* @out, ObjectPose* pose);
         [DllImport(Name)] public static extern int lumivox_stage_save_world(IntPtr stage, ulong world, SavedView* view, float radiance, byte* opened, byte* file);
         [DllImport(Name)] public static extern uint lumivox_kernel_count();
         [DllImport(Name)] public static extern IntPtr lumivox_kernel_name(uint index);
