@@ -156,7 +156,7 @@ def test_what_is_wrong_with_a_scene_is_told_with_its_line(torso_file: Path, tmp_
     wrong = tmp_path / "wrong.json"
     words = {"lumivox_scene": 1, "volumes": [{"scan": {"files": [str(torso_file / "torso")]}, "look": {"density": -1}}]}
     wrong.write_text(json.dumps(words, indent=1))
-    with pytest.raises(lumivox.ScanError, match=r"wrong.json, line \d+: density is -1, and must be"):
+    with pytest.raises(lumivox.ScanError, match=r"wrong.json, line \d+, column \d+: density is -1, and must be"):
         lumivox.load_scene(wrong)
     words = {"lumivox_scene": 1, "volumes": [{"scan": {"files": ["nowhere"]}}]}
     wrong.write_text(json.dumps(words, indent=1))

@@ -91,7 +91,7 @@ pub fn read(file: &Path) -> Result<Written, Failure> {
     }
     let text = std::fs::read_to_string(file).map_err(unreadable)?;
     Written::parse(file, text)
-        .map_err(|error| Failure::input(format!("{}, line {}: {}", file.display(), error.line, error.why)))
+        .map_err(|error| Failure::input(format!("{}, {error}", file.display())))
 }
 
 /// Every file that the command line names for reading.

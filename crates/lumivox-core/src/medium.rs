@@ -117,6 +117,7 @@ impl SurfaceReflection {
 #[serde(deny_unknown_fields)]
 pub struct GradientFunction {
     /// Gradient, in value units per mm.
+    #[cfg_attr(test, schemars(transform = crate::document::ranges::PER_MM.said()))]
     pub per_mm: f64,
     /// Opacity and colour of a value there.
     pub transfer_function: TransferFunction,

@@ -1,7 +1,17 @@
 //! Transfer functions and presets as documents write them: points as lists, presets by their names.
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+use std::fmt;
 
+use serde::{
+    Deserialize, Deserializer, Serialize, Serializer,
+    de::{Error, SeqAccess, Visitor},
+};
+
+use super::{
+    color::Rgb,
+    ranges::FRACTION,
+    read::{self, Wrong},
+};
 use crate::{
     presets::Preset,
     transfer_function::{ColorStop, Ease, OpacityKnot, TransferFunction},
@@ -14,17 +24,48 @@ use crate::{
 #[serde(deny_unknown_fields)]
 struct Curve {
     /// Points of the opacity: a value, the opacity there from 0 to 1, and how it goes on, which is `linear` where nothing is said.
+    #[cfg_attr(test, schemars(length(min = 1)))]
     opacity: Vec<Knot>,
-    /// Points of the colour: a value, and linear RGB from 0 to 1.
-    color: Vec<(f64, [f64; 3])>,
+    /// Points of the colour: a value, and linear RGB from 0 to 1, or the colour that screens show: `#rrggbb`.
+    #[cfg_attr(test, schemars(length(min = 1)))]
+    color: Vec<(f64, Rgb)>,
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(untagged, expecting = "a point of the opacity is [value, opacity] or [value, opacity, \"in-out\"]")]
+#[serde(untagged)]
 enum Knot {
-    Linear(f64, f64),
-    Eased(f64, f64, Ease),
+    Linear(f64, #[cfg_attr(test, schemars(transform = FRACTION.said()))] f64),
+    Eased(f64, #[cfg_attr(test, schemars(transform = FRACTION.said()))] f64, Ease),
+}
+
+/// One after the other, so that what is wrong in it is told at its own place.
+impl<'de> Deserialize<'de> for Knot {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Read;
+
+        impl<'de> Visitor<'de> for Read {
+            type Value = Knot;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("[value, opacity] or [value, opacity, \"in-out\"]")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Knot, A::Error> {
+                let value = list.next_element()?.ok_or_else(|| A::Error::invalid_length(0, &self))?;
+                let opacity = list.next_element()?.ok_or_else(|| A::Error::invalid_length(1, &self))?;
+                if !FRACTION.holds(opacity) {
+                    return Err(A::Error::custom(format!("the opacity is {opacity}, and must be 0 to 1")));
+                }
+                Ok(match list.next_element()? {
+                    Some(ease) => Knot::Eased(value, opacity, ease),
+                    None => Knot::Linear(value, opacity),
+                })
+            }
+        }
+
+        deserializer.deserialize_seq(Read)
+    }
 }
 
 impl Serialize for TransferFunction {
@@ -35,7 +76,7 @@ impl Serialize for TransferFunction {
         };
         Curve {
             opacity: self.opacity_knots().iter().map(knot).collect(),
-            color: self.color_stops().iter().map(|stop| (stop.value, stop.color)).collect(),
+            color: self.color_stops().iter().map(|stop| (stop.value, Rgb(stop.color))).collect(),
         }
         .serialize(serializer)
     }
@@ -43,14 +84,20 @@ impl Serialize for TransferFunction {
 
 impl<'de> Deserialize<'de> for TransferFunction {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let curve = Curve::deserialize(deserializer)?;
+        read::block(deserializer, "a block of opacity and color, in { }", Curve::function)
+    }
+}
+
+impl Curve {
+    fn function(self) -> Result<TransferFunction, Wrong> {
         let knot = |knot| match knot {
             Knot::Linear(value, opacity) => OpacityKnot { value, opacity, ease: Ease::Linear },
             Knot::Eased(value, opacity, ease) => OpacityKnot { value, opacity, ease },
         };
-        let stop = |(value, color)| ColorStop { value, color };
-        Self::new(curve.opacity.into_iter().map(knot).collect(), curve.color.into_iter().map(stop).collect())
-            .map_err(D::Error::custom)
+        let stop = |(value, Rgb(color))| ColorStop { value, color };
+        let (opacity, color) = (self.opacity.into_iter().map(knot), self.color.into_iter().map(stop));
+        TransferFunction::new(opacity.collect(), color.collect())
+            .map_err(|error| Wrong::Says(error.to_string()))
     }
 }
 
@@ -62,8 +109,9 @@ impl Serialize for Preset {
 
 impl<'de> Deserialize<'de> for Preset {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let name = String::deserialize(deserializer)?;
-        Self::from_name(&name).map_err(D::Error::custom)
+        read::word(deserializer, "a preset's name in quotes", |name| {
+            Self::from_name(name).map_err(|error| error.to_string())
+        })
     }
 }
 

@@ -6,9 +6,14 @@ use std::{
 };
 
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
-use super::numbers::{FURTHEST_MM, Faults, METRES_PER_MM};
+use super::{
+    color,
+    numbers::{Faults, METRES_PER_MM},
+    ranges,
+    read::{self, Wrong},
+};
 use crate::{
     environment::{Environment, EnvironmentMap, EnvironmentSource},
     light::{self, Cone, Lamp, Light, LightKind},
@@ -22,20 +27,26 @@ pub struct Surroundings {
     /// `studio`, `uniform`, `gradient`, or an equirectangular `.hdr` or `.exr` file.
     pub source: PathBuf,
     /// Factor on the light.
+    #[cfg_attr(test, schemars(transform = ranges::STRENGTH.said()))]
     pub strength: f64,
     /// Degrees that it turns around the vertical, as the camera's azimuth does.
+    #[cfg_attr(test, schemars(transform = ranges::ROTATION.said()))]
     pub rotation: f64,
     /// Radiance from everywhere, if uniform.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "color::some")]
+    #[cfg_attr(test, schemars(with = "Option<color::Radiance>"))]
     pub color: Option<[f64; 3]>,
     /// Radiance from straight up, if a gradient.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "color::some")]
+    #[cfg_attr(test, schemars(with = "Option<color::Radiance>"))]
     pub zenith: Option<[f64; 3]>,
     /// Radiance from the horizon, if a gradient.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "color::some")]
+    #[cfg_attr(test, schemars(with = "Option<color::Radiance>"))]
     pub horizon: Option<[f64; 3]>,
     /// Radiance from straight down, if a gradient.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "color::some")]
+    #[cfg_attr(test, schemars(with = "Option<color::Radiance>"))]
     pub nadir: Option<[f64; 3]>,
 }
 
@@ -119,31 +130,35 @@ impl Surroundings {
             let source = self.source.display();
             format!("the light '{source}' is not studio, uniform, gradient or an .hdr or .exr file")
         });
-        faults.number("strength", Some(self.strength), 0.0, 1e6);
-        faults.number("rotation", Some(self.rotation), -1e6, 1e6);
-        faults.numbers("color", self.color, 0.0, 1e9);
-        faults.numbers("zenith", self.zenith, 0.0, 1e9);
-        faults.numbers("horizon", self.horizon, 0.0, 1e9);
-        faults.numbers("nadir", self.nadir, 0.0, 1e9);
+        faults.number("strength", Some(self.strength), ranges::STRENGTH);
+        faults.number("rotation", Some(self.rotation), ranges::ROTATION);
+        faults.numbers("color", self.color, ranges::RADIANCE);
+        faults.numbers("zenith", self.zenith, ranges::RADIANCE);
+        faults.numbers("horizon", self.horizon, ranges::RADIANCE);
+        faults.numbers("nadir", self.nadir, ranges::RADIANCE);
     }
 }
 
 /// A light besides the environment.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum Lighting {
     /// From afar.
     Sun {
         /// Where the light travels to, in the world.
+        #[cfg_attr(test, schemars(transform = ranges::DIRECTION.said(), transform = ranges::schema::not_all_zero))]
         direction: [f64; 3],
         /// Linear RGB; pi lights a white surface that faces it as an environment of radiance 1 does.
+        #[cfg_attr(test, schemars(transform = ranges::RADIANCE.said()))]
         irradiance: [f64; 3],
         /// Its radius in the sky, in degrees.
         #[serde(default)]
+        #[cfg_attr(test, schemars(transform = ranges::SUN_DEGREES.said()))]
         degrees: f64,
         /// The volumes that share a bit with it are lit.
         #[serde(default = "all_layers")]
+        #[cfg_attr(test, schemars(transform = ranges::WORD.said()))]
         layers: u32,
     },
     /// From a place in all directions.
@@ -152,6 +167,7 @@ pub enum Lighting {
         lamp: Bulb,
         /// The volumes that share a bit with it are lit.
         #[serde(default = "all_layers")]
+        #[cfg_attr(test, schemars(transform = ranges::WORD.said()))]
         layers: u32,
     },
     /// From a place into a cone.
@@ -159,16 +175,91 @@ pub enum Lighting {
         /// The bulb in it; its intensity is that on the axis.
         lamp: Bulb,
         /// Where the light travels to, in the world.
+        #[cfg_attr(test, schemars(transform = ranges::DIRECTION.said(), transform = ranges::schema::not_all_zero))]
         direction: [f64; 3],
         /// Degrees from the axis to the edge of the cone.
+        #[cfg_attr(test, schemars(transform = ranges::HALF_ANGLE.said()))]
         half_angle: f64,
         /// How it falls off towards the edge.
         #[serde(default)]
         cone: SpotCone,
         /// The volumes that share a bit with it are lit.
         #[serde(default = "all_layers")]
+        #[cfg_attr(test, schemars(transform = ranges::WORD.said()))]
         layers: u32,
     },
+}
+
+/// What lights of all kinds have. Read first, whatever the kind is, which may be said last, so that what is wrong is told at its
+/// own place.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AnyLight {
+    kind: Kind,
+    direction: Option<[f64; 3]>,
+    irradiance: Option<[f64; 3]>,
+    degrees: Option<f64>,
+    lamp: Option<Bulb>,
+    half_angle: Option<f64>,
+    cone: Option<SpotCone>,
+    #[serde(default = "all_layers")]
+    layers: u32,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Kind {
+    Sun,
+    Point,
+    Spot,
+}
+
+impl<'de> Deserialize<'de> for Lighting {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        read::block(deserializer, "a block of a light, in { }", AnyLight::light)
+    }
+}
+
+impl AnyLight {
+    /// The light, if it has what its kind has and nothing else.
+    fn light(self) -> Result<Lighting, Wrong> {
+        let any = self;
+        let said = [
+            ("direction", any.direction.is_some()),
+            ("irradiance", any.irradiance.is_some()),
+            ("degrees", any.degrees.is_some()),
+            ("lamp", any.lamp.is_some()),
+            ("half_angle", any.half_angle.is_some()),
+            ("cone", any.cone.is_some()),
+        ];
+        let keys: &'static [&'static str] = match any.kind {
+            Kind::Sun => &["kind", "direction", "irradiance", "degrees", "layers"],
+            Kind::Point => &["kind", "lamp", "layers"],
+            Kind::Spot => &["kind", "lamp", "direction", "half_angle", "cone", "layers"],
+        };
+        if let Some((key, _)) = said.iter().find(|(key, is_said)| *is_said && !keys.contains(key)) {
+            return Err(Wrong::Unknown(key, keys));
+        }
+        let missing = Wrong::Missing;
+        let (layers, direction) = (any.layers, any.direction.ok_or_else(|| missing("direction")));
+        let lamp = any.lamp.ok_or_else(|| missing("lamp"));
+        Ok(match any.kind {
+            Kind::Sun => Lighting::Sun {
+                direction: direction?,
+                irradiance: any.irradiance.ok_or_else(|| missing("irradiance"))?,
+                degrees: any.degrees.unwrap_or_default(),
+                layers,
+            },
+            Kind::Point => Lighting::Point { lamp: lamp?, layers },
+            Kind::Spot => Lighting::Spot {
+                lamp: lamp?,
+                direction: direction?,
+                half_angle: any.half_angle.ok_or_else(|| missing("half_angle"))?,
+                cone: any.cone.unwrap_or_default(),
+                layers,
+            },
+        })
+    }
 }
 
 /// A light at a place.
@@ -177,11 +268,14 @@ pub enum Lighting {
 #[serde(deny_unknown_fields)]
 pub struct Bulb {
     /// Its centre in the world, in mm.
+    #[cfg_attr(test, schemars(transform = ranges::COORDINATE.said()))]
     pub position: [f64; 3],
     /// Linear RGB: irradiance at 1 m, where the falloff is physical.
+    #[cfg_attr(test, schemars(transform = ranges::RADIANCE.said()))]
     pub intensity: [f64; 3],
     /// In mm; 0 is a point.
     #[serde(default)]
+    #[cfg_attr(test, schemars(transform = ranges::RADIUS.said()))]
     pub radius: f64,
     /// How it gets weaker with the distance.
     #[serde(default)]
@@ -201,13 +295,16 @@ pub enum Falloff {
     Power {
         /// Distance in mm from where on there is no light; none is without an end.
         #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[cfg_attr(test, schemars(transform = ranges::LIGHT_RANGE.said()))]
         range: Option<f64>,
         /// Exponent of the distance; 2 is physical.
+        #[cfg_attr(test, schemars(transform = ranges::DECAY.said()))]
         decay: f64,
     },
     /// Of the distance relative to an end, as the lights of Unity's built-in pipeline have it.
     Relative {
         /// Distance in mm from where on there is no light.
+        #[cfg_attr(test, schemars(transform = ranges::LIGHT_RANGE.said()))]
         range: f64,
     },
 }
@@ -224,9 +321,9 @@ impl Default for Falloff {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum SpotCone {
     /// By a power of the distance to the edge, as Godot's.
-    Attenuation(f64),
+    Attenuation(#[cfg_attr(test, schemars(transform = ranges::ATTENUATION.said()))] f64),
     /// From an inner cone, whose degrees to the axis these are, to the edge, as Unity's.
-    InnerHalfAngle(f64),
+    InnerHalfAngle(#[cfg_attr(test, schemars(transform = ranges::INNER_HALF_ANGLE.said()))] f64),
 }
 
 impl Default for SpotCone {
@@ -239,6 +336,8 @@ impl Falloff {
     fn of(falloff: light::Falloff) -> Self {
         match falloff {
             light::Falloff::Power { range, decay } => {
+                // As it shines: what is beyond is no fault of a scene that is saved.
+                let decay = decay.clamp(ranges::DECAY.low, ranges::DECAY.high);
                 Self::Power { range: range.is_finite().then(|| range / METRES_PER_MM), decay }
             }
             light::Falloff::Relative { range } => Self::Relative { range: range / METRES_PER_MM },
@@ -255,8 +354,14 @@ impl Falloff {
     }
 
     fn check(self, faults: &mut Faults) {
-        let (Self::Power { range: Some(range), .. } | Self::Relative { range }) = self else { return };
-        faults.number("falloff", Some(range), 1e-9, FURTHEST_MM);
+        let (kind, range, decay) = match self {
+            Self::Power { range, decay } => ("power", range, Some(decay)),
+            Self::Relative { range } => ("relative", Some(range), None),
+        };
+        faults.within(&["falloff".into(), kind.into()], |faults| {
+            faults.number("range", range, ranges::LIGHT_RANGE);
+            faults.number("decay", decay, ranges::DECAY);
+        });
     }
 }
 
@@ -281,9 +386,9 @@ impl Bulb {
 
     fn check(self, faults: &mut Faults) {
         faults.within(&["lamp".into()], |faults| {
-            faults.numbers("position", Some(self.position), -FURTHEST_MM, FURTHEST_MM);
-            faults.numbers("intensity", Some(self.intensity), 0.0, 1e9);
-            faults.number("radius", Some(self.radius), 0.0, FURTHEST_MM);
+            faults.numbers("position", Some(self.position), ranges::COORDINATE);
+            faults.numbers("intensity", Some(self.intensity), ranges::RADIANCE);
+            faults.number("radius", Some(self.radius), ranges::RADIUS);
             self.falloff.check(faults);
         });
     }
@@ -353,26 +458,30 @@ impl Lighting {
 
     pub(super) fn check(&self, faults: &mut Faults) {
         let aim = |faults: &mut Faults, direction: [f64; 3]| {
+            faults.numbers("direction", Some(direction), ranges::DIRECTION);
             let is_one = DVec3::from_array(direction).try_normalize().is_some();
             faults.unless(is_one, "direction", || "the light travels nowhere: direction is zero".into());
         };
         match *self {
             Self::Sun { direction, irradiance, degrees, .. } => {
                 aim(faults, direction);
-                faults.numbers("irradiance", Some(irradiance), 0.0, 1e9);
-                faults.number("degrees", Some(degrees), 0.0, 180.0);
+                faults.numbers("irradiance", Some(irradiance), ranges::RADIANCE);
+                faults.number("degrees", Some(degrees), ranges::SUN_DEGREES);
             }
             Self::Point { lamp, .. } => lamp.check(faults),
             Self::Spot { lamp, direction, half_angle, cone, .. } => {
                 lamp.check(faults);
                 aim(faults, direction);
-                faults.number("half_angle", Some(half_angle), 0.06, 180.0);
-                match cone {
-                    SpotCone::Attenuation(power) => faults.number("cone", Some(power), 0.0, 1e3),
-                    SpotCone::InnerHalfAngle(degrees) => {
-                        faults.number("cone", Some(degrees), 0.0, half_angle);
+                faults.number("half_angle", Some(half_angle), ranges::HALF_ANGLE);
+                faults.within(&["cone".into()], |faults| match cone {
+                    SpotCone::Attenuation(power) => {
+                        faults.number("attenuation", Some(power), ranges::ATTENUATION);
                     }
-                }
+                    SpotCone::InnerHalfAngle(degrees) => {
+                        let range = ranges::Range { high: half_angle, ..ranges::INNER_HALF_ANGLE };
+                        faults.number("inner_half_angle", Some(degrees), range);
+                    }
+                });
             }
         }
     }

@@ -1,11 +1,6 @@
-//! On which line of a document something stands.
+//! Where in a document something stands.
 
-use std::{
-    fmt,
-    path::{Path, PathBuf},
-};
-
-use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use std::path::{Path, PathBuf};
 
 use super::{DocumentError, SceneDocument};
 
@@ -36,21 +31,31 @@ pub struct Written {
     /// What it says.
     pub document: SceneDocument,
     file: PathBuf,
+    folder: PathBuf,
     text: String,
 }
 
 impl Written {
-    /// Reads the text of a file.
+    /// Reads the text of a file; paths in it are seen from the file's folder.
     ///
     /// # Errors
     /// As [`SceneDocument::parse`].
     pub fn parse(file: &Path, text: String) -> Result<Self, DocumentError> {
-        Ok(Self { document: SceneDocument::parse(&text)?, file: file.to_owned(), text })
+        let document = SceneDocument::parse(&text)?;
+        let text = super::without_mark(&text).to_owned();
+        let folder = file.parent().unwrap_or(Path::new("")).to_owned();
+        Ok(Self { document, file: file.to_owned(), folder, text })
+    }
+
+    /// The same, whose paths are seen from another folder: of a link, that of the file to which it leads.
+    #[must_use]
+    pub fn seen_from(self, folder: PathBuf) -> Self {
+        Self { folder, ..self }
     }
 
     /// The folder that paths are relative to.
     pub fn folder(&self) -> &Path {
-        self.file.parent().unwrap_or(Path::new(""))
+        &self.folder
     }
 
     /// `scene.json, line 12`: where a part stands that keys lead to, in the document or in one of its volumes.
@@ -58,97 +63,148 @@ impl Written {
         let mut path: Vec<Step> =
             volume.map_or_else(Vec::new, |volume| vec![Step::from("volumes"), volume.into()]);
         path.extend(keys.iter().copied().map(Step::from));
-        format!("{}, line {}", self.file.display(), line(&self.text, &path))
+        format!("{}, line {}", self.file.display(), line_and_column(&self.text, start(&self.text, &path)).0)
     }
 }
 
-/// The line, from 1, of what a path leads to; as far as it leads.
-pub fn line(text: &str, path: &[Step]) -> usize {
-    (0..=path.len()).rev().find_map(|length| found(text, &path[..length])).unwrap_or(1)
+/// Line and column, both from 1, of a byte of a text; columns count letters.
+pub fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
+    let before = String::from_utf8_lossy(&text.as_bytes()[..byte.min(text.len())]);
+    let line = before.rsplit('\n').next().unwrap_or_default();
+    (1 + before.matches('\n').count(), 1 + line.chars().count())
 }
 
-fn found(text: &str, path: &[Step]) -> Option<usize> {
-    let mut json = serde_json::Deserializer::from_str(text);
-    let error = Walk(path).deserialize(&mut json).err()?;
-    error.to_string().starts_with(HERE).then(|| error.line())
+/// The byte at which begins what a path leads to; as far as it leads.
+pub fn start(text: &str, path: &[Step]) -> usize {
+    let mut best = None;
+    walk(text, &mut |found, part| {
+        let leads = found.len() <= path.len() && found.iter().zip(path).all(|(a, b)| a == b);
+        if leads && best.is_none_or(|(steps, _)| steps < found.len()) {
+            best = Some((found.len(), part.start));
+        }
+    });
+    best.map_or(0, |(_, start)| start)
 }
 
-/// The walk ends by an error, for errors know their line.
-const HERE: &str = "here it is";
+/// The way to a part of a text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Found {
+    /// Under a key.
+    Key(String),
+    /// At a place of a list, from 0.
+    Index(usize),
+}
 
-struct Walk<'a>(&'a [Step]);
-
-impl Walk<'_> {
-    /// A number or a word: the walk ends here, or leads nowhere.
-    fn end<E: Error>(self) -> Result<(), E> {
-        if self.0.is_empty() { Err(E::custom(HERE)) } else { Ok(()) }
+impl PartialEq<Step> for Found {
+    fn eq(&self, step: &Step) -> bool {
+        match (self, step) {
+            (Self::Key(a), Step::Key(b)) => a == b,
+            (Self::Index(a), Step::Index(b)) => a == b,
+            _ => false,
+        }
     }
 }
 
-impl<'de> DeserializeSeed<'de> for Walk<'_> {
-    type Value = ();
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        deserializer.deserialize_any(self)
-    }
+/// A value in a text.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// The byte at which its key begins, if it has one.
+    pub key: Option<usize>,
+    /// The byte at which it begins.
+    pub start: usize,
+    /// The byte behind it.
+    pub end: usize,
+    /// Whether its bracket is never closed.
+    pub is_open: bool,
 }
 
-impl<'de> Visitor<'de> for Walk<'_> {
-    type Value = ();
+/// A bracket that was opened.
+struct Open {
+    part: Part,
+    is_map: bool,
+}
 
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("JSON")
-    }
-
-    fn visit_bool<E: Error>(self, _: bool) -> Result<(), E> {
-        self.end()
-    }
-
-    fn visit_i64<E: Error>(self, _: i64) -> Result<(), E> {
-        self.end()
-    }
-
-    fn visit_u64<E: Error>(self, _: u64) -> Result<(), E> {
-        self.end()
-    }
-
-    fn visit_f64<E: Error>(self, _: f64) -> Result<(), E> {
-        self.end()
-    }
-
-    fn visit_str<E: Error>(self, _: &str) -> Result<(), E> {
-        self.end()
-    }
-
-    fn visit_unit<E: Error>(self) -> Result<(), E> {
-        self.end()
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
-        let Some((first, rest)) = self.0.split_first() else { return Err(A::Error::custom(HERE)) };
-        while let Some(key) = map.next_key::<String>()? {
-            if matches!(first, Step::Key(wanted) if *wanted == key) {
-                if rest.is_empty() {
-                    return Err(A::Error::custom(HERE));
+/// Visits every value of a text with the way there, those within others first, as far as it is JSON.
+pub fn walk(text: &str, visit: &mut dyn FnMut(&[Found], Part)) {
+    let bytes = text.as_bytes();
+    let mut opened: Vec<Open> = vec![];
+    let mut path: Vec<Found> = vec![];
+    // Of the value that comes next, if it is a map's.
+    let mut key = None;
+    let mut at = 0;
+    while let Some(byte) = bytes.get(at) {
+        let start = at;
+        match byte {
+            byte if byte.is_ascii_whitespace() || b",:".contains(byte) => {
+                at += 1;
+                continue;
+            }
+            b'{' | b'[' => {
+                at += 1;
+                let part = Part { key: key.take(), start, end: text.len(), is_open: true };
+                opened.push(Open { part, is_map: *byte == b'{' });
+                if *byte == b'[' {
+                    path.push(Found::Index(0));
                 }
-                return map.next_value_seed(Walk(rest));
+                continue;
             }
-            map.next_value::<IgnoredAny>()?;
+            b'}' | b']' => {
+                at += 1;
+                let Some(Open { mut part, is_map }) = opened.pop() else { return };
+                // A key without a value, or the place behind the last.
+                if !is_map || key.take().is_some() {
+                    path.pop();
+                }
+                (part.end, part.is_open) = (at, false);
+                visit(&path, part);
+            }
+            b'"' => {
+                at += quoted(&text[at..]);
+                if key.is_none() && opened.last().is_some_and(|open| open.is_map) {
+                    let word = &text[start..at];
+                    let word =
+                        serde_json::from_str(word).unwrap_or_else(|_| word.trim_matches('"').to_owned());
+                    path.push(Found::Key(word));
+                    key = Some(start);
+                    continue;
+                }
+                visit(&path, Part { key: key.take(), start, end: at, is_open: false });
+            }
+            _ => {
+                let ends = |byte: &u8| byte.is_ascii_whitespace() || b",:{}[]\"".contains(byte);
+                at += bytes[at..].iter().position(ends).unwrap_or(bytes.len() - at);
+                visit(&path, Part { key: key.take(), start, end: at, is_open: false });
+            }
         }
-        Ok(())
+        // The next value of the list or map that this one is in.
+        match opened.last() {
+            Some(Open { is_map: true, .. }) => drop(path.pop()),
+            Some(Open { is_map: false, .. }) => {
+                if let Some(Found::Index(index)) = path.last_mut() {
+                    *index += 1;
+                }
+            }
+            None => {}
+        }
     }
+    while let Some(Open { part, is_map }) = opened.pop() {
+        if !is_map || key.take().is_some() {
+            path.pop();
+        }
+        visit(&path, part);
+        if opened.last().is_some_and(|open| open.is_map) {
+            path.pop();
+        }
+    }
+}
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<(), A::Error> {
-        let Some((first, rest)) = self.0.split_first() else { return Err(A::Error::custom(HERE)) };
-        let mut index = 0;
-        loop {
-            if *first == Step::Index(index) {
-                return list.next_element_seed(Walk(rest)).map(|_| ());
-            }
-            if list.next_element::<IgnoredAny>()?.is_none() {
-                return Ok(());
-            }
-            index += 1;
-        }
-    }
+/// How long the string is that a text begins with, its quotes included.
+pub fn quoted(text: &str) -> usize {
+    let mut is_escaped = false;
+    let end = text.bytes().enumerate().skip(1).find(|(_, byte)| {
+        let ends = *byte == b'"' && !is_escaped;
+        is_escaped = *byte == b'\\' && !is_escaped;
+        ends
+    });
+    end.map_or(text.len(), |(at, _)| at + 1)
 }

@@ -1,13 +1,15 @@
 //! How a scan looks: a preset by its name, what is altered of it, or all of it.
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
 
-use super::numbers::Faults;
+use serde::{
+    Deserialize, Deserializer, Serialize,
+    de::{MapAccess, Visitor, value::MapAccessDeserializer},
+};
+
+use super::{numbers::Faults, ranges};
 use crate::{
-    medium::{
-        ExtinctionSpace, Filter, GradientFunction, MAX_DENSITY_SCALE, MOST_GRADIENTS, Medium,
-        SurfaceReflection,
-    },
+    medium::{ExtinctionSpace, Filter, GradientFunction, MOST_GRADIENTS, Medium, SurfaceReflection},
     presets::Preset,
     transfer_function::TransferFunction,
     volume::Volume,
@@ -26,27 +28,35 @@ pub struct Look {
     pub transfer_function: Option<TransferFunction>,
     /// Opacity and colour where values change quickly; goes with a transfer function.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(test, schemars(length(max = MOST_GRADIENTS)))]
     pub gradients: Vec<GradientFunction>,
     /// Moves opacity and colour to higher values, in the scan's unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::SHIFT.said()))]
     pub shift: Option<f64>,
     /// Widens opacity and colour about their centre.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::WINDOW_SCALE.said()))]
     pub window_scale: Option<f64>,
     /// Stretches opacity and colour over so many units around a level: level, width.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::schema::window))]
     pub window: Option<[f64; 2]>,
     /// Factor on the extinction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::DENSITY.said()))]
     pub density: Option<f64>,
     /// Fraction of light that survives a scattering.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::FRACTION.said()))]
     pub albedo: Option<f64>,
     /// Henyey-Greenstein mean cosine g.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::ANISOTROPY.said()))]
     pub anisotropy: Option<f64>,
     /// Most scatterings along a path.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::BOUNCES.said()))]
     pub bounces: Option<u32>,
     /// How values between voxels are found; smooth where nothing is said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -60,17 +70,41 @@ pub struct Look {
 }
 
 /// Reflection: on or off, or what it is.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(
-    untagged,
-    expecting = "surface is true, false, or strength, gradient_per_mm, roughness, specular and metallic"
-)]
+#[serde(untagged)]
 pub enum Surface {
     /// Off, or as the preset has it; of full strength where that has none.
     Switched(bool),
     /// What of it is said.
     Is(Reflection),
+}
+
+/// One after the other, so that what is wrong in it is told at its own place.
+impl<'de> Deserialize<'de> for Surface {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Read;
+
+        impl<'de> Visitor<'de> for Read {
+            type Value = Surface;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                let words =
+                    "true, false, or a block of strength, gradient_per_mm, roughness, specular and metallic";
+                formatter.write_str(words)
+            }
+
+            fn visit_bool<E>(self, is_on: bool) -> Result<Surface, E> {
+                Ok(Surface::Switched(is_on))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Surface, A::Error> {
+                Reflection::deserialize(MapAccessDeserializer::new(map)).map(Surface::Is)
+            }
+        }
+
+        deserializer.deserialize_any(Read)
+    }
 }
 
 /// What is said of a [`SurfaceReflection`]; whatever is not is as the look has it.
@@ -80,18 +114,23 @@ pub enum Surface {
 pub struct Reflection {
     /// Largest probability of a surface event, 0 (off) to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::FRACTION.said()))]
     pub strength: Option<f64>,
     /// Gradient, in value units per mm, of a surface that reflects 63% of that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::GRADIENT.said()))]
     pub gradient_per_mm: Option<f64>,
     /// Width of the specular lobe, 0 (narrow) to 1 (all around).
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::FRACTION.said()))]
     pub roughness: Option<f64>,
     /// Reflectance seen head-on, 0 to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::FRACTION.said()))]
     pub specular: Option<f64>,
     /// How much of the medium's colour the specular lobe has, 0 to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::FRACTION.said()))]
     pub metallic: Option<f64>,
 }
 
@@ -195,10 +234,10 @@ impl Look {
     }
 
     pub(super) fn check(&self, faults: &mut Faults) {
-        faults.number("shift", self.shift, -1e9, 1e9);
-        faults.number("window_scale", self.window_scale, 0.01, 100.0);
+        faults.number("shift", self.shift, ranges::SHIFT);
+        faults.number("window_scale", self.window_scale, ranges::WINDOW_SCALE);
         if let Some([level, width]) = self.window {
-            let is_window = level.abs() <= 1e9 && (1e-9..=1e9).contains(&width);
+            let is_window = ranges::LEVEL.holds(level) && ranges::WIDTH.holds(width);
             faults.unless(is_window, "window", || "a window is a level and a width above 0".into());
         }
         faults.unless(
@@ -217,13 +256,13 @@ impl Look {
         });
         for (index, row) in self.gradients.iter().enumerate() {
             faults.within(&["gradients".into(), index.into()], |faults| {
-                faults.number("per_mm", Some(row.per_mm), 1e-12, 1e12);
+                faults.number("per_mm", Some(row.per_mm), ranges::PER_MM);
             });
         }
-        faults.number("density", self.density, 0.0, MAX_DENSITY_SCALE);
-        faults.number("albedo", self.albedo, 0.0, 1.0);
-        faults.number("anisotropy", self.anisotropy, -0.99, 0.99);
-        faults.number("bounces", self.bounces.map(f64::from), 1.0, 1000.0);
+        faults.number("density", self.density, ranges::DENSITY);
+        faults.number("albedo", self.albedo, ranges::FRACTION);
+        faults.number("anisotropy", self.anisotropy, ranges::ANISOTROPY);
+        faults.number("bounces", self.bounces.map(f64::from), ranges::BOUNCES);
         if let Some(Surface::Is(reflection)) = self.surface {
             surface(faults, reflection);
         }
@@ -233,10 +272,10 @@ impl Look {
 /// Reflection that is within its ranges.
 pub(super) fn surface(faults: &mut Faults, reflection: Reflection) {
     faults.within(&["surface".into()], |faults| {
-        faults.number("strength", reflection.strength, 0.0, 1.0);
-        faults.number("gradient_per_mm", reflection.gradient_per_mm, 1e-9, 1e12);
-        faults.number("roughness", reflection.roughness, 0.0, 1.0);
-        faults.number("specular", reflection.specular, 0.0, 1.0);
-        faults.number("metallic", reflection.metallic, 0.0, 1.0);
+        faults.number("strength", reflection.strength, ranges::FRACTION);
+        faults.number("gradient_per_mm", reflection.gradient_per_mm, ranges::GRADIENT);
+        faults.number("roughness", reflection.roughness, ranges::FRACTION);
+        faults.number("specular", reflection.specular, ranges::FRACTION);
+        faults.number("metallic", reflection.metallic, ranges::FRACTION);
     });
 }

@@ -7,27 +7,33 @@
 //! Lengths are millimetres and angles degrees, as in the command's options; colours are linear RGB; the world's y is up. Matrices
 //! are three rows of four numbers.
 
+mod color;
 mod curve;
 mod light;
 mod locate;
 mod look;
 mod numbers;
 mod parts;
+pub(crate) mod ranges;
+mod read;
 mod saved;
 mod scan;
 mod view;
+mod words;
 
 use serde::{Deserialize, Serialize};
 
 pub use self::{
+    color::Color,
     light::{Bulb, Falloff, Lighting, SpotCone, Surroundings},
     locate::Written,
     look::{Look, Surface},
     numbers::{Rows, affine, rows, world_from_patient, world_rows},
-    parts::{Color, Labels, Shape, Space, Style},
+    parts::{Labels, Shape, Space, Style},
     saved::Unsaved,
     scan::{Keep, Scan, TakenOff},
     view::{Backdrop, Display, Film, Tone, View},
+    words::DocumentError,
 };
 
 /// The version that is written. Whatever an older program would read wrongly counts it up.
@@ -42,6 +48,7 @@ pub struct SceneDocument {
     #[serde(default, rename = "$schema", skip_serializing_if = "Option::is_none")]
     pub schema: Option<String>,
     /// What tells such a document from other JSON, and its version: 1.
+    #[cfg_attr(test, schemars(transform = ranges::schema::version))]
     pub lumivox_scene: u32,
     /// The scans, each with its look. Those without a place share the first one's patient space, its centre at the origin.
     #[serde(default)]
@@ -90,21 +97,26 @@ pub struct Entry {
     pub look: Look,
     /// Where the patient's millimetres (LPS) lie in the world.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::COORDINATE.said()))]
     pub world_from_patient: Option<Rows>,
     /// The lights that share a bit with it shine on it.
     #[serde(default = "first_layer")]
+    #[cfg_attr(test, schemars(transform = ranges::WORD.said()))]
     pub layers: u32,
     /// The part that is kept, as fractions along the voxel axes: the low corner, then the high one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::FRACTION.said()))]
     pub clip: Option<[[f64; 3]; 2]>,
     /// What cuts it open.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(test, schemars(length(max = crate::MOST_CLIP_SHAPES)))]
     pub clip_shapes: Vec<Shape>,
     /// Which of its voxels are what, and how each looks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub labels: Option<Labels>,
     /// So many millimetres below the skin are not seen, while they stay in the scan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::PEEL.said()))]
     pub peel: Option<f64>,
 }
 
@@ -119,20 +131,15 @@ impl Entry {
     }
 }
 
-/// Why a text is no scene document, and where.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("line {line}: {why}")]
-pub struct DocumentError {
-    /// The line, from 1.
-    pub line: usize,
-    /// What is wrong there.
-    pub why: String,
-}
-
 /// Only what tells whether the rest can be understood.
 #[derive(Deserialize)]
 struct Head {
     lumivox_scene: Option<serde_json::Value>,
+}
+
+/// A text without the mark by which some editors begin files.
+fn without_mark(text: &str) -> &str {
+    text.trim_start_matches('\u{feff}')
 }
 
 impl SceneDocument {
@@ -146,14 +153,15 @@ impl SceneDocument {
     /// Reads a document.
     ///
     /// # Errors
-    /// [`DocumentError`] with the line of what is wrong: no JSON, an unknown key, a newer version, a number out of its range.
+    /// [`DocumentError`] with the place of what is wrong: no JSON, an unknown key, a newer version, a number out of its range.
     pub fn parse(text: &str) -> Result<Self, DocumentError> {
+        let text = without_mark(text);
         let document = Self::parse_described(text)?;
         match document.volumes.iter().position(|entry| entry.scan.files.is_empty()) {
             Some(index) => {
                 let path = ["volumes".into(), index.into(), "scan".into(), "files".into()];
                 let why = "a scan has files, such as [\"scans/head\"]".into();
-                Err(DocumentError { line: locate::line(text, &path), why })
+                Err(DocumentError::at(text, &path, why))
             }
             None => Ok(document),
         }
@@ -164,16 +172,20 @@ impl SceneDocument {
     /// # Errors
     /// As [`Self::parse`].
     pub fn parse_described(text: &str) -> Result<Self, DocumentError> {
-        let text = text.trim_start_matches('\u{feff}');
-        let head: Head = serde_json::from_str(text).map_err(|error| DocumentError::of(&error))?;
-        let at = |why: String| DocumentError { line: locate::line(text, &["lumivox_scene".into()]), why };
+        let text = without_mark(text);
+        let none = || {
+            let why = format!(
+                "this is no scene of Lumivox's: it does not begin with {{\"lumivox_scene\": {VERSION}"
+            );
+            DocumentError { line: 1, column: 1, why }
+        };
+        if text.trim_start().starts_with(|letter| letter != '{') {
+            return Err(none());
+        }
+        let head: Head = serde_json::from_str(text).map_err(|error| DocumentError::of(text, &error))?;
+        let at = |why: String| DocumentError::at(text, &["lumivox_scene".into()], why);
         match head.lumivox_scene.map(|version| version.as_u64().ok_or(version)) {
-            None => {
-                let why = format!(
-                    "this is no scene of Lumivox's: it does not begin with \"lumivox_scene\": {VERSION}"
-                );
-                return Err(DocumentError { line: 1, why });
-            }
+            None => return Err(none()),
             Some(Ok(version)) if version == u64::from(VERSION) => {}
             Some(Ok(version)) if version > u64::from(VERSION) => {
                 return Err(at(format!(
@@ -185,9 +197,9 @@ impl SceneDocument {
                 return Err(at(format!("the version is {version}, and not a number such as {VERSION}")));
             }
         }
-        let document: Self = serde_json::from_str(text).map_err(|error| DocumentError::of(&error))?;
+        let document: Self = serde_json::from_str(text).map_err(|error| DocumentError::of(text, &error))?;
         match document.fault() {
-            Some((path, why)) => Err(DocumentError { line: locate::line(text, &path), why }),
+            Some((path, why)) => Err(DocumentError::at(text, &path, why)),
             None => Ok(document),
         }
     }
@@ -225,7 +237,7 @@ impl Entry {
         faults.within(&["look".into()], |faults| self.look.check(faults));
         faults.matrix("world_from_patient", self.world_from_patient.as_ref());
         if let Some([low, high]) = self.clip {
-            let inside = low.iter().chain(&high).all(|x| (0.0..=1.0).contains(x));
+            let inside = low.iter().chain(&high).all(|x| ranges::FRACTION.holds(*x));
             let ordered = low.iter().zip(high).all(|(low, high)| *low < high);
             faults.unless(inside && ordered, "clip", || {
                 "clip must be fractions from 0 to 1, each low one below its high one".into()
@@ -244,16 +256,7 @@ impl Entry {
         if let Some(labels) = &self.labels {
             faults.within(&["labels".into()], |faults| labels.check(faults));
         }
-        faults.number("peel", self.peel, 0.0, 63.0);
-    }
-}
-
-impl DocumentError {
-    fn of(error: &serde_json::Error) -> Self {
-        let all = error.to_string();
-        // Its own place stands at the end of its words.
-        let why = all.rsplit_once(" at line ").map_or(all.as_str(), |(why, _)| why);
-        Self { line: error.line().max(1), why: why.to_owned() }
+        faults.number("peel", self.peel, ranges::PEEL);
     }
 }
 

@@ -4,7 +4,11 @@ use std::path::PathBuf;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::locate::Step;
+use super::{
+    locate::{Step, quoted},
+    ranges::{COORDINATE, Range},
+    words::BACKSLASH,
+};
 
 /// Documents have millimetres, scenes metres.
 pub const METRES_PER_MM: f64 = 1e-3;
@@ -66,38 +70,46 @@ impl Faults {
         }
     }
 
-    /// A number, where there is one, must be from `low` to `high`.
-    pub fn number(&mut self, key: &'static str, number: Option<f64>, low: f64, high: f64) {
+    /// A number, where there is one, must be in its range.
+    pub fn number(&mut self, key: &'static str, number: Option<f64>, range: Range) {
         let Some(number) = number else { return };
-        self.unless((low..=high).contains(&number), key, || {
-            format!("{key} is {number}, and must be {low} to {high}")
+        self.unless(range.holds(number), key, || {
+            format!("{key} is {number}, and must be {} to {}", range.low, range.high)
         });
     }
 
-    /// Three numbers must all be from `low` to `high`.
-    pub fn numbers(&mut self, key: &'static str, numbers: Option<[f64; 3]>, low: f64, high: f64) {
-        numbers.into_iter().flatten().for_each(|number| self.number(key, Some(number), low, high));
+    /// Three numbers must all be in their range.
+    pub fn numbers(&mut self, key: &'static str, numbers: Option<[f64; 3]>, range: Range) {
+        numbers.into_iter().flatten().for_each(|number| self.number(key, Some(number), range));
     }
 
     /// Files have names.
     pub fn files(&mut self, key: &'static str, files: &[PathBuf]) {
         let have_names = files.iter().all(|file| !file.as_os_str().is_empty());
         self.unless(have_names, key, || "a file has no name".into());
+        // JSON takes the \n of C:\new for a line break.
+        let is_drive = |name: &str| name.get(1..2) == Some(":") || name.starts_with("\\\\");
+        let was_path = |file: &PathBuf| {
+            let name = file.to_string_lossy();
+            (cfg!(windows) || is_drive(&name)) && name.contains(|letter: char| letter.is_ascii_control())
+        };
+        self.unless(!files.iter().any(was_path), key, || BACKSLASH.into());
     }
 
     /// A matrix must be one that can be turned back, within a thousand kilometres.
     pub fn matrix(&mut self, key: &'static str, rows: Option<&Rows>) {
         let Some(rows) = rows else { return };
+        /// Of a placement in metres, what is smaller than 32 bits hold is nowhere, and what is cut by nothing is whole.
+        const MOST_TURNED_BACK: f64 = 1e15;
+        let turned_back = affine(*rows).inverse().to_cols_array();
         let is_there = affine(*rows).matrix3.determinant().is_normal()
-            && rows.iter().flatten().all(|x| x.abs() <= FURTHEST_MM);
+            && turned_back.iter().all(|number| number.abs() < MOST_TURNED_BACK)
+            && rows.iter().flatten().all(|number| COORDINATE.holds(*number));
         self.unless(is_there, key, || {
             format!("{key} is no place: three rows of four numbers, that can be turned back")
         });
     }
 }
-
-/// Further away nothing is seen, and 32-bit floats fail.
-pub const FURTHEST_MM: f64 = 1e9;
 
 /// Lists of numbers alone take one line where that is short: a matrix is read row by row. What stands in quotes is left alone.
 pub fn compact(json: &str) -> String {
@@ -116,17 +128,6 @@ pub fn compact(json: &str) -> String {
     }
     out.push_str(rest);
     out
-}
-
-/// How long the string is that a text begins with, its quotes included.
-fn quoted(text: &str) -> usize {
-    let mut is_escaped = false;
-    let end = text.char_indices().skip(1).find(|(_, c)| {
-        let ends = *c == '"' && !is_escaped;
-        is_escaped = *c == '\\' && !is_escaped;
-        ends
-    });
-    end.map_or(text.len(), |(at, _)| at + 1)
 }
 
 /// How long the list of numbers is that a text begins with; `None` of any other list.

@@ -6,12 +6,14 @@ use glam::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{
+    color::Color,
     look::{Reflection, Surface, surface},
     numbers::{Faults, METRES_PER_MM, Rows, affine, rows},
+    ranges,
 };
 use crate::{
     classification::{ClipKind, ClipShape, LabelStyle},
-    medium::{MAX_DENSITY_SCALE, SurfaceReflection},
+    medium::SurfaceReflection,
     presets::Preset,
     transfer_function::TransferFunction,
     volume::Volume,
@@ -25,6 +27,7 @@ pub struct Shape {
     /// A plane keeps where its z is 0 and more, a box from -1 to 1 along its axes, a sphere within 1.
     pub kind: ClipKind,
     /// Its own space to that of `space`, in mm.
+    #[cfg_attr(test, schemars(transform = ranges::COORDINATE.said()))]
     pub from_shape: Rows,
     /// The space that it lies in.
     #[serde(default)]
@@ -77,6 +80,7 @@ impl Shape {
 pub struct Labels {
     /// A DICOM SEG, NIfTI, NRRD or MetaImage file, or several that are one map; without any, what is found in the scan itself.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(test, schemars(inner(length(min = 1))))]
     pub files: Vec<PathBuf>,
     /// A file that names labels by their numbers, besides their own names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -110,9 +114,11 @@ pub struct Style {
     pub transfer_function: Option<TransferFunction>,
     /// Factor on its extinction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::DENSITY.said()))]
     pub density: Option<f64>,
     /// Multiplies its opacity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::FRACTION.said()))]
     pub opacity: Option<f64>,
     /// Its surface reflection.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -120,17 +126,6 @@ pub struct Style {
     /// Whether clip shapes cut it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clipped: Option<bool>,
-}
-
-/// A label's colour: linear RGB, or its own, which its file gives it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(untagged, expecting = "a colour is three numbers from 0 to 1, or true for the label's own")]
-pub enum Color {
-    /// Its own, or with `false` the transfer function's.
-    Own(bool),
-    /// Linear RGB.
-    Rgb([f64; 3]),
 }
 
 impl Style {
@@ -192,10 +187,10 @@ impl Labels {
         faults.files("files", &self.files);
         for (index, style) in self.styles.iter().enumerate() {
             faults.within(&["styles".into(), index.into()], |faults| {
-                faults.number("density", style.density, 0.0, MAX_DENSITY_SCALE);
-                faults.number("opacity", style.opacity, 0.0, 1.0);
+                faults.number("density", style.density, ranges::DENSITY);
+                faults.number("opacity", style.opacity, ranges::FRACTION);
                 if let Some(Color::Rgb(color)) = style.color {
-                    faults.numbers("color", Some(color), 0.0, 1.0);
+                    faults.numbers("color", Some(color), ranges::FRACTION);
                 }
                 if let Some(Surface::Is(reflection)) = style.surface {
                     surface(faults, reflection);

@@ -1,13 +1,13 @@
 //! From where a scene is seen, and the picture that becomes of it.
 
 use glam::DVec3;
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::numbers::{Faults, METRES_PER_MM, Rows, affine, rows};
+use super::{
+    numbers::{Faults, METRES_PER_MM, Rows, affine, rows},
+    ranges, read,
+};
 use crate::{camera::PerspectiveCamera, framing, scene::Scene};
-
-/// Coordinates of a camera at most, in mm.
-const FURTHEST: f64 = 1e6;
 
 /// From where a scene is seen: exactly, by `world_from_camera`; else from an `eye`; else from around what there is to see.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -16,23 +16,30 @@ const FURTHEST: f64 = 1e6;
 pub struct View {
     /// Where the camera's space, in which it looks along -z with y up, lies in the world; a turn and a place, in mm.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::COORDINATE.said()))]
     pub world_from_camera: Option<Rows>,
     /// Degrees around the vertical; 0 sees the face, and a single slice is seen from its front where nothing is said.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::AZIMUTH.said()))]
     pub azimuth: Option<f64>,
     /// Degrees above the horizon.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::ELEVATION.said()))]
     pub elevation: Option<f64>,
     /// How many times closer than where everything fits.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::ZOOM.said()))]
     pub zoom: Option<f64>,
     /// Where the camera is, in mm.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::EYE.said()))]
     pub eye: Option<[f64; 3]>,
     /// The point looked at, in mm; the centre of what is seen where nothing is said.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::EYE.said()))]
     pub target: Option<[f64; 3]>,
     /// Degrees between the bottom and the top of the image.
+    #[cfg_attr(test, schemars(transform = ranges::FOV.said()))]
     pub fov: f64,
 }
 
@@ -97,9 +104,10 @@ impl View {
     pub(super) fn check(&self, faults: &mut Faults) {
         if let Some(rows) = self.world_from_camera {
             let turn = affine(rows).matrix3;
+            let is_near = rows.iter().flatten().all(|number| ranges::COORDINATE.holds(*number));
             let is_rigid = (turn * turn.transpose()).abs_diff_eq(glam::DMat3::IDENTITY, 1e-3)
                 && turn.determinant() > 0.0;
-            faults.unless(is_rigid, "world_from_camera", || {
+            faults.unless(is_rigid && is_near, "world_from_camera", || {
                 "world_from_camera is not a turn and a place: three rows of four numbers".into()
             });
             let others = [self.azimuth, self.elevation, self.zoom].iter().all(Option::is_none);
@@ -112,12 +120,12 @@ impl View {
             "eye",
             || "eye says where the camera is: leave azimuth, elevation and zoom out".into(),
         );
-        faults.number("azimuth", self.azimuth, -3600.0, 3600.0);
-        faults.number("elevation", self.elevation, -90.0, 90.0);
-        faults.number("zoom", self.zoom, 1e-3, 1e3);
-        faults.numbers("eye", self.eye, -FURTHEST, FURTHEST);
-        faults.numbers("target", self.target, -FURTHEST, FURTHEST);
-        faults.number("fov", Some(self.fov), 0.1, 170.0);
+        faults.number("azimuth", self.azimuth, ranges::AZIMUTH);
+        faults.number("elevation", self.elevation, ranges::ELEVATION);
+        faults.number("zoom", self.zoom, ranges::ZOOM);
+        faults.numbers("eye", self.eye, ranges::EYE);
+        faults.numbers("target", self.target, ranges::EYE);
+        faults.number("fov", Some(self.fov), ranges::FOV);
     }
 }
 
@@ -127,14 +135,18 @@ impl View {
 #[serde(deny_unknown_fields, default)]
 pub struct Film {
     /// Width and height in pixels.
+    #[cfg_attr(test, schemars(transform = ranges::SIDE.said()))]
     pub size: [u32; 2],
     /// Paths per pixel; where nothing is said, as many as the host finds enough.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::SAMPLES.said()))]
     pub samples: Option<u32>,
     /// The same seed gives the same noise.
+    #[cfg_attr(test, schemars(transform = ranges::WORD.said()))]
     pub seed: u32,
     /// Relative noise at which it is done before it has all samples, such as 0.02.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(transform = ranges::NOISE.said()))]
     pub noise: Option<f64>,
     /// Whether the noise that is left is smoothed out.
     pub denoise: bool,
@@ -152,20 +164,25 @@ impl Film {
         f64::from(self.size[0]) / f64::from(self.size[1])
     }
 
+    /// Width times height.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.size[0]) * u64::from(self.size[1])
+    }
+
     pub(super) fn check(&self, faults: &mut Faults) {
-        /// A side, and all pixels, at most.
-        const LARGEST: u32 = 32_768;
-        const MOST_PIXELS: u64 = 1 << 28;
         let [width, height] = self.size;
-        let is_image = self.size.iter().all(|side| (1..=LARGEST).contains(side))
-            && u64::from(width) * u64::from(height) <= MOST_PIXELS;
+        let is_image = self.size.iter().all(|side| ranges::SIDE.holds(f64::from(*side)))
+            && self.pixels() <= ranges::MOST_PIXELS;
         faults.unless(is_image, "size", || {
             format!(
-                "{width} x {height} is no image: sides are 1 to {LARGEST}, and pixels at most {MOST_PIXELS}"
+                "{width} x {height} is no image: sides are {} to {}, and pixels at most {}",
+                ranges::SIDE.low,
+                ranges::SIDE.high,
+                ranges::MOST_PIXELS
             )
         });
-        faults.number("samples", self.samples.map(f64::from), 1.0, f64::from(1 << 24));
-        faults.number("noise", self.noise, 1e-4, 1.0);
+        faults.number("samples", self.samples.map(f64::from), ranges::SAMPLES);
+        faults.number("noise", self.noise, ranges::NOISE);
     }
 }
 
@@ -177,10 +194,12 @@ pub struct Display {
     /// What stands behind.
     pub background: Backdrop,
     /// Stops brighter.
+    #[cfg_attr(test, schemars(transform = ranges::EXPOSURE.said()))]
     pub exposure: f64,
     /// The curve.
     pub tone: Tone,
     /// Brightens the mid-tones above 1.
+    #[cfg_attr(test, schemars(transform = ranges::GAMMA.said()))]
     pub gamma: f64,
 }
 
@@ -192,8 +211,8 @@ impl Default for Display {
 
 impl Display {
     pub(super) fn check(&self, faults: &mut Faults) {
-        faults.number("exposure", Some(self.exposure), -32.0, 32.0);
-        faults.number("gamma", Some(self.gamma), 0.1, 10.0);
+        faults.number("exposure", Some(self.exposure), ranges::EXPOSURE);
+        faults.number("gamma", Some(self.gamma), ranges::GAMMA);
     }
 }
 
@@ -261,8 +280,10 @@ impl Serialize for Backdrop {
 
 impl<'de> Deserialize<'de> for Backdrop {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(deserializer)?;
-        text.parse().map_err(|why| D::Error::custom(format!("the background '{text}' {why}")))
+        let expected = "transparent, environment or a colour, in quotes";
+        read::word(deserializer, expected, |text| {
+            text.parse().map_err(|why| format!("the background '{text}' {why}"))
+        })
     }
 }
 
