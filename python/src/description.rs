@@ -10,10 +10,10 @@ use std::time::Duration;
 use lumivox_core::glam::DVec3;
 use lumivox_core::{
     self as core, Environment, EnvironmentMap, PerspectiveCamera,
-    document::{self, Display, Film, Look, SceneDocument, View, Written},
+    document::{self, Display, Film, Look, SceneDocument, View},
     framing,
 };
-use lumivox_scene::{Notes, OpenErrorKind, Opened, Opening, Part, Remedy, assemble, open};
+use lumivox_scene::{Notes, OpenErrorKind, Opened, Opening, Part, ReadError, Remedy, assemble, open};
 use lumivox_wgpu::RenderRequest;
 use pyo3::prelude::*;
 
@@ -174,9 +174,10 @@ pub fn load_scene(
     allow_outside_data: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Loaded> {
-    let text = std::fs::read_to_string(&path).map_err(|error| errors::file(&path, &error))?;
-    let written =
-        Written::parse(&path, text).map_err(|error| errors::scan(format!("{}, {error}", path.display())))?;
+    let written = lumivox_scene::read(&path).map_err(|error| match error {
+        ReadError::Io { error, .. } => errors::file(&path, &error),
+        error => errors::scan(error),
+    })?;
     let opening = Opening { allow_outside_data, identify: true };
     let (opened, notes) = wait::stages(py, progress, |progress, cancel| {
         let listener = Notes::new(progress, remedy);

@@ -14,8 +14,7 @@ use lumivox_core::{
     },
     glam::DVec3,
 };
-use lumivox_import::Imported;
-use lumivox_scene::{Audience, Note, OpenError, OpenErrorKind, Opening, Remedy};
+use lumivox_scene::{Audience, Loaded, Note, OpenError, OpenErrorKind, Opening, Remedy};
 
 use crate::{
     args::{EnvironmentName, Fusion, Keep, SceneArgs},
@@ -83,15 +82,7 @@ fn written(args: &SceneArgs) -> Result<Option<Written>, Failure> {
 
 /// Reads a scene.
 pub fn read(file: &Path) -> Result<Written, Failure> {
-    let unreadable = |error| Failure::input(format!("cannot read {}: {error}", file.display()));
-    // A pipe may never end, nor a device.
-    if file.exists() && !file.is_file() {
-        let it = file.display();
-        return Err(Failure::input(format!("cannot read {it}: it is not a plain file; name a scene's file")));
-    }
-    let text = std::fs::read_to_string(file).map_err(unreadable)?;
-    Written::parse(file, text)
-        .map_err(|error| Failure::input(format!("{}, {error}", file.display())))
+    lumivox_scene::read(file).map_err(|error| Failure::input(error.to_string()))
 }
 
 /// Every file that the command line names for reading.
@@ -187,13 +178,15 @@ impl Plan {
         let mut volumes = Vec::with_capacity(scans.len());
         for (index, scan) in scans.into_iter().enumerate() {
             let is_named = self.document.volumes[index].scan.series.is_some() || args.input.series.is_some();
-            tell(&scan, !is_named, reporter);
+            if !scan.is_shared {
+                tell(&scan, !is_named, reporter);
+            }
             if let Some(path) = self.looks.get(index).and_then(LookOptions::file) {
                 let loaded = lumivox_import::load_transfer_function_2d(path, scan.volume.value_range())?;
                 let look = &mut self.document.volumes[index].look;
                 (look.transfer_function, look.gradients) = (Some(loaded.0), loaded.1);
             }
-            volumes.push(if saved { lumivox_scene::identified(scan.volume) } else { scan.volume });
+            volumes.push(scan.volume);
         }
         let opened =
             lumivox_scene::open_loaded(&self.document, volumes, &folder, &opening, &reporter, cancel);
@@ -210,20 +203,22 @@ impl Plan {
         opening: &Opening,
         reporter: Reporter,
         cancel: &CancelToken,
-    ) -> Result<Vec<Imported>, Failure> {
+    ) -> Result<Vec<Loaded>, Failure> {
         if !self.fuses {
-            let load = |(index, entry): (usize, &Entry)| {
-                lumivox_scene::load_scan(&entry.scan, folder, opening, &reporter, cancel)
-                    .map_err(|kind| self.failure(OpenError::of_scan(index, kind)))
-            };
-            let scans: Vec<Imported> =
-                self.document.volumes.iter().enumerate().map(load).collect::<Result<_, _>>()?;
+            let scans = lumivox_scene::load_scans(&self.document, folder, opening, &reporter, cancel)
+                .map_err(|error| self.failure(error))?;
             if self.written.is_none() && args.fusion != Fusion::Off && self.has_no_look(args) {
                 self.fusion_looks(&scans);
             }
             return Ok(scans);
         }
-        let scans = inputs::load_fusion(&args.input, reporter, cancel)?;
+        let scans = inputs::load_fusion(&args.input, reporter, cancel)?.into_iter().map(|mut scan| {
+            if opening.identify {
+                scan.volume = lumivox_scene::identified(scan.volume);
+            }
+            Loaded::from(scan)
+        });
+        let scans: Vec<Loaded> = scans.collect();
         if args.fusion == Fusion::On && scans.len() < 2 {
             return Err(Failure::input(
                 "--fusion on: there are no CT or MR and PET of one place; 'lumivox info' lists what there is, and files of \
@@ -256,8 +251,8 @@ impl Plan {
     }
 
     /// Gives a CT or MR and a PET in it the looks by which both are seen.
-    fn fusion_looks(&mut self, scans: &[Imported]) {
-        let volumes: Vec<&Volume> = scans.iter().map(|scan| &scan.volume).collect();
+    fn fusion_looks(&mut self, scans: &[Loaded]) {
+        let volumes: Vec<&Volume> = scans.iter().map(|scan| &*scan.volume).collect();
         if let Some(presets) = Preset::fusion_of(&volumes) {
             let entries = self.document.volumes.iter_mut();
             entries.zip(presets).for_each(|(entry, preset)| entry.look.preset = Some(preset));
@@ -270,7 +265,7 @@ impl Plan {
 }
 
 /// Says what was read.
-fn tell(scan: &Imported, is_chosen_here: bool, reporter: Reporter) {
+fn tell(scan: &Loaded, is_chosen_here: bool, reporter: Reporter) {
     reporter.say(&format!("{}: {}", scan.report.format, inputs::describe(&scan.volume)));
     scan.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
     if is_chosen_here && scan.report.series.len() > 1 {

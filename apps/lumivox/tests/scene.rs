@@ -255,6 +255,26 @@ fn what_is_wrong_with_a_scene_is_told_by_its_line() {
     assert_eq!(own.status.code(), Some(2));
 }
 
+/// Paths of a scene are seen from where it stands, and not from a link to it.
+#[cfg(unix)]
+#[test]
+fn a_link_to_a_scene_is_the_scene() {
+    let folder = folder_with_head();
+    let at = folder.path();
+    fs::create_dir_all(at.join("links/deeper")).unwrap();
+    done(at, &["scene", "save", "a.lumivox", "scan", "--size", "16x12", "--samples", "1", "--quiet"]);
+    std::os::unix::fs::symlink("../../a.lumivox", at.join("links/deeper/b.lumivox")).unwrap();
+    done(at, &["scene", "check", "links/deeper/b.lumivox"]);
+    done(at, &["render", "links/deeper/b.lumivox", "-o", "b.png", "--quiet"]);
+    // Saved through the link it is the same file again.
+    let again =
+        ["scene", "save", "links/deeper/b.lumivox", "links/deeper/b.lumivox", "--azimuth", "20", "--quiet"];
+    done(at, &again);
+    assert!(at.join("links/deeper/b.lumivox").is_symlink());
+    assert!(fs::read_to_string(at.join("a.lumivox")).unwrap().contains("\"azimuth\": 20"));
+    done(at, &["scene", "check", "a.lumivox"]);
+}
+
 /// Colours as screens show them, and the numbers that they are.
 #[test]
 fn colours_may_be_those_of_screens() {

@@ -9,26 +9,31 @@ mod labels;
 mod load;
 mod note;
 mod place;
+mod read;
 mod save;
+mod scans;
 mod show;
 
 use std::{path::Path, sync::Arc};
 
 use lumivox_core::{
     CancelToken, EnvironmentMap, Misplaced, PerspectiveCamera, Scene, Volume,
-    document::{Entry, Lighting, SceneDocument},
+    document::{Lighting, SceneDocument},
 };
 use lumivox_import::ImportError;
 
 pub use content::{content_of, identified, is_another};
-pub use load::{ANOTHER_SCAN, load_scan};
+pub use load::ANOTHER_SCAN;
 pub use note::{Audience, Note, Notes, Remedy, Silent};
 pub use place::Part;
+pub use read::{ReadError, read};
 pub use save::{save, save_scene};
+pub use scans::{Loaded, load_scans};
 
 use labels::LabelMaps;
 use load::load_environment;
 use place::{place, say_if_unseen};
+use scans::Shows;
 use show::show;
 
 /// What a host allows, whatever a document says.
@@ -133,23 +138,21 @@ pub fn open(
     audience: &impl Audience,
     cancel: &CancelToken,
 ) -> Result<Opened, OpenError> {
-    let load = |(index, entry): (usize, &Entry)| {
-        let loaded = load_scan(&entry.scan, folder, opening, audience, cancel)
-            .map_err(|kind| OpenError::of_scan(index, kind))?;
-        loaded.report.notes.iter().for_each(|note| audience.note(Note::new(note)));
-        Ok(loaded.volume)
-    };
-    let scans = document.volumes.iter().enumerate().map(load).collect::<Result<_, OpenError>>()?;
+    let scans = load_scans(document, folder, opening, audience, cancel)?;
+    let told = scans.iter().filter(|scan| !scan.is_shared);
+    told.flat_map(|scan| &scan.report.notes).for_each(|note| audience.note(Note::new(note)));
+    let scans = scans.into_iter().map(|scan| scan.volume).collect();
     open_loaded(document, scans, folder, opening, audience, cancel)
 }
 
-/// Opens a document whose scans are loaded: what of them is shown, labels, light, places and looks.
+/// Opens a document whose scans are loaded: what of them is shown, labels, light, places and looks. Of entries that share a scan
+/// and show the same of it, that is found once, and they share it.
 ///
 /// # Errors
 /// [`OpenError`] names the part of the document.
 pub fn open_loaded(
     document: &SceneDocument,
-    scans: Vec<Volume>,
+    scans: Vec<Arc<Volume>>,
     folder: &Path,
     opening: &Opening,
     audience: &impl Audience,
@@ -159,8 +162,15 @@ pub fn open_loaded(
         .map_err(|error| OpenError::whole(&["environment", "source"], error))?;
     let is_alone = scans.len() == 1;
     let mut maps = LabelMaps::default();
+    let shows: Vec<Shows> =
+        document.volumes.iter().zip(&scans).map(|(entry, scan)| Shows::of(entry, scan)).collect();
+    let first = |index: usize| shows.iter().position(|shown| *shown == shows[index]).unwrap_or(index);
+    // The last one that shows something else of a scan takes its voxels as they are, and those before copies.
+    let mut scans: Vec<Option<Arc<Volume>>> =
+        scans.into_iter().enumerate().map(|(index, scan)| (first(index) == index).then_some(scan)).collect();
+    let mut all_shown: Vec<Part> = Vec::with_capacity(scans.len());
     let mut parts = Vec::with_capacity(scans.len());
-    for (index, (entry, scan)) in document.volumes.iter().zip(scans).enumerate() {
+    for (index, entry) in document.volumes.iter().enumerate() {
         let of_labels = |kind| OpenError::of(index, &["labels", "files"], kind);
         let labels = match &entry.labels {
             Some(labels) if !labels.files.is_empty() => {
@@ -169,7 +179,13 @@ pub fn open_loaded(
             _ => None,
         };
         let cancelled = |kind| OpenError::of(index, &["scan"], OpenErrorKind::Cancelled(kind));
-        let shown = show(entry, scan, audience, cancel).map_err(cancelled)?;
+        let shown = match scans[index].take() {
+            Some(scan) => {
+                let scan = Arc::try_unwrap(scan).unwrap_or_else(|shared| Volume::clone(&shared));
+                Part::new(show(entry, scan, audience, cancel).map_err(cancelled)?)
+            }
+            None => all_shown[first(index)].clone(),
+        };
         if let (Some(map), Some(named)) = (&labels, &entry.labels) {
             match map.misplaced(&shown.volume) {
                 Some(Misplaced { all: true, why }) if is_alone => {
@@ -181,7 +197,11 @@ pub fn open_loaded(
                 None => {}
             }
         }
-        parts.push(Part::new(shown, labels));
+        all_shown.push(shown.clone());
+        parts.push(match labels {
+            Some(_) => Part { labels, ..shown },
+            None => shown,
+        });
     }
     let lights = document.lights.iter().map(Lighting::light).collect();
     let scene = place(&document.volumes, parts, lights, environment, audience)?;

@@ -6,7 +6,7 @@ use std::{
 };
 
 use lumivox_core::{
-    CancelToken, Environment,
+    CancelToken, Environment, Volume,
     document::{Scan, Surroundings},
 };
 use lumivox_import::{ImportError, ImportOptions, Imported};
@@ -21,7 +21,7 @@ pub const ANOTHER_SCAN: &str = "this is not the scan that the scene was saved wi
 ///
 /// # Errors
 /// A file that is missing or no scan, and what no option can be.
-pub fn load_scan(
+pub fn load(
     scan: &Scan,
     folder: &Path,
     opening: &Opening,
@@ -35,12 +35,17 @@ pub fn load_scan(
     let mut imported = audience.watch(|progress| lumivox_import::load(&files, &options, progress, cancel))?;
     if opening.identify || scan.content.is_some() {
         imported.volume = identified(imported.volume);
-        if is_another(scan, &imported.volume) {
-            let file = scan.files.first().map_or_else(String::new, |file| format!("{}: ", file.display()));
-            audience.note(Note::new(file + ANOTHER_SCAN));
-        }
+        say_if_another(scan, &imported.volume, audience);
     }
     Ok(imported)
+}
+
+/// Says where a volume is another scan than the one that a document was saved with.
+pub fn say_if_another(scan: &Scan, volume: &Volume, audience: &impl Audience) {
+    if is_another(scan, volume) {
+        let file = scan.files.first().map_or_else(String::new, |file| format!("{}: ", file.display()));
+        audience.note(Note { is_another: true, ..Note::new(file + ANOTHER_SCAN) });
+    }
 }
 
 /// A file as seen from a folder, without steps back where nothing but they is left out: a link may lead elsewhere.

@@ -11,6 +11,8 @@ pub struct Note {
     pub text: String,
     /// What would change it, which each host has its own words for.
     pub remedy: Option<Remedy>,
+    /// Whether it says that a scan is [another](crate::is_another) than the one that the scene was saved with.
+    pub is_another: bool,
 }
 
 /// What would change what a note tells.
@@ -28,7 +30,7 @@ pub enum Remedy {
 impl Note {
     /// A sentence.
     pub fn new(text: impl Into<String>) -> Self {
-        Self { text: text.into(), remedy: None }
+        Self { text: text.into(), remedy: None, is_another: false }
     }
 
     /// With what would change it.

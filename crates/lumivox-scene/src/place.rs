@@ -25,13 +25,9 @@ pub struct Part {
 }
 
 impl Part {
-    /// A scan as it is shown, with the labels of its files or those that were found in it.
-    pub fn new(shown: Shown, labels: Option<Arc<LabelVolume>>) -> Self {
-        Self {
-            volume: Arc::new(shown.volume),
-            labels: labels.or(shown.found.map(Arc::new)),
-            peel: shown.peel,
-        }
+    /// A scan as it is shown, with the labels that were found in it.
+    pub fn new(shown: Shown) -> Self {
+        Self { volume: Arc::new(shown.volume), labels: shown.found.map(Arc::new), peel: shown.peel }
     }
 }
 

@@ -9,6 +9,8 @@ use std::{
 use lumivox_core::{EnvironmentMap, EnvironmentSource, Scene, document::SceneDocument};
 use lumivox_import::save_environment;
 
+use crate::read::followed;
+
 /// Saves a scene as the document that `describe` makes of it. A map of light that came from no file is written beside it, as
 /// `NAME.sky.exr`, to the bit.
 ///
@@ -58,12 +60,12 @@ fn nameless_map(scene: &Scene) -> Option<EnvironmentMap> {
 const NO_UNICODE: &str = "the name of one of its files is no Unicode, which scenes need; rename the file";
 
 /// Writes a document; absolute paths in it become relative to its folder where both lie below one folder that is no root. A
-/// file that is there is replaced only when the new one is whole.
+/// file that is there is replaced only when the new one is whole; of a link, the one that it leads to.
 ///
 /// # Errors
 /// When the file cannot be written.
 pub fn save(document: &SceneDocument, file: &Path) -> io::Result<()> {
-    let file = std::path::absolute(file)?;
+    let file = std::path::absolute(followed(file))?;
     let folder = file.parent().unwrap_or(Path::new(""));
     let mut document = document.clone();
     for entry in &mut document.volumes {

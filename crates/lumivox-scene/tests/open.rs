@@ -121,6 +121,76 @@ fn another_scan_in_its_place_is_told() {
     assert!(!told(content.clone()) && told(content.replace(|c: char| c.is_ascii_digit(), "0")));
 }
 
+/// One scan that stands in a scene many times is read once for each way of reading it, and its patient found once for each thing
+/// that is shown of it.
+#[test]
+fn a_scan_is_read_once_however_often_it_is_there() {
+    let folder = folder();
+    let mut document = document();
+    let first = document.volumes[0].clone();
+    let at = |x: f64| Some([[1.0, 0.0, 0.0, x], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0]]);
+    document.volumes =
+        (0..6).map(|i| Entry { world_from_patient: at(f64::from(i)), ..first.clone() }).collect();
+    // Another look of the same; all of it; and values that are read otherwise.
+    document.volumes[2].look.density = Some(0.7);
+    document.volumes[3].scan.keep = Keep::Everything;
+    document.volumes[4].scan.slope = Some(2.0);
+    document.volumes[5].labels = Some(Labels::default());
+    let listener = Counter::default();
+    let opened = opened(&document, folder.path(), &listener);
+    let volumes: Vec<_> = opened.scene.volumes.iter().map(|instance| &instance.volume).collect();
+    let is_same = |a: usize, b: usize| Arc::ptr_eq(volumes[a], volumes[b]);
+    assert!(is_same(0, 1) && is_same(0, 2) && !is_same(0, 3) && !is_same(0, 4) && !is_same(0, 5));
+    assert_eq!(volumes[3].source().unwrap().keep, Keep::Everything);
+    assert_eq!(volumes[0].source().unwrap().keep, Keep::Patient);
+    assert_eq!(volumes[0].dims(), volumes[3].dims());
+    assert_eq!(
+        volumes[4].value_range()[1],
+        2.0 * volumes[0].value_range()[1] - 2.0 * volumes[0].intercept() + volumes[0].intercept()
+    );
+    let labels: Vec<bool> = opened.scene.volumes.iter().map(|instance| instance.labels.is_some()).collect();
+    assert_eq!(labels, [false, false, false, false, false, true]);
+    assert_eq!(opened.scene.volumes[2].medium.density_scale, 0.7);
+    // Read twice, the patient found in three: that of the first three, of the other slope, and with labels.
+    let stages = listener.0.into_inner();
+    assert_eq!(stages, 5, "so often somebody had to wait");
+}
+
+/// Whether it is another scan is told once for all that say the same of it, and to those alone.
+#[test]
+fn another_scan_is_told_once() {
+    let folder = folder();
+    let mut document = document();
+    document.volumes[0].scan.keep = Keep::Everything;
+    let right = content_of(&opened(&document, folder.path(), &Silent).scene.volumes[0].volume);
+    let one = document.volumes[0].clone();
+    let of = |content: Option<&str>| {
+        let scan = Scan { content: content.map(ToOwned::to_owned), ..one.scan.clone() };
+        Entry { scan, ..one.clone() }
+    };
+    let (wrong, other) = ("sha256:00", "sha256:11");
+    document.volumes = vec![of(None), of(Some(&right)), of(Some(wrong)), of(Some(wrong)), of(Some(other))];
+    let listener = Listener::default();
+    opened(&document, folder.path(), &listener);
+    let told = listener.0.into_inner().iter().filter(|note| note.contains("not the scan")).count();
+    assert_eq!(told, 2);
+}
+
+/// Counts what is waited for.
+#[derive(Default)]
+struct Counter(RefCell<usize>);
+
+impl Audience for Counter {
+    fn note(&self, _: Note) {}
+
+    fn say(&self, _: &str) {}
+
+    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
+        *self.0.borrow_mut() += 1;
+        work(Progress::SILENT)
+    }
+}
+
 #[test]
 fn label_files_are_loaded_once_and_others_in_their_place_are_told() {
     let folder = folder();

@@ -4,7 +4,7 @@
 use std::ffi::c_char;
 use std::path::{Path, PathBuf};
 
-use lumivox_core::document::{Backdrop, SceneDocument, Tone, View, Written};
+use lumivox_core::document::{Backdrop, SceneDocument, Tone, View};
 use lumivox_core::{CancelToken, EnvironmentSource, PerspectiveCamera, Progress, Scene, VolumeInstance};
 use lumivox_core::{ExtinctionSpace, Filter, LabelStyle, Medium};
 use lumivox_scene::{Notes, OpenError, OpenErrorKind, Opening, Remedy};
@@ -107,32 +107,20 @@ fn remedy(remedy: Remedy) -> Option<String> {
 
 impl LumivoxScene {
     fn open(file: &Path, opening: &Opening, progress: Progress<'_>, cancel: &CancelToken) -> Outcome<Self> {
-        let text = std::fs::read_to_string(file).map_err(|error| match error.kind() {
-            std::io::ErrorKind::InvalidData => {
-                format!("{} is no scene document: those are text", file.display())
-            }
-            _ => format!("cannot read {}: {error}", file.display()),
-        })?;
-        let written = Written::parse(file, text)
-            .map_err(|error| format!("{}, line {}: {}", file.display(), error.line, error.why))?;
+        let written = lumivox_scene::read(file).map_err(|error| error.to_string())?;
         let placed = |error: OpenError| match error.kind {
             OpenErrorKind::Cancelled(cancelled) => cancelled.to_string(),
             kind => format!("{}: {kind}", written.place(error.volume, error.keys)),
         };
-        let mut notes = vec![];
         let (document, folder) = (&written.document, written.folder());
-        let mut scans = vec![];
-        for (index, entry) in document.volumes.iter().enumerate() {
-            let told = Notes::new(progress, remedy);
-            let loaded = lumivox_scene::load_scan(&entry.scan, folder, opening, &told, cancel)
-                .map_err(|kind| placed(OpenError::of_scan(index, kind)))?;
+        let told = Notes::new(progress, remedy);
+        let loaded = lumivox_scene::load_scans(document, folder, opening, &told, cancel).map_err(placed)?;
+        let mut notes = told.into_sentences();
+        for (index, scan) in loaded.iter().enumerate().filter(|(_, scan)| !scan.is_shared) {
             let place = written.place(Some(index), &["scan"]);
-            let of_scan = loaded.report.notes.iter().map(ToString::to_string);
-            notes.extend(
-                told.into_sentences().into_iter().chain(of_scan).map(|note| format!("{place}: {note}")),
-            );
-            scans.push(loaded.volume);
+            notes.extend(scan.report.notes.iter().map(|note| format!("{place}: {note}")));
         }
+        let scans = loaded.into_iter().map(|scan| scan.volume).collect();
         let told = Notes::new(progress, remedy);
         let opened = lumivox_scene::open_loaded(document, scans, folder, opening, &told, cancel);
         let lumivox_scene::Opened { scene, camera } = opened.map_err(placed)?;

@@ -1,6 +1,6 @@
 //! What is shown: a scene document, a scan as it looks by itself, or a head that nobody scanned; and the way back to a file.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lumivox_core::camera::Orbit;
@@ -26,17 +26,16 @@ impl Opened {
         let Some(path) = path else { return Ok(Self::head()) };
         let of_document = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
         let mut document = SceneDocument { volumes: vec![Entry::new(Scan::default())], ..Default::default() };
-        let mut folder = Path::new("");
+        let mut folder = PathBuf::new();
         let is_document = path.is_file() && path.extension().is_some_and(|e| e == "lumivox" || e == "json");
         if is_document {
-            let text = std::fs::read_to_string(path).map_err(|error| of_document(&error))?;
-            document = SceneDocument::parse(&text).map_err(|error| of_document(&error))?;
-            folder = path.parent().unwrap_or(folder);
+            let written = lumivox_scene::read(path).map_err(|error| error.to_string())?;
+            (document, folder) = (written.document.clone(), written.folder().to_owned());
         } else {
             document.volumes[0].scan.files = vec![path.to_owned()];
         }
         let opened =
-            lumivox_scene::open(&document, folder, &Opening::default(), &Terminal, &CancelToken::new());
+            lumivox_scene::open(&document, &folder, &Opening::default(), &Terminal, &CancelToken::new());
         let lumivox_scene::Opened { scene, camera } =
             opened.map_err(|error| if is_document { of_document(&error) } else { error.to_string() })?;
         Ok(Self { scene, camera, document })

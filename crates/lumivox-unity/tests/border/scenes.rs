@@ -146,7 +146,7 @@ fn what_is_wrong_with_a_scene_is_told_by_its_line() {
     let path = write(folder.path(), "{\"lumivox_scene\": 9}");
     assert!(open(&path).unwrap_err().contains("line 1"));
     std::fs::write(path.to_str().unwrap(), b"LUMIVOX1\xff\xff").unwrap();
-    assert!(open(&path).unwrap_err().contains("scene.lumivox is no scene document"));
+    assert!(open(&path).unwrap_err().contains("scene.lumivox is no scene of Lumivox"));
     // SAFETY: null is allowed everywhere.
     unsafe {
         lumivox_scene_free(null_mut());

@@ -1,9 +1,9 @@
 //! A scene file's contents, loaded on any thread.
 
-use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
-use lumivox_core::document::{SceneDocument, Written};
+use lumivox_core::document::SceneDocument;
 use lumivox_core::{CancelToken, Progress, words};
 use lumivox_import::ImportReport;
 use lumivox_scene::{Audience, Note, Notes, OpenError, Opened, Opening, Remedy};
@@ -15,7 +15,7 @@ pub struct OpenedScene {
     /// Its scene and its camera.
     pub opened: Opened,
     /// How each scan was loaded.
-    pub reports: Vec<ImportReport>,
+    pub reports: Vec<Arc<ImportReport>>,
     /// What is worth telling, as sentences.
     pub notes: Vec<String>,
 }
@@ -41,20 +41,15 @@ pub fn open(
     progress: Progress<'_>,
     cancel: &CancelToken,
 ) -> Result<OpenedScene, String> {
-    let text =
-        fs::read_to_string(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-    let written = Written::parse(path, text).map_err(|error| format!("{}, {error}", path.display()))?;
+    let written = lumivox_scene::read(path).map_err(|error| error.to_string())?;
     let failure = |error: OpenError| format!("{}: {}", written.place(error.volume, error.keys), error.kind);
     let (folder, opening) = (written.folder(), Opening { allow_outside_data, identify: true });
     let listener = Notes::new(progress, remedy);
-    let (mut scans, mut reports) = (vec![], vec![]);
-    for (index, entry) in written.document.volumes.iter().enumerate() {
-        let loaded = lumivox_scene::load_scan(&entry.scan, folder, &opening, &listener, cancel);
-        let loaded = loaded.map_err(|kind| failure(OpenError::of_scan(index, kind)))?;
-        loaded.report.notes.iter().for_each(|note| listener.note(Note::new(note)));
-        scans.push(loaded.volume);
-        reports.push(loaded.report);
-    }
+    let loaded = lumivox_scene::load_scans(&written.document, folder, &opening, &listener, cancel);
+    let loaded = loaded.map_err(failure)?;
+    let told = loaded.iter().filter(|scan| !scan.is_shared);
+    told.flat_map(|scan| &scan.report.notes).for_each(|note| listener.note(Note::new(note)));
+    let (scans, reports) = loaded.into_iter().map(|scan| (scan.volume, scan.report)).unzip();
     let opened = lumivox_scene::open_loaded(&written.document, scans, folder, &opening, &listener, cancel);
     let opened = opened.map_err(failure)?;
     let mut document = written.document.clone();

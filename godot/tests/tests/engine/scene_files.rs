@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use lumivox_core::document::{Backdrop, SceneDocument, Written};
+use lumivox_core::document::{Backdrop, Entry, Scan, SceneDocument, Written};
 use lumivox_core::glam::{DMat3, DVec3};
 use lumivox_core::{CancelToken, EnvironmentMap};
 use lumivox_renderer::DisplaySettings;
@@ -45,14 +45,15 @@ struct Scenes {
 
 /// Two scans with all that scene files have, in numbers that 32 bits round.
 fn document(head: &Path, torso: &Path) -> SceneDocument {
-    let content = lumivox_scene::load_scan(
-        &lumivox_core::document::Scan::of_files(vec![head.to_owned()]),
+    let head_alone = Entry::new(Scan::of_files(vec![head.to_owned()]));
+    let scans = lumivox_scene::load_scans(
+        &SceneDocument { volumes: vec![head_alone], ..SceneDocument::default() },
         Path::new(""),
         &Opening::default(),
         &Silent,
         &CancelToken::new(),
     );
-    let content = lumivox_scene::content_of(&content.unwrap().volume);
+    let content = lumivox_scene::content_of(&scans.unwrap()[0].volume);
     let words = json!({
         "lumivox_scene": 1,
         "volumes": [
