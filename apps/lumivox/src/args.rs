@@ -13,7 +13,8 @@ use lumivox_import::{ArrayLayout, PatientAxes, RawDescription, parse_spacing};
 pub use look::{LookName, LookNames, TuningArgs};
 pub use phantom::{ArmsArg, MetalArg, PhantomArgs, PhantomKind, TorsoArgs};
 pub use values::{
-    Clip, EnvironmentName, FURTHEST, FilterName, Point, Size, Sun, Switch, Tone, Window, numbers,
+    BYTES_PER_PIXEL, Clip, EnvironmentName, FURTHEST, FilterName, Point, Size, Sun, Switch, Tone, Window,
+    numbers,
 };
 use values::{modality, number, seconds, slope};
 
@@ -233,6 +234,9 @@ pub struct CheckArgs {
     /// Let headers (.mhd, .nhdr) name data files anywhere [default: only beside them or below]
     #[arg(long)]
     pub allow_outside_data: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 /// What is seen, how, and from where. What is not given is as the scene says, and where there is none, as help says.

@@ -17,7 +17,7 @@ use lumivox_core::{
 use lumivox_scene::{Audience, Loaded, Note, OpenError, OpenErrorKind, Opening, Remedy};
 
 use crate::{
-    args::{EnvironmentName, Fusion, Keep, SceneArgs},
+    args::{EnvironmentName, Fusion, InputArgs, Keep, SceneArgs},
     exit::{Exit, Failure},
     inputs,
     looks::{LookOptions, looks},
@@ -83,6 +83,16 @@ fn written(args: &SceneArgs) -> Result<Option<Written>, Failure> {
 /// Reads a scene.
 pub fn read(file: &Path) -> Result<Written, Failure> {
     lumivox_scene::read(file).map_err(|error| Failure::input(error.to_string()))
+}
+
+/// Refuses scenes where scans are wanted.
+pub fn check_are_scans(args: &InputArgs) -> Result<(), Failure> {
+    let Some(scene) = args.inputs.iter().find(|path| is_scene(path)) else { return Ok(()) };
+    let scene = scene.display();
+    Err(Failure::input(format!(
+        "{scene} is a scene of Lumivox's, and no scan: 'lumivox render {scene} -o PICTURE.png' renders it, 'lumivox scene check \
+         {scene}' says whether all of it is there; its scans can be named here"
+    )))
 }
 
 /// Every file that the command line names for reading.

@@ -238,6 +238,7 @@ fn what_is_wrong_with_a_scene_is_told_by_its_line() {
             && said.contains("this is not the scan that the scene was saved with"),
         "{said}"
     );
+    assert_eq!(said.matches("this is not the scan").count(), 1, "{said}");
     // In the scan's own folder, too.
     done(at, &["scene", "save", "scan/own.json", "scan", "--quiet"]);
     done(at, &["scene", "check", "scan/own.json"]);
@@ -253,6 +254,69 @@ fn what_is_wrong_with_a_scene_is_told_by_its_line() {
     assert!(folder.status.code() == Some(3) && said.contains("scan: it is not a plain file"), "{said}");
     let own = run(at, &["scene", "save", "scan/a.txt", "scan"]);
     assert_eq!(own.status.code(), Some(2));
+}
+
+/// A scene is no scan: what it is, and which commands take it.
+#[test]
+fn what_takes_scans_says_what_a_scene_is() {
+    let folder = folder_with_head();
+    let at = folder.path();
+    done(at, &["scene", "save", "a.lumivox", "scan", "-q"]);
+    assert_eq!(done(at, &["scene", "check", "a.lumivox", "-q"]), "");
+    for command in ["info", "import"] {
+        let output = run(at, &[command, "a.lumivox"]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            output.status.code() == Some(3)
+                && said.contains("a.lumivox is a scene of Lumivox's, and no scan")
+                && said.contains("'lumivox render a.lumivox -o PICTURE.png'"),
+            "{command}: {said}"
+        );
+    }
+    // And what is no scene where one is wanted.
+    let scan = fs::read_dir(at.join("scan")).unwrap().next().unwrap().unwrap().path();
+    let output = run(at, &["scene", "check", &scan.to_string_lossy()]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(3) && said.contains("is no scene of Lumivox's"), "{said}");
+}
+
+/// What a machine may have no room or time for is no fault of the scene, and is said.
+#[test]
+fn a_check_says_what_is_hard_to_render() {
+    let folder = folder_with_head();
+    let at = folder.path();
+    let shape =
+        r#"{"kind": "sphere", "inverted": true, "from_shape": [[9, 0, 0, 500], [0, 9, 0, 0], [0, 0, 9, 0]]}"#;
+    let write = |shapes: usize, size: u32, density: &str| {
+        let shapes = vec![shape; shapes].join(", ");
+        let text = format!(
+            r#"{{"lumivox_scene": 1, "film": {{"size": [{size}, {size}]}}, "volumes": [{{"scan": {{"files": ["scan"]}},
+            "look": {{"density": {density}}}, "clip_shapes": [{shapes}]}}]}}"#
+        );
+        fs::write(at.join("a.json"), text).unwrap();
+        let output = run(at, &["scene", "check", "a.json"]);
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (exit, said) = write(1, 1024, "0.5");
+    assert!(exit == Some(0) && !said.contains("GB of memory") && !said.contains("shapes cut"), "{said}");
+    let (exit, said) = write(1000, 16_384, "1e9");
+    assert_eq!(exit, Some(0), "{said}");
+    for words in [
+        "16384 x 16384 pixels takes 27 GB of memory",
+        "1000 shapes cut scan 1",
+        "a density of 1.000e9 is more than",
+    ] {
+        assert_eq!(said.matches(words).count(), 1, "{words}: {said}");
+    }
+    // What no renderer takes is refused.
+    for (shapes, size, density, words) in [
+        (1025, 1024, "1", "there are 1025 shapes, of which 1024 are possible"),
+        (1, 16_385, "1", "16385 x 16385 is no image"),
+        (1, 1024, "1.1e9", "density is 1100000000, and must be 0 to 1000000000"),
+    ] {
+        let (exit, said) = write(shapes, size, density);
+        assert!(exit == Some(3) && said.contains(words), "{words}: {said}");
+    }
 }
 
 /// Paths of a scene are seen from where it stands, and not from a link to it.

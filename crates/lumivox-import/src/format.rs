@@ -6,6 +6,8 @@ use std::{
     path::Path,
 };
 
+use lumivox_core::document::SceneDocument;
+
 use crate::{
     error::ImportError,
     metaimage, mgh, nifti, npy, nrrd,
@@ -236,6 +238,8 @@ fn describe(head: &[u8]) -> String {
         "this is an HTML page, perhaps a failed download".to_owned()
     } else if lower.starts_with("<?xml") || lower.starts_with("<vtkfile") {
         "this is an XML file".to_owned()
+    } else if SceneDocument::is_one(head) {
+        "this is a scene of Lumivox's, which names scans, and no scan".to_owned()
     } else if printable && (text.starts_with('{') || text.starts_with('[')) {
         "this is a JSON file".to_owned()
     } else if printable && text.starts_with("dim") {

@@ -6,6 +6,7 @@ use lumivox_core::{
     Environment, LabelVolume, Light, Medium, Modality, Peel, Scene, Volume, VolumeInstance,
     document::{self, Entry, Look, Style},
     glam::{DAffine3, DVec3},
+    medium::most_density_scale,
     presets,
     words::{lengths, number},
     world_from_patient,
@@ -51,6 +52,10 @@ pub fn place(
         let labels =
             part.labels.map(|labels| labelling(labels, styles, &part.volume, medium.surface)).transpose();
         let labels = labels.map_err(|kind| OpenError::of(index, &["labels", "styles"], kind))?;
+        let densest = styles.iter().filter_map(|style| style.density).max_by(f64::total_cmp);
+        if let Some(density) = densest.filter(|_| labels.is_some()) {
+            say_if_too_dense(density, &part.volume, audience);
+        }
         let [low, high] = entry.clip.unwrap_or([[0.0; 3], [1.0; 3]]);
         Ok(VolumeInstance {
             clip_box: [DVec3::from_array(low), DVec3::from_array(high)],
@@ -81,6 +86,17 @@ pub fn say_if_unseen(instance: &VolumeInstance, styles: &[Style], audience: &imp
     }
 }
 
+/// Says where a volume takes less than the density that was asked for.
+fn say_if_too_dense(density: f64, volume: &Volume, audience: &impl Audience) {
+    let most = most_density_scale(volume);
+    if density > most {
+        let [density, most] = [density, most].map(number);
+        audience.note(Note::new(format!(
+            "a density of {density} is more than a scan of this size takes: it is rendered with {most}, as nothing is seen through it either"
+        )));
+    }
+}
+
 /// A look, placed for a scan, and what is worth saying of it.
 pub fn look(look: &Look, volume: &Volume, audience: &impl Audience) -> Medium {
     let is_ct = volume.is_hounsfield() || volume.may_be_hounsfield() || volume.modality() == Modality::Ct;
@@ -96,6 +112,9 @@ pub fn look(look: &Look, volume: &Volume, audience: &impl Audience) -> Medium {
         _ => {}
     }
     let medium = look.medium(volume);
+    if let Some(density) = look.density {
+        say_if_too_dense(density, volume, audience);
+    }
     let factor = presets::size_factor(volume);
     if factor != 1.0 && look.density.is_none() {
         let size = volume.size_mm().max_element();

@@ -106,7 +106,7 @@ pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
 const MOST_PIXELS: u64 = 1 << 28;
 
 /// Memory that a pixel takes until it is written: the film on the GPU and here, its copies, and the picture.
-const BYTES_PER_PIXEL: u64 = 100;
+pub const BYTES_PER_PIXEL: u64 = 100;
 
 /// An image size in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,6 +16,7 @@ use crate::{
     args::ImportArgs,
     exit::{self, Failure},
     inputs,
+    opening::check_are_scans,
     output::{self, Picture, PngOutput},
     progress::{Reporter, say},
 };
@@ -26,6 +27,7 @@ const MOST_NAMED: usize = 3;
 /// Prints what each scan holds.
 pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     inputs::check(&args.input)?;
+    check_are_scans(&args.input)?;
     let cancel = exit::cancel_on_ctrl_c()?;
     let reporter = Reporter::new(args.json);
     let options = inputs::options(&args.input);

@@ -17,6 +17,7 @@ use crate::{
     args::InfoArgs,
     exit::{self, Failure},
     inputs::{self, modality},
+    opening::check_are_scans,
     output,
     progress::Reporter,
 };
@@ -36,6 +37,7 @@ const PERCENTILES: [f64; 5] = [1.0, 25.0, 50.0, 75.0, 99.0];
 /// Prints what each scan holds.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     inputs::check(&args.input)?;
+    check_are_scans(&args.input)?;
     let cancel = exit::cancel_on_ctrl_c()?;
     let reporter = Reporter::new(args.json);
     let scans = inputs::load(&args.input, reporter, &cancel)?;

@@ -1,13 +1,13 @@
 //! `lumivox scene`: a scene to one file, and whether a file can be opened.
 
 use lumivox_core::{
-    CancelToken,
+    CancelToken, Progress,
     document::{Look, SceneDocument},
 };
-use lumivox_scene::{ANOTHER_SCAN, Opening, content_of, is_another, open};
+use lumivox_scene::{ANOTHER_SCAN, Audience, Note, Opening, content_of, is_another, open};
 
 use crate::{
-    args::{CheckArgs, SaveArgs, SceneCommand},
+    args::{BYTES_PER_PIXEL, CheckArgs, SaveArgs, SceneCommand},
     exit::{self, Failure},
     opening::{self, Opened, Plan, files_named, is_scene},
     output,
@@ -70,13 +70,32 @@ fn complete(opened: Opened) -> SceneDocument {
     document
 }
 
+/// Who waits while a scene is checked: that a scan is another is what the check ends with.
+struct Checking(Reporter);
+
+impl Audience for Checking {
+    fn note(&self, note: Note) {
+        if !note.is_another {
+            self.0.note(note);
+        }
+    }
+
+    fn say(&self, line: &str) {
+        self.0.say(line);
+    }
+
+    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
+        self.0.watch(work)
+    }
+}
+
 /// Opens all of a scene, and says what it is or what is wrong with it.
 fn check(args: &CheckArgs) -> Result<(), Failure> {
     let written = opening::read(&args.file)?;
-    let reporter = Reporter::new(false);
+    let reporter = Reporter::new(args.quiet);
     let cancel: CancelToken = exit::cancel_on_ctrl_c()?;
     let options = Opening { allow_outside_data: args.allow_outside_data, identify: false };
-    let opened = open(&written.document, written.folder(), &options, &reporter, &cancel)
+    let opened = open(&written.document, written.folder(), &options, &Checking(reporter), &cancel)
         .map_err(|error| opening::failure(Some(&written), error))?;
     let volumes = &opened.scene.volumes;
     let mut scans = written.document.volumes.iter().map(|entry| &entry.scan).zip(volumes);
@@ -84,6 +103,33 @@ fn check(args: &CheckArgs) -> Result<(), Failure> {
         let place = written.place(Some(index), &["scan", "files"]);
         return Err(Failure::input(format!("{place}: {ANOTHER_SCAN}")));
     }
+    say_what_is_hard(&written.document, reporter);
     let scans = if volumes.len() == 1 { "1 scan".to_owned() } else { format!("{} scans", volumes.len()) };
+    if args.quiet {
+        return Ok(());
+    }
     output::print(&format!("{}: {scans}, all is there\n", args.file.display()))
+}
+
+/// Says what a machine may have no room or time for. Whether this one has, only a render tells.
+fn say_what_is_hard(document: &SceneDocument, reporter: Reporter) {
+    /// Gigabytes that not every machine has for an image.
+    const MUCH: f64 = 4.0;
+    /// Shapes that drivers in software take.
+    const MANY: usize = 100;
+    let film = &document.film;
+    let gigabytes = (film.pixels() * BYTES_PER_PIXEL) as f64 / 1e9;
+    if gigabytes >= MUCH {
+        let [width, height] = film.size;
+        reporter
+            .say(&format!("  note: an image of {width} x {height} pixels takes {gigabytes:.0} GB of memory"));
+    }
+    for (index, entry) in
+        document.volumes.iter().enumerate().filter(|(_, entry)| entry.clip_shapes.len() > MANY)
+    {
+        let (scan, shapes) = (index + 1, entry.clip_shapes.len());
+        reporter.say(&format!(
+            "  note: {shapes} shapes cut scan {scan}, and each point of a path asks all of them: drivers in software may give up"
+        ));
+    }
 }
