@@ -42,11 +42,23 @@ class SavedScene:
 
     def render(self, **options: Any) -> Image:
         """The image; ``options`` of :func:`lumivox.render` win over what was saved."""
+        return rendering.render(self.scene, **self._with(options))
+
+    def save(self, path: PathLike, **options: Any) -> None:
+        """Writes it to a file, as it was or with other ``options``, those of :meth:`Scene.save`.
+
+        What is said of scans, looks and light is that of ``scene``: ``dataclasses.replace(saved, scene=...)`` changes it.
+        """
+        given = self._with(options)
+        save(self.scene, path, given.pop("camera", None), given)
+
+    def _with(self, options: dict[str, Any]) -> dict[str, Any]:
+        """Its own options, over which others win."""
         given = self.options()
         if rendering.FRAMING & options.keys():
             del given["camera"]
             given["fov"] = self.camera.fov
-        return rendering.render(self.scene, **{**given, **options})
+        return {**given, **options}
 
 
 def load_scene(path: PathLike, *, allow_outside_data: bool = False, progress: StageProgress | None = None) -> SavedScene:
@@ -56,7 +68,7 @@ def load_scene(path: PathLike, *, allow_outside_data: bool = False, progress: St
     - ``progress``: is told ``(stage, done, total)`` while scans are read.
 
     What is wrong with the file is a :class:`ScanError` that names the line; a scan that is not there is a
-    :class:`MissingFileError`; a scan that is another than it was is told as a warning.
+    :class:`MissingFileError` that does so, too; a scan that is another than it was is told as a warning.
     """
     name = _check.file("path", path)
     _check.called("progress", progress, "(stage, done, total)")

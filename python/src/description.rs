@@ -188,7 +188,7 @@ pub fn load_scene(
         let place = written.place(error.volume, error.keys);
         match error.kind {
             OpenErrorKind::Cancelled(_) => errors::cancelled(),
-            OpenErrorKind::Import(error) => errors::import(*error),
+            OpenErrorKind::Import(error) => errors::import_at(&place, *error),
             kind => errors::scan(format!("{place}: {kind}")),
         }
     })?;

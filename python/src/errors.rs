@@ -41,6 +41,15 @@ pub fn import(error: ImportError) -> PyErr {
     }
 }
 
+/// What an import ends with that a place of a scene asks for.
+pub fn import_at(place: &str, error: ImportError) -> PyErr {
+    match error {
+        ImportError::Cancelled(_) => cancelled(),
+        ImportError::Io { ref path, ref source } => file_error(path, source, &format!("{place}: {error}")),
+        error => scan(format!("{place}: {error}")),
+    }
+}
+
 /// A file that cannot be read or written.
 pub fn file(path: &Path, error: &io::Error) -> PyErr {
     file_error(path, error, &format!("{}: {error}", path.display()))

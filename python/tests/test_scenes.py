@@ -102,6 +102,13 @@ def test_a_scene_of_python_is_rendered_by_the_command(command: str, torso_file: 
     again = tmp_path / "again.json"
     opened.scene.save(again, opened.camera, size=SIZE, samples=4, seed=3, tone="plain", background="#ffffff")
     assert json.loads(again.read_text()) == json.loads(saved.read_text())
+    opened.save(again)
+    assert json.loads(again.read_text()) == json.loads(saved.read_text())
+    # What is said wins, and a view from elsewhere takes the camera's place.
+    opened.save(again, azimuth=90, samples=7)
+    other = lumivox.load_scene(again)
+    assert (other.samples, other.seed, other.size) == (7, 3, SIZE) and other.camera.fov == opened.camera.fov
+    assert other.camera == lumivox.Camera.framing(opened.scene, azimuth=90, fov=opened.camera.fov, size=SIZE)
     # All looks go along: a thinner one is another picture.
     (instance,) = opened.scene.volumes
     thin = replace(opened.scene, volumes=(replace(instance, medium=replace(instance.medium, density=0.1)),))
@@ -139,7 +146,7 @@ def test_what_every_host_saved_is_the_same_picture_saved_by_python(command: str,
         written, again = tmp_path / f"{host}.lumivox", tmp_path / f"of-{host}.lumivox"
         # Warnings are errors here: none says that the scan is another.
         opened = lumivox.load_scene(written)
-        opened.scene.save(again, **opened.options())
+        opened.save(again)
         assert png(opened.render(), tmp_path) == picture(command, written) == picture(command, again), host
 
 
@@ -160,7 +167,7 @@ def test_what_is_wrong_with_a_scene_is_told_with_its_line(torso_file: Path, tmp_
         lumivox.load_scene(wrong)
     words = {"lumivox_scene": 1, "volumes": [{"scan": {"files": ["nowhere"]}}]}
     wrong.write_text(json.dumps(words, indent=1))
-    with pytest.raises(lumivox.MissingFileError, match="nowhere"):
+    with pytest.raises(lumivox.MissingFileError, match=r"wrong.json, line 6: .*nowhere"):
         lumivox.Scene.load(wrong)
     with pytest.raises(lumivox.MissingFileError):
         lumivox.load_scene(tmp_path / "none.json")
