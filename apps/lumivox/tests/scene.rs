@@ -308,6 +308,12 @@ fn a_check_says_what_is_hard_to_render() {
     ] {
         assert_eq!(said.matches(words).count(), 1, "{words}: {said}");
     }
+    let entry = r#"{"scan": {"files": ["scan"]}}"#;
+    let camera = r#""camera": {"world_from_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 900]]}"#;
+    let text = format!(r#"{{"lumivox_scene": 1, {camera}, "volumes": [{}]}}"#, vec![entry; 1001].join(", "));
+    fs::write(at.join("many.json"), text).unwrap();
+    let said = done(at, &["scene", "check", "many.json"]);
+    assert!(said.contains("1001 scans, each with a look of its own"), "{said}");
     // What no renderer takes is refused.
     for (shapes, size, density, words) in [
         (1025, 1024, "1", "there are 1025 shapes, of which 1024 are possible"),

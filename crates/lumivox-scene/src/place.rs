@@ -45,9 +45,19 @@ pub fn place(
 ) -> Result<Scene, OpenError> {
     let center = parts.first().map(|part| part.volume.center_mm()).unwrap_or_default();
     let usual = world_from_patient() * DAffine3::from_translation(-center);
+    // The same look of the same scan is placed once, and what is worth saying of it said once.
+    let mut looks: Vec<(Arc<Volume>, usize, Medium)> = vec![];
     let instance = |(index, (entry, part)): (usize, (&Entry, Part))| {
         let world_from_patient = entry.world_from_patient.map_or(usual, document::world_from_patient);
-        let medium = look(&entry.look, &part.volume, audience);
+        let known = looks
+            .iter()
+            .find(|(volume, of, _)| Arc::ptr_eq(volume, &part.volume) && entries[*of].look == entry.look)
+            .map(|(_, _, medium)| medium.clone());
+        let medium = known.unwrap_or_else(|| {
+            let medium = look(&entry.look, &part.volume, audience);
+            looks.push((part.volume.clone(), index, medium.clone()));
+            medium
+        });
         let styles = entry.labels.as_ref().map_or(&[][..], |labels| &labels.styles);
         let labels =
             part.labels.map(|labels| labelling(labels, styles, &part.volume, medium.surface)).transpose();

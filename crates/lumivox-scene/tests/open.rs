@@ -151,6 +151,15 @@ fn a_scan_is_read_once_however_often_it_is_there() {
     let labels: Vec<bool> = opened.scene.volumes.iter().map(|instance| instance.labels.is_some()).collect();
     assert_eq!(labels, [false, false, false, false, false, true]);
     assert_eq!(opened.scene.volumes[2].medium.density_scale, 0.7);
+    // What is said of a look is said once for all that look so.
+    document.volumes.iter_mut().for_each(|entry| entry.look = Look::default());
+    let heard = Heard::default();
+    self::opened(&document, folder.path(), &heard);
+    let presets = heard.0.into_inner().iter().filter(|line| line.trim_start().starts_with("preset ")).count();
+    assert_eq!(
+        presets, 4,
+        "of six entries: three that share all, one of everything, one of another slope, one with labels"
+    );
     // Read twice, the patient found in three: that of the first three, of the other slope, and with labels.
     let stages = listener.0.into_inner();
     assert_eq!(stages, 5, "so often somebody had to wait");
@@ -174,6 +183,22 @@ fn another_scan_is_told_once() {
     opened(&document, folder.path(), &listener);
     let told = listener.0.into_inner().iter().filter(|note| note.contains("not the scan")).count();
     assert_eq!(told, 2);
+}
+
+/// Hears what is done.
+#[derive(Default)]
+struct Heard(RefCell<Vec<String>>);
+
+impl Audience for Heard {
+    fn note(&self, _: Note) {}
+
+    fn say(&self, line: &str) {
+        self.0.borrow_mut().push(line.to_owned());
+    }
+
+    fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T {
+        work(Progress::SILENT)
+    }
 }
 
 /// Counts what is waited for.

@@ -115,6 +115,8 @@ fn check(args: &CheckArgs) -> Result<(), Failure> {
 fn say_what_is_hard(document: &SceneDocument, reporter: Reporter) {
     /// Gigabytes that not every machine has for an image.
     const MUCH: f64 = 4.0;
+    /// Scans whose looks the GPUs have room for that bind no more than they must, 128 MiB.
+    const MANY_SCANS: usize = 1000;
     /// Shapes that drivers in software take.
     const MANY: usize = 100;
     let film = &document.film;
@@ -123,6 +125,12 @@ fn say_what_is_hard(document: &SceneDocument, reporter: Reporter) {
         let [width, height] = film.size;
         reporter
             .say(&format!("  note: an image of {width} x {height} pixels takes {gigabytes:.0} GB of memory"));
+    }
+    let scans = document.volumes.len();
+    if scans > MANY_SCANS {
+        reporter.say(&format!(
+            "  note: {scans} scans, each with a look of its own, are more than some GPUs have room for"
+        ));
     }
     for (index, entry) in
         document.volumes.iter().enumerate().filter(|(_, entry)| entry.clip_shapes.len() > MANY)
