@@ -185,7 +185,7 @@ pub fn load_scene(
         (opened, listener.into_sentences())
     })?;
     let Opened { scene, camera } = opened.map_err(|error| {
-        let place = written.place(error.volume, error.keys);
+        let place = error.place(&written);
         match error.kind {
             OpenErrorKind::Cancelled(_) => errors::cancelled(),
             OpenErrorKind::Import(error) => errors::import_at(&place, *error),

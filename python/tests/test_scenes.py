@@ -167,7 +167,7 @@ def test_what_is_wrong_with_a_scene_is_told_with_its_line(torso_file: Path, tmp_
         lumivox.load_scene(wrong)
     words = {"lumivox_scene": 1, "volumes": [{"scan": {"files": ["nowhere"]}}]}
     wrong.write_text(json.dumps(words, indent=1))
-    with pytest.raises(lumivox.MissingFileError, match=r"wrong.json, line 6: .*nowhere"):
+    with pytest.raises(lumivox.MissingFileError, match=r"wrong.json, line 6, column \d+: .*nowhere"):
         lumivox.Scene.load(wrong)
     with pytest.raises(lumivox.MissingFileError):
         lumivox.load_scene(tmp_path / "none.json")

@@ -294,7 +294,7 @@ fn tell(scan: &Loaded, is_chosen_here: bool, reporter: Reporter) {
 
 /// What went wrong, with the line of a document that says so.
 pub fn failure(written: Option<&Written>, error: OpenError) -> Failure {
-    let place = written.map(|written| written.place(error.volume, error.keys));
+    let place = written.map(|written| error.place(written));
     let (exit, message) = match (error.kind, &place) {
         (OpenErrorKind::Import(import), _) => {
             let failure = Failure::from(*import);

@@ -211,7 +211,7 @@ fn what_is_wrong_with_a_scene_is_told_by_its_line() {
         (
             "\"label\": \"lungs\"",
             "\"label\": \"lumgs\"",
-            line("\"styles\""),
+            line("\"label\""),
             "there is no such label; there are",
         ),
         ("\"seed\": 0", "\"sead\": 0", line("\"seed\""), "there is no key 'sead' here, did you mean 'seed'?"),
@@ -219,9 +219,11 @@ fn what_is_wrong_with_a_scene_is_told_by_its_line() {
     ] {
         assert!(text.contains(old), "{old} in {text}");
         let (exit, said) = refused(&text.replacen(old, new, 1), &check);
-        let place = format!("error: b.json, line {line}");
-        let behind = said.strip_prefix(&place).filter(|rest| rest.starts_with([',', ':']));
-        assert!(exit == Some(3) && behind.is_some() && said.contains(word), "{exit:?} {said}, not {place}");
+        let place = format!("error: b.json, line {line}, column ");
+        assert!(
+            exit == Some(3) && said.starts_with(&place) && said.contains(word),
+            "{exit:?} {said}, not {place}"
+        );
     }
     let render = ["render", "b.json", "-o", "b.png", "--samples", "1", "--size", "8x8"];
     let (exit, said) = refused("{\"lumivox_scene\": 1, \"film\": {\"size\": [0, 1]}}", &render);
@@ -234,7 +236,7 @@ fn what_is_wrong_with_a_scene_is_told_by_its_line() {
     let said = String::from_utf8_lossy(&check.stderr).into_owned();
     assert!(
         check.status.code() == Some(3)
-            && said.contains("error: a.json, line ")
+            && said.contains("error: a.json, line 6, column ")
             && said.contains("this is not the scan that the scene was saved with"),
         "{said}"
     );

@@ -84,12 +84,12 @@ pub fn labelling(
 ) -> Result<Labelling, OpenErrorKind> {
     let numbers = labels.numbers();
     let mut labelling = Labelling::new(labels);
-    for style in styles {
+    for (index, style) in styles.iter().enumerate() {
         let values = labelling.labels.values_of(&style.label, &numbers);
         if values.is_empty() {
             let names = labelling.labels.labels().iter().map(|label| label.name.as_str());
             let known = names.chain(["unlabelled"]).collect::<Vec<_>>().join(", ");
-            return Err(OpenErrorKind::NoSuchLabel { label: style.label.clone(), known });
+            return Err(OpenErrorKind::NoSuchLabel { style: index, label: style.label.clone(), known });
         }
         for value in values {
             let own = labelling.labels.label(value).map(|label| label.color);

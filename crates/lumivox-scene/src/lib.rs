@@ -18,7 +18,7 @@ use std::{path::Path, sync::Arc};
 
 use lumivox_core::{
     CancelToken, EnvironmentMap, Misplaced, PerspectiveCamera, Scene, Volume,
-    document::{Lighting, SceneDocument},
+    document::{Lighting, SceneDocument, Step, Written},
 };
 use lumivox_import::ImportError;
 
@@ -81,6 +81,8 @@ pub enum OpenErrorKind {
     /// A style is for a label that there is not.
     #[error("label {label}: there is no such label; there are {known} and *")]
     NoSuchLabel {
+        /// Which of the styles it is, from 0.
+        style: usize,
         /// As it was named.
         label: String,
         /// The names that there are, with commas between them.
@@ -109,6 +111,17 @@ impl From<ImportError> for OpenErrorKind {
 }
 
 impl OpenError {
+    /// `scene.json, line 12, column 9`: where the document says what is wrong.
+    pub fn place(&self, written: &Written) -> String {
+        let volume = self.volume.iter().flat_map(|volume| [Step::from("volumes"), Step::from(*volume)]);
+        let keys = self.keys.iter().map(|key| Step::from(*key));
+        let style = match self.kind {
+            OpenErrorKind::NoSuchLabel { style, .. } => vec![style.into(), "label".into()],
+            _ => vec![],
+        };
+        written.place(&volume.chain(keys).chain(style).collect::<Vec<_>>())
+    }
+
     /// Of a volume's part.
     pub fn of(volume: usize, keys: &'static [&'static str], kind: impl Into<OpenErrorKind>) -> Self {
         Self { volume: Some(volume), keys, kind: kind.into() }

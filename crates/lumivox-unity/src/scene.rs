@@ -108,16 +108,16 @@ fn remedy(remedy: Remedy) -> Option<String> {
 impl LumivoxScene {
     fn open(file: &Path, opening: &Opening, progress: Progress<'_>, cancel: &CancelToken) -> Outcome<Self> {
         let written = lumivox_scene::read(file).map_err(|error| error.to_string())?;
-        let placed = |error: OpenError| match error.kind {
+        let placed = |error: OpenError| match &error.kind {
             OpenErrorKind::Cancelled(cancelled) => cancelled.to_string(),
-            kind => format!("{}: {kind}", written.place(error.volume, error.keys)),
+            kind => format!("{}: {kind}", error.place(&written)),
         };
         let (document, folder) = (&written.document, written.folder());
         let told = Notes::new(progress, remedy);
         let loaded = lumivox_scene::load_scans(document, folder, opening, &told, cancel).map_err(placed)?;
         let mut notes = told.into_sentences();
         for (index, scan) in loaded.iter().enumerate().filter(|(_, scan)| !scan.is_shared) {
-            let place = written.place(Some(index), &["scan"]);
+            let place = written.place(&["volumes".into(), index.into(), "scan".into()]);
             notes.extend(scan.report.notes.iter().map(|note| format!("{place}: {note}")));
         }
         let scans = loaded.into_iter().map(|scan| scan.volume).collect();

@@ -100,7 +100,7 @@ fn check(args: &CheckArgs) -> Result<(), Failure> {
     let volumes = &opened.scene.volumes;
     let mut scans = written.document.volumes.iter().map(|entry| &entry.scan).zip(volumes);
     if let Some(index) = scans.position(|(scan, instance)| is_another(scan, &instance.volume)) {
-        let place = written.place(Some(index), &["scan", "files"]);
+        let place = written.place(&["volumes".into(), index.into(), "scan".into(), "files".into()]);
         return Err(Failure::input(format!("{place}: {ANOTHER_SCAN}")));
     }
     say_what_is_hard(&written.document, reporter);

@@ -58,12 +58,10 @@ impl Written {
         &self.folder
     }
 
-    /// `scene.json, line 12`: where a part stands that keys lead to, in the document or in one of its volumes.
-    pub fn place(&self, volume: Option<usize>, keys: &[&'static str]) -> String {
-        let mut path: Vec<Step> =
-            volume.map_or_else(Vec::new, |volume| vec![Step::from("volumes"), volume.into()]);
-        path.extend(keys.iter().copied().map(Step::from));
-        format!("{}, line {}", self.file.display(), line_and_column(&self.text, start(&self.text, &path)).0)
+    /// `scene.json, line 12, column 9`: where a part stands that steps lead to; as far as they lead.
+    pub fn place(&self, path: &[Step]) -> String {
+        let (line, column) = line_and_column(&self.text, start(&self.text, path));
+        format!("{}, line {line}, column {column}", self.file.display())
     }
 }
 

@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 pub use self::{
     color::Color,
     light::{Bulb, Falloff, Lighting, SpotCone, Surroundings},
-    locate::Written,
+    locate::{Step, Written},
     look::{Look, Surface},
     numbers::{Rows, affine, rows, world_from_patient, world_rows},
     parts::{Labels, Shape, Space, Style},

@@ -5,7 +5,7 @@ use serde::de::IgnoredAny;
 use serde_json::error::Category;
 
 use super::locate::{Found, Part, Step, line_and_column, start, walk};
-use crate::spelling::edit_distance;
+use crate::{color::srgb_from_hex, spelling::edit_distance};
 
 /// Why a text is no scene document, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -60,7 +60,11 @@ fn of_syntax(text: &str, byte: usize, said: &str) -> DocumentError {
         let why = "a comma before the closing bracket: take it out".to_owned();
         return DocumentError::here(text, before.len() - 1, why);
     }
-    if matches!(letter, Some('/' | '#')) && !said.contains("escape") {
+    let behind = &text[floor(text, byte)..];
+    let is_comment = behind.starts_with("//") || behind.starts_with("/*");
+    // Not a colour without its quotes.
+    let is_colour = behind.get(..7).is_some_and(|word| srgb_from_hex(word).is_some());
+    if (is_comment || behind.starts_with('#') && !is_colour) && !said.contains("escape") {
         return here("JSON has no comments: take this out");
     }
     match said {

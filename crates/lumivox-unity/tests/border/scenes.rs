@@ -142,7 +142,7 @@ fn what_is_wrong_with_a_scene_is_told_by_its_line() {
         "{\n\"lumivox_scene\": 1, \"volumes\": [{\n\"scan\": {\"files\": [\"none.nrrd\"]}}]}",
     );
     let error = open(&path).unwrap_err();
-    assert!(error.contains("scene.lumivox, line 3: ") && error.contains("none.nrrd"), "{error}");
+    assert!(error.contains("scene.lumivox, line 3, column 19: ") && error.contains("none.nrrd"), "{error}");
     let path = write(folder.path(), "{\"lumivox_scene\": 9}");
     assert!(open(&path).unwrap_err().contains("line 1"));
     std::fs::write(path.to_str().unwrap(), b"LUMIVOX1\xff\xff").unwrap();

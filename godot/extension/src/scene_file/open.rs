@@ -42,7 +42,7 @@ pub fn open(
     cancel: &CancelToken,
 ) -> Result<OpenedScene, String> {
     let written = lumivox_scene::read(path).map_err(|error| error.to_string())?;
-    let failure = |error: OpenError| format!("{}: {}", written.place(error.volume, error.keys), error.kind);
+    let failure = |error: OpenError| format!("{}: {}", error.place(&written), error.kind);
     let (folder, opening) = (written.folder(), Opening { allow_outside_data, identify: true });
     let listener = Notes::new(progress, remedy);
     let loaded = lumivox_scene::load_scans(&written.document, folder, &opening, &listener, cancel);

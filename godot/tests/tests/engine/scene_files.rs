@@ -227,7 +227,7 @@ fn saved(name: &str) -> SceneDocument {
 fn opened(written: &Written) -> Opened {
     let opening = Opening::default();
     lumivox_scene::open(&written.document, written.folder(), &opening, &Silent, &CancelToken::new())
-        .unwrap_or_else(|error| panic!("{}: {error}", written.place(error.volume, error.keys)))
+        .unwrap_or_else(|error| panic!("{}: {error}", error.place(written)))
 }
 
 /// The picture of a scene file, as the command makes it.

@@ -62,6 +62,8 @@ fn what_is_wrong_is_said_in_plain_words_at_its_place() {
         ("\"seed\": 7", "seed: 7", 34, 5, "a key belongs here, in double quotes"),
         ("\"seed\": 7", "\"seed\": 7 // mine", 34, 15, "JSON has no comments"),
         ("\"seed\": 7", "\"seed\": 07", 34, 14, "this is no number as JSON writes them"),
+        ("true", "#c0503c", 20, 39, "text stands in double quotes"),
+        ("\"seed\": 7", "# \"seed\": 7", 34, 5, "JSON has no comments"),
         ("true", "True", 20, 39, "no value begins so"),
         ("scans/head\"", "scans/head", 6, 30, "a closing \" is missing here"),
         ("    \"seed\": 7\n  }\n}\n", "    \"seed\": 7\n", 34, 13, "the { of line 32 is not closed"),
