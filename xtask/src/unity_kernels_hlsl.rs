@@ -190,7 +190,7 @@ mod tests {
         let names: Vec<_> = translated.bindings.iter().map(|(place, name)| (*place, name.as_str())).collect();
         assert_eq!(
             names[..3],
-            [(Place::Uniform, "frame_buffer"), (Place::Buffer, "instances"), (Place::Buffer, "nodes"),]
+            [(Place::Uniform, "frame_buffer"), (Place::Buffer, "instances"), (Place::Buffer, "tables")]
         );
         assert_eq!(names.iter().filter(|(place, _)| *place == Place::Texture).count(), 5);
         for (place, name) in names {
