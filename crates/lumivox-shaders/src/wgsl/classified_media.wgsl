@@ -110,11 +110,15 @@ fn take_part_of_turn(i: u32) {
 
 // How far inside of what a clip shape keeps a point is, in units of the shape's own, and how that grows in voxel space.
 fn clip_level(shape: u32, p: vec3f) -> vec4f {
+    let z = vec4f(pair_at(shape + 4u), pair_at(shape + 5u));
+    let kind = u32(pair_at(shape + 6u).x);
+    // Of planes the other rows are of no interest, and most shapes are planes.
+    if (kind == CLIP_PLANE) {
+        return pair_at(shape + 6u).y * vec4f(z.xyz, dot(z, vec4f(p, 1.0)));
+    }
     let x = vec4f(pair_at(shape), pair_at(shape + 1u));
     let y = vec4f(pair_at(shape + 2u), pair_at(shape + 3u));
-    let z = vec4f(pair_at(shape + 4u), pair_at(shape + 5u));
     let q = vec3f(dot(x, vec4f(p, 1.0)), dot(y, vec4f(p, 1.0)), dot(z, vec4f(p, 1.0)));
-    let kind = u32(pair_at(shape + 6u).x);
     var level = q.z;
     var slope = vec3f(0.0, 0.0, 1.0);
     if (kind == CLIP_BOX) {
@@ -158,14 +162,23 @@ fn kept_of_ray(v: u32, p: vec3f, direction: vec3f, t_end: f32) -> vec2f {
 }
 
 fn kept_by_shape(shape: u32, p: vec3f, direction: vec3f) -> vec2f {
+    let z = vec4f(pair_at(shape + 4u), pair_at(shape + 5u));
+    let kind = u32(pair_at(shape + 6u).x);
+    if (kind == CLIP_PLANE) {
+        let slope = dot(z.xyz, direction);
+        let along_z = select(slope, 1e-20, abs(slope) < 1e-20);
+        let crosses = -dot(z, vec4f(p, 1.0)) * (1.0 / along_z);
+        if (along_z > 0.0) {
+            return vec2f(crosses, 1e30);
+        }
+        return vec2f(-1e30, crosses);
+    }
     let x = vec4f(pair_at(shape), pair_at(shape + 1u));
     let y = vec4f(pair_at(shape + 2u), pair_at(shape + 3u));
-    let z = vec4f(pair_at(shape + 4u), pair_at(shape + 5u));
     let q = vec3f(dot(x, vec4f(p, 1.0)), dot(y, vec4f(p, 1.0)), dot(z, vec4f(p, 1.0)));
     let d = vec3f(dot(x.xyz, direction), dot(y.xyz, direction), dot(z.xyz, direction));
     // A component of exactly 0 would turn into 0 * infinity.
     let inverse = 1.0 / choose(d, vec3f(1e-20), abs(d) < vec3f(1e-20));
-    let kind = u32(pair_at(shape + 6u).x);
     if (kind == CLIP_BOX) {
         let a = (-1.0 - q) * inverse;
         let b = (1.0 - q) * inverse;
@@ -173,22 +186,16 @@ fn kept_by_shape(shape: u32, p: vec3f, direction: vec3f) -> vec2f {
         let exit = max(a, b);
         return vec2f(max(entry.x, max(entry.y, entry.z)), min(exit.x, min(exit.y, exit.z)));
     }
-    if (kind == CLIP_SPHERE) {
-        let along = max(dot(d, d), 1e-30);
-        let nearest = -dot(q, d) / along;
-        let from_center = q + nearest * d;
-        let inside = 1.0 - dot(from_center, from_center);
-        if (inside <= 0.0) {
-            return vec2f(1.0, 0.0);
-        }
-        let half_way = sqrt(inside / along);
-        return vec2f(nearest - half_way, nearest + half_way);
+    // A sphere.
+    let along = max(dot(d, d), 1e-30);
+    let nearest = -dot(q, d) / along;
+    let from_center = q + nearest * d;
+    let inside = 1.0 - dot(from_center, from_center);
+    if (inside <= 0.0) {
+        return vec2f(1.0, 0.0);
     }
-    let crosses = -q.z * inverse.z;
-    if (inverse.z > 0.0) {
-        return vec2f(crosses, 1e30);
-    }
-    return vec2f(-1e30, crosses);
+    let half_way = sqrt(inside / along);
+    return vec2f(nearest - half_way, nearest + half_way);
 }
 
 // The surface that the nearest clip shape leaves.
