@@ -33,10 +33,12 @@ pub enum ViewKind {
         guides: bool,
     },
     /// A [`LiveView`](crate::LiveView), denoised or not: its coarse picture always is. With
-    /// [guides](crate::LiveSettings::guides), or without.
+    /// [guides](crate::LiveSettings::guides) and [kept light](crate::LiveSettings::kept_light), or without.
     Live {
         /// Whether its fine film also holds first-hit albedo and normal.
         guides: bool,
+        /// Whether light is kept in the volumes for it.
+        kept_light: bool,
     },
 }
 
@@ -124,9 +126,13 @@ impl Features {
             // Of small images, and coarse ones.
             kernels.push(PathTrace(alone.for_sharers(alone.most_sharers())));
         }
-        if let ViewKind::Live { guides: true } = view {
+        if let ViewKind::Live { guides: true, .. } = view {
             // Of the fine film; the coarse one has none.
             kernels.push(PathTrace(self.variant(true, true, limits)));
+        }
+        if let ViewKind::Live { kept_light: true, .. } = view {
+            let of_light = [PathTrace(alone.for_points()), LightMarch(alone.of_media())];
+            kernels.extend(of_light.into_iter().chain([LightBegin, LightInsert, LightGather, LightResolve]));
         }
         kernels.extend(more);
         kernels
@@ -147,6 +153,7 @@ impl Features {
             one_pool: limits.one_pool,
             limited_turns: limits.loop_turns.is_some(),
             shared: false,
+            points: false,
         };
         PathTraceVariant { shared: limits.few_kernels && variant.most_sharers() > 1, ..variant }
     }

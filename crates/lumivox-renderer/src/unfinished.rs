@@ -16,6 +16,9 @@ fn path_bytes(guides: bool) -> u64 {
     if guides { 96 } else { 64 }
 }
 
+/// The same, where it leaves a point for the light that is kept.
+const PATH_BYTES_WITH_POINT: u64 = 112;
+
 /// Invocations that count a film at most. Each takes every n-th pixel, of n invocations.
 const COUNTERS: u64 = 1 << 14;
 
@@ -44,7 +47,28 @@ impl Unfinished {
         remedy: &'static str,
         recording: &mut Recording,
     ) -> Result<Self, RenderError> {
-        let bytes = pixels * path_bytes(guides);
+        Self::with_bytes(pixels * path_bytes(guides), limits, remedy, recording)
+    }
+
+    /// For paths that leave points.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn for_points(
+        pixels: u64,
+        limits: DeviceLimits,
+        remedy: &'static str,
+        recording: &mut Recording,
+    ) -> Result<Self, RenderError> {
+        Self::with_bytes(pixels * PATH_BYTES_WITH_POINT, limits, remedy, recording)
+    }
+
+    fn with_bytes(
+        bytes: u64,
+        limits: DeviceLimits,
+        remedy: &'static str,
+        recording: &mut Recording,
+    ) -> Result<Self, RenderError> {
         if limits.loop_turns.is_some() {
             check_binding("buffer of a film's paths", bytes, limits.max_storage_binding, remedy)?;
         }

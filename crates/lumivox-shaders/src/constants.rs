@@ -94,6 +94,8 @@ constants! {
 
     /// Samples of a live pixel after which the coarse film is out of the picture.
     FINE_ALONE: u32 = 32;
+    /// Samples of a live pixel after which kept light is out of the picture, which is unbiased then.
+    KEPT_LIGHT_UNTIL: u32 = 256;
     /// [`LivePictureParams::fog_kind`](crate::layout::LivePictureParams::fog_kind).
     FOG_NONE: u32 = 0;
     #[expect(missing_docs, reason = "as above")]

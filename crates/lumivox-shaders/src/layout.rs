@@ -53,6 +53,10 @@ pub struct Frame {
     pub only_below: u32,
     pub first_node: u32,
     pub first_light: u32,
+    pub point_share: f32,
+    pub pixel_size: f32,
+    pub light_slots: u32,
+    pub light_scale: f32,
     pub padding: u32,
     pub inverse_pool_sizes: [[f32; 4]; 4],
 }
@@ -243,6 +247,25 @@ pub struct FilmFadeParams {
     pub padding_z: u32,
 }
 
+/// Twin of `LightParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in light_params.wgsl")]
+pub struct LightParams {
+    pub slots: u32,
+    pub frame: u32,
+    pub points: u32,
+    pub tier: u32,
+    pub kept: f32,
+    pub most_points: f32,
+    pub most_mirrored: f32,
+    pub trusted_points: f32,
+    pub coarse_share: f32,
+    pub coarsest_share: f32,
+    pub padding_x: u32,
+    pub padding_y: u32,
+}
+
 /// Twin of `HostDepthParams`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -266,6 +289,10 @@ pub struct DenoiseParams {
     pub film_size: [u32; 2],
     pub step: u32,
     pub bounded: u32,
+    pub kept_light: u32,
+    pub padding_x: u32,
+    pub padding_y: u32,
+    pub padding_z: u32,
 }
 
 /// Twin of `CompositeParams`.
@@ -302,7 +329,11 @@ pub struct LivePictureParams {
     pub world_height: [f32; 4],
     pub fog_height: [f32; 2],
     pub coarse_alone: u32,
-    pub more_padding: u32,
+    pub kept_light: u32,
+    pub film_is_shown: u32,
+    pub padding_x: u32,
+    pub padding_y: u32,
+    pub padding_z: u32,
 }
 
 /// Twin of `SampleParams`.

@@ -13,6 +13,8 @@
 //! - The walk through majorant cells (`march_to_tentative`) passes a face of the grid each turn. It ends before it
 //!   could leave the grid, if its numbers are numbers: `march_begin` makes a walk empty that has others.
 //! - Tentative collisions (`next_collision`, `transmittance`) move along the ray by more than its rounding.
+//! - Marches through kept light (`light_march`) pass a face of the grid each turn, too, and take 256 steps between two at most.
+//!   A slot of it is looked for in one bucket (`light_cells`); of a list of points so many are looked at.
 //! - The search for volumes asks each of a list once, or goes down a tree that the host has built, each branch once.
 //! - Every event of a path adds to its bounces, of which a medium allows a thousand at most; a path that is lost at no
 //!   number meets no volume, and ends. A sample ends with its path, and the host says how many samples there are.
@@ -22,7 +24,7 @@ pub mod layout;
 mod table;
 mod variant;
 
-use table::{Module, PATHS_BINDING, row};
+use table::{Module, PATHS_BINDING, points_binding, row};
 pub use variant::{Classes, PathTraceVariant};
 
 /// What a binding of group 0 is.
@@ -87,6 +89,16 @@ pub enum Kernel {
     FilmCount,
     /// What a live film keeps where light has changed a little.
     FilmFade,
+    /// A frame's points for the light that is kept in volumes: room is made for them.
+    LightBegin,
+    /// They are sorted into the cells that they lie in.
+    LightInsert,
+    /// Cells learn of their points.
+    LightGather,
+    /// What cells of a tier have learnt to what is read of them.
+    LightResolve,
+    /// A picture from the light that is kept. Of the variant it heeds what media are.
+    LightMarch(PathTraceVariant),
     /// Draws from the samplers, for tests.
     #[doc(hidden)]
     SampleDirections,
@@ -109,10 +121,15 @@ impl Kernel {
             Kernel::CompositeDepth,
             Kernel::FilmCount,
             Kernel::FilmFade,
+            Kernel::LightBegin,
+            Kernel::LightInsert,
+            Kernel::LightGather,
+            Kernel::LightResolve,
             Kernel::SampleDirections,
         ]
         .into_iter()
         .chain(PathTraceVariant::all().map(Kernel::PathTrace))
+        .chain(PathTraceVariant::all().filter(|v| *v == v.of_media()).map(Kernel::LightMarch))
     }
 
     /// The vertex shader of what is drawn: three vertices, no buffer.
@@ -131,7 +148,7 @@ impl Kernel {
     /// A name of its own for each kernel in each variant, fit for a file's: `path_trace_live_environment_many_shared`.
     pub fn name(self) -> String {
         let parts = match self {
-            Kernel::PathTrace(variant) => variant.names(),
+            Kernel::PathTrace(variant) | Kernel::LightMarch(variant) => variant.names(),
             Kernel::ValueRanges { one_pool: true } => vec!["pool"],
             _ => vec![],
         };
@@ -166,16 +183,18 @@ impl Kernel {
     pub fn wgsl(self) -> String {
         let row = row(self);
         let variant = match self {
-            Kernel::PathTrace(variant) => variant,
+            Kernel::PathTrace(variant) | Kernel::LightMarch(variant) => variant,
             Kernel::ValueRanges { one_pool } => PathTraceVariant { one_pool, ..Default::default() },
             _ => PathTraceVariant::default(),
         };
         let mut text = constants::wgsl() + row.constants;
-        if let Kernel::PathTrace(_) = self {
+        if let Kernel::PathTrace(_) | Kernel::LightMarch(_) = self {
             let [x, y] = row.workgroup_size;
+            let points = points_binding(&variant);
             text += &variant.constants();
             text += &format!(
-                "const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\nconst PATHS_BINDING: u32 = {PATHS_BINDING}u;\n"
+                "const WORKGROUP_X: u32 = {x}u;\nconst WORKGROUP_Y: u32 = {y}u;\nconst PATHS_BINDING: u32 = {PATHS_BINDING}u;\n\
+                 const POINTS_BINDING: u32 = {points}u;\n"
             );
         }
         let pools = row.bindings.iter().position(|kind| *kind == BindingKind::Texture3d);

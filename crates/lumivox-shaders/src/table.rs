@@ -47,6 +47,11 @@ macro_rules! modules {
     ($([$($part:tt)+]),* $(,)?) => { &[$(modules!(@one $($part)+)),*] };
 }
 
+/// The binding of the points that paths leave: behind what is put aside of them.
+pub(crate) fn points_binding(variant: &PathTraceVariant) -> u32 {
+    PATHS_BINDING + u32::from(variant.limited_turns)
+}
+
 /// Bindings, and behind them the pools: one, or as many as a kernel can read.
 macro_rules! bindings_and_pools {
     ($one_pool:expr, $($kind:ident),*) => {
@@ -131,7 +136,7 @@ pub(crate) fn row(kernel: Kernel) -> Row {
         Kernel::DenoisePrepare => compute(
             "denoise_prepare",
             TILE,
-            &[Uniform, StorageRead, StorageReadWrite],
+            &[Uniform, StorageRead, StorageReadWrite, StorageRead],
             modules![["live_pixel"], ["luminance"], ["ray_limits"], ["denoise_prepare"]],
         ),
         Kernel::DenoiseWavelet => compute(
@@ -174,6 +179,40 @@ pub(crate) fn row(kernel: Kernel) -> Row {
         Kernel::FilmFade => {
             compute("film_fade", TILE, &[Uniform, StorageReadWrite], modules![["ray_limits"], ["film_fade"]])
         }
+        Kernel::LightBegin => compute(
+            "light_begin",
+            LINE,
+            &[Uniform, StorageReadWrite],
+            modules![["random"], ["light_cells"], ["light_params"], ["light_begin"]],
+        ),
+        Kernel::LightInsert => compute(
+            "light_insert",
+            LINE,
+            &[Uniform, StorageReadWrite, StorageReadWrite],
+            modules![["random"], ["light_cells"], ["light_params"], ["light_insert"]],
+        ),
+        Kernel::LightGather => compute(
+            "light_gather",
+            LINE,
+            &[Uniform, StorageReadWrite, StorageRead],
+            modules![["random"], ["light_cells"], ["light_params"], ["light_gather"]],
+        ),
+        Kernel::LightResolve => compute(
+            "light_resolve",
+            LINE,
+            &[Uniform, StorageReadWrite],
+            modules![
+                ["random"],
+                ["choose"],
+                ["light_cells"],
+                ["light_read"],
+                ["light_params"],
+                ["light_resolve"],
+            ],
+        ),
+        Kernel::LightMarch(variant) => {
+            compute("light_march", TILE, light_march_bindings(variant), LIGHT_MARCH_MODULES)
+        }
         Kernel::SampleDirections => Row {
             constants: "const SURFACE: bool = true;\n",
             ..compute(
@@ -211,8 +250,49 @@ fn path_trace_bindings(variant: PathTraceVariant) -> &'static [BindingKind] {
             )
         };
     }
-    if variant.limited_turns { scene_and_film_and![StorageReadWrite] } else { scene_and_film_and![] }
+    match (variant.limited_turns, variant.points) {
+        (false, false) => scene_and_film_and![],
+        (true, true) => scene_and_film_and![StorageReadWrite, StorageReadWrite],
+        _ => scene_and_film_and![StorageReadWrite],
+    }
 }
+
+/// The scene without what lights it, the light that is kept of it, where rays end, and the picture; then the pools.
+fn light_march_bindings(variant: PathTraceVariant) -> &'static [BindingKind] {
+    bindings_and_pools!(
+        variant.one_pool,
+        Uniform,
+        StorageRead,
+        StorageRead,
+        StorageRead,
+        LinearSampler,
+        StorageRead,
+        StorageRead,
+        StorageReadWrite
+    )
+}
+
+const LIGHT_MARCH_MODULES: &[Module] = modules![
+    ["frame"],
+    ["choose"],
+    ["camera"],
+    ["ray_limits"],
+    ["random"],
+    ["cells"],
+    [one_pool ? "one_pool" : "many_pools"],
+    [one_pool ? "one_pool_filtered" : "many_pools_filtered"],
+    ["volume"],
+    ["tables"],
+    ["medium"],
+    [classified ? "classified_media" : "plain_media"],
+    [many_volumes ? "volume_hierarchy" : "volume_list"],
+    ["tracking"],
+    ["directions"],
+    ["events"],
+    ["light_cells"],
+    ["light_read"],
+    ["light_march"],
+];
 
 const PATH_TRACE_MODULES: &[Module] = modules![
     ["frame"],
@@ -236,7 +316,10 @@ const PATH_TRACE_MODULES: &[Module] = modules![
     ["environment"],
     ["environment_sampling"],
     ["directions"],
+    ["events"],
     ["scattering"],
     ["lights"],
+    ["light_cells"],
+    [points ? "light_points" : "no_points"],
     ["path_trace"],
 ];

@@ -87,6 +87,8 @@ pub struct PathTraceVariant {
     /// Several invocations may share the samples of a pixel, as many as each dispatch says. Not with guides, nor where paths
     /// are put aside: those belong to a pixel.
     pub shared: bool,
+    /// Paths leave points for the light that is kept in volumes. Of live films without guides, whose pixels nobody shares.
+    pub points: bool,
 }
 
 impl PathTraceVariant {
@@ -94,8 +96,9 @@ impl PathTraceVariant {
     pub fn all() -> impl Iterator<Item = Self> {
         let all = Classes::sets().flat_map(|classes| {
             let is_whole = !classes.any() || classes == Classes::ALL;
-            (0..1024u32).filter(move |bits| is_whole || [0, 1023 & !4 & !256].contains(bits)).map(
-                move |bits| Self {
+            (0..2048u32)
+                .filter(move |bits| is_whole || [0, 1023 & !4 & !256, 1024 + 255 - 4].contains(bits))
+                .map(move |bits| Self {
                     environment_sampling: bits & 1 != 0,
                     surface: bits & 2 != 0,
                     guides: bits & 4 != 0,
@@ -106,11 +109,31 @@ impl PathTraceVariant {
                     one_pool: bits & 128 != 0,
                     limited_turns: bits & 256 != 0,
                     shared: bits & 512 != 0,
+                    points: bits & 1024 != 0,
                     classes,
-                },
-            )
+                })
         });
-        all.filter(|variant| !variant.shared || variant.most_sharers() > 1)
+        all.filter(|variant| {
+            let is_for_points = variant.live && !variant.guides && !variant.shared;
+            (!variant.shared || variant.most_sharers() > 1) && (!variant.points || is_for_points)
+        })
+    }
+
+    /// What of it says what media are like, and where they are: what a kernel is specialised for that traces no paths.
+    pub fn of_media(self) -> Self {
+        Self {
+            surface: self.surface,
+            mixed_filters: self.mixed_filters,
+            many_volumes: self.many_volumes,
+            classes: self.classes,
+            one_pool: self.one_pool,
+            ..Self::default()
+        }
+    }
+
+    /// The kernel whose paths leave points, and whose pixels nobody shares.
+    pub fn for_points(self) -> Self {
+        Self { points: true, shared: false, ..self }
     }
 
     /// The kernel where so many invocations share a pixel: one of its own, or the same.
@@ -121,7 +144,7 @@ impl PathTraceVariant {
     /// Invocations that may share a pixel where the kernel is the one for that; 1 where there is no such kernel.
     pub fn most_sharers(self) -> u32 {
         let [in_a_row, _] = Kernel::PathTrace(self).workgroup_size();
-        if self.guides || self.limited_turns { 1 } else { in_a_row }
+        if self.guides || self.limited_turns || self.points { 1 } else { in_a_row }
     }
 }
 
@@ -167,6 +190,7 @@ pub(crate) const LAST_FLAGS: &[Flag] = &[
     flag("pool", None, |v| v.one_pool),
     flag("turns", None, |v| v.limited_turns),
     flag("shared", None, |v| v.shared),
+    flag("points", Some("POINTS"), |v| v.points),
 ];
 
 impl PathTraceVariant {

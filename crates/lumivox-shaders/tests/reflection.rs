@@ -63,6 +63,10 @@ fn twins_have_the_shaders_layout() {
             only_below,
             first_node,
             first_light,
+            point_share,
+            pixel_size,
+            light_slots,
+            light_scale,
             padding,
             inverse_pool_sizes,
         }
@@ -177,6 +181,23 @@ fn twins_have_the_shaders_layout() {
         FilmFadeParams { film_size, kept, scale, guides, padding_x, padding_y, padding_z }
     );
     assert_twin!(
+        Kernel::LightBegin,
+        LightParams {
+            slots,
+            frame,
+            points,
+            tier,
+            kept,
+            most_points,
+            most_mirrored,
+            trusted_points,
+            coarse_share,
+            coarsest_share,
+            padding_x,
+            padding_y,
+        }
+    );
+    assert_twin!(
         Kernel::HostDepth,
         HostDepthParams {
             view_depth_from_ndc,
@@ -189,8 +210,14 @@ fn twins_have_the_shaders_layout() {
             padding_y,
         }
     );
-    assert_twin!(Kernel::DenoisePrepare, DenoiseParams { film_size, step, bounded });
-    assert_twin!(Kernel::DenoiseWavelet, DenoiseParams { film_size, step, bounded });
+    assert_twin!(
+        Kernel::DenoisePrepare,
+        DenoiseParams { film_size, step, bounded, kept_light, padding_x, padding_y, padding_z }
+    );
+    assert_twin!(
+        Kernel::DenoiseWavelet,
+        DenoiseParams { film_size, step, bounded, kept_light, padding_x, padding_y, padding_z }
+    );
     for kernel in [Kernel::CompositeColor, Kernel::CompositeDepth] {
         assert_twin!(kernel, CompositeParams { width, padding_x, padding_y, padding_z });
     }
@@ -215,7 +242,11 @@ fn twins_have_the_shaders_layout() {
             world_height,
             fog_height,
             coarse_alone,
-            more_padding,
+            kept_light,
+            film_is_shown,
+            padding_x,
+            padding_y,
+            padding_z,
         }
     );
     assert_twin!(Kernel::SampleDirections, SampleParams { axis, sampler, anisotropy, count, padding });
@@ -296,6 +327,7 @@ fn no_kernel_binds_more_storage_buffers_than_there_are() {
             |kind: &&BindingKind| matches!(kind, BindingKind::StorageRead | BindingKind::StorageReadWrite);
         let count = kernel.bindings().iter().filter(is_storage).count();
         let most = match kernel {
+            Kernel::PathTrace(variant) if variant.points => 5 + usize::from(variant.limited_turns),
             Kernel::PathTrace(variant) => 4 + usize::from(variant.limited_turns),
             _ => 8,
         };

@@ -247,7 +247,7 @@ pub fn add_volume(id: InstanceId) {
     if CALLBACKS.with_borrow(Option::is_none) {
         tell_no_device();
     } else {
-        let view = ViewKind::Live { guides: false };
+        let view = ViewKind::Live { guides: false, kept_light: false };
         let of_any_scene = |kernel: &Kernel| !matches!(kernel, Kernel::PathTrace(_));
         let kernels = device_limits().map(|limits| Features::default().kernels(view, limits));
         workshop().prepare(kernels.into_iter().flatten().filter(of_any_scene));

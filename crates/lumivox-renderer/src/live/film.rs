@@ -35,22 +35,39 @@ impl LiveFilm {
         cache: &SceneCache,
         recording: &mut Recording,
     ) -> Result<Self, RenderError> {
+        Self::check(size, guides, cache)?;
+        let limits = cache.limits();
+        let unfinished = Unfinished::new(pixels(size), guides, limits, remedy(guides), recording)?;
+        Ok(Self::with(size, guides, unfinished, recording))
+    }
+
+    /// For paths that leave points.
+    pub fn for_points(
+        size: [u32; 2],
+        cache: &SceneCache,
+        recording: &mut Recording,
+    ) -> Result<Self, RenderError> {
+        Self::check(size, false, cache)?;
+        let unfinished = Unfinished::for_points(pixels(size), cache.limits(), remedy(false), recording)?;
+        Ok(Self::with(size, false, unfinished, recording))
+    }
+
+    fn check(size: [u32; 2], guides: bool, cache: &SceneCache) -> Result<(), RenderError> {
+        let bytes = FilmImages::buffer_bytes(pixels(size), guides);
+        check_binding("film", bytes, cache.limits().max_storage_binding, remedy(guides))
+    }
+
+    fn with(size: [u32; 2], guides: bool, unfinished: Unfinished, recording: &mut Recording) -> Self {
         let capacity = pixels(size);
-        let bytes = FilmImages::buffer_bytes(capacity, guides);
-        let remedy = match guides {
-            true => "Lower the resolution scale, or do without guides",
-            false => "Lower the resolution scale",
-        };
-        check_binding("film", bytes, cache.limits().max_storage_binding, remedy)?;
-        Ok(Self {
-            unfinished: Unfinished::new(capacity, guides, cache.limits(), remedy, recording)?,
-            buffer: recording.create_buffer("live film", bytes),
+        Self {
+            unfinished,
+            buffer: recording.create_buffer("live film", FilmImages::buffer_bytes(capacity, guides)),
             capacity,
             has_guides: guides,
             size,
             denoised: None,
             stale: true,
-        })
+        }
     }
 
     /// Its images, as those of the film that it serves as. Guides are of the fine one alone.
@@ -102,7 +119,14 @@ impl LiveFilm {
     }
 
     /// What is shown of it anew, if it changed. A pixel of it is as large as `factor` of the finest along a side.
-    pub fn denoise(&mut self, grain: Grain, factor: u32, recording: &mut Recording) -> Option<DenoisePass> {
+    /// With a picture of kept light it is what the film shows more than that.
+    pub fn denoise(
+        &mut self,
+        grain: Grain,
+        factor: u32,
+        kept_light: Option<Image>,
+        recording: &mut Recording,
+    ) -> Option<DenoisePass> {
         if !std::mem::take(&mut self.stale) {
             return None;
         }
@@ -111,7 +135,8 @@ impl LiveFilm {
             .denoised
             .get_or_insert_with(|| [(); 2].map(|()| recording.create_buffer("denoised film", bytes)));
         let denoised = self.denoised(grain)?;
-        Some(DenoisePass { film: self.images(grain), denoised, spare, is_coarse: factor > 1 })
+        let film = self.images(grain);
+        Some(DenoisePass { film, denoised, spare, kept_light, is_coarse: factor > 1 })
     }
 
     /// What the denoiser made of it, while that is what it shows.
@@ -143,6 +168,14 @@ impl LiveFilm {
         self.drop_denoised(recording);
         self.unfinished.free(recording);
         recording.push(Step::Free { id: self.buffer });
+    }
+}
+
+/// What helps where a film is too large.
+fn remedy(guides: bool) -> &'static str {
+    match guides {
+        true => "Lower the resolution scale, or do without guides",
+        false => "Lower the resolution scale",
     }
 }
 

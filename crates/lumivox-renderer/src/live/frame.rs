@@ -7,6 +7,7 @@ use lumivox_core::Camera;
 use super::changing_light::{Change, FrameLight, LightOfFilm};
 use super::film::LiveFilm;
 use super::images::{Grain, PictureImages, pixels};
+use super::light::KeptLight;
 use super::passes::{
     DrawPass, FramePass, HostDepthPass, PathSettings, PictureFilms, PicturePass, ReadPass, Share,
 };
@@ -38,6 +39,9 @@ impl LiveFrame<'_> {
         recording.steps.extend(self.gone.steps);
     }
 }
+
+/// Samples of the film from which on light learns no more: paths serve the film better.
+const LEARNS_UNTIL: u32 = 16;
 
 /// A frame that is planned.
 struct Planned<'a> {
@@ -83,6 +87,7 @@ impl LiveView {
         let mut frame = Planned { cache, paths, passes: vec![], gone: Recording::new() };
 
         // What the films keep.
+        self.fit_light(change, settings, &mut frame, recording)?;
         match change {
             Change::Much => self.restart(key, light, budget, &mut frame, recording)?,
             Change::Little(kept) => self.fade(kept, budget, &mut frame, recording)?,
@@ -92,13 +97,30 @@ impl LiveView {
             Change::None => self.begin_finer(budget, &mut frame, recording)?,
         }
         frame.paths.seed = self.light.seed(settings.seed);
+        let paths = self.paths_of_light(change, budget);
+        if let Some(light) = self.kept_light.as_mut().filter(|_| paths > 0) {
+            let clear = light.prepare(paths, cache, &mut frame.gone, recording)?;
+            frame.passes.extend(clear.map(|pass| Box::new(pass) as Box<dyn FramePass>));
+        }
         // Where their rays end. Without depth none does, nor any of an empty film; whether there is any is part of the key.
         if let Some(depth) = host.depth {
             let films = self.traced_films().map(|(grain, film)| film.images(grain)).collect();
             let farthest = cache.farthest(camera);
-            frame.push(HostDepthPass { depth, farthest, films, restarts: self.restarts });
+            frame.push(HostDepthPass { depth, farthest, films, restarts: self.restarts, is_asked: true });
             self.awaited += 1;
+            if let Some((film, restarts)) = self.kept_light.as_ref().and_then(KeptLight::host_depth) {
+                frame.push(HostDepthPass { depth, farthest, films: vec![film], restarts, is_asked: false });
+            }
         }
+        // What light learns.
+        if let Some(light) = self.kept_light.as_mut().filter(|_| paths > 0) {
+            let kept = if let Change::Little([kept, _]) = change { kept } else { 1.0 };
+            for (trace, cells) in light.learn(paths, kept, &frame.paths, cache) {
+                frame.push(trace);
+                frame.push(cells);
+            }
+        }
+        let budget = budget - paths;
         // What is traced: all of a coarse film in answer to a change, then more of the fine one.
         self.pixel_samples = if change == Change::Much && self.schedule.factor() > 1 {
             let plan = self.schedule.answer(budget);
@@ -109,15 +131,18 @@ impl LiveView {
                 _ => Plan::default(),
             };
             let followed = self.trace(&plan, &mut frame);
-            followed + self.refine(budget - followed, &mut frame)
+            let refined = if budget > followed { self.refine(budget - followed, &mut frame) } else { 0 };
+            followed + refined
         };
         if self.fine.unfinished.puts_aside() && self.pixel_samples > 0 {
             self.trace_starved(&mut frame);
         }
+        self.pixel_samples += paths;
         if was_held && !self.schedule.is_held() {
             self.free_held(&mut frame.gone);
         }
         // What is shown of it.
+        self.look_at_light(change, &mut frame);
         self.denoise(settings, &mut frame, recording);
         frame.push(self.picture(settings, host, camera, cache));
         self.draw(host, &mut frame);
@@ -143,6 +168,51 @@ impl LiveView {
             std::mem::replace(&mut self.picture, picture).free(recording);
         }
         Ok(())
+    }
+
+    /// Light is kept where the settings say so, of the volumes that there are.
+    fn fit_light(
+        &mut self,
+        change: Change,
+        settings: &LiveSettings,
+        frame: &mut Planned<'_>,
+        recording: &mut Recording,
+    ) -> Result<(), RenderError> {
+        let (size, exposure) = (settings.film_size(), settings.exposure);
+        let fits = |light: &mut KeptLight| settings.kept_light && light.fits(size, exposure, frame.cache);
+        if let Some(light) = self.kept_light.take_if(|light| !fits(light)) {
+            light.free(&mut frame.gone);
+        }
+        // It is for what moves: a view that is at rest does without until then.
+        if settings.kept_light && self.kept_light.is_none() && change != Change::None {
+            self.kept_light = Some(KeptLight::new(size, exposure, frame.cache, recording)?);
+        }
+        Ok(())
+    }
+
+    /// Paths from which light learns in this frame: all that there are while something moves, and half of them until the
+    /// film shows more than light knows.
+    fn paths_of_light(&self, change: Change, budget: u64) -> u64 {
+        match (&self.kept_light, change) {
+            (None, _) => 0,
+            (_, Change::Much) => budget,
+            _ if self.schedule.complete() < LEARNS_UNTIL => budget / 2,
+            _ => 0,
+        }
+    }
+
+    /// The picture of kept light, if that is what is seen, and another than before.
+    fn look_at_light(&mut self, change: Change, frame: &mut Planned<'_>) {
+        if self.shown_light().is_none() {
+            return;
+        }
+        let Some(light) = &mut self.kept_light else { return };
+        if change != Change::None || !self.schedule.is_done() {
+            light.look_again();
+        }
+        if let Some(pass) = light.look(&self.fine, &frame.paths, frame.cache) {
+            frame.push(pass);
+        }
     }
 
     /// How the image differs from the one before, and how many samples it is to have.
@@ -171,7 +241,10 @@ impl LiveView {
         if self.key.is_none_or(|shown| shown.scene_version != key.scene_version) {
             self.paths.are_of_this_scene = false;
         }
-        let schedule = self.schedule.restarted(self.fine.size, budget, self.key.is_some());
+        let schedule = match self.kept_light {
+            Some(_) => self.schedule.restarted_alone(self.fine.size),
+            None => self.schedule.restarted(self.fine.size, budget, self.key.is_some()),
+        };
         if let Some(size) = schedule.coarse_size() {
             begin(&mut self.coarse, Grain::Coarse, size, frame, recording)?;
         }
@@ -270,6 +343,7 @@ impl LiveView {
                 Grain::Fine => Some(&mut self.fine),
                 Grain::Coarse => self.coarse.as_mut(),
                 Grain::Finer => self.finer.as_mut(),
+                Grain::Points => None,
             };
             let Some(film) = film else { continue };
             let mut share = Share::of_all(film.size, samples, limit);
@@ -362,15 +436,19 @@ impl LiveView {
     /// The denoiser's image of every film that is shown, made anew where samples or the switch changed. A coarse film
     /// has one always: it is never the last word.
     fn denoise(&mut self, settings: &LiveSettings, frame: &mut Planned<'_>, recording: &mut Recording) {
-        let shows_fine = self.schedule.shows_fine();
-        if !settings.denoise {
+        let kept_light = self.shown_light().map(KeptLight::picture);
+        let shows_fine = match kept_light {
+            Some(_) => self.schedule.is_covered(),
+            None => self.schedule.shows_fine(),
+        };
+        if !settings.denoise && !(kept_light.is_some() && shows_fine) {
             self.fine.drop_denoised(&mut frame.gone);
-        } else if shows_fine && let Some(pass) = self.fine.denoise(Grain::Fine, 1, recording) {
+        } else if shows_fine && let Some(pass) = self.fine.denoise(Grain::Fine, 1, kept_light, recording) {
             frame.push(pass);
         }
         let factor = self.schedule.factor();
         if let Some(coarse) = self.coarse.as_mut().filter(|_| self.schedule.has_coarse())
-            && let Some(pass) = coarse.denoise(Grain::Coarse, factor, recording)
+            && let Some(pass) = coarse.denoise(Grain::Coarse, factor, None, recording)
         {
             frame.push(pass);
         }
@@ -385,14 +463,19 @@ impl LiveView {
         cache: &SceneCache,
     ) -> PicturePass {
         let fine = self.fine.shown(Grain::Fine);
-        let films = match self.shown_coarse().map(|film| film.shown(Grain::Coarse)) {
+        let coarse = self.shown_coarse().map(|film| film.shown(Grain::Coarse));
+        let films = match coarse {
+            _ if let Some(light) = self.shown_light() => {
+                let is_whole = self.schedule.is_covered();
+                PictureFilms::Kept { fine, light: light.picture(), is_whole }
+            }
             Some(coarse) if !self.schedule.shows_fine() => PictureFilms::Coarse(coarse),
             Some(coarse) => PictureFilms::Both { fine, coarse },
             None => PictureFilms::Fine(fine),
         };
         PicturePass {
             films,
-            is_denoised: settings.denoise,
+            is_denoised: settings.denoise || self.shown_light().is_some() && self.schedule.is_covered(),
             camera: *camera,
             farthest: cache.farthest(camera),
             exposure: settings.exposure * cache.light_scale(),

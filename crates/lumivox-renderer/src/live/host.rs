@@ -29,6 +29,9 @@ pub struct LiveSettings {
     /// Whether noise is filtered out of what is shown, and not only while that is coarse. Biased while samples are few,
     /// 256 at most; the film itself never is.
     pub denoise: bool,
+    /// Whether light is kept in the volumes, for pictures while something moves: next to none of their noise is left, at any
+    /// budget. Biased, and shown only until the film has so many samples that it is better: a picture at rest is the film's.
+    pub kept_light: bool,
     /// Whether the fine film also keeps first-hit [albedo](super::LiveImage::Albedo) and [normal](super::LiveImage::Normal), for a
     /// host that denoises or scales by itself. View depth comes with every film. That takes a kernel of its own, see
     /// [`ViewKind::Live`](crate::ViewKind::Live), and 32 bytes a pixel more: in all 68 of the buffers that a device binds, so that
@@ -49,6 +52,7 @@ impl LiveSettings {
             seed: 0,
             roulette_start: 4,
             denoise: false,
+            kept_light: false,
             guides: false,
         }
     }

@@ -17,6 +17,8 @@ pub enum Grain {
     Coarse,
     /// Half as coarse, and hidden until it is whole.
     Finer,
+    /// Of paths that leave points for the light that is kept. It is not shown.
+    Points,
 }
 
 /// The name of an image of a live view.
@@ -39,6 +41,9 @@ pub enum LiveImage {
     /// What the denoiser made of a film: planes of `(mean light, alpha)` and `(variance of its luminance, ray limit, samples,
     /// view depth)`. While that is what is shown of the film.
     Denoised(Grain),
+    /// A picture from the light that is kept: planes of `(light, alpha)` and `(0, ray limit, 1, view depth)`. As long as that is
+    /// shown.
+    KeptLight,
     /// What is drawn over the host's colour: premultiplied light, and alpha. As large as the host's image, from the first
     /// frame on.
     Color,

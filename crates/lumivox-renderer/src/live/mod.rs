@@ -15,10 +15,12 @@ mod fog;
 mod frame;
 mod host;
 mod images;
+mod light;
 pub mod passes;
 mod schedule;
 
 use lumivox_core::Camera;
+use lumivox_shaders::constants::KEPT_LIGHT_UNTIL;
 use lumivox_shaders::layout;
 
 use self::changing_light::LightOfFilm;
@@ -29,6 +31,8 @@ pub use self::frame::LiveFrame;
 pub use self::host::{HostDepth, HostFrame, LiveSettings, LiveStatus};
 pub use self::images::{FilmImages, Grain, Image, LiveImage, PixelFormat};
 use self::images::{PictureImages, pixels};
+use self::light::KeptLight;
+pub use self::light::LightFields;
 use self::schedule::Schedule;
 use crate::error::RenderError;
 use crate::film::Film;
@@ -48,6 +52,8 @@ pub struct LiveView {
     /// Half as coarse, and hidden until it is whole.
     finer: Option<LiveFilm>,
     picture: PictureImages,
+    /// Shown while the fine film has few samples.
+    kept_light: Option<KeptLight>,
     restarts: ResourceId,
     key: Option<Key>,
     light: LightOfFilm,
@@ -110,6 +116,7 @@ impl LiveView {
             picture: PictureImages::new(settings.size, recording),
             coarse: None,
             finer: None,
+            kept_light: None,
             restarts: recording.create_buffer("restarts", 16),
             key: None,
             light: LightOfFilm::default(),
@@ -255,12 +262,20 @@ impl LiveView {
         self.coarse.as_ref().filter(|_| self.schedule.has_coarse())
     }
 
+    /// The light that is kept, while it is shown.
+    fn shown_light(&self) -> Option<&KeptLight> {
+        // Not where the image before has its place, which is better.
+        let is_wanted = !self.schedule.is_held() && self.schedule.complete() < KEPT_LIGHT_UNTIL;
+        self.kept_light.as_ref().filter(|light| is_wanted && light.is_filled())
+    }
+
     /// Where an image lies that holds something now, for a host that binds it. That is so until the next frame is planned.
     pub fn image(&self, name: LiveImage) -> Option<Image> {
         let film = |grain| match grain {
             Grain::Fine => Some(&self.fine),
             Grain::Coarse => self.shown_coarse(),
             Grain::Finer => self.finer.as_ref().filter(|_| self.schedule.fills_finer()),
+            Grain::Points => None,
         };
         match name {
             LiveImage::Film(grain) => Some(film(grain)?.images(grain).film()),
@@ -268,6 +283,7 @@ impl LiveView {
             LiveImage::Denoised(grain) => film(grain)?.denoised(grain),
             LiveImage::Albedo => Some(self.fine.images(Grain::Fine).guides()?[0]),
             LiveImage::Normal => Some(self.fine.images(Grain::Fine).guides()?[1]),
+            LiveImage::KeptLight => Some(self.shown_light()?.picture()),
             LiveImage::Color => Some(self.picture.color),
             LiveImage::Depth => Some(self.picture.depth),
         }
@@ -290,6 +306,9 @@ impl LiveView {
     pub fn free(mut self, recording: &mut Recording) {
         self.drop_coarse(recording);
         self.fine.free(recording);
+        if let Some(light) = self.kept_light {
+            light.free(recording);
+        }
         self.picture.free(recording);
         recording.push(Step::Free { id: self.restarts });
     }

@@ -119,6 +119,11 @@ impl Schedule {
         Self { factor: shown.affordable_factor(budget, follows), ..new }
     }
 
+    /// An empty image after this one, in whose place something else is shown.
+    pub fn restarted_alone(&self, size: [u32; 2]) -> Self {
+        Self::new(size, self.most_samples, self.target)
+    }
+
     /// How coarse a film is that the budget buys at once.
     fn affordable_factor(&self, budget: u64, follows: bool) -> u32 {
         let cost =
@@ -473,6 +478,7 @@ mod tests {
                             Grain::Fine => &mut self.fine,
                             Grain::Coarse => &mut self.coarse,
                             Grain::Finer => &mut self.finer,
+                            Grain::Points => panic!("no plan is for points"),
                         };
                         let width = u64::from(SIZE[0]) * rows.len() as u64 / u64::from(padded_height(SIZE));
                         for row in &mut rows[begin as usize..end as usize] {

@@ -116,6 +116,8 @@ pub struct SceneCache {
     around: Bounds,
     features: Features,
     unprepared: u64,
+    /// The volumes that rays meet, in their order and with their voxels; and another number for each such list.
+    shapes: (Vec<(usize, [u32; 3])>, u64),
     /// Subtracted from world positions before they are rounded to 32 bits: scenes far from the world's origin keep
     /// their precision.
     origin: DVec3,
@@ -145,6 +147,7 @@ impl SceneCache {
             around: Bounds::NOTHING,
             features: Features::default(),
             unprepared: 0,
+            shapes: (vec![], ids::next().0),
             origin: DVec3::ZERO,
             version: ids::next().0,
         }
@@ -295,6 +298,14 @@ impl SceneCache {
         });
         let instances = traced.chain(read).collect();
         self.traced = placed.len();
+        let shape = |p: &Placed<'_>| {
+            let grid = &self.acquired(&p.source()).bricks.grid;
+            (Arc::as_ptr(&p.instance.volume).addr(), grid.dims.map(|n| n as u32))
+        };
+        let shapes = placed.iter().map(shape).collect();
+        if self.shapes.0 != shapes {
+            self.shapes = (shapes, ids::next().0);
+        }
         let bounds: Vec<Bounds> = placed.iter().map(|p| Bounds::of(p.instance, origin)).collect();
         self.around = Bounds::around(bounds.iter().copied());
         let instances_changed = self.instances.update("instances", instances, recording);
@@ -393,6 +404,16 @@ impl SceneCache {
         self.origin
     }
 
+    /// Changes whenever a point of a volume's own space, by the volume's number, means another one.
+    pub(crate) fn shapes(&self) -> u64 {
+        self.shapes.1
+    }
+
+    /// Bytes of the voxels of all volumes that rays meet, 16 bits each, empty ones included.
+    pub(crate) fn voxel_bytes(&self) -> u64 {
+        self.shapes.0.iter().map(|(_, dims)| 2 * dims.iter().map(|&n| u64::from(n)).product::<u64>()).sum()
+    }
+
     /// Fills in the scene's part of a frame's parameters.
     pub fn fill_frame(&self, frame: &mut Frame) {
         frame.volume_count = self.traced as u32;
@@ -418,6 +439,13 @@ impl SceneCache {
         [self.instances.buffer, tables.map(|b| b.tables), tables.map(|b| b.grids), self.environment.map]
             .map(|id| id.expect("update() comes before tracing"))
             .to_vec()
+    }
+
+    /// What media are made of, as kernels bind it that trace no light.
+    pub(crate) fn media_resources(&self) -> Vec<ResourceId> {
+        let mut resources = self.path_trace_resources();
+        resources.pop();
+        resources
     }
 
     /// The environment's map, and the buffer that begins with its importance grid.

@@ -410,6 +410,7 @@ impl<W: Key, V: Key> Stage<W, V> {
         let Self { eyes, wants_sweep, worlds, .. } = self;
         let world = worlds.get_mut(&shown).expect("it is known");
         world.has_guides |= frame.settings.guides;
+        world.keeps_light |= frame.settings.kept_light;
         let eye = match eyes.entry(view) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(vacant) => vacant.insert(Eye::new(&frame.settings, world, shown, lent, recording)?),

@@ -27,6 +27,8 @@ pub struct World {
     pub state: WorldState,
     /// Whether views of it keep guides: their kernel is another.
     pub has_guides: bool,
+    /// Whether light is kept for some view.
+    pub keeps_light: bool,
     /// Whether the last update did nothing, for there was no room for it in its frame.
     pub was_skipped: bool,
     /// What is prepared for the next scene, on another thread that holds the same, if there is one.
@@ -50,6 +52,7 @@ impl World {
             is_whole: false,
             state: WorldState::Nothing,
             has_guides: false,
+            keeps_light: false,
             was_skipped: false,
             preparing: None,
         }
@@ -57,7 +60,9 @@ impl World {
 
     /// What a scene lacks to be shown without holding up the frame. It is on its way then.
     pub fn unprepared(&mut self, scene: &Scene, workbench: &impl Workbench) -> Option<Missing> {
-        let kernels = self.cache.kernels(scene, ViewKind::Live { guides: self.has_guides });
+        let kernels = self
+            .cache
+            .kernels(scene, ViewKind::Live { guides: self.has_guides, kept_light: self.keeps_light });
         let lacks_kernels = !workbench.are_ready(&kernels);
         let preparation = self.cache.preparation(scene);
         let computing = preparation.is_some().then_some(Missing::Computation);

@@ -304,9 +304,12 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         let scene = scene_with(features);
         assert_eq!(Features::of(&scene), features);
         let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
-        let live_kernels = cache.kernels(&scene, ViewKind::Live { guides: false });
+        let live_kernels = cache.kernels(&scene, ViewKind::Live { guides: false, kept_light: false });
         let still_kernels = cache.kernels(&scene, ViewKind::Still { guides: true });
-        assert_eq!(live_kernels, features.kernels(ViewKind::Live { guides: false }, LIMITS));
+        assert_eq!(
+            live_kernels,
+            features.kernels(ViewKind::Live { guides: false, kept_light: false }, LIMITS)
+        );
 
         let mut recording = Recording::new();
         cache.update(&scene, &mut recording).unwrap();
@@ -319,7 +322,7 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         seen.extend(recorded.into_iter().filter(|kernel| matches!(kernel, Kernel::PathTrace(_))));
 
         // With guides, in a coarse frame and a fine one.
-        let with_guides = cache.kernels(&scene, ViewKind::Live { guides: true });
+        let with_guides = cache.kernels(&scene, ViewKind::Live { guides: true, kept_light: false });
         let mut recording = Recording::new();
         let settings = settings.with(|it| it.guides = true);
         for budget in [64, 1024] {
@@ -333,6 +336,20 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
                 .any(|kernel| matches!(kernel, Kernel::PathTrace(variant) if variant.guides == wanted))
         };
         assert!(traces(true) && traces(false), "the fine film alone has guides: {recorded:?}");
+
+        // With kept light.
+        let with_light = cache.kernels(&scene, ViewKind::Live { guides: false, kept_light: true });
+        let mut recording = Recording::new();
+        let settings = LiveSettings::new(16, 16).with(|it| it.kept_light = true);
+        let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
+        for _ in 0..2 {
+            live.record_frame(&cache, &camera_of_live, &settings, &host, 1024, &mut recording).unwrap();
+        }
+        let recorded = kernels(&recording);
+        assert!(recorded.iter().all(|kernel| with_light.contains(kernel)), "{recorded:?} {with_light:?}");
+        let is_wanted = |kernel: &&Kernel| !live_kernels.contains(kernel);
+        assert_eq!(with_light.iter().filter(is_wanted).count(), 6);
+        assert!(with_light.iter().filter(is_wanted).all(|kernel| recorded.contains(kernel)), "{recorded:?}");
 
         let mut recording = Recording::new();
         let settings = ViewSettings::new(16, 16).with(|it| it.guides = true);
@@ -360,7 +377,7 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
             many_volumes: features.many_volumes || can_more,
             classes: if can_more { Classes::ALL } else { Classes::NONE },
         };
-        let live = [false, true].map(|guides| ViewKind::Live { guides });
+        let live = [false, true].map(|guides| ViewKind::Live { guides, kept_light: guides });
         for view in live.into_iter().chain([ViewKind::Still { guides: true }]) {
             let mut wanted = more.kernels(view, LIMITS);
             if matches!(view, ViewKind::Live { .. }) {

@@ -157,6 +157,7 @@ impl Restless {
             8..=12 => self.brightness *= [3.0, 1.05, 1.05, 1.05, 1.05][self.below(5) as usize],
             13 => self.settings.target_samples = 20 + self.below(40),
             14 => self.settings.guides ^= true,
+            15 => self.settings.kept_light ^= true,
             _ => {}
         }
     }
@@ -217,10 +218,22 @@ fn passes_use_images_that_hold_something_and_tell_of_all() {
     // All that there are occurred.
     let mut passes: Vec<_> = images.passes.into_iter().collect();
     passes.sort_unstable();
-    let all = ["clear", "count", "denoise", "draw", "fade", "host depth", "picture", "read", "trace"];
+    let all = [
+        "clear",
+        "count",
+        "denoise",
+        "draw",
+        "fade",
+        "host depth",
+        "light cells",
+        "light picture",
+        "picture",
+        "read",
+        "trace",
+    ];
     assert_eq!(passes, all);
-    let films = [Grain::Fine, Grain::Coarse, Grain::Finer].map(LiveImage::Film);
-    for name in films.into_iter().chain([LiveImage::Albedo, LiveImage::Normal]) {
+    let films = [Grain::Fine, Grain::Coarse, Grain::Finer, Grain::Points].map(LiveImage::Film);
+    for name in films.into_iter().chain([LiveImage::Albedo, LiveImage::Normal, LiveImage::KeptLight]) {
         assert!(images.names.contains(&name), "{name:?}");
     }
 }

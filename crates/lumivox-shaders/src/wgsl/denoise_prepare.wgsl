@@ -3,6 +3,8 @@
 @group(0) @binding(0) var<uniform> params: DenoiseParams;
 @group(0) @binding(1) var<storage, read> film: array<vec4f>;
 @group(0) @binding(2) var<storage, read_write> pixels: array<vec4f>;
+// Only read where `kept_light` says that it is one.
+@group(0) @binding(3) var<storage, read> kept_picture: array<vec4f>;
 
 // Samples from which a pixel's own variance is to be trusted more than its neighbourhood's.
 const TRUSTED_SAMPLES: f32 = 8.0;
@@ -25,6 +27,9 @@ fn moments(at: vec2i) -> Moments {
         let mean = luminance(m.light.rgb);
         if (n > 1.0) {
             m.variance = max(sums.y / n - mean * mean, 0.0) / (n - 1.0);
+        }
+        if (params.kept_light != 0u) {
+            m.light -= vec4f(kept_picture[index].rgb, 0.0);
         }
     }
     return m;

@@ -50,6 +50,13 @@ struct Frame {
     // Where nodes and lights begin in the buffer of tables, in pairs.
     first_node: u32,
     first_light: u32,
+    // Of paths that leave points for the light that is kept, the share that does.
+    point_share: f32,
+    // What a pixel of the picture sees at depth 1, or at any depth of an orthographic view, in metres.
+    pixel_size: f32,
+    // Blocks there is room for in the light that is kept, and what light is multiplied by there.
+    light_slots: u32,
+    light_scale: f32,
     padding: u32,
     // One over the texels of each pool along each axis; w is unused.
     inverse_pool_sizes: array<vec4f, MAX_POOLS>,

@@ -2,10 +2,10 @@
 //
 // An invocation counts its turns. When they are spent, what its loops found since the path's last event is worth
 // nothing: the path is put aside as it was at that event, and the next dispatch takes it up there, with the same random
-// numbers. Expects `frame`, `GUIDES` and `CLASSES`.
+// numbers. Expects `frame`, `GUIDES`, `POINTS` and `CLASSES`.
 
 // What is put aside of each pixel, in planes: (origin, random dimension), (direction, pdf), (throughput, bounces),
-// (radiance, depth) and, with GUIDES, (albedo, 0), (normal, 0). As bits: small integers are no floats to be copied.
+// (radiance, depth) and, with GUIDES, (albedo, 0), (normal, 0), or, with POINTS, three of the point that it leaves. As bits: small integers are no floats to be copied.
 @group(0) @binding(PATHS_BINDING) var<storage, read_write> paths: array<vec4u>;
 
 var<private> turns_left: i32;
@@ -63,6 +63,10 @@ fn take_up(
             (*path).albedo = bitcast<vec3f>(paths[4u * plane + index].xyz);
             (*path).normal = bitcast<vec3f>(paths[5u * plane + index].xyz);
         }
+        if (POINTS) {
+            (*path).point = point_of_words(
+                paths[4u * plane + index], paths[5u * plane + index], paths[6u * plane + index]);
+        }
     }
     return true;
 }
@@ -85,6 +89,11 @@ fn put_aside(index: u32) -> f32 {
     if (GUIDES) {
         paths[4u * plane + index] = vec4u(bitcast<vec3u>(remembered.albedo), 0u);
         paths[5u * plane + index] = vec4u(bitcast<vec3u>(remembered.normal), 0u);
+    }
+    if (POINTS) {
+        for (var row = 0u; row < 3u; row++) {
+            paths[(4u + row) * plane + index] = point_words(remembered.point, row);
+        }
     }
     if (turns_at_event < i32(frame.turn_limit)) {
         return PATH_ASIDE;

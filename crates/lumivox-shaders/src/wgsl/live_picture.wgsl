@@ -35,7 +35,13 @@ struct LivePictureParams {
     fog_height: vec2f,
     // Whether the first film is the coarse one, and there is no other yet.
     coarse_alone: u32,
-    more_padding: u32,
+    // Whether the second film is a picture of kept light.
+    kept_light: u32,
+    // Whether the first film is shown beside it: not while it has holes.
+    film_is_shown: u32,
+    padding_x: u32,
+    padding_y: u32,
+    padding_z: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: LivePictureParams;
@@ -54,6 +60,8 @@ struct LivePictureParams {
 const DENOISED_UNTIL: f32 = 256.0;
 // Samples of a fine pixel that weigh as much as the coarse film at the beginning.
 const COARSE_WEIGHT: f32 = 8.0;
+// And as much as kept light.
+const KEPT_LIGHT_WEIGHT: f32 = 1.0;
 // Samples of a fine pixel up to which it does not outshine the coarse film, and how many times at first.
 const BOUNDED_UNTIL: f32 = 8.0;
 const BRIGHTEST_OVER_COARSE: f32 = 4.0;
@@ -115,6 +123,15 @@ fn film_pixel(second: bool, at: vec2u) -> Estimate {
     let size = select(params.first_size, params.second_size, second);
     let index = at.y * size.x + at.x;
     let plane = size.x * size.y;
+    if (second && params.kept_light != 0u) {
+        let seen = second_pixels[index];
+        e.light = seen.rgb;
+        e.alpha = seen.a;
+        e.hits = seen.a;
+        e.depth = second_pixels[plane + index].w;
+        e.samples = 1.0;
+        return e;
+    }
     var sum: vec4f;
     var moments: vec4f;
     if (second) {
@@ -145,6 +162,10 @@ fn film_pixel(second: bool, at: vec2u) -> Estimate {
             filtered = first_pixels[index];
             then = first_pixels[plane + index];
         }
+        if (!second && params.kept_light != 0u) {
+            // Filtered was what the film shows more than that.
+            filtered = vec4f(filtered.rgb + second_pixels[index].rgb, second_pixels[index].a);
+        }
         // What started over since it was filtered is another surface's.
         if (e.samples >= then.z && film_limit(second, at) == then.y) {
             let kept = select(e.samples / DENOISED_UNTIL, 0.0, is_coarse(second));
@@ -158,6 +179,9 @@ fn film_pixel(second: bool, at: vec2u) -> Estimate {
 fn film_limit(second: bool, at: vec2u) -> f32 {
     let size = select(params.first_size, params.second_size, second);
     let index = at.y * size.x + at.x;
+    if (second && params.kept_light != 0u) {
+        return second_pixels[size.x * size.y + index].y;
+    }
     let entry = ray_limit_entry(size.x * size.y, index);
     if (second) {
         return second_film[entry][index % 4u];
@@ -242,19 +266,26 @@ fn agreement(fine: Estimate, coarse: Estimate) -> f32 {
 
 fn both_films_at(uv: vec2f, limit: f32) -> Estimate {
     var fine = film_at(false, uv, limit);
-    if (params.second_size.x == 0u || fine.samples >= f32(FINE_ALONE)) {
+    let alone = f32(select(FINE_ALONE, KEPT_LIGHT_UNTIL, params.kept_light != 0u));
+    if (params.second_size.x == 0u || fine.samples >= alone) {
         return fine;
     }
     let coarse = film_at(true, uv, limit);
     if (coarse.samples == 0.0 || (coarse.alike < ALIKE && fine.samples > 0.0)) {
         return fine;
     }
-    let fade = (1.0 - fine.samples / f32(FINE_ALONE)) * agreement(fine, coarse);
-    let w = fine.samples / (fine.samples + COARSE_WEIGHT * fade);
+    var w = 1.0;
+    if (params.kept_light != 0u) {
+        // What is known by kept light is in the fine film's pixels already, once they are filtered.
+        w = select(0.0, fine.samples / (fine.samples + KEPT_LIGHT_WEIGHT), params.film_is_shown != 0u);
+    } else {
+        let fade = (1.0 - fine.samples / alone) * agreement(fine, coarse);
+        w = fine.samples / (fine.samples + COARSE_WEIGHT * fade);
+    }
     fine.depth = mix(coarse.hits * coarse.depth, fine.hits * fine.depth, w)
         / max(mix(coarse.hits, fine.hits, w), 1e-9);
     let few = 1.0 - fine.samples / BOUNDED_UNTIL;
-    if (few > 0.0) {
+    if (few > 0.0 && params.kept_light == 0u) {
         let most = BRIGHTEST_OVER_COARSE / few * luminance(coarse.light);
         fine.light *= min(most / max(luminance(fine.light), 1e-30), 1.0);
     }

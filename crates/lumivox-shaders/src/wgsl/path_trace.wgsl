@@ -41,6 +41,7 @@ struct Path {
     depth: f32,
     albedo: vec3f,
     normal: vec3f,
+    point: PathPoint,
 }
 
 @compute @workgroup_size(WORKGROUP_X, WORKGROUP_Y)
@@ -127,6 +128,9 @@ fn trace(pixel: vec2u, sharer: u32) -> Sums {
                 sums.albedo += path.albedo;
                 sums.normal += path.normal;
             }
+            if (POINTS && path.bounces > 0u) {
+                point_end(path.point, rng);
+            }
         }
     }
     return sums;
@@ -138,6 +142,7 @@ fn path_begin(image_pixel: vec2u, rng: ptr<function, Rng>) -> Path {
     path.origin = ray.origin;
     path.direction = ray.direction;
     path.throughput = vec3f(1.0);
+    path.point = point_none();
     return path;
 }
 
@@ -158,7 +163,11 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
                 let of_light = light_samples((*path).bounces) * environment_pdf(direction);
                 weight = (*path).pdf / ((*path).pdf + of_light);
             }
-            (*path).radiance += (*path).throughput * weight * environment_radiance(direction);
+            let light = (*path).throughput * weight * environment_radiance(direction);
+            (*path).radiance += light;
+            if (POINTS) {
+                point_later(path, light);
+            }
         }
         return false;
     }
@@ -178,6 +187,9 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
         return false;
     }
     let event = event_at(v, optics, hit.reading, -direction);
+    if (POINTS && (*path).bounces == 1u) {
+        point_begin(path, v, position, (*path).depth, event);
+    }
     // Russian roulette by what is sent on: what survives is weighted up by what did not.
     let sent_on = (*path).throughput * event_total(event);
     let brightest = max(sent_on.r, max(sent_on.g, sent_on.b));
@@ -202,8 +214,14 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
             arrival = choose_arrival(event, instances[v].layers, position, rng);
         }
         if (luminance(arrival.light) > 0.0) {
-            (*path).radiance += (*path).throughput * arrival.light
+            let light = (*path).throughput * arrival.light
                 * transmittance(position, arrival.direction, arrival.distance, rng);
+            (*path).radiance += light;
+            if (POINTS && (*path).bounces == 1u) {
+                point_sent(path, event, arrival.direction, light);
+            } else if (POINTS) {
+                point_later(path, light);
+            }
         }
     }
     var pick = 0.0;
@@ -214,5 +232,8 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
     let densities = event_densities(event, (*path).direction);
     (*path).throughput *= event_weight(event, densities);
     (*path).pdf = densities.x;
+    if (POINTS && (*path).bounces == 1u) {
+        point_onward(path, event, (*path).direction);
+    }
     return true;
 }

@@ -383,7 +383,7 @@ fn prepared_draws_are_not_waited_for() {
     let test = scenes::homogeneous_cube();
     let mut gpu = plain_device();
     let cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
-    let kernels = cache.kernels(&test.scene, ViewKind::Live { guides: false });
+    let kernels = cache.kernels(&test.scene, ViewKind::Live { guides: false, kept_light: false });
     let [color, depth] = [wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::Depth32Float];
     assert!(!gpu.executor.is_prepared_to_draw(kernels.iter().copied(), color, 1));
     assert!(!gpu.executor.is_prepared_to_draw([Kernel::CompositeDepth], depth, 1));

@@ -21,6 +21,8 @@ pub struct DenoisePass {
     pub denoised: Image,
     /// A buffer as large as that, for what is in between.
     pub spare: ResourceId,
+    /// A picture of kept light, of which it is known that it has no noise: what the film shows more than that is filtered.
+    pub kept_light: Option<Image>,
     /// Whether a pixel of the film is many times as large as one of the finest. Those that outshine their neighbours are
     /// held back then.
     pub is_coarse: bool,
@@ -32,7 +34,8 @@ impl FramePass for DenoisePass {
     }
 
     fn uses(&self) -> Vec<Use> {
-        vec![Use::read(self.film.film()), Use::read(self.film.ray_limits()), Use::make(self.denoised)]
+        let film = [self.film.film(), self.film.ray_limits()].into_iter();
+        film.chain(self.kept_light).map(Use::read).chain([Use::make(self.denoised)]).collect()
     }
 
     fn record(&self, recording: &mut Recording) {
@@ -43,9 +46,16 @@ impl FramePass for DenoisePass {
             0 => [self.denoised.buffer, self.spare],
             _ => [self.spare, self.denoised.buffer],
         };
-        let params =
-            |step| layout::DenoiseParams { film_size: size, step, bounded: u32::from(self.is_coarse) };
-        dispatch(Kernel::DenoisePrepare, &params(0), vec![self.film.buffer, from], size, recording);
+        let params = |step| layout::DenoiseParams {
+            film_size: size,
+            step,
+            bounded: u32::from(self.is_coarse),
+            kept_light: u32::from(self.kept_light.is_some()),
+            ..Default::default()
+        };
+        let kept_light = self.kept_light.map_or(self.film.buffer, |image| image.buffer);
+        let resources = vec![self.film.buffer, from, kept_light];
+        dispatch(Kernel::DenoisePrepare, &params(0), resources, size, recording);
         for &step in steps {
             dispatch(Kernel::DenoiseWavelet, &params(step), vec![from, to], size, recording);
             std::mem::swap(&mut from, &mut to);

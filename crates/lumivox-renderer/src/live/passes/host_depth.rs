@@ -16,8 +16,10 @@ pub struct HostDepthPass {
     pub farthest: f64,
     /// The films.
     pub films: Vec<FilmImages>,
-    /// A buffer of 16 bytes. Its first four come back: the number of pixels that started over.
+    /// A buffer of 16 bytes. Its first four come back, if anybody asks: the number of pixels that started over.
     pub restarts: ResourceId,
+    /// Whether they do.
+    pub is_asked: bool,
 }
 
 impl FramePass for HostDepthPass {
@@ -44,6 +46,8 @@ impl FramePass for HostDepthPass {
             let resources = vec![self.depth.texture, film.buffer, self.restarts];
             dispatch(Kernel::HostDepth, &params, resources, film.size, recording);
         }
-        recording.push(Step::ReadBuffer { id: self.restarts, range: 0..4 });
+        if self.is_asked {
+            recording.push(Step::ReadBuffer { id: self.restarts, range: 0..4 });
+        }
     }
 }

@@ -44,6 +44,15 @@ pub enum PictureFilms {
         /// The one that goes.
         coarse: ShownFilm,
     },
+    /// A picture of kept light that fades out.
+    Kept {
+        /// The film that comes.
+        fine: ShownFilm,
+        /// The picture that goes: as large as the film.
+        light: Image,
+        /// Whether the film is shown, too: it has no holes.
+        is_whole: bool,
+    },
 }
 
 /// Makes the picture's colour and depth.
@@ -75,6 +84,9 @@ impl PicturePass {
     /// The films, and the size of the second one. It is not looked at where that is 0, but has to be bound.
     fn films(&self) -> (ShownFilm, ShownFilm, [u32; 2]) {
         match self.films {
+            PictureFilms::Kept { fine, light, .. } => {
+                (fine, ShownFilm { film: fine.film, denoised: Some(light) }, light.size)
+            }
             PictureFilms::Fine(film) | PictureFilms::Coarse(film) => (film, film, [0, 0]),
             PictureFilms::Both { fine, coarse } => (fine, coarse, coarse.film.size),
         }
@@ -108,6 +120,11 @@ impl FramePass for PicturePass {
             has_host_depth: u32::from(self.host_depth.is_some()),
             farthest: self.farthest as f32,
             denoised: u32::from(self.is_denoised),
+            film_is_shown: match self.films {
+                PictureFilms::Kept { is_whole, .. } => u32::from(is_whole),
+                _ => 1,
+            },
+            kept_light: u32::from(matches!(self.films, PictureFilms::Kept { .. })),
             coarse_alone: u32::from(matches!(self.films, PictureFilms::Coarse(_))),
             ..Default::default()
         };

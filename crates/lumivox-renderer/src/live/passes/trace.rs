@@ -5,10 +5,12 @@ use std::fmt;
 use lumivox_core::Camera;
 use lumivox_shaders::{Kernel, constants, layout};
 
+use super::light::forget_points;
 use super::{FramePass, Use};
 use crate::frame;
 use crate::live::film::{GROUP_ROWS, padded_height};
 use crate::live::images::FilmImages;
+use crate::live::light::LightFields;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::SceneCache;
 use crate::unfinished::Unfinished;
@@ -59,6 +61,8 @@ pub struct TracePass<'a> {
     /// Where paths are put aside on devices that limit the turns of loops, 64 bytes for each pixel; 96
     /// where the film has guides.
     pub paths: Option<ResourceId>,
+    /// Where paths leave points for the light that is kept, if they do. Not with guides.
+    pub points: Option<ResourceId>,
     /// The parameters of its dispatches, which are of the same rows and sharers.
     pub dispatches: Vec<layout::Frame>,
 }
@@ -89,7 +93,16 @@ impl<'a> TracePass<'a> {
             lone_invocation: constants::NONE_IS_ALONE,
             ..frame::of(scene, &settings.camera)
         };
-        Self { scene, film, paths, dispatches: vec![params] }
+        Self { scene, film, paths, points: None, dispatches: vec![params] }
+    }
+
+    /// Paths leave points.
+    pub(crate) fn with_points(mut self, points: ResourceId, fields: LightFields) -> Self {
+        self.points = Some(points);
+        for params in &mut self.dispatches {
+            *params = fields.put_into(*params);
+        }
+        self
     }
 
     /// The dispatches that its paths ask for, by what is known of them.
@@ -109,9 +122,13 @@ impl<'a> TracePass<'a> {
 impl fmt::Debug for TracePass<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // A scene is long.
-        let Self { film, paths, dispatches, .. } = self;
+        let Self { film, paths, points, dispatches, .. } = self;
         let mut this = f.debug_struct("TracePass");
-        this.field("film", film).field("paths", paths).field("dispatches", dispatches).finish_non_exhaustive()
+        this.field("film", film)
+            .field("paths", paths)
+            .field("points", points)
+            .field("dispatches", dispatches);
+        this.finish_non_exhaustive()
     }
 }
 
@@ -128,10 +145,17 @@ impl FramePass for TracePass<'_> {
         let mut resources = self.scene.path_trace_resources();
         resources.push(self.film.buffer);
         resources.extend(self.paths);
+        resources.extend(self.points);
         resources.extend(self.scene.pools());
+        if let Some(points) = self.points {
+            forget_points(points, recording);
+        }
         for params in &self.dispatches {
             let variant = self.scene.variant(self.film.guides, true);
-            let kernel = Kernel::PathTrace(variant.for_sharers(params.sharers));
+            let kernel = Kernel::PathTrace(match self.points {
+                Some(_) => variant.for_points(),
+                None => variant.for_sharers(params.sharers),
+            });
             let [x, y] = kernel.workgroup_size();
             let rows = params.row_end - params.row_begin;
             recording.push(Step::Dispatch {

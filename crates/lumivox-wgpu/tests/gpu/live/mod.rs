@@ -5,6 +5,7 @@ mod changes;
 mod depth;
 mod films;
 mod guides;
+mod kept_light;
 mod noise;
 mod passes;
 mod picture;

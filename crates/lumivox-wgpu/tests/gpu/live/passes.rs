@@ -154,6 +154,7 @@ fn a_films_pixels_start_over_where_the_hosts_depth_changed() {
         farthest: 10.0,
         films: vec![film],
         restarts: buffer(16, &mut recording),
+        is_asked: true,
     };
     pass.record(&mut recording);
     let images = [film.film(), film.ray_limits()].into_iter().chain(film.guides().unwrap());
@@ -230,7 +231,7 @@ fn noise_is_filtered_and_what_is_even_stays() {
         let film = film_of(Grain::Coarse, sums, |_| 0.0, &mut recording);
         let denoised = plane(LiveImage::Denoised(Grain::Coarse), 2, PixelFormat::FourFloats, &mut recording);
         let spare = buffer(32 * PIXELS as u64, &mut recording);
-        DenoisePass { film, denoised, spare, is_coarse }.record(&mut recording);
+        DenoisePass { film, denoised, spare, kept_light: None, is_coarse }.record(&mut recording);
         denoised.record_read(&mut recording);
         let shown: Vec<[f32; 4]> = last(&mut gpu, &recording);
         for pixel in (0..PIXELS).filter(|pixel| column(*pixel) < 8) {

@@ -1,0 +1,117 @@
+//! Light that is kept in volumes: what cells learn of paths' points, and what is seen of it.
+
+use std::fmt;
+
+use lumivox_shaders::{Kernel, layout};
+
+use super::{FramePass, Use, dispatch};
+use crate::live::images::{FilmImages, Image};
+use crate::recording::{Payload, Recording, ResourceId, Step};
+use crate::scene_cache::SceneCache;
+
+/// Tiers of cells: as `LAST_TIER` of `light_cells.wgsl` has it.
+const TIERS: u32 = 5;
+
+/// Invocations in a row of a dispatch over points: there may be more than workgroups along an axis.
+const POINTS_IN_A_ROW: u32 = 1 << 15;
+
+/// And of one over cells: as `ROW` of `light_gather.wgsl` has it.
+const CELLS_IN_A_ROW: u32 = 1 << 15;
+
+/// What kept light lies in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LightResources {
+    /// The cells.
+    pub cells: ResourceId,
+    /// A frame's points.
+    pub points: ResourceId,
+}
+
+/// Cells learn of the points that a frame's paths have left.
+#[derive(Clone, Copy, Debug)]
+pub struct LightCellsPass {
+    /// The cells and the points.
+    pub resources: LightResources,
+    /// What holds for all of it.
+    pub params: layout::LightParams,
+    /// Whether they are the first points of a frame, and the last. There may be more than there is room for at once.
+    pub is_first: bool,
+    #[expect(missing_docs, reason = "as above")]
+    pub is_last: bool,
+}
+
+impl FramePass for LightCellsPass {
+    fn name(&self) -> &'static str {
+        "light cells"
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        vec![]
+    }
+
+    fn record(&self, recording: &mut Recording) {
+        let LightResources { cells, points } = self.resources;
+        let slots = [self.params.slots, 1];
+        if self.is_first {
+            dispatch(Kernel::LightBegin, &self.params, vec![cells], slots, recording);
+        }
+        let rows = layout::LightParams { tier: POINTS_IN_A_ROW, ..self.params };
+        let size = [POINTS_IN_A_ROW, self.params.points.div_ceil(POINTS_IN_A_ROW)];
+        dispatch(Kernel::LightInsert, &rows, vec![cells, points], size, recording);
+        let of_slots = 8 * self.params.slots;
+        let size = [CELLS_IN_A_ROW.min(of_slots), of_slots.div_ceil(CELLS_IN_A_ROW)];
+        dispatch(Kernel::LightGather, &self.params, vec![cells, points], size, recording);
+        for tier in (0..TIERS).rev().filter(|_| self.is_last) {
+            let params = layout::LightParams { tier, ..self.params };
+            dispatch(Kernel::LightResolve, &params, vec![cells], slots, recording);
+        }
+    }
+}
+
+/// Records that no point is there.
+pub(super) fn forget_points(points: ResourceId, recording: &mut Recording) {
+    recording.push(Step::WriteBuffer { id: points, offset: 0, data: Payload::copy_of(&[0u32; 8]) });
+}
+
+/// A picture from the light that is kept.
+#[derive(Clone)]
+pub struct LightPicturePass<'a> {
+    /// What is seen.
+    pub scene: &'a SceneCache,
+    /// Its light.
+    pub cells: ResourceId,
+    /// Rays end where those of this film do.
+    pub film: FilmImages,
+    /// What comes out: planes of `(light, alpha)` and `(0, end of the ray, 1, depth)`.
+    pub picture: Image,
+    /// From where, and how.
+    pub frame: layout::Frame,
+}
+
+impl fmt::Debug for LightPicturePass<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // A scene is long.
+        let Self { cells, film, picture, frame, .. } = self;
+        let mut this = f.debug_struct("LightPicturePass");
+        this.field("cells", cells).field("film", film).field("picture", picture).field("frame", frame);
+        this.finish_non_exhaustive()
+    }
+}
+
+impl FramePass for LightPicturePass<'_> {
+    fn name(&self) -> &'static str {
+        "light picture"
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        vec![Use::read(self.film.ray_limits()), Use::make(self.picture)]
+    }
+
+    fn record(&self, recording: &mut Recording) {
+        let kernel = Kernel::LightMarch(self.scene.variant(false, true).of_media());
+        let mut resources = self.scene.media_resources();
+        resources.extend([self.cells, self.film.buffer, self.picture.buffer]);
+        resources.extend(self.scene.pools());
+        dispatch(kernel, &self.frame, resources, self.picture.size, recording);
+    }
+}

@@ -1,0 +1,190 @@
+// A picture from the light that is kept in volumes: rays are marched, and what the medium sends on is looked up.
+//
+// Through one volume in small steps, which has no noise. Where there are several, that may overlap: by a few first
+// collisions of a pixel, which any number of volumes has.
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<storage, read> instances: array<Instance>;
+@group(0) @binding(2) var<storage, read> tables: array<vec2u>;
+@group(0) @binding(3) var<storage, read> grids: array<Cell>;
+@group(0) @binding(4) var linear_sampler: sampler;
+@group(0) @binding(5) var<storage, read> light_cells: array<u32>;
+// Of which it is asked where rays end.
+@group(0) @binding(6) var<storage, read> film: array<vec4f>;
+// As the denoiser's pixels: (light, alpha), (0, end of the ray, 1, depth).
+@group(0) @binding(7) var<storage, read_write> picture: array<vec4f>;
+
+// Steps through a voxel: so many at least, so many at most, and in between as many as let none be deeper than this. Where
+// matter is dense, light changes within a fraction of a voxel.
+const FEWEST_STEPS: f32 = 2.0;
+const MOST_STEPS: f32 = 8.0;
+const DEEPEST_STEP: f32 = 0.5;
+// What lets less than this pass lets nothing pass.
+const OPAQUE: f32 = 0.004;
+// What is less of a pixel is not looked up.
+const INVISIBLE: f32 = 0.002;
+// Of a voxel, what is looked up together: light takes many times as long as density.
+const LOOKED_UP_AT_ONCE: f32 = 0.25;
+
+fn light_slots() -> u32 {
+    return frame.light_slots;
+}
+
+fn take_turn() -> bool {
+    return true;
+}
+
+struct Seen {
+    light: vec3f,
+    alpha: f32,
+    // Times alpha.
+    depth: f32,
+}
+
+// What is sent on towards the eye at a point of a volume that was read.
+fn sent_light(v: u32, position: vec3f, direction: vec3f, reading: Reading) -> vec3f {
+    let event = event_at(v, optics_at(v, position, reading, false), reading, -direction);
+    let depth = dot(position - frame.camera_position, frame.view_axis);
+    let size = frame.pixel_size * select(depth, 1.0, frame.orthographic != 0u);
+    let tier = tier_of_footprint(size * length(voxel_direction(v, frame.view_axis)));
+    let kept = light_at(v, voxel_from_world(v, position), tier);
+    return event.albedo * (event.phase + event_diffuse(event)) * kept.ratio
+        + (event.albedo * (event.specular - event.white) + event.white) * kept.mirror;
+}
+
+// Along a ray through one volume.
+fn see_volume(v: u32, origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function, Rng>) -> Seen {
+    var seen = Seen();
+    var m = march_begin(v, origin, direction, t_max);
+    // Along the ray.
+    let voxels = length(m.direction);
+    var transmitted = 1.0;
+    // What was not looked up yet: how much of the pixel it is, where and of what value in the mean, and what was read where that
+    // is most.
+    var shares = 0.0;
+    var t_shares = 0.0;
+    var texels = 0.0;
+    var most = 0.0;
+    var read = Reading();
+    var together = 0.0;
+    while (m.t < m.t_end && transmitted > OPAQUE) {
+        let cell = grids[m.index];
+        if (cell_is_far_from_any(cell)) {
+            march_through_nothing(&m, f32(cell_empty_distance(cell) - 1u));
+            continue;
+        }
+        let t_exit = min(min(m.t_next.x, m.t_next.y), min(m.t_next.z, m.t_end));
+        let length = t_exit - m.t;
+        if (cell_majorant(cell) > 0.0 && length > 0.0) {
+            let of_depth = cell_majorant(cell) * m.scale / (DEEPEST_STEP * max(voxels, 1e-20));
+            let of_voxel = clamp(of_depth, FEWEST_STEPS, MOST_STEPS);
+            let steps = min(ceil(length * voxels * of_voxel), 256.0);
+            let h = length / steps;
+            let at_once = max(floor(LOOKED_UP_AT_ONCE / (h * voxels)), 1.0);
+            for (var i = 0.0; i < steps && transmitted > OPAQUE; i += 1.0) {
+                let t = m.t + (i + 0.5) * h;
+                let p = m.origin + t * m.direction;
+                let texel = sample_in_cell(v, p, cell);
+                var sigma_t = most_opacity(v, texel) * m.scale;
+                var reading = Reading();
+                if (sigma_t > 0.0) {
+                    reading = read_medium(v, p, cell, texel, rng);
+                    if (CLASSES) {
+                        sigma_t = opacity(v, reading) * m.scale;
+                    }
+                }
+                let share = transmitted * (1.0 - exp(-sigma_t * h));
+                transmitted -= share;
+                shares += share;
+                t_shares += share * t;
+                texels += share * texel;
+                if (share > most) {
+                    most = share;
+                    read = reading;
+                }
+                together += 1.0;
+                if (shares > INVISIBLE && (together >= at_once || transmitted <= OPAQUE)) {
+                    read.texel = texels / shares;
+                    let position = origin + (m.t_enter + t_shares / shares) * direction;
+                    seen.light += shares * sent_light(v, position, direction, read);
+                    seen.depth += shares * dot(position - frame.camera_position, frame.view_axis);
+                    shares = 0.0;
+                    t_shares = 0.0;
+                    texels = 0.0;
+                    most = 0.0;
+                    together = 0.0;
+                }
+            }
+        }
+        m.t = max(m.t, t_exit);
+        if (m.t_next.x <= m.t_next.y && m.t_next.x <= m.t_next.z) {
+            m.index += m.step.x;
+            m.t_next.x += m.t_delta.x;
+        } else if (m.t_next.y <= m.t_next.z) {
+            m.index += m.step.y;
+            m.t_next.y += m.t_delta.y;
+        } else {
+            m.index += m.step.z;
+            m.t_next.z += m.t_delta.z;
+        }
+    }
+    if (shares > 0.0) {
+        read.texel = texels / shares;
+        let position = origin + (m.t_enter + t_shares / shares) * direction;
+        seen.light += shares * sent_light(v, position, direction, read);
+        seen.depth += shares * dot(position - frame.camera_position, frame.view_axis);
+    }
+    seen.alpha = 1.0 - transmitted;
+    if (transmitted <= OPAQUE) {
+        // What is left is as what was seen.
+        let whole = 1.0 / max(seen.alpha, 1e-6);
+        seen = Seen(whole * seen.light, 1.0, whole * seen.depth);
+    }
+    return seen;
+}
+
+// By first collisions, as many as the frame has samples.
+fn see_volumes(pixel: vec2u, t_end: f32) -> Seen {
+    var seen = Seen();
+    for (var i = 0u; i < frame.samples; i++) {
+        var rng = rng_new(pixel, i, frame.seed);
+        let ray = camera_ray(pixel, rng_next2(&rng));
+        var t_max = 1e30;
+        if (t_end > 0.0) {
+            t_max = t_end / dot(ray.direction, frame.view_axis);
+        }
+        let hit = next_collision(ray.origin, ray.direction, t_max, &rng);
+        if (hit.kind == IN_VOLUME) {
+            let position = ray.origin + hit.t * ray.direction;
+            seen.light += sent_light(hit.volume, position, ray.direction, hit.reading);
+            seen.depth += dot(position - frame.camera_position, frame.view_axis);
+            seen.alpha += 1.0;
+        }
+    }
+    let inverse = 1.0 / f32(frame.samples);
+    return Seen(inverse * seen.light, inverse * seen.alpha, inverse * seen.depth);
+}
+
+@compute @workgroup_size(WORKGROUP_X, WORKGROUP_Y)
+fn light_march(@builtin(global_invocation_id) id: vec3u) {
+    if (any(id.xy >= frame.film_size)) {
+        return;
+    }
+    let plane = frame.film_size.x * frame.film_size.y;
+    let index = id.y * frame.film_size.x + id.x;
+    let end = film[ray_limit_entry(plane, index)][index % 4u];
+    var seen: Seen;
+    if (frame.volume_count == 1u) {
+        let ray = camera_ray(id.xy, vec2f(0.5));
+        var rng = rng_new(id.xy, 0u, frame.seed);
+        var t_max = 1e30;
+        if (end > 0.0) {
+            t_max = end / dot(ray.direction, frame.view_axis);
+        }
+        seen = see_volume(0u, ray.origin, ray.direction, t_max, &rng);
+    } else {
+        seen = see_volumes(id.xy, end);
+    }
+    picture[index] = vec4f(seen.light / frame.light_scale, seen.alpha);
+    picture[plane + index] = vec4f(0.0, end, 1.0, seen.depth / max(seen.alpha, 1e-6));
+}

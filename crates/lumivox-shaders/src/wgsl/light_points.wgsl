@@ -1,0 +1,128 @@
+// What paths leave behind for the light that is kept (`light_cells.wgsl`): of each that collides a point, with the light that
+// the matter there sends on to who sees it. Expects `frame` and `instances`.
+//
+// Light that is sent on diffusely, by the phase function or by a surface, is told apart from what a surface mirrors: the one is
+// nearly the same for all who look, the other is not. Of that it is told what arrives, weighted by the mirror lobe.
+
+struct LightPoints {
+    // As many as were left; those there was no room for are among them.
+    count: atomic<u32>,
+    padding: array<u32, 7>,
+    // Two entries each: (place, light sent on diffusely, its colour), (what arrives for the mirror lobe or NO_MIRROR, the next
+    // point of three lists).
+    records: array<vec4u>,
+}
+
+@group(0) @binding(POINTS_BINDING) var<storage, read_write> points: LightPoints;
+
+struct PathPoint {
+    place: vec2u,
+    color: u32,
+    // Of light from the way on, what is sent on diffusely, and how much the mirror lobe makes of it.
+    diffuse_share: u32,
+    mirror_share: u32,
+    diffuse: vec3f,
+    mirror: vec3f,
+}
+
+// Of a path that has met nothing that light is kept of.
+const NOWHERE: vec2u = vec2u(0xffffffffu);
+
+fn point_none() -> PathPoint {
+    var point = PathPoint();
+    point.place = NOWHERE;
+    return point;
+}
+
+// Of all that is sent on from a direction: x the density of what is diffuse, y that of the mirror lobe by itself.
+fn lobes_of(event: Event, direction: vec3f) -> vec2f {
+    let phase = henyey_greenstein(dot(event.onward, direction), event.anisotropy);
+    if (SURFACE && event.phase < 1.0) {
+        let cosine = max(dot(event.normal, direction), 0.0);
+        let diffuse = event.phase * phase + event_diffuse(event) * cosine / PI;
+        return vec2f(diffuse, henyey_greenstein(dot(event.mirror, direction), event.lobe_anisotropy));
+    }
+    return vec2f(phase, 0.0);
+}
+
+// What mirrors, and in which colour.
+fn mirror_tint(event: Event) -> vec3f {
+    return event.albedo * (event.specular - event.white) + event.white;
+}
+
+struct LightShares {
+    diffuse: vec3f,
+    mirror: vec3f,
+}
+
+fn light_shares(event: Event, direction: vec3f) -> LightShares {
+    let lobes = lobes_of(event, direction);
+    let diffuse = event.albedo * lobes.x;
+    let all = max(diffuse + mirror_tint(event) * lobes.y, vec3f(1e-20));
+    return LightShares(diffuse / all, vec3f(lobes.y) / all);
+}
+
+fn point_begin(path: ptr<function, Path>, v: u32, position: vec3f, depth: f32, event: Event) {
+    let voxel = clamp(voxel_from_world(v, position), vec3f(0.0), instances[v].dims - 1.0);
+    let size = frame.pixel_size * select(depth, 1.0, frame.orthographic != 0u);
+    let tier = tier_of_footprint(size * length(voxel_direction(v, frame.view_axis)));
+    if (v < MOST_LIT_VOLUMES) {
+        (*path).point.place = place_of(vec3u(voxel * CELLS_PER_VOXEL), v, tier);
+    }
+    (*path).point.color = pack_rgb(event.albedo * (event.phase + event_diffuse(event)));
+    if (!SURFACE || event.phase >= 1.0) {
+        (*path).point.mirror = vec3f(-1.0);
+    }
+}
+
+fn point_sent(path: ptr<function, Path>, event: Event, direction: vec3f, light: vec3f) {
+    let shares = light_shares(event, direction);
+    (*path).point.diffuse += shares.diffuse * light;
+    if ((*path).point.mirror.x >= 0.0) {
+        (*path).point.mirror += shares.mirror * light;
+    }
+}
+
+fn point_onward(path: ptr<function, Path>, event: Event, direction: vec3f) {
+    let shares = light_shares(event, direction);
+    (*path).point.diffuse_share = pack_rgb(shares.diffuse);
+    (*path).point.mirror_share = pack_rgb(shares.mirror);
+}
+
+fn point_later(path: ptr<function, Path>, light: vec3f) {
+    (*path).point.diffuse += unpack_rgb((*path).point.diffuse_share) * light;
+    if ((*path).point.mirror.x >= 0.0) {
+        (*path).point.mirror += unpack_rgb((*path).point.mirror_share) * light;
+    }
+}
+
+fn point_end(point: PathPoint, rng: Rng) {
+    // By a part of the path's key, which says nothing of where it went.
+    if (all(point.place == NOWHERE) || f32(rng.key.y >> 8u) * 0x1p-24f >= frame.point_share) {
+        return;
+    }
+    let index = atomicAdd(&points.count, 1u);
+    if (2u * index + 1u >= arrayLength(&points.records)) {
+        return;
+    }
+    var mirror = NO_MIRROR;
+    if (point.mirror.x >= 0.0) {
+        mirror = pack_rgb(point.mirror * frame.light_scale);
+    }
+    points.records[2u * index] = vec4u(point.place, pack_rgb(point.diffuse * frame.light_scale), point.color);
+    points.records[2u * index + 1u] = vec4u(mirror, 0u, 0u, 0u);
+}
+
+// The point as it is put aside with its path.
+fn point_words(point: PathPoint, row: u32) -> vec4u {
+    switch row {
+        case 0u: { return vec4u(point.place, point.color, point.diffuse_share); }
+        case 1u: { return vec4u(bitcast<vec3u>(point.diffuse), point.mirror_share); }
+        default: { return vec4u(bitcast<vec3u>(point.mirror), 0u); }
+    }
+}
+
+fn point_of_words(first: vec4u, second: vec4u, third: vec4u) -> PathPoint {
+    return PathPoint(
+        first.xy, first.z, first.w, second.w, bitcast<vec3f>(second.xyz), bitcast<vec3f>(third.xyz));
+}
