@@ -89,6 +89,7 @@ impl Motion {
 
 /// A scan in a look, and where it is looked at from.
 pub struct Set {
+    name: String,
     scene: Scene,
     orbit: Orbit,
     aspect: f64,
@@ -105,14 +106,20 @@ pub struct Moment {
 
 impl Set {
     /// Framed from the front, a little to the left.
-    pub fn new(volume: &Arc<Volume>, look: Preset, aspect: f64) -> Self {
+    pub fn new(body: Body, volume: &Arc<Volume>, look: Preset, aspect: f64) -> Self {
+        let name = format!("{}-{}", body.name(), look.name());
         let scene = Scene::with_volume(volume.clone(), look.medium(volume));
         let orbit = framing::frame(&scene, AZIMUTH.to_radians(), ELEVATION, FOV, aspect);
         let seen = framing::visible_box(volume, &scene.volumes[0].medium);
         let dims = DVec3::from_array(volume.dims().map(|n| n as f64));
         let corners = seen.map(|corner| volume.patient_from_voxel().transform_point3(corner * dims - 0.5));
         let seen_mm = [corners[0].min(corners[1]), corners[0].max(corners[1])];
-        Self { scene, orbit, aspect, seen_mm }
+        Self { name, scene, orbit, aspect, seen_mm }
+    }
+
+    /// As files have it.
+    pub fn name(&self, motion: Motion) -> String {
+        format!("{}-{}", self.name, motion.name())
     }
 
     /// So many seconds after the beginning.

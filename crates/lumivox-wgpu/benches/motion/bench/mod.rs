@@ -62,7 +62,7 @@ pub fn run(words: impl IntoIterator<Item = String>, log: &mut dyn Write) -> Resu
         let mut looks: Vec<Preset> = films.iter().filter(|film| film.0 == body).map(|film| film.1).collect();
         looks.dedup();
         for look in looks {
-            let set = Set::new(&volume, look, f64::from(size[0]) / f64::from(size[1]));
+            let set = Set::new(body, &volume, look, f64::from(size[0]) / f64::from(size[1]));
             let budgets = bench.budgets(&set)?;
             log.say(&format!("{} {}: {}", body.name(), look.name(), bench.report.budgets(&budgets)))?;
             let mut floor = None;
@@ -108,6 +108,7 @@ struct Bench {
 
 /// A film and the converged pictures of it.
 struct Reel {
+    name: String,
     moments: Vec<Moment>,
     cut: Moment,
     converged: BTreeMap<usize, ConvergedLater>,
@@ -185,16 +186,38 @@ impl Bench {
         wanted.dedup();
         let mut converged = BTreeMap::new();
         for frame in wanted {
-            let picture = self.host.converge(&moments[frame], samples, SEED)?;
+            let name = format!("{}-{}", set.name(motion), frame);
+            let picture = self.converge(&name, &moments[frame], samples, SEED)?;
             converged.insert(frame, self.converged(picture, self.uncovered(&moments, frame)));
         }
         let converged_cut = if motion == Motion::Orbit {
-            let picture = self.host.converge(&cut, samples, SEED)?;
+            let picture =
+                self.converge(&format!("{}-cut-{length}", set.name(motion)), &cut, samples, SEED)?;
             self.converged(picture, vec![false; self.host.pixels() as usize])
         } else {
             converged[&back].clone()
         };
-        Ok(Reel { moments, cut, converged, converged_cut })
+        let name = set.name(motion);
+        Ok(Reel { name, moments, cut, converged, converged_cut })
+    }
+
+    /// A converged picture, made or found where such are kept.
+    fn converge(&mut self, name: &str, moment: &Moment, samples: u32, seed: u32) -> Result<Picture, String> {
+        let Some(folder) = self.options.converged.clone() else {
+            return self.host.converge(moment, samples, seed);
+        };
+        let Options { size: [width, height], voxels, .. } = self.options;
+        let path = folder.join(format!("{name}-{width}x{height}-{voxels}-{samples}-{seed:x}.rgba32f"));
+        let told = |error: std::io::Error| format!("{}: {error}", path.display());
+        if let Ok(bytes) = std::fs::read(&path)
+            && bytes.len() as u64 == 16 * self.host.pixels()
+        {
+            return Ok(bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect());
+        }
+        let picture = self.host.converge(moment, samples, seed)?;
+        std::fs::create_dir_all(&folder).map_err(told)?;
+        std::fs::write(&path, bytemuck::cast_slice(&picture)).map_err(told)?;
+        Ok(picture)
     }
 
     fn converged(&self, picture: Picture, uncovered: Vec<bool>) -> ConvergedLater {
@@ -225,7 +248,8 @@ impl Bench {
     /// How far two converged pictures of other seeds differ: no picture gets below that.
     fn floor(&mut self, reel: &Reel) -> Result<Option<f64>, String> {
         let Some(last) = reel.moments.last() else { return Ok(None) };
-        let picture = self.host.converge(last, self.options.samples, OTHER_SEED)?;
+        let name = format!("{}-{}", reel.name, reel.moments.len() - 1);
+        let picture = self.converge(&name, last, self.options.samples, OTHER_SEED)?;
         let converged = &reel.converged[&(reel.moments.len() - 1)];
         Ok(converged.judge(&picture, None, 0).flip)
     }
@@ -244,7 +268,10 @@ impl Bench {
             strips.join(format!("{}.png", run.name()))
         });
         let host = &mut self.host;
-        let settings = host.settings().with(|it| it.denoise = run.variant == Variant::Denoised);
+        let settings = host.settings().with(|it| {
+            it.denoise = run.variant == Variant::Denoised;
+            it.kept_light = run.variant == Variant::Kept;
+        });
         let length = reel.moments.len();
         host.draw_meshes(&reel.moments[0])?;
         let mut prelude = Showing::new(host, &reel.moments[0], settings, true)?;

@@ -17,7 +17,7 @@ motion OUT [--quick] [OPTION=VALUE ...]: how good the picture is while things mo
   film=orbit,function,light,mesh,plane
   budget=8,2,.7           milliseconds of the GPU's time for a frame of the view
   spend=2.4,.25,.06       samples a pixel and frame, in place of a time: the same pictures on any GPU
-  variant=raw,denoised    settings of the live view
+  variant=raw,denoised,kept  settings of the live view: as it is traced, with the denoiser, with light kept in the volumes
   size=1920x1080          pixels
   voxels=384              along a side of the scans
   length=60               frames of a film, which lasts a second at 60
@@ -26,6 +26,7 @@ motion OUT [--quick] [OPTION=VALUE ...]: how good the picture is while things mo
   after=16                frames after the cut, which ends the film
   samples=512             of a converged picture
   tone=plain              plain, agx or aces: how light is shown
+  converged=DIR           a folder that keeps converged pictures: those that are there are not made again
   strip=480               pixels along a side of the pictures in OUT/strips; 0 makes none
 
 LUMIVOX_GPU chooses a device by a part of its name.";
@@ -37,16 +38,19 @@ pub enum Variant {
     Raw,
     /// With the denoiser.
     Denoised,
+    /// With light that is kept in the volumes.
+    Kept,
 }
 
 impl Variant {
-    const ALL: [Self; 2] = [Self::Raw, Self::Denoised];
+    const ALL: [Self; 3] = [Self::Raw, Self::Denoised, Self::Kept];
 
     /// As options and tables have it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Raw => "raw",
             Self::Denoised => "denoised",
+            Self::Kept => "kept",
         }
     }
 }
@@ -89,6 +93,8 @@ pub struct Options {
     pub samples: u32,
     pub tone: ToneMap,
     pub strip: usize,
+    /// Where converged pictures are kept.
+    pub converged: Option<PathBuf>,
 }
 
 const LOOKS: [Preset; 3] = [Preset::CtSkin, Preset::CtMuscle, Preset::CtBone];
@@ -121,6 +127,7 @@ impl Options {
             samples: 512,
             tone: ToneMap::Plain,
             strip: 480,
+            converged: None,
         };
         for word in words {
             let Some((name, value)) = word.split_once('=') else {
@@ -160,6 +167,7 @@ impl Options {
                     let tones = [ToneMap::Plain, ToneMap::Agx, ToneMap::Aces];
                     options.tone = one(&word, named(&word, value, &tones, tone_name)?)?;
                 }
+                "converged" => options.converged = Some(PathBuf::from(value)),
                 "strip" => options.strip = number(&word, value, 0, 4096)?,
                 _ => return Err(format!("'{word}' is no option; --help lists them")),
             }
