@@ -14,7 +14,8 @@
 //!   could leave the grid, if its numbers are numbers: `march_begin` makes a walk empty that has others.
 //! - Tentative collisions (`next_collision`, `transmittance`) move along the ray by more than its rounding.
 //! - Marches through kept light (`light_march`) pass a face of the grid each turn, too, and take 256 steps between two at most.
-//!   A slot of it is looked for in one bucket (`light_cells`); of a list of points so many are looked at.
+//!   A slot of it is looked for in one bucket (`light_cells`), and taken by whoever exchanges its key: who fails has another's
+//!   before them. Of a list of points so many are looked at.
 //! - The search for volumes asks each of a list once, or goes down a tree that the host has built, each branch once.
 //! - Every event of a path adds to its bounces, of which a medium allows a thousand at most; a path that is lost at no
 //!   number meets no volume, and ends. A sample ends with its path, and the host says how many samples there are.

@@ -108,7 +108,8 @@ impl LiveView {
             let farthest = cache.farthest(camera);
             frame.push(HostDepthPass { depth, farthest, films, restarts: self.restarts, is_asked: true });
             self.awaited += 1;
-            if let Some((film, restarts)) = self.kept_light.as_ref().and_then(KeptLight::host_depth) {
+            let light = self.kept_light.as_ref().filter(|_| paths > 0);
+            if let Some((film, restarts)) = light.and_then(KeptLight::host_depth) {
                 frame.push(HostDepthPass { depth, farthest, films: vec![film], restarts, is_asked: false });
             }
         }

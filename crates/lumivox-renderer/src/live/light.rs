@@ -62,6 +62,10 @@ const REMEMBERED_OF_ANOTHER_SCENE: f32 = 8.0;
 const KEPT_WHILE_SETTLING: f32 = 0.85;
 const SETTLING: u32 = 24;
 
+/// Frames after which the film of points is emptied where paths are put aside: of those some may starve, that nobody helps, and their
+/// pixels leave no points any more.
+const STARVED_FOR: u32 = 256;
+
 /// First collisions of a pixel, where there are several volumes.
 const COLLISIONS: u32 = 8;
 
@@ -157,7 +161,9 @@ impl KeptLight {
         let wanted = (paths / u64::from(samples)).clamp(64, pixels(self.size).max(64)) as f64;
         let has = self.film.as_ref().map_or(0.0, |film| pixels(film.size) as f64);
         if (0.8..=1.25).contains(&(wanted / has.max(1.0))) {
-            return Ok(None);
+            let is_old = self.frame % STARVED_FOR == STARVED_FOR - 1;
+            let starves = |film: &LiveFilm| film.unfinished.puts_aside() && is_old;
+            return Ok(self.film.as_mut().filter(|film| starves(film)).map(|film| film.clear(Grain::Points)));
         }
         let [width, height] = self.size.map(f64::from);
         let scale = (wanted / (width * height)).sqrt();

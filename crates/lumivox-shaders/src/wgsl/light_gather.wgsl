@@ -6,9 +6,6 @@
 // Of so many that fell into a cell in a frame the first are enough.
 const MOST_LOOKED_AT: u32 = 256u;
 
-// Invocations in a row of a dispatch: there are more than workgroups along an axis.
-const ROW: u32 = 32768u;
-
 fn chances(slot: u32, what: u32) -> vec3f {
     return vec3f(pcg4d(vec4u(slot, what, params.frame, 0u)).xyz >> vec3u(8u)) * 0x1p-24f;
 }

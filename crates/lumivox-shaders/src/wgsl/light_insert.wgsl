@@ -44,7 +44,7 @@ fn find_or_take(place: vec2u) -> u32 {
 
 @compute @workgroup_size(64)
 fn light_insert(@builtin(global_invocation_id) id: vec3u) {
-    let index = id.y * params.tier + id.x;
+    let index = id.y * ROW + id.x;
     if (index >= min(points[0].x, params.points)) {
         return;
     }

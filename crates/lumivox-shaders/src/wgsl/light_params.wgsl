@@ -7,7 +7,7 @@ struct LightParams {
     frame: u32,
     // Points there is room for.
     points: u32,
-    // Whose blocks are read anew.
+    // Whose blocks `light_resolve` is for.
     tier: u32,
     // The part that is kept of what was learnt before this frame.
     kept: f32,
@@ -22,5 +22,8 @@ struct LightParams {
     padding_x: u32,
     padding_y: u32,
 }
+
+// Invocations in a row of dispatches over points and cells: there are more of them than workgroups along an axis.
+const ROW: u32 = 32768u;
 
 @group(0) @binding(0) var<uniform> params: LightParams;

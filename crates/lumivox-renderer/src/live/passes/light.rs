@@ -12,11 +12,11 @@ use crate::scene_cache::SceneCache;
 /// Tiers of cells: as `LAST_TIER` of `light_cells.wgsl` has it.
 const TIERS: u32 = 5;
 
-/// Invocations in a row of a dispatch over points: there may be more than workgroups along an axis.
-const POINTS_IN_A_ROW: u32 = 1 << 15;
+/// Cells of a block.
+const CELLS: u32 = 8;
 
-/// And of one over cells: as `ROW` of `light_gather.wgsl` has it.
-const CELLS_IN_A_ROW: u32 = 1 << 15;
+/// Invocations in a row of dispatches over points and cells: as `ROW` of `light_params.wgsl` has it.
+const ROW: u32 = 1 << 15;
 
 /// What kept light lies in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,12 +55,12 @@ impl FramePass for LightCellsPass {
         if self.is_first {
             dispatch(Kernel::LightBegin, &self.params, vec![cells], slots, recording);
         }
-        let rows = layout::LightParams { tier: POINTS_IN_A_ROW, ..self.params };
-        let size = [POINTS_IN_A_ROW, self.params.points.div_ceil(POINTS_IN_A_ROW)];
-        dispatch(Kernel::LightInsert, &rows, vec![cells, points], size, recording);
-        let of_slots = 8 * self.params.slots;
-        let size = [CELLS_IN_A_ROW.min(of_slots), of_slots.div_ceil(CELLS_IN_A_ROW)];
-        dispatch(Kernel::LightGather, &self.params, vec![cells, points], size, recording);
+        for (kernel, count) in
+            [(Kernel::LightInsert, self.params.points), (Kernel::LightGather, CELLS * self.params.slots)]
+        {
+            let size = [ROW.min(count), count.div_ceil(ROW)];
+            dispatch(kernel, &self.params, vec![cells, points], size, recording);
+        }
         for tier in (0..TIERS).rev().filter(|_| self.is_last) {
             let params = layout::LightParams { tier, ..self.params };
             dispatch(Kernel::LightResolve, &params, vec![cells], slots, recording);
