@@ -13,6 +13,7 @@ use lumivox_renderer::{
     Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View, ViewKind,
     ViewSettings, VoxelStore, prepare_volume,
 };
+use lumivox_shaders::PathTraceVariant;
 
 use crate::scenes::{self, *};
 
@@ -381,8 +382,9 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         for view in live.into_iter().chain([ViewKind::Still { guides: true }]) {
             let mut wanted = more.kernels(view, LIMITS);
             if matches!(view, ViewKind::Live { .. }) {
+                let can_be_shared = |v: &PathTraceVariant| !v.guides && !v.points;
                 let is_alone =
-                    |kernel: &Kernel| matches!(kernel, Kernel::PathTrace(v) if !v.shared && !v.guides);
+                    |kernel: &Kernel| matches!(kernel, Kernel::PathTrace(v) if !v.shared && can_be_shared(v));
                 wanted.retain(|kernel| !is_alone(kernel));
             }
             let made = features.kernels(view, few);
