@@ -197,7 +197,7 @@ impl LiveView {
         match (&self.kept_light, change) {
             (None, _) => 0,
             (_, Change::Much) => budget,
-            _ if self.schedule.complete() < LEARNS_UNTIL => budget / 2,
+            _ if !self.schedule.is_done() && self.schedule.complete() < LEARNS_UNTIL => budget / 2,
             _ => 0,
         }
     }
@@ -208,7 +208,8 @@ impl LiveView {
             return;
         }
         let Some(light) = &mut self.kept_light else { return };
-        if change != Change::None || !self.schedule.is_done() {
+        // Or light has learnt, which it knows.
+        if change != Change::None {
             light.look_again();
         }
         if let Some(pass) = light.look(&self.fine, &frame.paths, frame.cache) {
@@ -442,7 +443,8 @@ impl LiveView {
             Some(_) => self.schedule.is_covered(),
             None => self.schedule.shows_fine(),
         };
-        if !settings.denoise && !(kept_light.is_some() && shows_fine) {
+        let is_denoised = settings.denoise || kept_light.is_some() && shows_fine;
+        if !is_denoised {
             self.fine.drop_denoised(&mut frame.gone);
         } else if shows_fine && let Some(pass) = self.fine.denoise(Grain::Fine, 1, kept_light, recording) {
             frame.push(pass);

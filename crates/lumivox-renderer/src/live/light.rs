@@ -105,7 +105,7 @@ impl KeptLight {
         recording: &mut Recording,
     ) -> Result<Self, RenderError> {
         let limit = cache.limits().max_storage_binding;
-        let affordable = (limit.saturating_sub(HEADER_WORDS) / BLOCK_WORDS) as f64;
+        let affordable = ((limit / 4).saturating_sub(HEADER_WORDS) / BLOCK_WORDS) as f64;
         let blocks = cache.voxel_bytes() as f64 * OF_VOXELS / (BLOCK_WORDS * 4) as f64;
         let slots = blocks.clamp(FEWEST_BLOCKS, MOST_BLOCKS).min(affordable) as u32 / BUCKET * BUCKET;
         let capacity = (pixels(size) / 2).clamp(1 << 17, MOST_POINTS) as u32;

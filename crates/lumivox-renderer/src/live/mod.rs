@@ -265,7 +265,8 @@ impl LiveView {
     /// The light that is kept, while it is shown.
     fn shown_light(&self) -> Option<&KeptLight> {
         // Not where the image before has its place, which is better.
-        let is_wanted = !self.schedule.is_held() && self.schedule.complete() < KEPT_LIGHT_UNTIL;
+        let is_wanted = !self.schedule.is_held() && !self.schedule.is_done();
+        let is_wanted = is_wanted && self.schedule.complete() < KEPT_LIGHT_UNTIL;
         self.kept_light.as_ref().filter(|light| is_wanted && light.is_filled())
     }
 

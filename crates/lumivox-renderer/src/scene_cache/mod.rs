@@ -300,7 +300,7 @@ impl SceneCache {
         self.traced = placed.len();
         let shape = |p: &Placed<'_>| {
             let grid = &self.acquired(&p.source()).bricks.grid;
-            (Arc::as_ptr(&p.instance.volume).addr(), grid.dims.map(|n| n as u32))
+            (Arc::as_ptr(&p.instance.volume).addr(), grid.dims)
         };
         let shapes = placed.iter().map(shape).collect();
         if self.shapes.0 != shapes {
