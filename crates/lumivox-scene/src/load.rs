@@ -22,6 +22,7 @@ pub const ANOTHER_SCAN: &str = "this is not the scan that the scene was saved wi
 /// # Errors
 /// A file that is missing or no scan, and what no option can be.
 pub fn load(
+    index: usize,
     scan: &Scan,
     folder: &Path,
     opening: &Opening,
@@ -35,16 +36,16 @@ pub fn load(
     let mut imported = audience.watch(|progress| lumivox_import::load(&files, &options, progress, cancel))?;
     if opening.identify || scan.content.is_some() {
         imported.volume = identified(imported.volume);
-        say_if_another(scan, &imported.volume, audience);
+        say_if_another(index, scan, &imported.volume, audience);
     }
     Ok(imported)
 }
 
 /// Says where a volume is another scan than the one that a document was saved with.
-pub fn say_if_another(scan: &Scan, volume: &Volume, audience: &impl Audience) {
+pub fn say_if_another(index: usize, scan: &Scan, volume: &Volume, audience: &impl Audience) {
     if is_another(scan, volume) {
         let file = scan.files.first().map_or_else(String::new, |file| format!("{}: ", file.display()));
-        audience.note(Note { is_another: true, ..Note::new(file + ANOTHER_SCAN) });
+        audience.note(Note { another: Some(index), ..Note::new(file + ANOTHER_SCAN) });
     }
 }
 

@@ -3,6 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use lumivox_core::Progress;
+use lumivox_core::document::Written;
 
 /// Something worth telling about a scan.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,8 +12,9 @@ pub struct Note {
     pub text: String,
     /// What would change it, which each host has its own words for.
     pub remedy: Option<Remedy>,
-    /// Whether it says that a scan is [another](crate::is_another) than the one that the scene was saved with.
-    pub is_another: bool,
+    /// Where it says that a scan is [another](crate::is_another) than the one that the scene was saved with: whose, by the
+    /// number of the document's volume.
+    pub another: Option<usize>,
 }
 
 /// What would change what a note tells.
@@ -30,7 +32,7 @@ pub enum Remedy {
 impl Note {
     /// A sentence.
     pub fn new(text: impl Into<String>) -> Self {
-        Self { text: text.into(), remedy: None, is_another: false }
+        Self { text: text.into(), remedy: None, another: None }
     }
 
     /// With what would change it.
@@ -71,13 +73,21 @@ impl Audience for Silent {
 pub struct Notes<'a> {
     progress: Progress<'a>,
     words: fn(Remedy) -> Option<String>,
+    written: Option<&'a Written>,
     told: Mutex<Vec<String>>,
 }
 
 impl<'a> Notes<'a> {
     /// `words` are what the host says of a remedy, behind the note; `None` where the note is not worth telling there.
     pub fn new(progress: Progress<'a>, words: fn(Remedy) -> Option<String>) -> Self {
-        Self { progress, words, told: Mutex::default() }
+        Self { progress, words, written: None, told: Mutex::default() }
+    }
+
+    /// Where a scan is another, it is told with the document's line.
+    #[must_use]
+    pub fn with_lines(mut self, written: &'a Written) -> Self {
+        self.written = Some(written);
+        self
     }
 
     /// What was told.
@@ -90,7 +100,13 @@ impl Audience for Notes<'_> {
     fn note(&self, note: Note) {
         let words = note.remedy.map_or_else(|| Some(String::new()), self.words);
         if let Some(words) = words {
-            self.told.lock().unwrap_or_else(PoisonError::into_inner).push(note.text + &words);
+            let place = match (note.another, self.written) {
+                (Some(index), Some(written)) => {
+                    written.place(&["volumes".into(), index.into(), "scan".into()]) + ": "
+                }
+                _ => String::new(),
+            };
+            self.told.lock().unwrap_or_else(PoisonError::into_inner).push(place + &note.text + &words);
         }
     }
 

@@ -49,7 +49,7 @@ pub fn load_scans(
                     *reading == readings[index] && other.scan.content == entry.scan.content
                 });
                 if !is_told {
-                    say_if_another(&entry.scan, &scans[known].volume, audience);
+                    say_if_another(index, &entry.scan, &scans[known].volume, audience);
                 }
                 Loaded { is_shared: true, ..scans[known].clone() }
             }
@@ -59,7 +59,7 @@ pub fn load_scans(
                 let is_asked =
                     alike.any(|(other, reading)| *reading == readings[index] && other.scan.content.is_some());
                 let opening = Opening { identify: opening.identify || is_asked, ..*opening };
-                let loaded = load(&entry.scan, folder, &opening, audience, cancel)
+                let loaded = load(index, &entry.scan, folder, &opening, audience, cancel)
                     .map_err(|kind| OpenError::of_scan(index, kind))?;
                 Loaded::from(loaded)
             }

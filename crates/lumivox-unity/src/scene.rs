@@ -113,7 +113,7 @@ impl LumivoxScene {
             kind => format!("{}: {kind}", error.place(&written)),
         };
         let (document, folder) = (&written.document, written.folder());
-        let told = Notes::new(progress, remedy);
+        let told = Notes::new(progress, remedy).with_lines(&written);
         let loaded = lumivox_scene::load_scans(document, folder, opening, &told, cancel).map_err(placed)?;
         let mut notes = told.into_sentences();
         for (index, scan) in loaded.iter().enumerate().filter(|(_, scan)| !scan.is_shared) {

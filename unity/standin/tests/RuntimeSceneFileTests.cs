@@ -247,7 +247,7 @@ namespace Lumivox.Tests
         {
             files.Write("changed.json", Document("\n\"scan\": {\"files\": [\"scan\"], \"content\": \"sha256:00\"}", Film));
             var scene = files.Load("changed.json");
-            Assert.IsTrue(scene.notes.Any(note => note.Contains("changed.json, line 3: scan: this is not the scan that the scene was saved with")), string.Join("\n", scene.notes));
+            Assert.IsTrue(scene.notes.Any(note => note.Contains("changed.json, line 3, column ") && note.Contains(": scan: this is not the scan that the scene was saved with")), string.Join("\n", scene.notes));
             SceneFiles.Destroy(scene);
         }
 

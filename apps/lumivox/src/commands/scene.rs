@@ -75,7 +75,7 @@ struct Checking(Reporter);
 
 impl Audience for Checking {
     fn note(&self, note: Note) {
-        if !note.is_another {
+        if note.another.is_none() {
             self.0.note(note);
         }
     }
