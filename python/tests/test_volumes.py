@@ -237,7 +237,7 @@ def test_presets_and_transfer_functions_are_those_of_the_command(command: str, t
     np.testing.assert_allclose(color, [[1, 0.5, 0]] * 4)
     curve.save(tmp_path / "a.json")
     assert lumivox.load_transfer_function(tmp_path / "a.json") == curve
-    with pytest.raises(ValueError, match="the opacity is 1.5, and must be 0 to 1"):
+    with pytest.raises(ValueError, match="the opacity at 0 is 1.5, and must be 0 to 1"):
         lumivox.TransferFunction([(0, 1.5)], [(0, (0, 0, 0))])
     with pytest.raises(ValueError, match="albedo must be 0 to 1"):
         lumivox.Medium(curve, albedo=1.5)

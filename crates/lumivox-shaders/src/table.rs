@@ -35,7 +35,7 @@ macro_rules! text {
     };
 }
 
-/// A list of modules: names of those that are always there, `flag ? this : that`, where `classified` is any of the classes.
+/// A list of modules: names of those that are always there, `flag ? this : that` or `flag ? this`, where `classified` is any of the classes.
 macro_rules! modules {
     (@one $name:literal) => { Module::Always(text!($name)) };
     (@one classified ? $then:literal : $otherwise:literal) => {
@@ -44,6 +44,7 @@ macro_rules! modules {
     (@one $flag:ident ? $then:literal : $otherwise:literal) => {
         Module::Either(|variant| variant.$flag, text!($then), text!($otherwise))
     };
+    (@one $flag:ident ? $then:literal) => { Module::Either(|variant| variant.$flag, text!($then), "") };
     ($([$($part:tt)+]),* $(,)?) => { &[$(modules!(@one $($part)+)),*] };
 }
 
@@ -290,6 +291,7 @@ const LIGHT_MARCH_MODULES: &[Module] = modules![
     ["directions"],
     ["events"],
     ["light_cells"],
+    ["light_events"],
     ["light_read"],
     ["light_march"],
 ];
@@ -319,7 +321,8 @@ const PATH_TRACE_MODULES: &[Module] = modules![
     ["events"],
     ["scattering"],
     ["lights"],
-    ["light_cells"],
+    [points ? "light_cells"],
+    [points ? "light_events"],
     [points ? "light_points" : "no_points"],
     ["path_trace"],
 ];

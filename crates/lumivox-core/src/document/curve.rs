@@ -52,10 +52,12 @@ impl<'de> Deserialize<'de> for Knot {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Knot, A::Error> {
-                let value = list.next_element()?.ok_or_else(|| A::Error::invalid_length(0, &self))?;
+                let value: f64 = list.next_element()?.ok_or_else(|| A::Error::invalid_length(0, &self))?;
                 let opacity = list.next_element()?.ok_or_else(|| A::Error::invalid_length(1, &self))?;
                 if !FRACTION.holds(opacity) {
-                    return Err(A::Error::custom(format!("the opacity is {opacity}, and must be 0 to 1")));
+                    return Err(A::Error::custom(format!(
+                        "the opacity at {value} is {opacity}, and must be 0 to 1"
+                    )));
                 }
                 Ok(match list.next_element()? {
                     Some(ease) => Knot::Eased(value, opacity, ease),

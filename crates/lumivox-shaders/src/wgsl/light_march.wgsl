@@ -45,11 +45,8 @@ struct Seen {
 fn sent_light(v: u32, position: vec3f, direction: vec3f, reading: Reading) -> vec3f {
     let event = event_at(v, optics_at(v, position, reading, false), reading, -direction);
     let depth = dot(position - frame.camera_position, frame.view_axis);
-    let size = frame.pixel_size * select(depth, 1.0, frame.orthographic != 0u);
-    let tier = tier_of_footprint(size * length(voxel_direction(v, frame.view_axis)));
-    let kept = light_at(v, voxel_from_world(v, position), tier);
-    return event.albedo * (event.phase + event_diffuse(event)) * kept.ratio
-        + (event.albedo * (event.specular - event.white) + event.white) * kept.mirror;
+    let kept = light_at(v, voxel_from_world(v, position), tier_seen(v, depth));
+    return diffuse_color(event) * kept.ratio + mirror_tint(event) * kept.mirror;
 }
 
 // Along a ray through one volume.

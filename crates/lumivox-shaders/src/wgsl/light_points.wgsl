@@ -45,11 +45,6 @@ fn lobes_of(event: Event, direction: vec3f) -> vec2f {
     return vec2f(phase, 0.0);
 }
 
-// What mirrors, and in which colour.
-fn mirror_tint(event: Event) -> vec3f {
-    return event.albedo * (event.specular - event.white) + event.white;
-}
-
 struct LightShares {
     diffuse: vec3f,
     mirror: vec3f,
@@ -64,12 +59,10 @@ fn light_shares(event: Event, direction: vec3f) -> LightShares {
 
 fn point_begin(path: ptr<function, Path>, v: u32, position: vec3f, depth: f32, event: Event) {
     let voxel = clamp(voxel_from_world(v, position), vec3f(0.0), instances[v].dims - 1.0);
-    let size = frame.pixel_size * select(depth, 1.0, frame.orthographic != 0u);
-    let tier = tier_of_footprint(size * length(voxel_direction(v, frame.view_axis)));
     if (v < MOST_LIT_VOLUMES) {
-        (*path).point.place = place_of(vec3u(voxel * CELLS_PER_VOXEL), v, tier);
+        (*path).point.place = place_of(vec3u(voxel * CELLS_PER_VOXEL), v, tier_seen(v, depth));
     }
-    (*path).point.color = pack_rgb(event.albedo * (event.phase + event_diffuse(event)));
+    (*path).point.color = pack_rgb(diffuse_color(event));
     if (!SURFACE || event.phase >= 1.0) {
         (*path).point.mirror = vec3f(-1.0);
     }

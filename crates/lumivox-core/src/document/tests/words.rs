@@ -156,7 +156,7 @@ fn what_is_wrong_is_said_in_plain_words_at_its_place() {
             31,
             "entry 2 of opacity has to be [value, opacity] or [value, opacity, \"in-out\"], and has 1",
         ),
-        ("[100, 1]", "[100, 2]", 14, 31, "the opacity is 2, and must be 0 to 1"),
+        ("[100, 1]", "[100, 2]", 14, 31, "the opacity at 100 is 2, and must be 0 to 1"),
         ("[1, 1, 1]]", "[1, 1.5, 1]]", 15, 25, "a part of the colour is 1.5, and must be 0 to 1"),
         ("[[0, [1, 1, 1]]]", "[]", 13, 30, "a transfer function needs at least one colour stop"),
         ("\"surface\"", "\"preset\": \"ct-bome\", \"surface\"", 9, 19, "did you mean 'ct-bone'"),
