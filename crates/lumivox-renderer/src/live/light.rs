@@ -40,9 +40,6 @@ const PATHS_A_POINT: f64 = 2.0;
 /// Dispatches of a frame's points at most: of more paths not all leave one.
 const MOST_BANDS: u64 = 4;
 
-/// Invocations below which a large GPU is not busy: they trace one path each then.
-const BUSY: u64 = 1 << 17;
-
 /// Points that cells remember at most, of light that is sent on diffusely and of what surfaces mirror, which is another for
 /// who looks from elsewhere.
 const MOST_REMEMBERED: f32 = 1024.0;
@@ -324,9 +321,9 @@ impl LightFields {
     }
 }
 
-/// Samples that one invocation traces, where each has a pixel of its own of a picture of so many.
+/// Samples that one invocation traces. As few as can be: of one sample each, neighbours collide and ask for light together.
 fn samples_of(paths: u64, size: [u32; 2]) -> u32 {
-    (paths / BUSY).clamp(1, 4).max(paths.div_ceil(pixels(size).max(1))) as u32
+    paths.div_ceil(pixels(size).max(1)).max(1) as u32
 }
 
 /// A power of two near the exposure: in cells light is about as bright as it is shown, whatever its unit.

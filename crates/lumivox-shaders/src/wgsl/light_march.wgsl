@@ -23,8 +23,8 @@ const DEEPEST_STEP: f32 = 0.5;
 const OPAQUE: f32 = 0.004;
 // What is less of a pixel is not looked up.
 const INVISIBLE: f32 = 0.002;
-// Of a voxel, what is looked up together: light takes many times as long as density.
-const LOOKED_UP_AT_ONCE: f32 = 0.25;
+// Of a pixel, what is looked up together.
+const LOOKED_UP_AT_ONCE: f32 = 0.1;
 
 fn light_slots() -> u32 {
     return frame.light_slots;
@@ -49,87 +49,100 @@ fn sent_light(v: u32, position: vec3f, direction: vec3f, reading: Reading) -> ve
     return diffuse_color(event) * kept.ratio + mirror_tint(event) * kept.mirror;
 }
 
-// Along a ray through one volume.
+// What of a ray was not looked up yet: how much of the pixel it is; where and of what value in the mean, times that; and what was
+// read where it is most.
+struct Pending {
+    share: f32,
+    t: f32,
+    texel: f32,
+    most: f32,
+    read: Reading,
+}
+
+// Along a ray through one volume. A loop of steps within one of looks at the light, which cost many times as much: so the rays
+// of a subgroup look together.
 fn see_volume(v: u32, origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function, Rng>) -> Seen {
     var seen = Seen();
     var m = march_begin(v, origin, direction, t_max);
-    // Along the ray.
     let voxels = length(m.direction);
     var transmitted = 1.0;
-    // What was not looked up yet: how much of the pixel it is, where and of what value in the mean, and what was read where that
-    // is most.
-    var shares = 0.0;
-    var t_shares = 0.0;
-    var texels = 0.0;
-    var most = 0.0;
-    var read = Reading();
-    var together = 0.0;
-    while (m.t < m.t_end && transmitted > OPAQUE) {
-        let cell = grids[m.index];
-        if (cell_is_far_from_any(cell)) {
-            march_through_nothing(&m, f32(cell_empty_distance(cell) - 1u));
-            continue;
-        }
-        let t_exit = min(min(m.t_next.x, m.t_next.y), min(m.t_next.z, m.t_end));
-        let length = t_exit - m.t;
-        if (cell_majorant(cell) > 0.0 && length > 0.0) {
-            let of_depth = cell_majorant(cell) * m.scale / (DEEPEST_STEP * max(voxels, 1e-20));
-            let of_voxel = clamp(of_depth, FEWEST_STEPS, MOST_STEPS);
-            let steps = min(ceil(length * voxels * of_voxel), 256.0);
-            let h = length / steps;
-            let at_once = max(floor(LOOKED_UP_AT_ONCE / (h * voxels)), 1.0);
-            for (var i = 0.0; i < steps && transmitted > OPAQUE; i += 1.0) {
-                let t = m.t + (i + 0.5) * h;
-                let p = m.origin + t * m.direction;
-                let texel = sample_in_cell(v, p, cell);
+    var cell = Cell();
+    // Where the cell ends that steps are in, and their length; of no cell yet.
+    var t_exit = m.t;
+    var h = 0.0;
+    var is_between = true;
+    loop {
+        var pending = Pending();
+        var t_begin = m.t;
+        while (m.t < m.t_end && transmitted > OPAQUE) {
+            if (is_between) {
+                cell = grids[m.index];
+                if (cell_is_far_from_any(cell)) {
+                    march_through_nothing(&m, f32(cell_empty_distance(cell) - 1u));
+                    continue;
+                }
+                t_exit = min(min(m.t_next.x, m.t_next.y), min(m.t_next.z, m.t_end));
+                let of_depth = cell_majorant(cell) * m.scale / (DEEPEST_STEP * max(voxels, 1e-20));
+                let of_voxel = clamp(of_depth, FEWEST_STEPS, MOST_STEPS);
+                h = (t_exit - m.t) / min(ceil((t_exit - m.t) * voxels * of_voxel), 256.0);
+                is_between = false;
+            }
+            if (cell_majorant(cell) > 0.0 && m.t < t_exit) {
+                let t = m.t + 0.5 * h;
+                let texel = sample_in_cell(v, m.origin + t * m.direction, cell);
                 var sigma_t = most_opacity(v, texel) * m.scale;
                 var reading = Reading();
                 if (sigma_t > 0.0) {
-                    reading = read_medium(v, p, cell, texel, rng);
+                    reading = read_medium(v, m.origin + t * m.direction, cell, texel, rng);
                     if (CLASSES) {
                         sigma_t = opacity(v, reading) * m.scale;
                     }
                 }
                 let share = transmitted * (1.0 - exp(-sigma_t * h));
                 transmitted -= share;
-                shares += share;
-                t_shares += share * t;
-                texels += share * texel;
-                if (share > most) {
-                    most = share;
-                    read = reading;
+                if (pending.share <= 0.0) {
+                    t_begin = m.t;
                 }
-                together += 1.0;
-                if (shares > INVISIBLE && (together >= at_once || transmitted <= OPAQUE)) {
-                    read.texel = texels / shares;
-                    let position = origin + (m.t_enter + t_shares / shares) * direction;
-                    seen.light += shares * sent_light(v, position, direction, read);
-                    seen.depth += shares * dot(position - frame.camera_position, frame.view_axis);
-                    shares = 0.0;
-                    t_shares = 0.0;
-                    texels = 0.0;
-                    most = 0.0;
-                    together = 0.0;
+                pending.share += share;
+                pending.t += share * t;
+                pending.texel += share * texel;
+                if (share > pending.most) {
+                    pending.most = share;
+                    pending.read = reading;
+                }
+                m.t += h;
+                // What remains is less than what steps are rounded by.
+                if (m.t < t_exit - 0.5 * h) {
+                    if (is_worth_a_look(pending.share, (m.t - t_begin) * voxels)) {
+                        break;
+                    }
+                    continue;
                 }
             }
+            m.t = t_exit;
+            is_between = true;
+            if (m.t_next.x <= m.t_next.y && m.t_next.x <= m.t_next.z) {
+                m.index += m.step.x;
+                m.t_next.x += m.t_delta.x;
+            } else if (m.t_next.y <= m.t_next.z) {
+                m.index += m.step.y;
+                m.t_next.y += m.t_delta.y;
+            } else {
+                m.index += m.step.z;
+                m.t_next.z += m.t_delta.z;
+            }
+            if (is_worth_a_look(pending.share, (m.t - t_begin) * voxels)) {
+                break;
+            }
         }
-        m.t = max(m.t, t_exit);
-        if (m.t_next.x <= m.t_next.y && m.t_next.x <= m.t_next.z) {
-            m.index += m.step.x;
-            m.t_next.x += m.t_delta.x;
-        } else if (m.t_next.y <= m.t_next.z) {
-            m.index += m.step.y;
-            m.t_next.y += m.t_delta.y;
-        } else {
-            m.index += m.step.z;
-            m.t_next.z += m.t_delta.z;
+        if (pending.share <= 0.0) {
+            break;
         }
-    }
-    if (shares > 0.0) {
-        read.texel = texels / shares;
-        let position = origin + (m.t_enter + t_shares / shares) * direction;
-        seen.light += shares * sent_light(v, position, direction, read);
-        seen.depth += shares * dot(position - frame.camera_position, frame.view_axis);
+        var reading = pending.read;
+        reading.texel = pending.texel / pending.share;
+        let position = origin + (m.t_enter + pending.t / pending.share) * direction;
+        seen.light += pending.share * sent_light(v, position, direction, reading);
+        seen.depth += pending.share * dot(position - frame.camera_position, frame.view_axis);
     }
     seen.alpha = 1.0 - transmitted;
     if (transmitted <= OPAQUE) {
@@ -138,6 +151,11 @@ fn see_volume(v: u32, origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<func
         seen = Seen(whole * seen.light, 1.0, whole * seen.depth);
     }
     return seen;
+}
+
+// Where so much of the pixel was passed, along so many voxels.
+fn is_worth_a_look(share: f32, extent: f32) -> bool {
+    return share >= LOOKED_UP_AT_ONCE || (extent >= 1.0 && share > INVISIBLE);
 }
 
 // By first collisions, as many as the frame has samples.

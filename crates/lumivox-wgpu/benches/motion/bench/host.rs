@@ -6,7 +6,8 @@ use lumivox_core::Camera;
 use lumivox_renderer::live::LiveImage;
 use lumivox_renderer::pacing::{Pacer, Pass};
 use lumivox_renderer::{
-    HostDepth, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, VoxelStore,
+    HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId, SceneCache, Step,
+    VoxelStore,
 };
 use lumivox_wgpu::{Gpu, wgpu};
 
@@ -204,20 +205,8 @@ impl Showing {
 
     /// Draws a frame and waits for it. What the scene needs that differs from the frame before is a part of that.
     pub fn frame(&mut self, host: &mut Host, moment: &Moment, budget: u64) -> Result<Took, String> {
-        let is_changed = !self.shown.is_same(&moment.scene);
-        if is_changed {
-            self.shown.clone_from(&moment.scene);
-        }
-        let (camera, lent): (Camera, HostFrame) = (moment.camera, host.frame());
         let begin = Instant::now();
-        let mut recording = Recording::new();
-        if is_changed {
-            self.cache.update(&moment.scene, &mut recording).map_err(|error| error.to_string())?;
-        }
-        let status = self
-            .live
-            .record_frame(&self.cache, &camera, &self.settings, &lent, budget, &mut recording)
-            .map_err(|error| error.to_string())?;
+        let (recording, status) = self.record(host, moment, budget)?;
         let mut submission = host.gpu.executor.submit(&recording).map_err(|error| error.to_string())?;
         host.gpu.executor.wait().map_err(|error| error.to_string())?;
         let milliseconds = begin.elapsed().as_secs_f64() * 1e3;
@@ -230,6 +219,65 @@ impl Showing {
         let gpu_milliseconds = submission.time.and_then(|mut time| time.poll()).filter(|ms| *ms > 0.0);
         let is_converged = self.live.status().converged;
         Ok(Took { milliseconds, gpu_milliseconds, pixel_samples: status.pixel_samples, is_converged })
+    }
+
+    /// A frame whose kernels are submitted one by one, with what each took of the GPU's time.
+    pub fn frame_in_parts(
+        &mut self,
+        host: &mut Host,
+        moment: &Moment,
+        budget: u64,
+    ) -> Result<Vec<(String, f64)>, String> {
+        let (recording, _) = self.record(host, moment, budget)?;
+        let mut parts = vec![];
+        let mut part = Recording::new();
+        for step in recording.steps {
+            let name = match &step {
+                Step::Dispatch { kernel, .. } | Step::Draw { kernel, .. } => Some(kernel.name()),
+                _ => None,
+            };
+            part.push(step);
+            if let Some(name) = name {
+                parts.push((name, self.submit_part(host, std::mem::take(&mut part))?));
+            }
+        }
+        self.submit_part(host, part)?;
+        Ok(parts)
+    }
+
+    /// Milliseconds on the GPU, or on the clock where that tells none.
+    fn submit_part(&mut self, host: &mut Host, part: Recording) -> Result<f64, String> {
+        let begin = Instant::now();
+        let submission = host.gpu.executor.submit(&part).map_err(|error| error.to_string())?;
+        host.gpu.executor.wait().map_err(|error| error.to_string())?;
+        let milliseconds = begin.elapsed().as_secs_f64() * 1e3;
+        for read_back in submission.read_backs {
+            self.live.feedback(&read_back.wait().map_err(|error| error.to_string())?);
+        }
+        let of_gpu = submission.time.and_then(|mut time| time.poll()).filter(|ms| *ms > 0.0);
+        Ok(of_gpu.unwrap_or(milliseconds))
+    }
+
+    fn record(
+        &mut self,
+        host: &Host,
+        moment: &Moment,
+        budget: u64,
+    ) -> Result<(Recording, LiveStatus), String> {
+        let is_changed = !self.shown.is_same(&moment.scene);
+        if is_changed {
+            self.shown.clone_from(&moment.scene);
+        }
+        let (camera, lent): (Camera, HostFrame) = (moment.camera, host.frame());
+        let mut recording = Recording::new();
+        if is_changed {
+            self.cache.update(&moment.scene, &mut recording).map_err(|error| error.to_string())?;
+        }
+        let status = self
+            .live
+            .record_frame(&self.cache, &camera, &self.settings, &lent, budget, &mut recording)
+            .map_err(|error| error.to_string())?;
+        Ok((recording, status))
     }
 
     /// What the host was given in the last frame.

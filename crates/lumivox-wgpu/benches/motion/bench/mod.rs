@@ -17,7 +17,7 @@ use lumivox_core::Preset;
 use self::films::{Body, Moment, Motion, RATE, Set};
 use self::host::{Host, Picture, Showing};
 use self::judge::{Converged, ConvergedLater, Judged, Judges};
-use self::options::{Cost, HELP, Options, Variant};
+use self::options::{Cost, HELP, Options};
 use self::report::{Phase, Report, Run, Shot};
 
 /// Seeds of converged pictures: none of what is compared with them.
@@ -152,6 +152,7 @@ impl Bench {
                 run.samples_per_pixel = budget as f64 / self.host.pixels() as f64;
                 run.floor = *floor;
                 self.shoot(&reel, &mut run, budget, &tell, runs.len())?;
+                self.time_kernels(&reel, &mut run, budget)?;
                 runs.push(run);
             }
         }
@@ -268,10 +269,7 @@ impl Bench {
             strips.join(format!("{}.png", run.name()))
         });
         let host = &mut self.host;
-        let settings = host.settings().with(|it| {
-            it.denoise = run.variant == Variant::Denoised;
-            it.kept_light = run.variant == Variant::Kept;
-        });
+        let settings = run.variant.settings(host);
         let length = reel.moments.len();
         host.draw_meshes(&reel.moments[0])?;
         let mut prelude = Showing::new(host, &reel.moments[0], settings, true)?;
@@ -331,6 +329,32 @@ impl Bench {
                 // Who does not listen any more has failed already.
                 _ = tell.send(written.map(|()| (number, place, judged)));
             });
+        }
+        showing.free(host)
+    }
+
+    /// Plays the last frames of a film again, each kernel by itself.
+    fn time_kernels(&mut self, reel: &Reel, run: &mut Run, budget: u64) -> Result<(), String> {
+        let count = self.options.kernels.min(reel.moments.len());
+        if count == 0 {
+            return Ok(());
+        }
+        let host = &mut self.host;
+        let settings = run.variant.settings(host);
+        let mut showing = Showing::new(host, &reel.moments[0], settings, true)?;
+        let (before, timed) = reel.moments.split_at(reel.moments.len() - count);
+        for moment in before {
+            host.draw_meshes(moment)?;
+            showing.frame(host, moment, budget)?;
+        }
+        for moment in timed {
+            host.draw_meshes(moment)?;
+            for (kernel, milliseconds) in showing.frame_in_parts(host, moment, budget)? {
+                match run.kernels.iter_mut().find(|(name, _)| *name == kernel) {
+                    Some((_, sum)) => *sum += milliseconds / count as f64,
+                    None => run.kernels.push((kernel, milliseconds / count as f64)),
+                }
+            }
         }
         showing.free(host)
     }

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use lumivox_core::Preset;
-use lumivox_renderer::ToneMap;
+use lumivox_renderer::{LiveSettings, ToneMap};
 
 use super::films::{Body, Motion};
+use super::host::Host;
 
 /// What `--help` prints.
 pub const HELP: &str = "\
@@ -27,6 +28,7 @@ motion OUT [--quick] [OPTION=VALUE ...]: how good the picture is while things mo
   samples=512             of a converged picture
   tone=plain              plain, agx or aces: how light is shown
   converged=DIR           a folder that keeps converged pictures: those that are there are not made again
+  kernels=0               frames of each film that are played again, each kernel timed by itself: OUT/kernels.csv
   strip=480               pixels along a side of the pictures in OUT/strips; 0 makes none
 
 LUMIVOX_GPU chooses a device by a part of its name.";
@@ -44,6 +46,14 @@ pub enum Variant {
 
 impl Variant {
     const ALL: [Self; 3] = [Self::Raw, Self::Denoised, Self::Kept];
+
+    /// Those of a live view.
+    pub fn settings(self, host: &Host) -> LiveSettings {
+        host.settings().with(|it| {
+            it.denoise = self == Self::Denoised;
+            it.kept_light = self == Self::Kept;
+        })
+    }
 
     /// As options and tables have it.
     pub fn name(self) -> &'static str {
@@ -93,6 +103,8 @@ pub struct Options {
     pub samples: u32,
     pub tone: ToneMap,
     pub strip: usize,
+    /// Frames whose kernels are timed by themselves.
+    pub kernels: usize,
     /// Where converged pictures are kept.
     pub converged: Option<PathBuf>,
 }
@@ -127,6 +139,7 @@ impl Options {
             samples: 512,
             tone: ToneMap::Plain,
             strip: 480,
+            kernels: 0,
             converged: None,
         };
         for word in words {
@@ -168,6 +181,7 @@ impl Options {
                     options.tone = one(&word, named(&word, value, &tones, tone_name)?)?;
                 }
                 "converged" => options.converged = Some(PathBuf::from(value)),
+                "kernels" => options.kernels = number(&word, value, 0, 600)?,
                 "strip" => options.strip = number(&word, value, 0, 4096)?,
                 _ => return Err(format!("'{word}' is no option; --help lists them")),
             }

@@ -55,6 +55,8 @@ pub struct Run {
     /// Milliseconds of each moving frame, on the clock and on the GPU.
     pub times: Vec<f64>,
     pub gpu_times: Vec<f64>,
+    /// Of kernels in the order in which they run, what each takes of the GPU's time in a frame in the mean.
+    pub kernels: Vec<(String, f64)>,
     pub shots: Vec<Shot>,
 }
 
@@ -87,6 +89,7 @@ impl Run {
             floor: None,
             times: vec![],
             gpu_times: vec![],
+            kernels: vec![],
             shots: vec![],
         }
     }
@@ -284,6 +287,7 @@ impl Report {
             ("motion.txt", format!("{} ({})\n\n{}", self.device[0], self.device[1], self.table())),
             ("runs.csv", self.runs_csv()),
             ("pictures.csv", self.pictures_csv()),
+            ("kernels.csv", self.kernels_csv()),
             ("motion.json", format!("{:#}\n", self.json())),
         ];
         for (name, text) in files {
@@ -298,6 +302,18 @@ impl Report {
         for run in &self.runs {
             csv += &self.cells(run).join(",");
             csv.push('\n');
+        }
+        csv
+    }
+
+    fn kernels_csv(&self) -> String {
+        let mut csv = COLUMNS.join(",") + ",kernel,gpu_ms\n";
+        for run in &self.runs {
+            for (kernel, milliseconds) in &run.kernels {
+                let begin = self.cells(run)[..COLUMNS.len()].join(",");
+                // A string takes whatever is written into it.
+                _ = writeln!(csv, "{begin},{kernel},{milliseconds:.3}");
+            }
         }
         csv
     }
