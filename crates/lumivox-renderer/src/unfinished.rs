@@ -17,7 +17,7 @@ fn path_bytes(guides: bool) -> u64 {
 }
 
 /// The same, where it leaves a point for the light that is kept.
-const PATH_BYTES_WITH_POINT: u64 = 112;
+const PATH_BYTES_WITH_POINT: u64 = 96;
 
 /// Invocations that count a film at most. Each takes every n-th pixel, of n invocations.
 const COUNTERS: u64 = 1 << 14;

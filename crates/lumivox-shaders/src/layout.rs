@@ -57,7 +57,7 @@ pub struct Frame {
     pub pixel_size: f32,
     pub light_slots: u32,
     pub light_scale: f32,
-    pub padding: u32,
+    pub point_rays: u32,
     pub inverse_pool_sizes: [[f32; 4]; 4],
 }
 

@@ -67,7 +67,7 @@ fn twins_have_the_shaders_layout() {
             pixel_size,
             light_slots,
             light_scale,
-            padding,
+            point_rays,
             inverse_pool_sizes,
         }
     );

@@ -57,7 +57,8 @@ struct Frame {
     // Blocks there is room for in the light that is kept, and what light is multiplied by there.
     light_slots: u32,
     light_scale: f32,
-    padding: u32,
+    // Shadow rays of each kind at a point's collision.
+    point_rays: u32,
     // One over the texels of each pool along each axis; w is unused.
     inverse_pool_sizes: array<vec4f, MAX_POOLS>,
 }

@@ -4,34 +4,45 @@
 // Light that is sent on diffusely, by the phase function or by a surface, is told apart from what a surface mirrors: the one is
 // nearly the same for all who look, the other is not. Of that it is told what arrives, weighted by the mirror lobe.
 
+//
+// A point is there from its collision on, and its record is where it adds up: registers are what path tracers are short of.
+
 struct LightPoints {
-    // As many as were left; those there was no room for are among them.
+    // As many as were begun; those there was no room for are among them.
     count: atomic<u32>,
     padding: array<u32, 7>,
     // Two entries each: (place, light sent on diffusely, its colour), (what arrives for the mirror lobe or NO_MIRROR, the next
-    // point of three lists).
+    // point of three lists). Until a path has ended: (place, of light from the way on what is sent on diffusely, colour), (what
+    // arrived for the mirror lobe at the collision, how much the mirror lobe makes of light from the way on, light sent on
+    // diffusely at the collision, 0).
     records: array<vec4u>,
 }
 
 @group(0) @binding(POINTS_BINDING) var<storage, read_write> points: LightPoints;
 
 struct PathPoint {
-    place: vec2u,
-    color: u32,
-    // Of light from the way on, what is sent on diffusely, and how much the mirror lobe makes of it.
-    diffuse_share: u32,
-    mirror_share: u32,
-    diffuse: vec3f,
-    mirror: vec3f,
+    // Of its first entry, or NO_POINT.
+    record: u32,
 }
 
-// Of a path that has met nothing that light is kept of.
+const NO_POINT: u32 = 0xffffffffu;
+
+// Of a point that was taken back, for its path was put aside.
 const NOWHERE: vec2u = vec2u(0xffffffffu);
 
 fn point_none() -> PathPoint {
-    var point = PathPoint();
-    point.place = NOWHERE;
-    return point;
+    return PathPoint(NO_POINT);
+}
+
+// Room for one more.
+fn point_new(first: vec4u, second: vec4u) -> PathPoint {
+    let record = 2u * atomicAdd(&points.count, 1u);
+    if (record + 1u >= arrayLength(&points.records)) {
+        return point_none();
+    }
+    points.records[record] = first;
+    points.records[record + 1u] = second;
+    return PathPoint(record);
 }
 
 // Of all that is sent on from a direction: x the density of what is diffuse, y that of the mirror lobe by itself.
@@ -57,65 +68,70 @@ fn light_shares(event: Event, direction: vec3f) -> LightShares {
     return LightShares(diffuse / all, vec3f(lobes.y) / all);
 }
 
-fn point_begin(path: ptr<function, Path>, v: u32, position: vec3f, depth: f32, event: Event) {
+// The point of a path's first collision. Returns whether there is one: a path without has nothing to tell.
+fn point_begin(path: ptr<function, Path>, v: u32, position: vec3f, depth: f32, event: Event, rng: Rng) -> bool {
+    // By a part of the path's key, which says nothing of where it goes.
+    if (v >= MOST_LIT_VOLUMES || f32(rng.key.y >> 8u) * 0x1p-24f >= frame.point_share) {
+        return false;
+    }
     let voxel = clamp(voxel_from_world(v, position), vec3f(0.0), instances[v].dims - 1.0);
-    if (v < MOST_LIT_VOLUMES) {
-        (*path).point.place = place_of(vec3u(voxel * CELLS_PER_VOXEL), v, tier_seen(v, depth));
-    }
-    (*path).point.color = pack_rgb(diffuse_color(event));
-    if (!SURFACE || event.phase >= 1.0) {
-        (*path).point.mirror = vec3f(-1.0);
-    }
+    let place = place_of(vec3u(voxel * CELLS_PER_VOXEL), v, tier_seen(v, depth));
+    let mirrors = SURFACE && event.phase < 1.0;
+    (*path).point = point_new(
+        vec4u(place, 0u, pack_rgb(diffuse_color(event))), vec4u(select(NO_MIRROR, 0u, mirrors), 0u, 0u, 0u));
+    return (*path).point.record != NO_POINT;
 }
 
-fn point_sent(path: ptr<function, Path>, event: Event, direction: vec3f, light: vec3f) {
+// Light that arrives at the collision from a direction.
+fn point_sent(point: PathPoint, event: Event, direction: vec3f, light: vec3f) {
     let shares = light_shares(event, direction);
-    (*path).point.diffuse += shares.diffuse * light;
-    if ((*path).point.mirror.x >= 0.0) {
-        (*path).point.mirror += shares.mirror * light;
+    let scaled = frame.light_scale * light;
+    let second = points.records[point.record + 1u];
+    points.records[point.record + 1u].z = pack_rgb(unpack_rgb(second.z) + shares.diffuse * scaled);
+    if (second.x != NO_MIRROR) {
+        points.records[point.record + 1u].x = pack_rgb(unpack_rgb(second.x) + shares.mirror * scaled);
     }
 }
 
-fn point_onward(path: ptr<function, Path>, event: Event, direction: vec3f) {
+// The way on from the collision.
+fn point_onward(point: PathPoint, event: Event, direction: vec3f) {
     let shares = light_shares(event, direction);
-    (*path).point.diffuse_share = pack_rgb(shares.diffuse);
-    (*path).point.mirror_share = pack_rgb(shares.mirror);
+    points.records[point.record].z = pack_rgb(shares.diffuse);
+    points.records[point.record + 1u].y = pack_rgb(shares.mirror);
 }
 
-fn point_later(path: ptr<function, Path>, light: vec3f) {
-    (*path).point.diffuse += unpack_rgb((*path).point.diffuse_share) * light;
-    if ((*path).point.mirror.x >= 0.0) {
-        (*path).point.mirror += unpack_rgb((*path).point.mirror_share) * light;
-    }
-}
-
-fn point_end(point: PathPoint, rng: Rng) {
-    // By a part of the path's key, which says nothing of where it went.
-    if (all(point.place == NOWHERE) || f32(rng.key.y >> 8u) * 0x1p-24f >= frame.point_share) {
+// The path has ended, with so much light from the way on.
+fn point_end(point: PathPoint, light: vec3f) {
+    if (point.record == NO_POINT) {
         return;
     }
-    let index = atomicAdd(&points.count, 1u);
-    if (2u * index + 1u >= arrayLength(&points.records)) {
-        return;
-    }
+    let scaled = frame.light_scale * light;
+    let of_way = points.records[point.record].z;
+    let second = points.records[point.record + 1u];
+    points.records[point.record].z = pack_rgb(unpack_rgb(second.z) + unpack_rgb(of_way) * scaled);
     var mirror = NO_MIRROR;
-    if (point.mirror.x >= 0.0) {
-        mirror = pack_rgb(point.mirror * frame.light_scale);
+    if (second.x != NO_MIRROR) {
+        mirror = pack_rgb(unpack_rgb(second.x) + unpack_rgb(second.y) * scaled);
     }
-    points.records[2u * index] = vec4u(point.place, pack_rgb(point.diffuse * frame.light_scale), point.color);
-    points.records[2u * index + 1u] = vec4u(mirror, 0u, 0u, 0u);
+    points.records[point.record + 1u] = vec4u(mirror, 0u, 0u, 0u);
 }
 
-// The point as it is put aside with its path.
-fn point_words(point: PathPoint, row: u32) -> vec4u {
-    switch row {
-        case 0u: { return vec4u(point.place, point.color, point.diffuse_share); }
-        case 1u: { return vec4u(bitcast<vec3u>(point.diffuse), point.mirror_share); }
-        default: { return vec4u(bitcast<vec3u>(point.mirror), 0u); }
+// Takes a point back, for its path will be gone on with later: two rows of words that are put aside with it. Of what the
+// path did since it was `remembered`, nothing counts.
+fn point_put_aside(point: PathPoint, remembered: PathPoint) -> array<vec4u, 2> {
+    var words = array<vec4u, 2>(vec4u(NOWHERE, 0u, 0u), vec4u(0u));
+    if (remembered.record != NO_POINT) {
+        words = array<vec4u, 2>(points.records[remembered.record], points.records[remembered.record + 1u]);
     }
+    if (point.record != NO_POINT) {
+        points.records[point.record] = vec4u(NOWHERE, 0u, 0u);
+    }
+    return words;
 }
 
-fn point_of_words(first: vec4u, second: vec4u, third: vec4u) -> PathPoint {
-    return PathPoint(
-        first.xy, first.z, first.w, second.w, bitcast<vec3f>(second.xyz), bitcast<vec3f>(third.xyz));
+fn point_taken_up(first: vec4u, second: vec4u) -> PathPoint {
+    if (all(first.xy == NOWHERE)) {
+        return point_none();
+    }
+    return point_new(first, second);
 }

@@ -20,9 +20,6 @@
 // paths find the light by themselves, for what they find there is the same for all.
 const LATE_SURVIVAL: f32 = select(1.0, 0.8, ENVIRONMENT_SAMPLING);
 
-// Of paths that leave points, at the first collision: what is kept of it serves many frames, and this part is what is noisy.
-const SHADOW_RAYS_OF_POINTS: u32 = 3u;
-
 // What the samples of one pixel add up to; planes of the film.
 struct Sums {
     light: vec4f,
@@ -73,7 +70,9 @@ fn path_trace(
     if (all(sums.moments.zw == vec2f(0.0)) || sharer > 0u) {
         return;
     }
-    film[index] += sums.light;
+    if (!POINTS) {
+        film[index] += sums.light;
+    }
     film[plane + index] = vec4f(film[plane + index].xyz + sums.moments.xyz, sums.moments.w);
     if (GUIDES) {
         let guides = guides_begin(plane);
@@ -119,20 +118,23 @@ fn trace(pixel: vec2u, sharer: u32) -> Sums {
         remember(path, rng);
         alive = path_goes_on(&path, &rng, view_limit);
         if (turns_are_spent()) {
-            sums.moments.w = put_aside(index);
+            sums.moments.w = put_aside(path, index);
             break;
         }
         if (!alive) {
             sample_index += sharers();
+            if (POINTS) {
+                // The film counts them. What they have seen goes elsewhere.
+                sums.moments.z += 1.0;
+                point_end(path.point, path.radiance);
+                continue;
+            }
             let l = luminance(path.radiance);
             sums.light += vec4f(path.radiance, select(0.0, 1.0, path.bounces > 0u));
             sums.moments += vec4f(path.depth, l * l, 1.0, 0.0);
             if (GUIDES) {
                 sums.albedo += path.albedo;
                 sums.normal += path.normal;
-            }
-            if (POINTS && path.bounces > 0u) {
-                point_end(path.point, rng);
             }
         }
     }
@@ -166,11 +168,7 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
                 let of_light = light_samples((*path).bounces) * environment_pdf(direction);
                 weight = (*path).pdf / ((*path).pdf + of_light);
             }
-            let light = (*path).throughput * weight * environment_radiance(direction);
-            (*path).radiance += light;
-            if (POINTS) {
-                point_later(path, light);
-            }
+            (*path).radiance += (*path).throughput * weight * environment_radiance(direction);
         }
         return false;
     }
@@ -190,8 +188,8 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
         return false;
     }
     let event = event_at(v, optics, hit.reading, -direction);
-    if (POINTS && (*path).bounces == 1u) {
-        point_begin(path, v, position, (*path).depth, event);
+    if (POINTS && (*path).bounces == 1u && !point_begin(path, v, position, (*path).depth, event, *rng)) {
+        return false;
     }
     // Russian roulette by what is sent on: what survives is weighted up by what did not.
     let sent_on = (*path).throughput * event_total(event);
@@ -208,7 +206,10 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
     }
     // From the environment, then from a light. A loop: with one way of a shadow ray instead of two, kernels for both are 1.4
     // to 1.9 times as fast on an H200, and FXC is done in half the time.
-    let shadow_rays = select(1u, SHADOW_RAYS_OF_POINTS, POINTS && (*path).bounces == 1u);
+    var shadow_rays = 1u;
+    if (POINTS && (*path).bounces == 1u) {
+        shadow_rays = frame.point_rays;
+    }
     for (var source = select(shadow_rays, 0u, ENVIRONMENT_SAMPLING); source < shadow_rays * select(1u, 2u, LIGHTS); source++) {
         take_turn();
         var arrival: Arrival;
@@ -218,16 +219,13 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
             arrival = choose_arrival(event, instances[v].layers, position, rng);
         }
         if (luminance(arrival.light) > 0.0) {
-            var light = (*path).throughput * arrival.light
+            let light = (*path).throughput * arrival.light
                 * transmittance(position, arrival.direction, arrival.distance, rng);
-            if (POINTS) {
-                light /= f32(shadow_rays);
-            }
-            (*path).radiance += light;
+            // Of a point, what arrives at the collision is told apart from light of the way on.
             if (POINTS && (*path).bounces == 1u) {
-                point_sent(path, event, arrival.direction, light);
-            } else if (POINTS) {
-                point_later(path, light);
+                point_sent((*path).point, event, arrival.direction, light / f32(shadow_rays));
+            } else {
+                (*path).radiance += light;
             }
         }
     }
@@ -240,7 +238,7 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
     (*path).throughput *= event_weight(event, densities);
     (*path).pdf = densities.x;
     if (POINTS && (*path).bounces == 1u) {
-        point_onward(path, event, (*path).direction);
+        point_onward((*path).point, event, (*path).direction);
     }
     return true;
 }
