@@ -116,7 +116,7 @@ impl LiveView {
         // What light learns.
         if let Some(light) = self.kept_light.as_mut().filter(|_| paths > 0) {
             let kept = if let Change::Little([kept, _]) = change { kept } else { 1.0 };
-            for (trace, cells) in light.learn(paths, kept, &frame.paths, cache) {
+            if let Some((trace, cells)) = light.learn(paths, kept, &frame.paths, cache) {
                 frame.push(trace);
                 frame.push(cells);
             }

@@ -6,7 +6,7 @@
 use lumivox_core::Camera;
 use lumivox_shaders::layout;
 
-use super::film::{GROUP_ROWS, LiveFilm};
+use super::film::LiveFilm;
 use super::images::{Grain, Image, LiveImage, PixelFormat, pixels};
 use super::passes::{
     ClearPass, LightCellsPass, LightPicturePass, LightResources, PathSettings, Share, TracePass,
@@ -31,14 +31,12 @@ const BUCKET: u32 = 16;
 /// Bytes of a point, and of what stands before them all.
 const POINT_BYTES: u64 = 32;
 
-/// Points of a frame that there is room for, at most.
-const MOST_POINTS: u64 = 1 << 20;
+/// Points of a frame that there is room for, at least and at most.
+const FEWEST_POINTS: u64 = 1 << 16;
+const MOST_POINTS: u64 = 1 << 22;
 
-/// Of paths about every second one meets a volume, where it fills a good part of the image.
+/// Paths that leave one: about every second one meets a volume, where it fills a good part of the image.
 const PATHS_A_POINT: f64 = 2.0;
-
-/// Dispatches of a frame's points at most: of more paths not all leave one.
-const MOST_BANDS: u64 = 4;
 
 /// Shadow rays of each kind at a point's collision, where there are fewer points than pixels: then a tenth more time brings as
 /// much as a quarter more points. Where there are many, they cost a third more and bring nothing.
@@ -77,6 +75,7 @@ pub(super) struct KeptLight {
     slots: u32,
     points: ResourceId,
     capacity: u32,
+    most_points: u64,
     /// What points' paths go into: it keeps those that are put aside, and counts for nothing else.
     film: Option<LiveFilm>,
     /// For its host depth.
@@ -109,7 +108,6 @@ impl KeptLight {
         let affordable = ((limit / 4).saturating_sub(HEADER_WORDS) / BLOCK_WORDS) as f64;
         let blocks = cache.voxel_bytes() as f64 * OF_VOXELS / (BLOCK_WORDS * 4) as f64;
         let slots = blocks.clamp(FEWEST_BLOCKS, MOST_BLOCKS).min(affordable) as u32 / BUCKET * BUCKET;
-        let capacity = (pixels(size) / 2).clamp(1 << 17, MOST_POINTS) as u32;
         let picture_bytes = pixels(size) * 2 * PixelFormat::FourFloats.bytes();
         check_binding("picture of kept light", picture_bytes, limit, "Lower the resolution scale")?;
         let cells =
@@ -118,8 +116,9 @@ impl KeptLight {
         Ok(Self {
             cells,
             slots,
-            points: recording.create_buffer("points of light", POINT_BYTES * (u64::from(capacity) + 1)),
-            capacity,
+            points: recording.create_buffer("points of light", POINT_BYTES * (FEWEST_POINTS + 1)),
+            capacity: FEWEST_POINTS as u32,
+            most_points: MOST_POINTS.min(limit / POINT_BYTES - 1),
             film: None,
             restarts: recording.create_buffer("restarts of points", 16),
             picture: recording.create_buffer("picture of kept light", picture_bytes),
@@ -150,7 +149,7 @@ impl KeptLight {
         self.is_stale = true;
     }
 
-    /// Sees to it that there is a film of points for so many paths a frame. A new one has to be cleared.
+    /// Sees to it that there are a film and room for the points of so many paths a frame. A new film has to be cleared.
     pub fn prepare(
         &mut self,
         paths: u64,
@@ -158,6 +157,13 @@ impl KeptLight {
         gone: &mut Recording,
         recording: &mut Recording,
     ) -> Result<Option<ClearPass>, RenderError> {
+        let room = paths as f64 / PATHS_A_POINT;
+        if room > f64::from(self.capacity) && u64::from(self.capacity) < self.most_points {
+            let capacity = ((1.25 * room) as u64).min(self.most_points);
+            gone.push(Step::Free { id: self.points });
+            self.points = recording.create_buffer("points of light", POINT_BYTES * (capacity + 1));
+            self.capacity = capacity as u32;
+        }
         let samples = samples_of(paths, self.size);
         let wanted = (paths / u64::from(samples)).clamp(64, pixels(self.size).max(64)) as f64;
         let has = self.film.as_ref().map_or(0.0, |film| pixels(film.size) as f64);
@@ -184,7 +190,7 @@ impl KeptLight {
         kept: f64,
         settings: &PathSettings,
         cache: &'a SceneCache,
-    ) -> Vec<(TracePass<'a>, LightCellsPass)> {
+    ) -> Option<(TracePass<'a>, LightCellsPass)> {
         self.frame += 1;
         let other_scene = std::mem::replace(&mut self.scene_version, cache.version()) != cache.version();
         // Where light has changed a little and films keep a part of theirs, fewer than usual, and not all of those.
@@ -201,7 +207,7 @@ impl KeptLight {
         let seed = settings.seed ^ frame.wrapping_mul(0x85eb_ca6b);
         let settings = PathSettings { seed, ..*settings };
         let fields = self.fields(&settings.camera, paths);
-        let Some(film) = &self.film else { return vec![] };
+        let film = self.film.as_ref()?;
         let all = Share::of_all(film.size, samples_of(paths, self.size), u32::MAX);
         let density = paths as f64 / pixels(self.size) as f64;
         let params = layout::LightParams {
@@ -218,22 +224,8 @@ impl KeptLight {
         };
         self.is_filled = true;
         self.is_stale = true;
-        // In bands of rows, each with as many points as there is room for.
-        let bands = paths.div_ceil((f64::from(capacity) * PATHS_A_POINT) as u64).clamp(1, MOST_BANDS) as u32;
-        let groups = all.rows[1] / GROUP_ROWS;
-        let bands = bands.min(groups);
-        let band = |i: u32| {
-            let rows = [i, i + 1].map(|i| groups * i / bands * GROUP_ROWS);
-            let trace = film.trace(Grain::Points, cache, &settings, Share { rows, ..all });
-            let kept = if i == 0 { params.kept } else { 1.0 };
-            let params = layout::LightParams { kept, ..params };
-            let (is_first, is_last) = (i == 0, i + 1 == bands);
-            (
-                trace.with_points(resources.points, fields),
-                LightCellsPass { resources, params, is_first, is_last },
-            )
-        };
-        (0..bands).map(band).collect()
+        let trace = film.trace(Grain::Points, cache, &settings, all).with_points(resources.points, fields);
+        Some((trace, LightCellsPass { resources, params }))
     }
 
     /// Where the rays of points end, if the host's surfaces end any: a film, and a buffer for what nobody asks for.
@@ -285,7 +277,7 @@ impl KeptLight {
     }
 
     fn fields(&self, camera: &Camera, paths: u64) -> LightFields {
-        let share = f64::from(self.capacity) * PATHS_A_POINT * MOST_BANDS as f64 / paths.max(1) as f64;
+        let share = f64::from(self.capacity) * PATHS_A_POINT / paths.max(1) as f64;
         let rays = if paths < pixels(self.size) { RAYS_OF_FEW_POINTS } else { 1 };
         LightFields {
             point_rays: rays,

@@ -4,45 +4,36 @@
 // Light that is sent on diffusely, by the phase function or by a surface, is told apart from what a surface mirrors: the one is
 // nearly the same for all who look, the other is not. Of that it is told what arrives, weighted by the mirror lobe.
 
-//
-// A point is there from its collision on, and its record is where it adds up: registers are what path tracers are short of.
-
 struct LightPoints {
-    // As many as were begun; those there was no room for are among them.
+    // As many as were left; those there was no room for are among them.
     count: atomic<u32>,
     padding: array<u32, 7>,
     // Two entries each: (place, light sent on diffusely, its colour), (what arrives for the mirror lobe or NO_MIRROR, the next
-    // point of three lists). Until a path has ended: (place, of light from the way on what is sent on diffusely, colour), (what
-    // arrived for the mirror lobe at the collision, how much the mirror lobe makes of light from the way on, light sent on
-    // diffusely at the collision, 0).
+    // point of three lists).
     records: array<vec4u>,
 }
 
 @group(0) @binding(POINTS_BINDING) var<storage, read_write> points: LightPoints;
 
 struct PathPoint {
-    // Of its first entry, or NO_POINT.
-    record: u32,
+    place: vec2u,
+    color: u32,
+    // Of light that arrived at the collision: what is sent on diffusely, and what arrived for the mirror lobe or NO_MIRROR.
+    diffuse: u32,
+    mirror: u32,
+    // The same of light from the way on, as a share of it.
+    diffuse_share: u32,
+    mirror_share: u32,
 }
 
-const NO_POINT: u32 = 0xffffffffu;
-
-// Of a point that was taken back, for its path was put aside.
+// Of a path that has met nothing that light is kept of.
 const NOWHERE: vec2u = vec2u(0xffffffffu);
 
 fn point_none() -> PathPoint {
-    return PathPoint(NO_POINT);
-}
-
-// Room for one more.
-fn point_new(first: vec4u, second: vec4u) -> PathPoint {
-    let record = 2u * atomicAdd(&points.count, 1u);
-    if (record + 1u >= arrayLength(&points.records)) {
-        return point_none();
-    }
-    points.records[record] = first;
-    points.records[record + 1u] = second;
-    return PathPoint(record);
+    var point = PathPoint();
+    point.place = NOWHERE;
+    point.mirror = NO_MIRROR;
+    return point;
 }
 
 // Of all that is sent on from a direction: x the density of what is diffuse, y that of the mirror lobe by itself.
@@ -75,63 +66,59 @@ fn point_begin(path: ptr<function, Path>, v: u32, position: vec3f, depth: f32, e
         return false;
     }
     let voxel = clamp(voxel_from_world(v, position), vec3f(0.0), instances[v].dims - 1.0);
-    let place = place_of(vec3u(voxel * CELLS_PER_VOXEL), v, tier_seen(v, depth));
-    let mirrors = SURFACE && event.phase < 1.0;
-    (*path).point = point_new(
-        vec4u(place, 0u, pack_rgb(diffuse_color(event))), vec4u(select(NO_MIRROR, 0u, mirrors), 0u, 0u, 0u));
-    return (*path).point.record != NO_POINT;
+    (*path).point.place = place_of(vec3u(voxel * CELLS_PER_VOXEL), v, tier_seen(v, depth));
+    (*path).point.color = pack_rgb(diffuse_color(event));
+    if (SURFACE && event.phase < 1.0) {
+        (*path).point.mirror = 0u;
+    }
+    return true;
 }
 
-// Light that arrives at the collision from a direction.
-fn point_sent(point: PathPoint, event: Event, direction: vec3f, light: vec3f) {
+// Light that arrives at the first collision from a direction.
+fn point_sent(path: ptr<function, Path>, event: Event, direction: vec3f, light: vec3f) {
     let shares = light_shares(event, direction);
     let scaled = frame.light_scale * light;
-    let second = points.records[point.record + 1u];
-    points.records[point.record + 1u].z = pack_rgb(unpack_rgb(second.z) + shares.diffuse * scaled);
-    if (second.x != NO_MIRROR) {
-        points.records[point.record + 1u].x = pack_rgb(unpack_rgb(second.x) + shares.mirror * scaled);
+    (*path).point.diffuse = pack_rgb(unpack_rgb((*path).point.diffuse) + shares.diffuse * scaled);
+    if ((*path).point.mirror != NO_MIRROR) {
+        (*path).point.mirror = pack_rgb(unpack_rgb((*path).point.mirror) + shares.mirror * scaled);
     }
 }
 
-// The way on from the collision.
-fn point_onward(point: PathPoint, event: Event, direction: vec3f) {
+// The way on from the first collision.
+fn point_onward(path: ptr<function, Path>, event: Event, direction: vec3f) {
     let shares = light_shares(event, direction);
-    points.records[point.record].z = pack_rgb(shares.diffuse);
-    points.records[point.record + 1u].y = pack_rgb(shares.mirror);
+    (*path).point.diffuse_share = pack_rgb(shares.diffuse);
+    (*path).point.mirror_share = pack_rgb(shares.mirror);
 }
 
-// The path has ended, with so much light from the way on.
-fn point_end(point: PathPoint, light: vec3f) {
-    if (point.record == NO_POINT) {
+// The path has ended.
+fn point_end(path: Path) {
+    let point = path.point;
+    if (all(point.place == NOWHERE)) {
         return;
     }
-    let scaled = frame.light_scale * light;
-    let of_way = points.records[point.record].z;
-    let second = points.records[point.record + 1u];
-    points.records[point.record].z = pack_rgb(unpack_rgb(second.z) + unpack_rgb(of_way) * scaled);
+    let index = atomicAdd(&points.count, 1u);
+    if (2u * index + 1u >= arrayLength(&points.records)) {
+        return;
+    }
+    let later = frame.light_scale * path.radiance;
     var mirror = NO_MIRROR;
-    if (second.x != NO_MIRROR) {
-        mirror = pack_rgb(unpack_rgb(second.x) + unpack_rgb(second.y) * scaled);
+    if (point.mirror != NO_MIRROR) {
+        mirror = pack_rgb(unpack_rgb(point.mirror) + unpack_rgb(point.mirror_share) * later);
     }
-    points.records[point.record + 1u] = vec4u(mirror, 0u, 0u, 0u);
+    let diffuse = unpack_rgb(point.diffuse) + unpack_rgb(point.diffuse_share) * later;
+    points.records[2u * index] = vec4u(point.place, pack_rgb(diffuse), point.color);
+    points.records[2u * index + 1u] = vec4u(mirror, 0u, 0u, 0u);
 }
 
-// Takes a point back, for its path will be gone on with later: two rows of words that are put aside with it. Of what the
-// path did since it was `remembered`, nothing counts.
-fn point_put_aside(point: PathPoint, remembered: PathPoint) -> array<vec4u, 2> {
-    var words = array<vec4u, 2>(vec4u(NOWHERE, 0u, 0u), vec4u(0u));
-    if (remembered.record != NO_POINT) {
-        words = array<vec4u, 2>(points.records[remembered.record], points.records[remembered.record + 1u]);
+// The point as it is put aside with its path.
+fn point_words(point: PathPoint, row: u32) -> vec4u {
+    switch row {
+        case 0u: { return vec4u(point.place, point.color, point.diffuse); }
+        default: { return vec4u(point.mirror, point.diffuse_share, point.mirror_share, 0u); }
     }
-    if (point.record != NO_POINT) {
-        points.records[point.record] = vec4u(NOWHERE, 0u, 0u);
-    }
-    return words;
 }
 
-fn point_taken_up(first: vec4u, second: vec4u) -> PathPoint {
-    if (all(first.xy == NOWHERE)) {
-        return point_none();
-    }
-    return point_new(first, second);
+fn point_of_words(first: vec4u, second: vec4u) -> PathPoint {
+    return PathPoint(first.xy, first.z, first.w, second.x, second.y, second.z);
 }

@@ -70,7 +70,7 @@ fn light_of_tier(v: u32, p: vec3f, tier: u32) -> KeptLight {
 }
 
 // The same by the finest of the tiers from `tier` on that knows any.
-fn light_at(v: u32, p: vec3f, tier: u32) -> KeptLight {
+fn kept_light_at(v: u32, p: vec3f, tier: u32) -> KeptLight {
     for (var t = tier; t < LAST_TIER; t++) {
         let kept = light_of_tier(v, p, t);
         if (kept.is_known) {

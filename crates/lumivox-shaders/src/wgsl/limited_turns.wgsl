@@ -5,8 +5,7 @@
 // numbers. Expects `frame`, `GUIDES`, `POINTS` and `CLASSES`.
 
 // What is put aside of each pixel, in planes: (origin, random dimension), (direction, pdf), (throughput, bounces),
-// (radiance, depth) and, with GUIDES, (albedo, 0), (normal, 0), or, with POINTS, two of the point that it leaves. As bits:
-// small integers are no floats to be copied.
+// (radiance, depth) and, with GUIDES, (albedo, 0), (normal, 0), or, with POINTS, two of the point that it leaves. As bits: small integers are no floats to be copied.
 @group(0) @binding(PATHS_BINDING) var<storage, read_write> paths: array<vec4u>;
 
 var<private> turns_left: i32;
@@ -65,7 +64,7 @@ fn take_up(
             (*path).normal = bitcast<vec3f>(paths[5u * plane + index].xyz);
         }
         if (POINTS) {
-            (*path).point = point_taken_up(paths[4u * plane + index], paths[5u * plane + index]);
+            (*path).point = point_of_words(paths[4u * plane + index], paths[5u * plane + index]);
         }
     }
     return true;
@@ -79,8 +78,8 @@ fn remember(path: Path, rng: Rng) {
     turns_left -= TURN;
 }
 
-// Puts a path aside as it was remembered; returns its state.
-fn put_aside(path: Path, index: u32) -> f32 {
+// Puts the path aside as it was remembered; returns its state.
+fn put_aside(index: u32) -> f32 {
     let plane = frame.film_size.x * frame.film_size.y;
     paths[index] = vec4u(bitcast<vec3u>(remembered.origin), remembered_dimension);
     paths[plane + index] = vec4u(bitcast<vec3u>(remembered.direction), bitcast<u32>(remembered.pdf));
@@ -91,9 +90,9 @@ fn put_aside(path: Path, index: u32) -> f32 {
         paths[5u * plane + index] = vec4u(bitcast<vec3u>(remembered.normal), 0u);
     }
     if (POINTS) {
-        let words = point_put_aside(path.point, remembered.point);
-        paths[4u * plane + index] = words[0];
-        paths[5u * plane + index] = words[1];
+        for (var row = 0u; row < 2u; row++) {
+            paths[(4u + row) * plane + index] = point_words(remembered.point, row);
+        }
     }
     if (turns_at_event < i32(frame.turn_limit)) {
         return PATH_ASIDE;

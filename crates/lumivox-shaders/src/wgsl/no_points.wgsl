@@ -12,19 +12,19 @@ fn point_begin(path: ptr<function, Path>, v: u32, position: vec3f, depth: f32, e
     return true;
 }
 
-fn point_sent(point: PathPoint, event: Event, direction: vec3f, light: vec3f) {
+fn point_sent(path: ptr<function, Path>, event: Event, direction: vec3f, light: vec3f) {
 }
 
-fn point_onward(point: PathPoint, event: Event, direction: vec3f) {
+fn point_onward(path: ptr<function, Path>, event: Event, direction: vec3f) {
 }
 
-fn point_end(point: PathPoint, light: vec3f) {
+fn point_end(path: Path) {
 }
 
-fn point_put_aside(point: PathPoint, remembered: PathPoint) -> array<vec4u, 2> {
-    return array<vec4u, 2>();
+fn point_words(point: PathPoint, row: u32) -> vec4u {
+    return vec4u(0u);
 }
 
-fn point_taken_up(first: vec4u, second: vec4u) -> PathPoint {
+fn point_of_words(first: vec4u, second: vec4u) -> PathPoint {
     return PathPoint();
 }

@@ -118,7 +118,7 @@ fn trace(pixel: vec2u, sharer: u32) -> Sums {
         remember(path, rng);
         alive = path_goes_on(&path, &rng, view_limit);
         if (turns_are_spent()) {
-            sums.moments.w = put_aside(path, index);
+            sums.moments.w = put_aside(index);
             break;
         }
         if (!alive) {
@@ -126,7 +126,7 @@ fn trace(pixel: vec2u, sharer: u32) -> Sums {
             if (POINTS) {
                 // The film counts them. What they have seen goes elsewhere.
                 sums.moments.z += 1.0;
-                point_end(path.point, path.radiance);
+                point_end(path);
                 continue;
             }
             let l = luminance(path.radiance);
@@ -221,9 +221,9 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
         if (luminance(arrival.light) > 0.0) {
             let light = (*path).throughput * arrival.light
                 * transmittance(position, arrival.direction, arrival.distance, rng);
-            // Of a point, what arrives at the collision is told apart from light of the way on.
+            // Of a point, what arrives at the first collision is told apart from light of the way on.
             if (POINTS && (*path).bounces == 1u) {
-                point_sent((*path).point, event, arrival.direction, light / f32(shadow_rays));
+                point_sent(path, event, arrival.direction, light / f32(shadow_rays));
             } else {
                 (*path).radiance += light;
             }
@@ -238,7 +238,7 @@ fn path_goes_on(path: ptr<function, Path>, rng: ptr<function, Rng>, view_limit: 
     (*path).throughput *= event_weight(event, densities);
     (*path).pdf = densities.x;
     if (POINTS && (*path).bounces == 1u) {
-        point_onward((*path).point, event, (*path).direction);
+        point_onward(path, event, (*path).direction);
     }
     return true;
 }

@@ -25,6 +25,6 @@ fn take_up(
 fn remember(path: Path, rng: Rng) {
 }
 
-fn put_aside(path: Path, index: u32) -> f32 {
+fn put_aside(index: u32) -> f32 {
     return 0.0;
 }

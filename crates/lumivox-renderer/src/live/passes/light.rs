@@ -34,10 +34,6 @@ pub struct LightCellsPass {
     pub resources: LightResources,
     /// What holds for all of it.
     pub params: layout::LightParams,
-    /// Whether they are the first points of a frame, and the last. There may be more than there is room for at once.
-    pub is_first: bool,
-    #[expect(missing_docs, reason = "as above")]
-    pub is_last: bool,
 }
 
 impl FramePass for LightCellsPass {
@@ -52,16 +48,14 @@ impl FramePass for LightCellsPass {
     fn record(&self, recording: &mut Recording) {
         let LightResources { cells, points } = self.resources;
         let slots = [self.params.slots, 1];
-        if self.is_first {
-            dispatch(Kernel::LightBegin, &self.params, vec![cells], slots, recording);
-        }
+        dispatch(Kernel::LightBegin, &self.params, vec![cells], slots, recording);
         for (kernel, count) in
             [(Kernel::LightInsert, self.params.points), (Kernel::LightGather, CELLS * self.params.slots)]
         {
             let size = [ROW.min(count), count.div_ceil(ROW)];
             dispatch(kernel, &self.params, vec![cells, points], size, recording);
         }
-        for tier in (0..TIERS).rev().filter(|_| self.is_last) {
+        for tier in (0..TIERS).rev() {
             let params = layout::LightParams { tier, ..self.params };
             dispatch(Kernel::LightResolve, &params, vec![cells], slots, recording);
         }
