@@ -262,8 +262,8 @@ pub struct LightParams {
     pub trusted_points: f32,
     pub coarse_share: f32,
     pub coarsest_share: f32,
-    pub padding_x: u32,
-    pub padding_y: u32,
+    pub is_changing: u32,
+    pub padding: u32,
 }
 
 /// Twin of `HostDepthParams`.

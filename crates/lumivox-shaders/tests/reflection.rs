@@ -193,8 +193,8 @@ fn twins_have_the_shaders_layout() {
             trusted_points,
             coarse_share,
             coarsest_share,
-            padding_x,
-            padding_y,
+            is_changing,
+            padding,
         }
     );
     assert_twin!(

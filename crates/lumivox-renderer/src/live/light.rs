@@ -54,11 +54,12 @@ const COARSEST_POINTS: f64 = 0.03;
 /// Points after which a cell is trusted as much as the cells around it.
 const TRUSTED: f32 = 12.0;
 
-/// Points that what cells know counts for at most when the scene has changed, whatever changed of it: what comes is soon more.
-const REMEMBERED_OF_ANOTHER_SCENE: f32 = 8.0;
+/// Points that what cells know counts for at most when the scene has changed, whatever changed of it. Less where new points say
+/// otherwise (`light_gather.wgsl`).
+const REMEMBERED_OF_ANOTHER_SCENE: f32 = 64.0;
 
 /// The part that cells keep from frame to frame after that, for so many frames: what few points fall into forgets, too.
-const KEPT_WHILE_SETTLING: f32 = 0.85;
+const KEPT_WHILE_SETTLING: f32 = 0.9;
 const SETTLING: u32 = 24;
 
 /// Frames after which the film of points is emptied where paths are put aside: of those some may starve, that nobody helps, and their
@@ -202,6 +203,7 @@ impl KeptLight {
         let is_settling = self.settling > 0;
         self.settling =
             if most == REMEMBERED_OF_ANOTHER_SCENE { SETTLING } else { self.settling.saturating_sub(1) };
+        let is_changing = u32::from(is_settling || other_scene);
         let kept = kept as f32 * if is_settling { KEPT_WHILE_SETTLING } else { 1.0 };
         let (resources, frame, slots, capacity) = (self.resources(), self.frame, self.slots, self.capacity);
         let seed = settings.seed ^ frame.wrapping_mul(0x85eb_ca6b);
@@ -218,6 +220,7 @@ impl KeptLight {
             most_points: most.min(MOST_REMEMBERED),
             most_mirrored: most.min(MOST_MIRRORED),
             trusted_points: TRUSTED,
+            is_changing,
             coarse_share: (COARSE_POINTS / density).min(1.0) as f32,
             coarsest_share: (COARSEST_POINTS / density).min(1.0) as f32,
             ..Default::default()

@@ -133,10 +133,16 @@ fn light_ratio(word: u32) -> vec3f {
     return vec3f(m) * exp2(f32(i32((word >> 24u) & 0x1fu) - 23));
 }
 
-// By how much a cell counts beside its neighbours.
+// By how much a cell counts beside its neighbours: hardly less where no point fell, for what is read of it is then what is known
+// of the cells around it. By its points it must not be: brighter cells have more of them.
 fn light_weight(word: u32) -> f32 {
-    let sure = word >> 29u;
-    return select(0.02, f32(1u << sure) * (1.0 / 128.0), sure > 0u);
+    return select(0.3, 1.0, (word >> 29u) > 0u);
+}
+
+// Light over colour, as one number.
+fn brightness(light: vec3f, color: vec3f) -> f32 {
+    let weights = vec3f(0.2126, 0.7152, 0.0722);
+    return dot(weights, light) / max(dot(weights, color), 1e-6);
 }
 
 // The place of a cell in its block.

@@ -15,45 +15,66 @@ var<workgroup> mirrored: array<vec4f, 64>;
 var<workgroup> lights: array<vec4f, 64>;
 var<workgroup> colors: array<vec3f, 64>;
 
-// What a cell learns: all of it, and what its points say of the mirror lobe.
+// What a frame's points say of a cell: of the mirror lobe, and how many do; of light, and how many there are; of its colour.
 struct Lesson {
     mirror: vec4f,
     light: vec4f,
     color: vec3f,
 }
 
-fn learn(slot: u32, cell: u32) -> Lesson {
+// Takes the cell's list: it is empty for the points that come next.
+fn listen(slot: u32, cell: u32) -> Lesson {
+    var lesson = Lesson();
     let words = block_word(params.slots, slot);
     let tier = place_tier(vec2u(0u, light_cells[words + BLOCK_PLACE + 1u]));
-    let means = words + BLOCK_MEANS + 3u * cell;
-    let before = bitcast<f32>(light_cells[means + 2u]);
-    var count = min(before * params.kept, params.most_points);
-    var mirror = vec4f(0.0);
     var next = light_cells[words + cell];
-    var light = count * unpack_rgb(light_cells[means]);
-    var color = count * unpack_rgb(light_cells[means + 1u]);
     if (next > 0u) {
-        for (var i = 0u; i < MOST_LOOKED_AT && next > 0u; i++) {
-            let first = points[2u * next];
-            let second = points[2u * next + 1u];
-            light += unpack_rgb(first.z);
-            color += unpack_rgb(first.w);
-            count += 1.0;
-            if (second.x != NO_MIRROR) {
-                mirror += vec4f(unpack_rgb(second.x), 1.0);
-            }
-            let list = tier - place_tier(first.xy);
-            next = select(select(second.w, second.z, list == 1u), second.y, list == 0u);
-        }
-        // For the points that come next.
         light_cells[words + cell] = 0u;
-        light_cells[means] = pack_rgb_by_chance(light / count, chances(slot, cell));
-        light_cells[means + 1u] = pack_rgb_by_chance(color / count, chances(slot, 8u + cell));
     }
-    if (count != before) {
-        light_cells[means + 2u] = bitcast<u32>(count);
+    for (var i = 0u; i < MOST_LOOKED_AT && next > 0u; i++) {
+        let first = points[2u * next];
+        let second = points[2u * next + 1u];
+        lesson.light += vec4f(unpack_rgb(first.z), 1.0);
+        lesson.color += unpack_rgb(first.w);
+        if (second.x != NO_MIRROR) {
+            lesson.mirror += vec4f(unpack_rgb(second.x), 1.0);
+        }
+        let list = tier - place_tier(first.xy);
+        next = select(select(second.w, second.z, list == 1u), second.y, list == 0u);
     }
-    return Lesson(mirror, vec4f(light, count), color);
+    return lesson;
+}
+
+// Points that what a block's cells knew counts for at most. Where light is changing, the fewer the more it is another than what
+// the new points say: at the square of what is between them, less what is their own noise, old points are as far from the truth
+// as new ones. (As the gain of a Kalman filter. A point's noise is about as large as its light.)
+fn most_remembered(words: u32, new_points: Lesson) -> f32 {
+    if (params.is_changing == 0u || new_points.light.a <= 0.0) {
+        return params.most_points;
+    }
+    let at = words + BLOCK_TOGETHER;
+    let before = brightness(unpack_rgb(light_cells[at]), unpack_rgb(light_cells[at + 1u]));
+    let now = brightness(new_points.light.rgb, new_points.color);
+    let difference = 2.0 * (now - before) / max(now + before, 1e-12);
+    let drift = difference * difference - 2.0 / new_points.light.a;
+    return min(params.most_points, 1.0 / max(drift, 1e-4));
+}
+
+// What a cell knows with its new points.
+fn learn(slot: u32, cell: u32, most: f32, lesson: Lesson) -> Lesson {
+    let means = block_word(params.slots, slot) + BLOCK_MEANS + 3u * cell;
+    let before = bitcast<f32>(light_cells[means + 2u]);
+    let kept = min(before * params.kept, most);
+    let light = vec4f(kept * unpack_rgb(light_cells[means]), kept) + lesson.light;
+    let color = kept * unpack_rgb(light_cells[means + 1u]) + lesson.color;
+    if (lesson.light.a > 0.0) {
+        light_cells[means] = pack_rgb_by_chance(light.rgb / light.a, chances(slot, cell));
+        light_cells[means + 1u] = pack_rgb_by_chance(color / light.a, chances(slot, 8u + cell));
+    }
+    if (light.a != before) {
+        light_cells[means + 2u] = bitcast<u32>(light.a);
+    }
+    return Lesson(lesson.mirror, light, color);
 }
 
 // One invocation a cell.
@@ -67,7 +88,20 @@ fn light_gather(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocat
     }
     var lesson = Lesson();
     if (is_taken) {
-        lesson = learn(slot, cell);
+        lesson = listen(slot, cell);
+    }
+    lights[local_index] = lesson.light;
+    colors[local_index] = lesson.color;
+    workgroupBarrier();
+    let block = local_index - cell;
+    var together = Lesson();
+    for (var i = 0u; i < 8u; i++) {
+        together.light += lights[block + i];
+        together.color += colors[block + i];
+    }
+    workgroupBarrier();
+    if (is_taken) {
+        lesson = learn(slot, cell, most_remembered(block_word(params.slots, slot), together), lesson);
     }
     mirrored[local_index] = lesson.mirror;
     lights[local_index] = lesson.light;

@@ -19,8 +19,9 @@ struct LightParams {
     // Of points, the share that cells of the next tier are told of, and those of the one after that: not more.
     coarse_share: f32,
     coarsest_share: f32,
-    padding_x: u32,
-    padding_y: u32,
+    // Whether light may be another than it was.
+    is_changing: u32,
+    padding: u32,
 }
 
 // Invocations in a row of dispatches over points and cells: there are more of them than workgroups along an axis.
