@@ -106,9 +106,9 @@ fn twins_have_the_shaders_layout() {
             classes,
             full_looks,
             surface_metallic,
+            light_number,
             padding_x,
             padding_y,
-            padding_z,
         }
     );
     assert_twin!(
@@ -193,8 +193,8 @@ fn twins_have_the_shaders_layout() {
             trusted_points,
             coarse_share,
             coarsest_share,
-            padding_x,
-            padding_y,
+            forgets,
+            scale,
         }
     );
     assert_twin!(

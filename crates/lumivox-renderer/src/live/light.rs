@@ -6,6 +6,7 @@
 use lumivox_core::Camera;
 use lumivox_shaders::layout;
 
+use super::changing_light::{FrameLight, LEAST_KEPT};
 use super::film::{GROUP_ROWS, LiveFilm};
 use super::images::{Grain, Image, LiveImage, PixelFormat, pixels};
 use super::passes::{
@@ -13,8 +14,8 @@ use super::passes::{
 };
 use crate::error::RenderError;
 use crate::frame;
-use crate::recording::{Recording, ResourceId, Step};
-use crate::scene_cache::{SceneCache, check_binding};
+use crate::recording::{Payload, Recording, ResourceId, Step};
+use crate::scene_cache::{Numbered, SceneCache, check_binding};
 
 /// The part of the voxels' memory that cells take at most.
 const OF_VOXELS: f64 = 0.25;
@@ -24,9 +25,13 @@ const FEWEST_BLOCKS: f64 = 4096.0;
 const MOST_BLOCKS: f64 = 262_144.0;
 
 /// Words of the buffer of cells: before all, and of a block with its key and its stamp. As `light_cells.wgsl` has them.
-const HEADER_WORDS: u64 = 16;
+const HEADER_WORDS: u64 = 144;
 const BLOCK_WORDS: u64 = 40 + 2;
 const BUCKET: u32 = 16;
+
+/// Of those before all, the first of as many as have a bit for each number of a volume.
+const GONE_WORD: u64 = 16;
+const GONE_WORDS: usize = 128;
 
 /// Bytes of a point, and of what stands before them all.
 const POINT_BYTES: u64 = 32;
@@ -58,6 +63,9 @@ const TRUSTED: f32 = 12.0;
 /// Points that what cells know counts for at most when the scene has changed, whatever changed of it: what comes is soon more.
 const REMEMBERED_OF_ANOTHER_SCENE: f32 = 8.0;
 
+/// And when light fell on it that is another altogether.
+const REMEMBERED_OF_OTHER_LIGHT: f32 = 2.0;
+
 /// The part that cells keep from frame to frame after that, for so many frames: what few points fall into forgets, too.
 const KEPT_WHILE_SETTLING: f32 = 0.85;
 const SETTLING: u32 = 24;
@@ -65,6 +73,9 @@ const SETTLING: u32 = 24;
 /// Frames after which the film of points is emptied where paths are put aside: of those some may starve, that nobody helps, and their
 /// pixels leave no points any more.
 const STARVED_FOR: u32 = 256;
+
+/// How many times as bright or dark light may be shown as it was when cells were made: there are bits enough for that.
+const BRIGHTER: f64 = 1024.0;
 
 /// First collisions of a pixel, where there are several volumes.
 const COLLISIONS: u32 = 8;
@@ -83,8 +94,10 @@ pub(super) struct KeptLight {
     picture: ResourceId,
     size: [u32; 2],
     /// Which volumes' cells they are.
-    shapes: u64,
+    volumes: Vec<Numbered>,
     scene_version: u64,
+    /// In which they have learnt.
+    light: FrameLight,
     /// What light is multiplied by in cells.
     scale: f64,
     frame: u32,
@@ -101,31 +114,29 @@ impl KeptLight {
     pub fn new(
         size: [u32; 2],
         exposure: f64,
+        light: FrameLight,
         cache: &SceneCache,
         recording: &mut Recording,
     ) -> Result<Self, RenderError> {
-        let limit = cache.limits().max_storage_binding;
-        let affordable = ((limit / 4).saturating_sub(HEADER_WORDS) / BLOCK_WORDS) as f64;
-        let blocks = cache.voxel_bytes() as f64 * OF_VOXELS / (BLOCK_WORDS * 4) as f64;
-        let slots = blocks.clamp(FEWEST_BLOCKS, MOST_BLOCKS).min(affordable) as u32 / BUCKET * BUCKET;
-        let capacity = (pixels(size) / 2).clamp(1 << 17, MOST_POINTS) as u32;
-        let picture_bytes = pixels(size) * 2 * PixelFormat::FourFloats.bytes();
-        check_binding("picture of kept light", picture_bytes, limit, "Lower the resolution scale")?;
+        let slots = slots_for(cache);
+        let (points, capacity) = make_points(size, recording);
+        let picture = make_picture(size, cache, recording)?;
         let cells =
             recording.create_buffer("kept light", (HEADER_WORDS + u64::from(slots) * BLOCK_WORDS) * 4);
         recording.push(Step::ClearBuffer { id: cells });
         Ok(Self {
             cells,
             slots,
-            points: recording.create_buffer("points of light", POINT_BYTES * (u64::from(capacity) + 1)),
+            points,
             capacity,
             film: None,
             restarts: recording.create_buffer("restarts of points", 16),
-            picture: recording.create_buffer("picture of kept light", picture_bytes),
+            picture,
             size,
-            shapes: cache.shapes(),
+            volumes: cache.numbers().unwrap_or_default().to_vec(),
             scene_version: cache.version(),
-            scale: scale_of(exposure),
+            light,
+            scale: scale_of(exposure * cache.light_scale()),
             frame: 0,
             settling: 0,
             is_filled: false,
@@ -133,10 +144,36 @@ impl KeptLight {
         })
     }
 
-    /// Whether it can go on for pictures of so many pixels, as bright as that.
-    pub fn fits(&self, size: [u32; 2], exposure: f64, cache: &SceneCache) -> bool {
-        let ratio = scale_of(exposure) / self.scale;
-        self.size == size && self.shapes == cache.shapes() && (1.0 / 16.0..=16.0).contains(&ratio)
+    /// Whether it can go on for pictures as bright as that, and for the volumes that there are: it holds what it knows of those that
+    /// stay, unless there is room for far more of it now, or far less.
+    pub fn fits(&self, exposure: f64, cache: &SceneCache) -> bool {
+        let shown = exposure * cache.light_scale();
+        let ratio = scale_of(shown) / self.scale;
+        let slots = slots_for(cache);
+        (shown == 0.0 || (1.0 / BRIGHTER..=BRIGHTER).contains(&ratio))
+            && slots < 2 * self.slots
+            && slots > self.slots / 4
+    }
+
+    /// Makes pictures of so many pixels from now on.
+    pub fn resize(
+        &mut self,
+        size: [u32; 2],
+        cache: &SceneCache,
+        gone: &mut Recording,
+        recording: &mut Recording,
+    ) -> Result<(), RenderError> {
+        if self.size != size {
+            let picture = make_picture(size, cache, recording)?;
+            let (points, capacity) = make_points(size, recording);
+            for old in
+                [std::mem::replace(&mut self.picture, picture), std::mem::replace(&mut self.points, points)]
+            {
+                gone.push(Step::Free { id: old });
+            }
+            (self.size, self.capacity, self.is_stale) = (size, capacity, true);
+        }
+        Ok(())
     }
 
     /// Whether it knows anything.
@@ -161,7 +198,9 @@ impl KeptLight {
         let wanted = (paths / u64::from(samples)).clamp(64, pixels(self.size).max(64)) as f64;
         let has = self.film.as_ref().map_or(0.0, |film| pixels(film.size) as f64);
         if (0.8..=1.25).contains(&(wanted / has.max(1.0))) {
-            let is_old = self.frame % STARVED_FOR == STARVED_FOR - 1;
+            // Paths that were put aside may have begun in a volume that is gone.
+            let is_old = self.frame % STARVED_FOR == STARVED_FOR - 1
+                || cache.numbers().is_some_and(|now| now != self.volumes);
             let starves = |film: &LiveFilm| film.unfinished.puts_aside() && is_old;
             return Ok(self.film.as_mut().filter(|film| starves(film)).map(|film| film.clear(Grain::Points)));
         }
@@ -180,22 +219,28 @@ impl KeptLight {
     pub fn learn<'a>(
         &mut self,
         paths: u64,
-        kept: f64,
+        light: FrameLight,
         settings: &PathSettings,
         cache: &'a SceneCache,
+        recording: &mut Recording,
     ) -> Vec<(TracePass<'a>, LightCellsPass)> {
         self.frame += 1;
+        let forgets = self.forget_gone(cache, recording);
+        // Whatever the camera does, and the film with it: light that has changed a little lets cells keep a part of theirs.
+        let [kept, scale] = light.since(&std::mem::replace(&mut self.light, light));
         let other_scene = std::mem::replace(&mut self.scene_version, cache.version()) != cache.version();
-        // Where light has changed a little and films keep a part of theirs, fewer than usual, and not all of those.
-        let most = match other_scene {
-            true if kept < 1.0 => REMEMBERED_OF_ANOTHER_SCENE / (1.0 - kept as f32),
-            true => REMEMBERED_OF_ANOTHER_SCENE,
-            false => MOST_REMEMBERED,
+        let other_light = kept < LEAST_KEPT;
+        let most = match (other_light, other_scene) {
+            (true, _) => REMEMBERED_OF_OTHER_LIGHT,
+            (false, true) => REMEMBERED_OF_ANOTHER_SCENE,
+            (false, false) => MOST_REMEMBERED,
         };
-        let is_settling = self.settling > 0;
-        self.settling =
-            if most == REMEMBERED_OF_ANOTHER_SCENE { SETTLING } else { self.settling.saturating_sub(1) };
-        let kept = kept as f32 * if is_settling { KEPT_WHILE_SETTLING } else { 1.0 };
+        let kept = if other_light { 1.0 } else { kept as f32 };
+        let kept = kept * if self.settling > 0 { KEPT_WHILE_SETTLING } else { 1.0 };
+        self.settling = match most {
+            MOST_REMEMBERED => self.settling.saturating_sub(1),
+            _ => SETTLING,
+        };
         let (resources, frame, slots, capacity) = (self.resources(), self.frame, self.slots, self.capacity);
         let seed = settings.seed ^ frame.wrapping_mul(0x85eb_ca6b);
         let settings = PathSettings { seed, ..*settings };
@@ -213,6 +258,8 @@ impl KeptLight {
             trusted_points: TRUSTED,
             coarse_share: (COARSE_POINTS / density).min(1.0) as f32,
             coarsest_share: (COARSEST_POINTS / density).min(1.0) as f32,
+            forgets: u32::from(forgets),
+            scale: scale as f32,
             ..Default::default()
         };
         self.is_filled = true;
@@ -224,8 +271,8 @@ impl KeptLight {
         let band = |i: u32| {
             let rows = [i, i + 1].map(|i| groups * i / bands * GROUP_ROWS);
             let trace = film.trace(Grain::Points, cache, &settings, Share { rows, ..all });
-            let kept = if i == 0 { params.kept } else { 1.0 };
-            let params = layout::LightParams { kept, ..params };
+            let [kept, scale] = if i == 0 { [params.kept, params.scale] } else { [1.0; 2] };
+            let params = layout::LightParams { kept, scale, ..params };
             let (is_first, is_last) = (i == 0, i + 1 == bands);
             (
                 trace.with_points(resources.points, fields),
@@ -233,6 +280,22 @@ impl KeptLight {
             )
         };
         (0..bands).map(band).collect()
+    }
+
+    /// Tells cells which volumes are gone, whose numbers others may have some day; returns whether any are.
+    fn forget_gone(&mut self, cache: &SceneCache, recording: &mut Recording) -> bool {
+        let now = cache.numbers().unwrap_or_default();
+        if now == self.volumes {
+            return false;
+        }
+        let before = std::mem::replace(&mut self.volumes, now.to_vec());
+        let mut gone = [0u32; GONE_WORDS];
+        for (number, _) in before.iter().filter(|volume| now.binary_search(volume).is_err()) {
+            gone[*number as usize / 32] |= 1 << (number % 32);
+        }
+        let data = Payload::copy_of(&gone);
+        recording.push(Step::WriteBuffer { id: self.cells, offset: 4 * GONE_WORD, data });
+        gone.iter().any(|word| *word != 0)
     }
 
     /// Where the rays of points end, if the host's surfaces end any: a film, and a buffer for what nobody asks for.
@@ -301,6 +364,30 @@ impl KeptLight {
             recording.push(Step::Free { id });
         }
     }
+}
+
+/// Blocks that there is to be room for.
+fn slots_for(cache: &SceneCache) -> u32 {
+    let affordable = (cache.limits().max_storage_binding / 4).saturating_sub(HEADER_WORDS) / BLOCK_WORDS;
+    let blocks = cache.voxel_bytes() as f64 * OF_VOXELS / (BLOCK_WORDS * 4) as f64;
+    blocks.clamp(FEWEST_BLOCKS, MOST_BLOCKS).min(affordable as f64) as u32 / BUCKET * BUCKET
+}
+
+/// Room for the points of a frame, and for how many.
+fn make_points(size: [u32; 2], recording: &mut Recording) -> (ResourceId, u32) {
+    let capacity = (pixels(size) / 2).clamp(1 << 17, MOST_POINTS) as u32;
+    (recording.create_buffer("points of light", POINT_BYTES * (u64::from(capacity) + 1)), capacity)
+}
+
+fn make_picture(
+    size: [u32; 2],
+    cache: &SceneCache,
+    recording: &mut Recording,
+) -> Result<ResourceId, RenderError> {
+    let bytes = pixels(size) * 2 * PixelFormat::FourFloats.bytes();
+    let limit = cache.limits().max_storage_binding;
+    check_binding("picture of kept light", bytes, limit, "Lower the resolution scale")?;
+    Ok(recording.create_buffer("picture of kept light", bytes))
 }
 
 /// What of a frame's parameters is about kept light.

@@ -30,9 +30,9 @@ fn learn(slot: u32, cell: u32) -> Lesson {
     var count = min(before * params.kept, params.most_points);
     var mirror = vec4f(0.0);
     var next = light_cells[words + cell];
-    var light = count * unpack_rgb(light_cells[means]);
+    var light = count * params.scale * unpack_rgb(light_cells[means]);
     var color = count * unpack_rgb(light_cells[means + 1u]);
-    if (next > 0u) {
+    if (next > 0u || (count > 0.0 && params.scale != 1.0)) {
         for (var i = 0u; i < MOST_LOOKED_AT && next > 0u; i++) {
             let first = points[2u * next];
             let second = points[2u * next + 1u];
@@ -80,7 +80,7 @@ fn light_gather(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocat
     let words = block_word(params.slots, slot);
     let at = words + BLOCK_MIRROR;
     let before = min(bitcast<f32>(light_cells[at + 1u]) * params.kept, params.most_mirrored);
-    var sum = before * vec4f(unpack_rgb(light_cells[at]), 1.0);
+    var sum = before * vec4f(params.scale * unpack_rgb(light_cells[at]), 1.0);
     var light = vec4f(0.0);
     var color = vec3f(0.0);
     for (var i = 0u; i < 8u; i++) {

@@ -19,8 +19,10 @@ struct LightParams {
     // Of points, the share that cells of the next tier are told of, and those of the one after that: not more.
     coarse_share: f32,
     coarsest_share: f32,
-    padding_x: u32,
-    padding_y: u32,
+    // Whether there are volumes that are gone, see LIGHT_GONE.
+    forgets: u32,
+    // By what all that was learnt is multiplied, for the unit of light is another.
+    scale: f32,
 }
 
 // Invocations in a row of dispatches over points and cells: there are more of them than workgroups along an axis.

@@ -59,9 +59,8 @@ fn light_shares(event: Event, direction: vec3f) -> LightShares {
 
 fn point_begin(path: ptr<function, Path>, v: u32, position: vec3f, depth: f32, event: Event) {
     let voxel = clamp(voxel_from_world(v, position), vec3f(0.0), instances[v].dims - 1.0);
-    if (v < MOST_LIT_VOLUMES) {
-        (*path).point.place = place_of(vec3u(voxel * CELLS_PER_VOXEL), v, tier_seen(v, depth));
-    }
+    let number = instances[v].light_number;
+    (*path).point.place = place_of(vec3u(voxel * CELLS_PER_VOXEL), number, tier_seen(v, depth));
     (*path).point.color = pack_rgb(diffuse_color(event));
     if (!SURFACE || event.phase >= 1.0) {
         (*path).point.mirror = vec3f(-1.0);
