@@ -2,6 +2,7 @@
 
 mod cells;
 mod changes;
+mod hosts;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{Camera, Environment};
