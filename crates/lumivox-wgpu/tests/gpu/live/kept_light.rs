@@ -3,6 +3,7 @@
 mod cells;
 mod changes;
 mod hosts;
+mod reference;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{Camera, Environment};
