@@ -199,12 +199,13 @@ impl LiveView {
     /// Paths from which light learns in this frame: all that there are while something moves, and half of them until the
     /// film shows more than light knows.
     fn paths_of_light(&self, change: Change, budget: u64) -> u64 {
-        match (&self.kept_light, change) {
-            (None, _) => 0,
-            (_, Change::Much) => budget,
+        let Some(light) = &self.kept_light else { return 0 };
+        let wanted = match change {
+            Change::Much => budget,
             _ if !self.schedule.is_done() && self.schedule.complete() < LEARNS_UNTIL => budget / 2,
             _ => 0,
-        }
+        };
+        wanted.min(light.most_paths())
     }
 
     /// The picture of kept light, if that is what is seen, and another than before.

@@ -74,6 +74,9 @@ const SETTLING: u32 = 24;
 /// pixels leave no points any more.
 const STARVED_FOR: u32 = 256;
 
+/// And those after which it is emptied anyway, for samples are counted in floats.
+const COUNTED_FOR: u32 = 1 << 16;
+
 /// How many times as bright or dark light may be shown as it was when cells were made: there are bits enough for that.
 const BRIGHTER: f64 = 1024.0;
 
@@ -89,6 +92,8 @@ pub(super) struct KeptLight {
     capacity: u32,
     /// What points' paths go into: it keeps those that are put aside, and counts for nothing else.
     film: Option<LiveFilm>,
+    /// How often it was emptied: each time its random numbers are others.
+    films: u32,
     /// For its host depth.
     restarts: ResourceId,
     picture: ResourceId,
@@ -130,6 +135,7 @@ impl KeptLight {
             points,
             capacity,
             film: None,
+            films: 0,
             restarts: recording.create_buffer("restarts of points", 16),
             picture,
             size,
@@ -195,24 +201,39 @@ impl KeptLight {
         recording: &mut Recording,
     ) -> Result<Option<ClearPass>, RenderError> {
         let samples = samples_of(paths, self.size);
-        let wanted = (paths / u64::from(samples)).clamp(64, pixels(self.size).max(64)) as f64;
+        let most = pixels(self.size).min(LiveFilm::most_for_points(cache)).max(64);
+        let wanted = (paths / u64::from(samples)).clamp(64, most) as f64;
         let has = self.film.as_ref().map_or(0.0, |film| pixels(film.size) as f64);
         if (0.8..=1.25).contains(&(wanted / has.max(1.0))) {
             // Paths that were put aside may have begun in a volume that is gone.
             let is_old = self.frame % STARVED_FOR == STARVED_FOR - 1
                 || cache.numbers().is_some_and(|now| now != self.volumes);
-            let starves = |film: &LiveFilm| film.unfinished.puts_aside() && is_old;
-            return Ok(self.film.as_mut().filter(|film| starves(film)).map(|film| film.clear(Grain::Points)));
+            let counts_far = self.frame % COUNTED_FOR == COUNTED_FOR - 1;
+            let is_over = |film: &LiveFilm| film.unfinished.puts_aside() && is_old || counts_far;
+            return Ok(self.film.as_mut().filter(|film| is_over(film)).map(|film| {
+                self.films += 1;
+                film.clear(Grain::Points)
+            }));
         }
         let [width, height] = self.size.map(f64::from);
         let scale = (wanted / (width * height)).sqrt();
-        let size = [width, height].map(|n| ((n * scale).round() as u32).max(1));
-        let mut film = LiveFilm::for_points(size, cache, recording)?;
-        let clear = film.clear(Grain::Points);
-        if let Some(old) = self.film.replace(film) {
-            old.free(gone);
+        let size = [width, height].map(|n| ((n * scale).floor() as u32).max(1));
+        if self.film.as_ref().is_none_or(|film| film.capacity < pixels(size)) {
+            let larger = LiveFilm::for_points(size, cache, recording)?;
+            if let Some(small) = self.film.replace(larger) {
+                small.free(gone);
+            }
         }
-        Ok(Some(clear))
+        Ok(self.film.as_mut().map(|film| {
+            self.films += 1;
+            film.size = size;
+            film.clear(Grain::Points)
+        }))
+    }
+
+    /// Paths of a frame at most: of more not all would leave points.
+    pub fn most_paths(&self) -> u64 {
+        (f64::from(self.capacity) * PATHS_A_POINT) as u64 * MOST_BANDS
     }
 
     /// The passes by which cells learn from so many paths, that were prepared for: where their rays end comes before them.
@@ -242,7 +263,8 @@ impl KeptLight {
             _ => SETTLING,
         };
         let (resources, frame, slots, capacity) = (self.resources(), self.frame, self.slots, self.capacity);
-        let seed = settings.seed ^ frame.wrapping_mul(0x85eb_ca6b);
+        // A path that was put aside goes on with the numbers that it began with: else it would be drawn anew for being long.
+        let seed = settings.seed ^ self.films.wrapping_mul(0x85eb_ca6b);
         let settings = PathSettings { seed, ..*settings };
         let fields = self.fields(&settings.camera, paths);
         let Some(film) = &self.film else { return vec![] };

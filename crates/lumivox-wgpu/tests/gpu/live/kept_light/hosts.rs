@@ -4,7 +4,8 @@ use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{Camera, Projection, Scene};
 use lumivox_renderer::live::LiveImage;
 use lumivox_renderer::{
-    DeviceLimits, DistanceFog, Fog, HostFrame, LiveView, Recording, SceneCache, Step, VoxelStore,
+    DeviceLimits, DistanceFog, Fog, HostFrame, LiveSettings, LiveView, LoopTurns, Recording, ResourceId,
+    SceneCache, Step, VoxelStore,
 };
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::Gpu;
@@ -267,7 +268,7 @@ fn as_many_volumes_are_lit_as_there_are_numbers() {
         let mut recording = Recording::new();
         cache.update(&scene, &mut recording).unwrap();
         let view = view.get_or_insert_with(|| LiveView::new(&settings(), &cache, &mut recording).unwrap());
-        let host = HostFrame::new(lumivox_renderer::ResourceId::external());
+        let host = HostFrame::new(ResourceId::external());
         view.record_frame(&cache, &around(&test, count as usize), &settings(), &host, PIXELS, &mut recording)
             .unwrap();
         assert_eq!(view.image(LiveImage::KeptLight).is_some(), is_kept, "{count}");
@@ -275,5 +276,36 @@ fn as_many_volumes_are_lit_as_there_are_numbers() {
             matches!(step, Step::Dispatch { kernel: lumivox_shaders::Kernel::LightMarch(_), .. })
         });
         assert_eq!(marches, is_kept, "{count}");
+    }
+}
+
+/// A host that asks for all that there is gets no more than cells can learn of, and one whose budget goes up and down nothing
+/// new each time; where paths are put aside there is room for fewer.
+#[test]
+fn any_budget_will_do() {
+    let test = scenes::noise();
+    let mut limits = DeviceLimits::webgpu_default();
+    for loop_turns in [None, Some(LoopTurns::of_software(8))] {
+        limits.loop_turns = loop_turns;
+        let mut cache = SceneCache::new(&VoxelStore::new(limits));
+        let mut recording = Recording::new();
+        cache.update(&test.scene, &mut recording).unwrap();
+        let settings = LiveSettings::new(1600, 900).with(|it| it.kept_light = true);
+        let mut view = LiveView::new(&settings, &cache, &mut recording).unwrap();
+        let host = HostFrame::new(ResourceId::external());
+        for (frame, budget) in
+            [u64::MAX, 1, 0, 5_000_000, 300_000, 900_000, 2_000_000].into_iter().enumerate()
+        {
+            let mut recording = Recording::new();
+            let camera = around(&test, frame);
+            let status =
+                view.record_frame(&cache, &camera, &settings, &host, budget, &mut recording).unwrap();
+            assert!(status.pixel_samples <= budget.max(1600 * 900 * 600), "{}", status.pixel_samples);
+            let films = recording
+                .steps
+                .iter()
+                .filter(|step| matches!(step, Step::CreateBuffer { label: "live film", .. }));
+            assert!(frame == 0 || films.count() == 0, "frame {frame}");
+        }
     }
 }
