@@ -53,7 +53,7 @@ fn two_views_of_one_world_are_each_right() {
     std::mem::swap(&mut host.live, &mut second);
     let converged = still(&mut gpu, &test, &other_side(15), settings());
     let ratio = mean(&shown(&host, &mut gpu)) / mean(&converged);
-    assert!((ratio - 1.0).abs() < 0.03, "{ratio} times as bright");
+    assert!((ratio - 1.0).abs() < 0.05, "{ratio} times as bright");
     // One that goes takes nothing of the other along.
     std::mem::swap(&mut host.live, &mut second);
     let mut gone = Recording::new();
@@ -152,7 +152,7 @@ fn parallel_views_are_as_right_as_others() {
     let [kept, raw] = &mut pictures;
     let [ratio, error] = compare(&mut gpu, &test, &parallel(23), kept, raw);
     println!("{ratio:.3} times as bright, {error:.2} times the error of samples alone");
-    assert!((ratio - 1.0).abs() < 0.03 && error < 0.7, "{ratio} {error}");
+    assert!((ratio - 1.0).abs() < 0.05 && error < 0.7, "{ratio} {error}");
 }
 
 /// Fog and depth of the host, as they are over a film.
@@ -205,7 +205,7 @@ fn fog_and_meshes_are_over_kept_light_as_over_films() {
         };
         let ratio = of(&kept) / of(&film);
         println!("{half:?}: {ratio:.3} times as bright");
-        assert!(of(&film) > 1.0 && (ratio - 1.0).abs() < 0.04, "{ratio} times as bright");
+        assert!(of(&film) > 1.0 && (ratio - 1.0).abs() < 0.06, "{ratio} times as bright");
     }
     // Where both see something: view depths are means over it.
     let both = kept_depth.iter().zip(&film_depth).filter(|(a, b)| **a > 0.0 && **b > 0.0);
@@ -245,7 +245,7 @@ fn cells_are_made_anew_on_another_device() {
         assert_ne!(host.made[name], before[name], "{name}");
     }
     let ratio = mean(&shown(&host, &mut gpu)) / mean(&still(&mut gpu, &test, &around(&test, 11), settings()));
-    assert!((ratio - 1.0).abs() < 0.03, "{ratio} times as bright");
+    assert!((ratio - 1.0).abs() < 0.05, "{ratio} times as bright");
 }
 
 /// As many as there are numbers, and one more: then they are shown as without.
