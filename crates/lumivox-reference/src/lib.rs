@@ -33,7 +33,7 @@ pub mod sampling;
 pub mod scattering;
 
 pub use image::ReferenceImage;
-pub use path::{EnvironmentLookup, ReferenceSettings, render};
+pub use path::{DiffuseSample, EnvironmentLookup, ReferenceSettings, render, sent_diffusely};
 
 /// The examples of the README are tests.
 #[cfg(doctest)]

@@ -104,43 +104,95 @@ pub fn trace(
     media: &[PlacedMedium],
     environment: &Environment,
     lights: &[lumivox_core::Light],
-    mut ray: Ray,
+    ray: Ray,
     rng: &mut Rng,
 ) -> PathSample {
-    let mut path = PathSample::default();
-    let mut throughput = [1.0; 3];
-    let mut bounces = 0;
-    while let Some((medium, t)) = nearest_collision(media, &ray, rng) {
-        let point = ray.origin + t * ray.direction;
-        let collision = Collision::new(medium, &medium.pick(point, rng.uniform()), ray.direction);
-        path.first_hit.get_or_insert(FirstHit { point, albedo: collision.albedo, normal: collision.normal });
-        bounces += 1;
-        if bounces > medium.medium().max_bounces {
-            return path;
-        }
-        // No path can hit the engine's lights: every collision asks each of them.
-        for light in lights.iter().filter(|light| light.layers & medium.layers() != 0) {
-            let beam = beam(light, point, rng.uniform_2d());
-            let shadow = Ray { origin: point, direction: beam.wi };
-            if beam.irradiance != [0.0; 3] && is_clear(media, &shadow, beam.distance, rng) {
-                let f = collision.evaluate(beam.wi);
-                path.radiance =
-                    std::array::from_fn(|i| path.radiance[i] + throughput[i] * beam.irradiance[i] * f[i]);
+    let Some((medium, t)) = nearest_collision(media, &ray, rng) else { return PathSample::default() };
+    let point = ray.origin + t * ray.direction;
+    let collision = Collision::new(medium, &medium.pick(point, rng.uniform()), ray.direction);
+    let first_hit = FirstHit { point, albedo: collision.albedo, normal: collision.normal };
+    let world = World { media, environment, lights };
+    let radiance = world.sent_on(medium, point, &collision, rng);
+    PathSample { radiance, first_hit: Some(first_hit) }
+}
+
+/// What a point of a medium sends on diffusely, by its phase function or by a surface, and not by the surface's mirroring.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DiffuseSample {
+    /// Radiance, an estimate, towards who looks along the direction in which the point was met.
+    pub light: [f64; 3],
+    /// The part of all light that is sent on so, per colour.
+    pub color: [f64; 3],
+}
+
+/// One estimate of what a point sends on diffusely that was met by a ray in a direction of travel.
+pub fn sent_diffusely<'w, 'v>(
+    media: &'w [PlacedMedium<'v>],
+    environment: &Environment,
+    lights: &[lumivox_core::Light],
+    medium: &'w PlacedMedium<'v>,
+    point: DVec3,
+    travel: DVec3,
+    rng: &mut Rng,
+) -> DiffuseSample {
+    let mut collision = Collision::new(medium, &medium.pick(point, rng.uniform()), travel);
+    let color = collision.diffuse_color();
+    // A surface that mirrors, but in which nothing is to be seen.
+    collision.gloss = [0.0; 3];
+    let world = World { media, environment, lights };
+    DiffuseSample { light: world.sent_on(medium, point, &collision, rng), color }
+}
+
+/// What paths are traced in.
+struct World<'w, 'v> {
+    media: &'w [PlacedMedium<'v>],
+    environment: &'w Environment,
+    lights: &'w [lumivox_core::Light],
+}
+
+impl<'w, 'v> World<'w, 'v> {
+    /// What the first collision of a path sends on to where the path came from.
+    fn sent_on(
+        &self,
+        mut medium: &'w PlacedMedium<'v>,
+        mut point: DVec3,
+        first: &Collision,
+        rng: &mut Rng,
+    ) -> [f64; 3] {
+        let mut collision = *first;
+        let mut radiance = [0.0; 3];
+        let mut throughput = [1.0; 3];
+        let mut bounces = 1;
+        loop {
+            if bounces > medium.medium().max_bounces {
+                return radiance;
             }
+            // No path can hit the engine's lights: every collision asks each of them.
+            for light in self.lights.iter().filter(|light| light.layers & medium.layers() != 0) {
+                let beam = beam(light, point, rng.uniform_2d());
+                let shadow = Ray { origin: point, direction: beam.wi };
+                if beam.irradiance != [0.0; 3] && is_clear(self.media, &shadow, beam.distance, rng) {
+                    let f = collision.evaluate(beam.wi);
+                    radiance =
+                        std::array::from_fn(|i| radiance[i] + throughput[i] * beam.irradiance[i] * f[i]);
+                }
+            }
+            let (wi, weight) = collision.sample(rng);
+            throughput = std::array::from_fn(|i| throughput[i] * weight[i]);
+            // Nothing can come back from black.
+            if throughput == [0.0; 3] {
+                return radiance;
+            }
+            let ray = Ray { origin: point, direction: wi };
+            let Some((next, t)) = nearest_collision(self.media, &ray, rng) else {
+                let light = self.environment.radiance(wi);
+                return std::array::from_fn(|i| radiance[i] + throughput[i] * light[i]);
+            };
+            (medium, point) = (next, ray.origin + t * ray.direction);
+            collision = Collision::new(medium, &medium.pick(point, rng.uniform()), wi);
+            bounces += 1;
         }
-        let (wi, weight) = collision.sample(rng);
-        throughput = std::array::from_fn(|i| throughput[i] * weight[i]);
-        // Nothing can come back from black.
-        if throughput == [0.0; 3] {
-            return path;
-        }
-        ray = Ray { origin: point, direction: wi };
     }
-    if path.first_hit.is_some() {
-        let radiance = environment.radiance(ray.direction);
-        path.radiance = std::array::from_fn(|i| path.radiance[i] + throughput[i] * radiance[i]);
-    }
-    path
 }
 
 /// Whether light gets through to `t_max`, as a photon would: an unbiased estimate of the transmittance, 0 or 1.

@@ -28,7 +28,7 @@ pub struct Collision {
     /// The fraction of surface events that are specular.
     fresnel: f64,
     /// Fraction of light that survives those, per colour.
-    gloss: [f64; 3],
+    pub(crate) gloss: [f64; 3],
     /// Mean cosine of the specular lobe about the mirror direction.
     lobe_anisotropy: f64,
 }
@@ -61,6 +61,11 @@ impl Collision {
             gloss: albedo.map(|c| 1.0 - surface.metallic * (1.0 - c)),
             lobe_anisotropy: surface.lobe_anisotropy(),
         }
+    }
+
+    /// Fraction of light that survives events that are not specular, of all events.
+    pub fn diffuse_color(&self) -> [f64; 3] {
+        self.albedo.map(|c| c * (1.0 - self.surface_probability * self.fresnel))
     }
 
     /// Where the mirror of the surface sends light.

@@ -63,6 +63,11 @@ impl Unfinished {
         Self::with_bytes(pixels * PATH_BYTES_WITH_POINT, limits, remedy, recording)
     }
 
+    /// Pixels of a film at most whose paths leave points.
+    pub fn most_for_points(limits: DeviceLimits) -> u64 {
+        limits.loop_turns.map_or(u64::MAX, |_| limits.max_storage_binding / PATH_BYTES_WITH_POINT)
+    }
+
     fn with_bytes(
         bytes: u64,
         limits: DeviceLimits,

@@ -107,9 +107,9 @@ pub struct Instance {
     pub classes: u32,
     pub full_looks: u32,
     pub surface_metallic: f32,
+    pub light_number: u32,
     pub padding_x: u32,
     pub padding_y: u32,
-    pub padding_z: u32,
 }
 
 /// Twin of `Light`.
@@ -263,7 +263,11 @@ pub struct LightParams {
     pub coarse_share: f32,
     pub coarsest_share: f32,
     pub is_changing: u32,
-    pub padding: u32,
+    pub forgets: u32,
+    pub scale: f32,
+    pub padding_x: u32,
+    pub padding_y: u32,
+    pub padding_z: u32,
 }
 
 /// Twin of `HostDepthParams`.

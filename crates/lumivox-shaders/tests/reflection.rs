@@ -106,9 +106,9 @@ fn twins_have_the_shaders_layout() {
             classes,
             full_looks,
             surface_metallic,
+            light_number,
             padding_x,
             padding_y,
-            padding_z,
         }
     );
     assert_twin!(
@@ -194,7 +194,11 @@ fn twins_have_the_shaders_layout() {
             coarse_share,
             coarsest_share,
             is_changing,
-            padding,
+            forgets,
+            scale,
+            padding_x,
+            padding_y,
+            padding_z,
         }
     );
     assert_twin!(

@@ -6,11 +6,14 @@
 
 use crate::scene_cache::{LightPast, SceneCache, change_of_color, kept_after};
 
+/// Ambient light that differs less is the same: it is rounded in two units.
+const TOLERANCE: f64 = 1e-6;
+
 /// Frames without a change after which light rests: what flickers may pause as long.
 const REST: u32 = 30;
 
 /// The least that a film keeps: one of which less is left begins anew.
-const LEAST_KEPT: f64 = 0.2;
+pub(super) const LEAST_KEPT: f64 = 0.2;
 
 /// The light that falls on a view's volumes in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,6 +31,17 @@ impl FrameLight {
         let scaled = |c: f64| (c.max(0.0) / cache.light_scale()) as f32;
         let ambient = ambient.map(|c| if c.is_finite() { scaled(c) } else { 0.0 });
         Self { past: cache.light_past(), ambient }
+    }
+
+    /// What is kept of what was seen in the light before, and how many times as bright that has become.
+    pub fn since(&self, before: &Self) -> [f64; 2] {
+        let [kept, scale] = self.past.since(&before.past);
+        let ambient = before.ambient.map(|c| (f64::from(c) * scale) as f32);
+        let of_ambient = match change_of_color(ambient, self.ambient) {
+            change if change <= TOLERANCE => 1.0,
+            change => kept_after(change).unwrap_or(0.0),
+        };
+        [kept * of_ambient, scale]
     }
 }
 
@@ -64,12 +78,7 @@ impl LightOfFilm {
             self.rest = self.rest.saturating_add(1);
             return Change::None;
         }
-        let ambient = match change_of_color(before.ambient, now.ambient) {
-            0.0 => 1.0,
-            change => kept_after(change).unwrap_or(0.0),
-        };
-        let [of_lights, scale] = now.past.since(&before.past);
-        let kept = of_lights * ambient;
+        let [kept, scale] = now.since(&before);
         if kept < LEAST_KEPT {
             return Change::Much;
         }

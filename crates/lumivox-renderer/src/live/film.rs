@@ -52,6 +52,11 @@ impl LiveFilm {
         Ok(Self::with(size, false, unfinished, recording))
     }
 
+    /// Pixels of one for paths that leave points at most: on devices where paths are put aside, that takes more than a film does.
+    pub fn most_for_points(cache: &SceneCache) -> u64 {
+        Unfinished::most_for_points(cache.limits())
+    }
+
     fn check(size: [u32; 2], guides: bool, cache: &SceneCache) -> Result<(), RenderError> {
         let bytes = FilmImages::buffer_bytes(pixels(size), guides);
         check_binding("film", bytes, cache.limits().max_storage_binding, remedy(guides))

@@ -87,7 +87,7 @@ impl LiveView {
         let mut frame = Planned { cache, paths, passes: vec![], gone: Recording::new() };
 
         // What the films keep.
-        self.fit_light(change, settings, &mut frame, recording)?;
+        self.fit_light(change, light, settings, &mut frame, recording)?;
         match change {
             Change::Much => self.restart(key, light, budget, &mut frame, recording)?,
             Change::Little(kept) => self.fade(kept, budget, &mut frame, recording)?,
@@ -114,9 +114,8 @@ impl LiveView {
             }
         }
         // What light learns.
-        if let Some(light) = self.kept_light.as_mut().filter(|_| paths > 0) {
-            let kept = if let Change::Little([kept, _]) = change { kept } else { 1.0 };
-            if let Some((trace, cells)) = light.learn(paths, kept, &frame.paths, cache) {
+        if let Some(kept) = self.kept_light.as_mut().filter(|_| paths > 0) {
+            if let Some((trace, cells)) = kept.learn(paths, light, &frame.paths, cache, recording) {
                 frame.push(trace);
                 frame.push(cells);
             }
@@ -175,31 +174,38 @@ impl LiveView {
     fn fit_light(
         &mut self,
         change: Change,
+        light: FrameLight,
         settings: &LiveSettings,
         frame: &mut Planned<'_>,
         recording: &mut Recording,
     ) -> Result<(), RenderError> {
         let (size, exposure) = (settings.film_size(), settings.exposure);
-        let fits = |light: &mut KeptLight| settings.kept_light && light.fits(size, exposure, frame.cache);
+        let is_wanted = settings.kept_light && frame.cache.numbers().is_some();
+        let fits = |light: &mut KeptLight| is_wanted && light.fits(exposure, frame.cache);
         if let Some(light) = self.kept_light.take_if(|light| !fits(light)) {
             light.free(&mut frame.gone);
         }
-        // It is for what moves: a view that is at rest does without until then.
-        if settings.kept_light && self.kept_light.is_none() && change != Change::None {
-            self.kept_light = Some(KeptLight::new(size, exposure, frame.cache, recording)?);
+        match &mut self.kept_light {
+            Some(kept) => kept.resize(size, frame.cache, &mut frame.gone, recording),
+            // It is for what moves: a view that is at rest does without until then.
+            None if is_wanted && change != Change::None => {
+                self.kept_light = Some(KeptLight::new(size, exposure, light, frame.cache, recording)?);
+                Ok(())
+            }
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Paths from which light learns in this frame: all that there are while something moves, and half of them until the
     /// film shows more than light knows.
     fn paths_of_light(&self, change: Change, budget: u64) -> u64 {
-        match (&self.kept_light, change) {
-            (None, _) => 0,
-            (_, Change::Much) => budget,
+        let Some(light) = &self.kept_light else { return 0 };
+        let wanted = match change {
+            Change::Much => budget,
             _ if !self.schedule.is_done() && self.schedule.complete() < LEARNS_UNTIL => budget / 2,
             _ => 0,
-        }
+        };
+        wanted.min(light.most_paths())
     }
 
     /// The picture of kept light, if that is what is seen, and another than before.

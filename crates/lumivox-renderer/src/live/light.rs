@@ -6,6 +6,7 @@
 use lumivox_core::Camera;
 use lumivox_shaders::layout;
 
+use super::changing_light::{FrameLight, LEAST_KEPT};
 use super::film::LiveFilm;
 use super::images::{Grain, Image, LiveImage, PixelFormat, pixels};
 use super::passes::{
@@ -13,8 +14,8 @@ use super::passes::{
 };
 use crate::error::RenderError;
 use crate::frame;
-use crate::recording::{Recording, ResourceId, Step};
-use crate::scene_cache::{SceneCache, check_binding};
+use crate::recording::{Payload, Recording, ResourceId, Step};
+use crate::scene_cache::{Numbered, SceneCache, check_binding};
 
 /// The part of the voxels' memory that cells take at most.
 const OF_VOXELS: f64 = 0.25;
@@ -24,9 +25,13 @@ const FEWEST_BLOCKS: f64 = 4096.0;
 const MOST_BLOCKS: f64 = 262_144.0;
 
 /// Words of the buffer of cells: before all, and of a block with its key and its stamp. As `light_cells.wgsl` has them.
-const HEADER_WORDS: u64 = 16;
+const HEADER_WORDS: u64 = 144;
 const BLOCK_WORDS: u64 = 40 + 2;
 const BUCKET: u32 = 16;
+
+/// Of those before all, the first of as many as have a bit for each number of a volume.
+const GONE_WORD: u64 = 16;
+const GONE_WORDS: usize = 128;
 
 /// Bytes of a point, and of what stands before them all.
 const POINT_BYTES: u64 = 32;
@@ -58,6 +63,9 @@ const TRUSTED: f32 = 12.0;
 /// otherwise (`light_gather.wgsl`).
 const REMEMBERED_OF_ANOTHER_SCENE: f32 = 64.0;
 
+/// And when light fell on it that is another altogether.
+const REMEMBERED_OF_OTHER_LIGHT: f32 = 2.0;
+
 /// The part that cells keep from frame to frame after that, for so many frames: what few points fall into forgets, too.
 const KEPT_WHILE_SETTLING: f32 = 0.9;
 const SETTLING: u32 = 24;
@@ -65,6 +73,12 @@ const SETTLING: u32 = 24;
 /// Frames after which the film of points is emptied where paths are put aside: of those some may starve, that nobody helps, and their
 /// pixels leave no points any more.
 const STARVED_FOR: u32 = 256;
+
+/// And those after which it is emptied anyway, for samples are counted in floats.
+const COUNTED_FOR: u32 = 1 << 16;
+
+/// How many times as bright or dark light may be shown as it was when cells were made: there are bits enough for that.
+const BRIGHTER: f64 = 1024.0;
 
 /// First collisions of a pixel, where there are several volumes.
 const COLLISIONS: u32 = 8;
@@ -79,13 +93,17 @@ pub(super) struct KeptLight {
     most_points: u64,
     /// What points' paths go into: it keeps those that are put aside, and counts for nothing else.
     film: Option<LiveFilm>,
+    /// How often it was emptied: each time its random numbers are others.
+    films: u32,
     /// For its host depth.
     restarts: ResourceId,
     picture: ResourceId,
     size: [u32; 2],
     /// Which volumes' cells they are.
-    shapes: u64,
+    volumes: Vec<Numbered>,
     scene_version: u64,
+    /// In which they have learnt.
+    light: FrameLight,
     /// What light is multiplied by in cells.
     scale: f64,
     frame: u32,
@@ -102,15 +120,12 @@ impl KeptLight {
     pub fn new(
         size: [u32; 2],
         exposure: f64,
+        light: FrameLight,
         cache: &SceneCache,
         recording: &mut Recording,
     ) -> Result<Self, RenderError> {
-        let limit = cache.limits().max_storage_binding;
-        let affordable = ((limit / 4).saturating_sub(HEADER_WORDS) / BLOCK_WORDS) as f64;
-        let blocks = cache.voxel_bytes() as f64 * OF_VOXELS / (BLOCK_WORDS * 4) as f64;
-        let slots = blocks.clamp(FEWEST_BLOCKS, MOST_BLOCKS).min(affordable) as u32 / BUCKET * BUCKET;
-        let picture_bytes = pixels(size) * 2 * PixelFormat::FourFloats.bytes();
-        check_binding("picture of kept light", picture_bytes, limit, "Lower the resolution scale")?;
+        let slots = slots_for(cache);
+        let picture = make_picture(size, cache, recording)?;
         let cells =
             recording.create_buffer("kept light", (HEADER_WORDS + u64::from(slots) * BLOCK_WORDS) * 4);
         recording.push(Step::ClearBuffer { id: cells });
@@ -119,14 +134,16 @@ impl KeptLight {
             slots,
             points: recording.create_buffer("points of light", POINT_BYTES * (FEWEST_POINTS + 1)),
             capacity: FEWEST_POINTS as u32,
-            most_points: MOST_POINTS.min(limit / POINT_BYTES - 1),
+            most_points: MOST_POINTS.min(cache.limits().max_storage_binding / POINT_BYTES - 1),
             film: None,
+            films: 0,
             restarts: recording.create_buffer("restarts of points", 16),
-            picture: recording.create_buffer("picture of kept light", picture_bytes),
+            picture,
             size,
-            shapes: cache.shapes(),
+            volumes: cache.numbers().unwrap_or_default().to_vec(),
             scene_version: cache.version(),
-            scale: scale_of(exposure),
+            light,
+            scale: scale_of(exposure * cache.light_scale()),
             frame: 0,
             settling: 0,
             is_filled: false,
@@ -134,10 +151,31 @@ impl KeptLight {
         })
     }
 
-    /// Whether it can go on for pictures of so many pixels, as bright as that.
-    pub fn fits(&self, size: [u32; 2], exposure: f64, cache: &SceneCache) -> bool {
-        let ratio = scale_of(exposure) / self.scale;
-        self.size == size && self.shapes == cache.shapes() && (1.0 / 16.0..=16.0).contains(&ratio)
+    /// Whether it can go on for pictures as bright as that, and for the volumes that there are: it holds what it knows of those that
+    /// stay, unless there is room for far more of it now, or far less.
+    pub fn fits(&self, exposure: f64, cache: &SceneCache) -> bool {
+        let shown = exposure * cache.light_scale();
+        let ratio = scale_of(shown) / self.scale;
+        let slots = slots_for(cache);
+        (shown == 0.0 || (1.0 / BRIGHTER..=BRIGHTER).contains(&ratio))
+            && slots < 2 * self.slots
+            && slots > self.slots / 4
+    }
+
+    /// Makes pictures of so many pixels from now on.
+    pub fn resize(
+        &mut self,
+        size: [u32; 2],
+        cache: &SceneCache,
+        gone: &mut Recording,
+        recording: &mut Recording,
+    ) -> Result<(), RenderError> {
+        if self.size != size {
+            let picture = make_picture(size, cache, recording)?;
+            gone.push(Step::Free { id: std::mem::replace(&mut self.picture, picture) });
+            (self.size, self.is_stale) = (size, true);
+        }
+        Ok(())
     }
 
     /// Whether it knows anything.
@@ -166,47 +204,71 @@ impl KeptLight {
             self.capacity = capacity as u32;
         }
         let samples = samples_of(paths, self.size);
-        let wanted = (paths / u64::from(samples)).clamp(64, pixels(self.size).max(64)) as f64;
+        let most = pixels(self.size).min(LiveFilm::most_for_points(cache)).max(64);
+        let wanted = (paths / u64::from(samples)).clamp(64, most) as f64;
         let has = self.film.as_ref().map_or(0.0, |film| pixels(film.size) as f64);
         if (0.8..=1.25).contains(&(wanted / has.max(1.0))) {
-            let is_old = self.frame % STARVED_FOR == STARVED_FOR - 1;
-            let starves = |film: &LiveFilm| film.unfinished.puts_aside() && is_old;
-            return Ok(self.film.as_mut().filter(|film| starves(film)).map(|film| film.clear(Grain::Points)));
+            // Paths that were put aside may have begun in a volume that is gone.
+            let is_old = self.frame % STARVED_FOR == STARVED_FOR - 1
+                || cache.numbers().is_some_and(|now| now != self.volumes);
+            let counts_far = self.frame % COUNTED_FOR == COUNTED_FOR - 1;
+            let is_over = |film: &LiveFilm| film.unfinished.puts_aside() && is_old || counts_far;
+            return Ok(self.film.as_mut().filter(|film| is_over(film)).map(|film| {
+                self.films += 1;
+                film.clear(Grain::Points)
+            }));
         }
         let [width, height] = self.size.map(f64::from);
         let scale = (wanted / (width * height)).sqrt();
-        let size = [width, height].map(|n| ((n * scale).round() as u32).max(1));
-        let mut film = LiveFilm::for_points(size, cache, recording)?;
-        let clear = film.clear(Grain::Points);
-        if let Some(old) = self.film.replace(film) {
-            old.free(gone);
+        let size = [width, height].map(|n| ((n * scale).floor() as u32).max(1));
+        if self.film.as_ref().is_none_or(|film| film.capacity < pixels(size)) {
+            let larger = LiveFilm::for_points(size, cache, recording)?;
+            if let Some(small) = self.film.replace(larger) {
+                small.free(gone);
+            }
         }
-        Ok(Some(clear))
+        Ok(self.film.as_mut().map(|film| {
+            self.films += 1;
+            film.size = size;
+            film.clear(Grain::Points)
+        }))
+    }
+
+    /// Paths of a frame at most: of more not all would leave points.
+    pub fn most_paths(&self) -> u64 {
+        (self.most_points as f64 * PATHS_A_POINT) as u64
     }
 
     /// The passes by which cells learn from so many paths, that were prepared for: where their rays end comes before them.
     pub fn learn<'a>(
         &mut self,
         paths: u64,
-        kept: f64,
+        light: FrameLight,
         settings: &PathSettings,
         cache: &'a SceneCache,
+        recording: &mut Recording,
     ) -> Option<(TracePass<'a>, LightCellsPass)> {
         self.frame += 1;
+        let forgets = self.forget_gone(cache, recording);
+        // Whatever the camera does, and the film with it: light that has changed a little lets cells keep a part of theirs.
+        let [kept, scale] = light.since(&std::mem::replace(&mut self.light, light));
         let other_scene = std::mem::replace(&mut self.scene_version, cache.version()) != cache.version();
-        // Where light has changed a little and films keep a part of theirs, fewer than usual, and not all of those.
-        let most = match other_scene {
-            true if kept < 1.0 => REMEMBERED_OF_ANOTHER_SCENE / (1.0 - kept as f32),
-            true => REMEMBERED_OF_ANOTHER_SCENE,
-            false => MOST_REMEMBERED,
+        let other_light = kept < LEAST_KEPT;
+        let most = match (other_light, other_scene) {
+            (true, _) => REMEMBERED_OF_OTHER_LIGHT,
+            (false, true) => REMEMBERED_OF_ANOTHER_SCENE,
+            (false, false) => MOST_REMEMBERED,
         };
-        let is_settling = self.settling > 0;
-        self.settling =
-            if most == REMEMBERED_OF_ANOTHER_SCENE { SETTLING } else { self.settling.saturating_sub(1) };
-        let is_changing = u32::from(is_settling || other_scene);
-        let kept = kept as f32 * if is_settling { KEPT_WHILE_SETTLING } else { 1.0 };
+        let kept = if other_light { 1.0 } else { kept as f32 };
+        let kept = kept * if self.settling > 0 { KEPT_WHILE_SETTLING } else { 1.0 };
+        self.settling = match most {
+            MOST_REMEMBERED => self.settling.saturating_sub(1),
+            _ => SETTLING,
+        };
+        let is_changing = u32::from(self.settling > 0);
         let (resources, frame, slots, capacity) = (self.resources(), self.frame, self.slots, self.capacity);
-        let seed = settings.seed ^ frame.wrapping_mul(0x85eb_ca6b);
+        // A path that was put aside goes on with the numbers that it began with: else it would be drawn anew for being long.
+        let seed = settings.seed ^ self.films.wrapping_mul(0x85eb_ca6b);
         let settings = PathSettings { seed, ..*settings };
         let fields = self.fields(&settings.camera, paths);
         let film = self.film.as_ref()?;
@@ -223,12 +285,30 @@ impl KeptLight {
             is_changing,
             coarse_share: (COARSE_POINTS / density).min(1.0) as f32,
             coarsest_share: (COARSEST_POINTS / density).min(1.0) as f32,
+            forgets: u32::from(forgets),
+            scale: scale as f32,
             ..Default::default()
         };
         self.is_filled = true;
         self.is_stale = true;
         let trace = film.trace(Grain::Points, cache, &settings, all).with_points(resources.points, fields);
         Some((trace, LightCellsPass { resources, params }))
+    }
+
+    /// Tells cells which volumes are gone, whose numbers others may have some day; returns whether any are.
+    fn forget_gone(&mut self, cache: &SceneCache, recording: &mut Recording) -> bool {
+        let now = cache.numbers().unwrap_or_default();
+        if now == self.volumes {
+            return false;
+        }
+        let before = std::mem::replace(&mut self.volumes, now.to_vec());
+        let mut gone = [0u32; GONE_WORDS];
+        for (number, _) in before.iter().filter(|volume| now.binary_search(volume).is_err()) {
+            gone[*number as usize / 32] |= 1 << (number % 32);
+        }
+        let data = Payload::copy_of(&gone);
+        recording.push(Step::WriteBuffer { id: self.cells, offset: 4 * GONE_WORD, data });
+        gone.iter().any(|word| *word != 0)
     }
 
     /// Where the rays of points end, if the host's surfaces end any: a film, and a buffer for what nobody asks for.
@@ -299,6 +379,24 @@ impl KeptLight {
             recording.push(Step::Free { id });
         }
     }
+}
+
+/// Blocks that there is to be room for.
+fn slots_for(cache: &SceneCache) -> u32 {
+    let affordable = (cache.limits().max_storage_binding / 4).saturating_sub(HEADER_WORDS) / BLOCK_WORDS;
+    let blocks = cache.voxel_bytes() as f64 * OF_VOXELS / (BLOCK_WORDS * 4) as f64;
+    blocks.clamp(FEWEST_BLOCKS, MOST_BLOCKS).min(affordable as f64) as u32 / BUCKET * BUCKET
+}
+
+fn make_picture(
+    size: [u32; 2],
+    cache: &SceneCache,
+    recording: &mut Recording,
+) -> Result<ResourceId, RenderError> {
+    let bytes = pixels(size) * 2 * PixelFormat::FourFloats.bytes();
+    let limit = cache.limits().max_storage_binding;
+    check_binding("picture of kept light", bytes, limit, "Lower the resolution scale")?;
+    Ok(recording.create_buffer("picture of kept light", bytes))
 }
 
 /// What of a frame's parameters is about kept light.

@@ -53,7 +53,18 @@ impl LightPast {
     fn add(&mut self, kept: f64, scale: f64) {
         self.changes = self.changes.wrapping_add(1);
         self.log_kept += kept.ln();
-        self.log_scale += scale.ln();
+        self.rescale(scale);
+    }
+
+    /// Light that has nothing to do with what was before.
+    fn begin_anew(&mut self, scale: f64) {
+        self.log_kept += f64::EPSILON.ln();
+        self.rescale(scale);
+    }
+
+    /// So many times as bright. Light that is gone comes back at some time.
+    fn rescale(&mut self, scale: f64) {
+        self.log_scale += scale.clamp(1e-12, 1e12).ln();
     }
 
     /// What a film from `before` keeps, and how many times as bright that has become.
@@ -211,6 +222,7 @@ impl SceneCache {
             }
             _ => {
                 if changed {
+                    self.light_past.begin_anew(scale);
                     self.mean_light = MeanLight::new(&self.lights.list, environment);
                 }
                 changed

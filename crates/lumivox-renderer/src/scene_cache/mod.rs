@@ -17,6 +17,7 @@ mod label_sets;
 mod lights;
 mod majorants;
 mod mirror;
+mod numbers;
 mod preparation;
 mod tables;
 mod transfer_table;
@@ -40,6 +41,8 @@ pub(crate) use self::hierarchy::MANY as MANY_VOLUMES;
 use self::hierarchy::{Bounds, Node};
 pub(crate) use self::lights::effective as effective_lights;
 use self::mirror::{Mirror, Part};
+pub(crate) use self::numbers::Numbered;
+use self::numbers::{Numbers, Shape};
 pub use self::preparation::Preparation;
 use self::tables::{Besides, CachedTables, TableOf};
 use crate::error::RenderError;
@@ -116,8 +119,8 @@ pub struct SceneCache {
     around: Bounds,
     features: Features,
     unprepared: u64,
-    /// The volumes that rays meet, in their order and with their voxels; and another number for each such list.
-    shapes: (Vec<(usize, [u32; 3])>, u64),
+    /// By which light that is kept in volumes knows them.
+    numbers: Numbers,
     /// Subtracted from world positions before they are rounded to 32 bits: scenes far from the world's origin keep
     /// their precision.
     origin: DVec3,
@@ -147,7 +150,7 @@ impl SceneCache {
             around: Bounds::NOTHING,
             features: Features::default(),
             unprepared: 0,
-            shapes: (vec![], ids::next().0),
+            numbers: Numbers::default(),
             origin: DVec3::ZERO,
             version: ids::next().0,
         }
@@ -289,6 +292,12 @@ impl SceneCache {
         let origin = middle(
             placed.iter().map(|p| p.instance.world_from_box().transform_point3(DVec3::splat(0.5))).collect(),
         );
+        let shape = |p: &Placed<'_>| {
+            let dims = self.acquired(&p.source()).bricks.grid.dims;
+            Shape::new(&p.instance.volume, dims, p.instance.world_from_patient)
+        };
+        let shapes = placed.iter().map(shape).collect();
+        self.numbers.update(shapes);
         let traced = placed.iter().enumerate().map(|(i, p)| self.instance(i, p, origin));
         let read = fields.iter().enumerate().map(|(i, field)| {
             let of = &placed[field.of];
@@ -298,14 +307,6 @@ impl SceneCache {
         });
         let instances = traced.chain(read).collect();
         self.traced = placed.len();
-        let shape = |p: &Placed<'_>| {
-            let grid = &self.acquired(&p.source()).bricks.grid;
-            (Arc::as_ptr(&p.instance.volume).addr(), grid.dims)
-        };
-        let shapes = placed.iter().map(shape).collect();
-        if self.shapes.0 != shapes {
-            self.shapes = (shapes, ids::next().0);
-        }
         let bounds: Vec<Bounds> = placed.iter().map(|p| Bounds::of(p.instance, origin)).collect();
         self.around = Bounds::around(bounds.iter().copied());
         let instances_changed = self.instances.update("instances", instances, recording);
@@ -370,6 +371,7 @@ impl SceneCache {
             classes: classes as u32,
             full_looks: looks.full_in_cells() as u32,
             surface_metallic: surface.metallic as f32,
+            light_number: self.numbers.of(index),
             ..Instance::default()
         }
     }
@@ -404,14 +406,14 @@ impl SceneCache {
         self.origin
     }
 
-    /// Changes whenever a point of a volume's own space, by the volume's number, means another one.
-    pub(crate) fn shapes(&self) -> u64 {
-        self.shapes.1
+    /// The numbers by which light that is kept in volumes knows those that rays meet; `None` where there are too many of them.
+    pub(crate) fn numbers(&self) -> Option<&[Numbered]> {
+        self.numbers.list()
     }
 
     /// Bytes of the voxels of all volumes that rays meet, 16 bits each, empty ones included.
     pub(crate) fn voxel_bytes(&self) -> u64 {
-        self.shapes.0.iter().map(|(_, dims)| 2 * dims.iter().map(|&n| u64::from(n)).product::<u64>()).sum()
+        2 * self.numbers.voxels()
     }
 
     /// Fills in the scene's part of a frame's parameters.

@@ -125,9 +125,10 @@ struct Instance {
     full_looks: u32,
     // How much of the medium's colour a mirroring surface has.
     surface_metallic: f32,
+    // By which the light that is kept in it knows it.
+    light_number: u32,
     padding_x: u32,
     padding_y: u32,
-    padding_z: u32,
 }
 
 const NO_VOLUME: u32 = 0xffffffffu;

@@ -1,4 +1,4 @@
-// A frame of points begins: blocks that were not met for long make room, and lists of points are empty.
+// A frame of points begins: blocks that were not met for long, or whose volume is gone, make room, and lists of points are empty.
 
 @group(0) @binding(1) var<storage, read_write> light_cells: array<atomic<u32>>;
 
@@ -22,8 +22,12 @@ fn light_begin(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let rest = params.frame - atomicLoad(&light_cells[stamp_word(params.slots, slot)]);
-    let gone = rest > longest_rest(atomicLoad(&light_cells[(params.frame + 2u) % 3u]));
     let words = block_word(params.slots, slot);
+    var gone = rest > longest_rest(atomicLoad(&light_cells[(params.frame + 2u) % 3u]));
+    if (params.forgets != 0u) {
+        let v = place_volume(vec2u(0u, atomicLoad(&light_cells[words + BLOCK_PLACE + 1u])));
+        gone |= ((atomicLoad(&light_cells[LIGHT_GONE + v / 32u]) >> (v % 32u)) & 1u) != 0u;
+    }
     for (var i = 0u; i < select(BLOCK_MEANS, BLOCK_WORDS, gone); i++) {
         atomicStore(&light_cells[words + i], 0u);
     }

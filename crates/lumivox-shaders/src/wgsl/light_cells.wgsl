@@ -5,7 +5,8 @@
 // that it may be in, each holds 32 bits of another hash of it, the key, or NEVER_TAKEN or GIVEN_UP. They are looked through from one on that the hash says, and not
 // beyond one that was never taken.
 //
-// The buffer, in words: a header of which the first two hold how many slots are taken, by the frame's parity; the keys; the frames in which
+// The buffer, in words: a header, of which the first three hold how many slots are taken, in turns, and the last 128 a bit for
+// the number of each volume that is gone; the keys; the frames in which
 // blocks were last filled; the blocks. A block, in words:
 //   0-7    its cells as they are read (`encode_light`); while a frame's points are sorted in, the first of a list of them
 //   8-31   what its cells have learnt, three words each: the mean light sent on, the mean of its colour, and of how many points
@@ -14,7 +15,8 @@
 //   35-36  where it is (`place_of`)
 //   37-39  as of a cell, of all its cells together
 
-const LIGHT_HEADER: u32 = 16u;
+const LIGHT_HEADER: u32 = 144u;
+const LIGHT_GONE: u32 = 16u;
 const BUCKET: u32 = 16u;
 const BLOCK_WORDS: u32 = 40u;
 const BLOCK_MEANS: u32 = 8u;
@@ -45,7 +47,7 @@ fn block_word(slots: u32, slot: u32) -> u32 {
     return LIGHT_HEADER + 2u * slots + slot * BLOCK_WORDS;
 }
 
-// Where a voxel is, of which volume, and the finest tier that it is of interest in.
+// Where a voxel is, of which volume by its number, and the finest tier that it is of interest in.
 fn place_of(voxel: vec3u, v: u32, tier: u32) -> vec2u {
     return vec2u(voxel.x | (voxel.y << 16u), voxel.z | (v << 16u) | (tier << 28u));
 }
@@ -61,9 +63,6 @@ fn place_volume(place: vec2u) -> u32 {
 fn place_tier(place: vec2u) -> u32 {
     return place.y >> 28u;
 }
-
-// Volumes that light is kept of: what a place has bits for.
-const MOST_LIT_VOLUMES: u32 = 4096u;
 
 // Where a block may be: the first slot of its bucket, its key, and the slot that is looked at first.
 struct BlockHash {

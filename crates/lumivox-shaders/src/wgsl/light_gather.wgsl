@@ -53,7 +53,7 @@ fn most_remembered(words: u32, new_points: Lesson) -> f32 {
         return params.most_points;
     }
     let at = words + BLOCK_TOGETHER;
-    let before = brightness(unpack_rgb(light_cells[at]), unpack_rgb(light_cells[at + 1u]));
+    let before = params.scale * brightness(unpack_rgb(light_cells[at]), unpack_rgb(light_cells[at + 1u]));
     let now = brightness(new_points.light.rgb, new_points.color);
     let difference = 2.0 * (now - before) / max(now + before, 1e-12);
     let drift = difference * difference - 2.0 / new_points.light.a;
@@ -65,9 +65,9 @@ fn learn(slot: u32, cell: u32, most: f32, lesson: Lesson) -> Lesson {
     let means = block_word(params.slots, slot) + BLOCK_MEANS + 3u * cell;
     let before = bitcast<f32>(light_cells[means + 2u]);
     let kept = min(before * params.kept, most);
-    let light = vec4f(kept * unpack_rgb(light_cells[means]), kept) + lesson.light;
+    let light = vec4f(kept * params.scale * unpack_rgb(light_cells[means]), kept) + lesson.light;
     let color = kept * unpack_rgb(light_cells[means + 1u]) + lesson.color;
-    if (lesson.light.a > 0.0) {
+    if (lesson.light.a > 0.0 || (kept > 0.0 && params.scale != 1.0)) {
         light_cells[means] = pack_rgb_by_chance(light.rgb / light.a, chances(slot, cell));
         light_cells[means + 1u] = pack_rgb_by_chance(color / light.a, chances(slot, 8u + cell));
     }
@@ -114,7 +114,7 @@ fn light_gather(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocat
     let words = block_word(params.slots, slot);
     let at = words + BLOCK_MIRROR;
     let before = min(bitcast<f32>(light_cells[at + 1u]) * params.kept, params.most_mirrored);
-    var sum = before * vec4f(unpack_rgb(light_cells[at]), 1.0);
+    var sum = before * vec4f(params.scale * unpack_rgb(light_cells[at]), 1.0);
     var light = vec4f(0.0);
     var color = vec3f(0.0);
     for (var i = 0u; i < 8u; i++) {

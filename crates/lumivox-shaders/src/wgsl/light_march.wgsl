@@ -45,7 +45,7 @@ struct Seen {
 fn sent_light(v: u32, position: vec3f, direction: vec3f, reading: Reading) -> vec3f {
     let event = event_at(v, optics_at(v, position, reading, false), reading, -direction);
     let depth = dot(position - frame.camera_position, frame.view_axis);
-    let kept = kept_light_at(v, voxel_from_world(v, position), tier_seen(v, depth));
+    let kept = kept_light_at(instances[v].light_number, voxel_from_world(v, position), tier_seen(v, depth));
     return diffuse_color(event) * kept.ratio + mirror_tint(event) * kept.mirror;
 }
 

@@ -21,7 +21,13 @@ struct LightParams {
     coarsest_share: f32,
     // Whether light may be another than it was.
     is_changing: u32,
-    padding: u32,
+    // Whether there are volumes that are gone, see LIGHT_GONE.
+    forgets: u32,
+    // By what all that was learnt is multiplied, for the unit of light is another.
+    scale: f32,
+    padding_x: u32,
+    padding_y: u32,
+    padding_z: u32,
 }
 
 // Invocations in a row of dispatches over points and cells: there are more of them than workgroups along an axis.

@@ -62,11 +62,12 @@ fn light_shares(event: Event, direction: vec3f) -> LightShares {
 // The point of a path's first collision. Returns whether there is one: a path without has nothing to tell.
 fn point_begin(path: ptr<function, Path>, v: u32, position: vec3f, depth: f32, event: Event, rng: Rng) -> bool {
     // By a part of the path's key, which says nothing of where it goes.
-    if (v >= MOST_LIT_VOLUMES || f32(rng.key.y >> 8u) * 0x1p-24f >= frame.point_share) {
+    if (f32(rng.key.y >> 8u) * 0x1p-24f >= frame.point_share) {
         return false;
     }
     let voxel = clamp(voxel_from_world(v, position), vec3f(0.0), instances[v].dims - 1.0);
-    (*path).point.place = place_of(vec3u(voxel * CELLS_PER_VOXEL), v, tier_seen(v, depth));
+    let number = instances[v].light_number;
+    (*path).point.place = place_of(vec3u(voxel * CELLS_PER_VOXEL), number, tier_seen(v, depth));
     (*path).point.color = pack_rgb(diffuse_color(event));
     if (SURFACE && event.phase < 1.0) {
         (*path).point.mirror = 0u;

@@ -23,7 +23,7 @@ fn find_block(place: vec2u) -> u32 {
     return NO_SLOT;
 }
 
-// At a point of voxel space, by the cells of one tier around it: linear between their centres, and each as far as it is sure.
+// At a point of the voxel space of the volume of a number, by the cells of one tier around it: linear between their centres, and each as far as it is sure.
 fn light_of_tier(v: u32, p: vec3f, tier: u32) -> KeptLight {
     let shift = tier_shift(tier);
     let q = max(p * (CELLS_PER_VOXEL * exp2(-f32(shift))) - 0.5, vec3f(0.0));

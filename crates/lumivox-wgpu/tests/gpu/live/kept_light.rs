@@ -1,5 +1,10 @@
 //! Light that is kept in volumes, for pictures while something moves.
 
+mod cells;
+mod changes;
+mod hosts;
+mod reference;
+
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{Camera, Environment};
 use lumivox_renderer::live::LiveImage;
@@ -41,6 +46,31 @@ fn mean(pixels: &[[f32; 4]]) -> f64 {
     pixels.iter().map(luminance).sum::<f64>() / pixels.len() as f64
 }
 
+/// Root of the mean square of luminance.
+fn error(picture: &[[f32; 4]], converged: &[[f32; 4]]) -> f64 {
+    let square = |(a, b): (&[f32; 4], &[f32; 4])| (luminance(a) - luminance(b)).powi(2);
+    (picture.iter().zip(converged).map(square).sum::<f64>() / picture.len() as f64).sqrt()
+}
+
+/// What a view at rest shows at last, of other random numbers.
+fn still(gpu: &mut Gpu, test: &TestScene, camera: &Camera, settings: LiveSettings) -> Vec<[f32; 4]> {
+    let settings = settings.with(|it| {
+        it.kept_light = false;
+        it.target_samples = 256;
+        it.seed = 7;
+    });
+    let mut host = Host::new(gpu, test, settings);
+    host.converge(gpu, camera, 64 * PIXELS);
+    shown(&host, gpu)
+}
+
+/// What a view shows that has gone around a scene until `frame`.
+fn moving(gpu: &mut Gpu, test: &TestScene, frame: usize, settings: LiveSettings) -> Vec<[f32; 4]> {
+    let mut host = Host::new(gpu, test, settings);
+    orbit(&mut host, gpu, test, 0..frame + 1, PIXELS);
+    shown(&host, gpu)
+}
+
 fn orbit(host: &mut Host, gpu: &mut Gpu, test: &TestScene, frames: std::ops::Range<usize>, budget: u64) {
     for frame in frames {
         host.frame(gpu, &around(test, frame), budget);
@@ -65,17 +95,21 @@ fn a_furnace_in_motion_is_as_bright_as_its_walls() {
             orbit(&mut host, &mut gpu, &test, 0..6, budget);
             let picture = shown(&host, &mut gpu);
             let (mut of_light, mut of_alpha) = (0.0, 0.0);
+            let mut far = 0;
             for (i, pixel) in picture.iter().enumerate() {
                 let alpha = f64::from(pixel[3]);
                 let light = luminance(pixel);
-                // What mirrors is seldom met by few points.
-                assert!((light - alpha).abs() < 0.25 * alpha + 1e-3, "{}: pixel {i}: {pixel:?}", test.name);
+                far += u64::from((light - alpha).abs() > 0.25 * alpha + 1e-3);
+                assert!((light - alpha).abs() < 1.5 * alpha + 1e-3, "{}: pixel {i}: {pixel:?}", test.name);
                 of_light += light;
                 of_alpha += alpha;
             }
+            // What mirrors is seldom met by few points.
+            let (most, tolerance) = if budget < PIXELS { (PIXELS / 50, 0.03) } else { (PIXELS / 500, 0.01) };
+            assert!(far <= most, "{}: {far} pixels are far from it", test.name);
             // Light and its colour have nine bits each, what is read of them eight.
             let ratio = of_light / of_alpha;
-            assert!((ratio - 1.0).abs() < 0.01, "{}: {ratio} times as bright", test.name);
+            assert!((ratio - 1.0).abs() < tolerance, "{}: {ratio} times as bright", test.name);
         }
     }
 }
@@ -88,28 +122,11 @@ fn a_moving_picture_is_nearly_the_converged_one() {
         [scenes::noise(), scenes::surface_reflection(), scenes::stage(), scenes::overlapping_volumes()]
     {
         let last = 23;
-        let mut still = Host::new(
-            &mut gpu,
-            &test,
-            settings().with(|it| {
-                it.kept_light = false;
-                it.target_samples = 1024;
-                it.seed = 7;
-            }),
-        );
-        still.converge(&mut gpu, &around(&test, last), 64 * PIXELS);
-        let converged = shown(&still, &mut gpu);
-        let error = |picture: &[[f32; 4]]| {
-            let square = |(a, b): (&[f32; 4], &[f32; 4])| (luminance(a) - luminance(b)).powi(2);
-            (picture.iter().zip(&converged).map(square).sum::<f64>() / PIXELS as f64).sqrt()
-        };
-        let moving = |gpu: &mut Gpu, kept_light| {
-            let mut host = Host::new(gpu, &test, settings().with(|it| it.kept_light = kept_light));
-            orbit(&mut host, gpu, &test, 0..last + 1, PIXELS);
-            shown(&host, gpu)
-        };
-        let (kept, raw) = (moving(&mut gpu, true), moving(&mut gpu, false));
-        let (of_kept, of_raw) = (error(&kept), error(&raw));
+        let converged = still(&mut gpu, &test, &around(&test, last), settings());
+        let [kept, raw] = [true, false].map(|kept_light| {
+            moving(&mut gpu, &test, last, settings().with(|it| it.kept_light = kept_light))
+        });
+        let (of_kept, of_raw) = (error(&kept, &converged), error(&raw, &converged));
         println!(
             "{}: error {of_kept:.4}, of samples alone {of_raw:.4}, mean {:.4}",
             test.name,
@@ -168,7 +185,7 @@ fn light_that_is_switched_off_leaves_no_glow() {
     host.set_scene(&mut gpu, &scene);
     orbit(&mut host, &mut gpu, &lit, 40..70, 2 * PIXELS);
     let after = mean(&shown(&host, &mut gpu));
-    assert!(before > 0.01 && after < 0.03 * before, "{after} of {before}");
+    assert!(before > 0.01 && after < 0.01 * before, "{after} of {before}");
 }
 
 /// What a host draws hides what is behind it, and cuts volumes short.

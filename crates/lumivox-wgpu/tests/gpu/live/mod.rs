@@ -10,13 +10,15 @@ mod noise;
 mod passes;
 mod picture;
 
+use std::collections::HashMap;
+
 use half::f16;
 use lumivox_core::glam::DVec3;
 use lumivox_core::{Camera, Scene};
 use lumivox_renderer::live::{Grain, LiveImage};
 use lumivox_renderer::{
     DeviceLimits, Film, Fog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId,
-    SceneCache, VoxelStore,
+    SceneCache, Step, VoxelStore,
 };
 use lumivox_testing::scenes::TestScene;
 use lumivox_wgpu::{Gpu, wgpu};
@@ -38,6 +40,8 @@ pub struct Host {
     fog: Option<Fog>,
     gives_depth: bool,
     pub jittered: bool,
+    /// Buffers that frames have made, by their labels: the last of each.
+    made: HashMap<&'static str, (ResourceId, u64)>,
 }
 
 impl Host {
@@ -91,6 +95,7 @@ impl Host {
             fog: None,
             gives_depth: true,
             jittered: false,
+            made: HashMap::new(),
         }
     }
 
@@ -152,6 +157,11 @@ impl Host {
             .live
             .record_frame(&self.cache, camera, &self.settings, &host, budget, &mut recording)
             .unwrap();
+        for step in &recording.steps {
+            if let Step::CreateBuffer { id, label, size } = *step {
+                self.made.insert(label, (id, size));
+            }
+        }
         for read_back in gpu.executor.execute(&recording).unwrap() {
             self.live.feedback(&read_back.wait().unwrap());
         }
