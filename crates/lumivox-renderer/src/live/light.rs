@@ -3,7 +3,8 @@
 //! Light does not depend on the camera. Paths that collide leave points behind; cells in the volumes' own space learn of them
 //! what the matter there sends on, frame after frame, wherever the camera is. A picture of that has next to no noise.
 
-use lumivox_core::Camera;
+use lumivox_core::glam::DVec3;
+use lumivox_core::{Camera, Projection};
 use lumivox_shaders::layout;
 
 use super::changing_light::{FrameLight, LEAST_KEPT};
@@ -70,6 +71,10 @@ const REMEMBERED_OF_OTHER_LIGHT: f32 = 2.0;
 const KEPT_WHILE_SETTLING: f32 = 0.9;
 const SETTLING: u32 = 24;
 
+/// By how much what is sent on may have changed, for it is looked at from elsewhere, when a part of 1 / e is left of what was learnt:
+/// by phase functions, for what surfaces mirror is kept apart.
+const OTHER_PHASE: f64 = 0.125;
+
 /// Frames after which the film of points is emptied where paths are put aside: of those some may starve, that nobody helps, and their
 /// pixels leave no points any more.
 const STARVED_FOR: u32 = 256;
@@ -102,8 +107,9 @@ pub(super) struct KeptLight {
     /// Which volumes' cells they are.
     volumes: Vec<Numbered>,
     scene_version: u64,
-    /// In which they have learnt.
+    /// In which they have learnt, and from where.
     light: FrameLight,
+    eye: DVec3,
     /// What light is multiplied by in cells.
     scale: f64,
     frame: u32,
@@ -143,6 +149,7 @@ impl KeptLight {
             volumes: cache.numbers().unwrap_or_default().to_vec(),
             scene_version: cache.version(),
             light,
+            eye: DVec3::ZERO,
             scale: scale_of(exposure * cache.light_scale()),
             frame: 0,
             settling: 0,
@@ -259,8 +266,8 @@ impl KeptLight {
             (false, true) => REMEMBERED_OF_ANOTHER_SCENE,
             (false, false) => MOST_REMEMBERED,
         };
-        let kept = if other_light { 1.0 } else { kept as f32 };
-        let kept = kept * if self.settling > 0 { KEPT_WHILE_SETTLING } else { 1.0 };
+        let kept = if other_light { 1.0 } else { kept } * self.kept_from(&settings.camera, cache);
+        let kept = kept as f32 * if self.settling > 0 { KEPT_WHILE_SETTLING } else { 1.0 };
         self.settling = match most {
             MOST_REMEMBERED => self.settling.saturating_sub(1),
             _ => SETTLING,
@@ -293,6 +300,20 @@ impl KeptLight {
         self.is_stale = true;
         let trace = film.trace(Grain::Points, cache, &settings, all).with_points(resources.points, fields);
         Some((trace, LightCellsPass { resources, params }))
+    }
+
+    /// The part that is kept by what is looked at from elsewhere than in the frame before.
+    fn kept_from(&mut self, camera: &Camera, cache: &SceneCache) -> f64 {
+        let place = camera.world_from_camera;
+        let eye = match camera.projection {
+            Projection::Perspective { .. } => place.translation - cache.origin(),
+            Projection::Orthographic { .. } => place.matrix3.z_axis,
+        };
+        let before = std::mem::replace(&mut self.eye, eye.normalize_or_zero());
+        if before == DVec3::ZERO || self.eye == DVec3::ZERO {
+            return 1.0;
+        }
+        (-before.angle_between(self.eye) * cache.steepest_phase() / OTHER_PHASE).exp()
     }
 
     /// Tells cells which volumes are gone, whose numbers others may have some day; returns whether any are.
@@ -434,7 +455,7 @@ fn scale_of(exposure: f64) -> f64 {
 }
 
 fn pixel_size(camera: &Camera, [_, height]: [u32; 2]) -> f32 {
-    use lumivox_core::Projection::{Orthographic, Perspective};
-    let (Perspective { tangents: edges } | Orthographic { extents: edges }) = camera.projection;
+    let (Projection::Perspective { tangents: edges } | Projection::Orthographic { extents: edges }) =
+        camera.projection;
     ((edges[3] - edges[2]).abs() / f64::from(height.max(1))) as f32
 }

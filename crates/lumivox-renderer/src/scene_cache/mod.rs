@@ -411,6 +411,16 @@ impl SceneCache {
         self.numbers.list()
     }
 
+    /// By which part a phase function changes at most for each radian by which it is looked at otherwise: Henyey-Greenstein's has
+    /// its largest slope, by its value, at a cosine of `2 g / (1 + g^2)`.
+    pub(crate) fn steepest_phase(&self) -> f64 {
+        let slope = |instance: &Instance| {
+            let g = f64::from(instance.anisotropy.abs());
+            3.0 * g / (1.0 - g * g)
+        };
+        self.instances.list.iter().take(self.traced).map(slope).fold(0.0, f64::max)
+    }
+
     /// Bytes of the voxels of all volumes that rays meet, 16 bits each, empty ones included.
     pub(crate) fn voxel_bytes(&self) -> u64 {
         2 * self.numbers.voxels()

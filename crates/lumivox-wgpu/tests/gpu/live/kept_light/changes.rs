@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::f64::consts::PI;
 
 use lumivox_core::glam::{DAffine3, DVec3};
-use lumivox_core::{Environment, LabelStyle, Scene, VolumeInstance};
+use lumivox_core::{Camera, Environment, LabelStyle, Scene, VolumeInstance};
 use lumivox_testing::scenes::{self, TestScene, noise_volume};
 use lumivox_wgpu::Gpu;
 
@@ -120,6 +120,26 @@ fn a_volume_that_turns_over_leaves_no_ghost() {
     assert_eq!(host.made["kept light"], cells);
     assert!(next > 1.5 * fresh, "nothing was to be forgotten: {next} {fresh}");
     assert!(picture < 1.6 * fresh, "{picture} {fresh}");
+}
+
+/// Phase functions send other light to who looks from elsewhere: what was learnt on the other side is worth little here.
+#[test]
+fn what_scatters_backwards_is_seen_from_where_one_is() {
+    let mut gpu = gpu();
+    let test = scenes::backward_scattering();
+    // A hundred degrees a second.
+    let turned = |frame: usize| {
+        let turn = DAffine3::from_rotation_y(0.03 * frame as f64 - 0.5);
+        let camera = around(&test, 0);
+        Camera { world_from_camera: turn * camera.world_from_camera, ..camera }
+    };
+    let mut host = Host::new(&mut gpu, &test, settings());
+    for frame in 0..24 {
+        host.frame(&mut gpu, &turned(frame), PIXELS);
+    }
+    let ratio = mean(&shown(&host, &mut gpu)) / mean(&still(&mut gpu, &test, &turned(23), settings()));
+    println!("{ratio:.3} times as bright");
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio} times as bright");
 }
 
 /// What stood in front of all for a while lets cells be what they were.
