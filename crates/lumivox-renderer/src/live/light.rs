@@ -228,7 +228,7 @@ impl KeptLight {
             let params = layout::LightParams { kept, ..params };
             let (is_first, is_last) = (i == 0, i + 1 == bands);
             (
-                trace.with_points(resources.points, fields),
+                trace.with_points(resources.points, capacity, fields),
                 LightCellsPass { resources, params, is_first, is_last },
             )
         };
