@@ -87,6 +87,11 @@ impl Unfinished {
         limits.loop_turns.map_or(0, |_| path_bytes(guides))
     }
 
+    /// The same, of paths that leave points.
+    pub fn bytes_per_pixel_of_points(limits: DeviceLimits) -> u64 {
+        limits.loop_turns.map_or(0, |_| PATH_BYTES_WITH_POINT)
+    }
+
     /// Whether a dispatch may leave paths behind.
     pub fn puts_aside(&self) -> bool {
         self.turns.is_some()

@@ -3,6 +3,7 @@
 use super::images::{FilmImages, Grain, Image, LiveImage, PixelFormat, pixels};
 use super::passes::{ClearPass, CountPass, DenoisePass, FadePass, PathSettings, Share, ShownFilm, TracePass};
 use crate::error::RenderError;
+use crate::limits::DeviceLimits;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::{SceneCache, check_binding};
 use crate::unfinished::Unfinished;
@@ -50,6 +51,11 @@ impl LiveFilm {
         Self::check(size, false, cache)?;
         let unfinished = Unfinished::for_points(pixels(size), cache.limits(), remedy(false), recording)?;
         Ok(Self::with(size, false, unfinished, recording))
+    }
+
+    /// Bytes of a pixel of one for paths that leave points, with what is put aside of them.
+    pub fn bytes_of_points(limits: DeviceLimits) -> u64 {
+        FilmImages::buffer_bytes(4, false) / 4 + Unfinished::bytes_per_pixel_of_points(limits)
     }
 
     fn check(size: [u32; 2], guides: bool, cache: &SceneCache) -> Result<(), RenderError> {

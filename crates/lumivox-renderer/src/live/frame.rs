@@ -87,7 +87,7 @@ impl LiveView {
         let mut frame = Planned { cache, paths, passes: vec![], gone: Recording::new() };
 
         // What the films keep.
-        self.fit_light(change, settings, &mut frame, recording)?;
+        self.fit_light(change, settings, budget, &mut frame, recording);
         match change {
             Change::Much => self.restart(key, light, budget, &mut frame, recording)?,
             Change::Little(kept) => self.fade(kept, budget, &mut frame, recording)?,
@@ -171,35 +171,42 @@ impl LiveView {
         Ok(())
     }
 
-    /// Light is kept where the settings say so, of the volumes that there are.
+    /// Light is kept where the settings say so and there is room for it, of the volumes that there are.
     fn fit_light(
         &mut self,
         change: Change,
         settings: &LiveSettings,
+        budget: u64,
         frame: &mut Planned<'_>,
         recording: &mut Recording,
-    ) -> Result<(), RenderError> {
+    ) {
         let (size, exposure) = (settings.film_size(), settings.exposure);
         let fits = |light: &mut KeptLight| settings.kept_light && light.fits(size, exposure, frame.cache);
         if let Some(light) = self.kept_light.take_if(|light| !fits(light)) {
             light.free(&mut frame.gone);
         }
-        // It is for what moves: a view that is at rest does without until then.
-        if settings.kept_light && self.kept_light.is_none() && change != Change::None {
-            self.kept_light = Some(KeptLight::new(size, exposure, frame.cache, recording)?);
+        // It is for what moves: a view that is at rest does without until then, and one whose frames are whole for ever.
+        let is_for_it = change != Change::None && budget < self.whole();
+        if settings.kept_light && self.kept_light.is_none() && is_for_it {
+            self.kept_light = KeptLight::new(size, exposure, frame.cache, recording);
         }
-        Ok(())
     }
 
     /// Paths from which light learns in this frame: all that there are while something moves, and half of them until the
-    /// film shows more than light knows.
+    /// film shows more than light knows. None where they buy the whole film.
     fn paths_of_light(&self, change: Change, budget: u64) -> u64 {
         match (&self.kept_light, change) {
             (None, _) => 0,
+            _ if budget >= self.whole() => 0,
             (_, Change::Much) => budget,
             _ if !self.schedule.is_done() && self.schedule.complete() < LEARNS_UNTIL => budget / 2,
             _ => 0,
         }
+    }
+
+    /// Samples of the whole film.
+    fn whole(&self) -> u64 {
+        pixels(self.fine.size) * u64::from(self.target_samples)
     }
 
     /// The picture of kept light, if that is what is seen, and another than before.

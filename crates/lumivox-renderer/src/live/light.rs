@@ -14,7 +14,8 @@ use super::passes::{
 use crate::error::RenderError;
 use crate::frame;
 use crate::recording::{Recording, ResourceId, Step};
-use crate::scene_cache::{SceneCache, check_binding};
+use crate::scene_cache::SceneCache;
+use crate::store::LightRoom;
 
 /// The part of the voxels' memory that cells take at most.
 const OF_VOXELS: f64 = 0.25;
@@ -72,6 +73,9 @@ const COLLISIONS: u32 = 8;
 /// The cells, and the picture of them.
 #[derive(Debug)]
 pub(super) struct KeptLight {
+    /// What it takes of the device's memory, and that without the film of points.
+    room: LightRoom,
+    own_bytes: u64,
     cells: ResourceId,
     slots: u32,
     points: ResourceId,
@@ -97,27 +101,37 @@ pub(super) struct KeptLight {
 }
 
 impl KeptLight {
-    /// Empty cells for the volumes of a scene, for pictures of so many pixels.
-    pub fn new(
-        size: [u32; 2],
-        exposure: f64,
-        cache: &SceneCache,
-        recording: &mut Recording,
-    ) -> Result<Self, RenderError> {
+    /// Empty cells for the volumes of a scene, for pictures of so many pixels; `None` where the device does not bind as large a
+    /// picture, or the voxels leave no room.
+    pub fn new(size: [u32; 2], exposure: f64, cache: &SceneCache, recording: &mut Recording) -> Option<Self> {
         let limit = cache.limits().max_storage_binding;
         let affordable = ((limit / 4).saturating_sub(HEADER_WORDS) / BLOCK_WORDS) as f64;
         let blocks = cache.voxel_bytes() as f64 * OF_VOXELS / (BLOCK_WORDS * 4) as f64;
-        let slots = blocks.clamp(FEWEST_BLOCKS, MOST_BLOCKS).min(affordable) as u32 / BUCKET * BUCKET;
-        let capacity = (pixels(size) / 2).clamp(1 << 17, MOST_POINTS) as u32;
+        let blocks = blocks.clamp(FEWEST_BLOCKS, MOST_BLOCKS).min(affordable) as u64;
+        let capacity = (pixels(size) / 2).clamp(1 << 17, MOST_POINTS).min(limit / POINT_BYTES - 1) as u32;
+        let points_bytes = POINT_BYTES * (u64::from(capacity) + 1);
         let picture_bytes = pixels(size) * 2 * PixelFormat::FourFloats.bytes();
-        check_binding("picture of kept light", picture_bytes, limit, "Lower the resolution scale")?;
-        let cells =
-            recording.create_buffer("kept light", (HEADER_WORDS + u64::from(slots) * BLOCK_WORDS) * 4);
+        if picture_bytes > limit {
+            return None;
+        }
+        let cells_bytes = |blocks: u64| (HEADER_WORDS + blocks * BLOCK_WORDS) * 4;
+        let all_bytes = |blocks| cells_bytes(blocks) + points_bytes + picture_bytes;
+        // A good part of a film of points finds room beside them.
+        let film_bytes = (pixels(size) / 4).max(64) * LiveFilm::bytes_of_points(cache.limits());
+        let fewest = all_bytes(blocks.min(FEWEST_BLOCKS as u64)) + film_bytes;
+        let mut room = cache.store().light_room(fewest, all_bytes(blocks) + film_bytes)?;
+        let fitting = (room.bytes() - film_bytes - all_bytes(0)) / (BLOCK_WORDS * 4);
+        let slots = blocks.min(fitting) as u32 / BUCKET * BUCKET;
+        let own_bytes = all_bytes(slots.into());
+        room.resize(own_bytes);
+        let cells = recording.create_buffer("kept light", cells_bytes(slots.into()));
         recording.push(Step::ClearBuffer { id: cells });
-        Ok(Self {
+        Some(Self {
+            room,
+            own_bytes,
             cells,
             slots,
-            points: recording.create_buffer("points of light", POINT_BYTES * (u64::from(capacity) + 1)),
+            points: recording.create_buffer("points of light", points_bytes),
             capacity,
             film: None,
             restarts: recording.create_buffer("restarts of points", 16),
@@ -136,7 +150,13 @@ impl KeptLight {
     /// Whether it can go on for pictures of so many pixels, as bright as that.
     pub fn fits(&self, size: [u32; 2], exposure: f64, cache: &SceneCache) -> bool {
         let ratio = scale_of(exposure) / self.scale;
-        self.size == size && self.shapes == cache.shapes() && (1.0 / 16.0..=16.0).contains(&ratio)
+        let is_as_bright = (1.0 / 16.0..=16.0).contains(&ratio);
+        self.size == size && self.shapes == cache.shapes() && is_as_bright && self.room.is_left()
+    }
+
+    /// What it takes of the device's memory.
+    pub fn bytes(&self) -> u64 {
+        self.room.bytes()
     }
 
     /// Whether it knows anything.
@@ -158,7 +178,13 @@ impl KeptLight {
         recording: &mut Recording,
     ) -> Result<Option<ClearPass>, RenderError> {
         let samples = samples_of(paths, self.size);
-        let wanted = (paths / u64::from(samples)).clamp(64, pixels(self.size).max(64)) as f64;
+        let bytes = LiveFilm::bytes_of_points(cache.limits());
+        let bindable = cache.limits().max_storage_binding / bytes;
+        // A tenth less: sides are rounded.
+        let most = pixels(self.size)
+            .min((self.room.most() - self.own_bytes) / bytes * 9 / 10)
+            .min(bindable * 9 / 10);
+        let wanted = (paths / u64::from(samples)).clamp(64, most.max(64)) as f64;
         let has = self.film.as_ref().map_or(0.0, |film| pixels(film.size) as f64);
         if (0.8..=1.25).contains(&(wanted / has.max(1.0))) {
             let is_old = self.frame % STARVED_FOR == STARVED_FOR - 1;
@@ -169,6 +195,7 @@ impl KeptLight {
         let scale = (wanted / (width * height)).sqrt();
         let size = [width, height].map(|n| ((n * scale).round() as u32).max(1));
         let mut film = LiveFilm::for_points(size, cache, recording)?;
+        self.room.resize(self.own_bytes + pixels(size) * bytes);
         let clear = film.clear(Grain::Points);
         if let Some(old) = self.film.replace(film) {
             old.free(gone);
