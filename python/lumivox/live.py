@@ -16,7 +16,10 @@ from lumivox.scene import Camera, Scene
 from lumivox.volume import Volume
 
 COARSE = 4
-"""While something changes, pixels along an axis for one."""
+"""While something changes and no light is kept, pixels along an axis for one."""
+
+CLEAN = 16
+"""Samples from which an image at rest is shown in the place of one of kept light."""
 
 REST = 2.0
 """Seconds without a change after which the thread ends."""
@@ -37,7 +40,10 @@ class Settings:
 
 
 class Live:
-    """Renders a scan on a thread of its own: coarse at once after a change, finer and finer while it rests; then that ends.
+    """Renders a scan on a thread of its own: at once after a change, finer and finer while it rests; then that ends.
+
+    What is shown at once is a picture of the light that is kept in the scan, or, without ``kept_light`` and where the GPU has no room
+    for that, a coarse one. At rest the image is the same in either case.
 
     ``show`` is called there with each image, ``failed`` with what went wrong; :meth:`update` may be called on any thread and
     returns at once.
@@ -50,8 +56,11 @@ class Live:
         samples: int,
         show: Callable[[Image], None],
         failed: Callable[[Exception], None],
+        kept_light: bool = True,
         **options: Any,
     ) -> None:
+        self._kept_light = kept_light
+        self._moving: rendering.Moving | None = None
         self._scan, self._size, self._samples, self._options = scan, size, samples, options
         self._show, self._failed = show, failed
         self._changed = threading.Condition()
@@ -79,6 +88,8 @@ class Live:
             thread = self._thread
         if wait and thread is not None:
             thread.join()
+        if wait or thread is None:
+            self._forget_light()
 
     def _run(self) -> None:
         while True:
@@ -86,6 +97,8 @@ class Live:
                 if self._settings is None and not self._ended:
                     self._changed.wait(REST)
                 if self._ended or self._settings is None:
+                    if self._ended:
+                        self._forget_light()
                     # A view that nobody closed leaves no thread behind; the next change begins another.
                     self._thread = None
                     return
@@ -105,20 +118,43 @@ class Live:
         scene = self._scene(settings)
         fov = self._options.get("fov", 28.0)
         camera = Camera.framing(scene, settings.azimuth, settings.elevation, settings.zoom, fov, size=self._size)
-        width, height = self._size
-        coarse = (max(1, width // COARSE), max(1, height // COARSE))
         options: Any = {name: value for name, value in self._options.items() if name not in rendering.LOOK}
-        # Denoised, for it is gone in a moment; what rests is left as it is.
-        first = rendering.render(scene, **{**options, "camera": camera, "size": coarse, "samples": 1, "denoise": True})
+        rest = {**options, "camera": camera, "size": self._size, "samples": self._samples, "progress": self._wanted}
+        first = self._of_kept_light(scene, rest)
+        is_clean = first is not None
+        if first is None:
+            width, height = self._size
+            coarse = (max(1, width // COARSE), max(1, height // COARSE))
+            # Denoised, for it is gone in a moment; what rests is left as it is.
+            first = rendering.render(scene, **{**options, "camera": camera, "size": coarse, "samples": 1, "denoise": True})
         if not self._ended:
             self._show(first)
         if not self._wanted():
             return
-        rest = {**options, "camera": camera, "size": self._size, "samples": self._samples, "progress": self._wanted}
+        last: Image | None = None
         for image in rendering.progressive(scene, **rest):
             if not self._wanted():
                 return
-            self._show(image)
+            last = image
+            # What is seen is not followed by what is noisier.
+            if not is_clean or image.min_samples >= CLEAN:
+                self._show(image)
+                last = None
+        if last is not None:
+            self._show(last)
+
+    def _of_kept_light(self, scene: Scene, options: Any) -> Image | None:
+        """A picture of the light that is known now; of a part of an image there is none."""
+        if not self._kept_light or options.get("region") is not None:
+            return None
+        if self._moving is None:
+            self._moving = rendering.Moving(options.get("gpu"))
+        return self._moving.picture(rendering.plan(scene, options))
+
+    def _forget_light(self) -> None:
+        if self._moving is not None:
+            self._moving.end()
+            self._moving = None
 
     def _scene(self, settings: Settings) -> Scene:
         """The scene of a look; the last is kept, for most changes are the camera's."""

@@ -431,6 +431,26 @@ def _progressive(planned: Plan, chosen: Renderer, told: Callable[..., object] | 
         still.end()
 
 
+class Moving:
+    """Pictures of a scene that moves, of the light that is kept in its volumes: without noise, and a little biased. What was
+    learnt of the light serves the next picture, wherever it is seen from."""
+
+    def __init__(self, gpu: int | str | None = None) -> None:
+        self._native = _native.Moving(renderer(gpu).native)
+
+    def picture(self, planned: Plan) -> Image | None:
+        """What was planned, as far as it is known now; ``None`` where the GPU has no room for its light."""
+        pictured = self._native.picture(planned.scene, planned.camera, planned.request.size)
+        if pictured is None:
+            return None
+        film, seconds = pictured
+        return Image(film, planned.scene, planned.camera, planned.display, False, seconds, smoothed=True)
+
+    def end(self) -> None:
+        """Frees what it has on the GPU."""
+        self._native.end()
+
+
 def plan(scan: Scene | Volume | Sequence[Volume], options: Options) -> Plan:
     """What options ask for; ``ValueError`` and ``TypeError`` say what makes no sense."""
     asked: dict[str, Any] = dict(options)

@@ -30,7 +30,11 @@ except ImportError as error:
 
 
 class View(anywidget.AnyWidget):  # type: ignore[misc]
-    """A scan in a notebook. ``options`` are those of :func:`lumivox.render` that it has no handle for."""
+    """A scan in a notebook. ``options`` are those of :func:`lumivox.render` that it has no handle for.
+
+    While it is turned it shows a picture of the light that is kept in the scan, without noise; with ``kept_light=False`` a coarse one.
+    At rest the image is the same in either case.
+    """
 
     _esm = Path(__file__).with_name("widget.js")
     png = traitlets.Bytes(b"").tag(sync=True)
@@ -56,11 +60,12 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
     """What went wrong; empty where nothing did."""
     _live: Live | None = None
 
-    def __init__(self, scan: Volume, *, size: tuple[int, int] = (512, 512), samples: int = 512, **options: Any) -> None:
+    def __init__(self, scan: Volume, *, size: tuple[int, int] = (512, 512), samples: int = 512, kept_light: bool = True, **options: Any) -> None:
         if not isinstance(scan, Volume):
             raise TypeError(f"a view shows a lumivox.Volume, not {_check.shown(scan)}")
         # What is wrong is said where the view is made, not on its thread.
         width, height = pixels(size)
+        kept_light = _check.flag("kept_light", kept_light)
         for name in ("camera", "eye", "target"):
             if name in options:
                 raise TypeError(f"{name} is not for a view: it is turned by azimuth and elevation, and comes closer by zoom")
@@ -90,7 +95,7 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
         if options.get("labels") is not None:
             # Found or read once, not for each look.
             options["labels"] = planned.scene.volumes[0].labels
-        self._live = Live(scan, (width, height), planned.request.samples, self._shown, self._failed, **options)
+        self._live = Live(scan, (width, height), planned.request.samples, self._shown, self._failed, kept_light, **options)
         self._take_preset()
         if curve is not None:
             self.transfer_function = planned.scene.volumes[0].medium.transfer_function

@@ -7,7 +7,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use lumivox_core::CancelToken;
-use lumivox_wgpu::{Gpu, GpuDescription, HeadlessRenderer, Outcome, RenderProgress, Rendered};
+use lumivox_core::host::Moment;
+use lumivox_wgpu::{Gpu, GpuDescription, HeadlessRenderer, MovingView, Outcome, RenderProgress, Rendered};
 use pyo3::prelude::*;
 
 use crate::description::{Camera, Request, Scene};
@@ -250,6 +251,53 @@ impl Still {
             let mut opened = lock(&self.renderer.get().opened);
             still.end(&mut opened.gpu);
             renderer.free(&mut opened.gpu);
+        });
+    }
+}
+
+/// A scene that moves, of whose light the GPU keeps what it has learnt.
+#[pyclass(frozen, module = "lumivox._native")]
+pub struct Moving {
+    renderer: Py<Renderer>,
+    view: Mutex<Option<MovingView>>,
+}
+
+#[pymethods]
+impl Moving {
+    #[new]
+    fn new(renderer: Py<Renderer>) -> Self {
+        Self { renderer, view: Mutex::new(None) }
+    }
+
+    /// What is seen of a scene, and the seconds that took; nothing where the GPU has no room for its light.
+    fn picture(
+        &self,
+        py: Python<'_>,
+        scene: Scene,
+        camera: Camera,
+        size: [u32; 2],
+    ) -> PyResult<Option<(Film, f64)>> {
+        fork::use_gpus()?;
+        let (scene, camera) = (scene.build()?, camera.build());
+        let pictured = py.detach(|| {
+            let begin = Moment::now();
+            let mut opened = lock(&self.renderer.get().opened);
+            let mut view = lock(&self.view);
+            let view = view.get_or_insert_with(|| MovingView::new(&opened.gpu));
+            let film = view.picture(&mut opened.gpu, &scene, &camera, size)?;
+            Ok(film.map(|film| (Film(film), begin.elapsed().as_secs_f64())))
+        });
+        pictured.map_err(errors::headless)
+    }
+
+    /// Frees what it has on the GPU.
+    fn end(&self, py: Python<'_>) {
+        if fork::use_gpus().is_err() {
+            return;
+        }
+        py.detach(|| {
+            let Some(view) = lock(&self.view).take() else { return };
+            view.free(&mut lock(&self.renderer.get().opened).gpu);
         });
     }
 }

@@ -31,7 +31,7 @@ mod _native {
     #[pymodule_export]
     use crate::film::Film;
     #[pymodule_export]
-    use crate::gpus::{Renderer, Still, gpus};
+    use crate::gpus::{Moving, Renderer, Still, gpus};
     #[pymodule_export]
     use crate::labels::{Labels, load_labels};
     #[pymodule_export]

@@ -176,3 +176,59 @@ def test_a_view_at_rest_has_no_thread(head: lumivox.Volume, monkeypatch: pytest.
     wait(rests(view, 50.0))
     view.close()
     assert not threads() - before
+
+
+def first_images(head: lumivox.Volume, azimuths: list[float], **options: bool) -> list[lumivox.Image]:
+    """What a view shows first after each turn."""
+    came: list[lumivox.Image] = []
+    wrong: list[Exception] = []
+    view = live.Live(head, (64, 48), 32, came.append, wrong.append, **options, preset="ct-bone")
+    firsts = []
+    try:
+        for azimuth in azimuths:
+            before = len(came)
+            view.update(live.Settings(azimuth=azimuth))
+            # Of the view before one more may come.
+            seen = lumivox.Camera.framing(head, azimuth, size=(64, 48)).world_from_camera
+
+            def turned(before: int = before, seen: object = seen) -> list[lumivox.Image]:
+                return [one for one in came[before:] if np.allclose(one.camera.world_from_camera, seen)]  # type: ignore[arg-type]
+
+            wait(lambda: bool(turned()) or bool(wrong))
+            firsts.append(turned()[0])
+    finally:
+        view.end()
+    assert not wrong
+    return firsts
+
+
+def test_what_turns_is_nearer_to_its_image_at_rest_with_kept_light(head: lumivox.Volume) -> None:
+    azimuths = [float(degrees) for degrees in range(20, 32)]
+    kept = first_images(head, azimuths)[-1]
+    coarse = first_images(head, azimuths[-1:], kept_light=False)[-1]
+    assert (kept.size, coarse.size) == ((64, 48), (16, 12))
+    assert kept.smoothed and not kept.complete
+    rest = lumivox.render(head, preset="ct-bone", azimuth=azimuths[-1], size=(64, 48), samples=256)
+    of_kept = np.sqrt(np.mean((kept.radiance - rest.radiance) ** 2))
+    of_coarse = np.sqrt(np.mean((np.kron(coarse.radiance, np.ones((4, 4, 1))) - rest.radiance) ** 2))
+    assert of_kept < 0.7 * of_coarse, f"{of_kept} with kept light, {of_coarse} without"
+    # Where rays meet nothing there is no depth, as in any image.
+    seen = (kept.alpha > 0.9) & (rest.alpha > 0.9)
+    assert seen.any() and np.median(np.abs(kept.depth[seen] - rest.depth[seen])) < 2.0
+    assert np.isinf(kept.depth[kept.alpha == 0.0]).all()
+
+
+def test_no_image_at_rest_is_noisier_than_what_was_shown_before(head: lumivox.Volume) -> None:
+    came: list[lumivox.Image] = []
+    view = live.Live(head, (32, 24), 32, came.append, lambda error: pytest.fail(str(error)), preset="ct-bone")
+    try:
+        view.update(live.Settings(azimuth=20.0))
+        wait(lambda: bool(came) and came[-1].complete)
+    finally:
+        view.end()
+    assert [one.min_samples for one in came] == [1, 16, 32]
+
+
+def test_kept_light_is_on_or_off(head: lumivox.Volume) -> None:
+    with pytest.raises(TypeError, match="kept_light"):
+        widget.View(head, kept_light="yes")  # type: ignore[arg-type]

@@ -63,11 +63,6 @@ impl Unfinished {
         Self::with_bytes(pixels * PATH_BYTES_WITH_POINT, limits, remedy, recording)
     }
 
-    /// Pixels of a film at most whose paths leave points.
-    pub fn most_for_points(limits: DeviceLimits) -> u64 {
-        limits.loop_turns.map_or(u64::MAX, |_| limits.max_storage_binding / PATH_BYTES_WITH_POINT)
-    }
-
     fn with_bytes(
         bytes: u64,
         limits: DeviceLimits,
@@ -90,6 +85,11 @@ impl Unfinished {
     /// Bytes of a pixel in the buffer of paths, which is there where loops have a limit.
     pub fn bytes_per_pixel(guides: bool, limits: DeviceLimits) -> u64 {
         limits.loop_turns.map_or(0, |_| path_bytes(guides))
+    }
+
+    /// The same, of paths that leave points.
+    pub fn bytes_per_pixel_of_points(limits: DeviceLimits) -> u64 {
+        limits.loop_turns.map_or(0, |_| PATH_BYTES_WITH_POINT)
     }
 
     /// Whether a dispatch may leave paths behind.

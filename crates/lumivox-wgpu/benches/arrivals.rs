@@ -99,7 +99,7 @@ impl Bench {
             let frame = |lent: Lent| {
                 ViewFrame::new(
                     camera,
-                    LiveSettings::new(width, height),
+                    LiveSettings::new(width, height).with(|it| it.kept_light = false),
                     HostFrame::new(lent.color),
                     self.budget,
                 )

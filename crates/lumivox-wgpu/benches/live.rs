@@ -112,6 +112,7 @@ fn bench(gpu: &mut Gpu, name: &str, scene: &Scene, [width, height]: [u32; 2]) {
     let mut live_bench = |what: &str, denoise: bool, moving: bool, budget: u64, target: u32| {
         let settings = LiveSettings::new(width, height).with(|it| {
             it.denoise = denoise;
+            it.kept_light = false;
             it.target_samples = target;
         });
         let mut recording = Recording::new();

@@ -42,15 +42,24 @@ struct Options {
     size: [u32; 2],
     /// Milliseconds of a frame that go into tracing.
     budget: f64,
+    /// Whether light is kept in the scan, for what moves.
+    kept_light: bool,
 }
 
 impl Options {
     const USAGE: &str = "lumivox-window [SCENE.lumivox | SCAN] [--save FILE.lumivox] [--size 960x720] [--budget MS] \
-                         [--frames N [--screenshot FILE.png]]";
+                         [--kept-light on|off] [--frames N [--screenshot FILE.png]]";
 
     fn parse(mut arguments: impl Iterator<Item = String>) -> Option<Self> {
-        let mut options =
-            Self { path: None, frames: None, screenshot: None, save: None, size: [960, 720], budget: 8.0 };
+        let mut options = Self {
+            path: None,
+            frames: None,
+            screenshot: None,
+            save: None,
+            size: [960, 720],
+            budget: 8.0,
+            kept_light: true,
+        };
         while let Some(argument) = arguments.next() {
             if !argument.starts_with('-') && options.path.is_none() {
                 options.path = Some(argument.into());
@@ -62,6 +71,13 @@ impl Options {
                 "--screenshot" => options.screenshot = Some(value.into()),
                 "--save" => options.save = Some(value.into()),
                 "--budget" => options.budget = value.parse().ok()?,
+                "--kept-light" => {
+                    options.kept_light = match value.as_str() {
+                        "on" => true,
+                        "off" => false,
+                        _ => return None,
+                    };
+                }
                 "--size" => {
                     let (width, height) = value.split_once('x')?;
                     options.size = [width.parse().ok()?, height.parse().ok()?];
@@ -267,7 +283,10 @@ impl Viewer {
                 scene,
                 version: 1,
                 camera: camera.with_aspect(self.screen.aspect()),
-                settings: LiveSettings::new(width, height).with(|it| it.denoise = true),
+                settings: LiveSettings::new(width, height).with(|it| {
+                    it.denoise = true;
+                    it.kept_light = options.kept_light;
+                }),
                 color: &self.screen.color,
                 budget: options.budget,
             })?,

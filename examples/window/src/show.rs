@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use lumivox_core::{Camera, Scene};
 use lumivox_renderer::recording::{Kernel, TextureOrder};
 use lumivox_renderer::stage::{Lent, Recorded, Refusal, Stage, ViewFrame, ViewProgress, Workbench};
-use lumivox_renderer::{HostFrame, LiveSettings, VoxelStore};
+use lumivox_renderer::{HostFrame, LiveSettings, ViewKind, VoxelStore};
 use lumivox_wgpu::{Executor, Gpu, GpuError, GpuTime, ReadBack, Submission, wgpu};
 
 use crate::Fallible;
@@ -60,6 +60,8 @@ impl Show {
         self.stage.begin_frame(self.frames);
         self.take_what_came_back()?;
         let bench = Bench(&self.gpu.executor);
+        let LiveSettings { guides, kept_light, .. } = picture.settings;
+        self.stage.expect(WORLD, ViewKind::Live { guides, kept_light });
         // In pieces that a frame has time for, once what takes long was prepared on other threads.
         let updated = self.stage.update(WORLD, picture.scene, picture.version, false, &bench)?;
         if let Some(recorded) = updated {

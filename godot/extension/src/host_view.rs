@@ -81,6 +81,7 @@ impl HostView {
             it.exposure = settings.exposure * self.light_per_color;
             it.ambient = settings.ambient;
             it.denoise = settings.denoise;
+            it.kept_light = settings.kept_light;
         })
     }
 

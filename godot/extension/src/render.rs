@@ -8,7 +8,7 @@ use godot::classes::{RenderData, RenderSceneBuffersRd, RenderSceneData, Renderin
 use godot::prelude::*;
 use lumivox_renderer::recording::{Kernel, Step, TextureOrder};
 use lumivox_renderer::stage::{self, Recorded, Refusal, Shown, ViewRecorded, Workbench, WorldState};
-use lumivox_renderer::{LiveStatus, RenderError};
+use lumivox_renderer::{LiveStatus, RenderError, ViewKind};
 
 use crate::executor::{ExecuteError, Executor, make_ahead, workshop};
 use crate::host_view::{self, HostView};
@@ -38,8 +38,10 @@ pub struct Settings {
     pub resolution_scale: f64,
     /// Whether volumes write their depth.
     pub write_depth: bool,
-    /// Whether noise is filtered out of what is shown.
+    /// Whether noise is filtered out of what is shown at rest.
     pub denoise: bool,
+    /// Whether light is kept in the volumes, for what moves.
+    pub kept_light: bool,
 }
 
 /// A render target and the eye.
@@ -215,7 +217,8 @@ impl Renderer {
         let Some(shown) = shown else { return Ok(Some(pending)) };
         let views = buffers.get_view_count();
         let budget_milliseconds = target.settings.budget_milliseconds / f64::from(views);
-        let settings = Settings { budget_milliseconds, ..target.settings };
+        let kept_light = target.keeps_light();
+        let settings = Settings { budget_milliseconds, kept_light, ..target.settings };
         let mut status = Status { converged: true, samples: u32::MAX, progress: 1.0, ..Status::default() };
         for view in 0..views {
             let key = (buffers.get_render_target(), view);
@@ -229,6 +232,7 @@ impl Renderer {
             status.progress = status.progress.min(eye.progress);
             status.awaits_feedback |= eye.awaits_feedback;
             status.pixel_samples += eye.pixel_samples;
+            status.light_bytes += eye.light_bytes;
             // The picture stays: it is the best there is.
             if eye.lost_pixels > 0 && !std::mem::replace(&mut self.said_lost, true) {
                 let error = RenderError::SamplesLost { pixels: eye.lost_pixels };
@@ -249,6 +253,8 @@ impl Renderer {
         let frame = shared::lock().frame;
         let stage = self.stage(device);
         stage.begin_frame(frame);
+        let view = ViewKind::Live { guides: false, kept_light: target.keeps_light() };
+        stage.expect(snapshot.key, view);
         let updated =
             stage.update(snapshot.key, &snapshot.scene, snapshot.version, target.at_once, &Ahead)?;
         updated.map_or(Ok(()), |recorded| self.replay(device, recorded))

@@ -39,7 +39,8 @@ impl Lumivox {
     /// How far the image of [param viewport] is: [code]samples[/code] that every pixel has of [code]target[/code],
     /// [code]progress[/code] (0 to 1: the part of its samples that is traced, for progress bars; it moves also while some pixel
     /// has none), [code]arrived[/code] (whether its scans are there as finely as they will be), [code]converged[/code], [code]ms_per_frame[/code] (the GPU's time that tracing took in a recent frame; 0
-    /// where the driver does not tell) and [code]pixel_samples[/code] traced in the last frame. Empty if it shows no
+    /// where the driver does not tell), [code]pixel_samples[/code] traced in the last frame, and [code]kept_light_bytes[/code] of the
+    /// GPU's memory for [member LumivoxEffect.kept_light] (0 where none is kept). Empty if it shows no
     /// volume, be it because its [LumivoxEffect] is disabled.
     ///
     /// This is known of the frame that was drawn last: after a change, await
@@ -62,6 +63,7 @@ impl Lumivox {
                 "converged" => status.converged,
                 "ms_per_frame" => status.milliseconds,
                 "pixel_samples" => status.pixel_samples as i64,
+                "kept_light_bytes" => status.light_bytes as i64,
             }
         })
     }
@@ -165,7 +167,7 @@ impl Lumivox {
     /// [code]lights[/code] (lights that reach volumes), [code]many_volumes[/code] (four or more), [code]labels[/code],
     /// [code]functions[/code] (labels with transfer functions of their own), [code]gradients[/code] (functions of value and
     /// gradient), [code]peeling[/code] and [code]clip_shapes[/code] ([LumivoxClip3D]), and [code]classes[/code] for these five. Nothing named
-    /// stands for all but those: 32 programs, each named feature doubles their number. Name what there will be: in software a
+    /// stands for all but those: 32 programs and as many again for [member LumivoxEffect.kept_light]; each named feature doubles their number. Name what there will be: in software a
     /// program takes a second or more. Programs that are there already cost nothing.
     ///
     /// Without it nothing is wrong, only later: while a program is missing, a viewport goes on with the scene before,

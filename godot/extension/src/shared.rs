@@ -57,6 +57,13 @@ pub struct Target {
     pub preparing: bool,
 }
 
+impl Target {
+    /// Whether light is kept for it: a picture that is traced whole in its frame needs none.
+    pub fn keeps_light(&self) -> bool {
+        self.settings.kept_light && !self.at_once
+    }
+}
+
 /// How far a viewport's image is.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Status {
@@ -76,6 +83,8 @@ pub struct Status {
     pub milliseconds: f64,
     /// Pixel samples traced in the last frame.
     pub pixel_samples: u64,
+    /// Bytes that the light takes which is kept for it.
+    pub light_bytes: u64,
 }
 
 /// What both threads see.

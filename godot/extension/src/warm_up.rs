@@ -59,7 +59,7 @@ pub fn features(names: &[String]) -> Result<Features, String> {
 /// Has the kernels made for scenes that hold some of `features` or all, for a device of such limits; without one there
 /// is nothing to do.
 pub fn begin(features: Features, limits: Option<DeviceLimits>) {
-    let view = ViewKind::Live { guides: false, kept_light: false };
+    let view = ViewKind::Live { guides: false, kept_light: true };
     let mut kernels = vec![];
     let wanted = limits.map(|limits| features.subsets().flat_map(move |part| part.kernels(view, limits)));
     for kernel in wanted.into_iter().flatten() {

@@ -19,6 +19,7 @@ func _ready() -> void:
 	await foreign_compositor()
 	await two_cameras()
 	await many_worlds()
+	await kept_light()
 	get_tree().quit()
 
 
@@ -247,3 +248,30 @@ func many_worlds() -> void:
 		await converge(viewport, case.name)
 		save(viewport, case.name + "_anew")
 		await close(viewport)
+
+
+## A camera that moves with every frame, with light that is kept in the volumes and without: its last frame.
+func kept_light() -> void:
+	var list: Array = all.kept_light
+	var told := {}
+	for keeps: bool in [true, false]:
+		var viewport := show_case(list[0])
+		var root := viewport.get_child(0)
+		var effect: LumivoxEffect = root.get_node("World").compositor.compositor_effects[0]
+		told["default"] = effect.kept_light
+		effect.kept_light = keeps
+		# Its kernels may still be made, and nothing waits for them.
+		for frame in 3000:
+			LumivoxCase.change(root, list[frame % 2], list[1 - frame % 2])
+			await RenderingServer.frame_post_draw
+			var status := Lumivox.get_status(viewport)
+			if not status.is_empty() and (not keeps or status.kept_light_bytes > 0):
+				break
+		for i in range(2, len(list)):
+			LumivoxCase.change(root, list[i - 1], list[i])
+			await RenderingServer.frame_post_draw
+		var what := "kept" if keeps else "plain"
+		save(viewport, "kept_light_%s" % what)
+		told[what] = Lumivox.get_status(viewport).kept_light_bytes
+		await close(viewport)
+	tell("kept_light", told)

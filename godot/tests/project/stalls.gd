@@ -97,17 +97,26 @@ func _warm_up(scenes: Array) -> Dictionary:
 	print("warm up: %d ms" % (Time.get_ticks_msec() - begin))
 	var before := Lumivox._get_stalls()
 	var converged := []
+	var kept := []
 	for case: Dictionary in scenes:
 		var viewport := LumivoxCase.viewport(case)
 		add_child(viewport)
 		converged.append(await Shower.until_converged(viewport))
+		# What moves is shown by kept light, whose programs are there, too.
+		var effect: LumivoxEffect = _world(viewport).compositor.compositor_effects[0]
+		effect.target_samples = 4096
+		effect.frame_budget_ms = 1.0
+		for frame in 3:
+			viewport.get_camera_3d().rotate_y(0.01)
+			await RenderingServer.frame_post_draw
+		kept.append(Lumivox.get_status(viewport).kept_light_bytes > 0)
 		viewport.queue_free()
 		await get_tree().process_frame
 	var after := Lumivox._get_stalls()
 	var stalls := {}
 	for name: String in after:
 		stalls[name] = after[name] - before[name]
-	return {"progress": progress, "stalls": stalls, "converged": converged}
+	return {"progress": progress, "stalls": stalls, "converged": converged, "kept": kept}
 
 
 static func _world(viewport: SubViewport) -> WorldEnvironment:

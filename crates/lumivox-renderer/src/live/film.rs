@@ -3,6 +3,7 @@
 use super::images::{FilmImages, Grain, Image, LiveImage, PixelFormat, pixels};
 use super::passes::{ClearPass, CountPass, DenoisePass, FadePass, PathSettings, Share, ShownFilm, TracePass};
 use crate::error::RenderError;
+use crate::limits::DeviceLimits;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::{SceneCache, check_binding};
 use crate::unfinished::Unfinished;
@@ -52,9 +53,9 @@ impl LiveFilm {
         Ok(Self::with(size, false, unfinished, recording))
     }
 
-    /// Pixels of one for paths that leave points at most: on devices where paths are put aside, that takes more than a film does.
-    pub fn most_for_points(cache: &SceneCache) -> u64 {
-        Unfinished::most_for_points(cache.limits())
+    /// Bytes of a pixel of one for paths that leave points, with what is put aside of them.
+    pub fn bytes_of_points(limits: DeviceLimits) -> u64 {
+        FilmImages::buffer_bytes(4, false) / 4 + Unfinished::bytes_per_pixel_of_points(limits)
     }
 
     fn check(size: [u32; 2], guides: bool, cache: &SceneCache) -> Result<(), RenderError> {

@@ -87,7 +87,7 @@ impl LiveView {
         let mut frame = Planned { cache, paths, passes: vec![], gone: Recording::new() };
 
         // What the films keep.
-        self.fit_light(change, light, settings, &mut frame, recording)?;
+        self.fit_light(change, light, settings, budget, &mut frame, recording);
         match change {
             Change::Much => self.restart(key, light, budget, &mut frame, recording)?,
             Change::Little(kept) => self.fade(kept, budget, &mut frame, recording)?,
@@ -114,11 +114,12 @@ impl LiveView {
             }
         }
         // What light learns.
-        if let Some(kept) = self.kept_light.as_mut().filter(|_| paths > 0) {
-            if let Some((trace, cells)) = kept.learn(paths, light, &frame.paths, cache, recording) {
-                frame.push(trace);
-                frame.push(cells);
-            }
+        let learns = self.kept_light.as_mut().filter(|_| paths > 0);
+        if let Some((trace, cells)) =
+            learns.and_then(|it| it.learn(paths, light, &frame.paths, cache, recording))
+        {
+            frame.push(trace);
+            frame.push(cells);
         }
         let budget = budget - paths;
         // What is traced: all of a coarse film in answer to a change, then more of the fine one.
@@ -170,42 +171,49 @@ impl LiveView {
         Ok(())
     }
 
-    /// Light is kept where the settings say so, of the volumes that there are.
+    /// Light is kept where the settings say so and there is room for it, of the volumes that there are.
     fn fit_light(
         &mut self,
         change: Change,
         light: FrameLight,
         settings: &LiveSettings,
+        budget: u64,
         frame: &mut Planned<'_>,
         recording: &mut Recording,
-    ) -> Result<(), RenderError> {
+    ) {
         let (size, exposure) = (settings.film_size(), settings.exposure);
         let is_wanted = settings.kept_light && frame.cache.numbers().is_some();
-        let fits = |light: &mut KeptLight| is_wanted && light.fits(exposure, frame.cache);
+        let mut fits = |light: &mut KeptLight| {
+            is_wanted
+                && light.fits(exposure, frame.cache)
+                && light.resize(size, frame.cache, &mut frame.gone, recording)
+        };
         if let Some(light) = self.kept_light.take_if(|light| !fits(light)) {
             light.free(&mut frame.gone);
         }
-        match &mut self.kept_light {
-            Some(kept) => kept.resize(size, frame.cache, &mut frame.gone, recording),
-            // It is for what moves: a view that is at rest does without until then.
-            None if is_wanted && change != Change::None => {
-                self.kept_light = Some(KeptLight::new(size, exposure, light, frame.cache, recording)?);
-                Ok(())
-            }
-            None => Ok(()),
+        // It is for what moves: a view that is at rest does without until then, and one whose frames are whole for ever.
+        let is_for_it = change != Change::None && budget < self.whole();
+        if is_wanted && self.kept_light.is_none() && is_for_it {
+            self.kept_light = KeptLight::new(size, exposure, light, frame.cache, recording);
         }
     }
 
     /// Paths from which light learns in this frame: all that there are while something moves, and half of them until the
-    /// film shows more than light knows.
+    /// film shows more than light knows. None where they buy the whole film.
     fn paths_of_light(&self, change: Change, budget: u64) -> u64 {
         let Some(light) = &self.kept_light else { return 0 };
         let wanted = match change {
+            _ if budget >= self.whole() => 0,
             Change::Much => budget,
             _ if !self.schedule.is_done() && self.schedule.complete() < LEARNS_UNTIL => budget / 2,
             _ => 0,
         };
         wanted.min(light.most_paths())
+    }
+
+    /// Samples of the whole film.
+    fn whole(&self) -> u64 {
+        pixels(self.fine.size) * u64::from(self.target_samples)
     }
 
     /// The picture of kept light, if that is what is seen, and another than before.

@@ -26,11 +26,15 @@ pub struct LiveSettings {
     pub seed: u32,
     /// Bounces before Russian roulette may end a path.
     pub roulette_start: u32,
-    /// Whether noise is filtered out of what is shown, and not only while that is coarse. Biased while samples are few,
-    /// 256 at most; the film itself never is.
+    /// Whether noise is filtered out of what is shown of a film at rest that has few samples, less than 256. Biased until then; the
+    /// film itself never is. Where [light is kept](Self::kept_light) that is so anyway until the picture ends: there this counts
+    /// for pictures that end before, by [samples](Self::target_samples) or [noise](Self::target_noise). While something moves it
+    /// changes nothing: a coarse picture is always filtered.
     pub denoise: bool,
     /// Whether light is kept in the volumes, for pictures while something moves: next to none of their noise is left, at any
-    /// budget. Biased, and shown only until the film has so many samples that it is better: a picture at rest is the film's.
+    /// budget. Biased, and shown only until the film has so many samples that it is better: a picture at rest is the film's. On by
+    /// default. Where its buffers are too large for the device, or find no [room](crate::VoxelStore::set_capacity) beside the voxels,
+    /// views do without: [`LiveStatus::light_bytes`] says so.
     pub kept_light: bool,
     /// Whether the fine film also keeps first-hit [albedo](super::LiveImage::Albedo) and [normal](super::LiveImage::Normal), for a
     /// host that denoises or scales by itself. View depth comes with every film. That takes a kernel of its own, see
@@ -52,7 +56,7 @@ impl LiveSettings {
             seed: 0,
             roulette_start: 4,
             denoise: false,
-            kept_light: false,
+            kept_light: true,
             guides: false,
         }
     }
@@ -153,4 +157,6 @@ pub struct LiveStatus {
     pub pixel_samples: u64,
     /// Pixels that lack samples and will not get them: the driver ended their paths before their time.
     pub lost_pixels: u32,
+    /// Bytes of the device's memory that [kept light](LiveSettings::kept_light) takes for this view; 0 where none is kept.
+    pub light_bytes: u64,
 }

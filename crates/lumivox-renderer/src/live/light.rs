@@ -16,7 +16,8 @@ use super::passes::{
 use crate::error::RenderError;
 use crate::frame;
 use crate::recording::{Payload, Recording, ResourceId, Step};
-use crate::scene_cache::{Numbered, SceneCache, check_binding};
+use crate::scene_cache::{Numbered, SceneCache};
+use crate::store::LightRoom;
 
 /// The part of the voxels' memory that cells take at most.
 const OF_VOXELS: f64 = 0.25;
@@ -91,8 +92,12 @@ const COLLISIONS: u32 = 8;
 /// The cells, and the picture of them.
 #[derive(Debug)]
 pub(super) struct KeptLight {
+    /// What it takes of the device's memory.
+    room: LightRoom,
     cells: ResourceId,
     slots: u32,
+    /// As many as there would be, were there room.
+    wanted_slots: u32,
     points: ResourceId,
     capacity: u32,
     most_points: u64,
@@ -122,29 +127,43 @@ pub(super) struct KeptLight {
 }
 
 impl KeptLight {
-    /// Empty cells for the volumes of a scene, for pictures of so many pixels.
+    /// Empty cells for the volumes of a scene, for pictures of so many pixels; `None` where the device does not bind as large a
+    /// picture, or the voxels leave no room.
     pub fn new(
         size: [u32; 2],
         exposure: f64,
         light: FrameLight,
         cache: &SceneCache,
         recording: &mut Recording,
-    ) -> Result<Self, RenderError> {
-        let slots = slots_for(cache);
-        let picture = make_picture(size, cache, recording)?;
-        let cells =
-            recording.create_buffer("kept light", (HEADER_WORDS + u64::from(slots) * BLOCK_WORDS) * 4);
+    ) -> Option<Self> {
+        let limit = cache.limits().max_storage_binding;
+        if picture_bytes(size) > limit {
+            return None;
+        }
+        let wanted_slots = slots_for(cache);
+        let all_bytes = |slots: u64| cells_bytes(slots) + points_bytes(FEWEST_POINTS) + picture_bytes(size);
+        // A good part of a film of points finds room beside them, and as many points.
+        let later_bytes =
+            (pixels(size) / 4).max(64) * (LiveFilm::bytes_of_points(cache.limits()) + POINT_BYTES);
+        let fewest = all_bytes(u64::from(wanted_slots).min(FEWEST_BLOCKS as u64)) + later_bytes;
+        let mut room = cache.store().light_room(fewest, all_bytes(wanted_slots.into()) + later_bytes)?;
+        let fitting = (room.bytes() - later_bytes - all_bytes(0)) / (BLOCK_WORDS * 4);
+        let slots = u64::from(wanted_slots).min(fitting) as u32 / BUCKET * BUCKET;
+        room.resize(all_bytes(slots.into()));
+        let cells = recording.create_buffer("kept light", cells_bytes(slots.into()));
         recording.push(Step::ClearBuffer { id: cells });
-        Ok(Self {
+        Some(Self {
+            room,
             cells,
             slots,
-            points: recording.create_buffer("points of light", POINT_BYTES * (FEWEST_POINTS + 1)),
+            wanted_slots,
+            points: recording.create_buffer("points of light", points_bytes(FEWEST_POINTS)),
             capacity: FEWEST_POINTS as u32,
-            most_points: MOST_POINTS.min(cache.limits().max_storage_binding / POINT_BYTES - 1),
+            most_points: MOST_POINTS.min(limit / POINT_BYTES - 1),
             film: None,
             films: 0,
             restarts: recording.create_buffer("restarts of points", 16),
-            picture,
+            picture: recording.create_buffer("picture of kept light", picture_bytes(size)),
             size,
             volumes: cache.numbers().unwrap_or_default().to_vec(),
             scene_version: cache.version(),
@@ -159,30 +178,42 @@ impl KeptLight {
     }
 
     /// Whether it can go on for pictures as bright as that, and for the volumes that there are: it holds what it knows of those that
-    /// stay, unless there is room for far more of it now, or far less.
+    /// stay, unless there would be far more room for it now, or far less, or voxels leave it none.
     pub fn fits(&self, exposure: f64, cache: &SceneCache) -> bool {
         let shown = exposure * cache.light_scale();
         let ratio = scale_of(shown) / self.scale;
         let slots = slots_for(cache);
         (shown == 0.0 || (1.0 / BRIGHTER..=BRIGHTER).contains(&ratio))
-            && slots < 2 * self.slots
-            && slots > self.slots / 4
+            && slots < 2 * self.wanted_slots
+            && slots > self.wanted_slots / 4
+            && self.room.is_left()
     }
 
-    /// Makes pictures of so many pixels from now on.
+    /// Makes pictures of so many pixels from now on; returns whether it can.
     pub fn resize(
         &mut self,
         size: [u32; 2],
         cache: &SceneCache,
         gone: &mut Recording,
         recording: &mut Recording,
-    ) -> Result<(), RenderError> {
-        if self.size != size {
-            let picture = make_picture(size, cache, recording)?;
-            gone.push(Step::Free { id: std::mem::replace(&mut self.picture, picture) });
-            (self.size, self.is_stale) = (size, true);
+    ) -> bool {
+        if self.size == size {
+            return true;
         }
-        Ok(())
+        let [old, new] = [self.size, size].map(picture_bytes);
+        if new > cache.limits().max_storage_binding || self.room.bytes() - old + new > self.room.most() {
+            return false;
+        }
+        self.room.resize(self.room.bytes() - old + new);
+        let picture = recording.create_buffer("picture of kept light", new);
+        gone.push(Step::Free { id: std::mem::replace(&mut self.picture, picture) });
+        (self.size, self.is_stale) = (size, true);
+        true
+    }
+
+    /// What it takes of the device's memory.
+    pub fn bytes(&self) -> u64 {
+        self.room.bytes()
     }
 
     /// Whether it knows anything.
@@ -203,15 +234,9 @@ impl KeptLight {
         gone: &mut Recording,
         recording: &mut Recording,
     ) -> Result<Option<ClearPass>, RenderError> {
-        let room = paths as f64 / PATHS_A_POINT;
-        if room > f64::from(self.capacity) && u64::from(self.capacity) < self.most_points {
-            let capacity = ((1.25 * room) as u64).min(self.most_points);
-            gone.push(Step::Free { id: self.points });
-            self.points = recording.create_buffer("points of light", POINT_BYTES * (capacity + 1));
-            self.capacity = capacity as u32;
-        }
+        self.make_room(paths, gone, recording);
         let samples = samples_of(paths, self.size);
-        let most = pixels(self.size).min(LiveFilm::most_for_points(cache)).max(64);
+        let most = pixels(self.size).min(self.most_pixels(cache)).max(64);
         let wanted = (paths / u64::from(samples)).clamp(64, most) as f64;
         let has = self.film.as_ref().map_or(0.0, |film| pixels(film.size) as f64);
         if (0.8..=1.25).contains(&(wanted / has.max(1.0))) {
@@ -230,15 +255,43 @@ impl KeptLight {
         let size = [width, height].map(|n| ((n * scale).floor() as u32).max(1));
         if self.film.as_ref().is_none_or(|film| film.capacity < pixels(size)) {
             let larger = LiveFilm::for_points(size, cache, recording)?;
+            let before = self.film_bytes(cache);
             if let Some(small) = self.film.replace(larger) {
                 small.free(gone);
             }
+            self.room.resize(self.room.bytes() - before + self.film_bytes(cache));
         }
         Ok(self.film.as_mut().map(|film| {
             self.films += 1;
             film.size = size;
             film.clear(Grain::Points)
         }))
+    }
+
+    /// Room for the points of so many paths, if there is any.
+    fn make_room(&mut self, paths: u64, gone: &mut Recording, recording: &mut Recording) {
+        let wanted = paths as f64 / PATHS_A_POINT;
+        let before = u64::from(self.capacity);
+        // A quarter more, for budgets change from frame to frame.
+        let spare = self.room.most() - self.room.bytes();
+        let capacity = ((1.25 * wanted) as u64).min(self.most_points).min(before + spare / POINT_BYTES);
+        if wanted > before as f64 && capacity > before {
+            gone.push(Step::Free { id: self.points });
+            self.points = recording.create_buffer("points of light", points_bytes(capacity));
+            self.capacity = capacity as u32;
+            self.room.resize(self.room.bytes() - points_bytes(before) + points_bytes(capacity));
+        }
+    }
+
+    /// What the film of points takes.
+    fn film_bytes(&self, cache: &SceneCache) -> u64 {
+        self.film.as_ref().map_or(0, |film| film.capacity * LiveFilm::bytes_of_points(cache.limits()))
+    }
+
+    /// Pixels of the film of points at most: what the device binds, and what there is room for.
+    fn most_pixels(&self, cache: &SceneCache) -> u64 {
+        let spare = self.room.most() - self.room.bytes() + self.film_bytes(cache);
+        spare.min(cache.limits().max_storage_binding) / LiveFilm::bytes_of_points(cache.limits())
     }
 
     /// Paths of a frame at most: of more not all would leave points.
@@ -298,7 +351,8 @@ impl KeptLight {
         };
         self.is_filled = true;
         self.is_stale = true;
-        let trace = film.trace(Grain::Points, cache, &settings, all).with_points(resources.points, fields);
+        let trace =
+            film.trace(Grain::Points, cache, &settings, all).with_points(resources.points, capacity, fields);
         Some((trace, LightCellsPass { resources, params }))
     }
 
@@ -409,15 +463,16 @@ fn slots_for(cache: &SceneCache) -> u32 {
     blocks.clamp(FEWEST_BLOCKS, MOST_BLOCKS).min(affordable as f64) as u32 / BUCKET * BUCKET
 }
 
-fn make_picture(
-    size: [u32; 2],
-    cache: &SceneCache,
-    recording: &mut Recording,
-) -> Result<ResourceId, RenderError> {
-    let bytes = pixels(size) * 2 * PixelFormat::FourFloats.bytes();
-    let limit = cache.limits().max_storage_binding;
-    check_binding("picture of kept light", bytes, limit, "Lower the resolution scale")?;
-    Ok(recording.create_buffer("picture of kept light", bytes))
+fn cells_bytes(slots: u64) -> u64 {
+    (HEADER_WORDS + slots * BLOCK_WORDS) * 4
+}
+
+fn points_bytes(capacity: u64) -> u64 {
+    POINT_BYTES * (capacity + 1)
+}
+
+fn picture_bytes(size: [u32; 2]) -> u64 {
+    pixels(size) * 2 * PixelFormat::FourFloats.bytes()
 }
 
 /// What of a frame's parameters is about kept light.

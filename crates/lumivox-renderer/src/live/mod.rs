@@ -170,6 +170,7 @@ impl LiveView {
             awaits_feedback: self.awaited > 0,
             pixel_samples: self.pixel_samples,
             lost_pixels: self.count.lost,
+            light_bytes: self.kept_light.as_ref().map_or(0, KeptLight::bytes),
         }
     }
 
@@ -303,13 +304,19 @@ impl LiveView {
         self.fine.size
     }
 
+    /// Records that the light is freed which is kept for it. It learns anew when something moves, where the settings and the room
+    /// there is allow it.
+    pub fn drop_light(&mut self, recording: &mut Recording) {
+        if let Some(light) = self.kept_light.take() {
+            light.free(recording);
+        }
+    }
+
     /// Records that everything is freed.
     pub fn free(mut self, recording: &mut Recording) {
         self.drop_coarse(recording);
+        self.drop_light(recording);
         self.fine.free(recording);
-        if let Some(light) = self.kept_light {
-            light.free(recording);
-        }
         self.picture.free(recording);
         recording.push(Step::Free { id: self.restarts });
     }

@@ -22,6 +22,7 @@ use self::eye::{Eye, Trace};
 use self::uploads::Uploads;
 use self::world::World;
 use crate::error::RenderError;
+use crate::features::ViewKind;
 use crate::limits::DeviceLimits;
 use crate::live::{HostFrame, Image, LiveImage, LiveSettings, LiveStatus};
 use crate::recording::{Kernel, Recording, ResourceId, Step, TextureOrder};
@@ -240,6 +241,8 @@ pub struct Stage<W, V> {
     wants_sweep: bool,
     computed: u64,
     postponed: u64,
+    /// Whether the host could not replay what light is kept with.
+    refuses_light: bool,
 }
 
 impl<W: Key, V: Key> Stage<W, V> {
@@ -256,6 +259,7 @@ impl<W: Key, V: Key> Stage<W, V> {
             wants_sweep: false,
             computed: 0,
             postponed: 0,
+            refuses_light: false,
         }
     }
 
@@ -274,6 +278,16 @@ impl<W: Key, V: Key> Stage<W, V> {
     /// because a kernel was missing: 0 where all was prepared in time.
     pub fn stalls(&self) -> [u64; 2] {
         [self.computed, self.postponed]
+    }
+
+    /// Says how a world will be looked at, before the first view does: what that takes is prepared with it. What a view asks for
+    /// that was not expected, it gets later.
+    pub fn expect(&mut self, world: W, view: ViewKind) {
+        if let ViewKind::Live { guides, kept_light } = view {
+            let place = self.worlds.entry(world).or_insert_with(|| World::new(&self.store));
+            place.has_guides |= guides;
+            place.wants_light |= kept_light;
+        }
     }
 
     /// Records what brings a world's copy up to date with `scene`, whose `version` tells it from others; `None` where there
@@ -302,6 +316,7 @@ impl<W: Key, V: Key> Stage<W, V> {
                 }
                 None => {
                     place.state = WorldState::Done;
+                    place.prepare_light(scene, at_once, workbench);
                     Ok(rest(recording))
                 }
             };
@@ -326,6 +341,7 @@ impl<W: Key, V: Key> Stage<W, V> {
             return Ok(rest(recording));
         }
         place.version = version;
+        place.prepare_light(scene, at_once, workbench);
         let computed = place.cache.unprepared();
         let granted = if at_once { u64::MAX } else { self.uploads.budget(self.frame) };
         let (mut left, began) = (granted, Moment::now());
@@ -375,6 +391,7 @@ impl<W: Key, V: Key> Stage<W, V> {
         let known = self.eyes.get_mut(&view);
         let lent = known.as_ref().map_or_else(Lent::new, |eye| eye.lent);
         let mut frame = frame(lent);
+        frame.settings.kept_light &= !self.refuses_light;
         if let Some(eye) = known {
             if eye.world != shown {
                 eye.pacer.distrust();
@@ -383,7 +400,7 @@ impl<W: Key, V: Key> Stage<W, V> {
                 frame.settings.ambient = ambient;
             }
         }
-        let recorded = self.record_eye(view, shown, lent, &frame, &mut recording);
+        let recorded = self.record_eye(view, shown, lent, &mut frame, &mut recording);
         match recorded {
             Ok(trace) => {
                 let status = trace.status;
@@ -404,13 +421,15 @@ impl<W: Key, V: Key> Stage<W, V> {
         view: V,
         shown: W,
         lent: Lent,
-        frame: &ViewFrame,
+        frame: &mut ViewFrame,
         recording: &mut Recording,
     ) -> Result<Trace, RenderError> {
         let Self { eyes, wants_sweep, worlds, .. } = self;
         let world = worlds.get_mut(&shown).expect("it is known");
         world.has_guides |= frame.settings.guides;
-        world.keeps_light |= frame.settings.kept_light;
+        world.wants_light |= frame.settings.kept_light;
+        // Not before its kernels are made.
+        frame.settings.kept_light &= world.keeps_light;
         let eye = match eyes.entry(view) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(vacant) => vacant.insert(Eye::new(&frame.settings, world, shown, lent, recording)?),
@@ -453,7 +472,8 @@ impl<W: Key, V: Key> Stage<W, V> {
     /// Tells what became of a recording, in the order in which they were recorded.
     ///
     /// # Errors
-    /// Why nothing is shown of it. A volume that the device refused comes reduced, if that may help: that is none.
+    /// Why nothing is shown of it. A volume that the device refused comes reduced, if that may help, and a view goes on without
+    /// the light that was kept for it: that is none.
     pub fn executed(
         &mut self,
         recorded: Recorded<W, V>,
@@ -471,6 +491,7 @@ impl<W: Key, V: Key> Stage<W, V> {
                     }
                     Err(refusal) => {
                         let may_come_reduced = self.store.refused(&recording);
+                        self.drop_light();
                         self.forget_world(world);
                         self.forget_broken_worlds();
                         if matches!(refusal, Refusal::Memory(_)) && may_come_reduced {
@@ -493,12 +514,23 @@ impl<W: Key, V: Key> Stage<W, V> {
                 }
                 Err(refusal) => {
                     // What it made is gone: it makes everything anew in the next frame.
-                    if let Some(eye) = self.eyes.remove(&view) {
+                    let gone = self.eyes.remove(&view);
+                    let kept_light = gone.as_ref().is_some_and(|eye| eye.live.status().light_bytes > 0);
+                    if let Some(eye) = gone {
                         let mut frees = Recording::new();
                         eye.free(&mut frees);
                         self.left_over.extend(frees.steps);
                     }
-                    Err(refusal.into())
+                    if !kept_light {
+                        return Err(refusal.into());
+                    }
+                    // Perhaps it can be shown without.
+                    match refusal {
+                        Refusal::Memory(_) => self.store.refuse_light(),
+                        Refusal::Other(_) => self.refuses_light = true,
+                    }
+                    self.drop_light();
+                    Ok(())
                 }
             },
             Part::Rest => Ok(()),
@@ -556,6 +588,13 @@ impl<W: Key, V: Key> Stage<W, V> {
     /// as there may be no next one for long.
     pub fn left_over(&mut self) -> Option<Recorded<W, V>> {
         rest(self.begin_recording())
+    }
+
+    /// No view goes on with the light that was kept for it.
+    fn drop_light(&mut self) {
+        let mut frees = Recording::new();
+        self.eyes.values_mut().for_each(|eye| eye.live.drop_light(&mut frees));
+        self.left_over.extend(frees.steps);
     }
 
     /// Starts a world over whose copy is not whole.

@@ -203,6 +203,95 @@ fn a_world_whose_views_keep_guides_waits_for_their_kernel() {
     }
 }
 
+/// What is made of kernels at once, but for those that light is kept with.
+struct LacksLight(std::cell::Cell<bool>);
+
+impl Workbench for LacksLight {
+    fn are_ready(&self, kernels: &[Kernel]) -> bool {
+        !self.0.get() || !kernels.contains(&Kernel::LightResolve)
+    }
+
+    fn texture_maker(&self) -> Box<dyn FnMut(&TextureOrder) -> bool + Send> {
+        Box::new(|_| false)
+    }
+}
+
+fn show_with(stage: &mut Stage<u64, u64>, device: &mut Device, version: u64, workbench: &impl Workbench) {
+    // The light around is a little brighter each time: every frame shows something new.
+    let scene = Scene { environment: Environment::uniform(version as f64), ..scene(0.5) };
+    stage.begin_frame(version);
+    if let Some(recorded) = stage.update(WORLD, &scene, version, false, workbench).unwrap() {
+        device.replay(&recorded.recording);
+        stage.executed(recorded, Ok(())).unwrap();
+    }
+}
+
+#[test]
+fn light_is_kept_once_its_kernels_are_made_and_nothing_waits_for_them() {
+    let (mut stage, mut device) = (Stage::new(limits()), Device::default());
+    let workbench = LacksLight(std::cell::Cell::new(true));
+    let bytes = |stage: &Stage<u64, u64>| stage.view_progress(VIEW, WORLD).unwrap().live.light_bytes;
+    stage.expect(WORLD, ViewKind::Live { guides: false, kept_light: true });
+    let mut version = 0;
+    let mut show = |stage: &mut Stage<u64, u64>, device: &mut Device| {
+        version += 1;
+        show_with(stage, device, version, &workbench);
+        draw(stage, device)
+    };
+    for _ in 0..1000 {
+        if show(&mut stage, &mut device).is_some() {
+            break;
+        }
+        sleep(Duration::from_millis(2));
+    }
+    assert_eq!(bytes(&stage), 0, "its kernels are not made");
+    assert_eq!(stage.stalls()[1], 0);
+    workbench.0.set(false);
+    show(&mut stage, &mut device);
+    assert!(bytes(&stage) > 0);
+    // From then on a scene waits for all that it takes: light that is known is not forgotten for a moment.
+    workbench.0.set(true);
+    show(&mut stage, &mut device);
+    assert_eq!((stage.stalls()[1], bytes(&stage) > 0), (1, true));
+}
+
+#[test]
+fn where_the_device_refuses_light_a_view_goes_on_without() {
+    for refusal in [Refusal::Memory("full".to_owned()), Refusal::Other("no such kernel".to_owned())] {
+        let (mut stage, mut device) = (Stage::new(limits()), Device::default());
+        stage.expect(WORLD, ViewKind::Live { guides: false, kept_light: true });
+        update(&mut stage, &mut device, &scene(0.5), 1, true);
+        let refused = record(&mut stage, frame).unwrap();
+        assert!(refused.status.light_bytes > 0 && stage.store().light_bytes() > 0);
+        assert_eq!(stage.executed(refused.recorded, Err(refusal.clone())), Ok(()));
+        assert_eq!(stage.store().light_bytes(), 0);
+        let (status, _) = draw(&mut stage, &mut device).expect("the world is there");
+        assert_eq!(status.light_bytes, 0, "{refusal:?}");
+        // Without light it is an error.
+        let refused = record(&mut stage, frame).unwrap().recorded;
+        assert!(stage.executed(refused, Err(refusal)).is_err());
+    }
+}
+
+#[test]
+fn light_gives_way_to_voxels_that_the_device_has_no_room_for() {
+    const OTHER: u64 = WORLD + 1;
+    let (mut stage, mut device) = (Stage::new(limits()), Device::default());
+    let shown = scene(0.5);
+    stage.expect(WORLD, ViewKind::Live { guides: false, kept_light: true });
+    update(&mut stage, &mut device, &shown, 1, true);
+    draw(&mut stage, &mut device);
+    assert!(stage.store().light_bytes() > 0);
+    let other = scene(0.7);
+    let refused = stage.update(OTHER, &other, 2, true, &NothingAhead).unwrap().expect("voxels");
+    assert_eq!(stage.executed(refused, Err(Refusal::Memory("full".to_owned()))), Ok(()));
+    assert_eq!(stage.store().light_bytes(), 0);
+    // Whole.
+    let recorded = stage.update(OTHER, &other, 2, true, &NothingAhead).unwrap().expect("voxels");
+    stage.executed(recorded, Ok(())).unwrap();
+    assert_eq!(stage.store().resolution(&other.volumes[0].volume).map(|it| it.factor), Some(1));
+}
+
 #[test]
 fn only_a_world_that_may_stand_in_is_shown_in_the_place_of_another() {
     const NEXT: u64 = 8;

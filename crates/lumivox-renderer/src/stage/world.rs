@@ -27,7 +27,9 @@ pub struct World {
     pub state: WorldState,
     /// Whether views of it keep guides: their kernel is another.
     pub has_guides: bool,
-    /// Whether light is kept for some view.
+    /// Whether some view would keep light, and whether its kernels are made. Until then views go without: what else they show
+    /// does not wait for it.
+    pub wants_light: bool,
     pub keeps_light: bool,
     /// Whether the last update did nothing, for there was no room for it in its frame.
     pub was_skipped: bool,
@@ -52,6 +54,7 @@ impl World {
             is_whole: false,
             state: WorldState::Nothing,
             has_guides: false,
+            wants_light: false,
             keeps_light: false,
             was_skipped: false,
             preparing: None,
@@ -88,6 +91,14 @@ impl World {
             }
         }
         if lacks_kernels { Some(Missing::Kernels) } else { computing }
+    }
+
+    /// Has what light is kept with made where it is wanted. `at_once`: whoever needs it first makes it.
+    pub fn prepare_light(&mut self, scene: &Scene, at_once: bool, workbench: &impl Workbench) {
+        if self.wants_light && !self.keeps_light {
+            let view = ViewKind::Live { guides: false, kept_light: true };
+            self.keeps_light = at_once || workbench.are_ready(&self.cache.kernels(scene, view));
+        }
     }
 
     /// Starts over with nothing. Returns what was there.

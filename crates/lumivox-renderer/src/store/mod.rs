@@ -17,6 +17,7 @@ mod arrivals;
 mod bricks;
 mod bricks_ahead;
 mod coarse;
+mod light_room;
 mod pool;
 mod pools;
 mod source;
@@ -40,6 +41,7 @@ pub(crate) use self::bricks::picked;
 use self::coarse::is_prepared;
 pub(crate) use self::coarse::prepare_source;
 pub use self::coarse::prepare_volume;
+pub(crate) use self::light_room::LightRoom;
 use self::pools::Pools;
 pub(crate) use self::source::{Source, WeakSource};
 pub(crate) use self::texels::TexelScale;
@@ -105,6 +107,10 @@ struct Store {
     entries: Vec<Entry>,
     /// Bytes that the pools may take together.
     capacity: u64,
+    /// Bytes of the light that is kept in volumes.
+    light: u64,
+    /// Releases of room when the device last refused light.
+    without_light: Option<u64>,
     /// Goes up when room is made.
     releases: u64,
     clock: u64,
@@ -144,6 +150,8 @@ impl VoxelStore {
             pools: Pools::new(&limits),
             entries: vec![],
             capacity: u64::MAX,
+            light: 0,
+            without_light: None,
             releases: 0,
             clock: 0,
             unprepared: 0,
@@ -156,8 +164,9 @@ impl VoxelStore {
         self.lock().limits
     }
 
-    /// Bounds the bytes that voxels may take on the device. What there is no room for arrives reduced; whole with the next
-    /// updates where the bound is raised. What is there already stays where it is lowered.
+    /// Bounds the bytes that voxels may take on the device, and the light that is kept in them: that has what voxels leave, and
+    /// none is kept where that is too little. Voxels that there is no room for arrive reduced; whole with the next
+    /// updates where the bound is raised. Those that are there already stay where it is lowered.
     pub fn set_capacity(&self, bytes: u64) {
         let mut store = self.lock();
         store.releases += u64::from(bytes > store.capacity);
@@ -201,7 +210,7 @@ impl VoxelStore {
     }
 
     /// Learns that the device refused a recording for want of memory. What the recording made or wrote is gone; volumes
-    /// that were in it arrive anew, reduced to what there is room for. Scenes that show them are not
+    /// that were in it arrive anew, reduced to what there is room for, or whole where light gives way to them. Scenes that show them are not
     /// [intact](crate::SceneCache::is_intact) any more and have to be made anew, too.
     /// Returns whether that may help: there is something that can take less.
     pub fn refused(&self, recording: &Recording) -> bool {
@@ -267,12 +276,15 @@ impl VoxelStore {
         // What the recording made is freed by who discards it.
         orphans.retain(|id| !makes(*id));
         store.entries.retain(|entry| entry.shown.is_some());
+        // The same goes for light: there is none until there is more room.
+        let gives_way = was_ahead || store.light > 0 && store.may_keep_light();
         store.releases += 1;
+        store.without_light = Some(store.releases);
         let after = store.pools.lasting_bytes();
-        if !was_ahead {
+        if !gives_way {
             store.capacity = (after + (before - after.min(before)) / 4 * 3).min(store.capacity);
         }
-        was_ahead || (after < before && store.capacity - after.min(store.capacity) >= LEAST_BYTES)
+        gives_way || (after < before && store.capacity - after.min(store.capacity) >= LEAST_BYTES)
     }
 
     /// Copies of volumes, whole if `budget` bytes suffice for that, and their value ranges; none of those of which nothing

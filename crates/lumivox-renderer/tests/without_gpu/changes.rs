@@ -314,7 +314,10 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
 
         let mut recording = Recording::new();
         cache.update(&scene, &mut recording).unwrap();
-        let settings = LiveSettings::new(16, 16).with(|it| it.denoise = true);
+        let settings = LiveSettings::new(16, 16).with(|it| {
+            it.denoise = true;
+            it.kept_light = false;
+        });
         let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
         let camera_of_live: Camera = camera().with_aspect(1.0);
         live.record_frame(&cache, &camera_of_live, &settings, &host, 1024, &mut recording).unwrap();
@@ -341,7 +344,7 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         // With kept light.
         let with_light = cache.kernels(&scene, ViewKind::Live { guides: false, kept_light: true });
         let mut recording = Recording::new();
-        let settings = LiveSettings::new(16, 16).with(|it| it.kept_light = true);
+        let settings = LiveSettings::new(16, 16);
         let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
         for _ in 0..2 {
             live.record_frame(&cache, &camera_of_live, &settings, &host, 1024, &mut recording).unwrap();

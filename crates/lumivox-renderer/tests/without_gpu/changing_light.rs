@@ -46,11 +46,19 @@ struct Host {
 
 impl Host {
     fn new() -> Self {
+        Self::with(false)
+    }
+
+    /// With light that is kept, or without.
+    fn with(kept_light: bool) -> Self {
         let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
         cache.follow_light();
         let mut recording = Recording::new();
         cache.update(&lit(1.0), &mut recording).unwrap();
-        let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = TARGET);
+        let settings = LiveSettings::new(SIZE, SIZE).with(|it| {
+            it.target_samples = TARGET;
+            it.kept_light = kept_light;
+        });
         let live = LiveView::new(&settings, &cache, &mut recording).unwrap();
         let color = ResourceId::external();
         let mut alive = HashSet::from([color]);
@@ -125,13 +133,16 @@ fn an_image_that_was_held_goes_when_light_changes_again() {
 
 #[test]
 fn images_that_are_done_at_once_do_not_wait_for_light_to_rest() {
-    let mut host = Host::new();
-    let all = AREA * u64::from(TARGET);
-    assert!(host.frame(&lit(1.0), all).2.converged);
-    let (cleared, fades, status) = host.frame(&lit(1.05), all);
-    assert_eq!((cleared, fades, status.converged), (0, true, false));
-    let (cleared, fades, status) = host.frame(&lit(1.05), all);
-    assert_eq!((cleared, fades, status.converged), (1, false, true));
+    // Nor is any sample of theirs spent on light that is kept.
+    for kept_light in [false, true] {
+        let mut host = Host::with(kept_light);
+        let all = AREA * u64::from(TARGET);
+        assert!(host.frame(&lit(1.0), all).2.converged);
+        let (cleared, fades, status) = host.frame(&lit(1.05), all);
+        assert_eq!((cleared, fades, status.converged), (0, true, false));
+        let (cleared, fades, status) = host.frame(&lit(1.05), all);
+        assert_eq!((cleared, fades, status.converged), (1, false, true));
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod arrivals;
 mod changes;
 mod changing_light;
 mod counts;
+mod kept_light;
 mod passes;
 mod recordings;
 mod scenes;

@@ -244,6 +244,7 @@ fn images_are_there_while_they_hold_something() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
     let settings = LiveSettings::new(128, 96).with(|it| {
+        it.kept_light = false;
         it.target_samples = 64;
         it.resolution_scale = 0.5;
     });
@@ -287,6 +288,7 @@ fn guides_come_and_go_with_one_start() {
     let color_target = ResourceId::external();
     let host = HostFrame::new(color_target);
     let mut settings = LiveSettings::new(63, 37).with(|it| {
+        it.kept_light = false;
         it.target_samples = 8;
         it.denoise = true;
     });

@@ -357,6 +357,11 @@ fn kernels(recording: &Recording) -> String {
         .join(" ")
 }
 
+/// With a coarse picture while something moves.
+fn plain(size: u32) -> LiveSettings {
+    LiveSettings::new(size, size).with(|it| it.kept_light = false)
+}
+
 #[test]
 fn a_live_view_answers_at_once_and_keeps_to_its_budget() {
     let mut alive = HashSet::new();
@@ -365,7 +370,7 @@ fn a_live_view_answers_at_once_and_keeps_to_its_budget() {
     let [depth, color] = [ResourceId::external(), ResourceId::external()];
     alive.extend([depth, color]);
     let host = HostFrame::new(color).with_depth(HostDepth::new(depth, [0.0, 0.1, 1.0, 0.0], 0.0));
-    let mut settings = LiveSettings::new(64, 64).with(|it| it.target_samples = 4);
+    let mut settings = plain(64).with(|it| it.target_samples = 4);
     let mut recording = Recording::new();
     let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
     let mut frame = |live: &mut LiveView, settings: &LiveSettings, x: f64, budget, alive: &mut HashSet<_>| {
@@ -431,7 +436,7 @@ fn a_moving_live_view_does_not_jump_between_resolutions() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
     let host = HostFrame::new(ResourceId::external());
-    let settings = LiveSettings::new(64, 64);
+    let settings = plain(64);
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
     let mut sizes = vec![];
     for (i, budget) in [2100, 2000, 2100, 2000, 2100, 5000].into_iter().enumerate() {
@@ -473,7 +478,7 @@ fn a_frame_keeps_to_its_budget_after_pixels_started_over() {
     cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
     let depth = HostDepth::new(ResourceId::external(), [0.0, 0.1, 1.0, 0.0], 0.0);
     let host = HostFrame::new(ResourceId::external()).with_depth(depth);
-    let mut settings = LiveSettings::new(64, 64).with(|it| it.target_samples = 256);
+    let mut settings = plain(64).with(|it| it.target_samples = 256);
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
     let frame = |live: &mut LiveView, settings: &LiveSettings, budget| {
         let mut recording = Recording::new();
@@ -510,7 +515,7 @@ fn a_slow_first_image_is_shown_when_it_is_whole() {
     let mut cache = SceneCache::new(&VoxelStore::new(LIMITS));
     cache.update(&scene(&[volume(8)]), &mut Recording::new()).unwrap();
     let host = HostFrame::new(ResourceId::external());
-    let settings = LiveSettings::new(128, 128).with(|it| it.target_samples = 64);
+    let settings = plain(128).with(|it| it.target_samples = 64);
     let mut live = LiveView::new(&settings, &cache, &mut Recording::new()).unwrap();
     // Of 32 x 32 and of 128 x 128 pixels: the first is made in one frame, the second in many more.
     let budget = 2048;

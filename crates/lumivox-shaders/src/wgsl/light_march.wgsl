@@ -182,7 +182,13 @@ fn see_volumes(pixel: vec2u, t_end: f32) -> Seen {
 
 @compute @workgroup_size(WORKGROUP_X, WORKGROUP_Y)
 fn light_march(@builtin(global_invocation_id) id: vec3u) {
+    // Software Vulkan (Mesa 26 with LLVM 21) loses the address of a buffer that it first meets in a loop whose invocations go different
+    // ways, and crashes: it meets this one here. No count of slots is so large.
+    let counted = light_cells[0];
     if (any(id.xy >= frame.film_size)) {
+        return;
+    }
+    if (counted == NO_SLOT) {
         return;
     }
     let plane = frame.film_size.x * frame.film_size.y;

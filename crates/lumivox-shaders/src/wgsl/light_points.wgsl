@@ -7,7 +7,9 @@
 struct LightPoints {
     // As many as were left; those there was no room for are among them.
     count: atomic<u32>,
-    padding: array<u32, 7>,
+    // For how many there is room. (The buffer's length tells that, too, but not every host's compiler takes the question.)
+    capacity: u32,
+    padding: array<u32, 6>,
     // Two entries each: (place, light sent on diffusely, its colour), (what arrives for the mirror lobe or NO_MIRROR, the next
     // point of three lists).
     records: array<vec4u>,
@@ -99,7 +101,7 @@ fn point_end(path: Path) {
         return;
     }
     let index = atomicAdd(&points.count, 1u);
-    if (2u * index + 1u >= arrayLength(&points.records)) {
+    if (index >= points.capacity) {
         return;
     }
     let later = frame.light_scale * path.radiance;

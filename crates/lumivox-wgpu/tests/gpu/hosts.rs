@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use lumivox_core::Camera;
 use lumivox_renderer::recording::{Kernel, Payload};
 use lumivox_renderer::{
     DeviceLimits, Film, LiveSettings, Recording, ResourceId, SceneCache, Step, View, ViewKind, ViewSettings,
@@ -52,6 +53,13 @@ fn still(gpu: &mut Gpu, test: &TestScene, request: &RenderRequest) -> Film {
     rendered.film
 }
 
+/// What a host shows over black, in one frame.
+fn picture(host: &mut Host, gpu: &mut Gpu, camera: &Camera) -> Vec<f32> {
+    host.set_color(gpu, |_| [0.0, 0.0, 0.0, 1.0]);
+    host.frame(gpu, camera, 1000);
+    host.read_color(gpu)
+}
+
 /// Mean difference of the radiance, over its mean.
 fn difference(a: &Film, b: &Film, pixels: usize) -> f64 {
     let channels = |film: &Film| (0..pixels).flat_map(|i| film.radiance(i)).collect::<Vec<f64>>();
@@ -74,7 +82,7 @@ fn the_default_limits_of_webgpu_suffice() {
             let limits = gpu.executor.limits().with(|it| it.unorm16 = false);
             let mut host = Host::within(limits, &mut gpu, &test, settings);
             host.converge(&mut gpu, &camera, 1000);
-            (host.film(&mut gpu), host.read_color(&gpu))
+            (host.film(&mut gpu), picture(&mut host, &mut gpu, &camera))
         };
         let rendered = still(&mut plain, &test, &RenderRequest::new(SIZE, SIZE, 12));
         let far = difference(&rendered, &wanted, pixels);
@@ -83,7 +91,7 @@ fn the_default_limits_of_webgpu_suffice() {
         host.converge(&mut plain, &camera, 1000);
         let far = difference(&host.film(&mut plain), &wanted, pixels);
         assert!(far < 1e-4, "{}: a live view differs by {far}", test.name);
-        let picture = host.read_color(&plain);
+        let picture = picture(&mut host, &mut plain, &camera);
         assert!(picture.iter().any(|c| *c > 0.1), "{}: nothing is seen of it", test.name);
         let far = picture.iter().zip(&wanted_picture).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(far < 1e-2, "{}: a pixel of the picture differs by {far}", test.name);
@@ -383,7 +391,7 @@ fn prepared_draws_are_not_waited_for() {
     let test = scenes::homogeneous_cube();
     let mut gpu = plain_device();
     let cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
-    let kernels = cache.kernels(&test.scene, ViewKind::Live { guides: false, kept_light: false });
+    let kernels = cache.kernels(&test.scene, ViewKind::Live { guides: false, kept_light: true });
     let [color, depth] = [wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::Depth32Float];
     assert!(!gpu.executor.is_prepared_to_draw(kernels.iter().copied(), color, 1));
     assert!(!gpu.executor.is_prepared_to_draw([Kernel::CompositeDepth], depth, 1));
@@ -399,7 +407,12 @@ fn prepared_draws_are_not_waited_for() {
         std::thread::yield_now();
     }
     assert!(!gpu.executor.is_prepared_to_draw([Kernel::CompositeColor], color, 4), "another kind of target");
+    // Of an image that is whole at once, and of one whose light is kept.
     let mut host = Host::new(&mut gpu, &test, LiveSettings::new(16, 16));
-    host.frame(&mut gpu, &test.camera.with_aspect(1.0), u64::MAX);
+    for budget in [u64::MAX, 64] {
+        let seen = test.camera.with_aspect(1.0 + 1.0 / budget as f64);
+        let status = host.frame(&mut gpu, &seen, budget);
+        assert_eq!(status.light_bytes > 0, budget == 64);
+    }
     assert_eq!(gpu.executor.pipeline_waits(), 0);
 }

@@ -14,6 +14,7 @@ mod motion;
 mod physics;
 mod reference;
 mod samplers;
+mod stage;
 mod store;
 
 use std::ops::ControlFlow;

@@ -102,7 +102,7 @@ fn nodes_freed_at_once_hold_nothing_up() {
 fn settings_draw_a_frame_of_an_engine_that_idles() {
     let told = telling("redraws");
     let told = told.as_object().unwrap();
-    assert_eq!(told.len(), 8);
+    assert_eq!(told.len(), 9);
     for (property, what) in told {
         assert_eq!(what["idle"], true, "before {property}: {told:?}");
         assert!(what["frames"].as_u64().unwrap() > 0, "{property}: {told:?}");

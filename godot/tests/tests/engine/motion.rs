@@ -36,6 +36,8 @@ struct Script {
     still_camera: Case,
     moving_camera: Vec<Case>,
     worlds: Vec<Case>,
+    /// A case for each frame.
+    kept_light: Vec<Case>,
 }
 
 fn script() -> &'static Script {
@@ -65,6 +67,7 @@ fn script() -> &'static Script {
             })
             .collect(),
         worlds: worlds(),
+        kept_light: kept_light(),
     })
 }
 
@@ -210,6 +213,19 @@ fn worlds() -> Vec<Case> {
         .collect()
 }
 
+/// Around a volume that is not dense, with no time for more than a few paths.
+fn kept_light() -> Vec<Case> {
+    let eye = |angle: f64| DVec3::new(0.08 * angle.sin(), 0.03, 0.08 * angle.cos());
+    (0..=STEPS)
+        .map(|i| Case {
+            camera: look_at(eye(0.02 * i as f64), DVec3::ZERO),
+            samples: 4096,
+            budget: 1.0,
+            ..Case::new("kept_light")
+        })
+        .collect()
+}
+
 fn read(name: &str) -> SrgbImage {
     SrgbImage::read(&shown().0.join(format!("{name}.png"))).unwrap()
 }
@@ -268,8 +284,9 @@ fn the_frame_after_an_edit_shows_all_of_it() {
         let (new, shown) = (expected::picture(after), read(&format!("{}_first", after.name)));
         let off = block_difference(&shown, &new);
         println!("{}: {first} samples in the next frame, blocks differ by {off:.3}", after.name);
-        // Noise of few samples: .24 at most with these random numbers, .19 with others.
-        assert!(off < 0.3, "{}: a block of the next frame differs by {off}", after.name);
+        // Light that was kept of another surface is forgotten within some frames, not at once: .29 and .51.
+        let most = if ["surface", "filter"].contains(&after.name) { 0.7 } else { 0.3 };
+        assert!(off < most, "{}: a block of the next frame differs by {off}", after.name);
         if before.size == after.size {
             // It is the new picture already, not the old one.
             let old = expected::picture(before);
@@ -448,6 +465,20 @@ fn a_camera_that_moves_leaves_the_other_viewport_alone() {
     assert_same(folder, "still_camera", &expected::picture(&script().still_camera), |_| true);
     let last = script().moving_camera.last().unwrap();
     assert_same(folder, "moving_camera", &expected::picture(last), |_| true);
+}
+
+#[test]
+fn what_moves_is_nearer_to_its_picture_at_rest_with_kept_light() {
+    let told = told(&shown().1, "kept_light");
+    println!("kept_light: {told}");
+    assert_eq!((&told["default"], &told["plain"]), (&serde_json::json!(true), &serde_json::json!(0)));
+    assert!(told["kept"].as_u64().unwrap() > 0, "{told}");
+    let last = script().kept_light.last().unwrap();
+    let wanted = expected::picture(&Case { samples: 256, ..last.clone() });
+    let [kept, plain] =
+        ["kept", "plain"].map(|what| distance(&read(&format!("kept_light_{what}")), &wanted, |_| true).0);
+    println!("off by {kept:.2} codes of 255 with kept light, by {plain:.2} without");
+    assert!(kept < 0.8 * plain, "off by {kept} with kept light, by {plain} without");
 }
 
 #[test]

@@ -74,6 +74,7 @@ fn after_a_warm_up_no_frame_makes_or_waits_for_a_kernel() {
     println!("warm_up: {told}");
     assert_eq!(told["progress"], 1.0);
     assert_eq!(told["converged"], json!(vec![true; scenes().len()]), "{told}");
+    assert_eq!(told["kept"], json!(vec![true; scenes().len()]), "{told}");
     assert_eq!(told["stalls"], json!({ "kernels": 0, "computed": 0, "postponed": 0 }), "{told}");
 }
 

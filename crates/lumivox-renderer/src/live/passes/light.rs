@@ -62,9 +62,10 @@ impl FramePass for LightCellsPass {
     }
 }
 
-/// Records that no point is there.
-pub(super) fn forget_points(points: ResourceId, recording: &mut Recording) {
-    recording.push(Step::WriteBuffer { id: points, offset: 0, data: Payload::copy_of(&[0u32; 8]) });
+/// Records that no point is there, and for how many there is room.
+pub(super) fn forget_points(points: ResourceId, capacity: u32, recording: &mut Recording) {
+    let header = [0, capacity, 0, 0, 0, 0, 0, 0];
+    recording.push(Step::WriteBuffer { id: points, offset: 0, data: Payload::copy_of(&header) });
 }
 
 /// A picture from the light that is kept.

@@ -61,8 +61,8 @@ pub struct TracePass<'a> {
     /// Where paths are put aside on devices that limit the turns of loops, 64 bytes for each pixel; 96
     /// where the film has guides.
     pub paths: Option<ResourceId>,
-    /// Where paths leave points for the light that is kept, if they do. Not with guides.
-    pub points: Option<ResourceId>,
+    /// Where paths leave points for the light that is kept, if they do, and for how many there is room. Not with guides.
+    pub points: Option<(ResourceId, u32)>,
     /// The parameters of its dispatches, which are of the same rows and sharers.
     pub dispatches: Vec<layout::Frame>,
 }
@@ -97,8 +97,8 @@ impl<'a> TracePass<'a> {
     }
 
     /// Paths leave points.
-    pub(crate) fn with_points(mut self, points: ResourceId, fields: LightFields) -> Self {
-        self.points = Some(points);
+    pub(crate) fn with_points(mut self, points: ResourceId, capacity: u32, fields: LightFields) -> Self {
+        self.points = Some((points, capacity));
         for params in &mut self.dispatches {
             *params = fields.put_into(*params);
         }
@@ -145,10 +145,10 @@ impl FramePass for TracePass<'_> {
         let mut resources = self.scene.path_trace_resources();
         resources.push(self.film.buffer);
         resources.extend(self.paths);
-        resources.extend(self.points);
+        resources.extend(self.points.map(|(points, _)| points));
         resources.extend(self.scene.pools());
-        if let Some(points) = self.points {
-            forget_points(points, recording);
+        if let Some((points, capacity)) = self.points {
+            forget_points(points, capacity, recording);
         }
         for params in &self.dispatches {
             let variant = self.scene.variant(self.film.guides, true);

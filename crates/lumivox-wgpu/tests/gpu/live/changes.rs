@@ -34,6 +34,8 @@ fn a_cut_shows_nothing_of_what_was_before() {
         let settings = LiveSettings::new(SIZE, SIZE).with(|it| {
             it.target_samples = 32;
             it.denoise = denoise;
+            // What is known of light changes with the scene.
+            it.kept_light = false;
         });
         let mut before = Host::new(&mut gpu, &TestScene { scene: whole.clone(), ..test.clone() }, settings);
         before.converge(&mut gpu, &camera, 200_000);
@@ -141,7 +143,10 @@ fn light_that_changes_a_little_keeps_the_image() {
     let test = scenes::bulbs();
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = SAMPLES);
+    let settings = LiveSettings::new(SIZE, SIZE).with(|it| {
+        it.target_samples = SAMPLES;
+        it.kept_light = false;
+    });
     let shown = |host: &mut Host, gpu: &mut Gpu, budget: u64| {
         host.set_color(gpu, |_| [0.0, 0.0, 0.0, 1.0]);
         host.frame(gpu, &camera, budget);

@@ -182,7 +182,10 @@ fn a_coarse_film_is_a_small_headless_one() {
     for samples in [2, 3, 4] {
         let small = film(&test, &RenderRequest::new(32, 32, samples));
         let mut gpu = gpu();
-        let settings = LiveSettings::new(128, 128).with(|it| it.target_samples = 64);
+        let settings = LiveSettings::new(128, 128).with(|it| {
+            it.target_samples = 64;
+            it.kept_light = false;
+        });
         let mut host = Host::new(&mut gpu, &test, settings);
         host.frame(&mut gpu, &before, 2 * 32 * 32);
         let status = host.frame(&mut gpu, &camera, 32 * 32 * u64::from(samples));

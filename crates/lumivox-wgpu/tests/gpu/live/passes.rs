@@ -75,7 +75,8 @@ fn last<T: bytemuck::AnyBitPattern>(gpu: &mut Gpu, recording: &Recording) -> Vec
 }
 
 fn host(gpu: &mut Gpu) -> Host {
-    Host::new(gpu, &scenes::noise(), LiveSettings::new(SIZE[0], SIZE[1]))
+    let settings = LiveSettings::new(SIZE[0], SIZE[1]).with(|it| it.kept_light = false);
+    Host::new(gpu, &scenes::noise(), settings)
 }
 
 fn column(pixel: usize) -> usize {

@@ -30,6 +30,7 @@ const STATUS_INTERVAL := 0.2
 var _density := RangeRow.new("Density", 0.05, 20.0, 0.01, "", true)
 var _exposure := RangeRow.new("Exposure", -4.0, 4.0, 0.05, " EV")
 var _denoise := CheckBox.new()
+var _kept_light := CheckBox.new()
 var _clip: Array[ClipRow] = []
 var _importer: LumivoxImporter
 ## The node that [member _importer] loads a scan for.
@@ -66,10 +67,14 @@ func _ready() -> void:
 	_density.value_changed.connect(_on_density)
 	_exposure.value_changed.connect(_on_exposure)
 	_denoise.text = "Denoise"
-	_denoise.tooltip_text = "Filters the noise out while the image converges; a little too soft until it has 256 samples."
-	_denoise.focus_mode = Control.FOCUS_NONE
+	_denoise.tooltip_text = "Filters the noise out of the image at rest; a little too soft until it has 256 samples."
 	_denoise.toggled.connect(_on_denoise)
-	_rows.add_child(_denoise)
+	_kept_light.text = "Kept light"
+	_kept_light.tooltip_text = "Keeps light in the volumes: clean pictures while something moves."
+	_kept_light.toggled.connect(_on_kept_light)
+	for switch: CheckBox in [_denoise, _kept_light]:
+		switch.focus_mode = Control.FOCUS_NONE
+		_rows.add_child(switch)
 	for axis: Array in [["Clip  side", "R", "L"], ["Clip  height", "F", "H"], ["Clip  depth", "P", "A"]]:
 		var row := ClipRow.new(axis[0] as String, axis[1] as String, axis[2] as String)
 		row.range_changed.connect(_on_clip.bind(_clip.size()))
@@ -175,9 +180,11 @@ func _refresh() -> void:
 	_preset.disabled = not usable
 	_exposure.visible = effect != null
 	_denoise.visible = effect != null
+	_kept_light.visible = effect != null
 	if effect != null:
 		_exposure.show_value(effect.exposure)
 		_denoise.set_pressed_no_signal(effect.denoise)
+		_kept_light.set_pressed_no_signal(effect.kept_light)
 	if volume_node == null:
 		return
 	_density.show_value(volume_node.density)
@@ -248,6 +255,11 @@ func _on_exposure(value: float) -> void:
 func _on_denoise(on: bool) -> void:
 	if effect != null:
 		effect.denoise = on
+
+
+func _on_kept_light(on: bool) -> void:
+	if effect != null:
+		effect.kept_light = on
 
 
 func _on_clip(low: float, high: float, axis: int) -> void:

@@ -1,0 +1,150 @@
+//! Light that is kept in volumes, and the memory that it has.
+
+use std::collections::HashMap;
+
+use lumivox_core::glam::DAffine3;
+use lumivox_core::{Camera, Scene};
+use lumivox_renderer::{
+    DeviceLimits, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId, SceneCache, Step,
+    VoxelStore,
+};
+
+use crate::scenes::{LIMITS, camera, scene, volume};
+
+const SIZE: u32 = 64;
+const PIXELS: u64 = (SIZE * SIZE) as u64;
+
+/// A view that moves with every frame.
+struct Moving {
+    store: VoxelStore,
+    cache: SceneCache,
+    live: LiveView,
+    frame: u32,
+    /// Bytes of the buffers that there are.
+    buffers: HashMap<ResourceId, u64>,
+}
+
+impl Moving {
+    fn new(shown: &Scene, limits: DeviceLimits) -> Self {
+        let store = VoxelStore::new(limits);
+        let mut cache = SceneCache::new(&store);
+        let mut recording = Recording::new();
+        cache.update(shown, &mut recording).unwrap();
+        let live = LiveView::new(&LiveSettings::new(SIZE, SIZE), &cache, &mut recording).unwrap();
+        let mut moving = Self { store, cache, live, frame: 0, buffers: HashMap::new() };
+        moving.replay(&recording);
+        moving
+    }
+
+    fn replay(&mut self, recording: &Recording) {
+        for step in &recording.steps {
+            match step {
+                Step::CreateBuffer { id, size, .. } => {
+                    self.buffers.insert(*id, *size);
+                }
+                Step::Free { id } => {
+                    self.buffers.remove(id);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        self.buffers.values().sum()
+    }
+
+    fn update(&mut self, shown: &Scene) {
+        let mut recording = Recording::new();
+        self.cache.update(shown, &mut recording).unwrap();
+        self.replay(&recording);
+    }
+
+    fn show(&mut self, settings: &LiveSettings, budget: u64) -> LiveStatus {
+        self.frame += 1;
+        let seen: Camera = camera().with_aspect(1.0);
+        let turn = DAffine3::from_rotation_y(0.01 * f64::from(self.frame));
+        let seen = Camera { world_from_camera: turn * seen.world_from_camera, ..seen };
+        let host = HostFrame::new(ResourceId::external());
+        let mut recording = Recording::new();
+        let status =
+            self.live.record_frame(&self.cache, &seen, settings, &host, budget, &mut recording).unwrap();
+        self.replay(&recording);
+        assert_eq!(self.store.light_bytes(), status.light_bytes);
+        status
+    }
+}
+
+/// Of a large volume, so that there are cells to do without.
+fn large() -> Scene {
+    scene(&[volume(220)])
+}
+
+#[test]
+fn what_light_takes_is_told_to_the_byte() {
+    for limits in
+        [LIMITS, LIMITS.with(|it| it.loop_turns = Some(lumivox_renderer::LoopTurns::of_software(16)))]
+    {
+        let mut moving = Moving::new(&large(), limits);
+        let settings = LiveSettings::new(SIZE, SIZE);
+        assert!(settings.kept_light, "it is on by default");
+        for budget in [PIXELS / 8, 2 * PIXELS, PIXELS / 2] {
+            let told = moving.show(&settings, budget).light_bytes;
+            let before = moving.bytes();
+            let mut recording = Recording::new();
+            moving.live.drop_light(&mut recording);
+            moving.replay(&recording);
+            // Counts, ends of rays and what a buffer's size is rounded up to.
+            let taken = before - moving.bytes();
+            assert!(taken.abs_diff(told) < 512, "{taken} of {told} told");
+            assert!(told > PIXELS * 32);
+            assert_eq!(moving.store.light_bytes(), 0);
+        }
+        assert!(moving.show(&settings, PIXELS).light_bytes > 0, "it begins anew");
+        let off = settings.with(|it| it.kept_light = false);
+        assert_eq!(moving.show(&off, PIXELS).light_bytes, 0);
+    }
+}
+
+#[test]
+fn light_has_what_voxels_leave_of_the_bound() {
+    let settings = LiveSettings::new(SIZE, SIZE);
+    let mut moving = Moving::new(&large(), LIMITS);
+    let most = moving.show(&settings, PIXELS / 4).light_bytes;
+    let voxels = moving.store.bytes();
+    let mut bounded = vec![];
+    for percent in [100, 80, 60, 1] {
+        let mut moving = Moving::new(&large(), LIMITS);
+        moving.store.set_capacity(voxels + most * percent / 100);
+        let status = moving.show(&settings, PIXELS / 4);
+        assert!(status.pixel_samples > 0, "there is a picture in any case");
+        assert!(status.light_bytes <= most * percent / 100, "{percent}%: {}", status.light_bytes);
+        bounded.push(status.light_bytes);
+    }
+    // All but a part of the film of points.
+    assert!(
+        bounded[0] > most / 100 * 99 && bounded[0] > bounded[1] && bounded[1] > bounded[2],
+        "{bounded:?}"
+    );
+    assert!(bounded[2] > 0 && bounded[3] == 0, "{bounded:?}");
+}
+
+#[test]
+fn light_makes_way_for_voxels_that_come() {
+    let settings = LiveSettings::new(SIZE, SIZE);
+    let (first, second) = (volume(100), volume(101));
+    let both = scene(&[first.clone(), second.clone()]);
+    let of_both = Moving::new(&both, LIMITS).store.bytes();
+    let mut moving = Moving::new(&scene(std::slice::from_ref(&first)), LIMITS);
+    moving.store.set_capacity(of_both + (1 << 20));
+    // What there is of it before is counted for what it is, and no more.
+    let before = moving.show(&settings, PIXELS / 4).light_bytes;
+    assert!(before > 1 << 20 && moving.store.bytes() + before <= of_both + (1 << 20), "{before}");
+    moving.update(&both);
+    assert_eq!(moving.store.resolution(&second).map(|it| it.factor), Some(1), "voxels come first");
+    assert_eq!(moving.show(&settings, PIXELS / 4).light_bytes, 0);
+    assert!(moving.store.bytes() <= of_both);
+    // And comes back where the bound is raised.
+    moving.store.set_capacity(u64::MAX);
+    assert!(moving.show(&settings, PIXELS / 4).light_bytes > 0);
+}
