@@ -145,7 +145,7 @@ fn assert_nearly_converged(gpu: &mut Gpu, test: &TestScene, most: f64) {
     let ratio = mean(&kept) / mean(&converged);
     println!("{}: error {of_kept:.4}, of samples alone {of_raw:.4}, mean {ratio:.4}", test.name);
     assert!(of_kept < most * of_raw, "{}: {of_kept} where samples alone have {of_raw}", test.name);
-    assert!((ratio - 1.0).abs() < 0.07, "{}: {ratio} times as bright", test.name);
+    assert!((ratio - 1.0).abs() < 0.1, "{}: {ratio} times as bright", test.name);
 }
 
 /// A picture at rest is the film's, to the bit, whatever was shown before; of few samples, too. Then nothing is traced any more.
