@@ -74,7 +74,7 @@ const SETTLING: u32 = 24;
 
 /// By how much what is sent on may have changed, for it is looked at from elsewhere, when a part of 1 / e is left of what was learnt:
 /// by phase functions, for what surfaces mirror is kept apart.
-const OTHER_PHASE: f64 = 0.125;
+const OTHER_PHASE: f64 = 0.25;
 
 /// Frames after which the film of points is emptied where paths are put aside: of those some may starve, that nobody helps, and their
 /// pixels leave no points any more.

@@ -88,7 +88,8 @@ fn a_swapped_volume_uploads_itself_alone() {
     let swapped = cost(&mut cache, &scene);
     assert_eq!((swapped.textures, swapped.voxel_bytes), (0, BRICK));
     assert_eq!((swapped.value_ranges, swapped.majorant_grids), (1, 1));
-    assert!(swapped.bytes <= TABLES + 2 * PAGE + 3 * INSTANCE + STYLE, "{swapped:?}");
+    // With what knows it by another number.
+    assert!(swapped.bytes <= TABLES + STYLE + 2 * PAGE + 3 * INSTANCE, "{swapped:?}");
 
     // A smaller one lies where the larger was, and so does the larger again.
     for size in [18, 20] {

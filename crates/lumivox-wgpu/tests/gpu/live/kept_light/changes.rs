@@ -139,7 +139,7 @@ fn what_scatters_backwards_is_seen_from_where_one_is() {
     }
     let ratio = mean(&shown(&host, &mut gpu)) / mean(&still(&mut gpu, &test, &turned(23), settings()));
     println!("{ratio:.3} times as bright");
-    assert!((ratio - 1.0).abs() < 0.1, "{ratio} times as bright");
+    assert!((ratio - 1.0).abs() < 0.15, "{ratio} times as bright");
 }
 
 /// What stood in front of all for a while lets cells be what they were.
