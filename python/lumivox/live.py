@@ -42,8 +42,8 @@ class Settings:
 class Live:
     """Renders a scan on a thread of its own: at once after a change, finer and finer while it rests; then that ends.
 
-    What is shown at once is a picture of the light that is kept in the scan, or, without ``kept_light`` and where the GPU has no room
-    for that, a coarse one. At rest the image is the same in either case.
+    What is shown at once is a picture of the light that is kept in the scan, or, without ``kept_light`` and where the GPU
+    has no room for that, a coarse one. At rest the image is the same in either case.
 
     ``show`` is called there with each image, ``failed`` with what went wrong; :meth:`update` may be called on any thread and
     returns at once.

@@ -32,8 +32,8 @@ except ImportError as error:
 class View(anywidget.AnyWidget):  # type: ignore[misc]
     """A scan in a notebook. ``options`` are those of :func:`lumivox.render` that it has no handle for.
 
-    While it is turned it shows a picture of the light that is kept in the scan, without noise; with ``kept_light=False`` a coarse one.
-    At rest the image is the same in either case.
+    While it is turned it shows a picture of the light that is kept in the scan, without noise; with ``kept_light=False`` a
+    coarse one. At rest the image is the same in either case.
     """
 
     _esm = Path(__file__).with_name("widget.js")
@@ -60,7 +60,15 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
     """What went wrong; empty where nothing did."""
     _live: Live | None = None
 
-    def __init__(self, scan: Volume, *, size: tuple[int, int] = (512, 512), samples: int = 512, kept_light: bool = True, **options: Any) -> None:
+    def __init__(
+        self,
+        scan: Volume,
+        *,
+        size: tuple[int, int] = (512, 512),
+        samples: int = 512,
+        kept_light: bool = True,
+        **options: Any,
+    ) -> None:
         if not isinstance(scan, Volume):
             raise TypeError(f"a view shows a lumivox.Volume, not {_check.shown(scan)}")
         # What is wrong is said where the view is made, not on its thread.

@@ -187,9 +187,10 @@ def first_images(head: lumivox.Volume, azimuths: list[float], **options: bool) -
     try:
         for azimuth in azimuths:
             before = len(came)
-            view.update(live.Settings(azimuth=azimuth))
+            view.update(live.Settings(azimuth=azimuth, preset="ct-bone"))
             # Of the view before one more may come.
-            seen = lumivox.Camera.framing(head, azimuth, size=(64, 48)).world_from_camera
+            scene = lumivox.Scene.of(head, preset="ct-bone")
+            seen = lumivox.Camera.framing(scene, azimuth, size=(64, 48)).world_from_camera
 
             def turned(before: int = before, seen: object = seen) -> list[lumivox.Image]:
                 return [one for one in came[before:] if np.allclose(one.camera.world_from_camera, seen)]  # type: ignore[arg-type]

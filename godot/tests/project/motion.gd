@@ -54,6 +54,9 @@ func edits() -> void:
 	Lumivox.warm_up(["surface", "filters", "lights"])
 	await Lumivox.warmed_up
 	var viewport := show_case(list[0])
+	# Of a coarse picture: light that is kept needs some frames for another surface, or a volume that comes back.
+	var effect: LumivoxEffect = viewport.get_child(0).get_node("World").compositor.compositor_effects[0]
+	effect.kept_light = false
 	await converge(viewport, "edits")
 	save(viewport, list[0].name)
 	var root := viewport.get_child(0)

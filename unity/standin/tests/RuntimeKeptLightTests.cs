@@ -11,6 +11,8 @@ namespace Lumivox.Tests
         /// Frames for which the camera moves.
         const int Moving = 16;
 
+        protected override float Scale => 8f;
+
         LumivoxEffect Effect => camera.GetComponent<LumivoxEffect>();
 
         void Look(int frame)
@@ -21,10 +23,21 @@ namespace Lumivox.Tests
             Ticker.Tick();
         }
 
+        /// Until there is something to see: the scan is prepared by another thread.
+        void Arrive()
+        {
+            for (var i = 0; i < 1000 && LumivoxRenderer.GetStatus(camera).pixelSamples == 0; i++)
+            {
+                Look(0);
+                System.Threading.Thread.Sleep(1);
+            }
+        }
+
         /// What is seen in the last of the frames.
         Picture Moved()
         {
             (Effect.targetSamples, Effect.frameBudgetMs) = (4096, 0.5f);
+            Arrive();
             for (var frame = 0; frame < Moving; frame++) Look(frame);
             return Pictures.Color(camera);
         }
@@ -42,7 +55,7 @@ namespace Lumivox.Tests
             volume.density = 0.5f;
             Assert.IsTrue(Effect.keptLight, "it is on by default");
             var kept = Moved();
-            Assert.IsTrue(LumivoxRenderer.KeptLightBytes > 0);
+            Assert.IsTrue(LumivoxRenderer.KeptLightBytes > 0, $"{LumivoxRenderer.GetStatus(camera).samples} samples, '{LumivoxRenderer.LastError}'");
             LumivoxRuntime.Stop();
             Effect.keptLight = false;
             var plain = Moved();
@@ -75,6 +88,7 @@ namespace Lumivox.Tests
             Effect.keptLight = false;
             Effect.frameBudgetMs = 0.5f;
             Effect.targetSamples = 4096;
+            Arrive();
             for (var frame = 0; frame < 4; frame++) Look(frame);
             Effect.keptLight = true;
             Faults.allocationsLeft = 1;
@@ -86,6 +100,7 @@ namespace Lumivox.Tests
             Assert.IsTrue(Light(At(Pictures.Color(camera), 0.5f, 0.5f)) > 0.02f);
             // Of a device that is made anew nobody knows that.
             LumivoxRuntime.Stop();
+            Arrive();
             for (var frame = 0; frame < 4; frame++) Look(frame);
             Assert.IsTrue(LumivoxRenderer.KeptLightBytes > 0);
         }

@@ -284,9 +284,8 @@ fn the_frame_after_an_edit_shows_all_of_it() {
         let (new, shown) = (expected::picture(after), read(&format!("{}_first", after.name)));
         let off = block_difference(&shown, &new);
         println!("{}: {first} samples in the next frame, blocks differ by {off:.3}", after.name);
-        // Light that was kept of another surface is forgotten within some frames, not at once: .29 and .51.
-        let most = if ["surface", "filter"].contains(&after.name) { 0.7 } else { 0.3 };
-        assert!(off < most, "{}: a block of the next frame differs by {off}", after.name);
+        // Noise of few samples: .24 at most with these random numbers, .19 with others.
+        assert!(off < 0.3, "{}: a block of the next frame differs by {off}", after.name);
         if before.size == after.size {
             // It is the new picture already, not the old one.
             let old = expected::picture(before);
