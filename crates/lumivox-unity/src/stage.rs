@@ -318,7 +318,7 @@ pub unsafe extern "C" fn lumivox_stage_record_view(
                     it.exposure = f64::from(frame.exposure);
                     it.ambient = convert::color(frame.ambient);
                     it.denoise = frame.denoise != 0;
-                    // Its kernels are not in the package: FXC would take three times as long for all.
+                    // Its kernels are not in the package: FXC takes minutes for one of them.
                     it.kept_light = false;
                 }),
                 HostFrame::new(lent.color)

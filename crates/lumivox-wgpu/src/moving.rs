@@ -1,6 +1,7 @@
 //! Pictures of a scene while it moves, for hosts that have no frame to keep: each is made when it is asked for, of the light that
 //! is kept in the volumes ([`LiveSettings::kept_light`]), and comes back.
 
+use lumivox_core::color::luminance;
 use lumivox_core::{PerspectiveCamera, Scene};
 use lumivox_renderer::live::LiveImage;
 use lumivox_renderer::{
@@ -116,7 +117,7 @@ fn film([width, height]: [u32; 2], bytes: &[u8]) -> Film {
     let pixels: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
     let (seen, told) = pixels.split_at(pixels.len() / 2);
     let moments = seen.iter().zip(told).map(|([r, g, b, alpha], [.., depth])| {
-        let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let luminance = luminance([*r, *g, *b].map(f64::from)) as f32;
         [depth * alpha, luminance * luminance, 1.0, 0.0]
     });
     let planes = vec![seen.to_vec(), moments.collect()];

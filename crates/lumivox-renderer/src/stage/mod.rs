@@ -7,6 +7,7 @@
 //! threads: until it is there, a view goes on with what it showed before. Nothing here knows an engine or a GPU.
 
 mod eye;
+mod kept_light;
 mod uploads;
 mod world;
 
@@ -22,7 +23,6 @@ use self::eye::{Eye, Trace};
 use self::uploads::Uploads;
 use self::world::World;
 use crate::error::RenderError;
-use crate::features::ViewKind;
 use crate::limits::DeviceLimits;
 use crate::live::{HostFrame, Image, LiveImage, LiveSettings, LiveStatus};
 use crate::recording::{Kernel, Recording, ResourceId, Step, TextureOrder};
@@ -280,16 +280,6 @@ impl<W: Key, V: Key> Stage<W, V> {
         [self.computed, self.postponed]
     }
 
-    /// Says how a world will be looked at, before the first view does: what that takes is prepared with it. What a view asks for
-    /// that was not expected, it gets later.
-    pub fn expect(&mut self, world: W, view: ViewKind) {
-        if let ViewKind::Live { guides, kept_light } = view {
-            let place = self.worlds.entry(world).or_insert_with(|| World::new(&self.store));
-            place.has_guides |= guides;
-            place.wants_light |= kept_light;
-        }
-    }
-
     /// Records what brings a world's copy up to date with `scene`, whose `version` tells it from others; `None` where there
     /// is nothing to record. `at_once`: this frame has to show it, however long that takes.
     ///
@@ -512,26 +502,7 @@ impl<W: Key, V: Key> Stage<W, V> {
                     }
                     Ok(())
                 }
-                Err(refusal) => {
-                    // What it made is gone: it makes everything anew in the next frame.
-                    let gone = self.eyes.remove(&view);
-                    let kept_light = gone.as_ref().is_some_and(|eye| eye.live.status().light_bytes > 0);
-                    if let Some(eye) = gone {
-                        let mut frees = Recording::new();
-                        eye.free(&mut frees);
-                        self.left_over.extend(frees.steps);
-                    }
-                    if !kept_light {
-                        return Err(refusal.into());
-                    }
-                    // Perhaps it can be shown without.
-                    match refusal {
-                        Refusal::Memory(_) => self.store.refuse_light(),
-                        Refusal::Other(_) => self.refuses_light = true,
-                    }
-                    self.drop_light();
-                    Ok(())
-                }
+                Err(refusal) => self.view_refused(view, refusal),
             },
             Part::Rest => Ok(()),
         }
@@ -588,13 +559,6 @@ impl<W: Key, V: Key> Stage<W, V> {
     /// as there may be no next one for long.
     pub fn left_over(&mut self) -> Option<Recorded<W, V>> {
         rest(self.begin_recording())
-    }
-
-    /// No view goes on with the light that was kept for it.
-    fn drop_light(&mut self) {
-        let mut frees = Recording::new();
-        self.eyes.values_mut().for_each(|eye| eye.live.drop_light(&mut frees));
-        self.left_over.extend(frees.steps);
     }
 
     /// Starts a world over whose copy is not whole.

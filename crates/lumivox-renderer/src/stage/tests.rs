@@ -9,6 +9,7 @@ use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{Environment, Filter, Medium, Modality, Orbit, Scene, TransferFunction, Volume, Voxels};
 
 use super::*;
+use crate::features::ViewKind;
 use crate::limits::LoopTurns;
 
 const WORLD: u64 = 7;

@@ -79,6 +79,10 @@ fn see_volume(v: u32, origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<func
                 cell = grids[m.index];
                 if (cell_is_far_from_any(cell)) {
                     march_through_nothing(&m, f32(cell_empty_distance(cell) - 1u));
+                    // What lies before a gap is not looked up with what lies behind it: that would be within the gap.
+                    if (pending.share > INVISIBLE) {
+                        break;
+                    }
                     continue;
                 }
                 t_exit = min(min(m.t_next.x, m.t_next.y), min(m.t_next.z, m.t_end));

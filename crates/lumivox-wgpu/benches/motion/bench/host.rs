@@ -152,9 +152,9 @@ impl Host {
         Err("a picture that should converge never does".to_owned())
     }
 
-    /// What live views have by default.
+    /// Of a live view that shows what it traces, as it is.
     pub fn settings(&self) -> LiveSettings {
-        LiveSettings::new(self.size[0], self.size[1])
+        LiveSettings::new(self.size[0], self.size[1]).with(|it| it.kept_light = false)
     }
 
     /// Pixel samples of a frame that take the GPU so many milliseconds while the camera moves, as engines pace their views.

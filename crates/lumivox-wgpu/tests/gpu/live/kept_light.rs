@@ -92,24 +92,21 @@ fn a_furnace_in_motion_is_as_bright_as_its_walls() {
     for test in all.map(scenes::furnace) {
         for budget in [PIXELS / 8, 2 * PIXELS] {
             let mut host = Host::new(&mut gpu, &test, settings());
-            orbit(&mut host, &mut gpu, &test, 0..6, budget);
+            // What mirrors is seldom met by few points: they need longer.
+            let frames = if budget < PIXELS { 96 } else { 6 };
+            orbit(&mut host, &mut gpu, &test, 0..frames, budget);
             let picture = shown(&host, &mut gpu);
             let (mut of_light, mut of_alpha) = (0.0, 0.0);
-            let mut far = 0;
             for (i, pixel) in picture.iter().enumerate() {
                 let alpha = f64::from(pixel[3]);
                 let light = luminance(pixel);
-                far += u64::from((light - alpha).abs() > 0.25 * alpha + 1e-3);
-                assert!((light - alpha).abs() < 1.5 * alpha + 1e-3, "{}: pixel {i}: {pixel:?}", test.name);
+                assert!((light - alpha).abs() < 0.25 * alpha + 1e-3, "{}: pixel {i}: {pixel:?}", test.name);
                 of_light += light;
                 of_alpha += alpha;
             }
-            // What mirrors is seldom met by few points.
-            let (most, tolerance) = if budget < PIXELS { (PIXELS / 50, 0.03) } else { (PIXELS / 500, 0.01) };
-            assert!(far <= most, "{}: {far} pixels are far from it", test.name);
             // Light and its colour have nine bits each, what is read of them eight.
             let ratio = of_light / of_alpha;
-            assert!((ratio - 1.0).abs() < tolerance, "{}: {ratio} times as bright", test.name);
+            assert!((ratio - 1.0).abs() < 0.01, "{}: {ratio} times as bright", test.name);
         }
     }
 }
@@ -119,10 +116,11 @@ fn a_furnace_in_motion_is_as_bright_as_its_walls() {
 fn a_moving_picture_is_nearly_the_converged_one() {
     let mut gpu = gpu();
     for test in [scenes::noise(), scenes::surface_reflection(), scenes::stage()] {
-        assert_nearly_converged(&mut gpu, &test, 0.9);
+        assert_nearly_converged(&mut gpu, &test, 0.9, 0.05);
     }
-    // Eight first collisions of a pixel are not many.
-    assert_nearly_converged(&mut gpu, &scenes::overlapping_volumes(), 1.0);
+    // Eight first collisions of a pixel are not many: .92 on an H200.
+    let most = if gpu.description.software { 0.9 } else { 0.95 };
+    assert_nearly_converged(&mut gpu, &scenes::overlapping_volumes(), most, 0.05);
 }
 
 #[test]
@@ -131,12 +129,12 @@ fn a_moving_picture_is_nearly_the_converged_one_in_every_scene() {
     let mut gpu = gpu();
     for test in scenes::all() {
         // Eight first collisions of a pixel are not many, where there are several volumes.
-        assert_nearly_converged(&mut gpu, &test, 1.2);
+        assert_nearly_converged(&mut gpu, &test, 1.2, 0.1);
     }
 }
 
-/// The error is at most so many times that of as many samples.
-fn assert_nearly_converged(gpu: &mut Gpu, test: &TestScene, most: f64) {
+/// The error is at most so many times that of as many samples, and the brightness no farther off than that.
+fn assert_nearly_converged(gpu: &mut Gpu, test: &TestScene, most: f64, far: f64) {
     let last = 23;
     let converged = still(gpu, test, &around(test, last), settings());
     let [kept, raw] = [true, false]
@@ -145,12 +143,12 @@ fn assert_nearly_converged(gpu: &mut Gpu, test: &TestScene, most: f64) {
     let ratio = mean(&kept) / mean(&converged);
     println!("{}: error {of_kept:.4}, of samples alone {of_raw:.4}, mean {ratio:.4}", test.name);
     assert!(of_kept < most * of_raw, "{}: {of_kept} where samples alone have {of_raw}", test.name);
-    assert!((ratio - 1.0).abs() < 0.1, "{}: {ratio} times as bright", test.name);
+    assert!((ratio - 1.0).abs() < far, "{}: {ratio} times as bright", test.name);
 }
 
-/// A picture at rest is the film's, whatever was shown before; of few samples, too. Then nothing is traced any more. To the bit, but for
-/// how sums are rounded: where light learns, passes have fewer samples, and where several invocations share a pixel, as on large GPUs,
-/// they add up otherwise.
+/// A picture at rest is the film's, to the bit, whatever was shown before; of few samples, too. Then nothing is traced any more. On
+/// large GPUs several invocations share a pixel of so few, and as many as there are samples in a pass, which are fewer where light
+/// learns: there sums are rounded otherwise.
 #[test]
 fn at_rest_nothing_is_left_of_it() {
     let mut gpu = gpu();
@@ -181,8 +179,9 @@ fn nothing_is_left(gpu: &mut Gpu, test: &TestScene, camera: &Camera, target: u32
     for pixel in 0..PIXELS as usize {
         let pairs = film.radiance(pixel).into_iter().zip(other_film.radiance(pixel));
         let shown = picture[pixel].map(f64::from).into_iter().zip(other_picture[pixel].map(f64::from));
+        let tolerance = if gpu.description.software { 0.0 } else { 1e-6 };
         for (a, b) in pairs.chain(shown) {
-            assert!((a - b).abs() <= 1e-6 * b.abs(), "pixel {pixel}: {a} is not {b}");
+            assert!((a - b).abs() <= tolerance * b.abs(), "pixel {pixel}: {a} is not {b}");
         }
     }
 }
