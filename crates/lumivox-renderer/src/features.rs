@@ -132,7 +132,13 @@ impl Features {
         }
         if let ViewKind::Live { kept_light: true, .. } = view {
             let of_light = [PathTrace(alone.for_points()), LightMarch(alone.of_media())];
-            kernels.extend(of_light.into_iter().chain([LightBegin, LightInsert, LightGather, LightResolve]));
+            kernels.extend(of_light.into_iter().chain([
+                LightBegin,
+                LightInsert,
+                LightGather,
+                LightResolve,
+                LightFill,
+            ]));
         }
         kernels.extend(more);
         kernels

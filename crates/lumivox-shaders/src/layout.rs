@@ -58,6 +58,9 @@ pub struct Frame {
     pub light_slots: u32,
     pub light_scale: f32,
     pub point_rays: u32,
+    pub march_first: [u32; 2],
+    pub march_stride: u32,
+    pub padding: u32,
     pub inverse_pool_sizes: [[f32; 4]; 4],
 }
 
@@ -283,6 +286,24 @@ pub struct HostDepthParams {
     pub guides: u32,
     pub padding_x: u32,
     pub padding_y: u32,
+}
+
+/// Twin of `LightFillParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in light_fill.wgsl")]
+pub struct LightFillParams {
+    pub before_from_now: [[f32; 4]; 4],
+    pub film_size: [u32; 2],
+    pub first: [u32; 2],
+    pub stride: u32,
+    pub has_before: u32,
+    pub camera_parallel: u32,
+    pub keeps: u32,
+    pub light_scale: f32,
+    pub padding_x: u32,
+    pub padding_y: u32,
+    pub padding_z: u32,
 }
 
 /// Twin of `DenoiseParams`.

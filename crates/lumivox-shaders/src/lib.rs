@@ -100,6 +100,8 @@ pub enum Kernel {
     LightResolve,
     /// A picture from the light that is kept. Of the variant it heeds what media are.
     LightMarch(PathTraceVariant),
+    /// The pixels of that picture between those whose rays were marched.
+    LightFill,
     /// Draws from the samplers, for tests.
     #[doc(hidden)]
     SampleDirections,
@@ -126,6 +128,7 @@ impl Kernel {
             Kernel::LightInsert,
             Kernel::LightGather,
             Kernel::LightResolve,
+            Kernel::LightFill,
             Kernel::SampleDirections,
         ]
         .into_iter()

@@ -211,6 +211,19 @@ pub(crate) fn row(kernel: Kernel) -> Row {
                 ["light_resolve"],
             ],
         ),
+        Kernel::LightFill => compute(
+            "light_fill",
+            TILE,
+            &[Uniform, StorageRead, StorageReadWrite, StorageRead, StorageReadWrite],
+            modules![
+                ["random"],
+                ["light_cells"],
+                ["likeness"],
+                ["ray_limits"],
+                ["light_picture"],
+                ["light_fill"]
+            ],
+        ),
         Kernel::LightMarch(variant) => {
             compute("light_march", TILE, light_march_bindings(variant), LIGHT_MARCH_MODULES)
         }
@@ -293,6 +306,7 @@ const LIGHT_MARCH_MODULES: &[Module] = modules![
     ["light_cells"],
     ["light_events"],
     ["light_read"],
+    ["light_picture"],
     ["light_march"],
 ];
 

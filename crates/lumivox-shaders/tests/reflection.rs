@@ -68,6 +68,9 @@ fn twins_have_the_shaders_layout() {
             light_slots,
             light_scale,
             point_rays,
+            march_first,
+            march_stride,
+            padding,
             inverse_pool_sizes,
         }
     );
@@ -196,6 +199,22 @@ fn twins_have_the_shaders_layout() {
             is_changing,
             forgets,
             scale,
+            padding_x,
+            padding_y,
+            padding_z,
+        }
+    );
+    assert_twin!(
+        Kernel::LightFill,
+        LightFillParams {
+            before_from_now,
+            film_size,
+            first,
+            stride,
+            has_before,
+            camera_parallel,
+            keeps,
+            light_scale,
             padding_x,
             padding_y,
             padding_z,

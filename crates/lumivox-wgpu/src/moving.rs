@@ -112,7 +112,7 @@ impl MovingView {
     }
 }
 
-/// A picture of kept light, planes of `(light, alpha)` and `(0, end of the ray, 1, depth)`, as a film of one sample.
+/// A picture of kept light, planes of `(light, alpha)` and of numbers whose last is the depth, as a film of one sample.
 fn film([width, height]: [u32; 2], bytes: &[u8]) -> Film {
     let pixels: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
     let (seen, told) = pixels.split_at(pixels.len() / 2);

@@ -8,6 +8,7 @@ use super::changing_light::{Change, FrameLight, LightOfFilm};
 use super::film::LiveFilm;
 use super::images::{Grain, PictureImages, pixels};
 use super::light::KeptLight;
+use super::looks::Look;
 use super::passes::{
     DrawPass, FramePass, HostDepthPass, PathSettings, PictureFilms, PicturePass, ReadPass, Share,
 };
@@ -97,6 +98,9 @@ impl LiveView {
             Change::None => self.begin_finer(budget, &mut frame, recording)?,
         }
         frame.paths.seed = self.light.seed(settings.seed);
+        let look = self.plan_look(change, budget);
+        // However small it is: light has to learn.
+        let budget = budget - look.map_or(0, |look| look.pixel_samples.min(budget / 2));
         let paths = self.paths_of_light(change, budget);
         if let Some(light) = self.kept_light.as_mut().filter(|_| paths > 0) {
             let clear = light.prepare(paths, cache, &mut frame.gone, recording)?;
@@ -143,7 +147,7 @@ impl LiveView {
             self.free_held(&mut frame.gone);
         }
         // What is shown of it.
-        self.look_at_light(change, &mut frame);
+        self.look_at_light(look, change, &mut frame, recording);
         self.denoise(settings, &mut frame, recording);
         frame.push(self.picture(settings, host, camera, cache));
         self.draw(host, &mut frame);
@@ -211,23 +215,40 @@ impl LiveView {
         wanted.min(light.most_paths())
     }
 
+    /// How the picture of kept light is made, if it is shown and there is a new one.
+    fn plan_look(&mut self, change: Change, budget: u64) -> Option<Look> {
+        let learns = !self.schedule.is_done() && self.schedule.complete() < LEARNS_UNTIL;
+        let (is_at_rest, is_shown) = (change == Change::None, self.shown_light().is_some());
+        let whole = self.whole();
+        let light = self.kept_light.as_mut().filter(|_| budget < whole)?;
+        let is_wanted = !is_at_rest || learns || is_shown && light.looks().is_stale();
+        is_wanted.then(|| light.plan_look(budget, is_at_rest)).flatten()
+    }
+
     /// Samples of the whole film.
     fn whole(&self) -> u64 {
         pixels(self.fine.size) * u64::from(self.target_samples)
     }
 
     /// The picture of kept light, if that is what is seen, and another than before.
-    fn look_at_light(&mut self, change: Change, frame: &mut Planned<'_>) {
+    fn look_at_light(
+        &mut self,
+        look: Option<Look>,
+        change: Change,
+        frame: &mut Planned<'_>,
+        recording: &mut Recording,
+    ) {
         if self.shown_light().is_none() {
             return;
         }
         let Some(light) = &mut self.kept_light else { return };
         // Or light has learnt, which it knows.
         if change != Change::None {
-            light.look_again();
+            light.looks().look_again();
         }
-        if let Some(pass) = light.look(&self.fine, &frame.paths, frame.cache) {
-            frame.push(pass);
+        if let Some(look) = look.filter(|_| light.looks().is_stale()) {
+            self.pixel_samples += look.pixel_samples;
+            frame.push(light.look(look, &self.fine, &frame.paths, frame.cache, recording));
         }
     }
 

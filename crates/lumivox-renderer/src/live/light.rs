@@ -10,8 +10,9 @@ use lumivox_shaders::layout;
 use super::changing_light::{FrameLight, LEAST_KEPT};
 use super::film::LiveFilm;
 use super::images::{Grain, Image, LiveImage, PixelFormat, pixels};
+use super::looks::{Look, Looks, Seen};
 use super::passes::{
-    ClearPass, LightCellsPass, LightPicturePass, LightResources, PathSettings, Share, TracePass,
+    ClearPass, LightCellsPass, LightFill, LightPicturePass, LightResources, PathSettings, Share, TracePass,
 };
 use crate::error::RenderError;
 use crate::frame;
@@ -122,8 +123,7 @@ pub(super) struct KeptLight {
     settling: u32,
     /// Whether any point was ever taken.
     is_filled: bool,
-    /// Whether the picture is another than what was made last.
-    is_stale: bool,
+    looks: Looks,
 }
 
 impl KeptLight {
@@ -173,7 +173,7 @@ impl KeptLight {
             frame: 0,
             settling: 0,
             is_filled: false,
-            is_stale: true,
+            looks: Looks::new(),
         })
     }
 
@@ -187,6 +187,16 @@ impl KeptLight {
             && slots < 2 * self.wanted_slots
             && slots > self.wanted_slots / 4
             && self.room.is_left()
+    }
+
+    /// When and how pictures are made of it.
+    pub fn looks(&mut self) -> &mut Looks {
+        &mut self.looks
+    }
+
+    /// How the next picture is made, see [`Looks::plan`].
+    pub fn plan_look(&mut self, budget: u64, is_at_rest: bool) -> Option<Look> {
+        self.looks.plan(self.size, budget, is_at_rest)
     }
 
     /// Makes pictures of so many pixels from now on; returns whether it can.
@@ -207,7 +217,8 @@ impl KeptLight {
         self.room.resize(self.room.bytes() - old + new);
         let picture = recording.create_buffer("picture of kept light", new);
         gone.push(Step::Free { id: std::mem::replace(&mut self.picture, picture) });
-        (self.size, self.is_stale) = (size, true);
+        self.looks.forget(self.size, &mut self.room, gone);
+        self.size = size;
         true
     }
 
@@ -219,11 +230,6 @@ impl KeptLight {
     /// Whether it knows anything.
     pub fn is_filled(&self) -> bool {
         self.is_filled
-    }
-
-    /// The camera has moved, or something else that is seen.
-    pub fn look_again(&mut self) {
-        self.is_stale = true;
     }
 
     /// Sees to it that there are a film and room for the points of so many paths a frame. A new film has to be cleared.
@@ -350,7 +356,7 @@ impl KeptLight {
             ..Default::default()
         };
         self.is_filled = true;
-        self.is_stale = true;
+        self.looks.go_on();
         let trace =
             film.trace(Grain::Points, cache, &settings, all).with_points(resources.points, capacity, fields);
         Some((trace, LightCellsPass { resources, params }))
@@ -391,31 +397,41 @@ impl KeptLight {
         Some((self.film.as_ref()?.images(Grain::Points), self.restarts))
     }
 
-    /// The picture of it, if it is another one than before. Rays end where those of `film` do.
+    /// The picture of it. Rays end where those of `film` do.
     pub fn look<'a>(
         &mut self,
+        look: Look,
         film: &LiveFilm,
         settings: &PathSettings,
         cache: &'a SceneCache,
-    ) -> Option<LightPicturePass<'a>> {
-        if !std::mem::take(&mut self.is_stale) {
-            return None;
-        }
+        recording: &mut Recording,
+    ) -> LightPicturePass<'a> {
         let frame = layout::Frame {
             seed: settings.seed ^ self.frame,
             image_size: self.size,
             film_size: self.size,
             samples: COLLISIONS,
             turn_limit: u32::MAX,
+            march_first: self.looks.begin(look),
+            march_stride: look.stride,
             ..frame::of(cache, &settings.camera)
         };
-        Some(LightPicturePass {
+        let seen = Seen { camera: settings.camera, scene_version: cache.version(), light: self.light };
+        // Where there is no room for pictures, something has to be bound all the same.
+        let unused = [self.cells, self.points];
+        let before = self.looks.before(look, seen, self.size, unused, &mut self.room, recording);
+        let fill = before.map(|fill| LightFill {
+            params: layout::LightFillParams { light_scale: self.scale as f32, ..fill.params },
+            ..fill
+        });
+        LightPicturePass {
             scene: cache,
             cells: self.cells,
             film: film.images(Grain::Fine),
             picture: self.picture(),
+            fill,
             frame: self.fields(&settings.camera, 0).put_into(frame),
-        })
+        }
     }
 
     /// What was made last.
@@ -446,7 +462,8 @@ impl KeptLight {
         }
     }
 
-    pub fn free(self, recording: &mut Recording) {
+    pub fn free(mut self, recording: &mut Recording) {
+        self.looks.forget(self.size, &mut self.room, recording);
         if let Some(film) = self.film {
             film.free(recording);
         }

@@ -16,7 +16,9 @@ mod frame;
 mod host;
 mod images;
 mod light;
+mod looks;
 pub mod passes;
+mod reprojection;
 mod schedule;
 
 use lumivox_core::Camera;

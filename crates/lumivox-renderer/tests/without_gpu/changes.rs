@@ -347,13 +347,15 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         let mut recording = Recording::new();
         let settings = LiveSettings::new(16, 16);
         let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
-        for _ in 0..2 {
-            live.record_frame(&cache, &camera_of_live, &settings, &host, 1024, &mut recording).unwrap();
+        // Of all pixels, and of few.
+        for (budget, aspect) in [(1024, 1.0), (1024, 1.1), (64, 1.2), (64, 1.3)] {
+            let seen: Camera = camera().with_aspect(aspect);
+            live.record_frame(&cache, &seen, &settings, &host, budget, &mut recording).unwrap();
         }
         let recorded = kernels(&recording);
         assert!(recorded.iter().all(|kernel| with_light.contains(kernel)), "{recorded:?} {with_light:?}");
         let is_wanted = |kernel: &&Kernel| !live_kernels.contains(kernel);
-        assert_eq!(with_light.iter().filter(is_wanted).count(), 6);
+        assert_eq!(with_light.iter().filter(is_wanted).count(), 7);
         assert!(with_light.iter().filter(is_wanted).all(|kernel| recorded.contains(kernel)), "{recorded:?}");
 
         let mut recording = Recording::new();

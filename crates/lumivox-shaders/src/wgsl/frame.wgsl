@@ -59,6 +59,10 @@ struct Frame {
     light_scale: f32,
     // Shadow rays of each kind at a point's collision.
     point_rays: u32,
+    // Where rays are marched through the light that is kept: from the first pixel of the film on, and so many pixels apart.
+    march_first: vec2u,
+    march_stride: u32,
+    padding: u32,
     // One over the texels of each pool along each axis; w is unused.
     inverse_pool_sizes: array<vec4f, MAX_POOLS>,
 }

@@ -11,7 +11,6 @@
 @group(0) @binding(5) var<storage, read> light_cells: array<u32>;
 // Of which it is asked where rays end.
 @group(0) @binding(6) var<storage, read> film: array<vec4f>;
-// As the denoiser's pixels: (light, alpha), (0, end of the ray, 1, depth).
 @group(0) @binding(7) var<storage, read_write> picture: array<vec4f>;
 
 // Steps through a voxel: so many at least, so many at most, and in between as many as let none be deeper than this. Where
@@ -189,27 +188,28 @@ fn light_march(@builtin(global_invocation_id) id: vec3u) {
     // Software Vulkan (Mesa 26 with LLVM 21) loses the address of a buffer that it first meets in a loop whose invocations go different
     // ways, and crashes: it meets this one here. No count of slots is so large.
     let counted = light_cells[0];
-    if (any(id.xy >= frame.film_size)) {
+    let at = frame.march_first + frame.march_stride * id.xy;
+    if (any(at >= frame.film_size)) {
         return;
     }
     if (counted == NO_SLOT) {
         return;
     }
     let plane = frame.film_size.x * frame.film_size.y;
-    let index = id.y * frame.film_size.x + id.x;
+    let index = at.y * frame.film_size.x + at.x;
     let end = film[ray_limit_entry(plane, index)][index % 4u];
     var seen: Seen;
     if (frame.volume_count == 1u) {
-        let ray = camera_ray(id.xy, vec2f(0.5));
-        var rng = rng_new(id.xy, 0u, frame.seed);
+        let ray = camera_ray(at, vec2f(0.5));
+        var rng = rng_new(at, 0u, frame.seed);
         var t_max = 1e30;
         if (end > 0.0) {
             t_max = end / dot(ray.direction, frame.view_axis);
         }
         seen = see_volume(0u, ray.origin, ray.direction, t_max, &rng);
     } else {
-        seen = see_volumes(id.xy, end);
+        seen = see_volumes(at, end);
     }
     picture[index] = vec4f(seen.light / frame.light_scale, seen.alpha);
-    picture[plane + index] = vec4f(0.0, end, 1.0, seen.depth / max(seen.alpha, 1e-6));
+    picture[plane + index] = marched_pixel(seen.light, seen.alpha, end, seen.depth / max(seen.alpha, 1e-6));
 }

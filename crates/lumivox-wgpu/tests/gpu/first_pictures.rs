@@ -161,16 +161,17 @@ fn a_coarse_picture_gets_better_while_the_fine_one_is_not_done() {
     assert!(kinks < 1.3 && fireflies < 20.0, "{kinks}, {fireflies}");
 }
 
-/// Of as many paths, from the first moments on.
+/// Of as many samples, those that looking takes among them, from the first moments on.
 #[test]
 fn a_picture_of_kept_light_is_nearer_to_the_truth_and_as_smooth() {
-    for (name, of) in
-        [("moving", (|it| &it.moving) as fn(&Pictures) -> &SrgbImage), ("resting", |it| &it.resting)]
-    {
+    // 16.1 and 14.7 where coarse pictures have 21 and 14.8: at rest those are as near, but blobs.
+    for (name, of, most) in [
+        ("moving", (|it| &it.moving) as fn(&Pictures) -> &SrgbImage, 0.85),
+        ("resting", |it| &it.resting, 1.03),
+    ] {
         let [coarse, ..] = told(name, of(pictures(false)));
         let [kept, kinks, fireflies] = told(&format!("{name}, with kept light"), of(pictures(true)));
-        // 13.6 and 12.2 where coarse pictures have 21 and 14.8; cells of few points are bright here and there.
-        assert!(kept < 0.92 * coarse, "{name}: {kept} where a coarse one has {coarse} of 255");
-        assert!(kinks < 1.3 && fireflies < 80.0, "{name}: {kinks}, {fireflies}");
+        assert!(kept < most * coarse, "{name}: {kept} where a coarse one has {coarse} of 255");
+        assert!(kinks < 1.3 && fireflies < 20.0, "{name}: {kinks}, {fireflies}");
     }
 }

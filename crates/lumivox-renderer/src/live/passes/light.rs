@@ -68,6 +68,15 @@ pub(super) fn forget_points(points: ResourceId, capacity: u32, recording: &mut R
     recording.push(Step::WriteBuffer { id: points, offset: 0, data: Payload::copy_of(&header) });
 }
 
+/// Pixels between those whose rays were marched.
+#[derive(Clone, Copy, Debug)]
+pub struct LightFill {
+    /// What is known of the picture before. Sizes are set when it is recorded.
+    pub params: layout::LightFillParams,
+    /// That picture, and this one for the next; any others where neither is kept.
+    pub buffers: [ResourceId; 2],
+}
+
 /// A picture from the light that is kept.
 #[derive(Clone)]
 pub struct LightPicturePass<'a> {
@@ -77,8 +86,10 @@ pub struct LightPicturePass<'a> {
     pub cells: ResourceId,
     /// Rays end where those of this film do.
     pub film: FilmImages,
-    /// What comes out: planes of `(light, alpha)` and `(0, end of the ray, 1, depth)`.
+    /// What comes out: planes as `light_picture.wgsl` has them.
     pub picture: Image,
+    /// How pixels between those whose rays are marched are filled in, if there are any.
+    pub fill: Option<LightFill>,
     /// From where, and how.
     pub frame: layout::Frame,
 }
@@ -86,9 +97,10 @@ pub struct LightPicturePass<'a> {
 impl fmt::Debug for LightPicturePass<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // A scene is long.
-        let Self { cells, film, picture, frame, .. } = self;
+        let Self { cells, film, picture, fill, frame, .. } = self;
         let mut this = f.debug_struct("LightPicturePass");
-        this.field("cells", cells).field("film", film).field("picture", picture).field("frame", frame);
+        this.field("cells", cells).field("film", film).field("picture", picture);
+        this.field("fill", fill).field("frame", frame);
         this.finish_non_exhaustive()
     }
 }
@@ -107,6 +119,16 @@ impl FramePass for LightPicturePass<'_> {
         let mut resources = self.scene.media_resources();
         resources.extend([self.cells, self.film.buffer, self.picture.buffer]);
         resources.extend(self.scene.pools());
-        dispatch(kernel, &self.frame, resources, self.picture.size, recording);
+        let (first, stride) = (self.frame.march_first, self.frame.march_stride);
+        let [width, height] = self.picture.size;
+        let marched = [width - first[0], height - first[1]].map(|n| n.div_ceil(stride));
+        dispatch(kernel, &self.frame, resources, marched, recording);
+        if let Some(fill) = self.fill {
+            let film_size = self.picture.size;
+            let params = layout::LightFillParams { film_size, first, stride, ..fill.params };
+            let [before, kept] = fill.buffers;
+            let resources = vec![self.film.buffer, self.picture.buffer, before, kept];
+            dispatch(Kernel::LightFill, &params, resources, film_size, recording);
+        }
     }
 }

@@ -76,7 +76,7 @@ fn sizes_that_change_while_it_moves_leave_cells_as_they_are() {
     let converged = mean(&still(&mut gpu, &test, &around(&test, 23), settings()));
     for (frame, scale) in (20..26).zip([0.5, 0.9, 0.7, 0.33, 1.0, 0.6]) {
         host.settings.resolution_scale = scale;
-        orbit(&mut host, &mut gpu, &test, frame..frame + 1, PIXELS / 4);
+        orbit(&mut host, &mut gpu, &test, frame..frame + 1, PIXELS);
         let ratio = mean(&shown(&host, &mut gpu)) / converged;
         assert!((ratio - 1.0).abs() < 0.05, "{ratio} times as bright at {scale}");
     }
