@@ -14,6 +14,7 @@
 //!   could leave the grid, if its numbers are numbers: `march_begin` makes a walk empty that has others.
 //! - Tentative collisions (`next_collision`, `transmittance`) move along the ray by more than its rounding.
 //! - Marches through kept light (`light_march`) pass a face of the grid each turn, too, and take 256 steps between two at most.
+//!   Light is read in boxes of two blocks along an axis, and of two cells, from tier to tier (`light_read`).
 //!   A slot of it is looked for in one bucket (`light_cells`), and taken by whoever exchanges its key: who fails has another's
 //!   before them. Of a list of points so many are looked at.
 //! - The search for volumes asks each of a list once, or goes down a tree that the host has built, each branch once.
