@@ -131,8 +131,12 @@ impl Features {
             kernels.push(PathTrace(self.variant(true, true, limits)));
         }
         if let ViewKind::Live { kept_light: true, .. } = view {
-            let of_light = [PathTrace(alone.for_points()), LightMarch(alone.of_media())];
-            kernels.extend(of_light.into_iter().chain([LightBegin, LightInsert, LightGather, LightResolve]));
+            kernels.extend([PathTrace(alone.for_points()), LightMarch(alone.of_picture(true))]);
+            // Few may be one at any time.
+            if !self.many_volumes {
+                kernels.push(LightMarch(alone.of_picture(false)));
+            }
+            kernels.extend([LightBegin, LightInsert, LightGather, LightResolve]);
         }
         kernels.extend(more);
         kernels
@@ -153,6 +157,7 @@ impl Features {
             one_pool: limits.one_pool,
             limited_turns: limits.loop_turns.is_some(),
             shared: false,
+            several: false,
             points: false,
         };
         PathTraceVariant { shared: limits.few_kernels && variant.most_sharers() > 1, ..variant }

@@ -293,6 +293,7 @@ const LIGHT_MARCH_MODULES: &[Module] = modules![
     ["light_cells"],
     ["light_events"],
     ["light_read"],
+    [several ? "light_collisions" : "light_steps"],
     ["light_march"],
 ];
 
