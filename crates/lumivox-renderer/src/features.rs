@@ -130,7 +130,9 @@ impl Features {
             // Of the fine film; the coarse one has none.
             kernels.push(PathTrace(self.variant(true, true, limits)));
         }
-        if let ViewKind::Live { kept_light: true, .. } = view {
+        if let ViewKind::Live { kept_light: true, .. } = view
+            && self.can_keep_light(limits)
+        {
             kernels.extend([PathTrace(alone.for_points()), LightMarch(alone.of_picture(true))]);
             // Few may be one at any time.
             if !self.many_volumes {
@@ -161,6 +163,12 @@ impl Features {
             points: false,
         };
         PathTraceVariant { shared: limits.few_kernels && variant.most_sharers() > 1, ..variant }
+    }
+
+    /// Whether light is kept in volumes like these: not where few kernels should do and media depend on more than values, for
+    /// of those kernels alone compilers take minutes.
+    pub(crate) fn can_keep_light(self, limits: DeviceLimits) -> bool {
+        !limits.few_kernels || !self.classes.any()
     }
 
     /// Whether rays look for volumes in a hierarchy.
