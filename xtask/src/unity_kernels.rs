@@ -99,7 +99,7 @@ pub fn write_all(folder: &Path) -> Result<(), String> {
         })
     });
     let views = [
-        ViewKind::Live { guides: false, kept_light: false },
+        ViewKind::Live { guides: false, kept_light: true },
         ViewKind::Still { guides: false },
         ViewKind::Still { guides: true },
     ];
@@ -125,7 +125,7 @@ pub fn write_all(folder: &Path) -> Result<(), String> {
 }
 
 fn of_package() -> Result<Kernels, String> {
-    translated([LIMITS], &[ViewKind::Live { guides: false, kept_light: false }])
+    translated([LIMITS], &[ViewKind::Live { guides: false, kept_light: true }])
 }
 
 /// Every kernel with which some view of some scene is recorded.
@@ -315,9 +315,9 @@ mod tests {
 
     #[test]
     fn a_package_brings_few_kernels_and_all_that_live_views_want() {
-        let kernels = translated([LIMITS], &[ViewKind::Live { guides: false, kept_light: false }]).unwrap();
+        let kernels = of_package().unwrap();
         let traces = kernels.values().filter(|(kernel, _)| matches!(kernel, Kernel::PathTrace(_))).count();
-        assert_eq!((kernels.len(), traces), (18, 7));
+        assert_eq!((kernels.len(), traces), (34, 13));
         let files = files(&kernels);
         assert!(files.values().all(|text| text.starts_with(MARK)));
         let depth = &files["composite_depth.shader"];

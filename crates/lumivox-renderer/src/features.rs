@@ -130,15 +130,15 @@ impl Features {
             // Of the fine film; the coarse one has none.
             kernels.push(PathTrace(self.variant(true, true, limits)));
         }
-        if let ViewKind::Live { kept_light: true, .. } = view {
-            let of_light = [PathTrace(alone.for_points()), LightMarch(alone.of_media())];
-            kernels.extend(of_light.into_iter().chain([
-                LightBegin,
-                LightInsert,
-                LightGather,
-                LightResolve,
-                LightFill,
-            ]));
+        if let ViewKind::Live { kept_light: true, .. } = view
+            && self.can_keep_light(limits)
+        {
+            kernels.extend([PathTrace(alone.for_points()), LightMarch(alone.of_picture(true))]);
+            // Few may be one at any time.
+            if !self.many_volumes {
+                kernels.push(LightMarch(alone.of_picture(false)));
+            }
+            kernels.extend([LightBegin, LightInsert, LightGather, LightResolve, LightFill]);
         }
         kernels.extend(more);
         kernels
@@ -159,9 +159,16 @@ impl Features {
             one_pool: limits.one_pool,
             limited_turns: limits.loop_turns.is_some(),
             shared: false,
+            several: false,
             points: false,
         };
         PathTraceVariant { shared: limits.few_kernels && variant.most_sharers() > 1, ..variant }
+    }
+
+    /// Whether light is kept in volumes like these: not where few kernels should do and media depend on more than values, for
+    /// of those kernels alone compilers take minutes.
+    pub(crate) fn can_keep_light(self, limits: DeviceLimits) -> bool {
+        !limits.few_kernels || !self.classes.any()
     }
 
     /// Whether rays look for volumes in a hierarchy.

@@ -23,7 +23,7 @@ pub struct DeviceLimits {
     /// Where the driver ends invocations after so many turns of their loops: what they may take.
     pub loop_turns: Option<LoopTurns>,
     /// Whether kernels take so long to make that few of them should do: scenes that need less are traced with those that
-    /// can do more.
+    /// can do more. Of media that depend on more than values no light is kept then.
     pub few_kernels: bool,
 }
 

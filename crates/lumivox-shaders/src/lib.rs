@@ -13,7 +13,8 @@
 //! - The walk through majorant cells (`march_to_tentative`) passes a face of the grid each turn. It ends before it
 //!   could leave the grid, if its numbers are numbers: `march_begin` makes a walk empty that has others.
 //! - Tentative collisions (`next_collision`, `transmittance`) move along the ray by more than its rounding.
-//! - Marches through kept light (`light_march`) pass a face of the grid each turn, too, and take 256 steps between two at most.
+//! - Marches through kept light (`light_steps`) pass a face of the grid each turn, too, and take 256 steps between two at most.
+//!   Light is read in boxes of two blocks along an axis, and of two cells, from tier to tier (`light_read`).
 //!   A slot of it is looked for in one bucket (`light_cells`), and taken by whoever exchanges its key: who fails has another's
 //!   before them. Of a list of points so many are looked at.
 //! - The search for volumes asks each of a list once, or goes down a tree that the host has built, each branch once.
@@ -98,7 +99,7 @@ pub enum Kernel {
     LightGather,
     /// What cells of a tier have learnt to what is read of them.
     LightResolve,
-    /// A picture from the light that is kept. Of the variant it heeds what media are.
+    /// A picture from the light that is kept. Of the variant it heeds what media are, and whether there are several.
     LightMarch(PathTraceVariant),
     /// The pixels of that picture between those whose rays were marched.
     LightFill,
@@ -133,7 +134,10 @@ impl Kernel {
         ]
         .into_iter()
         .chain(PathTraceVariant::all().map(Kernel::PathTrace))
-        .chain(PathTraceVariant::all().filter(|v| *v == v.of_media()).map(Kernel::LightMarch))
+        .chain([false, true].into_iter().flat_map(|several| {
+            let of_picture = PathTraceVariant::all().map(move |v| PathTraceVariant { several, ..v });
+            of_picture.filter(move |v| *v == v.of_picture(several)).map(Kernel::LightMarch)
+        }))
     }
 
     /// The vertex shader of what is drawn: three vertices, no buffer.

@@ -307,6 +307,7 @@ const LIGHT_MARCH_MODULES: &[Module] = modules![
     ["light_events"],
     ["light_read"],
     ["light_picture"],
+    [several ? "light_collisions" : "light_steps"],
     ["light_march"],
 ];
 

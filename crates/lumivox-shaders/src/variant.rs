@@ -87,6 +87,8 @@ pub struct PathTraceVariant {
     /// Several invocations may share the samples of a pixel, as many as each dispatch says. Not with guides, nor where paths
     /// are put aside: those belong to a pixel.
     pub shared: bool,
+    /// Of pictures of kept light alone: there is not just one volume.
+    pub several: bool,
     /// Paths leave points for the light that is kept in volumes. Of live films without guides, whose pixels nobody shares.
     pub points: bool,
 }
@@ -110,6 +112,7 @@ impl PathTraceVariant {
                     limited_turns: bits & 256 != 0,
                     shared: bits & 512 != 0,
                     points: bits & 1024 != 0,
+                    several: false,
                     classes,
                 })
         });
@@ -119,12 +122,14 @@ impl PathTraceVariant {
         })
     }
 
-    /// What of it says what media are like, and where they are: what a kernel is specialised for that traces no paths.
-    pub fn of_media(self) -> Self {
+    /// What of it says what media are like, and where they are: what a picture of kept light is specialised for. One volume is
+    /// looked for in no hierarchy.
+    pub fn of_picture(self, several: bool) -> Self {
         Self {
+            several,
             surface: self.surface,
             mixed_filters: self.mixed_filters,
-            many_volumes: self.many_volumes,
+            many_volumes: self.many_volumes && several,
             classes: self.classes,
             one_pool: self.one_pool,
             ..Self::default()
@@ -173,6 +178,7 @@ pub(crate) const FLAGS: &[Flag] = &[
     flag("surface", Some("SURFACE"), |v| v.surface),
     flag("lights", Some("LIGHTS"), |v| v.lights),
     flag("filters", Some("MIXED_FILTERS"), |v| v.mixed_filters),
+    flag("several", None, |v| v.several),
     flag("many", None, |v| v.many_volumes),
 ];
 

@@ -293,7 +293,7 @@ pub struct LumivoxDeviceLimits {
     pub max_texture_2d: u32,
     /// `maxGraphicsBufferSize`.
     pub max_buffer_bytes: u64,
-    /// Bytes that volumes may fill on it; 0: as many as there is room for.
+    /// Bytes that volumes may fill on it, with the light that is kept in them; 0: as many as there is room for.
     pub voxel_bytes: u64,
     /// 1 where R16_UNorm textures can be filtered and written.
     pub unorm16: u32,
@@ -332,8 +332,10 @@ pub struct LumivoxViewFrame {
     pub target_noise: f32,
     /// Milliseconds of the GPU's time in a frame.
     pub frame_budget_ms: f32,
-    /// 1 where noise is filtered out of what is shown.
+    /// 1 where noise is filtered out of what is shown at rest.
     pub denoise: u32,
+    /// 1 where light is kept in the volumes, for pictures while something moves.
+    pub kept_light: u32,
     /// 0 none, 1 linear, 2 exponential, 3 exponential squared: `RenderSettings.fogMode`.
     pub fog: u32,
     /// Linear RGB of the fog.
@@ -362,6 +364,8 @@ pub struct LumivoxViewStatus {
     pub lost_pixels: u32,
     /// Pixel samples that this frame traces.
     pub pixel_samples: u64,
+    /// Bytes of the GPU's memory that light takes which is kept for this view; 0 where none is.
+    pub light_bytes: u64,
     /// The names under which the steps mean the host's depth to read, its colour, and its depth to write.
     pub depth: u64,
     /// See `depth`.

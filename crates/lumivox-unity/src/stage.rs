@@ -10,7 +10,7 @@ use lumivox_core::{
     Environment, EnvironmentSource, HostCamera, Light, LightKind, Peel, Scene, VolumeInstance, placement,
 };
 use lumivox_renderer::stage::{NothingAhead, Recorded, Refusal, Stage, ViewFrame, ViewRecorded, WorldState};
-use lumivox_renderer::{DeviceLimits, DistanceFog, Fog, HostDepth, HostFrame, LiveSettings};
+use lumivox_renderer::{DeviceLimits, DistanceFog, Fog, HostDepth, HostFrame, LiveSettings, ViewKind};
 
 use crate::abi::*;
 use crate::border::{free, guard, guard_handle, guard_option, guard_status, known, known_mut, list, text};
@@ -278,6 +278,8 @@ pub unsafe extern "C" fn lumivox_stage_record_world(
         // SAFETY: as the caller promises.
         let LumivoxStage { stage, worlds, .. } = unsafe { known_mut(stage, "stage") }?;
         let known = worlds.get_mut(&world).ok_or_else(|| format!("there is no world {world}"))?;
+        // All kernels come with the package.
+        stage.expect(world, ViewKind::Live { guides: false, kept_light: true });
         let updated = stage.update(world, &known.scene, known.version, at_once != 0, &NothingAhead);
         known.error = updated.as_ref().err().map(ToString::to_string);
         Ok(updated?.map(LumivoxRecording::new))
@@ -318,8 +320,7 @@ pub unsafe extern "C" fn lumivox_stage_record_view(
                     it.exposure = f64::from(frame.exposure);
                     it.ambient = convert::color(frame.ambient);
                     it.denoise = frame.denoise != 0;
-                    // Its kernels are not in the package: FXC takes minutes for one of them.
-                    it.kept_light = false;
+                    it.kept_light = frame.kept_light != 0;
                 }),
                 HostFrame::new(lent.color)
                     .with_depth(
@@ -389,6 +390,7 @@ impl LumivoxStage {
             awaits_feedback: u32::from(progress.live.awaits_feedback),
             lost_pixels: progress.live.lost_pixels,
             pixel_samples: progress.live.pixel_samples,
+            light_bytes: progress.live.light_bytes,
             ..LumivoxViewStatus::default()
         }
     }
@@ -517,6 +519,16 @@ pub unsafe extern "C" fn lumivox_stage_sweep(
 pub unsafe extern "C" fn lumivox_stage_voxel_bytes(stage: *const LumivoxStage) -> u64 {
     // SAFETY: as the caller promises.
     guard(|| Ok(unsafe { known(stage, "stage") }?.stage.store().bytes())).unwrap_or(0)
+}
+
+/// Bytes of the light on the device that is kept in volumes.
+///
+/// # Safety
+/// `stage` is a live handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lumivox_stage_light_bytes(stage: *const LumivoxStage) -> u64 {
+    // SAFETY: as the caller promises.
+    guard(|| Ok(unsafe { known(stage, "stage") }?.stage.store().light_bytes())).unwrap_or(0)
 }
 
 /// At what part of its resolution a scan is shown: `1 / factor` along a side, 0 where none of it is there; `arriving` is 1

@@ -8,7 +8,8 @@ namespace Lumivox
     /// Without any, the project's defaults hold (<see cref="LumivoxProjectSettings"/>).
     /// </summary>
     /// <remarks>
-    /// While the camera moves the image is coarse and answers at once; at rest it converges to
+    /// While the camera moves the image is made of the light that is kept in the volumes (<see cref="keptLight"/>), or is coarse, and
+    /// answers at once; at rest it converges to
     /// <see cref="targetSamples"/> per pixel, as much in each frame as fits into <see cref="frameBudgetMs"/>. A camera
     /// whose own effect is disabled draws no volumes. Values beyond a setting's range become the nearest in it; what is no
     /// finite number is refused with an error.
@@ -71,13 +72,31 @@ namespace Lumivox
             }
         }
 
-        /// <summary>Whether the noise is filtered out of the image while it converges.</summary>
+        /// <summary>
+        /// Whether the noise that is left is filtered out of the image at rest while it has fewer than 256 samples: it is a little soft
+        /// then. With <see cref="keptLight"/> that is so anyway; there it counts for images that end before, by their samples or noise.
+        /// </summary>
         public bool denoise
         {
             get => m_Settings.denoise;
             set
             {
                 m_Settings.denoise = value;
+                LumivoxRuntime.RequestFrames();
+            }
+        }
+
+        /// <summary>
+        /// Whether light is kept in the volumes, for clean pictures while something moves; on unless it is turned off. At rest the image
+        /// is the same with it and without. Where the GPU has no room for it, and in scenes with labels, peeling, clip shapes or
+        /// rows for gradients, nothing is kept and nothing said (<see cref="LumivoxRenderer.KeptLightBytes"/>).
+        /// </summary>
+        public bool keptLight
+        {
+            get => m_Settings.keptLight;
+            set
+            {
+                m_Settings.keptLight = value;
                 LumivoxRuntime.RequestFrames();
             }
         }

@@ -14,7 +14,7 @@ namespace Lumivox
 
         [SerializeField, Tooltip("How volumes are drawn where no Lumivox Effect says otherwise.")]
         LumivoxSettings m_Effect = LumivoxSettings.Default;
-        [SerializeField, Min(0), Tooltip("Megabytes of the GPU's memory that voxels may fill; what does not fit is shown at a lower resolution. 0: as many as there is room for.")]
+        [SerializeField, Min(0), Tooltip("Megabytes of the GPU's memory that voxels may fill, with the light that is kept in them. Scans that do not fit are shown at a lower resolution; light has what they leave. 0: as many as there is room for.")]
         int m_VoxelMegabytes;
 
         static LumivoxProjectSettings current;
@@ -31,7 +31,7 @@ namespace Lumivox
             }
         }
 
-        /// <summary>Megabytes of the GPU's memory that voxels may fill; 0: as many as there is room for. It counts when volumes are drawn for the first time.</summary>
+        /// <summary>Megabytes of the GPU's memory that voxels may fill, with the light that is kept in them; 0: as many as there is room for. It counts when volumes are drawn for the first time.</summary>
         public int voxelMegabytes
         {
             get => m_VoxelMegabytes;

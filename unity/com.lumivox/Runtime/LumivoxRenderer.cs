@@ -56,6 +56,12 @@ namespace Lumivox
         /// <summary>Bytes of voxels on the GPU.</summary>
         public static ulong VoxelBytes => LumivoxRuntime.VoxelBytes;
 
+        /// <summary>
+        /// Bytes on the GPU of the light that is kept in volumes, for all cameras (<see cref="LumivoxEffect.keptLight"/>); 0 where none is kept.
+        /// With <see cref="VoxelBytes"/> they stay within <see cref="LumivoxProjectSettings.voxelMegabytes"/>.
+        /// </summary>
+        public static ulong KeptLightBytes => LumivoxRuntime.KeptLightBytes;
+
         /// <summary>The version of the native library; empty where it cannot be used.</summary>
         public static string Version => Native.Border.Fault == null ? Native.Border.Text(Native.Library.lumivox_version()) : "";
 

@@ -30,6 +30,8 @@ namespace Lumivox
 
         public static ulong VoxelBytes => stage != IntPtr.Zero ? Library.lumivox_stage_voxel_bytes(stage) : 0;
 
+        public static ulong KeptLightBytes => stage != IntPtr.Zero ? Library.lumivox_stage_light_bytes(stage) : 0;
+
         internal static Executor Executor => executor;
 
         internal static WorldGatherer Worlds => worlds;

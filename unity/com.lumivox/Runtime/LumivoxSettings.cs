@@ -34,9 +34,12 @@ namespace Lumivox
         /// <summary>Whether volumes write their depth where they hide more than half of what is behind them.</summary>
         [Tooltip("Writes the depth of volumes where they hide more than half of what is behind them: they hide transparent materials there.")]
         public bool writeDepth;
-        /// <summary>Whether the noise is filtered out of the image while it converges.</summary>
-        [Tooltip("Filters the noise out of the image while it converges. What is shown is biased (softer than the truth) until a pixel has 256 samples; the samples themselves never are.")]
+        /// <summary>Whether the noise that is left is filtered out of the image at rest while it has fewer than 256 samples.</summary>
+        [Tooltip("Filters noise out of the image at rest until a pixel has 256 samples; what is shown until then is softer than the truth. With Kept Light that is so anyway: then it counts for images that end before, by their samples or noise. It changes nothing of what moves.")]
         public bool denoise;
+        /// <summary>Whether light is kept in the volumes, for clean pictures while something moves. At rest the image is the same with it and without.</summary>
+        [Tooltip("Keeps light in the volumes, for clean pictures while something moves. At rest the image is the same with it and without. It takes memory of the GPU, of what Voxel Megabytes grant. Without it a moving picture is coarse, as it is in scenes with labels, peeling, clip shapes or rows for gradients.")]
+        public bool keptLight;
         /// <summary>What lights the volumes besides the scene's lights.</summary>
         [Tooltip("What lights the volumes besides the scene's lights: the environment of its lighting settings, or Lumivox' own studio light.")]
         public LumivoxEnvironmentSource environmentSource;
@@ -51,6 +54,7 @@ namespace Lumivox
             resolutionScale = 1f,
             writeDepth = true,
             denoise = false,
+            keptLight = true,
             environmentSource = LumivoxEnvironmentSource.Scene,
         };
 

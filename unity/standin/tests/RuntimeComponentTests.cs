@@ -46,6 +46,7 @@ namespace Lumivox.Tests
             Assert.AreEqual(1f, effect.resolutionScale);
             Assert.IsTrue(effect.writeDepth);
             Assert.IsFalse(effect.denoise);
+            Assert.IsTrue(effect.keptLight);
             Assert.AreEqual(LumivoxEnvironmentSource.Scene, effect.environmentSource);
         }
 

@@ -115,7 +115,7 @@ impl Looks {
         let stride = STRIDES.into_iter().find(|stride| is_affordable(*stride)).unwrap_or(most).min(most);
         let part = if self.missing > 0 { LOOKED_WITH_AT_FIRST } else { LOOKED_WITH_AT_REST };
         self.saved += part * budget as f64;
-        let is_made = !is_at_rest || self.saved >= samples(stride);
+        let is_made = !is_at_rest || self.is_new || self.saved >= samples(stride);
         is_made.then(|| {
             self.saved = 0.0;
             Look { stride, pixel_samples: samples(stride).ceil() as u64 }

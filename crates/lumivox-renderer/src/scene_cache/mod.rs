@@ -406,9 +406,10 @@ impl SceneCache {
         self.origin
     }
 
-    /// The numbers by which light that is kept in volumes knows those that rays meet; `None` where there are too many of them.
+    /// The numbers by which light that is kept in volumes knows those that rays meet; `None` where there are too many of them, or
+    /// the device has no kernels for what they are like.
     pub(crate) fn numbers(&self) -> Option<&[Numbered]> {
-        self.numbers.list()
+        self.numbers.list().filter(|_| self.features.can_keep_light(self.limits))
     }
 
     /// By which part a phase function changes at most for each radian by which it is looked at otherwise: Henyey-Greenstein's has

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use lumivox_core::glam::DVec3;
 use lumivox_core::{
     Camera, ClipShape, Environment, EnvironmentMap, EnvironmentSource, Filter, GradientFunction, LabelStyle,
-    LabelVolume, Labelling, Light, Peel, Scene, TransferFunction, Volume,
+    LabelVolume, Labelling, Light, Peel, PerspectiveCamera, Scene, TransferFunction, Volume,
 };
+use lumivox_renderer::live::LiveImage;
 use lumivox_renderer::recording::{Classes, Kernel};
 use lumivox_renderer::{
     Features, HostFrame, LiveSettings, LiveView, Recording, ResourceId, SceneCache, Step, View, ViewKind,
@@ -355,8 +356,12 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         let recorded = kernels(&recording);
         assert!(recorded.iter().all(|kernel| with_light.contains(kernel)), "{recorded:?} {with_light:?}");
         let is_wanted = |kernel: &&Kernel| !live_kernels.contains(kernel);
-        assert_eq!(with_light.iter().filter(is_wanted).count(), 7);
-        assert!(with_light.iter().filter(is_wanted).all(|kernel| recorded.contains(kernel)), "{recorded:?}");
+        // Of few volumes, the picture of one is ready, too, or that of several.
+        let is_other = |kernel: &&Kernel| matches!(kernel, Kernel::LightMarch(of) if of.several != features.many_volumes);
+        let is_recorded = |kernel: &Kernel| recorded.contains(kernel);
+        let wanted: Vec<_> = with_light.iter().filter(is_wanted).collect();
+        assert_eq!(wanted.len(), if features.many_volumes { 7 } else { 8 });
+        assert!(wanted.iter().all(|kernel| is_recorded(kernel) != is_other(kernel)), "{recorded:?}");
 
         let mut recording = Recording::new();
         let settings = ViewSettings::new(16, 16).with(|it| it.guides = true);
@@ -387,6 +392,15 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         let live = [false, true].map(|guides| ViewKind::Live { guides, kept_light: guides });
         for view in live.into_iter().chain([ViewKind::Still { guides: true }]) {
             let mut wanted = more.kernels(view, LIMITS);
+            if can_more {
+                // Nor is light kept in what is classified.
+                let of_light = |kernel: &Kernel| match kernel {
+                    Kernel::PathTrace(variant) => variant.points,
+                    Kernel::LightMarch(_) => true,
+                    _ => kernel.name().starts_with("light_"),
+                };
+                wanted.retain(|kernel| !of_light(kernel));
+            }
             if matches!(view, ViewKind::Live { .. }) {
                 let can_be_shared = |v: &PathTraceVariant| !v.guides && !v.points;
                 let is_alone =
@@ -400,4 +414,32 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
     }
     let lights = Features { lights: true, ..Features::default() };
     assert_eq!(lights.subsets().count(), 2);
+}
+
+/// Of what is classified a package of few kernels has none for it: views go on without, and say nothing.
+#[test]
+fn where_few_kernels_should_do_light_is_kept_in_plain_media_alone() {
+    let host = HostFrame::new(ResourceId::external());
+    let classified = Features { classes: Classes::ALL, ..Features::default() };
+    for few_kernels in [false, true] {
+        let mut cache = SceneCache::new(&VoxelStore::new(LIMITS.with(|it| it.few_kernels = few_kernels)));
+        let mut recording = Recording::new();
+        let settings = LiveSettings::new(16, 16);
+        let mut live = LiveView::new(&settings, &cache, &mut recording).unwrap();
+        for (features, is_plain) in
+            [(Features::default(), true), (classified, false), (Features::default(), true)]
+        {
+            let mut recording = Recording::new();
+            cache.update(&scene_with(features), &mut recording).unwrap();
+            for x in [0.0, 0.1] {
+                let eye = DVec3::new(x, 0.0, 1.0);
+                let camera = PerspectiveCamera::look_at(eye, DVec3::ZERO, DVec3::Y, 0.5).with_aspect(1.0);
+                live.record_frame(&cache, &camera, &settings, &host, 1024, &mut recording).unwrap();
+            }
+            let is_kept = is_plain || !few_kernels;
+            assert_eq!(live.image(LiveImage::KeptLight).is_some(), is_kept, "{few_kernels} {features:?}");
+            let marches = kernels(&recording).iter().any(|kernel| matches!(kernel, Kernel::LightMarch(_)));
+            assert_eq!(marches, is_kept, "{few_kernels} {features:?}");
+        }
+    }
 }

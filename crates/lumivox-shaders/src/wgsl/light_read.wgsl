@@ -23,6 +23,17 @@ fn find_block(place: vec2u) -> u32 {
     return NO_SLOT;
 }
 
+// The one after it in a box, x first; beyond the last along z where there is none.
+fn next_in_box(at: vec3u, low: vec3u, high: vec3u) -> vec3u {
+    if (at.x < high.x) {
+        return vec3u(at.x + 1u, at.yz);
+    }
+    if (at.y < high.y) {
+        return vec3u(low.x, at.y + 1u, at.z);
+    }
+    return vec3u(low.xy, at.z + 1u);
+}
+
 // At a point of the voxel space of the volume of a number, by the cells of one tier around it: linear between their centres, and each as far as it is sure.
 fn light_of_tier(v: u32, p: vec3f, tier: u32) -> KeptLight {
     let shift = tier_shift(tier);
@@ -33,34 +44,28 @@ fn light_of_tier(v: u32, p: vec3f, tier: u32) -> KeptLight {
     let last = (base + 1u) >> vec3u(1u);
     var kept = KeptLight();
     var weights = 0.0;
-    for (var z = first.z; z <= last.z; z++) {
-        for (var y = first.y; y <= last.y; y++) {
-            for (var x = first.x; x <= last.x; x++) {
-                let block = vec3u(x, y, z);
-                let slot = find_block(place_of(block, v, tier));
-                if (slot == NO_SLOT) {
-                    continue;
-                }
-                let words = block_word(light_slots(), slot);
-                let low = max(base, 2u * block);
-                let high = min(base + 1u, 2u * block + 1u);
-                var of_block = 0.0;
-                for (var cz = low.z; cz <= high.z; cz++) {
-                    for (var cy = low.y; cy <= high.y; cy++) {
-                        for (var cx = low.x; cx <= high.x; cx++) {
-                            let cell = vec3u(cx, cy, cz);
-                            let near = choose(1.0 - f, f, cell > base);
-                            let word = light_cells[words + cell_in_block(cell)];
-                            let weight = near.x * near.y * near.z * light_weight(word);
-                            kept.ratio += weight * light_ratio(word);
-                            of_block += weight;
-                        }
-                    }
-                }
-                kept.mirror += of_block * unpack_rgb(light_cells[words + BLOCK_MIRROR_READ]);
-                weights += of_block;
+    // One loop over the blocks and one over the cells of each, not three of each: Microsoft's FXC takes long for loops within loops.
+    var block = first;
+    while (block.z <= last.z) {
+        let slot = find_block(place_of(block, v, tier));
+        if (slot != NO_SLOT) {
+            let words = block_word(light_slots(), slot);
+            let low = max(base, 2u * block);
+            let high = min(base + 1u, 2u * block + 1u);
+            var of_block = 0.0;
+            var cell = low;
+            while (cell.z <= high.z) {
+                let near = choose(1.0 - f, f, cell > base);
+                let word = light_cells[words + cell_in_block(cell)];
+                let weight = near.x * near.y * near.z * light_weight(word);
+                kept.ratio += weight * light_ratio(word);
+                of_block += weight;
+                cell = next_in_box(cell, low, high);
             }
+            kept.mirror += of_block * unpack_rgb(light_cells[words + BLOCK_MIRROR_READ]);
+            weights += of_block;
         }
+        block = next_in_box(block, first, last);
     }
     kept.is_known = weights > 1e-6;
     let inverse = 1.0 / max(weights, 1e-6);
@@ -71,11 +76,11 @@ fn light_of_tier(v: u32, p: vec3f, tier: u32) -> KeptLight {
 
 // The same by the finest of the tiers from `tier` on that knows any.
 fn kept_light_at(v: u32, p: vec3f, tier: u32) -> KeptLight {
-    for (var t = tier; t < LAST_TIER; t++) {
-        let kept = light_of_tier(v, p, t);
-        if (kept.is_known) {
-            return kept;
-        }
+    var kept = KeptLight();
+    var t = tier;
+    while (t <= LAST_TIER && !kept.is_known) {
+        kept = light_of_tier(v, p, t);
+        t += 1u;
     }
-    return light_of_tier(v, p, LAST_TIER);
+    return kept;
 }

@@ -171,6 +171,7 @@ fn frame() -> LumivoxViewFrame {
         target_noise: 0.0,
         frame_budget_ms: 8.0,
         denoise: 0,
+        kept_light: 1,
         fog: 0,
         fog_color: [0.0; 3],
         fog_start: 0.0,
@@ -234,8 +235,17 @@ fn a_frame_goes_through_the_border() {
         assert_eq!(lumivox_stage_view_status(stage, 8, &mut status), 0);
         assert_eq!(status.awaits_feedback, 0);
         // The device refuses: the view says why, and starts over.
-        let view = lumivox_stage_record_view(stage, 8, 5, &frame(), &mut status);
-        let refused = lumivox_recording_finish(stage, view, LumivoxOutcome::Failed as u32, c"no".as_ptr());
+        let mut moved = frame();
+        (moved.target_samples, moved.frame_budget_ms) = (1 << 16, 0.5);
+        moved.world_from_camera[12] += 0.01;
+        let view = lumivox_stage_record_view(stage, 8, 5, &moved, &mut status);
+        // The light that is kept may have been the cause: it is tried without, and nothing said.
+        assert!(status.light_bytes > 0 && lumivox_stage_light_bytes(stage) == status.light_bytes);
+        let failed = LumivoxOutcome::Failed as u32;
+        assert_eq!(lumivox_recording_finish(stage, view, failed, c"no".as_ptr()), 0);
+        let view = lumivox_stage_record_view(stage, 8, 5, &moved, &mut status);
+        assert_eq!((status.light_bytes, lumivox_stage_light_bytes(stage)), (0, 0));
+        let refused = lumivox_recording_finish(stage, view, failed, c"no".as_ptr());
         assert_eq!((refused, last_error().as_str()), (-1, "no"));
         let swept = lumivox_stage_sweep(stage, null(), 0, null(), 0);
         assert!(self::kinds(swept).contains(&LumivoxStepKind::Free));

@@ -10,7 +10,7 @@ namespace Lumivox.Editor
     [CustomEditor(typeof(LumivoxEffect)), CanEditMultipleObjects]
     sealed class EffectInspector : UnityEditor.Editor
     {
-        static readonly string[] settings = { "exposure", "targetSamples", "targetNoise", "frameBudgetMs", "resolutionScale", "writeDepth", "denoise", "environmentSource" };
+        static readonly string[] settings = { "exposure", "targetSamples", "targetNoise", "frameBudgetMs", "resolutionScale", "writeDepth", "denoise", "keptLight", "environmentSource" };
 
         public override VisualElement CreateInspectorGUI()
         {

@@ -320,7 +320,7 @@ namespace Lumivox.Native
         public uint maxTexture2d;
         /// <summary>`maxGraphicsBufferSize`.</summary>
         public ulong maxBufferBytes;
-        /// <summary>Bytes that volumes may fill on it; 0: as many as there is room for.</summary>
+        /// <summary>Bytes that volumes may fill on it, with the light that is kept in them; 0: as many as there is room for.</summary>
         public ulong voxelBytes;
         /// <summary>1 where R16_UNorm textures can be filtered and written.</summary>
         public uint unorm16;
@@ -358,8 +358,10 @@ namespace Lumivox.Native
         public float targetNoise;
         /// <summary>Milliseconds of the GPU's time in a frame.</summary>
         public float frameBudgetMs;
-        /// <summary>1 where noise is filtered out of what is shown.</summary>
+        /// <summary>1 where noise is filtered out of what is shown at rest.</summary>
         public uint denoise;
+        /// <summary>1 where light is kept in the volumes, for pictures while something moves.</summary>
+        public uint keptLight;
         /// <summary>0 none, 1 linear, 2 exponential, 3 exponential squared: `RenderSettings.fogMode`.</summary>
         public uint fog;
         /// <summary>Linear RGB of the fog.</summary>
@@ -388,6 +390,8 @@ namespace Lumivox.Native
         public uint lostPixels;
         /// <summary>Pixel samples that this frame traces.</summary>
         public ulong pixelSamples;
+        /// <summary>Bytes of the GPU's memory that light takes which is kept for this view; 0 where none is.</summary>
+        public ulong lightBytes;
         /// <summary>The names under which the steps mean the host's depth to read, its colour, and its depth to write.</summary>
         public ulong depth;
         /// <summary>See `depth`.</summary>

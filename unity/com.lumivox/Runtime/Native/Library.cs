@@ -115,6 +115,7 @@ namespace Lumivox.Native
         [DllImport(Name)] public static extern int lumivox_stage_view_status(IntPtr stage, ulong view, ViewStatus* @out);
         [DllImport(Name)] public static extern IntPtr lumivox_stage_sweep(IntPtr stage, ulong* views, uint viewCount, ulong* worlds, uint worldCount);
         [DllImport(Name)] public static extern ulong lumivox_stage_voxel_bytes(IntPtr stage);
+        [DllImport(Name)] public static extern ulong lumivox_stage_light_bytes(IntPtr stage);
         [DllImport(Name)] public static extern int lumivox_volume_resolution(IntPtr stage, IntPtr volume, uint* factor, uint* arriving);
         [DllImport(Name)] public static extern uint lumivox_stage_world_progress(IntPtr stage, ulong world);
     }

@@ -210,8 +210,11 @@ namespace Lumivox
                 Library.lumivox_recording_finish(stage, recording, (uint)outcome, null);
                 return true;
             }
-            fixed (byte* utf8 = Border.Utf8(why)) Library.lumivox_recording_finish(stage, recording, (uint)outcome, utf8);
-            LumivoxRuntime.Report(why);
+            int finished;
+            fixed (byte* utf8 = Border.Utf8(why)) finished = Library.lumivox_recording_finish(stage, recording, (uint)outcome, utf8);
+            // A view that can do without what was refused, the light that is kept for it, goes on in the next frame.
+            var isView = host.Ticket != 0;
+            if (!isView || finished < 0) LumivoxRuntime.Report(why);
             return false;
         }
 
@@ -248,6 +251,7 @@ namespace Lumivox
                 // The eyes of a headset share a frame's time.
                 frameBudgetMs = settings.frameBudgetMs / Math.Max(1, inputs.EyeCount),
                 denoise = settings.denoise ? 1u : 0u,
+                keptLight = settings.keptLight ? 1u : 0u,
                 atOnce = isAtOnce ? 1u : 0u,
             };
             (result.size[0], result.size[1]) = ((uint)inputs.Width, (uint)inputs.Height);

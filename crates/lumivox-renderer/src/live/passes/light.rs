@@ -115,7 +115,8 @@ impl FramePass for LightPicturePass<'_> {
     }
 
     fn record(&self, recording: &mut Recording) {
-        let kernel = Kernel::LightMarch(self.scene.variant(false, true).of_media());
+        let several = self.frame.volume_count != 1;
+        let kernel = Kernel::LightMarch(self.scene.variant(false, true).of_picture(several));
         let mut resources = self.scene.media_resources();
         resources.extend([self.cells, self.film.buffer, self.picture.buffer]);
         resources.extend(self.scene.pools());
