@@ -37,6 +37,8 @@ Commands:
   unity-kernels             Write the Unity package's kernels, which git does not hold, and the table and list of them
   unity-kernels --listed    Write the kernels alone, or fail where table and list are not theirs
   unity-kernels --check     Fail where table and list are not what would be written
+  unity-kernels --stills DIR
+                            Write the kernels of stills there, for tests
   unity-kernels --all DIR   Write every kernel of every view there, for tests
   unity-metas               Give each file of the Unity package its identifier
   unity-metas --check       Fail where one is missing, left over or there twice
@@ -54,6 +56,7 @@ fn main() -> ExitCode {
         ["unity-kernels"] => unity_kernels::write(),
         ["unity-kernels", "--listed"] => unity_kernels::write_listed(),
         ["unity-kernels", "--check"] => unity_kernels::check(),
+        ["unity-kernels", "--stills", folder] => unity_kernels::write_stills(Path::new(folder)),
         ["unity-kernels", "--all", folder] => unity_kernels::write_all(Path::new(folder)),
         ["package", "python", out] => package::python(Path::new(out)),
         ["package", "unity", out, ref options @ ..] if !out.starts_with('-') => {

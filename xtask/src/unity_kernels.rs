@@ -86,9 +86,12 @@ fn compare(root: &Path, kernels: &Kernels) -> Result<(), String> {
     Ok(())
 }
 
-/// Writes the kernels of all views, of devices that count turns of loops, too, into `Resources/Lumivox` of a folder, and
-/// beside that `table.txt`: a line for each, its name and entry point and, in the order of its bindings, `u:`, `b:` and `t:`
-/// with the names of uniform buffers, others and textures.
+/// Writes the kernels of stills, as the package would be given them, for tests: see [`write_table`].
+pub fn write_stills(folder: &Path) -> Result<(), String> {
+    write_table(folder, &translated([LIMITS], &[ViewKind::Still { guides: false }])?)
+}
+
+/// Writes the kernels of all views, of devices that count turns of loops, too: see [`write_table`].
 pub fn write_all(folder: &Path) -> Result<(), String> {
     let limits = [false, true].into_iter().flat_map(|few_kernels| {
         [None, Some(LoopTurns::of_software(16))].map(|loop_turns| {
@@ -103,9 +106,14 @@ pub fn write_all(folder: &Path) -> Result<(), String> {
         ViewKind::Still { guides: false },
         ViewKind::Still { guides: true },
     ];
-    let kernels = translated(limits, &views)?;
+    write_table(folder, &translated(limits, &views)?)
+}
+
+/// Writes kernels into `Resources/Lumivox` of a folder, and beside that `table.txt`: a line for each, its name and entry point and,
+/// in the order of its bindings, `u:`, `b:` and `t:` with the names of uniform buffers, others and textures.
+fn write_table(folder: &Path, kernels: &Kernels) -> Result<(), String> {
     let mut table = String::new();
-    for (name, (kernel, translated)) in &kernels {
+    for (name, (kernel, translated)) in kernels {
         let (kind, text) = file(*kernel, translated);
         write_if_changed(&folder.join(format!("Resources/Lumivox/{name}.{kind}")), &text)?;
         let _ = write!(table, "{name} {}", kernel.entry_point());

@@ -150,6 +150,7 @@ static func _environment(case: Dictionary) -> WorldEnvironment:
 	effect.target_samples = int(case.samples)
 	effect.exposure = case.exposure
 	effect.frame_budget_ms = case.budget
+	effect.kept_light = case.kept_light
 	if case.studio:
 		effect.environment_source = LumivoxEffect.ENVIRONMENT_STUDIO
 	var compositor := Compositor.new()

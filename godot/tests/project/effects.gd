@@ -280,7 +280,7 @@ func redraws() -> void:
 	var told := {}
 	var changes := {
 		"exposure": 1.0, "target_samples": 12, "frame_budget_ms": 40.0, "resolution_scale": 0.5, "write_depth": false,
-		"denoise": true, "kept_light": false, "environment_source": 1, "target_noise": 0.2,
+		"denoise": true, "kept_light": not effect.kept_light, "environment_source": 1, "target_noise": 0.2,
 	}
 	for property: String in changes:
 		var idle := await until_idle()

@@ -24,7 +24,7 @@ func _ready() -> void:
 	var begin := Time.get_ticks_msec()
 	while Lumivox.get_status(get_viewport()).is_empty() and Time.get_ticks_msec() - begin < PATIENCE_MS:
 		await RenderingServer.frame_post_draw
-	for frame in 40:
+	for frame in 15:
 		await RenderingServer.frame_post_draw
 	tell("main", Lumivox.get_status(get_viewport()))
 	get_viewport().get_texture().get_image().save_png(out.path_join("main.png"))

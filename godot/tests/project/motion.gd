@@ -54,9 +54,6 @@ func edits() -> void:
 	Lumivox.warm_up(["surface", "filters", "lights"])
 	await Lumivox.warmed_up
 	var viewport := show_case(list[0])
-	# Of a coarse picture: light that is kept needs some frames for another surface, or a volume that comes back.
-	var effect: LumivoxEffect = viewport.get_child(0).get_node("World").compositor.compositor_effects[0]
-	effect.kept_light = false
 	await converge(viewport, "edits")
 	save(viewport, list[0].name)
 	var root := viewport.get_child(0)
@@ -261,7 +258,7 @@ func kept_light() -> void:
 		var viewport := show_case(list[0])
 		var root := viewport.get_child(0)
 		var effect: LumivoxEffect = root.get_node("World").compositor.compositor_effects[0]
-		told["default"] = effect.kept_light
+		told["default"] = LumivoxEffect.new().kept_light
 		effect.kept_light = keeps
 		# Its kernels may still be made, and nothing waits for them.
 		for frame in 3000:

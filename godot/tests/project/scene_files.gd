@@ -55,6 +55,11 @@ func _viewport(scene: Node, size: Array) -> SubViewport:
 	viewport.size = Vector2i(int(size[0]), int(size[1]))
 	viewport.render_target_update_mode = SubViewport.UPDATE_ALWAYS
 	viewport.add_child(scene)
+	for world: WorldEnvironment in scene.find_children("*", "WorldEnvironment"):
+		# What is saved does not depend on it, and it would take most of the time.
+		if world.compositor != null:
+			for effect: LumivoxEffect in world.compositor.compositor_effects:
+				effect.kept_light = false
 	add_child(viewport)
 	for frame in PATIENCE_FRAMES:
 		await RenderingServer.frame_post_draw

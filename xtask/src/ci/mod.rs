@@ -14,18 +14,20 @@ use self::summary::{Counts, Summary};
 use crate::{layers, unity_border, unity_kernels, unity_metas};
 
 /// Jobs that take long, the longest first: begun last, one of them would go on when nothing else does.
-const LONGEST_FIRST: [&str; 11] = [
+const LONGEST_FIRST: [&str; 13] = [
     "engine",
     "Python",
     "package",
     "gpu",
-    "border under valgrind",
-    "physics",
+    "documentation",
     "lumivox_phantom",
     "reflection",
+    "guide",
+    "physics",
+    "scene",
+    "border under valgrind",
     "organs",
     "torso",
-    "documentation",
 ];
 
 /// Which tests are run.

@@ -64,7 +64,7 @@ fn jobs(suite: &Suite, scope: Scope, programs: &Programs) -> Vec<Job> {
         }
         Job::of(name, command)
     };
-    // The border under valgrind has one core and minutes: a lane of its own.
+    // The border under valgrind has one core: a lane of its own.
     if suite.name == "package" {
         let others = job("package", &["documentation", "kernels", "package", "installed"]);
         vec![others, job("border under valgrind", &["border"])]

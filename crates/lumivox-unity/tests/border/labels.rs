@@ -133,8 +133,8 @@ fn labels_are_stored_found_and_read() {
         assert_eq!([0, 1, 2].map(|labels| read(labels, &nrrd)), [Ok(-1), Ok(3), Ok(3)]);
         assert!(read(1, &path("no.nrrd")).unwrap_err().contains("no.nrrd"));
 
-        let head = lumivox_volume_phantom(c"head".as_ptr(), side() as u32);
-        let (_, found, error) = done(lumivox_labels_find(head));
+        let torso = super::parts::imported(super::torso(), 1);
+        let (_, found, error) = done(lumivox_labels_find(torso));
         assert!(!found.is_null(), "{error}");
         assert!(take_text(lumivox_volume_report(found)).contains("confidence"));
         let names: Vec<String> = (0..lumivox_labels_count(found) as u32)
@@ -142,13 +142,13 @@ fn labels_are_stored_found_and_read() {
             .collect();
         assert!(names.contains(&"body".to_owned()), "{names:?}");
         lumivox_volume_free(found);
-        assert_eq!(lumivox_volume_skin(head), 0);
-        assert_eq!(done(lumivox_skin_find(head)).0, LumivoxJobState::Done);
-        assert_eq!(lumivox_volume_skin(head), 1);
-        let stopped = lumivox_labels_find(head);
+        assert_eq!(lumivox_volume_skin(torso), 0);
+        assert_eq!(done(lumivox_skin_find(torso)).0, LumivoxJobState::Done);
+        assert_eq!(lumivox_volume_skin(torso), 1);
+        let stopped = lumivox_labels_find(torso);
         lumivox_job_cancel(stopped);
         assert_eq!(done(stopped).0, LumivoxJobState::Cancelled);
-        lumivox_volume_free(head);
+        lumivox_volume_free(torso);
         let cube = cube();
         assert_eq!(done(lumivox_skin_find(cube)).0, LumivoxJobState::Done);
         assert_eq!(lumivox_volume_skin(cube), 2, "a cube has no skin");

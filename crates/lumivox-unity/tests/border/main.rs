@@ -5,8 +5,9 @@ mod parts;
 mod scenes;
 
 use std::ffi::{CStr, CString, c_char};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::ptr::{null, null_mut};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use lumivox_core::{CancelToken, Progress};
@@ -68,17 +69,21 @@ fn import_options() -> LumivoxImportOptions {
     }
 }
 
-/// Voxels along a side of phantoms: few under valgrind, which takes fifty times as long, and looks at bytes and not at bodies.
-fn side() -> usize {
-    if std::env::var_os("LUMIVOX_TEST_UNDER_VALGRIND").is_some() { 24 } else { 40 }
-}
-
-/// A torso on a table, as slices of DICOM.
-fn write_torso(folder: &Path, size: usize) {
-    let (silent, never) = (Progress::SILENT, CancelToken::new());
-    let torso = lumivox_phantom::torso(TorsoOptions { size, ..Default::default() }, silent, &never).unwrap();
-    let series = lumivox_phantom::SeriesDescription::default();
-    lumivox_phantom::write_dicom_series(&torso, folder, &series, silent, &never).unwrap();
+/// The folder of a torso on a table, as slices of DICOM. Under valgrind, where a torso grows for a minute, one that grew before.
+fn torso() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        if let Some(made) = std::env::var_os("LUMIVOX_TEST_TORSO") {
+            return made.into();
+        }
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("border_torso");
+        let (silent, never) = (Progress::SILENT, CancelToken::new());
+        let options = TorsoOptions { size: 40, ..Default::default() };
+        let torso = lumivox_phantom::torso(options, silent, &never).unwrap();
+        let series = lumivox_phantom::SeriesDescription::default();
+        lumivox_phantom::write_dicom_series(&torso, &folder, &series, silent, &never).unwrap();
+        folder
+    })
 }
 
 fn cube() -> *mut LumivoxVolume {
@@ -261,7 +266,7 @@ fn jobs_store_scans_and_open_them_again() {
     let file = CString::new(folder.path().join("a.lumivox").to_str().unwrap()).unwrap();
     // SAFETY: all handles are live, and freed once.
     unsafe {
-        let made = lumivox_phantom_start(c"head".as_ptr(), 24);
+        let made = lumivox_phantom_start(c"head".as_ptr(), 16);
         assert_eq!(wait(made), LumivoxJobState::Done);
         let volume = lumivox_job_take_volume(made);
         assert!(!volume.is_null());
@@ -321,9 +326,7 @@ fn what_cannot_be_read_is_told() {
 
 #[test]
 fn the_patient_is_imported_alone_unless_everything_is_asked_for() {
-    let folder = tempfile::tempdir().unwrap();
-    write_torso(folder.path(), side());
-    let path = CString::new(folder.path().to_str().unwrap()).unwrap();
+    let path = CString::new(torso().to_str().unwrap()).unwrap();
     let paths = [path.as_ptr()];
     // SAFETY: all handles are live, and freed once.
     unsafe {
@@ -348,7 +351,7 @@ fn the_patient_is_imported_alone_unless_everything_is_asked_for() {
             assert!(alone.0 < 0.95 * all.0 && alone.0 > 0.8 * all.0, "{alone:?} of {all:?}");
         }
         lumivox_study_free(study);
-        let torso = lumivox_volume_phantom(c"torso".as_ptr(), 16);
+        let torso = lumivox_volume_phantom(c"torso".as_ptr(), 8);
         assert!(!torso.is_null(), "{}", last_error());
         lumivox_volume_free(torso);
     }

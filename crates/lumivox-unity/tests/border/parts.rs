@@ -4,7 +4,7 @@ use super::*;
 use lumivox_core::Organ;
 
 /// A torso on a table, as the importer gives it: with what it has put aside, or with everything.
-fn imported(folder: &Path, keep_everything: u32) -> *mut LumivoxVolume {
+pub fn imported(folder: &Path, keep_everything: u32) -> *mut LumivoxVolume {
     let path = CString::new(folder.to_str().unwrap()).unwrap();
     let paths = [path.as_ptr()];
     let options = LumivoxImportOptions { keep_everything, ..import_options() };
@@ -51,8 +51,7 @@ fn part(volume: *const LumivoxVolume, number: u32) -> *mut LumivoxVolume {
 #[test]
 fn what_was_put_aside_comes_back_as_it_was() {
     let folder = tempfile::tempdir().unwrap();
-    write_torso(folder.path(), side());
-    let (alone, all) = (imported(folder.path(), 0), imported(folder.path(), 1));
+    let (alone, all) = (imported(torso(), 0), imported(torso(), 1));
     assert_eq!((info(alone).has_surroundings, info(all).has_surroundings), (1, 0));
     assert!(part(all, 1).is_null(), "there is nothing to put back");
     // SAFETY: all handles are live, and freed once.
@@ -108,12 +107,11 @@ fn organs_that_presets_are_for_are_found_or_not_there() {
     };
     assert_eq!(numbers([c"ct-airways", c"ct-lung-vessels", c"ct-bone", c"ct-nothing"]), [2, 3, 0, 0]);
     let (silent, never) = (Progress::SILENT, CancelToken::new());
-    let options = TorsoOptions { size: side(), table: false, ..Default::default() };
-    let scan = lumivox_phantom::torso(options, silent, &never).unwrap();
+    let scan =
+        lumivox_import::load(&[torso().to_owned()], &Default::default(), silent, &never).unwrap().volume;
     let vessels = lumivox_segmentation::find_organ(&scan, Organ::LungVessels, silent, &never).unwrap();
     let histogram = lumivox_core::Histogram::new(&vessels.unwrap()).counts(256, [-1024.0, 3071.0]);
-    // SAFETY: a string.
-    let torso = unsafe { lumivox_volume_phantom(c"torso".as_ptr(), side() as u32) };
+    let torso = imported(torso(), 1);
     let found = part(torso, 3);
     assert!(!found.is_null());
     assert_eq!(counts(found)[..], histogram[..]);

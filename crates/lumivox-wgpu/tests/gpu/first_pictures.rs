@@ -4,11 +4,12 @@ use std::ops::{Range, RangeInclusive};
 use std::sync::{Arc, OnceLock};
 
 use lumivox_core::glam::{DAffine3, DVec3};
-use lumivox_core::{CancelToken, Lamp, Light, Preset, Progress, Scene, framing};
+use lumivox_core::{Camera, CancelToken, Lamp, Light, Preset, Progress, Scene, Volume, framing};
 use lumivox_phantom::{AnatomyOptions, anatomy};
 use lumivox_renderer::LiveSettings;
 use lumivox_testing::png_io::SrgbImage;
 use lumivox_testing::{failures, scenes::TestScene};
+use lumivox_wgpu::Gpu;
 
 use crate::gpu;
 use crate::live::Host;
@@ -25,10 +26,16 @@ const BUDGET: u64 = 2 * (SIZE[0] as u64 / FACTOR as u64) * (SIZE[1] as u64 / FAC
 const BAR: Range<u32> = 100..112;
 const BESIDE_BAR: RangeInclusive<usize> = 97..=115;
 
+/// The scan of a head, grown once.
+pub fn head_scan() -> Arc<Volume> {
+    static SCAN: OnceLock<Arc<Volume>> = OnceLock::new();
+    let options = AnatomyOptions { size: 96, ..Default::default() };
+    SCAN.get_or_init(|| Arc::new(anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap())).clone()
+}
+
 /// A head beside a small bright bulb.
 pub fn head() -> TestScene {
-    let options = AnatomyOptions { size: 96, ..Default::default() };
-    let volume = Arc::new(anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap());
+    let volume = head_scan();
     let mut scene = Scene::with_volume(volume.clone(), Preset::CtMuscle.medium(&volume));
     scene.lights = vec![Light::point(Lamp::new(DVec3::new(0.08, 0.0, 0.09), [4e-3; 3]))];
     let camera = framing::frame(&scene, 0.5, 0.1, 0.5, 1.25).camera();
@@ -40,7 +47,47 @@ struct Pictures {
     moving: SrgbImage,
     /// When it has rested for some frames, and the fine film is not nearly there.
     resting: SrgbImage,
-    truth: SrgbImage,
+}
+
+fn settings(kept_light: bool) -> LiveSettings {
+    LiveSettings::new(SIZE[0], SIZE[1]).with(|it| {
+        it.target_samples = 32;
+        it.kept_light = kept_light;
+    })
+}
+
+/// A host with a bar before the head.
+fn host(gpu: &mut Gpu, test: &TestScene, settings: LiveSettings) -> Host {
+    let distance = test.camera.world_from_camera.translation.length();
+    let host = Host::new(gpu, test, settings);
+    host.set_depth(gpu, |at| if BAR.contains(&at[0]) { 0.6 * distance } else { 0.0 });
+    host
+}
+
+fn picture(host: &mut Host, gpu: &mut Gpu, camera: &Camera, budget: u64) -> SrgbImage {
+    let behind = |at: [u32; 2]| {
+        if BAR.contains(&at[0]) { [0.1, 0.2, 0.4, 1.0] } else { [0.05, 0.05, 0.05, 1.0] }
+    };
+    host.set_color(gpu, behind);
+    host.frame(gpu, camera, budget);
+    let linear = host.read_color(gpu);
+    let linear: Vec<[f64; 3]> = linear.chunks_exact(4).map(|p| [p[0], p[1], p[2]].map(f64::from)).collect();
+    SrgbImage::from_linear(SIZE[0] as usize, SIZE[1] as usize, &linear)
+}
+
+/// What is seen at last.
+fn truth() -> &'static SrgbImage {
+    static TRUTH: OnceLock<SrgbImage> = OnceLock::new();
+    TRUTH.get_or_init(|| {
+        let test = head();
+        let camera = test.camera.with_aspect(1.25);
+        let mut gpu = gpu();
+        let mut host = host(&mut gpu, &test, settings(false));
+        host.converge(&mut gpu, &camera, u64::MAX);
+        let truth = picture(&mut host, &mut gpu, &camera, u64::MAX);
+        truth.write(&failures::folder("first_pictures").join("truth.png")).unwrap();
+        truth
+    })
 }
 
 /// With light that is kept in the volumes, or as they are without.
@@ -49,24 +96,8 @@ fn pictures(kept_light: bool) -> &'static Pictures {
     PICTURES[usize::from(kept_light)].get_or_init(|| {
         let test = head();
         let camera = test.camera.with_aspect(1.25);
-        let distance = camera.world_from_camera.translation.length();
         let mut gpu = gpu();
-        let settings = LiveSettings::new(SIZE[0], SIZE[1]).with(|it| {
-            it.target_samples = 32;
-            it.kept_light = kept_light;
-        });
-        let bar = |at: [u32; 2]| if BAR.contains(&at[0]) { 0.6 * distance } else { 0.0 };
-        let picture = |host: &mut Host, gpu: &mut _, camera: &_, budget| {
-            let behind = |at| if bar(at) > 0.0 { [0.1, 0.2, 0.4, 1.0] } else { [0.05, 0.05, 0.05, 1.0] };
-            host.set_color(gpu, behind);
-            host.frame(gpu, camera, budget);
-            let linear = host.read_color(gpu);
-            let linear: Vec<[f64; 3]> =
-                linear.chunks_exact(4).map(|p| [p[0], p[1], p[2]].map(f64::from)).collect();
-            SrgbImage::from_linear(SIZE[0] as usize, SIZE[1] as usize, &linear)
-        };
-        let mut host = Host::new(&mut gpu, &test, settings);
-        host.set_depth(&gpu, bar);
+        let mut host = host(&mut gpu, &test, settings(kept_light));
         for frame in (1..6).rev() {
             let mut moved = camera;
             moved.world_from_camera =
@@ -78,15 +109,9 @@ fn pictures(kept_light: bool) -> &'static Pictures {
         for _ in 0..15 {
             resting = picture(&mut host, &mut gpu, &camera, BUDGET);
         }
-        let mut host = Host::new(&mut gpu, &test, settings);
-        host.set_depth(&gpu, bar);
-        host.converge(&mut gpu, &camera, u64::MAX);
-        let truth = picture(&mut host, &mut gpu, &camera, u64::MAX);
-        let pictures = Pictures { moving, resting, truth };
+        let pictures = Pictures { moving, resting };
         let folder = failures::folder(if kept_light { "first_pictures_kept" } else { "first_pictures" });
-        for (name, image) in
-            [("moving", &pictures.moving), ("resting", &pictures.resting), ("truth", &pictures.truth)]
-        {
+        for (name, image) in [("moving", &pictures.moving), ("resting", &pictures.resting)] {
             image.write(&folder.join(format!("{name}.png"))).unwrap();
         }
         pictures
@@ -138,7 +163,7 @@ fn fireflies(image: &SrgbImage, truth: &SrgbImage) -> usize {
 }
 
 fn told(name: &str, image: &SrgbImage) -> [f64; 3] {
-    let truth = &pictures(false).truth;
+    let truth = truth();
     let told = [error(image, truth), kinks(image), fireflies(image, truth) as f64];
     println!("{name}: error {:.2} of 255, kinks {:.2}, {} pixels of fireflies", told[0], told[1], told[2]);
     told

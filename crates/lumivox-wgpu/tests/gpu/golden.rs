@@ -1,10 +1,8 @@
 //! Pictures that a change should not alter unnoticed. `LUMIVOX_UPDATE_GOLDEN=1` writes them anew.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use lumivox_core::{CancelToken, Preset, Progress, Scene, framing};
-use lumivox_phantom::{AnatomyOptions, anatomy};
+use lumivox_core::{Preset, Scene, framing};
 use lumivox_renderer::{Background, DisplaySettings};
 use lumivox_testing::golden::assert_golden;
 use lumivox_testing::png_io::SrgbImage;
@@ -12,6 +10,7 @@ use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::RenderRequest;
 
 use crate::film;
+use crate::first_pictures::head_scan;
 
 const SIZE: u32 = 96;
 
@@ -44,8 +43,7 @@ fn test_scenes_look_as_they_did() {
 }
 
 fn compare_phantom(name: &'static str, preset: Preset) {
-    let options = AnatomyOptions { size: 96, ..Default::default() };
-    let volume = Arc::new(anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap());
+    let volume = head_scan();
     let medium = preset.medium(&volume);
     let scene = Scene::with_volume(volume, medium);
     let camera = framing::frame(&scene, 0.5, 0.1, 0.5, 1.0).camera();

@@ -59,6 +59,11 @@ func _open_scene() -> void:
 			break
 
 
+func _effect() -> LumivoxEffect:
+	var world: WorldEnvironment = EditorInterface.get_edited_scene_root().get_node("World")
+	return world.compositor.compositor_effects[0]
+
+
 ## What a camera sees of the scene that is edited.
 func _save_picture(name: String) -> void:
 	var viewport := SubViewport.new()

@@ -448,6 +448,9 @@ pub struct Case {
     pub output: Output,
     /// Milliseconds of tracing in a frame.
     pub budget: f64,
+    /// Whether what moves is shown by kept light, as it is by default. Of an image at rest nothing of it is left, and it takes
+    /// half as long again: most cases do without.
+    pub kept_light: bool,
     pub fog: Option<Fog>,
 }
 
@@ -475,6 +478,7 @@ impl Case {
             skin: vec![],
             output: Output { msaa: 1, scale: 1.0, scaling: 0, hdr: false, transparent: false, taa: false },
             budget: 50.0,
+            kept_light: false,
             fog: None,
         }
     }

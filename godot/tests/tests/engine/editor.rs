@@ -13,7 +13,7 @@ use crate::case::{Case, Lamp, LampKind, Volume, look_at};
 use crate::engine::{Run, Start, engine, once};
 use crate::expected;
 use crate::scans;
-use crate::shown::{assert_same, run_scene, told};
+use crate::shown::{assert_same, run_scene_in_window, told};
 
 /// The file that cannot be read.
 const BROKEN: &str = "broken.nrrd";
@@ -37,6 +37,10 @@ fn case() -> Case {
         }],
         // In software the editor's own panels take a multiple of what a frame gets otherwise.
         budget: 300.0,
+        // The editor's own viewport has forty times the pixels of the pictures that are compared, and waits for all of them.
+        samples: 8,
+        // As scenes are by default.
+        kept_light: true,
         ..Case::new("edited")
     }
 }
@@ -514,7 +518,7 @@ fn a_new_node_says_what_it_lacks_and_offers_ways_to_a_scan() {
 /// What came of the checks of a game that was used with the mouse or with fingers.
 fn used(how: &str) -> Value {
     static RUN: OnceLock<Option<Run>> = OnceLock::new();
-    told(once(&RUN, || run_scene("use_editor", "use_editor", &json!([])).1), how)
+    told(once(&RUN, || run_scene_in_window("use_editor", "use_editor", &json!([])).1), how)
 }
 
 fn assert_all(checks: &Value, count: usize) {

@@ -1,6 +1,7 @@
 //! What a case must look like: the renderer's own live view on wgpu, over flat meshes found by geometry.
 
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use lumivox_core::Ray;
 use lumivox_core::glam::DVec3;
@@ -11,7 +12,7 @@ use lumivox_renderer::{
 use lumivox_testing::png_io::SrgbImage;
 use lumivox_wgpu::{Gpu, wgpu};
 
-use crate::case::{Case, Light, Mesh};
+use crate::case::{Case, Light, Mesh, Output};
 
 const NEAR: f64 = 0.001;
 
@@ -47,8 +48,19 @@ pub fn seen(case: &Case, meshes: &[Mesh]) -> Vec<Option<usize>> {
     (0..pixel_count(case)).map(nearest).collect()
 }
 
-/// The film of a finished view.
-pub fn film(case: &Case) -> Film {
+/// The film of a finished view, made once: several tests look at the same scenes.
+pub fn film(case: &Case) -> Arc<Film> {
+    static FILMS: Mutex<Option<HashMap<String, Arc<Film>>>> = Mutex::new(None);
+    // Without what the film does not depend on.
+    let output = Output { msaa: 1, scale: 1.0, scaling: 0, hdr: false, transparent: false, taa: false };
+    let traced = Case { name: "", exposure: 0.0, budget: 0.0, kept_light: false, output, ..case.clone() };
+    let key = serde_json::to_string(&traced).unwrap();
+    let mut films = FILMS.lock().unwrap_or_else(PoisonError::into_inner);
+    let films = films.get_or_insert_default();
+    films.entry(key).or_insert_with(|| Arc::new(trace(case))).clone()
+}
+
+fn trace(case: &Case) -> Film {
     static GPU: OnceLock<Mutex<Gpu>> = OnceLock::new();
     let mut gpu = GPU
         .get_or_init(|| {
@@ -89,7 +101,11 @@ pub fn film(case: &Case) -> Film {
     gpu.executor.lend_texture(names[0], &depth);
     gpu.executor.lend_texture(names[1], &color);
     let frame = HostFrame::new(names[1]).with_depth(HostDepth::new(names[0], [0.0, NEAR, 1.0, 0.0], 0.0));
-    let settings = LiveSettings::new(width, height).with(|it| it.target_samples = case.samples);
+    // Nothing is left of kept light in what is finished: its cells would take their time all the same.
+    let settings = LiveSettings::new(width, height).with(|it| {
+        it.target_samples = case.samples;
+        it.kept_light = false;
+    });
     let mut cache = SceneCache::new(&VoxelStore::new(gpu.executor.limits()));
     let mut recording = Recording::new();
     cache.update(&case.scene(), &mut recording).unwrap();

@@ -122,11 +122,22 @@ fn exported() -> &'static (Run, PathBuf) {
         write_jpeg_ls(&compressed);
         let [cases, out, scan, compressed] =
             [&cases, &folder, &scan, &compressed].map(|path| path.to_str().unwrap());
-        let start = Start { environment, folder: Some(&game), excused: &[PROBE_LEAK] };
-        let pictures = ["res://tests/show_cases.tscn", "--", "--cases", cases, "--out", out];
+        let start = Start { environment, folder: Some(&game), excused: &[PROBE_LEAK], unseen: false };
+        let pictures =
+            ["--resolution", "160x90", "res://tests/show_cases.tscn", "--", "--cases", cases, "--out", out];
         engine.run_as(&file, "exported_case", &pictures, &start);
-        let game =
-            ["res://tests/exported.tscn", "--", "--scan", scan, "--compressed", compressed, "--out", out];
+        let game = [
+            "--resolution",
+            "384x216",
+            "res://tests/exported.tscn",
+            "--",
+            "--scan",
+            scan,
+            "--compressed",
+            compressed,
+            "--out",
+            out,
+        ];
         (engine.run_as(&file, "exported", &game, &start), folder)
     })
 }

@@ -56,6 +56,7 @@ fn a_folder_that_changes_is_imported_again_once_it_rests() {
     assert!(run.log.contains("it had 10 files and has 12 now"), "{}", run.log);
 
     let arguments = ["--path", path, "--editor", "--", "--slices", from];
+    let start = Start { unseen: true, ..start };
     let run = engine.run_as(&engine.godot, "folders", &arguments, &start);
     let telling = |name: &str| told(&run, name);
     assert_holds(&telling("first"), 10, 12);

@@ -2,11 +2,11 @@
 
 use serde_json::json;
 
-use crate::shown::{run_scene, told};
+use crate::shown::{run_scene_in_window, told};
 
 #[test]
 fn an_empty_function_can_be_begun_and_a_disturbed_edit_breaks_nothing() {
-    let told = told(&run_scene("edit_function", "edit_function", &json!([])).1, "function");
+    let told = told(&run_scene_in_window("edit_function", "edit_function", &json!([])).1, "function");
     let checks = told.as_object().unwrap();
     let failed: Vec<_> = checks.iter().filter(|(_, ok)| **ok != true).map(|(what, _)| what).collect();
     assert!(failed.is_empty(), "{failed:#?}");

@@ -19,6 +19,7 @@ fn base(name: &'static str) -> Case {
         light: Light::Color([0.8; 3]),
         samples: 4,
         budget: 20.0,
+        kept_light: true,
         ..Case::new(name)
     }
 }

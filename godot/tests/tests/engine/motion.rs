@@ -54,13 +54,14 @@ fn script() -> &'static Script {
         animation_to: [0.012, -0.008, 0.01],
         reload: Case { samples: AT_REST, ..Case::new("reload") },
         compositor: opaque("compositor"),
-        still_camera: Case { samples: AT_REST, budget: 1.0, ..Case::new("still_camera") },
+        still_camera: Case { samples: AT_REST, budget: 1.0, kept_light: true, ..Case::new("still_camera") },
         moving_camera: (0..5)
             .map(|i| {
                 let eye = DVec3::new(0.02 * f64::from(i) - 0.04, 0.03, 0.08);
                 Case {
                     samples: AT_REST,
                     size: [64, 64],
+                    kept_light: true,
                     camera: look_at(eye, DVec3::ZERO),
                     ..Case::new("moving_camera")
                 }
@@ -88,6 +89,7 @@ fn opaque(name: &'static str) -> Case {
         volumes: vec![Volume::solid()],
         budget: 2.0,
         samples: AT_REST,
+        kept_light: true,
         ..Case::new(name)
     }
 }
@@ -97,9 +99,11 @@ fn edits() -> Vec<Case> {
         let scale = DMat3::from_diagonal(DVec3::new(1.2, 0.6, 0.9));
         Place::new(DMat3::from_rotation_y(angle) * scale, DVec3::new(0.014, 0.004, 0.006))
     };
+    // Of a coarse picture: light that is kept needs some frames for another surface, or a volume that comes back.
     let mut case = Case {
         samples: AT_REST,
         budget: 3.0,
+        kept_light: false,
         volumes: vec![
             Volume::soft(),
             Volume { place: turned(0.4), stops: vec![[0.0, 0.2, 0.5, 0.9]], ..Volume::soft() },

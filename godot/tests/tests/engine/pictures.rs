@@ -45,7 +45,8 @@ fn cases() -> Vec<Case> {
     let haze = vec![[-960.0, 0.0, 1.0], [-850.0, 0.1, 1.0], [500.0, 1.0, 0.0]];
     let behind_table = look_at(DVec3::new(0.5, 0.1, -0.9), DVec3::ZERO);
     vec![
-        Case::new("cube"),
+        // As scenes are by default.
+        Case { kept_light: true, ..Case::new("cube") },
         Case {
             volumes: vec![Volume {
                 clips,
@@ -78,6 +79,7 @@ fn cases() -> Vec<Case> {
         },
         Case {
             volumes: vec![Volume { filter: 3, ..translucent.clone() }, turned.clone()],
+            kept_light: true,
             ..Case::new("several_volumes")
         },
         Case {

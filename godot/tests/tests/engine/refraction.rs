@@ -115,7 +115,8 @@ fn the_mobile_renderer_refracts_volumes_too() {
         let engine = engine();
         let (folder, file) = engine.write_cases("refraction_mobile", &cases());
         let [file, out] = [&file, &folder].map(|path| path.to_str().unwrap());
-        let scene = ["res://tests/show_cases.tscn", "--", "--cases", file, "--out", out];
+        let scene =
+            ["--resolution", "160x90", "res://tests/show_cases.tscn", "--", "--cases", file, "--out", out];
         engine.run("refraction_mobile", &[&["--rendering-method", "mobile"], &scene[..]].concat());
         folder.clone()
     });

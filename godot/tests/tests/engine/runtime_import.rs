@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use crate::case::Case;
 use crate::engine::{Run, engine};
 use crate::scans;
-use crate::shown::{run_scene, told};
+use crate::shown::{run_scene_in_window, told};
 
 /// What `project/runtime_import.gd` loads.
 #[derive(Clone, Serialize)]
@@ -86,7 +86,7 @@ fn imports() -> &'static Imports {
             mixed: at("mixed"),
             torso: at("torso"),
         };
-        let (_, run) = run_scene("runtime_import", "runtime_import", &script);
+        let (_, run) = run_scene_in_window("runtime_import", "runtime_import", &script);
         Imports { jobs, copied: folder.join("scan.nrrd"), run }
     })
 }

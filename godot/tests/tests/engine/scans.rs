@@ -1,20 +1,33 @@
 //! Scans as files, for what imports them.
 
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use lumivox_core::{CancelToken, Progress, Volume};
 use lumivox_phantom::{AnatomyOptions, SeriesDescription, TorsoOptions, anatomy};
 
 /// The anatomical CT of a head, with `size` voxels along a side.
 pub fn head(size: usize) -> Volume {
-    let options = AnatomyOptions { size, ..AnatomyOptions::default() };
-    anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap()
+    grown("head", size, || {
+        let options = AnatomyOptions { size, ..AnatomyOptions::default() };
+        anatomy(options, Progress::SILENT, &CancelToken::new()).unwrap()
+    })
 }
 
 /// The CT of a torso on its table, with `size` voxels along a side.
 pub fn torso(size: usize) -> Volume {
-    let options = TorsoOptions { size, ..TorsoOptions::default() };
-    lumivox_phantom::torso(options, Progress::SILENT, &CancelToken::new()).unwrap()
+    grown("torso", size, || {
+        let options = TorsoOptions { size, ..TorsoOptions::default() };
+        lumivox_phantom::torso(options, Progress::SILENT, &CancelToken::new()).unwrap()
+    })
+}
+
+/// What grows for seconds, for all tests once.
+fn grown(kind: &'static str, size: usize, grow: impl FnOnce() -> Volume) -> Volume {
+    static GROWN: Mutex<BTreeMap<(&str, usize), Volume>> = Mutex::new(BTreeMap::new());
+    let mut known = GROWN.lock().unwrap_or_else(PoisonError::into_inner);
+    known.entry((kind, size)).or_insert_with(grow).clone()
 }
 
 /// Writes a volume as a series of DICOM files into a folder, which is made for it.

@@ -208,7 +208,8 @@ fn scenes() -> &'static Scenes {
         let (out, cases) = engine.write_cases("scene_files_out", &script);
         let [cases, to] = [&cases, &out].map(|path| path.to_str().unwrap());
         let scene = "res://tests/scene_files.tscn";
-        let arguments = ["--path", path, scene, "--", "--cases", cases, "--out", to];
+        let arguments =
+            ["--path", path, "--resolution", "160x90", scene, "--", "--cases", cases, "--out", to];
         let run = engine.run_as(&engine.godot, "scene_files", &arguments, &Start::default());
         Scenes { original, out, project, run }
     })

@@ -43,13 +43,24 @@ impl Shown {
     }
 }
 
-/// Runs a scene of `project/` in the engine with what it is to do. Returns the folder of what it writes, and its log.
+/// Runs a scene of `project/` in the engine with what it is to do. Returns the folder of what it writes, and its log. The window is
+/// small: what tests look at is in viewports of its own.
 pub fn run_scene(name: &str, scene: &str, what: &impl Serialize) -> (PathBuf, Run) {
+    run_scene_with(&["--resolution", "160x90"], name, scene, what)
+}
+
+/// The same in a window of the usual size, which is used.
+pub fn run_scene_in_window(name: &str, scene: &str, what: &impl Serialize) -> (PathBuf, Run) {
+    run_scene_with(&[], name, scene, what)
+}
+
+fn run_scene_with(options: &[&str], name: &str, scene: &str, what: &impl Serialize) -> (PathBuf, Run) {
     let engine = engine();
     let (folder, file) = engine.write_cases(name, what);
     let scene = format!("res://tests/{scene}.tscn");
     let [cases, out] = [&file, &folder].map(|path| path.to_str().unwrap());
-    let run = engine.run(name, &[&scene, "--", "--cases", cases, "--out", out]);
+    let arguments = [options, &[&scene, "--", "--cases", cases, "--out", out]].concat();
+    let run = engine.run(name, &arguments);
     (folder, run)
 }
 

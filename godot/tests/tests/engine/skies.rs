@@ -30,6 +30,7 @@ fn run() -> &'static Run {
             size: [48, 48],
             samples: 32,
             budget: 100.0,
+            kept_light: true,
             volumes: vec![Volume::solid()],
             ..Case::new("skies")
         };

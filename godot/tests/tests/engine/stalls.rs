@@ -14,6 +14,7 @@ fn scenes() -> Vec<Case> {
         size: [48, 48],
         samples: 4,
         budget: 20.0,
+        kept_light: true,
         light: Light::Color([0.8; 3]),
         volumes: vec![Volume::solid()],
         ..Case::new("plain")

@@ -57,6 +57,8 @@ fn case() -> Case {
         samples: 8,
         // Time enough on a busy machine, too.
         budget: 2000.0,
+        // As scenes are by default.
+        kept_light: true,
         camera: look_at(DVec3::new(0.1, 0.12, 0.8), DVec3::ZERO),
         volumes: vec![volume(place(0.3, 24.0, -0.12, 0.0)), volume(place(0.9, 16.0, 0.28, 0.2))],
         meshes: vec![Mesh {

@@ -6,7 +6,7 @@
 mod twin;
 
 use std::ffi::{CString, c_char};
-use std::sync::LazyLock;
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use lumivox_renderer::{DeviceLimits, Recording, SceneCache, View, ViewSettings, VoxelStore};
 use lumivox_testing::scenes::{self, TestScene};
@@ -38,6 +38,13 @@ static SCENES: LazyLock<Vec<(CString, TestScene)>> = LazyLock::new(|| {
     scenes::all().into_iter().map(named).collect()
 });
 
+/// The wgpu host's device, one for all pictures: most have kernels of those before them.
+pub(crate) fn gpu() -> MutexGuard<'static, Gpu> {
+    static GPU: LazyLock<Mutex<Gpu>> =
+        LazyLock::new(|| Mutex::new(Gpu::open(None).expect("a Vulkan device")));
+    GPU.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// How many test scenes there are.
 #[unsafe(no_mangle)]
 pub extern "C" fn lumivox_twin_scene_count() -> u32 {
@@ -50,23 +57,29 @@ pub extern "C" fn lumivox_twin_scene_name(index: u32) -> *const c_char {
     SCENES.get(index as usize).map_or(std::ptr::null(), |(name, _)| name.as_ptr())
 }
 
-/// A still of a test scene for a device of such limits: `side` x `side` pixels, its film read back at the end.
-fn still(index: u32, side: u32, samples: u32, limits: DeviceLimits) -> Recording {
+/// A still of a test scene for a device of such limits: `side` x `side` pixels, its film read back at the end. And what frees
+/// all that it made.
+fn still(index: u32, side: u32, samples: u32, limits: DeviceLimits) -> [Recording; 2] {
     let (_, test) = &SCENES[index as usize];
     let mut recording = Recording::new();
-    let mut cache = SceneCache::new(&VoxelStore::new(limits));
+    let store = VoxelStore::new(limits);
+    let mut cache = SceneCache::new(&store);
     cache.update(&test.scene, &mut recording).expect("test scenes fit");
     let settings = ViewSettings::new(side, side).with(|it| it.seed = SEED);
     let mut view = View::new(settings, &cache, &mut recording).expect("test films fit");
     while view.record_samples(&cache, &test.camera, samples, u64::MAX >> 8, &mut recording) > 0 {}
     view.record_read_film(&mut recording);
-    recording
+    let mut end = Recording::new();
+    view.free(&mut end);
+    cache.free(&mut end);
+    store.free(&mut end);
+    [recording, end]
 }
 
 /// The recording of a still, for the package's executor. Freed by `lumivox_recording_finish`.
 #[unsafe(no_mangle)]
 pub extern "C" fn lumivox_twin_still(index: u32, side: u32, samples: u32) -> *mut LumivoxRecording {
-    let recording = still(index, side, samples, device_limits(&LIMITS));
+    let [recording, _] = still(index, side, samples, device_limits(&LIMITS));
     Box::into_raw(Box::new(recording.into()))
 }
 
@@ -82,12 +95,13 @@ pub unsafe extern "C" fn lumivox_twin_still_film(
     film: *mut f32,
     capacity: u32,
 ) -> u32 {
-    let mut gpu = Gpu::open(None).expect("a Vulkan device");
-    let recording = still(index, side, samples, device_limits(&LIMITS));
+    let mut gpu = gpu();
+    let [recording, end] = still(index, side, samples, device_limits(&LIMITS));
     let mut bytes = vec![];
     for read_back in gpu.executor.execute(&recording).expect("test scenes run") {
         bytes.extend(read_back.wait().expect("films come back"));
     }
+    gpu.executor.execute(&end).expect("what was made is freed");
     let floats: Vec<f32> = bytemuck::pod_collect_to_vec(&bytes);
     if !film.is_null() {
         let count = floats.len().min(capacity as usize);

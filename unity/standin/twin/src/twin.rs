@@ -1,6 +1,7 @@
 //! An engine in miniature on the wgpu host.
 
 use std::ptr::null;
+use std::sync::MutexGuard;
 
 use half::f16;
 use lumivox_renderer::ResourceId;
@@ -54,14 +55,22 @@ pub unsafe extern "C" fn lumivox_twin_picture(
     panic!("no end after {MOST_FRAMES} frames");
 }
 
-/// A stage of its own, on a device of its own.
+/// A stage of its own, on the device of all.
 struct Twin {
-    gpu: Gpu,
+    gpu: MutexGuard<'static, Gpu>,
     stage: *mut LumivoxStage,
 }
 
 impl Drop for Twin {
     fn drop(&mut self) {
+        // What was made for it leaves the device, which stays.
+        loop {
+            // SAFETY: a live handle, and no views and worlds.
+            let rest = unsafe { lumivox_stage_sweep(self.stage, null(), 0, null(), 0) };
+            if rest.is_null() || self.replay(rest, 0).is_none() {
+                break;
+            }
+        }
         // SAFETY: a live handle, freed once.
         unsafe { lumivox_stage_free(self.stage) };
     }
@@ -69,7 +78,7 @@ impl Drop for Twin {
 
 impl Twin {
     fn new() -> Self {
-        let gpu = Gpu::open(None).expect("a Vulkan device");
+        let gpu = crate::gpu();
         // SAFETY: limits are there.
         let stage = unsafe { lumivox_stage_new(&crate::LIMITS) };
         assert!(!stage.is_null(), "there is a stage");

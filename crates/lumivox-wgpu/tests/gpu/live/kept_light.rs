@@ -54,9 +54,24 @@ fn error(picture: &[[f32; 4]], converged: &[[f32; 4]]) -> f64 {
 
 /// What a view at rest shows at last, of other random numbers.
 fn still(gpu: &mut Gpu, test: &TestScene, camera: &Camera, settings: LiveSettings) -> Vec<[f32; 4]> {
+    still_of(256, gpu, test, camera, settings)
+}
+
+/// How bright that is: of a whole picture's mean, a few samples know all that there is to know.
+fn brightness(gpu: &mut Gpu, test: &TestScene, camera: &Camera, settings: LiveSettings) -> f64 {
+    mean(&still_of(48, gpu, test, camera, settings))
+}
+
+fn still_of(
+    samples: u32,
+    gpu: &mut Gpu,
+    test: &TestScene,
+    camera: &Camera,
+    settings: LiveSettings,
+) -> Vec<[f32; 4]> {
     let settings = settings.with(|it| {
         it.kept_light = false;
-        it.target_samples = 256;
+        it.target_samples = samples;
         it.seed = 7;
     });
     let mut host = Host::new(gpu, test, settings);

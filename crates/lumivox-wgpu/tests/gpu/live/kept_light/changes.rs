@@ -9,7 +9,7 @@ use lumivox_testing::scenes::{self, TestScene, noise_volume};
 use lumivox_wgpu::Gpu;
 
 use super::cells::{self, Block};
-use super::{PIXELS, around, error, mean, moving, orbit, settings, shown, still};
+use super::{PIXELS, around, brightness, error, mean, moving, orbit, settings, shown, still};
 use crate::gpu;
 use crate::live::Host;
 
@@ -137,7 +137,7 @@ fn what_scatters_backwards_is_seen_from_where_one_is() {
     for frame in 0..24 {
         host.frame(&mut gpu, &turned(frame), PIXELS);
     }
-    let ratio = mean(&shown(&host, &mut gpu)) / mean(&still(&mut gpu, &test, &turned(23), settings()));
+    let ratio = mean(&shown(&host, &mut gpu)) / brightness(&mut gpu, &test, &turned(23), settings());
     println!("{ratio:.3} times as bright");
     assert!((ratio - 1.0).abs() < 0.15, "{ratio} times as bright");
 }
@@ -158,8 +158,8 @@ fn a_mesh_that_was_in_front_leaves_nothing() {
                 assert!(shown(&host, gpu).iter().all(|pixel| *pixel == [0.0; 4]), "frame {frame}");
             }
             if has_mesh && frame == 16 {
-                let still = still(gpu, &test, &around(&test, frame), settings());
-                let ratio = mean(&shown(&host, gpu)) / mean(&still);
+                let still = brightness(gpu, &test, &around(&test, frame), settings());
+                let ratio = mean(&shown(&host, gpu)) / still;
                 assert!((ratio - 1.0).abs() < 0.05, "{ratio} times as bright");
             }
         }
@@ -219,8 +219,8 @@ fn light_that_fades_slowly_leaves_no_glow() {
         host.settings.ambient = [(2.0 - 0.05 * (frame - 11) as f64).max(0.0); 3];
         orbit(&mut host, &mut gpu, &test, frame..frame + 1, PIXELS);
     }
-    let converged = still(&mut gpu, &test, &around(&test, 71), settings());
-    let ratio = mean(&shown(&host, &mut gpu)) / mean(&converged);
+    let converged = brightness(&mut gpu, &test, &around(&test, 71), settings());
+    let ratio = mean(&shown(&host, &mut gpu)) / converged;
     println!("{ratio:.3} times as bright");
     assert!((ratio - 1.0).abs() < 0.1, "{ratio} times as bright");
 }
@@ -234,7 +234,7 @@ fn ambient_light_that_is_switched_off_leaves_no_glow() {
     let before = mean(&shown(&host, &mut gpu));
     host.settings.ambient = [0.0; 3];
     orbit(&mut host, &mut gpu, &test, 40..70, PIXELS);
-    let converged = mean(&still(&mut gpu, &test, &around(&test, 69), settings()));
+    let converged = brightness(&mut gpu, &test, &around(&test, 69), settings());
     let after = mean(&shown(&host, &mut gpu));
     println!("{after:.4}, not {converged:.4}, of {before:.4}");
     assert!(before > 5.0 * converged && (after - converged).abs() < 0.012 * before, "{after} {converged}");
@@ -256,8 +256,8 @@ fn light_that_became_weaker_and_then_another_does_not_flash() {
     host.set_scene(&mut gpu, &scene);
     orbit(&mut host, &mut gpu, &test, 13..14, PIXELS);
     let turned = TestScene { scene, ..test.clone() };
-    let converged = still(&mut gpu, &turned, &around(&test, 13), settings());
-    let ratio = mean(&shown(&host, &mut gpu)) / mean(&converged);
+    let converged = brightness(&mut gpu, &turned, &around(&test, 13), settings());
+    let ratio = mean(&shown(&host, &mut gpu)) / converged;
     println!("{ratio:.3} times as bright");
     assert!((ratio - 1.0).abs() < 0.3, "{ratio} times as bright");
 }

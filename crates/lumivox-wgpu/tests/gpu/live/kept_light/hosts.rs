@@ -10,7 +10,9 @@ use lumivox_renderer::{
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::Gpu;
 
-use super::{PIXELS, SIZE, around, error, luminance, mean, moving, orbit, settings, shown, still};
+use super::{
+    PIXELS, SIZE, around, brightness, error, luminance, mean, moving, orbit, settings, shown, still,
+};
 use crate::gpu;
 use crate::live::{Host, NEAR};
 
@@ -51,8 +53,8 @@ fn two_views_of_one_world_are_each_right() {
     let [first, alone] = [shown(&host, &mut gpu), alone].map(|picture| error(&picture, &converged));
     assert!((first / alone - 1.0).abs() < 0.05, "{first} {alone}");
     std::mem::swap(&mut host.live, &mut second);
-    let converged = still(&mut gpu, &test, &other_side(15), settings());
-    let ratio = mean(&shown(&host, &mut gpu)) / mean(&converged);
+    let converged = brightness(&mut gpu, &test, &other_side(15), settings());
+    let ratio = mean(&shown(&host, &mut gpu)) / converged;
     assert!((ratio - 1.0).abs() < 0.05, "{ratio} times as bright");
     // One that goes takes nothing of the other along.
     std::mem::swap(&mut host.live, &mut second);
@@ -73,7 +75,7 @@ fn sizes_that_change_while_it_moves_leave_cells_as_they_are() {
     orbit(&mut host, &mut gpu, &test, 0..20, PIXELS);
     let cells = host.made["kept light"];
     // A few hundredths of a turn change no mean.
-    let converged = mean(&still(&mut gpu, &test, &around(&test, 23), settings()));
+    let converged = brightness(&mut gpu, &test, &around(&test, 23), settings());
     for (frame, scale) in (20..26).zip([0.5, 0.9, 0.7, 0.33, 1.0, 0.6]) {
         host.settings.resolution_scale = scale;
         orbit(&mut host, &mut gpu, &test, frame..frame + 1, PIXELS);
@@ -127,7 +129,7 @@ fn exposure_may_change_by_far() {
         let frames = if exposure == 30.0 { 1 } else { 8 };
         orbit(&mut host, &mut gpu, &test, frame..frame + frames, PIXELS);
         frame += frames;
-        let converged = mean(&still(&mut gpu, &test, &around(&test, frame - 1), settings()));
+        let converged = brightness(&mut gpu, &test, &around(&test, frame - 1), settings());
         let ratio = mean(&shown(&host, &mut gpu)) / converged;
         println!("exposure {exposure}: {ratio:.4} times as bright");
         assert!((ratio - exposure).abs() <= 0.05 * exposure, "exposure {exposure}: {ratio} times as bright");
@@ -244,7 +246,7 @@ fn cells_are_made_anew_on_another_device() {
     for name in ["kept light", "points of light", "picture of kept light"] {
         assert_ne!(host.made[name], before[name], "{name}");
     }
-    let ratio = mean(&shown(&host, &mut gpu)) / mean(&still(&mut gpu, &test, &around(&test, 11), settings()));
+    let ratio = mean(&shown(&host, &mut gpu)) / brightness(&mut gpu, &test, &around(&test, 11), settings());
     assert!((ratio - 1.0).abs() < 0.05, "{ratio} times as bright");
 }
 
