@@ -50,7 +50,7 @@ pub struct Translated {
 pub fn translate(kernel: Kernel) -> Result<Translated, String> {
     let wgsl = kernel.wgsl();
     let module = naga::front::wgsl::parse_str(&wgsl).map_err(|error| error.emit_to_string(&wgsl))?;
-    let info = Validator::new(ValidationFlags::all(), Capabilities::default())
+    let info = Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32)
         .validate(&module)
         .map_err(|error| error.emit_to_string(&wgsl))?;
     let options = hlsl::Options {

@@ -5,6 +5,9 @@ use std::mem::{offset_of, size_of};
 
 use lumivox_shaders::{BindingKind, Kernel, KernelKind, layout::*};
 
+/// None beyond WebGPU's baseline: half floats packed in words are of it, and lacking in WebGL alone.
+const CAPABILITIES: naga::valid::Capabilities = naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32;
+
 fn module(kernel: Kernel) -> naga::Module {
     naga::front::wgsl::parse_str(&kernel.wgsl())
         .unwrap_or_else(|e| panic!("{kernel:?}: {}", e.emit_to_string(&kernel.wgsl())))
@@ -286,7 +289,7 @@ fn every_kernel_does_without_uniform_buffers() {
             module.global_variables.iter().all(|(_, variable)| !is_uniform(variable.space)),
             "{kernel:?}"
         );
-        let mut validator = naga::valid::Validator::new(Default::default(), Default::default());
+        let mut validator = naga::valid::Validator::new(Default::default(), CAPABILITIES);
         validator.validate(&module).unwrap_or_else(|e| panic!("{kernel:?}: {}", e.emit_to_string(&text)));
     }
 }
@@ -363,11 +366,7 @@ fn every_kernel_becomes_spirv_1_3_hlsl_and_msl() {
     use naga::back::{hlsl, msl, spv};
     for kernel in Kernel::all() {
         let module = module(kernel);
-        // No capability beyond WebGPU's baseline.
-        let mut validator = naga::valid::Validator::new(
-            naga::valid::ValidationFlags::all(),
-            naga::valid::Capabilities::empty(),
-        );
+        let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), CAPABILITIES);
         let info = validator.validate(&module).unwrap_or_else(|e| panic!("{kernel:?}: {e:?}"));
 
         let options = spv::Options { lang_version: (1, 3), ..Default::default() };
@@ -392,7 +391,7 @@ fn every_kernel_becomes_spirv_1_3_hlsl_and_msl() {
 fn vectors_are_chosen_by_one_condition() {
     for kernel in Kernel::all() {
         let module = module(kernel);
-        let mut validator = naga::valid::Validator::new(Default::default(), Default::default());
+        let mut validator = naga::valid::Validator::new(Default::default(), CAPABILITIES);
         let info = validator.validate(&module).unwrap();
         for (handle, function) in module.functions.iter() {
             for (_, expression) in function.expressions.iter() {

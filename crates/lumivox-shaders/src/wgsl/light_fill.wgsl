@@ -50,10 +50,9 @@ struct Sight {
 
 // The entry of the picture's second plane that was marched for a place in their grid.
 fn marched_entry(place: vec2i) -> u32 {
-    let size = vec2i(params.film_size);
-    let first = vec2i(params.first);
-    let stride = i32(params.stride);
-    let at = vec2u(first + stride * clamp(place, vec2i(0), (size - 1 - first) / stride));
+    let beyond = params.film_size - 1u - params.first;
+    let last = vec2u(beyond.x / params.stride, beyond.y / params.stride);
+    let at = params.first + params.stride * min(vec2u(max(place, vec2i(0))), last);
     return params.film_size.x * params.film_size.y + at.y * params.film_size.x + at.x;
 }
 
@@ -78,7 +77,7 @@ fn seen_before(p: vec2f, end: f32) -> Sight {
         let light = vec4f(unpack_rgb(word.x), root * root);
         let ended = i32(word.y >> 24u);
         let alike = select(0.0, 1.0, abs(ended - code) <= 1 && (ended == 0) == (code == 0));
-        let near = select(1.0 - part, part, tap > vec2i(0));
+        let near = 1.0 - abs(vec2f(tap) - part);
         let weight = near.x * near.y * max(alike, hidden(light.a));
         sum.light += weight * light;
         sum.depth += weight * light.a * unpack2x16float(word.y & 0x7fffu).x;
@@ -112,19 +111,18 @@ fn light_fill(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= params.film_size)) {
         return;
     }
-    let stride = i32(params.stride);
     let offset = vec2i(id.xy) - vec2i(params.first);
     let plane = params.film_size.x * params.film_size.y;
     let index = id.y * params.film_size.x + id.x;
-    let is_marched = all(offset >= vec2i(0)) && all(offset % vec2i(stride) == vec2i(0));
-    if (is_marched) {
+    let beyond = vec2u(offset);
+    if (all(offset >= vec2i(0)) && beyond.x % params.stride == 0u && beyond.y % params.stride == 0u) {
         let own = picture[plane + index];
         keep(index, marched_light(own), own.w, own.y);
         return;
     }
     let limit = film[ray_limit_entry(plane, index)][index % 4u];
     // Mean, deviation and depth of what was marched around it.
-    let q = vec2f(offset) / f32(stride);
+    let q = vec2f(offset) / f32(params.stride);
     var seen = vec4f(0.0);
     var squares = vec4f(0.0);
     var depth = 0.0;

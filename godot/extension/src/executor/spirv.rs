@@ -49,7 +49,7 @@ struct Text {
 impl Text {
     fn new(wgsl: &str) -> Result<Self, String> {
         let mut module = naga::front::wgsl::parse_str(wgsl).map_err(|error| error.emit_to_string(wgsl))?;
-        let info = Validator::new(ValidationFlags::all(), Capabilities::default())
+        let info = Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32)
             .validate(&module)
             .map_err(|error| error.emit_to_string(wgsl))?;
         // The only name that Godot looks for.
