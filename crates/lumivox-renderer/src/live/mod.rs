@@ -238,6 +238,10 @@ impl LiveView {
     fn start_over(&mut self, count: u64) {
         self.count.forget();
         self.schedule.start_over(count);
+        if let Some(light) = &mut self.kept_light {
+            // What stands before it is another.
+            light.looks().look_again();
+        }
     }
 
     fn take_count(&mut self, bytes: &[u8]) {

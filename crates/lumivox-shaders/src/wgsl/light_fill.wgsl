@@ -159,7 +159,11 @@ fn light_fill(@builtin(global_invocation_id) id: vec3u) {
             // As far as other matter was seen there, or nothing is known.
             let moved = smoothstep(SAME_DEPTH, 2.0 * SAME_DEPTH, abs(was.depth - place.z) / place.z);
             let other = 1.0 - (1.0 - was.light.a * moved) * smoothstep(0.0, 0.5, was.known);
-            seen = mix(clamp(was.light, seen - spread, seen + spread), seen, other);
+            // Light is of what alpha tells: it follows where that is held back.
+            let alpha = clamp(was.light.a, seen.a - spread.a, seen.a + spread.a);
+            let follows = select(1.0, alpha / was.light.a, was.light.a > 1e-3);
+            let held = clamp(follows * was.light.rgb, seen.rgb - spread.rgb, seen.rgb + spread.rgb);
+            seen = mix(vec4f(held, alpha), seen, other);
             depth = mix(deep + was.depth - place.z, depth, other);
         }
     }

@@ -194,8 +194,18 @@ fn film_at(second: bool, uv: vec2f, limit: f32) -> Estimate {
     let size = select(params.first_size, params.second_size, second);
     let last = vec2i(size) - 1;
     if (all(size == params.picture_size)) {
-        var own = film_pixel(second, vec2u(clamp(vec2i(uv * vec2f(size)), vec2i(0), last)));
+        let at = vec2u(clamp(vec2i(uv * vec2f(size)), vec2i(0), last));
+        var own = film_pixel(second, at);
         own.alike = 1.0;
+        if (second && params.kept_light != 0u) {
+            // It may be of a frame before, in which the host's surface was another: film and picture tell the same of one.
+            own.alike = max(likeness(film_limit(true, at), film_limit(false, at)), hidden(own.alpha));
+            if (own.alike < ALIKE && limit > 0.0 && own.depth > limit) {
+                own.light = vec3f(0.0);
+                own.alpha = 0.0;
+                own.hits = 0.0;
+            }
+        }
         return own;
     }
     // Weights of two or three pixels along each axis: linear, or the quadratic B-spline's.

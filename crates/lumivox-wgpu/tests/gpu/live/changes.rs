@@ -61,7 +61,10 @@ fn a_coarse_picture_goes_where_fine_samples_contradict_it() {
     const SAMPLES: u32 = 8;
     let (_, test, camera) = heads();
     let mut gpu = gpu();
-    let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = 64);
+    let settings = LiveSettings::new(SIZE, SIZE).with(|it| {
+        it.target_samples = 64;
+        it.kept_light = false;
+    });
     let mut shown = |budget: u64, samples: u32| {
         let mut host = Host::new(&mut gpu, &test, settings);
         while host.frame(&mut gpu, &camera, budget).samples < samples {}
