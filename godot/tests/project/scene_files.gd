@@ -2,7 +2,7 @@ extends Node
 ## Opens scene files and saves what is seen as scene files, and tells of it in lines `TELL name JSON`.
 
 const Shower := preload("res://tests/show_cases.gd")
-const PATIENCE_FRAMES := 3000
+const PATIENCE_MS := 240_000
 
 ## What an importer has said, in order.
 var _heard: Array = []
@@ -40,7 +40,8 @@ func _listened() -> LumivoxImporter:
 
 
 func _until_ended() -> Array:
-	for frame in PATIENCE_FRAMES:
+	var begin := Time.get_ticks_msec()
+	while Time.get_ticks_msec() - begin < PATIENCE_MS:
 		if not _heard.is_empty() and _heard[-1][0] != "progress":
 			return _heard[-1]
 		await get_tree().process_frame
@@ -61,7 +62,10 @@ func _viewport(scene: Node, size: Array) -> SubViewport:
 			for effect: LumivoxEffect in world.compositor.compositor_effects:
 				effect.kept_light = false
 	add_child(viewport)
-	for frame in PATIENCE_FRAMES:
+	var begin := Time.get_ticks_msec()
+	var frame := 0
+	while Time.get_ticks_msec() - begin < PATIENCE_MS:
+		frame += 1
 		await RenderingServer.frame_post_draw
 		var is_preparing := false
 		for node in scene.find_children("*", "LumivoxVolume3D"):

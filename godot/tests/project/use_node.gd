@@ -57,10 +57,9 @@ func _prepared() -> Dictionary:
 	node.apply_preset("ct-airways")
 	print("EXPECT a warning of airways")
 	_viewport.get_child(0).add_child(node)
-	for frame in 600:
+	var begin := Time.get_ticks_msec()
+	while told.prepared == 0 and told.failed == "" and Time.get_ticks_msec() - begin < PATIENCE_MS:
 		await RenderingServer.frame_post_draw
-		if told.prepared > 0 or told.failed != "":
-			break
 	node.queue_free()
 	await get_tree().process_frame
 	return told
