@@ -786,7 +786,7 @@ typedef struct LumivoxDeviceLimits {
    */
   uint64_t max_buffer_bytes;
   /**
-   * Bytes that volumes may fill on it; 0: as many as there is room for.
+   * Bytes that volumes may fill on it, with the light that is kept in them; 0: as many as there is room for.
    */
   uint64_t voxel_bytes;
   /**
@@ -857,9 +857,13 @@ typedef struct LumivoxViewFrame {
    */
   float frame_budget_ms;
   /**
-   * 1 where noise is filtered out of what is shown.
+   * 1 where noise is filtered out of what is shown at rest.
    */
   uint32_t denoise;
+  /**
+   * 1 where light is kept in the volumes, for pictures while something moves.
+   */
+  uint32_t kept_light;
   /**
    * 0 none, 1 linear, 2 exponential, 3 exponential squared: `RenderSettings.fogMode`.
    */
@@ -910,6 +914,10 @@ typedef struct LumivoxViewStatus {
    * Pixel samples that this frame traces.
    */
   uint64_t pixel_samples;
+  /**
+   * Bytes of the GPU's memory that light takes which is kept for this view; 0 where none is.
+   */
+  uint64_t light_bytes;
   /**
    * The names under which the steps mean the host's depth to read, its colour, and its depth to write.
    */
@@ -1852,6 +1860,14 @@ struct LumivoxRecording *lumivox_stage_sweep(struct LumivoxStage *stage,
  * `stage` is a live handle.
  */
 uint64_t lumivox_stage_voxel_bytes(const struct LumivoxStage *stage);
+
+/**
+ * Bytes of the light on the device that is kept in volumes.
+ *
+ * # Safety
+ * `stage` is a live handle.
+ */
+uint64_t lumivox_stage_light_bytes(const struct LumivoxStage *stage);
 
 /**
  * At what part of its resolution a scan is shown: `1 / factor` along a side, 0 where none of it is there; `arriving` is 1

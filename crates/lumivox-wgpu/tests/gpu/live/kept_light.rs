@@ -107,8 +107,9 @@ fn a_furnace_in_motion_is_as_bright_as_its_walls() {
     for test in all.map(scenes::furnace) {
         for budget in [PIXELS / 8, 2 * PIXELS] {
             let mut host = Host::new(&mut gpu, &test, settings());
-            // What mirrors is seldom met by few points, and what is all but transparent: they need longer.
-            let frames = if budget < PIXELS { 160 } else { 6 };
+            // What mirrors is seldom met by few points, and what is all but transparent: they need longer. A third of either goes
+            // into the picture.
+            let frames = if budget < PIXELS { 160 } else { 9 };
             orbit(&mut host, &mut gpu, &test, 0..frames, budget);
             let picture = shown(&host, &mut gpu);
             let (mut of_light, mut of_alpha) = (0.0, 0.0);
