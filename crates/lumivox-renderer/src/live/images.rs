@@ -41,8 +41,8 @@ pub enum LiveImage {
     /// What the denoiser made of a film: planes of `(mean light, alpha)` and `(variance of its luminance, ray limit, samples,
     /// view depth)`. While that is what is shown of the film.
     Denoised(Grain),
-    /// A picture from the light that is kept: planes of `(light, alpha)` and `(.., ray limit, .., view depth)`, whose other numbers are for the next one. As long as that is
-    /// shown.
+    /// A picture from the light that is kept: planes of `(light, alpha)` and `(.., ray limit, .., view depth)`, whose other
+    /// numbers are for the next one. As long as that is shown.
     KeptLight,
     /// What is drawn over the host's colour: premultiplied light, and alpha. As large as the host's image, from the first
     /// frame on.
