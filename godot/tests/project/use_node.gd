@@ -238,6 +238,8 @@ func _write_on_a_thread() -> Dictionary:
 	WorkerThreadPool.wait_for_task_completion(task)
 	done[0] = true
 	watchdog.wait_to_finish()
+	# What a thread has deferred is done after `process_frame` of a frame without a physics step, not before it.
+	await _until(func() -> bool: return heard.main >= WRITES)
 	await get_tree().process_frame
 	function.changed.disconnect(listen)
 	var told := {"frames": frames, "heard": heard, "shift": function.shift}
