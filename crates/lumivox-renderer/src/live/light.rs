@@ -10,10 +10,11 @@ use lumivox_shaders::layout;
 use super::changing_light::{FrameLight, LEAST_KEPT};
 use super::film::LiveFilm;
 use super::images::{Grain, Image, LiveImage, PixelFormat, pixels};
-use super::looks::{Look, Looks, Seen};
+use super::looks::{Look, Looks};
 use super::passes::{
     ClearPass, LightCellsPass, LightFill, LightPicturePass, LightResources, PathSettings, Share, TracePass,
 };
+use super::reprojection::Seen;
 use crate::error::RenderError;
 use crate::frame;
 use crate::recording::{Payload, Recording, ResourceId, Step};
@@ -416,7 +417,7 @@ impl KeptLight {
             march_stride: look.stride,
             ..frame::of(cache, &settings.camera)
         };
-        let seen = Seen { camera: settings.camera, scene_version: cache.version(), light: self.light };
+        let seen = Seen { camera: settings.camera, volumes: cache.places() };
         // Where there is no room for pictures, something has to be bound all the same.
         let unused = [self.cells, self.points];
         let before = self.looks.before(look, seen, self.size, unused, &mut self.room, recording);

@@ -1,18 +1,16 @@
 //! When and how pictures are made of the light that is kept: rays of some pixels are marched, as many as a frame's budget buys, and
 //! the others come from the pictures before (`light_fill.wgsl` says how).
 
-use lumivox_core::Camera;
 use lumivox_shaders::layout;
 
-use super::changing_light::FrameLight;
 use super::images::pixels;
 use super::passes::LightFill;
-use super::reprojection;
+use super::reprojection::{self, Seen};
 use crate::recording::{Recording, ResourceId, Step};
 use crate::store::LightRoom;
 
-/// Paths that leave points that a ray through what is kept is counted as. It takes the time of .25 to .38 (H200): frames are rather
-/// shorter than their budget.
+/// Paths that leave points that a ray through what is kept is counted as. It takes the time of .25 to .38 (H200), but a path that
+/// leaves a point takes more than one of a film, by which budgets are counted: so frames take about what theirs would.
 const SAMPLES_OF_A_LOOK: f64 = 0.65;
 
 /// The part of a frame's budget that is looked with at most: a picture of one pixel in four is as good as one of all, for the ones
@@ -44,14 +42,6 @@ pub(super) struct Look {
     pub stride: u32,
     /// About how many pixel samples that takes.
     pub pixel_samples: u64,
-}
-
-/// What a picture shows: from where, of which scene and in which light.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Seen {
-    pub camera: Camera,
-    pub scene_version: u64,
-    pub light: FrameLight,
 }
 
 /// What pictures hold for the next ones.
@@ -166,9 +156,9 @@ impl Looks {
         };
         let Some(before) = &mut self.before else { return Some(LightFill { params, buffers: unused }) };
         before.buffers.reverse();
-        let shown = before.seen.replace(seen);
-        let shown = shown.filter(|it| Seen { camera: seen.camera, ..*it } == seen);
-        let map = shown.and_then(|it| reprojection::before_from_now(&it.camera, &seen.camera));
+        // Whatever has changed since: what is marched around a pixel says what it may be.
+        let map = before.seen.as_ref().and_then(|it| reprojection::before_from_now(it, &seen));
+        before.seen = Some(seen);
         let columns = map.unwrap_or_default().to_cols_array_2d();
         let params = layout::LightFillParams {
             before_from_now: columns.map(|column| column.map(|x| x as f32)),

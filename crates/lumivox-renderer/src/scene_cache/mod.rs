@@ -412,6 +412,11 @@ impl SceneCache {
         self.numbers.list().filter(|_| self.features.can_keep_light(self.limits))
     }
 
+    /// Where in the world they are.
+    pub(crate) fn places(&self) -> Vec<(Numbered, DAffine3)> {
+        self.numbers.places().collect()
+    }
+
     /// By which part a phase function changes at most for each radian by which it is looked at otherwise: Henyey-Greenstein's has
     /// its largest slope, by its value, at a cosine of `2 g / (1 + g^2)`.
     pub(crate) fn steepest_phase(&self) -> f64 {

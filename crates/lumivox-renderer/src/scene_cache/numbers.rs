@@ -132,6 +132,14 @@ impl Numbers {
         self.list.as_deref()
     }
 
+    /// Where each of them is; those without a number are not told of.
+    pub fn places(&self) -> impl Iterator<Item = (Numbered, DAffine3)> {
+        self.given
+            .iter()
+            .zip(&self.shapes)
+            .filter_map(|(given, shape)| Some(((*given)?, shape.world_from_patient)))
+    }
+
     /// Voxels of all volumes, empty ones included.
     pub fn voxels(&self) -> u64 {
         self.shapes.iter().map(|shape| shape.dims.iter().map(|&n| u64::from(n)).product::<u64>()).sum()

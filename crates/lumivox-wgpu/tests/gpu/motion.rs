@@ -26,8 +26,8 @@ fn the_motion_bench_runs() {
     result.unwrap();
     let csv = std::fs::read_to_string(folder.path().join("runs.csv")).unwrap();
     let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
-    // Five films, raw, denoised and with kept light.
-    assert_eq!(rows.len(), 1 + 5 * 3, "{log}");
+    // Six films, raw, denoised and with kept light.
+    assert_eq!(rows.len(), 1 + 6 * 3, "{log}");
     let column = |name: &str| rows[0].iter().position(|column| *column == name).unwrap();
     for row in &rows[1..] {
         assert_eq!(row.len(), rows[0].len());
@@ -42,12 +42,12 @@ fn the_motion_bench_runs() {
     }
     let json = std::fs::read_to_string(folder.path().join("motion.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(json["runs"].as_array().unwrap().len(), 15);
+    assert_eq!(json["runs"].as_array().unwrap().len(), 18);
     assert_eq!(json["runs"][0]["frames_ms"].as_array().unwrap().len(), 2);
     // Two frames in motion, one at rest, two after the cut.
     let pictures = std::fs::read_to_string(folder.path().join("pictures.csv")).unwrap();
-    assert_eq!(pictures.lines().count(), 1 + 15 * 5);
-    for film in ["orbit", "function", "light", "mesh", "plane"] {
+    assert_eq!(pictures.lines().count(), 1 + 18 * 5);
+    for film in ["orbit", "function", "light", "mesh", "plane", "turn"] {
         let svg =
             std::fs::read_to_string(folder.path().join(format!("plots/head-ct-skin-{film}.svg"))).unwrap();
         assert!(svg.ends_with("</svg>\n"));
@@ -75,7 +75,7 @@ fn the_motion_bench_finds_what_a_frame_affords() {
 fn the_motion_bench_says_what_is_wrong_with_its_words() {
     let folder = tempfile::tempdir().unwrap();
     for (words, wanted) in [
-        ("film=orbitt", "there is no 'orbitt', but orbit, function, light, mesh, plane"),
+        ("film=orbitt", "there is no 'orbitt', but orbit, function, light, mesh, plane, turn"),
         ("budget=0", "'0' is no number between"),
         ("size=1920", "give it as 1920x1080"),
         ("length=10 frames=0,10", "the film ends with frame 9"),

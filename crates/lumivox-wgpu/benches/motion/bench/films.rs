@@ -69,11 +69,14 @@ pub enum Motion {
     Mesh,
     /// A clip plane, from the subject's front into it.
     Plane,
+    /// The scan, as on a turntable, before a camera that stands.
+    Turn,
 }
 
 impl Motion {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Orbit, Self::Function, Self::Light, Self::Mesh, Self::Plane];
+    pub const ALL: [Self; 6] =
+        [Self::Orbit, Self::Function, Self::Light, Self::Mesh, Self::Plane, Self::Turn];
 
     /// As options and tables have it.
     pub fn name(self) -> &'static str {
@@ -83,6 +86,7 @@ impl Motion {
             Self::Light => "light",
             Self::Mesh => "mesh",
             Self::Plane => "plane",
+            Self::Turn => "turn",
         }
     }
 }
@@ -140,6 +144,13 @@ impl Set {
                 let mut point = (low + high) / 2.0;
                 point.y = low.y + (high.y - low.y) * (0.02 + PLANE * seconds);
                 instance.clip_shapes = vec![ClipShape::plane(point, DVec3::Y)];
+            }
+            Motion::Turn => {
+                let [low, high] = self.seen_mm;
+                let centre = instance.world_from_patient.transform_point3((low + high) / 2.0);
+                let turn = DAffine3::from_rotation_y((ORBIT * seconds).to_radians());
+                let about = DAffine3::from_translation(centre) * turn * DAffine3::from_translation(-centre);
+                instance.world_from_patient = about * instance.world_from_patient;
             }
         }
         moment
