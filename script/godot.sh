@@ -67,7 +67,7 @@ fetch_godot() (
     # Nothing is left to `set -e`, which nothing heeds where the caller looks at the outcome.
     # Unquoted on purpose: a list of words.
     # shellcheck disable=SC2086
-    fetch_debian "$1" "$2" $GODOT_PACKAGES && cd "$1" || exit 1
+    fetch_debian "$1" "$2 forky" $GODOT_PACKAGES && cd "$1" || exit 1
     # Its own loader and libraries first, so that the system's age does not matter; the system's come last, for its
     # GPU's driver.
     cat >run <<'RUN' || exit 1

@@ -184,15 +184,18 @@ debian_mirrors() {
         awk '$1 !~ /[-\/]/ && $2 !~ /^(cdrom|copy):/ && !known[$2]++ { print $2 }'
 }
 
-# Unpacks packages of Debian's, $3 and the following, and all that they need, the C library too, from the mirror $2 into
-# $1/root, which nothing else looks at. Proxies and passwords are those of the system's apt.
+# Unpacks packages of Debian's, $3 and the following, and all that they need, the C library too, into $1/root, which nothing
+# else looks at. $2 says where from: a mirror and a release of Debian's on each line. Proxies and passwords are those of the
+# system's apt.
 fetch_debian() (
-    folder=$1 mirror=$2
+    folder=$1 sources=$2
     shift 2
     # Nothing is left to `set -e`, which nothing heeds where the caller looks at the outcome.
     rm -rf "$folder" && mkdir -p "$folder/lists/partial" "$folder/archives/partial" "$folder/root" && cd "$folder" || exit 1
     : >status || exit 1
-    echo "deb [signed-by=$DEBIAN_KEYRING] $mirror forky main" >sources.list || exit 1
+    while read -r mirror release; do
+        echo "deb [signed-by=$DEBIAN_KEYRING] $mirror $release main"
+    done <<<"$sources" >sources.list || exit 1
     cat >apt.conf <<CONF || exit 1
 Dir::Etc::sourcelist "$folder/sources.list";
 Dir::Etc::sourceparts "/dev/null";

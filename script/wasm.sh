@@ -68,7 +68,7 @@ fetch_wasm_rust() (
     # Nothing is left to `set -e`, which nothing heeds where the caller looks at the outcome.
     # Unquoted on purpose: a list of words.
     # shellcheck disable=SC2086
-    fetch_debian "$1" "$2" $WASM_PACKAGES && cd "$1" || exit 1
+    fetch_debian "$1" "$2 forky" $WASM_PACKAGES && cd "$1" || exit 1
     # With its own loader and libraries, so that the system's age does not matter.
     cat >rustc <<'RUN' || exit 1
 #!/bin/sh

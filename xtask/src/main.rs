@@ -11,6 +11,7 @@ mod unity_branch;
 mod unity_kernels;
 mod unity_kernels_hlsl;
 mod unity_metas;
+mod windows;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -42,6 +43,10 @@ Commands:
   unity-kernels --all DIR   Write every kernel of every view there, for tests
   unity-metas               Give each file of the Unity package its identifier
   unity-metas --check       Fail where one is missing, left over or there twice
+  windows HERE THERE        Fail where the command THERE, for Windows, run by the program LUMIVOX_WINE, does not do what
+                            the command HERE does: exit codes, words and files
+  windows --first HERE THERE
+                            The same, on a few runs
 
 Exit codes: 0 all is well, 1 a check failed, 2 wrong usage";
 
@@ -70,6 +75,8 @@ fn main() -> ExitCode {
         }
         ["unity-metas"] => unity_metas::write(),
         ["unity-metas", "--check"] => unity_metas::check(),
+        ["windows", here, there] => windows::compare(Path::new(here), Path::new(there), true),
+        ["windows", "--first", here, there] => windows::compare(Path::new(here), Path::new(there), false),
         ["help" | "--help" | "-h"] => {
             println!("{HELP}");
             Ok(())
