@@ -10,6 +10,7 @@ mod bodies;
 mod dicom_series;
 mod grove;
 mod loft;
+mod maths;
 mod noise;
 mod sdf;
 

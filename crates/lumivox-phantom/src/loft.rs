@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::maths;
+
 use glam::Vec3;
 
 /// A horizontal section: a superellipse, symmetric left and right, of unequal depth in front and behind.
@@ -83,7 +85,7 @@ impl Loft {
             -w.min(depth)
         } else {
             // Homogeneous of degree 1, so that it grows evenly away from the surface.
-            let k = s.powf(1.0 / EXPONENT);
+            let k = maths::pow(s, 1.0 / EXPONENT);
             let scale = k / s;
             let gx = u15 / w;
             let gy = v15 / depth;
@@ -91,14 +93,14 @@ impl Loft {
             (k - 1.0) / (scale * (gx * gx + gy * gy + gz * gz).sqrt())
         };
         let past = (p.z - self.high).max(self.low - p.z);
-        if past > 0.0 && wall > 0.0 { past.hypot(wall) } else { wall.max(past) }
+        if past > 0.0 && wall > 0.0 { maths::hypot(past, wall) } else { wall.max(past) }
     }
 
     /// The point of the surface at an angle around the trunk (0 in front, pi/2 on the left, pi behind), `lift` outside.
     pub(crate) fn at(&self, angle: f32, z: f32, lift: f32) -> Vec3 {
         let ([w, y, front, back], _) = self.row(z);
-        let (sin, cos) = angle.sin_cos();
-        let bend = |c: f32| c.signum() * c.abs().powf(2.0 / EXPONENT);
+        let (sin, cos) = (maths::sin(angle), maths::cos(angle));
+        let bend = |c: f32| c.signum() * maths::pow(c.abs(), 2.0 / EXPONENT);
         let depth = if cos > 0.0 { front } else { back };
         let p = Vec3::new(w * bend(sin), y - depth * bend(cos), z);
         p + self.normal(p) * lift
@@ -108,7 +110,7 @@ impl Loft {
     pub(crate) fn angle(&self, x: f32, z: f32, behind: bool) -> f32 {
         let ([w, ..], _) = self.row(z);
         let ratio = (x / w).clamp(-1.0, 1.0);
-        let angle = (ratio.signum() * ratio.abs().powf(EXPONENT / 2.0)).asin();
+        let angle = maths::asin(ratio.signum() * maths::pow(ratio.abs(), EXPONENT / 2.0));
         if behind { std::f32::consts::PI - angle } else { angle }
     }
 

@@ -3,6 +3,7 @@
 use glam::{Mat3, Vec3};
 
 use super::skull;
+use crate::maths;
 use crate::sdf::{Knot, Sdf, at, ellipsoid, ribbon, segment, sphere, strap, tube, turned_ellipsoid, union};
 
 /// Everything inside the skin.
@@ -155,8 +156,7 @@ fn nose(head: Sdf) -> Sdf {
             ellipsoid(at(3.4, -112.0, -14.5), at(6.0, 7.2, 6.4)).mirror(),
             // Columella and the wings.
             tube(&[[0.0, -112.5, -19.0, 4.0], [0.0, -107.0, -24.0, 3.6], [0.0, -101.0, -28.0, 4.5]]),
-            turned_ellipsoid(at(12.6, -103.5, -18.0), at(5.8, 9.5, 7.4), Mat3::from_rotation_z(-0.28))
-                .mirror(),
+            turned_ellipsoid(at(12.6, -103.5, -18.0), at(5.8, 9.5, 7.4), maths::turn_z(-0.28)).mirror(),
         ],
         4.0,
     );
@@ -262,7 +262,7 @@ const EAR_ORIGIN: Vec3 = at(71.5, -3.0, -2.0);
 
 fn ear_axes() -> Mat3 {
     // The auricle stands off by 20 degrees and leans back by 12.
-    Mat3::from_rotation_x(-0.2) * Mat3::from_rotation_z(-0.36) * Mat3::from_cols(Vec3::Y, Vec3::Z, Vec3::X)
+    maths::turn_x(-0.2) * maths::turn_z(-0.36) * Mat3::from_cols(Vec3::Y, Vec3::Z, Vec3::X)
 }
 
 /// The auricle of the left ear.

@@ -3,6 +3,7 @@
 use glam::{Mat3, Vec3};
 
 use super::{Seeds, material::Material, raster::Layer};
+use crate::maths;
 use crate::sdf::{Sdf, at, block, ellipsoid, plate, segment, sphere, tube, turned_ellipsoid, union};
 
 pub(crate) fn layers(noise: &Seeds) -> Vec<Layer> {
@@ -50,7 +51,7 @@ fn mandible() -> Sdf {
             plate(at(42.0, -40.0, -62.0), at(46.0, -38.0, -18.0), at(49.0, -14.0, -18.0), 2.8),
             plate(at(42.0, -42.0, -55.0), at(45.5, -40.0, -8.0), at(46.5, -30.0, -24.0), 2.2),
             segment(at(48.5, -14.0, -24.0), at(50.5, -13.0, -9.0), 4.0, 3.8),
-            turned_ellipsoid(at(51.0, -13.0, -6.5), at(9.0, 4.6, 4.8), Mat3::from_rotation_z(-0.3)),
+            turned_ellipsoid(at(51.0, -13.0, -6.5), at(9.0, 4.6, 4.8), maths::turn_z(-0.3)),
             tube(&[[49.0, -12.0, -24.0, 3.6], [47.5, -12.5, -45.0, 3.8], [46.0, -18.0, -64.0, 4.2]]),
         ],
         4.0,
@@ -147,7 +148,9 @@ const LOWER_ARCH: Arch = Arch {
 impl Arch {
     /// The place on the arch (half an ellipse) at `length` mm from the midline, with its outward direction.
     fn place(&self, length: f32) -> (Vec3, Vec3) {
-        let point = |t: f32| at(self.half_width * t.sin(), self.front + self.depth * (1.0 - t.cos()), 0.0);
+        let point = |t: f32| {
+            at(self.half_width * maths::sin(t), self.front + self.depth * (1.0 - maths::cos(t)), 0.0)
+        };
         let (mut t, mut walked) = (0.0f32, 0.0);
         while walked < length {
             walked += point(t).distance(point(t + 0.002));
@@ -181,7 +184,7 @@ fn row(arch: &Arch) -> Row {
         let neck = edge + root * tooth.crown;
         let (w, t) = (tooth.width / 2.0 - 0.15, tooth.thickness / 2.0);
         let front = if tooth.edge < 0.5 { 0.12 } else { 0.0 };
-        let tilt = axes * Mat3::from_rotation_x(front);
+        let tilt = axes * maths::turn_x(front);
         let mut crown =
             block(middle, [w * 0.78, t * 0.86], [w, t * tooth.edge], tooth.crown / 2.0, 1.3, tilt)
                 .or(turned_ellipsoid(middle + root * 1.2, at(w, t * 0.96, tooth.crown * 0.42), axes), 1.6);

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use crate::maths;
 use crate::{
     AIR_HU,
     noise::{noise, noise2},
@@ -172,7 +173,7 @@ fn muscle(p: Vec3, fibres: Vec3, fat: f32) -> [f32; 2] {
 /// Leaves of a value, with grooves full of fluid between them.
 fn cerebellum(p: Vec3, depth: f32, tissue: f32, fluid: f32) -> f32 {
     let q = Vec3::new(p.x * 0.35, p.y - 34.0, p.z + 4.0);
-    let leaf = ((q.length() + 1.5 * noise(p / 9.0, 51)) * 2.0).sin();
+    let leaf = maths::sin((q.length() + 1.5 * noise(p / 9.0, 51)) * 2.0);
     let groove = smoothstep(0.55, 0.95, leaf) * (1.0 - smoothstep(2.0, 12.0, depth));
     tissue + (fluid - tissue) * groove
 }

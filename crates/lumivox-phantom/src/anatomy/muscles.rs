@@ -3,9 +3,10 @@
 //! The muscles of expression lie in the fat a few millimetres under the skin, so they are cut from sheets at a fixed
 //! depth; those that move bones are modelled between their origins and insertions.
 
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 
 use super::{Seeds, face, field, material::Material, raster::Layer};
+use crate::maths;
 use crate::sdf::{
     Knot, Sdf, at, ellipsoid, plate, quad, ribbon, segment, strap, tube, turned_ellipsoid, union,
 };
@@ -184,7 +185,7 @@ fn neck() -> Muscles {
         // Deltoid, pectoralis, the muscles of the shoulder blade.
         (ellipsoid(at(152.0, 26.0, -196.0), at(34.0, 40.0, 42.0)), at(0.3, 0.0, -1.0)),
         (
-            turned_ellipsoid(at(70.0, -26.0, -208.0), at(72.0, 15.0, 34.0), Mat3::from_rotation_z(0.25)),
+            turned_ellipsoid(at(70.0, -26.0, -208.0), at(72.0, 15.0, 34.0), maths::turn_z(0.25)),
             at(1.0, 0.2, 0.5),
         ),
         (
@@ -197,8 +198,7 @@ fn neck() -> Muscles {
 
 /// Temporalis, masseter, pterygoids, buccinator, tongue.
 fn chewing() -> Muscles {
-    let temporal_fossa =
-        turned_ellipsoid(at(66.0, -22.0, 34.0), at(26.0, 50.0, 42.0), Mat3::from_rotation_x(0.25));
+    let temporal_fossa = turned_ellipsoid(at(66.0, -22.0, 34.0), at(26.0, 50.0, 42.0), maths::turn_x(0.25));
     vec![
         (
             union(

@@ -3,6 +3,7 @@
 use glam::{Mat3, Vec3};
 
 use super::{Seeds, face, field, material::Material, raster::Layer, skull};
+use crate::maths;
 use crate::sdf::{
     Sdf, at, block, ellipsoid, plate, quad, ribbon, ring, segment, sphere, strap, tube, turned_ellipsoid,
     union,
@@ -185,7 +186,7 @@ fn glands(noise: &Seeds) -> Vec<Layer> {
     );
     let parotid = union(
         vec![
-            turned_ellipsoid(at(62.0, -14.0, -28.0), at(7.0, 16.0, 26.0), Mat3::from_rotation_z(-0.2)),
+            turned_ellipsoid(at(62.0, -14.0, -28.0), at(7.0, 16.0, 26.0), maths::turn_z(-0.2)),
             ellipsoid(at(50.0, -4.0, -34.0), at(9.0, 8.0, 18.0)),
         ],
         6.0,

@@ -3,6 +3,7 @@
 use glam::{Mat3, Vec3};
 
 use super::{Seeds, field, material::Material, raster::Layer};
+use crate::maths;
 use crate::sdf::{
     Sdf, at, block, ellipsoid, plate, quad, ring, segment, sphere, strap, tube, turned_ellipsoid, union,
 };
@@ -174,7 +175,7 @@ fn face() -> Sdf {
     let temporal_line = tube(&[&[[49.5, -73.0, 28.0, 4.0]], &temporal_line[..]].concat());
     let cheek = union(
         vec![
-            turned_ellipsoid(at(45.5, -67.5, -9.0), at(13.0, 8.0, 12.0), Mat3::from_rotation_z(0.75)),
+            turned_ellipsoid(at(45.5, -67.5, -9.0), at(13.0, 8.0, 12.0), maths::turn_z(0.75)),
             arch(),
             // The buttress down to the molars.
             segment(at(42.0, -68.0, -14.0), at(31.0, -62.0, -32.0), 7.0, 5.0),
@@ -292,7 +293,7 @@ fn sutures() -> Sdf {
                 let along = (points[(i + 1).min(n - 1)] - points[i.saturating_sub(1)]).normalize_or_zero();
                 let out = (p - at(0.0, 0.0, 40.0)).normalize();
                 // Teeth of a few millimetres, of uneven length.
-                let swing = if i % 2 == 0 { 1.0 } else { -1.0 } * (1.5 + 0.8 * (i as f32 * 1.7).sin());
+                let swing = if i % 2 == 0 { 1.0 } else { -1.0 } * (1.5 + 0.8 * maths::sin(i as f32 * 1.7));
                 let q = p + along.cross(out) * swing;
                 let q = super::face::project(&outer, q + out * 40.0, -out);
                 [q.x, q.y, q.z, 0.85]
@@ -312,13 +313,14 @@ fn sutures() -> Sdf {
     };
     let center = at(0.0, 0.0, 40.0);
     let out = |d: Vec3| center + d.normalize() * 80.0;
-    let coronal =
-        seam(sweep(-1.45, 1.45, 0.045, &|a| out(at(a.sin(), -0.22 - 0.10 * (1.0 - a.cos()), a.cos()))));
-    let sagittal = seam(sweep(-0.24, 1.25, 0.042, &|a| out(at(0.0, a.sin(), a.cos()))));
+    let coronal = seam(sweep(-1.45, 1.45, 0.045, &|a| {
+        out(at(maths::sin(a), -0.22 - 0.10 * (1.0 - maths::cos(a)), maths::cos(a)))
+    }));
+    let sagittal = seam(sweep(-0.24, 1.25, 0.042, &|a| out(at(0.0, maths::sin(a), maths::cos(a)))));
     let lambdoid = seam(sweep(0.0, 1.0, 0.036, &|t| out(at(0.92 * t, 0.95 - 0.15 * t, 0.34 - 0.62 * t))));
     let squamous = seam(sweep(0.0, 1.0, 0.03, &|t| {
         let a = -1.2 + 2.6 * t;
-        out(at(1.0, 0.08 + 0.52 * a.sin(), -0.42 + 0.5 * a.cos()))
+        out(at(1.0, 0.08 + 0.52 * maths::sin(a), -0.42 + 0.5 * maths::cos(a)))
     }));
     Sdf::Union(vec![coronal, sagittal, lambdoid.mirror(), squamous.mirror()], 0.0)
 }

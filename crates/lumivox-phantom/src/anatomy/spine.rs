@@ -3,6 +3,7 @@
 use glam::{Mat3, Vec3};
 
 use super::{Seeds, material::Material, raster::Layer};
+use crate::maths;
 use crate::sdf::{Knot, Sdf, at, block, ellipsoid, quad, ring, segment, strap, tube, union};
 
 const BONE: Material = Material::Bone { cortex_mm: 1.2, cortex: 1000.0, spongy: 300.0 };
@@ -48,7 +49,7 @@ pub(crate) fn layers(noise: &Seeds) -> Vec<Layer> {
 
 impl Place {
     pub(crate) fn turn(&self) -> Mat3 {
-        Mat3::from_rotation_x(-self.tilt)
+        maths::turn_x(-self.tilt)
     }
 
     /// Patient space from the vertebra's own.
@@ -151,7 +152,7 @@ fn axis() -> Sdf {
     let v = Place { center: at(0.0, 8.0, -57.0), tilt: 0.1, size: 1.02 };
     let side = union(
         vec![
-            block(at(16.0, 8.5, -47.5), [8.0, 8.0], [7.5, 8.5], 4.5, 2.5, Mat3::from_rotation_y(0.3)),
+            block(at(16.0, 8.5, -47.5), [8.0, 8.0], [7.5, 8.5], 4.5, 2.5, maths::turn_y(0.3)),
             v.tube(&[[12.0, 4.0, 2.0, 4.2], [15.0, 14.0, -3.0, 4.4], [13.0, 20.0, -6.0, 4.4]]),
             strap(v.at(13.0, 19.0, -4.0), v.at(2.0, 30.0, -5.0), at(0.5, -1.0, 0.4), [7.5, 8.0], [3.0, 3.4]),
             v.tube(&[[14.0, 4.0, 0.0, 3.2], [22.0, 5.0, -4.0, 3.4]]),
@@ -255,9 +256,8 @@ fn girdle() -> Vec<Sdf> {
         ],
         3.0,
     );
-    let manubrium =
-        block(at(0.0, -32.0, -196.0), [20.0, 5.5], [25.0, 6.5], 18.0, 4.0, Mat3::from_rotation_x(0.25))
-            .minus(segment(at(0.0, -60.0, -174.0), at(0.0, 0.0, -174.0), 9.0, 9.0), 4.0);
+    let manubrium = block(at(0.0, -32.0, -196.0), [20.0, 5.5], [25.0, 6.5], 18.0, 4.0, maths::turn_x(0.25))
+        .minus(segment(at(0.0, -60.0, -174.0), at(0.0, 0.0, -174.0), 9.0, 9.0), 4.0);
     vec![
         rib(COLUMN[FIRST_THORACIC], 26.0, 26.0, 3.6),
         rib(COLUMN[FIRST_THORACIC + 1], 44.0, 40.0, 3.6),

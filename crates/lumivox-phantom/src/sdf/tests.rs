@@ -1,3 +1,5 @@
+#![allow(clippy::disallowed_methods, reason = "tests round as they like")]
+
 use super::*;
 use crate::noise::hash64;
 

@@ -1,8 +1,9 @@
 //! Liver, gallbladder, spleen, kidneys, pancreas; the thyroid and the adrenal glands.
 
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 
 use super::{Stuff, body, field, muscles, part::TorsoPart, tree};
+use crate::maths;
 use crate::{
     anatomy::{material::Material, raster::Layer},
     sdf::{Sdf, at, ellipsoid, plate, segment, sphere, tube, turned_ellipsoid, union},
@@ -18,7 +19,7 @@ fn under_dome(shape: Sdf) -> Sdf {
 
 fn liver() -> Sdf {
     let right = ellipsoid(at(-66.0, -2.0, -72.0), at(68.0, 88.0, 88.0));
-    let left = turned_ellipsoid(at(6.0, -44.0, -44.0), at(66.0, 40.0, 36.0), Mat3::from_rotation_y(0.30));
+    let left = turned_ellipsoid(at(6.0, -44.0, -44.0), at(66.0, 40.0, 36.0), maths::turn_y(0.30));
     let visceral = Sdf::HalfSpace { normal: at(0.51, 0.26, -0.82).normalize(), offset: 70.0 };
     // Where the gullet, the spine and the vena cava pass behind, and the cleft between the lobes.
     let hollow = tube(&[[6.0, 40.0, -10.0, 30.0], [2.0, 38.0, -60.0, 32.0], [0.0, 30.0, -120.0, 36.0]]);
@@ -42,9 +43,7 @@ fn kidneys(stuff: &Stuff) -> Vec<Layer> {
     let mut layers = Vec::new();
     for (center, side) in KIDNEYS {
         // The lower end is further out, and the hilum looks forward and inward.
-        let axes = Mat3::from_rotation_y(-0.20 * side)
-            * Mat3::from_rotation_z(0.45 * side)
-            * Mat3::from_rotation_x(-0.12);
+        let axes = maths::turn_y(-0.20 * side) * maths::turn_z(0.45 * side) * maths::turn_x(-0.12);
         let place = |x: f32, y: f32, z: f32| center + axes * at(x * side, y, z);
         let whole = turned_ellipsoid(center, at(26.0, 21.0, 54.0), axes);
         let hilum = segment(place(-30.0, -4.0, -9.0), place(-30.0, -4.0, 9.0), 15.0, 15.0);
@@ -58,7 +57,7 @@ fn kidneys(stuff: &Stuff) -> Vec<Layer> {
         );
         let pyramid = |i: usize| {
             let angle = i as f32 / 9.0 * 4.9 - 2.45;
-            let (dx, dz) = (angle.cos(), angle.sin());
+            let (dx, dz) = (maths::cos(angle), maths::sin(angle));
             let (near, far) =
                 (place(-4.0 + 7.0 * dx, 0.0, 22.0 * dz), place(-3.0 + 17.0 * dx, 0.0, 39.0 * dz));
             segment(near, far, 3.5, 6.5)
@@ -89,7 +88,7 @@ fn kidneys(stuff: &Stuff) -> Vec<Layer> {
 
 pub(crate) fn layers(stuff: &Stuff) -> Vec<Layer> {
     let spleen = under_dome(
-        turned_ellipsoid(at(100.0, 42.0, -66.0), at(25.0, 37.0, 52.0), Mat3::from_rotation_x(0.45))
+        turned_ellipsoid(at(100.0, 42.0, -66.0), at(25.0, 37.0, 52.0), maths::turn_x(0.45))
             .minus(sphere(at(64.0, 12.0, -64.0), 34.0), 8.0),
     );
     let gallbladder =

@@ -8,6 +8,7 @@ use super::{
     part::TorsoPart,
     tree::{Branch, Habit, grow},
 };
+use crate::maths;
 use crate::{
     anatomy::{material::Material, raster::Layer},
     grove::{Twig, grove},
@@ -192,7 +193,7 @@ fn rings() -> Sdf {
         let p = line.iter().map(|k| xyz(*k)).min_by(|a, b| (a.z - z).abs().total_cmp(&(b.z - z).abs()))?;
         let knots: Vec<Knot> = (0..7)
             .map(|j| (j as f32 / 6.0 - 0.5) * 4.2)
-            .map(|a| [p.x + 9.6 * a.sin(), p.y - 9.6 * a.cos(), z, 1.2])
+            .map(|a| [p.x + 9.6 * maths::sin(a), p.y - 9.6 * maths::cos(a), z, 1.2])
             .collect();
         Some(tube(&knots))
     };

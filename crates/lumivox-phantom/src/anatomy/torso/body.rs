@@ -1,8 +1,9 @@
 //! The trunk's outlines: skin, rib cage, and the domes of the diaphragm; the breasts.
 
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 
 use super::{Arms, Stuff, part::TorsoPart};
+use crate::maths;
 use crate::{
     anatomy::{material::Material, raster::Layer},
     loft::{Loft, section},
@@ -85,7 +86,7 @@ pub(crate) fn skin(arms: Arms, breasts: bool) -> Sdf {
         ),
     };
     // Chest muscles, the furrow between them, the groove of the back, the straight muscles' and the navel.
-    let pectoral = turned_ellipsoid(at(74.0, -76.0, 66.0), at(64.0, 25.0, 42.0), Mat3::from_rotation_z(0.42));
+    let pectoral = turned_ellipsoid(at(74.0, -76.0, 66.0), at(64.0, 25.0, 42.0), maths::turn_z(0.42));
     let lat = ellipsoid(at(128.0, 42.0, 60.0), at(34.0, 44.0, 70.0));
     let blade = union(
         vec![
@@ -156,7 +157,7 @@ fn breast() -> Sdf {
 
 /// The domes of the diaphragm, and all of the belly below them.
 pub(crate) fn belly() -> Sdf {
-    let tilt = Mat3::from_rotation_x(-0.20);
+    let tilt = maths::turn_x(-0.20);
     let low = at(0.0, -0.36, -0.93).normalize();
     union(
         vec![
@@ -185,13 +186,16 @@ pub(crate) fn layers(stuff: &Stuff, breasts: bool) -> Vec<Layer> {
         // Ducts and lobes spread from the nipple into the fat.
         let lobes = (0..9).map(|i| {
             let turn = i as f32 * 0.7;
-            let end =
-                at(96.0 + 30.0 * turn.cos(), -96.0 + 4.0 * (turn * 2.3).sin(), 23.0 + 30.0 * turn.sin());
+            let end = at(
+                96.0 + 30.0 * maths::cos(turn),
+                -96.0 + 4.0 * maths::sin(turn * 2.3),
+                23.0 + 30.0 * maths::sin(turn),
+            );
             tube(&[
                 [90.0, -126.0, 22.0, 1.6],
-                [91.0 + 10.0 * turn.cos(), -115.0, 22.0 + 10.0 * turn.sin(), 4.5],
+                [91.0 + 10.0 * maths::cos(turn), -115.0, 22.0 + 10.0 * maths::sin(turn), 4.5],
                 [end.x, end.y - 6.0, end.z, 8.5],
-                [end.x + 6.0 * turn.cos(), end.y, end.z + 6.0 * turn.sin(), 4.0],
+                [end.x + 6.0 * maths::cos(turn), end.y, end.z + 6.0 * maths::sin(turn), 4.0],
             ])
         });
         let gland = union(lobes.collect(), 5.0).mirror().rough(2.2, 7.0, stuff.seed("gland"));

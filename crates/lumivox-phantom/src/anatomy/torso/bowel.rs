@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::{Stuff, field, part::TorsoPart};
+use crate::maths;
 use crate::{
     anatomy::{material::Material, raster::Layer},
     noise::noise,
@@ -86,7 +87,7 @@ fn colon() -> Vec<Knot> {
         .map(|k| {
             length += xyz(*k).distance(before);
             before = xyz(*k);
-            let bulge = (length * std::f32::consts::TAU / 27.0).sin();
+            let bulge = maths::sin(length * std::f32::consts::TAU / 27.0);
             [k[0], k[1], k[2], k[3] * (0.86 + 0.13 * bulge)]
         })
         .collect()
@@ -100,7 +101,11 @@ fn loops() -> Vec<Knot> {
         let along = t % 6.0;
         let x = if row % 2.0 == 0.0 { -58.0 + 23.0 * along } else { 57.0 - 23.0 * along };
         let sway = noise(at(t * 0.71, 3.0, 1.0), 77);
-        at(x, -34.0 + 16.0 * (t * 1.9).sin() + 10.0 * sway, -183.0 - 15.0 * row + 7.0 * (t * 2.7).cos())
+        at(
+            x,
+            -34.0 + 16.0 * maths::sin(t * 1.9) + 10.0 * sway,
+            -183.0 - 15.0 * row + 7.0 * maths::cos(t * 2.7),
+        )
     };
     (0..24).map(step).map(|p| [p.x, p.y, p.z, 11.5]).collect()
 }

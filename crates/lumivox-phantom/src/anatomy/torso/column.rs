@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::{Stuff, part::TorsoPart};
+use crate::maths;
 use crate::{
     anatomy::{material::Material, raster::Layer, spine::Place},
     sdf::{Knot, Sdf, at, block, segment, strap, tube, union},
@@ -51,7 +52,7 @@ const L1: usize = 13;
 fn place(index: usize) -> Place {
     let l = LEVELS[index];
     let (above, below) = (LEVELS[index.saturating_sub(1)], LEVELS[(index + 1).min(LEVELS.len() - 1)]);
-    let tilt = (above.y - below.y).atan2(above.z - below.z);
+    let tilt = maths::atan2(above.y - below.y, above.z - below.z);
     Place { center: at(0.0, l.y, l.z), tilt, size: 1.0 }
 }
 

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::{Arms, Metal, Stuff, column, part::TorsoPart};
+use crate::maths;
 use crate::{
     anatomy::{material::Material, raster::Layer},
     loft::{Loft, section},
@@ -87,9 +88,7 @@ pub(crate) fn metal(stuff: &Stuff, metal: Metal) -> Vec<Layer> {
                 [-40.0, -18.0, 50.0, 1.1],
                 [-24.0, -42.0, 64.0, 1.3],
             ]);
-            let turn = glam::Mat3::from_rotation_y(0.35)
-                * glam::Mat3::from_rotation_x(-0.5)
-                * glam::Mat3::from_rotation_z(0.35);
+            let turn = maths::turn_y(0.35) * maths::turn_x(-0.5) * maths::turn_z(0.35);
             let can = block(at(84.0, -66.0, 116.0), [20.0, 4.0], [22.0, 4.0], 22.0, 3.6, turn);
             let can = stuff.under_skin(can, 3.5);
             let header = block(at(80.0, -61.0, 134.0), [13.0, 3.6], [10.0, 3.4], 6.0, 3.0, turn);
@@ -144,9 +143,9 @@ fn sternal_wires(stuff: &Stuff) -> Sdf {
             .map(|i| i as f32)
             .map(|i| {
                 [
-                    1.0 + 1.1 * (i * 1.3).cos(),
+                    1.0 + 1.1 * maths::cos(i * 1.3),
                     front.y - 0.5 - 0.2 * i,
-                    z + 0.9 * i + 1.1 * (i * 1.3).sin(),
+                    z + 0.9 * i + 1.1 * maths::sin(i * 1.3),
                     0.8,
                 ]
             })

@@ -33,6 +33,7 @@ use super::{
     material::Material,
     raster::{self, Grid, Layer, Model, Scan},
 };
+use crate::maths;
 use crate::{INTERCEPT, loft::Loft, sdf::Sdf};
 pub use part::TorsoPart;
 pub use pet::torso_pet;
@@ -117,7 +118,7 @@ impl Default for TorsoOptions {
 
 impl TorsoOptions {
     fn axes(&self) -> DMat3 {
-        DMat3::from_rotation_x(self.tilt_degrees.to_radians())
+        maths::turn_x_f64(self.tilt_degrees.to_radians())
     }
 
     fn spacing(&self) -> f64 {

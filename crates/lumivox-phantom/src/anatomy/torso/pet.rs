@@ -8,6 +8,7 @@ use lumivox_core::{CancelToken, Cancelled, Modality, Progress, Volume, Voxels, W
 use rayon::prelude::*;
 
 use super::{TorsoOptions, TorsoPart, torso_parts};
+use crate::maths;
 use crate::noise::gaussian;
 
 /// SUV of a stored 1: 16 bits reach 65.
@@ -110,7 +111,7 @@ pub fn torso_pet(
 /// last voxel goes on.
 fn blurred(from: &[f32], n: usize, stride: usize, sigma: f64) -> Vec<f32> {
     let reach = (3.0 * sigma).ceil().max(1.0) as usize;
-    let weight = |i: usize| (-0.5 * (i as f64 / sigma.max(1e-6)).powi(2)).exp();
+    let weight = |i: usize| maths::exp(-0.5 * (i as f64 / sigma.max(1e-6)).powi(2));
     let sum = weight(0) + 2.0 * (1..=reach).map(weight).sum::<f64>();
     let weights: Vec<f32> = (0..=reach).map(|i| (weight(i) / sum) as f32).collect();
     (0..from.len())

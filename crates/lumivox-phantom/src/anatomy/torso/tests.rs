@@ -1,3 +1,5 @@
+#![allow(clippy::disallowed_methods, reason = "tests round as they like")]
+
 use std::sync::LazyLock;
 
 use glam::Vec3;

@@ -6,6 +6,7 @@
 
 use glam::Vec3;
 
+use crate::maths;
 use crate::{grove::Twig, noise::hash64};
 
 /// A branch, from where it leaves its parent to where it parts.
@@ -68,7 +69,7 @@ fn part(
     let (low, high) = points.split_at_mut(cut);
     for half in [low, high] {
         let share = half.len() as f32 / count;
-        let own = radius * share.powf(1.0 / MURRAY);
+        let own = radius * maths::pow(share, 1.0 / MURRAY);
         let aim = mean(half) - from;
         let way = limited(aim.normalize_or(along), along);
         let length = (aim.length() * habit.reach).clamp(2.0 * own, 34.0);
@@ -105,8 +106,8 @@ fn widest(points: &[Vec3], along: Vec3, turn: f32) -> Vec3 {
         uv += a * b;
         vv += b * b;
     }
-    let angle = 0.5 * (2.0 * uv).atan2(uu - vv) as f32 + turn;
-    u * angle.cos() + v * angle.sin()
+    let angle = 0.5 * maths::atan2_f64(2.0 * uv, uu - vv) as f32 + turn;
+    u * maths::cos(angle) + v * maths::sin(angle)
 }
 
 /// Points spread evenly over what of a box `inside` accepts, `step` mm apart.
