@@ -90,7 +90,8 @@ Examples:
 
 /// Turns CT and MR scans into photorealistic images by tracing light through them.
 #[derive(Debug, Parser)]
-#[command(name = "lumivox", version, after_help = [EXAMPLES, EXIT_CODES].concat())]
+// Called `lumivox` wherever it says how it is used, not as the file is named: on Windows `lumivox.exe`.
+#[command(name = "lumivox", bin_name = "lumivox", version, after_help = [EXAMPLES, EXIT_CODES].concat())]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]

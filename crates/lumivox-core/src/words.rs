@@ -1,4 +1,6 @@
-//! Numbers as people want to read them.
+//! Numbers as people want to read them, and names of files as programs do.
+
+use std::path::{MAIN_SEPARATOR, Path};
 
 /// Lengths in mm with so many digits behind the point, in the unit that fits the longest: `0.78 x 0.78 x 1.00 mm`.
 pub fn lengths<const N: usize>(mm: [f64; N], digits: usize) -> String {
@@ -21,6 +23,16 @@ pub fn number(value: f64) -> String {
     }
 }
 
+/// A file's path for programs: the same on all systems, with `/` between names, which Windows reads, too.
+pub fn path(path: &Path) -> String {
+    with_slashes(&path.to_string_lossy(), MAIN_SEPARATOR)
+}
+
+/// `path` with `/` in place of what separates names.
+fn with_slashes(path: &str, separator: char) -> String {
+    path.replace(separator, "/")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -41,5 +53,16 @@ mod tests {
             [-1000.0, 0.0, 12.5, 0.001, 3e9].map(number),
             ["-1000", "0", "12.50", "1.000e-3", "3.000e9"]
         );
+    }
+
+    #[test]
+    fn paths_are_the_same_on_all_systems() {
+        assert_eq!(
+            path(&["series", "a b", "1.dcm"].iter().collect::<std::path::PathBuf>()),
+            "series/a b/1.dcm"
+        );
+        assert_eq!(with_slashes(r"D:\scans\series/1.dcm", '\\'), "D:/scans/series/1.dcm");
+        // Where it separates nothing, it is part of a name.
+        assert_eq!(with_slashes(r"scans/a\b.dcm", '/'), r"scans/a\b.dcm");
     }
 }

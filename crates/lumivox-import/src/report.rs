@@ -65,7 +65,7 @@ pub struct SeriesSummary {
 #[non_exhaustive]
 pub struct SkippedFile {
     /// The file.
-    #[serde(serialize_with = "lossy")]
+    #[serde(serialize_with = "for_programs")]
     pub path: PathBuf,
     /// Why, as a phrase: `it holds no image`, `a localizer`.
     pub reason: String,
@@ -130,8 +130,8 @@ impl ImportReport {
 }
 
 /// A path as text, even one that is no Unicode.
-fn lossy<S: Serializer>(path: &std::path::Path, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&path.to_string_lossy())
+fn for_programs<S: Serializer>(path: &std::path::Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&lumivox_core::words::path(path))
 }
 
 /// A picture of a series: 8-bit grey, rows from the top.

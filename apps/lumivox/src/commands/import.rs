@@ -8,7 +8,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use lumivox_core::{CancelToken, Progress, words::lengths};
+use lumivox_core::{
+    CancelToken, Progress,
+    words::{self, lengths},
+};
 use lumivox_import::{ImportError, ImportReport, SeriesSummary, Study, Thumbnail};
 use serde_json::{Value, json};
 
@@ -147,7 +150,7 @@ fn to_text(report: &ImportReport, root: Option<&Path>) -> String {
         for (reason, files) in by_reason {
             let _ = writeln!(text, "  {} x {reason}", files.len());
             for file in files.iter().take(MOST_NAMED) {
-                let _ = writeln!(text, "      {}", below(root, file).display());
+                let _ = writeln!(text, "      {}", words::path(below(root, file)));
             }
             if files.len() > MOST_NAMED {
                 let _ = writeln!(text, "      and {} more", files.len() - MOST_NAMED);
@@ -175,11 +178,11 @@ fn to_json(
     let mut object = serde_json::to_value(report)
         .map_err(|error| Failure::other(format!("cannot write the report: {error}")))?;
     for (place, picture) in pictures.iter().enumerate() {
-        object["series"][place]["thumbnail"] = json!(picture.as_ref().map(|path| path.to_string_lossy()));
+        object["series"][place]["thumbnail"] = json!(picture.as_deref().map(words::path));
     }
     // The folder is often called by the patient's name.
     for (place, file) in report.skipped.iter().enumerate() {
-        object["skipped"][place]["path"] = json!(below(root, &file.path).to_string_lossy());
+        object["skipped"][place]["path"] = json!(words::path(below(root, &file.path)));
     }
     object["skipped_by_reason"] = json!(report.skipped_by_reason());
     Ok(object)

@@ -395,7 +395,7 @@ pub fn report_dictionary(report: &ImportReport) -> VarDictionary {
     }
     let mut skipped = VarArray::new();
     for file in &report.skipped {
-        let path = file.path.to_string_lossy();
+        let path = lumivox_core::words::path(&file.path);
         skipped.push(&vdict! { "path" => &*path, "reason" => file.reason.as_str() }.to_variant());
     }
     vdict! {
