@@ -2,6 +2,10 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use lumivox_core::glam::DAffine3;
+use lumivox_core::{Ease, Medium, Modality, Scene, TransferFunction, Volume, Voxels};
+use lumivox_renderer::{Recording, SceneCache, VoxelStore};
+
 use crate::error::GpuError;
 use crate::executor::Executor;
 use crate::submission;
@@ -58,7 +62,7 @@ pub fn wanted_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     }
 }
 
-/// Every adapter, the most capable first.
+/// Every adapter, those first that [`place`] says.
 async fn adapters() -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::PRIMARY;
@@ -70,14 +74,58 @@ async fn adapters() -> Vec<wgpu::Adapter> {
         adapters.extend(instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await);
     }
     // The order of equals is the driver's.
-    adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
+    adapters.sort_by_key(|adapter| {
+        let info = adapter.get_info();
+        place(info.device_type, info.backend)
+    });
+    adapters
+}
+
+/// Where an adapter stands among others: the most capable device first, and each by Vulkan before Direct3D, whose compiler takes
+/// minutes for what Vulkan's take seconds for.
+fn place(device: wgpu::DeviceType, backend: wgpu::Backend) -> (u8, u8) {
+    let of_device = match device {
         wgpu::DeviceType::DiscreteGpu => 0,
         wgpu::DeviceType::IntegratedGpu => 1,
         wgpu::DeviceType::VirtualGpu => 2,
         wgpu::DeviceType::Other => 3,
         wgpu::DeviceType::Cpu => 4,
-    });
-    adapters
+    };
+    (of_device, u8::from(backend == wgpu::Backend::Dx12))
+}
+
+/// The first of the candidates that opens and does what it is tried with. The only one there is is not tried: what is rendered
+/// will tell.
+///
+/// # Errors
+/// What the first of them has against it.
+async fn first_that_works<C, G, E>(
+    candidates: impl IntoIterator<Item = C>,
+    open: impl AsyncFn(C) -> Result<G, E>,
+    mut try_out: impl FnMut(&mut G) -> Result<(), E>,
+) -> Option<Result<G, E>> {
+    let mut candidates = candidates.into_iter().peekable();
+    let mut first_error = None;
+    while let Some(candidate) = candidates.next() {
+        let is_only = first_error.is_none() && candidates.peek().is_none();
+        let opened = open(candidate).await;
+        let tried =
+            opened.and_then(|mut gpu| if is_only { Ok(gpu) } else { try_out(&mut gpu).map(|()| gpu) });
+        match tried {
+            Ok(gpu) => return Some(Ok(gpu)),
+            Err(error) => first_error = first_error.or(Some(error)),
+        }
+    }
+    first_error.map(Err)
+}
+
+/// A scan of a few voxels, by which devices are tried.
+fn trial() -> Option<Scene> {
+    let voxels = Voxels::U8((0..64).collect());
+    let volume = Volume::new([4; 3], voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Other).ok()?;
+    let look =
+        TransferFunction::from_points(Ease::Linear, &[(0.0, 0.0), (64.0, 1.0)], &[(0.0, [1.0; 3])]).ok()?;
+    Some(Scene::with_volume(Arc::new(volume), Medium::new(look)))
 }
 
 impl GpuDescription {
@@ -107,7 +155,25 @@ impl Gpu {
         pollster::block_on(adapters()).iter().map(describe).collect()
     }
 
-    /// Opens the most capable device, or the first whose name contains `name` in any case. Blocks until it is there:
+    /// [`list`](Self::list), each opened and [tried](Self::try_out): what fails at it is unsuitable. Takes a second or so.
+    pub fn list_tried() -> Vec<GpuDescription> {
+        let tried = |adapter: &wgpu::Adapter| {
+            let description = describe(adapter);
+            if description.unsuitable.is_some() {
+                return description;
+            }
+            let outcome = pollster::block_on(Self::request_on(adapter)).and_then(|mut gpu| gpu.try_out());
+            let unsuitable = outcome.err().map(|error| match error {
+                GpuError::Unsuitable { reason, .. } => reason,
+                error => error.to_string(),
+            });
+            GpuDescription { unsuitable, ..description }
+        };
+        pollster::block_on(adapters()).iter().map(tried).collect()
+    }
+
+    /// Opens the most capable device that works, or the first such whose name contains `name` in any case: where there are
+    /// several, each is [tried](Self::try_out) first. Blocks until it is there:
     /// where that is impossible, as in a browser, [`request`](Self::request) does the same.
     ///
     /// # Errors
@@ -129,13 +195,17 @@ impl Gpu {
             Some(name) => adapter.get_info().name.to_lowercase().contains(&name.to_lowercase()),
             None => describe(adapter).unsuitable.is_none(),
         };
-        let Some(adapter) = adapters.iter().find(matches).or(name.is_none().then(|| &adapters[0])) else {
-            return Err(GpuError::NoSuchGpu {
+        let candidates = adapters.iter().filter(matches);
+        match first_that_works(candidates, async |adapter| Self::request_on(adapter).await, Self::try_out)
+            .await
+        {
+            Some(outcome) => outcome,
+            None if name.is_none() => Self::request_on(&adapters[0]).await,
+            None => Err(GpuError::NoSuchGpu {
                 wanted: name.unwrap_or_default().to_owned(),
                 available: adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", "),
-            });
-        };
-        Self::request_on(adapter).await
+            }),
+        }
     }
 
     /// Opens the device at a place in [`list`](Self::list), where several have one name.
@@ -191,6 +261,39 @@ impl Gpu {
         Self { description, executor: Executor::new(device, queue), lost }
     }
 
+    /// Has the device do what every render begins with, for a scan of a few voxels: a driver may be there, offer all that is
+    /// asked of it, and fail at the first kernel. Its pipelines are kept for what is rendered next. Blocks.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsuitable`] when it fails.
+    pub fn try_out(&mut self) -> Result<(), GpuError> {
+        let Some(scene) = trial() else { return Ok(()) };
+        let store = VoxelStore::new(self.executor.limits());
+        let mut cache = SceneCache::new(&store);
+        let mut recording = Recording::new();
+        let updated = cache.update(&scene, &mut recording).map_err(|error| error.to_string());
+        cache.free(&mut recording);
+        store.free(&mut recording);
+        updated
+            .and_then(|()| {
+                let done = self.executor.execute(&recording).and_then(|_| self.executor.wait());
+                done.map_err(|error| match self.cause(error) {
+                    // The last cause is the driver's, and no fault of ours.
+                    GpuError::Refused(causes) => {
+                        causes.trim().lines().last().unwrap_or_default().trim().to_owned()
+                    }
+                    other => other.to_string(),
+                })
+            })
+            .map_err(|reason| {
+                self.executor.discard(&recording);
+                GpuError::Unsuitable {
+                    gpu: self.description.name.clone(),
+                    reason: format!("it fails at a first kernel: {reason}"),
+                }
+            })
+    }
+
     /// The cause of an error: that the device is lost, where it is, or what the error says.
     pub(crate) fn cause(&self, error: GpuError) -> GpuError {
         // It may be lost without having said so.
@@ -208,5 +311,41 @@ impl Gpu {
             Some(message) => Err(GpuError::Lost(message)),
             None => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vulkan_comes_before_direct3d_of_the_same_kind_of_device() {
+        use wgpu::{Backend::*, DeviceType::*};
+        let mut seen =
+            [(Cpu, Dx12), (DiscreteGpu, Dx12), (Cpu, Vulkan), (IntegratedGpu, Vulkan), (DiscreteGpu, Vulkan)];
+        seen.sort_by_key(|(device, backend)| place(*device, *backend));
+        let wanted =
+            [(DiscreteGpu, Vulkan), (DiscreteGpu, Dx12), (IntegratedGpu, Vulkan), (Cpu, Vulkan), (Cpu, Dx12)];
+        assert_eq!(seen, wanted);
+    }
+
+    /// Wine has Direct3D devices that fail at the first kernel, and sorted first.
+    #[test]
+    fn what_fails_is_passed_over() {
+        let open = async |candidate: &'static str| match candidate {
+            "closed" => Err("does not open"),
+            other => Ok(other),
+        };
+        let try_out = |gpu: &mut &str| if gpu.starts_with("broken") { Err("fails") } else { Ok(()) };
+        let first = |candidates: &[&'static str]| {
+            pollster::block_on(first_that_works(candidates.iter().copied(), open, try_out))
+        };
+        assert_eq!(first(&["good", "broken"]), Some(Ok("good")));
+        assert_eq!(first(&["broken", "closed", "good"]), Some(Ok("good")));
+        assert_eq!(first(&["broken", "closed"]), Some(Err("fails")));
+        assert_eq!(first(&["closed", "broken"]), Some(Err("does not open")), "the last one is tried, too");
+        assert_eq!(first(&["broken"]), Some(Ok("broken")), "nothing is left to take instead");
+        assert_eq!(first(&["closed"]), Some(Err("does not open")));
+        assert_eq!(first(&[]), None);
     }
 }

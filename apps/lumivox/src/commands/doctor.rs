@@ -16,7 +16,7 @@ use crate::{
 /// Prints what is seen; fails when nothing can render.
 pub fn run() -> Result<(), Failure> {
     let system = System::look();
-    let gpus = Gpu::list();
+    let gpus = Gpu::list_tried();
     output::print(&report(&system, &gpus))?;
     if gpus.iter().any(|gpu| gpu.unsuitable.is_none()) {
         return Ok(());
