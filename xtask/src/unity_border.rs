@@ -56,8 +56,15 @@ fn made(root: &Path) -> Result<[(&'static str, String); 2], String> {
     let types = types(&abi)?;
     let mut functions = vec![];
     for file in FILES {
-        let found = functions_of(&read(file)?).map_err(|error| format!("{SOURCES}/{file}.rs: {error}"))?;
+        let text = read(file)?;
+        let found = functions_of(&text).map_err(|error| format!("{SOURCES}/{file}.rs: {error}"))?;
         functions.extend(found);
+        if let Some(name) = unguarded(&text).first() {
+            return Err(format!(
+                "{SOURCES}/{file}.rs: a panic in {name} would end its host: have `guard` of border.rs, or one of its kind, \
+                 catch it"
+            ));
+        }
     }
     Ok([(STRUCTS, structs(&abi, &types)?), (FUNCTIONS, library(&functions, &types)?)])
 }
@@ -147,6 +154,24 @@ fn functions_of(text: &str) -> Result<Vec<Function>, String> {
         });
     }
     Ok(found)
+}
+
+/// What catches panics: guards, and what stands on them.
+const GUARDS: [&str; 3] = ["guard", "free(", "take("];
+/// What cannot panic: constants.
+const CONSTANT: [&str; 2] = ["lumivox_abi_version", "lumivox_version"];
+
+/// Functions that a file exports, and out of which a panic would go on into C#, where nothing can be done about it.
+fn unguarded(text: &str) -> Vec<&str> {
+    let functions = text
+        .split("extern \"C\" fn ")
+        .skip(1)
+        .map(|rest| rest.split_once("\n}").map_or(rest, |(body, _)| body));
+    let named = functions.map(|function| function.split_once('(').unwrap_or((function, "")));
+    named
+        .filter(|(name, body)| !CONSTANT.contains(name) && !GUARDS.iter().any(|guard| body.contains(guard)))
+        .map(|(name, _)| name)
+        .collect()
 }
 
 /// What a type of the border is called in C#.
@@ -356,6 +381,16 @@ mod tests {
         ] {
             assert!(made.contains(part), "{part} is not in {made}");
         }
+    }
+
+    /// A panic that reaches C# ends the program there, in Unity the editor.
+    #[test]
+    fn functions_that_catch_no_panic_are_found() {
+        let source = "pub unsafe extern \"C\" fn lumivox_a(index: u32) -> u32 {\n    guard(|| Ok(TEXTS[index])).unwrap_or(0)\n}\n\n\
+            /// As guard( does not.\npub extern \"C\" fn lumivox_b(index: u32) -> u32 {\n    TEXTS[index]\n}\n\n\
+            pub unsafe extern \"C\" fn lumivox_c(map: *mut Map) {\n    unsafe { free(map) };\n}\n\n\
+            pub extern \"C\" fn lumivox_version() -> u32 {\n    3\n}\n";
+        assert_eq!(unguarded(source), ["lumivox_b"]);
     }
 
     #[test]

@@ -52,6 +52,11 @@ pub fn guard_option<T>(work: impl FnOnce() -> Outcome<Option<T>>) -> *mut T {
     guard(work).flatten().map_or(std::ptr::null_mut(), |made| Box::into_raw(Box::new(made)))
 }
 
+/// As [`guard`], for functions that say nothing of errors: what went wrong before stays known. `otherwise` comes of a panic.
+pub fn guard_quietly<T>(otherwise: T, work: impl FnOnce() -> T) -> T {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or(otherwise)
+}
+
 /// What a panic said.
 pub fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
@@ -151,7 +156,7 @@ impl LumivoxText {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lumivox_text(text: *const LumivoxText) -> *const c_char {
     // SAFETY: as the caller promises.
-    unsafe { text.as_ref() }.map_or(c"".as_ptr(), |text| text.0.as_ptr())
+    guard_quietly(c"".as_ptr(), || unsafe { text.as_ref() }.map_or(c"".as_ptr(), |text| text.0.as_ptr()))
 }
 
 /// Frees a text.
@@ -167,7 +172,7 @@ pub unsafe extern "C" fn lumivox_text_free(text: *mut LumivoxText) {
 /// What went wrong in the last call of this thread, ready to be shown; empty if nothing did. Valid until its next call.
 #[unsafe(no_mangle)]
 pub extern "C" fn lumivox_last_error() -> *const c_char {
-    LAST_ERROR.with_borrow(|last| last.as_ptr())
+    guard_quietly(c"".as_ptr(), || LAST_ERROR.with_borrow(|last| last.as_ptr()))
 }
 
 /// The version of the border, see `LUMIVOX_ABI_VERSION`.

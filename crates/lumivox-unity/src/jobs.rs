@@ -13,8 +13,8 @@ use lumivox_segmentation::Surroundings;
 
 use crate::abi::{LumivoxImportOptions, LumivoxJobState, LumivoxPicture, LumivoxProgress};
 use crate::border::{
-    LumivoxText, Outcome, free, guard, guard_handle, guard_option, guard_status, known, known_mut, list,
-    needed_text, panic_message, path, text,
+    LumivoxText, Outcome, free, guard, guard_handle, guard_option, guard_quietly, guard_status, known,
+    known_mut, list, needed_text, panic_message, path, text,
 };
 use crate::import::{files, import_options, keeps_everything, label_map, read_labels, without_things};
 use crate::labels::{found, skin};
@@ -433,10 +433,12 @@ fn label(stage: Option<WorkStage>) -> *const c_char {
 /// `job` is null, or a live handle.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lumivox_job_cancel(job: *const LumivoxJob) {
-    // SAFETY: as the caller promises.
-    if let Some(job) = unsafe { job.as_ref() } {
-        job.0.cancel.cancel();
-    }
+    guard_quietly((), || {
+        // SAFETY: as the caller promises.
+        if let Some(job) = unsafe { job.as_ref() } {
+            job.0.cancel.cancel();
+        }
+    });
 }
 
 /// Frees a job; one that is under way is asked to stop, and not waited for.
@@ -538,16 +540,18 @@ pub unsafe extern "C" fn lumivox_job_picture(job: *const LumivoxJob, out: *mut L
 /// Jobs whose threads still run, freed ones too.
 #[unsafe(no_mangle)]
 pub extern "C" fn lumivox_jobs_running() -> u32 {
-    lock(&RUNNING).iter().filter(|(_, thread)| !thread.is_finished()).count() as u32
+    guard_quietly(0, || lock(&RUNNING).iter().filter(|(_, thread)| !thread.is_finished()).count() as u32)
 }
 
 /// Stops all jobs and waits for them: before the library is unloaded.
 #[unsafe(no_mangle)]
 pub extern "C" fn lumivox_jobs_stop_all() {
-    let all = std::mem::take(&mut *lock(&RUNNING));
-    all.iter().for_each(|(work, _)| work.cancel.cancel());
-    for (_, thread) in all {
-        // Its panics were caught.
-        let _ = thread.join();
-    }
+    guard_quietly((), || {
+        let all = std::mem::take(&mut *lock(&RUNNING));
+        all.iter().for_each(|(work, _)| work.cancel.cancel());
+        for (_, thread) in all {
+            // Its panics were caught.
+            let _ = thread.join();
+        }
+    });
 }

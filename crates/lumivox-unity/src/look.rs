@@ -10,7 +10,8 @@ use lumivox_core::{
 
 use crate::abi::{LumivoxColorStop, LumivoxMedium, LumivoxOpacityKnot};
 use crate::border::{
-    LumivoxText, Outcome, free, guard, guard_handle, guard_status, known, known_mut, list, needed_text, path,
+    LumivoxText, Outcome, free, guard, guard_handle, guard_quietly, guard_status, known, known_mut, list,
+    needed_text, path,
 };
 use crate::convert;
 use crate::parts::Part;
@@ -323,19 +324,23 @@ fn preset_texts() -> &'static [[CString; 2]] {
 /// How many presets there are.
 #[unsafe(no_mangle)]
 pub extern "C" fn lumivox_preset_count() -> u32 {
-    Preset::ALL.len() as u32
+    guard_quietly(0, || Preset::ALL.len() as u32)
 }
 
 /// The name of a preset; null beyond the last.
 #[unsafe(no_mangle)]
 pub extern "C" fn lumivox_preset_name(index: u32) -> *const c_char {
-    preset_texts().get(index as usize).map_or(std::ptr::null(), |[name, _]| name.as_ptr())
+    guard_quietly(std::ptr::null(), || {
+        preset_texts().get(index as usize).map_or(std::ptr::null(), |[name, _]| name.as_ptr())
+    })
 }
 
 /// What a preset shows; null beyond the last.
 #[unsafe(no_mangle)]
 pub extern "C" fn lumivox_preset_description(index: u32) -> *const c_char {
-    preset_texts().get(index as usize).map_or(std::ptr::null(), |[_, text]| text.as_ptr())
+    guard_quietly(std::ptr::null(), || {
+        preset_texts().get(index as usize).map_or(std::ptr::null(), |[_, text]| text.as_ptr())
+    })
 }
 
 /// The name of the preset that suits a scan.

@@ -9,7 +9,7 @@ use lumivox_renderer::stage::Recorded;
 use lumivox_renderer::{Recording, Step};
 
 use crate::abi::{LumivoxSlice, LumivoxStep, LumivoxStepKind};
-use crate::border::{guard, known};
+use crate::border::{guard, guard_quietly, known};
 
 /// A recording under way, and its steps as C sees them.
 pub struct LumivoxRecording {
@@ -199,13 +199,15 @@ fn kernel_index(kernel: Kernel) -> u32 {
 /// How many kernels there are, in all variants: more than Unity's half has.
 #[unsafe(no_mangle)]
 pub extern "C" fn lumivox_kernel_count() -> u32 {
-    KERNELS.0.len() as u32
+    guard_quietly(0, || KERNELS.0.len() as u32)
 }
 
 /// The name of a step's kernel, which is that of its file; null beyond the last.
 #[unsafe(no_mangle)]
 pub extern "C" fn lumivox_kernel_name(index: u32) -> *const c_char {
-    KERNELS.0.get(index as usize).map_or(std::ptr::null(), |name| name.as_ptr())
+    guard_quietly(std::ptr::null(), || {
+        KERNELS.0.get(index as usize).map_or(std::ptr::null(), |name| name.as_ptr())
+    })
 }
 
 /// The steps of a recording, in order; valid until it is finished.
