@@ -24,7 +24,13 @@ Commands:
   ci --all                  The same, and the slow tests
   layers  Check that imports between the crates go one way, and between the importer's floors, and that clock
           and threads are the host's
-  package python OUT        Make the Python wheel in the folder OUT
+  package all OUT           Make all that people install in the folder OUT, for Linux, and for Windows what script/windows
+                            made before: the command, packages for Debian, Godot, Unity and Python, crates, checksums
+  package command OUT, package godot OUT, package python OUT, package crates OUT
+                            Make a part of it
+  package all OUT [--from DIR] [--windows DIR] [--upm BRANCH]
+                            With Linux's programs and libraries from a folder as they are, those for Windows from
+                            another one than target/windows/dist, and the Unity package committed to a branch, too
   package unity OUT         Make the Unity package, with this system's library in it, in the folder OUT
   package unity OUT --from DIR
                             The same, with a library and a program that are built
@@ -63,10 +69,9 @@ fn main() -> ExitCode {
         ["unity-kernels", "--check"] => unity_kernels::check(),
         ["unity-kernels", "--stills", folder] => unity_kernels::write_stills(Path::new(folder)),
         ["unity-kernels", "--all", folder] => unity_kernels::write_all(Path::new(folder)),
-        ["package", "python", out] => package::python(Path::new(out)),
-        ["package", "unity", out, ref options @ ..] if !out.starts_with('-') => {
-            match package::options(options) {
-                Some(options) => package::unity(Path::new(out), &options),
+        ["package", part, out, ref options @ ..] if !out.starts_with('-') => {
+            match packing(part, Path::new(out), options) {
+                Some(result) => result,
                 None => {
                     eprintln!("{HELP}");
                     return ExitCode::from(2);
@@ -93,6 +98,16 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Makes a package, where the words make sense.
+fn packing(part: &str, out: &Path, options: &[&str]) -> Option<Result<(), String>> {
+    if part == "unity" {
+        let options = package::unity_options(options)?;
+        return Some(package::unity(out, &options));
+    }
+    let (parts, options) = (package::Part::named(part)?, package::part_options(options)?);
+    Some(package::make(&parts, out, &options))
 }
 
 /// The project's folder, around the one in which this was called.

@@ -122,6 +122,13 @@ pub enum Command {
     /// Say which GPUs and drivers are seen, what is missing and how to install it
     #[command(after_help = EXIT_CODES)]
     Doctor,
+    /// Write man pages and shell completions, for packages
+    #[command(hide = true)]
+    Manual {
+        /// The folder, which is made where it is not there
+        #[arg(value_name = "FOLDER")]
+        out: PathBuf,
+    },
 }
 
 /// Which scans, shared by the commands that read any.

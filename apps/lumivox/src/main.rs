@@ -80,6 +80,7 @@ fn run() -> Result<(), Failure> {
         Command::Phantom(args) => commands::phantom::run(&args),
         Command::Presets => commands::presets::run(),
         Command::Doctor => commands::doctor::run(),
+        Command::Manual { out } => commands::manual::run(&out),
     }
 }
 

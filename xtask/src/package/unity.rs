@@ -1,9 +1,13 @@
-//! What people without a compiler install, made of the tree: `cargo xtask package unity`, `cargo xtask package python`.
+//! The Unity package, as its package manager installs it: `cargo xtask package unity`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use super::archive::{self, File, Files};
+use super::binaries::system_of;
+use super::works::{self, Graph};
+use super::{VERSION, make_empty, read, run};
 use crate::{unity_branch, unity_kernels, unity_metas};
 
 /// What a Unity package is made with.
@@ -38,84 +42,118 @@ pub fn options<'a>(words: &[&'a str]) -> Option<Options<'a>> {
 /// people, or taken from a folder.
 pub fn unity(out: &Path, options: &Options<'_>) -> Result<(), String> {
     let root = crate::root()?;
-    let version = env!("CARGO_PKG_VERSION");
-    let package = root.join("unity/com.lumivox");
-    let manifest = read(&package.join("package.json"))?;
-    let said: serde_json::Value = serde_json::from_str(&manifest)
-        .map_err(|error| format!("unity/com.lumivox/package.json: {error}"))?;
-    if said["version"] != version {
-        let there = &said["version"];
-        return Err(format!("unity/com.lumivox/package.json says version {there}, the workspace {version}"));
-    }
-    unity_metas::check()?;
-    unity_kernels::check()?;
+    check(&root, options.branch)?;
     // Before minutes of building.
-    if let Some(branch) = options.branch {
-        unity_branch::check(&root, branch)?;
+    for file in &options.others {
+        place_of(file)?;
     }
-    let others =
-        options.others.iter().map(|file| Ok((*file, place_of(file)?))).collect::<Result<Vec<_>, String>>()?;
-    let built = match options.from {
+    let native = match options.from {
         Some(folder) => native_files(folder)?,
         None => build()?,
     };
     fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
-    let staged = out.join("package");
-    if staged.exists() {
-        fs::remove_dir_all(&staged).map_err(|error| format!("{}: {error}", staged.display()))?;
-    }
-    copy_all(&package, &staged)?;
-    let folder = staged.join("Runtime/Plugins").join(plugin_folder()?);
-    fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    for file in &built {
-        let name = file.file_name().ok_or("a program without a name")?;
-        let target = folder.join(name);
-        fs::copy(file, &target).map_err(|error| format!("{}: {error}", file.display()))?;
+    let own = out.join("native");
+    make_empty(&own)?;
+    let mut built = vec![];
+    for file in &native {
+        let copy = own.join(file.file_name().ok_or("a program without a name")?);
+        fs::copy(file, &copy).map_err(|error| format!("{}: {error}", file.display()))?;
         if options.from.is_some() {
-            run(Command::new("strip").arg(&target))?;
+            run(Command::new("strip").arg(&copy))?;
         }
+        built.push(copy);
     }
-    for (file, place) in others {
-        let target = staged.join("Runtime/Plugins").join(place);
-        if target.exists() {
-            return Err(format!("{}: the package has its {place} already", file.display()));
-        }
-        let folder = target.parent().ok_or("a file without a folder")?;
-        fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-        fs::copy(file, &target).map_err(|error| format!("{}: {error}", file.display()))?;
-    }
-    unity_kernels::complete(&staged)?;
-    unity_metas::complete(&staged, &staged)?;
-    let name = format!("com.lumivox-{version}.tgz");
-    // The same files give the same archive.
-    run(Command::new("tar")
-        .args(["--sort=name", "--owner=0", "--group=0", "--numeric-owner", "--mtime=2020-01-01", "-czf"])
-        .arg(out.join(&name))
-        .arg("-C")
-        .arg(out)
-        .arg("package"))?;
-    if let Some(branch) = options.branch {
-        unity_branch::commit(&root, &staged, branch, version)?;
-    }
-    fs::remove_dir_all(&staged).map_err(|error| format!("{}: {error}", staged.display()))?;
-    let size = fs::metadata(out.join(&name)).map_err(|error| error.to_string())?.len();
-    println!("{}: {:.1} MB", out.join(&name).display(), size as f64 * 1e-6);
+    let roots = ["lumivox-unity", "lumivox-import"];
+    let works = Graph::new(&root, &host()?, &roots)?.linked(&roots)?;
+    let content = Content { own: &built, others: &options.others, notice: &works::notice(&works) };
+    let archive = pack(&root, &out.join("package"), &content, options.branch, super::date(&root)?)?;
+    let file = out.join(format!("com.lumivox-{VERSION}.tgz"));
+    super::write(&file, &archive)?;
+    fs::remove_dir_all(&own).map_err(|error| format!("{}: {error}", own.display()))?;
+    println!("{}: {:.1} MB", file.display(), archive.len() as f64 * 1e-6);
     Ok(())
 }
 
-/// Makes the wheel of the Python package in `out`: one for Python 3.10 and newer, for the oldest manylinux that this system's
-/// libraries suffice for.
-pub fn python(out: &Path) -> Result<(), String> {
-    let root = crate::root()?;
-    let out = std::path::absolute(out).map_err(|error| format!("{}: {error}", out.display()))?;
-    run(Command::new(root.join("script/python")).arg("--wheel-only").arg(&out))?;
-    let version = env!("CARGO_PKG_VERSION");
-    let made = fs::read_dir(&out).map_err(|error| format!("{}: {error}", out.display()))?.flatten();
-    let names: Vec<_> = made.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    match names.iter().find(|name| name.starts_with(&format!("lumivox-{version}-cp310-abi3-"))) {
-        Some(_) => Ok(()),
-        None => Err(format!("no wheel of version {version} is among {names:?}")),
+/// What is in the package, besides what the tree has.
+pub struct Content<'a> {
+    /// The library and the program of this system.
+    pub own: &'a [PathBuf],
+    /// Those of others.
+    pub others: &'a [&'a Path],
+    /// Whose works are in them.
+    pub notice: &'a str,
+}
+
+/// Fails where no package can be made of the tree, or not be committed to the branch.
+fn check(root: &Path, branch: Option<&str>) -> Result<(), String> {
+    let said: serde_json::Value = serde_json::from_str(&read(&root.join("unity/com.lumivox/package.json"))?)
+        .map_err(|error| format!("unity/com.lumivox/package.json: {error}"))?;
+    if said["version"] != VERSION {
+        let there = &said["version"];
+        return Err(format!("unity/com.lumivox/package.json says version {there}, the workspace {VERSION}"));
     }
+    unity_metas::check()?;
+    unity_kernels::check()?;
+    match branch {
+        Some(branch) => unity_branch::check(root, branch).map(drop),
+        None => Ok(()),
+    }
+}
+
+/// The archive, by way of a folder that is made and removed.
+pub fn pack(
+    root: &Path,
+    staged: &Path,
+    content: &Content<'_>,
+    branch: Option<&str>,
+    date: u64,
+) -> Result<Vec<u8>, String> {
+    check(root, branch)?;
+    make_empty(staged)?;
+    let mut files = Files::default();
+    files.add_folder("", &root.join("unity/com.lumivox"), &|_| true)?;
+    // As Unity's packages call it.
+    files.add("Third Party Notices.md", File::text(content.notice));
+    let plugins = "Runtime/Plugins";
+    for file in content.own {
+        let name = file.file_name().and_then(|name| name.to_str()).ok_or("a program without a name")?;
+        files.add_copy(format!("{plugins}/{}/{name}", plugin_folder()?), file)?;
+    }
+    for file in content.others {
+        let place = format!("{plugins}/{}", place_of(file)?);
+        if files.0.contains_key(&place) {
+            return Err(format!("{}: the package has its {place} already", file.display()));
+        }
+        files.add_copy(place, file)?;
+    }
+    for (path, file) in &files.0 {
+        let target = staged.join(path);
+        let folder = target.parent().ok_or("a file without a folder")?;
+        fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        super::write(&target, &file.bytes)?;
+    }
+    unity_kernels::complete(staged)?;
+    unity_metas::complete(staged, staged)?;
+    let mut all = Files::default();
+    all.add_folder("", staged, &|_| true)?;
+    for (path, file) in &mut all.0 {
+        let name = path.rsplit('/').next().unwrap_or(path);
+        file.is_program = name.starts_with("lumivox-codecs") && !name.ends_with(".meta");
+    }
+    let archive = archive::gz(&all.within("package").tar("", date)?)?;
+    if let Some(branch) = branch {
+        unity_branch::commit(root, staged, branch, VERSION)?;
+    }
+    fs::remove_dir_all(staged).map_err(|error| format!("{}: {error}", staged.display()))?;
+    Ok(archive)
+}
+
+/// The system that this is built for, as Cargo calls it.
+fn host() -> Result<String, String> {
+    let said = Command::new("rustc").arg("-vV").output().map_err(|error| format!("rustc: {error}"))?;
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    let host = said.lines().find_map(|line| line.strip_prefix("host: "));
+    host.map(str::to_owned).ok_or_else(|| "rustc does not say what it builds for".to_owned())
 }
 
 /// Where Unity looks for libraries of this system.
@@ -147,20 +185,6 @@ fn place_of(file: &Path) -> Result<&'static str, String> {
         return refuse("it has not the functions of lumivox-unity".to_owned());
     }
     Ok(place)
-}
-
-/// What a program or library is for, by its headers: ELF's, PE's or Mach-O's.
-fn system_of(bytes: &[u8]) -> Option<&'static str> {
-    let word = |at: usize| Some(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?));
-    match bytes.get(..4)? {
-        [0x7f, b'E', b'L', b'F'] => (bytes.get(4) == Some(&2) && word(18)? == 62).then_some("linux"),
-        [b'M', b'Z', ..] => {
-            let at = u32::from_le_bytes(bytes.get(0x3c..0x40)?.try_into().ok()?) as usize;
-            (bytes.get(at..at.checked_add(4)?)? == b"PE\0\0" && word(at + 4)? == 0x8664).then_some("windows")
-        }
-        [0xcf, 0xfa, 0xed, 0xfe] | [0xca, 0xfe, 0xba, 0xbe] => Some("macos"),
-        _ => None,
-    }
 }
 
 /// What is native, of a folder.
@@ -212,33 +236,6 @@ fn build() -> Result<Vec<PathBuf>, String> {
     match files.len() {
         2 => Ok(files),
         _ => Err(format!("a library and a program were to be built, not {files:?}")),
-    }
-}
-
-fn copy_all(from: &Path, to: &Path) -> Result<(), String> {
-    let failed = |error: std::io::Error| format!("{}: {error}", from.display());
-    fs::create_dir_all(to).map_err(failed)?;
-    for entry in fs::read_dir(from).map_err(failed)? {
-        let entry = entry.map_err(failed)?;
-        let target = to.join(entry.file_name());
-        if entry.file_type().map_err(failed)?.is_dir() {
-            copy_all(&entry.path(), &target)?;
-        } else {
-            fs::copy(entry.path(), &target).map_err(failed)?;
-        }
-    }
-    Ok(())
-}
-
-fn read(path: &Path) -> Result<String, String> {
-    fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
-}
-
-fn run(command: &mut Command) -> Result<(), String> {
-    match command.status() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("{command:?}: {status}")),
-        Err(error) => Err(format!("{command:?}: {error}")),
     }
 }
 

@@ -1,0 +1,342 @@
+//! What is made, part by part, and what of all of it lies in the folder in the end: `cargo xtask package all`.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::archive::{self, Files};
+use super::build::{LINUX, Native, PACKAGES};
+use super::command::{self, Manual, Words};
+use super::godot::{self, Libraries};
+use super::works::{Graph, Work};
+use super::{VERSION, crates, date, python, read, sbom, target_folder, unity, works, write};
+
+/// What people install.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Part {
+    Command,
+    Godot,
+    Unity,
+    Python,
+    Crates,
+}
+
+impl Part {
+    pub const ALL: [Self; 5] = [Self::Command, Self::Godot, Self::Unity, Self::Python, Self::Crates];
+
+    /// By its word on the command line; `all` is all of them.
+    pub fn named(name: &str) -> Option<Vec<Self>> {
+        Some(match name {
+            "all" => Self::ALL.to_vec(),
+            "command" => vec![Self::Command],
+            "godot" => vec![Self::Godot],
+            "python" => vec![Self::Python],
+            "crates" => vec![Self::Crates],
+            _ => return None,
+        })
+    }
+
+    /// What of it `script/windows` makes.
+    fn windows_files(self) -> &'static [&'static str] {
+        match self {
+            Self::Command => &["lumivox.exe"],
+            Self::Godot => &["lumivox_godot.dll", "lumivox-codecs.exe"],
+            Self::Unity => &["lumivox_unity.dll", "lumivox-codecs.exe"],
+            Self::Python | Self::Crates => &[],
+        }
+    }
+}
+
+/// What parts are made with.
+#[derive(Debug, Default, PartialEq)]
+pub struct Options<'a> {
+    /// The folder in which Linux's programs and libraries lie, instead of building them.
+    from: Option<&'a Path>,
+    /// The folder in which those for Windows lie.
+    windows: Option<&'a Path>,
+    /// The branch that the Unity package is committed to.
+    branch: Option<&'a str>,
+}
+
+/// Of `--from DIR`, `--windows DIR` and `--upm BRANCH`; `None` where they are something else.
+pub fn options<'a>(words: &[&'a str]) -> Option<Options<'a>> {
+    let mut options = Options::default();
+    for pair in words.chunks(2) {
+        match *pair {
+            ["--from", folder] if options.from.is_none() => options.from = Some(Path::new(folder)),
+            ["--windows", folder] if options.windows.is_none() => options.windows = Some(Path::new(folder)),
+            ["--upm", branch] if options.branch.is_none() && !branch.starts_with('-') => {
+                options.branch = Some(branch)
+            }
+            _ => return None,
+        }
+    }
+    Some(options)
+}
+
+/// The system that `script/windows` builds for.
+const WINDOWS: &str = "x86_64-pc-windows-gnu";
+
+/// Makes parts in a folder, with checksums, and for each archive a bill of what is in it.
+pub fn make(parts: &[Part], out: &Path, options: &Options<'_>) -> Result<(), String> {
+    if (std::env::consts::OS, std::env::consts::ARCH) != ("linux", "x86_64") {
+        return Err("packages are made on Linux (x86-64), those for Windows, too".to_owned());
+    }
+    let root = crate::root()?;
+    let maker = Maker {
+        date: date(&root)?,
+        windows: match options.windows {
+            Some(folder) => folder.to_owned(),
+            None => target_folder(&root).join("windows/dist"),
+        },
+        staging: target_folder(&root).join("package-staging"),
+        out: std::path::absolute(out).map_err(|error| format!("{}: {error}", out.display()))?,
+        root,
+    };
+    maker.make(parts, options)
+}
+
+struct Maker {
+    root: PathBuf,
+    date: u64,
+    windows: PathBuf,
+    /// Where things lie that are packed.
+    staging: PathBuf,
+    out: PathBuf,
+}
+
+/// What is made, before it lies there: files by their names.
+type Made = Vec<(String, Vec<u8>)>;
+
+impl Maker {
+    fn make(&self, parts: &[Part], options: &Options<'_>) -> Result<(), String> {
+        let wants = |part: Part| parts.contains(&part);
+        fs::create_dir_all(&self.out).map_err(|error| format!("{}: {error}", self.out.display()))?;
+        let mut names = vec![];
+        if parts.iter().any(|part| !part.windows_files().is_empty()) {
+            let native = match options.from {
+                Some(folder) => Native::taken(folder, &self.staging.join("native"))?,
+                None => Native::built(&self.root)?,
+            };
+            let linux = Graph::new(&self.root, LINUX, &PACKAGES)?;
+            let has_windows = parts
+                .iter()
+                .flat_map(|part| part.windows_files())
+                .any(|name| self.windows.join(name).is_file());
+            let windows = has_windows.then(|| Graph::new(&self.root, WINDOWS, &PACKAGES)).transpose()?;
+            let graphs = Graphs { linux, windows, extra: native.extra.clone() };
+            let mut made = vec![];
+            if wants(Part::Command) {
+                made.extend(self.command(&native, &graphs)?);
+            }
+            if wants(Part::Godot) {
+                made.extend(self.godot(&native, &graphs)?);
+            }
+            if wants(Part::Unity) {
+                made.extend(self.unity(&native, &graphs, options.branch)?);
+            }
+            for (name, bytes) in made {
+                write(&self.out.join(&name), &bytes)?;
+                names.push(name);
+            }
+        }
+        if wants(Part::Python) {
+            names.extend(self.python(options.from)?);
+        }
+        if wants(Part::Crates) {
+            names.extend(crates::make(&self.root, &self.out)?);
+        }
+        let (section, notes) = command::notes(&self.root)?;
+        if section != VERSION {
+            println!("note: CHANGELOG.md has no section [{VERSION}]; the notes are those of [{section}]");
+        }
+        write(&self.out.join("NOTES.md"), notes.as_bytes())?;
+        names.push("NOTES.md".to_owned());
+        self.sum(names)
+    }
+
+    /// Writes `SHA256SUMS`, as `sha256sum --check` reads it. What was made before is in it, too, where it is still what it was.
+    fn sum(&self, names: Vec<String>) -> Result<(), String> {
+        let list = self.out.join("SHA256SUMS");
+        let mut sums = BTreeMap::new();
+        let before = if list.exists() { read(&list)? } else { String::new() };
+        for (sum, name) in before.lines().filter_map(|line| line.split_once("  ")) {
+            if fs::read(self.out.join(name)).is_ok_and(|bytes| archive::sha256(&bytes) == sum) {
+                sums.insert(name.to_owned(), sum.to_owned());
+            }
+        }
+        for name in names {
+            let file = self.out.join(&name);
+            let bytes = fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+            println!("{}: {:.1} MB", file.display(), bytes.len() as f64 * 1e-6);
+            sums.insert(name, archive::sha256(&bytes));
+        }
+        let lines: String = sums.iter().map(|(name, sum)| format!("{sum}  {name}\n")).collect();
+        write(&list, lines.as_bytes())
+    }
+
+    /// The files for Windows of a part, where all are there; else says how they come there.
+    fn windows_files(&self, part: Part) -> Option<Vec<PathBuf>> {
+        let files: Vec<PathBuf> = part.windows_files().iter().map(|name| self.windows.join(name)).collect();
+        let Some(missing) = files.iter().find(|file| !file.is_file()) else { return Some(files) };
+        println!(
+            "LEFT OUT: {part:?} for Windows, for there is no {}; script/windows makes it",
+            missing.display()
+        );
+        None
+    }
+
+    fn command(&self, native: &Native, graphs: &Graphs) -> Result<Made, String> {
+        let manual = Manual::new(&self.root, &native.command, &self.staging.join("manual"))?;
+        let (_, notes) = command::notes(&self.root)?;
+        let roots = ["lumivox"];
+        let mut made = vec![];
+        let works = graphs.linux(&roots)?;
+        let (notice, bill) = (works::notice(&works), self.bill("lumivox", &roots, &works)?);
+        let words = Words { notes: &notes, notice: &notice, bill: &bill };
+        let archive = command::linux(&native.command, &manual, &words, self.date)?;
+        made.push((format!("lumivox-{VERSION}-x86_64-linux.tar.xz"), archive));
+        let package = command::debian(&native.command, &manual, &words, self.date)?;
+        made.push((format!("lumivox_{VERSION}_amd64.deb"), package));
+        made.push((format!("lumivox-{VERSION}-x86_64-linux.cdx.json"), bill.into_bytes()));
+        if let Some(files) = self.windows_files(Part::Command) {
+            let works = graphs.windows(&roots)?;
+            let (notice, bill) = (works::notice(&works), self.bill("lumivox", &roots, &works)?);
+            let words = Words { notes: &notes, notice: &notice, bill: &bill };
+            let archive = command::windows(&files[0], &manual, &words, self.date)?;
+            made.push((format!("lumivox-{VERSION}-x86_64-windows.zip"), archive));
+            made.push((format!("lumivox-{VERSION}-x86_64-windows.cdx.json"), bill.into_bytes()));
+        }
+        Ok(made)
+    }
+
+    fn godot(&self, native: &Native, graphs: &Graphs) -> Result<Made, String> {
+        let roots = ["lumivox-godot", "lumivox-import"];
+        let mut works = graphs.linux(&roots)?;
+        let files = vec![native.godot.clone(), native.codecs.clone()];
+        let mut libraries = vec![Libraries { folder: "linux.x86_64", files }];
+        if let Some(files) = self.windows_files(Part::Godot) {
+            libraries.push(Libraries { folder: "windows.x86_64", files });
+            works = both(works, graphs.windows(&roots)?);
+        }
+        let addon = godot::addon(&self.root, &libraries, &works::notice(&works))?;
+        let demo = godot::demo(&self.root, &addon)?;
+        let bill = self.bill("lumivox-godot", &roots, &works)?;
+        Ok(vec![
+            (format!("lumivox-godot-{VERSION}.zip"), addon.zip(self.date)?),
+            (format!("lumivox-godot-demo-{VERSION}.zip"), demo.zip(self.date)?),
+            (format!("lumivox-godot-{VERSION}.cdx.json"), bill.into_bytes()),
+        ])
+    }
+
+    fn unity(&self, native: &Native, graphs: &Graphs, branch: Option<&str>) -> Result<Made, String> {
+        let roots = ["lumivox-unity", "lumivox-import"];
+        let mut works = graphs.linux(&roots)?;
+        let others = self.windows_files(Part::Unity).unwrap_or_default();
+        if !others.is_empty() {
+            works = both(works, graphs.windows(&roots)?);
+        }
+        let own = [native.unity.clone(), native.codecs.clone()];
+        let content = unity::Content {
+            own: &own,
+            others: &others.iter().map(PathBuf::as_path).collect::<Vec<_>>(),
+            notice: &works::notice(&works),
+        };
+        let archive = unity::pack(&self.root, &self.staging.join("unity"), &content, branch, self.date)?;
+        let bill = self.bill("com.lumivox", &roots, &works)?;
+        Ok(vec![
+            (format!("com.lumivox-{VERSION}.tgz"), archive),
+            (format!("com.lumivox-{VERSION}.cdx.json"), bill.into_bytes()),
+        ])
+    }
+
+    /// The wheels and the sources. What programs are taken from a folder has none in it.
+    fn python(&self, from: Option<&Path>) -> Result<Vec<String>, String> {
+        let mut names = match from {
+            None => python::make(&self.root, &self.out)?,
+            Some(folder) => {
+                println!(
+                    "LEFT OUT: Python for Linux, for what is taken from {} has no wheel",
+                    folder.display()
+                );
+                vec![]
+            }
+        };
+        let is_wheel = |name: &str| {
+            name.starts_with(&format!("lumivox-{VERSION}-cp310-abi3-")) && name.ends_with("win_amd64.whl")
+        };
+        let there = fs::read_dir(&self.windows).into_iter().flatten().flatten();
+        let wheel =
+            there.filter_map(|entry| entry.file_name().into_string().ok()).find(|name| is_wheel(name));
+        match wheel {
+            Some(name) => {
+                let from = self.windows.join(&name);
+                fs::copy(&from, self.out.join(&name))
+                    .map_err(|error| format!("{}: {error}", from.display()))?;
+                names.push(name);
+            }
+            None => println!(
+                "LEFT OUT: Python for Windows, for there is no wheel in {}; script/windows makes it",
+                self.windows.display()
+            ),
+        }
+        let roots = ["lumivox-python"];
+        let works = Graph::new(&self.root, LINUX, &roots)?.linked(&roots)?;
+        let bill = format!("lumivox-python-{VERSION}.cdx.json");
+        write(&self.out.join(&bill), self.bill("lumivox-python", &roots, &works)?.as_bytes())?;
+        names.push(bill);
+        Ok(names)
+    }
+
+    fn bill(&self, name: &str, roots: &[&str], works: &[Work]) -> Result<String, String> {
+        sbom::write(name, VERSION, roots, works, self.date)
+    }
+}
+
+/// What is linked, on each system.
+struct Graphs {
+    linux: Graph,
+    windows: Option<Graph>,
+    /// What the builder for Linux added.
+    extra: Vec<Work>,
+}
+
+impl Graphs {
+    fn linux(&self, roots: &[&str]) -> Result<Vec<Work>, String> {
+        let mut works = self.linux.linked(roots)?;
+        works.extend(self.extra.iter().cloned());
+        Ok(works)
+    }
+
+    fn windows(&self, roots: &[&str]) -> Result<Vec<Work>, String> {
+        let graph = self.windows.as_ref().ok_or("nothing is there for Windows")?;
+        let mut works = graph.linked(roots)?;
+        works.extend(works::runtime_of_mingw());
+        Ok(works)
+    }
+}
+
+/// The works of two systems, each once.
+fn both(mut works: Vec<Work>, others: Vec<Work>) -> Vec<Work> {
+    for other in others {
+        match works.iter_mut().find(|work| work.key() == other.key()) {
+            // It may use something else there.
+            Some(work) => {
+                work.uses.extend(other.uses);
+                work.uses.sort();
+                work.uses.dedup();
+            }
+            None => works.push(other),
+        }
+    }
+    works
+}
+
+/// The licences of Lumivox itself.
+pub fn own_licenses(root: &Path) -> Result<Files, String> {
+    let mut files = Files::default();
+    for name in ["LICENSE-APACHE", "LICENSE-MIT"] {
+        files.add_copy(name, &root.join(name))?;
+    }
+    Ok(files)
+}

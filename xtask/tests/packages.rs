@@ -1,0 +1,346 @@
+//! What `cargo xtask package` makes, installed into empty places and used there.
+//!
+//! It packs what the workspace's tests were built of; `script/test --all` builds for old systems, as releases are.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use serde_json::Value;
+
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
+}
+
+/// A folder of this run's own, made anew.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// What was built: programs in the folder above that of tests, libraries beside these.
+fn native() -> PathBuf {
+    let deps = std::env::current_exe().unwrap().parent().unwrap().to_owned();
+    let folder = folder("packages-native");
+    for (from, name) in [
+        ("../lumivox", "lumivox"),
+        ("../lumivox-codecs", "lumivox-codecs"),
+        ("liblumivox_godot.so", "liblumivox_godot.so"),
+        ("liblumivox_unity.so", "liblumivox_unity.so"),
+    ] {
+        let from = deps.join(from);
+        assert!(
+            from.is_file(),
+            "{}: run 'cargo build --release --workspace --bins' and 'cargo test --release --workspace --no-run' before",
+            from.display()
+        );
+        fs::copy(&from, folder.join(name)).unwrap();
+    }
+    folder
+}
+
+fn xtask(words: &[&str], out: &Path, options: &[&Path]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
+    command.arg("package").args(words).arg(out).current_dir(root());
+    for (name, value) in ["--from", "--windows"].iter().zip(options) {
+        command.arg(name).arg(value);
+    }
+    command.output().unwrap()
+}
+
+/// All packages, of what was built.
+fn packed() -> &'static Path {
+    static PACKED: OnceLock<PathBuf> = OnceLock::new();
+    PACKED.get_or_init(|| {
+        let (out, nothing) = (folder("packages"), folder("packages-nothing"));
+        let output = xtask(&["all"], &out, &[&native(), &nothing]);
+        assert!(output.status.success(), "{}", words(&output));
+        // What is not there is said, not passed over.
+        let said = words(&output);
+        for part in ["Command for Windows", "Godot for Windows", "Unity for Windows", "Python for Windows"] {
+            assert!(said.contains(&format!("LEFT OUT: {part}")), "{said}");
+        }
+        out
+    })
+}
+
+fn words(output: &Output) -> String {
+    [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat()
+}
+
+fn succeeds(command: &mut Command) -> String {
+    let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    assert!(output.status.success(), "{command:?}: {}", words(&output));
+    words(&output)
+}
+
+/// The command of the archive, unpacked.
+fn unpacked() -> &'static Path {
+    static UNPACKED: OnceLock<PathBuf> = OnceLock::new();
+    UNPACKED.get_or_init(|| {
+        let folder = folder("packages-unpacked");
+        let archive = packed().join(format!("lumivox-{VERSION}-x86_64-linux.tar.xz"));
+        succeeds(Command::new("tar").arg("-xJf").arg(archive).arg("-C").arg(&folder));
+        folder.join(format!("lumivox-{VERSION}-x86_64-linux"))
+    })
+}
+
+/// A root with a program in it, and the libraries that it is linked to; returns these.
+fn bare_root(name: &str, program: &Path) -> (PathBuf, BTreeSet<String>) {
+    let root = folder(name);
+    let put = |file: &Path| {
+        let place = root.join(file.strip_prefix("/").unwrap());
+        fs::create_dir_all(place.parent().unwrap()).unwrap();
+        fs::copy(file, place).unwrap();
+    };
+    let linked = succeeds(Command::new("ldd").arg(program));
+    let paths = linked.split_whitespace().filter(|word| word.starts_with('/'));
+    let libraries: BTreeSet<PathBuf> = paths.map(PathBuf::from).collect();
+    libraries.iter().for_each(|library| put(library));
+    for name in ["work", "tmp", "dev", "bin"] {
+        fs::create_dir_all(root.join(name)).unwrap();
+    }
+    fs::copy(program, root.join("bin/lumivox")).unwrap();
+    let names = libraries.iter().map(|path| path.file_name().unwrap().to_str().unwrap().to_owned());
+    (root, names.collect())
+}
+
+/// Runs the command with nothing around it but that root.
+fn alone(root: &Path, words: &[&str]) -> Output {
+    // Who is root needs no names of users of their own, which containers may forbid.
+    let is_root = succeeds(Command::new("id").arg("-u")).trim() == "0";
+    let mut command = Command::new(if is_root { "chroot" } else { "unshare" });
+    if !is_root {
+        command.args(["--map-root-user", "chroot"]);
+    }
+    command
+        .arg(root)
+        .arg("/bin/lumivox")
+        .args(words)
+        .env_clear()
+        .env("PATH", "/usr/sbin:/usr/bin:/sbin:/bin");
+    command.output().unwrap()
+}
+
+/// What a person does first, in a place with nothing but a C library.
+fn use_alone(root: &Path) {
+    let said = |words: &[&str]| {
+        let output = alone(root, words);
+        assert!(output.status.success(), "{words:?}: {}", self::words(&output));
+        self::words(&output)
+    };
+    assert_eq!(said(&["--version"]).trim(), format!("lumivox {VERSION}"));
+    assert!(said(&["presets"]).contains("ct-bone"));
+    said(&["phantom", "head", "--size", "24", "--out", "/work/scan"]);
+    let imported: Value = serde_json::from_str(&said(&["import", "/work/scan", "--json"])).unwrap();
+    assert!(imported.to_string().contains("CT"), "{imported}");
+    assert!(said(&["info", "/work/scan"]).contains("24"));
+    // Pictures need a driver, which is not there: what it says is what helps.
+    let output = alone(root, &["render", "/work/scan", "-o", "/work/head.png"]);
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(4), "{said}");
+    assert!(said.contains("Vulkan") && said.contains("'lumivox doctor' says what to install"), "{said}");
+    assert!(!root.join("work/head.png").exists());
+    let said = words(&alone(root, &["doctor"]));
+    assert!(said.contains("mesa-vulkan-drivers"), "{said}");
+}
+
+#[test]
+fn the_command_runs_where_there_is_nothing_but_a_c_library() {
+    let (root, libraries) = bare_root("packages-root", &unpacked().join("bin/lumivox"));
+    // This build has the C++ library of this system; a release has it inside.
+    let known = [
+        "libc.so.6",
+        "libm.so.6",
+        "libdl.so.2",
+        "libpthread.so.0",
+        "librt.so.1",
+        "ld-linux-x86-64.so.2",
+        "libgcc_s.so.1",
+        "libstdc++.so.6",
+    ];
+    assert!(libraries.iter().all(|name| known.contains(&name.as_str())), "{libraries:?}");
+    use_alone(&root);
+}
+
+#[test]
+fn the_archive_has_a_manual_and_completions_that_shells_read() {
+    let folder = unpacked();
+    let text = |path: &str| fs::read_to_string(folder.join(path)).unwrap_or_else(|e| panic!("{path}: {e}"));
+    let page = text("share/man/man1/lumivox-render.1");
+    assert!(page.starts_with(".ie") || page.contains(".TH LUMIVOX-RENDER 1"), "{page}");
+    assert!(page.contains("azimuth") && !text("share/man/man1/lumivox.1").contains("manual"));
+    let bash = folder.join("share/bash-completion/completions/lumivox");
+    let script = format!(
+        ". '{}'; COMP_WORDS=(lumivox pre); COMP_CWORD=1; _lumivox lumivox pre lumivox; echo ${{COMPREPLY[@]}}",
+        bash.display()
+    );
+    assert_eq!(succeeds(Command::new("bash").args(["-c", &script])).trim(), "presets");
+    for path in ["share/zsh/site-functions/_lumivox", "share/fish/vendor_completions.d/lumivox.fish"] {
+        assert!(text(path).contains("--azimuth") || text(path).contains("azimuth"), "{path}");
+    }
+    let readme = text("README.txt");
+    assert!(readme.contains(VERSION) && readme.lines().count() < 60, "{readme}");
+    assert!(text("LICENSE-MIT").contains("MIT License") && text("LICENSE-APACHE").contains("Apache License"));
+    assert!(text("CHANGES.md").contains(&format!("# Lumivox {VERSION}")));
+}
+
+#[test]
+fn whose_works_are_in_it_is_told_for_each_package() {
+    let notice = fs::read_to_string(unpacked().join("THIRD-PARTY-LICENSES.txt")).unwrap();
+    for (bill, wanted, unwanted) in [
+        (
+            format!("lumivox-{VERSION}-x86_64-linux.cdx.json"),
+            &["wgpu", "clap", "openjpeg-sys"][..],
+            &["godot"][..],
+        ),
+        (format!("lumivox-godot-{VERSION}.cdx.json"), &["godot-core", "openjpeg-sys"], &["clap", "pyo3"]),
+        (
+            format!("com.lumivox-{VERSION}.cdx.json"),
+            &["lumivox-unity", "openjpeg-sys"],
+            &["wgpu", "godot-core"],
+        ),
+        (format!("lumivox-python-{VERSION}.cdx.json"), &["pyo3", "wgpu"], &["clap", "godot-core"]),
+    ] {
+        let text = fs::read_to_string(packed().join(&bill)).unwrap();
+        let said: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(
+            (said["bomFormat"].as_str(), said["specVersion"].as_str()),
+            (Some("CycloneDX"), Some("1.6"))
+        );
+        let parts = said["components"].as_array().unwrap();
+        let names: BTreeSet<&str> = parts.iter().map(|part| part["name"].as_str().unwrap()).collect();
+        assert!(wanted.iter().all(|name| names.contains(name)), "{bill}: {names:?}");
+        assert!(!unwanted.iter().any(|name| names.contains(name)), "{bill}: {names:?}");
+        assert!(parts.iter().all(|part| part["purl"].as_str().unwrap().starts_with("pkg:")), "{bill}");
+        let references: BTreeSet<&str> = parts.iter().map(|part| part["bom-ref"].as_str().unwrap()).collect();
+        for hangs in said["dependencies"].as_array().unwrap() {
+            let all = hangs["dependsOn"].as_array().unwrap();
+            assert!(all.iter().all(|one| references.contains(one.as_str().unwrap())), "{bill}: {hangs}");
+        }
+        if bill.starts_with("lumivox-0") {
+            let ours = |name: &&&str| name.starts_with("lumivox");
+            for name in names.iter().filter(|name| !ours(name)) {
+                assert!(notice.contains(&format!("\n{name} ")), "{name} is in {bill}, and not in the notice");
+            }
+        }
+    }
+}
+
+#[test]
+fn checksums_are_those_of_all_that_was_made() {
+    let said = succeeds(Command::new("sha256sum").args(["--check", "SHA256SUMS"]).current_dir(packed()));
+    assert!(said.lines().count() > 15 && said.lines().all(|line| line.ends_with(": OK")), "{said}");
+    let listed = fs::read_to_string(packed().join("SHA256SUMS")).unwrap();
+    for entry in fs::read_dir(packed()).unwrap().map(|entry| entry.unwrap()) {
+        let name = entry.file_name().into_string().unwrap();
+        assert!(name == "SHA256SUMS" || listed.contains(&name), "{name} has no checksum");
+    }
+    for library in ["core", "import", "wgpu"] {
+        assert!(listed.contains(&format!("  crates/lumivox-{library}-{VERSION}.crate")), "{listed}");
+    }
+}
+
+#[test]
+fn the_debian_package_is_installed_by_dpkg() {
+    let package = packed().join(format!("lumivox_{VERSION}_amd64.deb"));
+    let root = folder("packages-debian");
+    for name in ["info", "updates", "triggers"] {
+        fs::create_dir_all(root.join("var/lib/dpkg").join(name)).unwrap();
+    }
+    fs::write(root.join("var/lib/dpkg/status"), "").unwrap();
+    // Its own list of what is installed knows no C library.
+    let mut dpkg = Command::new("dpkg");
+    dpkg.args(["--force-not-root", "--force-script-chrootless", "--force-depends", "--root"]).arg(&root);
+    succeeds(dpkg.arg("--log=/dev/null").arg("--install").arg(&package));
+    let said = succeeds(Command::new("dpkg").arg("--root").arg(&root).args(["--status", "lumivox"]));
+    assert!(said.contains("Status: install ok installed") && said.contains("libc6 (>= 2.28)"), "{said}");
+    let version = succeeds(Command::new(root.join("usr/bin/lumivox")).arg("--version"));
+    assert_eq!(version.trim(), format!("lumivox {VERSION}"));
+    for path in ["usr/share/man/man1/lumivox.1.gz", "usr/share/doc/lumivox/changelog.gz"] {
+        succeeds(Command::new("gzip").arg("--test").arg(root.join(path)));
+    }
+    let copyright = fs::read_to_string(root.join("usr/share/doc/lumivox/copyright")).unwrap();
+    assert!(copyright.contains("MIT License") && copyright.contains("openjpeg-sys"));
+    succeeds(Command::new("dpkg").arg("--root").arg(&root).args([
+        "--force-not-root",
+        "--log=/dev/null",
+        "--purge",
+        "lumivox",
+    ]));
+    assert!(!root.join("usr/bin/lumivox").exists());
+}
+
+#[test]
+fn the_same_files_make_the_same_bytes() {
+    let out = folder("packages-again");
+    let output = xtask(&["godot"], &out, &[&native(), &folder("packages-nothing-again")]);
+    assert!(output.status.success(), "{}", words(&output));
+    for name in ["lumivox-godot", "lumivox-godot-demo"] {
+        let name = format!("{name}-{VERSION}.zip");
+        let [first, second] = [packed(), &out].map(|folder| fs::read(folder.join(&name)).unwrap());
+        assert!(first == second, "{name} differs");
+    }
+}
+
+#[test]
+fn what_is_missing_or_makes_no_sense_is_told() {
+    let (out, empty) = (folder("packages-wrong"), folder("packages-empty"));
+    let output = xtask(&["command"], &out, &[&empty]);
+    assert!(!output.status.success() && words(&output).contains("lumivox"), "{}", words(&output));
+    for wrong in
+        [&["package", "everything", "x"][..], &["package", "all"], &["package", "all", "x", "--from"]]
+    {
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_xtask")).args(wrong).current_dir(root()).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{wrong:?}: {}", words(&output));
+    }
+}
+
+/// A release, built for old systems: of the C library alone it runs, and two builds in two folders are the same bytes.
+#[test]
+#[ignore = "slow: script/test --all"]
+fn a_release_needs_nothing_but_a_c_library_and_is_built_again_the_same() {
+    let (first, nothing) = (folder("packages-release"), folder("packages-release-nothing"));
+    let make = |root: &Path, out: &Path| {
+        // In a folder of its own, or what was built for tests would be built again each time.
+        let target = folder(&format!("{}-target", out.file_name().unwrap().to_str().unwrap()));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
+        command.args(["package", "command"]).arg(out).arg("--windows").arg(&nothing).current_dir(root);
+        succeeds(command.env("CARGO_TARGET_DIR", &target).env("SOURCE_DATE_EPOCH", "1600000000"));
+        fs::remove_dir_all(target).unwrap();
+    };
+    make(&root(), &first);
+    let place = folder("packages-release-root");
+    let archive = format!("lumivox-{VERSION}-x86_64-linux.tar.xz");
+    succeeds(Command::new("tar").arg("-xJf").arg(first.join(&archive)).arg("-C").arg(&place));
+    let program = place.join(format!("lumivox-{VERSION}-x86_64-linux/bin/lumivox"));
+    let (bare, libraries) = bare_root("packages-release-bare", &program);
+    assert!(!libraries.iter().any(|name| name.contains("stdc++") || name.contains("gcc")), "{libraries:?}");
+    use_alone(&bare);
+
+    // The tree as it lies there, with what is not committed.
+    let elsewhere = folder("packages-elsewhere").join("with/another/name");
+    fs::create_dir_all(&elsewhere).unwrap();
+    let files = succeeds(
+        Command::new("git")
+            .args(["ls-files", "--cached", "--others", "--exclude-standard"])
+            .current_dir(root()),
+    );
+    for file in files.lines().filter(|file| root().join(file).is_file()) {
+        let to = elsewhere.join(file);
+        fs::create_dir_all(to.parent().unwrap()).unwrap();
+        fs::copy(root().join(file), to).unwrap();
+    }
+    let second = folder("packages-release-again");
+    make(&elsewhere, &second);
+    let [first, second] =
+        [first, second].map(|folder| fs::read_to_string(folder.join("SHA256SUMS")).unwrap());
+    assert_eq!(first, second);
+}
