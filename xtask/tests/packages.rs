@@ -25,7 +25,12 @@ fn folder(name: &str) -> PathBuf {
 }
 
 /// What was built: programs in the folder above that of tests, libraries beside these.
-fn native() -> PathBuf {
+fn native() -> &'static Path {
+    static NATIVE: OnceLock<PathBuf> = OnceLock::new();
+    NATIVE.get_or_init(gather)
+}
+
+fn gather() -> PathBuf {
     let deps = std::env::current_exe().unwrap().parent().unwrap().to_owned();
     let folder = folder("packages-native");
     for (from, name) in [
@@ -45,6 +50,29 @@ fn native() -> PathBuf {
     folder
 }
 
+/// What stands for programs and libraries for Windows: all of them that packing looks at. `script/windows` makes real ones.
+fn for_windows() -> PathBuf {
+    let folder = folder("packages-windows");
+    let mut program = vec![0; 0x80];
+    program[..2].copy_from_slice(b"MZ");
+    program[0x3c] = 0x80;
+    program.extend(b"PE\0\0\x64\x86");
+    for (name, words) in [
+        ("lumivox.exe", ""),
+        ("lumivox-codecs.exe", ""),
+        ("lumivox_godot.dll", "gdext_rust_init"),
+        ("lumivox_unity.dll", "lumivox_abi_version"),
+        (&wheel_for_windows(), ""),
+    ] {
+        fs::write(folder.join(name), [&program, words.as_bytes()].concat()).unwrap();
+    }
+    folder
+}
+
+fn wheel_for_windows() -> String {
+    format!("lumivox-{VERSION}-cp310-abi3-win_amd64.whl")
+}
+
 fn xtask(words: &[&str], out: &Path, options: &[&Path]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
     command.arg("package").args(words).arg(out).current_dir(root());
@@ -58,14 +86,9 @@ fn xtask(words: &[&str], out: &Path, options: &[&Path]) -> Output {
 fn packed() -> &'static Path {
     static PACKED: OnceLock<PathBuf> = OnceLock::new();
     PACKED.get_or_init(|| {
-        let (out, nothing) = (folder("packages"), folder("packages-nothing"));
-        let output = xtask(&["all"], &out, &[&native(), &nothing]);
+        let out = folder("packages");
+        let output = xtask(&["all"], &out, &[native(), &for_windows()]);
         assert!(output.status.success(), "{}", words(&output));
-        // What is not there is said, not passed over.
-        let said = words(&output);
-        for part in ["Command for Windows", "Godot for Windows", "Unity for Windows", "Python for Windows"] {
-            assert!(said.contains(&format!("LEFT OUT: {part}")), "{said}");
-        }
         out
     })
 }
@@ -277,23 +300,91 @@ fn the_debian_package_is_installed_by_dpkg() {
     assert!(!root.join("usr/bin/lumivox").exists());
 }
 
+/// The files of a ZIP archive, with their modes.
+fn listed(name: &str) -> Vec<(String, u32)> {
+    let file = fs::File::open(packed().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let mut archive = zip::ZipArchive::new(file).unwrap();
+    let count = archive.len();
+    let entry = |at| {
+        let file = archive.by_index(at).unwrap();
+        (file.name().unwrap().into_owned(), file.unix_mode().unwrap() & 0o777)
+    };
+    (0..count).map(entry).collect()
+}
+
 #[test]
-fn the_same_files_make_the_same_bytes() {
-    let out = folder("packages-again");
-    let output = xtask(&["godot"], &out, &[&native(), &folder("packages-nothing-again")]);
+fn what_is_for_windows_lies_where_it_is_looked_for() {
+    let folder = format!("lumivox-{VERSION}-x86_64-windows");
+    let files = listed(&format!("{folder}.zip"));
+    for name in
+        ["lumivox.exe", "README.txt", "completions/lumivox.ps1", "LICENSE-MIT", "THIRD-PARTY-LICENSES.txt"]
+    {
+        assert!(files.iter().any(|(file, _)| *file == format!("{folder}/{name}")), "no {name}: {files:?}");
+    }
+    let files = listed(&format!("lumivox-godot-{VERSION}.zip"));
+    for (name, mode) in [
+        ("bin/linux.x86_64/liblumivox_godot.so", 0o755),
+        ("bin/linux.x86_64/lumivox-codecs", 0o755),
+        ("bin/windows.x86_64/lumivox_godot.dll", 0o755),
+        ("bin/windows.x86_64/lumivox-codecs.exe", 0o755),
+        ("lumivox.gdextension", 0o644),
+    ] {
+        let wanted = (format!("addons/lumivox/{name}"), mode);
+        assert!(files.contains(&wanted), "no {wanted:?}: {files:?}");
+    }
+    let archive = packed().join(format!("com.lumivox-{VERSION}.tgz"));
+    let files = succeeds(Command::new("tar").arg("-tzf").arg(archive));
+    for name in [
+        "Windows/x86_64/lumivox_unity.dll",
+        "Windows/x86_64/lumivox-codecs.exe",
+        "Linux/x86_64/lumivox-codecs",
+    ] {
+        let place = format!("package/Runtime/Plugins/{name}");
+        assert!(files.lines().any(|file| file == place), "no {place}: {files}");
+    }
+    assert!(packed().join(wheel_for_windows()).is_file());
+    // Whose works are in it differs: the compiler's libraries, and what asks Windows.
+    let bill = |system: &str| {
+        fs::read_to_string(packed().join(format!("lumivox-{VERSION}-x86_64-{system}.cdx.json"))).unwrap()
+    };
+    assert!(bill("windows").contains("mingw-w64") && bill("windows").contains("cargo/windows"));
+    assert!(!bill("linux").contains("mingw-w64"));
+}
+
+#[test]
+fn the_same_files_make_the_same_bytes_and_what_is_left_out_is_said() {
+    let (out, windows) = (folder("packages-again"), folder("packages-windows-again"));
+    for name in ["lumivox_godot.dll", "lumivox-codecs.exe"] {
+        packed();
+        fs::copy(
+            Path::new(env!("CARGO_TARGET_TMPDIR")).join("packages-windows").join(name),
+            windows.join(name),
+        )
+        .unwrap();
+    }
+    let output = xtask(&["godot"], &out, &[native(), &windows]);
     assert!(output.status.success(), "{}", words(&output));
     for name in ["lumivox-godot", "lumivox-godot-demo"] {
         let name = format!("{name}-{VERSION}.zip");
         let [first, second] = [packed(), &out].map(|folder| fs::read(folder.join(&name)).unwrap());
         assert!(first == second, "{name} differs");
     }
+    fs::remove_file(windows.join("lumivox_godot.dll")).unwrap();
+    let output = xtask(&["godot"], &out, &[native(), &windows]);
+    let missing = windows.join("lumivox_godot.dll");
+    let said = format!(
+        "LEFT OUT: Godot for Windows, for there is no {}; script/windows makes it",
+        missing.display()
+    );
+    assert!(output.status.success() && words(&output).contains(&said), "{}", words(&output));
 }
 
 #[test]
 fn what_is_missing_or_makes_no_sense_is_told() {
     let (out, empty) = (folder("packages-wrong"), folder("packages-empty"));
     let output = xtask(&["command"], &out, &[&empty]);
-    assert!(!output.status.success() && words(&output).contains("lumivox"), "{}", words(&output));
+    let missing = format!("there is no {}", empty.join("lumivox").display());
+    assert!(!output.status.success() && words(&output).contains(&missing), "{}", words(&output));
     for wrong in
         [&["package", "everything", "x"][..], &["package", "all"], &["package", "all", "x", "--from"]]
     {

@@ -22,7 +22,7 @@ pub struct Native {
 }
 
 impl Native {
-    /// In a folder, by their names; what is not there fails when it is packed.
+    /// In a folder, by their names.
     fn within(folder: &Path, extra: Vec<works::Work>) -> Self {
         Self {
             command: folder.join("lumivox"),

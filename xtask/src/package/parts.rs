@@ -36,6 +36,16 @@ impl Part {
         })
     }
 
+    /// What of it is native on Linux.
+    fn linux_files(self) -> &'static [&'static str] {
+        match self {
+            Self::Command => &["lumivox"],
+            Self::Godot => &["liblumivox_godot.so", "lumivox-codecs"],
+            Self::Unity => &["liblumivox_unity.so", "lumivox-codecs"],
+            Self::Python | Self::Crates => &[],
+        }
+    }
+
     /// What of it `script/windows` makes.
     fn windows_files(self) -> &'static [&'static str] {
         match self {
@@ -83,17 +93,30 @@ pub fn make(parts: &[Part], out: &Path, options: &Options<'_>) -> Result<(), Str
         return Err("packages are made on Linux (x86-64), those for Windows, too".to_owned());
     }
     let root = crate::root()?;
+    if let Some(folder) = options.from {
+        let mut wanted = parts.iter().flat_map(|part| part.linux_files()).map(|name| folder.join(name));
+        if let Some(file) = wanted.find(|file| !file.is_file()) {
+            return Err(format!("there is no {}", file.display()));
+        }
+    }
+    let out = std::path::absolute(out).map_err(|error| format!("{}: {error}", out.display()))?;
     let maker = Maker {
         date: date(&root)?,
         windows: match options.windows {
             Some(folder) => folder.to_owned(),
             None => target_folder(&root).join("windows/dist"),
         },
-        staging: target_folder(&root).join("package-staging"),
-        out: std::path::absolute(out).map_err(|error| format!("{}: {error}", out.display()))?,
+        staging: out.join("staging"),
+        out,
         root,
     };
-    maker.make(parts, options)
+    maker.make(parts, options)?;
+    match fs::remove_dir_all(&maker.staging) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(format!("{}: {error}", maker.staging.display()))
+        }
+        _ => Ok(()),
+    }
 }
 
 struct Maker {

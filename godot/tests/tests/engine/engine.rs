@@ -279,7 +279,7 @@ fn lock(path: &Path) -> fs::File {
 }
 
 /// Has the demo grow its head in a tenth of the time, as often as it is run: of fewer voxels.
-fn coarsen_phantoms(scenes: &Path) {
+pub fn coarsen_phantoms(scenes: &Path) {
     let mut coarsened = 0;
     for entry in fs::read_dir(scenes).unwrap() {
         let path = entry.unwrap().path();

@@ -31,14 +31,14 @@ fn case() -> Case {
 }
 
 /// An engine's program, and what it needs when it is run from elsewhere.
-struct Program {
-    path: PathBuf,
+pub struct Program {
+    pub path: PathBuf,
     /// The folder of Debian's packages that it came with; a program that is installed needs none.
     root: Option<PathBuf>,
 }
 
 impl Program {
-    fn of(engine: &Engine) -> Self {
+    pub fn of(engine: &Engine) -> Self {
         let is_program = |path: &Path| fs::read(path).is_ok_and(|bytes| bytes.starts_with(b"\x7fELF"));
         let path = engine.godot.canonicalize().unwrap_or_else(|_| engine.godot.clone());
         let path = if path.components().count() > 1 { path } else { in_path(&engine.godot) };
@@ -53,7 +53,7 @@ impl Program {
     }
 
     /// Makes the exported programs find their loader beside them, and says where they find their libraries.
-    fn settle(&self, exported: &Path, others: &[&Path]) -> Vec<(&'static str, OsString)> {
+    pub fn settle(&self, exported: &Path, others: &[&Path]) -> Vec<(&'static str, OsString)> {
         let Some(root) = &self.root else { return vec![] };
         for program in others.iter().chain([&exported]) {
             let mut bytes = fs::read(program).unwrap();
@@ -155,7 +155,7 @@ fn write_own_files(project: &Path) {
     }
 }
 
-fn set_mode(path: &Path, mode: u32) {
+pub fn set_mode(path: &Path, mode: u32) {
     #[cfg(unix)]
     fs::set_permissions(path, std::os::unix::fs::PermissionsExt::from_mode(mode)).unwrap();
     #[cfg(not(unix))]

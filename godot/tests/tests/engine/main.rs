@@ -18,6 +18,7 @@ mod film;
 mod first_import;
 mod folders;
 mod functions;
+mod installed;
 mod interpolation;
 mod lights;
 mod many;
