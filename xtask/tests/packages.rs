@@ -1,6 +1,7 @@
 //! What `cargo xtask package` makes, installed into empty places and used there.
 //!
 //! It packs what the workspace's tests were built of; `script/test --all` builds for old systems, as releases are.
+#![cfg(target_os = "linux")]
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -279,8 +280,12 @@ fn the_debian_package_is_installed_by_dpkg() {
     }
     fs::write(root.join("var/lib/dpkg/status"), "").unwrap();
     // Its own list of what is installed knows no C library.
+    // Some people have no programs of administrators in PATH, and it wants them.
+    let path = format!("{}:/usr/sbin:/sbin", std::env::var("PATH").unwrap());
     let mut dpkg = Command::new("dpkg");
-    dpkg.args(["--force-not-root", "--force-script-chrootless", "--force-depends", "--root"]).arg(&root);
+    dpkg.env("PATH", &path)
+        .args(["--force-not-root", "--force-script-chrootless", "--force-depends", "--root"])
+        .arg(&root);
     succeeds(dpkg.arg("--log=/dev/null").arg("--install").arg(&package));
     let said = succeeds(Command::new("dpkg").arg("--root").arg(&root).args(["--status", "lumivox"]));
     assert!(said.contains("Status: install ok installed") && said.contains("libc6 (>= 2.28)"), "{said}");
@@ -291,12 +296,9 @@ fn the_debian_package_is_installed_by_dpkg() {
     }
     let copyright = fs::read_to_string(root.join("usr/share/doc/lumivox/copyright")).unwrap();
     assert!(copyright.contains("MIT License") && copyright.contains("openjpeg-sys"));
-    succeeds(Command::new("dpkg").arg("--root").arg(&root).args([
-        "--force-not-root",
-        "--log=/dev/null",
-        "--purge",
-        "lumivox",
-    ]));
+    let mut dpkg = Command::new("dpkg");
+    dpkg.env("PATH", &path).args(["--force-not-root", "--log=/dev/null", "--root"]).arg(&root);
+    succeeds(dpkg.args(["--purge", "lumivox"]));
     assert!(!root.join("usr/bin/lumivox").exists());
 }
 
@@ -392,6 +394,32 @@ fn what_is_missing_or_makes_no_sense_is_told() {
             Command::new(env!("CARGO_BIN_EXE_xtask")).args(wrong).current_dir(root()).output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{wrong:?}: {}", words(&output));
     }
+}
+
+#[test]
+fn crates_have_their_licences_and_lean_on_no_folder() {
+    let crates = packed().join("crates");
+    let mut count = 0;
+    for entry in fs::read_dir(&crates).unwrap() {
+        let file = entry.unwrap().path();
+        let name = file.file_stem().unwrap().to_str().unwrap().to_owned();
+        let list = succeeds(Command::new("tar").arg("-tzf").arg(&file));
+        for wanted in ["Cargo.toml", "README.md", "LICENSE-MIT", "LICENSE-APACHE", "src/lib.rs"] {
+            assert!(
+                list.lines().any(|path| path == format!("{name}/{wanted}")),
+                "{name} has no {wanted}: {list}"
+            );
+        }
+        let text =
+            |path: &str| succeeds(Command::new("tar").arg("-xzOf").arg(&file).arg(format!("{name}/{path}")));
+        assert!(text("LICENSE-MIT").starts_with("MIT License"), "{name}");
+        // A dependency by its path alone is one that nobody else has.
+        let manifest = text("Cargo.toml");
+        let mut tables = manifest.split("\n[").filter(|table| table.starts_with("dependencies."));
+        assert!(tables.all(|table| table.contains("version = ") && !table.contains("path = ")), "{manifest}");
+        count += 1;
+    }
+    assert_eq!(count, 9);
 }
 
 /// A release, built for old systems: of the C library alone it runs, and two builds in two folders are the same bytes.

@@ -14,10 +14,11 @@ use self::summary::{Counts, Summary};
 use crate::{layers, unity_border, unity_kernels, unity_metas};
 
 /// Jobs that take long, the longest first: begun last, one of them would go on when nothing else does.
-const LONGEST_FIRST: [&str; 13] = [
+const LONGEST_FIRST: [&str; 14] = [
     "engine",
     "Python",
     "package",
+    "packages",
     "gpu",
     "documentation",
     "lumivox_phantom",
