@@ -98,6 +98,17 @@ pub struct Cli {
     pub command: Command,
 }
 
+/// Options of `lumivox doctor`.
+#[derive(Debug, Args)]
+pub struct DoctorArgs {
+    /// Write each GPU's test picture, a small head, there
+    #[arg(long, value_name = "FOLDER")]
+    pub pictures: Option<PathBuf>,
+    /// Do not say which GPU is tried
+    #[arg(long)]
+    pub quiet: bool,
+}
+
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -119,9 +130,9 @@ pub enum Command {
     /// List the presets
     #[command(after_help = PRESETS_EXAMPLES)]
     Presets,
-    /// Say which GPUs and drivers are seen, what is missing and how to install it
+    /// Say which GPUs and drivers are seen, have each render, and say what is missing and how to install it
     #[command(after_help = EXIT_CODES)]
-    Doctor,
+    Doctor(DoctorArgs),
     /// Write man pages and shell completions, for packages
     #[command(hide = true)]
     Manual {

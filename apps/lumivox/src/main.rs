@@ -79,7 +79,7 @@ fn run() -> Result<(), Failure> {
         Command::Import(args) => commands::import::run(&args),
         Command::Phantom(args) => commands::phantom::run(&args),
         Command::Presets => commands::presets::run(),
-        Command::Doctor => commands::doctor::run(),
+        Command::Doctor(args) => commands::doctor::run(&args),
         Command::Manual { out } => commands::manual::run(&out),
     }
 }

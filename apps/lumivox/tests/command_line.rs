@@ -347,8 +347,11 @@ fn a_reader_that_stops_early_is_no_error() {
 
 #[test]
 fn doctor_reports_and_its_exit_code_tells_whether_rendering_works() {
-    let run = lumivox(empty_folder().path(), &["doctor"]);
+    let folder = empty_folder();
+    let run = lumivox(folder.path(), &["doctor", "--pictures", "made/here"]);
     assert!(run.stdout.starts_with("lumivox "), "{}", run.stdout);
+    let pictures = fs::read_dir(folder.path().join("made/here")).unwrap().count();
+    assert_eq!(pictures, run.stdout.matches(": a test picture in ").count(), "{}", run.stdout);
     let works = run.stdout.contains("All is well") || run.stdout.contains("Rendering works");
     assert_eq!(run.code, Some(if works { 0 } else { 4 }), "{}\n{}", run.stdout, run.stderr);
 }

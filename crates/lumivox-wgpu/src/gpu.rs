@@ -155,23 +155,6 @@ impl Gpu {
         pollster::block_on(adapters()).iter().map(describe).collect()
     }
 
-    /// [`list`](Self::list), each opened and [tried](Self::try_out): what fails at it is unsuitable. Takes a second or so.
-    pub fn list_tried() -> Vec<GpuDescription> {
-        let tried = |adapter: &wgpu::Adapter| {
-            let description = describe(adapter);
-            if description.unsuitable.is_some() {
-                return description;
-            }
-            let outcome = pollster::block_on(Self::request_on(adapter)).and_then(|mut gpu| gpu.try_out());
-            let unsuitable = outcome.err().map(|error| match error {
-                GpuError::Unsuitable { reason, .. } => reason,
-                error => error.to_string(),
-            });
-            GpuDescription { unsuitable, ..description }
-        };
-        pollster::block_on(adapters()).iter().map(tried).collect()
-    }
-
     /// Opens the most capable device that works, or the first such whose name contains `name` in any case: where there are
     /// several, each is [tried](Self::try_out) first. Blocks until it is there:
     /// where that is impossible, as in a browser, [`request`](Self::request) does the same.
