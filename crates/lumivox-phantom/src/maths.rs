@@ -86,7 +86,9 @@ mod tests {
                 add(value.to_bits().into());
             }
             let x64 = f64::from(x);
-            [exp(-x64), atan2_f64(x64, 1.7), turn_x_f64(x64).y_axis.z].map(|value| add(value.to_bits()));
+            for value in [exp(-x64), atan2_f64(x64, 1.7), turn_x_f64(x64).y_axis.z] {
+                add(value.to_bits());
+            }
             x *= 1.003;
         }
         assert_eq!(hash, 0xe776_b4d6_0309_c13b, "{hash:#x}");
