@@ -117,7 +117,12 @@ impl Tools {
 /// Has a build of `root` make what it makes in any other folder.
 pub fn same_bytes(command: &mut Command, root: &Path) -> Result<(), String> {
     let [_, cargo_home] = homes();
-    let folders = [(root.to_owned(), "lumivox"), (cargo_home.join("registry/src"), "crates")];
+    // Of several that match, the last holds: what is built lies within the tree mostly.
+    let folders = [
+        (root.to_owned(), "lumivox"),
+        (cargo_home.join("registry/src"), "crates"),
+        (target_folder(root), "target"),
+    ];
     let (mut rust, mut c) = (flags("RUSTFLAGS"), [flags("CFLAGS"), flags("CXXFLAGS")]);
     for (folder, name) in folders {
         let folder = folder.to_str().filter(|folder| !folder.contains(' '));
