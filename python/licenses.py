@@ -7,6 +7,7 @@ are collected from their sources in THIRD-PARTY-LICENSES.txt.
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -22,10 +23,11 @@ CODE = (".rs", ".c", ".cpp", ".h", ".py", ".toml")
 
 
 def metadata() -> dict[str, Any]:
-    """What cargo knows of the packages, as they are built for this system."""
+    """What cargo knows of the packages, as they are built for this system, or for CARGO_BUILD_TARGET."""
     host = re.search(r"^host: (\S+)", subprocess.check_output(["rustc", "-vV"], text=True), re.MULTILINE)
     assert host is not None, "rustc names its host"
-    arguments = ["cargo", "metadata", "--format-version", "1", "--locked", "--filter-platform", host[1]]
+    target = os.environ.get("CARGO_BUILD_TARGET") or host[1]
+    arguments = ["cargo", "metadata", "--format-version", "1", "--locked", "--filter-platform", target]
     found: dict[str, Any] = json.loads(subprocess.check_output([*arguments, "--manifest-path", HERE / "Cargo.toml"]))
     return found
 

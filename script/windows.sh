@@ -118,6 +118,13 @@ build_windows_std() {
     rm -rf "$crate" "$folder"/root/usr/src "$folder"/root/usr/share/{locale,man} "$folder"/root/usr/lib/gcc/x86_64-linux-gnu
 }
 
+# Whether the system's own compiler has a library for Windows: enough to check types, not to link.
+system_compiles_windows() {
+    local folder
+    folder=$("${RUSTC:-rustc}" --print target-libdir --target "$WINDOWS_TARGET" </dev/null 2>/dev/null) || return 1
+    [ -n "$(find "$folder" -name 'libcore-*.rlib' 2>/dev/null)" ]
+}
+
 # Runs cargo with these compilers, into a folder of their own: what they make serves nobody else.
 windows_cargo() (
     export CARGO_TARGET_DIR=$WINDOWS_FOLDER/cargo CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER=x86_64-w64-mingw32-gcc
