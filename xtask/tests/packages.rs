@@ -127,7 +127,7 @@ fn bare_root(name: &str, program: &Path) -> (PathBuf, BTreeSet<String>) {
     let paths = linked.split_whitespace().filter(|word| word.starts_with('/'));
     let libraries: BTreeSet<PathBuf> = paths.map(PathBuf::from).collect();
     libraries.iter().for_each(|library| put(library));
-    for name in ["work", "tmp", "dev", "bin"] {
+    for name in ["data", "tmp", "dev", "bin"] {
         fs::create_dir_all(root.join(name)).unwrap();
     }
     fs::copy(program, root.join("bin/lumivox")).unwrap();
@@ -161,16 +161,16 @@ fn use_alone(root: &Path) {
     };
     assert_eq!(said(&["--version"]).trim(), format!("lumivox {VERSION}"));
     assert!(said(&["presets"]).contains("ct-bone"));
-    said(&["phantom", "head", "--size", "24", "--out", "/work/scan"]);
-    let imported: Value = serde_json::from_str(&said(&["import", "/work/scan", "--json"])).unwrap();
+    said(&["phantom", "head", "--size", "24", "--out", "/data/scan"]);
+    let imported: Value = serde_json::from_str(&said(&["import", "/data/scan", "--json"])).unwrap();
     assert!(imported.to_string().contains("CT"), "{imported}");
-    assert!(said(&["info", "/work/scan"]).contains("24"));
+    assert!(said(&["info", "/data/scan"]).contains("24"));
     // Pictures need a driver, which is not there: what it says is what helps.
-    let output = alone(root, &["render", "/work/scan", "-o", "/work/head.png"]);
+    let output = alone(root, &["render", "/data/scan", "-o", "/data/head.png"]);
     let said = words(&output);
     assert_eq!(output.status.code(), Some(4), "{said}");
     assert!(said.contains("Vulkan") && said.contains("'lumivox doctor' says what to install"), "{said}");
-    assert!(!root.join("work/head.png").exists());
+    assert!(!root.join("data/head.png").exists());
     let said = words(&alone(root, &["doctor"]));
     assert!(said.contains("mesa-vulkan-drivers"), "{said}");
 }

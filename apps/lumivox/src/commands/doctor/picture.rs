@@ -74,7 +74,7 @@ fn means(film: &Film) -> [f64; 2] {
 fn check([alpha, light]: [f64; 2]) -> Result<(), String> {
     for (what, is, wanted) in [("covers", alpha, ALPHA), ("is as bright as", light, LIGHT)] {
         // What is no number is no picture either.
-        if !((is / wanted - 1.0).abs() <= TOLERANCE) {
+        if !(1.0 - TOLERANCE..=1.0 + TOLERANCE).contains(&(is / wanted)) {
             return Err(format!(
                 "its test picture is wrong: it {what} {:.0}% of what it should",
                 100.0 * is / wanted
