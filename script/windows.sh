@@ -69,7 +69,7 @@ wrap_windows_toolchain() (
     cat >wrapper <<'RUN' || exit 1
 #!/bin/sh
 program=$(readlink -f "$0")
-root=${program%%/root/usr/*}/root
+root=${program%/usr/*}
 exec "$root/lib/x86_64-linux-gnu/ld-linux-x86-64.so.2" --argv0 "$program" \
     --library-path "$root/usr/lib/x86_64-linux-gnu:$root/lib/x86_64-linux-gnu" "$program.elf" "$@"
 RUN
@@ -115,7 +115,7 @@ build_windows_std() {
         die "Rust's library for Windows could not be made (see $folder/log)."
     cp "$crate/target/$WINDOWS_TARGET"/release/deps/*.rlib "$library/"
     # Nobody needs it any more, nor Debian's compiler for Linux: half of it all.
-    rm -rf "$crate" "$folder"/root/usr/src "$folder"/root/usr/share/{locale,man} "$folder"/root/usr/lib/gcc/x86_64-linux-gnu
+    (cd "$folder/root/usr" && rm -rf "$crate" src share/{locale,man} lib/gcc/x86_64-linux-gnu)
 }
 
 # Whether the system's own compiler has a library for Windows: enough to check types, not to link.

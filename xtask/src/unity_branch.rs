@@ -7,6 +7,8 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use crate::package;
+
 /// Fails where packages cannot be committed to the branch; else says which commit it is at, where it is there.
 pub fn check(root: &Path, branch: &str) -> Result<Option<String>, String> {
     let name = format!("refs/heads/{branch}");
@@ -65,8 +67,7 @@ fn tree(root: &Path, folder: &Path) -> Result<String, String> {
         command.env("GIT_DIR", &repository).env("GIT_WORK_TREE", folder).env("GIT_INDEX_FILE", &index);
         told(&mut command, input)
     };
-    let mut files = vec![];
-    list(folder, "", &mut files)?;
+    let files = list(folder)?;
     let made = || {
         let paths: String = files.iter().map(|(path, _)| format!("{path}\n")).collect();
         let hashes = in_folder(&["hash-object", "-w", "--no-filters", "--stdin-paths"], &paths)?;
@@ -82,26 +83,16 @@ fn tree(root: &Path, folder: &Path) -> Result<String, String> {
 }
 
 /// All files of a folder, by their paths in it, with git's mode.
-fn list(folder: &Path, within: &str, files: &mut Vec<(String, &'static str)>) -> Result<(), String> {
-    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
-    for entry in std::fs::read_dir(folder.join(within)).map_err(failed)? {
-        let entry = entry.map_err(failed)?;
-        let name = entry.file_name().into_string().map_err(|name| format!("{name:?} is no name for git"))?;
-        let path = if within.is_empty() { name } else { format!("{within}/{name}") };
-        let kind = entry.file_type().map_err(failed)?;
-        if kind.is_dir() {
-            list(folder, &path, files)?;
-        } else if !kind.is_file() || path.contains(['\n', '"']) {
-            return Err(format!("{path} is nothing that a package has"));
-        } else {
-            let is_program = path
-                .rsplit('/')
-                .next()
-                .is_some_and(|name| name.starts_with("lumivox-codecs") && !name.ends_with(".meta"));
-            files.push((path, if is_program { "100755" } else { "100644" }));
+fn list(folder: &Path) -> Result<Vec<(String, &'static str)>, String> {
+    let with_mode = |path: String| {
+        if path.contains(['\n', '"']) {
+            return Err(format!("{path} is no name for git"));
         }
-    }
-    Ok(())
+        let name = path.rsplit('/').next().unwrap_or_default();
+        let is_program = name.starts_with("lumivox-codecs") && !name.ends_with(".meta");
+        Ok((path, if is_program { "100755" } else { "100644" }))
+    };
+    package::below(folder)?.into_iter().map(with_mode).collect()
 }
 
 /// Git in the project's repository, wherever it works.

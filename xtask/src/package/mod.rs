@@ -19,6 +19,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+pub use archive::below;
 use parts::own_licenses;
 pub use parts::{Part, make, options as part_options};
 pub use unity::{options as unity_options, unity};

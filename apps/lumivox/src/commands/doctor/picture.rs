@@ -20,8 +20,9 @@ const SAMPLES: u32 = 8;
 const ALPHA: f64 = 0.3795;
 const LIGHT: f64 = 0.06238;
 
-/// By which part they may be others. Rounding sends few paths elsewhere.
-const TOLERANCE: f64 = 0.03;
+/// By which part they may be others: a device that works is not to be called broken for how it rounds, and those that do not are
+/// far off.
+const TOLERANCE: f64 = 0.1;
 
 /// The scene, made once for all devices.
 pub struct TestPicture {
