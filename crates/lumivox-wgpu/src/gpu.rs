@@ -120,12 +120,13 @@ async fn first_that_works<C, G, E>(
 }
 
 /// A scan of a few voxels, by which devices are tried.
-fn trial() -> Option<Scene> {
+fn trial() -> Scene {
     let voxels = Voxels::U8((0..64).collect());
-    let volume = Volume::new([4; 3], voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Other).ok()?;
-    let look =
-        TransferFunction::from_points(Ease::Linear, &[(0.0, 0.0), (64.0, 1.0)], &[(0.0, [1.0; 3])]).ok()?;
-    Some(Scene::with_volume(Arc::new(volume), Medium::new(look)))
+    let volume = Volume::new([4; 3], voxels, [1.0, 0.0], DAffine3::IDENTITY, Modality::Other)
+        .expect("voxels are as many as it says");
+    let look = TransferFunction::from_points(Ease::Linear, &[(0.0, 0.0), (64.0, 1.0)], &[(0.0, [1.0; 3])])
+        .expect("points are in order");
+    Scene::with_volume(Arc::new(volume), Medium::new(look))
 }
 
 impl GpuDescription {
@@ -250,7 +251,7 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::Unsuitable`] when it fails.
     pub fn try_out(&mut self) -> Result<(), GpuError> {
-        let Some(scene) = trial() else { return Ok(()) };
+        let scene = trial();
         let store = VoxelStore::new(self.executor.limits());
         let mut cache = SceneCache::new(&store);
         let mut recording = Recording::new();
