@@ -111,8 +111,8 @@ pub struct Instance {
     pub full_looks: u32,
     pub surface_metallic: f32,
     pub light_number: u32,
+    pub takes_shares: u32,
     pub padding_x: u32,
-    pub padding_y: u32,
 }
 
 /// Twin of `Light`.

@@ -15,29 +15,42 @@ pub struct Classes {
     pub depth: bool,
     /// Shapes that clip.
     pub clip_shapes: bool,
+    /// Some of that takes a share of the opacity off at points: labels whose opacities differ, several functions, peeling, shapes
+    /// that rays are not clipped against as a whole. Otherwise a point is asked for its label where light collides, and not before.
+    pub shares: bool,
 }
 
 impl Classes {
     /// Nothing.
-    pub const NONE: Self =
-        Self { labels: false, functions: false, gradients: false, depth: false, clip_shapes: false };
+    pub const NONE: Self = Self {
+        labels: false,
+        functions: false,
+        gradients: false,
+        depth: false,
+        clip_shapes: false,
+        shares: false,
+    };
 
     /// All of it.
     pub const ALL: Self =
-        Self { labels: true, functions: true, gradients: true, depth: true, clip_shapes: true };
+        Self { labels: true, functions: true, gradients: true, depth: true, clip_shapes: true, shares: true };
 
     /// Every set of them that there is.
     pub fn sets() -> impl Iterator<Item = Self> {
-        let all = (0..32u32).map(|bits| Self {
+        let all = (0..64u32).map(|bits| Self {
             labels: bits & 1 != 0,
             functions: bits & 2 != 0,
             gradients: bits & 4 != 0,
             depth: bits & 8 != 0,
             clip_shapes: bits & 16 != 0,
+            shares: bits & 32 != 0,
         });
         all.filter(|classes| {
             let has_several = classes.labels || classes.gradients;
-            if classes.functions { has_several } else { !classes.gradients }
+            let always = classes.functions || classes.depth;
+            let may = always || classes.labels || classes.clip_shapes;
+            (if classes.functions { has_several } else { !classes.gradients })
+                && if classes.shares { may } else { !always }
         })
     }
 
@@ -55,6 +68,7 @@ impl Classes {
             gradients: self.gradients | other.gradients,
             depth: self.depth | other.depth,
             clip_shapes: self.clip_shapes | other.clip_shapes,
+            shares: self.shares | other.shares,
         }
     }
 }
@@ -189,6 +203,7 @@ pub(crate) const CLASSES: &[Flag] = &[
     flag("gradients", Some("GRADIENTS"), |v| v.classes.gradients),
     flag("depth", Some("PEELING"), |v| v.classes.depth),
     flag("clips", Some("CLIP_SHAPES"), |v| v.classes.clip_shapes),
+    flag("shares", Some("SHARES"), |v| v.classes.shares),
 ];
 
 /// Those behind them.

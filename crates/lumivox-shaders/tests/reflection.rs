@@ -113,8 +113,8 @@ fn twins_have_the_shaders_layout() {
             full_looks,
             surface_metallic,
             light_number,
+            takes_shares,
             padding_x,
-            padding_y,
         }
     );
     assert_twin!(

@@ -16,7 +16,7 @@ use lumivox_core::{
     PerspectiveCamera, Scene, SurfaceReflection, TransferFunction, VolumeInstance, framing,
 };
 
-pub use classified::{clip_shapes, gradients, labels};
+pub use classified::{clip_shapes, gradients, labels, painted};
 pub use grids::noise_volume;
 pub use lamps::{bulb_inside, bulbs, soft_sun, stage, sun};
 
@@ -64,6 +64,7 @@ pub fn all() -> Vec<TestScene> {
         bulb_inside(),
         stage(),
         classified::labels(),
+        classified::painted(),
         classified::clip_shapes(),
         classified::gradients(),
     ]

@@ -18,7 +18,8 @@ const NAMES: [(&str, Features); 11] = {
         classes: Classes::NONE,
     };
     const fn classes(classes: Classes) -> Features {
-        Features { classes, ..NONE }
+        // Whether shares of the opacity are taken off too, or not.
+        Features { classes: Classes { shares: true, ..classes }, ..NONE }
     }
     [
         ("environment", Features { environment: true, ..NONE }),

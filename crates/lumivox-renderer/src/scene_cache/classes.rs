@@ -13,12 +13,15 @@ use crate::store::TexelScale;
 
 /// What the medium of an instance depends on besides its values.
 pub(super) fn classes_of(instance: &VolumeInstance, medium: &Medium, looks: &Looks) -> Classes {
+    let functions = looks.has_envelope();
+    let depth = instance.peel.as_ref().is_some_and(|peel| peel.is_active());
     Classes {
         labels: instance.labels.is_some(),
-        functions: looks.has_envelope(),
+        functions,
         gradients: !medium.gradients.is_empty(),
-        depth: instance.peel.as_ref().is_some_and(|peel| peel.is_active()),
+        depth,
         clip_shapes: instance.cuts().next().is_some(),
+        shares: functions || depth || !looks.are_full() || Shapes::new(instance, looks).ask_points(),
     }
 }
 
@@ -93,6 +96,11 @@ impl Looks {
     /// How many of the looks that cells can name leave the opacity of their function as it is: the first ones.
     pub fn full_in_cells(&self) -> usize {
         self.in_cells.iter().take_while(|&&at| self.styles[at].factor == 1.0).count()
+    }
+
+    /// Whether all of them leave the opacity of their function as it is.
+    fn are_full(&self) -> bool {
+        self.styles.iter().all(|style| style.factor as f32 == 1.0)
     }
 
     /// The place, from 1, of a style among those that cells can name, or 0.
@@ -179,6 +187,11 @@ impl Shapes {
         let of_rays = list.len();
         list.extend(others);
         Self { list, of_rays }
+    }
+
+    /// Whether there are others, which each point has to be asked for.
+    fn ask_points(&self) -> bool {
+        self.of_rays < self.list.len()
     }
 
     /// As the kernel that makes majorants reads them.

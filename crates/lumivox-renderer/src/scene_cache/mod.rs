@@ -372,6 +372,7 @@ impl SceneCache {
             full_looks: looks.full_in_cells() as u32,
             surface_metallic: surface.metallic as f32,
             light_number: self.numbers.of(index),
+            takes_shares: u32::from(placed.classes().shares),
             ..Instance::default()
         }
     }

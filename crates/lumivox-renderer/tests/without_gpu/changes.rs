@@ -218,7 +218,7 @@ fn scene_with(features: Features) -> Scene {
     if features.lights {
         scene.lights = vec![Light::directional(DVec3::NEG_Y, [1.0; 3])];
     }
-    let Classes { labels, functions, gradients, depth, clip_shapes } = features.classes;
+    let Classes { labels, functions, gradients, depth, clip_shapes, shares } = features.classes;
     let instance = &mut scene.volumes[0];
     let place = instance.volume.patient_from_voxel();
     if labels {
@@ -239,6 +239,14 @@ fn scene_with(features: Features) -> Scene {
     }
     if clip_shapes {
         instance.clip_shapes = vec![ClipShape::sphere(DVec3::ZERO, 1.0)];
+    }
+    if shares && !functions && !depth {
+        if let Some(labels) = &mut instance.labels {
+            labels.set_style(1, LabelStyle { opacity: 0.5, ..LabelStyle::default() });
+        } else {
+            // Of rays it keeps two parts.
+            instance.clip_shapes[0].inverted = true;
+        }
     }
     scene
 }
@@ -375,7 +383,7 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         );
     }
     seen.dedup();
-    assert_eq!(seen.len(), 32 * 20, "each has a kernel of its own");
+    assert_eq!(seen.len(), 32 * 23, "each has a kernel of its own");
     // Where few kernels should do, surfaces, lights and shared pixels make no others, nor does anything of what is classified,
     // nor the surroundings of what is filtered.
     let few = LIMITS.with(|it| it.few_kernels = true);

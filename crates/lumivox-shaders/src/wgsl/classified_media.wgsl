@@ -1,7 +1,8 @@
 // Media that depend on more than the value: with LABELS on labels with looks of their own, with
 // FUNCTIONS on those of several transfer functions, with GRADIENTS on the gradient's
 // magnitude, with PEELING on the depth below the skin, with CLIP_SHAPES on shapes that clip. A volume's own table holds the
-// largest opacity that its values can have. Expects `instances` and `tables`. The other way is `plain_media.wgsl`.
+// largest opacity that its values can have: with SHARES, a share of which is a point's, and without, all of it is. Expects
+// `instances` and `tables`. The other way is `plain_media.wgsl`.
 //
 // What a volume's points are besides their values lies behind the transfer functions, from `instances[v].classes` on, in
 // pairs of numbers; whole ones are floats, too, for as bits small integers would be denormal and might be lost:
@@ -44,10 +45,10 @@ fn read_medium(v: u32, p: vec3f, cell: Cell, texel: f32, rng: ptr<function, Rng>
         }
     }
     var share = 1.0;
-    if (!is_full) {
+    if (SHARES && !is_full) {
         share = pair_at(style + 1u).y;
     }
-    if ((CLIP_SHAPES || PEELING) && in_common < CLASS_IS_WHOLE && share > 0.0) {
+    if (SHARES && (CLIP_SHAPES || PEELING) && in_common < CLASS_IS_WHOLE && share > 0.0) {
         share = what_is_left(classes, p, share, pair_at(style + 7u).x > 0.0);
     }
     var gradient = 0.0;
@@ -255,6 +256,14 @@ fn opacity(v: u32, reading: Reading) -> f32 {
         of_value = mix(of_value, opacity_of(first + TABLE_PAIRS, address), row.y);
     }
     return reading.share * of_value;
+}
+
+// The same, where the largest opacity of the value is known.
+fn opacity_within(most: f32, v: u32, reading: Reading) -> f32 {
+    if (FUNCTIONS) {
+        return opacity(v, reading);
+    }
+    return reading.share * most;
 }
 
 fn color(v: u32, reading: Reading) -> vec3f {

@@ -131,8 +131,9 @@ struct Instance {
     surface_metallic: f32,
     // By which the light that is kept in it knows it.
     light_number: u32,
+    // Whether some of its points have a share of their value's opacity alone: by labels, peeling or clip shapes.
+    takes_shares: u32,
     padding_x: u32,
-    padding_y: u32,
 }
 
 const NO_VOLUME: u32 = 0xffffffffu;

@@ -72,7 +72,7 @@ fn see_volume(v: u32, origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<func
                 var reading = Reading();
                 if (sigma_t > 0.0) {
                     reading = read_medium(v, m.origin + t * m.direction, cell, texel, rng);
-                    if (CLASSES) {
+                    if (SHARES) {
                         sigma_t = opacity(v, reading) * m.scale;
                     }
                 }

@@ -15,6 +15,11 @@ fn opacity(v: u32, reading: Reading) -> f32 {
     return most_opacity(v, reading.texel);
 }
 
+// The same, where that is known.
+fn opacity_within(most: f32, v: u32, reading: Reading) -> f32 {
+    return most;
+}
+
 fn color(v: u32, reading: Reading) -> vec3f {
     return color_of(instances[v].table_offset, table_address(instances[v].table_scale, instances[v].table_bias, reading.texel));
 }

@@ -168,9 +168,10 @@ fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function
             let texel = sample_in_cell(v, p, m.cell);
             let threshold = rng_next(rng) * majorant;
             // Most of them are none, whatever the point's class is: it is asked for afterwards.
-            if (threshold < most_opacity(v, texel) * m.scale) {
+            let most = most_opacity(v, texel);
+            if (threshold < most * m.scale) {
                 let reading = read_medium(v, p, m.cell, texel, rng);
-                if (!CLASSES || threshold < opacity(v, reading) * m.scale) {
+                if (!SHARES || threshold < opacity_within(most, v, reading) * m.scale) {
                     nearest = Collision(IN_VOLUME, m.t_enter + m.t, v, reading);
                     break;
                 }
@@ -203,10 +204,11 @@ fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function,
             }
             let p = m.origin + m.t * m.direction;
             let texel = sample_in_cell(v, p, m.cell);
-            var sigma_t = most_opacity(v, texel) * m.scale;
-            if (CLASSES && sigma_t > 0.0) {
-                sigma_t = opacity(v, read_medium(v, p, m.cell, texel, rng)) * m.scale;
+            var of_point = most_opacity(v, texel);
+            if (SHARES && of_point > 0.0 && instances[v].takes_shares > 0u) {
+                of_point = opacity_within(of_point, v, read_medium(v, p, m.cell, texel, rng));
             }
+            let sigma_t = of_point * m.scale;
             product *= max(1.0 - sigma_t / majorant, 0.0);
             if (product < LITTLE_TRANSMITTANCE) {
                 if (rng_next(rng) * LITTLE_TRANSMITTANCE >= product) {

@@ -58,6 +58,30 @@ pub fn labels() -> TestScene {
     scene("labels", vec![instance], gradient_light())
 }
 
+/// Labels that are painted, dull and glossy, and all as opaque as they were, cut by a plane and within a sphere: points are asked
+/// for their labels where light collides alone.
+pub fn painted() -> TestScene {
+    let mut instance = tissue(37);
+    let center = instance.volume.center_mm();
+    let mut labelling = Labelling::new(blobs(&instance.volume));
+    let gloss = SurfaceReflection { gradient_per_mm: 20.0, specular: 0.4, metallic: 0.8, ..reflection(0.2) };
+    let styles = [
+        LabelStyle { color: Some([0.2, 0.4, 0.9]), ..Default::default() },
+        LabelStyle { surface: Some(SurfaceReflection::OFF), ..Default::default() },
+        LabelStyle { surface: Some(gloss), ..Default::default() },
+        LabelStyle { color: Some([0.9, 0.5, 0.2]), surface: Some(gloss), ..Default::default() },
+    ];
+    for (value, style) in [3, 4, 5, 6].into_iter().zip(styles) {
+        labelling.set_style(value, style);
+    }
+    instance.labels = Some(labelling);
+    instance.clip_shapes = vec![
+        ClipShape::plane(center + DVec3::X * 4.0, DVec3::new(-1.0, 0.3, -0.2)),
+        ClipShape::sphere(center, 11.0),
+    ];
+    scene("painted", vec![instance], gradient_light())
+}
+
 /// A scan without its outermost millimetres, cut by a plane, without a box and within a sphere, all turned; one label is
 /// not cut. Beside it, a volume without any of that, which is read otherwise.
 pub fn clip_shapes() -> TestScene {

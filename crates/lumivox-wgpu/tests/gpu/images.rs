@@ -116,9 +116,14 @@ fn an_image_does_not_depend_on_how_many_turns_loops_may_take() {
 fn an_image_does_not_depend_on_how_many_kernels_there_are() {
     let limits = gpu().executor.limits();
     let few = limits.with(|it| it.few_kernels = true);
-    for test in
-        [scenes::noise(), scenes::peaky_environment(), scenes::crowd(), scenes::tricubic(), scenes::labels()]
-    {
+    for test in [
+        scenes::noise(),
+        scenes::peaky_environment(),
+        scenes::crowd(),
+        scenes::tricubic(),
+        scenes::labels(),
+        scenes::painted(),
+    ] {
         let film = |limits| film_within(limits, &test, 24, 16, 24, u64::MAX).unwrap();
         let (own, common) = (film(limits), film(few));
         let lit = (0..24 * 24).filter(|&pixel| own.alpha(pixel) > 0.0).count();
