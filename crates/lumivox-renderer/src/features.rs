@@ -138,7 +138,7 @@ impl Features {
             if !self.many_volumes {
                 kernels.push(LightMarch(alone.of_picture(false)));
             }
-            kernels.extend([LightBegin, LightInsert, LightGather, LightResolve, LightFill]);
+            kernels.extend([LightBegin, LightInsert, LightGather, LightResolve, LightSmooth, LightFill]);
         }
         kernels.extend(more);
         kernels

@@ -288,6 +288,23 @@ pub struct HostDepthParams {
     pub padding_y: u32,
 }
 
+/// Twin of `LightSmoothParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in light_smooth.wgsl")]
+pub struct LightSmoothParams {
+    pub film_size: [u32; 2],
+    pub first: [u32; 2],
+    pub stride: u32,
+    pub step: u32,
+    pub flips: u32,
+    pub is_last: u32,
+    pub sure: f32,
+    pub pixel_size: f32,
+    pub camera_parallel: u32,
+    pub padding: u32,
+}
+
 /// Twin of `LightFillParams`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]

@@ -101,6 +101,8 @@ pub enum Kernel {
     LightResolve,
     /// A picture from the light that is kept. Of the variant it heeds what media are, and whether there are several.
     LightMarch(PathTraceVariant),
+    /// What of that picture is known of few points is smoothed, where its surfaces are.
+    LightSmooth,
     /// The pixels of that picture between those whose rays were marched.
     LightFill,
     /// Draws from the samplers, for tests.
@@ -129,6 +131,7 @@ impl Kernel {
             Kernel::LightInsert,
             Kernel::LightGather,
             Kernel::LightResolve,
+            Kernel::LightSmooth,
             Kernel::LightFill,
             Kernel::SampleDirections,
         ]

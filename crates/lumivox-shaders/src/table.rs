@@ -211,6 +211,12 @@ pub(crate) fn row(kernel: Kernel) -> Row {
                 ["light_resolve"],
             ],
         ),
+        Kernel::LightSmooth => compute(
+            "light_smooth",
+            TILE,
+            &[Uniform, StorageReadWrite],
+            modules![["random"], ["light_cells"], ["light_picture"], ["light_smooth"]],
+        ),
         Kernel::LightFill => compute(
             "light_fill",
             TILE,

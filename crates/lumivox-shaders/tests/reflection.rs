@@ -208,6 +208,21 @@ fn twins_have_the_shaders_layout() {
         }
     );
     assert_twin!(
+        Kernel::LightSmooth,
+        LightSmoothParams {
+            film_size,
+            first,
+            stride,
+            step,
+            flips,
+            is_last,
+            sure,
+            pixel_size,
+            camera_parallel,
+            padding,
+        }
+    );
+    assert_twin!(
         Kernel::LightFill,
         LightFillParams {
             before_from_now,

@@ -12,7 +12,7 @@ use super::film::LiveFilm;
 use super::images::{Grain, Image, LiveImage, PixelFormat, pixels};
 use super::looks::{Look, Looks};
 use super::passes::{
-    ClearPass, LightCellsPass, LightFill, LightPicturePass, LightResources, PathSettings, Share, TracePass,
+    ClearPass, LightCellsPass, LightPicturePass, LightResources, PathSettings, Share, TracePass,
 };
 use super::reprojection::Seen;
 use crate::error::RenderError;
@@ -420,11 +420,8 @@ impl KeptLight {
         let seen = Seen { camera: settings.camera, volumes: cache.places() };
         // Where there is no room for pictures, something has to be bound all the same.
         let unused = [self.cells, self.points];
-        let before = self.looks.before(look, seen, self.size, unused, &mut self.room, recording);
-        let fill = before.map(|fill| LightFill {
-            params: layout::LightFillParams { light_scale: self.scale as f32, ..fill.params },
-            ..fill
-        });
+        let mut fill = self.looks.before(look, seen, self.size, unused, &mut self.room, recording);
+        fill.params.light_scale = self.scale as f32;
         LightPicturePass {
             scene: cache,
             cells: self.cells,

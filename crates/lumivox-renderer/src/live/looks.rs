@@ -17,6 +17,10 @@ const SAMPLES_OF_A_LOOK: f64 = 0.65;
 /// before fill it in, and points are wanted.
 const LOOKED_WITH: f64 = 0.35;
 
+/// And where one ray is marched for so many pixels along each axis or more: there pictures want rays as much as points.
+const LOOKED_WITH_COARSELY: f64 = 0.7;
+const COARSE: u32 = 4;
+
 /// And of all budgets at rest, until rays of all pixels were marched and from then on: a picture is made as soon as the frames
 /// since the last one have saved so much.
 const LOOKED_WITH_AT_FIRST: f64 = 0.6;
@@ -99,7 +103,8 @@ impl Looks {
         };
         let is_affordable = |stride: u32| {
             let reserve = if stride < self.stride { WELL_AFFORDABLE } else { 1.0 };
-            samples(stride) * reserve <= LOOKED_WITH * budget as f64
+            let part = if stride < COARSE { LOOKED_WITH } else { LOOKED_WITH_COARSELY };
+            samples(stride) * reserve <= part * budget as f64
         };
         // So that rays of some pixels are marched wherever they begin.
         let most = STRIDES[STRIDES.len() - 1].min(size[0]).min(size[1]);
@@ -127,7 +132,7 @@ impl Looks {
         [place % stride, place / stride]
     }
 
-    /// How pixels between marched ones are filled in, if there are any: what is known of the picture before, whose place the one
+    /// How pixels between marched ones are filled in: what is known of the picture before, whose place the one
     /// takes that shows what is `seen` now. Where there is no room for pictures, `unused` buffers are bound.
     pub fn before(
         &mut self,
@@ -137,11 +142,15 @@ impl Looks {
         unused: [ResourceId; 2],
         room: &mut LightRoom,
         recording: &mut Recording,
-    ) -> Option<LightFill> {
+    ) -> LightFill {
+        let params = layout::LightFillParams {
+            camera_parallel: u32::from(reprojection::is_parallel(&seen.camera)),
+            ..Default::default()
+        };
         if look.stride == 1 {
             // The next one has none like it before it.
-            self.before.as_mut()?.seen = None;
-            return None;
+            self.before.iter_mut().for_each(|before| before.seen = None);
+            return LightFill { params, buffers: unused };
         }
         let bytes = pixels(size) * BYTES_BEFORE;
         if self.before.is_none() && room.bytes() + 2 * bytes <= room.most() {
@@ -150,11 +159,7 @@ impl Looks {
                 ["picture before", "picture for the next"].map(|it| recording.create_buffer(it, bytes));
             self.before = Some(Before { buffers, seen: None });
         }
-        let params = layout::LightFillParams {
-            camera_parallel: u32::from(reprojection::is_parallel(&seen.camera)),
-            ..Default::default()
-        };
-        let Some(before) = &mut self.before else { return Some(LightFill { params, buffers: unused }) };
+        let Some(before) = &mut self.before else { return LightFill { params, buffers: unused } };
         before.buffers.reverse();
         // Whatever has changed since: what is marched around a pixel says what it may be.
         let map = before.seen.as_ref().and_then(|it| reprojection::before_from_now(it, &seen));
@@ -166,7 +171,7 @@ impl Looks {
             keeps: 1,
             ..params
         };
-        Some(LightFill { params, buffers: before.buffers })
+        LightFill { params, buffers: before.buffers }
     }
 
     /// Frees what is kept of the pictures, which were of so many pixels: they will have others.
@@ -190,12 +195,13 @@ mod tests {
 
     #[test]
     fn small_budgets_march_few_pixels_and_never_all_of_their_samples_go_into_that() {
-        for (parts, stride) in [(1, 1), (2, 2), (4, 2), (8, 3), (16, 4), (32, 6), (1000, 6)] {
+        for (parts, stride) in [(1, 1), (2, 2), (4, 2), (8, 3), (16, 4), (32, 4), (64, 6), (1000, 6)] {
             let budget = 2 * PIXELS / parts;
             let look = Looks::new().plan(SIZE, budget, false).unwrap();
             assert_eq!(look.stride, stride, "of {budget}");
             let is_least = parts == 1000;
-            assert!(look.pixel_samples as f64 <= LOOKED_WITH * budget as f64 + 1.0 || is_least);
+            let part = if stride < COARSE { LOOKED_WITH } else { LOOKED_WITH_COARSELY };
+            assert!(look.pixel_samples as f64 <= part * budget as f64 + 1.0 || is_least);
         }
         assert_eq!(Looks::new().plan([2, 3], 0, false).unwrap().stride, 2);
         assert_eq!(Looks::new().plan([1, 1], 0, false).unwrap().stride, 1);

@@ -368,7 +368,7 @@ fn the_kernels_of_a_scene_are_known_before_it_is_recorded() {
         let is_other = |kernel: &&Kernel| matches!(kernel, Kernel::LightMarch(of) if of.several != features.many_volumes);
         let is_recorded = |kernel: &Kernel| recorded.contains(kernel);
         let wanted: Vec<_> = with_light.iter().filter(is_wanted).collect();
-        assert_eq!(wanted.len(), if features.many_volumes { 7 } else { 8 });
+        assert_eq!(wanted.len(), if features.many_volumes { 8 } else { 9 });
         assert!(wanted.iter().all(|kernel| is_recorded(kernel) != is_other(kernel)), "{recorded:?}");
 
         let mut recording = Recording::new();

@@ -138,6 +138,11 @@ fn light_weight(word: u32) -> f32 {
     return select(0.3, 1.0, (word >> 29u) > 0u);
 }
 
+// How many points a cell has, as a power of two: 0 for none, 1 for one, 7 for more than 32.
+fn light_sureness(word: u32) -> f32 {
+    return f32(word >> 29u);
+}
+
 // Light over colour, as one number.
 fn brightness(light: vec3f, color: vec3f) -> f32 {
     let weights = vec3f(0.2126, 0.7152, 0.0722);

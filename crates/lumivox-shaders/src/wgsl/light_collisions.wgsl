@@ -13,11 +13,14 @@ fn see(pixel: vec2u, t_end: f32) -> Seen {
         let hit = next_collision(ray.origin, ray.direction, t_max, &rng);
         if (hit.kind == IN_VOLUME) {
             let position = ray.origin + hit.t * ray.direction;
-            seen.light += sent_light(hit.volume, position, ray.direction, hit.reading);
+            let sent = sent_light(hit.volume, position, ray.direction, hit.reading);
+            seen.light += sent.light;
+            seen.color += sent.color;
+            seen.sureness += sent.sureness;
             seen.depth += dot(position - frame.camera_position, frame.view_axis);
             seen.alpha += 1.0;
         }
     }
     let inverse = 1.0 / f32(frame.samples);
-    return Seen(inverse * seen.light, inverse * seen.alpha, inverse * seen.depth);
+    return seen_times(inverse, seen);
 }

@@ -29,7 +29,7 @@ struct LightFillParams {
 // Of which it is asked where rays end.
 @group(0) @binding(1) var<storage, read> film: array<vec4f>;
 // Planes as `light_march` writes them.
-@group(0) @binding(2) var<storage, read_write> picture: array<vec4f>;
+@group(0) @binding(2) var<storage, read_write> picture: array<vec4u>;
 // The picture before, and this one for the next: light as in cells with a common exponent; depth in a half float without its
 // sign, the root of alpha in nine bits, and in eight more about where the ray ends (`end_code`).
 @group(0) @binding(3) var<storage, read> before: array<vec2u>;
@@ -117,7 +117,9 @@ fn light_fill(@builtin(global_invocation_id) id: vec3u) {
     let beyond = vec2u(offset);
     if (all(offset >= vec2i(0)) && beyond.x % params.stride == 0u && beyond.y % params.stride == 0u) {
         let own = picture[plane + index];
-        keep(index, marched_light(own), own.w, own.y);
+        let light = marched_light(own);
+        picture[index] = bitcast<vec4u>(vec4f(light.rgb / params.light_scale, light.a));
+        keep(index, light, seen_depth(own), ray_end(own));
         return;
     }
     let limit = film[ray_limit_entry(plane, index)][index % 4u];
@@ -131,10 +133,10 @@ fn light_fill(@builtin(global_invocation_id) id: vec3u) {
         let tap = vec2i(floor(q)) + vec2i(i & 1, i >> 1u);
         let marched = picture[marched_entry(tap)];
         var light = marched_light(marched);
-        let alike = likeness(marched.y, limit);
+        let alike = likeness(ray_end(marched), limit);
         // Of what an opaque volume hides, it is no matter where it ends.
         let counts = max(alike, hidden(light.a));
-        if (limit > 0.0 && marched.w > limit) {
+        if (limit > 0.0 && seen_depth(marched) > limit) {
             // What a ray met that passed by the pixel's surface is hidden behind that.
             light = vec4f(0.0);
         }
@@ -142,7 +144,7 @@ fn light_fill(@builtin(global_invocation_id) id: vec3u) {
         let weight = (near.x * near.y + 1e-4) * counts;
         seen += weight * light;
         squares += weight * light * light;
-        depth += weight * light.a * marched.w;
+        depth += weight * light.a * seen_depth(marched);
         weights += weight;
     }
     depth /= max(seen.a, 1e-9);
@@ -150,7 +152,7 @@ fn light_fill(@builtin(global_invocation_id) id: vec3u) {
     let spread = DEVIATIONS * sqrt(max(squares / weights - seen * seen, vec4f(0.0)));
     if (params.has_before != 0u && seen.a > 0.0) {
         // By the depth of the nearest one: the mean of two surfaces is in neither.
-        let its_depth = picture[marched_entry(vec2i(floor(q + 0.5)))].w;
+        let its_depth = seen_depth(picture[marched_entry(vec2i(floor(q + 0.5)))]);
         let deep = select(depth, its_depth, its_depth > 0.0);
         let uv = (vec2f(id.xy) + 0.5) / vec2f(params.film_size) * 2.0 - 1.0;
         let place = place_before(uv, deep);
@@ -167,7 +169,7 @@ fn light_fill(@builtin(global_invocation_id) id: vec3u) {
             depth = mix(deep + was.depth - place.z, depth, other);
         }
     }
-    picture[index] = vec4f(seen.rgb / params.light_scale, seen.a);
-    picture[plane + index] = vec4f(0.0, limit, 0.0, depth);
+    picture[index] = bitcast<vec4u>(vec4f(seen.rgb / params.light_scale, seen.a));
+    picture[plane + index] = bitcast<vec4u>(vec4f(0.0, limit, 0.0, depth));
     keep(index, seen, depth, limit);
 }

@@ -12,7 +12,7 @@
 @group(0) @binding(5) var<storage, read> light_cells: array<u32>;
 // Of which it is asked where rays end.
 @group(0) @binding(6) var<storage, read> film: array<vec4f>;
-@group(0) @binding(7) var<storage, read_write> picture: array<vec4f>;
+@group(0) @binding(7) var<storage, read_write> picture: array<vec4u>;
 
 fn light_slots() -> u32 {
     return frame.light_slots;
@@ -25,16 +25,31 @@ fn take_turn() -> bool {
 struct Seen {
     light: vec3f,
     alpha: f32,
-    // Times alpha.
+    // Times alpha, these three.
     depth: f32,
+    color: vec3f,
+    sureness: f32,
+}
+
+fn seen_times(x: f32, seen: Seen) -> Seen {
+    return Seen(x * seen.light, x * seen.alpha, x * seen.depth, x * seen.color, x * seen.sureness);
+}
+
+// What is sent on, in which colour, and of how many points that is known.
+struct Sent {
+    light: vec3f,
+    color: vec3f,
+    sureness: f32,
 }
 
 // What is sent on towards the eye at a point of a volume that was read.
-fn sent_light(v: u32, position: vec3f, direction: vec3f, reading: Reading) -> vec3f {
+fn sent_light(v: u32, position: vec3f, direction: vec3f, reading: Reading) -> Sent {
     let event = event_at(v, optics_at(v, position, reading, false), reading, -direction);
     let depth = dot(position - frame.camera_position, frame.view_axis);
     let kept = kept_light_at(instances[v].light_number, voxel_from_world(v, position), tier_seen(v, depth));
-    return diffuse_color(event) * kept.ratio + mirror_tint(event) * kept.mirror;
+    let diffuse = diffuse_color(event);
+    let mirror = mirror_tint(event);
+    return Sent(diffuse * kept.ratio + mirror * kept.mirror, diffuse + mirror, kept.sureness);
 }
 
 @compute @workgroup_size(WORKGROUP_X, WORKGROUP_Y)
@@ -53,6 +68,9 @@ fn light_march(@builtin(global_invocation_id) id: vec3u) {
     let index = at.y * frame.film_size.x + at.x;
     let end = film[ray_limit_entry(plane, index)][index % 4u];
     let seen = see(at, end);
-    picture[index] = vec4f(seen.light / frame.light_scale, seen.alpha);
-    picture[plane + index] = marched_pixel(seen.light, seen.alpha, end, seen.depth / max(seen.alpha, 1e-6));
+    let tint = encode_tint(seen.color, seen.alpha);
+    let ratio = pack_rgb(seen.light / tint_of(tint).rgb);
+    let whole = 1.0 / max(seen.alpha, 1e-6);
+    picture[index] = vec4u(ratio, 0u, 0u, bitcast<u32>(whole * seen.sureness));
+    picture[plane + index] = vec4u(ratio, bitcast<u32>(end), tint, bitcast<u32>(whole * seen.depth));
 }

@@ -5,6 +5,8 @@ struct KeptLight {
     ratio: vec3f,
     mirror: vec3f,
     is_known: bool,
+    // Points of the cells that tell it, as `light_sureness` counts them.
+    sureness: f32,
 }
 
 // The slot of a block, or NO_SLOT.
@@ -59,6 +61,7 @@ fn light_of_tier(v: u32, p: vec3f, tier: u32) -> KeptLight {
                 let word = light_cells[words + cell_in_block(cell)];
                 let weight = near.x * near.y * near.z * light_weight(word);
                 kept.ratio += weight * light_ratio(word);
+                kept.sureness += weight * light_sureness(word);
                 of_block += weight;
                 cell = next_in_box(cell, low, high);
             }
@@ -71,6 +74,7 @@ fn light_of_tier(v: u32, p: vec3f, tier: u32) -> KeptLight {
     let inverse = 1.0 / max(weights, 1e-6);
     kept.ratio *= inverse;
     kept.mirror *= inverse;
+    kept.sureness *= inverse;
     return kept;
 }
 

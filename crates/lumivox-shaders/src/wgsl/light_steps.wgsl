@@ -119,14 +119,17 @@ fn see_volume(v: u32, origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<func
         var reading = pending.read;
         reading.texel = pending.texel / pending.share;
         let position = origin + (m.t_enter + pending.t / pending.share) * direction;
-        seen.light += pending.share * sent_light(v, position, direction, reading);
+        let sent = sent_light(v, position, direction, reading);
+        seen.light += pending.share * sent.light;
+        seen.color += pending.share * sent.color;
+        seen.sureness += pending.share * sent.sureness;
         seen.depth += pending.share * dot(position - frame.camera_position, frame.view_axis);
     }
     seen.alpha = 1.0 - transmitted;
     if (transmitted <= OPAQUE) {
         // What is left is as what was seen.
-        let whole = 1.0 / max(seen.alpha, 1e-6);
-        seen = Seen(whole * seen.light, 1.0, whole * seen.depth);
+        seen = seen_times(1.0 / max(seen.alpha, 1e-6), seen);
+        seen.alpha = 1.0;
     }
     return seen;
 }

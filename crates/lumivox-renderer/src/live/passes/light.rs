@@ -68,7 +68,65 @@ pub(super) fn forget_points(points: ResourceId, capacity: u32, recording: &mut R
     recording.push(Step::WriteBuffer { id: points, offset: 0, data: Payload::copy_of(&header) });
 }
 
-/// Pixels between those whose rays were marched.
+/// Pixels from tap to tap of the passes that smooth a picture, at most.
+const FARTHEST_TAP: u32 = 32;
+
+/// Pixels are smoothed over taps so far apart as long as they are less sure than this, in doublings of points; over those twice as
+/// far apart as long as they are less sure by one.
+const SURE: f32 = 9.0;
+
+/// What of a picture was marched is averaged along its surfaces, where cells have few points.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSmoothPass {
+    /// Planes as `light_picture.wgsl` has them, marched and not filled in.
+    pub picture: Image,
+    /// From where, and which pixels were.
+    pub frame: layout::Frame,
+}
+
+impl FramePass for LightSmoothPass {
+    fn name(&self) -> &'static str {
+        "light smooth"
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        vec![Use::change(self.picture)]
+    }
+
+    fn record(&self, recording: &mut Recording) {
+        let Self { picture, frame } = self;
+        let size = marched_size(*picture, frame);
+        let mut pass = |params| dispatch(Kernel::LightSmooth, &params, vec![picture.buffer], size, recording);
+        let params = layout::LightSmoothParams {
+            film_size: picture.size,
+            first: frame.march_first,
+            stride: frame.march_stride,
+            pixel_size: frame.pixel_size,
+            camera_parallel: frame.orthographic,
+            ..Default::default()
+        };
+        pass(params);
+        let is_near = |step: &u32| *step == 1 || step * frame.march_stride <= FARTHEST_TAP;
+        let steps: Vec<u32> = (0..).map(|i| 1 << i).take_while(is_near).collect();
+        for (i, &step) in steps.iter().enumerate() {
+            pass(layout::LightSmoothParams {
+                step,
+                flips: (i % 2) as u32,
+                is_last: u32::from(i + 1 == steps.len()),
+                sure: SURE - ((step * frame.march_stride) as f32).log2(),
+                ..params
+            });
+        }
+    }
+}
+
+/// Pixels along each axis whose rays are marched.
+fn marched_size(picture: Image, frame: &layout::Frame) -> [u32; 2] {
+    let [first, stride] = [frame.march_first, [frame.march_stride; 2]];
+    std::array::from_fn(|axis| (picture.size[axis] - first[axis]).div_ceil(stride[axis]))
+}
+
+/// The picture's pixels, of those between the ones whose rays were marched.
 #[derive(Clone, Copy, Debug)]
 pub struct LightFill {
     /// What is known of the picture before. Sizes are set when it is recorded.
@@ -88,8 +146,8 @@ pub struct LightPicturePass<'a> {
     pub film: FilmImages,
     /// What comes out: planes as `light_picture.wgsl` has them.
     pub picture: Image,
-    /// How pixels between those whose rays are marched are filled in, if there are any.
-    pub fill: Option<LightFill>,
+    /// How pixels between those whose rays are marched are filled in.
+    pub fill: LightFill,
     /// From where, and how.
     pub frame: layout::Frame,
 }
@@ -121,15 +179,13 @@ impl FramePass for LightPicturePass<'_> {
         resources.extend([self.cells, self.film.buffer, self.picture.buffer]);
         resources.extend(self.scene.pools());
         let (first, stride) = (self.frame.march_first, self.frame.march_stride);
-        let [width, height] = self.picture.size;
-        let marched = [width - first[0], height - first[1]].map(|n| n.div_ceil(stride));
-        dispatch(kernel, &self.frame, resources, marched, recording);
-        if let Some(fill) = self.fill {
-            let film_size = self.picture.size;
-            let params = layout::LightFillParams { film_size, first, stride, ..fill.params };
-            let [before, kept] = fill.buffers;
-            let resources = vec![self.film.buffer, self.picture.buffer, before, kept];
-            dispatch(Kernel::LightFill, &params, resources, film_size, recording);
-        }
+        dispatch(kernel, &self.frame, resources, marched_size(self.picture, &self.frame), recording);
+        let smooth = LightSmoothPass { picture: self.picture, frame: self.frame };
+        smooth.record(recording);
+        let film_size = self.picture.size;
+        let params = layout::LightFillParams { film_size, first, stride, ..self.fill.params };
+        let [before, kept] = self.fill.buffers;
+        let resources = vec![self.film.buffer, self.picture.buffer, before, kept];
+        dispatch(Kernel::LightFill, &params, resources, film_size, recording);
     }
 }

@@ -24,7 +24,7 @@ pub use self::denoise::DenoisePass;
 pub use self::draw::DrawPass;
 pub use self::fade::FadePass;
 pub use self::host_depth::HostDepthPass;
-pub use self::light::{LightCellsPass, LightFill, LightPicturePass, LightResources};
+pub use self::light::{LightCellsPass, LightFill, LightPicturePass, LightResources, LightSmoothPass};
 pub use self::picture::{PictureFilms, PicturePass, ShownFilm};
 pub use self::read::ReadPass;
 pub use self::trace::{PathSettings, Share, TracePass};

@@ -362,3 +362,53 @@ fn a_pass_takes_the_place_of_another() {
         assert!(painted.into_iter().all(|(a, b)| (a - b).abs() < 1e-3), "pixel {pixel}: {shown:?}");
     }
 }
+
+/// Red, green and blue in 9 bits each with a common exponent, as cells have light: of a value between a half and one.
+fn packed(value: f32) -> u32 {
+    let mantissa = (value * 512.0).round() as u32;
+    mantissa | (mantissa << 9) | (mantissa << 18) | (15 << 27)
+}
+
+fn unpacked(word: u32) -> f32 {
+    (word & 0x1ff) as f32 * ((word >> 27) as f32 - 24.0).exp2()
+}
+
+/// A slope to the left of the middle and another behind it to the right, opaque and white. Light over colour is .9 at every
+/// second pixel and .6 at the others to the left, and .5 to the right.
+#[test]
+fn what_few_points_tell_is_smoothed_along_its_surface_and_no_farther() {
+    const WHITE: u32 = u32::MAX;
+    let mut gpu = gpu();
+    let noisy = |pixel: usize| match (column(pixel) < 12, (pixel / 24 + column(pixel)).is_multiple_of(2)) {
+        (true, true) => 0.9,
+        (true, false) => 0.6,
+        (false, _) => 0.5,
+    };
+    let depth = |pixel: usize| if column(pixel) < 12 { 1.0 + 0.01 * column(pixel) as f32 } else { 1.5 };
+    let smooth = |sureness: f32, gpu: &mut Gpu| {
+        let mut recording = Recording::new();
+        let picture = plane(LiveImage::KeptLight, 2, PixelFormat::FourFloats, &mut recording);
+        let first = (0..PIXELS).map(|pixel| [packed(noisy(pixel)), 0, 0, sureness.to_bits()]);
+        let second = (0..PIXELS).map(|pixel| [packed(noisy(pixel)), 0, WHITE, depth(pixel).to_bits()]);
+        write(&picture, &first.chain(second).collect::<Vec<_>>(), &mut recording);
+        let frame = lumivox_shaders::layout::Frame {
+            march_stride: 1,
+            pixel_size: 0.01,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        LightSmoothPass { picture, frame }.record(&mut recording);
+        picture.record_read(&mut recording);
+        let words: Vec<[u32; 4]> = last(gpu, &recording);
+        (0..PIXELS).map(|pixel| unpacked(words[PIXELS + pixel][0])).collect::<Vec<f32>>()
+    };
+    let smoothed = smooth(0.0, &mut gpu);
+    for (pixel, light) in smoothed.iter().enumerate() {
+        let wanted = if column(pixel) < 12 { 0.75 } else { 0.5 };
+        // At its edges a surface has neighbours to one side alone.
+        let is_inner = [column(pixel), pixel / 24].into_iter().all(|at| at % 12 > 1 && at % 12 < 10);
+        let reach = if is_inner { 0.02 } else { 0.06 };
+        assert!((light - wanted).abs() < reach, "pixel {pixel}: {light} for {wanted}");
+    }
+    let sure = smooth(9.0, &mut gpu);
+    assert!((0..PIXELS).all(|pixel| (sure[pixel] - noisy(pixel)).abs() < 0.002), "what is sure stays");
+}
