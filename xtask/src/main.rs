@@ -28,17 +28,13 @@ Commands:
                             made before: the command, packages for Debian, Godot, Unity and Python, crates, checksums
   package command OUT, package godot OUT, package python OUT, package crates OUT
                             Make a part of it
-  package all OUT [--from DIR] [--windows DIR] [--upm BRANCH]
-                            With Linux's programs and libraries from a folder as they are, those for Windows from
-                            another one than target/windows/dist, and the Unity package committed to a branch, too
-  package unity OUT         Make the Unity package, with this system's library in it, in the folder OUT
-  package unity OUT --from DIR
-                            The same, with a library and a program that are built
-  package unity OUT [--from DIR] --library FILE...
-                            With those of other systems, too, that were built there: lumivox_unity.dll,
-                            liblumivox_unity.dylib, and lumivox-codecs as it is called there
-  package unity OUT [...] --upm BRANCH
-                            Commit what is packed to a branch of its own, too, for installations by a git URL
+  package unity OUT         Make the Unity package alone, of this system's library, on any system
+    --from DIR              With this system's programs and libraries from a folder as they are
+    --windows DIR           With those for Windows from another folder than target/windows/dist; the Unity package
+                            alone has none but of a folder that is named
+    --library FILE...       With those of other systems in the Unity package, too, that were built there:
+                            liblumivox_unity.dylib, lumivox_unity.dll, and lumivox-codecs as it is called there
+    --upm BRANCH            Commit the Unity package to a branch of its own, too, for installations by a git URL
   unity-border              Write the C# structs and functions of the Unity package's border of those in Rust
   unity-border --check      Fail where they are not what would be written
   unity-kernels             Write the Unity package's kernels, which git does not hold, and the table and list of them
@@ -102,12 +98,11 @@ fn main() -> ExitCode {
 
 /// Makes a package, where the words make sense.
 fn packing(part: &str, out: &Path, options: &[&str]) -> Option<Result<(), String>> {
+    let options = package::Options::parse(options)?;
     if part == "unity" {
-        let options = package::unity_options(options)?;
         return Some(package::unity(out, &options));
     }
-    let (parts, options) = (package::Part::named(part)?, package::part_options(options)?);
-    Some(package::make(&parts, out, &options))
+    Some(package::make(&package::Part::named(part)?, out, &options))
 }
 
 /// The project's folder, around the one in which this was called.

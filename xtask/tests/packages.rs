@@ -201,13 +201,20 @@ fn the_archive_has_a_manual_and_completions_that_shells_read() {
     assert!(page.starts_with(".ie") || page.contains(".TH LUMIVOX-RENDER 1"), "{page}");
     assert!(page.contains("azimuth") && !text("share/man/man1/lumivox.1").contains("manual"));
     let bash = folder.join("share/bash-completion/completions/lumivox");
-    let script = format!(
-        ". '{}'; COMP_WORDS=(lumivox pre); COMP_CWORD=1; _lumivox lumivox pre lumivox; echo ${{COMPREPLY[@]}}",
-        bash.display()
-    );
-    assert_eq!(succeeds(Command::new("bash").args(["-c", &script])).trim(), "presets");
-    for path in ["share/zsh/site-functions/_lumivox", "share/fish/vendor_completions.d/lumivox.fish"] {
-        assert!(text(path).contains("--azimuth") || text(path).contains("azimuth"), "{path}");
+    let completed = |word: &str| {
+        let script = format!(
+            ". '{}'; COMP_WORDS=(lumivox {word}); COMP_CWORD=1; _lumivox lumivox '{word}' lumivox; echo ${{COMPREPLY[@]}}",
+            bash.display()
+        );
+        succeeds(Command::new("bash").args(["-c", &script])).trim().to_owned()
+    };
+    assert_eq!((completed("pre").as_str(), completed("man").as_str()), ("presets", ""));
+    for path in [
+        "share/bash-completion/completions/lumivox",
+        "share/zsh/site-functions/_lumivox",
+        "share/fish/vendor_completions.d/lumivox.fish",
+    ] {
+        assert!(text(path).contains("azimuth") && !text(path).contains("manual"), "{path}");
     }
     let readme = text("README.txt");
     assert!(readme.contains(VERSION) && readme.lines().count() < 60, "{readme}");
@@ -384,11 +391,19 @@ fn the_same_files_make_the_same_bytes_and_what_is_left_out_is_said() {
 #[test]
 fn what_is_missing_or_makes_no_sense_is_told() {
     let (out, empty) = (folder("packages-wrong"), folder("packages-empty"));
+    // Options mean the same for all parts, and are refused where they mean nothing.
+    let library = empty.join("lumivox_unity.dll");
+    for (part, why) in [("command", "for the Unity package"), ("all", "lumivox_unity.dll")] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
+        command.args(["package", part]).arg(&out).arg("--from").arg(native()).arg("--library").arg(&library);
+        let output = command.current_dir(root()).output().unwrap();
+        assert!(!output.status.success() && words(&output).contains(why), "{part}: {}", words(&output));
+    }
     let output = xtask(&["command"], &out, &[&empty]);
     let missing = format!("there is no {}", empty.join("lumivox").display());
     assert!(!output.status.success() && words(&output).contains(&missing), "{}", words(&output));
     for wrong in
-        [&["package", "everything", "x"][..], &["package", "all"], &["package", "all", "x", "--from"]]
+        [&["package", "everything", "x"][..], &["package", "all"], &["package", "unity", "x", "--from"]]
     {
         let output =
             Command::new(env!("CARGO_BIN_EXE_xtask")).args(wrong).current_dir(root()).output().unwrap();

@@ -133,13 +133,16 @@ pub enum Command {
     /// Say which GPUs and drivers are seen, have each render, and say what is missing and how to install it
     #[command(after_help = EXIT_CODES)]
     Doctor(DoctorArgs),
-    /// Write man pages and shell completions, for packages
-    #[command(hide = true)]
-    Manual {
-        /// The folder, which is made where it is not there
-        #[arg(value_name = "FOLDER")]
-        out: PathBuf,
-    },
+}
+
+// Not one of the above, which completions offer even where they are hidden.
+/// Write man pages and shell completions, for packages
+#[derive(Debug, Parser)]
+#[command(name = "lumivox manual")]
+pub struct ManualArgs {
+    /// The folder, which is made where it is not there
+    #[arg(value_name = "FOLDER")]
+    pub out: PathBuf,
 }
 
 /// Which scans, shared by the commands that read any.

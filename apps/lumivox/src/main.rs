@@ -22,7 +22,7 @@ use std::{
 
 use clap::Parser;
 
-use args::{Cli, Command};
+use args::{Cli, Command, ManualArgs};
 use exit::Failure;
 use lumivox_import::CodecWorker;
 
@@ -72,6 +72,9 @@ fn decode_frames() -> ExitCode {
 
 fn run() -> Result<(), Failure> {
     // clap ends the process itself on wrong usage (2) and for --help and --version (0).
+    if std::env::args_os().nth(1).is_some_and(|first| first == "manual") {
+        return commands::manual::run(&ManualArgs::parse_from(std::env::args_os().skip(1)).out);
+    }
     match Cli::parse().command {
         Command::Render(args) => commands::render::run(&args),
         Command::Scene(command) => commands::scene::run(&command),
@@ -80,7 +83,6 @@ fn run() -> Result<(), Failure> {
         Command::Phantom(args) => commands::phantom::run(&args),
         Command::Presets => commands::presets::run(),
         Command::Doctor(args) => commands::doctor::run(&args),
-        Command::Manual { out } => commands::manual::run(&out),
     }
 }
 

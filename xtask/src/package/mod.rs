@@ -9,6 +9,7 @@ mod build;
 mod command;
 mod crates;
 mod godot;
+mod options;
 mod parts;
 mod python;
 mod sbom;
@@ -20,9 +21,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 pub use archive::below;
+pub use options::Options;
 use parts::own_licenses;
-pub use parts::{Part, make, options as part_options};
-pub use unity::{options as unity_options, unity};
+pub use parts::{Part, make};
+pub use unity::unity;
 
 /// The version of all that is made.
 const VERSION: &str = env!("CARGO_PKG_VERSION");

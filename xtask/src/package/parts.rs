@@ -8,6 +8,7 @@ use super::archive::{self, Files};
 use super::build::{LINUX, Native, PACKAGES};
 use super::command::{self, Manual, Words};
 use super::godot::{self, Libraries};
+use super::options::Options;
 use super::works::{Graph, Work};
 use super::{VERSION, crates, date, python, read, sbom, target_folder, unity, works, write};
 
@@ -24,7 +25,7 @@ pub enum Part {
 impl Part {
     pub const ALL: [Self; 5] = [Self::Command, Self::Godot, Self::Unity, Self::Python, Self::Crates];
 
-    /// By its word on the command line; `all` is all of them.
+    /// By its word on the command line; `all` is all of them. `unity` alone is made of this system's, whatever it is.
     pub fn named(name: &str) -> Option<Vec<Self>> {
         Some(match name {
             "all" => Self::ALL.to_vec(),
@@ -51,37 +52,10 @@ impl Part {
         match self {
             Self::Command => &["lumivox.exe"],
             Self::Godot => &["lumivox_godot.dll", "lumivox-codecs.exe"],
-            Self::Unity => &["lumivox_unity.dll", "lumivox-codecs.exe"],
+            Self::Unity => &unity::WINDOWS_FILES,
             Self::Python | Self::Crates => &[],
         }
     }
-}
-
-/// What parts are made with.
-#[derive(Debug, Default, PartialEq)]
-pub struct Options<'a> {
-    /// The folder in which Linux's programs and libraries lie, instead of building them.
-    from: Option<&'a Path>,
-    /// The folder in which those for Windows lie.
-    windows: Option<&'a Path>,
-    /// The branch that the Unity package is committed to.
-    branch: Option<&'a str>,
-}
-
-/// Of `--from DIR`, `--windows DIR` and `--upm BRANCH`; `None` where they are something else.
-pub fn options<'a>(words: &[&'a str]) -> Option<Options<'a>> {
-    let mut options = Options::default();
-    for pair in words.chunks(2) {
-        match *pair {
-            ["--from", folder] if options.from.is_none() => options.from = Some(Path::new(folder)),
-            ["--windows", folder] if options.windows.is_none() => options.windows = Some(Path::new(folder)),
-            ["--upm", branch] if options.branch.is_none() && !branch.starts_with('-') => {
-                options.branch = Some(branch)
-            }
-            _ => return None,
-        }
-    }
-    Some(options)
 }
 
 /// The system that `script/windows` builds for.
@@ -99,6 +73,10 @@ pub fn make(parts: &[Part], out: &Path, options: &Options<'_>) -> Result<(), Str
             return Err(format!("there is no {}", file.display()));
         }
     }
+    if !parts.contains(&Part::Unity) && (options.branch.is_some() || !options.libraries.is_empty()) {
+        return Err("--library and --upm are for the Unity package".to_owned());
+    }
+    unity::check_others(&options.libraries)?;
     let out = std::path::absolute(out).map_err(|error| format!("{}: {error}", out.display()))?;
     let maker = Maker {
         date: date(&root)?,
@@ -156,7 +134,7 @@ impl Maker {
                 made.extend(self.godot(&native, &graphs)?);
             }
             if wants(Part::Unity) {
-                made.extend(self.unity(&native, &graphs, options.branch)?);
+                made.extend(self.unity(&native, &graphs, options)?);
             }
             for (name, bytes) in made {
                 write(&self.out.join(&name), &bytes)?;
@@ -252,20 +230,19 @@ impl Maker {
         ])
     }
 
-    fn unity(&self, native: &Native, graphs: &Graphs, branch: Option<&str>) -> Result<Made, String> {
+    fn unity(&self, native: &Native, graphs: &Graphs, options: &Options<'_>) -> Result<Made, String> {
         let roots = ["lumivox-unity", "lumivox-import"];
         let mut works = graphs.linux(&roots)?;
-        let others = self.windows_files(Part::Unity).unwrap_or_default();
-        if !others.is_empty() {
+        let windows = self.windows_files(Part::Unity).unwrap_or_default();
+        if !windows.is_empty() {
             works = both(works, graphs.windows(&roots)?);
         }
+        let mut others: Vec<&Path> = windows.iter().map(PathBuf::as_path).collect();
+        others.extend(&options.libraries);
         let own = [native.unity.clone(), native.codecs.clone()];
-        let content = unity::Content {
-            own: &own,
-            others: &others.iter().map(PathBuf::as_path).collect::<Vec<_>>(),
-            notice: &works::notice(&works),
-        };
-        let archive = unity::pack(&self.root, &self.staging.join("unity"), &content, branch, self.date)?;
+        let content = unity::Content { own: &own, others: &others, notice: &works::notice(&works) };
+        let staging = self.staging.join("unity");
+        let archive = unity::pack(&self.root, &staging, &content, options.branch, self.date)?;
         let bill = self.bill("com.lumivox", &roots, &works)?;
         Ok(vec![
             (format!("com.lumivox-{VERSION}.tgz"), archive),

@@ -6,36 +6,10 @@ use std::process::Command;
 
 use super::archive::{self, File, Files};
 use super::binaries::system_of;
+use super::options::Options;
 use super::works::{self, Graph};
 use super::{VERSION, make_empty, read, run};
 use crate::{unity_branch, unity_kernels, unity_metas};
-
-/// What a Unity package is made with.
-#[derive(Debug, Default, PartialEq)]
-pub struct Options<'a> {
-    /// The folder in which this system's library and program lie.
-    from: Option<&'a Path>,
-    /// Those of other systems.
-    others: Vec<&'a Path>,
-    /// The branch that it is committed to.
-    branch: Option<&'a str>,
-}
-
-/// Of `--from DIR`, `--library FILE` and `--upm BRANCH`; `None` where they are something else.
-pub fn options<'a>(words: &[&'a str]) -> Option<Options<'a>> {
-    let mut options = Options::default();
-    for pair in words.chunks(2) {
-        match *pair {
-            ["--from", folder] if options.from.is_none() => options.from = Some(Path::new(folder)),
-            ["--library", file] => options.others.push(Path::new(file)),
-            ["--upm", branch] if options.branch.is_none() && !branch.starts_with('-') => {
-                options.branch = Some(branch)
-            }
-            _ => return None,
-        }
-    }
-    Some(options)
-}
 
 /// Makes `com.lumivox-VERSION.tgz` in `out`, as Unity's package manager takes it: the package, with kernels, and the native
 /// library and the decoders' program of this system in it, and those of other systems. Those of this system are built for
@@ -43,10 +17,10 @@ pub fn options<'a>(words: &[&'a str]) -> Option<Options<'a>> {
 pub fn unity(out: &Path, options: &Options<'_>) -> Result<(), String> {
     let root = crate::root()?;
     check(&root, options.branch)?;
-    // Before minutes of building.
-    for file in &options.others {
-        place_of(file)?;
-    }
+    let of_windows = options.windows.map(|folder| WINDOWS_FILES.map(|name| folder.join(name)));
+    let of_windows = of_windows.iter().flatten().map(PathBuf::as_path);
+    let others: Vec<&Path> = of_windows.chain(options.libraries.iter().copied()).collect();
+    check_others(&others)?;
     let native = match options.from {
         Some(folder) => native_files(folder)?,
         None => build()?,
@@ -65,13 +39,21 @@ pub fn unity(out: &Path, options: &Options<'_>) -> Result<(), String> {
     }
     let roots = ["lumivox-unity", "lumivox-import"];
     let works = Graph::new(&root, &host()?, &roots)?.linked(&roots)?;
-    let content = Content { own: &built, others: &options.others, notice: &works::notice(&works) };
+    let content = Content { own: &built, others: &others, notice: &works::notice(&works) };
     let archive = pack(&root, &out.join("package"), &content, options.branch, super::date(&root)?)?;
     let file = out.join(format!("com.lumivox-{VERSION}.tgz"));
     super::write(&file, &archive)?;
     fs::remove_dir_all(&own).map_err(|error| format!("{}: {error}", own.display()))?;
     println!("{}: {:.1} MB", file.display(), archive.len() as f64 * 1e-6);
     Ok(())
+}
+
+/// What of the package is native on Windows.
+pub const WINDOWS_FILES: [&str; 2] = ["lumivox_unity.dll", "lumivox-codecs.exe"];
+
+/// Fails where the package has no place for one of these files: to be known before minutes of building.
+pub fn check_others(files: &[&Path]) -> Result<(), String> {
+    files.iter().try_for_each(|file| place_of(file).map(drop))
 }
 
 /// What is in the package, besides what the tree has.
@@ -283,26 +265,5 @@ mod tests {
         refused("lumivox_unity.dll", &pe(0x8664)[..0x90], "functions");
         fs::remove_dir_all(&folder).unwrap();
         assert!(place_of(&folder.join("gone.dll")).is_err());
-    }
-
-    #[test]
-    fn options_are_a_folder_and_files_in_any_order() {
-        let words = ["--library", "a.dll", "--from", "native", "--library", "b.exe", "--upm", "upm"];
-        let all = Options {
-            from: Some(Path::new("native")),
-            others: vec![Path::new("a.dll"), Path::new("b.exe")],
-            branch: Some("upm"),
-        };
-        assert_eq!(options(&words), Some(all));
-        assert_eq!(options(&[]), Some(Options::default()));
-        for wrong in [
-            &["--library"][..],
-            &["--from", "a", "--from", "b"],
-            &["--else", "a"],
-            &["a.dll"],
-            &["--upm", "--from"],
-        ] {
-            assert_eq!(options(wrong), None, "{wrong:?}");
-        }
     }
 }

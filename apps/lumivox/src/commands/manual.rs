@@ -30,7 +30,7 @@ pub fn run(out: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A page for the command, and one for each of its commands that help lists.
+/// A page for the command, and one for each of its commands.
 fn write_pages(command: &clap::Command, folder: &Path) -> Result<(), Failure> {
     make(folder)?;
     let name = command.get_display_name().unwrap_or(command.get_name()).replace(' ', "-");
@@ -40,8 +40,8 @@ fn write_pages(command: &clap::Command, folder: &Path) -> Result<(), Failure> {
     let file = folder.join(format!("{name}.1"));
     page.render(&mut text).map_err(|error| Failure::other(format!("{}: {error}", file.display())))?;
     write(&file, &text)?;
-    let shown = command.get_subcommands().filter(|command| !command.is_hide_set());
-    shown.filter(|command| command.get_name() != "help").try_for_each(|command| write_pages(command, folder))
+    let mut commands = command.get_subcommands().filter(|command| command.get_name() != "help");
+    commands.try_for_each(|command| write_pages(command, folder))
 }
 
 fn make(folder: &Path) -> Result<(), Failure> {
