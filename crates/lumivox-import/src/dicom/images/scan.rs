@@ -163,7 +163,7 @@ pub(crate) struct Found {
 pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, ImportError> {
     let Found { mut files, mut closed } = Found::default();
     let mut folders = vec![(folder.to_owned(), 0)];
-    let root = fs::canonicalize(folder).map_err(ImportError::io(folder))?;
+    let root = real_folder(folder).map_err(ImportError::io(folder))?;
     let mut seen = HashSet::from([root.clone()]);
     let mut close = |folder: PathBuf, source| {
         let error = ImportError::Io { path: folder.clone(), source };
@@ -195,7 +195,7 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, 
             let path = entry.path();
             let kind = entry.file_type().map_err(ImportError::io(&path))?;
             if kind.is_dir() || (kind.is_symlink() && path.is_dir()) {
-                let Ok(real) = fs::canonicalize(&path) else { continue };
+                let Ok(real) = real_folder(&path) else { continue };
                 if depth >= DEEPEST_FOLDER {
                     let error = ImportError::Unsupported {
                         path: path.clone(),
@@ -218,4 +218,13 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, 
     files.sort();
     closed.append(&mut too_deep);
     Ok(Found { files, closed })
+}
+
+/// Where a folder is that is there, links followed. Some drives of Windows (disks in memory, Wine's in long paths) cannot say that:
+/// such a folder is where it is called, and what leads back into it ends at the deepest folder.
+fn real_folder(folder: &Path) -> std::io::Result<PathBuf> {
+    fs::canonicalize(folder).or_else(|error| match fs::metadata(folder) {
+        Ok(_) => std::path::absolute(folder),
+        Err(_) => Err(error),
+    })
 }
