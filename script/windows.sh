@@ -1,4 +1,4 @@
-# Sourced by script/windows after lib.sh: a Rust compiler and a linker for Windows, and a Wine that runs what they make.
+# Sourced by script/windows after lib.sh: a Rust compiler and a linker for Windows. What they make runs in a Wine (script/wine.sh).
 
 WINDOWS_TARGET=x86_64-pc-windows-gnu
 WINDOWS_FOLDER=${CARGO_TARGET_DIR:-target}/windows
@@ -159,36 +159,4 @@ needs_only_windows() {
         esac
     done
     [ -z "$others" ] || die "$1 needs what not every Windows has:$others"
-}
-
-# Sets LUMIVOX_WINE, a Wine that runs programs for Windows, with a Windows of its own, and what Wine asks its environment for.
-need_wine() {
-    local candidate
-    LUMIVOX_WINE=
-    find_wine() {
-        for candidate in wine64 /usr/lib/wine/wine64 wine; do
-            if command -v "$candidate" >/dev/null 2>&1; then
-                LUMIVOX_WINE=$(command -v "$candidate")
-                return 0
-            fi
-        done
-        return 1
-    }
-    find_wine || install_packages wine64
-    find_wine || die "There is no Wine on the PATH. Install it, and run this again."
-    need_xvfb
-    # No programs for web pages or menus, no debugger, no word of Wine's own.
-    export LUMIVOX_WINE WINEPREFIX=$WINDOWS_FOLDER/wine WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml,winemenubuilder.exe,winedbg.exe="
-    local system=$WINEPREFIX/drive_c/windows/system32
-    if [ ! -e "$WINEPREFIX/made" ]; then
-        rm -rf "$WINEPREFIX"
-        mkdir -p "$WINEPREFIX"
-        timeout 120 xvfb-run -a "$LUMIVOX_WINE" wineboot -i >"$WINEPREFIX/log" 2>&1 </dev/null ||
-            die "Wine does not start (see $WINEPREFIX/log)."
-        touch "$WINEPREFIX/made"
-    fi
-    # What Debian's Wine takes from elsewhere, and what it has not.
-    [ -e "$system/zlib1.dll" ] || cp "$WINDOWS_FOLDER/toolchain/root/usr/x86_64-w64-mingw32/lib/zlib1.dll" "$system/"
-    [ -e "$system/bcryptprimitives.dll" ] ||
-        with_windows_toolchain x86_64-w64-mingw32-gcc -O2 -shared -o "$system/bcryptprimitives.dll" script/bcryptprimitives.c -ladvapi32
 }

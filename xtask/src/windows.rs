@@ -48,6 +48,37 @@ phantom head --size 7 --out scans/head
 phantom head --size 16 --quiet --out scene.lumivox
 scene check head.png";
 
+/// Where people keep things: in paths of more than 260 characters, which Windows did not have for long, on another drive, and in
+/// folders with spaces and umlauts.
+const PLACES: &str = "\
+phantom head --size 16 --quiet --out {long}/scan
+import --json {long}
+info --json {long}/scan
+render {long}/scan -o {long}/head.png --size 32x32 --samples 1 --quiet
+scene save {long}/scene.lumivox {long}/scan --size 24x32 --samples 1
+render {long}/scene.lumivox -o {long}/scene.png --quiet
+info {long}/none
+phantom head --size 16 --quiet --out {drive}/scan
+phantom cube --size 16 --quiet --out {drive}/{words}/cube
+import --json {drive}/
+info {drive}/{words}/cube
+render {drive}/scan -o head-of-the-drive.png --size 32x32 --samples 1 --quiet
+render {words}/head -o {drive}/{words}/head.png --size 32x32 --samples 1 --quiet
+phantom head --size 16 --quiet --out {words}/head
+render {words}/head -o {drive}/{words}/head.png --size 32x32 --samples 1 --quiet
+scene save {drive}/{words}/scene.lumivox {drive}/scan {words}/head --size 24x32 --samples 1
+scene check {drive}/{words}/scene.lumivox
+render {drive}/{words}/scene.lumivox -o {words}/scene.png --quiet";
+
+/// As games and services run programs: without a console. Only exit codes and files can tell what became of it.
+const DETACHED: &str = "\
+--version
+phantom head --size 16 --out detached/scan
+info detached/scan
+render detached/scan -o detached/head.png --size 32x32 --samples 1
+render no-such-file -o detached/none.png
+no-such-command";
+
 /// What is enough to see that it renders, for those who wait.
 const FIRST: &str = "\
 --version
@@ -66,6 +97,11 @@ struct Side {
     program: PathBuf,
     /// Where it runs.
     folder: PathBuf,
+    /// A folder somewhere else, and how the program calls it: on Windows, as a drive.
+    drive: PathBuf,
+    drive_name: String,
+    /// On Windows, what runs it without a console.
+    detached: Option<PathBuf>,
 }
 
 /// What a run left to see.
@@ -77,26 +113,72 @@ struct Seen {
 }
 
 impl Side {
-    fn new(runner: Option<PathBuf>, program: &Path, folder: PathBuf) -> Result<Self, String> {
+    /// A copy of the program, which lies where many people's lie.
+    fn new(runner: Option<PathBuf>, program: &Path, scratch: PathBuf) -> Result<Self, String> {
         let error = |path: &Path, error| format!("{}: {error}", path.display());
-        let program = fs::canonicalize(program).map_err(|e| error(program, e))?;
-        fs::create_dir_all(&folder).map_err(|e| error(&folder, e))?;
-        Ok(Self { runner, program, folder })
+        let [folder, drive, programs] = ["here", "drive", WORDS].map(|name| scratch.join(name));
+        for folder in [&folder, &drive, &programs] {
+            fs::create_dir_all(folder).map_err(|e| error(folder, e))?;
+        }
+        let copy = programs.join(program.file_name().ok_or("the command has no name")?);
+        fs::copy(program, &copy).map_err(|e| error(program, e))?;
+        let drive_name = match (&runner, std::env::var_os("WINEPREFIX")) {
+            (Some(_), Some(prefix)) => {
+                let at = Path::new(&prefix).join("dosdevices").join(DRIVE);
+                let _ = fs::remove_file(&at);
+                link(&drive, &at)?;
+                DRIVE.to_uppercase()
+            }
+            _ => drive.display().to_string(),
+        };
+        let detached = std::env::var_os("LUMIVOX_DETACHED").filter(|_| runner.is_some()).map(PathBuf::from);
+        Ok(Self { runner, program: copy, folder, drive, drive_name, detached })
     }
 
-    fn run(&self, words: &[String]) -> Result<Seen, String> {
-        let mut command = match &self.runner {
-            Some(runner) => Command::new(runner),
-            None => Command::new(&self.program),
-        };
-        if self.runner.is_some() {
-            command.arg(&self.program);
+    fn run(&self, words: &[String], manner: Manner) -> Result<Seen, String> {
+        if manner == Manner::Detached && self.runner.is_some() && self.detached.is_none() {
+            return Err("LUMIVOX_DETACHED names no program that runs others without a console".to_owned());
         }
-        command.args(words).current_dir(&self.folder).stdin(Stdio::null());
+        let first = [self.runner.as_ref(), self.detached.as_ref().filter(|_| manner == Manner::Detached)];
+        let mut line = first.into_iter().flatten().chain([&self.program]);
+        let mut command = Command::new(line.next().unwrap_or(&self.program));
+        command.args(line).args(words.iter().map(|word| word.replace("{drive}", &self.drive_name)));
+        command.current_dir(&self.folder).stdin(Stdio::null());
         let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let text = |bytes: &[u8]| match manner {
+            Manner::Usual => String::from_utf8_lossy(bytes).replace(&self.drive_name, "{drive}"),
+            // Windows' has nowhere to say it.
+            Manner::Detached if self.runner.is_none() => String::new(),
+            Manner::Detached => String::from_utf8_lossy(bytes).into_owned(),
+        };
         Ok(Seen { exit: output.status.code(), stdout: text(&output.stdout), stderr: text(&output.stderr) })
     }
+
+    /// What is in its files, whichever drive they are on.
+    fn files(&self) -> Result<BTreeMap<PathBuf, Vec<u8>>, String> {
+        let mut files = files_in(&self.folder)?;
+        let there = files_in(&self.drive)?.into_iter();
+        files.extend(there.map(|(path, bytes)| (Path::new("{drive}").join(path), bytes)));
+        Ok(files)
+    }
+}
+
+/// What Wine calls another drive, and a name as many folders of people have.
+const DRIVE: &str = "x:";
+const WORDS: &str = "Köpfe und Füße";
+
+/// How the command is run.
+#[derive(Clone, Copy, PartialEq)]
+enum Manner {
+    Usual,
+    /// Without a console.
+    Detached,
+}
+
+/// The words of a line, with what stands for a place filled in, but for the drive, which has another name on each side.
+fn words(line: &str) -> Vec<String> {
+    let long = ["l".repeat(120), "o".repeat(120), "ng".repeat(60)].join("/");
+    line.split(' ').map(|word| word.replace("{long}", &long).replace("{words}", WORDS)).collect()
 }
 
 /// Compares the commands `here` and `windows`, which `LUMIVOX_WINE` names the runner of; on a few runs, or on all and on the
@@ -106,15 +188,19 @@ pub fn compare(here: &Path, windows: &Path, all: bool) -> Result<(), String> {
     let scratch = std::env::temp_dir().join(format!("lumivox-windows-{}", std::process::id()));
     let sides =
         [Side::new(None, here, scratch.join("here"))?, Side::new(wine, windows, scratch.join("windows"))?];
-    let words = |line: &str| line.split(' ').map(str::to_owned).collect::<Vec<_>>();
-    let mut runs: Vec<_> = if all { OWN } else { FIRST }.lines().map(words).collect();
+    let runs_of = |lines: &str, manner| lines.lines().map(|line| (words(line), manner)).collect::<Vec<_>>();
+    let mut runs = runs_of(if all { OWN } else { FIRST }, Manner::Usual);
+    if all {
+        runs.extend(runs_of(PLACES, Manner::Usual));
+        runs.extend(runs_of(DETACHED, Manner::Detached));
+    }
     let own = runs.len();
     if all {
         runs.extend(of_shared_scans(&sides)?);
     }
     let mut differences = vec![];
-    for (at, words) in runs.iter().enumerate() {
-        let [here, windows] = [sides[0].run(words)?, sides[1].run(words)?];
+    for (at, (words, manner)) in runs.iter().enumerate() {
+        let [here, windows] = [sides[0].run(words, *manner)?, sides[1].run(words, *manner)?];
         if let Some(what) = difference(here, windows) {
             println!("lumivox {}\n{what}", words.join(" "));
             differences.push(words.join(" "));
@@ -123,7 +209,7 @@ pub fn compare(here: &Path, windows: &Path, all: bool) -> Result<(), String> {
             println!("{own} runs on files of their own: {} differ", differences.len());
         }
     }
-    let [here, windows] = [files_in(&sides[0].folder)?, files_in(&sides[1].folder)?];
+    let [here, windows] = [sides[0].files()?, sides[1].files()?];
     differences.extend(different_files(&here, &windows));
     if !differences.is_empty() {
         return Err(format!(
@@ -185,8 +271,9 @@ fn as_here(messages: &str) -> String {
     messages.lines().filter(|line| !is_time(line)).map(line).collect()
 }
 
-/// Runs that read the shared scans, by a link in the folders of both.
-fn of_shared_scans(sides: &[Side; 2]) -> Result<Vec<Vec<String>>, String> {
+/// Runs that read the shared scans, by a link in the folders of both. A compressed one is read without a console, too: that takes a
+/// process of its own.
+fn of_shared_scans(sides: &[Side; 2]) -> Result<Vec<(Vec<String>, Manner)>, String> {
     let shared = crate::root()?.join("../shared/data");
     if !shared.is_dir() {
         println!("NOT RUN: the shared scans are not here");
@@ -205,7 +292,11 @@ fn of_shared_scans(sides: &[Side; 2]) -> Result<Vec<Vec<String>>, String> {
         link(&shared, &side.folder.join("data"))?;
     }
     println!("{} of the shared scans are read by both", scans.len());
-    Ok(scans.into_iter().map(|scan| vec!["info".into(), "--json".into(), format!("data/{scan}")]).collect())
+    let run = |scan: &String| vec!["info".to_owned(), "--json".to_owned(), format!("data/{scan}")];
+    let mut runs: Vec<_> = scans.iter().map(|scan| (run(scan), Manner::Usual)).collect();
+    let compressed = scans.iter().filter(|scan| scan.starts_with("syntaxes/"));
+    runs.extend(compressed.take(3).map(|scan| (run(scan), Manner::Detached)));
+    Ok(runs)
 }
 
 #[cfg(unix)]

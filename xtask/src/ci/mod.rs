@@ -239,7 +239,7 @@ mod tests {
 
     /// Packages of other people and their features, as a selection of the workspace's own has them.
     fn features(selection: &[&str]) -> BTreeSet<String> {
-        let mut command = cargo_command(&["tree", "--offline", "--prefix", "none", "--format", "{p}|{f}"]);
+        let mut command = cargo_command(&["tree", "--locked", "--prefix", "none", "--format", "{p}|{f}"]);
         let output = command.args(selection).output().expect("cargo");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -264,5 +264,24 @@ mod tests {
                  crates/lumivox-testing/Cargo.toml and python/Cargo.toml, as others there: {again:?}"
             );
         }
+    }
+
+    /// `script/windows` makes all of one selection but the wheel, which maturin makes.
+    #[test]
+    fn the_wheel_for_windows_is_made_of_what_is_compiled_for_the_others() {
+        let script = std::fs::read_to_string(crate::root().unwrap().join("script/windows")).unwrap();
+        let (_, words) = script.split_once("\nbuild=(").unwrap();
+        let words: Vec<&str> = words.split_once(')').unwrap().0.split_whitespace().collect();
+        let packages = words.windows(2).filter(|pair| pair[0] == "--package").flatten().copied();
+        let system = ["--target", "x86_64-pc-windows-gnu", "--edges", "normal,build"];
+        let all = features(&system.into_iter().chain(packages).collect::<Vec<_>>());
+        let wheel = ["--package", "lumivox-python", "--features", "like-the-windows-packages"];
+        assert!(script.contains(wheel[3]) && all.len() > 100, "{all:?}");
+        let wheel = features(&system.into_iter().chain(wheel).collect::<Vec<_>>());
+        let again: Vec<_> = wheel.difference(&all).collect();
+        assert!(
+            again.is_empty(),
+            "python/Cargo.toml asks for other features than the packages do: {again:?}"
+        );
     }
 }

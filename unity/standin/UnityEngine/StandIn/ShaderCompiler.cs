@@ -86,7 +86,7 @@ namespace StandIn
             }
             return null;
         }
-        /// All files that Unity sees.
-        internal static IEnumerable<string> Files(string pattern) => folders.SelectMany(folder => Directory.EnumerateFiles(folder, pattern, SearchOption.AllDirectories).Where(file => !file.Substring(folder.Length).Split('/').Any(part => part.EndsWith("~") || part.StartsWith("."))));
+        /// All files that Unity sees, with its slashes.
+        internal static IEnumerable<string> Files(string pattern) => folders.SelectMany(folder => Directory.EnumerateFiles(folder, pattern, SearchOption.AllDirectories).Select(file => file.Replace(Path.DirectorySeparatorChar, '/')).Where(file => !file.Substring(folder.Length).Split('/').Any(part => part.EndsWith("~") || part.StartsWith("."))));
     }
 }
