@@ -100,7 +100,7 @@ RUN
     chmod +x bin/rustc
 )
 
-# Makes Rust's library for Windows of its sources, and puts it where the compiler in the folder $1 looks for it: from then on it
+# Makes Rust's library for Windows of its sources, with what tests need, and puts it where the compiler in the folder $1 looks for it: from then on it
 # is a compiler like any other.
 build_windows_std() {
     say "Making Rust's library for Windows"
@@ -111,7 +111,7 @@ build_windows_std() {
     echo 'fn main() {}' >"$crate/src/main.rs"
     # Nothing but this is unstable: a library for a system that the compiler has none for.
     (cd "$crate" && RUSTC_BOOTSTRAP=1 with_windows_toolchain "${CARGO:-cargo}" build --release --quiet --target "$WINDOWS_TARGET" --target-dir target \
-        -Zbuild-std=std,panic_unwind >"$folder/log" 2>&1 </dev/null) ||
+        -Zbuild-std=std,panic_unwind,test >"$folder/log" 2>&1 </dev/null) ||
         die "Rust's library for Windows could not be made (see $folder/log)."
     cp "$crate/target/$WINDOWS_TARGET"/release/deps/*.rlib "$library/"
     # Nobody needs it any more, nor Debian's compiler for Linux: half of it all.

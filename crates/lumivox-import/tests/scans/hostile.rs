@@ -111,6 +111,17 @@ fn a_folder_whose_listing_breaks_off_is_named() {
     assert_eq!(is_named, is_closed, "{:?}", imported.report.skipped);
 }
 
+/// Longer than Windows' paths were for long, by itself and from above. Wine cannot say where such a folder really is.
+#[test]
+fn a_scan_in_a_long_path_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let long: std::path::PathBuf = ["l", "o", "n"].map(|letter| letter.repeat(100)).iter().collect();
+    write_slices(&folder.path().join(&long), 3);
+    for path in [folder.path().to_owned(), folder.path().join(long)] {
+        assert_eq!(load(&path).unwrap().volume.dims(), [2, 1, 3]);
+    }
+}
+
 #[test]
 fn a_tree_that_is_too_deep_is_named() {
     let folder = tempfile::tempdir().unwrap();

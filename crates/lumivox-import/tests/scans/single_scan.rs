@@ -10,7 +10,9 @@ use std::{
 
 use flate2::{Compression, write::GzEncoder};
 use lumivox_core::{CancelToken, Progress, WorkStage};
-use lumivox_import::{ImportError, ImportOptions, RawDescription, Study};
+#[cfg(target_os = "linux")]
+use lumivox_import::RawDescription;
+use lumivox_import::{ImportError, ImportOptions, Study};
 
 fn open_with(path: &Path, options: &ImportOptions) -> Result<Study, ImportError> {
     Study::open(&[path.to_owned()], options, Progress::SILENT, &CancelToken::new())
@@ -50,6 +52,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
 }
 
 /// A file that begins so, and goes on with a hole of zeros.
+#[cfg(target_os = "linux")]
 fn with_hole(path: &Path, head: &[u8], length: u64) {
     fs::write(path, head).unwrap();
     File::options().write(true).open(path).unwrap().set_len(length).unwrap();
