@@ -2,7 +2,7 @@
 //! measures.
 
 use std::{
-    fs::{self, File},
+    fs,
     io::Write,
     path::{Path, PathBuf},
     sync::Mutex,
@@ -55,7 +55,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
 #[cfg(target_os = "linux")]
 fn with_hole(path: &Path, head: &[u8], length: u64) {
     fs::write(path, head).unwrap();
-    File::options().write(true).open(path).unwrap().set_len(length).unwrap();
+    fs::File::options().write(true).open(path).unwrap().set_len(length).unwrap();
 }
 
 #[cfg(target_os = "linux")]
@@ -104,12 +104,12 @@ fn a_scan_and_its_picture_take_no_memory_for_the_volume() {
         assert_eq!(thumbnail.width.max(thumbnail.height), 16, "{name}");
         // A byte less, and the scan says so.
         let data = if head.is_empty() { at("samples") } else { path.clone() };
-        File::options().write(true).open(&data).unwrap().set_len(head.len() as u64 + VOLUME - 1).unwrap();
+        fs::File::options().write(true).open(&data).unwrap().set_len(head.len() as u64 + VOLUME - 1).unwrap();
         let error = open_with(&path, &options).err().unwrap().to_string();
         let expected =
             if format == "RAW" { format!("makes {VOLUME} bytes") } else { format!("promises {VOLUME}") };
         assert!(error.contains(&expected), "{name}: {error}");
-        File::options().write(true).open(&data).unwrap().set_len(head.len() as u64 + VOLUME).unwrap();
+        fs::File::options().write(true).open(&data).unwrap().set_len(head.len() as u64 + VOLUME).unwrap();
     }
     // A slice of 32 MiB, as samples and as values.
     assert!(peak() < 512 << 20, "{} MiB", peak() >> 20);
