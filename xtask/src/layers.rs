@@ -57,6 +57,8 @@ const RULES: &[Rule] = &[
     Rule { name: "lumivox-shaders",   kind: Kind::Portable, imports: &["lumivox-core"] },
     Rule { name: "lumivox-renderer",  kind: Kind::Portable, imports: &["lumivox-core", "lumivox-shaders"] },
     Rule { name: "lumivox-wgpu",      kind: Kind::Library,  imports: &["lumivox-core", "lumivox-shaders", "lumivox-renderer"] },
+    // A live view for hosts with a user interface: it knows none, but wgpu.
+    Rule { name: "lumivox-viewport",  kind: Kind::Library,  imports: &["lumivox-core", "lumivox-shaders", "lumivox-renderer", "lumivox-wgpu"] },
     Rule { name: "lumivox-testing",   kind: Kind::TestOnly, imports: LIBRARIES },
     Rule { name: "lumivox",           kind: Kind::App,      imports: LIBRARIES },
     Rule { name: "lumivox-window",    kind: Kind::App,      imports: LIBRARIES },

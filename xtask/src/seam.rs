@@ -5,8 +5,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The crates below the hosts.
-const CRATES: [&str; 9] =
-    ["core", "import", "phantom", "reference", "renderer", "scene", "segmentation", "shaders", "wgpu"];
+const CRATES: [&str; 10] = [
+    "core",
+    "import",
+    "phantom",
+    "reference",
+    "renderer",
+    "scene",
+    "segmentation",
+    "shaders",
+    "viewport",
+    "wgpu",
+];
 
 /// What asks the system.
 const ASKS: [&str; 10] = [

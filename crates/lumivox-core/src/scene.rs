@@ -75,6 +75,16 @@ impl VolumeInstance {
     /// labels as the nearest voxel says.
     pub(crate) fn extinctions(&self) -> impl Fn([usize; 3]) -> f64 + Sync + use<'_> {
         let patient_from_voxel = self.volume.patient_from_voxel();
+        let extinction = self.extinctions_of_values();
+        move |voxel| {
+            let point = patient_from_voxel.transform_point3(DVec3::from_array(voxel.map(|i| i as f64)));
+            extinction(point, self.volume.value(voxel))
+        }
+    }
+
+    /// Extinctions at points of the patient's space, by the value there, per mm: what labels, peeling and clip shapes leave,
+    /// while the clip box is not asked. Of steep places as if they were flat, of labels as the nearest voxel says.
+    pub fn extinctions_of_values(&self) -> impl Fn(DVec3, f64) -> f64 + Sync + use<'_> {
         let voxel_from_patient = |volume: &Volume| volume.patient_from_voxel().inverse();
         let labels = self.labels.as_ref().map(|labelling| {
             let styles: Vec<_> = (0..=u8::MAX).map(|value| labelling.style(value)).collect();
@@ -83,9 +93,7 @@ impl VolumeInstance {
         let peel = self.peel.as_ref().filter(|peel| peel.is_active());
         let peel = peel.map(|peel| (peel, voxel_from_patient(&peel.depth)));
         let shapes: Vec<_> = self.cuts().map(|shape| (shape, shape.patient_from_shape.inverse())).collect();
-        move |voxel| {
-            let value = self.volume.value(voxel);
-            let point = patient_from_voxel.transform_point3(DVec3::from_array(voxel.map(|i| i as f64)));
+        move |point, value| {
             let style = labels.as_ref().map(|(labelling, voxel_from_patient, styles)| {
                 let labels = labelling.labels.volume();
                 let at = nearest(labels, voxel_from_patient.transform_point3(point));

@@ -403,6 +403,35 @@ impl Volume {
         self.voxels.get((z * ny + y) * nx + x) * self.slope + self.intercept
     }
 
+    /// The physical value at a point of voxel space, trilinear between the centres of voxels; half a voxel beyond the outermost
+    /// ones it is theirs. `None` outside the volume.
+    pub fn interpolated(&self, voxel: DVec3) -> Option<f64> {
+        let last = DVec3::from_array(self.dims.map(|n| n as f64 - 1.0));
+        // Also for what is no number.
+        let is_inside = voxel.cmpge(DVec3::splat(-0.5)).all() && voxel.cmple(last + 0.5).all();
+        if !is_inside {
+            return None;
+        }
+        let at = voxel.clamp(DVec3::ZERO, last);
+        let low = at.floor().min((last - 1.0).max(DVec3::ZERO));
+        let share = at - low;
+        let low = low.to_array().map(|x| x as usize);
+        let [nx, ny, _] = self.dims;
+        let step = [0, 1, 2].map(|axis| usize::from(self.dims[axis] > 1));
+        let first = (low[2] * ny + low[1]) * nx + low[0];
+        let (dx, dy, dz) = (step[0], step[1] * nx, step[2] * nx * ny);
+        let along_x = |index: usize| {
+            let [a, b] = [index, index + dx].map(|index| self.voxels.get(index));
+            a + (b - a) * share.x
+        };
+        let in_slice = |index: usize| {
+            let [a, b] = [index, index + dy].map(along_x);
+            a + (b - a) * share.y
+        };
+        let [a, b] = [first, first + dz].map(in_slice);
+        Some((a + (b - a) * share.z) * self.slope + self.intercept)
+    }
+
     /// Distance between neighbouring voxel centres along each axis, in mm.
     pub fn spacing_mm(&self) -> DVec3 {
         let m = self.patient_from_voxel.matrix3;
@@ -530,5 +559,22 @@ mod tests {
         for outside in [[2, 0, 0], [0, 3, 0], [0, 0, 4], [0, 0, usize::MAX]] {
             assert!(std::panic::catch_unwind(|| volume.value(outside)).is_err(), "{outside:?}");
         }
+    }
+
+    #[test]
+    fn values_between_voxels_are_those_of_the_straight_line() {
+        let samples = Voxels::U16((0..24).map(|i| i * 10).collect());
+        let volume =
+            Volume::new([2, 3, 4], samples, [0.5, -3.0], DAffine3::IDENTITY, Modality::Other).unwrap();
+        let exact = |p: DVec3| (10.0 * p.x + 20.0 * p.y + 60.0 * p.z) * 0.5 - 3.0;
+        for p in [DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.25, 1.5, 2.75)] {
+            assert!((volume.interpolated(p).unwrap() - exact(p)).abs() < 1e-9, "{p}");
+        }
+        assert_eq!(volume.interpolated(DVec3::splat(-0.5)), Some(-3.0), "the outermost voxel's own");
+        assert_eq!(volume.interpolated(DVec3::new(0.0, 0.0, 3.51)), None);
+        assert_eq!(volume.interpolated(DVec3::new(0.0, f64::NAN, 0.0)), None);
+        let slice = Voxels::U8(vec![1, 3]);
+        let slice = Volume::new([2, 1, 1], slice, [1.0, 0.0], DAffine3::IDENTITY, Modality::Other).unwrap();
+        assert_eq!(slice.interpolated(DVec3::new(0.5, 0.2, 0.0)), Some(2.0));
     }
 }

@@ -229,6 +229,13 @@ impl Kernel {
     }
 }
 
+/// WGSL for hosts that show scene-linear light by a shader of their own: `tone_map(color: vec3f, curve: u32, inverse_gamma: f32)`
+/// gives display values in [0, 1], as [`Kernel::Display`] does, with the curves `TONE_PLAIN`, `TONE_AGX` and `TONE_ACES`;
+/// `srgb_encode` is the sRGB transfer function.
+pub fn tone_map_wgsl() -> String {
+    constants::wgsl() + include_str!("wgsl/choose.wgsl") + "\n" + include_str!("wgsl/tone_map.wgsl")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
