@@ -206,6 +206,7 @@ impl Viewport {
             it.target_samples = picture.samples;
             it.seed = picture.seed;
             it.denoise = true;
+            it.resolution_scale = self.pace.resolution_scale([width, height]);
         });
         let LiveSettings { guides, kept_light, .. } = settings;
         let bench = Bench(&self.gpu.executor);

@@ -219,10 +219,13 @@ fn a_mouse_turns_moves_and_brings_closer() {
 
 #[test]
 fn little_is_traced_while_something_moves() {
+    let [gpu, software] = [false, true].map(|software| Pace::of(software).resolution_scale([1920, 1080]));
+    assert!(gpu == 1.0 && software < 0.5, "{gpu} {software}");
     for software in [false, true] {
         let pace = Pace::of(software);
         assert_eq!(pace.milliseconds(Duration::ZERO), pace.moving);
         assert_eq!(pace.milliseconds(Duration::from_secs(1)), pace.resting);
         assert!(pace.moving < pace.resting);
+        assert_eq!(pace.resolution_scale([64, 48]), 1.0);
     }
 }
