@@ -1,0 +1,440 @@
+//! The program: it gathers what people and jobs want, does it, and shows the state.
+
+use std::future::Future;
+use std::path::PathBuf;
+use std::pin::Pin;
+use std::sync::Arc;
+
+use eframe::egui::{self, ColorImage, Frame, Margin, Panel, TextureOptions, ViewportCommand};
+use lumivox_core::document::View;
+use lumivox_core::{Preset, Scene};
+
+use crate::darkroom::{Darkroom, Exported, Tile, develop_tiles, export};
+use crate::jobs::{Desk, Job, Wake, start};
+use crate::live::Live;
+use crate::opening::{self, Source, Told};
+use crate::panels::{dialogs, look, strip, top, views, welcome};
+use crate::session::Session;
+use crate::settings::{Drawer, Settings};
+use crate::state::{Action, Ask, Dialog, ExportDraft, State, Strip};
+use crate::theme;
+use crate::words::{Language, Word};
+
+/// What a file dialog will say: nothing, where it was closed.
+pub type Choice = Pin<Box<dyn Future<Output = Vec<PathBuf>> + Send>>;
+
+/// Who shows file dialogs: the desktop, a browser, a test.
+pub trait Chooser {
+    /// Begins a dialog.
+    fn ask(&self, ask: &Ask, language: Language) -> Choice;
+}
+
+/// What the program is given by its host.
+pub struct Launch {
+    /// Scans or a scene that are opened at once.
+    pub open: Vec<PathBuf>,
+    /// Where settings are kept.
+    pub drawer: Box<dyn Drawer>,
+    /// Who shows file dialogs.
+    pub chooser: Box<dyn Chooser>,
+    /// Whether looks are shown as tiles of the scan, which takes a slow GPU's time.
+    pub makes_tiles: bool,
+}
+
+/// What showing a scan anew tells: the scene with what is worth telling, or why there is none.
+type Shown = Result<(Scene, Vec<String>), String>;
+
+/// The program.
+pub struct App {
+    /// What is shown.
+    pub state: State,
+    live: Option<Live>,
+    drawer: Box<dyn Drawer>,
+    chooser: Box<dyn Chooser>,
+    darkroom: Darkroom,
+    makes_tiles: bool,
+    /// Of this scan; not again where a look has none.
+    were_tiles_made: bool,
+    wake: Wake,
+    opening: Option<Job<Told>>,
+    showing: Option<Job<Shown>>,
+    tiling: Option<Job<Tile>>,
+    exporting: Option<(PathBuf, Job<Exported>)>,
+    asking: Option<(Ask, Job<Vec<PathBuf>>)>,
+    title: String,
+}
+
+impl App {
+    /// Begins. The device is eframe's, which [`gpu_options`](crate::gpu_options) describes.
+    pub fn new(context: &eframe::CreationContext<'_>, launch: Launch) -> Self {
+        let egui = context.egui_ctx.clone();
+        theme::apply(&egui);
+        let settings = launch.drawer.read().unwrap_or_default();
+        theme::choose(&egui, settings.is_dark);
+        let wake: Wake = Arc::new(move || egui.request_repaint());
+        let mut app = Self {
+            state: State::new(settings),
+            live: context.wgpu_render_state.as_ref().map(Live::new),
+            drawer: launch.drawer,
+            chooser: launch.chooser,
+            darkroom: Darkroom::default(),
+            makes_tiles: launch.makes_tiles,
+            were_tiles_made: false,
+            wake,
+            opening: None,
+            showing: None,
+            tiling: None,
+            exporting: None,
+            asking: None,
+            title: String::new(),
+        };
+        if !launch.open.is_empty() {
+            app.open(Source::Files(launch.open));
+        }
+        app
+    }
+
+    /// The 3D view, for tests of its pixels.
+    pub fn live_mut(&mut self) -> Option<&mut Live> {
+        self.live.as_mut()
+    }
+
+    /// Whether nothing is done beside the interface but tiles, and the scan is seen.
+    pub fn is_quiet(&self) -> bool {
+        let jobs = self.opening.is_some() || self.showing.is_some();
+        let is_seen = self.state.session.is_none() || self.state.progress.is_shown;
+        !jobs && self.exporting.is_none() && self.asking.is_none() && is_seen
+    }
+
+    fn open(&mut self, source: Source) {
+        (self.tiling, self.were_tiles_made) = (None, true);
+        self.state.done = None;
+        let work = move |desk: &Desk<Told>| opening::open(source, desk);
+        self.opening = Some(start("open a scan", self.wake.clone(), work));
+    }
+
+    /// Shows the voxels that the document wants.
+    fn show_anew(&mut self) {
+        let Some(session) = &mut self.state.session else { return };
+        let (document, scans) = session.to_show();
+        let work = move |desk: &Desk<Shown>| desk.tell(opening::show(&document, scans, desk));
+        self.showing = Some(start("show a scan", self.wake.clone(), work));
+    }
+
+    /// Begins with tiles that are wanted, once the picture itself has what a device gives.
+    fn make_tiles(&mut self) {
+        let is_busy = self.tiling.is_some() || self.exporting.is_some() || self.opening.is_some();
+        let wants = self.state.looks.iter().any(|look| !self.state.tiles.contains_key(look));
+        if !self.makes_tiles || is_busy || !wants || self.were_tiles_made || !self.state.progress.rests {
+            return;
+        }
+        let Some(session) = &self.state.session else { return };
+        let (document, scan) = (session.document().clone(), session.scan().clone());
+        let room = self.darkroom.clone();
+        let work = move |desk: &Desk<Tile>| develop_tiles(&room, &document, &scan, desk);
+        self.tiling = Some(start("make tiles", self.wake.clone(), work));
+        self.were_tiles_made = true;
+    }
+
+    fn export_to(&mut self, file: PathBuf) {
+        let Some(session) = &self.state.session else { return };
+        // The picture comes before the tiles that are left.
+        self.tiling = None;
+        let (scene, document) = (session.scene().0.clone(), session.document().clone());
+        let (camera, room, target) = (*session.camera(), self.darkroom.clone(), file.clone());
+        let work = move |desk: &Desk<Exported>| export(&room, &document, &scene, &camera, &target, desk);
+        self.exporting = Some((file, start("render a picture", self.wake.clone(), work)));
+    }
+
+    /// What jobs have told.
+    fn poll(&mut self, context: &egui::Context) {
+        self.poll_opening(context);
+        if let Some(job) = &mut self.showing {
+            let told = job.poll();
+            if job.is_over() {
+                self.showing = None;
+            }
+            for shown in told {
+                match shown {
+                    Ok((scene, notes)) => {
+                        if let Some(session) = &mut self.state.session {
+                            session.shown(&scene, notes);
+                        }
+                    }
+                    Err(why) => self.state.failed = Some((Word::CannotShow, why)),
+                }
+            }
+        }
+        if let Some(job) = &mut self.tiling {
+            for Tile { preset, picture } in job.poll() {
+                let size = picture.size.map(|n| n as usize);
+                let image = ColorImage::from_rgba_unmultiplied(size, &picture.rgba);
+                let texture = context.load_texture(preset.name(), image, TextureOptions::LINEAR);
+                self.state.tiles.insert(preset, texture);
+            }
+            if job.is_over() {
+                self.tiling = None;
+            }
+        }
+        self.poll_export();
+        self.make_tiles();
+        if let Some((_, job)) = &mut self.asking {
+            let told = job.poll();
+            if job.is_over()
+                && let Some((ask, _)) = self.asking.take()
+                && let Some(files) = told.into_iter().next()
+                && !files.is_empty()
+            {
+                self.chosen(ask, files);
+            }
+        }
+        let jobs = [
+            self.opening.as_ref().map(|job| (Word::Reading, job.busy())),
+            self.exporting.as_ref().map(|(_, job)| (Word::Rendering, job.busy())),
+            self.showing.as_ref().map(|job| (Word::Showing, job.busy())),
+        ];
+        self.state.busy = jobs.into_iter().flatten().next();
+    }
+
+    fn poll_opening(&mut self, context: &egui::Context) {
+        let Some(job) = &mut self.opening else { return };
+        let told = job.poll();
+        let is_over = job.is_over();
+        for message in told {
+            match message {
+                Told::Series { series, chosen, study } => {
+                    let known = std::mem::take(&mut self.state.strip);
+                    let is_same = known.study.as_ref().is_some_and(|known| Arc::ptr_eq(known, &study));
+                    let thumbnails = if is_same { known.thumbnails } else { Default::default() };
+                    self.state.strip = Strip { series, chosen, study: Some(study), thumbnails };
+                }
+                Told::Thumbnail(place, picture) => {
+                    let size = [picture.width, picture.height];
+                    let image = ColorImage::from_gray(size, &picture.grey);
+                    let texture = context.load_texture("series", image, TextureOptions::LINEAR);
+                    self.state.strip.thumbnails.insert(place, texture);
+                }
+                Told::Opened(opened) => {
+                    if let Some(live) = &mut self.live {
+                        live.forget();
+                    }
+                    self.showing = None;
+                    self.state.progress = Default::default();
+                    self.state.begin(Session::new(*opened));
+                    self.were_tiles_made = false;
+                }
+                Told::Failed(why) => {
+                    self.state.failed = Some((Word::CannotOpen, why));
+                }
+            }
+        }
+        if is_over {
+            self.opening = None;
+            if self.state.session.is_none() && self.state.failed.is_none() {
+                self.state.strip = Strip::default();
+            }
+        }
+    }
+
+    fn poll_export(&mut self) {
+        let Some((file, job)) = &mut self.exporting else { return };
+        for told in job.poll() {
+            match told {
+                Exported::Written(note) => {
+                    let name = file.file_name().unwrap_or_default().to_string_lossy();
+                    let note = note
+                        .map_or(String::new(), |word| format!(". {}", word.of(self.state.settings.language)));
+                    self.state.done = Some(format!("{}: {name}{note}", self.state.say(Word::Saved)));
+                }
+                Exported::Failed(why) => self.state.failed = Some((Word::CannotSave, why)),
+            }
+        }
+        if job.is_over() {
+            self.exporting = None;
+            // Those that were left come now.
+            self.were_tiles_made = false;
+        }
+    }
+
+    /// What became of a file dialog.
+    fn chosen(&mut self, ask: Ask, files: Vec<PathBuf>) {
+        if matches!(ask, Ask::Files | Ask::Folder) {
+            return self.open(Source::Files(files));
+        }
+        match (ask, files.into_iter().next()) {
+            (Ask::SaveScene(_), Some(file)) => {
+                let file = with_extension(file, &["lumivox", "json"]);
+                if let Some(session) = &mut self.state.session {
+                    match session.save(&file) {
+                        Ok(()) => {
+                            let name = file.file_name().unwrap_or_default().to_string_lossy();
+                            self.state.done = Some(format!("{}: {name}", self.state.say(Word::Saved)));
+                        }
+                        Err(why) => self.state.failed = Some((Word::CannotSave, why)),
+                    }
+                }
+            }
+            (Ask::SavePicture(_), Some(file)) => self.export_to(with_extension(file, &["png"])),
+            _ => {}
+        }
+    }
+
+    fn act(&mut self, action: Action) {
+        let mut anew = false;
+        match action {
+            Action::Ask(ask) => {
+                if self.asking.is_none() {
+                    let choice = self.chooser.ask(&ask, self.state.settings.language);
+                    let work = move |desk: &Desk<Vec<PathBuf>>| desk.tell(pollster::block_on(choice));
+                    self.asking = Some((ask, start("file dialog", self.wake.clone(), work)));
+                }
+            }
+            Action::Open(files) => self.open(Source::Files(files)),
+            Action::Series(place) => {
+                if let Some(study) = self.state.strip.study.clone() {
+                    self.open(Source::Series(study, place));
+                }
+            }
+            Action::Look(preset) => {
+                anew = self.change(Word::Looks, |document| {
+                    if let Some(entry) = document.volumes.first_mut() {
+                        entry.look = lumivox_core::document::Look::of_preset(preset);
+                    }
+                });
+            }
+            Action::Camera(orbit) => {
+                anew = self.change(Word::Camera, |document| document.camera = View::of(&orbit.camera()));
+            }
+            Action::Frame(azimuth, elevation) => {
+                let [width, height] = self.state.view_size.map(f64::from);
+                let orbit = self.state.session.as_ref().map(|session| {
+                    session.framed(azimuth.to_radians(), elevation.to_radians(), width / height)
+                });
+                if let Some(orbit) = orbit {
+                    anew = self.change(Word::Camera, |document| document.camera = View::of(&orbit.camera()));
+                }
+            }
+            Action::Change(what, document) => anew = self.change(what, |own| *own = *document),
+            Action::Cross(point) => self.state.cross = point,
+            Action::Undo => anew = self.state.session.as_mut().is_some_and(Session::undo),
+            Action::Redo => anew = self.state.session.as_mut().is_some_and(Session::redo),
+            Action::About => self.state.dialog = Some(Dialog::About),
+            Action::ExportDialog => {
+                if let Some(session) = &self.state.session {
+                    let draft = ExportDraft::of(session.document(), self.state.view_size);
+                    self.state.dialog = Some(Dialog::Export(draft));
+                }
+            }
+            Action::Agree => {
+                let settings = Settings { has_agreed: true, ..self.state.settings.clone() };
+                self.keep(settings);
+            }
+            Action::Settings(settings) => self.keep(settings),
+            Action::Cancel => {
+                // What was shown before stays.
+                (self.opening, self.exporting) = (None, None);
+                if self.state.session.is_none() {
+                    self.state.strip = Strip::default();
+                }
+            }
+        }
+        if anew {
+            self.show_anew();
+        }
+    }
+
+    fn change(
+        &mut self,
+        what: Word,
+        change: impl FnOnce(&mut lumivox_core::document::SceneDocument),
+    ) -> bool {
+        self.state.session.as_mut().is_some_and(|session| session.change(what, change))
+    }
+
+    fn keep(&mut self, settings: Settings) {
+        self.drawer.write(&settings);
+        self.state.settings = settings;
+    }
+
+    /// The window's title: what kind of scan it is, and never whose.
+    fn follow_title(&mut self, context: &egui::Context) {
+        let title = match &self.state.session {
+            Some(session) => format!("{} \u{2013} Lumivox Studio", session.name()),
+            None => "Lumivox Studio".to_owned(),
+        };
+        if title != self.title {
+            context.send_viewport_cmd(ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+}
+
+/// A file's name with one of these endings, the first where it has none of them.
+fn with_extension(file: PathBuf, known: &[&str]) -> PathBuf {
+    let has = |ending: &&str| file.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
+    if known.iter().any(has) {
+        return file;
+    }
+    let mut name = file.into_os_string();
+    name.push(".");
+    name.push(known[0]);
+    name.into()
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        let context = ui.ctx().clone();
+        theme::choose(&context, self.state.settings.is_dark);
+        self.poll(&context);
+        let dropped: Vec<PathBuf> = context
+            .input(|input| input.raw.dropped_files.iter().filter_map(|file| file.path.clone()).collect());
+        if !dropped.is_empty() {
+            self.state.act(Action::Open(dropped));
+        }
+        top::keys(&context, &mut self.state);
+        let p = theme::palette(self.state.settings.is_dark);
+        let bar = |sides: i8| Frame::new().fill(p.panel).inner_margin(Margin::symmetric(sides, 6));
+        let state = &mut self.state;
+        let gpu = self.live.as_ref().map_or(String::new(), |live| live.gpu_name().to_owned());
+        Panel::top("toolbar").exact_size(52.0).frame(bar(16)).show(ui, |ui| top::toolbar(ui, state));
+        Panel::bottom("status").exact_size(32.0).frame(bar(14)).show(ui, |ui| top::status(ui, state, &gpu));
+        if state.session.is_some() {
+            let side =
+                Frame::new().fill(p.panel).inner_margin(Margin { left: 14, right: 10, top: 8, bottom: 8 });
+            Panel::left("series").default_size(232.0).size_range(180.0..=340.0).frame(side).show(ui, |ui| {
+                strip::show(ui, state);
+            });
+            Panel::right("look").exact_size(324.0).resizable(false).frame(side).show(ui, |ui| {
+                look::show(ui, state);
+            });
+        }
+        egui::CentralPanel::no_frame().show(ui, |ui| {
+            ui.spacing_mut().item_spacing = egui::vec2(8.0, 0.0);
+            top::banner(ui, state);
+            if state.session.is_some() {
+                views::show(ui, state, self.live.as_mut());
+            } else {
+                welcome::show(ui, state);
+            }
+        });
+        dialogs::show(&context, &mut self.state);
+        for action in std::mem::take(&mut self.state.actions) {
+            self.act(action);
+        }
+        // What is held is one step; what comes after is another.
+        if !context.input(|input| input.pointer.any_down())
+            && let Some(session) = &mut self.state.session
+        {
+            session.close_step();
+        }
+        self.follow_title(&context);
+    }
+}
+
+/// Looks that the panel has tiles of.
+impl App {
+    /// Whether a look's tile is there.
+    pub fn has_tile(&self, preset: Preset) -> bool {
+        self.state.tiles.contains_key(&preset)
+    }
+}

@@ -1,0 +1,267 @@
+//! Stills beside the interface: looks as tiles of this scan, and pictures for files. On a device of its own, so that the view goes on.
+
+use std::fs;
+use std::io::BufWriter;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use lumivox_core::document::{Backdrop, SceneDocument, View};
+use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::{Modality, PerspectiveCamera, Preset, Scene, Volume, Voxels};
+use lumivox_renderer::{DisplaySettings, display};
+use lumivox_wgpu::{Gpu, HeadlessRenderer, Outcome, RenderRequest};
+use rayon::prelude::*;
+
+use crate::jobs::{Busy, Desk};
+use crate::opening::show;
+use crate::words::{Language, Word};
+
+/// The side of a look's tile, in pixels.
+pub const TILE: u32 = 96;
+/// Samples of its pixels: enough for a small picture that is smoothed.
+const TILE_SAMPLES: u32 = 16;
+/// Voxels along the longest edge of the scan that tiles are made of.
+const TILE_VOXELS: usize = 80;
+
+/// The device that stills are made on, opened when the first is wanted. One at a time.
+#[derive(Clone, Default)]
+pub struct Darkroom(Arc<Mutex<Option<Gpu>>>);
+
+impl Darkroom {
+    fn enter(&self) -> Result<MutexGuard<'_, Option<Gpu>>, String> {
+        let mut room = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if room.is_none() {
+            let name = std::env::var("LUMIVOX_GPU").ok();
+            *room = Some(Gpu::open(name.as_deref()).map_err(|error| error.to_string())?);
+        }
+        Ok(room)
+    }
+}
+
+/// A picture of eight bits a channel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// Red, green, blue and straight alpha, rows from the top.
+    pub rgba: Vec<u8>,
+}
+
+/// A look's tile.
+pub struct Tile {
+    /// Which look it is.
+    pub preset: Preset,
+    /// How this scan looks in it.
+    pub picture: Picture,
+}
+
+/// The looks that may suit a scan, those of its modality first.
+pub fn looks_for(volume: &Volume) -> Vec<Preset> {
+    let of = |prefix: &str| -> Vec<Preset> {
+        Preset::ALL.into_iter().filter(|preset| preset.name().starts_with(prefix)).collect()
+    };
+    let mut looks = match volume.modality() {
+        Modality::Ct => of("ct-"),
+        Modality::Mr => of("mr-"),
+        Modality::Pet => of("pet-"),
+        Modality::Other => vec![Preset::SignedMap],
+    };
+    let own = Preset::default_for(volume);
+    looks.retain(|look| *look != own);
+    looks.insert(0, own);
+    if own != Preset::Plain {
+        looks.push(Preset::Plain);
+    }
+    looks
+}
+
+/// Makes a tile of each look, the first ones first; tells them as they come.
+pub fn develop_tiles(room: &Darkroom, document: &SceneDocument, scan: &Arc<Volume>, desk: &Desk<Tile>) {
+    let small = Arc::new(reduced(scan, TILE_VOXELS));
+    let looks = looks_for(scan);
+    let total = looks.len() as u64;
+    for (done, preset) in (0..).zip(looks) {
+        desk.report(Busy { stage: None, done, total });
+        if desk.cancel().is_cancelled() {
+            return;
+        }
+        // A look that cannot be shown has no tile, and says why when it is chosen.
+        if let Ok(picture) = tile(room, document, &small, preset, desk) {
+            desk.tell(Tile { preset, picture });
+        }
+    }
+}
+
+fn tile(
+    room: &Darkroom,
+    document: &SceneDocument,
+    small: &Arc<Volume>,
+    preset: Preset,
+    desk: &Desk<Tile>,
+) -> Result<Picture, String> {
+    let mut document = document.clone();
+    document.volumes.truncate(1);
+    for entry in &mut document.volumes {
+        entry.look = lumivox_core::document::Look::of_preset(preset);
+        (entry.labels, entry.clip, entry.peel) = (None, None, None);
+        entry.clip_shapes.clear();
+        entry.world_from_patient = None;
+    }
+    document.environment = Default::default();
+    document.lights.clear();
+    document.camera = View { azimuth: Some(25.0), elevation: Some(6.0), ..View::default() };
+    document.film.size = [TILE; 2];
+    (document.film.samples, document.film.denoise) = (Some(TILE_SAMPLES), true);
+    let (scene, _) = show(&document, vec![small.clone()], desk)?;
+    let camera = document.camera.camera(&scene, 1.0).ok_or("there is nothing to see")?;
+    let mut on_progress =
+        |_: f32| desk.cancel().check().map_or(ControlFlow::Break(()), |()| ControlFlow::Continue(()));
+    develop(room, &document, &scene, &camera, &mut on_progress).map(|still| still.picture)
+}
+
+/// The same scan of fewer voxels: means of neighbours.
+fn reduced(volume: &Volume, side: usize) -> Volume {
+    let dims = volume.dims();
+    let factor = dims.map(|n| n.div_ceil(side));
+    if factor == [1; 3] {
+        return volume.clone().without_source();
+    }
+    let small = [0, 1, 2].map(|axis| dims[axis].div_ceil(factor[axis]));
+    let range = |axis: usize, at: usize| at * factor[axis]..((at + 1) * factor[axis]).min(dims[axis]);
+    let mean = |at: [usize; 3]| {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for z in range(2, at[2]) {
+            for y in range(1, at[1]) {
+                for x in range(0, at[0]) {
+                    sum += volume.value([x, y, z]);
+                    count += 1.0;
+                }
+            }
+        }
+        (sum / count) as f32
+    };
+    let [nx, ny, _] = small;
+    let values = (0..small.iter().product::<usize>())
+        .into_par_iter()
+        .map(|index| mean([index % nx, index / nx % ny, index / (nx * ny)]))
+        .collect();
+    let scale = DVec3::from_array(factor.map(|n| n as f64));
+    let place = volume.patient_from_voxel()
+        * DAffine3::from_translation(0.5 * (scale - 1.0))
+        * DAffine3::from_scale(scale);
+    let new = Volume::new(small, Voxels::F32(values), [1.0, 0.0], place, volume.modality());
+    let new = new.map(|new| new.with_unit(volume.unit().to_owned()).with_subject(volume.subject()));
+    // What has no means, such as values that are no numbers, is taken as it is.
+    new.unwrap_or_else(|_| volume.clone().without_source())
+}
+
+/// A picture, and whether it is of a coarser scan.
+struct Still {
+    picture: Picture,
+    is_reduced: bool,
+}
+
+/// Renders what a document says, as the command does: the same pixels.
+fn develop(
+    room: &Darkroom,
+    document: &SceneDocument,
+    scene: &Scene,
+    camera: &PerspectiveCamera,
+    on_progress: &mut dyn FnMut(f32) -> ControlFlow<()>,
+) -> Result<Still, String> {
+    let mut room = room.enter()?;
+    let gpu = room.as_mut().ok_or("there is no GPU")?;
+    let film = document.film;
+    let [width, height] = film.size;
+    let samples = film.samples.unwrap_or(DEFAULT_SAMPLES);
+    let request = RenderRequest::new(width, height, samples).with(|it| {
+        it.seed = film.seed;
+        it.noise = film.noise;
+        it.guides = film.denoise;
+    });
+    let mut renderer = HeadlessRenderer::new(gpu);
+    let rendered = renderer.render(gpu, scene, camera, &request, &mut |progress| {
+        on_progress((progress.samples / f64::from(progress.target.max(1))) as f32)
+    });
+    renderer.free(gpu);
+    let rendered = match rendered {
+        Ok(rendered) => rendered,
+        Err(error) => {
+            // A device that failed is opened anew for the next picture.
+            *room = None;
+            return Err(error.to_string());
+        }
+    };
+    match rendered.outcome {
+        Outcome::Complete | Outcome::TimeUp => {}
+        Outcome::Stopped => return Err(lumivox_core::Cancelled.to_string()),
+        Outcome::Failed(error) => {
+            *room = None;
+            return Err(error.to_string());
+        }
+    }
+    let traced = if film.denoise { rendered.film.denoised() } else { rendered.film };
+    let pixels = DisplaySettings::from(&document.display).pixels(&traced, &scene.environment, camera);
+    let mut rgba = pixels.into_flattened();
+    if let Backdrop::Color(color) = document.display.background {
+        display::put_on(&mut rgba, color);
+    }
+    let is_reduced = rendered.reductions.iter().any(|factor| *factor > 1);
+    Ok(Still { picture: Picture { size: film.size, rgba }, is_reduced })
+}
+
+/// Samples of a picture that does not say how many, as the command has it.
+pub const DEFAULT_SAMPLES: u32 = 512;
+
+/// What becomes of a picture.
+pub enum Exported {
+    /// It is written; something may be worth telling.
+    Written(Option<Word>),
+    /// Why it is not.
+    Failed(String),
+}
+
+/// Renders a picture and writes it: whole, or not at all.
+pub fn export(
+    room: &Darkroom,
+    document: &SceneDocument,
+    scene: &Scene,
+    camera: &PerspectiveCamera,
+    file: &Path,
+    desk: &Desk<Exported>,
+) {
+    let mut on_progress = |part: f32| {
+        desk.report(Busy { stage: None, done: (part * 1000.0) as u64, total: 1000 });
+        desk.cancel().check().map_or(ControlFlow::Break(()), |()| ControlFlow::Continue(()))
+    };
+    let developed = develop(room, document, scene, camera, &mut on_progress);
+    if desk.cancel().is_cancelled() {
+        return;
+    }
+    desk.tell(match developed.and_then(|still| write_png(file, &still.picture).map(|()| still.is_reduced)) {
+        Ok(is_reduced) => Exported::Written(is_reduced.then_some(Word::Reduced)),
+        Err(why) => Exported::Failed(why),
+    });
+}
+
+/// Writes a picture, with what it is not for; a file that is there is replaced only when the new one is whole.
+fn write_png(file: &Path, picture: &Picture) -> Result<(), String> {
+    let unwritten = |error: &dyn std::fmt::Display| format!("cannot write {}: {error}", file.display());
+    let aside = file.with_extension(format!("{}.part", std::process::id()));
+    let write = || -> Result<(), png::EncodingError> {
+        let [width, height] = picture.size;
+        let mut encoder = png::Encoder::new(BufWriter::new(fs::File::create(&aside)?), width, height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        encoder.add_text_chunk("Software".into(), "Lumivox Studio".into())?;
+        encoder.add_text_chunk("Disclaimer".into(), Word::NoDevice.of(Language::English).into())?;
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&picture.rgba)?;
+        writer.finish()
+    };
+    let written = write().map_err(|error| unwritten(&error));
+    written.and_then(|()| fs::rename(&aside, file).map_err(|error| unwritten(&error))).inspect_err(|_| {
+        let _ = fs::remove_file(&aside);
+    })
+}

@@ -1,0 +1,143 @@
+//! Long work beside the interface: the one place where threads are. In a browser a Worker takes their place.
+//!
+//! A job is told what to do when it starts, tells what it found in messages, and ends. The interface polls it in its frames, shows
+//! its progress, and may cancel it.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+
+use lumivox_core::{CancelToken, Progress, WorkStage, host};
+
+/// Wakes the interface, from whatever thread.
+pub type Wake = Arc<dyn Fn() + Send + Sync>;
+
+/// What a job is busy with.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Busy {
+    /// Which kind of work it is, where that is known.
+    pub stage: Option<WorkStage>,
+    /// So much of it is done.
+    pub done: u64,
+    /// Of so much; 0 where nobody knows.
+    pub total: u64,
+}
+
+impl Busy {
+    /// The part that is done, where that is known.
+    pub fn part(&self) -> Option<f32> {
+        (self.total > 0).then(|| (self.done as f32 / self.total as f32).clamp(0.0, 1.0))
+    }
+}
+
+/// A job, as the interface sees it. Dropped, it is cancelled: nobody would hear of it.
+pub struct Job<M> {
+    messages: mpsc::Receiver<M>,
+    cancel: CancelToken,
+    busy: Arc<Mutex<Busy>>,
+    is_over: bool,
+}
+
+/// A job, as its work sees it.
+pub struct Desk<M> {
+    messages: mpsc::Sender<M>,
+    cancel: CancelToken,
+    busy: Arc<Mutex<Busy>>,
+    wake: Wake,
+}
+
+fn lock(busy: &Mutex<Busy>) -> MutexGuard<'_, Busy> {
+    busy.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Begins a job.
+pub fn start<M: Send + 'static>(
+    name: &str,
+    wake: Wake,
+    work: impl FnOnce(&Desk<M>) + Send + 'static,
+) -> Job<M> {
+    let (send, messages) = mpsc::channel();
+    let (cancel, busy) = (CancelToken::new(), Arc::new(Mutex::new(Busy::default())));
+    let desk = Desk { messages: send, cancel: cancel.clone(), busy: busy.clone(), wake };
+    let done = move || {
+        work(&desk);
+        let wake = desk.wake.clone();
+        // The channel closes before the interface looks.
+        drop(desk);
+        wake();
+    };
+    // Where there is no thread for it, it is done here.
+    if let Err(work) = host::spawn(name, done) {
+        work();
+    }
+    Job { messages, cancel, busy, is_over: false }
+}
+
+impl<M> Job<M> {
+    /// What was told since the last time.
+    pub fn poll(&mut self) -> Vec<M> {
+        let mut told = vec![];
+        loop {
+            match self.messages.try_recv() {
+                Ok(message) => told.push(message),
+                Err(mpsc::TryRecvError::Empty) => return told,
+                Err(mpsc::TryRecvError::Disconnected) => {
+                    self.is_over = true;
+                    return told;
+                }
+            }
+        }
+    }
+
+    /// Whether it has ended, and all that it told was polled.
+    pub fn is_over(&self) -> bool {
+        self.is_over
+    }
+
+    /// What it is busy with.
+    pub fn busy(&self) -> Busy {
+        *lock(&self.busy)
+    }
+
+    /// Asks it to end soon.
+    pub fn cancel(&self) {
+        self.cancel.cancel();
+    }
+}
+
+impl<M> Drop for Job<M> {
+    fn drop(&mut self) {
+        self.cancel.cancel();
+    }
+}
+
+impl<M> Desk<M> {
+    /// Tells the interface something.
+    pub fn tell(&self, message: M) {
+        // Nobody listens any more where another job took its place.
+        let _ = self.messages.send(message);
+        (self.wake)();
+    }
+
+    /// Whether it is to end.
+    pub fn cancel(&self) -> &CancelToken {
+        &self.cancel
+    }
+
+    /// How far it is.
+    pub fn report(&self, busy: Busy) {
+        *lock(&self.busy) = busy;
+        (self.wake)();
+    }
+
+    /// Work that tells how far it is.
+    pub fn watch<T>(&self, work: impl FnOnce(Progress<'_>) -> T) -> T
+    where
+        M: Send,
+    {
+        let (busy, wake) = (self.busy.clone(), self.wake.clone());
+        let report = move |stage, done, total| {
+            *lock(&busy) = Busy { stage: Some(stage), done, total };
+            wake();
+        };
+        work(Progress::new(&report))
+    }
+}

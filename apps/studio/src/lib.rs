@@ -1,0 +1,42 @@
+//! Lumivox Studio: drop a scan, see the anatomy.
+//!
+//! [`App`] and its panels show a [`State`](state::State) of plain data; what people want is an [`Action`](state::Action). The state's
+//! heart is a scene document with one stack of commands ([`session`], [`history`]): saving, undo and exchange with every other host
+//! follow from that. Long work is in [`jobs`], the one place with threads; files, dialogs and settings are the host's
+//! ([`native`]).
+
+pub mod app;
+pub mod darkroom;
+pub mod history;
+pub mod jobs;
+mod live;
+pub mod native;
+pub mod opening;
+mod panels;
+pub mod session;
+pub mod settings;
+pub mod slices;
+pub mod state;
+pub mod theme;
+pub mod words;
+
+use std::sync::Arc;
+
+use eframe::{egui_wgpu, wgpu};
+
+pub use app::{App, Chooser, Launch};
+
+/// The device that the interface opens, for the renderer to draw on, too.
+pub fn gpu_options() -> egui_wgpu::WgpuConfiguration {
+    let mut setup = egui_wgpu::WgpuSetupCreateNew::without_display_handle();
+    setup.instance_descriptor.backends = wgpu::Backends::PRIMARY;
+    setup.power_preference = wgpu::PowerPreference::HighPerformance;
+    setup.device_descriptor = Arc::new(|adapter| wgpu::DeviceDescriptor {
+        label: Some("lumivox-studio"),
+        required_features: adapter.features() & lumivox_wgpu::WANTED_FEATURES,
+        required_limits: lumivox_wgpu::wanted_limits(adapter),
+        memory_hints: wgpu::MemoryHints::MemoryUsage,
+        ..Default::default()
+    });
+    egui_wgpu::WgpuConfiguration { wgpu_setup: egui_wgpu::WgpuSetup::CreateNew(setup), ..Default::default() }
+}

@@ -1,0 +1,92 @@
+//! The path-traced view as a picture of the interface's.
+
+use eframe::egui::TextureId;
+use eframe::egui_wgpu::RenderState;
+use eframe::wgpu;
+use lumivox_core::document::Display;
+use lumivox_viewport::{Picture, Progress, Viewport};
+use lumivox_wgpu::Gpu;
+
+use crate::session::Session;
+
+/// Samples at which the view rests.
+const SAMPLES: u32 = 512;
+
+/// The view, and the interface's name of its texture.
+pub struct Live {
+    viewport: Viewport,
+    texture: TextureId,
+    state: RenderState,
+    samples: u32,
+}
+
+impl Live {
+    /// A view on the interface's own device. Until a scan is open it costs next to nothing.
+    pub fn new(state: &RenderState) -> Self {
+        let gpu = Gpu::of_device(state.device.clone(), state.queue.clone());
+        let viewport = Viewport::new(gpu, [1, 1]);
+        let view = viewport.texture().create_view(&Default::default());
+        let texture =
+            state.renderer.write().register_native_texture(&state.device, &view, wgpu::FilterMode::Linear);
+        Self { viewport, texture, state: state.clone(), samples: SAMPLES }
+    }
+
+    /// The interface's name of the texture.
+    pub fn texture(&self) -> TextureId {
+        self.texture
+    }
+
+    /// The GPU's name.
+    pub fn gpu_name(&self) -> &str {
+        &self.viewport.gpu().description.name
+    }
+
+    /// The device and painter that it shares with the interface, for tests of what is seen.
+    pub fn render_state(&self) -> &RenderState {
+        &self.state
+    }
+
+    /// Rests earlier or later than usual.
+    pub fn set_samples(&mut self, samples: u32) {
+        self.samples = samples;
+    }
+
+    /// What the view has drawn, without the interface: for comparisons.
+    pub fn viewport(&self) -> &Viewport {
+        &self.viewport
+    }
+
+    /// Draws a session's scene in so many pixels, as far as a frame has time for.
+    ///
+    /// # Errors
+    /// Why nothing is shown.
+    pub fn draw(&mut self, session: &Session, size: [u32; 2]) -> Result<Progress, String> {
+        if self.viewport.resize(size) {
+            let view = self.viewport.texture().create_view(&Default::default());
+            self.state.renderer.write().update_egui_texture_from_wgpu_texture(
+                &self.state.device,
+                &view,
+                wgpu::FilterMode::Linear,
+                self.texture,
+            );
+        }
+        let (scene, version) = session.scene();
+        let document = session.document();
+        let display: &Display = &document.display;
+        let picture = Picture {
+            scene,
+            version,
+            camera: session.camera(),
+            display,
+            samples: self.samples,
+            seed: document.film.seed,
+        };
+        self.viewport.frame(&picture).map_err(|error| error.to_string())
+    }
+
+    /// Frees what is on the device of the scan before.
+    pub fn forget(&mut self) {
+        // A device that fails says so with the next frame.
+        let _ = self.viewport.forget();
+    }
+}

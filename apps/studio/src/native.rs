@@ -1,0 +1,140 @@
+//! The Studio as a program of a desktop: window, file dialogs, settings in a file, the command line.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use eframe::egui::ViewportBuilder;
+use lumivox_import::CodecWorker;
+use rfd::{AsyncFileDialog, FileHandle};
+
+use crate::app::{App, Choice, Chooser, Launch};
+use crate::settings::{Drawer, Settings};
+use crate::state::Ask;
+use crate::words::{Language, Word};
+
+const USAGE: &str = "\
+Usage: lumivox-studio [SCAN or SCENE]...
+
+Opens files or a folder of a scan, or a scene file (.lumivox, .json).
+Not a medical device. Education, research and illustration only.";
+
+/// The first argument of this program where it is a decoder for another run of it, which survives its crashes.
+const CODEC_WORKER: &str = "--codec-worker";
+
+/// Runs until the window is closed.
+pub fn main() -> ExitCode {
+    if std::env::args_os().nth(1).is_some_and(|first| first == CODEC_WORKER) {
+        // What a decoder panics about, the other end hears as a damaged frame.
+        std::panic::set_hook(Box::new(|_| {}));
+        let served = lumivox_import::serve_codecs(std::io::stdin().lock(), std::io::stdout().lock());
+        return if served.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
+    }
+    if let Ok(program) = std::env::current_exe() {
+        lumivox_import::set_codec_worker(Some(CodecWorker::new(program, [CODEC_WORKER])));
+    }
+    let mut open = vec![];
+    for argument in std::env::args_os().skip(1) {
+        match argument.to_str() {
+            Some("--help" | "-h") => {
+                println!("{USAGE}");
+                return ExitCode::SUCCESS;
+            }
+            Some("--version" | "-V") => {
+                println!("lumivox-studio {}", env!("CARGO_PKG_VERSION"));
+                return ExitCode::SUCCESS;
+            }
+            Some(option) if option.starts_with("--") => {
+                eprintln!("there is no option '{option}'\n\n{USAGE}");
+                return ExitCode::from(2);
+            }
+            _ => open.push(PathBuf::from(argument)),
+        }
+    }
+    let options = eframe::NativeOptions {
+        viewport: ViewportBuilder::default()
+            .with_inner_size([1440.0, 900.0])
+            .with_min_inner_size([980.0, 620.0])
+            .with_title("Lumivox Studio")
+            .with_app_id("lumivox-studio")
+            .with_drag_and_drop(true),
+        wgpu_options: crate::gpu_options(),
+        ..Default::default()
+    };
+    let launch =
+        Launch { open, drawer: Box::new(SettingsFile), chooser: Box::new(Desktop), makes_tiles: true };
+    let create: eframe::AppCreator<'_> = Box::new(|context| Ok(Box::new(App::new(context, launch))));
+    match eframe::run_native("Lumivox Studio", options, create) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!(
+                "{error}\nA Vulkan, Direct3D 12 or Metal driver is needed; 'lumivox doctor' says what to install."
+            );
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The desktop's own file dialogs.
+struct Desktop;
+
+impl Chooser for Desktop {
+    fn ask(&self, ask: &Ask, language: Language) -> Choice {
+        let paths = |files: Vec<FileHandle>| files.iter().map(|file| file.path().to_owned()).collect();
+        let one = |file: Option<FileHandle>| file.map(|file| file.path().to_owned()).into_iter().collect();
+        let titled = |word: Word| AsyncFileDialog::new().set_title(word.of(language));
+        match ask {
+            Ask::Files => {
+                let choice = titled(Word::OpenFiles).pick_files();
+                Box::pin(async move { choice.await.map_or_else(Vec::new, paths) })
+            }
+            Ask::Folder => {
+                let choice = titled(Word::OpenFolder).pick_folder();
+                Box::pin(async move { one(choice.await) })
+            }
+            Ask::SaveScene(name) => {
+                let dialog = titled(Word::SaveScene).add_filter("Lumivox", &["lumivox", "json"]);
+                let choice = dialog.set_file_name(name).save_file();
+                Box::pin(async move { one(choice.await) })
+            }
+            Ask::SavePicture(name) => {
+                let dialog = titled(Word::SavePicture).add_filter("PNG", &["png"]);
+                let choice = dialog.set_file_name(name).save_file();
+                Box::pin(async move { one(choice.await) })
+            }
+        }
+    }
+}
+
+/// Settings in the folder where the system keeps such.
+struct SettingsFile;
+
+impl SettingsFile {
+    fn path() -> Option<PathBuf> {
+        let of = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+        let folder = if cfg!(windows) {
+            of("APPDATA")
+        } else if cfg!(target_os = "macos") {
+            of("HOME").map(|home| home.join("Library/Application Support"))
+        } else {
+            of("XDG_CONFIG_HOME").or_else(|| of("HOME").map(|home| home.join(".config")))
+        };
+        folder.map(|folder| folder.join("lumivox").join("studio.json"))
+    }
+}
+
+impl Drawer for SettingsFile {
+    fn read(&self) -> Option<Settings> {
+        serde_json::from_slice(&fs::read(Self::path()?).ok()?).ok()
+    }
+
+    fn write(&self, settings: &Settings) {
+        let write = || -> Option<()> {
+            let path = Self::path()?;
+            fs::create_dir_all(path.parent()?).ok()?;
+            fs::write(&path, serde_json::to_vec_pretty(settings).ok()?).ok()
+        };
+        // What cannot be kept is asked again next time.
+        let _ = write();
+    }
+}

@@ -1,0 +1,242 @@
+//! Files become a session: headers, the best series, the scene of it, thumbnails. All of it is done beside the interface.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use lumivox_core::document::{Entry, SceneDocument, View};
+use lumivox_core::{PerspectiveCamera, Preset, Scene, Volume};
+use lumivox_import::{ImportError, ImportOptions, ImportReport, SeriesSummary, Study, Thumbnail};
+use lumivox_scene::{Notes, OpenErrorKind, Opening, Remedy};
+
+use crate::jobs::Desk;
+
+/// A study whose headers were read, for the job that loads another of its series.
+pub type SharedStudy = Arc<Mutex<Study>>;
+
+/// The side of thumbnails, in pixels.
+const THUMBNAIL: usize = 160;
+
+/// What is opened.
+#[derive(Clone)]
+pub enum Source {
+    /// Files and folders: a scan, or a scene's file.
+    Files(Vec<PathBuf>),
+    /// Another series of a study, by its place in the list.
+    Series(SharedStudy, usize),
+}
+
+/// What is told while something is opened.
+pub enum Told {
+    /// What could be loaded, and what is.
+    Series {
+        /// All of it, the best first.
+        series: Vec<SeriesSummary>,
+        /// Which of them is loaded now.
+        chosen: usize,
+        /// To load another.
+        study: SharedStudy,
+    },
+    /// A picture of a series, by its place in the list.
+    Thumbnail(usize, Thumbnail),
+    /// It is there.
+    Opened(Box<Opened>),
+    /// Why it is not, in a sentence that names the file.
+    Failed(String),
+}
+
+/// A scene with all that it was made of.
+pub struct Opened {
+    /// What it is, with whole paths.
+    pub document: SceneDocument,
+    /// Scans as they lie in their files.
+    pub scans: Vec<Arc<Volume>>,
+    /// What there is to see.
+    pub scene: Scene,
+    /// From where.
+    pub camera: PerspectiveCamera,
+    /// Whether nobody said so: then all that is seen is to fit the view.
+    pub is_framed: bool,
+    /// How the first scan was read.
+    pub report: ImportReport,
+    /// What else is worth telling.
+    pub notes: Vec<String>,
+}
+
+/// Opens, and tells all about it.
+pub fn open(source: Source, desk: &Desk<Told>) {
+    let opened = match &source {
+        Source::Files(files) => match &files[..] {
+            [file] if is_scene(file) => open_scene(file, desk),
+            files => open_study(files, desk),
+        },
+        Source::Series(study, place) => open_series(study.clone(), *place, desk),
+    };
+    match opened {
+        Ok(()) => {}
+        Err(why) if !desk.cancel().is_cancelled() => desk.tell(Told::Failed(why)),
+        Err(_) => {}
+    }
+}
+
+/// Whether a file is a scene's, by how it begins.
+fn is_scene(file: &Path) -> bool {
+    let mut beginning = vec![];
+    let read = File::open(file).and_then(|file| file.take(4096).read_to_end(&mut beginning));
+    file.is_file() && read.is_ok() && SceneDocument::is_one(&beginning)
+}
+
+fn open_study(files: &[PathBuf], desk: &Desk<Told>) -> Result<(), String> {
+    let options = ImportOptions::default();
+    let study =
+        desk.watch(|progress| Study::open(files, &options, progress, desk.cancel())).map_err(words)?;
+    let chosen = study.report().chosen;
+    if study.report().series.is_empty() {
+        let why = study
+            .report()
+            .skipped
+            .first()
+            .map_or(String::new(), |file| format!(": {}: {}", file.path.display(), file.reason));
+        let folder = files.first().map_or(String::new(), |file| file.display().to_string());
+        return Err(format!("{folder}: there is no series of images that makes up a volume{why}"));
+    }
+    let study = Arc::new(Mutex::new(study));
+    open_series(study.clone(), chosen, desk)?;
+    tell_thumbnails(&study, desk);
+    Ok(())
+}
+
+fn words(error: ImportError) -> String {
+    error.to_string()
+}
+
+fn locked<T>(study: &SharedStudy, work: impl FnOnce(&mut Study) -> T) -> T {
+    work(&mut study.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// Loads a series of a study, and makes the scene of it that suits.
+fn open_series(study: SharedStudy, place: usize, desk: &Desk<Told>) -> Result<(), String> {
+    let series = locked(&study, |study| study.report().series.clone());
+    let mut options = ImportOptions::default();
+    if series.len() > 1 {
+        options.series = Some((place + 1).to_string());
+    }
+    desk.tell(Told::Series { series, chosen: place, study: study.clone() });
+    let imported = locked(&study, |study| {
+        desk.watch(|progress| study.load(&options, progress, desk.cancel())).map_err(words)
+    })?;
+    let volume = lumivox_scene::identified(imported.volume);
+    let source = volume.source().cloned().unwrap_or_default();
+    let scan = lumivox_core::document::Scan { keep: Default::default(), taken_off: None, ..source };
+    let document = SceneDocument { volumes: vec![Entry::new(scan)], ..SceneDocument::default() };
+    let volume = Arc::new(volume);
+    assemble(document, vec![volume], imported.report, vec![], desk)
+}
+
+/// What a note's remedy is called here: the switch that does it.
+fn remedy(remedy: Remedy) -> Option<String> {
+    Some(match remedy {
+        Remedy::KeepEverything => " (All that was scanned shows it)".to_owned(),
+        _ => String::new(),
+    })
+}
+
+/// The scene of scans that are loaded.
+fn assemble(
+    mut document: SceneDocument,
+    scans: Vec<Arc<Volume>>,
+    report: ImportReport,
+    mut notes: Vec<String>,
+    desk: &Desk<Told>,
+) -> Result<(), String> {
+    for (entry, scan) in document.volumes.iter_mut().zip(&scans) {
+        // Which look suits is found once, and is the first thing that a person may change.
+        if entry.look.preset.is_none() && entry.look.transfer_function.is_none() {
+            entry.look.preset = Some(Preset::default_for(scan));
+        }
+    }
+    let (scene, told) = show(&document, scans.clone(), desk)?;
+    notes.extend(told);
+    let aspect = document.film.aspect();
+    let is_framed = document.camera == View::default();
+    let camera = document.camera.camera(&scene, aspect).ok_or("the camera is the point looked at")?;
+    desk.tell(Told::Opened(Box::new(Opened { document, scans, scene, camera, is_framed, report, notes })));
+    Ok(())
+}
+
+/// What of scans is shown, with what is told of it.
+pub fn show<M: Send>(
+    document: &SceneDocument,
+    scans: Vec<Arc<Volume>>,
+    desk: &Desk<M>,
+) -> Result<(Scene, Vec<String>), String> {
+    desk.watch(|progress| {
+        let notes = Notes::new(progress, remedy);
+        let opening = Opening { identify: true, ..Opening::default() };
+        let opened =
+            lumivox_scene::open_loaded(document, scans, Path::new(""), &opening, &notes, desk.cancel());
+        opened.map(|opened| (opened.scene, notes.into_sentences())).map_err(|error| error.to_string())
+    })
+}
+
+/// Opens a scene's file: its first scan is the one that slices show.
+fn open_scene(file: &Path, desk: &Desk<Told>) -> Result<(), String> {
+    let written = lumivox_scene::read(file).map_err(|error| error.to_string())?;
+    let folder = std::path::absolute(written.folder()).unwrap_or_else(|_| written.folder().to_owned());
+    let mut document = written.document.clone();
+    if document.volumes.is_empty() {
+        return Err(format!("{}: the scene names no scan", file.display()));
+    }
+    let opening = Opening { identify: true, ..Opening::default() };
+    let (scans, notes) = desk.watch(|progress| {
+        let notes = Notes::new(progress, remedy).with_lines(&written);
+        let scans = lumivox_scene::load_scans(&document, &folder, &opening, &notes, desk.cancel());
+        let place = |error: lumivox_scene::OpenError| match &error.kind {
+            OpenErrorKind::Cancelled(_) => error.to_string(),
+            _ => format!("{}: {error}", error.place(&written)),
+        };
+        scans.map(|scans| (scans, notes.into_sentences())).map_err(place)
+    })?;
+    with_whole_paths(&mut document, &folder);
+    let report = scans.first().map(|scan| (*scan.report).clone()).unwrap_or_default();
+    let first = document.volumes.first().map(|entry| entry.scan.clone());
+    let volumes = scans.into_iter().map(|scan| scan.volume).collect();
+    assemble(document, volumes, report, notes, desk)?;
+    // Its other series, for the strip.
+    if let Some(scan) = first
+        && let Ok(options) = ImportOptions::of_scan(&scan)
+        && let Ok(study) = desk.watch(|progress| Study::open(&scan.files, &options, progress, desk.cancel()))
+    {
+        let (series, chosen) = (study.report().series.clone(), study.report().chosen);
+        let study = Arc::new(Mutex::new(study));
+        desk.tell(Told::Series { series, chosen, study: study.clone() });
+        tell_thumbnails(&study, desk);
+    }
+    Ok(())
+}
+
+/// Every file of a document by its whole path, so that it can be saved anywhere.
+fn with_whole_paths(document: &mut SceneDocument, folder: &Path) {
+    for entry in &mut document.volumes {
+        entry.scan.files.iter_mut().for_each(|file| *file = folder.join(&file));
+        if let Some(labels) = &mut entry.labels {
+            labels.files.iter_mut().chain(&mut labels.table).for_each(|file| *file = folder.join(&file));
+        }
+    }
+    if let Some(map) = document.environment.file().map(|file| folder.join(file)) {
+        document.environment.source = map;
+    }
+}
+
+/// One after the other; what cannot be decoded has none.
+fn tell_thumbnails(study: &SharedStudy, desk: &Desk<Told>) {
+    for place in 0..locked(study, |study| study.report().series.len()) {
+        if desk.cancel().is_cancelled() {
+            return;
+        }
+        if let Ok(picture) = locked(study, |study| study.thumbnail(place, THUMBNAIL, desk.cancel())) {
+            desk.tell(Told::Thumbnail(place, picture));
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! What lies over everything: the notice at first start, About, pictures for files, what went wrong.
+
+use eframe::egui::{self, Align, DragValue, Id, Key, Margin, Modal, RichText, Ui};
+
+use crate::state::{Action, Ask, Dialog, ExportDraft, State};
+use crate::theme::{palette, primary};
+use crate::words::Word;
+
+/// Pictures are no larger on a side; 8K is 7680.
+const MOST_SIDE: u32 = 8192;
+
+/// The dialog that there is, if there is one.
+pub fn show(context: &egui::Context, state: &mut State) {
+    if !state.settings.has_agreed {
+        notice(context, state);
+    } else if let Some((word, why)) = state.failed.clone() {
+        failed(context, state, word, &why);
+    } else {
+        match state.dialog.clone() {
+            Some(Dialog::About) => about(context, state),
+            Some(Dialog::Export(draft)) => export(context, state, draft),
+            None => {}
+        }
+    }
+}
+
+fn modal<T>(
+    context: &egui::Context,
+    state: &State,
+    width: f32,
+    content: impl FnOnce(&mut Ui) -> T,
+) -> (T, bool) {
+    let p = palette(state.settings.is_dark);
+    let frame = egui::Frame::window(&context.global_style()).fill(p.panel).inner_margin(Margin::same(26));
+    let shown = Modal::new(Id::new("dialog")).frame(frame).show(context, |ui| {
+        ui.set_width(width);
+        content(ui)
+    });
+    let leaves = shown.should_close();
+    (shown.inner, leaves)
+}
+
+fn heading(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).heading().strong());
+    ui.add_space(6.0);
+}
+
+/// Right-aligned buttons at a dialog's end.
+fn buttons<T>(ui: &mut Ui, content: impl FnOnce(&mut Ui) -> T) -> T {
+    ui.add_space(14.0);
+    let room = egui::vec2(ui.available_width(), 34.0);
+    ui.allocate_ui_with_layout(room, egui::Layout::right_to_left(Align::Center), content).inner
+}
+
+fn notice(context: &egui::Context, state: &mut State) {
+    let p = palette(state.settings.is_dark);
+    let (agreed, _) = modal(context, state, 460.0, |ui| {
+        heading(ui, "Lumivox Studio");
+        ui.label(RichText::new(state.say(Word::NoDevice)).size(15.0).color(p.warning));
+        ui.label(state.say(Word::NoDeviceLong));
+        ui.label(RichText::new(state.say(Word::StaysHere)).color(p.weak));
+        buttons(ui, |ui| ui.add(primary(&p, state.say(Word::Understood))).clicked())
+    });
+    if agreed || context.input(|input| input.key_pressed(Key::Enter)) {
+        state.act(Action::Agree);
+    }
+}
+
+fn failed(context: &egui::Context, state: &mut State, word: Word, why: &str) {
+    let p = palette(state.settings.is_dark);
+    let (closed, leaves) = modal(context, state, 520.0, |ui| {
+        heading(ui, state.say(word));
+        ui.add(egui::Label::new(why).wrap().selectable(true));
+        buttons(ui, |ui| ui.add(primary(&p, state.say(Word::Close))).clicked())
+    });
+    if closed || leaves {
+        state.failed = None;
+    }
+}
+
+fn about(context: &egui::Context, state: &mut State) {
+    let p = palette(state.settings.is_dark);
+    let keys = [
+        ("Ctrl+O   Ctrl+Shift+O", Word::KeyOpen),
+        ("Ctrl+S   Ctrl+E", Word::KeySave),
+        ("Ctrl+Z   Ctrl+Y", Word::KeyUndo),
+        ("1 \u{2013} 4   G   M   Space", Word::KeyViews),
+        ("Arrows   Page Up/Down", Word::KeyTurn),
+        ("+   \u{2212}   R", Word::KeyZoom),
+    ];
+    let (closed, leaves) = modal(context, state, 560.0, |ui| {
+        heading(ui, "Lumivox Studio");
+        ui.label(state.say(Word::AboutText));
+        let version = format!("{} {}", state.say(Word::Version), env!("CARGO_PKG_VERSION"));
+        ui.label(RichText::new(version).small().color(p.weak));
+        ui.add_space(6.0);
+        ui.label(RichText::new(state.say(Word::NoDevice)).color(p.warning));
+        ui.label(state.say(Word::NoDeviceLong));
+        ui.label(state.say(Word::StaysHere));
+        ui.add_space(10.0);
+        ui.label(RichText::new(state.say(Word::Keys)).strong());
+        egui::Grid::new("keys").num_columns(2).spacing([24.0, 6.0]).show(ui, |ui| {
+            for (key, word) in keys {
+                ui.label(RichText::new(key).monospace().color(p.accent));
+                ui.label(state.say(word));
+                ui.end_row();
+            }
+        });
+        ui.add_space(6.0);
+        ui.label(RichText::new(state.say(Word::Mouse)).strong());
+        ui.label(state.say(Word::Mouse3D));
+        ui.label(state.say(Word::Mouse2D));
+        buttons(ui, |ui| ui.add(primary(&p, state.say(Word::Close))).clicked())
+    });
+    if closed || leaves {
+        state.dialog = None;
+    }
+}
+
+fn export(context: &egui::Context, state: &mut State, mut draft: ExportDraft) {
+    let p = palette(state.settings.is_dark);
+    let (pressed, leaves) = modal(context, state, 420.0, |ui| {
+        heading(ui, state.say(Word::Picture));
+        egui::Grid::new("picture").num_columns(2).spacing([18.0, 10.0]).show(ui, |ui| {
+            let suffix = format!(" {}", state.say(Word::Pixels));
+            for (axis, word) in [(0, Word::PictureWidth), (1, Word::PictureHeight)] {
+                let label = ui.label(state.say(word));
+                let value =
+                    DragValue::new(&mut draft.size[axis]).range(16..=MOST_SIDE).suffix(&suffix).speed(8);
+                ui.add_sized([110.0, 26.0], value).labelled_by(label.id);
+                ui.end_row();
+            }
+            let label = ui.label(state.say(Word::Samples));
+            let value = DragValue::new(&mut draft.samples).range(1..=65_536).speed(8);
+            ui.add_sized([110.0, 26.0], value).labelled_by(label.id);
+            ui.end_row();
+        });
+        ui.checkbox(&mut draft.transparent, state.say(Word::Transparent));
+        ui.checkbox(&mut draft.denoise, state.say(Word::Denoise));
+        buttons(ui, |ui| {
+            let saves = ui.add(primary(&p, state.say(Word::SavePicture))).clicked();
+            (saves, ui.button(state.say(Word::Cancel)).clicked())
+        })
+    });
+    let (saves, cancels) = pressed;
+    state.dialog = Some(Dialog::Export(draft));
+    if saves {
+        state.dialog = None;
+        state.change(Word::Picture, |document| draft.put_into(document));
+        let name = state.session.as_ref().map(|session| session.file_name("png")).unwrap_or_default();
+        state.act(Action::Ask(Ask::SavePicture(name)));
+    } else if cancels || leaves {
+        state.dialog = None;
+    }
+}

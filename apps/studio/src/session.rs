@@ -1,0 +1,252 @@
+//! A scan that is open: the scene document with its one stack of commands, and the scene that is made of it.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use lumivox_core::document::{Entry, Keep, SceneDocument, TakenOff, View};
+use lumivox_core::glam::DVec3;
+use lumivox_core::{
+    EnvironmentMap, EnvironmentSource, Orbit, PerspectiveCamera, Preset, Scene, Volume, framing,
+};
+use lumivox_import::ImportReport;
+use lumivox_scene::Part;
+
+use crate::history::History;
+use crate::opening::Opened;
+use crate::words::Word;
+
+/// What decides which voxels of a scan are shown; while it stays, a look costs nothing.
+#[derive(Clone, Debug, PartialEq)]
+struct ShownAs {
+    keep: Keep,
+    taken_off: Option<TakenOff>,
+    by_look: TakenOff,
+    finds_labels: bool,
+    label_files: Vec<std::path::PathBuf>,
+    peel: Option<f64>,
+}
+
+impl ShownAs {
+    fn of(entry: &Entry) -> Self {
+        let preset = entry.look.preset;
+        Self {
+            keep: entry.scan.keep,
+            taken_off: entry.scan.taken_off,
+            by_look: match preset.and_then(Preset::organ) {
+                Some(organ) => TakenOff::AllBut(organ),
+                None => TakenOff::Skin(preset.map_or(0.0, Preset::peel_mm)),
+            },
+            finds_labels: entry.labels.as_ref().is_some_and(|labels| labels.files.is_empty()),
+            label_files: entry.labels.as_ref().map_or(vec![], |labels| labels.files.clone()),
+            peel: entry.peel,
+        }
+    }
+}
+
+/// A scan that is open.
+pub struct Session {
+    history: History,
+    scans: Vec<Arc<Volume>>,
+    parts: Vec<Part>,
+    /// What is shown, or on its way.
+    asked_as: Vec<ShownAs>,
+    map: Option<Arc<EnvironmentMap>>,
+    scene: Scene,
+    version: u64,
+    camera: PerspectiveCamera,
+    /// Whether all that is seen is to fit the view, once that has a shape.
+    is_framed: bool,
+    saved: SceneDocument,
+    /// How the first scan was read.
+    pub report: ImportReport,
+    /// What else is worth telling.
+    pub notes: Vec<String>,
+}
+
+/// Scenes are told from each other by numbers that no two sessions share.
+fn next_version() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed) + 1
+}
+
+fn parts_of(scene: &Scene) -> Vec<Part> {
+    let part = |it: &lumivox_core::VolumeInstance| Part {
+        volume: it.volume.clone(),
+        labels: it.labels.as_ref().map(|labelling| labelling.labels.clone()),
+        peel: it.peel.clone(),
+    };
+    scene.volumes.iter().map(part).collect()
+}
+
+impl Session {
+    /// Begins with what was opened.
+    pub fn new(opened: Opened) -> Self {
+        let Opened { mut document, scans, scene, camera, is_framed, report, notes } = opened;
+        // Wherever the camera is, it is there exactly: what is framed anew with every look would jump.
+        document.camera = View::of(&camera);
+        let map = match &scene.environment.source {
+            EnvironmentSource::Map(map) => Some(map.clone()),
+            _ => None,
+        };
+        Self {
+            parts: parts_of(&scene),
+            asked_as: document.volumes.iter().map(ShownAs::of).collect(),
+            saved: document.clone(),
+            history: History::new(document),
+            scans,
+            map,
+            scene,
+            version: next_version(),
+            camera,
+            is_framed,
+            report,
+            notes,
+        }
+    }
+
+    /// The document.
+    pub fn document(&self) -> &SceneDocument {
+        self.history.document()
+    }
+
+    /// What there is to see, and its number.
+    pub fn scene(&self) -> (&Scene, u64) {
+        (&self.scene, self.version)
+    }
+
+    /// From where.
+    pub fn camera(&self) -> &PerspectiveCamera {
+        &self.camera
+    }
+
+    /// The view has that shape, width over height: what nobody framed otherwise is framed for it, once.
+    pub fn fit(&mut self, aspect: f64) {
+        if std::mem::take(&mut self.is_framed)
+            && let Some(camera) = View::default().camera(&self.scene, aspect)
+        {
+            self.history.begin_with(|document| document.camera = View::of(&camera));
+            self.saved.camera = View::of(&camera);
+            self.camera = camera;
+        }
+    }
+
+    /// The stack of commands.
+    pub fn history(&self) -> &History {
+        &self.history
+    }
+
+    /// The first scan as it lies in its files: what slices show.
+    pub fn scan(&self) -> &Arc<Volume> {
+        &self.scans[0]
+    }
+
+    /// All of them.
+    pub fn scans(&self) -> &[Arc<Volume>] {
+        &self.scans
+    }
+
+    /// What to call it, without a patient's name.
+    pub fn name(&self) -> &str {
+        self.report.series.get(self.report.chosen).map_or("", |series| series.name.as_str())
+    }
+
+    /// A name for its files: letters and digits of [`name`](Self::name).
+    pub fn file_name(&self, extension: &str) -> String {
+        let plain = self.name().to_lowercase();
+        let words: Vec<&str> =
+            plain.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty()).collect();
+        let stem = if words.is_empty() { "scan".to_owned() } else { words.join("-") };
+        format!("{stem}.{extension}")
+    }
+
+    /// Whether something was changed since it was opened or saved.
+    pub fn is_changed(&self) -> bool {
+        self.history.document() != &self.saved
+    }
+
+    /// Changes the document by a command of that name. Whether voxels have to be shown anew, which takes a job.
+    pub fn change(&mut self, what: Word, change: impl FnOnce(&mut SceneDocument)) -> bool {
+        let mut document = self.document().clone();
+        change(&mut document);
+        self.history.change(what, document) && self.follow()
+    }
+
+    /// Nothing is held any more.
+    pub fn close_step(&mut self) {
+        self.history.close();
+    }
+
+    /// Goes back. Whether voxels have to be shown anew.
+    pub fn undo(&mut self) -> bool {
+        self.history.undo() && self.follow()
+    }
+
+    /// Goes forward again. Whether voxels have to be shown anew.
+    pub fn redo(&mut self) -> bool {
+        self.history.redo() && self.follow()
+    }
+
+    /// The camera as one that turns around what there is to see.
+    pub fn orbit(&self) -> Orbit {
+        lumivox_viewport::orbit_of(&self.camera, self.center())
+    }
+
+    /// Where the scan's middle is in the world.
+    pub fn center(&self) -> DVec3 {
+        let of = |it: &lumivox_core::VolumeInstance| it.world_from_box().transform_point3(DVec3::splat(0.5));
+        self.scene.volumes.first().map(of).unwrap_or_default()
+    }
+
+    /// An orbit around all that is seen, from these angles in radians.
+    pub fn framed(&self, azimuth: f64, elevation: f64, aspect: f64) -> Orbit {
+        framing::frame(&self.scene, azimuth, elevation, self.camera.vertical_fov, aspect)
+    }
+
+    /// What a job has to do for the document as it is.
+    pub fn to_show(&mut self) -> (SceneDocument, Vec<Arc<Volume>>) {
+        self.asked_as = self.document().volumes.iter().map(ShownAs::of).collect();
+        (self.document().clone(), self.scans.clone())
+    }
+
+    /// What such a job found. What was changed meanwhile stays changed.
+    pub fn shown(&mut self, scene: &Scene, notes: Vec<String>) {
+        self.parts = parts_of(scene);
+        for note in notes {
+            if !self.notes.contains(&note) {
+                self.notes.push(note);
+            }
+        }
+        self.follow();
+    }
+
+    /// Makes the scene that the document says, with the voxels that there are. Whether others have to be asked for.
+    fn follow(&mut self) -> bool {
+        let document = self.history.document();
+        let environment_map = document.environment.file().and(self.map.clone());
+        if let Ok(scene) = lumivox_scene::assemble(document, self.parts.clone(), environment_map)
+            && !scene.is_same(&self.scene)
+        {
+            self.scene = scene;
+            self.version = next_version();
+        }
+        if let Some(camera) = document.camera.camera(&self.scene, document.film.aspect()) {
+            self.camera = camera;
+        }
+        document.volumes.iter().map(ShownAs::of).ne(self.asked_as.iter().cloned())
+    }
+
+    /// Writes the scene's file, with the size of the view's picture.
+    ///
+    /// # Errors
+    /// A sentence that names the file.
+    pub fn save(&mut self, file: &Path) -> Result<(), String> {
+        let document = self.document().clone();
+        let text = document.to_json().map_err(|error| format!("{}: {error}", file.display()))?;
+        SceneDocument::parse(&text).map_err(|error| format!("{}: {}", file.display(), error.why))?;
+        lumivox_scene::save(&document, file)
+            .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
+        self.saved = document;
+        Ok(())
+    }
+}

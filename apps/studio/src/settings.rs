@@ -1,0 +1,43 @@
+//! What the Studio remembers between sessions. Nothing of any scan.
+
+use serde::{Deserialize, Serialize};
+
+use crate::words::Language;
+
+/// What a person chose.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Settings {
+    /// Of the interface.
+    pub language: Language,
+    /// Bright letters on dark, as reading rooms have it, or the other way round.
+    pub is_dark: bool,
+    /// Whether it was read that this is no medical device.
+    pub has_agreed: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { language: Language::English, is_dark: true, has_agreed: false }
+    }
+}
+
+/// Where settings are kept: a file natively, the browser's storage in a page, nowhere in tests.
+pub trait Drawer {
+    /// What was kept, if anything was.
+    fn read(&self) -> Option<Settings>;
+
+    /// Keeps it. What cannot be kept is chosen again next time.
+    fn write(&self, settings: &Settings);
+}
+
+/// Nothing is kept.
+pub struct Forgetful(pub Settings);
+
+impl Drawer for Forgetful {
+    fn read(&self) -> Option<Settings> {
+        Some(self.0.clone())
+    }
+
+    fn write(&self, _: &Settings) {}
+}

@@ -1,0 +1,313 @@
+//! What the interface shows, as plain data, and what it was asked to do.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+use eframe::egui::TextureHandle;
+use lumivox_core::document::{Backdrop, Film, SceneDocument};
+use lumivox_core::glam::{DVec2, DVec3};
+use lumivox_core::{Orbit, Preset};
+use lumivox_import::SeriesSummary;
+use lumivox_viewport::Progress;
+
+use crate::darkroom::looks_for;
+use crate::jobs::Busy;
+use crate::opening::SharedStudy;
+use crate::session::Session;
+use crate::settings::Settings;
+use crate::slices::{Geometry, Plane, Window, bounds_mm, window_for};
+use crate::words::Word;
+
+/// One of the four views.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ViewId {
+    /// Path-traced.
+    ThreeD,
+    /// A slice.
+    Slice(Plane),
+}
+
+impl ViewId {
+    /// All of them, in the order of their keys.
+    pub const ALL: [Self; 4] =
+        [Self::ThreeD, Self::Slice(Plane::Axial), Self::Slice(Plane::Coronal), Self::Slice(Plane::Sagittal)];
+
+    /// What it is called.
+    pub fn word(self) -> Word {
+        match self {
+            Self::ThreeD => Word::ThreeD,
+            Self::Slice(Plane::Axial) => Word::Axial,
+            Self::Slice(Plane::Coronal) => Word::Coronal,
+            Self::Slice(Plane::Sagittal) => Word::Sagittal,
+        }
+    }
+}
+
+/// How views share the room.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// A large 3D, and slices beside it.
+    Main,
+    /// Two by two.
+    Grid,
+    /// The active one alone.
+    One,
+}
+
+/// What is asked for by a file dialog.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ask {
+    /// Files to open.
+    Files,
+    /// A folder to open.
+    Folder,
+    /// Where a scene is saved; a name for it.
+    SaveScene(String),
+    /// Where a picture is saved; a name for it.
+    SavePicture(String),
+}
+
+/// What a person wants done, by a click, a key or a drop.
+#[derive(Clone, Debug)]
+pub enum Action {
+    /// A file dialog.
+    Ask(Ask),
+    /// These files and folders.
+    Open(Vec<PathBuf>),
+    /// Another series of the study.
+    Series(usize),
+    /// Another look.
+    Look(Preset),
+    /// The camera goes there.
+    Camera(Orbit),
+    /// All that is seen, from these angles in degrees.
+    Frame(f64, f64),
+    /// A change of the document that a panel made.
+    Change(Word, Box<SceneDocument>),
+    /// The point that all views share.
+    Cross(DVec3),
+    /// A command back.
+    Undo,
+    /// And forward.
+    Redo,
+    /// The dialog about the program.
+    About,
+    /// The dialog of pictures for files.
+    ExportDialog,
+    /// It was read that this is no medical device.
+    Agree,
+    /// Settings were changed.
+    Settings(Settings),
+    /// Whatever runs is to end.
+    Cancel,
+}
+
+/// Series that could be opened.
+#[derive(Default)]
+pub struct Strip {
+    /// All of them, the best first.
+    pub series: Vec<SeriesSummary>,
+    /// Which is shown.
+    pub chosen: usize,
+    /// What they are loaded from.
+    pub study: Option<SharedStudy>,
+    /// Their pictures, as far as they are there.
+    pub thumbnails: HashMap<usize, TextureHandle>,
+}
+
+/// A slice on the screen.
+#[derive(Default)]
+pub struct SliceView {
+    /// How many times as large as where all fits.
+    pub zoom: f64,
+    /// By how much its content was moved, in mm.
+    pub moved: DVec2,
+    /// Its picture, and what that shows.
+    pub drawn: Option<(Geometry, Window, TextureHandle)>,
+}
+
+/// What lies under the pointer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Probe {
+    /// Where, in the patient's mm (LPS).
+    pub patient_mm: DVec3,
+    /// The scan's value there.
+    pub value: f64,
+}
+
+/// A dialog over everything.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Dialog {
+    /// What the program is, and its keys.
+    About,
+    /// A picture for a file.
+    Export(ExportDraft),
+}
+
+/// A picture that is about to be rendered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExportDraft {
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// Paths of a pixel.
+    pub samples: u32,
+    /// Whether it has an alpha channel.
+    pub transparent: bool,
+    /// Whether the noise that is left is smoothed.
+    pub denoise: bool,
+}
+
+/// All that is shown.
+pub struct State {
+    /// What a person chose.
+    pub settings: Settings,
+    /// The scan, where one is open.
+    pub session: Option<Session>,
+    /// Series.
+    pub strip: Strip,
+    /// Slices, in the order of [`Plane::ALL`].
+    pub slices: [SliceView; 3],
+    /// The point that all views share, in the patient's mm.
+    pub cross: DVec3,
+    /// What is black and white in slices.
+    pub window: Window,
+    /// How views share the room.
+    pub layout: Layout,
+    /// The one before a view was shown alone.
+    pub layout_before: Layout,
+    /// The one that keys are for.
+    pub active: ViewId,
+    /// Looks that may suit this scan, the best first.
+    pub looks: Vec<Preset>,
+    /// The scan in them, as far as that is there.
+    pub tiles: HashMap<Preset, TextureHandle>,
+    /// What is under the pointer.
+    pub probe: Option<Probe>,
+    /// How far the 3D picture is.
+    pub progress: Progress,
+    /// Pixels of the 3D view.
+    pub view_size: [u32; 2],
+    /// What is done beside the interface.
+    pub busy: Option<(Word, Busy)>,
+    /// What went wrong.
+    pub failed: Option<(Word, String)>,
+    /// What was done.
+    pub done: Option<String>,
+    /// A dialog.
+    pub dialog: Option<Dialog>,
+    /// Whether all that was told of the scan is shown.
+    pub shows_all_notes: bool,
+    /// What was asked for in this frame.
+    pub actions: Vec<Action>,
+}
+
+impl State {
+    /// Nothing is open.
+    pub fn new(settings: Settings) -> Self {
+        Self {
+            settings,
+            session: None,
+            strip: Strip::default(),
+            slices: Default::default(),
+            cross: DVec3::ZERO,
+            window: [0.0, 1.0],
+            layout: Layout::Main,
+            layout_before: Layout::Main,
+            active: ViewId::ThreeD,
+            looks: vec![],
+            tiles: HashMap::new(),
+            probe: None,
+            progress: Progress::default(),
+            view_size: [1, 1],
+            busy: None,
+            failed: None,
+            done: None,
+            dialog: None,
+            shows_all_notes: false,
+            actions: vec![],
+        }
+    }
+
+    /// A word in the language that was chosen.
+    pub fn say(&self, word: Word) -> &'static str {
+        word.of(self.settings.language)
+    }
+
+    /// Asks for something.
+    pub fn act(&mut self, action: Action) {
+        self.actions.push(action);
+    }
+
+    /// Changes a copy of the document by a command of that name.
+    pub fn change(&mut self, what: Word, change: impl FnOnce(&mut SceneDocument)) {
+        if let Some(session) = &self.session {
+            let mut document = session.document().clone();
+            change(&mut document);
+            self.act(Action::Change(what, Box::new(document)));
+        }
+    }
+
+    /// Shows a scan: views begin anew.
+    pub fn begin(&mut self, session: Session) {
+        let scan = session.scan();
+        let [low, high] = bounds_mm(scan);
+        self.cross = 0.5 * (low + high);
+        self.window = window_for(scan);
+        self.looks = looks_for(scan);
+        self.slices = std::array::from_fn(|_| SliceView { zoom: 1.0, ..SliceView::default() });
+        self.tiles.clear();
+        (self.probe, self.failed, self.done) = (None, None, None);
+        self.shows_all_notes = false;
+        self.session = Some(session);
+    }
+
+    /// Shows a view alone, or all again.
+    pub fn toggle_one(&mut self, view: ViewId) {
+        self.active = view;
+        if self.layout == Layout::One {
+            self.layout = self.layout_before;
+        } else {
+            self.layout_before = self.layout;
+            self.layout = Layout::One;
+        }
+    }
+
+    /// Moves the shared point by so many slices of a plane.
+    pub fn step(&mut self, plane: Plane, slices: f64) {
+        let Some(session) = &self.session else { return };
+        let scan = session.scan();
+        let [_, _, normal] = plane.axes();
+        // As far as from voxel to voxel along the axis that runs most along the normal.
+        let columns = scan.patient_from_voxel().matrix3;
+        let along = [columns.x_axis, columns.y_axis, columns.z_axis].map(|axis| axis.dot(normal).abs());
+        let step = along.into_iter().fold(0.0, f64::max);
+        let [low, high] = bounds_mm(scan);
+        let at = (self.cross.dot(normal) + step * slices).clamp(low.dot(normal), high.dot(normal));
+        self.cross += normal * (at - self.cross.dot(normal));
+    }
+}
+
+impl ExportDraft {
+    /// Of a document; as large as the view, where it was never said how large.
+    pub fn of(document: &SceneDocument, view: [u32; 2]) -> Self {
+        let film = document.film;
+        Self {
+            size: if film.size == Film::default().size { view } else { film.size },
+            samples: film.samples.unwrap_or(crate::darkroom::DEFAULT_SAMPLES),
+            transparent: document.display.background == Backdrop::Transparent,
+            denoise: film.denoise,
+        }
+    }
+
+    /// Says it in the document, so that the command renders the same.
+    pub fn put_into(self, document: &mut SceneDocument) {
+        document.film.size = self.size;
+        document.film.samples = Some(self.samples);
+        document.film.denoise = self.denoise;
+        let is_transparent = document.display.background == Backdrop::Transparent;
+        if self.transparent != is_transparent {
+            document.display.background =
+                if self.transparent { Backdrop::Transparent } else { Backdrop::default() };
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! Every word of the interface, in every language, in one table. What the importer and the scene say of a scan are sentences of
+//! theirs, in English.
+
+use lumivox_core::Preset;
+use serde::{Deserialize, Serialize};
+
+/// A language of the interface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Language {
+    /// English.
+    #[default]
+    English,
+    /// Deutsch.
+    German,
+}
+
+impl Language {
+    /// Every language, by its own name.
+    pub const ALL: [(Self, &'static str); 2] = [(Self::English, "English"), (Self::German, "Deutsch")];
+}
+
+macro_rules! words {
+    ($($name:ident: $english:literal / $german:literal;)*) => {
+        /// A word or sentence of the interface.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[expect(missing_docs, reason = "each is what it says")]
+        pub enum Word { $($name),* }
+
+        impl Word {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$name),*];
+
+            /// As it is said.
+            pub fn of(self, language: Language) -> &'static str {
+                match (self, language) {
+                    $(
+                        (Self::$name, Language::English) => $english,
+                        (Self::$name, Language::German) => $german,
+                    )*
+                }
+            }
+        }
+    };
+}
+
+words! {
+    OpenFiles: "Open files…" / "Dateien öffnen…";
+    OpenFolder: "Open folder…" / "Ordner öffnen…";
+    Open: "Open" / "Öffnen";
+    SaveScene: "Save scene…" / "Szene speichern…";
+    Export: "Export picture…" / "Bild exportieren…";
+    Undo: "Undo" / "Rückgängig";
+    Redo: "Redo" / "Wiederholen";
+    About: "About" / "Über";
+    Close: "Close" / "Schließen";
+    Cancel: "Cancel" / "Abbrechen";
+    Understood: "I understand" / "Verstanden";
+    LightTheme: "Light" / "Hell";
+    DarkTheme: "Dark" / "Dunkel";
+    DropHere: "Drop a scan here" / "Scan hier ablegen";
+    DropFormats: "A DICOM folder or zip, NIfTI, NRRD, MetaImage, MGH, NumPy, TIFF, PNG, OME-Zarr, or a scene file" / "Ein DICOM-Ordner oder Zip, NIfTI, NRRD, MetaImage, MGH, NumPy, TIFF, PNG, OME-Zarr oder eine Szenendatei";
+    StaysHere: "Nothing leaves this computer." / "Nichts verlässt diesen Rechner.";
+    NoDevice: "Not a medical device. Education, research and illustration only." / "Kein Medizinprodukt. Nur für Lehre, Forschung und Illustration.";
+    NoDeviceLong: "Pictures of the Studio are not for diagnosis, nor for planning a treatment." / "Bilder des Studios sind weder für Befunde noch für die Planung einer Behandlung.";
+    AboutText: "Scans, seen by simulating how light travels through the body." / "Scans, gesehen durch die Simulation des Lichts im Körper.";
+    Version: "Version" / "Version";
+    Reading: "Reading" / "Lese";
+    Preparing: "Preparing the first picture" / "Erstes Bild entsteht";
+    Showing: "Preparing the look" / "Darstellung entsteht";
+    Rendering: "Rendering the picture" / "Bild wird berechnet";
+    Series: "Series" / "Serien";
+    SkippedFiles: "Files left out" / "Ausgelassene Dateien";
+    ShowAll: "Show all" / "Alle zeigen";
+    ShowLess: "Show less" / "Weniger zeigen";
+    Notes: "Notes" / "Hinweise";
+    Looks: "Look" / "Darstellung";
+    Light: "Light and colour" / "Licht und Farbe";
+    Exposure: "Exposure" / "Belichtung";
+    Shift: "Shift" / "Verschiebung";
+    Width: "Width" / "Breite";
+    Stops: "EV" / "LW";
+    Cut: "Cut" / "Schnitt";
+    CutRight: "From the right" / "Von rechts";
+    CutLeft: "From the left" / "Von links";
+    CutFront: "From the front" / "Von vorn";
+    CutBack: "From the back" / "Von hinten";
+    CutFeet: "From the feet" / "Von den Füßen";
+    CutHead: "From the head" / "Vom Kopf";
+    PlaneAdd: "Cut by a plane that faces me" / "Ebene zu mir hin schneiden";
+    PlaneOffset: "Plane" / "Ebene";
+    PlaneFlip: "Flip" / "Umkehren";
+    PlaneRemove: "Remove plane" / "Ebene entfernen";
+    CutNothing: "Uncut" / "Ungeschnitten";
+    Everything: "All that was scanned" / "Alles Gescannte";
+    EverythingHint: "Table, clothes and tubes, too" / "Auch Tisch, Kleidung und Schläuche";
+    ThreeD: "3D" / "3D";
+    Axial: "Axial" / "Axial";
+    Coronal: "Coronal" / "Koronal";
+    Sagittal: "Sagittal" / "Sagittal";
+    Layout: "Layout" / "Anordnung";
+    LayoutMain: "3D and slices" / "3D und Schichten";
+    LayoutGrid: "Four views" / "Vier Ansichten";
+    FrameAll: "Frame all" / "Alles zeigen";
+    Front: "Front" / "Vorn";
+    Left: "Left" / "Links";
+    Right: "Right" / "Rechts";
+    Back: "Back" / "Hinten";
+    Above: "Above" / "Oben";
+    Window: "Window" / "Fenster";
+    Camera: "Camera" / "Kamera";
+    Picture: "Picture" / "Bild";
+    PictureWidth: "Width" / "Breite";
+    PictureHeight: "Height" / "Höhe";
+    Samples: "Samples" / "Strahlen";
+    Pixels: "px" / "px";
+    Transparent: "Transparent background" / "Durchsichtiger Hintergrund";
+    Denoise: "Smooth noise" / "Rauschen glätten";
+    SavePicture: "Save as PNG…" / "Als PNG speichern…";
+    Saved: "Saved" / "Gespeichert";
+    Stopped: "It ended unexpectedly. Please try again." / "Es endete unerwartet. Bitte erneut versuchen.";
+    CannotShow: "The scan cannot be shown" / "Der Scan kann nicht gezeigt werden";
+    CannotOpen: "It cannot be opened" / "Es lässt sich nicht öffnen";
+    CannotSave: "It cannot be saved" / "Es lässt sich nicht speichern";
+    Reduced: "The GPU had no room for all voxels: the picture is of a coarser scan." / "Die Grafikkarte hat keinen Platz für alle Voxel: Das Bild zeigt einen gröberen Scan.";
+    NoUnit: "value" / "Wert";
+    Keys: "Keys" / "Tasten";
+    KeyOpen: "Open files, a folder" / "Dateien, Ordner öffnen";
+    KeySave: "Save the scene, export a picture" / "Szene speichern, Bild exportieren";
+    KeyUndo: "Undo, redo" / "Rückgängig, wiederholen";
+    KeyViews: "Four views, 3D and slices, one view" / "Vier Ansichten, 3D und Schichten, eine Ansicht";
+    KeyTurn: "Turn 3D, move through slices" / "3D drehen, durch Schichten gehen";
+    KeyZoom: "Closer, farther, frame all" / "Näher, weiter, alles zeigen";
+    Mouse: "Mouse" / "Maus";
+    Mouse3D: "3D: left turns, middle moves, right zooms, a click finds the point in the slices" / "3D: links dreht, Mitte verschiebt, rechts zoomt, ein Klick findet den Punkt in den Schichten";
+    Mouse2D: "Slices: left changes the window, wheel the slice, middle moves, right zooms, a click moves the cross" / "Schichten: links ändert das Fenster, das Rad die Schicht, Mitte verschiebt, rechts zoomt, ein Klick versetzt das Kreuz";
+    WindowSoft: "Soft tissue" / "Weichteile";
+    WindowLung: "Lung" / "Lunge";
+    WindowBone: "Bone" / "Knochen";
+    WindowBrain: "Brain" / "Gehirn";
+    LookBone: "Bone" / "Knochen";
+    LookBoneGlass: "Glass bone" / "Glasknochen";
+    LookSkin: "Skin" / "Haut";
+    LookSoftTissue: "Organs" / "Organe";
+    LookMuscle: "Muscle" / "Muskeln";
+    LookFat: "Fat" / "Fett";
+    LookLung: "Lung" / "Lunge";
+    LookAirways: "Airways" / "Atemwege";
+    LookLungVessels: "Lung vessels" / "Lungengefäße";
+    LookCardiac: "Heart" / "Herz";
+    LookCoronary: "Coronaries" / "Koronarien";
+    LookAorta: "Aorta" / "Aorta";
+    LookLiverVessels: "Liver vessels" / "Lebergefäße";
+    LookAngiography: "Angiography" / "Angiographie";
+    LookTeeth: "Teeth" / "Zähne";
+    LookMetal: "Metal" / "Metall";
+    LookXray: "X-ray" / "Röntgen";
+    LookHead: "Head" / "Kopf";
+    LookBrain: "Brain" / "Gehirn";
+    LookMrAngiography: "Angiography" / "Angiographie";
+    LookT2: "Fluid (T2)" / "Flüssigkeit (T2)";
+    LookSigned: "Signed map" / "Karte um null";
+    LookPet: "Uptake" / "Anreicherung";
+    LookFusion: "Grey glass" / "Graues Glas";
+    LookPlain: "Plain" / "Schlicht";
+}
+
+/// What a look is called.
+pub fn look(preset: Preset) -> Option<Word> {
+    Some(match preset {
+        Preset::CtBone => Word::LookBone,
+        Preset::CtBoneTranslucent => Word::LookBoneGlass,
+        Preset::CtSkin => Word::LookSkin,
+        Preset::CtSoftTissue => Word::LookSoftTissue,
+        Preset::CtMuscle => Word::LookMuscle,
+        Preset::CtFat => Word::LookFat,
+        Preset::CtLung => Word::LookLung,
+        Preset::CtAirways => Word::LookAirways,
+        Preset::CtLungVessels => Word::LookLungVessels,
+        Preset::CtCardiac => Word::LookCardiac,
+        Preset::CtCoronary => Word::LookCoronary,
+        Preset::CtAorta => Word::LookAorta,
+        Preset::CtLiverVessels => Word::LookLiverVessels,
+        Preset::CtAngiography => Word::LookAngiography,
+        Preset::CtTeeth => Word::LookTeeth,
+        Preset::CtMetal => Word::LookMetal,
+        Preset::CtXray => Word::LookXray,
+        Preset::MrHead => Word::LookHead,
+        Preset::MrBrain => Word::LookBrain,
+        Preset::MrAngiography => Word::LookMrAngiography,
+        Preset::MrT2 => Word::LookT2,
+        Preset::SignedMap => Word::LookSigned,
+        Preset::PetHot => Word::LookPet,
+        Preset::Fusion => Word::LookFusion,
+        Preset::Plain => Word::LookPlain,
+        _ => return None,
+    })
+}

@@ -1,0 +1,200 @@
+//! The whole program on software Vulkan, by clicks on what a person reads: phantoms always, the shared real scans where they are.
+//!
+//! `LUMIVOX_SCREENSHOTS=FOLDER` keeps a picture of each step.
+
+mod first_start;
+mod opening;
+mod pictures;
+mod real_scans;
+mod renderer;
+mod views;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
+use std::time::{Duration, Instant};
+
+use eframe::egui::{self, DroppedFile};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use lumivox_core::{CancelToken, Progress};
+use lumivox_phantom::{AnatomyOptions, SeriesDescription, anatomy, write_dicom_series};
+use lumivox_studio::app::{App, Choice, Chooser, Launch};
+use lumivox_studio::settings::{Forgetful, Settings};
+use lumivox_studio::state::Ask;
+use lumivox_studio::words::Language;
+
+/// Nobody waits longer for anything here.
+const LONGEST: Duration = Duration::from_secs(240);
+/// The patient that phantoms are written with: it must never be seen.
+const PATIENT: &str = "Doe^Jane";
+
+type Studio = Harness<'static, App>;
+
+/// What file dialogs say in tests.
+#[derive(Clone, Default)]
+struct Answers(Arc<Mutex<Vec<PathBuf>>>);
+
+impl Answers {
+    fn next(&self, file: impl Into<PathBuf>) {
+        *self.0.lock().unwrap() = vec![file.into()];
+    }
+}
+
+impl Chooser for Answers {
+    fn ask(&self, _: &Ask, _: Language) -> Choice {
+        let files = std::mem::take(&mut *self.0.lock().unwrap());
+        Box::pin(async move { files })
+    }
+}
+
+/// One at a time: they share two cores and a device in software.
+fn alone() -> MutexGuard<'static, ()> {
+    static ONE: Mutex<()> = Mutex::new(());
+    ONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The program as it starts, with the notice read.
+fn studio() -> (Studio, Answers) {
+    studio_with(Settings { has_agreed: true, ..Settings::default() })
+}
+
+fn studio_with(settings: Settings) -> (Studio, Answers) {
+    launch(settings, false)
+}
+
+fn launch(settings: Settings, makes_tiles: bool) -> (Studio, Answers) {
+    let answers = Answers::default();
+    let launch = Launch {
+        open: vec![],
+        drawer: Box::new(Forgetful(settings)),
+        chooser: Box::new(answers.clone()),
+        makes_tiles,
+    };
+    let mut studio = Harness::builder()
+        .with_size([1360.0, 900.0])
+        .with_max_steps(4)
+        .renderer(renderer::Painter::new())
+        .build_eframe(move |context| App::new(context, launch));
+    if let Some(live) = studio.state_mut().live_mut() {
+        live.set_samples(4);
+    }
+    studio.step();
+    (studio, answers)
+}
+
+/// Frames until something is so.
+fn wait(studio: &mut Studio, what: &str, is_so: impl Fn(&App) -> bool) {
+    let begin = Instant::now();
+    while !is_so(studio.state()) {
+        studio.step();
+        let state = &studio.state().state;
+        assert!(
+            begin.elapsed() < LONGEST,
+            "{what}: {:?} {:?} {:?}, {} tiles",
+            state.busy,
+            state.failed,
+            state.progress,
+            state.tiles.len()
+        );
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    studio.step();
+}
+
+/// Frames until nothing goes on any more.
+fn settle(studio: &mut Studio) {
+    // What was asked for begins with the frame after.
+    studio.step();
+    studio.step();
+    wait(studio, "it settles", App::is_quiet);
+    studio.step();
+}
+
+fn drop_files(studio: &mut Studio, files: &[&Path]) {
+    let dropped =
+        files.iter().map(|file| DroppedFile { path: Some(file.to_path_buf()), ..Default::default() });
+    studio.input_mut().dropped_files = dropped.collect();
+    studio.step();
+    studio.input_mut().dropped_files.clear();
+}
+
+/// A head as a DICOM series in a folder.
+fn head(folder: &Path, size: usize) -> PathBuf {
+    let volume =
+        anatomy(AnatomyOptions { size, ..Default::default() }, Progress::SILENT, &CancelToken::new());
+    let scan = folder.join("scan");
+    let series = SeriesDescription { patient_name: PATIENT.into(), ..SeriesDescription::default() };
+    write_dicom_series(&volume.unwrap(), &scan, &series, Progress::SILENT, &CancelToken::new()).unwrap();
+    scan
+}
+
+/// The window as it is seen; kept where somebody wants to look.
+fn screenshot(studio: &mut Studio, name: &str) -> (u32, u32, Vec<u8>) {
+    let state = studio.state_mut().live_mut().unwrap().render_state().clone();
+    let (width, height, rgba) = renderer::draw(&state, &studio.ctx, studio.output());
+    if let Some(folder) = std::env::var_os("LUMIVOX_SCREENSHOTS") {
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = std::fs::File::create(PathBuf::from(folder).join(name).with_extension("png")).unwrap();
+        let mut encoder = png::Encoder::new(file, width, height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.write_header().unwrap().write_image_data(&rgba).unwrap();
+    }
+    (width, height, rgba)
+}
+
+/// Everything that can be read in the window.
+fn texts(studio: &Studio) -> Vec<String> {
+    let mut found = vec![];
+    for node in studio.root().children_recursive() {
+        found.extend(node.accesskit_node().label());
+        found.extend(node.accesskit_node().value());
+    }
+    found
+}
+
+fn says(studio: &Studio, words: &str) -> bool {
+    texts(studio).iter().any(|text| text.contains(words))
+}
+
+fn click(studio: &mut Studio, label: &str) {
+    let found: Vec<_> = studio.query_all_by_label(label).collect();
+    let Some(node) = found.last() else { panic!("there is no '{label}' among {:?}", texts(studio)) };
+    node.click();
+    // Down, up, what is asked for, what comes of it.
+    studio.run_steps(4);
+}
+
+/// A picture's pixels within a part of the window, as fractions of it.
+fn mean_of((width, height, rgba): &(u32, u32, Vec<u8>), rect: egui::Rect) -> f64 {
+    let [left, right] = [rect.min.x, rect.max.x].map(|x| (x.max(0.0) as u32).min(*width));
+    let [top, bottom] = [rect.min.y, rect.max.y].map(|y| (y.max(0.0) as u32).min(*height));
+    let mut sum = 0.0;
+    let mut count = 0.0;
+    for y in top..bottom {
+        for x in left..right {
+            let at = 4 * (y * width + x) as usize;
+            sum += rgba[at..at + 3].iter().map(|c| f64::from(*c)).sum::<f64>() / 3.0;
+            count += 1.0;
+        }
+    }
+    sum / f64::max(count, 1.0)
+}
+
+/// Where `name` of the shared scans is; `None` where they are absent, of which one line is said.
+fn shared(name: &str) -> Option<PathBuf> {
+    static SAID: Once = Once::new();
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
+    let path = std::env::var_os("LUMIVOX_TEST_SCANS").map_or(PathBuf::from(beside), PathBuf::from).join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    SAID.call_once(|| {
+        let _ = writeln!(
+            std::io::stderr(),
+            "real scans are absent ({}): tests of them check nothing",
+            path.display()
+        );
+    });
+    None
+}
