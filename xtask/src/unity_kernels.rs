@@ -325,7 +325,7 @@ mod tests {
     fn a_package_brings_few_kernels_and_all_that_live_views_want() {
         let kernels = of_package().unwrap();
         let traces = kernels.values().filter(|(kernel, _)| matches!(kernel, Kernel::PathTrace(_))).count();
-        assert_eq!((kernels.len(), traces), (35, 13));
+        assert_eq!((kernels.len(), traces), (36, 13));
         let files = files(&kernels);
         assert!(files.values().all(|text| text.starts_with(MARK)));
         let depth = &files["composite_depth.shader"];

@@ -42,7 +42,8 @@ func _watch(case: Dictionary, nodes: Array, measure: Callable) -> void:
 	var told := []
 	# The first ticks only begin the movement.
 	var begin := Engine.get_physics_frames() + 2
-	while len(told) < FRAMES:
+	# From one side to the other and back, however many frames that takes.
+	while len(told) < FRAMES or Engine.get_physics_frames() < begin + 3:
 		await RenderingServer.frame_post_draw
 		if Engine.get_physics_frames() >= begin:
 			var image := viewport.get_texture().get_image()

@@ -68,8 +68,9 @@ pub(super) fn forget_points(points: ResourceId, capacity: u32, recording: &mut R
     recording.push(Step::WriteBuffer { id: points, offset: 0, data: Payload::copy_of(&header) });
 }
 
-/// Pixels from tap to tap of the passes that smooth a picture, at most.
-const FARTHEST_TAP: u32 = 32;
+/// How far it is from tap to tap of the passes that smooth a picture at most, of its height: 32 pixels of 1080. What is seen of light
+/// itself is as large in a small picture.
+const FARTHEST_TAP: f64 = 0.03;
 
 /// Pixels are smoothed over taps so far apart as long as they are less sure than this, in doublings of points; over those twice as
 /// far apart as long as they are less sure by one.
@@ -106,7 +107,8 @@ impl FramePass for LightSmoothPass {
             ..Default::default()
         };
         pass(params);
-        let is_near = |step: &u32| *step == 1 || step * frame.march_stride <= FARTHEST_TAP;
+        let farthest = FARTHEST_TAP * f64::from(picture.size[1]);
+        let is_near = |step: &u32| *step == 1 || f64::from(step * frame.march_stride) <= farthest;
         let steps: Vec<u32> = (0..).map(|i| 1 << i).take_while(is_near).collect();
         for (i, &step) in steps.iter().enumerate() {
             pass(layout::LightSmoothParams {
