@@ -79,6 +79,7 @@ class Tasks:
         self.figures = figures
         self._shared = list(shared)
         self._futures: dict[Any, tuple[int, Callable[..., Any], tuple[Any, ...], int]] = {}
+        self._given_to: dict[Any, list[str]] = {}
         self._attempts: dict[int, int] = {}
         self._stopped = threading.Event()
         self._send()
@@ -102,6 +103,7 @@ class Tasks:
     def give(self, number: int, priority: int, run: Callable[..., Any], *arguments: Any) -> Any:
         """Gives a task out."""
         key = f"lumivox-{self.job}-{number}-{self._attempts.get(number, 0)}"
+        allowed = self._allowed()
         future = self.client.submit(
             worker.run,
             run,
@@ -111,9 +113,11 @@ class Tasks:
             key=key,
             pure=False,
             priority=priority,
-            workers=self._allowed(),
+            workers=allowed,
         )
         self._futures[future] = (number, run, arguments, priority)
+        if allowed is not None:
+            self._given_to[future] = allowed
         return future
 
     def results(self) -> Iterator[Any]:
@@ -129,6 +133,7 @@ class Tasks:
                 continue
             future = next(waiting)
             number, run, arguments, priority = self._futures.pop(future)
+            self._given_to.pop(future, None)
             try:
                 result = future.result()
                 why = result.why if isinstance(result, worker.Failed) else None
@@ -178,15 +183,19 @@ class Tasks:
         if time.monotonic() - self._looked < LOOK_AFTER:
             return
         self._looked = time.monotonic()
-        allowed = self._allowed()
-        if allowed is None or self._stopped.is_set():
+        if not self._given_to or self._stopped.is_set():
             return
         there = self.client.scheduler_info(n_workers=-1)["workers"]
-        if there and not any(address in there for address in allowed):
+        # Of each by itself: who may now can have changed since it was given out.
+        given = self._given_to.items()
+        lost = [future for future, allowed in given if not any(address in there for address in allowed)]
+        if there and lost:
             self._look()
-            if self._allowed() != allowed:
+            allowed = self._allowed()
+            # Not to those alone that failed all the time: who is started anew takes a moment to be there.
+            if allowed is None or any(self._strikes.get(address, 0) < STRIKES for address in allowed if address in there):
                 # Each comes back as cancelled, and is given out again.
-                self.client.cancel(list(self._futures), force=True)
+                self.client.cancel(lost, force=True)
 
     def cancel(self) -> None:
         """Takes back what is not begun, and stops what is."""
