@@ -151,6 +151,9 @@ impl App {
         self.poll_opening(context);
         if let Some(job) = &mut self.showing {
             let told = job.poll();
+            if job.is_broken() {
+                self.state.failed = Some((Word::CannotShow, self.state.say(Word::Stopped).to_owned()));
+            }
             if job.is_over() {
                 self.showing = None;
             }
@@ -200,6 +203,9 @@ impl App {
         let Some(job) = &mut self.opening else { return };
         let told = job.poll();
         let is_over = job.is_over();
+        if job.is_broken() {
+            self.state.failed = Some((Word::CannotOpen, self.state.say(Word::Stopped).to_owned()));
+        }
         for message in told {
             match message {
                 Told::Series { series, chosen, study } => {
@@ -248,6 +254,9 @@ impl App {
                 }
                 Exported::Failed(why) => self.state.failed = Some((Word::CannotSave, why)),
             }
+        }
+        if job.is_broken() {
+            self.state.failed = Some((Word::CannotSave, self.state.say(Word::Stopped).to_owned()));
         }
         if job.is_over() {
             self.exporting = None;

@@ -3,6 +3,7 @@
 //! A job is told what to do when it starts, tells what it found in messages, and ends. The interface polls it in its frames, shows
 //! its progress, and may cancel it.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 
 use lumivox_core::{CancelToken, Progress, WorkStage, host};
@@ -34,6 +35,7 @@ pub struct Job<M> {
     cancel: CancelToken,
     busy: Arc<Mutex<Busy>>,
     is_over: bool,
+    was_done: Arc<AtomicBool>,
 }
 
 /// A job, as its work sees it.
@@ -42,6 +44,15 @@ pub struct Desk<M> {
     cancel: CancelToken,
     busy: Arc<Mutex<Busy>>,
     wake: Wake,
+}
+
+/// Wakes the interface when it goes.
+struct WakeLast(Wake);
+
+impl Drop for WakeLast {
+    fn drop(&mut self) {
+        (self.0)();
+    }
 }
 
 fn lock(busy: &Mutex<Busy>) -> MutexGuard<'_, Busy> {
@@ -57,18 +68,20 @@ pub fn start<M: Send + 'static>(
     let (send, messages) = mpsc::channel();
     let (cancel, busy) = (CancelToken::new(), Arc::new(Mutex::new(Busy::default())));
     let desk = Desk { messages: send, cancel: cancel.clone(), busy: busy.clone(), wake };
+    let was_done = Arc::new(AtomicBool::new(false));
+    let ended = was_done.clone();
     let done = move || {
+        // The last to go, however the work ends: the channel closes before the interface looks.
+        let _wake = WakeLast(desk.wake.clone());
+        let desk = desk;
         work(&desk);
-        let wake = desk.wake.clone();
-        // The channel closes before the interface looks.
-        drop(desk);
-        wake();
+        ended.store(true, Ordering::Release);
     };
     // Where there is no thread for it, it is done here.
     if let Err(work) = host::spawn(name, done) {
         work();
     }
-    Job { messages, cancel, busy, is_over: false }
+    Job { messages, cancel, busy, is_over: false, was_done }
 }
 
 impl<M> Job<M> {
@@ -90,6 +103,11 @@ impl<M> Job<M> {
     /// Whether it has ended, and all that it told was polled.
     pub fn is_over(&self) -> bool {
         self.is_over
+    }
+
+    /// Whether it has ended by a panic: a fault of ours, of which the one who waits is to hear.
+    pub fn is_broken(&self) -> bool {
+        self.is_over && !self.was_done.load(Ordering::Acquire)
     }
 
     /// What it is busy with.

@@ -104,3 +104,27 @@ fn reading_is_cancelled_by_its_button(studio: &mut Studio, _: &Answers) {
     assert!(state.session.is_none() && state.failed.is_none() && state.busy.is_none());
     assert!(says(studio, "Drop a scan here"));
 }
+
+/// What panics beside the interface is told, and does not look as if nothing had been asked for.
+#[test]
+fn a_job_that_breaks_is_no_job_that_is_done() {
+    use lumivox_studio::jobs::{Desk, Job, start};
+    let over = |mut job: Job<u8>| {
+        let begin = Instant::now();
+        let mut told = vec![];
+        while !job.is_over() {
+            told.extend(job.poll());
+            assert!(begin.elapsed() < LONGEST);
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        (told, job.is_broken())
+    };
+    let wake: lumivox_studio::jobs::Wake = Arc::new(|| {});
+    let done = start("tells", wake.clone(), |desk: &Desk<u8>| desk.tell(7));
+    assert_eq!(over(done), (vec![7], false));
+    let broken = start("breaks", wake, |desk: &Desk<u8>| {
+        desk.tell(7);
+        panic!("in a test");
+    });
+    assert_eq!(over(broken), (vec![7], true));
+}
