@@ -86,6 +86,41 @@ def test_where_nobody_can_render_it_is_said_why(monkeypatch: pytest.MonkeyPatch)
     assert roster.look(Client(a=fit)).without(set()) is None, "whoever joins may work, too"
 
 
+def test_parts_whose_workers_are_gone_are_given_to_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who may work can have changed since a part was given out: not those of now, but its own have to be there."""
+    monkeypatch.setattr(job, "LOOK_AFTER", 0.0)
+    monkeypatch.setattr(job, "PATIENCE", 1e6)
+    fit = {"version": lumivox.__version__, "software": True}
+
+    class Client:
+        def __init__(self) -> None:
+            self.there = {"lame": fit}
+            self.cancelled: list[object] = []
+
+        def scheduler_info(self, n_workers: int) -> dict[str, object]:
+            return {"workers": self.there}
+
+        def run(self, *_: object, on_error: str) -> dict[str, object]:
+            return {**self.there, "other": lumivox.GpuError("there is no GPU")}
+
+        def cancel(self, futures: list[object], force: bool) -> None:
+            self.cancelled = futures
+
+    client = Client()
+    tasks = job.Tasks(client, [], job.Figures(parts=2), roster.look(client))
+    tasks._strikes = {"lame": job.STRIKES}
+    tasks._futures = {"first": job.Given(0, print, (), 0, ["gone"]), "second": job.Given(1, print, (), 0, ["lame"])}
+    tasks._look_after()
+    assert client.cancelled == [], "who has failed all the time is not asked while another may come"
+    client.there = {"lame": fit, "new": fit}
+    tasks._look_after()
+    assert client.cancelled == ["first"]
+    client.there, client.cancelled = {"lame": fit}, []
+    monkeypatch.setattr(job, "PATIENCE", -1.0)
+    tasks._look_after()
+    assert client.cancelled == ["first"], "nobody came"
+
+
 def test_images_that_were_iterated_over_say_so() -> None:
     images = cluster.Images.__new__(cluster.Images)
     images._begun = True

@@ -236,16 +236,17 @@ impl Session {
         document.volumes.iter().map(ShownAs::of).ne(self.asked_as.iter().cloned())
     }
 
-    /// Writes the scene's file, with the size of the view's picture.
+    /// Writes the scene's file.
     ///
     /// # Errors
     /// A sentence that names the file.
     pub fn save(&mut self, file: &Path) -> Result<(), String> {
         let document = self.document().clone();
-        let text = document.to_json().map_err(|error| format!("{}: {error}", file.display()))?;
-        SceneDocument::parse(&text).map_err(|error| format!("{}: {}", file.display(), error.why))?;
-        lumivox_scene::save(&document, file)
-            .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
+        let told = |why: String| {
+            let name = file.display().to_string();
+            if why.contains(&name) { why } else { format!("{name}: {why}") }
+        };
+        lumivox_scene::save_scene(self.scene.clone(), file, |_| Ok(document.clone())).map_err(told)?;
         self.saved = document;
         Ok(())
     }

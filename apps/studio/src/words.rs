@@ -47,7 +47,6 @@ macro_rules! words {
 words! {
     OpenFiles: "Open files…" / "Dateien öffnen…";
     OpenFolder: "Open folder…" / "Ordner öffnen…";
-    Open: "Open" / "Öffnen";
     SaveScene: "Save scene…" / "Szene speichern…";
     Export: "Export picture…" / "Bild exportieren…";
     Undo: "Undo" / "Rückgängig";
@@ -98,7 +97,6 @@ words! {
     Axial: "Axial" / "Axial";
     Coronal: "Coronal" / "Koronal";
     Sagittal: "Sagittal" / "Sagittal";
-    Layout: "Layout" / "Anordnung";
     LayoutMain: "3D and slices" / "3D und Schichten";
     LayoutGrid: "Four views" / "Vier Ansichten";
     FrameAll: "Frame all" / "Alles zeigen";

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use lumivox_core::document::{Backdrop, Display, Tone};
-use lumivox_core::{Environment, EnvironmentMap, PerspectiveCamera};
+use lumivox_core::{Environment, EnvironmentSource, PerspectiveCamera};
 use lumivox_shaders::constants;
 use lumivox_wgpu::wgpu;
 
@@ -30,11 +30,12 @@ struct Uniforms {
     padding: f32,
 }
 
-/// The pass, and the environment's map that it may show.
+/// The pass, and a map of the environment, which it may show.
 pub struct DisplayPass {
     pipeline: wgpu::RenderPipeline,
     uniforms: wgpu::Buffer,
-    map: Option<Arc<EnvironmentMap>>,
+    /// What light it shows.
+    shown: Option<EnvironmentSource>,
     surroundings: wgpu::TextureView,
 }
 
@@ -73,7 +74,7 @@ impl DisplayPass {
             mapped_at_creation: false,
         });
         let nothing = texture(device, "surroundings", [1, 1], MAP_FORMAT, MAP_USAGE);
-        Self { pipeline, uniforms, map: None, surroundings: nothing.create_view(&Default::default()) }
+        Self { pipeline, uniforms, shown: None, surroundings: nothing.create_view(&Default::default()) }
     }
 
     /// Draws `color` as `display` says to `shown`, of the same size.
@@ -139,13 +140,14 @@ impl DisplayPass {
         queue.submit([encoder.finish()]);
     }
 
-    /// Brings the environment's map to the device, once.
+    /// Brings the environment's map to the device, unless it is there.
     fn take_map(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, environment: &Environment) {
-        let is_known = |known: &Arc<EnvironmentMap>| match &environment.source {
-            lumivox_core::EnvironmentSource::Map(map) => Arc::ptr_eq(map, known),
-            _ => false,
-        };
-        if self.map.as_ref().is_some_and(is_known) {
+        let is_known = self.shown.as_ref().is_some_and(|known| match (known, &environment.source) {
+            // Texel by texel would take longer than to bring it.
+            (EnvironmentSource::Map(known), EnvironmentSource::Map(map)) => Arc::ptr_eq(known, map),
+            (known, source) => known == source,
+        });
+        if is_known {
             return;
         }
         let map = environment.to_map();
@@ -163,7 +165,7 @@ impl DisplayPass {
             at.size(),
         );
         self.surroundings = at.create_view(&Default::default());
-        self.map = Some(map);
+        self.shown = Some(environment.source.clone());
     }
 }
 

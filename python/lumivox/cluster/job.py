@@ -34,6 +34,9 @@ LOOK = 0.01
 LOOK_AFTER = 5.0
 """Seconds between two looks whether those are there who may work, where not all may."""
 
+PATIENCE = 60.0
+"""Seconds for which parts wait for a worker that is started again, where those alone are left that have failed."""
+
 _sent: weakref.WeakKeyDictionary[Any, OrderedDict[str, Any]] = weakref.WeakKeyDictionary()
 """Of each client, the volumes and maps that its workers have, the last used."""
 
@@ -67,6 +70,18 @@ class Figures:
     """Parts by worker."""
 
 
+@dataclass(frozen=True)
+class Given:
+    """A task that was given out."""
+
+    number: int
+    run: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    priority: int
+    allowed: list[str] | None
+    """Who may do it; ``None`` where everybody may."""
+
+
 class Tasks:
     """Tasks on a cluster, each with its number; results come as they are done, lost ones are made again."""
 
@@ -78,8 +93,8 @@ class Tasks:
         self.job = uuid.uuid4().hex
         self.figures = figures
         self._shared = list(shared)
-        self._futures: dict[Any, tuple[int, Callable[..., Any], tuple[Any, ...], int]] = {}
-        self._given_to: dict[Any, list[str]] = {}
+        self._futures: dict[Any, Given] = {}
+        self._lost_since: float | None = None
         self._attempts: dict[int, int] = {}
         self._stopped = threading.Event()
         self._send()
@@ -115,9 +130,7 @@ class Tasks:
             priority=priority,
             workers=allowed,
         )
-        self._futures[future] = (number, run, arguments, priority)
-        if allowed is not None:
-            self._given_to[future] = allowed
+        self._futures[future] = Given(number, run, arguments, priority, allowed)
         return future
 
     def results(self) -> Iterator[Any]:
@@ -132,8 +145,7 @@ class Tasks:
                 self._look_after()
                 continue
             future = next(waiting)
-            number, run, arguments, priority = self._futures.pop(future)
-            self._given_to.pop(future, None)
+            given = self._futures.pop(future)
             try:
                 result = future.result()
                 why = result.why if isinstance(result, worker.Failed) else None
@@ -155,13 +167,13 @@ class Tasks:
                 continue
             if isinstance(result, worker.Failed):
                 self._strikes[result.worker] = self._strikes.get(result.worker, 0) + 1
-            attempts = self._attempts[number] = self._attempts.get(number, 0) + 1
+            attempts = self._attempts[given.number] = self._attempts.get(given.number, 0) + 1
             if attempts > RETRIES:
-                raise _native.GpuError(f"part {number} was given out {attempts} times and failed each time: {why}")
+                raise _native.GpuError(f"part {given.number} was given out {attempts} times and failed each time: {why}")
             self.figures.retried += 1
             self._look()
             self._send()
-            waiting.add(self.give(number, priority, run, *arguments))
+            waiting.add(self.give(given.number, given.priority, given.run, *given.arguments))
 
     @property
     def notes(self) -> list[str]:
@@ -183,19 +195,27 @@ class Tasks:
         if time.monotonic() - self._looked < LOOK_AFTER:
             return
         self._looked = time.monotonic()
-        if not self._given_to or self._stopped.is_set():
+        if self._stopped.is_set() or all(given.allowed is None for given in self._futures.values()):
             return
         there = self.client.scheduler_info(n_workers=-1)["workers"]
+
+        def is_lost(given: Given) -> bool:
+            return given.allowed is not None and not any(address in there for address in given.allowed)
+
         # Of each by itself: who may now can have changed since it was given out.
-        given = self._given_to.items()
-        lost = [future for future, allowed in given if not any(address in there for address in allowed)]
-        if there and lost:
-            self._look()
-            allowed = self._allowed()
-            # Not to those alone that failed all the time: who is started anew takes a moment to be there.
-            if allowed is None or any(self._strikes.get(address, 0) < STRIKES for address in allowed if address in there):
-                # Each comes back as cancelled, and is given out again.
-                self.client.cancel(lost, force=True)
+        lost = [future for future, given in self._futures.items() if is_lost(given)]
+        if not there or not lost:
+            self._lost_since = None
+            return
+        self._lost_since = self._lost_since or self._looked
+        self._look()
+        allowed = self._allowed()
+        fit = allowed is None or any(self._strikes.get(address, 0) < STRIKES for address in allowed if address in there)
+        # Those alone that have failed get it only when nobody else comes.
+        if fit or self._looked - self._lost_since > PATIENCE:
+            # Each comes back as cancelled, and is given out again.
+            self.client.cancel(lost, force=True)
+            self._lost_since = None
 
     def cancel(self) -> None:
         """Takes back what is not begun, and stops what is."""

@@ -124,8 +124,7 @@ impl FramePass for LightSmoothPass {
 
 /// Pixels along each axis whose rays are marched.
 fn marched_size(picture: Image, frame: &layout::Frame) -> [u32; 2] {
-    let [first, stride] = [frame.march_first, [frame.march_stride; 2]];
-    std::array::from_fn(|axis| (picture.size[axis] - first[axis]).div_ceil(stride[axis]))
+    std::array::from_fn(|axis| (picture.size[axis] - frame.march_first[axis]).div_ceil(frame.march_stride))
 }
 
 /// The picture's pixels, of those between the ones whose rays were marched.
