@@ -8,6 +8,7 @@ use super::changing_light::{Change, FrameLight, LightOfFilm};
 use super::film::LiveFilm;
 use super::images::{Grain, PictureImages, pixels};
 use super::light::KeptLight;
+use super::light_cells::Sight;
 use super::looks::Look;
 use super::passes::{
     DrawPass, FramePass, HostDepthPass, PathSettings, PictureFilms, PicturePass, ReadPass, Share,
@@ -101,7 +102,9 @@ impl LiveView {
         let look = self.plan_look(change, budget);
         // However small it is: light has to learn.
         let budget = budget - look.map_or(0, |look| look.pixel_samples.min(budget / 2));
-        let paths = self.paths_of_light(change, budget);
+        let granted = self.paths_of_light(change, budget);
+        let is_its_turn = |kept: &mut KeptLight| granted > 0 && kept.take_turn(light, cache);
+        let paths = if self.kept_light.as_mut().is_some_and(is_its_turn) { granted } else { 0 };
         if let Some(light) = self.kept_light.as_mut().filter(|_| paths > 0) {
             let clear = light.prepare(paths, cache, &mut frame.gone, recording)?;
             frame.passes.extend(clear.map(|pass| Box::new(pass) as Box<dyn FramePass>));
@@ -125,7 +128,8 @@ impl LiveView {
             frame.push(trace);
             frame.push(cells);
         }
-        let budget = budget - paths;
+        // While things move a film of a moment shows no more than light does, whoever that learns from.
+        let budget = if change == Change::Much && granted > 0 { 0 } else { budget - paths };
         // What is traced: all of a coarse film in answer to a change, then more of the fine one.
         self.pixel_samples = if change == Change::Much && self.schedule.factor() > 1 {
             let plan = self.schedule.answer(budget);
@@ -185,11 +189,12 @@ impl LiveView {
         frame: &mut Planned<'_>,
         recording: &mut Recording,
     ) {
-        let (size, exposure) = (settings.film_size(), settings.exposure);
+        let size = settings.film_size();
+        let sight = Sight::new(&frame.paths.camera, light, settings.exposure, frame.cache);
         let is_wanted = settings.kept_light && frame.cache.numbers().is_some();
         let mut fits = |light: &mut KeptLight| {
             is_wanted
-                && light.fits(exposure, frame.cache)
+                && light.fits(&sight, frame.cache, &mut frame.gone)
                 && light.resize(size, frame.cache, &mut frame.gone, recording)
         };
         if let Some(light) = self.kept_light.take_if(|light| !fits(light)) {
@@ -198,7 +203,7 @@ impl LiveView {
         // It is for what moves: a view that is at rest does without until then, and one whose frames are whole for ever.
         let is_for_it = change != Change::None && budget < self.whole();
         if is_wanted && self.kept_light.is_none() && is_for_it {
-            self.kept_light = KeptLight::new(size, exposure, light, frame.cache, recording);
+            self.kept_light = KeptLight::new(size, &sight, frame.cache, recording);
         }
     }
 

@@ -157,6 +157,7 @@ pub struct LiveStatus {
     pub pixel_samples: u64,
     /// Pixels that lack samples and will not get them: the driver ended their paths before their time.
     pub lost_pixels: u32,
-    /// Bytes of the device's memory that [kept light](LiveSettings::kept_light) takes for this view; 0 where none is kept.
+    /// Bytes of the device's memory that [kept light](LiveSettings::kept_light) takes for this view, with its part of what it shares
+    /// with others; 0 where none is kept.
     pub light_bytes: u64,
 }

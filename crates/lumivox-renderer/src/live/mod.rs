@@ -16,6 +16,7 @@ mod frame;
 mod host;
 mod images;
 mod light;
+mod light_cells;
 mod looks;
 pub mod passes;
 mod reprojection;
@@ -35,6 +36,7 @@ pub use self::images::{FilmImages, Grain, Image, LiveImage, PixelFormat};
 use self::images::{PictureImages, pixels};
 use self::light::KeptLight;
 pub use self::light::LightFields;
+pub(crate) use self::light_cells::CellsOfScene;
 use self::schedule::Schedule;
 use crate::error::RenderError;
 use crate::film::Film;
@@ -42,7 +44,8 @@ use crate::noise_end::NoiseEnd;
 use crate::recording::{Recording, ResourceId, Step};
 use crate::scene_cache::SceneCache;
 
-/// One view of an engine: a camera of a viewport, an eye of a headset. None knows of another.
+/// One view of an engine: a camera of a viewport, an eye of a headset. None knows of another, but for the light that is
+/// [kept](LiveSettings::kept_light) in a scene's volumes, which those of one [`SceneCache`] share that see it alike.
 ///
 /// A frame is a list of [passes](passes::FramePass) over [images](LiveImage) that have names: `schedule` plans what is traced,
 /// `frame` makes the list, `counts` holds what the GPU says of the films frames later.

@@ -49,6 +49,7 @@ use crate::error::RenderError;
 use crate::features::{Features, ViewKind};
 use crate::ids;
 use crate::limits::DeviceLimits;
+use crate::live::CellsOfScene;
 use crate::recording::{Recording, ResourceId};
 use crate::store::{SceneCopy, Source, TexelScale, VoxelStore};
 
@@ -121,6 +122,7 @@ pub struct SceneCache {
     unprepared: u64,
     /// By which light that is kept in volumes knows them.
     numbers: Numbers,
+    kept_cells: CellsOfScene,
     /// Subtracted from world positions before they are rounded to 32 bits: scenes far from the world's origin keep
     /// their precision.
     origin: DVec3,
@@ -151,6 +153,7 @@ impl SceneCache {
             features: Features::default(),
             unprepared: 0,
             numbers: Numbers::default(),
+            kept_cells: CellsOfScene::default(),
             origin: DVec3::ZERO,
             version: ids::next().0,
         }
@@ -426,6 +429,16 @@ impl SceneCache {
             3.0 * g / (1.0 - g * g)
         };
         self.instances.list.iter().take(self.traced).map(slope).fold(0.0, f64::max)
+    }
+
+    /// Whether something in it has surfaces.
+    pub(crate) fn reflects(&self) -> bool {
+        self.features.surface
+    }
+
+    /// The cells in which live views keep its light.
+    pub(crate) fn kept_cells(&self) -> &CellsOfScene {
+        &self.kept_cells
     }
 
     /// Bytes of the voxels of all volumes that rays meet, 16 bits each, empty ones included.

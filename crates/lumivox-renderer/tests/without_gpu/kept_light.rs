@@ -148,3 +148,85 @@ fn light_makes_way_for_voxels_that_come() {
     moving.store.set_capacity(u64::MAX);
     assert!(moving.show(&settings, PIXELS / 4).light_bytes > 0);
 }
+
+/// A view beside others of a world, from so many radians around the scene.
+struct Beside {
+    live: LiveView,
+    angle: f64,
+    settings: LiveSettings,
+}
+
+impl Beside {
+    fn new(angle: f64, world: &mut Moving) -> Self {
+        let settings = LiveSettings::new(SIZE, SIZE);
+        let mut recording = Recording::new();
+        let live = LiveView::new(&settings, &world.cache, &mut recording).unwrap();
+        world.replay(&recording);
+        Self { live, angle, settings }
+    }
+
+    /// Its frame, in which it has moved on.
+    fn show(&mut self, world: &mut Moving) -> u64 {
+        self.angle += 0.001;
+        let seen: Camera = camera().with_aspect(1.0);
+        let turn = DAffine3::from_rotation_y(self.angle);
+        let seen = Camera { world_from_camera: turn * seen.world_from_camera, ..seen };
+        let host = HostFrame::new(ResourceId::external());
+        let mut recording = Recording::new();
+        let (live, cache) = (&mut self.live, &world.cache);
+        let status =
+            live.record_frame(cache, &seen, &self.settings, &host, PIXELS / 4, &mut recording).unwrap();
+        world.replay(&recording);
+        status.light_bytes
+    }
+}
+
+#[test]
+fn views_that_see_the_same_share_what_they_learn() {
+    let mut world = Moving::new(&large(), LIMITS);
+    let mut views = [0.0, 0.1].map(|angle| Beside::new(angle, &mut world));
+    let [of_one, _] = [views[0].show(&mut world), world.store.light_bytes()];
+    let shared = |views: &mut [Beside], world: &mut Moving| {
+        // What one does the others notice in their next frame.
+        let told = [(); 3].map(|()| views.iter_mut().map(|view| view.show(world)).sum::<u64>());
+        assert_eq!(told[2], world.store.light_bytes());
+        told[2]
+    };
+    let of_both = shared(&mut views, &mut world);
+    assert!(of_both < of_one + of_one / 2, "{of_one} for one and {of_both} for both");
+    // Another light is none of the first one's, and neither is what is seen from elsewhere: this scene's volumes have surfaces.
+    views[1].settings.ambient = [1.0, 0.5, 0.2];
+    assert!(shared(&mut views, &mut world) > of_one + of_one / 2, "light of its own");
+    views[1].settings.ambient = [0.0; 3];
+    views[1].angle = 2.0;
+    assert!(shared(&mut views, &mut world) > of_one + of_one / 2, "seen from elsewhere");
+    // Those that come to it later find what is there.
+    let mut third = Beside::new(2.1, &mut world);
+    let before = world.store.light_bytes();
+    third.show(&mut world);
+    assert!(world.store.light_bytes() < before + of_one / 2);
+    // Whoever goes takes nothing of the others along, and the last one all.
+    let cells = |world: &Moving| world.store.light_bytes() > of_one / 2;
+    for mut view in views.into_iter().chain([third]) {
+        assert!(cells(&world));
+        assert!(view.show(&mut world) > 0);
+        let mut gone = Recording::new();
+        view.live.free(&mut gone);
+        world.replay(&gone);
+    }
+    assert_eq!(world.store.light_bytes(), 0);
+}
+
+#[test]
+fn shared_light_that_makes_way_is_gone_for_all() {
+    let mut world = Moving::new(&large(), LIMITS);
+    let mut views = [0.0, 0.1, 0.2].map(|angle| Beside::new(angle, &mut world));
+    views.iter_mut().for_each(|view| assert!(view.show(&mut world) > 0));
+    world.store.set_capacity(world.store.bytes());
+    for view in &mut views {
+        assert_eq!(view.show(&mut world), 0);
+    }
+    assert_eq!(world.store.light_bytes(), 0);
+    world.store.set_capacity(u64::MAX);
+    views.iter_mut().for_each(|view| assert!(view.show(&mut world) > 0));
+}

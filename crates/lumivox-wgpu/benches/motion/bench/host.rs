@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use lumivox_core::Camera;
+use lumivox_core::glam::DAffine3;
 use lumivox_renderer::live::LiveImage;
 use lumivox_renderer::pacing::{Pacer, Pass};
 use lumivox_renderer::{
@@ -136,7 +137,7 @@ impl Host {
             it.seed = seed;
         });
         self.draw_meshes(moment)?;
-        let mut view = Showing::new(self, moment, settings, false)?;
+        let mut view = Showing::new(self, moment, settings, false, 1)?;
         let budget = CONVERGING * self.pixels();
         let mut idle = 0;
         for _ in 0..MOST_FRAMES {
@@ -159,7 +160,7 @@ impl Host {
 
     /// Pixel samples of a frame that take the GPU so many milliseconds while the camera moves, as engines pace their views.
     pub fn pace(&mut self, set: &Set, milliseconds: f64) -> Result<u64, String> {
-        let mut view = Showing::new(self, &set.at(Motion::Orbit, 0.0), self.settings(), true)?;
+        let mut view = Showing::new(self, &set.at(Motion::Orbit, 0.0), self.settings(), true, 1)?;
         let (mut pacer, mut budgets) = (Pacer::new(), vec![]);
         for frame in 0..PACED {
             let moment = set.at(Motion::Orbit, frame as f64 / RATE);
@@ -180,9 +181,14 @@ impl Host {
 pub struct Showing {
     cache: SceneCache,
     live: LiveView,
+    /// A headset's other eye, whose frame comes first.
+    other: Option<LiveView>,
     settings: LiveSettings,
     shown: lumivox_core::Scene,
 }
+
+/// Metres between a person's eyes.
+const EYES_APART: f64 = 0.063;
 
 impl Showing {
     /// An empty one. What moves follows light as engines do; a converged picture is of one light alone.
@@ -191,6 +197,7 @@ impl Showing {
         moment: &Moment,
         settings: LiveSettings,
         follows_light: bool,
+        eyes: usize,
     ) -> Result<Self, String> {
         let mut cache = SceneCache::new(&host.store);
         if follows_light {
@@ -198,23 +205,29 @@ impl Showing {
         }
         let mut recording = Recording::new();
         cache.update(&moment.scene, &mut recording).map_err(|error| error.to_string())?;
-        let live = LiveView::new(&settings, &cache, &mut recording).map_err(|error| error.to_string())?;
+        let mut view = || LiveView::new(&settings, &cache, &mut recording).map_err(|error| error.to_string());
+        let live = view()?;
+        let other = if eyes > 1 { Some(view()?) } else { None };
         host.execute(&recording)?;
-        Ok(Self { cache, live, settings, shown: moment.scene.clone() })
+        Ok(Self { cache, live, other, settings, shown: moment.scene.clone() })
     }
 
     /// Draws a frame and waits for it. What the scene needs that differs from the frame before is a part of that.
     pub fn frame(&mut self, host: &mut Host, moment: &Moment, budget: u64) -> Result<Took, String> {
         let begin = Instant::now();
-        let (recording, status) = self.record(host, moment, budget)?;
+        let (recording, status, of_other) = self.record(host, moment, budget)?;
         let mut submission = host.gpu.executor.submit(&recording).map_err(|error| error.to_string())?;
         host.gpu.executor.wait().map_err(|error| error.to_string())?;
         let milliseconds = begin.elapsed().as_secs_f64() * 1e3;
         if let Some(Err(error)) = submission.poll_check() {
             return Err(error.to_string());
         }
-        for read_back in submission.read_backs {
-            self.live.feedback(&read_back.wait().map_err(|error| error.to_string())?);
+        for (index, read_back) in submission.read_backs.into_iter().enumerate() {
+            let bytes = read_back.wait().map_err(|error| error.to_string())?;
+            match &mut self.other {
+                Some(other) if index < of_other => other.feedback(&bytes),
+                _ => self.live.feedback(&bytes),
+            }
         }
         let gpu_milliseconds = submission.time.and_then(|mut time| time.poll()).filter(|ms| *ms > 0.0);
         let is_converged = self.live.status().converged;
@@ -228,7 +241,7 @@ impl Showing {
         moment: &Moment,
         budget: u64,
     ) -> Result<Vec<(String, f64)>, String> {
-        let (recording, _) = self.record(host, moment, budget)?;
+        let (recording, ..) = self.record(host, moment, budget)?;
         let mut parts = vec![];
         let mut part = Recording::new();
         for step in recording.steps {
@@ -258,12 +271,13 @@ impl Showing {
         Ok(of_gpu.unwrap_or(milliseconds))
     }
 
+    /// A frame of all eyes, and how many read-backs are the other one's.
     fn record(
         &mut self,
         host: &Host,
         moment: &Moment,
         budget: u64,
-    ) -> Result<(Recording, LiveStatus), String> {
+    ) -> Result<(Recording, LiveStatus, usize), String> {
         let is_changed = !self.shown.is_same(&moment.scene);
         if is_changed {
             self.shown.clone_from(&moment.scene);
@@ -273,11 +287,20 @@ impl Showing {
         if is_changed {
             self.cache.update(&moment.scene, &mut recording).map_err(|error| error.to_string())?;
         }
+        if let Some(other) = &mut self.other {
+            let place = camera.world_from_camera;
+            let aside = DAffine3::from_translation(-EYES_APART * place.matrix3.x_axis);
+            let camera = Camera { world_from_camera: aside * place, ..camera };
+            other
+                .record_frame(&self.cache, &camera, &self.settings, &lent, budget, &mut recording)
+                .map_err(|error| error.to_string())?;
+        }
+        let of_other = recording.steps.iter().filter(|step| matches!(step, Step::ReadBuffer { .. })).count();
         let status = self
             .live
             .record_frame(&self.cache, &camera, &self.settings, &lent, budget, &mut recording)
             .map_err(|error| error.to_string())?;
-        Ok((recording, status))
+        Ok((recording, status, of_other))
     }
 
     /// What the host was given in the last frame.
@@ -291,6 +314,7 @@ impl Showing {
     /// Gives back what it has on the device, but not the voxels.
     pub fn free(self, host: &mut Host) -> Result<(), String> {
         let mut recording = Recording::new();
+        self.other.into_iter().for_each(|other| other.free(&mut recording));
         self.live.free(&mut recording);
         self.cache.free(&mut recording);
         host.execute(&recording).map(drop)

@@ -272,7 +272,7 @@ impl Bench {
         let settings = run.variant.settings(host);
         let length = reel.moments.len();
         host.draw_meshes(&reel.moments[0])?;
-        let mut prelude = Showing::new(host, &reel.moments[0], settings, true)?;
+        let mut prelude = Showing::new(host, &reel.moments[0], settings, true, 1)?;
         for frame in 0..PRELUDE {
             prelude.frame(host, &reel.moments[frame.min(1)], budget)?;
         }
@@ -282,7 +282,7 @@ impl Bench {
         let moving = (0..length).map(|frame| (Phase::Moving, frame, &reel.moments[frame]));
         let rest = (1..=last_rest).map(|frame| (Phase::Rest, frame, &reel.moments[length - 1]));
         let cut = (0..=self.options.after).map(|frame| (Phase::Cut, frame, &reel.cut));
-        let mut showing = Showing::new(host, &reel.moments[0], settings, true)?;
+        let mut showing = Showing::new(host, &reel.moments[0], settings, true, self.options.eyes)?;
         let mut before: Option<(Arc<Picture>, ConvergedLater)> = None;
         for (phase, frame, moment) in moving.chain(rest).chain(cut) {
             // Meshes that do not move are there already.
@@ -341,7 +341,7 @@ impl Bench {
         }
         let host = &mut self.host;
         let settings = run.variant.settings(host);
-        let mut showing = Showing::new(host, &reel.moments[0], settings, true)?;
+        let mut showing = Showing::new(host, &reel.moments[0], settings, true, 1)?;
         let (before, timed) = reel.moments.split_at(reel.moments.len() - count);
         for moment in before {
             host.draw_meshes(moment)?;

@@ -29,6 +29,7 @@ motion OUT [--quick] [OPTION=VALUE ...]: how good the picture is while things mo
   tone=plain              plain, agx or aces: how light is shown
   converged=DIR           a folder that keeps converged pictures: those that are there are not made again
   kernels=0               frames of each film that are played again, each kernel timed by itself: OUT/kernels.csv
+  eyes=1                  2: a headset's, 63 mm apart; times are of both, pictures of the right one
   strip=480               pixels along a side of the pictures in OUT/strips; 0 makes none
 
 LUMIVOX_GPU chooses a device by a part of its name.";
@@ -105,6 +106,8 @@ pub struct Options {
     pub strip: usize,
     /// Frames whose kernels are timed by themselves.
     pub kernels: usize,
+    /// Views of a frame: one, or two from a little apart.
+    pub eyes: usize,
     /// Where converged pictures are kept.
     pub converged: Option<PathBuf>,
 }
@@ -140,6 +143,7 @@ impl Options {
             tone: ToneMap::Plain,
             strip: 480,
             kernels: 0,
+            eyes: 1,
             converged: None,
         };
         for word in words {
@@ -182,6 +186,7 @@ impl Options {
                 }
                 "converged" => options.converged = Some(PathBuf::from(value)),
                 "kernels" => options.kernels = number(&word, value, 0, 600)?,
+                "eyes" => options.eyes = number(&word, value, 1, 2)?,
                 "strip" => options.strip = number(&word, value, 0, 4096)?,
                 _ => return Err(format!("'{word}' is no option; --help lists them")),
             }

@@ -28,7 +28,7 @@ fn compare(
     [mean(picture) / mean(&converged), error(picture, &converged) / error(raw, &converged)]
 }
 
-/// Each has its own cells, and is as right as if it were alone.
+/// Where its surfaces mirror another part of what is around, each has its own cells, and is as right as if it were alone.
 #[test]
 fn two_views_of_one_world_are_each_right() {
     let mut gpu = gpu();
@@ -64,6 +64,53 @@ fn two_views_of_one_world_are_each_right() {
     orbit(&mut host, &mut gpu, &test, 16..17, PIXELS);
     let converged = still(&mut gpu, &test, &around(&test, 16), settings());
     assert!(error(&shown(&host, &mut gpu), &converged) < 1.1 * alone);
+}
+
+/// Both eyes of a headset learn together: with as many paths as one they are both as near to the truth, and one that opens later
+/// sees at once what the other has learnt.
+#[test]
+fn eyes_learn_together() {
+    let mut gpu = gpu();
+    let test = scenes::noise();
+    let mut host = Host::new(&mut gpu, &test, settings());
+    let eye = |side: f64, frame| {
+        let camera = around(&test, frame);
+        let aside = DAffine3::from_rotation_y(0.05 * side);
+        Camera { world_from_camera: aside * camera.world_from_camera, ..camera }
+    };
+    let view = |host: &Host, gpu: &mut Gpu| {
+        let mut recording = Recording::new();
+        let view = LiveView::new(&settings(), &host.cache, &mut recording).unwrap();
+        gpu.executor.execute(&recording).unwrap();
+        view
+    };
+    let mut second = view(&host, &mut gpu);
+    let budget = PIXELS;
+    let mut spent = [0; 2];
+    for frame in 0..12 {
+        for (side, spent) in [-1.0, 1.0].into_iter().zip(&mut spent) {
+            *spent += host.frame(&mut gpu, &eye(side, frame), budget).pixel_samples;
+            std::mem::swap(&mut host.live, &mut second);
+        }
+    }
+    std::mem::swap(&mut host.live, &mut second);
+    let truth = still(&mut gpu, &test, &eye(1.0, 11), settings());
+    let together = error(&shown(&host, &mut gpu), &truth);
+    let mut late = view(&host, &mut gpu);
+    std::mem::swap(&mut host.live, &mut late);
+    host.frame(&mut gpu, &eye(1.0, 11), budget);
+    let late = error(&shown(&host, &mut gpu), &truth);
+    let alone = |frames: std::ops::Range<usize>, gpu: &mut Gpu| {
+        let mut host = Host::new(gpu, &test, settings());
+        let spent: u64 = frames.map(|frame| host.frame(gpu, &eye(1.0, frame), budget).pixel_samples).sum();
+        (error(&shown(&host, gpu), &truth), spent)
+    };
+    let ([(alone, of_one), (fresh, _)], of_both) =
+        ([0..12, 11..12].map(|frames| alone(frames, &mut gpu)), spent[0] + spent[1]);
+    println!("error together {together:.4}, alone {alone:.4}; late {late:.4}, fresh {fresh:.4}");
+    assert!(together < 1.15 * alone, "{together} {alone}");
+    assert!(of_both < of_one * 3 / 2, "{of_both} samples of both, {of_one} of one");
+    assert!(late < 0.9 * fresh, "{late} {fresh}");
 }
 
 /// Dynamic resolution, and a window that is dragged: the cells stay.
