@@ -4,7 +4,7 @@ extends Node
 const PATIENCE_FRAMES := 1500
 ## As many give the place of a noisy head.
 const PICTURES := 16
-const SCALE := 0.3
+const SCALE := 0.2
 
 var _told := {}
 var _scene: Node3D
@@ -26,14 +26,14 @@ func _ready() -> void:
 		XRServer.add_tracker(hand)
 		_hands[name] = hand
 	await _open()
-	_told["eyes"] = await _look(interface)
+	_told["eyes"] = await _look(interface, PICTURES)
 	await _grab()
 	await _scale()
 	await _cut()
 	await _close()
 	_check("the flat view is back", not get_viewport().use_xr and DisplayServer.window_get_vsync_mode() == DisplayServer.VSYNC_ENABLED)
 	await _open()
-	_check("VR can be entered again", get_viewport().use_xr and (await _look(interface)).size() == 2)
+	_check("VR can be entered again", get_viewport().use_xr and (await _look(interface, 1)).size() == 2)
 	await _close()
 	print("TELL vr %s" % JSON.stringify(_told))
 	get_tree().quit()
@@ -70,8 +70,8 @@ func _effect() -> LumivoxEffect:
 	return compositor.compositor_effects[0] as LumivoxEffect
 
 
-## Where each eye sees the head: the share of its picture, and the middle as the tangent of the angle to the right.
-func _look(interface: OpenXRInterface) -> Array:
+## Where each eye sees the head, in the mean of some pictures: its share of them, and the middle as the tangent of the angle to the right.
+func _look(interface: OpenXRInterface, pictures_wanted: int) -> Array:
 	# Nothing but the head, in one frame.
 	for name: String in ["Floor", "Stand"]:
 		(_scene.get_node(name) as Node3D).hide()
@@ -98,7 +98,7 @@ func _look(interface: OpenXRInterface) -> Array:
 			break
 	# It moves, so each picture has a few samples only: many of them tell where it is.
 	var seen := []
-	for picture in PICTURES:
+	for picture in pictures_wanted:
 		_head.global_position = camera.global_transform * Vector3(0.0, 0.0, -0.8)
 		await RenderingServer.frame_post_draw
 		var images := pictures.images()
@@ -115,8 +115,8 @@ func _look(interface: OpenXRInterface) -> Array:
 						count += 1
 						sum += x
 			var middle := 2.0 * (sum / maxi(count, 1) + 0.5) / size.x - 1.0
-			seen[view].share += float(count) / (size.x * size.y) / PICTURES
-			seen[view].middle += (middle + projection.z.x) / projection.x.x / PICTURES
+			seen[view].share += float(count) / (size.x * size.y) / pictures_wanted
+			seen[view].middle += (middle + projection.z.x) / projection.x.x / pictures_wanted
 	world.compositor.compositor_effects = [effect] as Array[CompositorEffect]
 	await _frames(2)
 	pictures.free_all()

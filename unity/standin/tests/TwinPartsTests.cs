@@ -83,7 +83,8 @@ namespace Lumivox.Tests
             Assert.IsTrue(Difference(whole, Compare("peeled")) > 5f, "it is peeled");
         }
 
-        [Test]
+        // What it is read, shown and saved as, RuntimePartsTests.RowsForGradientsAreReadShownAndSaved has.
+        [Test, Category("Slow")]
         public void AFunctionOfValueAndGradientIsWhatTheWgpuHostShows()
         {
             var volume = Head("ct-muscle");
