@@ -14,13 +14,15 @@ use self::summary::{Counts, Summary};
 use crate::{layers, unity_border, unity_kernels, unity_metas};
 
 /// Jobs that take long, the longest first: begun last, one of them would go on when nothing else does.
-const LONGEST_FIRST: [&str; 14] = [
+const LONGEST_FIRST: [&str; 16] = [
     "engine",
     "Python",
     "package",
     "packages",
     "gpu",
     "documentation",
+    "browsers",
+    "Windows",
     "lumivox_phantom",
     "reflection",
     "guide",
@@ -58,6 +60,7 @@ pub fn run(scope: Scope) -> Result<(), String> {
     })?;
     jobs.extend([python(&programs, scope), Job::of("documentation", documentation())]);
     jobs.extend(examples(&programs));
+    jobs.extend(other_systems(scope));
     let place = |job: &Job| LONGEST_FIRST.iter().position(|name| *name == job.name);
     jobs.sort_by_key(|job| place(job).unwrap_or(LONGEST_FIRST.len()));
     let summaries = step("tests, examples and documentation", || run_all(jobs))?;
@@ -185,6 +188,31 @@ fn window_example(program: &Path, command: &Path, output: &mut String) -> Result
         return Err(format!("the window saved another picture: see {}", folder.display()));
     }
     std::fs::remove_dir_all(&folder).map_err(error)
+}
+
+/// Whether what browsers and Windows would compile does. Compilers for that are fetched, into folders of their own. Where all is tested,
+/// `script/test` has made what is for Windows.
+fn other_systems(scope: Scope) -> Vec<Job> {
+    let is_linux = cfg!(target_os = "linux");
+    let job = |name: &str, is_run: bool, words: &[&'static str], what: &'static str| {
+        let mut command = Command::new(words[0]);
+        command.args(&words[1..]);
+        Job::new(name, move |output| {
+            if is_run {
+                return capture(&mut command, output);
+            }
+            output.push_str(what);
+            Ok(())
+        })
+    };
+    let browsers = "NOT RUN: script/wasm, which finds its compiler on Linux by itself\n";
+    let windows = "NOT RUN: script/windows, which finds its compilers on Linux (x86_64) by itself\n";
+    let mut jobs = vec![job("browsers", is_linux, &["script/wasm"], browsers)];
+    if scope == Scope::Usual {
+        let is_run = is_linux && cfg!(target_arch = "x86_64");
+        jobs.push(job("Windows", is_run, &["script/windows", "--check"], windows));
+    }
+    jobs
 }
 
 /// Public documentation with warnings as errors: a link that leads nowhere fails.
